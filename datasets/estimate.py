@@ -1,0 +1,76 @@
+"""What an instrument says about one sequence: values, covariance, status, statistics, versions."""
+
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from datasets.vocabulary.body import Body
+from datasets.vocabulary.state import Motion
+
+Array = NDArray[np.float64]
+
+
+class Status(StrEnum):
+    """How a fit ended. Only ``CONVERGED`` is a measurement to rely on."""
+
+    CONVERGED = "converged"
+    AMBIGUOUS = "ambiguous"
+    NOT_ENOUGH_FRAMES = "not enough frames"
+    OUT_OF_VIEW = "out of view"
+    NO_CONVERGENCE = "no convergence"
+
+
+@dataclass(frozen=True)
+class FrameReport:
+    """What became of one picture: used or not and why, its ETE (RMS, px in the HSV image) and whitened RMS."""
+
+    camera: int
+    frame: int
+    used: bool
+    reason: str
+    rms_ete_px: float
+    rms_whitened: float
+
+
+@dataclass(frozen=True)
+class VelocityEstimate:
+    """Velocities at one instant with their covariance.
+
+    ``v_world`` (3,) m/s, ``omega_world`` (3,) rad/s (world frame); ``covariance`` and ``bound`` (6, 6) of (v, omega):
+    the covariance reported and the Cramér-Rao-type bound.
+    """
+
+    time_s: float
+    v_world: Array
+    omega_world: Array
+    covariance: Array
+    bound: Array
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """The result for one sequence.
+
+    ``start`` and ``middle`` are the velocities at the first and at the middle time of the sequence.
+    ``parameters`` names the rows of ``values`` (p,), ``covariance`` and ``bound`` (p, p).
+    Everything that is a measurement is ``None`` when ``status`` says that there is none.
+    """
+
+    name: str
+    status: Status
+    message: str
+    body: Body | None = None
+    motion: Motion | None = None
+    start: VelocityEstimate | None = None
+    middle: VelocityEstimate | None = None
+    parameters: tuple[str, ...] = ()
+    values: Array = field(default_factory=lambda: np.zeros(0))
+    covariance: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    bound: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    frames: tuple[FrameReport, ...] = ()
+    statistics: dict[str, Any] = field(default_factory=dict)
+    configuration: dict[str, Any] = field(default_factory=dict)
+    versions: dict[str, str] = field(default_factory=dict)

@@ -1,0 +1,69 @@
+"""What an instrument may see of a sequence: pictures or outlines, cameras, clock, gravity and calibrated views."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from datasets.vocabulary.camera import HsvCamera, Intrinsics
+from datasets.vocabulary.clock import Clock
+from datasets.vocabulary.outline import Outline
+
+Array = NDArray[np.float64]
+
+
+class Frames(Protocol):
+    """Pictures read lazily, one at a time."""
+
+    @property
+    def bit_depth(self) -> int:
+        """Bits that carry signal; full scale is ``2**bit_depth - 1``."""
+        ...
+
+    def __len__(self) -> int: ...
+
+    def read(self, index: int) -> NDArray[np.uint16]:
+        """Picture ``index``, (height, width)."""
+        ...
+
+    def background(self) -> NDArray[np.uint16] | None:
+        """A picture without the particle, (height, width), or ``None`` where none was taken."""
+        ...
+
+
+Recording = Frames | Sequence[Outline]
+"""What one camera recorded: frames (rendered tier, real video) or outlines (silhouette tier)."""
+
+
+@dataclass(frozen=True)
+class CalibratedView:
+    """One calibrated view of the particle at rest; ``R_cam_particle, t_cam_particle`` map particle to camera coordinates (m).
+
+    ``drop`` numbers the placement of the particle in the rig, ``camera`` the rig camera (views of one rig camera share its background).
+    """
+
+    intrinsics: Intrinsics
+    R_cam_particle: Array
+    t_cam_particle: Array
+    drop: int = 0
+    camera: int = 0
+
+
+@dataclass(frozen=True)
+class Observation:
+    """Everything an estimator gets.
+
+    ``recordings[c]`` belongs to ``cameras[c]`` and has one entry per time of ``clock``;
+    ``view_recording`` has one entry per view. ``gravity_world`` in m/s². ``mass_kg`` only where it was weighed.
+    """
+
+    name: str
+    cameras: tuple[HsvCamera, ...]
+    recordings: tuple[Recording, ...]
+    clock: Clock
+    gravity_world: Array
+    views: tuple[CalibratedView, ...]
+    view_recording: Recording
+    mass_kg: float | None = None

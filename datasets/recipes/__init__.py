@@ -1,0 +1,1 @@
+"""Recipes: what to make, as data. Closed to the estimator."""

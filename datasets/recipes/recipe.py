@@ -1,0 +1,127 @@
+"""A recipe: everything that decides what a benchmark of sequences contains, apart from the code itself.
+
+Lengths, speeds and times carry their unit in the name where it is not SI, since people write these by hand.
+"""
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+
+@dataclass(frozen=True)
+class ParticleRecipe:
+    """Which bodies. ``files`` (PLY/STL/OBJ, cycled over the sequences) or, when empty, the procedural family.
+
+    ``unit`` of the files: ``m``, ``mm``, ``um``, ``km`` or ``any`` (only the shape counts). ``size_mm``: range of the largest extent,
+    drawn uniformly per sequence; ``[0, 0]`` keeps the file's own size. ``family``: ``sphere``, ``ellipsoid``, ``cut_stone`` or ``jagged``;
+    ``irregularity`` in [0, 1] runs through the family smoothly.
+    """
+
+    files: tuple[str, ...] = ()
+    unit: Literal["m", "mm", "um", "km", "any"] = "any"
+    repair: bool = False
+    family: Literal["sphere", "ellipsoid", "cut_stone", "jagged"] = "cut_stone"
+    irregularity: float = 0.4
+    size_mm: tuple[float, float] = (4.0, 8.0)
+    density_kgm3: float = 2650.0
+    material: Literal["matte", "rough_metal", "diamond"] = "matte"
+
+
+@dataclass(frozen=True)
+class MotionRecipe:
+    """Random free flights that stay in view: uniform speed and spin in the ranges given, isotropic directions."""
+
+    frames: int = 100
+    frame_rate_hz: float = 4000.0
+    speed_ms: tuple[float, float] = (0.0, 4.0)
+    spin_rads: tuple[float, float] = (0.0, 300.0)
+    out_of_plane_ms: tuple[float, float] | None = None
+    """Range of |v_z| (m/s) where it is to be set apart from the speed; ``None``: directions are isotropic."""
+    gravity_ms2: tuple[float, float, float] = (0.0, 9.80665, 0.0)
+
+
+@dataclass(frozen=True)
+class HsvRecipe:
+    """The high-speed camera. Principal distance follows from lens and focus: ``f d / (d - f)``."""
+
+    width_px: int = 1024
+    height_px: int = 1024
+    focal_mm: float = 100.0
+    pixel_pitch_um: float = 20.0
+    distance_m: float = 0.6
+    """Distance of the focal plane, and of the middle of the flights."""
+    f_number: float = 16.0
+    exposure_us: float = 50.0
+    distortion: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
+    principal_point_offset_px: tuple[float, float] = (0.0, 0.0)
+    light: Literal["back", "front"] = "back"
+    vignetting: float = 0.1
+    """Loss of light in the corners (share)."""
+    light_falloff: float = 0.2
+    """Loss of light at the panel's edge (share)."""
+
+
+@dataclass(frozen=True)
+class RigRecipe:
+    """The calibration rig: six cameras on icosahedral axes, ``drops`` placements of the particle."""
+
+    drops: int = 10
+    width_px: int = 1024
+    height_px: int = 768
+    focal_px: tuple[float, float] = (65000.0, 88000.0)
+    """Range over the six cameras."""
+    mm_per_px: float = 0.017
+    f_number: float = 64.0
+    rendered: bool | None = None
+    """Whether the views are pictures; ``None``: as the tier of the recipe."""
+
+
+@dataclass(frozen=True)
+class NoiseRecipe:
+    """Silhouette tier: outlines sampled every ``spacing_px``, each sample displaced along the outline's normal by N(0, sigma²)."""
+
+    hsv_boundary_px: float = 0.2
+    rig_boundary_px: float = 0.2
+    spacing_px: float = 1.0
+
+
+@dataclass(frozen=True)
+class RenderingRecipe:
+    """How carefully to render. ``variant`` ``auto``: LLVM where it safely works, scalar otherwise."""
+
+    subframes: int = 8
+    samples_per_subframe: int = 4
+    rig_samples: int = 16
+    crop_margin_px: int = 24
+    variant: Literal["auto", "scalar_rgb", "llvm_ad_rgb", "scalar_mono", "llvm_ad_mono"] = "auto"
+    full_frames: bool = False
+
+
+@dataclass(frozen=True)
+class SensorRecipe:
+    """The sensor after EMVA 1288; electrons (e-), digital numbers (DN)."""
+
+    bit_depth: Literal[8, 10, 12] = 12
+    full_well_e: float = 20000.0
+    read_noise_e: float = 15.0
+    dark_offset_dn: float = 64.0
+    saturation: float = 0.8
+    """Share of the full well that the open background fills."""
+    prnu: float = 0.005
+    dsnu_e: float = 5.0
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """A whole benchmark: ``sequences`` sequences of one tier from one seed."""
+
+    name: str = "benchmark"
+    seed: int = 1
+    sequences: int = 1
+    tier: Literal["silhouette", "rendered"] = "silhouette"
+    particle: ParticleRecipe = field(default_factory=ParticleRecipe)
+    motion: MotionRecipe = field(default_factory=MotionRecipe)
+    hsv: HsvRecipe = field(default_factory=HsvRecipe)
+    rig: RigRecipe = field(default_factory=RigRecipe)
+    noise: NoiseRecipe = field(default_factory=NoiseRecipe)
+    rendering: RenderingRecipe = field(default_factory=RenderingRecipe)
+    sensor: SensorRecipe = field(default_factory=SensorRecipe)

@@ -1,0 +1,1 @@
+"""The referee: metrics, scores against truth and the regression gate. Closed to the estimator."""

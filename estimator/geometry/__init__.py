@@ -1,0 +1,1 @@
+"""Epipolar tangency error, visual hull and mass properties."""

@@ -1,0 +1,1 @@
+"""The free flight of a rigid body."""

@@ -1,0 +1,1 @@
+"""From pictures to outlines: background, sub-pixel contour, tracking through the sequence."""

@@ -1,0 +1,1 @@
+"""Nature: meshes, exact motion, Mitsuba optics and the sensor. Writes observations and truth."""
