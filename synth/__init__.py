@@ -1,1 +1,1 @@
-"""Nature: meshes, exact motion, Mitsuba optics and the sensor. Writes observations and truth."""
+"""Nature: particles, exact motion, optics and sensor. Writes what was observed and, apart from it, what was true."""

@@ -1,0 +1,63 @@
+"""What one sequence consists of before anything is observed: the particle, the rig, the camera, the flight."""
+
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from datasets.observation import CalibratedView
+from datasets.vocabulary.body import Body
+from datasets.vocabulary.camera import HsvCamera
+from datasets.vocabulary.clock import Clock
+from datasets.vocabulary.state import Motion
+
+Array = NDArray[np.float64]
+
+
+class Flight(Protocol):
+    """A motion known at every instant, for sub-frames of an exposure as well as for frame times."""
+
+    def at(self, times_s: Float[NDArray[np.float64], " n"]) -> Motion:
+        """The motion at ``times_s`` (s), which may lie half an exposure outside the frame times."""
+        ...
+
+
+@dataclass(frozen=True)
+class SequencePlan:
+    """Everything that decides one sequence, noise apart; both tiers are made from it.
+
+    ``vertices`` (v, 3) m in the particle frame, ``faces`` (f, 3) outward. ``inertia_kgm2`` (3,) principal moments, ascending.
+    ``motion`` is ``flight`` at the times of ``clock``. ``gravity_world`` (3,) m/s². ``symmetries`` (s, 3, 3) in the particle
+    frame, about the centre of mass.
+    """
+
+    name: str
+    vertices: Float[NDArray[np.float64], "v 3"]
+    faces: NDArray[np.int64]
+    body: Body
+    mass_kg: float
+    inertia_kgm2: Float[NDArray[np.float64], "3"]
+    material: str
+    views: tuple[CalibratedView, ...]
+    hsv: HsvCamera
+    clock: Clock
+    motion: Motion
+    flight: Flight
+    gravity_world: Float[NDArray[np.float64], "3"]
+    symmetries: Float[NDArray[np.float64], "s 3 3"]
+    descriptors: dict[str, float] = field(default_factory=dict)
+    particle_name: str = ""
+    notes: dict[str, str] = field(default_factory=dict)
+
+
+def particle_poses_in_camera(
+    body: Body, motion: Motion, camera: HsvCamera
+) -> tuple[Float[NDArray[np.float64], "frame 3 3"], Float[NDArray[np.float64], "frame 3"]]:
+    """``R_cam_particle``, ``t_cam_particle`` (m) of every time of ``motion``: particle coordinates to camera coordinates."""
+    R_world_particle = Rotation.from_quat(motion.q_world_body).as_matrix() @ body.R_particle_body.T
+    t_world_particle = motion.x_world - R_world_particle @ body.com_particle
+    R_cam_particle = camera.R_cam_world @ R_world_particle
+    return R_cam_particle, t_world_particle @ camera.R_cam_world.T + camera.t_cam_world
