@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,7 @@ from datasets.vocabulary.outline import Outline
 Array = NDArray[np.float64]
 
 
+@runtime_checkable
 class Frames(Protocol):
     """Pictures read lazily, one at a time."""
 
@@ -30,6 +31,10 @@ class Frames(Protocol):
 
     def background(self) -> NDArray[np.uint16] | None:
         """A picture without the particle, (height, width), or ``None`` where none was taken."""
+        ...
+
+    def background_of(self, index: int) -> NDArray[np.uint16] | None:
+        """The background that belongs to picture ``index`` (views of several rig cameras have one each), else :meth:`background`."""
         ...
 
 

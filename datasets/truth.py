@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from datasets.observation import Frames
 from datasets.vocabulary.body import Body
 from datasets.vocabulary.state import Motion
 
@@ -32,3 +33,4 @@ class Truth:
     descriptors: dict[str, float] = field(default_factory=dict)
     effects: dict[str, Any] = field(default_factory=dict)
     notes: dict[str, Any] = field(default_factory=dict)
+    masks: Frames | None = None
