@@ -1,0 +1,1 @@
+"""Studies: one file each, reproducing a figure or answering a question."""

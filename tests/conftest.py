@@ -1,0 +1,17 @@
+"""Fixtures that every test folder uses."""
+
+import os
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+@pytest.fixture(scope="session")
+def shared_data() -> Path:
+    """The folder of real particles and outlines; tests that need it are skipped where it is absent."""
+    folder = Path(os.environ.get("TUMBLE_SHARED", ROOT.parent / "shared")) / "data"
+    if not folder.is_dir():
+        pytest.skip("the folder of real data is absent; set TUMBLE_SHARED to where it lies")
+    return folder
