@@ -1,0 +1,84 @@
+"""``tumble VERB ...``: finds the verb, runs it, and turns errors into exit codes and plain sentences.
+
+Exit codes: 0 done; 1 the answer is no (``gate``: worse; a run in which an item failed); 2 the input or the machine is at fault;
+130 interrupted. A verb's module is imported only when it is asked for, so that ``--help`` answers at once.
+"""
+
+import importlib
+import os
+import sys
+import traceback
+from collections.abc import Sequence
+
+from datasets.errors import TumbleError
+from tumble.one_thread import keep_to_one_thread
+
+VERBS: tuple[tuple[str, str], ...] = (
+    ("doctor", "say what works on this machine and what to type to get the rest"),
+    ("quickstart", "render, estimate, score and report two small sequences of a cut stone"),
+    ("render", "make a dataset from a recipe"),
+    ("estimate", "measure poses, trajectory and velocities from observations alone"),
+    ("score", "compare estimates with the truth"),
+    ("report", "write one self-contained HTML page from saved results"),
+    ("bench", "time the kernel, a whole estimate and the renderer"),
+    ("gate", "compare a run with a committed baseline; exit 1 when it got worse"),
+)
+
+INTERRUPTED = 130
+
+
+def usage() -> str:
+    """The help of ``tumble`` itself."""
+    width = max(len(name) for name, _ in VERBS)
+    verbs = "\n".join(f"  {name:<{width}}  {text}" for name, text in VERBS)
+    return (
+        "usage: tumble VERB [options]\n\n"
+        "Measures the motion of irregular particles from high-speed video, and knows how good each measurement is.\n\n"
+        f"verbs:\n{verbs}\n\n"
+        "`tumble VERB --help` explains a verb and ends in an example.\n\n"
+        "example:\n  tumble quickstart --out out/demo"
+    )
+
+
+def run_verb(name: str, arguments: Sequence[str]) -> int:
+    """Run one verb with its arguments; its exit code."""
+    module = importlib.import_module(f"tumble.cli.{name}")
+    parsed = module.parser().parse_args(arguments)
+    return int(module.run(parsed))
+
+
+def _plain(error: Exception, arguments: Sequence[str]) -> int:
+    if "-v" in arguments or "--verbose" in arguments:
+        traceback.print_exception(error)
+    print(f"tumble: {error}", file=sys.stderr)
+    return 2
+
+
+def _interrupted(name: str) -> int:
+    resumable = name in {"render", "estimate", "quickstart"}
+    again = " The same command with --resume goes on from here." if resumable else ""
+    print(f"tumble: stopped. Finished items are whole.{again}", file=sys.stderr)
+    return INTERRUPTED
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line; returns the exit code."""
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    if not words or words[0] in {"-h", "--help", "help"}:
+        print(usage())
+        return 0 if words else 2
+    name, rest = words[0], words[1:]
+    if name not in dict(VERBS):
+        print(f"tumble: there is no verb {name!r}. Known: {', '.join(dict(VERBS))}.", file=sys.stderr)
+        return 2
+    keep_to_one_thread(os.environ)
+    try:
+        return run_verb(name, rest)
+    except KeyboardInterrupt:
+        return _interrupted(name)
+    except (TumbleError, OSError) as error:
+        return _plain(error, rest)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,54 @@
+"""Options that several verbs share, so that a word means the same everywhere."""
+
+import argparse
+import os
+from pathlib import Path
+
+
+def verb_parser(name: str, *, description: str, example: str) -> argparse.ArgumentParser:
+    """A parser whose help ends in ``example``; it has ``--json``, ``-v`` and ``-q``."""
+    parser = argparse.ArgumentParser(
+        prog=f"tumble {name}",
+        description=description,
+        epilog=f"example:\n  {example}",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--json", action="store_true", help="print the result as JSON on standard output")
+    loudness = parser.add_mutually_exclusive_group()
+    loudness.add_argument("-v", "--verbose", action="store_true", help="say more; show the traceback of an error")
+    loudness.add_argument("-q", "--quiet", action="store_true", help="no progress and no tables; errors only")
+    return parser
+
+
+def add_configuration(parser: argparse.ArgumentParser, *, what: str) -> None:
+    """``--config`` and ``--set``: a TOML file and single values that override it."""
+    parser.add_argument("--config", type=Path, metavar="FILE.toml", help=f"{what}, as TOML")
+    parser.add_argument(
+        "--set", action="append", default=[], metavar="KEY=VALUE", dest="settings", help="override one value, e.g. motion.frames=50"
+    )
+
+
+def add_output(parser: argparse.ArgumentParser, *, default: str) -> None:
+    """``--out``, ``--resume`` and ``--force``: where results go and what to do with those already there."""
+    parser.add_argument("--out", type=Path, default=Path(default), metavar="FOLDER", help="output folder (default: %(default)s)")
+    again = parser.add_mutually_exclusive_group()
+    again.add_argument("--resume", action="store_true", help="go on with an interrupted run: finished items stay")
+    again.add_argument("--force", action="store_true", help="replace the run that the folder holds")
+
+
+def add_jobs(parser: argparse.ArgumentParser) -> None:
+    """``--jobs``: how many local processes."""
+    parser.add_argument("--jobs", type=positive, default=cores(), metavar="N", help="local processes (default: %(default)s)")
+
+
+def cores() -> int:
+    """Cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def positive(text: str) -> int:
+    """A whole number of at least one, for argparse."""
+    value = int(text)
+    if value < 1:
+        raise argparse.ArgumentTypeError(f"expected a whole number of at least 1, got {text}")
+    return value
