@@ -1,0 +1,207 @@
+"""An observation as a folder: ``observation.json`` and, beside it, frames or outlines.
+
+``frames_<camera>.tif`` (and ``background_<camera>.tif``) or ``outlines_<camera>.npz`` per HSV camera; ``views.tif`` (and
+``views_background.tif``, one page per rig camera) or ``view_outlines.npz`` for the calibrated views. See ``docs/format.md``.
+Frames are read lazily. Nothing here knows of truth or recipes: an estimator may import it.
+"""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from datasets.errors import InputError
+from datasets.json_documents import Document, read_document, write_document
+from datasets.observation import CalibratedView, Frames, Observation, Recording
+from datasets.outline_files import read_outlines, write_outlines
+from datasets.plausibility import check_observation
+from datasets.tiff_frames import FrameStackWriter, Picture, TiffFrames, write_stack
+from datasets.vocabulary.camera import HsvCamera, Intrinsics
+from datasets.vocabulary.clock import Clock
+
+FILE = "observation.json"
+
+
+def frames_file(camera: str) -> str:
+    """The name of an HSV camera's stack."""
+    return f"frames_{camera}.tif"
+
+
+def background_file(camera: str) -> str:
+    """The name of an HSV camera's background."""
+    return f"background_{camera}.tif"
+
+
+VIEWS_FILE = "views.tif"
+VIEWS_BACKGROUND_FILE = "views_background.tif"
+
+
+def write_observation(obs: Observation, folder: Path) -> None:
+    """Write ``obs`` to ``folder``; ``observation.json`` comes last, so its presence says that the rest is whole.
+
+    Stacks that lie in ``folder`` already (a renderer put them there page by page) are referred to, not copied.
+
+    Raises
+    ------
+    InputError
+        When the observation cannot be true (see :mod:`datasets.plausibility`).
+    TumbleError
+        When the disk does not take it.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    cameras = [
+        {**_camera_entry(camera), "recording": _store_camera(camera.name, recording, folder)}
+        for camera, recording in zip(obs.cameras, obs.recordings, strict=True)
+    ]
+    views = {"recording": _store_views(obs, folder), "cameras": [_view_entry(view) for view in obs.views]}
+    content: Document = {
+        "name": obs.name,
+        "cameras": cameras,
+        "clock": {"times_s": obs.clock.times_s, "exposure_s": obs.clock.exposure_s},
+        "gravity_world": obs.gravity_world,
+        "mass_kg": obs.mass_kg,
+        "views": views,
+    }
+    check_observation(obs, folder / FILE)
+    write_document(folder / FILE, "observation", content)
+
+
+def read_observation(folder: Path) -> Observation:
+    """Read an observation; pictures stay on disk until they are asked for.
+
+    Raises
+    ------
+    InputError
+        Naming the file, what was expected and what came.
+    """
+    if not folder.is_dir():
+        raise InputError(f"{folder}: expected the folder of an observation, came {'a file' if folder.exists() else 'nothing'}.")
+    document = read_document(folder / FILE, "observation")
+    obs = Observation(
+        name=document["name"],
+        cameras=tuple(_camera(entry) for entry in document["cameras"]),
+        recordings=tuple(_load(entry["recording"], folder) for entry in document["cameras"]),
+        clock=Clock(_array(document["clock"]["times_s"]), float(document["clock"]["exposure_s"])),
+        gravity_world=_array(document["gravity_world"]),
+        views=tuple(_view(entry) for entry in document["views"]["cameras"]),
+        view_recording=_load(document["views"]["recording"], folder),
+        mass_kg=document.get("mass_kg"),
+    )
+    check_observation(obs, folder / FILE)
+    return obs
+
+
+def _array(value: Any) -> NDArray[np.float64]:
+    return np.array(value, dtype=np.float64)
+
+
+def _intrinsics_entry(intrinsics: Intrinsics) -> Document:
+    return {
+        "width_px": intrinsics.width_px,
+        "height_px": intrinsics.height_px,
+        "fx_px": intrinsics.fx_px,
+        "fy_px": intrinsics.fy_px,
+        "cx_px": intrinsics.cx_px,
+        "cy_px": intrinsics.cy_px,
+        "distortion": intrinsics.distortion,
+        "pixel_pitch_m": intrinsics.pixel_pitch_m,
+    }
+
+
+def _intrinsics(entry: Document) -> Intrinsics:
+    k1, k2, p1, p2, k3 = (float(k) for k in entry.get("distortion", (0, 0, 0, 0, 0)))
+    pitch = entry.get("pixel_pitch_m")
+    return Intrinsics(
+        width_px=entry["width_px"],
+        height_px=entry["height_px"],
+        fx_px=float(entry["fx_px"]),
+        fy_px=float(entry["fy_px"]),
+        cx_px=float(entry["cx_px"]),
+        cy_px=float(entry["cy_px"]),
+        distortion=(k1, k2, p1, p2, k3),
+        pixel_pitch_m=None if pitch is None else float(pitch),
+    )
+
+
+def _camera_entry(camera: HsvCamera) -> Document:
+    return {
+        "name": camera.name,
+        "intrinsics": _intrinsics_entry(camera.intrinsics),
+        "R_cam_world": camera.R_cam_world,
+        "t_cam_world": camera.t_cam_world,
+    }
+
+
+def _camera(entry: Document) -> HsvCamera:
+    return HsvCamera(entry["name"], _intrinsics(entry["intrinsics"]), _array(entry["R_cam_world"]), _array(entry["t_cam_world"]))
+
+
+def _view_entry(view: CalibratedView) -> Document:
+    return {
+        "intrinsics": _intrinsics_entry(view.intrinsics),
+        "R_cam_particle": view.R_cam_particle,
+        "t_cam_particle": view.t_cam_particle,
+        "drop": view.drop,
+        "camera": view.camera,
+    }
+
+
+def _view(entry: Document) -> CalibratedView:
+    R, t = _array(entry["R_cam_particle"]), _array(entry["t_cam_particle"])
+    return CalibratedView(_intrinsics(entry["intrinsics"]), R, t, entry.get("drop", 0), entry.get("camera", 0))
+
+
+def _store_camera(name: str, recording: Recording, folder: Path) -> Document:
+    if not isinstance(recording, Frames):
+        return _store_outlines(recording, folder / f"outlines_{name}.npz")
+    background = recording.background()
+    backgrounds = [] if background is None else [background]
+    return _store_frames(recording, folder / frames_file(name), folder / background_file(name), backgrounds, None)
+
+
+def _store_views(obs: Observation, folder: Path) -> Document:
+    """The views' recording; pictures of one rig camera share one page of the backgrounds."""
+    recording = obs.view_recording
+    if not isinstance(recording, Frames):
+        return _store_outlines(recording, folder / "view_outlines.npz")
+    numbers = sorted({view.camera for view in obs.views})
+    first = [next(k for k, view in enumerate(obs.views) if view.camera == number) for number in numbers]
+    backgrounds = [recording.background_of(k) for k in first]
+    present = [background for background in backgrounds if background is not None]
+    if len(present) < len(backgrounds):
+        present = []
+    pages = [numbers.index(view.camera) for view in obs.views] if present else None
+    return _store_frames(recording, folder / VIEWS_FILE, folder / VIEWS_BACKGROUND_FILE, present, pages)
+
+
+def _store_outlines(recording: Recording, path: Path) -> Document:
+    write_outlines(path, list(recording))  # type: ignore[arg-type]
+    return {"kind": "outlines", "file": path.name}
+
+
+def _store_frames(frames: Frames, path: Path, background_path: Path, backgrounds: list[Picture], pages: list[int] | None) -> Document:
+    if not _lies_at(frames, path):
+        with FrameStackWriter(path) as writer:
+            for k in range(len(frames)):
+                writer.append(frames.read(k))
+    if backgrounds:
+        write_stack(background_path, backgrounds)
+    background = background_path.name if backgrounds else None
+    return {"kind": "frames", "file": path.name, "bit_depth": frames.bit_depth, "background": background, "background_pages": pages}
+
+
+def _lies_at(frames: Frames, path: Path) -> bool:
+    return isinstance(frames, TiffFrames) and path.exists() and frames.path.resolve() == path.resolve()
+
+
+def _load(entry: Document, folder: Path) -> Recording:
+    if entry["kind"] == "outlines":
+        return read_outlines(folder / entry["file"])
+    background, pages = entry.get("background"), entry.get("background_pages")
+    return TiffFrames(
+        folder / entry["file"],
+        entry["bit_depth"],
+        None if background is None else folder / background,
+        None if pages is None else tuple(pages),
+    )

@@ -1,0 +1,85 @@
+"""Outlines of one recording in one ``.npz`` file.
+
+``points_px`` (n, 2) float64 holds the points of all outlines after each other, ``offsets`` (entries + 1,) int64 where each begins; an
+empty outline is two equal offsets.
+"""
+
+import zipfile
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from datasets.atomic_files import written_whole
+from datasets.errors import InputError
+from datasets.vocabulary.outline import Outline, oriented
+
+
+def write_arrays(path: Path, arrays: Mapping[str, NDArray[np.generic]]) -> None:
+    """Write named arrays as ``.npz``; the same arrays give the same bytes."""
+    with written_whole(path) as temporary, temporary.open("wb") as stream:
+        np.savez(stream, allow_pickle=False, **arrays)
+
+
+def read_arrays(path: Path, names: Sequence[str]) -> dict[str, NDArray[np.generic]]:
+    """The named arrays of an ``.npz`` file.
+
+    Raises
+    ------
+    InputError
+        When it is missing, cut off, of another kind, or lacks one of the arrays.
+    """
+    try:
+        with np.load(path, allow_pickle=False) as archive:
+            if not isinstance(archive, np.lib.npyio.NpzFile):
+                raise InputError(f"{path}: expected an .npz file, came a single array.")
+            absent = [name for name in names if name not in archive.files]
+            if absent:
+                raise InputError(f"{path}: expected the arrays {', '.join(names)}, came without {', '.join(absent)}.")
+            return {name: archive[name] for name in names}
+    except FileNotFoundError:
+        raise InputError(f"{path}: there is no such file.") from None
+    except (zipfile.BadZipFile, OSError, ValueError, EOFError) as error:
+        raise InputError(f"{path}: expected an .npz file, came one that is cut off or of another kind ({error}).") from None
+
+
+def write_outlines(path: Path, outlines: Sequence[Outline]) -> None:
+    """Write the outlines of one recording."""
+    lengths = [len(outline.points_px) for outline in outlines]
+    points = np.concatenate([np.zeros((0, 2)), *(outline.points_px for outline in outlines)]).astype(np.float64)
+    write_arrays(path, {"points_px": points, "offsets": np.concatenate([[0], np.cumsum(lengths)]).astype(np.int64)})
+
+
+def read_outlines(path: Path) -> tuple[Outline, ...]:
+    """The outlines of one recording, each turned to positive area.
+
+    Raises
+    ------
+    InputError
+        Naming the file and the frame, when something does not fit.
+    """
+    arrays = read_arrays(path, ("points_px", "offsets"))
+    points, offsets = arrays["points_px"], arrays["offsets"]
+    if points.ndim != 2 or points.shape[1] != 2 or points.dtype.kind not in "fiu":
+        raise InputError(f"{path}: expected points_px of shape (n, 2), came {points.dtype} of shape {points.shape}.")
+    if offsets.ndim != 1 or offsets.dtype.kind not in "iu" or not _are_offsets(offsets.astype(np.int64), len(points)):
+        raise InputError(f"{path}: expected offsets that rise from 0 to {len(points)} (the number of points), came {_ends(offsets)}.")
+    pieces = np.split(points.astype(np.float64), offsets[1:-1].astype(np.int64))
+    return tuple(_outline(path, number, piece) for number, piece in enumerate(pieces if len(offsets) > 1 else []))
+
+
+def _are_offsets(offsets: NDArray[np.int64], count: int) -> bool:
+    return bool(len(offsets) > 0 and offsets[0] == 0 and offsets[-1] == count and np.all(np.diff(offsets) >= 0))
+
+
+def _ends(offsets: NDArray[np.generic]) -> str:
+    return f"{offsets.ravel()[0]} to {offsets.ravel()[-1]}" if offsets.size else "none"
+
+
+def _outline(path: Path, number: int, points: NDArray[np.float64]) -> Outline:
+    if 0 < len(points) < 3:
+        raise InputError(f"{path}: frame {number}: expected an outline of at least 3 points or none, came {len(points)}.")
+    if not np.all(np.isfinite(points)):
+        raise InputError(f"{path}: frame {number}: expected finite pixel coordinates, came NaN or infinity.")
+    return Outline(oriented(points))

@@ -1,0 +1,139 @@
+"""Whether an observation can be true: units, rotations, times, picture sizes.
+
+The bounds are wide; they catch mistakes (millimetres taken for metres, a transposed size, a broken clock), not unusual experiments.
+A message names the file's folder, where in ``observation.json`` the value stands, what was expected and what came.
+"""
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from datasets.errors import InputError
+from datasets.observation import Frames, Observation, Recording
+from datasets.tiff_frames import TiffFrames
+from datasets.vocabulary.camera import Intrinsics
+from datasets.vocabulary.frames import is_rotation
+from datasets.vocabulary.outline import Outline
+
+Array = NDArray[np.float64]
+
+FARTHEST_M = 50.0
+STRONGEST_GRAVITY_MS2 = 300.0
+LONGEST_EXPOSURE_S = 1.0
+HEAVIEST_KG = 1000.0
+OUTSIDE_PICTURES = 3.0
+"""How many picture sizes beyond its picture an outline may reach before it must belong to another camera."""
+
+
+def check_observation(obs: Observation, path: Path) -> None:
+    """Check everything that can be said without reading pictures' pixels.
+
+    Parameters
+    ----------
+    obs
+        What was read.
+    path
+        ``observation.json``, to be named in messages.
+
+    Raises
+    ------
+    InputError
+        At the first thing that cannot be true.
+    """
+    _check_clock(obs, path)
+    _check_gravity(obs.gravity_world, path)
+    if obs.mass_kg is not None and not 0 < obs.mass_kg < HEAVIEST_KG:
+        raise InputError(f"{path}: at $.mass_kg: expected kilograms below {HEAVIEST_KG:g}, came {obs.mass_kg:g}; is it in grams?")
+    times = len(obs.clock.times_s)
+    for c, (camera, recording) in enumerate(zip(obs.cameras, obs.recordings, strict=True)):
+        where = f"$.cameras[{c}]"
+        _check_pose(camera.R_cam_world, camera.t_cam_world, f"{path}: at {where}", "world")
+        _check_intrinsics(camera.intrinsics, f"{path}: at {where}.intrinsics")
+        _check_recording(recording, [camera.intrinsics] * times, path, f'camera "{camera.name}"')
+    for v, view in enumerate(obs.views):
+        where = f"{path}: at $.views.cameras[{v}]"
+        _check_pose(view.R_cam_particle, view.t_cam_particle, where, "particle")
+        _check_intrinsics(view.intrinsics, f"{where}.intrinsics")
+    _check_recording(obs.view_recording, [view.intrinsics for view in obs.views], path, "calibrated views")
+
+
+def _check_clock(obs: Observation, path: Path) -> None:
+    times, exposure = obs.clock.times_s, obs.clock.exposure_s
+    backwards = np.flatnonzero(np.diff(times) <= 0)
+    if len(backwards):
+        k = int(backwards[0])
+        raise InputError(
+            f"{path}: at $.clock.times_s[{k + 1}]: expected times that rise, came {float(times[k + 1])!r} after {float(times[k])!r}."
+        )
+    if exposure > LONGEST_EXPOSURE_S:
+        raise InputError(f"{path}: at $.clock.exposure_s: expected seconds, came {exposure:g}; it looks like microseconds.")
+    shortest = float(np.diff(times).min()) if len(times) > 1 else np.inf
+    if exposure > shortest * (1 + 1e-9):
+        raise InputError(
+            f"{path}: at $.clock.exposure_s: expected at most the time between two frames ({shortest:g} s), came {exposure:g} s; "
+            "one of them is in the wrong unit."
+        )
+
+
+def _check_gravity(gravity: Array, path: Path) -> None:
+    strength = float(np.linalg.norm(gravity))
+    if strength > STRONGEST_GRAVITY_MS2:
+        raise InputError(
+            f"{path}: at $.gravity_world: expected m/s2 (9.81 on Earth), came {strength:g}; it looks like millimetres taken for metres."
+        )
+
+
+def _check_pose(R: Array, t: Array, where: str, frame: str) -> None:
+    if not is_rotation(R):
+        raise InputError(f"{where}.R_cam_{frame}: expected a rotation (orthonormal rows, determinant +1), came {_departure(R)}.")
+    distance = float(np.linalg.norm(t))
+    if distance > FARTHEST_M:
+        raise InputError(
+            f"{where}.t_cam_{frame}: expected metres (at most {FARTHEST_M:g}), came a distance of {distance:g}; "
+            "it looks like millimetres taken for metres."
+        )
+    if frame == "particle" and t[2] <= 0:
+        raise InputError(f"{where}.t_cam_particle: expected the particle in front of the camera (z > 0), came z = {t[2]:g}.")
+
+
+def _departure(R: Array) -> str:
+    error = float(np.abs(R @ R.T - np.eye(3)).max())
+    return f"a mirrored one (determinant {np.linalg.det(R):.3g})" if error < 1e-6 else f"one whose rows miss orthonormality by {error:.2g}"
+
+
+def _check_intrinsics(intrinsics: Intrinsics, where: str) -> None:
+    far = max(intrinsics.width_px, intrinsics.height_px) * 5
+    if abs(intrinsics.cx_px - intrinsics.width_px / 2) > far or abs(intrinsics.cy_px - intrinsics.height_px / 2) > far:
+        raise InputError(
+            f"{where}: expected a principal point near the {intrinsics.width_px} x {intrinsics.height_px} px picture, "
+            f"came ({intrinsics.cx_px:g}, {intrinsics.cy_px:g})."
+        )
+    pitch = intrinsics.pixel_pitch_m
+    if pitch is not None and pitch > 1e-3:
+        raise InputError(f"{where}.pixel_pitch_m: expected metres (20e-6 is usual), came {pitch:g}; it looks like another unit.")
+
+
+def _check_recording(recording: Recording, intrinsics: list[Intrinsics], path: Path, what: str) -> None:
+    """Number of entries and size of the pictures; outlines have to lie on or near their picture."""
+    if len(recording) != len(intrinsics):
+        if isinstance(recording, TiffFrames) and intrinsics:
+            recording.check(len(intrinsics), intrinsics[0].width_px, intrinsics[0].height_px, what)
+        raise InputError(f"{path}: {what}: expected {len(intrinsics)} recorded entries, came {len(recording)}.")
+    if isinstance(recording, TiffFrames):
+        recording.check(len(intrinsics), intrinsics[0].width_px, intrinsics[0].height_px, what)
+    elif not isinstance(recording, Frames):
+        for k, (outline, camera) in enumerate(zip(recording, intrinsics, strict=True)):
+            _check_outline(outline, camera, f"{path}: {what}: outline {k}")
+
+
+def _check_outline(outline: Outline, camera: Intrinsics, where: str) -> None:
+    if outline.empty:
+        return
+    size = np.array([camera.width_px, camera.height_px])
+    low, high = outline.points_px.min(axis=0), outline.points_px.max(axis=0)
+    if np.any(low < -OUTSIDE_PICTURES * size) or np.any(high > (1 + OUTSIDE_PICTURES) * size):
+        raise InputError(
+            f"{where}: expected pixels of a {size[0]} x {size[1]} picture, came x from {low[0]:.0f} to {high[0]:.0f} "
+            f"and y from {low[1]:.0f} to {high[1]:.0f}."
+        )

@@ -1,0 +1,80 @@
+"""What a document violates in its published JSON Schema, said plainly: where, what was expected, what came."""
+
+import difflib
+import json
+from functools import cache
+from importlib.resources import files
+from typing import Any
+
+from jsonschema import Draft202012Validator
+from jsonschema.exceptions import ValidationError
+
+_LONGEST = 60
+
+
+@cache
+def schema(kind: str) -> dict[str, Any]:
+    """The published schema of a kind of document, ``datasets/schemas/<kind>.schema.json``."""
+    text = files("datasets").joinpath("schemas", f"{kind}.schema.json").read_text(encoding="utf-8")
+    loaded: dict[str, Any] = json.loads(text)
+    return loaded
+
+
+@cache
+def _validator(kind: str) -> Draft202012Validator:
+    return Draft202012Validator(schema(kind))
+
+
+def first_violation(document: Any, kind: str) -> str | None:
+    """The first violation in the order of the file's structure, as a sentence, or ``None``."""
+    error = next(iter(_validator(kind).iter_errors(document)), None)
+    return None if error is None else _sentence(error)
+
+
+def _sentence(error: ValidationError) -> str:
+    return f"at {error.json_path}: expected {_expected(error)}."
+
+
+def _expected(error: ValidationError) -> str:
+    """What the violated keyword asks for, and what came."""
+    rule: Any = error.validator_value
+    came: Any = error.instance
+    match error.validator:
+        case "type":
+            return f"{_types(rule)}, came {_shown(came)}"
+        case "required":
+            missing = next(key for key in rule if key not in came)
+            return f'the key "{missing}", which is missing'
+        case "additionalProperties":
+            return _unknown_key(error)
+        case "enum" | "const":
+            choices = rule if error.validator == "enum" else [rule]
+            return f"{' or '.join(json.dumps(choice) for choice in choices)}, came {_shown(came)}"
+        case "minItems" | "maxItems":
+            bound = "at least" if error.validator == "minItems" else "at most"
+            return f"{bound} {rule} entries, came {len(came)}"
+        case "minimum" | "exclusiveMinimum" | "maximum" | "exclusiveMaximum":
+            sign = {"minimum": ">=", "exclusiveMinimum": ">", "maximum": "<=", "exclusiveMaximum": "<"}[str(error.validator)]
+            return f"a number {sign} {rule}, came {_shown(came)}"
+        case "pattern":
+            return f"text of the form {rule}, came {_shown(came)}"
+    described = error.schema.get("description") if isinstance(error.schema, dict) else None
+    return f"{described or f'{error.validator} {_shown(rule)}'}, came {_shown(came)}"
+
+
+def _unknown_key(error: ValidationError) -> str:
+    known = sorted(error.schema.get("properties", {})) if isinstance(error.schema, dict) else []
+    instance: Any = error.instance
+    unknown = next(key for key in instance if key not in known)
+    nearest = difflib.get_close_matches(unknown, known, n=1)
+    return f'one of the keys {", ".join(known)}, came "{unknown}"' + (f' (did you mean "{nearest[0]}"?)' if nearest else "")
+
+
+def _types(rule: str | list[str]) -> str:
+    names = [rule] if isinstance(rule, str) else rule
+    return " or ".join({"object": "an object", "array": "a list", "integer": "an integer", "string": "text"}.get(n, n) for n in names)
+
+
+def _shown(value: Any) -> str:
+    text = json.dumps(value)
+    return text if len(text) <= _LONGEST else text[: _LONGEST - 3] + "..."

@@ -1,0 +1,235 @@
+"""Pictures in TIFF stacks: written page by page, read lazily page by page, so that memory does not grow with the recording.
+
+One page per picture, grey, 16 bit (8 bit is read too), BigTIFF when written. A page's place in the file is indexed once; each
+read opens the file, so that nothing stays open and a reader may be sent to another process. Backgrounds are stacks of their own.
+"""
+
+import contextlib
+import struct
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+import numpy as np
+import tifffile
+from numpy.typing import NDArray
+
+from datasets.atomic_files import temporary_beside, write_failure
+from datasets.errors import InputError, TumbleError
+
+Picture = NDArray[np.uint16]
+
+
+@dataclass(frozen=True)
+class _Page:
+    """Where one page lies; ``offset`` is ``None`` where it is compressed and TIFF's machinery has to decode it."""
+
+    shape: tuple[int, ...]
+    dtype: np.dtype[np.generic]
+    offset: int | None
+
+
+@dataclass(frozen=True)
+class TiffFrames:
+    """Pictures of a TIFF stack; implements :class:`datasets.observation.Frames`.
+
+    Parameters
+    ----------
+    path
+        The stack, one page per picture.
+    bit_depth
+        Bits that carry signal.
+    background_path
+        A stack of backgrounds, or ``None``.
+    background_pages
+        Which page of the backgrounds belongs to each picture; ``None``: the first page to all.
+    """
+
+    path: Path
+    bit_depth: int
+    background_path: Path | None = None
+    background_pages: tuple[int, ...] | None = None
+
+    @cached_property
+    def _pages(self) -> tuple[_Page, ...]:
+        return _index(self.path)
+
+    @cached_property
+    def _backgrounds(self) -> tuple[_Page, ...]:
+        return _index(self.background_path) if self.background_path is not None else ()
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Height and width (px) of the pictures."""
+        height, width = self._pages[0].shape
+        return height, width
+
+    def __len__(self) -> int:
+        return len(self._pages)
+
+    def read(self, index: int) -> Picture:
+        """Picture ``index``, (height, width).
+
+        Raises
+        ------
+        InputError
+            When the page is cut off, or has values beyond the bit depth.
+        """
+        return _read(self.path, self._pages, index, self.bit_depth)
+
+    def background(self) -> Picture | None:
+        """The first background, (height, width), or ``None``."""
+        return _read(self.background_path, self._backgrounds, 0, self.bit_depth) if self.background_path is not None else None
+
+    def background_of(self, index: int) -> Picture | None:
+        """The background that belongs to picture ``index``, (height, width), or ``None``."""
+        if self.background_path is None or self.background_pages is None:
+            return self.background()
+        return _read(self.background_path, self._backgrounds, self.background_pages[index], self.bit_depth)
+
+    def check(self, count: int, width_px: int, height_px: int, what: str) -> None:
+        """Compare the stack's number of pictures and their size with what ``what`` (a sentence's subject) expects.
+
+        Raises
+        ------
+        InputError
+            Naming the file, what was expected and what came.
+        """
+        if len(self) != count:
+            missing = f"; frame {len(self)} and later are missing" if len(self) < count else ""
+            raise InputError(f"{self.path}: expected {count} frames ({what}), came {len(self)}{missing}.")
+        self._check_size(self.path, self._pages, (height_px, width_px), what)
+        if self.background_path is not None:
+            self._check_size(self.background_path, self._backgrounds, (height_px, width_px), what)
+            highest = max(self.background_pages, default=0) if self.background_pages is not None else 0
+            if highest >= len(self._backgrounds):
+                raise InputError(f"{self.background_path}: expected at least {highest + 1} pages, came {len(self._backgrounds)}.")
+
+    @staticmethod
+    def _check_size(path: Path, pages: tuple[_Page, ...], shape: tuple[int, int], what: str) -> None:
+        for number, page in enumerate(pages):
+            if page.shape != shape:
+                height, width = page.shape
+                raise InputError(
+                    f"{path}: frame {number}: expected {shape[1]} x {shape[0]} px (width x height; {what}), came {width} x {height}."
+                )
+
+
+class FrameStackWriter:
+    """Append pictures to a TIFF stack one at a time; the file appears under its name only when :meth:`close` was reached.
+
+    Used as a context manager: leaving the block well closes the stack, leaving it by an exception removes what was written.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self._temporary = temporary_beside(path)
+        self._count = 0
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            self._writer = tifffile.TiffWriter(self._temporary, bigtiff=True)
+        except OSError as error:
+            raise write_failure(path, error) from error
+
+    def append(self, picture: Picture) -> None:
+        """Append one picture (height, width) of 16-bit values.
+
+        Raises
+        ------
+        TumbleError
+            When it cannot be written, for instance on a full disk; nothing is left half written.
+        """
+        if picture.dtype != np.uint16 or picture.ndim != 2:
+            raise TypeError(f"expected a (height, width) array of uint16, came {picture.dtype} {picture.shape}")
+        try:
+            self._writer.write(picture, photometric="minisblack", metadata=None, software=False, contiguous=False)
+        except OSError as error:
+            self.discard()
+            raise write_failure(self.path, error) from error
+        self._count += 1
+
+    def close(self) -> None:
+        """Finish the stack and give it its name."""
+        try:
+            self._writer.close()
+            self._temporary.replace(self.path)
+        except OSError as error:
+            self.discard()
+            raise write_failure(self.path, error) from error
+
+    def discard(self) -> None:
+        """Remove what was written so far."""
+        with contextlib.suppress(OSError):
+            self._writer.close()
+        self._temporary.unlink(missing_ok=True)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        if kind is None:
+            self.close()
+        else:
+            self.discard()
+
+
+def write_stack(path: Path, pictures: list[Picture]) -> None:
+    """Write a small stack at once, for instance the backgrounds of the rig's cameras."""
+    with FrameStackWriter(path) as writer:
+        for picture in pictures:
+            writer.append(picture)
+
+
+def _index(path: Path) -> tuple[_Page, ...]:
+    """Where every page of ``path`` lies, checked for type and completeness."""
+    try:
+        with tifffile.TiffFile(path) as stack:
+            pages = tuple(_page(path, number, page) for number, page in enumerate(stack.pages))
+    except FileNotFoundError:
+        raise InputError(f"{path}: there is no such file.") from None
+    except TumbleError:
+        raise
+    except (tifffile.TiffFileError, OSError, ValueError, KeyError, IndexError, struct.error) as error:
+        raise InputError(f"{path}: expected a TIFF stack, came a file that is cut off or of another kind ({error}).") from None
+    if not pages:
+        raise InputError(f"{path}: expected a TIFF stack, came one without pictures.")
+    return pages
+
+
+def _page(path: Path, number: int, page: tifffile.TiffPage) -> _Page:
+    if page.dtype not in (np.dtype(np.uint8), np.dtype(np.uint16)) or len(page.shape) != 2:
+        raise InputError(f"{path}: frame {number}: expected grey pictures of 16 (or 8) bit, came {page.dtype} of shape {page.shape}.")
+    end = max(start + size for start, size in zip(page.dataoffsets, page.databytecounts, strict=True))
+    if end > path.stat().st_size:
+        raise InputError(f"{path}: frame {number} is cut off (it should end at byte {end}, the file has {path.stat().st_size}).")
+    dtype = np.dtype(page.dtype).newbyteorder(page.parent.byteorder)
+    return _Page(page.shape, dtype, page.dataoffsets[0] if page.is_final and page.is_contiguous else None)
+
+
+def _read(path: Path, pages: tuple[_Page, ...], index: int, bit_depth: int) -> Picture:
+    """One page as 16-bit values, its range checked against the bit depth."""
+    page = pages[index]
+    number = index % len(pages)
+    try:
+        raw = _decode(path, number) if page.offset is None else _direct(path, page, page.offset)
+    except (OSError, ValueError, tifffile.TiffFileError) as error:
+        raise InputError(f"{path}: frame {number} cannot be read ({error}).") from error
+    picture: Picture = raw.astype(np.uint16)
+    if picture.size and int(picture.max()) >= 1 << bit_depth:
+        raise InputError(
+            f"{path}: frame {number}: expected values of {bit_depth} bit (at most {(1 << bit_depth) - 1}), came {int(picture.max())}; "
+            "state the right bit_depth, or shift left-aligned values down."
+        )
+    return picture
+
+
+def _direct(path: Path, page: _Page, offset: int) -> NDArray[np.generic]:
+    height, width = page.shape
+    return np.fromfile(path, dtype=page.dtype, count=height * width, offset=offset).reshape(page.shape)
+
+
+def _decode(path: Path, number: int) -> NDArray[np.generic]:
+    with tifffile.TiffFile(path) as stack:
+        return np.asarray(stack.pages[number].asarray())
