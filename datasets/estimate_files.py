@@ -1,0 +1,106 @@
+"""An estimate as one JSON file.
+
+Arrays are nested lists; floats round-trip exactly and the same estimate gives the same bytes (sorted keys, no time of writing).
+"""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from datasets import state_entries
+from datasets.errors import InputError
+from datasets.estimate import Estimate, FrameReport, Status, VelocityEstimate
+from datasets.json_documents import Document, read_document, revived, write_document
+
+
+def write_estimate(estimate: Estimate, path: Path) -> None:
+    """Write ``estimate`` to ``path``.
+
+    Raises
+    ------
+    TumbleError
+        When the disk does not take it.
+    """
+    content: Document = {
+        "name": estimate.name,
+        "status": estimate.status.value,
+        "message": estimate.message,
+        "body": None if estimate.body is None else state_entries.body_entry(estimate.body),
+        "motion": None if estimate.motion is None else state_entries.motion_arrays(estimate.motion),
+        "start": _velocity_entry(estimate.start),
+        "middle": _velocity_entry(estimate.middle),
+        "parameters": estimate.parameters,
+        "values": estimate.values,
+        "covariance": estimate.covariance,
+        "bound": estimate.bound,
+        "frames": [vars(frame) for frame in estimate.frames],
+        "statistics": estimate.statistics,
+        "configuration": estimate.configuration,
+        "versions": estimate.versions,
+    }
+    write_document(path, "estimate", content)
+
+
+def read_estimate(path: Path) -> Estimate:
+    """Read an estimate.
+
+    Raises
+    ------
+    InputError
+        Naming the file, what was expected and what came.
+    """
+    document = read_document(path, "estimate")
+    _check(document, path)
+    motion, body = document["motion"], document["body"]
+    return Estimate(
+        name=document["name"],
+        status=Status(document["status"]),
+        message=document["message"],
+        body=None if body is None else state_entries.body(body),
+        motion=None if motion is None else state_entries.motion(motion),
+        start=_velocity(document["start"]),
+        middle=_velocity(document["middle"]),
+        parameters=tuple(document["parameters"]),
+        values=state_entries.array(document["values"]),
+        covariance=state_entries.square(document["covariance"]),
+        bound=state_entries.square(document["bound"]),
+        frames=tuple(_frame(entry) for entry in document["frames"]),
+        statistics=revived(document["statistics"]),
+        configuration=revived(document["configuration"]),
+        versions=document["versions"],
+    )
+
+
+def _velocity_entry(velocity: VelocityEstimate | None) -> Document | None:
+    return None if velocity is None else dict(vars(velocity))
+
+
+def _velocity(entry: Document | None) -> VelocityEstimate | None:
+    if entry is None:
+        return None
+    v, omega = state_entries.array(entry["v_world"]), state_entries.array(entry["omega_world"])
+    return VelocityEstimate(
+        float(entry["time_s"]), v, omega, state_entries.square(entry["covariance"]), state_entries.square(entry["bound"])
+    )
+
+
+def _frame(entry: dict[str, Any]) -> FrameReport:
+    rms_ete_px, rms_whitened = float(entry["rms_ete_px"]), float(entry["rms_whitened"])
+    return FrameReport(entry["camera"], entry["frame"], entry["used"], entry["reason"], rms_ete_px, rms_whitened)
+
+
+def _check(document: Document, path: Path) -> None:
+    """What a schema cannot say: sizes that have to agree, a measurement where the status promises one."""
+    count = len(document["parameters"])
+    if len(document["values"]) != count:
+        raise InputError(f"{path}: at $.values: expected {count} entries (one per parameter), came {len(document['values'])}.")
+    for name in ("covariance", "bound"):
+        shape = np.shape(document[name]) if all(len(row) == len(document[name]) for row in document[name]) else "rows of unequal length"
+        if shape not in ((count, count), (0,)):
+            raise InputError(f"{path}: at $.{name}: expected a square matrix of {count} rows, came {shape}.")
+    fault = state_entries.motion_fault(document["motion"]) if document["motion"] is not None else None
+    if fault is not None:
+        raise InputError(f"{path}: at $.motion: {fault}.")
+    if document["status"] == Status.CONVERGED and document["middle"] is None:
+        raise InputError(f'{path}: at $.middle: expected velocities, since the status is "converged", came null.')

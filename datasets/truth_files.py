@@ -1,0 +1,136 @@
+"""The truth of a sequence as a folder: ``truth.json``, ``mesh.ply``, ``motion.npz`` and, in the rendered tier, ``masks.tif``.
+
+The mesh is a binary PLY with float64 vertices, which any mesh viewer opens and which loses nothing. Closed to the estimator.
+"""
+
+import struct
+from pathlib import Path
+
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+
+from datasets import state_entries
+from datasets.atomic_files import written_whole
+from datasets.errors import InputError
+from datasets.json_documents import read_document, revived, write_document
+from datasets.outline_files import read_arrays, write_arrays
+from datasets.tiff_frames import FrameStackWriter, TiffFrames
+from datasets.truth import Truth
+from datasets.vocabulary.frames import is_rotation
+
+FILE = "truth.json"
+MESH_FILE = "mesh.ply"
+MOTION_FILE = "motion.npz"
+MASKS_FILE = "masks.tif"
+MASK_BITS = 1
+
+
+def write_truth(truth: Truth, folder: Path) -> None:
+    """Write ``truth`` to ``folder``; ``truth.json`` comes last.
+
+    Masks that lie in ``folder`` as ``masks.tif`` already are referred to, not copied.
+
+    Raises
+    ------
+    TumbleError
+        When the disk does not take it.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    write_arrays(folder / MOTION_FILE, state_entries.motion_arrays(truth.motion))
+    write_mesh(folder / MESH_FILE, truth.mesh_vertices, truth.mesh_faces)
+    _store_masks(truth, folder / MASKS_FILE)
+    content = {
+        "name": truth.name,
+        "body": state_entries.body_entry(truth.body),
+        "mass_kg": truth.mass_kg,
+        "inertia_kgm2": truth.inertia_kgm2,
+        "mesh": MESH_FILE,
+        "motion": MOTION_FILE,
+        "masks": None if truth.masks is None else MASKS_FILE,
+        "symmetries": truth.symmetries,
+        "descriptors": truth.descriptors,
+        "effects": truth.effects,
+        "notes": truth.notes,
+    }
+    write_document(folder / FILE, "truth", content)
+
+
+def read_truth(folder: Path) -> Truth:
+    """Read the truth of a sequence.
+
+    Raises
+    ------
+    InputError
+        Naming the file, what was expected and what came.
+    """
+    if not folder.is_dir():
+        raise InputError(f"{folder}: expected the folder of a truth, came {'a file' if folder.exists() else 'nothing'}.")
+    document = read_document(folder / FILE, "truth")
+    motion_path = folder / document["motion"]
+    arrays = read_arrays(motion_path, tuple(state_entries.MOTION_FIELDS))
+    fault = state_entries.motion_fault(arrays)
+    if fault is not None:
+        raise InputError(f"{motion_path}: {fault}.")
+    vertices, faces = read_mesh(folder / document["mesh"])
+    symmetries = state_entries.array(document["symmetries"], (3, 3))
+    odd = next((k for k, S in enumerate(symmetries) if not is_rotation(S)), None)
+    if odd is not None:
+        raise InputError(f"{folder / FILE}: at $.symmetries[{odd}]: expected a rotation, came another matrix.")
+    masks = document.get("masks")
+    return Truth(
+        name=document["name"],
+        motion=state_entries.motion(arrays),
+        body=state_entries.body(document["body"]),
+        mass_kg=float(document["mass_kg"]),
+        inertia_kgm2=state_entries.array(document["inertia_kgm2"]),
+        mesh_vertices=vertices,
+        mesh_faces=faces,
+        symmetries=symmetries,
+        descriptors=revived(document["descriptors"]),
+        effects=revived(document["effects"]),
+        notes=revived(document["notes"]),
+        masks=None if masks is None else TiffFrames(folder / masks, MASK_BITS),
+    )
+
+
+def write_mesh(path: Path, vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> None:
+    """Write a triangle mesh as binary PLY with float64 vertices (m)."""
+    header = (
+        "ply\nformat binary_little_endian 1.0\n"
+        f"element vertex {len(vertices)}\nproperty double x\nproperty double y\nproperty double z\n"
+        f"element face {len(faces)}\nproperty list uchar int vertex_indices\nend_header\n"
+    )
+    rows = np.empty(len(faces), dtype=[("count", "u1"), ("corners", "<i4", (3,))])
+    rows["count"], rows["corners"] = 3, faces
+    with written_whole(path) as temporary:
+        temporary.write_bytes(header.encode("ascii") + np.ascontiguousarray(vertices, dtype="<f8").tobytes() + rows.tobytes())
+
+
+def read_mesh(path: Path) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Vertices (v, 3) m and faces (f, 3) of a PLY file, unchanged.
+
+    Raises
+    ------
+    InputError
+        When it is missing, cut off or not a mesh.
+    """
+    if not path.is_file():
+        raise InputError(f"{path}: there is no such file.")
+    try:
+        mesh = trimesh.load_mesh(path, process=False)
+        vertices, faces = np.array(mesh.vertices, dtype=np.float64), np.array(mesh.faces, dtype=np.int64)
+    except (ValueError, KeyError, IndexError, TypeError, AttributeError, struct.error, NotImplementedError) as error:
+        raise InputError(f"{path}: expected a PLY mesh, came a file that is cut off or of another kind ({error}).") from None
+    if len(faces) == 0 or faces.max() >= len(vertices) or not np.all(np.isfinite(vertices)):
+        raise InputError(f"{path}: expected a mesh with faces and finite vertices, came {len(vertices)} vertices and {len(faces)} faces.")
+    return vertices, faces
+
+
+def _store_masks(truth: Truth, path: Path) -> None:
+    masks = truth.masks
+    if masks is None or (isinstance(masks, TiffFrames) and path.exists() and masks.path.resolve() == path.resolve()):
+        return
+    with FrameStackWriter(path) as writer:
+        for k in range(len(masks)):
+            writer.append(masks.read(k))
