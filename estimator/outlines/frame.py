@@ -1,0 +1,125 @@
+"""One picture to one outline: departure from the background, the particle's patch, occupancy, sub-pixel edge.
+
+Works on a window of the picture; everything in the result is in the whole picture's coordinates.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Bool, Float
+from numpy.typing import NDArray
+
+from datasets.vocabulary.outline import Outline
+from estimator.outlines.background import Background
+from estimator.outlines.component import Place, particle_mask, place_of
+from estimator.outlines.contour import PIXEL_VARIANCE, Edge, Points, edge_blur, half_level_contour, refined
+from estimator.outlines.occupancy import Departure, departure_from, occupancy_of
+from estimator.outlines.result import FrameOutline, FrameStatus, left_out
+from estimator.outlines.settings import OutlineSettings
+
+Picture = Float[NDArray[np.float32], "height width"]
+Mask = Bool[NDArray[np.bool_], "height width"]
+Window = tuple[int, int, int, int]
+"""Left, top, right, bottom in px; right and bottom excluded."""
+
+WIDTH_10_90 = 2.5631
+"""10-90% width of a Gaussian edge in standard deviations."""
+_RING_PX = 8
+_SHARP_PX = 0.7
+
+
+@dataclass(frozen=True)
+class Sighting:
+    """What one window of one picture shows; ``place`` is ``None`` where there is no particle."""
+
+    seen: FrameOutline
+    place: Place | None
+    blur_px: float
+
+
+def whole(shape: tuple[int, int]) -> Window:
+    """The window that is the whole picture of ``shape`` (height, width)."""
+    return (0, 0, shape[1], shape[0])
+
+
+def look(picture: Picture, background: Background, window: Window, settings: OutlineSettings, *, expected: Place | None = None) -> Sighting:
+    """Measure the outline in ``window`` of ``picture`` (DN); ``expected`` is where the particle should be, if known."""
+    left, top, right, bottom = window
+    part, level = picture[top:bottom, left:right], background.level[top:bottom, left:right]
+    departure = departure_from(part, background, level, _ring(part.shape, window == whole(picture.shape)))
+    least = max(settings.detection_sigmas * departure.noise_dn, settings.least_contrast * background.range_dn)
+    if departure.peak < least:
+        return _nothing(_why_nothing(picture, background))
+    covered = departure.amount > max(least, settings.detection_level * departure.peak)
+    inner = None if expected is None else replace(expected, centre_px=expected.centre_px - (left, top))
+    mask = particle_mask(covered, settings, expected=inner)
+    if isinstance(mask, FrameStatus):
+        return _nothing(mask)
+    place = place_of(mask, (left, top))
+    if _touches(place.box, picture.shape, settings.edge_margin_px):
+        return Sighting(left_out(FrameStatus.CUT_OFF), place, float("nan"))
+    return _measured(departure, mask, place, (window, background, settings))
+
+
+def _measured(departure: Departure, mask: Mask, place: Place, context: tuple[Window, Background, OutlineSettings]) -> Sighting:
+    window, background, settings = context
+    start = _half_level(departure, mask)
+    if start is None:
+        return Sighting(left_out(FrameStatus.NO_EDGE), place, float("nan"))
+    contour, blur, occupancy, contrast = start
+    edge = refined(contour, occupancy, blur_px=blur, spacing_px=settings.spacing_px, rounds=settings.refinements)
+    return Sighting(_reported(edge, window, departure.noise_dn / contrast, contrast / background.full_scale), place, edge.blur_px)
+
+
+def _half_level(departure: Departure, mask: Mask) -> tuple[Points, float, Picture, float] | None:
+    """Half-level contour, its blur (px), the occupancy and the contrast (DN); the rim is read beyond the blur's reach."""
+    blur = _SHARP_PX
+    for _ in range(3):
+        occupancy, contrast = occupancy_of(departure, mask, 1.5 + 1.5 * blur)
+        contour = half_level_contour(occupancy)
+        if contour is None:
+            return None
+        found = edge_blur(contour, occupancy)
+        if found < 1.3 * blur:
+            break
+        blur = found
+    return contour, found, occupancy, contrast
+
+
+def _reported(edge: Edge, window: Window, noise: float, contrast: float) -> FrameOutline:
+    return FrameOutline(
+        outline=Outline(edge.points_px + np.array(window[:2], dtype=np.float64)),
+        status=FrameStatus.USED,
+        edge_width_px=WIDTH_10_90 * float(np.sqrt(edge.blur_px**2 + PIXEL_VARIANCE)),
+        contrast=contrast,
+        noise=noise,
+        sigma_px=edge.noise_gain * noise,
+        misfit=edge.misfit,
+    )
+
+
+def _ring(shape: tuple[int, int], everything: bool) -> Mask:
+    """Pixels that show the background: the border of a window, a sparse grid of a whole picture."""
+    ring = np.zeros(shape, dtype=bool)
+    if everything:
+        ring[::4, ::4] = True
+        return ring
+    ring[:_RING_PX], ring[-_RING_PX:], ring[:, :_RING_PX], ring[:, -_RING_PX:] = True, True, True, True
+    return ring
+
+
+def _touches(box: Window, shape: tuple[int, int], margin: int) -> bool:
+    return box[0] < margin or box[1] < margin or box[2] > shape[1] - margin or box[3] > shape[0] - margin
+
+
+def _why_nothing(picture: Picture, background: Background) -> FrameStatus:
+    """Why nothing departs from the background: is there a picture at all."""
+    sparse = picture[::4, ::4]
+    if float(np.median(sparse)) >= background.full_scale and float(np.median(background.level[::4, ::4])) < background.full_scale:
+        return FrameStatus.OVEREXPOSED
+    dark = 0.25 * float(np.median(background.level[::4, ::4])) if background.bright else 0.0
+    return FrameStatus.BLACK if float(sparse.max()) <= dark else FrameStatus.ABSENT
+
+
+def _nothing(status: FrameStatus) -> Sighting:
+    return Sighting(left_out(status), None, float("nan"))

@@ -1,0 +1,92 @@
+"""What is seen in one frame, and in a sequence of them: an outline or the reason why there is none to use."""
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+from jaxtyping import Bool, Float
+from numpy.typing import NDArray
+
+from datasets.vocabulary.outline import Outline
+
+
+class FrameStatus(StrEnum):
+    """Whether a frame's outline is used; every other value is the reason why it is left out."""
+
+    USED = "used"
+    CUT_OFF = "cut off by the picture's edge"
+    OUT_OF_FOCUS = "out of focus"
+    ABSENT = "absent"
+    BLACK = "black picture"
+    OVEREXPOSED = "overexposed picture"
+    SEVERAL = "several objects"
+    NO_EDGE = "no closed edge"
+
+
+EMPTY = Outline(np.zeros((0, 2)))
+
+
+@dataclass(frozen=True)
+class FrameOutline:
+    """One frame: its outline (px) and how well it could be seen.
+
+    An outline that is left out is kept where there is one, for looking at. ``edge_width_px``: 10-90% width of the edge,
+    pixel integration included (NaN where nothing was measured). ``contrast``: brightness difference between background
+    and particle as a share of full scale. ``noise``: standard deviation of one pixel as a share of that difference.
+    ``sigma_px``: expected standard deviation (px, along the normal) that this noise gives one outline point.
+    ``misfit``: RMS difference between the picture and the re-imaged outline near the edge, as a share of the contrast;
+    much above ``noise`` the edge is not that of an opaque body (light leaking through facets, glare).
+    """
+
+    outline: Outline
+    status: FrameStatus
+    edge_width_px: float = float("nan")
+    contrast: float = float("nan")
+    noise: float = float("nan")
+    sigma_px: float = float("nan")
+    misfit: float = float("nan")
+
+    @property
+    def used(self) -> bool:
+        """Whether the outline is fit for measuring."""
+        return self.status is FrameStatus.USED
+
+
+@dataclass(frozen=True)
+class OutlineTrack:
+    """The outlines of a sequence, one entry per frame."""
+
+    frames: tuple[FrameOutline, ...]
+
+    def __len__(self) -> int:
+        return len(self.frames)
+
+    @property
+    def outlines(self) -> tuple[Outline, ...]:
+        """Per frame the outline, empty where the frame is left out."""
+        return tuple(f.outline if f.used else EMPTY for f in self.frames)
+
+    @property
+    def used(self) -> Bool[NDArray[np.bool_], " frame"]:
+        """Which frames are used."""
+        return np.array([f.used for f in self.frames], dtype=bool)
+
+    @property
+    def reasons(self) -> tuple[str, ...]:
+        """Per frame ``used`` or why it is left out."""
+        return tuple(str(f.status) for f in self.frames)
+
+    @property
+    def edge_widths_px(self) -> Float[NDArray[np.float64], " frame"]:
+        """Per frame the 10-90% edge width (px), NaN where none was measured."""
+        return np.array([f.edge_width_px for f in self.frames])
+
+    @property
+    def sigmas_px(self) -> Float[NDArray[np.float64], " frame"]:
+        """Per frame the expected standard deviation of an outline point along the normal (px), NaN where unknown."""
+        return np.array([f.sigma_px for f in self.frames])
+
+
+def left_out(status: FrameStatus) -> FrameOutline:
+    """A frame without an outline."""
+    return FrameOutline(EMPTY, status)

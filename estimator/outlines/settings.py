@@ -1,0 +1,32 @@
+"""What may be tuned in the way from frames to outlines; every length is in pixels."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class OutlineSettings:
+    """Thresholds of detection and rejection.
+
+    ``least_contrast``: share of the full brightness difference (background to black, or to full scale for a dark
+    background) below which nothing counts as a particle. ``detection_sigmas``: the same in standard deviations of the
+    noise. ``detection_level``: share of the particle's contrast at which a pixel counts as covered; low, so that light
+    leaking through a transparent particle does not open its rim. ``least_area_px2``: smaller things are dust.
+    ``rival_share``: with nothing known before, a second object of at least this share of the largest one's area makes
+    the picture undecidable. ``edge_margin_px``: nearer to the picture's edge the particle counts as cut off.
+    ``widest_edge``: out of focus when the 10-90% edge width exceeds this multiple of the sequence's sharpest quarter
+    (and ``least_blur_px``), or ``widest_edge_share`` of the particle's diameter.
+    """
+
+    least_contrast: float = 0.05
+    detection_sigmas: float = 7.0
+    detection_level: float = 0.3
+    least_area_px2: int = 40
+    rival_share: float = 0.3
+    edge_margin_px: int = 2
+    widest_edge: float = 2.0
+    least_blur_px: float = 4.0
+    widest_edge_share: float = 0.25
+    crop_margin_px: int = 16
+    background_samples: int = 24
+    spacing_px: float = 1.0
+    refinements: int = 2
