@@ -74,16 +74,15 @@ def _measured(departure: Departure, mask: Mask, place: Place, context: tuple[Win
 def _half_level(departure: Departure, mask: Mask) -> tuple[Points, float, Picture, float] | None:
     """Half-level contour, its blur (px), the occupancy and the contrast (DN); the rim is read beyond the blur's reach."""
     blur = _SHARP_PX
-    for _ in range(3):
+    while True:
         occupancy, contrast = occupancy_of(departure, mask, 1.5 + 1.5 * blur)
         contour = half_level_contour(occupancy)
         if contour is None:
             return None
         found = edge_blur(contour, occupancy)
         if found < 1.3 * blur:
-            break
+            return contour, found, occupancy, contrast
         blur = found
-    return contour, found, occupancy, contrast
 
 
 def _reported(edge: Edge, window: Window, noise: float, contrast: float) -> FrameOutline:
