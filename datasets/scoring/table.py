@@ -1,0 +1,146 @@
+"""Tables of scores: aggregates with coverage, and each poor sequence with its cause."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import pandas as pd
+
+from datasets.estimate import Status
+from datasets.scoring.metrics import COMPONENTS, INSTANTS, METRICS, Metric, metric
+from datasets.scoring.score import Row
+
+IRREGULARITY_BINS = (0.0, 0.1, 0.2, 0.3, 0.4, 0.6, 0.8, 1.0)
+WRONG_MINIMUM_DEG = 5.0
+CHECKED = ("middle_in_plane_percent", "middle_angular_percent")
+"""The metrics that decide whether a sequence is a poor one."""
+
+
+def score_table(rows: Sequence[Row]) -> pd.DataFrame:
+    """One row per sequence, sorted by name, so that the order of work does not show."""
+    return pd.DataFrame(list(rows)).sort_values("sequence", kind="stable", ignore_index=True)
+
+
+def aggregate(table: pd.DataFrame, by: str | None = None) -> pd.DataFrame:
+    """Per group and metric: median, 5th and 95th percentile, share inside the tolerance, coverage of the 95% intervals, counts.
+
+    Parameters
+    ----------
+    table
+        As from :func:`score_table`.
+    by
+        A column to group by (``n_frames``, ``n_views``, ``particle``, ``irregularity``: the last in bins), or ``None``: all together.
+
+    Returns
+    -------
+    pandas.DataFrame
+        Columns ``group, metric, unit, median, p05, p95, inside_tolerance, coverage, n, n_converged``. ``inside_tolerance`` is the
+        share of *all* sequences of the group: one that did not converge is not inside.
+    """
+    rows = [_summary(str(name), group, entry) for name, group in _groups(table, by) for entry in METRICS]
+    return pd.DataFrame(rows)
+
+
+def status_counts(table: pd.DataFrame, by: str | None = None) -> pd.DataFrame:
+    """How many sequences ended in which status, per group; columns ``group, status, n``."""
+    rows = [
+        {"group": str(name), "status": status, "n": int(count)}
+        for name, group in _groups(table, by)
+        for status, count in sorted(group["status"].value_counts().items())
+    ]
+    return pd.DataFrame(rows, columns=["group", "status", "n"])
+
+
+def coverage(table: pd.DataFrame) -> pd.DataFrame:
+    """Per instant and component: share of 95% intervals that hold the truth, spread of the pulls, RMSE by the bound, count."""
+    scored = table[table["converged"]]
+    rows = [
+        {
+            "instant": instant,
+            "component": name,
+            "coverage": float(scored[f"{instant}_inside95_{name}"].mean()),
+            "pull_rms": _rms(scored[f"{instant}_pull_{name}"]),
+            "rmse_over_bound": _rms(scored[f"{instant}_over_bound_{name}"]),
+            "n": len(scored),
+        }
+        for instant in INSTANTS
+        for name in COMPONENTS
+    ]
+    return pd.DataFrame(rows)
+
+
+def worse_sequences(table: pd.DataFrame) -> pd.DataFrame:
+    """Each sequence outside 0.5% in plane or 1% in angular velocity (mid-sequence), or without a measurement, and its cause.
+
+    Causes: the status, where it is not converged (``ambiguous``...); ``wrong minimum``: the orientation is more than 5 degrees off;
+    ``slow``: speed or spin are so low that the sequence's own bound exceeds the tolerance; otherwise ``noise or model``.
+    Columns ``sequence, particle, cause, in_plane_percent, angular_percent, speed_ms, spin_rads, orientation_deg``.
+    """
+    poor = table[[_is_poor(row) for _, row in table.iterrows()]]
+    columns = {
+        "sequence": poor["sequence"],
+        "particle": poor["particle"],
+        "cause": [_cause(row) for _, row in poor.iterrows()],
+        "in_plane_percent": poor["middle_in_plane_percent"],
+        "angular_percent": poor["middle_angular_percent"],
+        "speed_ms": poor["speed_ms"],
+        "spin_rads": poor["spin_rads"],
+        "orientation_deg": poor["orientation_median_deg"],
+    }
+    return pd.DataFrame(columns).reset_index(drop=True)
+
+
+def _groups(table: pd.DataFrame, by: str | None) -> list[tuple[object, pd.DataFrame]]:
+    if by is None:
+        return [("all", table)]
+    if by == "irregularity":
+        labels = pd.cut(table["irregularity"], IRREGULARITY_BINS, include_lowest=True)
+        return [(f"{label.left:g}-{label.right:g}", group) for label, group in table.groupby(labels, observed=True)]
+    return list(table.groupby(by, sort=True))
+
+
+def _summary(name: str, group: pd.DataFrame, entry: Metric) -> Row:
+    values = group[entry.key].dropna().to_numpy(dtype=np.float64)
+    low, median, high = np.percentile(values, [5, 50, 95], method="inverted_cdf") if len(values) else (np.nan,) * 3
+    inside = values <= entry.tolerance if entry.direction == "lower" else values >= entry.tolerance
+    return {
+        "group": name,
+        "metric": entry.key,
+        "unit": entry.unit,
+        "median": float(np.median(values)) if len(values) else float(median),
+        "p05": float(low),
+        "p95": float(high),
+        "inside_tolerance": float(inside.sum() / len(group)) if len(group) else float("nan"),
+        "coverage": _coverage_behind(group, entry),
+        "n": len(group),
+        "n_converged": int(group["converged"].sum()),
+    }
+
+
+def _coverage_behind(group: pd.DataFrame, entry: Metric) -> float:
+    """Share of the 95% intervals of the metric's components that hold the truth."""
+    if not entry.components:
+        return float("nan")
+    instant = entry.key.split("_", 1)[0]
+    flags = group[[f"{instant}_inside95_{name}" for name in entry.components]].to_numpy(dtype=np.float64)
+    return float(np.nanmean(flags)) if np.isfinite(flags).any() else float("nan")
+
+
+def _rms(values: pd.Series) -> float:
+    squares = np.square(values.to_numpy(dtype=np.float64))
+    return float(np.sqrt(squares.mean())) if len(squares) else float("nan")
+
+
+def _is_poor(row: pd.Series) -> bool:
+    return not row["converged"] or any(not row[key] <= metric(key).tolerance for key in CHECKED)
+
+
+def _cause(row: pd.Series) -> str:
+    if row["status"] != Status.CONVERGED.value:
+        return str(row["status"])
+    if row["orientation_median_deg"] > WRONG_MINIMUM_DEG:
+        return "wrong minimum"
+    for key in CHECKED:
+        tolerance = metric(key).tolerance
+        if row[key] > tolerance and row[key.replace("middle_", "middle_bound_")] > tolerance:
+            return "slow"
+    return "noise or model"
