@@ -57,9 +57,8 @@ class Intrinsics:
                 [(points_px[:, 0] - self.cx_px) / self.fx_px, (points_px[:, 1] - self.cy_px) / self.fy_px]
             )
         criteria = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 50, 1e-12)
-        xy = cv2.undistortPointsIter(
-            np.ascontiguousarray(points_px)[:, None, :], self.K, np.array(self.distortion), np.eye(3), np.eye(3), criteria
-        )
+        distorted = np.ascontiguousarray(points_px, dtype=np.float64)[:, None, :]
+        xy = cv2.undistortPoints(distorted, self.K, np.array(self.distortion), criteria=criteria)
         return np.asarray(xy, dtype=np.float64).reshape(-1, 2)
 
 
