@@ -1,8 +1,9 @@
 """The calibration rig: six cameras with long lenses on icosahedral axes, and placements ("drops") of the particle in it.
 
-Six of the twelve vertices of an icosahedron, one per axis, so that any two optical axes enclose 63.4° or 116.6°. The defaults follow the real rig of
-Forbes (PhD thesis, University of Cape Town, 2007): focal lengths of 65,000 to 88,000 px, 0.017 mm per pixel, principal point at the
-centre of the picture. Cameras are mounted with small errors of their own, known to the calibration; every drop lies within about a millimetre of the middle.
+Six of the twelve vertices of an icosahedron, one per axis, so that any two optical axes enclose 63.4° or 116.6°. The defaults follow
+the real rig of Forbes (PhD thesis, University of Cape Town, 2007): focal lengths of 65,000 to 88,000 px, 0.017 mm per pixel, principal
+point at the centre of the picture. Cameras are mounted with small errors, which the calibration knows; every drop lies within about a
+millimetre of the middle.
 """
 
 import numpy as np
@@ -25,9 +26,7 @@ DROP_SPREAD_M = 0.5e-3
 """Standard deviation of a drop's place along each axis."""
 
 
-def rig_views(
-    recipe: RigRecipe, centre_particle: Float[NDArray[np.float64], "3"], rng: np.random.Generator
-) -> tuple[CalibratedView, ...]:
+def rig_views(recipe: RigRecipe, centre_particle: Float[NDArray[np.float64], "3"], rng: np.random.Generator) -> tuple[CalibratedView, ...]:
     """The calibrated views of all drops: drop 0 seen by cameras 0 to 5, drop 1, and so on.
 
     ``centre_particle`` is the point of the particle (particle frame, m) that comes to lie near the middle of the rig. The optical

@@ -12,7 +12,7 @@ from datasets.truth import Truth
 from datasets.vocabulary.camera import HsvCamera, Intrinsics
 from datasets.vocabulary.clock import Clock
 from datasets.vocabulary.outline import Outline
-from synth.motion import FreeFlight, free_flight, random_start
+from synth.motion import FreeFlight, fly, random_start
 from synth.motion.random_flight import Stage
 from synth.particles.particle import Particle, particle
 from synth.plan import SequencePlan, particle_poses_in_camera
@@ -103,9 +103,7 @@ def silhouette_observation(plan: SequencePlan, recipe: Recipe, index: int) -> Ob
     )
 
 
-def hsv_outlines(
-    plan: SequencePlan, mesh: OutlineMesh, noise: NoiseRecipe, rng: np.random.Generator
-) -> tuple[Outline, ...]:
+def hsv_outlines(plan: SequencePlan, mesh: OutlineMesh, noise: NoiseRecipe, rng: np.random.Generator) -> tuple[Outline, ...]:
     """The outline of every frame, at the middle of its exposure."""
     R, t = particle_poses_in_camera(plan.body, plan.motion, plan.hsv)
     exact = (exact_outline(mesh, plan.hsv.intrinsics, R[i], t[i]) for i in range(len(R)))
@@ -142,5 +140,5 @@ def _flight(recipe: Recipe, grain: Particle, intrinsics: Intrinsics, rng: np.ran
     start = random_start(recipe.motion, Stage(intrinsics, recipe.hsv.distance_m, radius, times), rng)
     exposure = recipe.hsv.exposure_us * 1e-6
     gravity = np.array(recipe.motion.gravity_ms2)
-    flight = free_flight(start, grain.mass.inertia_kgm2, gravity, earliest_s=-exposure, latest_s=times[-1] + exposure)
+    flight = fly(start, grain.mass.inertia_kgm2, gravity, earliest_s=-exposure, latest_s=times[-1] + exposure)
     return flight, times

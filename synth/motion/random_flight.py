@@ -1,9 +1,9 @@
 """Random free flights during which the whole particle stays in the picture.
 
-Speed and spin are uniform over their ranges, the directions of velocity, spin axis and orientation isotropic. The middle of the flight lies
-in the focal plane; the place in the picture is uniform over all that keep a ball around the particle within the margin in
-every frame. A direction for which there is no such place is drawn again, and after ``DIRECTIONS`` of them the speed too, so
-where the picture is too small for the fastest flights, speeds are uniform over those that fit no longer, and slow ones prevail.
+Speed and spin are uniform over their ranges; the directions of velocity and spin axis and the orientation are isotropic. The middle
+frame lies in the focal plane; the place in the picture is uniform over all that keep a ball around the particle within the margin in
+every frame. A direction for which there is no such place is drawn again, and after ``DIRECTIONS`` of them the speed too. So the
+fastest flights run along the picture's diagonal or the optical axis, and speeds that fit in no direction do not occur.
 """
 
 from dataclasses import dataclass
@@ -105,6 +105,6 @@ def _does_not_fit(recipe: MotionRecipe, stage: Stage) -> str:
     seconds = float(np.ptp(stage.times_s))
     return (
         f"no flight stays in the picture for {len(stage.times_s)} frames ({1e3 * seconds:.1f} ms): the picture shows {width_mm:.0f} mm, "
-        f"the particle measures up to {2e3 * stage.radius_m:.1f} mm, motion.speed_ms is {list(recipe.speed_ms)}; expected a flight that fits: "
-        "lower motion.speed_ms or motion.frames, or raise motion.frame_rate_hz or hsv.distance_m"
+        f"the particle measures up to {2e3 * stage.radius_m:.1f} mm, motion.speed_ms is {list(recipe.speed_ms)}; "
+        "expected a flight that fits: lower motion.speed_ms or motion.frames, or raise motion.frame_rate_hz or hsv.distance_m"
     )

@@ -5,10 +5,11 @@ direction of shape space that the seed fixes; at ``a = 0`` all are (polyhedral a
 
 * ``sphere``: the sphere itself, for every ``a``.
 * ``ellipsoid``: semi-axes ``exp(a s)``, ``s`` in about [-0.6, 0.6] with zero sum: up to 1 : 0.55 : 0.3.
-* ``cut_stone``: a convex polytope like a cut diamond: random planes cut a sphere and move inward with ``a``, stretched mildly like an
-  ellipsoid; facets and edges are exact.
-* ``jagged``: ``r(u) = exp(a (0.10 noise1 + 0.08 noise2 + ...))`` over octaves of smooth random functions on the sphere with ridges (the absolute value of
-  a sum of plane waves), in the manner of fractal terrain [Ebert et al. 2003, Texturing and Modeling], stretched too.
+* ``cut_stone``: a convex polytope like a cut diamond: random planes cut a finely faceted ball and move inward with ``a``; stretched
+  half as much as the ellipsoid. Facets and edges are exact.
+* ``jagged``: ``r(u) = exp(a A sum_k h^k n_k(u))``; ``n_k`` is the absolute value of a sum of random plane waves of frequency
+  ``1.6 2^k`` on the unit sphere, so that creases run over it as in ridged fractal terrain [Ebert et al. 2003, Texturing and
+  Modeling]; stretched half as much, too.
 """
 
 from typing import Literal, cast

@@ -27,9 +27,7 @@ class MassProperties:
     volume_m3: float
 
 
-def mass_properties(
-    vertices: Float[NDArray[np.float64], "v 3"], faces: NDArray[np.int64], density_kgm3: float
-) -> MassProperties:
+def mass_properties(vertices: Float[NDArray[np.float64], "v 3"], faces: NDArray[np.int64], density_kgm3: float) -> MassProperties:
     """Mass properties of the body inside a closed, outward mesh (m) of homogeneous density (kg/m³)."""
     size = float(np.ptp(vertices, axis=0).max())
     centre = vertices.mean(axis=0)

@@ -86,7 +86,9 @@ def metres_per_unit(path: Path, extent: float, unit: Unit) -> float:
         Where no particle has that size, with the unit that would make it one.
     """
     if unit == "any":
-        raise InputError(f"{path}: particle.size_mm is [0, 0], so the file's size counts, but particle.unit is 'any'; expected m, mm, um or km")
+        raise InputError(
+            f"{path}: particle.size_mm is [0, 0], so the file's own size counts, but particle.unit is 'any'; expected m, mm, um or km"
+        )
     size = extent * METRES[unit]
     if PLAUSIBLE_M[0] <= size <= PLAUSIBLE_M[1]:
         return METRES[unit]
@@ -118,5 +120,6 @@ def _load(path: Path) -> trimesh.Trimesh:
     if not isinstance(mesh, trimesh.Trimesh) or len(mesh.faces) == 0:
         raise InputError(f"{path}: expected a mesh with faces, found none")
     if not np.isfinite(mesh.vertices).all():
-        raise InputError(f"{path}: expected finite coordinates, found {int((~np.isfinite(mesh.vertices)).any(axis=1).sum())} vertices that are not")
+        bad = int((~np.isfinite(mesh.vertices)).any(axis=1).sum())
+        raise InputError(f"{path}: expected finite coordinates, found {bad} vertices without")
     return mesh

@@ -19,6 +19,7 @@ from synth.particles.descriptors import descriptors
 from synth.particles.family import procedural
 from synth.particles.mass_properties import MassProperties, mass_properties
 from synth.particles.mesh_import import metres_per_unit, read_mesh
+from synth.particles.symmetries import LARGEST_FINITE, rotational_symmetries
 
 Array = NDArray[np.float64]
 
@@ -77,6 +78,7 @@ def particle(recipe: ParticleRecipe, index: int, rng: np.random.Generator) -> Pa
         mass=mass_properties(vertices, shape.faces, recipe.density_kgm3),
         descriptors={**shape.descriptors, "size_m": size},
         symmetries=R @ shape.symmetries @ R.T,
+        notes=_notes(shape),
     )
 
 
@@ -102,8 +104,14 @@ def _shape(name: str, mesh: trimesh.Trimesh) -> Shape:
         faces=np.asarray(unit.faces, dtype=np.int64),
         extent=extent,
         descriptors=descriptors(unit, body.inertia_ratios),
-        symmetries=np.eye(3)[None],
+        symmetries=rotational_symmetries(unit, body),
     )
+
+
+def _notes(shape: Shape) -> dict[str, str]:
+    if len(shape.symmetries) <= LARGEST_FINITE:
+        return {}
+    return {"symmetry": "continuous; truth holds a finite sample of its rotations, so an orientation is known only as finely"}
 
 
 def _size(recipe: ParticleRecipe, path: Path, extent: float, draw: float) -> float:

@@ -2,9 +2,10 @@
 
 A point of the silhouette's boundary lies on a contour edge: an edge between a face that the camera centre sees and one that
 it does not. Seen from the camera a face is front-facing when its projection has one sign of area, so both the test and the
-projection need the ideal image coordinates only. The contour edges, noded against each other, cut the plane into regions; the
-outline is the outer ring of the union of all bounded regions (:mod:`synth.silhouette.outer_ring`), so that holes count as filled. Straight edges stay straight under the ideal projection; with lens distortion they bend, and the ring is
-subdivided before it is distorted (chords of at most ``MAX_CHORD_PX``, an error below 1e-5 px for moderate lenses).
+projection need ideal image coordinates only. The contour edges, noded against each other, cut the plane into regions; the
+outline is the outer ring of the union of all bounded regions (:mod:`synth.silhouette.outer_ring`), so that holes count as filled.
+Straight edges stay straight under the ideal projection; with lens distortion they bend, and the ring is subdivided before it is
+distorted (chords of at most ``MAX_CHORD_PX``, an error below 1e-5 px for moderate lenses).
 
 Valid for closed, consistently oriented meshes that lie wholly in front of the camera.
 """

@@ -17,9 +17,7 @@ from datasets.vocabulary.outline import Outline
 Array = NDArray[np.float64]
 
 
-def noisy_outline(
-    exact: Float[NDArray[np.float64], "n 2"], *, spacing_px: float, sigma_px: float, rng: np.random.Generator
-) -> Outline:
+def noisy_outline(exact: Float[NDArray[np.float64], "n 2"], *, spacing_px: float, sigma_px: float, rng: np.random.Generator) -> Outline:
     """Sample ``exact`` (px, positive area) about every ``spacing_px`` and displace each sample along its normal by N(0, ``sigma_px``²).
 
     The first sample lies at a random place of the outline.

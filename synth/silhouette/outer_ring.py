@@ -44,7 +44,7 @@ def near_outside(segments: Float[NDArray[np.float64], "s 2 2"]) -> NDArray[np.bo
     on_grid = (segments - low) / cell + MARGIN
     picture = np.zeros((GRID + 2 * MARGIN + 1, GRID + 2 * MARGIN + 1), dtype=np.uint8)
     fixed_point = np.rint(on_grid * 2**SUBCELL_BITS).astype(np.int32)
-    cv2.polylines(picture, cast("list[cv2.typing.MatLike]", list(fixed_point)), False, 1, 1, cv2.LINE_8, SUBCELL_BITS)
+    cv2.polylines(picture, list(fixed_point), False, 1, 1, cv2.LINE_8, SUBCELL_BITS)
     cv2.floodFill(picture, None, (0, 0), 2)
     kernel = np.ones((2 * MARGIN + 1, 2 * MARGIN + 1), dtype=np.uint8)
     outside = cv2.dilate((picture == 2).astype(np.uint8), kernel)
