@@ -1,0 +1,89 @@
+"""``tumble estimate``: observations become estimates. Reads no truth."""
+
+import argparse
+import json
+from pathlib import Path
+
+from rich.console import Console
+from rich.table import Table
+
+from datasets.estimate import Estimate, Status
+from datasets.estimate_files import read_estimate
+from tumble.cli.options import add_configuration, add_jobs, add_output, verb_parser
+from tumble.cli.outcomes import exit_code, say_failures
+from tumble.configuring import load_configuration
+from tumble.estimating import SUFFIX, estimate_all, observations_in
+from tumble.output_directory import Run, output_directory
+from tumble.reports.velocities import rows
+from tumble.reports.words import next_steps, rms_ete_px
+
+
+def parser() -> argparse.ArgumentParser:
+    """The verb's options."""
+    verb = verb_parser(
+        "estimate",
+        description="Measure poses, trajectory and velocities. OBSERVATIONS is a dataset, a folder of observations, or one observation;\n"
+        "only pictures or outlines, cameras, clock, gravity and calibrated views are read.",
+        example="tumble estimate out/dataset --out out/estimates",
+    )
+    verb.add_argument("observations", type=Path, metavar="OBSERVATIONS", help="a dataset or an observation folder")
+    add_configuration(verb, what="the estimator's configuration")
+    add_output(verb, default="out/estimates")
+    add_jobs(verb)
+    return verb
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Estimate; exit code 1 when an observation failed. A status other than converged is a result, not a failure."""
+    configuration = load_configuration(arguments.config, arguments.settings)
+    observations_in(arguments.observations)
+    described = Run("estimate", {"observations": str(arguments.observations.resolve()), **configuration})
+    with output_directory(arguments.out, described, resume=arguments.resume, force=arguments.force) as out:
+        outcomes = estimate_all(arguments.observations, configuration, out, jobs=arguments.jobs, quiet=arguments.quiet)
+    say_failures(outcomes)
+    estimates = [read_estimate(path) for path in sorted(arguments.out.glob(f"*{SUFFIX}"))]
+    if arguments.json:
+        print(json.dumps([_brief(estimate) for estimate in estimates]))
+    elif not arguments.quiet:
+        say_estimates(estimates)
+        truth = arguments.observations / "truth"
+        after = f"tumble score {arguments.out} --truth {truth}" if truth.is_dir() else f"tumble report {arguments.out}"
+        Console().print(f"next: {after}", soft_wrap=True, highlight=False)
+    return exit_code(outcomes)
+
+
+def say_estimates(estimates: list[Estimate]) -> None:
+    """A table for people."""
+    table = Table(box=None, pad_edge=False)
+    for heading in ("sequence", "status", "v x, y, z (m/s)", "ω x, y, z (rad/s)", "RMS ETE (px)"):
+        table.add_column(heading, overflow="fold")
+    for estimate in estimates:
+        table.add_row(estimate.name, estimate.status.value, *_velocity_cells(estimate), _rms_cell(estimate))
+    Console().print(table)
+    for estimate in estimates:
+        if estimate.status is not Status.CONVERGED:
+            Console().print(f"{estimate.name}: {estimate.message} {next_steps(estimate)[0]}", soft_wrap=True, highlight=False)
+
+
+def _velocity_cells(estimate: Estimate) -> tuple[str, str]:
+    if estimate.middle is None:
+        return "–", "–"
+    texts = [row["text"] for row in rows(estimate.middle, None)]
+    return "\n".join(texts[:3]), "\n".join(texts[3:6])
+
+
+def _rms_cell(estimate: Estimate) -> str:
+    value = rms_ete_px(estimate)
+    return "–" if value is None else f"{value:.3f}"
+
+
+def _brief(estimate: Estimate) -> dict[str, object]:
+    middle = estimate.middle
+    return {
+        "sequence": estimate.name,
+        "status": estimate.status.value,
+        "message": estimate.message,
+        "rms_ete_px": rms_ete_px(estimate),
+        "v_world": None if middle is None else middle.v_world.tolist(),
+        "omega_world": None if middle is None else middle.omega_world.tolist(),
+    }

@@ -1,0 +1,45 @@
+"""``tumble render``: a recipe becomes a dataset folder."""
+
+import argparse
+import json
+from pathlib import Path
+
+from datasets.recipes.toml_files import load_recipe, recipe_to_dict
+from tumble.cli.options import add_configuration, add_jobs, add_output, verb_parser
+from tumble.cli.outcomes import exit_code, say_failures
+from tumble.engine import Outcome, State
+from tumble.output_directory import Run, output_directory
+from tumble.rendering import render_dataset, variant_of
+
+
+def parser() -> argparse.ArgumentParser:
+    """The verb's options."""
+    verb = verb_parser(
+        "render",
+        description="Make a dataset from a recipe: observations/ for the estimator and, apart from it, truth/.\n"
+        "Without --config the recipe's defaults hold; docs/format.md describes every key.",
+        example="tumble render --set sequences=4 --set motion.frames=60 --out out/dataset",
+    )
+    add_configuration(verb, what="the recipe")
+    add_output(verb, default="out/dataset")
+    add_jobs(verb)
+    return verb
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Render; exit code 1 when a sequence failed."""
+    recipe = load_recipe(arguments.config, arguments.settings)
+    described = Run("render", recipe_to_dict(recipe), recipe.seed, variant_of(recipe))
+    with output_directory(arguments.out, described, resume=arguments.resume, force=arguments.force) as out:
+        outcomes = render_dataset(recipe, out, jobs=arguments.jobs, quiet=arguments.quiet)
+    say_failures(outcomes)
+    _say(outcomes, out, arguments)
+    return exit_code(outcomes)
+
+
+def _say(outcomes: tuple[Outcome, ...], out: Path, arguments: argparse.Namespace) -> None:
+    made = sum(outcome.state is not State.FAILED for outcome in outcomes)
+    if arguments.json:
+        print(json.dumps({"dataset": str(out), "sequences": made, "failed": len(outcomes) - made}))
+    elif not arguments.quiet:
+        print(f"{made} of {len(outcomes)} sequences are in {out}\nnext: tumble estimate {out} --out {out.parent / 'estimates'}")

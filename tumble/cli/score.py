@@ -1,0 +1,74 @@
+"""``tumble score``: estimates beside the truth."""
+
+import argparse
+import json
+from pathlib import Path
+
+import pandas as pd
+from rich.console import Console
+from rich.table import Table
+
+from datasets.errors import InputError
+from datasets.scoring.table import aggregate, status_counts, worse_sequences
+from tumble.cli.options import add_output, verb_parser
+from tumble.output_directory import Run, output_directory
+from tumble.scoring import TABLE_FILE, score_all, summary, write_scores
+
+SHOWN = (
+    "middle_in_plane_percent",
+    "middle_out_of_plane_percent",
+    "middle_angular_percent",
+    "orientation_median_deg",
+    "position_median_mm",
+)
+
+
+def parser() -> argparse.ArgumentParser:
+    """The verb's options."""
+    verb = verb_parser(
+        "score",
+        description="Compare estimates with the truth: scores.csv has one tidy row per sequence, scores.json the aggregates.\n"
+        "Each sequence that is worse is named with its cause.",
+        example="tumble score out/estimates --truth out/dataset/truth --out out/scores",
+    )
+    verb.add_argument("estimates", type=Path, metavar="ESTIMATES", help="a folder of estimates, or one estimate file")
+    verb.add_argument("--truth", type=Path, required=True, metavar="FOLDER", help="the dataset's truth folder")
+    add_output(verb, default="out/scores")
+    return verb
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Score, store, print."""
+    if not arguments.truth.is_dir():
+        raise InputError(f"{arguments.truth}: expected the truth folder of a dataset, came nothing.")
+    described = Run("score", {"estimates": str(arguments.estimates.resolve()), "truth": str(arguments.truth.resolve())})
+    with output_directory(arguments.out, described, resume=arguments.resume, force=arguments.force) as out:
+        table = score_all(arguments.estimates, arguments.truth)
+        write_scores(table, out)
+    if arguments.json:
+        print(json.dumps(summary(table)))
+    elif not arguments.quiet:
+        say_scores(table)
+        Console().print(f"table: {arguments.out / TABLE_FILE}", soft_wrap=True, highlight=False)
+    return 0
+
+
+def say_scores(scores: pd.DataFrame) -> None:
+    """Aggregates, statuses and the worse sequences for people."""
+    console = Console()
+    statuses = ", ".join(f"{row['n']} {row['status']}" for row in status_counts(scores).to_dict("records"))
+    console.print(f"{len(scores)} sequences: {statuses}", highlight=False)
+    table = Table("metric", "unit", "median", "5%", "95%", "inside tolerance", "95% intervals that hold truth", box=None, pad_edge=False)
+    for row in aggregate(scores).to_dict("records"):
+        if row["metric"] in SHOWN:
+            table.add_row(
+                row["metric"].replace("middle_", "").replace("_", " "),
+                row["unit"],
+                *(f"{row[key]:.3f}" for key in ("median", "p05", "p95")),
+                f"{row['inside_tolerance']:.0%}",
+                "–" if pd.isna(row["coverage"]) else f"{row['coverage']:.0%}",
+            )
+    console.print(table)
+    for row in worse_sequences(scores).to_dict("records"):
+        errors = f"in-plane {row['in_plane_percent']:.2f}%, angular {row['angular_percent']:.2f}%"
+        console.print(f"worse: {row['sequence']}: {row['cause']} ({errors})", soft_wrap=True, highlight=False)

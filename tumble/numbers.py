@@ -1,0 +1,21 @@
+"""Numbers for people: a value is written as finely as its uncertainty deserves."""
+
+import math
+
+
+def decimals(sigma: float) -> int:
+    """Digits after the point that show ``sigma`` with two significant digits; at most 9."""
+    if not math.isfinite(sigma) or sigma <= 0:
+        return 4
+    return min(max(1 - math.floor(math.log10(sigma)), 0), 9)
+
+
+def rounded(value: float, sigma: float) -> str:
+    """``value`` with as many digits as ``sigma`` deserves."""
+    return f"{value:.{decimals(sigma)}f}" if math.isfinite(value) else "unknown"
+
+
+def with_sigma(value: float, sigma: float) -> str:
+    """``value ± sigma``; ``± unknown`` where there is no finite uncertainty."""
+    spread = f"{sigma:.{decimals(sigma)}f}" if math.isfinite(sigma) else "unknown"
+    return f"{rounded(value, sigma)} ± {spread}"

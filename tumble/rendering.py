@@ -1,0 +1,67 @@
+"""Makes a dataset from a recipe, one sequence per item; observations and truth go to trees of their own."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+from synth.rendering.sequence import render_sequence
+
+from datasets.atomic_files import written_whole
+from datasets.dataset_files import Dataset, observation_folder, truth_folder, write_dataset
+from datasets.observation_files import write_observation
+from datasets.recipes.recipe import Recipe
+from datasets.recipes.toml_files import recipe_from_dict, recipe_to_dict
+from datasets.truth_files import write_truth
+from synth.rendering.variant import choose_variant
+from synth.sequence import build_silhouette_sequence
+from tumble.engine import Item, Outcome, State, run
+from tumble.progress import progress
+from tumble.versions import versions
+
+
+def variant_of(recipe: Recipe) -> str | None:
+    """The renderer variant that this machine uses for ``recipe``; ``None`` where nothing is rendered."""
+    rendered = recipe.tier == "rendered" or bool(recipe.rig.rendered)
+    return choose_variant(recipe.rendering.variant) if rendered else None
+
+
+def render_dataset(recipe: Recipe, out: Path, *, jobs: int, quiet: bool) -> tuple[Outcome, ...]:
+    """Render every sequence of ``recipe`` that ``out`` lacks, then write ``dataset.json`` with those that are there."""
+    items = [_item(recipe, index, out) for index in range(recipe.sequences)]
+    with progress("render", len(items), quiet=quiet) as advance:
+        outcomes = run(render_item, items, jobs=jobs, advance=advance)
+    names = tuple(
+        json.loads(item.product.read_text(encoding="utf-8"))["name"]
+        for item, outcome in zip(items, outcomes, strict=True)
+        if outcome.state is not State.FAILED
+    )
+    write_dataset(Dataset(recipe.name, names, recipe.seed, recipe_to_dict(recipe), versions(), variant_of(recipe)), out)
+    return outcomes
+
+
+def render_item(payload: dict[str, Any]) -> dict[str, Any]:
+    """Make one sequence; its marker is written last."""
+    recipe = recipe_from_dict(payload["recipe"], "recipe")
+    out, index = Path(payload["out"]), int(payload["index"])
+    name = _render(recipe, index, out) if variant_of(recipe) else _project(recipe, index, out)
+    result = {"name": name}
+    with written_whole(Path(payload["product"])) as temporary:
+        temporary.write_text(json.dumps(result) + "\n", encoding="utf-8")
+    return result
+
+
+def _project(recipe: Recipe, index: int, out: Path) -> str:
+    observation, truth = build_silhouette_sequence(recipe, index)
+    write_truth(truth, truth_folder(out, truth.name))
+    write_observation(observation, observation_folder(out, observation.name))
+    return observation.name
+
+
+def _render(recipe: Recipe, index: int, out: Path) -> str:
+    return str(render_sequence(recipe, index, out))
+
+
+def _item(recipe: Recipe, index: int, out: Path) -> Item:
+    product = out / "finished" / f"{index:04d}.json"
+    payload = {"recipe": recipe_to_dict(recipe), "index": index, "out": str(out), "product": str(product)}
+    return Item(f"{index:04d}", payload, product)

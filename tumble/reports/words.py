@@ -1,0 +1,40 @@
+"""What a status means, and what a person may do next, in plain words."""
+
+from datasets.estimate import Estimate, Status
+
+MEANING: dict[Status, str] = {
+    Status.CONVERGED: "The fit converged. The numbers below are a measurement; the intervals say how good it is.",
+    Status.AMBIGUOUS: "Two or more motions explain the pictures almost equally well. The best is shown, but do not rely on it.",
+    Status.NOT_ENOUGH_FRAMES: "Too few pictures could be used for a motion.",
+    Status.OUT_OF_VIEW: "The particle was not wholly in the picture for long enough.",
+    Status.NO_CONVERGENCE: "No start of the search led to a motion that explains the pictures. There is no measurement.",
+}
+
+NEXT: dict[Status, str] = {
+    Status.CONVERGED: "Play the frames and see that the outline stays on the particle.",
+    Status.AMBIGUOUS: "Compare the competing minima. Add calibrated views from other sides, a second camera, or a longer sequence.",
+    Status.NOT_ENOUGH_FRAMES: "See below why frames were left out; record longer, or widen the view.",
+    Status.OUT_OF_VIEW: "Cut the recording to the frames that show the whole particle, or move the camera back.",
+    Status.NO_CONVERGENCE: "Check that the calibrated views belong to this particle, and that focal length and units are right.",
+}
+
+MANY_LEFT_OUT = 0.2
+LARGE_ETE_PX = 1.5
+
+
+def next_steps(estimate: Estimate) -> list[str]:
+    """What to do next, most important first."""
+    steps = [NEXT[estimate.status]]
+    left_out = [frame for frame in estimate.frames if not frame.used]
+    if left_out and len(left_out) > MANY_LEFT_OUT * len(estimate.frames):
+        reason = max({frame.reason for frame in left_out}, key=[frame.reason for frame in left_out].count)
+        steps.append(f"{len(left_out)} of {len(estimate.frames)} frames were left out, mostly because: {reason}.")
+    if (worst := rms_ete_px(estimate)) is not None and worst > LARGE_ETE_PX:
+        steps.append(f"The RMS ETE of {worst:.2f} px is large; above {LARGE_ETE_PX} px velocities are often wrong. Check calibration.")
+    return steps
+
+
+def rms_ete_px(estimate: Estimate) -> float | None:
+    """RMS ETE (px) over the frames used; ``None`` where there are none."""
+    squares = [frame.rms_ete_px**2 for frame in estimate.frames if frame.used]
+    return (sum(squares) / len(squares)) ** 0.5 if squares else None
