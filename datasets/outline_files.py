@@ -5,6 +5,7 @@ empty outline is two equal offsets.
 """
 
 import zipfile
+import zlib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -31,7 +32,8 @@ def read_arrays(path: Path, names: Sequence[str]) -> dict[str, NDArray[np.generi
         When it is missing, cut off, of another kind, or lacks one of the arrays.
     """
     try:
-        with np.load(path, allow_pickle=False) as archive:
+        with path.open("rb") as stream:
+            archive = np.load(stream, allow_pickle=False)
             if not isinstance(archive, np.lib.npyio.NpzFile):
                 raise InputError(f"{path}: expected an .npz file, came a single array.")
             absent = [name for name in names if name not in archive.files]
@@ -40,7 +42,7 @@ def read_arrays(path: Path, names: Sequence[str]) -> dict[str, NDArray[np.generi
             return {name: archive[name] for name in names}
     except FileNotFoundError:
         raise InputError(f"{path}: there is no such file.") from None
-    except (zipfile.BadZipFile, OSError, ValueError, EOFError) as error:
+    except (zipfile.BadZipFile, zlib.error, OSError, ValueError, EOFError) as error:
         raise InputError(f"{path}: expected an .npz file, came one that is cut off or of another kind ({error}).") from None
 
 

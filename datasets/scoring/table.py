@@ -1,6 +1,7 @@
 """Tables of scores: aggregates with coverage, and each poor sequence with its cause."""
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 import pandas as pd
@@ -9,7 +10,8 @@ from datasets.estimate import Status
 from datasets.scoring.metrics import COMPONENTS, INSTANTS, METRICS, Metric, metric
 from datasets.scoring.score import Row
 
-IRREGULARITY_BINS = (0.0, 0.1, 0.2, 0.3, 0.4, 0.6, 0.8, 1.0)
+IRREGULARITY_BINS = (0.0, 0.1, 0.2, 0.3, 0.4, 0.6, 0.8, float("inf"))
+"""Each bin holds its lower edge."""
 WRONG_MINIMUM_DEG = 5.0
 CHECKED = ("middle_in_plane_percent", "middle_angular_percent")
 """The metrics that decide whether a sequence is a poor one."""
@@ -93,8 +95,9 @@ def _groups(table: pd.DataFrame, by: str | None) -> list[tuple[object, pd.DataFr
     if by is None:
         return [("all", table)]
     if by == "irregularity":
-        labels = pd.cut(table["irregularity"], IRREGULARITY_BINS, include_lowest=True)
-        return [(f"{label.left:g}-{label.right:g}", group) for label, group in table.groupby(labels, observed=True)]
+        names = [f"{low:g}-{high:g}" for low, high in pairwise(IRREGULARITY_BINS)]
+        labels = pd.cut(table["irregularity"].clip(lower=0), IRREGULARITY_BINS, right=False, labels=names)
+        return list(table.groupby(labels, observed=True))
     return list(table.groupby(by, sort=True))
 
 

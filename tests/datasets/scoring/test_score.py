@@ -1,0 +1,245 @@
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from datasets.errors import InputError
+from datasets.estimate import Estimate, Status
+from datasets.estimate_files import read_estimate, write_estimate
+from datasets.scoring.angles import rotation_angle
+from datasets.scoring.metrics import COMPONENTS, INSTANTS, METRICS, metric
+from datasets.scoring.score import score, truth_as_estimate
+from datasets.scoring.table import aggregate, coverage, score_table, status_counts, worse_sequences
+from datasets.truth_files import read_truth, write_truth
+
+ERRORS = [entry.key for entry in METRICS if entry.key != "middle_sigma_over_bound"]
+
+
+@settings(max_examples=25, deadline=None)
+@given(seed=st.integers(0, 10**6), frames=st.integers(3, 30))
+def test_the_truth_itself_scores_exactly_zero(truth_of, seed, frames):
+    truth = truth_of(seed=seed, frames=frames)
+    row = score(truth_as_estimate(truth), truth)
+    assert {key: row[key] for key in ERRORS} == dict.fromkeys(ERRORS, 0.0)
+    for instant in INSTANTS:
+        for name in COMPONENTS:
+            assert row[f"{instant}_pull_{name}"] == 0.0
+            assert row[f"{instant}_inside95_{name}"] == 1.0
+
+
+def test_the_truth_scores_zero_through_files_and_with_symmetries(truth, tmp_path):
+    turns = Rotation.from_rotvec(np.outer(np.arange(4) * np.pi / 2, [0, 0, 1])).as_matrix()
+    write_truth(replace(truth, symmetries=turns), tmp_path / "t")
+    write_estimate(truth_as_estimate(truth), tmp_path / "e.json")
+    row = score(read_estimate(tmp_path / "e.json"), read_truth(tmp_path / "t"))
+    assert all(row[key] == 0.0 for key in ERRORS)
+
+
+def test_velocity_errors_are_what_was_added(truth, estimate_of):
+    error = np.array([0.03, 0.04, -0.02, 1.0, 2.0, -2.0])
+    row = score(estimate_of(truth, error, sigma=0.5), truth)
+    speed, spin = np.linalg.norm(truth.motion.v_world[2]), np.linalg.norm(truth.motion.omega_world[2])
+    assert row["middle_in_plane_ms"] == pytest.approx(0.05)
+    assert row["middle_out_of_plane_ms"] == pytest.approx(0.02)
+    assert row["middle_angular_rads"] == pytest.approx(3.0)
+    assert row["middle_in_plane_percent"] == pytest.approx(5 / speed)
+    assert row["middle_angular_percent"] == pytest.approx(300 / spin)
+    assert row["middle_pull_vz"] == pytest.approx(-0.04)
+    assert row["middle_pull_wy"] == pytest.approx(4.0)
+    assert (row["middle_inside95_vz"], row["middle_inside95_wy"]) == (1.0, 0.0)
+    assert row["middle_over_bound_wz"] == pytest.approx(4.4)
+    assert row["middle_mahalanobis2"] == pytest.approx((error @ error) / 0.25)
+    assert row["middle_sigma_over_bound"] == pytest.approx(1.1)
+    assert (row["n_frames"], row["n_used"], row["n_views"], row["irregularity"]) == (5, 1, 60, 0.4)
+    assert row["particle"] == "cut stone"
+
+
+def test_an_instant_between_frames_uses_the_interpolated_truth(truth_of, estimate_of):
+    truth = truth_of(frames=40)
+    times = truth.motion.times_s
+    wobble = 200 * np.column_stack([np.sin(300 * times), np.cos(300 * times), np.ones_like(times)])
+    truth = replace(truth, motion=replace(truth.motion, omega_world=wobble))
+    estimate = estimate_of(truth, np.zeros(6))
+    instant = 0.5 * (times[19] + times[20])
+    omega = 200 * np.array([np.sin(300 * instant), np.cos(300 * instant), 1.0])
+    row = score(replace(estimate, middle=replace(estimate.middle, time_s=instant, omega_world=omega)), truth)
+    assert 0 < row["middle_angular_rads"] < 1e-4
+
+
+def turned(estimate: Estimate, R: np.ndarray, com_shift=0.0) -> Estimate:
+    """The estimate with every particle orientation turned by ``R`` in the particle frame."""
+    body = replace(estimate.body, R_particle_body=R.T @ estimate.body.R_particle_body)
+    return replace(estimate, body=body)
+
+
+@pytest.mark.parametrize("degrees", [1e-7, 0.1, 4.0, 90.0, 179.0])
+def test_orientation_is_the_geodesic_angle(truth, estimate_of, degrees):
+    R = Rotation.from_rotvec(np.radians(degrees) * np.array([0.6, 0.0, 0.8])).as_matrix()
+    row = score(turned(estimate_of(truth, np.zeros(6)), R), truth)
+    assert row["orientation_median_deg"] == pytest.approx(degrees, rel=1e-6)
+    assert row["orientation_max_deg"] == pytest.approx(degrees, rel=1e-6)
+
+
+def test_orientation_does_not_depend_on_the_signs_of_principal_axes(truth, estimate_of):
+    """Another choice of axes changes both the body and the quaternions; the particle's orientation stays."""
+    flip = np.diag([-1.0, 1.0, -1.0])
+    estimate = estimate_of(truth, np.zeros(6))
+    body = replace(estimate.body, R_particle_body=estimate.body.R_particle_body @ flip)
+    q = (Rotation.from_quat(estimate.motion.q_world_body) * Rotation.from_matrix(flip)).as_quat()
+    row = score(replace(estimate, body=body, motion=replace(estimate.motion, q_world_body=q)), truth)
+    assert row["orientation_max_deg"] < 1e-5
+
+
+def test_orientation_of_a_symmetric_body(truth, estimate_of):
+    turns = Rotation.from_rotvec(np.outer(np.arange(3) * 2 * np.pi / 3, [0, 1, 0])).as_matrix()
+    estimate = turned(estimate_of(truth, np.zeros(6)), turns[1])
+    assert score(estimate, truth)["orientation_median_deg"] == pytest.approx(120)
+    assert score(estimate, replace(truth, symmetries=turns))["orientation_median_deg"] < 1e-5
+
+
+def test_one_symmetry_serves_the_whole_sequence(truth, estimate_of):
+    """A body that seems to jump between its symmetric orientations is wrong in part of the frames."""
+    turns = Rotation.from_rotvec(np.outer([0, np.pi], [0, 0, 1])).as_matrix()
+    estimate = estimate_of(truth, np.zeros(6))
+    q = estimate.motion.q_world_body.copy()
+    in_body = Rotation.from_matrix(truth.body.R_particle_body.T @ turns[1] @ truth.body.R_particle_body)
+    q[3:] = (Rotation.from_quat(q[3:]) * in_body).as_quat()
+    row = score(replace(estimate, motion=replace(estimate.motion, q_world_body=q)), replace(truth, symmetries=turns))
+    assert row["orientation_median_deg"] < 1e-5
+    assert row["orientation_max_deg"] == pytest.approx(180)
+
+
+def test_position_in_millimetres(truth, estimate_of):
+    estimate = estimate_of(truth, np.zeros(6))
+    moved = replace(estimate.motion, x_world=estimate.motion.x_world + np.array([3e-4, 0.0, 4e-4]))
+    row = score(replace(estimate, motion=moved), truth)
+    assert row["position_median_mm"] == pytest.approx(0.5)
+
+
+def test_poses_of_some_frames_only(truth, estimate_of):
+    estimate = estimate_of(truth, np.zeros(6))
+    some = replace(estimate.motion, **{name: value[1:4] for name, value in vars(estimate.motion).items()})
+    assert score(replace(estimate, motion=some), truth)["position_max_mm"] == 0.0
+    late = replace(some, times_s=some.times_s + 1e-4)
+    with pytest.raises(InputError, match="expected poses at the frame times of the truth"):
+        score(replace(estimate, motion=late), truth)
+
+
+@pytest.mark.parametrize("status", [status for status in Status if status is not Status.CONVERGED])
+def test_what_did_not_converge_is_never_a_number(truth, estimate_of, status):
+    row = score(estimate_of(truth, np.zeros(6), status=status), truth)
+    assert row["status"] == status.value
+    assert all(math.isnan(row[entry.key]) for entry in METRICS)
+    assert math.isnan(row["middle_inside95_vx"])
+
+
+def test_the_row_has_the_same_columns_whatever_the_status(truth, estimate_of):
+    full, empty = score(estimate_of(truth, np.ones(6)), truth), score(Estimate(truth.name, Status.OUT_OF_VIEW, "gone"), truth)
+    assert full.keys() == empty.keys()
+
+
+def test_a_resting_particle_has_no_relative_error_unless_there_is_an_error(truth, estimate_of):
+    still = replace(truth, motion=replace(truth.motion, v_world=np.zeros((5, 3)), omega_world=np.zeros((5, 3))))
+    assert score(truth_as_estimate(still), still)["middle_in_plane_percent"] == 0.0
+    assert score(estimate_of(still, np.ones(6)), still)["middle_in_plane_percent"] == math.inf
+
+
+def test_an_error_without_an_error_bar_is_infinitely_many_sigmas(truth, estimate_of):
+    row = score(estimate_of(truth, np.ones(6), sigma=0.0), truth)
+    assert row["middle_pull_vx"] == math.inf
+    assert row["middle_mahalanobis2"] == math.inf
+    assert row["middle_inside95_vx"] == 0.0
+
+
+def test_another_sequence_is_refused(truth, truth_of, estimate_of):
+    with pytest.raises(InputError, match='the estimate is of sequence "other", the truth of "seq_0000"'):
+        score(estimate_of(truth_of("other"), np.zeros(6)), truth)
+
+
+def test_rotation_angle_near_half_a_turn():
+    R = Rotation.from_rotvec([0, np.pi, 0]).as_matrix()
+    assert rotation_angle(np.eye(3), R) == pytest.approx(np.pi)
+
+
+def many_rows(truth_of, estimate_of, count=40, sigma=0.01):
+    rng = np.random.default_rng(3)
+    rows = []
+    for k in range(count):
+        truth = truth_of(f"seq_{k:04d}", seed=k, descriptors={"irregularity": k / count})
+        rows.append(score(estimate_of(truth, rng.normal(scale=sigma, size=6), sigma=sigma), truth))
+    return rows
+
+
+def test_aggregates(truth_of, estimate_of):
+    rows = many_rows(truth_of, estimate_of)
+    table = score_table(reversed(rows))
+    assert list(table["sequence"]) == sorted(row["sequence"] for row in rows)
+    overall = aggregate(table).set_index("metric")
+    values = [row["middle_out_of_plane_ms"] for row in rows]
+    assert overall.loc["middle_out_of_plane_ms", "median"] == pytest.approx(np.median(values))
+    assert overall.loc["middle_out_of_plane_ms", "inside_tolerance"] == pytest.approx(np.mean(np.array(values) <= 0.02))
+    assert 0.85 < overall.loc["middle_in_plane_ms", "coverage"] <= 1.0
+    assert set(overall["n"]) == {40}
+    binned = aggregate(table, by="irregularity")
+    assert set(binned["group"]) == {"0-0.1", "0.1-0.2", "0.2-0.3", "0.3-0.4", "0.4-0.6", "0.6-0.8", "0.8-inf"}
+    assert binned[binned["metric"] == "middle_mahalanobis2"]["n"].sum() == 40
+    assert set(aggregate(table, by="n_views")["group"]) == {"60"}
+
+
+def test_what_did_not_converge_counts_against_the_share(truth_of, estimate_of):
+    rows = many_rows(truth_of, estimate_of, count=3, sigma=1e-9)
+    truth = truth_of("lost", seed=9)
+    rows.append(score(estimate_of(truth, np.zeros(6), status=Status.AMBIGUOUS), truth))
+    overall = aggregate(score_table(rows)).set_index("metric")
+    assert overall.loc["middle_in_plane_percent", "inside_tolerance"] == 0.75
+    assert tuple(overall.loc["middle_in_plane_percent", ["n", "n_converged"]]) == (4, 3)
+    counts = status_counts(score_table(rows))
+    assert dict(zip(counts["status"], counts["n"], strict=True)) == {"ambiguous": 1, "converged": 3}
+
+
+def test_coverage_tells_honest_error_bars_from_optimistic_ones(truth_of, estimate_of):
+    honest = coverage(score_table(many_rows(truth_of, estimate_of)))
+    assert honest["coverage"].mean() == pytest.approx(0.95, abs=0.05)
+    assert honest["pull_rms"].mean() == pytest.approx(1.0, abs=0.15)
+    assert honest["rmse_over_bound"].mean() == pytest.approx(1.1, abs=0.15)
+
+
+def test_each_poor_sequence_has_its_cause(truth_of, estimate_of):
+    def row(name, error, *, speed=2.0, **changes):
+        truth = truth_of(name, seed=5)
+        v = np.tile([speed, 0.0, 0.0], (5, 1))
+        truth = replace(truth, motion=replace(truth.motion, v_world=v))
+        estimate = estimate_of(truth, np.array([error, 0, 0, 0, 0, 0]), sigma=1e-3)
+        estimate = replace(estimate, **{k: v for k, v in changes.items() if k != "turn"})
+        return score(turned(estimate, changes["turn"]) if "turn" in changes else estimate, truth)
+
+    half_turn = np.diag([-1.0, -1.0, 1.0])
+    table = score_table(
+        [
+            row("fine", 0.001),
+            row("slow", 0.001, speed=0.01),
+            row("wrong", 0.1, turn=half_turn),
+            row("lost", 0.0, status=Status.AMBIGUOUS),
+            row("short", 0.0, status=Status.NOT_ENOUGH_FRAMES),
+            row("noisy", 0.1),
+        ]
+    )
+    worse = worse_sequences(table)
+    assert dict(zip(worse["sequence"], worse["cause"], strict=True)) == {
+        "lost": "ambiguous",
+        "noisy": "noise or model",
+        "short": "not enough frames",
+        "slow": "slow",
+        "wrong": "wrong minimum",
+    }
+
+
+def test_metrics_are_named_once():
+    keys = [entry.key for entry in METRICS]
+    assert len(set(keys)) == len(keys)
+    with pytest.raises(KeyError, match="no metric 'speed'"):
+        metric("speed")

@@ -1,0 +1,104 @@
+import json
+import shutil
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import trimesh
+
+from datasets.dataset_files import Dataset, observation_folder, read_dataset, truth_folder, write_dataset
+from datasets.errors import InputError
+from datasets.tiff_frames import TiffFrames, write_stack
+from datasets.truth import Truth
+from datasets.truth_files import read_truth, write_truth
+
+
+def assert_same(a: Truth, b: Truth) -> None:
+    for name in ("name", "mass_kg", "descriptors", "effects", "notes"):
+        assert getattr(a, name) == getattr(b, name)
+    for name in ("inertia_kgm2", "mesh_vertices", "mesh_faces", "symmetries"):
+        assert np.array_equal(getattr(a, name), getattr(b, name))
+    for part in ("motion", "body"):
+        for name, value in vars(getattr(a, part)).items():
+            assert np.array_equal(value, getattr(getattr(b, part), name))
+
+
+def test_round_trip_is_exact(truth, tmp_path):
+    write_truth(truth, tmp_path / "t")
+    assert_same(truth, read_truth(tmp_path / "t"))
+
+
+def test_masks_round_trip(truth, tmp_path):
+    pictures = [np.eye(4, dtype=np.uint16) * (k % 2) for k in range(5)]
+    write_stack(tmp_path / "m.tif", pictures)
+    write_truth(replace(truth, masks=TiffFrames(tmp_path / "m.tif", 1)), tmp_path / "t")
+    masks = read_truth(tmp_path / "t").masks
+    assert masks is not None
+    assert all(np.array_equal(masks.read(k), pictures[k]) for k in range(5))
+
+
+def test_the_mesh_opens_in_other_programs(truth, tmp_path):
+    write_truth(truth, tmp_path / "t")
+    assert trimesh.load_mesh(tmp_path / "t" / "mesh.ply").is_watertight
+
+
+@pytest.mark.parametrize("keep", [0, 20, 150, 500, -3])
+@pytest.mark.parametrize("name", ["mesh.ply", "motion.npz", "truth.json"])
+def test_truncated_files_are_named(truth, tmp_path, name, keep):
+    write_truth(truth, tmp_path / "t")
+    path = tmp_path / "t" / name
+    path.write_bytes(path.read_bytes()[:keep])
+    with pytest.raises(InputError) as caught:
+        read_truth(tmp_path / "t")
+    assert str(path) in str(caught.value)
+
+
+@pytest.mark.parametrize("name", ["mesh.ply", "motion.npz", "truth.json"])
+def test_missing_files_are_named(truth, tmp_path, name):
+    write_truth(truth, tmp_path / "t")
+    (tmp_path / "t" / name).unlink()
+    with pytest.raises(InputError, match="there is no such file") as caught:
+        read_truth(tmp_path / "t")
+    assert name in str(caught.value)
+
+
+def test_symmetries_have_to_be_rotations(truth, tmp_path):
+    write_truth(replace(truth, symmetries=np.stack([np.eye(3), np.diag([1.0, 1.0, -1.0])])), tmp_path / "t")
+    with pytest.raises(InputError, match=r"at \$\.symmetries\[1\]: expected a rotation"):
+        read_truth(tmp_path / "t")
+
+
+def test_quaternions_have_to_be_unit(truth, tmp_path):
+    doubled = replace(truth.motion, q_world_body=truth.motion.q_world_body * 2)
+    write_truth(replace(truth, motion=doubled), tmp_path / "t")
+    with pytest.raises(InputError, match=r"motion\.npz: expected unit quaternions in q_world_body, came one of length 2"):
+        read_truth(tmp_path / "t")
+
+
+def test_dataset_round_trip_and_layout(tmp_path, truth, outline_observation):
+    dataset = Dataset("demo", ("seq_0000", "seq_0001"), 7, {"motion": {"frames": 5}}, {"tumble": "0.1.0"}, "scalar_rgb")
+    write_dataset(dataset, tmp_path)
+    assert read_dataset(tmp_path) == dataset
+    assert observation_folder(tmp_path, "seq_0000") == tmp_path / "observations" / "seq_0000"
+    assert truth_folder(tmp_path, "seq_0000") == tmp_path / "truth" / "seq_0000"
+
+
+def test_bad_datasets(tmp_path):
+    with pytest.raises(InputError, match="expected the folder of a dataset, came nothing"):
+        read_dataset(tmp_path / "none")
+    write_dataset(Dataset("demo", ("a", "b"), 7), tmp_path)
+    path = tmp_path / "dataset.json"
+    document = json.loads(path.read_text())
+    del document["sha256"]
+    path.write_text(json.dumps({**document, "sequences": ["a", "../b"]}))
+    with pytest.raises(InputError, match=r"at \$\.sequences\[1\]: expected text of the form"):
+        read_dataset(tmp_path)
+
+
+def test_an_observation_is_read_where_there_is_no_truth(tmp_path, truth, outline_observation):
+    from datasets.observation_files import read_observation, write_observation
+
+    write_observation(outline_observation, observation_folder(tmp_path, "seq_0000"))
+    write_truth(truth, truth_folder(tmp_path, "seq_0000"))
+    shutil.rmtree(tmp_path / "truth")
+    assert read_observation(observation_folder(tmp_path, "seq_0000")).name == "seq_0000"
