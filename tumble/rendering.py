@@ -4,14 +4,13 @@ import json
 from pathlib import Path
 from typing import Any
 
-from synth.rendering.sequence import render_sequence
-
 from datasets.atomic_files import written_whole
 from datasets.dataset_files import Dataset, observation_folder, truth_folder, write_dataset
 from datasets.observation_files import write_observation
 from datasets.recipes.recipe import Recipe
 from datasets.recipes.toml_files import recipe_from_dict, recipe_to_dict
 from datasets.truth_files import write_truth
+from synth.rendering.sequence import render_sequence, rig_is_rendered
 from synth.rendering.variant import choose_variant
 from synth.sequence import build_silhouette_sequence
 from tumble.engine import Item, Outcome, State, run
@@ -21,7 +20,7 @@ from tumble.versions import versions
 
 def variant_of(recipe: Recipe) -> str | None:
     """The renderer variant that this machine uses for ``recipe``; ``None`` where nothing is rendered."""
-    rendered = recipe.tier == "rendered" or bool(recipe.rig.rendered)
+    rendered = recipe.tier == "rendered" or rig_is_rendered(recipe)
     return choose_variant(recipe.rendering.variant) if rendered else None
 
 
@@ -43,7 +42,7 @@ def render_item(payload: dict[str, Any]) -> dict[str, Any]:
     """Make one sequence; its marker is written last."""
     recipe = recipe_from_dict(payload["recipe"], "recipe")
     out, index = Path(payload["out"]), int(payload["index"])
-    name = _render(recipe, index, out) if variant_of(recipe) else _project(recipe, index, out)
+    name = render_sequence(recipe, index, out) if variant_of(recipe) else _project(recipe, index, out)
     result = {"name": name}
     with written_whole(Path(payload["product"])) as temporary:
         temporary.write_text(json.dumps(result) + "\n", encoding="utf-8")
@@ -55,10 +54,6 @@ def _project(recipe: Recipe, index: int, out: Path) -> str:
     write_truth(truth, truth_folder(out, truth.name))
     write_observation(observation, observation_folder(out, observation.name))
     return observation.name
-
-
-def _render(recipe: Recipe, index: int, out: Path) -> str:
-    return str(render_sequence(recipe, index, out))
 
 
 def _item(recipe: Recipe, index: int, out: Path) -> Item:

@@ -4,6 +4,7 @@ Exit codes: 0 done; 1 the answer is no (``gate``: worse; a run in which an item 
 130 interrupted. A verb's module is imported only when it is asked for, so that ``--help`` answers at once.
 """
 
+import errno
 import importlib
 import os
 import sys
@@ -25,6 +26,7 @@ VERBS: tuple[tuple[str, str], ...] = (
 )
 
 INTERRUPTED = 130
+FULL = (errno.ENOSPC, errno.EDQUOT)
 
 
 def usage() -> str:
@@ -50,7 +52,9 @@ def run_verb(name: str, arguments: Sequence[str]) -> int:
 def _plain(error: Exception, arguments: Sequence[str]) -> int:
     if "-v" in arguments or "--verbose" in arguments:
         traceback.print_exception(error)
-    print(f"tumble: {error}", file=sys.stderr)
+    full = isinstance(error, OSError) and error.errno in FULL
+    said = "the disk is full. Free some space or choose another --out, then go on with --resume." if full else error
+    print(f"tumble: {said}", file=sys.stderr)
     return 2
 
 

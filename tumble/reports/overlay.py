@@ -11,11 +11,12 @@ from scipy.spatial.transform import Rotation
 
 from datasets.errors import InputError
 from datasets.estimate import Estimate
-from datasets.observation import Frames, Observation
+from datasets.observation import Observation
 from datasets.vocabulary.body import Body
 from datasets.vocabulary.camera import HsvCamera
 from datasets.vocabulary.state import Motion
 from estimator.geometry.visual_hull import HullMesh, visual_hull
+from estimator.outlines.recording import view_outlines_of
 
 Array = NDArray[np.float64]
 FINE = 4
@@ -35,14 +36,14 @@ def estimated_outlines(estimate: Estimate, observation: Observation) -> tuple[tu
 
 
 def hull_of(estimate: Estimate, observation: Observation) -> HullMesh | None:
-    """The hull that the estimate carries, else the one that the observation's outlines carve, else ``None``."""
+    """The hull that the estimate carries, else the one that the calibrated views carve, else ``None``."""
     vertices, faces = estimate.statistics.get("hull_vertices"), estimate.statistics.get("hull_faces")
     if vertices is not None and faces is not None:
         return HullMesh(np.asarray(vertices, dtype=np.float64), np.asarray(faces, dtype=np.int64))
-    if isinstance(observation.view_recording, Frames):
-        return None
     try:
-        return visual_hull(observation.view_recording, observation.views, resolution=RESOLUTION)
+        seen = view_outlines_of(observation.view_recording, observation.views)
+        used = [(frame.outline, view) for frame, view in zip(seen.frames, observation.views, strict=True) if frame.used]
+        return visual_hull([outline for outline, _ in used], [view for _, view in used], resolution=RESOLUTION)
     except InputError:
         return None
 

@@ -1,0 +1,67 @@
+"""An output directory belongs to one run and is never overwritten silently."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from datasets.errors import InputError
+from tumble.output_directory import Run, first_difference, output_directory, read_run
+
+RUN = Run("render", {"motion": {"frames": 5}}, seed=7, variant="scalar_rgb")
+
+
+def write_once(path: Path, run: Run = RUN, *, resume: bool = False, force: bool = False) -> None:
+    with output_directory(path, run, resume=resume, force=force) as out:
+        (out / "product.txt").write_text("x", encoding="utf-8")
+
+
+def test_run_json_describes_the_run(tmp_path: Path) -> None:
+    write_once(tmp_path / "out")
+    document = json.loads((tmp_path / "out" / "run.json").read_text(encoding="utf-8"))
+    assert document["state"] == "finished"
+    assert document["configuration"] == {"motion": {"frames": 5}}
+    assert (document["seed"], document["variant"], document["schema_version"]) == (7, "scalar_rgb", 1)
+    assert document["versions"]["numpy"]
+
+
+def test_a_finished_run_is_kept_unless_told_otherwise(tmp_path: Path) -> None:
+    write_once(tmp_path)
+    with pytest.raises(InputError, match=r"finished run of `tumble render`.*--resume.*--force"):
+        write_once(tmp_path)
+    write_once(tmp_path, resume=True)
+    (tmp_path / "old").mkdir()
+    write_once(tmp_path, force=True)
+    assert not (tmp_path / "old").exists()
+
+
+def test_a_run_that_stopped_is_unfinished(tmp_path: Path) -> None:
+    with pytest.raises(KeyboardInterrupt), output_directory(tmp_path, RUN, resume=False, force=False):
+        raise KeyboardInterrupt
+    assert (read_run(tmp_path) or {})["state"] == "unfinished"
+    with pytest.raises(InputError, match="unfinished run"):
+        write_once(tmp_path)
+    write_once(tmp_path, resume=True)
+
+
+def test_resuming_another_run_names_the_difference(tmp_path: Path) -> None:
+    write_once(tmp_path)
+    with pytest.raises(InputError, match=r"configuration\.motion\.frames was 5 and is now 6"):
+        write_once(tmp_path, Run("render", {"motion": {"frames": 6}}), resume=True)
+
+
+def test_a_folder_of_somebody_else_is_left_alone_even_with_force(tmp_path: Path) -> None:
+    (tmp_path / "thesis.tex").write_text("x", encoding="utf-8")
+    with pytest.raises(InputError, match=r"no run of tumble wrote \(thesis\.tex\)"):
+        write_once(tmp_path, force=True)
+    assert (tmp_path / "thesis.tex").exists()
+
+
+def test_a_second_run_in_one_folder_is_refused_and_names_the_process(tmp_path: Path) -> None:
+    with output_directory(tmp_path, RUN, resume=False, force=False), pytest.raises(InputError, match=r"process \d+ is writing there"):
+        write_once(tmp_path, force=True)
+
+
+def test_first_difference_of_equal_values_is_empty() -> None:
+    assert first_difference({"a": [1, {"b": 2}]}, {"a": [1, {"b": 2}]}) == ""
+    assert first_difference({"a": 1}, {}) == "a was 1 and is now None"

@@ -1,0 +1,72 @@
+"""``tumble quickstart``: the whole way from a recipe to a report, verb by verb, small enough for a coffee break."""
+
+import argparse
+import importlib
+import json
+from importlib import resources
+from pathlib import Path
+
+from tumble.cli.options import add_jobs, add_output, verb_parser
+from tumble.output_directory import Run, output_directory
+
+RECIPE = "demo.toml"
+
+
+def parser() -> argparse.ArgumentParser:
+    """The verb's options."""
+    verb = verb_parser(
+        "quickstart",
+        description="Render two small sequences of a cut stone, estimate, score and report. Needs no data and a few minutes.\n"
+        "Every step is an ordinary verb; the commands are printed.",
+        example="tumble quickstart --out out/demo",
+    )
+    add_output(verb, default="out/demo")
+    add_jobs(verb)
+    return verb
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run the steps; the first that fails ends it with its exit code."""
+    with output_directory(arguments.out, Run("quickstart", {"recipe": RECIPE}), resume=arguments.resume, force=arguments.force) as out:
+        for words in steps(out, _recipe_in(out), arguments):
+            code = _step(words, quiet=arguments.quiet or arguments.json)
+            if code:
+                return code
+    page = out / "report" / "report.html"
+    print(json.dumps({"report": str(page)}) if arguments.json else f"\nThe report: {page}\n{_next(out)}")
+    return 0
+
+
+def steps(out: Path, recipe: Path, arguments: argparse.Namespace) -> list[list[str]]:
+    """The commands, as a person would type them."""
+    dataset, estimates, truth = str(out / "dataset"), str(out / "estimates"), str(out / "dataset" / "truth")
+    again = ["--force"] if arguments.force else ["--resume"]
+    jobs = ["--jobs", str(arguments.jobs)]
+    return [
+        ["render", "--config", str(recipe), "--out", dataset, *jobs, *again],
+        ["estimate", dataset, "--out", estimates, *jobs, *again],
+        ["score", estimates, "--truth", truth, "--out", str(out / "scores"), *again],
+        ["report", estimates, "--truth", truth, "--title", "Tumble: two tosses of a cut stone", "--out", str(out / "report"), *again],
+    ]
+
+
+def _recipe_in(out: Path) -> Path:
+    """The demo's recipe, copied to where a person may change it."""
+    target = out / RECIPE
+    target.write_text(resources.files("tumble").joinpath(RECIPE).read_text(encoding="utf-8"), encoding="utf-8")
+    return target
+
+
+def _step(words: list[str], *, quiet: bool) -> int:
+    if not quiet:
+        print(f"\n$ tumble {' '.join(word if ' ' not in word else repr(word) for word in words)}", flush=True)
+    verb = importlib.import_module(f"tumble.cli.{words[0]}")
+    return int(verb.run(verb.parser().parse_args([*words[1:], *(["--quiet"] if quiet else [])])))
+
+
+def _next(out: Path) -> str:
+    return (
+        "Open it in a browser. Then change the recipe and go again:\n"
+        f"  {Path(sys.argv[0]).parent / 'tumble'} render --config {out / RECIPE} --set motion.frames=80 --out out/mine\n"
+        f"  {Path(sys.argv[0]).parent / 'tumble'} estimate out/mine --out out/mine-estimates"
+    )
