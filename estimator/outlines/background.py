@@ -23,29 +23,37 @@ Mask = Bool[NDArray[np.bool_], "height width"]
 
 @dataclass(frozen=True)
 class Background:
-    """``level`` (DN) without the particle; ``bright``: the particle is darker than it. ``full_scale`` of the sensor (DN)."""
+    """``level`` (DN) without the particle and its median ``typical``; ``bright``: the particle is darker than it.
+
+    ``full_scale`` is the sensor's (DN).
+    """
 
     level: Picture
+    typical: float
     bright: bool
     full_scale: float
 
     @property
     def dim(self) -> float:
         """Level (DN) below which a bright background carries too little light to see anything against it."""
-        return 0.25 * float(np.median(self.level[::8, ::8])) if self.bright else -np.inf
+        return 0.25 * self.typical if self.bright else -np.inf
 
     @property
     def range_dn(self) -> float:
         """The greatest contrast possible (DN)."""
-        typical = float(np.median(self.level[::8, ::8]))
-        return max(typical if self.bright else self.full_scale - typical, 1.0)
+        return max(self.typical if self.bright else self.full_scale - self.typical, 1.0)
 
 
-def read_picture(frames: Frames, index: int, *, name: str, shape: tuple[int, int] | None = None) -> Picture:
-    """Frame ``index`` as float; raises :class:`InputError` naming ``name`` and the frame where its size is not ``shape``."""
+def background(level: Picture, bright: bool, bit_depth: int) -> Background:
+    """A background of this ``level`` (DN) on a sensor of ``bit_depth``."""
+    return Background(level, float(np.median(level[::8, ::8])), bright, float(2**bit_depth - 1))
+
+
+def read_picture(frames: Frames, index: int, *, name: str, shape: tuple[int, int] | None = None) -> NDArray[np.uint16]:
+    """Frame ``index``; raises :class:`InputError` naming ``name`` and the frame where its size is not ``shape``."""
     picture = np.asarray(frames.read(index))
     _check_shape(picture, shape, f"{name}: frame {index}")
-    return picture.astype(np.float32)
+    return picture
 
 
 def background_of_sequence(frames: Frames, *, name: str, shape: tuple[int, int], samples: int) -> Background:
@@ -58,34 +66,34 @@ def background_of_sequence(frames: Frames, *, name: str, shape: tuple[int, int],
     return measured(taken, few, frames.bit_depth, name=f"{name}: background")
 
 
-def measured(taken: NDArray[np.uint16], pictures: list[Picture], bit_depth: int, *, name: str) -> Background:
+def measured(taken: NDArray[np.uint16], pictures: list[NDArray[np.uint16]], bit_depth: int, *, name: str) -> Background:
     """A background that was taken (DN); ``pictures`` with the particle say whether it is the darker one.
 
     Raises :class:`InputError` naming ``name`` where it is not of the pictures' size.
     """
     _check_shape(taken, pictures[0].shape, name)
     level = np.asarray(taken, dtype=np.float32)
-    return Background(level, sum(_imbalance(p, level) for p in pictures) <= 0, float(2**bit_depth - 1))
+    return background(level, sum(_imbalance(p, level) for p in pictures) <= 0, bit_depth)
 
 
-def background_of_picture(picture: Picture, bit_depth: int) -> Background:
+def background_of_picture(picture: NDArray[np.uint16], bit_depth: int) -> Background:
     """The smooth background of a picture that comes alone."""
-    light = illumination_of(picture)
-    return Background(light.level, light.bright, float(2**bit_depth - 1))
+    light = illumination_of(picture.astype(np.float32))
+    return background(light.level, light.bright, bit_depth)
 
 
 def _modelled(chosen: list[int], frames: Frames, *, name: str, shape: tuple[int, int]) -> Background:
     total, count, plain = np.zeros(shape, np.float32), np.zeros(shape, np.float32), np.zeros(shape, np.float32)
     bright = 0
     for index in chosen:
-        picture = read_picture(frames, index, name=name, shape=shape)
+        picture = read_picture(frames, index, name=name, shape=shape).astype(np.float32)
         light = illumination_of(picture)
         total += np.where(light.objects, 0, picture)
         count += ~light.objects
         plain += picture
         bright += 1 if light.bright else -1
     mean = np.where(count > 0, total / np.maximum(count, 1), plain / len(chosen)).astype(np.float32)
-    return Background(_filled_in(mean, count > 0), bright >= 0, float(2**frames.bit_depth - 1))
+    return background(_filled_in(mean, count > 0), bright >= 0, frames.bit_depth)
 
 
 def _filled_in(mean: Picture, seen: Mask) -> Picture:
@@ -111,9 +119,9 @@ def _surface(mean: Picture, seen: Mask) -> Picture:
     return np.asarray(cv2.warpAffine(coarse, shift, size, flags=flags, borderMode=cv2.BORDER_REPLICATE), dtype=np.float32)
 
 
-def _imbalance(picture: Picture, background: Picture) -> float:
-    """Sum of the strong departures of ``picture`` from ``background``; negative where the particle is darker."""
-    departure = (picture - background)[::2, ::2]
+def _imbalance(picture: NDArray[np.uint16], level: Picture) -> float:
+    """Sum of the strong departures of ``picture`` from the background's ``level``; negative where the particle is darker."""
+    departure = picture[::4, ::4] - level[::4, ::4]
     departure = departure - np.median(departure)
     strong = np.abs(departure) > 6 * 1.4826 * np.median(np.abs(departure)) + 1.0
     return float(departure[strong].sum())

@@ -4,9 +4,10 @@ First the half level of the occupancy is traced (marching squares). That contour
 pixels misplaces a sharp edge by up to 0.08 px with its phase, blur of variance s² draws a curved edge inwards by
 ``s²/(2R)``, and rounds a right-angled corner by ``0.77 s``. So the outline is then moved until its own image, made with
 the blur measured on the very same edges, agrees with the picture: along each normal ``n``, Gauss-Newton for
-``o_seen(n) = o_image(n - d)`` gives ``d = sum g (o_seen - o_image) / sum g²`` with ``g = -d o_image / dn``. Picture and image are
-sampled alike, so interpolation cancels; a wrong blur width does not move a straight edge, because ``g`` is even and the error
-odd. Corners sharper than the blur cannot be seen and stay rounded. Valid for opaque particles wider than a few blurs.
+``o_seen(n) = o_image(n - d)`` gives ``d = sum g (o_seen - o_image) / sum g²`` with ``g = -d o_image / dn``. Picture and
+image are sampled alike, so interpolation cancels; a wrong blur width does not move a straight edge, because ``g`` is even
+and the error odd. A Gaussian edge obeys ``d o / d s² = o'' / 2``, which gives the correction of the blur. Corners sharper
+than the blur cannot be seen and stay rounded. Valid for opaque particles wider than a few blurs.
 """
 
 from dataclasses import dataclass
@@ -18,7 +19,7 @@ from numpy.typing import NDArray
 from skimage.measure import find_contours
 
 from datasets.vocabulary.outline import oriented
-from estimator.outlines.reimaging import blurred, coverage
+from estimator.outlines.reimaging import reimage
 
 Points = Float[NDArray[np.float64], "n 2"]
 Picture = Float[NDArray[np.float32], "height width"]
@@ -98,15 +99,13 @@ def _compared(outline: Points, occupancy: Picture, blur: float) -> _Step:
     normals = outward_normals(outline)
     reach = min(2.5 * np.sqrt(blur**2 + PIXEL_VARIANCE) + 0.5, 12.0)
     offsets = np.arange(-reach, reach + _STEP_PX / 2, _STEP_PX)
-    sharp = coverage(outline, occupancy.shape)
-    image = _profiles(blurred(sharp, blur), outline, normals, offsets)
-    wider = _profiles(blurred(sharp, float(np.sqrt(blur**2 + 0.1))), outline, normals, offsets)
+    image = _profiles(reimage(outline, occupancy.shape, blur), outline, normals, offsets)
     seen = _profiles(occupancy, outline, normals, offsets)
     slope = -np.gradient(image, _STEP_PX, axis=1)
     power = np.maximum((slope**2).sum(axis=1), 1e-6)
     shift = np.clip(((seen - image) * slope).sum(axis=1) / power, -1.0, 1.0)
     rest = seen - image - shift[:, None] * slope
-    widening = (wider - image) / 0.1
+    widening = -0.5 * np.gradient(slope, _STEP_PX, axis=1)
     variance = np.median((rest * widening).sum(axis=1) / np.maximum((widening**2).sum(axis=1), 1e-9))
     gain = 1.0 / np.sqrt(float(np.median(power)) * _STEP_PX)
     return _Step(shift, float(np.clip(variance, -0.5, 2.0)), float(np.sqrt(np.mean(rest**2))), gain)

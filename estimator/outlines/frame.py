@@ -42,10 +42,12 @@ def whole(shape: tuple[int, int]) -> Window:
     return (0, 0, shape[1], shape[0])
 
 
-def look(picture: Picture, background: Background, window: Window, settings: OutlineSettings, *, expected: Place | None = None) -> Sighting:
+def look(
+    picture: NDArray[np.uint16], background: Background, window: Window, settings: OutlineSettings, *, expected: Place | None = None
+) -> Sighting:
     """Measure the outline in ``window`` of ``picture`` (DN); ``expected`` is where the particle should be, if known."""
     left, top, right, bottom = window
-    part, level = picture[top:bottom, left:right], background.level[top:bottom, left:right]
+    part, level = picture[top:bottom, left:right].astype(np.float32), background.level[top:bottom, left:right]
     departure = departure_from(part, background, level, _ring(part.shape, window == whole(picture.shape)))
     least = max(settings.detection_sigmas * departure.noise_dn, settings.least_contrast * background.range_dn)
     if departure.peak < least:
@@ -111,12 +113,12 @@ def _touches(box: Window, shape: tuple[int, int], margin: int) -> bool:
     return box[0] < margin or box[1] < margin or box[2] > shape[1] - margin or box[3] > shape[0] - margin
 
 
-def _why_nothing(picture: Picture, background: Background) -> FrameStatus:
+def _why_nothing(picture: NDArray[np.uint16], background: Background) -> FrameStatus:
     """Why nothing departs from the background: is there a picture at all."""
     sparse = picture[::4, ::4]
-    if float(np.median(sparse)) >= background.full_scale and float(np.median(background.level[::4, ::4])) < background.full_scale:
+    if float(np.median(sparse)) >= background.full_scale and background.typical < background.full_scale:
         return FrameStatus.OVEREXPOSED
-    dark = 0.25 * float(np.median(background.level[::4, ::4])) if background.bright else 0.0
+    dark = 0.25 * background.typical if background.bright else 0.0
     return FrameStatus.BLACK if float(sparse.max()) <= dark else FrameStatus.ABSENT
 
 

@@ -68,16 +68,16 @@ def occupancy_of(departure: Departure, filled: Mask, reach_px: float) -> tuple[P
     reach = min(reach_px, 0.5 * float(depth.max()))
     rim = (depth > reach) & (depth <= 2 * reach + 2)
     typical = float(np.median(departure.amount[rim])) if rim.any() else departure.peak
-    own = _smooth_level(departure.amount, rim, 2.0 * reach, typical)
+    own = _smooth_level(departure.amount, rim, 2 * int(2 * reach + 2) + 1, typical)
     occupancy = departure.amount / np.maximum(own, 0.2 * typical)
     beyond = cv2.distanceTransform((~filled).astype(np.uint8), cv2.DIST_L2, 5)
     occupancy = np.where(depth > 2 * reach + 2, 1.0, np.where(beyond > 2 * reach + 2, 0.0, occupancy))
     return occupancy.astype(np.float32), typical
 
 
-def _smooth_level(amount: Picture, rim: Mask, spread_px: float, typical: float) -> Picture:
-    """Normalised convolution of ``amount`` over ``rim``: the particle's level near each pixel, ``typical`` far away."""
+def _smooth_level(amount: Picture, rim: Mask, size: int, typical: float) -> Picture:
+    """Mean of ``amount`` over ``rim`` in a square of ``size`` px around each pixel; ``typical`` far away."""
     weight = rim.astype(np.float32)
     faint = np.float32(1e-3)
-    near = cv2.GaussianBlur(weight, (0, 0), spread_px) + faint
-    return np.asarray((cv2.GaussianBlur(amount * weight, (0, 0), spread_px) + faint * typical) / near, dtype=np.float32)
+    near = cv2.blur(weight, (size, size)) + faint
+    return np.asarray((cv2.blur(amount * weight, (size, size)) + faint * typical) / near, dtype=np.float32)

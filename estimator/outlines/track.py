@@ -6,7 +6,6 @@ Frames are read one at a time and let go; memory is a few pictures and the outli
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Float
 from numpy.typing import NDArray
 
 from datasets.errors import InputError
@@ -17,7 +16,7 @@ from estimator.outlines.frame import Sighting, Window, look, whole
 from estimator.outlines.result import FrameOutline, FrameStatus, OutlineTrack
 from estimator.outlines.settings import OutlineSettings
 
-Picture = Float[NDArray[np.float32], "height width"]
+_LEAST_WINDOW_PX = 24
 
 
 @dataclass(frozen=True)
@@ -104,20 +103,27 @@ def _widest(frame: FrameOutline, settings: OutlineSettings) -> float:
     return settings.widest_edge_share * float(extent.max())
 
 
-def _search(picture: Picture, background: Background, memory: _Memory, settings: OutlineSettings) -> Sighting:
+def _search(picture: NDArray[np.uint16], background: Background, memory: _Memory, settings: OutlineSettings) -> Sighting:
     """Look where the particle is expected; where that fails, in the whole picture."""
     expected = memory.expected()
     if expected is not None:
         window = _window(expected, picture.shape, settings.crop_margin_px * (1 + memory.age))
-        near = look(picture, background, window, settings, expected=expected)
-        if near.place is not None and _inside(near.place, window, picture.shape):
-            return near
+        if _roomy(window):
+            near = look(picture, background, window, settings, expected=expected)
+            if near.place is not None and _inside(near.place, window, picture.shape):
+                return near
     return look(picture, background, whole(picture.shape), settings, expected=expected)
 
 
 def _window(place: Place, shape: tuple[int, int], margin: int) -> Window:
     left, top, right, bottom = place.box
     return (max(left - margin, 0), max(top - margin, 0), min(right + margin, shape[1]), min(bottom + margin, shape[0]))
+
+
+def _roomy(window: Window) -> bool:
+    """Whether a window lies in the picture and shows some background; not when the particle should have left."""
+    left, top, right, bottom = window
+    return min(right - left, bottom - top) > _LEAST_WINDOW_PX
 
 
 def _inside(place: Place, window: Window, shape: tuple[int, int]) -> bool:
