@@ -121,10 +121,12 @@ class FrameStackWriter:
     """Append pictures to a TIFF stack one at a time; the file appears under its name only when :meth:`close` was reached.
 
     Used as a context manager: leaving the block well closes the stack, leaving it by an exception removes what was written.
+    ``compression`` is a scheme of TIFF that loses nothing (``zlib``; worth it for masks, not for noisy pictures), or ``None``.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, *, compression: str | None = None) -> None:
         self.path = path
+        self._compression = compression
         self._temporary = temporary_beside(path)
         self._count = 0
         try:
@@ -144,7 +146,9 @@ class FrameStackWriter:
         if picture.dtype != np.uint16 or picture.ndim != 2:
             raise TypeError(f"expected a (height, width) array of uint16, came {picture.dtype} {picture.shape}")
         try:
-            self._writer.write(picture, photometric="minisblack", metadata=None, software=False, contiguous=False)
+            self._writer.write(
+                picture, photometric="minisblack", metadata=None, software=False, contiguous=False, compression=self._compression
+            )
         except OSError as error:
             self.discard()
             raise write_failure(self.path, error) from error

@@ -1,0 +1,100 @@
+"""From rendered particles to what cameras record: the background behind them, the sensor, TIFF stacks, masks.
+
+The sensors of the high-speed camera and of the rig's cameras are of one make (the recipe's), but each has a fixed pattern of its own,
+which belongs to the benchmark, not to the sequence. A background is the average of ``BACKGROUND_EXPOSURES`` pictures taken without
+the particle.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from datasets.observation_files import VIEWS_BACKGROUND_FILE, VIEWS_FILE, background_file, frames_file
+from datasets.recipes.recipe import Recipe
+from datasets.tiff_frames import FrameStackWriter, TiffFrames, write_stack
+from datasets.truth_files import MASK_BITS, MASKS_FILE
+from synth.plan import SequencePlan
+from synth.rendering.exposure import Optics, background_light, compose
+from synth.rendering.parts import Parts
+from synth.rendering.sensor import Picture, Sensor
+from synth.rendering.shots import READ_OUT, Shot, hsv_optics, picture_stream, rig_optics
+
+BACKGROUND_EXPOSURES = 16
+COVERED = 0.5
+"""A mask holds the pixels that the particle covers for at least this share of area and time."""
+FIXED_PATTERN = 1_000_003
+"""Key of the fixed patterns' streams, beyond all sequence numbers."""
+
+
+def sensor_of(optics: Optics, recipe: Recipe, camera: int) -> Sensor:
+    """The sensor of camera ``camera``: 0 the high-speed camera, 1 + k camera k of the rig."""
+    seed = np.random.SeedSequence([recipe.seed, FIXED_PATTERN], spawn_key=(camera,))
+    return Sensor(recipe.sensor, optics.intrinsics.width_px, optics.intrinsics.height_px, seed)
+
+
+@dataclass(frozen=True)
+class Taken:
+    """Sequence ``index`` of ``recipe``, as planned, and its rendered ``parts``."""
+
+    plan: SequencePlan
+    recipe: Recipe
+    index: int
+    parts: Parts
+
+
+def record_frames(taken: Taken, shots: Sequence[Shot], folder: Path) -> TiffFrames:
+    """Write the high-speed camera's frames and its background to ``folder``."""
+    name = taken.plan.hsv.name
+    optics = hsv_optics(taken.plan, taken.recipe)
+    camera = _Camera(optics, sensor_of(optics, taken.recipe, 0), taken)
+    path, background_path = folder / frames_file(name), folder / background_file(name)
+    write_stack(background_path, [camera.background("frame background", 0)])
+    with FrameStackWriter(path) as frames:
+        for shot in shots:
+            frames.append(camera.picture(shot))
+    return TiffFrames(path, taken.recipe.sensor.bit_depth, background_path)
+
+
+def record_views(taken: Taken, shots: Sequence[Shot], folder: Path) -> TiffFrames:
+    """Write the calibrated views and one background per rig camera to ``folder``."""
+    rig = rig_optics(taken.plan, taken.recipe)
+    cameras = {number: _Camera(optics, sensor_of(optics, taken.recipe, 1 + number), taken) for number, optics in rig.items()}
+    path, background_path = folder / VIEWS_FILE, folder / VIEWS_BACKGROUND_FILE
+    write_stack(background_path, [camera.background("view background", number) for number, camera in cameras.items()])
+    with FrameStackWriter(path) as views:
+        for shot, view in zip(shots, taken.plan.views, strict=True):
+            views.append(cameras[view.camera].picture(shot))
+    pages = tuple(list(cameras).index(view.camera) for view in taken.plan.views)
+    return TiffFrames(path, taken.recipe.sensor.bit_depth, background_path, pages)
+
+
+def record_masks(taken: Taken, shots: Sequence[Shot], folder: Path) -> TiffFrames:
+    """Write the silhouettes of the frames to ``folder``, 0 or 1 per pixel."""
+    camera = taken.plan.hsv.intrinsics
+    path = folder / MASKS_FILE
+    with FrameStackWriter(path, compression="zlib") as masks:
+        for shot in shots:
+            mask = np.zeros((camera.height_px, camera.width_px), dtype=np.uint16)
+            mask[shot.window.slices] = taken.parts.load(shot).coverage >= COVERED
+            masks.append(mask)
+    return TiffFrames(path, MASK_BITS)
+
+
+class _Camera:
+    """Optics and sensor of one camera, with its static background at hand."""
+
+    def __init__(self, optics: Optics, sensor: Sensor, taken: Taken) -> None:
+        self._optics, self._sensor, self._taken = optics, sensor, taken
+        self._light = background_light(optics)
+
+    def picture(self, shot: Shot) -> Picture:
+        light = compose(self._optics, self._light, shot.window, self._taken.parts.load(shot))
+        return self._sensor.read_out(light, self._rng(shot.kind, shot.number))
+
+    def background(self, what: str, number: int) -> Picture:
+        return self._sensor.average(self._light, BACKGROUND_EXPOSURES, self._rng(what, number))
+
+    def _rng(self, what: str, number: int) -> np.random.Generator:
+        return np.random.default_rng(picture_stream(self._taken.recipe, self._taken.index, what, number, READ_OUT))

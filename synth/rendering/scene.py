@@ -1,0 +1,64 @@
+"""The scene: the particle standing still in its own frame, and light all around it; camera and light turn about it.
+
+Moving the camera instead of the particle leaves Mitsuba's search tree as it is from sub-frame to sub-frame (rebuilding it took
+longer than rendering). The light is an environment map that turns with the camera, so it is no geometry either.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from synth.rendering.camera import OPENCV_TO_MITSUBA
+from synth.rendering.light import Lighting, environment_map
+from synth.rendering.materials import Material
+
+Array = NDArray[np.float64]
+
+NO_ROULETTE = 1000
+"""Path depth from which paths may end at random; beyond all depths, since it would only add noise."""
+
+
+@dataclass(frozen=True)
+class ParticleModel:
+    """What is rendered: ``vertices`` (v, 3) m in the particle frame, ``faces`` (f, 3) outward, and the surface."""
+
+    vertices: Float[NDArray[np.float64], "v 3"]
+    faces: NDArray[np.int64]
+    material: Material
+
+
+def scene_dictionary(mi: Any, particle: ParticleModel, light: Lighting, at_cam: Float[NDArray[np.float64], "3"]) -> dict[str, Any]:
+    """Mitsuba's description of particle and light; ``at_cam`` (m) is where in the camera frame the light is computed."""
+    radiance = np.repeat(environment_map(light, at_cam)[:, :, None], 3, axis=2).astype(np.float32)
+    return {
+        "type": "scene",
+        "particle": _mesh(mi, particle),
+        "light": {"type": "envmap", "bitmap": mi.Bitmap(radiance)},
+    }
+
+
+def integrator_dictionary(surface: Material) -> dict[str, Any]:
+    """Path tracing that leaves the background out, so that alpha is the share of a pixel that the particle covers."""
+    return {"type": "path", "max_depth": surface.depth, "rr_depth": NO_ROULETTE, "hide_emitters": True}
+
+
+def light_to_particle(R_cam_particle: Float[NDArray[np.float64], "3 3"]) -> Float[NDArray[np.float64], "4 4"]:
+    """The rotation of the environment map into the particle frame."""
+    to_world = np.eye(4)
+    to_world[:3, :3] = R_cam_particle.T @ OPENCV_TO_MITSUBA
+    return to_world
+
+
+def _mesh(mi: Any, particle: ParticleModel) -> Any:
+    """The particle with flat facets."""
+    properties = mi.Properties()
+    properties["bsdf"] = mi.load_dict(particle.material.bsdf)
+    mesh = mi.Mesh("particle", len(particle.vertices), len(particle.faces), props=properties)
+    parameters = mi.traverse(mesh)
+    parameters["vertex_positions"] = particle.vertices.astype(np.float32).ravel()
+    parameters["faces"] = particle.faces.astype(np.uint32).ravel()
+    parameters.update()
+    return mesh

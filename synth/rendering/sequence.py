@@ -1,0 +1,144 @@
+"""The rendered tier: one sequence of a recipe, from the plan to files.
+
+Pictures are rendered one by one and kept until the sequence is whole (:mod:`synth.rendering.parts`), so a run that was killed
+continues, with the same result to the last byte. Whatever of the sequence the recipe does not want rendered comes as exact outlines
+with noise, from the silhouette tier.
+"""
+
+import dataclasses
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from datasets.dataset_files import observation_folder, truth_folder
+from datasets.observation import Observation, Recording
+from datasets.observation_files import write_observation
+from datasets.recipes.recipe import Recipe
+from datasets.recipes.toml_files import recipe_to_dict
+from datasets.tiff_frames import TiffFrames
+from datasets.truth_files import write_truth
+from synth.plan import SequencePlan
+from synth.rendering.exposure import Optics, expose, film_of
+from synth.rendering.materials import material
+from synth.rendering.parts import parts_of
+from synth.rendering.recording import Taken, record_frames, record_masks, record_views
+from synth.rendering.scene import ParticleModel
+from synth.rendering.shots import Shot, frame_shots, hsv_optics, rig_key, rig_optics, view_shots
+from synth.rendering.tracer import Tracer, make_tracer
+from synth.rendering.variant import activate, choose_variant
+from synth.sequence import hsv_outlines, plan_sequence, truth_of, view_outlines
+from synth.silhouette import outline_mesh
+from synth.streams import streams
+
+Advance = Callable[[int, int], None]
+"""Told how many pictures are done, and of how many."""
+
+PARTIAL = ".partial"
+"""Where, in the dataset's folder, the finished pictures of unfinished sequences lie."""
+
+
+def _silent(_done: int, _total: int) -> None:
+    """Tell nobody."""
+
+
+def render_sequence(recipe: Recipe, index: int, out: Path, *, advance: Advance = _silent, resume: bool = True) -> str:
+    """Render sequence ``index`` of ``recipe`` into the dataset ``out``, observation and truth; return its name.
+
+    Parameters
+    ----------
+    recipe, index
+        What to render; with the variant they decide every bit of the result.
+    out
+        The dataset's folder.
+    advance
+        Called after every picture.
+    resume
+        Whether pictures that an earlier, unfinished run left are used.
+
+    Raises
+    ------
+    InputError
+        Where the recipe asks for what cannot be.
+    TumbleError
+        Where the disk does not take it.
+    """
+    plan = plan_sequence(recipe, index)
+    variant = choose_variant(recipe.rendering.variant)
+    parts = parts_of(plan, {"recipe": recipe_to_dict(recipe), "index": index, "variant": variant}, out / PARTIAL)
+    if not resume:
+        parts.remove()
+    frames = tuple(frame_shots(plan, recipe, index)) if recipe.tier == "rendered" else ()
+    views = tuple(view_shots(plan, recipe, index)) if rig_is_rendered(recipe) else ()
+    taken = Taken(plan, recipe, index, parts)
+    _render_missing(activate(variant), taken, (*frames, *views), advance)
+    observation, masks = _record(taken, frames, views, out)
+    truth = truth_of(plan)
+    write_truth(dataclasses.replace(truth, masks=masks, notes={**truth.notes, "variant": variant}), truth_folder(out, plan.name))
+    write_observation(observation, observation_folder(out, plan.name))
+    parts.remove()
+    return plan.name
+
+
+def rig_is_rendered(recipe: Recipe) -> bool:
+    """Whether the calibrated views are pictures."""
+    return recipe.tier == "rendered" if recipe.rig.rendered is None else recipe.rig.rendered
+
+
+def _render_missing(mi: Any, taken: Taken, shots: Sequence[Shot], advance: Advance) -> None:
+    studio, parts = Studio(mi, taken.plan, taken.recipe), taken.parts
+    for done, shot in enumerate(shots, start=1):
+        if not parts.has(shot):
+            tracer, optics = studio.camera(shot.camera)
+            parts.store(shot, expose(tracer, optics, shot.window, shot.poses, samples=shot.samples, seeds=shot.seeds))
+        advance(done, len(shots))
+
+
+class Studio:
+    """The particle in front of every camera of a plan; a camera's scene is made when it is first asked for."""
+
+    def __init__(self, mi: Any, plan: SequencePlan, recipe: Recipe) -> None:
+        self._mi = mi
+        self._particle = ParticleModel(plan.vertices, plan.faces, material(plan.material))
+        hsv, rig = hsv_optics(plan, recipe), rig_optics(plan, recipe)
+        middle = plan.hsv.R_cam_world @ plan.motion.x_world[len(plan.motion.times_s) // 2] + plan.hsv.t_cam_world
+        self._places: dict[str, tuple[Optics, Any]] = {"hsv": (hsv, middle)}
+        self._places |= {rig_key(k): (optics, np.array([0.0, 0.0, optics.lens.focus_m])) for k, optics in rig.items()}
+        self._tracers: dict[str, Tracer] = {}
+
+    def camera(self, key: str) -> tuple[Tracer, Optics]:
+        """The tracer and the optics of a camera."""
+        optics, at_cam = self._places[key]
+        if key not in self._tracers:
+            self._tracers[key] = make_tracer(self._mi, self._particle, film_of(optics), optics.light, at_cam)
+        return self._tracers[key], optics
+
+
+def _record(taken: Taken, frames: Sequence[Shot], views: Sequence[Shot], out: Path) -> tuple[Observation, TiffFrames | None]:
+    plan, recipe = taken.plan, taken.recipe
+    folder = observation_folder(out, plan.name)
+    mesh, stream = outline_mesh(plan.vertices, plan.faces), streams(recipe.seed, taken.index)
+    recording: Recording
+    view_recording: Recording
+    if frames:
+        recording = record_frames(taken, frames, folder)
+        masks = record_masks(taken, frames, truth_folder(out, plan.name))
+    else:
+        recording = hsv_outlines(plan, mesh, recipe.noise, np.random.default_rng(stream.hsv_noise))
+        masks = None
+    if views:
+        view_recording = record_views(taken, views, folder)
+    else:
+        view_recording = view_outlines(plan.views, mesh, recipe.noise, np.random.default_rng(stream.rig_noise))
+    observation = Observation(
+        name=plan.name,
+        cameras=(plan.hsv,),
+        recordings=(recording,),
+        clock=plan.clock,
+        gravity_world=plan.gravity_world,
+        views=plan.views,
+        view_recording=view_recording,
+        mass_kg=plan.mass_kg,
+    )
+    return observation, masks
