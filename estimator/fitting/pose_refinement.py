@@ -1,0 +1,100 @@
+"""Levenberg-Marquardt on the pose of one silhouette against calibrated views, for many starts at once.
+
+A rotation turns the particle about its own centre of mass, not about the camera; that alone doubles the share of starts that
+converge. All starts advance together, each with its own damping [Marquardt 1963]; the kernel's per-silhouette 6x6 normal matrices are
+all that is needed. A pair without tangent planes has no cost, so poses are compared by their mean cost per valid pair.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.geometry.epipolar_tangency import PoseSet, TangencyErrors, tangency_errors
+from estimator.geometry.silhouettes import Silhouettes
+from estimator.motion.rotation import rotation_from_vector
+
+Array = NDArray[np.float64]
+MINIMUM_VALID_SHARE = 0.5
+FIRST_DAMPING, LARGEST_DAMPING = 1e-2, 1e8
+
+
+@dataclass(frozen=True)
+class Views:
+    """The calibrated views as the fits use them: silhouettes, poses and the point (m, particle frame) rotations leave in place."""
+
+    silhouettes: Silhouettes
+    poses: PoseSet
+    centre: Array
+
+    def take(self, indices: "list[int]") -> "Views":
+        """The views ``indices`` alone."""
+        return Views(self.silhouettes.take(indices), PoseSet(self.poses.R[indices].copy(), self.poses.t[indices].copy()), self.centre)
+
+
+@dataclass(frozen=True)
+class Poses:
+    """n candidate poses: ``R_cam_particle`` (n, 3, 3), ``centre_cam`` (n, 3) m where the centre of mass lies, ``cost`` (n,) per valid pair."""
+
+    R: Array
+    centre_cam: Array
+    cost: Array
+
+    def take(self, rows: NDArray[np.int64]) -> "Poses":
+        """The candidates ``rows`` alone."""
+        return Poses(self.R[rows], self.centre_cam[rows], self.cost[rows])
+
+
+def pose_set(R: Array, centre_cam: Array, centre_particle: Array) -> PoseSet:
+    """Poses from rotations and the place of the centre of mass."""
+    return PoseSet(np.ascontiguousarray(R), np.ascontiguousarray(centre_cam - R @ centre_particle))
+
+
+def pose_errors(first: Silhouettes, poses: Poses, views: Views, *, huber: float = np.inf) -> TangencyErrors:
+    """ETE of candidate ``i`` as the pose of silhouette ``first[i]``, in the axes of its camera."""
+    chosen = pose_set(poses.R, poses.centre_cam, views.centre)
+    return tangency_errors(first, chosen, views.silhouettes, views.poses, pivot_particle=views.centre, huber=huber)
+
+
+def refine(first: Silhouettes, poses: Poses, views: Views, *, iterations: int, tolerance: float = 1e-5, huber: float = np.inf) -> Poses:
+    """The candidates after at most ``iterations`` damped steps; each stops when its cost falls by less than ``tolerance`` (relative)."""
+    n = len(poses.R)
+    damping = np.full(n, FIRST_DAMPING)
+    active = np.ones(n, dtype=np.bool_)
+    R, centre, cost = poses.R.copy(), poses.centre_cam.copy(), np.full(n, np.inf)
+    errors = pose_errors(first, poses, views, huber=huber)
+    cost = mean_cost(errors)
+    normal, gradient = errors.normal[:, :6, :6].copy(), errors.gradient[:, :6].copy()
+    for _ in range(iterations):
+        rows = np.flatnonzero(active & np.isfinite(cost))
+        if len(rows) == 0:
+            break
+        step = damped_step(normal[rows], gradient[rows], damping[rows])
+        trial = Poses(rotation_from_vector(step[:, 3:]) @ R[rows], centre[rows] + step[:, :3], cost[rows])
+        errors = pose_errors(first.take(rows.tolist()), trial, views, huber=huber)
+        new = mean_cost(errors)
+        better = new < cost[rows]
+        done = better & (cost[rows] - new <= tolerance * cost[rows])
+        took = rows[better]
+        R[took], centre[took], cost[took] = trial.R[better], trial.centre_cam[better], new[better]
+        normal[took], gradient[took] = errors.normal[better, :6, :6], errors.gradient[better, :6]
+        damping[took] = np.maximum(damping[took] / 10.0, 1e-9)
+        damping[rows[~better]] *= 10.0
+        active[rows[done]] = False
+        active[damping > LARGEST_DAMPING] = False
+    return Poses(R, centre, cost)
+
+
+def damped_step(normal: Array, gradient: Array, damping: Array) -> Array:
+    """Marquardt's step (n, p): ``-(H + lambda diag H)⁻¹ g``."""
+    diagonal = np.einsum("nii->ni", normal)
+    scale = np.maximum(diagonal, 1e-12 * diagonal.max(axis=1, keepdims=True) + 1e-300)
+    damped = normal + (damping[:, None] * scale)[:, :, None] * np.eye(normal.shape[1])
+    return np.asarray(-np.linalg.solve(damped, gradient[:, :, None])[:, :, 0])
+
+
+def mean_cost(errors: TangencyErrors) -> Array:
+    """Cost per valid pair (n,); infinite where too few pairs are valid."""
+    count = errors.valid.sum(axis=1)
+    enough = count >= max(2, MINIMUM_VALID_SHARE * errors.valid.shape[1])
+    return np.where(enough, errors.cost / np.maximum(count, 1), np.inf)

@@ -1,0 +1,154 @@
+"""The trajectory fit: one flight to all silhouettes of a sequence.
+
+Each silhouette contributes an 8x8 normal matrix in its own pose and outline offset; with ``S_i = d pose_i / d parameters`` the whole fit's is
+``sum S_iᵀ H_i S_i``. The cost of a step is thus independent of the number of parameters.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from datasets.vocabulary.camera import HsvCamera
+from estimator.fitting.levenberg_marquardt import NormalEquations, Problem, Solution, minimise
+from estimator.fitting.pose_refinement import Views
+from estimator.geometry.epipolar_tangency import N_COLUMNS, PoseSet, TangencyErrors, tangency_errors
+from estimator.geometry.silhouettes import Silhouettes
+from estimator.motion.flight import COM, INERTIA, N_PARAMETERS, OFFSET, Flight, FlightPoses, moved, poses, poses_and_sensitivity
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Sightings:
+    """The silhouettes of a sequence that are used: hull ``n`` was seen by camera ``camera[n]`` in frame ``frame[n]`` at ``times_s[n]``."""
+
+    silhouettes: Silhouettes
+    camera: NDArray[np.int64]
+    frame: NDArray[np.int64]
+    times_s: Array
+    cameras: tuple[HsvCamera, ...]
+
+    def __len__(self) -> int:
+        return len(self.frame)
+
+    @property
+    def R_cam_world(self) -> Array:
+        """Rotation (n, 3, 3) from world to the camera of each sighting."""
+        return np.stack([c.R_cam_world for c in self.cameras])[self.camera]
+
+    @property
+    def t_cam_world(self) -> Array:
+        """Translation (n, 3) m from world to the camera of each sighting."""
+        return np.stack([c.t_cam_world for c in self.cameras])[self.camera]
+
+    def take(self, rows: NDArray[np.int64]) -> "Sightings":
+        """The sightings ``rows`` alone."""
+        return Sightings(self.silhouettes.take(rows.tolist()), self.camera[rows], self.frame[rows], self.times_s[rows], self.cameras)
+
+
+@dataclass(frozen=True)
+class Prior:
+    """Standard deviations of what free flight alone would leave loose: centre of mass (m), inertia (relative), outline offset (px)."""
+
+    com_m: float
+    inertia: float
+    offset_px: float
+
+    @property
+    def precision(self) -> Array:
+        """Diagonal (21,) of the prior's information matrix."""
+        diagonal = np.zeros(N_PARAMETERS)
+        diagonal[COM] = self.com_m**-2
+        diagonal[INERTIA] = self.inertia**-2
+        diagonal[OFFSET] = self.offset_px**-2
+        return diagonal
+
+
+@dataclass(frozen=True)
+class FitTask:
+    """What a trajectory fit needs besides a start; ``weight`` (sighting, view), 0 leaves a pair out."""
+
+    sightings: Sightings
+    views: Views
+    prior: Prior
+    huber: float
+    weight: Array
+
+
+def particle_poses(flight: Flight, predicted: FlightPoses, sightings: Sightings) -> PoseSet:
+    """Particle to camera coordinates for each sighting, of the first of the predicted flights."""
+    R_world_particle = predicted.R[:, 0] @ flight.body.R_particle_body.T
+    R_cw = sightings.R_cam_world
+    R = R_cw @ R_world_particle
+    centre = np.einsum("nij,nj->ni", R_cw, predicted.centre[:, 0]) + sightings.t_cam_world
+    return PoseSet(np.ascontiguousarray(R), np.ascontiguousarray(centre - R @ flight.body.com_particle))
+
+
+def errors_of(task: FitTask, flight: Flight, predicted: FlightPoses) -> TangencyErrors:
+    """ETE of every sighting with every view under a flight, its outline offset taken off the variance-weighted errors."""
+    errors = tangency_errors(
+        task.sightings.silhouettes,
+        particle_poses(flight, predicted, task.sightings),
+        task.views.silhouettes,
+        task.views.poses,
+        pivot_particle=flight.body.com_particle,
+        axes=task.sightings.R_cam_world,
+        weight=task.weight,
+        huber=task.huber,
+        offset_px=-flight.offset_px,
+    )
+    return errors
+
+
+def fit(task: FitTask, start: Flight, *, max_steps: int = 40) -> Solution[Flight]:
+    """Levenberg-Marquardt from ``start``."""
+    problem = Problem(
+        cost=lambda flight: _cost(task, flight),
+        linearise=lambda flight: _linearise(task, flight),
+        move=moved,
+    )
+    return minimise(problem, start, max_steps=max_steps)
+
+
+def pose_map(sensitivity: Array) -> Array:
+    """``S`` (n, 8, 21): pair columns (pose, offset of the sighting, offset of the view) by parameters."""
+    S = np.zeros((len(sensitivity), N_COLUMNS, N_PARAMETERS))
+    S[:, :6] = sensitivity
+    S[:, 6, OFFSET] = -1.0
+    return S
+
+
+def _data_cost(task: FitTask, errors: TangencyErrors) -> float:
+    """Cost scaled up for pairs without tangent planes, so that losing pairs never pays."""
+    wanted = np.count_nonzero(task.weight)
+    valid = np.count_nonzero(errors.valid)
+    return float(errors.cost.sum()) * wanted / valid if valid else np.inf
+
+
+def _prior_cost(task: FitTask, flight: Flight) -> float:
+    p = _prior_values(flight)
+    return 0.5 * float(p @ (task.prior.precision * p))
+
+
+def _prior_values(flight: Flight) -> Array:
+    values = np.zeros(N_PARAMETERS)
+    values[COM], values[INERTIA], values[OFFSET] = flight.com, flight.inertia, flight.offset_px
+    return values
+
+
+def _cost(task: FitTask, flight: Flight) -> float:
+    predicted = poses(flight, np.zeros((1, N_PARAMETERS)), task.sightings.times_s)
+    return _data_cost(task, errors_of(task, flight, predicted)) + _prior_cost(task, flight)
+
+
+def _linearise(task: FitTask, flight: Flight) -> NormalEquations:
+    predicted, sensitivity = poses_and_sensitivity(flight, task.sightings.times_s)
+    errors = errors_of(task, flight, predicted)
+    S = pose_map(sensitivity)
+    precision = task.prior.precision
+    H = np.einsum("nap,nab,nbq->pq", S, errors.normal, S, optimize=True) + np.diag(precision)
+    g = np.einsum("nap,na->p", S, errors.gradient) + precision * _prior_values(flight)
+    return NormalEquations(H=H, g=g, cost=_data_cost(task, errors) + _prior_cost(task, flight))
+
+

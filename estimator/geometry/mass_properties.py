@@ -1,0 +1,25 @@
+"""Centre of mass, principal axes and inertia ratios of a closed mesh of uniform density (trimesh's volume integrals)."""
+
+import numpy as np
+import trimesh
+
+from datasets.vocabulary.body import Body
+from estimator.geometry.visual_hull import HullMesh
+
+
+def body_of(mesh: HullMesh) -> Body:
+    """The rigid body that fills ``mesh`` uniformly; principal moments ascending, axes right-handed."""
+    solid = trimesh.Trimesh(mesh.vertices, mesh.faces, process=True)
+    if solid.volume < 0:
+        solid.invert()
+    moments, axes = np.linalg.eigh(np.asarray(solid.moment_inertia, dtype=np.float64))
+    return Body(
+        com_particle=np.asarray(solid.center_mass, dtype=np.float64),
+        R_particle_body=right_handed(axes),
+        inertia_ratios=moments / moments[2],
+    )
+
+
+def right_handed(axes: np.ndarray) -> np.ndarray:
+    """Columns of ``axes`` (3, 3) with the last turned so that the determinant is +1."""
+    return axes if np.linalg.det(axes) > 0 else axes * np.array([1.0, 1.0, -1.0])

@@ -1,0 +1,174 @@
+"""The flight of one particle as a function of its parameters: what the trajectory fit varies, and the poses that follow.
+
+Parameters, about a reference state at a reference time, all in SI units and world axes unless said otherwise:
+
+========  ==  ==============================================================================================
+x          3  position of the centre of mass (m)
+theta      3  rotation of the body about its centre of mass (rad)
+v          3  velocity (m/s)
+omega      3  angular velocity (rad/s)
+com        3  shift of the centre of mass in the nominal body frame (m)
+inertia    5  E in J = √D (1 + E) √D, D the nominal inertia ratios: E11, E22, E12, E13, E23 (E33 fixes the scale)
+offset     1  outline offset of the HSV silhouettes (px), outwards
+========  ==  ==============================================================================================
+
+The hull over-estimates the volume, so centre of mass and inertia come with a bias; in force-free flight a shifted centre makes
+the nominal one wobble, and wrong inertia ratios bend the spin's path. Hence both are fitted, held by a prior.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from datasets.vocabulary.body import Body
+from estimator.geometry.mass_properties import right_handed
+from estimator.motion.rigid_body import (
+    States,
+    angular_momentum,
+    angular_velocity,
+    propagate,
+    quaternion_product,
+    rotation_matrices,
+)
+from estimator.motion.rotation import quaternion_from_vector, rotation_vector
+
+Array = NDArray[np.float64]
+
+X, THETA, V, OMEGA = slice(0, 3), slice(3, 6), slice(6, 9), slice(9, 12)
+COM, INERTIA, OFFSET = slice(12, 15), slice(15, 20), slice(20, 21)
+N_PARAMETERS = 21
+NAMES = (
+    *("x_m", "y_m", "z_m"),
+    *("theta_x_rad", "theta_y_rad", "theta_z_rad"),
+    *("v_x_ms", "v_y_ms", "v_z_ms"),
+    *("omega_x_rads", "omega_y_rads", "omega_z_rads"),
+    *("com_1_m", "com_2_m", "com_3_m"),
+    *("inertia_11", "inertia_22", "inertia_12", "inertia_13", "inertia_23"),
+    "outline_offset_px",
+)
+STEPS = np.array([1e-6] * 3 + [1e-5] * 3 + [1e-4] * 3 + [1e-3] * 3 + [1e-6] * 3 + [1e-4] * 5 + [0.0])
+"""Central-difference steps: truncation below 1e-8 and rounding below 1e-9 of each column."""
+_SYMMETRIC = ((0, 0), (1, 1), (0, 1), (0, 2), (1, 2))
+
+
+@dataclass(frozen=True)
+class Flight:
+    """A flight at its reference time; ``body`` is the nominal one, ``com`` (3,), ``inertia`` (5,) and ``offset_px`` as in the module's table."""
+
+    time_s: float
+    x: Array
+    q: Array
+    v: Array
+    omega: Array
+    body: Body
+    com: Array
+    inertia: Array
+    offset_px: float
+    gravity_world: Array
+
+
+@dataclass(frozen=True)
+class FlightPoses:
+    """Poses at f times of m flights: ``centre`` (f, m, 3) m where the *nominal* centre of mass lies, ``R`` (f, m, 3, 3) world from nominal body axes."""
+
+    centre: Array
+    R: Array
+
+
+def moved(flight: Flight, step: Array) -> Flight:
+    """The flight after a parameter step (21,)."""
+    return replace(
+        flight,
+        x=flight.x + step[X],
+        q=_unit(quaternion_product(quaternion_from_vector(step[THETA]), flight.q)),
+        v=flight.v + step[V],
+        omega=flight.omega + step[OMEGA],
+        com=flight.com + step[COM],
+        inertia=flight.inertia + step[INERTIA],
+        offset_px=flight.offset_px + float(step[OFFSET][0]),
+    )
+
+
+def inertia_matrix(flight: Flight, inertia: Array) -> Array:
+    """Inertia (m, 3, 3) per nominal largest moment, nominal body axes, of perturbations ``inertia`` (m, 5)."""
+    E = np.zeros((len(inertia), 3, 3))
+    for column, (i, j) in enumerate(_SYMMETRIC):
+        E[:, i, j] = inertia[:, column]
+        E[:, j, i] = inertia[:, column]
+    root = np.sqrt(flight.body.inertia_ratios)
+    return np.asarray(root[:, None] * (np.eye(3) + E) * root[None, :])
+
+
+def states(flight: Flight, steps: Array, times_s: Array) -> States:
+    """States (f, m, ·) at ``times_s`` of the flights reached by the parameter steps (m, 21)."""
+    q = quaternion_product(quaternion_from_vector(steps[:, THETA]), np.broadcast_to(flight.q, (len(steps), 4)))
+    inertia = inertia_matrix(flight, flight.inertia + steps[:, INERTIA])
+    start = States(
+        x=flight.x + steps[:, X],
+        q=q,
+        v=flight.v + steps[:, V],
+        L=angular_momentum(q, flight.omega + steps[:, OMEGA], inertia),
+    )
+    gravity = np.broadcast_to(flight.gravity_world, start.x.shape)
+    return propagate(start, np.linalg.inv(inertia), times_s, start_time_s=flight.time_s, acceleration=lambda _t, _s: gravity)
+
+
+def poses(flight: Flight, steps: Array, times_s: Array) -> FlightPoses:
+    """Poses at ``times_s`` (f,) of the flights reached by the parameter steps (m, 21)."""
+    reached = states(flight, steps, times_s)
+    R = rotation_matrices(reached.q)
+    com = flight.com + steps[:, COM]
+    return FlightPoses(centre=reached.x - np.einsum("fmij,mj->fmi", R, com), R=R)
+
+
+def poses_and_sensitivity(flight: Flight, times_s: Array) -> tuple[FlightPoses, Array]:
+    """Poses (m = 1) and their sensitivity (f, 6, 21): translation and left rotation vector of the nominal body, by central differences."""
+    varied = np.flatnonzero(STEPS)
+    steps = np.zeros((1 + 2 * len(varied), N_PARAMETERS))
+    for row, column in enumerate(varied):
+        steps[1 + 2 * row, column] = STEPS[column]
+        steps[2 + 2 * row, column] = -STEPS[column]
+    every = poses(flight, steps, times_s)
+    plus, minus = slice(1, None, 2), slice(2, None, 2)
+    sensitivity = np.zeros((len(times_s), 6, N_PARAMETERS))
+    width = 2.0 * STEPS[varied]
+    sensitivity[:, :3, varied] = np.swapaxes((every.centre[:, plus] - every.centre[:, minus]) / width[None, :, None], 1, 2)
+    turned = every.R[:, plus] @ np.swapaxes(every.R[:, minus], -1, -2)
+    vectors = rotation_vector(turned.reshape(-1, 3, 3)).reshape(len(times_s), len(varied), 3)
+    sensitivity[:, 3:, varied] = np.swapaxes(vectors / width[None, :, None], 1, 2)
+    return FlightPoses(centre=every.centre[:, :1], R=every.R[:, :1]), sensitivity
+
+
+def velocities(flight: Flight, steps: Array, time_s: float) -> tuple[Array, Array]:
+    """Velocity and angular velocity (m, 3) each, world frame, at one time."""
+    reached = states(flight, steps, np.array([time_s]))
+    inverse = np.linalg.inv(inertia_matrix(flight, flight.inertia + steps[:, INERTIA]))
+    return reached.v[0], angular_velocity(reached.q[0], reached.L[0], inverse)
+
+
+def velocity_sensitivity(flight: Flight, time_s: float) -> Array:
+    """Derivative (6, 21) of (v, omega) at one time by the parameters."""
+    result = np.zeros((6, N_PARAMETERS))
+    for column in np.flatnonzero(STEPS):
+        steps = np.zeros((2, N_PARAMETERS))
+        steps[:, column] = STEPS[column], -STEPS[column]
+        v, omega = velocities(flight, steps, time_s)
+        result[:, column] = np.concatenate([v[0] - v[1], omega[0] - omega[1]]) / (2.0 * STEPS[column])
+    return result
+
+
+def fitted_body(flight: Flight) -> Body:
+    """The body with its fitted centre of mass and inertia, principal axes anew."""
+    moments, axes = np.linalg.eigh(inertia_matrix(flight, flight.inertia[None])[0])
+    axes = right_handed(axes)
+    nominal = flight.body
+    return Body(
+        com_particle=nominal.com_particle + nominal.R_particle_body @ flight.com,
+        R_particle_body=nominal.R_particle_body @ axes,
+        inertia_ratios=moments / moments[2],
+    )
+
+
+def _unit(q: Array) -> Array:
+    return np.asarray(q / np.linalg.norm(q))
