@@ -17,6 +17,7 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
+from datasets.errors import TumbleError
 from tumble.one_thread import keep_to_one_thread
 
 Task = Callable[[dict[str, Any]], dict[str, Any]]
@@ -73,8 +74,7 @@ def failures(outcomes: Iterable[Outcome]) -> tuple[Outcome, ...]:
 def _failed(item: Item, error: BaseException) -> Outcome:
     if isinstance(error, BrokenProcessPool):
         return Outcome(item.name, State.FAILED, "its process died (killed, out of memory, or a library that aborted)")
-    kind = "" if str(error) else type(error).__name__
-    return Outcome(item.name, State.FAILED, f"{kind}{error}" if str(error) else kind)
+    return Outcome(item.name, State.FAILED, str(error) if isinstance(error, TumbleError) else f"{type(error).__name__}: {error}")
 
 
 def _serially(task: Task, items: Sequence[Item]) -> Iterable[Outcome]:

@@ -22,7 +22,7 @@ def test_a_failing_item_is_named_and_its_neighbours_finish(tmp_path: Path, jobs:
     outcomes = run(tasks.fail_on_bad, work, jobs=jobs, advance=lambda name: None)
     assert [outcome.state for outcome in outcomes] == [State.DONE, State.FAILED, State.DONE]
     assert failures(outcomes)[0].name == "item 1"
-    assert failures(outcomes)[0].message == "this one is bad"
+    assert failures(outcomes)[0].message == "ValueError: this one is bad"
     assert outcomes[2].result == {"length": 3}
     assert (tmp_path / "2.txt").read_text(encoding="utf-8") == "ccc"
 

@@ -11,7 +11,8 @@ def say_failures(outcomes: Sequence[Outcome]) -> None:
     for outcome in failures(outcomes):
         print(f"tumble: {outcome.name} failed: {outcome.message}", file=sys.stderr)
     if failures(outcomes):
-        print("tumble: the other items are whole; the same command with --resume tries the failed ones again.", file=sys.stderr)
+        others = "the other items are whole; " if len(failures(outcomes)) < len(outcomes) else ""
+        print(f"tumble: {others}the same command with --resume tries what failed again.", file=sys.stderr)
 
 
 def exit_code(outcomes: Sequence[Outcome]) -> int:

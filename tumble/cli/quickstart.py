@@ -3,6 +3,8 @@
 import argparse
 import importlib
 import json
+import shutil
+import sys
 from importlib import resources
 from pathlib import Path
 
@@ -65,8 +67,9 @@ def _step(words: list[str], *, quiet: bool) -> int:
 
 
 def _next(out: Path) -> str:
+    program = Path(sys.argv[0]).name if shutil.which("tumble") else sys.argv[0]
     return (
         "Open it in a browser. Then change the recipe and go again:\n"
-        f"  {Path(sys.argv[0]).parent / 'tumble'} render --config {out / RECIPE} --set motion.frames=80 --out out/mine\n"
-        f"  {Path(sys.argv[0]).parent / 'tumble'} estimate out/mine --out out/mine-estimates"
+        f"  {program} render --config {out / RECIPE} --set motion.frames=80 --out out/mine\n"
+        f"  {program} estimate out/mine --out out/mine-estimates"
     )
