@@ -1,9 +1,10 @@
 """Random free flights during which the whole particle stays in the picture.
 
 Speed and spin are uniform over their ranges; the directions of velocity and spin axis and the orientation are isotropic. The middle
-frame lies in the focal plane; the place in the picture is uniform over all that keep a ball around the particle within the margin in
-every frame. A direction for which there is no such place is drawn again, and after ``DIRECTIONS`` of them the speed too. So the
-fastest flights run along the picture's diagonal or the optical axis, and speeds that fit in no direction do not occur.
+frame lies in the focal plane, and no frame nearer or farther than ``DEPTH`` of its distance. The place in the picture is uniform over
+all that keep a ball around the particle within the margin in every frame. A direction for which there is no such place is drawn
+again, and after ``DIRECTIONS`` of them the speed too. So the fastest flights run along the picture's diagonal or the optical axis, and
+speeds that fit in no direction do not occur.
 """
 
 from dataclasses import dataclass
@@ -22,6 +23,8 @@ Array = NDArray[np.float64]
 DIRECTIONS = 200
 SPEEDS = 50
 MARGIN_PX = 8.0
+DEPTH = 0.3
+"""Share of the focal plane's distance that the particle may be nearer or farther."""
 
 
 @dataclass(frozen=True)
@@ -78,7 +81,7 @@ def place_in_view(path: Array, stage: Stage, rng: np.random.Generator) -> Array 
     """A start (3,) m, uniform over those with which ``path`` (frame, 3) m stays in view; ``None`` where there is none."""
     camera, r = stage.intrinsics, stage.radius_m
     z = stage.distance_m + path[:, 2] - path[len(path) // 2, 2]
-    if z.min() < 2 * r or z.min() < 0.2 * stage.distance_m:
+    if np.abs(z - stage.distance_m).max() + r > DEPTH * stage.distance_m:
         return None
     start = np.array([0.0, 0.0, z[0] - path[0, 2]])
     for axis, (focal, centre, size) in enumerate(

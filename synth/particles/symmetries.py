@@ -58,9 +58,8 @@ class SampledSurface:
         return np.einsum("...i,...i->...", points - self.points[index], normals), normals
 
     def distances(self, points: Array) -> Array:
-        """Distances (...,) of ``points`` (..., 3) from the surface, by the best of the nearest samples: beside an edge the very
-        nearest may lie on the wrong face.
-        """
+        """Distances (...,) of ``points`` (..., 3) from the surface."""
+        # Beside an edge the closest sample may lie on the wrong face, so the best of the nearest counts.
         _, index = self.tree.query(points, k=NEIGHBOURS)
         gaps = np.einsum("...ki,...ki->...k", points[..., None, :] - self.points[index], self.normals[index])
         return cast(Array, np.abs(gaps).min(axis=-1))

@@ -1,0 +1,134 @@
+"""The outline is the outline: against hulls, rasterised faces, brute force and known bodies."""
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+import shapely
+import trimesh
+from scipy.spatial.transform import Rotation
+
+from datasets.vocabulary.camera import Intrinsics
+from datasets.vocabulary.outline import signed_area
+from synth.particles.family import procedural
+from synth.particles.mesh_import import read_mesh
+from synth.silhouette import OutlineMesh, exact_outline, outline_mesh
+from synth.silhouette.exact_outline import contour_segments
+from synth.silhouette.outer_ring import _enclosed, near_outside, outer_ring
+
+HSV = Intrinsics(1024, 1024, 6000.0, 6000.0, 511.5, 511.5)
+BENT = Intrinsics(1024, 1024, 900.0, 880.0, 500.0, 530.0, (-0.2, 0.05, 1e-3, -5e-4, 0.0))
+
+
+def bodies() -> list[trimesh.Trimesh]:
+    return [
+        procedural(family, 0.6, np.random.default_rng(3))  # type: ignore[arg-type]
+        for family in ("ellipsoid", "cut_stone", "jagged")
+    ]
+
+
+def scaled(mesh: trimesh.Trimesh, size: float = 6e-3) -> OutlineMesh:
+    return outline_mesh((mesh.vertices - mesh.vertices.mean(axis=0)) / mesh.extents.max() * size, np.asarray(mesh.faces))
+
+
+def pose(seed: int, z: float = 0.6) -> tuple[np.ndarray, np.ndarray]:
+    rng = np.random.default_rng(seed)
+    return Rotation.random(rng=rng).as_matrix(), np.array([*rng.normal(0, 5e-3, size=2), z])
+
+
+def projected(mesh: OutlineMesh, camera: Intrinsics, R: np.ndarray, t: np.ndarray) -> np.ndarray:
+    return camera.project(mesh.vertices @ R.T + t)
+
+
+def check_hull(mesh: OutlineMesh, R: np.ndarray, t: np.ndarray) -> None:
+    outline = exact_outline(mesh, HSV, R, t)
+    of_vertices = shapely.convex_hull(shapely.multipoints(projected(mesh, HSV, R, t)))
+    of_outline = shapely.convex_hull(shapely.multipoints(outline))
+    assert shapely.hausdorff_distance(of_vertices, of_outline) < 1e-9
+    assert signed_area(outline) > 0
+    assert shapely.polygons(outline).is_valid
+
+
+@pytest.mark.parametrize("body", range(3))
+@pytest.mark.parametrize("seed", range(3))
+def test_hull_of_the_outline_is_hull_of_the_vertices(body: int, seed: int) -> None:
+    check_hull(scaled(bodies()[body]), *pose(seed))
+
+
+@pytest.mark.parametrize("name", ["stone_09", "stone_05", "imaged_deimos", "savaas_S01"])
+def test_outlines_of_scanned_particles(shared_data: Path, name: str) -> None:
+    mesh = scaled(read_mesh(shared_data / "particles" / f"{name}.ply"))
+    for seed in range(3):
+        check_hull(mesh, *pose(seed))
+        segments = contour_segments(mesh, projected(mesh, HSV, *pose(seed)))
+        every = _enclosed(segments)
+        assert every.symmetric_difference(shapely.polygons(outer_ring(segments))).area < 1e-9
+
+
+@pytest.mark.parametrize("body", range(3))
+def test_area_is_that_of_the_rasterised_faces(body: int) -> None:
+    mesh = scaled(bodies()[body])
+    R, t = pose(4)
+    outline = exact_outline(mesh, HSV, R, t)
+    origin = outline.min(axis=0) - 2
+    magnification = 20
+    corners = np.rint(((projected(mesh, HSV, R, t) - origin) * magnification)[mesh.faces] * 256).astype(np.int32)
+    mask = np.zeros((90 * magnification, 90 * magnification), dtype=np.uint8)
+    for triangle in corners:
+        cv2.fillConvexPoly(mask, triangle, 255, cv2.LINE_8, 8)
+    contours, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+    cv2.drawContours(mask, contours, -1, 255, cv2.FILLED)
+    # OpenCV paints every cell that an edge touches: about half a cell all round the boundary.
+    excess = np.count_nonzero(mask) / magnification**2 - signed_area(outline)
+    length = shapely.linearrings(outline).length
+    assert 0 < excess < 1.2 * length / magnification
+
+
+def test_a_sphere_is_seen_as_the_perspective_circle() -> None:
+    sphere = trimesh.creation.icosphere(subdivisions=5)
+    radius, z = 3e-3, 0.05
+    mesh = outline_mesh(sphere.vertices * radius, np.asarray(sphere.faces))
+    outline = exact_outline(mesh, HSV, np.eye(3), np.array([0.0, 0.0, z]))
+    seen = np.hypot(*(outline - 511.5).T)
+    expected = 6000 * radius / np.sqrt(z**2 - radius**2)
+    # A polyhedron inscribed in the sphere: its edges, of about 0.035 radius, cut off up to 0.035²/8.
+    assert np.all(seen <= expected * (1 + 1e-12))
+    assert seen.min() > expected * (1 - 4e-4)
+
+
+def test_holes_are_filled() -> None:
+    ring = trimesh.creation.torus(4e-3, 1e-3, major_sections=48, minor_sections=24)
+    outline = exact_outline(scaled(ring, 10e-3), HSV, np.eye(3), np.array([0.0, 0.0, 0.6]))
+    radii = np.hypot(*(outline - 511.5).T)
+    assert radii.min() > 0.98 * radii.max()
+
+
+def test_distortion_bends_the_long_edges_of_a_box() -> None:
+    box = trimesh.creation.box((0.5, 0.5, 0.01))
+    mesh = outline_mesh(box.vertices, np.asarray(box.faces))
+    outline = exact_outline(mesh, BENT, np.eye(3), np.array([0.0, 0.0, 0.6]))
+    edge = np.column_stack([np.linspace(-0.25, 0.25, 5001), np.full(5001, 0.25), np.full(5001, 0.595)])
+    on_edge = BENT.project(edge)
+    chord = shapely.distance(shapely.linearrings(outline), shapely.points(on_edge))
+    assert chord.max() < 2e-4
+    straight = on_edge[0] + np.linspace(0, 1, 5001)[:, None] * (on_edge[-1] - on_edge[0])
+    assert np.abs(straight - on_edge).max() > 5
+
+
+def test_segments_left_out_wrongly_are_taken_after_all(monkeypatch: pytest.MonkeyPatch) -> None:
+    mesh = scaled(procedural("jagged", 0.9, np.random.default_rng(5)))
+    segments = contour_segments(mesh, projected(mesh, HSV, *pose(6)))
+    expected = outer_ring(segments)
+
+    def half_of_it(s: np.ndarray) -> np.ndarray:
+        return near_outside(s) & (s[:, 0, 0] < np.median(s[:, 0, 0]))
+
+    monkeypatch.setattr("synth.silhouette.outer_ring.near_outside", half_of_it)
+    found = shapely.polygons(outer_ring(segments))
+    assert found.symmetric_difference(shapely.polygons(expected)).area < 1e-9
+
+
+def test_a_body_behind_the_camera_is_refused() -> None:
+    with pytest.raises(ValueError, match="in front of the camera"):
+        exact_outline(scaled(bodies()[0]), HSV, np.eye(3), np.zeros(3))
