@@ -1,8 +1,14 @@
-"""Generalised least squares: the trajectory fit with each sighting's errors weighted by the inverse of their full covariance.
+"""Generalised least squares: each sighting's errors weighted by the inverse of their full covariance.
 
 Weighting errors as if they were independent counts one outline's noise once per view. The inverse covariance counts it once, gives
-the priors and the known gravity their proper say, and brings the error near the Cramér-Rao-type bound [Aitken 1935]. The covariance is taken at a
-nearby solution and held while one Gauss-Newton problem is solved; then it is refreshed.
+the priors and the known gravity their proper say, and brings the error near the Cramér-Rao-type bound [Aitken 1935]. For sighting ``i`` the errors in
+its picture have ``Σ_i = sigma_i² K_i + D_i``: ``K_i`` the correlation of its own tangents, ``D_i`` the views' noise, magnified, and ``floor``². ``Σ`` is taken
+at a nearby solution, held for one Gauss-Newton step, then refreshed.
+
+What ``Σ_i`` leaves out, that one view's noise enters all sightings, is made good in the covariance: with ``W = Σ⁻¹ J`` the gradient's covariance is
+``M = sum_i W_iᵀ Σ_i W_i + sum_k W_kᵀ (C_k - diag C_k) W_k`` over the views k, and the parameters' is ``H⁻¹ (s² M + Λ) H⁻¹`` [White 1982; Cameron, Gelbach &
+Miller 2011 for two-way sums], Λ the prior's information and s² the whitened mean square. Without the views' share ``H⁻¹`` is the bound: the
+inverse Fisher information of the same residuals.
 """
 
 from dataclasses import dataclass
@@ -11,54 +17,71 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
-from estimator.fitting.noise_model import own_noise, views_noise
-from estimator.geometry.epipolar_tangency import N_COLUMNS, TangencyErrors
+from estimator.fitting.noise_model import tangent_correlation
+from estimator.geometry.epipolar_tangency import TangencyErrors
 from estimator.geometry.silhouettes import Silhouettes
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class FrameEquations:
-    """Per-sighting normal matrices ``normal`` (n, 8, 8), ``gradient`` (n, 8), ``chi2`` (n,) and number of errors ``count`` (n,).
+class WhitenedFrames:
+    """Whitened errors of every sighting in terms of the parameters.
 
-    ``own`` and ``other`` hold what the covariance needs: for each sighting the gradient's response (sample, 8) to its own outline's unit noises,
-    and ``(places, weighted columns)`` for the views'.
+    ``H`` (p, p) and ``g`` (p,) of the data alone; ``weighted`` (n, k, 2, p) is ``Σ⁻¹ J`` for each view and tangency, zero where there is no error;
+    ``chi2`` (n,) and ``count`` (n,) per sighting.
     """
 
-    normal: Array
-    gradient: Array
+    H: Array
+    g: Array
+    weighted: Array
     chi2: Array
     count: NDArray[np.int64]
-    own: tuple[Array, ...]
-    other: tuple[tuple[NDArray[np.int64], Array], ...]
+
+    @property
+    def mean_square(self) -> float:
+        """Whitened mean square, 1 where the residuals are as large as the noise model says."""
+        return float(self.chi2.sum() / max(int(self.count.sum()), 1))
 
 
-def frame_equations(errors: TangencyErrors, first: Silhouettes, second: Silhouettes, *, floor_px: float, huber: float) -> FrameEquations:
-    """Whiten each sighting's errors with their covariance; ``floor_px`` is the part of it that the outlines' noise does not explain.
+def whiten(errors: TangencyErrors, S: Array, first: Silhouettes, *, floor_px: float, huber: float) -> WhitenedFrames:
+    """Whiten each sighting's errors; ``S`` (n, 8, p) maps pair columns to parameters, ``floor_px`` is noise the outlines do not show.
 
-    Errors beyond ``huber`` standard deviations have their own variance raised until their influence is bounded.
+    An error beyond ``huber`` standard deviations has its variance raised until its influence is that of one at ``huber``.
     """
-    n = len(errors.valid)
-    normal, gradient = np.zeros((n, N_COLUMNS, N_COLUMNS)), np.zeros((n, N_COLUMNS))
+    n, k, p = errors.valid.shape[0], errors.valid.shape[1], S.shape[2]
+    H, g = np.zeros((p, p)), np.zeros(p)
+    weighted = np.zeros((n, k, 2, p))
     chi2, count = np.zeros(n), np.zeros(n, dtype=np.int64)
-    own: list[Array] = []
-    other: list[tuple[NDArray[np.int64], Array]] = []
-    for i in range(n):
-        if not errors.valid[i].any():
-            own.append(np.zeros((0, N_COLUMNS)))
-            other.append((np.zeros((0, 2), dtype=np.int64), np.zeros((0, N_COLUMNS))))
+    for i in np.flatnonzero(errors.valid.any(axis=1)):
+        view, side = np.argwhere(np.repeat(errors.valid[i][:, None], 2, axis=1)).T
+        e, J = errors.error[i, view, side], errors.jacobian[i, view, side] @ S[i]
+        own = first.sigma_px[first.offsets[i] + errors.tangency[i, view, side]]
+        K = tangent_correlation(errors.direction[i, view, side], float(first.correlation_rad[i]))
+        total = errors.variance[i, view, side] + floor_px**2
+        z = np.abs(e) / np.sqrt(total)
+        D = total - own**2 + total * np.maximum(z / huber - 1.0, 0.0)
+        factor = cho_factor(own[:, None] * own[None, :] * K + np.diag(D), lower=True)
+        solved = cho_solve(factor, np.column_stack([J, e]))
+        weighted[i, view, side] = solved[:, :-1]
+        H += J.T @ solved[:, :-1]
+        g += J.T @ solved[:, -1]
+        chi2[i], count[i] = float(e @ solved[:, -1]), len(e)
+    return WhitenedFrames(H=H, g=g, weighted=weighted, chi2=chi2, count=count)
+
+
+def shared_view_noise(errors: TangencyErrors, frames: WhitenedFrames, second: Silhouettes) -> Array:
+    """``sum_k W_kᵀ (C_k - diag C_k) W_k`` (p, p): what one view's outline noise adds to the gradient's covariance by entering many sightings."""
+    p = frames.weighted.shape[-1]
+    total = np.zeros((p, p))
+    for k in range(errors.valid.shape[1]):
+        sighting, side = np.argwhere(np.repeat(errors.valid[:, k][:, None], 2, axis=1)).T
+        if len(sighting) == 0:
             continue
-        Z, places = own_noise(errors, first, i)
-        view, side = places.T
-        e, J = errors.error[i, view, side], errors.jacobian[i, view, side]
-        D = views_noise(errors, second, i, places, floor_px)
-        z = np.abs(e) / np.sqrt(D + np.sum(Z**2, axis=1))
-        D = D + np.where(z > huber, (z / huber - 1.0) * z / huber, 0.0) * (D + np.sum(Z**2, axis=1))
-        factor = cho_factor(Z @ Z.T + np.diag(D), lower=True)
-        weighted = cho_solve(factor, np.column_stack([J, e]))
-        normal[i], gradient[i] = J.T @ weighted[:, :-1], J.T @ weighted[:, -1]
-        chi2[i], count[i] = float(e @ weighted[:, -1]), len(e)
-        own.append(Z.T @ weighted[:, :-1])
-        other.append((places, weighted[:, :-1]))
-    return FrameEquations(normal, gradient, chi2, count, tuple(own), tuple(other))
+        sigma = second.sigma_px[second.offsets[k] + errors.tangency[sighting, k, 2 + side]]
+        magnified = sigma * errors.jacobian[sighting, k, side, 7]
+        K = tangent_correlation(errors.direction[sighting, k, 2 + side], float(second.correlation_rad[k]))
+        np.fill_diagonal(K, 0.0)
+        W = frames.weighted[sighting, k, side] * magnified[:, None]
+        total += W.T @ K @ W
+    return total

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from datasets.vocabulary.camera import Intrinsics
 from datasets.vocabulary.outline import Outline
-from estimator.geometry.tangent_hull import WINDOW, TangentHull, tangent_hull
+from estimator.geometry.tangent_hull import WINDOW, Likeness, TangentHull, degraded_hull, tangent_hull
 
 Array = NDArray[np.float64]
 
@@ -18,18 +18,17 @@ class Silhouettes:
     """n packed hulls: hull ``i`` has the vertices ``offsets[i]:offsets[i + 1]``.
 
     ``xy`` (v, 2) ideal normalised image coordinates; ``points_px`` (v, 2) as seen; ``sigma_px`` (v,) standard deviation of a vertex along its
-    normal. ``response`` (v, window, 2), ``first_sample`` (v,) and ``n_samples`` (n,) say how the noise of outline samples moves the vertices
-    (see :class:`TangentHull`). ``noise_px`` (n,) is the outline's point noise before smoothing; ``focal_px`` (n, 2).
+    normal; ``correlation_rad`` (n,) the turn of the tangent over which its noise is correlated. ``noise_px`` (n,) is the outlines' point noise
+    before smoothing and ``samples`` (n,) their number of samples; ``focal_px`` (n, 2).
     """
 
     xy: Array
     points_px: Array
     sigma_px: Array
-    response: Array
-    first_sample: NDArray[np.int64]
     offsets: NDArray[np.int64]
-    n_samples: NDArray[np.int64]
+    correlation_rad: Array
     noise_px: Array
+    samples: NDArray[np.int64]
     focal_px: Array
 
     def __len__(self) -> int:
@@ -48,11 +47,10 @@ class Silhouettes:
             xy=self.xy[rows],
             points_px=self.points_px[rows],
             sigma_px=self.sigma_px[rows],
-            response=self.response[rows],
-            first_sample=self.first_sample[rows],
             offsets=np.concatenate([[0], np.cumsum([p.stop - p.start for p in parts])]).astype(np.int64),
-            n_samples=self.n_samples[which],
+            correlation_rad=self.correlation_rad[which],
             noise_px=self.noise_px[which],
+            samples=self.samples[which],
             focal_px=self.focal_px[which],
         )
 
@@ -60,6 +58,14 @@ class Silhouettes:
 def silhouettes(outlines: Sequence[Outline], intrinsics: Sequence[Intrinsics], *, window: int = WINDOW) -> Silhouettes:
     """Smooth each outline, take its hull and turn its vertices into rays; an empty outline gives an empty hull."""
     return pack([tangent_hull(o.points_px, window=window) for o in outlines], intrinsics)
+
+
+def like_silhouettes(
+    outlines: Sequence[Outline], intrinsics: Sequence[Intrinsics], likeness: Sequence[Likeness], rng: np.random.Generator
+) -> Silhouettes:
+    """Silhouettes as coarser cameras (``likeness``, one each) would have seen them on average."""
+    hulls = [degraded_hull(o.points_px, like, rng) for o, like in zip(outlines, likeness, strict=True)]
+    return pack(hulls, intrinsics)
 
 
 def pack(hulls: Sequence[TangentHull], intrinsics: Sequence[Intrinsics]) -> Silhouettes:
@@ -70,16 +76,10 @@ def pack(hulls: Sequence[TangentHull], intrinsics: Sequence[Intrinsics]) -> Silh
         xy=np.ascontiguousarray(np.concatenate(xy)),
         points_px=np.concatenate([h.points_px for h in hulls]),
         sigma_px=np.concatenate([h.sigma_px for h in hulls]),
-        response=_padded([h.response for h in hulls]),
-        first_sample=np.concatenate([h.first_sample for h in hulls]),
         offsets=np.concatenate([[0], np.cumsum(counts)]).astype(np.int64),
-        n_samples=np.array([h.n_samples for h in hulls], dtype=np.int64),
+        correlation_rad=np.array([h.correlation_rad for h in hulls]),
         noise_px=np.array([h.noise_px for h in hulls]),
+        samples=np.array([h.samples for h in hulls], dtype=np.int64),
         focal_px=np.array([[c.fx_px, c.fy_px] for c in intrinsics]).reshape(-1, 2),
     )
 
-
-def _padded(responses: Sequence[Array]) -> Array:
-    """The responses stacked, zeros after the shorter windows."""
-    width = max(r.shape[1] for r in responses)
-    return np.concatenate([np.pad(r, ((0, 0), (0, width - r.shape[1]), (0, 0))) for r in responses])
