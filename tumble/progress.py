@@ -1,54 +1,105 @@
-"""How far along a run is, on standard error: a bar with the time left on a terminal, a line now and then elsewhere."""
+"""How far along a run is, on standard error: a bar with the time left on a terminal, a line now and then elsewhere.
+
+Items that take long may leave a *pulse*: a small file with the share that is done, written by whichever process works on the
+item and read here, so that one long item has a time left, too.
+"""
 
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from pathlib import Path
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 Advance = Callable[[str], None]
 """Called with a name each time an item is done."""
 
+PULSE = ".pulse"
+EVERY_S = 0.5
 LINE_EVERY_S = 10.0
 
 
 @contextmanager
-def progress(what: str, total: int, *, quiet: bool) -> Iterator[Advance]:
-    """Show progress over ``total`` items; yields the function to call after each one."""
+def progress(what: str, total: int, *, quiet: bool, pulses: Path | None = None) -> Iterator[Advance]:
+    """Show progress over ``total`` items; yields the function to call after each one. ``pulses``: the folder to look for pulses in."""
     if quiet:
         yield lambda name: None
-    elif sys.stderr.isatty():
-        with _bar(what, total) as advance:
-            yield advance
-    else:
-        yield _lines(what, total)
-
-
-@contextmanager
-def _bar(what: str, total: int) -> Iterator[Advance]:
-    numbers = (MofNCompleteColumn(), TimeElapsedColumn(), TextColumn("left"), TimeRemainingColumn())
-    columns = (TextColumn("{task.description}"), BarColumn(), *numbers)
-    with Progress(*columns, console=Console(stderr=True), transient=True) as display:
-        task = display.add_task(what, total=total)
-
-        def advance(name: str) -> None:
-            display.update(task, advance=1, description=f"{what} {name}")
-
+        return
+    show = _bar if sys.stderr.isatty() else _lines
+    with show(what, total) as update, _watched(update, pulses) as advance:
         yield advance
 
 
-def _lines(what: str, total: int) -> Advance:
-    began = time.monotonic()
-    state = {"done": 0, "last": began}
+def write_pulse(path: Path, done: int, total: int) -> None:
+    """Say that ``done`` of ``total`` parts of an item are done; a pulse that cannot be written does not matter."""
+    with suppress(OSError):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(f"{done / max(total, 1):.4f}", encoding="ascii")
+
+
+def pulse_sum(folder: Path | None) -> float:
+    """The sum of the shares done of the items under way."""
+    return sum(_share(path) for path in folder.glob(f"*{PULSE}")) if folder is not None else 0.0
+
+
+def _share(path: Path) -> float:
+    try:
+        return float(path.read_text(encoding="ascii"))
+    except (OSError, ValueError):  # just removed, or just being written
+        return 0.0
+
+
+Update = Callable[[float, str], None]
+"""Told how many items are done, parts counted, and the name of the last one."""
+
+
+@contextmanager
+def _watched(update: Update, pulses: Path | None) -> Iterator[Advance]:
+    """Call ``update`` when an item is done and, in between, twice a second."""
+    done, last = [0], [""]
+    stopped = threading.Event()
+
+    def watch() -> None:
+        while not stopped.wait(EVERY_S):
+            update(done[0] + pulse_sum(pulses), last[0])
 
     def advance(name: str) -> None:
-        state["done"] += 1
-        now = time.monotonic()
-        if now - state["last"] >= LINE_EVERY_S and state["done"] < total:
-            state["last"] = now
-            left = (now - began) / state["done"] * (total - state["done"])
-            print(f"{what}: {state['done']} of {total} ({name}), about {left:.0f} s left", file=sys.stderr, flush=True)
+        done[0] += 1
+        last[0] = name
+        update(done[0] + pulse_sum(pulses), name)
 
-    return advance
+    thread = threading.Thread(target=watch, daemon=True)
+    thread.start()
+    try:
+        yield advance
+    finally:
+        stopped.set()
+        thread.join()
+
+
+@contextmanager
+def _bar(what: str, total: int) -> Iterator[Update]:
+    numbers = (TaskProgressColumn(), TimeElapsedColumn(), TextColumn("left"), TimeRemainingColumn())
+    columns = (TextColumn("{task.description}"), BarColumn(), *numbers)
+    with Progress(*columns, console=Console(stderr=True), transient=True) as display:
+        task = display.add_task(what, total=total)
+        yield lambda done, name: display.update(task, completed=done, description=f"{what} {name}")
+
+
+@contextmanager
+def _lines(what: str, total: int) -> Iterator[Update]:
+    began = time.monotonic()
+    last = [began]
+
+    def update(done: float, name: str) -> None:
+        now = time.monotonic()
+        if now - last[0] < LINE_EVERY_S or not 0 < done < total:
+            return
+        last[0] = now
+        left = (now - began) / done * (total - done)
+        print(f"{what}: {done / total:.0%} of {total}, about {left:.0f} s left", file=sys.stderr, flush=True)
+
+    yield update

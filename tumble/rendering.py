@@ -14,8 +14,11 @@ from synth.rendering.sequence import render_sequence, rig_is_rendered
 from synth.rendering.variant import choose_variant
 from synth.sequence import build_silhouette_sequence
 from tumble.engine import Item, Outcome, State, run
-from tumble.progress import progress
+from tumble.progress import PULSE, progress, write_pulse
 from tumble.versions import versions
+
+FINISHED = "finished"
+"""Folder of the markers of finished sequences."""
 
 
 def variant_of(recipe: Recipe) -> str | None:
@@ -27,7 +30,9 @@ def variant_of(recipe: Recipe) -> str | None:
 def render_dataset(recipe: Recipe, out: Path, *, jobs: int, quiet: bool) -> tuple[Outcome, ...]:
     """Render every sequence of ``recipe`` that ``out`` lacks, then write ``dataset.json`` with those that are there."""
     items = [_item(recipe, index, out) for index in range(recipe.sequences)]
-    with progress("render", len(items), quiet=quiet) as advance:
+    for stale in (out / FINISHED).glob(f"*{PULSE}"):
+        stale.unlink(missing_ok=True)
+    with progress("render", len(items), quiet=quiet, pulses=out / FINISHED) as advance:
         outcomes = run(render_item, items, jobs=jobs, advance=advance)
     names = tuple(
         json.loads(item.product.read_text(encoding="utf-8"))["name"]
@@ -42,9 +47,10 @@ def render_item(payload: dict[str, Any]) -> dict[str, Any]:
     """Make one sequence; its marker is written last."""
     recipe = recipe_from_dict(payload["recipe"], "recipe")
     out, index = Path(payload["out"]), int(payload["index"])
-    name = render_sequence(recipe, index, out) if variant_of(recipe) else _project(recipe, index, out)
+    product = Path(payload["product"])
+    name = _render(recipe, index, out, product.with_suffix(PULSE)) if variant_of(recipe) else _project(recipe, index, out)
     result = {"name": name}
-    with written_whole(Path(payload["product"])) as temporary:
+    with written_whole(product) as temporary:
         temporary.write_text(json.dumps(result) + "\n", encoding="utf-8")
     return result
 
@@ -56,7 +62,14 @@ def _project(recipe: Recipe, index: int, out: Path) -> str:
     return observation.name
 
 
+def _render(recipe: Recipe, index: int, out: Path, pulse: Path) -> str:
+    try:
+        return render_sequence(recipe, index, out, advance=lambda done, total: write_pulse(pulse, done, total))
+    finally:
+        pulse.unlink(missing_ok=True)
+
+
 def _item(recipe: Recipe, index: int, out: Path) -> Item:
-    product = out / "finished" / f"{index:04d}.json"
+    product = out / FINISHED / f"{index:04d}.json"
     payload = {"recipe": recipe_to_dict(recipe), "index": index, "out": str(out), "product": str(product)}
     return Item(f"{index:04d}", payload, product)

@@ -10,7 +10,7 @@ from datasets.estimate_files import read_estimate
 from datasets.scoring.score import Row, score
 from datasets.scoring.table import aggregate, coverage, score_table, status_counts, worse_sequences
 from datasets.truth_files import read_truth
-from tumble.estimating import estimates_in
+from tumble.result_files import estimates_in
 
 TABLE_FILE = "scores.csv"
 SUMMARY_FILE = "scores.json"

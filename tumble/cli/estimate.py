@@ -12,10 +12,11 @@ from datasets.estimate_files import read_estimate
 from tumble.cli.options import add_configuration, add_jobs, add_output, verb_parser
 from tumble.cli.outcomes import exit_code, say_failures
 from tumble.configuring import load_configuration
-from tumble.estimating import SUFFIX, estimate_all, observations_in
+from tumble.estimating import estimate_all
 from tumble.output_directory import Run, output_directory
 from tumble.reports.velocities import rows
 from tumble.reports.words import next_steps, rms_ete_px
+from tumble.result_files import SUFFIX, observations_in
 
 
 def parser() -> argparse.ArgumentParser:

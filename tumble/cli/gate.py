@@ -10,7 +10,7 @@ from datasets.scoring.gate import GateResult, compare, load_baseline, write_base
 from datasets.scoring.score import Row
 from datasets.scoring.table import score_table
 from tumble.cli.options import verb_parser
-from tumble.estimating import estimates_in
+from tumble.result_files import estimates_in
 from tumble.scoring import score_one
 from tumble.versions import versions
 

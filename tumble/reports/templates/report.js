@@ -303,7 +303,7 @@ function fillVelocities() {
   section.replaceChildren();
   const withTruth = sequence().velocities.some((part) => part.rows.some((row) => row.true !== null));
   for (const part of sequence().velocities) {
-    const heads = ["", "estimate ± standard deviation", "95 % interval", "", ...(withTruth ? ["truth", "error / σ"] : [])];
+    const heads = ["", "estimate ± σ", "95 % interval", "", ...(withTruth ? ["truth", "error / σ"] : [])];
     const rows = part.rows.map((row) => {
       const cells = [row.label + ", " + row.unit, row.text, row.interval, element("div", { class: "interval" }, intervalPicture(row))];
       return withTruth ? [...cells, row.true_text, row.pull] : cells;
