@@ -107,8 +107,8 @@ def _truth_at(truth: Truth, time_s: float) -> tuple[Array, Array]:
 def _velocity(velocity: VelocityEstimate, truth: Truth) -> Row:
     v, omega = _truth_at(truth, velocity.time_s)
     error = np.concatenate([velocity.v_world - v, velocity.omega_world - omega])
-    sigma = np.sqrt(np.diag(velocity.covariance))
-    bound = np.sqrt(np.diag(velocity.bound))
+    with np.errstate(invalid="ignore"):  # a negative variance is no error bar: NaN, and outside every interval
+        sigma, bound = np.sqrt(np.diag(velocity.covariance)), np.sqrt(np.diag(velocity.bound))
     in_plane, out_of_plane, angular = float(np.hypot(error[0], error[1])), abs(float(error[2])), float(np.linalg.norm(error[3:]))
     speed, spin = float(np.linalg.norm(v)), float(np.linalg.norm(omega))
     row: Row = {

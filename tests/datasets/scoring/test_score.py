@@ -155,6 +155,14 @@ def test_an_error_without_an_error_bar_is_infinitely_many_sigmas(truth, estimate
     assert row["middle_inside95_vx"] == 0.0
 
 
+def test_a_negative_variance_is_no_error_bar(truth, estimate_of):
+    estimate = estimate_of(truth, np.ones(6))
+    row = score(replace(estimate, middle=replace(estimate.middle, covariance=-np.eye(6))), truth)
+    assert math.isnan(row["middle_pull_vx"])
+    assert row["middle_inside95_vx"] == 0.0
+    assert row["middle_mahalanobis2"] == math.inf
+
+
 def test_another_sequence_is_refused(truth, truth_of, estimate_of):
     with pytest.raises(InputError, match='the estimate is of sequence "other", the truth of "seq_0000"'):
         score(estimate_of(truth_of("other"), np.zeros(6)), truth)
