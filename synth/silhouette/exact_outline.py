@@ -74,9 +74,8 @@ def exact_outline(
 
 def contour_segments(mesh: OutlineMesh, projected: Float[NDArray[np.float64], "v 2"]) -> Float[NDArray[np.float64], "s 2 2"]:
     """The contour edges' projections; ``projected`` are the vertices in ideal image coordinates (any scale)."""
-    corner = projected[mesh.faces]
-    a, b = corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]
-    seen = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0] < 0
+    x, y = (np.ascontiguousarray(projected[:, axis])[mesh.faces.T] for axis in (0, 1))
+    seen = (x[1] - x[0]) * (y[2] - y[0]) < (y[1] - y[0]) * (x[2] - x[0])
     contour = seen[mesh.edge_faces[:, 0]] != seen[mesh.edge_faces[:, 1]]
     return projected[mesh.edges[contour]]
 

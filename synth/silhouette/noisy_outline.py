@@ -5,10 +5,7 @@ its own draw from N(0, sigma²): white boundary noise, the setting of the paper'
 a camera does not either; a corner is cut by at most half a step.
 """
 
-from typing import cast
-
 import numpy as np
-import shapely
 from jaxtyping import Float
 from numpy.typing import NDArray
 
@@ -34,10 +31,11 @@ def samples_with_normals(
     A normal is that of the chord between the two neighbouring samples, so it belongs to the scale of the sampling
     and not to single facets of the mesh.
     """
-    ring = shapely.linearrings(exact)
-    length = float(shapely.length(ring))
-    count = max(8, round(length / spacing_px))
-    samples = cast(Array, shapely.get_coordinates(shapely.line_interpolate_point(ring, (np.arange(count) + phase) * length / count)))
+    closed = np.vstack([exact, exact[:1]])
+    travelled = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(closed, axis=0), axis=1))])
+    count = max(8, round(travelled[-1] / spacing_px))
+    stops = (np.arange(count) + phase) * travelled[-1] / count
+    samples = np.column_stack([np.interp(stops, travelled, closed[:, 0]), np.interp(stops, travelled, closed[:, 1])])
     chord = np.roll(samples, -1, axis=0) - np.roll(samples, 1, axis=0)
     normals = np.column_stack([chord[:, 1], -chord[:, 0]])
     return samples, normals / np.linalg.norm(normals, axis=1, keepdims=True)

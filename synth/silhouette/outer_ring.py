@@ -18,9 +18,9 @@ Array = NDArray[np.float64]
 
 FEW_SEGMENTS = 400
 """Below this number sorting out does not pay."""
-GRID = 600
+GRID = 1000
 """Cells of the coarse picture along the longer side."""
-MARGIN = 3
+MARGIN = 2
 """Cells left free around the segments in the coarse picture, and cells from the outside that still count as near."""
 SUBCELL_BITS = 6
 
@@ -55,7 +55,7 @@ def near_outside(segments: Float[NDArray[np.float64], "s 2 2"]) -> NDArray[np.bo
 
 def _enclosed(segments: Array) -> shapely.Geometry:
     noded = shapely.node(shapely.multilinestrings(segments))
-    regions = shapely.get_parts(shapely.polygonize(shapely.get_parts(noded)))
+    regions = shapely.get_parts(shapely.polygonize([noded]))
     if len(regions) == 0:
         return shapely.Polygon()
     parts = shapely.get_parts(shapely.coverage_union_all(regions))

@@ -1,5 +1,6 @@
 """Shape descriptors against closed forms and the published figures of the scanned particles."""
 
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -32,6 +33,11 @@ def of(mesh: trimesh.Trimesh) -> dict[str, float]:
     return descriptors(mesh, mass_properties(mesh.vertices, np.asarray(mesh.faces), 1.0).body.inertia_ratios)
 
 
+@lru_cache
+def of_file(path: Path) -> dict[str, float]:
+    return of(read_mesh(path))
+
+
 def test_a_box_turned_at_random() -> None:
     box = trimesh.creation.box((4.0, 3.0, 1.5))
     box.apply_transform(np.block([[Rotation.random(rng=np.random.default_rng(2)).as_matrix(), np.zeros((3, 1))], [np.zeros(3), 1]]))
@@ -56,13 +62,13 @@ def test_descriptors_do_not_depend_on_size() -> None:
 
 @pytest.mark.parametrize("name", [*REGULAR, *IRREGULAR])
 def test_published_figures_of_scanned_particles(shared_data: Path, name: str) -> None:
-    found = of(read_mesh(shared_data / "particles" / f"{name}.ply"))
+    found = of_file(shared_data / "particles" / f"{name}.ply")
     keys = ("convexity", "sphericity", "inertia_ratio_1", "inertia_ratio_2")
     # The figures have three decimals.
     assert [found[key] for key in keys] == pytest.approx({**REGULAR, **IRREGULAR}[name], abs=1.1e-3)
 
 
 def test_irregular_bodies_are_more_irregular_than_regular_ones(shared_data: Path) -> None:
-    value = {name: of(read_mesh(shared_data / "particles" / f"{name}.ply"))["irregularity"] for name in (*REGULAR, *IRREGULAR)}
+    value = {name: of_file(shared_data / "particles" / f"{name}.ply")["irregularity"] for name in (*REGULAR, *IRREGULAR)}
     assert max(value[name] for name in REGULAR) < 0.1
     assert min(value[name] for name in IRREGULAR) > 0.2
