@@ -34,8 +34,9 @@ def angles_up_to_symmetry(
 ) -> Float[NDArray[np.float64], " frame"]:
     """Angle (rad) per frame between two particle orientations, for the one symmetry that fits the whole sequence best.
 
-    One symmetry for all frames, since a rigid body cannot change from one to another on its way.
+    One symmetry for all frames, since a rigid body cannot change from one to another on its way. The identity is tried without a
+    product, so that rounding in the given symmetries cannot make equal orientations differ.
     """
-    alternatives = np.array([rotation_angle(R_estimate, R_truth @ S) for S in symmetries])
+    alternatives = np.array([rotation_angle(R_estimate, R) for R in (R_truth, *(R_truth @ S for S in symmetries))])
     best: NDArray[np.float64] = alternatives[np.argmin(np.median(alternatives, axis=1))]
     return best

@@ -39,6 +39,11 @@ def test_the_truth_scores_zero_through_files_and_with_symmetries(truth, tmp_path
     assert all(row[key] == 0.0 for key in ERRORS)
 
 
+def test_rounding_in_the_symmetries_does_not_show(truth):
+    rounded = replace(truth, symmetries=(np.eye(3) + 1e-16 * np.array([[0, -1.3, -1.4], [-1.7, 0, -0.8], [-2.0, -1.5, 0]]))[None])
+    assert score(truth_as_estimate(rounded), rounded)["orientation_max_deg"] == 0.0
+
+
 def test_velocity_errors_are_what_was_added(truth, estimate_of):
     error = np.array([0.03, 0.04, -0.02, 1.0, 2.0, -2.0])
     row = score(estimate_of(truth, error, sigma=0.5), truth)
