@@ -70,5 +70,6 @@ def say_scores(scores: pd.DataFrame) -> None:
             )
     console.print(table)
     for row in worse_sequences(scores).to_dict("records"):
-        errors = f"in-plane {row['in_plane_percent']:.2f}%, angular {row['angular_percent']:.2f}%"
-        console.print(f"worse: {row['sequence']}: {row['cause']} ({errors})", soft_wrap=True, highlight=False)
+        errors = f" (in-plane {row['in_plane_percent']:.2f}%, angular {row['angular_percent']:.2f}%)"
+        measured = not pd.isna(row["in_plane_percent"])
+        console.print(f"worse: {row['sequence']}: {row['cause']}{errors if measured else ''}", soft_wrap=True, highlight=False)

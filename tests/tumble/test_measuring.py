@@ -1,0 +1,152 @@
+"""From a dataset to a verdict on the command line: estimate, score, report, gate, and the quickstart that strings them together."""
+
+import json
+import shutil
+import subprocess
+import sys
+from importlib import resources
+from pathlib import Path
+
+import pytest
+
+from datasets.errors import InputError
+from datasets.estimate_files import read_estimate, write_estimate
+from datasets.scoring.score import truth_as_estimate
+from datasets.truth_files import read_truth
+from tumble.cli import quickstart
+from tumble.cli.main import main
+from tumble.configuring import load_configuration
+
+ROOT = Path(__file__).resolve().parents[2]
+SMALL = ["--set", "motion.frames=12", "--set", "rig.drops=2", "--set", "motion.speed_ms=[1.0, 2.0]", "-q"]
+ESTIMATE_ALONE = """
+import sys
+for name in ("mitsuba", "drjit"):
+    sys.modules[name] = None
+from tumble.cli.main import main
+sys.exit(main(sys.argv[1:]))
+"""
+
+
+@pytest.fixture(scope="module")
+def dataset(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    out = tmp_path_factory.mktemp("measuring") / "dataset"
+    assert main(["render", *SMALL, "--out", str(out)]) == 0
+    return out
+
+
+@pytest.fixture(scope="module")
+def estimates(dataset: Path) -> Path:
+    out = dataset.parent / "estimates"
+    assert main(["estimate", str(dataset), "--out", str(out), "-q"]) == 0
+    return out
+
+
+@pytest.fixture(scope="module")
+def perfect(dataset: Path) -> Path:
+    """The truth, handed in as estimates."""
+    out = dataset.parent / "perfect"
+    for folder in (dataset / "truth").iterdir():
+        write_estimate(truth_as_estimate(read_truth(folder)), out / f"{folder.name}.estimate.json")
+    return out
+
+
+def test_an_estimate_needs_neither_truth_nor_mitsuba(dataset: Path, estimates: Path, tmp_path: Path) -> None:
+    shutil.copytree(dataset / "observations", tmp_path / "observations")
+    words = [sys.executable, "-c", ESTIMATE_ALONE, "estimate", str(tmp_path), "--out", str(tmp_path / "estimates"), "-q"]
+    done = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    (expected,) = estimates.glob("*.estimate.json")
+    assert (tmp_path / "estimates" / expected.name).read_bytes() == expected.read_bytes()
+
+
+def test_estimate_says_what_came_out_and_what_to_type_next(dataset: Path, estimates: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["estimate", str(dataset), "--out", str(estimates), "--resume"]) == 0
+    out = capsys.readouterr().out
+    (path,) = estimates.glob("*.estimate.json")
+    estimate = read_estimate(path)
+    assert estimate.name in out
+    assert estimate.status.value in out
+    assert f"tumble score {estimates} --truth {dataset / 'truth'}" in out
+
+
+def test_scores_of_the_truth_itself_are_zero(dataset: Path, perfect: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["score", str(perfect), "--truth", str(dataset / "truth"), "--out", str(tmp_path / "s"), "--json"]) == 0
+    summary = json.loads(capsys.readouterr().out)
+    (row,) = summary["rows"]
+    assert row["middle_in_plane_ms"] == row["middle_angular_rads"] == row["orientation_max_deg"] == 0.0
+    assert summary["worse_sequences"] == []
+    assert (tmp_path / "s" / "scores.csv").read_text(encoding="utf-8").startswith("sequence,")
+    assert json.loads((tmp_path / "s" / "scores.json").read_text(encoding="utf-8")) == summary
+
+
+def test_a_worse_sequence_is_named_with_its_cause(
+    dataset: Path, perfect: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (path,) = perfect.glob("*.estimate.json")
+    lost = json.loads(path.read_text(encoding="utf-8")) | {"status": "ambiguous"}
+    del lost["sha256"]
+    (tmp_path / path.name).write_text(json.dumps(lost), encoding="utf-8")
+    assert main(["score", str(tmp_path), "--truth", str(dataset / "truth"), "--out", str(tmp_path / "s")]) == 0
+    assert f"worse: {lost['name']}: ambiguous" in capsys.readouterr().out
+
+
+def test_the_gate_passes_the_same_run_and_fails_a_worse_one(
+    dataset: Path, perfect: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["gate", str(tmp_path / "baseline.json"), "--truth", str(dataset / "truth"), "--estimates"]
+    assert main([*words, str(perfect), "--write"]) == 0
+    assert main([*words, str(perfect)]) == 0
+    (path,) = perfect.glob("*.estimate.json")
+    worse = json.loads(path.read_text(encoding="utf-8")) | {"status": "no convergence"}
+    del worse["sha256"]
+    (tmp_path / path.name).write_text(json.dumps(worse), encoding="utf-8")
+    capsys.readouterr()
+    assert main([*words, str(tmp_path / path.name)]) == 1
+    assert worse["name"] in capsys.readouterr().out
+
+
+def test_a_report_finds_the_observations_by_itself(
+    dataset: Path, estimates: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["report", str(estimates), "--truth", str(dataset / "truth"), "--out", str(tmp_path / "r"), "--json"]) == 0
+    page = Path(json.loads(capsys.readouterr().out)["report"])
+    assert '"observed":[' in page.read_text(encoding="utf-8")
+
+
+def test_quickstart_runs_every_verb_and_can_be_repeated(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    recipe = 'sequences = 1\ntier = "silhouette"\n[motion]\nframes = 10\n[rig]\ndrops = 2\n'
+
+    def small(out: Path) -> Path:
+        (out / "demo.toml").write_text(recipe, encoding="utf-8")
+        return out / "demo.toml"
+
+    monkeypatch.setattr(quickstart, "_recipe_in", small)
+    assert main(["quickstart", "--out", str(tmp_path / "demo")]) == 0
+    out = capsys.readouterr().out
+    assert [f"$ tumble {verb} " in out for verb in ("render", "estimate", "score", "report")] == [True] * 4
+    assert f"The report: {tmp_path / 'demo' / 'report' / 'report.html'}" in out
+    assert main(["quickstart", "--out", str(tmp_path / "demo"), "--resume", "-q"]) == 0
+
+
+def test_the_demo_recipe_is_part_of_the_package() -> None:
+    assert resources.files("tumble").joinpath(quickstart.RECIPE).is_file()
+
+
+def test_nothing_to_estimate_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["estimate", str(tmp_path), "--out", str(tmp_path / "e")]) == 2
+    assert "expected a dataset or an observation" in capsys.readouterr().err
+    assert not (tmp_path / "e").exists()
+
+
+def test_configuration_is_resolved_and_checked(tmp_path: Path) -> None:
+    file = tmp_path / "c.toml"
+    file.write_text("minimum_frames = 9\nseed = 4\n", encoding="utf-8")
+    resolved = load_configuration(file, ["seed=5"])
+    assert (resolved["minimum_frames"], resolved["seed"]) == (9, 5)
+    assert "hull_resolution" in resolved
+    for bad in ("minimum_frame=9", "seed", "seed=x"):
+        with pytest.raises(InputError, match="expected"):
+            load_configuration(None, [bad])
