@@ -15,7 +15,7 @@ from datasets.vocabulary.camera import Intrinsics
 Array = NDArray[np.float64]
 LARGEST_PX = 256
 MARGIN = 1.35
-QUALITY = 92
+QUALITY = 97
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 const DATA = JSON.parse(document.getElementById("data").textContent);
 const byId = (id) => document.getElementById(id);
 const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue("--" + name).trim();
+const MOST_MINIMA = 6;
 const state = { sequence: 0, camera: 0, frame: 0, playing: false, images: new Map(), yaw: 0.7, pitch: -0.45 };
 
 const sequence = () => DATA.sequences[state.sequence];
@@ -59,7 +60,7 @@ function drawPolygon(context, points, window, scale, style, dashed) {
   if (!points) return;
   tracePolygon(context, points, window, scale);
   context.setLineDash(dashed ? [7, 5] : []);
-  context.lineWidth = 2;
+  context.lineWidth = 2.5;
   context.strokeStyle = style;
   context.stroke();
   context.setLineDash([]);
@@ -318,7 +319,7 @@ function fillVerdict() {
   section.className = now.status === "converged" ? "good" : "bad";
   const title = element("h2", {}, now.name + ": ", element("span", { class: "status " + section.className, id: "status" }, now.status));
   const words = [element("p", {}, now.meaning)];
-  if (now.message) words.push(element("p", { id: "message" }, now.message));
+  if (now.message && now.message !== now.status + ".") words.push(element("p", { id: "message" }, now.message));
   const next = element("ul", { id: "next" }, ...now.next.map((text) => element("li", {}, text)));
   section.replaceChildren(title, ...words, element("p", {}, "What to do next:"), next);
 }
@@ -348,7 +349,11 @@ function fillLeftOut() {
 function fillMinima() {
   const minima = sequence().minima, section = byId("minima");
   section.replaceChildren();
-  if (minima) section.append(element("h2", {}, "Competing minima"), table(minima.columns.map((name) => name.replaceAll("_", " ")), minima.rows));
+  if (!minima) return;
+  const words = "Poses in which the search for the first pose ended, best first. Where the second comes near the first, the pictures leave a choice.";
+  const few = minima.rows.slice(0, MOST_MINIMA), more = minima.rows.length - few.length;
+  section.append(element("h2", {}, "Competing minima"), table(minima.columns.map((name) => name.replaceAll("_", " ")), few));
+  section.append(element("p", { class: "caption" }, words + (more > 0 ? " " + more + " worse ones are not shown." : "")));
 }
 
 function fillDetails() {
