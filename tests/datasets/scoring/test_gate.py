@@ -93,7 +93,7 @@ def test_another_realisation_of_the_same_noise_passes(baseline, run):
         ({"sigma_scale": 0.5}, {"middle_mahalanobis2"}),
         ({"sigma_scale": 2.0}, {"middle_sigma_over_bound"}),
     ],
-    ids=str,
+    ids=["scaled", "shifted", "noisier", "too sure", "too unsure"],
 )
 def test_planted_faults_are_caught_by_name(baseline, run, change, metrics):
     result = verdict(baseline, run(**change))
