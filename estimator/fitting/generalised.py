@@ -20,6 +20,7 @@ from scipy.linalg import cho_factor, cho_solve
 from estimator.fitting.noise_model import tangent_correlation
 from estimator.geometry.epipolar_tangency import TangencyErrors
 from estimator.geometry.silhouettes import Silhouettes
+from estimator.geometry.sphere import fibonacci_sphere
 
 Array = NDArray[np.float64]
 
@@ -85,3 +86,20 @@ def shared_view_noise(errors: TangencyErrors, frames: WhitenedFrames, second: Si
         W = frames.weighted[sighting, k, side] * magnified[:, None]
         total += W.T @ K @ W
     return total
+
+
+BODY_CELLS = 400
+
+
+def body_noise(errors: TangencyErrors, frames: WhitenedFrames, normals: Array, *, floor_px: float) -> Array:
+    """What a body-fixed error of ``floor_px`` adds to the gradient's covariance (p, p): tangencies at one place on the body share it in all sightings.
+
+    ``normals`` (n, k, 2, 3): outward normals in body axes; places are cells of about 0.18 rad on the sphere of normals.
+    """
+    p = frames.weighted.shape[-1]
+    seen = np.repeat(errors.valid[:, :, None], 2, axis=2)
+    cells = fibonacci_sphere(BODY_CELLS)
+    nearest = np.argmax(normals[seen] @ cells.T, axis=1)
+    G = np.zeros((BODY_CELLS, p))
+    np.add.at(G, nearest, frames.weighted[seen])
+    return np.asarray(floor_px**2 * G.T @ G)

@@ -14,6 +14,7 @@ from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
 from estimator.fitting.pose_refinement import Poses
+from estimator.geometry.sphere import fibonacci_sphere
 from estimator.motion.rotation import rotation_from_vector
 
 Array = NDArray[np.float64]
@@ -37,15 +38,6 @@ def start_catalogue(hull_vertices: Array, centre: Array, *, directions: int = 60
     flat = np.einsum("dij,vj->dvi", R[:, :2], points)
     support = np.max(flat @ _outward().T, axis=1)
     return StartCatalogue(R=R, support=support, middle=_steiner(support))
-
-
-def fibonacci_sphere(count: int) -> Array:
-    """``count`` nearly evenly spread unit vectors (count, 3) [González 2010]."""
-    i = np.arange(count) + 0.5
-    z = 1.0 - 2.0 * i / count
-    azimuth = np.pi * (1.0 + np.sqrt(5.0)) * i
-    r = np.sqrt(1.0 - z * z)
-    return np.column_stack([r * np.cos(azimuth), r * np.sin(azimuth), z])
 
 
 def likely_starts(outline_xy: Array, catalogue: StartCatalogue, *, count: int, separation_rad: float = 0.15) -> Poses:

@@ -101,14 +101,32 @@ def errors_of(task: FitTask, flight: Flight, predicted: FlightPoses) -> Tangency
     return errors
 
 
-def fit(task: FitTask, start: Flight, *, max_steps: int = 40) -> Solution[Flight]:
+WINDOW_GROWTH = 2.5
+FIRST_WINDOW = 9
+
+
+def fit_growing(task: FitTask, start: Flight) -> Solution[Flight]:
+    """Fit the sightings nearest the reference time, then more and more of them: a small error of the spin never gets a turn ahead."""
+    order = np.argsort(np.abs(task.sightings.times_s - start.time_s), kind="stable")
+    count, flight = FIRST_WINDOW * len(task.sightings.cameras), start
+    while count < len(order):
+        flight = fit(_restricted(task, np.sort(order[:count])), flight, max_steps=10, tolerance=1e-3).state
+        count = int(count * WINDOW_GROWTH)
+    return fit(task, flight)
+
+
+def _restricted(task: FitTask, rows: NDArray[np.int64]) -> FitTask:
+    return FitTask(task.sightings.take(rows), task.views, task.prior, task.huber, task.weight[rows])
+
+
+def fit(task: FitTask, start: Flight, *, max_steps: int = 25, tolerance: float = 1e-5) -> Solution[Flight]:
     """Levenberg-Marquardt from ``start``."""
     problem = Problem(
         cost=lambda flight: _cost(task, flight),
         linearise=lambda flight: _linearise(task, flight),
         move=moved,
     )
-    return minimise(problem, start, max_steps=max_steps)
+    return minimise(problem, start, max_steps=max_steps, tolerance=tolerance)
 
 
 def pose_map(sensitivity: Array) -> Array:
@@ -127,11 +145,12 @@ def _data_cost(task: FitTask, errors: TangencyErrors) -> float:
 
 
 def _prior_cost(task: FitTask, flight: Flight) -> float:
-    p = _prior_values(flight)
+    p = prior_values(flight)
     return 0.5 * float(p @ (task.prior.precision * p))
 
 
-def _prior_values(flight: Flight) -> Array:
+def prior_values(flight: Flight) -> Array:
+    """Parameters (21,) of a flight that the prior holds near zero."""
     values = np.zeros(N_PARAMETERS)
     values[COM], values[INERTIA], values[OFFSET] = flight.com, flight.inertia, flight.offset_px
     return values
@@ -148,7 +167,7 @@ def _linearise(task: FitTask, flight: Flight) -> NormalEquations:
     S = pose_map(sensitivity)
     precision = task.prior.precision
     H = np.einsum("nap,nab,nbq->pq", S, errors.normal, S, optimize=True) + np.diag(precision)
-    g = np.einsum("nap,na->p", S, errors.gradient) + precision * _prior_values(flight)
+    g = np.einsum("nap,na->p", S, errors.gradient) + precision * prior_values(flight)
     return NormalEquations(H=H, g=g, cost=_data_cost(task, errors) + _prior_cost(task, flight))
 
 

@@ -9,15 +9,26 @@ from estimator.geometry.visual_hull import HullMesh
 
 def body_of(mesh: HullMesh) -> Body:
     """The rigid body that fills ``mesh`` uniformly; principal moments ascending, axes right-handed."""
-    solid = trimesh.Trimesh(mesh.vertices, mesh.faces, process=True)
-    if solid.volume < 0:
-        solid.invert()
+    solid = _solid(mesh)
     moments, axes = np.linalg.eigh(np.asarray(solid.moment_inertia, dtype=np.float64))
     return Body(
         com_particle=np.asarray(solid.center_mass, dtype=np.float64),
         R_particle_body=right_handed(axes),
         inertia_ratios=moments / moments[2],
     )
+
+
+def largest_moment_per_mass(mesh: HullMesh) -> float:
+    """Largest principal moment of inertia over mass (m²) of the uniformly filled ``mesh``."""
+    solid = _solid(mesh)
+    return float(np.linalg.eigvalsh(np.asarray(solid.moment_inertia))[2] / solid.volume)
+
+
+def _solid(mesh: HullMesh) -> trimesh.Trimesh:
+    solid = trimesh.Trimesh(mesh.vertices, mesh.faces, process=True)
+    if solid.volume < 0:
+        solid.invert()
+    return solid
 
 
 def right_handed(axes: np.ndarray) -> np.ndarray:

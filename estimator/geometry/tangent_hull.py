@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 
 SPACING_PX = 1.0
 """Outlines sampled more coarsely or unevenly than this are resampled."""
-WINDOW = 9
+WINDOW = 5
 """Samples in the local quadratic fit."""
 NOISE_FLOOR_PX = 0.03
 """No outline from pixels is known better than this."""

@@ -1,0 +1,64 @@
+"""What a user may set of the estimator, with defaults that were measured to work."""
+
+import dataclasses
+import difflib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from datasets.errors import InputError
+
+
+@dataclass(frozen=True)
+class Configuration:
+    """The estimator's settings.
+
+    ``offset_prior_px`` and ``frame_offset_prior_px``: standard deviation of the boundary offset of outlines given as such and of outlines measured in
+    pictures. ``com_prior`` (share of the largest extent) and ``inertia_prior`` (relative): how far the visual hull's mass properties may be off.
+    ``floor_px``: tangent noise that the outlines do not show. ``huber``: standard deviations beyond which an error's influence stays constant.
+    ``within_pairs``: largest number of pairs within the sequence in the last refinement, 0 leaves them out. ``momentum_starts``: angular velocities drawn
+    when tracking fails, within ``largest_spin_rads``. ``minimum_frames``: fewer usable frames give no measurement. ``seed`` feeds the drawn starts and
+    the drawn noise of the views' likeness.
+    """
+
+    hull_resolution: int = 64
+    directions: int = 600
+    pose_starts: int = 48
+    pose_candidates: int = 8
+    trajectory_candidates: int = 3
+    momentum_starts: int = 100
+    largest_spin_rads: float = 400.0
+    minimum_frames: int = 8
+    ambiguity: float = 1.1
+    offset_prior_px: float = 0.02
+    frame_offset_prior_px: float = 0.1
+    com_prior: float = 0.0025
+    inertia_prior: float = 0.02
+    floor_px: float = 0.05
+    huber: float = 4.0
+    within_pairs: int = 600
+    foreign_view_ratio: float = 4.0
+    seed: int = 0
+
+
+def configuration_from_dict(values: Mapping[str, Any]) -> Configuration:
+    """A configuration from plain values; names that are left out keep their default.
+
+    Raises
+    ------
+    InputError
+        Where a name is unknown, a type is wrong or a number is negative.
+    """
+    fields = {field.name: field for field in dataclasses.fields(Configuration)}
+    checked: dict[str, Any] = {}
+    for name, value in values.items():
+        if name not in fields:
+            near = difflib.get_close_matches(name, fields, n=3)
+            raise InputError(f"estimator configuration: expected one of its settings, got {name!r}" + (f"; did you mean {', '.join(near)}?" if near else ""))
+        wanted = type(fields[name].default)
+        if isinstance(value, bool) or not isinstance(value, int | float) or (wanted is int and int(value) != value):
+            raise InputError(f"estimator configuration: expected {name} to be of type {wanted.__name__}, got {value!r}")
+        if value < 0:
+            raise InputError(f"estimator configuration: expected {name} >= 0, got {value!r}")
+        checked[name] = wanted(value)
+    return Configuration(**checked)

@@ -1,0 +1,93 @@
+"""The last refinement of a flight: generalised least squares, pairs within the sequence, covariance and bound."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.fitting.generalised import WhitenedFrames, body_noise, shared_view_noise, whiten
+from estimator.fitting.trajectory import FitTask, errors_of, pose_map, prior_values
+from estimator.fitting.within_sequence import WithinEquations, within_equations
+from estimator.geometry.epipolar_tangency import TangencyErrors
+from estimator.motion.flight import Flight, FlightPoses, moved, poses_and_sensitivity
+
+Array = NDArray[np.float64]
+MOST_STEPS = 6
+SETTLED = 0.02
+"""A step below this share of the standard deviations ends the refinement."""
+
+
+@dataclass(frozen=True)
+class Refined:
+    """The refined flight, ``covariance`` and ``bound`` (21, 21), its errors, their whitening, and whether the steps settled."""
+
+    flight: Flight
+    predicted: FlightPoses
+    covariance: Array
+    bound: Array
+    errors: TangencyErrors
+    frames: WhitenedFrames
+    within: WithinEquations
+    settled: bool
+
+
+@dataclass(frozen=True)
+class _Linearised:
+    predicted: FlightPoses
+    S: Array
+    errors: TangencyErrors
+    frames: WhitenedFrames
+    within: WithinEquations
+    H: Array
+    g: Array
+
+
+def refine_flight(task: FitTask, flight: Flight, *, floor_px: float, within_pairs: int) -> Refined:
+    """Gauss-Newton steps with refreshed weights until they are small against the standard deviations."""
+    settled = False
+    at = _linearise(task, flight, floor_px, within_pairs)
+    for _ in range(MOST_STEPS):
+        inverse = scaled_inverse(at.H)
+        step = -inverse @ at.g
+        flight = moved(flight, step)
+        at = _linearise(task, flight, floor_px, within_pairs)
+        settled = bool(np.max(np.abs(step) / np.sqrt(np.diag(inverse))) < SETTLED)
+        if settled:
+            break
+    inverse = scaled_inverse(at.H)
+    prior = np.diag(task.prior.precision)
+    inflation = max(1.0, at.frames.mean_square)
+    shared = shared_view_noise(at.errors, at.frames, task.views.silhouettes)
+    shared = shared + body_noise(at.errors, at.frames, _normals(task, at), floor_px=floor_px)
+    meat = inflation * (at.frames.H + at.within.H + shared) + prior
+    covariance = inverse @ meat @ inverse
+    bound = scaled_inverse(at.frames.H + prior)
+    return Refined(flight, at.predicted, 0.5 * (covariance + covariance.T), bound, at.errors, at.frames, at.within, settled)
+
+
+def scaled_inverse(H: Array) -> Array:
+    """Inverse of a normal matrix whose parameters have units far apart."""
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(H), 1e-300))
+    return np.asarray(np.linalg.inv(H * scale[:, None] * scale) * scale[:, None] * scale)
+
+
+def _linearise(task: FitTask, flight: Flight, floor_px: float, within_pairs: int) -> _Linearised:
+    predicted, sensitivity = poses_and_sensitivity(flight, task.sightings.times_s)
+    errors = errors_of(task, flight, predicted)
+    S = pose_map(sensitivity)
+    frames = whiten(errors, S, task.sightings.silhouettes, floor_px=floor_px, huber=task.huber)
+    within = within_equations(task, flight, predicted, S, most_pairs=within_pairs, floor_px=floor_px)
+    precision = task.prior.precision
+    H = frames.H + within.H + np.diag(precision)
+    g = frames.g + within.g + precision * prior_values(flight)
+    return _Linearised(predicted, S, errors, frames, within, H, g)
+
+
+def _normals(task: FitTask, at: _Linearised) -> Array:
+    """Outward normals (n, k, 2, 3) of the tangent planes in body axes: where on the body each tangency lies."""
+    focal = task.sightings.silhouettes.focal_px
+    u = at.errors.direction[:, :, :2]
+    plane = np.concatenate([u * focal[:, None, None, :], np.zeros((*u.shape[:3], 1))], axis=3)
+    R_cam_body = task.sightings.R_cam_world @ at.predicted.R[:, 0]
+    plane /= np.maximum(np.linalg.norm(plane, axis=3, keepdims=True), 1e-12)
+    return np.asarray(np.einsum("nij,nkmi->nkmj", R_cam_body, plane))

@@ -1,0 +1,73 @@
+"""Pairs within the sequence: the body must cast all of its silhouettes, not only each one agree with the calibrated views.
+
+Both poses of such a pair move. The derivative by the second's pose is that of the exchanged pair, in which upper and lower tangency change
+places. Their noise is already in the pairs with views, so together they are given the weight of one pair per sighting.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.fitting.trajectory import FitTask, Sightings, particle_poses
+from estimator.geometry.epipolar_tangency import PoseSet, TangencyErrors, tangency_errors
+from estimator.motion.flight import OFFSET, Flight, FlightPoses
+
+Array = NDArray[np.float64]
+MOST_SIGHTINGS = 40
+
+
+@dataclass(frozen=True)
+class WithinEquations:
+    """Weighted normal matrix ``H`` (p, p) and gradient ``g`` (p,) of the pairs within the sequence, their number and plain RMS (px)."""
+
+    H: Array
+    g: Array
+    pairs: int
+    rms_px: float
+
+
+def within_equations(task: FitTask, flight: Flight, predicted: FlightPoses, S: Array, *, most_pairs: int, floor_px: float) -> WithinEquations:
+    """Equations of at most ``most_pairs`` pairs among evenly spread sightings; ``S`` (n, 8, p) as in :func:`pose_map`."""
+    p = S.shape[2]
+    rows = np.unique(np.linspace(0, len(task.sightings) - 1, min(MOST_SIGHTINGS, len(task.sightings))).round().astype(np.int64))
+    chosen = _pairs(len(rows), most_pairs)
+    sightings = task.sightings.take(rows)
+    poses = particle_poses(flight, FlightPoses(predicted.centre[rows], predicted.R[rows]), sightings)
+    weight = np.zeros((len(rows), len(rows)))
+    weight[chosen[:, 0], chosen[:, 1]] = 1.0
+    forth = _errors(sightings, poses, weight, flight)
+    back = _errors(sightings, poses, weight.T.copy(), flight)
+    i, j = np.argwhere(forth.valid & back.valid.T).T
+    if len(i) == 0:
+        return WithinEquations(np.zeros((p, p)), np.zeros(p), 0, 0.0)
+    map_i, map_j = S[rows[i]], S[rows[j]]
+    J = np.einsum("rma,rap->rmp", forth.jacobian[i, j, :2, :6], map_i[:, :6])
+    J += np.einsum("rma,rap->rmp", back.jacobian[j, i][:, [3, 2], :6], map_j[:, :6])
+    J[..., OFFSET.start] -= forth.jacobian[i, j, :2, 6] + forth.jacobian[i, j, :2, 7]
+    e = forth.error[i, j, :2] - flight.offset_px * forth.jacobian[i, j, :2, 7]
+    w = (len(rows) / len(i)) / (forth.variance[i, j, :2] + floor_px**2)
+    z = np.abs(e) / np.sqrt(forth.variance[i, j, :2] + floor_px**2)
+    w = w * np.minimum(1.0, task.huber / np.maximum(z, 1e-12))
+    H = np.einsum("rmp,rm,rmq->pq", J, w, J)
+    return WithinEquations(H, np.einsum("rmp,rm->p", J, w * e), len(i), float(np.sqrt(np.mean(e**2))))
+
+
+def _errors(sightings: Sightings, poses: PoseSet, weight: Array, flight: Flight) -> TangencyErrors:
+    return tangency_errors(
+        sightings.silhouettes,
+        poses,
+        sightings.silhouettes,
+        poses,
+        pivot_particle=flight.body.com_particle,
+        axes=sightings.R_cam_world,
+        weight=weight,
+        offset_px=-flight.offset_px,
+    )
+
+
+def _pairs(n: int, most: int) -> NDArray[np.int64]:
+    every = np.array([(i, j) for i in range(n) for j in range(i + 1, n)], dtype=np.int64).reshape(-1, 2)
+    if len(every) <= most:
+        return every
+    return every[np.unique(np.linspace(0, len(every) - 1, most).round().astype(np.int64))] if most else every[:0]

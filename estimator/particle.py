@@ -1,0 +1,148 @@
+"""What the calibrated views say about the particle: which of them belong together, the visual hull, the body, starts for the pose search."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from datasets.errors import InputError
+from datasets.observation import CalibratedView
+from datasets.vocabulary.body import Body
+from datasets.vocabulary.outline import Outline
+from estimator.configuration import Configuration
+from estimator.fitting.pose_refinement import Views
+from estimator.fitting.pose_starts import StartCatalogue, start_catalogue
+from estimator.geometry.epipolar_tangency import PoseSet, tangency_errors
+from estimator.geometry.mass_properties import body_of, largest_moment_per_mass
+from estimator.geometry.silhouettes import Silhouettes, like_silhouettes, silhouettes
+from estimator.geometry.tangent_hull import Likeness
+from estimator.geometry.visual_hull import HullMesh, bounding_ball, visual_hull
+
+Array = NDArray[np.float64]
+MINIMUM_VIEWS = 3
+
+
+@dataclass(frozen=True)
+class ViewReport:
+    """Agreement of the views with one another: ``rms_px`` (k,) plain and ``whitened`` (k,) median ETE of each view against the others, ``foreign`` (k,)."""
+
+    rms_px: Array
+    whitened: Array
+    foreign: NDArray[np.bool_]
+
+    @property
+    def sentence(self) -> str:
+        """Which views do not belong, in words; empty when all do."""
+        named = [f"view {i} (RMS ETE {self.rms_px[i]:.1f} px, the others' median {np.median(self.rms_px):.2f} px)" for i in np.flatnonzero(self.foreign)]
+        return f"left out as not belonging to this particle or calibration: {', '.join(named)}." if named else ""
+
+
+@dataclass(frozen=True)
+class Particle:
+    """The particle as the views show it: hull, body, start catalogue, the views in use and how they agree."""
+
+    outlines: tuple[Outline, ...]
+    calibrated: tuple[CalibratedView, ...]
+    seen: Silhouettes
+    poses: PoseSet
+    hull: HullMesh
+    body: Body
+    catalogue: StartCatalogue
+    report: ViewReport
+
+    @property
+    def extent_m(self) -> float:
+        """Largest extent (m) of the hull along its principal axes."""
+        return float(np.ptp(self.hull.vertices @ self.body.R_particle_body, axis=0).max())
+
+    @property
+    def largest_moment_per_mass(self) -> float:
+        """Largest principal moment over mass (m²) of the uniform hull."""
+        return largest_moment_per_mass(self.hull)
+
+    @property
+    def sample_m(self) -> Array:
+        """Size (m) of one pixel at the particle in each view."""
+        depth = (self.poses.R @ self.body.com_particle + self.poses.t)[:, 2]
+        return np.asarray(depth / self.seen.focal_px[:, 0])
+
+
+def view_poses(views: Sequence[CalibratedView]) -> PoseSet:
+    """The views' poses, packed."""
+    return PoseSet(np.stack([v.R_cam_particle for v in views]).astype(float), np.stack([v.t_cam_particle for v in views]).astype(float))
+
+
+def particle_of(outlines: Sequence[Outline], views: Sequence[CalibratedView], configuration: Configuration) -> Particle:
+    """Check the views against one another, carve the hull and take its mass properties.
+
+    Raises
+    ------
+    InputError
+        Where fewer than three views have an outline and belong together.
+    """
+    present = [i for i, o in enumerate(outlines) if not o.empty]
+    if len(present) < MINIMUM_VIEWS:
+        raise InputError(f"calibrated views: expected at least {MINIMUM_VIEWS} with a usable outline, got {len(present)} of {len(outlines)}")
+    outlines, views = [outlines[i] for i in present], [views[i] for i in present]
+    seen = silhouettes(outlines, [v.intrinsics for v in views])
+    report = view_report(seen, view_poses(views), bounding_ball(outlines, views)[0], configuration.foreign_view_ratio)
+    kept = np.flatnonzero(~report.foreign).tolist()
+    if len(kept) < MINIMUM_VIEWS:
+        raise InputError(f"calibrated views: expected at least {MINIMUM_VIEWS} that agree with one another; {report.sentence}")
+    outlines, views, seen = [outlines[i] for i in kept], [views[i] for i in kept], seen.take(kept)
+    hull = visual_hull(outlines, views, resolution=configuration.hull_resolution)
+    body = body_of(hull)
+    return Particle(
+        outlines=tuple(outlines),
+        calibrated=tuple(views),
+        seen=seen,
+        poses=view_poses(views),
+        hull=hull,
+        body=body,
+        catalogue=start_catalogue(hull.vertices, body.com_particle, directions=configuration.directions),
+        report=report,
+    )
+
+
+def view_report(seen: Silhouettes, poses: PoseSet, centre: Array, ratio: float) -> ViewReport:
+    """ETE of every view with every other; a view is foreign when its median whitened error is ``ratio`` times that of the views without it."""
+    k = len(seen)
+    foreign = np.zeros(k, dtype=np.bool_)
+    errors = tangency_errors(seen, poses, seen, poses, pivot_particle=centre, weight=1.0 - np.eye(k))
+    z = np.where(errors.valid[:, :, None], np.abs(errors.error[:, :, :2]) / np.sqrt(errors.variance[:, :, :2]), np.nan)
+    plain = np.where(errors.valid[:, :, None], errors.error[:, :, :2] ** 2, np.nan)
+    rms = np.sqrt(_nanmean(plain.reshape(k, -1)))
+    for _ in range(k - MINIMUM_VIEWS):
+        rest = np.flatnonzero(~foreign)
+        typical = np.array([_nanmedian(z[i, rest]) for i in rest])
+        worst = int(np.argmax(typical))
+        if typical[worst] <= ratio * max(float(np.median(typical)), 0.5):
+            break
+        foreign[rest[worst]] = True
+    belonging = np.flatnonzero(~foreign)
+    whitened = np.array([_nanmedian(z[i, belonging]) for i in range(k)])
+    return ViewReport(rms_px=rms, whitened=whitened, foreign=foreign)
+
+
+def views_like(particle: Particle, first: Silhouettes, rng: np.random.Generator) -> Views:
+    """The views as the HSV camera would have seen them where it is the coarser one, otherwise as they are."""
+    sizes = particle.sample_m
+    perimeter = np.median(particle.seen.samples * sizes)
+    sampled = first.samples[first.samples > 0]
+    spacing = perimeter / np.median(sampled)
+    noise = float(np.median(first.noise_px[first.samples > 0]))
+    likeness = [Likeness(spacing_px=spacing / s, noise_px=noise * spacing / s) for s in sizes]
+    coarser = spacing > float(np.median(sizes))
+    intrinsics = [v.intrinsics for v in particle.calibrated]
+    seen = like_silhouettes(particle.outlines, intrinsics, likeness, rng) if coarser else particle.seen
+    return Views(seen, particle.poses, particle.body.com_particle)
+
+
+def _nanmedian(values: Array) -> float:
+    finite = values[np.isfinite(values)]
+    return float(np.median(finite)) if finite.size else 0.0
+
+
+def _nanmean(rows: Array) -> Array:
+    return np.array([float(np.mean(r[np.isfinite(r)])) if np.isfinite(r).any() else 0.0 for r in rows])

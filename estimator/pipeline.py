@@ -1,0 +1,198 @@
+"""From an observation to an estimate: outlines, particle, pose, track, trajectory, refinement, each with a way to say that it failed.
+
+The chain is visible in :func:`estimate`; every step that cannot go on raises :class:`NoMeasurement` with a status, so there is never a plausible
+number without one.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from datasets.estimate import Estimate, Status
+from datasets.observation import Frames, Observation
+from estimator.configuration import Configuration
+from estimator.fitting.flight_starts import best_spin, flight_of_track
+from estimator.fitting.levenberg_marquardt import Outcome, Solution
+from estimator.fitting.pose_refinement import Views
+from estimator.fitting.pose_search import FoundPoses, SearchEffort, search_pose
+from estimator.fitting.refinement import Refined, refine_flight
+from estimator.fitting.tracking import track
+from estimator.fitting.trajectory import FitTask, Prior, Sightings, fit_growing
+from estimator.geometry.silhouettes import silhouettes
+from estimator.motion.flight import Flight
+from estimator.outlines.recording import outlines_of, view_outlines_of
+from estimator.outlines.result import FrameStatus, OutlineTrack
+from estimator.particle import Particle, particle_of, views_like
+from estimator.reporting import converged_estimate, empty_estimate
+
+Array = NDArray[np.float64]
+LOST_RMS_PX = 1.0
+SEARCHED_FRAMES = 5
+
+
+class NoMeasurement(Exception):
+    """A step could not go on; carries the status and a sentence for the user."""
+
+    def __init__(self, status: Status, message: str) -> None:
+        super().__init__(message)
+        self.status = status
+        self.message = message
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """One pose minimum followed through the sequence and fitted."""
+
+    start_rms_px: float
+    solution: Solution[Flight]
+
+
+def estimate(observation: Observation, configuration: Configuration) -> Estimate:
+    """Measure one sequence from its observation alone.
+
+    Raises
+    ------
+    datasets.errors.InputError
+        Where the observation contradicts itself: sizes, numbers of pictures, views that do not agree.
+    """
+    tracks = tuple(
+        outlines_of(r, c.intrinsics, name=f"{observation.name}, camera {c.name}") for r, c in zip(observation.recordings, observation.cameras, strict=True)
+    )
+    seen = view_outlines_of(observation.view_recording, observation.views, name=f"{observation.name}, calibrated views")
+    particle = particle_of(seen.outlines, observation.views, configuration)
+    try:
+        sightings = usable_sightings(observation, tracks, configuration)
+        views = views_like(particle, sightings.silhouettes, np.random.default_rng(configuration.seed))
+        task = _task(observation, particle, sightings, views, configuration)
+        found, reference = first_pose(task, particle, configuration)
+        candidates = _candidates(observation, task, particle, (found, reference), configuration)
+        best = candidates[0]
+        refined = refine_flight(task, best.solution.state, floor_px=configuration.floor_px, within_pairs=configuration.within_pairs)
+    except NoMeasurement as failure:
+        return empty_estimate(observation, tracks, particle, configuration, (failure.status, failure.message))
+    status, message = judge(candidates, refined, configuration)
+    return converged_estimate(observation, tracks, (particle, found), refined, (status, message), configuration=configuration)
+
+
+def usable_sightings(observation: Observation, tracks: tuple[OutlineTrack, ...], configuration: Configuration) -> Sightings:
+    """The silhouettes of all cameras that are used, in the order of time within each camera.
+
+    Raises
+    ------
+    NoMeasurement
+        Where there are fewer than the configuration asks for.
+    """
+    places = [(c, int(f)) for c, t in enumerate(tracks) for f in np.flatnonzero(t.used)]
+    hulls = silhouettes([tracks[c].frames[f].outline for c, f in places], [observation.cameras[c].intrinsics for c, _ in places]) if places else None
+    usable = np.flatnonzero(np.diff(hulls.offsets) > 0) if hulls is not None else np.zeros(0, dtype=np.int64)
+    if hulls is None or len(usable) < configuration.minimum_frames:
+        raise _too_few(tracks, len(usable), configuration.minimum_frames)
+    camera = np.array([places[i][0] for i in usable], dtype=np.int64)
+    frame = np.array([places[i][1] for i in usable], dtype=np.int64)
+    return Sightings(hulls.take(usable.tolist()), camera, frame, observation.clock.times_s[frame], observation.cameras)
+
+
+def _too_few(tracks: tuple[OutlineTrack, ...], usable: int, wanted: int) -> NoMeasurement:
+    reasons = [r for t in tracks for r, u in zip(t.reasons, t.used, strict=True) if not u]
+    counts = ", ".join(f"{reasons.count(r)} {r}" for r in dict.fromkeys(reasons))
+    outside = sum(r in {str(FrameStatus.CUT_OFF), str(FrameStatus.ABSENT)} for r in reasons)
+    status = Status.OUT_OF_VIEW if outside > 0.5 * sum(len(t) for t in tracks) else Status.NOT_ENOUGH_FRAMES
+    return NoMeasurement(status, f"{usable} usable pictures, at least {wanted} are needed" + (f"; left out: {counts}." if counts else "."))
+
+
+def _task(observation: Observation, particle: Particle, sightings: Sightings, views: Views, configuration: Configuration) -> FitTask:
+    measured = any(isinstance(r, Frames) for r in observation.recordings)
+    prior = Prior(
+        com_m=configuration.com_prior * particle.extent_m,
+        inertia=configuration.inertia_prior,
+        offset_px=configuration.frame_offset_prior_px if measured else configuration.offset_prior_px,
+    )
+    weight = np.ones((len(sightings), len(views.silhouettes)))
+    return FitTask(sightings, views, prior, configuration.huber, weight)
+
+
+def first_pose(task: FitTask, particle: Particle, configuration: Configuration) -> tuple[FoundPoses, int]:
+    """Search the sighting nearest the middle; when its best pose misses by more than a pixel, try others and keep the best.
+
+    Raises
+    ------
+    NoMeasurement
+        Where no start converges anywhere.
+    """
+    n = len(task.sightings)
+    order = np.unique(np.linspace(0, n - 1, SEARCHED_FRAMES + 2).round().astype(int)[1:-1])
+    order = order[np.argsort(np.abs(order - n // 2), kind="stable")]
+    effort = SearchEffort(starts=configuration.pose_starts, candidates=configuration.pose_candidates)
+    best: tuple[FoundPoses, int] | None = None
+    for reference in order:
+        found = search_pose(task.sightings.silhouettes.take([int(reference)]), task.views, particle.catalogue, effort)
+        if len(found.rms_px) and (best is None or found.rms_px[0] < best[0].rms_px[0]):
+            best = (found, int(reference))
+        if best is not None and best[0].rms_px[0] < LOST_RMS_PX:
+            return best
+    if best is None:
+        raise NoMeasurement(Status.NO_CONVERGENCE, "no start of the pose search converged: the outlines may not show the particle of the calibrated views.")
+    return best
+
+
+def _candidates(
+    observation: Observation, task: FitTask, particle: Particle, start: tuple[FoundPoses, int], configuration: Configuration
+) -> list[Candidate]:
+    """The best pose minima, each tracked and fitted, by ascending cost; a second one is tried only while the first misses by much or competes."""
+    found, reference = start
+    time_s = float(task.sightings.times_s[reference])
+    gravity = np.asarray(observation.gravity_world, dtype=np.float64)
+    rng = np.random.default_rng(configuration.seed)
+    candidates: list[Candidate] = []
+    for row in range(min(configuration.trajectory_candidates, len(found.rms_px))):
+        if candidates and found.poses.cost[row] > 25.0 * found.poses.cost[0] and _fits(candidates[0], task):
+            break
+        followed = track(task.sightings, task.views, reference, found.poses.take(np.array([row])))
+        flight = flight_of_track(followed, particle.body, gravity, time_s=time_s)
+        solution = fit_growing(task, flight)
+        if not _fits(Candidate(0.0, solution), task) and configuration.momentum_starts:
+            drawn = best_spin(task, flight, limit_rads=configuration.largest_spin_rads, count=configuration.momentum_starts, rng=rng)
+            again = fit_growing(task, drawn)
+            solution = again if again.equations.cost < solution.equations.cost else solution
+        candidates.append(Candidate(float(found.rms_px[row]), solution))
+    return sorted(candidates, key=lambda c: c.solution.equations.cost)
+
+
+def _fits(candidate: Candidate, task: FitTask) -> bool:
+    """Whether the whitened errors are of the size of the noise: cost per error (each counts half twice) near one half."""
+    return candidate.solution.equations.cost / (2.0 * task.weight.size) < 2.0
+
+
+def judge(candidates: list[Candidate], refined: Refined, configuration: Configuration) -> tuple[Status, str]:
+    """The status that the result deserves, and why."""
+    best = candidates[0].solution
+    numbers = np.concatenate([refined.flight.x, refined.flight.v, refined.flight.omega, np.diag(refined.covariance)])
+    rms = float(np.sqrt(np.mean(refined.errors.error[refined.errors.valid][:, :2] ** 2))) if refined.errors.valid.any() else np.inf
+    if not np.all(np.isfinite(numbers)) or best.outcome is Outcome.STALLED and rms > LOST_RMS_PX:
+        return Status.NO_CONVERGENCE, "the trajectory fit found no step that lowers its error."
+    if refined.frames.mean_square > MOST_MEAN_SQUARE:
+        return (
+            Status.NO_CONVERGENCE,
+            f"the best trajectory misses the outlines by {rms:.2f} px RMS, {np.sqrt(refined.frames.mean_square):.1f} times their noise: wrong minimum or missing effect.",
+        )
+    if not refined.settled:
+        return Status.NO_CONVERGENCE, "the last refinement did not settle."
+    rivals = [c for c in candidates[1:] if c.solution.equations.cost < configuration.ambiguity * best.equations.cost]
+    rivals = [c for c in rivals if not _same(c.solution.state, best.state)]
+    if rivals:
+        ratio = rivals[0].solution.equations.cost / best.equations.cost
+        return Status.AMBIGUOUS, f"another trajectory fits nearly as well (cost ratio {ratio:.3f}): more frames or views would decide."
+    return Status.CONVERGED, "converged."
+
+
+MOST_MEAN_SQUARE = 25.0
+
+
+def _same(a: Flight, b: Flight) -> bool:
+    """Whether two flights agree in orientation (3°) and spin (3%)."""
+    turn = 2.0 * np.arccos(min(1.0, abs(float(a.q @ b.q))))
+    spin = np.linalg.norm(a.omega - b.omega) <= 0.03 * np.linalg.norm(b.omega) + 1.0
+    return bool(turn < np.radians(3.0) and spin)
+
+

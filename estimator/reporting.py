@@ -1,0 +1,160 @@
+"""From a refined flight to the estimate a user reads: velocities with covariance, frames with reasons, statistics, versions."""
+
+import dataclasses
+import platform
+from importlib.metadata import version
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from datasets.estimate import Estimate, FrameReport, Status, VelocityEstimate
+from datasets.observation import Observation
+from datasets.vocabulary.state import Motion
+from estimator.configuration import Configuration
+from estimator.fitting.pose_search import FoundPoses
+from estimator.fitting.refinement import Refined
+from estimator.motion.flight import NAMES, N_PARAMETERS, Flight, fitted_body, inertia_matrix, states, velocities, velocity_sensitivity
+from estimator.motion.rigid_body import angular_velocity, rotation_matrices
+from estimator.motion.rotation import quaternion
+from estimator.outlines.result import OutlineTrack
+from estimator.particle import Particle
+
+Array = NDArray[np.float64]
+LIBRARIES = ("tumble", "numpy", "scipy", "numba", "scikit-image", "opencv-python-headless", "trimesh")
+
+
+def versions() -> dict[str, str]:
+    """Versions of Python and of the libraries the result depends on."""
+    return {"python": platform.python_version(), **{name: version(name) for name in LIBRARIES}}
+
+
+def empty_estimate(
+    observation: Observation, tracks: tuple[OutlineTrack, ...], particle: Particle, configuration: Configuration, outcome: tuple[Status, str]
+) -> Estimate:
+    """An estimate that says why there is no measurement."""
+    status, message = outcome
+    return Estimate(
+        name=observation.name,
+        status=status,
+        message=message,
+        frames=_frame_reports(tracks, {}),
+        statistics=_view_statistics(particle),
+        configuration=dataclasses.asdict(configuration),
+        versions=versions(),
+    )
+
+
+def converged_estimate(
+    observation: Observation,
+    tracks: tuple[OutlineTrack, ...],
+    seen: tuple[Particle, FoundPoses],
+    refined: Refined,
+    outcome: tuple[Status, str],
+    *,
+    configuration: Configuration,
+) -> Estimate:
+    """The estimate of a fit that ended with a flight; its numbers are left out where the status says that there is no convergence."""
+    particle, found = seen
+    status, message = outcome
+    statistics = {**_view_statistics(particle), **_fit_statistics(refined, found)}
+    reports = _frame_reports(tracks, _sighting_errors(refined, tracks))
+    message = " ".join(part for part in (message, particle.report.sentence) if part)
+    told = {"configuration": dataclasses.asdict(configuration), "versions": versions(), "frames": reports, "statistics": statistics}
+    if status is Status.NO_CONVERGENCE:
+        return Estimate(name=observation.name, status=status, message=message, **told)
+    times = observation.clock.times_s
+    if observation.mass_kg is not None:
+        statistics["momenta"] = _momenta(refined.flight, particle, observation.mass_kg, float(times[(len(times) - 1) // 2]))
+    return Estimate(
+        name=observation.name,
+        status=status,
+        message=message,
+        body=fitted_body(refined.flight),
+        motion=motion_of(refined.flight, times),
+        start=_velocity(refined, float(times[0])),
+        middle=_velocity(refined, float(times[(len(times) - 1) // 2])),
+        parameters=NAMES,
+        values=_values(refined.flight),
+        covariance=refined.covariance,
+        bound=refined.bound,
+        **told,
+    )
+
+
+def motion_of(flight: Flight, times_s: Array) -> Motion:
+    """Poses of the fitted body and velocities at ``times_s``."""
+    reached = states(flight, np.zeros((1, N_PARAMETERS)), times_s)
+    body = fitted_body(flight)
+    inverse = np.linalg.inv(inertia_matrix(flight, flight.inertia[None]))
+    omega = np.stack([angular_velocity(reached.q[i], reached.L[i], inverse)[0] for i in range(len(times_s))])
+    nominal_from_fitted = flight.body.R_particle_body.T @ body.R_particle_body
+    return Motion(
+        times_s=times_s,
+        x_world=reached.x[:, 0],
+        q_world_body=quaternion(rotation_matrices(reached.q[:, 0]) @ nominal_from_fitted),
+        v_world=reached.v[:, 0],
+        omega_world=omega,
+    )
+
+
+def _velocity(refined: Refined, time_s: float) -> VelocityEstimate:
+    v, omega = velocities(refined.flight, np.zeros((1, N_PARAMETERS)), time_s)
+    J = velocity_sensitivity(refined.flight, time_s)
+    covariance, bound = J @ refined.covariance @ J.T, J @ refined.bound @ J.T
+    return VelocityEstimate(time_s, v[0], omega[0], 0.5 * (covariance + covariance.T), 0.5 * (bound + bound.T))
+
+
+def _values(flight: Flight) -> Array:
+    """Parameter values; the rotation is the increment about the estimated pose, so zero."""
+    return np.concatenate([flight.x, np.zeros(3), flight.v, flight.omega, flight.com, flight.inertia, [flight.offset_px]])
+
+
+def _momenta(flight: Flight, particle: Particle, mass_kg: float, time_s: float) -> dict[str, Any]:
+    """Linear (kg m/s) and angular (kg m²/s) momentum in the middle, of the hull's inertia scaled to the mass."""
+    at = states(flight, np.zeros((1, N_PARAMETERS)), np.array([time_s]))
+    largest = mass_kg * particle.largest_moment_per_mass
+    return {"P_world_kgms": (mass_kg * at.v[0, 0]).tolist(), "L_world_kgm2s": (largest * at.L[0, 0]).tolist()}
+
+
+def _view_statistics(particle: Particle) -> dict[str, Any]:
+    report = particle.report
+    return {
+        "n_views": len(particle.calibrated),
+        "views_left_out": np.flatnonzero(report.foreign).tolist(),
+        "view_rms_ete_px": report.rms_px.tolist(),
+        "view_noise_px": float(np.median(particle.seen.noise_px)),
+        "extent_mm": 1e3 * particle.extent_m,
+    }
+
+
+def _fit_statistics(refined: Refined, found: FoundPoses) -> dict[str, Any]:
+    errors = refined.errors
+    return {
+        "n_pairs": int(errors.valid.sum()),
+        "pairs_without_tangents": int((~errors.valid).sum()),
+        "rms_ete_px": float(np.sqrt(np.mean(errors.error[errors.valid][:, :2] ** 2))),
+        "whitened_mean_square": refined.frames.mean_square,
+        "pairs_within_sequence": refined.within.pairs,
+        "rms_ete_within_px": refined.within.rms_px,
+        "competing_minima": [{"rms_ete_px": float(r), "cost": float(c)} for r, c in zip(found.rms_px, found.poses.cost, strict=True)],
+    }
+
+
+def _sighting_errors(refined: Refined, tracks: tuple[OutlineTrack, ...]) -> dict[tuple[int, int], tuple[float, float]]:
+    """Plain RMS ETE (px) and whitened RMS of each used (camera, frame), in the order sightings were packed."""
+    places = [(c, int(f)) for c, t in enumerate(tracks) for f in np.flatnonzero(t.used)]
+    errors = refined.errors
+    squares = np.where(errors.valid[:, :, None], errors.error[:, :, :2] ** 2, 0.0).sum(axis=(1, 2))
+    rms = np.sqrt(squares / np.maximum(2 * errors.valid.sum(axis=1), 1))
+    whitened = np.sqrt(refined.frames.chi2 / np.maximum(refined.frames.count, 1))
+    return {place: (float(a), float(b)) for place, a, b in zip(places, rms, whitened, strict=False)}
+
+
+def _frame_reports(tracks: tuple[OutlineTrack, ...], errors: dict[tuple[int, int], tuple[float, float]]) -> tuple[FrameReport, ...]:
+    reports = []
+    for c, t in enumerate(tracks):
+        for f, (used, reason) in enumerate(zip(t.used, t.reasons, strict=True)):
+            rms, whitened = errors.get((c, f), (0.0, 0.0))
+            reports.append(FrameReport(c, f, bool(used), "" if used else reason, rms, whitened))
+    return tuple(reports)
