@@ -12,9 +12,9 @@ from estimator.geometry.epipolar_tangency import TangencyErrors
 from estimator.motion.flight import Flight, FlightPoses, moved, poses_and_sensitivity
 
 Array = NDArray[np.float64]
-MOST_STEPS = 6
-SETTLED = 0.02
-"""A step below this share of the standard deviations ends the refinement."""
+MOST_STEPS = 8
+SETTLED, STEADY = 0.1, 0.3
+"""Shares of the standard deviations: a smaller step ends the refinement; tangencies that change places may leave steps up to the second."""
 
 
 @dataclass(frozen=True)
@@ -51,8 +51,9 @@ def refine_flight(task: FitTask, flight: Flight, *, floor_px: float, within_pair
         step = -inverse @ at.g
         flight = moved(flight, step)
         at = _linearise(task, flight, floor_px, within_pairs)
-        settled = bool(np.max(np.abs(step) / np.sqrt(np.diag(inverse))) < SETTLED)
-        if settled:
+        size = float(np.max(np.abs(step) / np.sqrt(np.diag(inverse))))
+        settled = size < STEADY
+        if size < SETTLED:
             break
     inverse = scaled_inverse(at.H)
     prior = np.diag(task.prior.precision)
