@@ -4,6 +4,20 @@ import os
 from pathlib import Path
 
 import pytest
+from jaxtyping import install_import_hook
+
+SHAPES_CHECKED_IN = (
+    "datasets.vocabulary",
+    "datasets.scoring.angles",
+    "synth.motion",
+    "synth.particles",
+    "synth.rig",
+    "synth.silhouette",
+    "estimator.geometry.visual_hull",
+)
+"""Public functions of these check the shapes they state, in tests only."""
+
+install_import_hook(SHAPES_CHECKED_IN, "beartype.beartype")
 
 ROOT = Path(__file__).resolve().parents[1]
 

@@ -27,8 +27,8 @@ def is_rotation(R: NDArray[np.float64], *, tolerance: float = 1e-6) -> bool:
 
 
 def geodesic_angle(
-    R_a: Float[NDArray[np.float64], "*batch 3 3"], R_b: Float[NDArray[np.float64], "*batch 3 3"]
-) -> Float[NDArray[np.float64], "*batch"]:
+    R_a: Float[NDArray[np.float64], "*#batch 3 3"], R_b: Float[NDArray[np.float64], "*#batch 3 3"]
+) -> Float[NDArray[np.float64], "*#batch"]:
     """Angle in rad, in [0, pi], of the rotation that takes ``R_a`` to ``R_b``."""
     relative = np.swapaxes(R_a, -1, -2) @ R_b
     return np.asarray(Rotation.from_matrix(relative).magnitude(), dtype=np.float64)
