@@ -26,6 +26,7 @@ Picture = Float[NDArray[np.float32], "height width"]
 
 PIXEL_VARIANCE = 1.0 / 12.0
 _STEP_PX = 0.5
+_LEAST_VARIANCE = 0.005
 
 
 @dataclass(frozen=True)
@@ -70,7 +71,7 @@ def edge_blur(points: Points, occupancy: Picture) -> float:
     """Gaussian blur (px) from the typical slope of the occupancy across the outline."""
     profile = _profiles(occupancy, points, outward_normals(points), np.array([-_STEP_PX, _STEP_PX]))
     slope = max(float(np.median(profile[:, 0] - profile[:, 1])) / (2 * _STEP_PX), 1e-3)
-    return float(np.sqrt(max(1.0 / (2 * np.pi * slope**2) - PIXEL_VARIANCE, 0.05)))
+    return float(np.sqrt(max(1.0 / (2 * np.pi * slope**2) - PIXEL_VARIANCE, _LEAST_VARIANCE)))
 
 
 def refined(points: Points, occupancy: Picture, *, blur_px: float, spacing_px: float, rounds: int) -> Edge:
@@ -79,7 +80,7 @@ def refined(points: Points, occupancy: Picture, *, blur_px: float, spacing_px: f
     blur = blur_px
     for number in range(rounds):
         step = _compared(outline, occupancy, blur)
-        blur = float(np.sqrt(np.clip(blur**2 + step.variance, 0.05, 400.0)))
+        blur = float(np.sqrt(np.clip(blur**2 + step.variance, _LEAST_VARIANCE, 400.0)))
         shift = step.shift if number == 0 else _smoothed(step.shift)
         outline = outline + shift[:, None] * outward_normals(outline)
     final = _compared(outline, occupancy, blur)

@@ -13,7 +13,7 @@ from datasets.vocabulary.outline import Outline
 from estimator.outlines.background import Background
 from estimator.outlines.component import Place, particle_mask, place_of
 from estimator.outlines.contour import PIXEL_VARIANCE, Edge, Points, edge_blur, half_level_contour, refined
-from estimator.outlines.occupancy import Departure, departure_from, occupancy_of
+from estimator.outlines.occupancy import Departure, departure_from, occupancy_of, plain_occupancy
 from estimator.outlines.result import FrameOutline, FrameStatus, left_out
 from estimator.outlines.settings import OutlineSettings
 
@@ -25,7 +25,7 @@ Window = tuple[int, int, int, int]
 WIDTH_10_90 = 2.5631
 """10-90% width of a Gaussian edge in standard deviations."""
 _RING_PX = 8
-_SHARP_PX = 0.7
+_SHARP_PX = 0.5
 
 
 @dataclass(frozen=True)
@@ -74,17 +74,18 @@ def _measured(departure: Departure, mask: Mask, place: Place, context: tuple[Win
 
 
 def _half_level(departure: Departure, mask: Mask) -> tuple[Points, float, Picture, float] | None:
-    """Half-level contour, its blur (px), the occupancy and the contrast (DN); the rim is read beyond the blur's reach."""
-    blur = _SHARP_PX
-    while True:
-        occupancy, contrast = occupancy_of(departure, mask, 1.5 + 1.5 * blur)
-        contour = half_level_contour(occupancy)
-        if contour is None:
-            return None
-        found = edge_blur(contour, occupancy)
-        if found < 1.3 * blur:
-            return contour, found, occupancy, contrast
-        blur = found
+    """Half-level contour, its blur (px), the occupancy and the contrast (DN).
+
+    How wide the edge is decides how deep inside the particle's own level can be read, so that comes first, from the whole inside.
+    """
+    plain = plain_occupancy(departure, mask)
+    rough = half_level_contour(plain)
+    if rough is None:
+        return None
+    blur = max(edge_blur(rough, plain), _SHARP_PX)
+    occupancy, contrast = occupancy_of(departure, mask, blur)
+    contour = half_level_contour(occupancy)
+    return None if contour is None else (contour, edge_blur(contour, occupancy), occupancy, contrast)
 
 
 def _reported(edge: Edge, window: Window, noise: float, contrast: float) -> FrameOutline:

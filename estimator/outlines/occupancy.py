@@ -18,6 +18,13 @@ Picture = Float[NDArray[np.float32], "height width"]
 Mask = Bool[NDArray[np.bool_], "height width"]
 
 
+_BAND_PX = 2.0
+_CEILING = 1.1
+_LEAK_PX = 1.2
+_LEAK_REACH_PX = 5
+_FAINTEST = 0.2
+
+
 @dataclass(frozen=True)
 class Departure:
     """How far each pixel departs from the background (DN, positive towards the particle), and the noise of one pixel (DN)."""
@@ -58,26 +65,40 @@ def _spread(amount: Float[NDArray[np.float32], " n"]) -> float:
     return max(1.4826 * float(np.median(np.abs(amount))), 0.3)
 
 
-def occupancy_of(departure: Departure, filled: Mask, reach_px: float) -> tuple[Picture, float]:
+def plain_occupancy(departure: Departure, filled: Mask) -> Picture:
+    """Occupancy for one level all over the particle: that of its darker (before a dark background, brighter) inside."""
+    depth = cv2.distanceTransform(filled.astype(np.uint8), cv2.DIST_L2, 5)
+    inside = departure.amount[depth > 0.3 * depth.max()]
+    near = cv2.dilate(filled.astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
+    return np.where(near, departure.amount / np.float32(np.percentile(inside, 75)), np.float32(0))
+
+
+def occupancy_of(departure: Departure, filled: Mask, blur_px: float) -> tuple[Picture, float]:
     """Occupancy inside and around the ``filled`` particle, 0 far from it, and the particle's typical departure (DN).
 
-    The particle's level is read at ``reach_px`` to ``2 reach_px + 2`` inside of the rim, beyond the edge's blur;
-    deeper than that the particle is taken as opaque (it may shine through: a diamond, a glossy ball).
+    The particle's level is read in a band just beyond the reach of the edge's blur (``blur_px``), and along the rim it may
+    vary. Where the picture is still less than half covered as deep inside as an opaque body would be dark, light leaks through
+    a facet at the rim, and the level is the leak's own. Deeper than the band the particle is taken as opaque (a diamond, a
+    glossy ball shine through).
     """
+    amount = departure.amount
     depth = cv2.distanceTransform(filled.astype(np.uint8), cv2.DIST_L2, 5)
-    reach = min(reach_px, 0.5 * float(depth.max()))
-    rim = (depth > reach) & (depth <= 2 * reach + 2)
-    typical = float(np.median(departure.amount[rim])) if rim.any() else departure.peak
-    own = _smooth_level(departure.amount, rim, 2 * int(2 * reach + 2) + 1, typical)
-    occupancy = departure.amount / np.maximum(own, 0.2 * typical)
+    reach = min(0.8 + 3.2 * blur_px, 0.5 * float(depth.max()))
+    band = reach + _BAND_PX
+    rim = (depth > reach) & (depth <= band)
+    typical = float(np.median(amount[rim])) if rim.any() else departure.peak
+    leak = (depth > _LEAK_PX + 1.3 * blur_px) & (depth <= band) & (amount < 0.5 * typical)
+    own = _mean_over(amount, rim, 2 * int(band) + 1, np.float32(typical))
+    own = _mean_over(amount, leak, _LEAK_REACH_PX, own) if leak.any() else own
+    occupancy = amount / np.maximum(own, _FAINTEST * typical)
     beyond = cv2.distanceTransform((~filled).astype(np.uint8), cv2.DIST_L2, 5)
-    occupancy = np.where(depth > 2 * reach + 2, 1.0, np.where(beyond > 2 * reach + 2, 0.0, occupancy))
-    return occupancy.astype(np.float32), typical
+    occupancy = np.where(depth > band, 1.0, np.where(beyond > band, 0.0, occupancy))
+    return np.minimum(occupancy, _CEILING).astype(np.float32), typical
 
 
-def _smooth_level(amount: Picture, rim: Mask, size: int, typical: float) -> Picture:
-    """Mean of ``amount`` over ``rim`` in a square of ``size`` px around each pixel; ``typical`` far away."""
-    weight = rim.astype(np.float32)
+def _mean_over(amount: Picture, part: Mask, size: int, otherwise: Picture | np.float32) -> Picture:
+    """Mean of ``amount`` over ``part`` in a square of ``size`` px around each pixel; ``otherwise`` where none of it is near."""
+    weight = part.astype(np.float32)
     faint = np.float32(1e-3)
     near = cv2.blur(weight, (size, size)) + faint
-    return np.asarray((cv2.blur(amount * weight, (size, size)) + faint * typical) / near, dtype=np.float32)
+    return np.asarray((cv2.blur(amount * weight, (size, size)) + faint * otherwise) / near, dtype=np.float32)

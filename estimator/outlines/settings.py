@@ -19,7 +19,7 @@ class OutlineSettings:
 
     least_contrast: float = 0.05
     detection_sigmas: float = 7.0
-    detection_level: float = 0.3
+    detection_level: float = 0.12
     least_area_px2: int = 40
     rival_share: float = 0.3
     edge_margin_px: int = 2
