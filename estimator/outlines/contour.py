@@ -68,10 +68,21 @@ def outward_normals(points: Points) -> Points:
 
 
 def edge_blur(points: Points, occupancy: Picture) -> float:
-    """Gaussian blur (px) from the typical slope of the occupancy across the outline."""
+    """Gaussian blur (px) from the slope of the occupancy across the sharper part of the outline."""
     profile = _profiles(occupancy, points, outward_normals(points), np.array([-_STEP_PX, _STEP_PX]))
-    slope = max(float(np.median(profile[:, 0] - profile[:, 1])) / (2 * _STEP_PX), 1e-3)
+    slope = max(float(np.percentile(profile[:, 0] - profile[:, 1], 80)) / (2 * _STEP_PX), 1e-3)
     return float(np.sqrt(max(1.0 / (2 * np.pi * slope**2) - PIXEL_VARIANCE, _LEAST_VARIANCE)))
+
+
+def roughness(points: Points) -> float:
+    """Standard deviation (px) of independent noise along the normals, robustly from fourth differences along the outline.
+
+    For points about a pixel apart. Corners are few and do not count; detail as fine as the spacing does.
+    """
+    weights = np.array([1.0, -4.0, 6.0, -4.0, 1.0])
+    fourth = sum(w * np.roll(points, k - 2, axis=0) for k, w in enumerate(weights))
+    normal = (fourth * outward_normals(points)).sum(axis=1)
+    return float(1.4826 * np.median(np.abs(normal)) / np.sqrt((weights**2).sum()))
 
 
 def refined(points: Points, occupancy: Picture, *, blur_px: float, spacing_px: float, rounds: int) -> Edge:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from datasets.vocabulary.outline import Outline
 from estimator.outlines.background import Background
 from estimator.outlines.component import Place, particle_mask, place_of
-from estimator.outlines.contour import PIXEL_VARIANCE, Edge, Points, edge_blur, half_level_contour, refined
+from estimator.outlines.contour import PIXEL_VARIANCE, Edge, Points, edge_blur, half_level_contour, refined, roughness
 from estimator.outlines.occupancy import Departure, departure_from, occupancy_of, plain_occupancy
 from estimator.outlines.result import FrameOutline, FrameStatus, left_out
 from estimator.outlines.settings import OutlineSettings
@@ -95,7 +95,7 @@ def _reported(edge: Edge, window: Window, noise: float, contrast: float) -> Fram
         edge_width_px=WIDTH_10_90 * float(np.sqrt(edge.blur_px**2 + PIXEL_VARIANCE)),
         contrast=contrast,
         noise=noise,
-        sigma_px=edge.noise_gain * noise,
+        sigma_px=max(edge.noise_gain * noise, roughness(edge.points_px)),
         misfit=edge.misfit,
     )
 

@@ -33,7 +33,8 @@ class FrameOutline:
     An outline that is left out is kept where there is one, for looking at. ``edge_width_px``: 10-90% width of the edge,
     pixel integration included (NaN where nothing was measured). ``contrast``: brightness difference between background
     and particle as a share of full scale. ``noise``: standard deviation of one pixel as a share of that difference.
-    ``sigma_px``: expected standard deviation (px, along the normal) that this noise gives one outline point.
+    ``sigma_px``: standard deviation of one outline point along the normal (px): what this noise gives it, or what
+    the outline's own roughness shows where that is more (grain, specks, detail finer than a pixel).
     ``misfit``: RMS difference between the picture and the re-imaged outline near the edge, as a share of the contrast;
     much above ``noise`` the edge is not that of an opaque body (light leaking through facets, glare).
     """

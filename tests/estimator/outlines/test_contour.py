@@ -5,6 +5,7 @@ import pytest
 
 from datasets.vocabulary.outline import signed_area
 from estimator.outlines import OutlineSettings, extract_outlines
+from estimator.outlines.contour import outward_normals, roughness
 
 
 def measured(darkroom, polygon, rng, *, blur_px, settings=None, own=0.02):
@@ -59,7 +60,14 @@ def test_the_stated_sigma_is_the_spread_of_one_point(darkroom, rng):
     runs = [measured(darkroom, polygon, rng, blur_px=0.7) for _ in range(8)]
     spread = np.sqrt(np.mean([darkroom.signed_distances(r.outline.points_px, polygon).var() for r in runs]))
     stated = np.mean([r.sigma_px for r in runs])
-    assert 0.7 < spread / stated < 1.6
+    assert 0.7 < spread / stated < 1.4
+
+
+def test_roughness_is_the_standard_deviation_of_white_noise(darkroom, rng):
+    ring = darkroom.ellipse(60, 50, (0.0, 0.0), points=350)
+    assert roughness(ring) < 1e-3
+    noisy = ring + 0.2 * rng.standard_normal(350)[:, None] * outward_normals(ring)
+    assert roughness(noisy) == pytest.approx(0.2, rel=0.2)
 
 
 def test_a_particle_that_is_not_black_has_the_same_outline(darkroom, rng):
