@@ -19,19 +19,19 @@ from numpy.typing import NDArray
 from skimage.measure import find_contours
 
 from datasets.vocabulary.outline import oriented
-from estimator.outlines.reimaging import reimage
+from estimator.outlines.blur import LEAST_VARIANCE, Covariance, blurred, bounded, fitted_blur, isotropic, narrowest
+from estimator.outlines.coverage import coverage
 
 Points = Float[NDArray[np.float64], "n 2"]
 Picture = Float[NDArray[np.float32], "height width"]
 
 PIXEL_VARIANCE = 1.0 / 12.0
 _STEP_PX = 0.5
-_LEAST_VARIANCE = 0.005
 
 
 @dataclass(frozen=True)
 class Edge:
-    """An outline (px) and the Gaussian blur of its edge (px, standard deviation).
+    """An outline (px) and the Gaussian blur of its edge (px, standard deviation; across the smear of the motion).
 
     ``misfit``: RMS difference between picture and image near it. ``noise_gain``: from the noise of a pixel (share of the
     contrast) to the standard deviation (px) of one of its points.
@@ -71,7 +71,7 @@ def edge_blur(points: Points, occupancy: Picture) -> float:
     """Gaussian blur (px) from the slope of the occupancy across the sharper part of the outline."""
     profile = _profiles(occupancy, points, outward_normals(points), np.array([-_STEP_PX, _STEP_PX]))
     slope = max(float(np.percentile(profile[:, 0] - profile[:, 1], 80)) / (2 * _STEP_PX), 1e-3)
-    return float(np.sqrt(max(1.0 / (2 * np.pi * slope**2) - PIXEL_VARIANCE, _LEAST_VARIANCE)))
+    return float(np.sqrt(max(1.0 / (2 * np.pi * slope**2) - PIXEL_VARIANCE, LEAST_VARIANCE)))
 
 
 def roughness(points: Points) -> float:
@@ -88,39 +88,39 @@ def roughness(points: Points) -> float:
 def refined(points: Points, occupancy: Picture, *, blur_px: float, spacing_px: float, rounds: int) -> Edge:
     """Move the outline until its image agrees with ``occupancy``; the blur is fitted along, starting from ``blur_px``."""
     outline = resampled(points, spacing_px)
-    blur = blur_px
+    blur = isotropic(blur_px)
     for number in range(rounds):
         step = _compared(outline, occupancy, blur)
-        blur = float(np.sqrt(np.clip(blur**2 + step.variance, _LEAST_VARIANCE, 400.0)))
+        blur = bounded(blur + step.widening)
         shift = step.shift if number == 0 else _smoothed(step.shift)
         outline = outline + shift[:, None] * outward_normals(outline)
     final = _compared(outline, occupancy, blur)
-    return Edge(oriented(outline), blur, final.misfit, final.noise_gain)
+    return Edge(oriented(outline), narrowest(blur), final.misfit, final.noise_gain)
 
 
 @dataclass(frozen=True)
 class _Step:
     shift: Float[NDArray[np.float64], " n"]
-    variance: float
+    widening: Covariance
     misfit: float
     noise_gain: float
 
 
-def _compared(outline: Points, occupancy: Picture, blur: float) -> _Step:
-    """One comparison of picture and image: shift of every point (px, outwards) and correction of the blur variance (px²)."""
+def _compared(outline: Points, occupancy: Picture, blur: Covariance) -> _Step:
+    """One comparison of picture and image: shift of every point (px, outwards) and correction of the blur (px²)."""
     normals = outward_normals(outline)
-    reach = min(2.5 * np.sqrt(blur**2 + PIXEL_VARIANCE) + 0.5, 12.0)
+    reach = min(2.5 * np.sqrt(np.linalg.eigvalsh(blur)[1] + PIXEL_VARIANCE) + 0.5, 12.0)
     offsets = np.arange(-reach, reach + _STEP_PX / 2, _STEP_PX)
-    image = _profiles(reimage(outline, occupancy.shape, blur), outline, normals, offsets)
+    image = _profiles(blurred(coverage(outline, occupancy.shape), blur), outline, normals, offsets)
     seen = _profiles(occupancy, outline, normals, offsets)
     slope = -np.gradient(image, _STEP_PX, axis=1)
     power = np.maximum((slope**2).sum(axis=1), 1e-6)
     shift = np.clip(((seen - image) * slope).sum(axis=1) / power, -1.0, 1.0)
     rest = seen - image - shift[:, None] * slope
     widening = -0.5 * np.gradient(slope, _STEP_PX, axis=1)
-    variance = np.median((rest * widening).sum(axis=1) / np.maximum((widening**2).sum(axis=1), 1e-9))
+    wider = (rest * widening).sum(axis=1) / np.maximum((widening**2).sum(axis=1), 1e-9)
     gain = 1.0 / np.sqrt(float(np.median(power)) * _STEP_PX)
-    return _Step(shift, float(np.clip(variance, -0.5, 2.0)), float(np.sqrt(np.mean(rest**2))), gain)
+    return _Step(shift, fitted_blur(np.clip(wider, -0.5, 2.0), normals), float(np.sqrt(np.mean(rest**2))), gain)
 
 
 def _profiles(

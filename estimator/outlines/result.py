@@ -31,8 +31,9 @@ class FrameOutline:
     """One frame: its outline (px) and how well it could be seen.
 
     An outline that is left out is kept where there is one, for looking at. ``edge_width_px``: 10-90% width of the edge,
-    pixel integration included (NaN where nothing was measured). ``contrast``: brightness difference between background
-    and particle as a share of full scale. ``noise``: standard deviation of one pixel as a share of that difference.
+    pixel integration included, across the smear of the motion if there is any (NaN where nothing was measured).
+    ``contrast``: brightness difference between background and particle as a share of full scale. ``noise``: standard
+    deviation of one pixel as a share of that difference.
     ``sigma_px``: standard deviation of one outline point along the normal (px): what this noise gives it, or what
     the outline's own roughness shows where that is more (grain, specks, detail finer than a pixel).
     ``misfit``: RMS difference between the picture and the re-imaged outline near the edge, as a share of the contrast;

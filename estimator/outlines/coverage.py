@@ -1,11 +1,9 @@
-"""The picture that an outline should give: exact area coverage of every pixel, then the blur of lens and motion.
+"""Exact area coverage: what share of every pixel a polygon covers.
 
-Coverage follows from Green's theorem: an edge that lies inside one pixel adds its height times the area to its right;
-a running sum along the row does the rest. The blur is a Gaussian of standard deviation ``blur_px``; pixel integration
-is exact, so the total edge variance is ``blur_px² + 1/12``.
+By Green's theorem an edge that lies inside one pixel adds its height times the area to its right; a running sum along the
+row does the rest. No sampling, so the smallest shift of the outline shows.
 """
 
-import cv2
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
@@ -31,28 +29,6 @@ def coverage(points: Points, shape: tuple[int, int]) -> Picture:
     total = np.bincount(cell, right, height * (width + 1)) + np.bincount(cell + 1, rise - right, height * (width + 1))
     summed = np.cumsum(total.reshape(height, width + 1), axis=1)[:, :width]
     return -summed.astype(np.float32) if summed.sum() < 0 else summed.astype(np.float32)
-
-
-def reimage(points: Points, shape: tuple[int, int], blur_px: float) -> Picture:
-    """The occupancy (0 background, 1 particle) seen through a Gaussian blur of ``blur_px`` and pixel integration."""
-    return blurred(coverage(points, shape), blur_px)
-
-
-def blurred(picture: Picture, blur_px: float) -> Picture:
-    """``picture`` after a Gaussian of standard deviation ``blur_px``."""
-    kernel = gaussian_kernel(blur_px)
-    return np.asarray(cv2.sepFilter2D(picture, -1, kernel, kernel, borderType=cv2.BORDER_REPLICATE), dtype=np.float32)
-
-
-def gaussian_kernel(blur_px: float) -> Float[NDArray[np.float64], " tap"]:
-    """Discrete Gaussian of variance ``blur_px**2`` (within 1%): sampled; three taps where sampling would misstate the variance."""
-    variance = blur_px**2
-    if variance < 0.4:
-        return np.array([variance / 2, 1.0 - variance, variance / 2])
-    reach = int(np.ceil(4 * blur_px)) + 1
-    taps = np.arange(-reach, reach + 1)
-    weights: NDArray[np.float64] = np.exp(-(taps**2) / (2 * variance))
-    return weights / weights.sum()
 
 
 def _cut_at_pixels(corners: Points) -> tuple[Points, Points]:

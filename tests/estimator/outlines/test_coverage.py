@@ -1,11 +1,11 @@
-"""Coverage is exact; the blur has the variance it says."""
+"""Coverage is exact."""
 
 import numpy as np
 import pytest
 import shapely
 
 from datasets.vocabulary.outline import oriented
-from estimator.outlines.reimaging import coverage, gaussian_kernel, reimage
+from estimator.outlines.coverage import coverage
 
 
 def test_coverage_is_the_exact_area_of_each_pixel(rng):
@@ -27,18 +27,3 @@ def test_coverage_of_edges_on_pixel_borders():
 def test_an_outline_beyond_the_picture_covers_what_is_left_of_it():
     seen = coverage(np.array([[-5.0, -5.0], [3.0, -5.0], [3.0, 20.0], [-5.0, 20.0]]), (8, 8))
     np.testing.assert_allclose(seen.sum(axis=1), np.full(8, 3.5), atol=1e-6)
-
-
-@pytest.mark.parametrize("blur", [0.25, 0.5, 0.62, 0.65, 0.8, 1.5, 4.0])
-def test_kernel_has_the_stated_variance(blur):
-    kernel = gaussian_kernel(blur)
-    taps = np.arange(len(kernel)) - len(kernel) // 2
-    assert kernel.sum() == pytest.approx(1)
-    assert float(kernel @ taps**2) == pytest.approx(blur**2, rel=0.02)
-
-
-def test_reimaging_agrees_with_supersampling(darkroom, rng):
-    polygon = oriented(darkroom.stone(15, (30.3, 29.6), rng))
-    difference = reimage(polygon, (60, 60), 0.7) - darkroom.draw(polygon, (60, 60), 0.7)
-    assert np.abs(difference).max() < 0.05
-    assert abs(difference.sum()) < 1.0
