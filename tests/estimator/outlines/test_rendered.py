@@ -21,7 +21,7 @@ def rendered(request, tmp_path_factory):
         seed=5,
         tier="rendered",
         particle=ParticleRecipe(material=request.param),
-        motion=MotionRecipe(frames=3, speed_ms=(0.5, 2.0)),
+        motion=MotionRecipe(frames=2, speed_ms=(0.5, 2.0)),
         rig=RigRecipe(drops=1, rendered=False),
         rendering=RenderingRecipe(variant="scalar_rgb", samples_per_subframe=4),
     )
