@@ -1,0 +1,106 @@
+"""A whole estimate of 100 frames and 60 views on one core, pose search included, and the memory of 1000 frames of 512 x 512.
+
+``python -m scripts.bench_estimate --json`` or ``tumble bench --only estimate``. Time is processor time of
+one thread, the better of two runs, so that compiling the kernel is not counted; the first run is given apart. Memory is the peak of
+a whole process, libraries included; its pictures are painted outlines (8 bit), since only their size matters.
+"""
+
+import argparse
+import json
+import os
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+from tumble.one_thread import keep_to_one_thread
+
+keep_to_one_thread(os.environ)
+
+import cv2  # noqa: E402 - after the threads are limited
+import numpy as np  # noqa: E402
+
+from datasets.observation import Observation, Recording  # noqa: E402
+from datasets.observation_files import frames_file, read_observation, write_observation  # noqa: E402
+from datasets.recipes.recipe import HsvRecipe, MotionRecipe, Recipe  # noqa: E402
+from datasets.tiff_frames import FrameStackWriter, TiffFrames  # noqa: E402
+from datasets.vocabulary.outline import Outline  # noqa: E402
+from estimator.configuration import Configuration  # noqa: E402
+from estimator.pipeline import estimate  # noqa: E402
+from synth.sequence import build_silhouette_sequence  # noqa: E402
+
+MOTION = MotionRecipe(frames=100, speed_ms=(1.0, 2.0), spin_rads=(100.0, 200.0))
+LONG_MOTION = MotionRecipe(frames=1000, frame_rate_hz=40000.0, speed_ms=(0.2, 0.5), spin_rads=(100.0, 200.0))
+LONG_CAMERA = HsvRecipe(width_px=512, height_px=512, exposure_us=10.0)
+BRIGHT, DARK, SUBPIXEL_BITS = 200, 20, 6
+
+
+def seconds_of_an_estimate() -> tuple[float, float]:
+    """Seconds of the first run (compiling included) and of the better of two later ones."""
+    observation, _ = build_silhouette_sequence(Recipe(seed=5, motion=MOTION), 0)
+    return _timed(observation), min(_timed(observation), _timed(observation))
+
+
+def _timed(observation: Observation) -> float:
+    cv2.setNumThreads(1)
+    began = time.process_time()
+    estimate(observation, Configuration())
+    return time.process_time() - began
+
+
+def painted(outline: Outline, size: tuple[int, int]) -> np.ndarray:
+    """A picture (height, width) of a dark silhouette before a bright background."""
+    picture = np.full(size, BRIGHT, dtype=np.uint8)
+    corners = np.round(outline.points_px * (1 << SUBPIXEL_BITS)).astype(np.int32)
+    cv2.fillPoly(picture, [corners], DARK, lineType=cv2.LINE_AA, shift=SUBPIXEL_BITS)
+    return picture.astype(np.uint16)
+
+
+def memory_of_a_long_recording(folder: Path) -> float:
+    """Peak memory (GB) of a process that estimates 1000 frames of 512 x 512 and does nothing else."""
+    observation, _ = build_silhouette_sequence(Recipe(seed=5, motion=LONG_MOTION, hsv=LONG_CAMERA), 0)
+    _as_pictures(observation, folder)
+    command = [sys.executable, "-m", "scripts.bench_estimate", "--peak-of", str(folder)]
+    return float(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
+
+
+def peak_of(folder: Path) -> float:
+    """Estimate the observation in ``folder``; the peak memory (GB) of this process."""
+    estimate(read_observation(folder), Configuration())
+    unit = 1.0 if sys.platform == "darwin" else 1024.0
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit / 1e9
+
+
+def _as_pictures(observation: Observation, folder: Path) -> None:
+    (camera,), (outlines,) = observation.cameras, observation.recordings
+    size = (camera.intrinsics.height_px, camera.intrinsics.width_px)
+    path = folder / frames_file(camera.name)
+    with FrameStackWriter(path) as writer:
+        for k in range(len(outlines)):
+            writer.append(painted(outlines[k], size))
+    stack: Recording = TiffFrames(path, 8)
+    fields = {**vars(observation), "recordings": (stack,)}
+    write_observation(Observation(**fields), folder)
+
+
+def figures() -> list[dict[str, Any]]:
+    """Every figure with its unit and, where there is one, its limit."""
+    first, later = seconds_of_an_estimate()
+    with tempfile.TemporaryDirectory() as folder:
+        peak = memory_of_a_long_recording(Path(folder))
+    return [
+        {"name": "whole estimate, 100 frames x 60 views", "value": later, "unit": "s of one core", "limit": 8.0, "direction": "lower"},
+        {"name": "the same, first run (kernel compiled or loaded)", "value": first, "unit": "s of one core"},
+        {"name": "peak memory, 1000 frames of 512 x 512", "value": peak, "unit": "GB", "limit": 1.0, "direction": "lower"},
+    ]
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--json", action="store_true", help="print the figures as JSON")
+    parser.add_argument("--peak-of", type=Path, metavar="FOLDER", help="estimate this observation alone and print the peak memory")
+    words = parser.parse_args()
+    print(peak_of(words.peak_of) if words.peak_of else json.dumps(figures()))
