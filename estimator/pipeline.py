@@ -68,7 +68,13 @@ def estimate(observation: Observation, configuration: Configuration) -> Estimate
         found, reference = first_pose(task, particle, configuration)
         candidates = _candidates(observation, task, particle, (found, reference), configuration)
         best = candidates[0]
-        refined = refine_flight(task, best.solution.state, floor_px=configuration.floor_px, within_pairs=configuration.within_pairs)
+        refined = refine_flight(
+            task,
+            best.solution.state,
+            floor_px=configuration.floor_px,
+            body_noise_px=configuration.body_noise_px,
+            within_pairs=configuration.within_pairs,
+        )
     except NoMeasurement as failure:
         return empty_estimate(observation, tracks, particle, configuration, (failure.status, failure.message))
     status, message = judge(candidates, refined, configuration)
@@ -106,6 +112,7 @@ def _task(observation: Observation, particle: Particle, sightings: Sightings, vi
     prior = Prior(
         com_m=configuration.com_prior * particle.extent_m,
         inertia=configuration.inertia_prior,
+        inertia_products=configuration.inertia_products_prior,
         offset_px=configuration.frame_offset_prior_px if measured else configuration.offset_prior_px,
     )
     weight = np.ones((len(sightings), len(views.silhouettes)))

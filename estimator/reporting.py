@@ -135,6 +135,8 @@ def _fit_statistics(refined: Refined, found: FoundPoses) -> dict[str, Any]:
         "pairs_without_tangents": int((~errors.valid).sum()),
         "rms_ete_px": float(np.sqrt(np.mean(errors.error[errors.valid][:, :2] ** 2))),
         "whitened_mean_square": refined.frames.mean_square,
+        "noise_scale": refined.noise.scale,
+        "noise_correlation_rad": refined.noise.correlation_rad,
         "pairs_within_sequence": refined.within.pairs,
         "rms_ete_within_px": refined.within.rms_px,
         "competing_minima": [{"rms_ete_px": float(r), "cost": float(c)} for r, c in zip(found.rms_px, found.poses.cost, strict=True)],

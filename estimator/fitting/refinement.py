@@ -1,11 +1,12 @@
-"""The last refinement of a flight: generalised least squares, pairs within the sequence, covariance and bound."""
+"""The last refinement of a flight: composite likelihood, pairs within the sequence, covariance and bound."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.fitting.generalised import WhitenedFrames, body_noise, shared_view_noise, whiten
+from estimator.fitting.composite_likelihood import WeighedFrames, body_noise, shared_view_noise, weigh
+from estimator.fitting.noise_model import MeasuredNoise, measured_noise, with_noise
 from estimator.fitting.trajectory import FitTask, errors_of, pose_map, prior_values
 from estimator.fitting.within_sequence import WithinEquations, within_equations
 from estimator.geometry.epipolar_tangency import TangencyErrors
@@ -19,16 +20,17 @@ SETTLED, STEADY = 0.1, 0.3
 
 @dataclass(frozen=True)
 class Refined:
-    """The refined flight, ``covariance`` and ``bound`` (21, 21), its errors, their whitening, and whether the steps settled."""
+    """The refined flight, ``covariance`` and ``bound`` (21, 21), its errors, their whitening, whether the steps settled, and the noise found."""
 
     flight: Flight
     predicted: FlightPoses
     covariance: Array
     bound: Array
     errors: TangencyErrors
-    frames: WhitenedFrames
+    frames: WeighedFrames
     within: WithinEquations
     settled: bool
+    noise: MeasuredNoise
 
 
 @dataclass(frozen=True)
@@ -36,15 +38,18 @@ class _Linearised:
     predicted: FlightPoses
     S: Array
     errors: TangencyErrors
-    frames: WhitenedFrames
+    frames: WeighedFrames
     within: WithinEquations
     H: Array
     g: Array
 
 
-def refine_flight(task: FitTask, flight: Flight, *, floor_px: float, within_pairs: int) -> Refined:
+def refine_flight(task: FitTask, flight: Flight, *, floor_px: float, body_noise_px: float, within_pairs: int) -> Refined:
     """Gauss-Newton steps with refreshed weights until they are small against the standard deviations."""
     settled = False
+    predicted, _ = poses_and_sensitivity(flight, task.sightings.times_s)
+    noise = measured_noise(errors_of(task, flight, predicted))
+    task = replace(task, sightings=replace(task.sightings, silhouettes=with_noise(task.sightings.silhouettes, noise)))
     at = _linearise(task, flight, floor_px, within_pairs)
     for _ in range(MOST_STEPS):
         inverse = scaled_inverse(at.H)
@@ -59,11 +64,11 @@ def refine_flight(task: FitTask, flight: Flight, *, floor_px: float, within_pair
     prior = np.diag(task.prior.precision)
     inflation = max(1.0, at.frames.mean_square)
     shared = shared_view_noise(at.errors, at.frames, task.views.silhouettes)
-    shared = shared + body_noise(at.errors, at.frames, _normals(task, at), floor_px=floor_px)
-    meat = inflation * (at.frames.H + at.within.H + shared) + prior
+    shared = shared + body_noise(at.errors, at.frames, _normals(task, at), sigma_px=body_noise_px)
+    meat = inflation * (at.frames.meat + at.within.H + shared) + prior
     covariance = inverse @ meat @ inverse
-    bound = scaled_inverse(at.frames.H + prior)
-    return Refined(flight, at.predicted, 0.5 * (covariance + covariance.T), bound, at.errors, at.frames, at.within, settled)
+    bound = scaled_inverse(at.frames.fisher + prior)
+    return Refined(flight, at.predicted, 0.5 * (covariance + covariance.T), bound, at.errors, at.frames, at.within, settled, noise)
 
 
 def scaled_inverse(H: Array) -> Array:
@@ -76,7 +81,7 @@ def _linearise(task: FitTask, flight: Flight, floor_px: float, within_pairs: int
     predicted, sensitivity = poses_and_sensitivity(flight, task.sightings.times_s)
     errors = errors_of(task, flight, predicted)
     S = pose_map(sensitivity)
-    frames = whiten(errors, S, task.sightings.silhouettes, floor_px=floor_px, huber=task.huber)
+    frames = weigh(errors, S, task.sightings.silhouettes, floor_px=floor_px, huber=task.huber)
     within = within_equations(task, flight, predicted, S, most_pairs=within_pairs, floor_px=floor_px)
     precision = task.prior.precision
     H = frames.H + within.H + np.diag(precision)

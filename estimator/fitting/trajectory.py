@@ -49,10 +49,11 @@ class Sightings:
 
 @dataclass(frozen=True)
 class Prior:
-    """Standard deviations of what free flight alone would leave loose: centre of mass (m), inertia (relative), outline offset (px)."""
+    """Standard deviations of what free flight alone would leave loose: centre of mass (m), inertia on and off the diagonal (relative), outline offset (px)."""
 
     com_m: float
     inertia: float
+    inertia_products: float
     offset_px: float
 
     @property
@@ -60,7 +61,7 @@ class Prior:
         """Diagonal (21,) of the prior's information matrix."""
         diagonal = np.zeros(N_PARAMETERS)
         diagonal[COM] = self.com_m**-2
-        diagonal[INERTIA] = self.inertia**-2
+        diagonal[INERTIA] = [self.inertia**-2] * 2 + [self.inertia_products**-2] * 3
         diagonal[OFFSET] = self.offset_px**-2
         return diagonal
 
