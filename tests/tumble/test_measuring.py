@@ -150,3 +150,18 @@ def test_configuration_is_resolved_and_checked(tmp_path: Path) -> None:
     for bad in ("minimum_frame=9", "seed", "seed=x"):
         with pytest.raises(InputError, match="expected"):
             load_configuration(None, [bad])
+
+
+def test_a_truncated_recording_is_named_and_loses_no_neighbour(
+    dataset: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (whole,) = (dataset / "observations").iterdir()
+    for name in ("a", "b"):
+        shutil.copytree(whole, tmp_path / "observations" / name)
+    cut = tmp_path / "observations" / "a" / "outlines_hsv.npz"
+    cut.write_bytes(cut.read_bytes()[:200])
+    assert main(["estimate", str(tmp_path), "--out", str(tmp_path / "e"), "--jobs", "1", "-q"]) == 1
+    error = capsys.readouterr().err
+    assert "a failed" in error
+    assert "outlines_hsv.npz" in error
+    assert [path.name for path in (tmp_path / "e").glob("*.estimate.json")] == ["b.estimate.json"]
