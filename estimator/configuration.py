@@ -13,14 +13,14 @@ from datasets.errors import InputError
 class Configuration:
     """The estimator's settings.
 
-    ``offset_prior_px`` and ``frame_offset_prior_px``: standard deviation of the boundary offset of outlines given as such and of outlines measured in
-    pictures. ``com_prior`` (share of the largest extent), ``inertia_prior`` and ``inertia_products_prior`` (relative, moments and products): how far the visual
-    hull's mass properties may be off; measured on scanned bodies with 60 views.
-    ``floor_px``: tangent noise that the outlines do not show; ``body_noise_px``: the part of
-    the error that stays with a place on the body, from comparing outlines of unlike curvature. ``huber``: standard deviations beyond which an error's influence stays constant.
-    ``within_pairs``: largest number of pairs within the sequence in the last refinement, 0 leaves them out. ``momentum_starts``: angular velocities drawn
-    when tracking fails, within ``largest_spin_rads``. ``minimum_frames``: fewer usable frames give no measurement. ``seed`` feeds the drawn starts and
-    the drawn noise of the views' likeness.
+    ``offset_prior_px`` and ``frame_offset_prior_px``: standard deviation of the boundary offset of outlines given as such and of outlines
+    measured in pictures. ``com_prior`` (share of the largest extent), ``inertia_prior`` and ``inertia_products_prior`` (relative, moments
+    and products): how far the visual hull's mass properties may be off; measured on scanned bodies with 60 views. ``floor_px``: tangent
+    noise that the outlines do not show; ``body_noise_px``: the part of the error that stays with a place on the body, from comparing
+    outlines of unlike curvature. ``huber``: standard deviations beyond which an error's influence stays constant. ``within_pairs``:
+    largest number of pairs within the sequence in the last refinement, 0 leaves them out. ``momentum_starts``: angular velocities drawn
+    when tracking fails, within ``largest_spin_rads``. ``minimum_frames``: fewer usable frames give no measurement. ``seed`` feeds the
+    drawn starts and the drawn noise of the views' likeness.
     """
 
     hull_resolution: int = 64
@@ -58,8 +58,11 @@ def configuration_from_dict(values: Mapping[str, Any]) -> Configuration:
     for name, value in values.items():
         if name not in fields:
             near = difflib.get_close_matches(name, fields, n=3)
-            raise InputError(f"estimator configuration: expected one of its settings, got {name!r}" + (f"; did you mean {', '.join(near)}?" if near else ""))
-        wanted = type(fields[name].default)
+            raise InputError(
+                f"estimator configuration: expected one of its settings, got {name!r}"
+                + (f"; did you mean {', '.join(near)}?" if near else "")
+            )
+        wanted = type(getattr(Configuration(), name))
         if isinstance(value, bool) or not isinstance(value, int | float) or (wanted is int and int(value) != value):
             raise InputError(f"estimator configuration: expected {name} to be of type {wanted.__name__}, got {value!r}")
         if value < 0:

@@ -1,4 +1,7 @@
-"""What the calibrated views say about the particle: which of them belong together, the visual hull, the body, starts for the pose search."""
+"""What the calibrated views say about the particle: which of them belong together, the visual hull, the body.
+
+Starts for the pose search.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -25,7 +28,10 @@ MINIMUM_VIEWS = 3
 
 @dataclass(frozen=True)
 class ViewReport:
-    """Agreement of the views with one another: ``rms_px`` (k,) plain and ``whitened`` (k,) median ETE of each view against the others, ``foreign`` (k,)."""
+    """Agreement of the views with one another: ``rms_px`` (k,) plain and ``whitened`` (k,) median ETE of each view against the others.
+
+    ``foreign`` (k,).
+    """
 
     rms_px: Array
     whitened: Array
@@ -34,7 +40,10 @@ class ViewReport:
     @property
     def sentence(self) -> str:
         """Which views do not belong, in words; empty when all do."""
-        named = [f"view {i} (RMS ETE {self.rms_px[i]:.1f} px, the others' median {np.median(self.rms_px):.2f} px)" for i in np.flatnonzero(self.foreign)]
+        named = [
+            f"view {i} (RMS ETE {self.rms_px[i]:.1f} px, the others' median {np.median(self.rms_px):.2f} px)"
+            for i in np.flatnonzero(self.foreign)
+        ]
         return f"left out as not belonging to this particle or calibration: {', '.join(named)}." if named else ""
 
 
@@ -83,7 +92,9 @@ def particle_of(outlines: Sequence[Outline], views: Sequence[CalibratedView], co
     """
     present = [i for i, o in enumerate(outlines) if not o.empty]
     if len(present) < MINIMUM_VIEWS:
-        raise InputError(f"calibrated views: expected at least {MINIMUM_VIEWS} with a usable outline, got {len(present)} of {len(outlines)}")
+        raise InputError(
+            f"calibrated views: expected at least {MINIMUM_VIEWS} with a usable outline, got {len(present)} of {len(outlines)}"
+        )
     outlines, views = [outlines[i] for i in present], [views[i] for i in present]
     seen = silhouettes(outlines, [v.intrinsics for v in views])
     report = view_report(seen, view_poses(views), bounding_ball(outlines, views)[0], configuration.foreign_view_ratio)
@@ -106,7 +117,10 @@ def particle_of(outlines: Sequence[Outline], views: Sequence[CalibratedView], co
 
 
 def view_report(seen: Silhouettes, poses: PoseSet, centre: Array, ratio: float) -> ViewReport:
-    """ETE of every view with every other; a view is foreign when its median whitened error is ``ratio`` times that of the views without it."""
+    """ETE of every view with every other.
+
+    A view is foreign when its median whitened error is ``ratio`` times that of the views without it.
+    """
     k = len(seen)
     foreign = np.zeros(k, dtype=np.bool_)
     errors = tangency_errors(seen, poses, seen, poses, pivot_particle=centre, weight=1.0 - np.eye(k))

@@ -1,7 +1,7 @@
 """From an observation to an estimate: outlines, particle, pose, track, trajectory, refinement, each with a way to say that it failed.
 
-The chain is visible in :func:`estimate`; every step that cannot go on raises :class:`NoMeasurement` with a status, so there is never a plausible
-number without one.
+The chain is visible in :func:`estimate`; every step that cannot go on raises :class:`NoMeasurement` with a status, so there is never a
+plausible number without one.
 """
 
 from dataclasses import dataclass
@@ -57,7 +57,8 @@ def estimate(observation: Observation, configuration: Configuration) -> Estimate
         Where the observation contradicts itself: sizes, numbers of pictures, views that do not agree.
     """
     tracks = tuple(
-        outlines_of(r, c.intrinsics, name=f"{observation.name}, camera {c.name}") for r, c in zip(observation.recordings, observation.cameras, strict=True)
+        outlines_of(r, c.intrinsics, name=f"{observation.name}, camera {c.name}")
+        for r, c in zip(observation.recordings, observation.cameras, strict=True)
     )
     seen = view_outlines_of(observation.view_recording, observation.views, name=f"{observation.name}, calibrated views")
     particle = particle_of(seen.outlines, observation.views, configuration)
@@ -90,7 +91,11 @@ def usable_sightings(observation: Observation, tracks: tuple[OutlineTrack, ...],
         Where there are fewer than the configuration asks for.
     """
     places = [(c, int(f)) for c, t in enumerate(tracks) for f in np.flatnonzero(t.used)]
-    hulls = silhouettes([tracks[c].frames[f].outline for c, f in places], [observation.cameras[c].intrinsics for c, _ in places]) if places else None
+    hulls = (
+        silhouettes([tracks[c].frames[f].outline for c, f in places], [observation.cameras[c].intrinsics for c, _ in places])
+        if places
+        else None
+    )
     usable = np.flatnonzero(np.diff(hulls.offsets) > 0) if hulls is not None else np.zeros(0, dtype=np.int64)
     if hulls is None or len(usable) < configuration.minimum_frames:
         raise _too_few(tracks, len(usable), configuration.minimum_frames)
@@ -139,14 +144,19 @@ def first_pose(task: FitTask, particle: Particle, configuration: Configuration) 
         if best is not None and best[0].rms_px[0] < LOST_RMS_PX:
             return best
     if best is None:
-        raise NoMeasurement(Status.NO_CONVERGENCE, "no start of the pose search converged: the outlines may not show the particle of the calibrated views.")
+        raise NoMeasurement(
+            Status.NO_CONVERGENCE, "no start of the pose search converged: the outlines may not show the particle of the calibrated views."
+        )
     return best
 
 
 def _candidates(
     observation: Observation, task: FitTask, particle: Particle, start: tuple[FoundPoses, int], configuration: Configuration
 ) -> list[Candidate]:
-    """The best pose minima, each tracked and fitted, by ascending cost; a second one is tried only while the first misses by much or competes."""
+    """The best pose minima, each tracked and fitted, by ascending cost.
+
+    A second one is tried only while the first misses by much or competes.
+    """
     found, reference = start
     time_s = float(task.sightings.times_s[reference])
     gravity = np.asarray(observation.gravity_world, dtype=np.float64)
@@ -176,12 +186,13 @@ def judge(candidates: list[Candidate], refined: Refined, configuration: Configur
     best = candidates[0].solution
     numbers = np.concatenate([refined.flight.x, refined.flight.v, refined.flight.omega, np.diag(refined.covariance)])
     rms = float(np.sqrt(np.mean(refined.errors.error[refined.errors.valid][:, :2] ** 2))) if refined.errors.valid.any() else np.inf
-    if not np.all(np.isfinite(numbers)) or best.outcome is Outcome.STALLED and rms > LOST_RMS_PX:
+    if not np.all(np.isfinite(numbers)) or (best.outcome is Outcome.STALLED and rms > LOST_RMS_PX):
         return Status.NO_CONVERGENCE, "the trajectory fit found no step that lowers its error."
-    if refined.frames.mean_square > MOST_MEAN_SQUARE:
+    if refined.noise.scale > MOST_MEAN_SQUARE:
+        times = np.sqrt(refined.frames.mean_square * refined.noise.scale)
         return (
             Status.NO_CONVERGENCE,
-            f"the best trajectory misses the outlines by {rms:.2f} px RMS, {np.sqrt(refined.frames.mean_square):.1f} times their noise: wrong minimum or missing effect.",
+            f"the best trajectory misses the outlines by {rms:.2f} px RMS, {times:.1f} times their noise: wrong minimum or missing effect.",
         )
     if not refined.settled:
         return Status.NO_CONVERGENCE, "the last refinement did not settle."
@@ -201,5 +212,3 @@ def _same(a: Flight, b: Flight) -> bool:
     turn = 2.0 * np.arccos(min(1.0, abs(float(a.q @ b.q))))
     spin = np.linalg.norm(a.omega - b.omega) <= 0.03 * np.linalg.norm(b.omega) + 1.0
     return bool(turn < np.radians(3.0) and spin)
-
-

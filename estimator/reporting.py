@@ -14,7 +14,7 @@ from datasets.vocabulary.state import Motion
 from estimator.configuration import Configuration
 from estimator.fitting.pose_search import FoundPoses
 from estimator.fitting.refinement import Refined
-from estimator.motion.flight import NAMES, N_PARAMETERS, Flight, fitted_body, inertia_matrix, states, velocities, velocity_sensitivity
+from estimator.motion.flight import N_PARAMETERS, NAMES, Flight, fitted_body, inertia_matrix, states, velocities, velocity_sensitivity
 from estimator.motion.rigid_body import angular_velocity, rotation_matrices
 from estimator.motion.rotation import quaternion
 from estimator.outlines.result import OutlineTrack
@@ -30,7 +30,11 @@ def versions() -> dict[str, str]:
 
 
 def empty_estimate(
-    observation: Observation, tracks: tuple[OutlineTrack, ...], particle: Particle, configuration: Configuration, outcome: tuple[Status, str]
+    observation: Observation,
+    tracks: tuple[OutlineTrack, ...],
+    particle: Particle,
+    configuration: Configuration,
+    outcome: tuple[Status, str],
 ) -> Estimate:
     """An estimate that says why there is no measurement."""
     status, message = outcome
@@ -60,7 +64,12 @@ def converged_estimate(
     statistics = {**_view_statistics(particle), **_fit_statistics(refined, found)}
     reports = _frame_reports(tracks, _sighting_errors(refined, tracks))
     message = " ".join(part for part in (message, particle.report.sentence) if part)
-    told = {"configuration": dataclasses.asdict(configuration), "versions": versions(), "frames": reports, "statistics": statistics}
+    told: dict[str, Any] = {
+        "configuration": dataclasses.asdict(configuration),
+        "versions": versions(),
+        "frames": reports,
+        "statistics": statistics,
+    }
     if status is Status.NO_CONVERGENCE:
         return Estimate(name=observation.name, status=status, message=message, **told)
     times = observation.clock.times_s
@@ -86,7 +95,7 @@ def motion_of(flight: Flight, times_s: Array) -> Motion:
     """Poses of the fitted body and velocities at ``times_s``."""
     reached = states(flight, np.zeros((1, N_PARAMETERS)), times_s)
     body = fitted_body(flight)
-    inverse = np.linalg.inv(inertia_matrix(flight, flight.inertia[None]))
+    inverse = np.asarray(np.linalg.inv(inertia_matrix(flight, flight.inertia[None])), dtype=np.float64)
     omega = np.stack([angular_velocity(reached.q[i], reached.L[i], inverse)[0] for i in range(len(times_s))])
     nominal_from_fitted = flight.body.R_particle_body.T @ body.R_particle_body
     return Motion(

@@ -1,17 +1,20 @@
 """Weights that count each outline's noise once: a composite likelihood with its magnitude adjusted, and the sandwich covariance it needs.
 
-One silhouette's noise enters the pairs with all views, so for sighting ``i`` the errors in its picture have the covariance ``Σ_i = sigma_i² K_i + D_i``:
-``K_i`` the correlation of its own tangents, ``D_i`` the views' noise, magnified, and ``floor``². Each error is weighted by ``1 / (Σ_jj d_i)`` with the design
-effect ``d_i = 1ᵀ R_i 1 / n``, R_i the correlation matrix [Kish 1965; Pauli, Racugno & Ventura 2011 on composite likelihoods]: the sum of squares then has
-the size of a likelihood, so priors and known gravity get their proper say.
+One silhouette's noise enters the pairs with all views, so for sighting ``i`` the errors in its picture have the covariance ``Σ_i =
+sigma_i² K_i + D_i``: ``K_i`` the correlation of its own tangents, ``D_i`` the views' noise, magnified, and ``floor``². Each error is
+weighted by ``1 / (Σ_jj d_i)`` with the design effect ``d_i = 1ᵀ R_i 1 / n``, R_i the correlation matrix [Kish 1965; Pauli, Racugno &
+Ventura 2011 on composite likelihoods]: the sum of squares then has the size of a likelihood, so priors and known gravity get their proper
+say.
 
-The full inverse ``Σ_i⁻¹`` would be Aitken's optimum if the noise were what the model says. Measured on scanned bodies it is worse: it leans on differences
-between neighbouring tangents, where hulls of noisy outlines differ in kind from hulls of bodies, and gave a scale bias of 0.1-0.8% where these weights
-give 0.01-0.1%. It only serves for the bound, the inverse Fisher information ``(sum J_iᵀ Σ_i⁻¹ J_i + Λ)⁻¹``.
+The full inverse ``Σ_i⁻¹`` would be Aitken's optimum if the noise were what the model says. Measured on scanned bodies it is worse: it
+leans on differences between neighbouring tangents, where hulls of noisy outlines differ in kind from hulls of bodies, and gave a scale
+bias of 0.1-0.8% where these weights give 0.01-0.1%. It only serves for the bound, the inverse Fisher information ``(sum J_iᵀ Σ_i⁻¹ J_i +
+Λ)⁻¹``.
 
-With ``W = weight J`` the gradient's covariance is ``M = sum_i W_iᵀ Σ_i W_i + sum_k W_kᵀ (C_k - diag C_k) W_k`` over the views k (one view's noise enters all
-sightings) plus the body-fixed part of :func:`body_noise`; the parameters' is ``H⁻¹ (s² M + Λ) H⁻¹`` [White 1982; Cameron, Gelbach & Miller 2011 for
-multi-way sums], Λ the prior's information and s² the mean square of the standardised errors where it is above 1.
+With ``W = weight J`` the gradient's covariance is ``M = sum_i W_iᵀ Σ_i W_i + sum_k W_kᵀ (C_k - diag C_k) W_k`` over the views k (one
+view's noise enters all sightings) plus the body-fixed part of :func:`body_noise`; the parameters' is ``H⁻¹ (s² M + Λ) H⁻¹`` [White 1982;
+Cameron, Gelbach & Miller 2011 for multi-way sums], Λ the prior's information and s² the mean square of the standardised errors where it
+is above 1.
 """
 
 from dataclasses import dataclass
@@ -32,9 +35,9 @@ Array = NDArray[np.float64]
 class WeighedFrames:
     """Weighed errors of every sighting in terms of the parameters.
 
-    ``H`` (p, p) and ``g`` (p,) of the data alone; ``weighted`` (n, k, 2, p) is ``W`` for each view and tangency, zero where there is no error;
-    ``meat`` (p, p) the gradient's covariance within sightings, ``fisher`` (p, p) the information under the full ``Σ``; ``chi2`` (n,), the sum of squares of
-    the standardised errors, and ``count`` (n,) per sighting.
+    ``H`` (p, p) and ``g`` (p,) of the data alone; ``weighted`` (n, k, 2, p) is ``W`` for each view and tangency, zero where there is no
+    error; ``meat`` (p, p) the gradient's covariance within sightings, ``fisher`` (p, p) the information under the full ``Σ``; ``chi2``
+    (n,), the sum of squares of the standardised errors, and ``count`` (n,) per sighting.
     """
 
     H: Array
@@ -86,7 +89,10 @@ def weigh(errors: TangencyErrors, S: Array, first: Silhouettes, *, floor_px: flo
 
 
 def shared_view_noise(errors: TangencyErrors, frames: WeighedFrames, second: Silhouettes) -> Array:
-    """``sum_k W_kᵀ (C_k - diag C_k) W_k`` (p, p): what one view's outline noise adds to the gradient's covariance by entering many sightings."""
+    """``sum_k W_kᵀ (C_k - diag C_k) W_k`` (p.
+
+    P): what one view's outline noise adds to the gradient's covariance by entering many sightings.
+    """
     p = frames.weighted.shape[-1]
     total = np.zeros((p, p))
     for k in range(errors.valid.shape[1]):
@@ -106,7 +112,9 @@ BODY_CELLS = 400
 
 
 def body_noise(errors: TangencyErrors, frames: WeighedFrames, normals: Array, *, sigma_px: float) -> Array:
-    """What a body-fixed error of ``sigma_px`` adds to the gradient's covariance (p, p): tangencies at one place on the body share it in all sightings.
+    """What a body-fixed error of ``sigma_px`` adds to the gradient's covariance (p, p).
+
+    Tangencies at one place on the body share it in all sightings.
 
     ``normals`` (n, k, 2, 3): outward normals in body axes; places are cells of about 0.18 rad on the sphere of normals.
     """

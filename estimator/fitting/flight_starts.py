@@ -54,5 +54,3 @@ def best_spin(task: FitTask, flight: Flight, *, limit_rads: float, count: int, r
         float(errors_of(task, flight, FlightPoses(flown.centre[:, i : i + 1], flown.R[:, i : i + 1])).cost.sum()) for i in range(count + 1)
     ]
     return Flight(**{**flight.__dict__, "omega": flight.omega + steps[int(np.argmin(costs)), OMEGA]})
-
-

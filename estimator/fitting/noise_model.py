@@ -1,11 +1,13 @@
 """How the noise of outlines enters the tangency errors: an explicit silhouette-noise model.
 
-A tangent's distance from the middle of an outline, as a function of its direction θ, is the outline's support function; its noise is taken as a
-stationary process with autocovariance ``sigma² exp(-|Δθ| / l)``, where ``l`` is the turn of the tangent over one smoothing window. Drawn noise on
-scanned bodies gives this shape with l from 12° (smooth bodies) to 20° (angular ones). Different silhouettes are independent. A model with the noise
-fixed to hull vertices is wrong in detail: it lets differences between tangents at one vertex count as nearly noise-free, and biases the scale.
+A tangent's distance from the middle of an outline, as a function of its direction θ, is the outline's support function; its noise is
+taken as a stationary process with autocovariance ``sigma² exp(-|Δθ| / l)``, where ``l`` is the turn of the tangent over one smoothing
+window. Drawn noise on scanned bodies gives this shape with l from 12° (smooth bodies) to 20° (angular ones). Different silhouettes are
+independent. A model with the noise fixed to hull vertices is wrong in detail: it lets differences between tangents at one vertex count as
+nearly noise-free, and biases the scale.
 
-The size of the noise and ``l`` are read off the residuals of a first fit, since both depend on the body (a corner holds its tangent over a wide angle).
+The size of the noise and ``l`` are read off the residuals of a first fit, since both depend on the body (a corner holds its tangent over
+a wide angle).
 """
 
 from dataclasses import dataclass, replace

@@ -34,7 +34,10 @@ class Views:
 
 @dataclass(frozen=True)
 class Poses:
-    """n candidate poses: ``R_cam_particle`` (n, 3, 3), ``centre_cam`` (n, 3) m where the centre of mass lies, ``cost`` (n,) per valid pair."""
+    """n candidate poses: ``R_cam_particle`` (n, 3, 3), ``centre_cam`` (n, 3) m where the centre of mass lies.
+
+    ``cost`` (n,) per valid pair.
+    """
 
     R: Array
     centre_cam: Array

@@ -1,7 +1,7 @@
 """The pose of one silhouette from nothing: ranked starts, a coarse and a fine Levenberg-Marquardt, competing minima kept.
 
-Silhouettes from nearly opposite directions are nearly mirror images, so a body close to mirror symmetry has antipodal minima whose errors are
-hardly larger than the best one's. They are reported, not hidden: the trajectory decides between them.
+Silhouettes from nearly opposite directions are nearly mirror images, so a body close to mirror symmetry has antipodal minima whose errors
+are hardly larger than the best one's. They are reported, not hidden: the trajectory decides between them.
 """
 
 from dataclasses import dataclass
@@ -45,7 +45,9 @@ def search_pose(silhouette: Silhouettes, views: Views, catalogue: StartCatalogue
     best = best.take(np.arange(min(effort.candidates, len(best.R))))
     if len(best.R) == 0:
         return FoundPoses(best, np.zeros(0))
-    fine = distinct(refine(_repeat(silhouette, len(best.R)), best, views, iterations=effort.fine_steps), separation_rad=effort.separation_rad)
+    fine = distinct(
+        refine(_repeat(silhouette, len(best.R)), best, views, iterations=effort.fine_steps), separation_rad=effort.separation_rad
+    )
     return FoundPoses(fine, rms_ete_px(_repeat(silhouette, len(fine.R)), fine, views))
 
 

@@ -23,7 +23,10 @@ ANGLES = 72
 
 @dataclass(frozen=True)
 class StartCatalogue:
-    """Support functions of the hull seen from many directions: ``R`` (d, 3, 3), ``support`` (d, ANGLES) m, ``middle`` (d, 2) Steiner points (m)."""
+    """Support functions of the hull seen from many directions: ``R`` (d, 3, 3), ``support`` (d, ANGLES) m, ``middle`` (d.
+
+    2) Steiner points (m).
+    """
 
     R: Array
     support: Array
@@ -60,7 +63,9 @@ def likely_starts(outline_xy: Array, catalogue: StartCatalogue, *, count: int, s
     R = rotation_from_vector(turn[:, None] * np.array([0.0, 0.0, 1.0])) @ catalogue.R[direction]
     keep = _apart(R, count, separation_rad)
     depth = 1.0 / inverse_depth[direction, shift][keep]
-    middle = np.einsum("nij,nj->ni", rotation_from_vector(turn[keep, None] * np.array([0.0, 0.0, 1.0]))[:, :2, :2], catalogue.middle[direction[keep]])
+    middle = np.einsum(
+        "nij,nj->ni", rotation_from_vector(turn[keep, None] * np.array([0.0, 0.0, 1.0]))[:, :2, :2], catalogue.middle[direction[keep]]
+    )
     centre = np.column_stack([seen_middle * depth[:, None] - middle, depth])
     return Poses(R=R[keep], centre_cam=centre, cost=mismatch[direction, shift][keep])
 

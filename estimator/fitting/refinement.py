@@ -20,7 +20,10 @@ SETTLED, STEADY = 0.1, 0.3
 
 @dataclass(frozen=True)
 class Refined:
-    """The refined flight, ``covariance`` and ``bound`` (21, 21), its errors, their whitening, whether the steps settled, and the noise found."""
+    """The refined flight, ``covariance`` and ``bound`` (21, 21), its errors, their whitening, whether the steps settled.
+
+    And the noise found.
+    """
 
     flight: Flight
     predicted: FlightPoses

@@ -15,7 +15,10 @@ STEPS_PER_FRAME = 8
 
 @dataclass(frozen=True)
 class Track:
-    """Poses in the world at increasing ``times_s`` (n,): ``R`` (n, 3, 3) world from particle, ``centre`` (n, 3) m, ``cost`` (n,) per pair."""
+    """Poses in the world at increasing ``times_s`` (n,): ``R`` (n, 3, 3) world from particle, ``centre`` (n, 3) m.
+
+    ``cost`` (n,) per pair.
+    """
 
     times_s: Array
     R: Array

@@ -1,7 +1,7 @@
 """The trajectory fit: one flight to all silhouettes of a sequence.
 
-Each silhouette contributes an 8x8 normal matrix in its own pose and outline offset; with ``S_i = d pose_i / d parameters`` the whole fit's is
-``sum S_iᵀ H_i S_i``. The cost of a step is thus independent of the number of parameters.
+Each silhouette contributes an 8x8 normal matrix in its own pose and outline offset; with ``S_i = d pose_i / d parameters`` the whole
+fit's is ``sum S_iᵀ H_i S_i``. The cost of a step is thus independent of the number of parameters.
 """
 
 from dataclasses import dataclass
@@ -49,7 +49,10 @@ class Sightings:
 
 @dataclass(frozen=True)
 class Prior:
-    """Standard deviations of what free flight alone would leave loose: centre of mass (m), inertia on and off the diagonal (relative), outline offset (px)."""
+    """Standard deviations of what free flight alone would leave loose: centre of mass (m), inertia on and off the diagonal (relative).
+
+    Outline offset (px).
+    """
 
     com_m: float
     inertia: float
@@ -170,5 +173,3 @@ def _linearise(task: FitTask, flight: Flight) -> NormalEquations:
     H = np.einsum("nap,nab,nbq->pq", S, errors.normal, S, optimize=True) + np.diag(precision)
     g = np.einsum("nap,na->p", S, errors.gradient) + precision * prior_values(flight)
     return NormalEquations(H=H, g=g, cost=_data_cost(task, errors) + _prior_cost(task, flight))
-
-

@@ -27,7 +27,9 @@ class WithinEquations:
     rms_px: float
 
 
-def within_equations(task: FitTask, flight: Flight, predicted: FlightPoses, S: Array, *, most_pairs: int, floor_px: float) -> WithinEquations:
+def within_equations(
+    task: FitTask, flight: Flight, predicted: FlightPoses, S: Array, *, most_pairs: int, floor_px: float
+) -> WithinEquations:
     """Equations of at most ``most_pairs`` pairs among evenly spread sightings; ``S`` (n, 8, p) as in :func:`pose_map`."""
     p = S.shape[2]
     rows = np.unique(np.linspace(0, len(task.sightings) - 1, min(MOST_SIGHTINGS, len(task.sightings))).round().astype(np.int64))

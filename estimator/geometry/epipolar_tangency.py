@@ -129,88 +129,129 @@ def _pencil_scale(n, baseline_length, focal):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(cache=True)
-def _pair(pose_a, pose_b, pivot, hull_a, hull_b, out):  # type: ignore[no-untyped-def]
-    """Fill the errors, variances, Jacobian and tangency numbers of one pair; False where there is no tangent plane."""
+def _baseline(pose_a, pose_b, pivot, b, arm):  # type: ignore[no-untyped-def]
+    """Baseline ``b``, the pivot (``arm[1]``) and the arm from it to the second camera (``arm[0]``), all in the first's axes."""
     R_a, t_a = pose_a
     R_b, t_b = pose_b
-    xy_a, sigma_a, focal_a = hull_a
-    xy_b, sigma_b, focal_b = hull_b
-    error, variance, jacobian, tangency, direction = out
-    work = np.empty((16, 3))
-    centre, b, e1, e2, e1_b, e2_b, arm = work[0], work[1], work[2], work[3], work[4], work[5], work[6]
-    u_a, w, n_own, n_other, q, q_a, side, tmp, u_b = work[7], work[8], work[9], work[10], work[11], work[12], work[13], work[14], work[15]
+    centre = np.empty(3)
     _rotate_back(R_b, t_b, centre)
     for i in range(3):
         centre[i] = -centre[i]
     _rotate(R_a, centre, b)
-    _rotate(R_a, pivot, arm)
+    _rotate(R_a, pivot, arm[1])
     for i in range(3):
         b[i] += t_a[i]
-        tmp[i] = arm[i] + t_a[i]
-        arm[i] = b[i] - tmp[i]
-    length = np.sqrt(_dot(b, b))
-    if length <= 1e-9:
-        return False
-    # The pencil's reference direction: from the baseline towards the particle's pivot.
-    along = _dot(tmp, b) / (length * length)
+        arm[1, i] += t_a[i]
+        arm[0, i] = b[i] - arm[1, i]
+    return np.sqrt(_dot(b, b))
+
+
+@numba.njit(cache=True)
+def _pencil_axes(b, length, pivot, axes):  # type: ignore[no-untyped-def]
+    """Unit axes across the baseline ``b``: ``axes[0]`` towards the pivot, then b x axes[0]; False for a pivot on the baseline."""
+    along = _dot(pivot, b) / (length * length)
     for i in range(3):
-        e1[i] = tmp[i] - along * b[i]
-    norm = np.sqrt(_dot(e1, e1))
+        axes[0, i] = pivot[i] - along * b[i]
+    norm = np.sqrt(_dot(axes[0], axes[0]))
     if norm <= 1e-12:
         return False
     for i in range(3):
-        e1[i] /= norm
-    _cross(b, e1, e2)
+        axes[0, i] /= norm
+    _cross(b, axes[0], axes[1])
     for i in range(3):
-        e2[i] /= length
-    _rotate_back(R_a, e1, tmp)
-    _rotate(R_b, tmp, e1_b)
-    _rotate_back(R_a, e2, tmp)
-    _rotate(R_b, tmp, e2_b)
-    a_upper, a_lower = _extremes(xy_a, e1, e2)
-    b_upper, b_lower = _extremes(xy_b, e1_b, e2_b)
-    if a_upper < 0 or b_upper < 0:
+        axes[1, i] /= length
+    return True
+
+
+@numba.njit(cache=True)
+def _second_axes(R_a, R_b, a, out):  # type: ignore[no-untyped-def]
+    """A direction ``a`` in the first camera's axes, in the second's."""
+    tmp = np.empty(3)
+    _rotate_back(R_a, a, tmp)
+    _rotate(R_b, tmp, out)
+
+
+@numba.njit(cache=True)
+def _first_error(geometry, rays, outward, row, direction):  # type: ignore[no-untyped-def]
+    """The first's tangency point against the plane through the second's tangency ray ``w``; fills the pose columns of ``row``."""
+    _R_a, _R_b, b, arm, focal, _focal_b = geometry
+    u_a, w, _u_b = rays
+    n, q, side, tmp = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    _cross(b, w, n)
+    error = outward * _line_distance(n, u_a[0], u_a[1], focal, q)
+    _unit_in_picture(n, focal, outward, direction)
+    _cross(w, q, side)
+    _cross(q, b, tmp)
+    row[:3] = side
+    _cross(arm[0], side, row[3:6])
+    _cross(w, tmp, side)
+    for i in range(3):
+        row[i] *= outward
+        row[3 + i] = outward * (row[3 + i] + side[i])
+    return error
+
+
+@numba.njit(cache=True)
+def _second_error(geometry, rays, outward, row, direction):  # type: ignore[no-untyped-def]
+    """The second's tangency point against the plane through the first's tangency ray; fills the pose columns of ``row``."""
+    R_a, R_b, b, arm, _focal_a, focal = geometry
+    u_a, _w, u_b = rays
+    n, turned, q, side, tmp = np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    _cross(b, u_a, n)
+    _second_axes(R_a, R_b, n, turned)
+    error = outward * _line_distance(turned, u_b[0], u_b[1], focal, q)
+    _unit_in_picture(turned, focal, outward, direction)
+    _second_axes(R_b, R_a, q, turned)
+    _cross(u_a, turned, side)
+    _cross(n, turned, tmp)
+    row[:3] = side
+    _cross(arm[0], side, row[3:6])
+    for i in range(3):
+        row[i] *= outward
+        row[3 + i] = outward * (row[3 + i] - tmp[i])
+    return error
+
+
+@numba.njit(cache=True)
+def _scale_ratio(geometry, rays, length):  # type: ignore[no-untyped-def]
+    """Pixels per radian of pencil angle in the first picture over those in the second."""
+    R_a, R_b, b, _arm, focal_a, focal_b = geometry
+    u_a, w, _u_b = rays
+    n, turned = np.empty(3), np.empty(3)
+    _cross(b, u_a, n)
+    scale_a = _pencil_scale(n, length, focal_a)
+    _cross(b, w, n)
+    _second_axes(R_a, R_b, n, turned)
+    return scale_a / _pencil_scale(turned, length, focal_b)
+
+
+@numba.njit(cache=True)
+def _pair(poses, pivot, hulls, out):  # type: ignore[no-untyped-def]
+    """Fill the errors, variances, Jacobian and tangency numbers of one pair; False where there is no tangent plane."""
+    pose_a, pose_b = poses
+    (xy_a, sigma_a, focal_a), (xy_b, sigma_b, focal_b) = hulls
+    error, variance, jacobian, tangency, direction = out
+    b, arm, axes, axes_b = np.empty(3), np.empty((2, 3)), np.empty((2, 3)), np.empty((2, 3))
+    length = _baseline(pose_a, pose_b, pivot, b, arm)
+    if length <= 1e-9 or not _pencil_axes(b, length, arm[1], axes):
         return False
-    tangency[0], tangency[1], tangency[2], tangency[3] = a_upper, a_lower, b_upper, b_lower
+    _second_axes(pose_a[0], pose_b[0], axes[0], axes_b[0])
+    _second_axes(pose_a[0], pose_b[0], axes[1], axes_b[1])
+    tangency[0], tangency[1] = _extremes(xy_a, axes[0], axes[1])
+    tangency[2], tangency[3] = _extremes(xy_b, axes_b[0], axes_b[1])
+    if tangency[0] < 0 or tangency[2] < 0:
+        return False
+    geometry = (pose_a[0], pose_b[0], b, arm, focal_a, focal_b)
+    u_a, u_b, w = np.ones(3), np.ones(3), np.empty(3)
     for m in range(2):
         v_a, v_b = tangency[m], tangency[2 + m]
+        u_a[0], u_a[1], u_b[0], u_b[1] = xy_a[v_a, 0], xy_a[v_a, 1], xy_b[v_b, 0], xy_b[v_b, 1]
+        _second_axes(pose_b[0], pose_a[0], u_b, w)
+        rays = (u_a, w, u_b)
         outward = 1.0 - 2.0 * m
-        u_a[0], u_a[1], u_a[2] = xy_a[v_a, 0], xy_a[v_a, 1], 1.0
-        u_b[0], u_b[1], u_b[2] = xy_b[v_b, 0], xy_b[v_b, 1], 1.0
-        _rotate_back(R_b, u_b, tmp)
-        _rotate(R_a, tmp, w)
-        _cross(b, u_a, n_own)
-        _cross(b, w, n_other)
-        # The first's error: its tangency point against the plane through the second's tangency ray.
-        error[m] = outward * _line_distance(n_other, u_a[0], u_a[1], focal_a, q)
-        _unit_in_picture(n_other, focal_a, outward, direction[m])
-        _cross(w, q, side)
-        _cross(q, b, tmp)
-        jacobian[m, :3] = side
-        _cross(arm, side, jacobian[m, 3:6])
-        _cross(w, tmp, side)
-        for i in range(3):
-            jacobian[m, i] *= outward
-            jacobian[m, 3 + i] = outward * (jacobian[m, 3 + i] + side[i])
-        # The second's error: its tangency point against the plane through the first's tangency ray.
-        _rotate_back(R_a, n_own, tmp)
-        _rotate(R_b, tmp, side)
-        error[2 + m] = outward * _line_distance(side, u_b[0], u_b[1], focal_b, q)
-        _unit_in_picture(side, focal_b, outward, direction[2 + m])
-        scale_a = _pencil_scale(n_own, length, focal_a)
-        _rotate_back(R_a, n_other, tmp)
-        _rotate(R_b, tmp, side)
-        scale_b = _pencil_scale(side, length, focal_b)
-        _rotate_back(R_b, q, tmp)
-        _rotate(R_a, tmp, q_a)
-        _cross(u_a, q_a, side)
-        _cross(n_own, q_a, tmp)
-        jacobian[2 + m, :3] = side
-        _cross(arm, side, jacobian[2 + m, 3:6])
-        for i in range(3):
-            jacobian[2 + m, i] *= outward
-            jacobian[2 + m, 3 + i] = outward * (jacobian[2 + m, 3 + i] - tmp[i])
-        ratio = scale_a / scale_b
+        error[m] = _first_error(geometry, rays, outward, jacobian[m], direction[m])
+        error[2 + m] = _second_error(geometry, rays, outward, jacobian[2 + m], direction[2 + m])
+        ratio = _scale_ratio(geometry, rays, length)
         jacobian[m, 6], jacobian[m, 7] = 1.0, -ratio
         jacobian[2 + m, 6], jacobian[2 + m, 7] = -1.0 / ratio, 1.0
         own, other = sigma_a[v_a] ** 2, sigma_b[v_b] ** 2
@@ -253,11 +294,11 @@ def _accumulate(pair, huber, normal, gradient):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(cache=True)
-def _kernel(first, second, pivot, weight, settings, arrays):  # type: ignore[no-untyped-def]
+def _kernel(first, second, weight, settings, arrays):  # type: ignore[no-untyped-def]
     R_a, t_a, axes, xy_a, sigma_a, focal_a, offsets_a = first
     R_b, t_b, xy_b, sigma_b, focal_b, offsets_b = second
     error, variance, jacobian, tangency, direction, valid, normal, gradient, cost = arrays
-    huber, offset_px = settings
+    pivot, huber, offset_px = settings
     n, k = R_a.shape[0], R_b.shape[0]
     for i in range(n):
         a0, a1 = offsets_a[i], offsets_a[i + 1]
@@ -271,11 +312,9 @@ def _kernel(first, second, pivot, weight, settings, arrays):  # type: ignore[no-
                 continue
             out = (error[i, j], variance[i, j], jacobian[i, j], tangency[i, j], direction[i, j])
             valid[i, j] = _pair(
-                (R_a[i], t_a[i]),
-                (R_b[j], t_b[j]),
+                ((R_a[i], t_a[i]), (R_b[j], t_b[j])),
                 pivot,
-                (xy_a[a0:a1], sigma_a[a0:a1], focal_a[i]),
-                (xy_b[b0:b1], sigma_b[b0:b1], focal_b[j]),
+                ((xy_a[a0:a1], sigma_a[a0:a1], focal_a[i]), (xy_b[b0:b1], sigma_b[b0:b1], focal_b[j])),
                 out,
             )
             if valid[i, j]:
@@ -303,7 +342,7 @@ def empty_errors(n: int, k: int) -> TangencyErrors:
     )
 
 
-def tangency_errors(  # noqa: PLR0913 - two silhouettes, two poses and what weighs them
+def tangency_errors(
     first: Silhouettes,
     poses: PoseSet,
     second: Silhouettes,
@@ -345,9 +384,8 @@ def tangency_errors(  # noqa: PLR0913 - two silhouettes, two poses and what weig
     _kernel(
         (poses.R, poses.t, turned, first.xy, first.sigma_px, first.focal_px, first.offsets),
         (second_poses.R, second_poses.t, second.xy, second.sigma_px, second.focal_px, second.offsets),
-        np.ascontiguousarray(pivot_particle, dtype=np.float64),
         weights,
-        (float(huber), float(offset_px)),
+        (np.ascontiguousarray(pivot_particle, dtype=np.float64), float(huber), float(offset_px)),
         (
             result.error,
             result.variance,

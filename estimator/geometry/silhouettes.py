@@ -17,9 +17,9 @@ Array = NDArray[np.float64]
 class Silhouettes:
     """n packed hulls: hull ``i`` has the vertices ``offsets[i]:offsets[i + 1]``.
 
-    ``xy`` (v, 2) ideal normalised image coordinates; ``points_px`` (v, 2) as seen; ``sigma_px`` (v,) standard deviation of a vertex along its
-    normal; ``correlation_rad`` (n,) the turn of the tangent over which its noise is correlated. ``noise_px`` (n,) is the outlines' point noise
-    before smoothing and ``samples`` (n,) their number of samples; ``focal_px`` (n, 2).
+    ``xy`` (v, 2) ideal normalised image coordinates; ``points_px`` (v, 2) as seen; ``sigma_px`` (v,) standard deviation of a vertex along
+    its normal; ``correlation_rad`` (n,) the turn of the tangent over which its noise is correlated. ``noise_px`` (n,) is the outlines'
+    point noise before smoothing and ``samples`` (n,) their number of samples; ``focal_px`` (n, 2).
     """
 
     xy: Array
@@ -82,4 +82,3 @@ def pack(hulls: Sequence[TangentHull], intrinsics: Sequence[Intrinsics]) -> Silh
         samples=np.array([h.samples for h in hulls], dtype=np.int64),
         focal_px=np.array([[c.fx_px, c.fy_px] for c in intrinsics]).reshape(-1, 2),
     )
-

@@ -35,8 +35,8 @@ CORRELATED_SHARE = 0.8
 class TangentHull:
     """Hull vertices ``points_px`` (v, 2) px in the outline's order and the noise of its tangents.
 
-    ``sigma_px`` (v,) is the standard deviation of a tangent along its normal, ``correlation_rad`` the turn of the tangent over which that noise is
-    correlated, ``noise_px`` the outline's point noise before smoothing, ``samples`` how many there are.
+    ``sigma_px`` (v,) is the standard deviation of a tangent along its normal, ``correlation_rad`` the turn of the tangent over which that
+    noise is correlated, ``noise_px`` the outline's point noise before smoothing, ``samples`` how many there are.
     """
 
     points_px: Array
@@ -48,7 +48,10 @@ class TangentHull:
 
 @dataclass(frozen=True)
 class Likeness:
-    """The camera to be like: its sample spacing and point noise, both in px of the finer picture; how many outlines to draw, in how many directions."""
+    """The camera to be like: its sample spacing and point noise, both in px of the finer picture.
+
+    How many outlines to draw, in how many directions.
+    """
 
     spacing_px: float
     noise_px: float
@@ -74,9 +77,9 @@ def tangent_hull(points_px: Float[NDArray[np.float64], "n 2"], *, window: int = 
 def degraded_hull(points_px: Float[NDArray[np.float64], "n 2"], likeness: Likeness, rng: np.random.Generator) -> TangentHull:
     """The hull that a coarser camera would have seen of this outline, on average over its noise.
 
-    Hulls of noisy outlines are fat on flat stretches, smoothed ones are cut at corners. Comparing a coarse outline with a fine one makes both look like
-    a change of size. Here the fine outline is sampled, made noisy and smoothed as the coarse one was, and the hulls of ``likeness.draws`` such outlines
-    are averaged (the Minkowski mean: support functions add), so both sides carry the same bias.
+    Hulls of noisy outlines are fat on flat stretches, smoothed ones are cut at corners. Comparing a coarse outline with a fine one makes
+    both look like a change of size. Here the fine outline is sampled, made noisy and smoothed as the coarse one was, and the hulls of
+    ``likeness.draws`` such outlines are averaged (the Minkowski mean: support functions add), so both sides carry the same bias.
     """
     if len(points_px) < 3:
         return _empty()
@@ -115,7 +118,10 @@ def _odd(x: float) -> int:
 
 
 def _with_noise(vertices: Array, noise: float, window: int, samples: int) -> TangentHull:
-    """The hull whose tangents carry the smoothed noise; one window's share of the outline turns the tangent by as large a share of the circle."""
+    """The hull whose tangents carry the smoothed noise.
+
+    One window's share of the outline turns the tangent by as large a share of the circle.
+    """
     sigma = np.hypot(noise * np.sqrt(np.sum(_weights(window) ** 2)), NOISE_FLOOR_PX)
     return TangentHull(
         points_px=vertices,

@@ -71,7 +71,9 @@ def visual_hull(outlines: Sequence[Outline], views: Sequence[CalibratedView], *,
 def bounding_ball(outlines: Sequence[Outline], views: Sequence[CalibratedView]) -> tuple[Array, float]:
     """Centre (3,) and radius (m) of a ball that holds the body: the rays through the outlines' middles meet in its centre."""
     normal, right = np.zeros((3, 3)), np.zeros(3)
-    middles = [v.intrinsics.normalise(0.5 * (o.points_px.min(0) + o.points_px.max(0))[None])[0] for o, v in zip(outlines, views, strict=True)]
+    middles = [
+        v.intrinsics.normalise(0.5 * (o.points_px.min(0) + o.points_px.max(0))[None])[0] for o, v in zip(outlines, views, strict=True)
+    ]
     for (x, y), view in zip(middles, views, strict=True):
         ray = view.R_cam_particle.T @ np.array([x, y, 1.0])
         ray /= np.linalg.norm(ray)
@@ -84,7 +86,7 @@ def bounding_ball(outlines: Sequence[Outline], views: Sequence[CalibratedView]) 
         z = float((view.R_cam_particle @ centre + view.t_cam_particle)[2])
         spread = view.intrinsics.normalise(outline.points_px) - np.array([x, y])
         radius = max(radius, z * float(np.linalg.norm(spread, axis=1).max()))
-    return centre, 1.03 * radius
+    return np.asarray(centre, dtype=np.float64), 1.03 * radius
 
 
 def _signed_distance_m(points: Array, outline: Outline, view: CalibratedView) -> Array:

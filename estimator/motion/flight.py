@@ -54,7 +54,10 @@ _SYMMETRIC = ((0, 0), (1, 1), (0, 1), (0, 2), (1, 2))
 
 @dataclass(frozen=True)
 class Flight:
-    """A flight at its reference time; ``body`` is the nominal one, ``com`` (3,), ``inertia`` (5,) and ``offset_px`` as in the module's table."""
+    """A flight at its reference time.
+
+    ``body`` is the nominal one, ``com`` (3,), ``inertia`` (5,) and ``offset_px`` as in the module's table.
+    """
 
     time_s: float
     x: Array
@@ -70,7 +73,10 @@ class Flight:
 
 @dataclass(frozen=True)
 class FlightPoses:
-    """Poses at f times of m flights: ``centre`` (f, m, 3) m where the *nominal* centre of mass lies, ``R`` (f, m, 3, 3) world from nominal body axes."""
+    """Poses at f times of m flights: ``centre`` (f, m, 3) m where the *nominal* centre of mass lies, ``R`` (f, m, 3.
+
+    3) world from nominal body axes.
+    """
 
     centre: Array
     R: Array
@@ -111,7 +117,7 @@ def states(flight: Flight, steps: Array, times_s: Array) -> States:
         L=angular_momentum(q, flight.omega + steps[:, OMEGA], inertia),
     )
     gravity = np.broadcast_to(flight.gravity_world, start.x.shape)
-    return propagate(start, np.linalg.inv(inertia), times_s, start_time_s=flight.time_s, acceleration=lambda _t, _s: gravity)
+    return propagate(start, _inverse(inertia), times_s, start_time_s=flight.time_s, acceleration=lambda _t, _s: gravity)
 
 
 def poses(flight: Flight, steps: Array, times_s: Array) -> FlightPoses:
@@ -143,7 +149,7 @@ def poses_and_sensitivity(flight: Flight, times_s: Array) -> tuple[FlightPoses, 
 def velocities(flight: Flight, steps: Array, time_s: float) -> tuple[Array, Array]:
     """Velocity and angular velocity (m, 3) each, world frame, at one time."""
     reached = states(flight, steps, np.array([time_s]))
-    inverse = np.linalg.inv(inertia_matrix(flight, flight.inertia + steps[:, INERTIA]))
+    inverse = _inverse(inertia_matrix(flight, flight.inertia + steps[:, INERTIA]))
     return reached.v[0], angular_velocity(reached.q[0], reached.L[0], inverse)
 
 
@@ -172,3 +178,7 @@ def fitted_body(flight: Flight) -> Body:
 
 def _unit(q: Array) -> Array:
     return np.asarray(q / np.linalg.norm(q))
+
+
+def _inverse(inertia: Array) -> Array:
+    return np.asarray(np.linalg.inv(inertia), dtype=np.float64)

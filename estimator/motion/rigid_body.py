@@ -1,7 +1,7 @@
 """Free flight of a rigid body by the classical Runge-Kutta method of fourth order, over many trajectories at once.
 
-State Y = [x, Q, P, L] [Mirtich 1996]; mass and one moment of inertia cannot be seen in free flight, so P is per unit mass (v) and L per unit
-of the largest moment. ``dx/dt = v``, ``dQ/dt = (omega, 0) Q / 2`` with ``omega = R J⁻¹ Rᵀ L``, ``dv/dt = a``, ``dL/dt = torque``.
+State Y = [x, Q, P, L] [Mirtich 1996]; mass and one moment of inertia cannot be seen in free flight, so P is per unit mass (v) and L per
+unit of the largest moment. ``dx/dt = v``, ``dQ/dt = (omega, 0) Q / 2`` with ``omega = R J⁻¹ Rᵀ L``, ``dv/dt = a``, ``dL/dt = torque``.
 
 At 300 rad/s and 4000 frames/s one step per frame is wrong by 2e-8 rad a step; steps are split where the body turns further than
 ``MAX_TURN_RAD`` in one.
@@ -19,7 +19,10 @@ MAX_TURN_RAD = 0.12
 
 @dataclass(frozen=True)
 class States:
-    """m states side by side: ``x`` (m, 3) m, ``q`` (m, 4) scalar last, ``v`` (m, 3) m/s, ``L`` (m, 3) rad/s (angular momentum per largest moment)."""
+    """m states side by side: ``x`` (m, 3) m, ``q`` (m, 4) scalar last, ``v`` (m, 3) m/s, ``L`` (m.
+
+    3) rad/s (angular momentum per largest moment).
+    """
 
     x: Array
     q: Array

@@ -1,0 +1,106 @@
+"""The benchmark of the silhouette tier: scanned particles, 100 frames, 60 views, 0.2 px boundary noise, started from nothing.
+
+``python -m scripts.acceptance_silhouette --particles FOLDER --out out/silhouette [--sequences 60] [--jobs 2]``. Every sequence is made,
+estimated and scored in one piece of work whose row is written when it is done, so a killed run goes on where it was. Prints medians
+relative to speed and spin, shares inside the tolerances, coverage, error over the bound, and each worse sequence with its cause.
+"""
+
+import argparse
+import json
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from datasets.atomic_files import written_whole
+from datasets.errors import InputError
+from datasets.recipes.recipe import ParticleRecipe, Recipe
+from datasets.scoring.score import score
+from datasets.scoring.table import coverage, score_table, status_counts, worse_sequences
+from estimator.configuration import Configuration
+from estimator.pipeline import estimate
+from synth.sequence import build_silhouette_sequence
+from tumble.engine import Item, failures, run
+from tumble.progress import progress
+
+SIX = ("stone_02", "stone_05", "stone_09", "imaged_bennu_geodesynets", "imaged_deimos", "radar_1998ky26")
+"""Three irregular and three regular scanned bodies."""
+
+
+def one_sequence(payload: dict[str, Any]) -> dict[str, Any]:
+    """Make, estimate and score one sequence; writes its row."""
+    recipe = Recipe(seed=payload["seed"], sequences=payload["sequences"], particle=ParticleRecipe(files=tuple(payload["files"])))
+    observation, truth = build_silhouette_sequence(recipe, payload["index"])
+    began = time.process_time()
+    result = estimate(observation, Configuration())
+    row = {**score(result, truth), "estimate_cpu_s": time.process_time() - began, "message": result.message}
+    with written_whole(Path(payload["product"])) as path:
+        path.write_text(json.dumps({key: _plain(value) for key, value in row.items()}))
+    return {"status": row["status"]}
+
+
+def _plain(value: Any) -> Any:
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def summary(table: pd.DataFrame) -> dict[str, Any]:
+    """The figures a reader asks for first."""
+    errors = {key: table[f"middle_{key}_percent"] for key in ("in_plane", "out_of_plane", "angular")}
+    covered = coverage(table)
+    ratio = covered.assign(square=covered["rmse_over_bound"] ** 2).groupby("instant")["square"].mean() ** 0.5
+    worse = worse_sequences(table)
+    return {
+        "sequences": len(table),
+        "status": status_counts(table).to_dict("records"),
+        "median_percent": {key: float(value.median()) for key, value in errors.items()},
+        "share_in_plane_within_0.5_percent": float((errors["in_plane"] <= 0.5).mean()),
+        "share_angular_within_1_percent": float((errors["angular"] <= 1.0).mean()),
+        "coverage": covered.round(4).to_dict("records"),
+        "coverage_v": float(covered[covered["component"].str.startswith("v")]["coverage"].mean()),
+        "coverage_omega": float(covered[covered["component"].str.startswith("o")]["coverage"].mean()),
+        "rmse_over_bound": {str(k): float(v) for k, v in ratio.items()},
+        "median_estimate_cpu_s": float(table["estimate_cpu_s"].median()),
+        "worse": worse.to_dict("records"),
+        "worse_causes": {str(k): int(v) for k, v in worse["cause"].value_counts().items()},
+    }
+
+
+def main() -> int:
+    """Run what is missing, print and write the result."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--particles", type=Path, required=True, help="folder with the scanned particles (PLY)")
+    parser.add_argument("--out", type=Path, default=Path("out/acceptance_silhouette"))
+    parser.add_argument("--result", type=Path, help="where to write the summary as JSON")
+    parser.add_argument("--sequences", type=int, default=60)
+    parser.add_argument("--seed", type=int, default=20261121)
+    parser.add_argument("--jobs", type=int, default=2)
+    arguments = parser.parse_args()
+    files = [str(arguments.particles / f"{name}.ply") for name in SIX]
+    missing = [file for file in files if not Path(file).is_file()]
+    if missing:
+        raise InputError(f"{missing[0]}: expected a scanned particle, found nothing; name their folder with --particles")
+    arguments.out.mkdir(parents=True, exist_ok=True)
+    common = {"seed": arguments.seed, "sequences": arguments.sequences, "files": files}
+    items = []
+    for index in range(arguments.sequences):
+        product = arguments.out / f"{arguments.seed}-{index:04d}.json"
+        items.append(Item(product.stem, {**common, "index": index, "product": str(product)}, product))
+    with progress("sequences", len(items), quiet=False) as advance:
+        outcomes = run(one_sequence, items, jobs=arguments.jobs, advance=advance)
+    for outcome in failures(outcomes):
+        print(f"{outcome.name} failed: {outcome.message}")
+    table = score_table([json.loads(item.product.read_text()) for item in items if item.product.exists()])
+    table.to_csv(arguments.out / "table.csv", index=False)
+    result = summary(table)
+    text = json.dumps(result, indent=1)
+    print(text)
+    if arguments.result:
+        arguments.result.parent.mkdir(parents=True, exist_ok=True)
+        arguments.result.write_text(text + "\n")
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
