@@ -129,11 +129,9 @@ def _pencil_scale(n, baseline_length, focal):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(cache=True)
-def _baseline(pose_a, pose_b, pivot, b, arm):  # type: ignore[no-untyped-def]
+def _baseline(poses, pivot, b, arm, centre):  # type: ignore[no-untyped-def]
     """Baseline ``b``, the pivot (``arm[1]``) and the arm from it to the second camera (``arm[0]``), all in the first's axes."""
-    R_a, t_a = pose_a
-    R_b, t_b = pose_b
-    centre = np.empty(3)
+    (R_a, t_a), (R_b, t_b) = poses
     _rotate_back(R_b, t_b, centre)
     for i in range(3):
         centre[i] = -centre[i]
@@ -164,9 +162,8 @@ def _pencil_axes(b, length, pivot, axes):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(cache=True)
-def _second_axes(R_a, R_b, a, out):  # type: ignore[no-untyped-def]
+def _second_axes(R_a, R_b, a, out, tmp):  # type: ignore[no-untyped-def]
     """A direction ``a`` in the first camera's axes, in the second's."""
-    tmp = np.empty(3)
     _rotate_back(R_a, a, tmp)
     _rotate(R_b, tmp, out)
 
@@ -174,9 +171,9 @@ def _second_axes(R_a, R_b, a, out):  # type: ignore[no-untyped-def]
 @numba.njit(cache=True)
 def _first_error(geometry, rays, outward, row, direction):  # type: ignore[no-untyped-def]
     """The first's tangency point against the plane through the second's tangency ray ``w``; fills the pose columns of ``row``."""
-    _R_a, _R_b, b, arm, focal, _focal_b = geometry
+    _R_a, _R_b, b, arm, focal, _focal_b, work = geometry
     u_a, w, _u_b = rays
-    n, q, side, tmp = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    n, q, side, tmp = work[0], work[1], work[2], work[3]
     _cross(b, w, n)
     error = outward * _line_distance(n, u_a[0], u_a[1], focal, q)
     _unit_in_picture(n, focal, outward, direction)
@@ -194,14 +191,14 @@ def _first_error(geometry, rays, outward, row, direction):  # type: ignore[no-un
 @numba.njit(cache=True)
 def _second_error(geometry, rays, outward, row, direction):  # type: ignore[no-untyped-def]
     """The second's tangency point against the plane through the first's tangency ray; fills the pose columns of ``row``."""
-    R_a, R_b, b, arm, _focal_a, focal = geometry
+    R_a, R_b, b, arm, _focal_a, focal, work = geometry
     u_a, _w, u_b = rays
-    n, turned, q, side, tmp = np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    n, turned, q, side, tmp = work[0], work[1], work[2], work[3], work[4]
     _cross(b, u_a, n)
-    _second_axes(R_a, R_b, n, turned)
+    _second_axes(R_a, R_b, n, turned, tmp)
     error = outward * _line_distance(turned, u_b[0], u_b[1], focal, q)
     _unit_in_picture(turned, focal, outward, direction)
-    _second_axes(R_b, R_a, q, turned)
+    _second_axes(R_b, R_a, q, turned, tmp)
     _cross(u_a, turned, side)
     _cross(n, turned, tmp)
     row[:3] = side
@@ -215,38 +212,39 @@ def _second_error(geometry, rays, outward, row, direction):  # type: ignore[no-u
 @numba.njit(cache=True)
 def _scale_ratio(geometry, rays, length):  # type: ignore[no-untyped-def]
     """Pixels per radian of pencil angle in the first picture over those in the second."""
-    R_a, R_b, b, _arm, focal_a, focal_b = geometry
+    R_a, R_b, b, _arm, focal_a, focal_b, work = geometry
     u_a, w, _u_b = rays
-    n, turned = np.empty(3), np.empty(3)
+    n, turned, tmp = work[0], work[1], work[2]
     _cross(b, u_a, n)
     scale_a = _pencil_scale(n, length, focal_a)
     _cross(b, w, n)
-    _second_axes(R_a, R_b, n, turned)
+    _second_axes(R_a, R_b, n, turned, tmp)
     return scale_a / _pencil_scale(turned, length, focal_b)
 
 
 @numba.njit(cache=True)
-def _pair(poses, pivot, hulls, out):  # type: ignore[no-untyped-def]
+def _pair(poses, pivot, hulls, out, work):  # type: ignore[no-untyped-def]
     """Fill the errors, variances, Jacobian and tangency numbers of one pair; False where there is no tangent plane."""
-    pose_a, pose_b = poses
+    (R_a, _t_a), (R_b, _t_b) = poses
     (xy_a, sigma_a, focal_a), (xy_b, sigma_b, focal_b) = hulls
     error, variance, jacobian, tangency, direction = out
-    b, arm, axes, axes_b = np.empty(3), np.empty((2, 3)), np.empty((2, 3)), np.empty((2, 3))
-    length = _baseline(pose_a, pose_b, pivot, b, arm)
+    b, arm, axes, axes_b = work[5], work[6:8], work[8:10], work[10:12]
+    length = _baseline(poses, pivot, b, arm, work[0])
     if length <= 1e-9 or not _pencil_axes(b, length, arm[1], axes):
         return False
-    _second_axes(pose_a[0], pose_b[0], axes[0], axes_b[0])
-    _second_axes(pose_a[0], pose_b[0], axes[1], axes_b[1])
+    _second_axes(R_a, R_b, axes[0], axes_b[0], work[0])
+    _second_axes(R_a, R_b, axes[1], axes_b[1], work[0])
     tangency[0], tangency[1] = _extremes(xy_a, axes[0], axes[1])
     tangency[2], tangency[3] = _extremes(xy_b, axes_b[0], axes_b[1])
     if tangency[0] < 0 or tangency[2] < 0:
         return False
-    geometry = (pose_a[0], pose_b[0], b, arm, focal_a, focal_b)
-    u_a, u_b, w = np.ones(3), np.ones(3), np.empty(3)
+    geometry = (R_a, R_b, b, arm, focal_a, focal_b, work)
+    u_a, u_b, w = work[12], work[13], work[14]
+    u_a[2], u_b[2] = 1.0, 1.0
     for m in range(2):
         v_a, v_b = tangency[m], tangency[2 + m]
         u_a[0], u_a[1], u_b[0], u_b[1] = xy_a[v_a, 0], xy_a[v_a, 1], xy_b[v_b, 0], xy_b[v_b, 1]
-        _second_axes(pose_b[0], pose_a[0], u_b, w)
+        _second_axes(R_b, R_a, u_b, w, work[0])
         rays = (u_a, w, u_b)
         outward = 1.0 - 2.0 * m
         error[m] = _first_error(geometry, rays, outward, jacobian[m], direction[m])
@@ -300,6 +298,7 @@ def _kernel(first, second, weight, settings, arrays):  # type: ignore[no-untyped
     error, variance, jacobian, tangency, direction, valid, normal, gradient, cost = arrays
     pivot, huber, offset_px = settings
     n, k = R_a.shape[0], R_b.shape[0]
+    work = np.empty((15, 3))
     for i in range(n):
         a0, a1 = offsets_a[i], offsets_a[i + 1]
         normal[i] = 0.0
@@ -316,6 +315,7 @@ def _kernel(first, second, weight, settings, arrays):  # type: ignore[no-untyped
                 pivot,
                 ((xy_a[a0:a1], sigma_a[a0:a1], focal_a[i]), (xy_b[b0:b1], sigma_b[b0:b1], focal_b[j])),
                 out,
+                work,
             )
             if valid[i, j]:
                 for m in range(4):
