@@ -15,18 +15,15 @@ import numpy as np
 import pandas as pd
 
 from datasets.atomic_files import written_whole
-from datasets.errors import InputError
 from datasets.recipes.recipe import ParticleRecipe, Recipe
 from datasets.scoring.score import score
 from datasets.scoring.table import coverage, score_table, status_counts, worse_sequences
 from estimator.configuration import Configuration
 from estimator.pipeline import estimate
+from scripts.scanned_particles import scanned_files
 from synth.sequence import build_silhouette_sequence
 from tumble.engine import Item, failures, run
 from tumble.progress import progress
-
-SIX = ("stone_02", "stone_05", "stone_09", "imaged_bennu_geodesynets", "imaged_deimos", "radar_1998ky26")
-"""Three irregular and three regular scanned bodies."""
 
 
 def one_sequence(payload: dict[str, Any]) -> dict[str, Any]:
@@ -77,10 +74,7 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=20261121)
     parser.add_argument("--jobs", type=int, default=2)
     arguments = parser.parse_args()
-    files = [str(arguments.particles / f"{name}.ply") for name in SIX]
-    missing = [file for file in files if not Path(file).is_file()]
-    if missing:
-        raise InputError(f"{missing[0]}: expected a scanned particle, found nothing; name their folder with --particles")
+    files = scanned_files(arguments.particles)
     arguments.out.mkdir(parents=True, exist_ok=True)
     common = {"seed": arguments.seed, "sequences": arguments.sequences, "files": files}
     items = []
