@@ -29,6 +29,10 @@ from estimator.reporting import converged_estimate, empty_estimate
 Array = NDArray[np.float64]
 LOST_RMS_PX = 1.0
 SEARCHED_FRAMES = 5
+GOOD_COST = 4.0
+"""Cost per pair (1 is expected) of a trajectory that fits: no momenta are drawn for it."""
+RIVAL_POSE, RIVAL_TRACK = 25.0, 3.0
+"""A pose minimum or a track that costs more than this many times the best is no rival once a trajectory fits."""
 
 
 class NoMeasurement(Exception):
@@ -162,23 +166,24 @@ def _candidates(
     gravity = np.asarray(observation.gravity_world, dtype=np.float64)
     rng = np.random.default_rng(configuration.seed)
     candidates: list[Candidate] = []
+    first_cost = np.inf
     for row in range(min(configuration.trajectory_candidates, len(found.rms_px))):
-        if candidates and found.poses.cost[row] > 25.0 * found.poses.cost[0] and _fits(candidates[0], task):
+        fits = bool(candidates) and min(c.solution.equations.cost for c in candidates) < GOOD_COST * task.weight.size
+        if fits and found.poses.cost[row] > RIVAL_POSE * found.poses.cost[0]:
             break
         followed = track(task.sightings, task.views, reference, found.poses.take(np.array([row])))
+        typical = float(np.median(followed.cost))
+        if fits and typical > RIVAL_TRACK * first_cost:
+            continue
+        first_cost = min(first_cost, typical)
         flight = flight_of_track(followed, particle.body, gravity, time_s=time_s)
         solution = fit_growing(task, flight)
-        if not _fits(Candidate(0.0, solution), task) and configuration.momentum_starts:
+        if not fits and solution.equations.cost > GOOD_COST * task.weight.size and configuration.momentum_starts:
             drawn = best_spin(task, flight, limit_rads=configuration.largest_spin_rads, count=configuration.momentum_starts, rng=rng)
             again = fit_growing(task, drawn)
             solution = again if again.equations.cost < solution.equations.cost else solution
         candidates.append(Candidate(float(found.rms_px[row]), solution))
     return sorted(candidates, key=lambda c: c.solution.equations.cost)
-
-
-def _fits(candidate: Candidate, task: FitTask) -> bool:
-    """Whether the whitened errors are of the size of the noise: cost per error (each counts half twice) near one half."""
-    return candidate.solution.equations.cost / (2.0 * task.weight.size) < 2.0
 
 
 def judge(candidates: list[Candidate], refined: Refined, configuration: Configuration) -> tuple[Status, str]:

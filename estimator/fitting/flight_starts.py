@@ -5,12 +5,13 @@ from numpy.typing import NDArray
 
 from datasets.vocabulary.body import Body
 from estimator.fitting.tracking import Track
-from estimator.fitting.trajectory import FitTask, errors_of
+from estimator.fitting.trajectory import FitTask, errors_of, restricted
 from estimator.motion.flight import N_PARAMETERS, OMEGA, Flight, FlightPoses, poses
 from estimator.motion.rotation import quaternion, rotation_vector
 
 Array = NDArray[np.float64]
 SPIN_FRAMES = 7
+COMPARED_SIGHTINGS = 16
 
 
 def flight_of_track(track: Track, body: Body, gravity_world: Array, *, time_s: float) -> Flight:
@@ -42,8 +43,9 @@ def flight_of_track(track: Track, body: Body, gravity_world: Array, *, time_s: f
 def best_spin(task: FitTask, flight: Flight, *, limit_rads: float, count: int, rng: np.random.Generator) -> Flight:
     """The flight with the best of ``count`` angular velocities drawn uniformly from the ball of radius ``limit_rads`` (its own among them).
 
-    All candidates fly at once; a Huber cost keeps a wrong candidate's far frames from deciding.
+    All candidates fly at once and are compared on every few sightings; a Huber cost keeps a wrong candidate's far frames from deciding.
     """
+    task = restricted(task, np.unique(np.linspace(0, len(task.sightings) - 1, COMPARED_SIGHTINGS).round().astype(np.int64)))
     direction = rng.normal(size=(count, 3))
     direction /= np.linalg.norm(direction, axis=1, keepdims=True)
     draws = direction * (limit_rads * rng.uniform(size=(count, 1)) ** (1.0 / 3.0))

@@ -114,12 +114,13 @@ def fit_growing(task: FitTask, start: Flight) -> Solution[Flight]:
     order = np.argsort(np.abs(task.sightings.times_s - start.time_s), kind="stable")
     count, flight = FIRST_WINDOW * len(task.sightings.cameras), start
     while count < len(order):
-        flight = fit(_restricted(task, np.sort(order[:count])), flight, max_steps=10, tolerance=1e-3).state
+        flight = fit(restricted(task, np.sort(order[:count])), flight, max_steps=10, tolerance=1e-3).state
         count = int(count * WINDOW_GROWTH)
     return fit(task, flight)
 
 
-def _restricted(task: FitTask, rows: NDArray[np.int64]) -> FitTask:
+def restricted(task: FitTask, rows: NDArray[np.int64]) -> FitTask:
+    """The same task with the sightings ``rows`` alone."""
     return FitTask(task.sightings.take(rows), task.views, task.prior, task.huber, task.weight[rows])
 
 
