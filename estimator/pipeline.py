@@ -193,8 +193,8 @@ def judge(candidates: list[Candidate], refined: Refined, configuration: Configur
     rms = float(np.sqrt(np.mean(refined.errors.error[refined.errors.valid][:, :2] ** 2))) if refined.errors.valid.any() else np.inf
     if not np.all(np.isfinite(numbers)) or (best.outcome is Outcome.STALLED and rms > LOST_RMS_PX):
         return Status.NO_CONVERGENCE, "the trajectory fit found no step that lowers its error."
-    if refined.noise.scale > MOST_MEAN_SQUARE:
-        times = np.sqrt(refined.frames.mean_square * refined.noise.scale)
+    if refined.noise.mean_square > MOST_MEAN_SQUARE:
+        times = np.sqrt(refined.noise.mean_square)
         return (
             Status.NO_CONVERGENCE,
             f"the best trajectory misses the outlines by {rms:.2f} px RMS, {times:.1f} times their noise: wrong minimum or missing effect.",
@@ -209,7 +209,8 @@ def judge(candidates: list[Candidate], refined: Refined, configuration: Configur
     return Status.CONVERGED, "converged."
 
 
-MOST_MEAN_SQUARE = 25.0
+MOST_MEAN_SQUARE = 16.0
+"""Errors four times as large as the outlines' own noise: the trajectory is not that of this particle."""
 
 
 def _same(a: Flight, b: Flight) -> bool:

@@ -145,6 +145,7 @@ def _fit_statistics(refined: Refined, found: FoundPoses) -> dict[str, Any]:
         "rms_ete_px": float(np.sqrt(np.mean(errors.error[errors.valid][:, :2] ** 2))),
         "whitened_mean_square": refined.frames.mean_square,
         "noise_scale": refined.noise.scale,
+        "noise_mean_square": refined.noise.mean_square,
         "noise_correlation_rad": refined.noise.correlation_rad,
         "pairs_within_sequence": refined.within.pairs,
         "rms_ete_within_px": refined.within.rms_px,

@@ -34,18 +34,23 @@ SHORTEST_RAD, LONGEST_RAD = np.radians(3.0), np.radians(30.0)
 
 @dataclass(frozen=True)
 class MeasuredNoise:
-    """Residuals' mean square over their expected variance (without correlation), and the turn over which they are correlated."""
+    """Residuals' mean square over their expected variance, and the turn over which they are correlated.
+
+    ``scale`` has far residuals clipped, as the fit sees them; ``mean_square`` has all of them.
+    """
 
     scale: float
+    mean_square: float
     correlation_rad: float
 
 
 def measured_noise(errors: TangencyErrors) -> MeasuredNoise:
     """Size and correlation of the errors within each sighting's picture, as a first fit left them."""
-    square, counted = 0.0, 0
+    square, everything, counted = 0.0, 0.0, 0
     product, pairs = np.zeros(len(LAGS_RAD) - 1), np.zeros(len(LAGS_RAD) - 1)
     for i in np.flatnonzero(errors.valid.any(axis=1)):
         z = (errors.error[i, :, :2] / np.sqrt(errors.variance[i, :, :2]))[errors.valid[i]].ravel()
+        everything += float(z @ z)
         z = np.clip(z, -4.0, 4.0)
         u = errors.direction[i, :, :2][errors.valid[i]].reshape(-1, 2)
         apart = np.arccos(np.clip(u @ u.T, -1.0, 1.0))
@@ -59,8 +64,9 @@ def measured_noise(errors: TangencyErrors) -> MeasuredNoise:
     middle = 0.5 * (LAGS_RAD[1:] + LAGS_RAD[:-1])
     seen = (pairs > 0) & (r > 0.05)
     # Least squares of ln r = -lag / l through the origin.
-    length = float(np.sum(middle[seen] ** 2) / -np.sum(middle[seen] * np.log(np.minimum(r[seen], 0.999)))) if seen.any() else SHORTEST_RAD
-    return MeasuredNoise(scale=scale, correlation_rad=float(np.clip(length, SHORTEST_RAD, LONGEST_RAD)))
+    decay = -np.sum(middle[seen] * np.log(np.minimum(r[seen], 0.999)))
+    length = float(np.clip(np.sum(middle[seen] ** 2) / decay if seen.any() else 0.0, SHORTEST_RAD, LONGEST_RAD))
+    return MeasuredNoise(scale=scale, mean_square=everything / max(counted, 1), correlation_rad=length)
 
 
 def with_noise(silhouettes: Silhouettes, noise: MeasuredNoise) -> Silhouettes:

@@ -1,0 +1,149 @@
+"""The whole instrument on small silhouette sequences: a measurement, its error bars, and every way of having none."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from datasets.estimate import Estimate, Status
+from datasets.estimate_files import write_estimate
+from datasets.observation import Observation
+from datasets.recipes.recipe import MotionRecipe, ParticleRecipe, Recipe, RigRecipe
+from datasets.truth import Truth
+from datasets.vocabulary.camera import HsvCamera
+from datasets.vocabulary.outline import Outline
+from estimator.configuration import Configuration, configuration_from_dict
+from estimator.pipeline import estimate
+from synth.sequence import build_silhouette_sequence
+from synth.silhouette.exact_outline import exact_outline, outline_mesh
+from synth.silhouette.noisy_outline import noisy_outline
+
+FRAMES = 30
+RECIPE = Recipe(
+    seed=5,
+    particle=ParticleRecipe(family="cut_stone", irregularity=0.6, size_mm=(6.0, 6.0)),
+    motion=MotionRecipe(frames=FRAMES, speed_ms=(1.5, 2.5), spin_rads=(120.0, 200.0)),
+    rig=RigRecipe(drops=4),
+)
+EMPTY = Outline(np.zeros((0, 2)))
+
+
+@pytest.fixture(scope="module")
+def sequence() -> tuple[Observation, Truth]:
+    return build_silhouette_sequence(RECIPE, 0)
+
+
+@pytest.fixture(scope="module")
+def measured(sequence: tuple[Observation, Truth]) -> Estimate:
+    return estimate(sequence[0], Configuration())
+
+
+def test_velocities_are_right_and_inside_their_error_bars(sequence: tuple[Observation, Truth], measured: Estimate) -> None:
+    truth = sequence[1].motion
+    assert measured.status is Status.CONVERGED
+    for velocity in (measured.start, measured.middle):
+        assert velocity is not None
+        frame = int(np.argmin(np.abs(truth.times_s - velocity.time_s)))
+        error = np.concatenate([velocity.v_world - truth.v_world[frame], velocity.omega_world - truth.omega_world[frame]])
+        sigma = np.sqrt(np.diag(velocity.covariance))
+        assert np.all(np.abs(error) < 5.0 * sigma)
+        assert np.linalg.norm(error[:2]) < 0.01 * np.linalg.norm(truth.v_world[frame])
+        assert np.linalg.norm(error[3:]) < 0.03 * np.linalg.norm(truth.omega_world[frame])
+        assert np.all(np.diag(velocity.bound) <= np.diag(velocity.covariance) * 1.5)
+
+
+def test_a_second_run_gives_the_same_bytes(sequence: tuple[Observation, Truth], measured: Estimate, tmp_path: Path) -> None:
+    write_estimate(measured, tmp_path / "a.json")
+    write_estimate(estimate(sequence[0], Configuration()), tmp_path / "b.json")
+    assert (tmp_path / "a.json").read_bytes() == (tmp_path / "b.json").read_bytes()
+
+
+def test_momenta_are_given_for_a_weighed_particle(sequence: tuple[Observation, Truth], measured: Estimate) -> None:
+    observation, truth = sequence
+    assert observation.mass_kg is not None
+    momenta = measured.statistics["momenta"]
+    middle = truth.motion.v_world[(FRAMES - 1) // 2]
+    assert measured.middle is not None
+    np.testing.assert_allclose(momenta["P_world_kgms"], observation.mass_kg * measured.middle.v_world, rtol=1e-9)
+    np.testing.assert_allclose(momenta["P_world_kgms"][:2], observation.mass_kg * middle[:2], atol=1e-2 * observation.mass_kg)
+    assert np.linalg.norm(momenta["L_world_kgm2s"]) > 0
+    assert "momenta" not in estimate(replace(observation, mass_kg=None), Configuration()).statistics
+    json.dumps(measured.statistics)
+
+
+def test_too_few_frames_are_no_measurement(sequence: tuple[Observation, Truth]) -> None:
+    observation = sequence[0]
+    few = tuple(o if i < 4 else EMPTY for i, o in enumerate(observation.recordings[0]))  # type: ignore[arg-type]
+    result = estimate(replace(observation, recordings=(few,)), Configuration())
+    assert result.status is Status.OUT_OF_VIEW
+    assert result.middle is None
+    assert "4 usable pictures" in result.message
+    assert estimate(observation, Configuration(minimum_frames=50)).status is Status.NOT_ENOUGH_FRAMES
+
+
+def test_gaps_are_bridged_and_reported(sequence: tuple[Observation, Truth]) -> None:
+    observation, truth = sequence
+    gappy = tuple(EMPTY if 8 <= i < 12 else o for i, o in enumerate(observation.recordings[0]))  # type: ignore[arg-type]
+    result = estimate(replace(observation, recordings=(gappy,)), Configuration())
+    assert result.status is Status.CONVERGED
+    assert [f.frame for f in result.frames if not f.used] == [8, 9, 10, 11]
+    assert all(f.reason for f in result.frames if not f.used)
+    assert result.middle is not None
+    v = truth.motion.v_world[(FRAMES - 1) // 2]
+    assert np.linalg.norm(result.middle.v_world[:2] - v[:2]) < 0.01 * np.linalg.norm(v)
+
+
+def test_another_particle_is_not_measured(sequence: tuple[Observation, Truth]) -> None:
+    other, _ = build_silhouette_sequence(replace(RECIPE, particle=replace(RECIPE.particle, family="jagged", irregularity=0.8), seed=9), 0)
+    mixed = replace(sequence[0], views=other.views, view_recording=other.view_recording)
+    result = estimate(mixed, Configuration())
+    assert result.status is Status.NO_CONVERGENCE
+    assert result.middle is None
+    assert result.motion is None
+
+
+def test_a_foreign_view_is_named_and_left_out(sequence: tuple[Observation, Truth], measured: Estimate) -> None:
+    observation = sequence[0]
+    other, _ = build_silhouette_sequence(replace(RECIPE, seed=21), 0)
+    outlines = list(observation.view_recording)  # type: ignore[arg-type]
+    outlines[7] = other.view_recording[7]  # type: ignore[index]
+    result = estimate(replace(observation, view_recording=tuple(outlines)), Configuration())
+    assert result.statistics["views_left_out"] == [7]
+    assert "view 7" in result.message
+    assert result.status is Status.CONVERGED
+    assert measured.statistics["views_left_out"] == []
+
+
+def test_two_cameras_see_depth_better(sequence: tuple[Observation, Truth], measured: Estimate) -> None:
+    observation, truth = sequence
+    turn = np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])
+    middle = truth.motion.x_world[FRAMES // 2]
+    camera = HsvCamera("side", observation.cameras[0].intrinsics, turn, np.array([0.0, 0.0, 0.6]) - turn @ middle)
+
+    mesh = outline_mesh(truth.mesh_vertices, truth.mesh_faces)
+    rng = np.random.default_rng(8)
+    seen = []
+    for q, x in zip(truth.motion.q_world_body, truth.motion.x_world, strict=True):
+        R_world_body = Rotation.from_quat(q).as_matrix()
+        R = turn @ R_world_body @ truth.body.R_particle_body.T
+        t = turn @ x + camera.t_cam_world - R @ truth.body.com_particle
+        seen.append(noisy_outline(exact_outline(mesh, camera.intrinsics, R, t), spacing_px=1.0, sigma_px=0.2, rng=rng))
+    both = replace(observation, cameras=(*observation.cameras, camera), recordings=(*observation.recordings, tuple(seen)))
+    result = estimate(both, Configuration())
+    assert result.status is Status.CONVERGED
+    assert result.middle is not None
+    assert measured.middle is not None
+    assert result.middle.covariance[2, 2] < 0.1 * measured.middle.covariance[2, 2]
+    v = truth.motion.v_world[(FRAMES - 1) // 2]
+    assert np.linalg.norm(result.middle.v_world - v) < 0.005 * np.linalg.norm(v)
+
+
+def test_configuration_names_what_is_wrong() -> None:
+    with pytest.raises(Exception, match="did you mean floor_px"):
+        configuration_from_dict({"flor_px": 0.1})
+    with pytest.raises(Exception, match="of type int"):
+        configuration_from_dict({"pose_starts": 1.5})
+    assert configuration_from_dict({"floor_px": 1}).floor_px == 1.0
