@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from datasets.vocabulary.camera import Intrinsics
 from synth.rendering.camera import IdealFilm, ThinLens, is_ideal
-from synth.rendering.distortion import bend, ideal_film, needed_window, sample_points
+from synth.rendering.distortion import OVERSAMPLING, bend, ideal_film, needed_window, sample_points
 from synth.rendering.light import Lighting, background_radiance
 from synth.rendering.tracer import Traced, Tracer
 from synth.rendering.window import Window, pixel_grid, whole_picture
@@ -62,7 +62,8 @@ def _trace_real(tracer: Tracer, optics: Optics, window: Window, pose: Pose, *, s
         return tracer.trace(window, *pose, samples=samples, seed=seed)
     points = sample_points(window, optics.intrinsics, film_of(optics))
     fine = needed_window(points)
-    return bend(tracer.trace(fine, *pose, samples=samples, seed=seed), fine, points)
+    finer = max(1, samples // OVERSAMPLING**2)
+    return bend(tracer.trace(fine, *pose, samples=finer, seed=seed), fine, points)
 
 
 def background_light(optics: Optics) -> Float[NDArray[np.float64], "height width"]:

@@ -64,13 +64,17 @@ def incident_radiance(
 
 
 def environment_map(light: Lighting, at_cam: Float[NDArray[np.float64], "3"]) -> Float[NDArray[np.float64], "row column"]:
-    """Incident radiance over latitude and longitude in Mitsuba's layout; its axes are the camera's turned by half a turn about z."""
+    """Incident radiance over latitude and longitude in Mitsuba's layout; see :func:`map_directions`."""
+    return incident_radiance(light, at_cam, map_directions().reshape(-1, 3)).reshape(MAP_SHAPE)
+
+
+def map_directions() -> Float[NDArray[np.float64], "row column 3"]:
+    """Where the cells of an environment map lie, in the camera frame; the map's own axes are the camera's after half a turn about z."""
     rows, columns = MAP_SHAPE
-    theta = (np.arange(rows) + 0.5) / rows * np.pi
-    phi = (np.arange(columns) + 0.5) / columns * 2 * np.pi
-    theta, phi = (grid.ravel() for grid in np.meshgrid(theta, phi, indexing="ij"))
-    local = np.column_stack([np.sin(phi) * np.sin(theta), np.cos(theta), -np.cos(phi) * np.sin(theta)])
-    return incident_radiance(light, at_cam, local * [-1.0, -1.0, 1.0]).reshape(MAP_SHAPE)
+    theta = ((np.arange(rows) + 0.5) / rows * np.pi)[:, None]
+    phi = ((np.arange(columns) + 0.5) / columns * 2 * np.pi)[None, :]
+    local = np.stack(np.broadcast_arrays(np.sin(phi) * np.sin(theta), np.cos(theta), -np.cos(phi) * np.sin(theta)), axis=-1)
+    return np.asarray(local * [-1.0, -1.0, 1.0])
 
 
 def _panel(light: Lighting, on_panel: Array) -> Array:

@@ -66,13 +66,15 @@ def render_sequence(recipe: Recipe, index: int, out: Path, *, advance: Advance =
     """
     plan = plan_sequence(recipe, index)
     variant = choose_variant(recipe.rendering.variant)
-    parts = parts_of(plan, {"recipe": recipe_to_dict(recipe), "index": index, "variant": variant}, out / PARTIAL)
+    mi = activate(variant)
+    settings = {"recipe": recipe_to_dict(recipe), "index": index, "variant": variant, "mitsuba": mi.__version__}
+    parts = parts_of(plan, settings, out / PARTIAL)
     if not resume:
         parts.remove()
     frames = tuple(frame_shots(plan, recipe, index)) if recipe.tier == "rendered" else ()
     views = tuple(view_shots(plan, recipe, index)) if rig_is_rendered(recipe) else ()
     taken = Taken(plan, recipe, index, parts)
-    _render_missing(activate(variant), taken, (*frames, *views), advance)
+    _render_missing(mi, taken, (*frames, *views), advance)
     observation, masks = _record(taken, frames, views, out)
     truth = truth_of(plan)
     write_truth(dataclasses.replace(truth, masks=masks, notes={**truth.notes, "variant": variant}), truth_folder(out, plan.name))
