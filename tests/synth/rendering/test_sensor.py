@@ -72,3 +72,9 @@ def test_an_average_is_quieter_than_one_picture() -> None:
     many = sensor(PLAIN).average(light, 16, np.random.default_rng(1)).astype(float)
     assert many.std() == pytest.approx(one.std() / 4, rel=0.05)
     assert many.mean() == pytest.approx(one.mean(), abs=0.3)
+
+
+def test_read_noise_adds_to_shot_noise_where_both_are_gaussian() -> None:
+    recipe = replace(PLAIN, read_noise_e=80.0)
+    electrons = 0.05 * recipe.saturation * recipe.full_well_e
+    assert taken(recipe, 0.05).var() == pytest.approx(sensor(recipe).gain_dn_per_e ** 2 * (electrons + 6400) + 1 / 12, rel=0.03)

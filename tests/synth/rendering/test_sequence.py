@@ -12,6 +12,7 @@ from datasets.observation_files import read_observation
 from datasets.recipes.recipe import HsvRecipe, MotionRecipe, ParticleRecipe, Recipe, RenderingRecipe, RigRecipe
 from datasets.truth_files import read_truth
 from synth.plan import particle_poses_in_camera
+from synth.rendering.parts import parts_of
 from synth.rendering.recording import sensor_of
 from synth.rendering.sequence import render_sequence
 from synth.rendering.shots import frame_shots, hsv_optics, view_shots
@@ -141,3 +142,14 @@ def test_cameras_keep_their_fixed_pattern_over_sequences() -> None:
     light = np.full((112, 128), 0.9)
     np.testing.assert_array_equal(hsv.mean_electrons(light), again.mean_electrons(light))
     assert not np.array_equal(hsv.mean_electrons(light), rig.mean_electrons(light))
+
+
+def test_parts_belong_to_one_mesh_and_one_flight(tmp_path) -> None:
+    plan = plan_sequence(RECIPE, 0)
+    larger = replace(plan, vertices=1.01 * plan.vertices)
+    elsewhere = replace(plan, motion=replace(plan.motion, x_world=plan.motion.x_world + 1e-6))
+    folders = {parts_of(each, {"index": 0}, tmp_path).folder for each in (plan, larger, elsewhere)} | {
+        parts_of(plan, {"index": 1}, tmp_path).folder
+    }
+    assert len(folders) == 4
+    assert parts_of(plan, {"index": 0}, tmp_path) == parts_of(plan_sequence(RECIPE, 0), {"index": 0}, tmp_path)
