@@ -16,6 +16,7 @@ import pandas as pd
 
 from datasets.atomic_files import written_whole
 from datasets.recipes.recipe import ParticleRecipe, Recipe
+from datasets.scoring.metrics import COMPONENTS
 from datasets.scoring.score import score
 from datasets.scoring.table import coverage, score_table, status_counts, worse_sequences
 from estimator.configuration import Configuration
@@ -56,7 +57,8 @@ def summary(table: pd.DataFrame) -> dict[str, Any]:
         "share_angular_within_1_percent": float((errors["angular"] <= 1.0).mean()),
         "coverage": covered.round(4).to_dict("records"),
         "coverage_v": float(covered[covered["component"].str.startswith("v")]["coverage"].mean()),
-        "coverage_omega": float(covered[covered["component"].str.startswith("o")]["coverage"].mean()),
+        "coverage_omega": float(covered[covered["component"].str.startswith("w")]["coverage"].mean()),
+        "median_error_over_bound": {c: float(np.median(np.abs(table[f"middle_over_bound_{c}"])) / 0.6745) for c in COMPONENTS},
         "rmse_over_bound": {str(k): float(v) for k, v in ratio.items()},
         "median_estimate_cpu_s": float(table["estimate_cpu_s"].median()),
         "worse": worse.to_dict("records"),

@@ -98,7 +98,13 @@ def draw(rows: list[dict[str, Any]], path: Path) -> None:
 
 def page(result: dict[str, Any]) -> str:
     """The study's page in Markdown, every number from the result."""
-    lines = ["# Leave-one-out poses", "", "Each calibrated view in turn is the unknown picture; the others find its pose from nothing.", ""]
+    lines = [
+        "# Leave-one-out poses",
+        "",
+        "Each calibrated view in turn is the unknown picture; the others find its pose. The hull that ranks the starts is carved from",
+        "all views; the fit that decides uses the others alone.",
+        "",
+    ]
     lines += ["| particle | left-out views | within 5° | median | 95th percentile |", "| --- | --- | --- | --- | --- |"]
     for name, p in result["particles"].items():
         lines.append(f"| {name} | {p['n']} | {100 * p['share_within_5_deg']:.1f}% | {p['median_deg']:.3f}° | {p['p95_deg']:.2f}° |")
