@@ -29,7 +29,10 @@ def contents(folder: Path) -> dict[str, bytes]:
 
 
 def start(*words: str) -> subprocess.Popen[str]:
-    return subprocess.Popen([sys.executable, "-m", "tumble.cli.main", *words], cwd=ROOT, stderr=subprocess.PIPE, text=True)
+    """The program as a terminal starts it; tests that run as a shell's background job would have it ignore Ctrl-C."""
+    heeds = "import signal, sys; signal.signal(signal.SIGINT, signal.default_int_handler)"
+    program = f"{heeds}; from tumble.cli.main import main; sys.exit(main())"
+    return subprocess.Popen([sys.executable, "-c", program, *words], cwd=ROOT, stderr=subprocess.PIPE, text=True)
 
 
 def wait_for(path: Path, process: subprocess.Popen[str]) -> None:
