@@ -71,9 +71,9 @@ def test_a_killed_run_is_resumed_with_the_same_result(tmp_path: Path, jobs: str)
     process.send_signal(signal.SIGKILL)
     process.communicate()
     assert not (tmp_path / "killed" / "dataset.json").exists()
-    first = (tmp_path / "killed" / "finished" / "0000.json").stat().st_mtime_ns
+    first = (tmp_path / "killed" / "finished" / "0001.json").stat().st_mtime_ns
     assert main([*words, str(tmp_path / "killed"), "--resume"]) == 0
-    assert (tmp_path / "killed" / "finished" / "0000.json").stat().st_mtime_ns == first
+    assert (tmp_path / "killed" / "finished" / "0001.json").stat().st_mtime_ns == first
     assert main([*words, str(tmp_path / "whole")]) == 0
     assert contents(tmp_path / "killed") == contents(tmp_path / "whole")
 
