@@ -1,7 +1,9 @@
 """An output directory belongs to one run: locked while it is written, described by ``run.json``, never overwritten silently.
 
-``run.json`` holds the verb, the resolved configuration, versions, seed, renderer variant, schema version and the command.
-The lock is an advisory ``flock``: the system releases it however the process ends, so a killed run leaves nothing to clean up.
+``run.json`` holds the verb, the resolved configuration, versions, seed, renderer variant, schema version and the command, and how the
+run ended: ``unfinished`` (under way, stopped or killed), ``finished``, or ``finished_with_failures``, where ``failures`` names each
+item that failed and why. The lock is an advisory ``flock``: the system releases it however the process ends, so a killed run leaves
+nothing to clean up.
 """
 
 import fcntl
@@ -24,6 +26,7 @@ SCHEMA = "tumble-run"
 SCHEMA_VERSION = 1
 RUN_FILE = "run.json"
 LOCK_FILE = ".tumble-lock"
+UNFINISHED, FINISHED, FINISHED_WITH_FAILURES = "unfinished", "finished", "finished_with_failures"
 
 
 @dataclass(frozen=True)
@@ -49,9 +52,28 @@ def output_directory(path: Path, run: Run, *, resume: bool, force: bool) -> Iter
     _make(path)
     with _locked(path):
         _prepare(path, run, resume=resume, force=force)
-        write_run(path, run, state="unfinished")
+        write_run(path, run)
         yield path
-        write_run(path, run, state="finished")
+        _finish(path)
+
+
+def note_failures(path: Path, reasons: Mapping[str, str]) -> None:
+    """Write into ``run.json`` which items failed and why, so that a run that lost some never reads as finished."""
+    if reasons:
+        failures = [{"item": item, "reason": reason} for item, reason in reasons.items()]
+        _write(path, {**_described(path), "failures": failures})
+
+
+def _finish(path: Path) -> None:
+    document = _described(path)
+    _write(path, {**document, "state": FINISHED_WITH_FAILURES if document["failures"] else FINISHED})
+
+
+def _described(path: Path) -> dict[str, Any]:
+    document = read_run(path)
+    if document is None:
+        raise InputError(f"{path / RUN_FILE}: expected what this run wrote at its start; something has removed it.")
+    return document
 
 
 def _make(path: Path) -> None:
@@ -90,8 +112,15 @@ def _prepare(path: Path, run: Run, *, resume: bool, force: bool) -> None:
     elif resume:
         _same_run(path, run, before)
     else:
-        held = f"{before['state']} run of `tumble {before['verb']}`"
-        raise InputError(f"{path}: holds the {held}. Add --resume to go on with it or --force to replace it.")
+        held = _words(before)
+        raise InputError(f"{path}: holds {held}. Add --resume to go on with it or --force to replace it.")
+
+
+def _words(document: Mapping[str, Any]) -> str:
+    verb = f"of `tumble {document['verb']}`"
+    if document["state"] == FINISHED_WITH_FAILURES:
+        return f"a run {verb} that finished with failures ({len(document['failures'])})"
+    return f"the {document['state']} run {verb}"
 
 
 def _empty(entries: list[Path]) -> None:
@@ -132,19 +161,26 @@ def read_run(path: Path) -> dict[str, Any] | None:
     return document if isinstance(document, dict) and document.get("schema") == SCHEMA else None
 
 
-def write_run(path: Path, run: Run, *, state: str) -> None:
-    """Write ``run.json``."""
-    document = {
-        "schema": SCHEMA,
-        "schema_version": SCHEMA_VERSION,
-        "verb": run.verb,
-        "state": state,
-        "command": " ".join(["tumble", *sys.argv[1:]]),
-        "written": datetime.now(UTC).isoformat(timespec="seconds"),
-        "seed": run.seed,
-        "variant": run.variant,
-        "configuration": run.configuration,
-        "versions": versions(),
-    }
+def write_run(path: Path, run: Run) -> None:
+    """Write ``run.json`` of a run that begins."""
+    _write(
+        path,
+        {
+            "schema": SCHEMA,
+            "schema_version": SCHEMA_VERSION,
+            "verb": run.verb,
+            "state": UNFINISHED,
+            "failures": [],
+            "command": " ".join(["tumble", *sys.argv[1:]]),
+            "seed": run.seed,
+            "variant": run.variant,
+            "configuration": run.configuration,
+            "versions": versions(),
+        },
+    )
+
+
+def _write(path: Path, document: Mapping[str, Any]) -> None:
+    dated = {**document, "written": datetime.now(UTC).isoformat(timespec="seconds")}
     with written_whole(path / RUN_FILE) as temporary:
-        temporary.write_text(json.dumps(document, indent=2) + "\n", encoding="utf-8")
+        temporary.write_text(json.dumps(dated, indent=2) + "\n", encoding="utf-8")

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from datasets.errors import InputError
-from tumble.output_directory import Run, first_difference, output_directory, read_run
+from tumble.output_directory import Run, first_difference, note_failures, output_directory, read_run
 
 RUN = Run("render", {"motion": {"frames": 5}}, seed=7, variant="scalar_rgb")
 
@@ -42,6 +42,32 @@ def test_a_run_that_stopped_is_unfinished(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="unfinished run"):
         write_once(tmp_path)
     write_once(tmp_path, resume=True)
+
+
+def test_a_run_that_lost_items_does_not_read_as_finished(tmp_path: Path) -> None:
+    with output_directory(tmp_path, RUN, resume=False, force=False):
+        note_failures(tmp_path, {"0003": "the disk is full"})
+    document = read_run(tmp_path) or {}
+    assert document["state"] == "finished_with_failures"
+    assert document["failures"] == [{"item": "0003", "reason": "the disk is full"}]
+    assert document["configuration"] == {"motion": {"frames": 5}}
+    with pytest.raises(InputError, match=r"a run of `tumble render` that finished with failures \(1\)\. Add --resume"):
+        write_once(tmp_path)
+    write_once(tmp_path, resume=True)
+    mended = read_run(tmp_path) or {}
+    assert (mended["state"], mended["failures"]) == ("finished", [])
+
+
+def test_failures_of_a_run_that_was_stopped_are_kept(tmp_path: Path) -> None:
+    def lose_one_and_stop() -> None:
+        with output_directory(tmp_path, RUN, resume=False, force=False):
+            note_failures(tmp_path, {"0003": "its process died"})
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        lose_one_and_stop()
+    document = read_run(tmp_path) or {}
+    assert (document["state"], document["failures"][0]["item"]) == ("unfinished", "0003")
 
 
 def test_resuming_another_run_names_the_difference(tmp_path: Path) -> None:

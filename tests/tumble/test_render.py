@@ -118,7 +118,11 @@ def test_a_full_disk_is_a_sentence_and_loses_nothing(
     assert "0001 failed" in error
     assert read_dataset(tmp_path / "d").sequences == ("cut_stone-0000",)
     assert list((tmp_path / "d").rglob("*.partial")) == []
+    run = json.loads((tmp_path / "d" / "run.json").read_text(encoding="utf-8"))
+    assert run["state"] == "finished_with_failures"
+    assert [(failure["item"], "the disk is full" in failure["reason"]) for failure in run["failures"]] == [("0001", True)]
     assert main([*words, "--resume"]) == 0
+    assert json.loads((tmp_path / "d" / "run.json").read_text(encoding="utf-8"))["state"] == "finished"
     assert len(read_dataset(tmp_path / "d").sequences) == 2
 
 

@@ -10,7 +10,7 @@ from rich.table import Table
 from datasets.estimate import Estimate, Status
 from datasets.estimate_files import read_estimate
 from tumble.cli.options import add_configuration, add_jobs, add_output, verb_parser
-from tumble.cli.outcomes import exit_code, say_failures
+from tumble.cli.outcomes import exit_code, report_failures
 from tumble.configuring import load_configuration
 from tumble.estimating import estimate_all
 from tumble.output_directory import Run, output_directory
@@ -35,13 +35,13 @@ def parser() -> argparse.ArgumentParser:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Estimate; exit code 1 when an observation failed. A status other than converged is a result, not a failure."""
+    """Estimate; exit code 1 when an observation failed, 2 when all did. A status other than converged is a result, not a failure."""
     configuration = load_configuration(arguments.config, arguments.settings)
     observations_in(arguments.observations)
     described = Run("estimate", {"observations": str(arguments.observations.resolve()), **configuration})
     with output_directory(arguments.out, described, resume=arguments.resume, force=arguments.force) as out:
         outcomes = estimate_all(arguments.observations, configuration, out, jobs=arguments.jobs, quiet=arguments.quiet)
-    say_failures(outcomes)
+        report_failures(out, outcomes)
     estimates = [read_estimate(path) for path in sorted(arguments.out.glob(f"*{SUFFIX}"))]
     if arguments.json:
         print(json.dumps([_brief(estimate) for estimate in estimates]))

@@ -1,7 +1,7 @@
 """``tumble VERB ...``: finds the verb, runs it, and turns errors into exit codes and plain sentences.
 
-Exit codes: 0 done; 1 the answer is no (``gate``: worse; a run in which an item failed); 2 the input or the machine is at fault;
-130 interrupted. A verb's module is imported only when it is asked for, so that ``--help`` answers at once.
+Exit codes: 0 done; 1 the answer is no (``gate``: worse; a run in which single items failed); 2 the input or the machine is at fault,
+or every item failed; 130 interrupted. A verb's module is imported only when it is asked for, so that ``--help`` answers at once.
 """
 
 import errno

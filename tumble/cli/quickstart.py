@@ -9,7 +9,7 @@ from importlib import resources
 from pathlib import Path
 
 from tumble.cli.options import add_jobs, add_output, verb_parser
-from tumble.output_directory import Run, output_directory
+from tumble.output_directory import Run, note_failures, output_directory
 
 RECIPE = "demo.toml"
 
@@ -33,6 +33,7 @@ def run(arguments: argparse.Namespace) -> int:
         for words in steps(out, _recipe_in(out), arguments):
             code = _step(words, quiet=arguments.quiet or arguments.json)
             if code:
+                note_failures(out, {f"tumble {words[0]}": f"exit code {code}"})
                 return code
     page = out / "report" / "report.html"
     print(json.dumps({"report": str(page)}) if arguments.json else f"\nThe report: {page}\n{_next(out)}")

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from datasets.recipes.toml_files import load_recipe, recipe_to_dict
 from tumble.cli.options import add_configuration, add_jobs, add_output, verb_parser
-from tumble.cli.outcomes import exit_code, say_failures
+from tumble.cli.outcomes import exit_code, report_failures
 from tumble.engine import Outcome, State
 from tumble.output_directory import Run, output_directory
 from tumble.rendering import render_dataset, variant_of
@@ -27,12 +27,12 @@ def parser() -> argparse.ArgumentParser:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Render; exit code 1 when a sequence failed."""
+    """Render; exit code 1 when a sequence failed, 2 when all did."""
     recipe = load_recipe(arguments.config, arguments.settings)
     described = Run("render", recipe_to_dict(recipe), recipe.seed, variant_of(recipe))
     with output_directory(arguments.out, described, resume=arguments.resume, force=arguments.force) as out:
         outcomes = render_dataset(recipe, out, jobs=arguments.jobs, quiet=arguments.quiet)
-    say_failures(outcomes)
+        report_failures(out, outcomes)
     _say(outcomes, out, arguments)
     return exit_code(outcomes)
 
