@@ -55,11 +55,15 @@ class Tolerance:
 
 @dataclass(frozen=True)
 class Baseline:
-    """A run to compare with: rows of scores, tolerances, and where it was made (versions, machine)."""
+    """A run to compare with: rows of scores, tolerances, and where it was made (versions, machine).
+
+    ``recipe`` is the recipe's file that the sequences are made from, relative to the baseline's folder; empty when it is not known.
+    """
 
     rows: tuple[dict[str, Any], ...]
     metrics: dict[str, Tolerance]
     environment: dict[str, str]
+    recipe: str = ""
 
 
 @dataclass(frozen=True)
@@ -114,7 +118,7 @@ class GateResult:
         return tuple(dict.fromkeys(named))
 
 
-def write_baseline(path: Path, table: pd.DataFrame, environment: Mapping[str, str]) -> None:
+def write_baseline(path: Path, table: pd.DataFrame, environment: Mapping[str, str], *, recipe: str = "") -> None:
     """Write a baseline from a table of scores.
 
     Parameters
@@ -125,6 +129,8 @@ def write_baseline(path: Path, table: pd.DataFrame, environment: Mapping[str, st
         As from :func:`datasets.scoring.table.score_table`.
     environment
         Versions and machine, for people who wonder about a difference.
+    recipe
+        File of the recipe, relative to the baseline's folder, from which the sequences can be made again; empty: they cannot.
     """
     kept = ["sequence", "status", "converged", *(entry.key for entry in METRICS if entry.gated)]
     content: Document = {
@@ -132,7 +138,7 @@ def write_baseline(path: Path, table: pd.DataFrame, environment: Mapping[str, st
         "metrics": {entry.key: _tolerance_entry(entry.key, table) for entry in METRICS if entry.gated},
         "rows": table[kept].to_dict(orient="records"),
     }
-    write_document(path, "baseline", content)
+    write_document(path, "baseline", {**content, "recipe": recipe} if recipe else content)
 
 
 def load_baseline(path: Path) -> Baseline:
@@ -152,7 +158,7 @@ def load_baseline(path: Path) -> Baseline:
     if lacking is not None:
         raise InputError(f'{path}: at $.rows: sequence "{lacking[0]}": expected the metric {lacking[1]}, which is missing.')
     metrics = {key: Tolerance(entry["unit"], entry["direction"], float(entry["tolerance"])) for key, entry in document["metrics"].items()}
-    return Baseline(rows, metrics, document["environment"])
+    return Baseline(rows, metrics, document["environment"], document.get("recipe", ""))
 
 
 def compare(baseline: Baseline, candidate: Sequence[Row], *, rng: np.random.Generator) -> GateResult:

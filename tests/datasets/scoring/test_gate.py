@@ -62,6 +62,13 @@ def test_the_baseline_keeps_unit_direction_tolerance_and_environment(run, tmp_pa
     assert entry["tolerance"] == pytest.approx(0.1 * median)
 
 
+def test_the_baseline_may_name_its_recipe(run, tmp_path):
+    write_baseline(tmp_path / "with.json", score_table(run()), {}, recipe="quick.toml")
+    write_baseline(tmp_path / "without.json", score_table(run()), {})
+    assert load_baseline(tmp_path / "with.json").recipe == "quick.toml"
+    assert load_baseline(tmp_path / "without.json").recipe == ""
+
+
 def test_an_identical_run_passes(baseline, run):
     result = verdict(baseline, run())
     assert not result.worse
