@@ -80,6 +80,7 @@ def _description(estimate: Estimate, truth: Truth) -> Row:
         "n_frames": len(truth.motion.times_s),
         "n_used": len(used),
         "n_views": int(estimate.statistics.get("n_views", 0)),
+        "n_symmetries": len(truth.symmetries),
         "irregularity": float(truth.descriptors.get("irregularity", np.nan)),
         "speed_ms": float(np.linalg.norm(v)),
         "spin_rads": float(np.linalg.norm(omega)),
@@ -120,6 +121,9 @@ def _velocity(velocity: VelocityEstimate, truth: Truth) -> Row:
         "angular_percent": 100 * _ratio(angular, spin),
         "mahalanobis2": _mahalanobis2(error, velocity.covariance),
         "sigma_over_bound": _mean_ratio(sigma, bound),
+        "sigma_in_plane_percent": 100 * _ratio(float(np.hypot(sigma[0], sigma[1])), speed),
+        "sigma_out_of_plane_percent": 100 * _ratio(float(sigma[2]), speed),
+        "sigma_angular_percent": 100 * _ratio(float(np.linalg.norm(sigma[3:])), spin),
         "bound_in_plane_percent": 100 * _ratio(float(np.hypot(bound[0], bound[1])), speed),
         "bound_out_of_plane_percent": 100 * _ratio(float(bound[2]), speed),
         "bound_angular_percent": 100 * _ratio(float(np.linalg.norm(bound[3:])), spin),
@@ -160,7 +164,8 @@ _NO_VELOCITY: Row = {
     key: float("nan")
     for key in (
         *("in_plane_ms", "out_of_plane_ms", "angular_rads", "in_plane_percent", "out_of_plane_percent", "angular_percent"),
-        *("mahalanobis2", "sigma_over_bound", "bound_in_plane_percent", "bound_out_of_plane_percent", "bound_angular_percent"),
+        *("mahalanobis2", "sigma_over_bound", "sigma_in_plane_percent", "sigma_out_of_plane_percent", "sigma_angular_percent"),
+        *("bound_in_plane_percent", "bound_out_of_plane_percent", "bound_angular_percent"),
         *(f"{kind}_{name}" for name in COMPONENTS for kind in ("pull", "inside95", "over_bound")),
     )
 }

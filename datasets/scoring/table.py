@@ -13,6 +13,8 @@ from datasets.scoring.score import Row
 IRREGULARITY_BINS = (0.0, 0.1, 0.2, 0.3, 0.4, 0.6, 0.8, float("inf"))
 """Each bin holds its lower edge."""
 WRONG_MINIMUM_DEG = 5.0
+EXPLAINED_SIGMAS = 3.0
+"""An error of fewer of the sequence's own standard deviations is what its error bar says."""
 CHECKED = ("middle_in_plane_percent", "middle_angular_percent")
 """The metrics that decide whether a sequence is a poor one."""
 
@@ -73,9 +75,16 @@ def coverage(table: pd.DataFrame) -> pd.DataFrame:
 def worse_sequences(table: pd.DataFrame) -> pd.DataFrame:
     """Each sequence outside 0.5% in plane or 1% in angular velocity (mid-sequence), or without a measurement, and its cause.
 
-    Causes: the status, where it is not converged (``ambiguous``...); ``wrong minimum``: the orientation is more than 5 degrees off;
-    ``slow``: speed or spin are so low that the sequence's own bound exceeds the tolerance; otherwise ``noise or model``.
-    Columns ``sequence, particle, cause, in_plane_percent, angular_percent, speed_ms, spin_rads, orientation_deg``.
+    Causes, in this order:
+
+    * the status, where it is not converged (``ambiguous``...);
+    * the orientation is more than 5 degrees off: ``ambiguous`` for a body with symmetries, otherwise ``wrong minimum``;
+    * ``slow``: in every metric that is outside, the error is within three of the sequence's own estimated standard deviations, and one of
+      them by the speed (spin) already exceeds the tolerance: the precision reached is the limit, and a faster flight would be inside;
+    * ``noise or model``: neither; an unlucky draw of the noise, or something that the model leaves out.
+
+    Columns ``sequence, particle, cause, in_plane_percent, angular_percent, sigma_in_plane_percent, sigma_angular_percent, speed_ms,
+    spin_rads, orientation_deg``.
     """
     poor = table[[_is_poor(row) for _, row in table.iterrows()]]
     columns = {
@@ -84,6 +93,8 @@ def worse_sequences(table: pd.DataFrame) -> pd.DataFrame:
         "cause": [_cause(row) for _, row in poor.iterrows()],
         "in_plane_percent": poor["middle_in_plane_percent"],
         "angular_percent": poor["middle_angular_percent"],
+        "sigma_in_plane_percent": poor["middle_sigma_in_plane_percent"],
+        "sigma_angular_percent": poor["middle_sigma_angular_percent"],
         "speed_ms": poor["speed_ms"],
         "spin_rads": poor["spin_rads"],
         "orientation_deg": poor["orientation_median_deg"],
@@ -141,9 +152,11 @@ def _cause(row: pd.Series) -> str:
     if row["status"] != Status.CONVERGED.value:
         return str(row["status"])
     if row["orientation_median_deg"] > WRONG_MINIMUM_DEG:
-        return "wrong minimum"
-    for key in CHECKED:
-        tolerance = metric(key).tolerance
-        if row[key] > tolerance and row[key.replace("middle_", "middle_bound_")] > tolerance:
-            return "slow"
-    return "noise or model"
+        return Status.AMBIGUOUS.value if row["n_symmetries"] > 1 else "wrong minimum"
+    outside = [key for key in CHECKED if not row[key] <= metric(key).tolerance]
+    return "slow" if all(_limited_by_precision(row, key) for key in outside) else "noise or model"
+
+
+def _limited_by_precision(row: pd.Series, key: str) -> bool:
+    sigma = row[key.replace("middle_", "middle_sigma_")]
+    return bool(row[key] <= EXPLAINED_SIGMAS * sigma and sigma > metric(key).tolerance)

@@ -22,6 +22,9 @@ SHOWN = (
     "position_median_mm",
 )
 
+POOR = ("in_plane", "angular")
+"""What decides that a sequence is poor, shown with its own standard deviation."""
+
 
 def parser() -> argparse.ArgumentParser:
     """The verb's options."""
@@ -70,6 +73,7 @@ def say_scores(scores: pd.DataFrame) -> None:
             )
     console.print(table)
     for row in worse_sequences(scores).to_dict("records"):
-        errors = f" (in-plane {row['in_plane_percent']:.2f}%, angular {row['angular_percent']:.2f}%)"
+        parts = (f"{name.replace('_', '-')} {row[f'{name}_percent']:.2f} ± {row[f'sigma_{name}_percent']:.2f}%" for name in POOR)
+        errors = f" ({', '.join(parts)})"
         measured = not pd.isna(row["in_plane_percent"])
         console.print(f"worse: {row['sequence']}: {row['cause']}{errors if measured else ''}", soft_wrap=True, highlight=False)

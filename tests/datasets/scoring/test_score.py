@@ -221,34 +221,83 @@ def test_coverage_tells_honest_error_bars_from_optimistic_ones(truth_of, estimat
     assert honest["rmse_over_bound"].mean() == pytest.approx(1.1, abs=0.15)
 
 
-def test_each_poor_sequence_has_its_cause(truth_of, estimate_of):
-    def row(name, error, *, speed=2.0, **changes):
-        truth = truth_of(name, seed=5)
-        v = np.tile([speed, 0.0, 0.0], (5, 1))
-        truth = replace(truth, motion=replace(truth.motion, v_world=v))
-        estimate = estimate_of(truth, np.array([error, 0, 0, 0, 0, 0]), sigma=1e-3)
-        estimate = replace(estimate, **{k: v for k, v in changes.items() if k != "turn"})
-        return score(turned(estimate, changes["turn"]) if "turn" in changes else estimate, truth)
+HALF_TURN = np.diag([-1.0, -1.0, 1.0])
 
-    half_turn = np.diag([-1.0, -1.0, 1.0])
-    table = score_table(
-        [
-            row("fine", 0.001),
-            row("slow", 0.001, speed=0.01),
-            row("wrong", 0.1, turn=half_turn),
-            row("lost", 0.0, status=Status.AMBIGUOUS),
-            row("short", 0.0, status=Status.NOT_ENOUGH_FRAMES),
-            row("noisy", 0.1),
-        ]
+
+@pytest.fixture
+def poor_row(truth_of, estimate_of):
+    """A row with an error along x (m/s), about z (rad/s), and a standard deviation of the same for both kinds of velocity."""
+
+    def row(name, error=0.0, angular=0.0, *, sigma=1e-3, speed=2.0, turn=None, symmetries=None, **changes):
+        truth = truth_of(name, seed=5)
+        v, omega = np.tile([speed, 0.0, 0.0], (5, 1)), np.tile([0.0, 0.0, 100.0], (5, 1))
+        truth = replace(truth, motion=replace(truth.motion, v_world=v, omega_world=omega))
+        truth = replace(truth, symmetries=truth.symmetries if symmetries is None else symmetries)
+        estimate = replace(estimate_of(truth, np.array([error, 0, 0, 0, 0, angular]), sigma=sigma), **changes)
+        return score(estimate if turn is None else turned(estimate, turn), truth)
+
+    return row
+
+
+def causes(*rows):
+    worse = worse_sequences(score_table(rows))
+    return dict(zip(worse["sequence"], worse["cause"], strict=True))
+
+
+def test_each_poor_sequence_has_its_cause(poor_row):
+    found = causes(
+        poor_row("fine", 0.001),
+        poor_row("slow", 0.001, speed=0.01),
+        poor_row("wrong", 0.1, turn=HALF_TURN),
+        poor_row("lost", status=Status.AMBIGUOUS),
+        poor_row("short", status=Status.NOT_ENOUGH_FRAMES),
+        poor_row("noisy", 0.1),
     )
-    worse = worse_sequences(table)
-    assert dict(zip(worse["sequence"], worse["cause"], strict=True)) == {
+    assert found == {
         "lost": "ambiguous",
         "noisy": "noise or model",
         "short": "not enough frames",
         "slow": "slow",
         "wrong": "wrong minimum",
     }
+
+
+@pytest.mark.parametrize(
+    ("sigma", "error", "cause"),
+    [
+        (0.010, 0.020, "slow"),  # sigma 0.7% of the speed, error 1.4 sigma
+        (0.010, 0.041, "slow"),  # 2.9 sigma
+        (0.010, 0.043, "noise or model"),  # 3.04 sigma: more than the error bar admits
+        (0.006, 0.011, "noise or model"),  # sigma 0.42% of the speed: inside the tolerance, so speed alone does not explain it
+        (1.000, 4.000, "slow"),
+    ],
+)
+def test_slow_means_that_the_sequences_own_error_bar_explains_the_error(poor_row, sigma, error, cause):
+    (found,) = causes(poor_row("seq", error, sigma=sigma)).values()
+    assert found == cause
+
+
+def test_slow_has_to_hold_for_every_metric_that_is_outside(poor_row):
+    assert causes(poor_row("seq", 0.02, 0.0, sigma=0.010)) == {"seq": "slow"}
+    assert causes(poor_row("seq", 0.02, 3.0, sigma=0.010)) == {"seq": "noise or model"}
+
+
+def test_a_bound_that_promises_more_than_the_error_bar_does_not_decide(poor_row):
+    row = poor_row("seq", 0.02, sigma=0.010)
+    assert causes({**row, "middle_bound_in_plane_percent": 1e-6}) == {"seq": "slow"}
+
+
+def test_a_symmetric_body_on_the_wrong_side_is_ambiguous(poor_row):
+    third = Rotation.from_rotvec([0.0, 0.0, 2 * np.pi / 3]).as_matrix()
+    symmetries = np.array([np.eye(3), third, third.T])
+    assert causes(poor_row("seq", 0.1, turn=np.diag([1.0, -1.0, -1.0]), symmetries=symmetries)) == {"seq": "ambiguous"}
+
+
+def test_the_table_of_poor_sequences_shows_the_error_bars(poor_row):
+    (row,) = worse_sequences(score_table([poor_row("seq", 0.02, sigma=0.010)])).to_dict("records")
+    assert row["in_plane_percent"] == pytest.approx(1.0)
+    assert row["sigma_in_plane_percent"] == pytest.approx(np.sqrt(2) * 0.5)
+    assert row["sigma_angular_percent"] == pytest.approx(np.sqrt(3) * 0.01)
 
 
 def test_metrics_are_named_once():
