@@ -1,8 +1,9 @@
 """The picture that a camera would have taken without the particle.
 
 Where one was taken it is used. Otherwise it is the mean of up to ``background_samples`` frames spread over the
-sequence, each with its objects masked out; what was covered in every one of them is filled in from the smooth
-illumination (a slow particle) or kept as it is where it touches the picture's edge (scenery: a plate, a needle).
+sequence, each with its objects masked out. Frames that are saturated, or far darker or brighter than the others (a lamp that was off),
+are no samples: a single one would decide what lies behind a slow particle. What was covered in every one of them is filled in from the
+smooth illumination (a slow particle) or kept as it is where it touches the picture's edge (scenery: a plate, a needle).
 A changing lamp is no matter here: frames are compared with the background through a ratio fitted around the particle.
 """
 
@@ -19,6 +20,10 @@ from estimator.outlines.illumination import fitted_surface, illumination_of
 
 Picture = Float[NDArray[np.float32], "height width"]
 Mask = Bool[NDArray[np.bool_], "height width"]
+ALIKE = 2.0
+"""Frames whose brightness differs by more than this factor from the usual one say nothing of the background."""
+SATURATED = 0.99
+"""Share of full scale from which a whole picture counts as saturated."""
 
 
 @dataclass(frozen=True)
@@ -85,6 +90,8 @@ def background_of_picture(picture: NDArray[np.uint16], bit_depth: int) -> Backgr
 def _modelled(chosen: list[int], frames: Frames, *, name: str, shape: tuple[int, int]) -> Background:
     total, count, plain = np.zeros(shape, np.float32), np.zeros(shape, np.float32), np.zeros(shape, np.float32)
     bright = 0
+    levels = [_typical(read_picture(frames, index, name=name, shape=shape)) for index in chosen]
+    chosen = _alike(chosen, levels, SATURATED * (2**frames.bit_depth - 1))
     for index in chosen:
         picture = read_picture(frames, index, name=name, shape=shape).astype(np.float32)
         light = illumination_of(picture)
@@ -94,6 +101,17 @@ def _modelled(chosen: list[int], frames: Frames, *, name: str, shape: tuple[int,
         bright += 1 if light.bright else -1
     mean = np.where(count > 0, total / np.maximum(count, 1), plain / len(chosen)).astype(np.float32)
     return background(_filled_in(mean, count > 0), bright >= 0, frames.bit_depth)
+
+
+def _typical(picture: NDArray[np.uint16]) -> float:
+    return float(np.median(picture[::8, ::8]))
+
+
+def _alike(chosen: list[int], levels: list[float], saturated: float) -> list[int]:
+    """Those of ``chosen`` whose brightness (DN) is within ``ALIKE`` times the usual one and below ``saturated``; all, where none is."""
+    usual = float(np.median([level for level in levels if level < saturated] or levels))
+    good = [usual / ALIKE <= level <= usual * ALIKE and level < saturated for level in levels]
+    return [index for index, kept in zip(chosen, good, strict=True) if kept] or chosen
 
 
 def _filled_in(mean: Picture, seen: Mask) -> Picture:

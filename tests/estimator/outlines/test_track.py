@@ -39,6 +39,16 @@ def test_a_slow_particle_without_a_background_picture(darkroom, rng):
     assert np.abs(bias).max() < 0.03
 
 
+@pytest.mark.parametrize("level", [0, 60, 4095], ids=["black", "dark", "saturated"])
+def test_a_picture_without_light_says_nothing_of_what_is_behind_a_slow_particle(darkroom, rng, level):
+    polygons, pictures = passing(rng, darkroom, line(12, (150, 90), (0.4, 0.2)))
+    pictures[5] = np.full(SHAPE, level, np.uint16)
+    track = extract_outlines(darkroom.frames(pictures))
+    assert track.used.tolist() == [k != 5 for k in range(12)]
+    bias = [darkroom.signed_distances(track.outlines[k].points_px, polygons[k]).mean() for k in range(12) if k != 5]
+    assert np.abs(bias).max() < 0.03
+
+
 def test_a_flickering_lamp_does_not_move_the_outline(darkroom, rng):
     body = darkroom.stone(24, (150.3, 90.2), rng)
     lamps = (1.0, 0.8, 1.1, 0.6)
