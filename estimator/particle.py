@@ -30,21 +30,32 @@ MINIMUM_VIEWS = 3
 class ViewReport:
     """Agreement of the views with one another: ``rms_px`` (k,) plain and ``whitened`` (k,) median ETE of each view against the others.
 
-    ``foreign`` (k,).
+    ``foreign`` (k,): which do not belong. ``numbers`` (k,): the views' numbers in the observation, which also counts those
+    ``without_outline``.
     """
 
     rms_px: Array
     whitened: Array
     foreign: NDArray[np.bool_]
+    numbers: NDArray[np.int64]
+    without_outline: tuple[int, ...]
+
+    @property
+    def left_out(self) -> tuple[int, ...]:
+        """Numbers of the views that do not belong."""
+        return tuple(self.numbers[self.foreign].tolist())
 
     @property
     def sentence(self) -> str:
-        """Which views do not belong, in words; empty when all do."""
+        """Which views do not belong or show nothing, in words; empty when there are none."""
+        typical = float(np.median(self.rms_px))
         named = [
-            f"view {i} (RMS ETE {self.rms_px[i]:.1f} px, the others' median {np.median(self.rms_px):.2f} px)"
+            f"view {self.numbers[i]} (RMS ETE {self.rms_px[i]:.1f} px, the others' median {typical:.2f} px)"
             for i in np.flatnonzero(self.foreign)
         ]
-        return f"left out as not belonging to this particle or calibration: {', '.join(named)}." if named else ""
+        foreign = f"left out as not belonging to this particle or calibration: {', '.join(named)}." if named else ""
+        empty = f"left out without a usable outline: view {', '.join(map(str, self.without_outline))}." if self.without_outline else ""
+        return " ".join(part for part in (foreign, empty) if part)
 
 
 @dataclass(frozen=True)
@@ -91,13 +102,15 @@ def particle_of(outlines: Sequence[Outline], views: Sequence[CalibratedView], co
         Where fewer than three views have an outline and belong together.
     """
     present = [i for i, o in enumerate(outlines) if not o.empty]
+    absent = tuple(i for i, o in enumerate(outlines) if o.empty)
     if len(present) < MINIMUM_VIEWS:
         raise InputError(
             f"calibrated views: expected at least {MINIMUM_VIEWS} with a usable outline, got {len(present)} of {len(outlines)}"
         )
     outlines, views = [outlines[i] for i in present], [views[i] for i in present]
     seen = silhouettes(outlines, [v.intrinsics for v in views])
-    report = view_report(seen, view_poses(views), bounding_ball(outlines, views)[0], configuration.foreign_view_ratio)
+    agreement = view_agreement(seen, view_poses(views), bounding_ball(outlines, views)[0], configuration.foreign_view_ratio)
+    report = ViewReport(*agreement, np.array(present, dtype=np.int64), absent)
     kept = np.flatnonzero(~report.foreign).tolist()
     if len(kept) < MINIMUM_VIEWS:
         raise InputError(f"calibrated views: expected at least {MINIMUM_VIEWS} that agree with one another; {report.sentence}")
@@ -116,8 +129,8 @@ def particle_of(outlines: Sequence[Outline], views: Sequence[CalibratedView], co
     )
 
 
-def view_report(seen: Silhouettes, poses: PoseSet, centre: Array, ratio: float) -> ViewReport:
-    """ETE of every view with every other.
+def view_agreement(seen: Silhouettes, poses: PoseSet, centre: Array, ratio: float) -> tuple[Array, Array, NDArray[np.bool_]]:
+    """ETE of every view with every other: ``rms_px``, ``whitened`` and ``foreign`` of :class:`ViewReport`, each (k,).
 
     A view is foreign when its median whitened error is ``ratio`` times that of the views without it.
     """
@@ -136,7 +149,7 @@ def view_report(seen: Silhouettes, poses: PoseSet, centre: Array, ratio: float) 
         foreign[rest[worst]] = True
     belonging = np.flatnonzero(~foreign)
     whitened = np.array([_nanmedian(z[i, belonging]) for i in range(k)])
-    return ViewReport(rms_px=rms, whitened=whitened, foreign=foreign)
+    return rms, whitened, foreign
 
 
 def views_like(particle: Particle, first: Silhouettes, rng: np.random.Generator) -> Views:

@@ -41,7 +41,7 @@ def empty_estimate(
     return Estimate(
         name=observation.name,
         status=status,
-        message=message,
+        message=_with_views(message, particle),
         frames=_frame_reports(tracks, {}),
         statistics=_view_statistics(particle),
         configuration=dataclasses.asdict(configuration),
@@ -63,7 +63,7 @@ def converged_estimate(
     status, message = outcome
     statistics = {**_view_statistics(particle), **_fit_statistics(refined, found)}
     reports = _frame_reports(tracks, _sighting_errors(refined, tracks))
-    message = " ".join(part for part in (message, particle.report.sentence) if part)
+    message = _with_views(message, particle)
     told: dict[str, Any] = {
         "configuration": dataclasses.asdict(configuration),
         "versions": versions(),
@@ -130,11 +130,17 @@ def _view_statistics(particle: Particle) -> dict[str, Any]:
     report = particle.report
     return {
         "n_views": len(particle.calibrated),
-        "views_left_out": np.flatnonzero(report.foreign).tolist(),
+        "views_left_out": list(report.left_out),
+        "views_without_outline": list(report.without_outline),
+        "view_numbers": report.numbers.tolist(),
         "view_rms_ete_px": report.rms_px.tolist(),
         "view_noise_px": float(np.median(particle.seen.noise_px)),
         "extent_mm": 1e3 * particle.extent_m,
     }
+
+
+def _with_views(message: str, particle: Particle) -> str:
+    return " ".join(part for part in (message, particle.report.sentence) if part)
 
 
 def _fit_statistics(refined: Refined, found: FoundPoses) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 import argparse
 import json
+from collections import Counter
 from pathlib import Path
 
 from rich.console import Console
@@ -61,9 +62,23 @@ def say_estimates(estimates: list[Estimate]) -> None:
     for estimate in estimates:
         table.add_row(estimate.name, estimate.status.value, *_velocity_cells(estimate), _rms_cell(estimate))
     Console().print(table)
-    for estimate in estimates:
-        if estimate.status is not Status.CONVERGED:
-            Console().print(f"{estimate.name}: {estimate.message} {next_steps(estimate)[0]}", soft_wrap=True, highlight=False)
+    for sentence in (sentence for estimate in estimates for sentence in remarks(estimate)):
+        Console().print(sentence, soft_wrap=True, highlight=False)
+
+
+def remarks(estimate: Estimate) -> list[str]:
+    """What a person should know besides the numbers: why there are none, calibrated views and frames that were left out."""
+    views = estimate.statistics.get("views_left_out") or estimate.statistics.get("views_without_outline")
+    said = []
+    if estimate.status is not Status.CONVERGED:
+        said.append(f"{estimate.name}: {estimate.message} {next_steps(estimate)[0]}")
+    elif views:
+        said.append(f"{estimate.name}: {estimate.message}")
+    reasons = Counter(frame.reason for frame in estimate.frames if not frame.used)
+    if reasons:
+        named = ", ".join(f"{count} {reason}" for reason, count in reasons.items())
+        said.append(f"{estimate.name}: {reasons.total()} of {len(estimate.frames)} frames left out: {named}.")
+    return said
 
 
 def _velocity_cells(estimate: Estimate) -> tuple[str, str]:
