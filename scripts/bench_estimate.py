@@ -1,11 +1,11 @@
 """A whole estimate of 100 frames and 60 views on one core, pose search included, and the memory of 1000 frames of 512 x 512.
 
 ``python -m scripts.bench_estimate --json`` or ``tumble bench --only estimate``; about a minute. Time is processor time of one
-thread, the better of two runs after a first, so that compiling the kernel is not counted; the first run is given apart. Memory is the peak resident
-size of a process of its own that only reads and estimates, interpreter and libraries included. Its pictures (12 bit) are painted, not
-traced: exact outlines, each pixel's covered area, blur and sensor noise. Outlines that carry the silhouette tier's boundary noise
-already must not be painted: no optics makes such an edge, its roughness does not fit the stated noise, no candidate trajectory is then
-good enough to stop the search, and the estimate takes five times as long.
+thread, the better of two runs after a first, which may compile the kernel and is given apart. Memory is the peak resident size of a
+process of its own that only reads and estimates, interpreter and libraries included. Its pictures (12 bit) are painted, not traced:
+exact outlines, each pixel's covered area, blur and sensor noise. (Outlines that carry the silhouette tier's boundary noise already must
+not be painted: no optics makes such an edge, its roughness does not fit the stated noise, no candidate trajectory is then good enough
+to stop the search, and the estimate takes five times as long.)
 """
 
 import argparse
