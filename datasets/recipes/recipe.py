@@ -91,7 +91,7 @@ class RenderingRecipe:
     subframes: int = 8
     samples_per_subframe: int = 4
     rig_samples: int = 16
-    crop_margin_px: int = 24
+    crop_margin_px: int = 8
     variant: Literal["auto", "scalar_rgb", "llvm_ad_rgb", "scalar_mono", "llvm_ad_mono"] = "auto"
     full_frames: bool = False
 

@@ -14,14 +14,15 @@ DIAMOND_IOR = 2.42
 
 @dataclass(frozen=True)
 class Material:
-    """``bsdf``: Mitsuba's description; ``depth``: longest path, in segments."""
+    """``bsdf``: Mitsuba's description; ``depth``: longest path, in segments; ``dull``: its light hardly differs from ray to ray."""
 
     bsdf: dict[str, Any]
     depth: int
+    dull: bool = False
 
 
 MATERIALS: dict[str, Material] = {
-    "matte": Material({"type": "diffuse", "reflectance": {"type": "uniform", "value": 0.4}}, 3),
+    "matte": Material({"type": "diffuse", "reflectance": {"type": "uniform", "value": 0.4}}, 3, dull=True),
     "rough_metal": Material(
         {"type": "roughconductor", "alpha": 0.25, "eta": {"type": "uniform", "value": 2.9}, "k": {"type": "uniform", "value": 3.1}}, 4
     ),

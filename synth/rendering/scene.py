@@ -45,6 +45,20 @@ def integrator_dictionary(surface: Material) -> dict[str, Any]:
     return {"type": "path", "max_depth": surface.depth, "rr_depth": NO_ROULETTE, "hide_emitters": True}
 
 
+COVERAGE_ONLY = {"type": "depth"}
+"""An integrator whose alpha is the share that the particle covers, and which casts one ray per sample and no more."""
+DULL_RAYS_PER_SHADED_ONE = 4
+
+
+def rays_per_shaded_one(surface: Material, light: Lighting) -> int:
+    """Of how many rays one is shaded: a dull particle before a back light is nearly black, and what varies is what it covers.
+
+    A quarter of the rays leaves matte surfaces (about 0.01 of the background) with a noise of 0.0006, below the sensor's 0.0012.
+    Rough metal's would grow from 0.006 to 0.015, above it, so all of its rays are shaded.
+    """
+    return DULL_RAYS_PER_SHADED_ONE if surface.dull and light.kind == "back" else 1
+
+
 def light_to_particle(R_cam_particle: Float[NDArray[np.float64], "3 3"]) -> Float[NDArray[np.float64], "4 4"]:
     """The rotation of the environment map into the particle frame."""
     to_world = np.eye(4)

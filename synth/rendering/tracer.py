@@ -2,7 +2,8 @@
 
 Scalar variants use Mitsuba's own ``thinlens`` and ``hdrfilm`` with a crop; LLVM compiles the film's crop into its kernels, anew for
 every place of the particle, so there the same rays are made here from values that kernels take as input. Both use a
-box filter, since a pixel is the light that falls on its area.
+box filter, since a pixel is the light that falls on its area. Where shading matters little, coverage is sampled with all rays and
+radiance with a share of them.
 """
 
 from dataclasses import dataclass
@@ -14,7 +15,14 @@ from numpy.typing import NDArray
 
 from synth.rendering.camera import IdealFilm, camera_to_particle
 from synth.rendering.light import Lighting
-from synth.rendering.scene import ParticleModel, integrator_dictionary, light_to_particle, scene_dictionary
+from synth.rendering.scene import (
+    COVERAGE_ONLY,
+    ParticleModel,
+    integrator_dictionary,
+    light_to_particle,
+    rays_per_shaded_one,
+    scene_dictionary,
+)
 from synth.rendering.variant import drjit_module
 from synth.rendering.window import Window
 
@@ -53,6 +61,8 @@ class ScalarTracer:
 
     def __init__(self, mi: Any, particle: ParticleModel, film: IdealFilm, light: Lighting, at_cam: Array) -> None:
         self._mi, self._film = mi, film
+        self._rays_per_shaded_one = rays_per_shaded_one(particle.material, light)
+        self._coverage_only = mi.load_dict(COVERAGE_ONLY)
         centre = np.array([film.cx_px, film.cy_px]) + 0.5
         self._whole = np.rint(centre).astype(int)
         self._shear = tuple(-(centre - self._whole) / film.focal_px)
@@ -90,8 +100,11 @@ class ScalarTracer:
         parameters["sensor.to_world"] = mi.ScalarTransform4f(camera)
         parameters["light.to_world"] = mi.ScalarTransform4f(light_to_particle(R_cam_particle))
         parameters.update()
-        picture = np.array(mi.render(self._scene, seed=seed, spp=samples), dtype=np.float64)
-        return Traced(picture[:, :, 0], picture[:, :, 1])
+        shaded = np.array(mi.render(self._scene, seed=seed, spp=max(1, samples // self._rays_per_shaded_one)), dtype=np.float64)
+        if self._rays_per_shaded_one == 1:
+            return Traced(shaded[:, :, 0], shaded[:, :, 1])
+        covered = np.array(mi.render(self._scene, integrator=self._coverage_only, seed=seed, spp=samples), dtype=np.float64)
+        return Traced(shaded[:, :, 0], covered[:, :, 1])
 
 
 class WavefrontTracer:
@@ -99,6 +112,8 @@ class WavefrontTracer:
 
     def __init__(self, mi: Any, particle: ParticleModel, film: IdealFilm, light: Lighting, at_cam: Array) -> None:
         self._mi, self._film = mi, film
+        self._rays_per_shaded_one = rays_per_shaded_one(particle.material, light)
+        self._coverage_only = mi.load_dict(COVERAGE_ONLY)
         self._scene = mi.load_dict(scene_dictionary(mi, particle, light, at_cam))
         self._integrator = mi.load_dict(integrator_dictionary(particle.material))
         self._parameters = mi.traverse(self._scene)
@@ -110,25 +125,32 @@ class WavefrontTracer:
         self._parameters.update()
         to_world = camera_to_particle(R_cam_particle, t_cam_particle, shear=(0.0, 0.0))
         rows = max(1, LARGEST_WAVEFRONT // (samples * window.width))
-        parts = [
-            self._strip(Window(window.x0, y0, window.width, min(rows, window.y0 + window.height - y0)), to_world, samples, seed + y0)
+        strips = [
+            Window(window.x0, y0, window.width, min(rows, window.y0 + window.height - y0))
             for y0 in range(window.y0, window.y0 + window.height, rows)
         ]
+        parts = [self._strip(strip, to_world, samples, seed + strip.y0) for strip in strips]
         return Traced(np.concatenate([part[0] for part in parts]), np.concatenate([part[1] for part in parts]))
 
     def _strip(self, strip: Window, to_world: Array, samples: int, seed: int) -> tuple[Array, Array]:
+        """Radiance and coverage of a strip of the window."""
+        radiance, covered = self._cast(self._integrator, strip, to_world, max(1, samples // self._rays_per_shaded_one), seed)
+        if self._rays_per_shaded_one > 1:
+            _, covered = self._cast(self._coverage_only, strip, to_world, samples, seed)
+        return radiance, covered
+
+    def _cast(self, integrator: Any, strip: Window, to_world: Array, samples: int, seed: int) -> tuple[Array, Array]:
         mi, dr = self._mi, drjit_module()
         sampler = mi.load_dict({"type": "multijitter", "sample_count": samples})
         per_pixel = int(sampler.sample_count())
         sampler.set_samples_per_wavefront(per_pixel)
         sampler.seed(seed % 2**32, strip.width * strip.height * per_pixel)
-        rays = self._rays(sampler, strip, per_pixel, to_world)
-        spectrum, seen, _ = self._integrator.sample(self._scene, sampler, rays)
+        spectrum, seen, _ = integrator.sample(self._scene, sampler, self._rays(sampler, strip, per_pixel, to_world))
         radiance = mi.Float(spectrum.x) if mi.is_monochromatic else mi.luminance(spectrum)
         covered = dr.select(seen, mi.Float(1), mi.Float(0))
         dr.eval(radiance, covered)
-        shape = (strip.height, strip.width)
         radiance, covered = (np.array(dr.block_sum(lanes, per_pixel), dtype=np.float64) for lanes in (radiance, covered))
+        shape = (strip.height, strip.width)
         return radiance.reshape(shape) / per_pixel, covered.reshape(shape) / per_pixel
 
     def _rays(self, sampler: Any, strip: Window, per_pixel: int, to_world: Array) -> Any:
