@@ -128,10 +128,11 @@ def _accepted(candidates: Rotation, surface: SampledSurface, tolerance: float) -
     """The identity, and the distinct symmetries to which the best candidates lead, best first."""
     order = np.argsort(_deviations(candidates, surface, FEW_PROBES).mean(axis=1), kind="stable")
     refined = _refined(candidates[order[:KEPT]], surface)
-    refined = refined[refined.magnitude() > NEARLY_NOTHING]
     worst = _deviations(refined, surface, PROBES).max(axis=1)
+    worst[refined.magnitude() <= NEARLY_NOTHING] = np.inf
     best_first = np.argsort(worst, kind="stable")[: int(np.sum(worst < tolerance))]
-    return _distinct(Rotation.concatenate([Rotation.identity(1), refined[best_first]]))
+    # An empty selection of rotations is an error, so the identity is among those that are selected from.
+    return _distinct(Rotation.concatenate([Rotation.identity(1), refined])[np.concatenate([[0], 1 + best_first])])
 
 
 def _distinct(rotations: Rotation) -> Rotation:

@@ -37,6 +37,15 @@ def test_order_of_the_group(mesh: trimesh.Trimesh, order: int) -> None:
     assert geodesic_angle(products, found[None]).min(axis=1).max() < np.deg2rad(2)
 
 
+def test_a_nearly_round_body_where_all_products_fall_back_to_the_identity() -> None:
+    found = symmetries_of(procedural("jagged", 0.05, np.random.default_rng(1)))
+    np.testing.assert_allclose(found[0], np.eye(3), atol=1e-14)
+
+
+def symmetries_of(mesh: trimesh.Trimesh) -> np.ndarray:
+    return rotational_symmetries(mesh, mass_properties(mesh.vertices, np.asarray(mesh.faces), 1.0).body)
+
+
 def test_symmetries_map_the_body_on_to_itself() -> None:
     box = trimesh.creation.box((1.0, 1.0, 2.0)).apply_translation([1.0, 2.0, 3.0])
     body = mass_properties(box.vertices, np.asarray(box.faces), 1.0).body
