@@ -65,7 +65,7 @@ def visual_hull(outlines: Sequence[Outline], views: Sequence[CalibratedView], *,
     if volume.max() <= 0.0:
         raise InputError("calibrated views: expected outlines that agree on a body, got an empty visual hull; a view may not belong")
     vertices, faces, _, _ = marching_cubes(volume, 0.0, spacing=(step, step, step), gradient_direction="ascent")
-    return HullMesh(vertices=vertices.astype(np.float64) + centre - radius, faces=faces.astype(np.int64)[:, ::-1].copy())
+    return HullMesh(vertices=vertices.astype(np.float64) + centre - radius, faces=faces.astype(np.int64))
 
 
 def bounding_ball(outlines: Sequence[Outline], views: Sequence[CalibratedView]) -> tuple[Array, float]:
