@@ -38,7 +38,7 @@ class Configuration:
     inertia_prior: float = 0.015
     inertia_products_prior: float = 0.003
     floor_px: float = 0.04
-    body_noise_px: float = 0.11
+    body_noise_px: float = 0.085
     huber: float = 4.0
     within_pairs: int = 600
     foreign_view_ratio: float = 4.0

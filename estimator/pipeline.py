@@ -16,7 +16,7 @@ from estimator.fitting.flight_starts import best_spin, flight_of_track
 from estimator.fitting.levenberg_marquardt import Outcome, Solution
 from estimator.fitting.pose_refinement import Views
 from estimator.fitting.pose_search import FoundPoses, SearchEffort, search_pose
-from estimator.fitting.refinement import Refined, refine_flight
+from estimator.fitting.refinement import Refined, Refinement, refine_flight
 from estimator.fitting.tracking import track
 from estimator.fitting.trajectory import FitTask, Prior, Sightings, fit_growing
 from estimator.geometry.silhouettes import silhouettes
@@ -76,9 +76,11 @@ def estimate(observation: Observation, configuration: Configuration) -> Estimate
         refined = refine_flight(
             task,
             best.solution.state,
-            floor_px=configuration.floor_px,
-            body_noise_px=configuration.body_noise_px,
-            within_pairs=configuration.within_pairs,
+            Refinement(
+                floor_px=configuration.floor_px,
+                body_noise_px=configuration.body_noise_px,
+                within_pairs=configuration.within_pairs,
+            ),
         )
     except NoMeasurement as failure:
         return empty_estimate(observation, tracks, particle, configuration, (failure.status, failure.message))

@@ -8,8 +8,7 @@ say.
 
 The full inverse ``Σ_i⁻¹`` would be Aitken's optimum if the noise were what the model says. Measured on scanned bodies it is worse: it
 leans on differences between neighbouring tangents, where hulls of noisy outlines differ in kind from hulls of bodies, and gave a scale
-bias of 0.1-0.8% where these weights give 0.01-0.1%. It only serves for the bound, the inverse Fisher information ``(sum J_iᵀ Σ_i⁻¹ J_i +
-Λ)⁻¹``.
+bias of 0.1-0.8% where these weights give 0.01-0.1%. It only serves for the bound, the inverse of :func:`information`.
 
 With ``W = weight J`` the gradient's covariance is ``M = sum_i W_iᵀ Σ_i W_i + sum_k W_kᵀ (C_k - diag C_k) W_k`` over the views k (one
 view's noise enters all sightings) plus the body-fixed part of :func:`body_noise`; the parameters' is ``H⁻¹ (s² M + Λ) H⁻¹`` [White 1982;
@@ -36,15 +35,14 @@ class WeighedFrames:
     """Weighed errors of every sighting in terms of the parameters.
 
     ``H`` (p, p) and ``g`` (p,) of the data alone; ``weighted`` (n, k, 2, p) is ``W`` for each view and tangency, zero where there is no
-    error; ``meat`` (p, p) the gradient's covariance within sightings, ``fisher`` (p, p) the information under the full ``Σ``; ``chi2``
-    (n,), the sum of squares of the standardised errors, and ``count`` (n,) per sighting.
+    error; ``meat`` (p, p) the gradient's covariance within sightings; ``chi2`` (n,), the sum of squares of the standardised errors, and
+    ``count`` (n,) per sighting.
     """
 
     H: Array
     g: Array
     weighted: Array
     meat: Array
-    fisher: Array
     chi2: Array
     count: NDArray[np.int64]
 
@@ -60,39 +58,51 @@ def weigh(errors: TangencyErrors, S: Array, first: Silhouettes, *, floor_px: flo
     An error beyond ``huber`` standard deviations has its variance raised until its influence is that of one at ``huber``.
     """
     n, k, p = errors.valid.shape[0], errors.valid.shape[1], S.shape[2]
-    H, g = np.zeros((p, p)), np.zeros(p)
-    meat, fisher = np.zeros((p, p)), np.zeros((p, p))
+    H, g, meat = np.zeros((p, p)), np.zeros(p), np.zeros((p, p))
     weighted = np.zeros((n, k, 2, p))
     chi2, count = np.zeros(n), np.zeros(n, dtype=np.int64)
     for i in np.flatnonzero(errors.valid.any(axis=1)):
-        view, side = np.argwhere(np.repeat(errors.valid[i][:, None], 2, axis=1)).T
-        e, J = errors.error[i, view, side], errors.jacobian[i, view, side] @ S[i]
-        own = first.sigma_px[first.offsets[i] + errors.tangency[i, view, side]]
-        K = tangent_correlation(errors.direction[i, view, side], float(first.correlation_rad[i]))
-        total = errors.variance[i, view, side] + floor_px**2
-        z = np.abs(e) / np.sqrt(total)
-        D = total - own**2 + total * np.maximum(z / huber - 1.0, 0.0)
-        Sigma = own[:, None] * own[None, :] * K + np.diag(D)
-        factor = cho_factor(Sigma, lower=True)
-        solved = cho_solve(factor, np.column_stack([J, e]))
-        variance = np.diag(Sigma)
+        seen = sighting(errors, S, first, i, floor_px=floor_px, huber=huber)
+        variance = np.diag(seen.Sigma)
         z1 = 1.0 / np.sqrt(variance)
-        repeated = float(z1 @ Sigma @ z1) / len(e)
-        W = J / (variance * repeated)[:, None]
-        weighted[i, view, side] = W
-        H += J.T @ W
-        g += W.T @ e
-        meat += W.T @ Sigma @ W
-        fisher += J.T @ solved[:, :-1]
-        chi2[i], count[i] = float(np.sum(e**2 / variance)), len(e)
-    return WeighedFrames(H=H, g=g, weighted=weighted, meat=meat, fisher=fisher, chi2=chi2, count=count)
+        repeated = float(z1 @ seen.Sigma @ z1) / len(variance)
+        W = seen.J / (variance * repeated)[:, None]
+        weighted[i, seen.view, seen.side] = W
+        H += seen.J.T @ W
+        g += W.T @ seen.e
+        meat += W.T @ seen.Sigma @ W
+        chi2[i], count[i] = float(np.sum(seen.e**2 / variance)), len(variance)
+    return WeighedFrames(H=H, g=g, weighted=weighted, meat=meat, chi2=chi2, count=count)
+
+
+@dataclass(frozen=True)
+class Sighting:
+    """The errors ``e`` (m,) of one sighting with the views ``view`` at the tangencies ``side``.
+
+    ``J`` (m, p) by the parameters, ``Sigma`` (m, m) px² their covariance.
+    """
+
+    view: NDArray[np.int64]
+    side: NDArray[np.int64]
+    e: Array
+    J: Array
+    Sigma: Array
+
+
+def sighting(errors: TangencyErrors, S: Array, first: Silhouettes, i: int | np.integer, *, floor_px: float, huber: float) -> Sighting:
+    """Errors of sighting ``i``, their derivatives and covariance; arguments as in :func:`weigh`."""
+    view, side = np.argwhere(np.repeat(errors.valid[i][:, None], 2, axis=1)).T
+    e, J = errors.error[i, view, side], errors.jacobian[i, view, side] @ S[i]
+    own = first.sigma_px[first.offsets[i] + errors.tangency[i, view, side]]
+    K = tangent_correlation(errors.direction[i, view, side], float(first.correlation_rad[i]))
+    total = errors.variance[i, view, side] + floor_px**2
+    z = np.abs(e) / np.sqrt(total)
+    D = total - own**2 + total * np.maximum(z / huber - 1.0, 0.0)
+    return Sighting(view, side, e, J, own[:, None] * own[None, :] * K + np.diag(D))
 
 
 def shared_view_noise(errors: TangencyErrors, frames: WeighedFrames, second: Silhouettes) -> Array:
-    """``sum_k W_kᵀ (C_k - diag C_k) W_k`` (p.
-
-    P): what one view's outline noise adds to the gradient's covariance by entering many sightings.
-    """
+    """What one view's outline noise adds to the gradient's covariance (p, p) by entering many sightings: the sum over the views above."""
     p = frames.weighted.shape[-1]
     total = np.zeros((p, p))
     for k in range(errors.valid.shape[1]):
@@ -108,20 +118,48 @@ def shared_view_noise(errors: TangencyErrors, frames: WeighedFrames, second: Sil
     return total
 
 
-BODY_CELLS = 400
+NORMAL_CELLS, VIEWING_CELLS = 120, 24
+"""Cells on the spheres of normals (0.32 rad wide) and of viewing directions (0.7 rad): the turns over which the bias was seen to change."""
 
 
-def body_noise(errors: TangencyErrors, frames: WeighedFrames, normals: Array, *, sigma_px: float) -> Array:
+def body_cells(normals: Array, viewing: Array) -> NDArray[np.int64]:
+    """The place on the body, and the side it is seen from, of outward normals (n, k, 2, 3) seen along ``viewing`` (n, 3), body axes.
+
+    Both outlines of a view and of the view from behind are the same line, so viewing directions count without their sign.
+    """
+    place = np.argmax(normals @ fibonacci_sphere(NORMAL_CELLS).T, axis=-1)
+    side = np.argmax(np.abs(viewing @ fibonacci_sphere(VIEWING_CELLS).T), axis=-1)
+    _, cells = np.unique(place * VIEWING_CELLS + side[:, None, None], return_inverse=True)
+    return np.asarray(cells.reshape(place.shape), dtype=np.int64)
+
+
+def body_noise(errors: TangencyErrors, frames: WeighedFrames, cells: NDArray[np.int64], *, sigma_px: float) -> Array:
     """What a body-fixed error of ``sigma_px`` adds to the gradient's covariance (p, p).
 
-    Tangencies at one place on the body share it in all sightings.
-
-    ``normals`` (n, k, 2, 3): outward normals in body axes; places are cells of about 0.18 rad on the sphere of normals.
+    Tangencies at one place on the body (``cells`` (n, k, 2)) share it in all sightings.
     """
     p = frames.weighted.shape[-1]
     seen = np.repeat(errors.valid[:, :, None], 2, axis=2)
-    cells = fibonacci_sphere(BODY_CELLS)
-    nearest = np.argmax(normals[seen] @ cells.T, axis=1)
-    G = np.zeros((BODY_CELLS, p))
-    np.add.at(G, nearest, frames.weighted[seen])
+    G = np.zeros((int(cells.max()) + 1, p))
+    np.add.at(G, cells[seen], frames.weighted[seen])
     return np.asarray(sigma_px**2 * G.T @ G)
+
+
+def information(errors: TangencyErrors, S: Array, first: Silhouettes, places: tuple[NDArray[np.int64], float], *, huber: float) -> Array:
+    """Fisher information (p, p) of the errors under the noise model: own noise ``Σ_i`` and a body-fixed error.
+
+    ``places``: ``cells`` (n, k, 2) and the body-fixed error's standard deviation (px). With ``B_i`` the tangencies' cells the body-fixed
+    error is a nuisance, eliminated as ``F - U (σ_b⁻² + V)⁻¹ Uᵀ``, F = Σ JᵀΣ_i⁻¹J, U = Σ JᵀΣ_i⁻¹B_i, V = Σ B_iᵀΣ_i⁻¹B_i.
+    """
+    cells, sigma_px = places
+    p = S.shape[2]
+    places_seen = int(cells.max()) + 1
+    total = np.zeros((p + places_seen, p + places_seen))
+    for i in np.flatnonzero(errors.valid.any(axis=1)):
+        seen = sighting(errors, S, first, i, floor_px=0.0, huber=huber)
+        present, column = np.unique(cells[i, seen.view, seen.side], return_inverse=True)
+        X = np.hstack([seen.J, np.eye(len(present))[column]])
+        rows = np.concatenate([np.arange(p), p + present])
+        total[np.ix_(rows, rows)] += X.T @ cho_solve(cho_factor(seen.Sigma, lower=True), X)
+    V = total[p:, p:] + np.eye(places_seen) / max(sigma_px, 1e-6) ** 2
+    return np.asarray(total[:p, :p] - total[:p, p:] @ np.linalg.solve(V, total[p:, :p]))

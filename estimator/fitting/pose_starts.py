@@ -39,7 +39,7 @@ def start_catalogue(hull_vertices: Array, centre: Array, *, directions: int = 60
     points = points[ConvexHull(points).vertices]
     R = _looking_along(fibonacci_sphere(directions))
     flat = np.einsum("dij,vj->dvi", R[:, :2], points)
-    support = np.max(flat @ _outward().T, axis=1)
+    support = np.stack([np.max(seen @ _outward().T, axis=0) for seen in flat])
     return StartCatalogue(R=R, support=support, middle=_steiner(support))
 
 

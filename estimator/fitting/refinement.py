@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.fitting.composite_likelihood import WeighedFrames, body_noise, shared_view_noise, weigh
+from estimator.fitting.composite_likelihood import WeighedFrames, body_cells, body_noise, information, shared_view_noise, weigh
 from estimator.fitting.noise_model import MeasuredNoise, measured_noise, with_noise
 from estimator.fitting.trajectory import FitTask, errors_of, pose_map, prior_values
 from estimator.fitting.within_sequence import WithinEquations, within_equations
@@ -43,22 +43,32 @@ class _Linearised:
     errors: TangencyErrors
     frames: WeighedFrames
     within: WithinEquations
+    normals: Array
     H: Array
     g: Array
 
 
-def refine_flight(task: FitTask, flight: Flight, *, floor_px: float, body_noise_px: float, within_pairs: int) -> Refined:
+@dataclass(frozen=True)
+class Refinement:
+    """Settings: see :class:`estimator.configuration.Configuration`."""
+
+    floor_px: float
+    body_noise_px: float
+    within_pairs: int
+
+
+def refine_flight(task: FitTask, flight: Flight, settings: Refinement) -> Refined:
     """Gauss-Newton steps with refreshed weights until they are small against the standard deviations."""
     settled = False
     predicted, _ = poses_and_sensitivity(flight, task.sightings.times_s)
     noise = measured_noise(errors_of(task, flight, predicted))
     task = replace(task, sightings=replace(task.sightings, silhouettes=with_noise(task.sightings.silhouettes, noise)))
-    at = _linearise(task, flight, floor_px, within_pairs)
+    at = _linearise(task, flight, settings)
     for _ in range(MOST_STEPS):
         inverse = scaled_inverse(at.H)
         step = -inverse @ at.g
         flight = moved(flight, step)
-        at = _linearise(task, flight, floor_px, within_pairs)
+        at = _linearise(task, flight, settings)
         size = float(np.max(np.abs(step) / np.sqrt(np.diag(inverse))))
         settled = size < STEADY
         if size < SETTLED:
@@ -67,11 +77,15 @@ def refine_flight(task: FitTask, flight: Flight, *, floor_px: float, body_noise_
     prior = np.diag(task.prior.precision)
     inflation = max(1.0, at.frames.mean_square)
     shared = shared_view_noise(at.errors, at.frames, task.views.silhouettes)
-    shared = shared + body_noise(at.errors, at.frames, _normals(task, at), sigma_px=body_noise_px)
+    cells = body_cells(at.normals, (task.sightings.R_cam_world @ at.predicted.R[:, 0])[:, 2])
+    shared = shared + body_noise(at.errors, at.frames, cells, sigma_px=settings.body_noise_px)
     meat = inflation * (at.frames.meat + at.within.H + shared) + prior
     covariance = inverse @ meat @ inverse
-    bound = scaled_inverse(at.frames.fisher + prior)
-    return Refined(flight, at.predicted, 0.5 * (covariance + covariance.T), bound, at.errors, at.frames, at.within, settled, noise)
+    own = task.sightings.silhouettes
+    known = information(at.errors, at.S, own, (cells, settings.body_noise_px), huber=task.huber)
+    bound = scaled_inverse(known / inflation + prior)
+    covariance, bound = (0.5 * (C + C.T) for C in (covariance, bound))
+    return Refined(flight, at.predicted, covariance, bound, at.errors, at.frames, at.within, settled, noise)
 
 
 def scaled_inverse(H: Array) -> Array:
@@ -80,23 +94,24 @@ def scaled_inverse(H: Array) -> Array:
     return np.asarray(np.linalg.inv(H * scale[:, None] * scale) * scale[:, None] * scale)
 
 
-def _linearise(task: FitTask, flight: Flight, floor_px: float, within_pairs: int) -> _Linearised:
+def _linearise(task: FitTask, flight: Flight, settings: Refinement) -> _Linearised:
     predicted, sensitivity = poses_and_sensitivity(flight, task.sightings.times_s)
     errors = errors_of(task, flight, predicted)
     S = pose_map(sensitivity)
-    frames = weigh(errors, S, task.sightings.silhouettes, floor_px=floor_px, huber=task.huber)
-    within = within_equations(task, flight, predicted, S, most_pairs=within_pairs, floor_px=floor_px)
+    normals = _normals(task, errors, predicted)
+    frames = weigh(errors, S, task.sightings.silhouettes, floor_px=settings.floor_px, huber=task.huber)
+    within = within_equations(task, flight, predicted, S, most_pairs=settings.within_pairs, floor_px=settings.floor_px)
     precision = task.prior.precision
     H = frames.H + within.H + np.diag(precision)
     g = frames.g + within.g + precision * prior_values(flight)
-    return _Linearised(predicted, S, errors, frames, within, H, g)
+    return _Linearised(predicted, S, errors, frames, within, normals, H, g)
 
 
-def _normals(task: FitTask, at: _Linearised) -> Array:
+def _normals(task: FitTask, errors: TangencyErrors, predicted: FlightPoses) -> Array:
     """Outward normals (n, k, 2, 3) of the tangent planes in body axes: where on the body each tangency lies."""
     focal = task.sightings.silhouettes.focal_px
-    u = at.errors.direction[:, :, :2]
+    u = errors.direction[:, :, :2]
     plane = np.concatenate([u * focal[:, None, None, :], np.zeros((*u.shape[:3], 1))], axis=3)
-    R_cam_body = task.sightings.R_cam_world @ at.predicted.R[:, 0]
+    R_cam_body = task.sightings.R_cam_world @ predicted.R[:, 0]
     plane /= np.maximum(np.linalg.norm(plane, axis=3, keepdims=True), 1e-12)
     return np.asarray(np.einsum("nij,nkmi->nkmj", R_cam_body, plane))
