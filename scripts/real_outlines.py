@@ -7,7 +7,7 @@
 
 import argparse
 import json
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -20,12 +20,14 @@ from scipy.spatial.transform import Rotation
 from skimage.io import imread
 from skimage.measure import find_contours
 
+from datasets.estimate import Status
 from datasets.observation import CalibratedView
 from datasets.vocabulary.camera import Intrinsics
 from datasets.vocabulary.outline import Outline, oriented
 from estimator.configuration import Configuration
-from estimator.fitting.pose_refinement import Views
-from estimator.fitting.pose_search import SearchEffort, search_pose
+from estimator.fitting.pose_competition import Competition, compete, protrusion_px
+from estimator.fitting.pose_refinement import Poses, Views
+from estimator.fitting.pose_search import SearchEffort, rms_ete_px, search_pose
 from estimator.geometry.epipolar_tangency import PoseSet, tangency_errors
 from estimator.geometry.silhouettes import Silhouettes, pack, silhouettes
 from estimator.geometry.tangent_hull import TangentHull
@@ -34,6 +36,9 @@ from estimator.particle import particle_of, view_poses
 
 Array = NDArray[np.float64]
 EFFORT = SearchEffort(starts=200, candidates=24)
+CONFIGURATION = Configuration(foreign_view_ratio=1e9)
+RIGHT_DEG, MINIMA_TOLD, SEED = 5.0, 6, 20261121
+FEWER = (5, 8, 16)
 INDEPENDENT = {"uct_stone6": 0.71, "oxford_dino": 0.43}
 
 
@@ -98,17 +103,81 @@ def unsmoothed(outlines: list[Outline], views: list[CalibratedView]) -> Silhouet
     return pack(hulls, [v.intrinsics for v in views])
 
 
-def left_out_errors_deg(outlines: list[Outline], views: list[CalibratedView]) -> list[float]:
-    """Angle (degrees) between each view's given pose and the one found from the others, from nothing."""
-    angles = []
-    for left in range(len(views)):
-        others = [i for i in range(len(views)) if i != left]
-        particle = particle_of([outlines[i] for i in others], [views[i] for i in others], Configuration(foreign_view_ratio=1e9))
-        known = Views(particle.seen, particle.poses, particle.body.com_particle)
-        found = search_pose(silhouettes([outlines[left]], [views[left].intrinsics]), known, particle.catalogue, EFFORT)
-        given = views[left].R_cam_particle
-        angles.append(float(np.degrees(Rotation.from_matrix(found.poses.R[0] @ given.T).magnitude())) if len(found.rms_px) else 180.0)
-    return angles
+@dataclass(frozen=True)
+class LeftOut:
+    """A pose found from other views: ``angle_deg`` of every minimum to the given pose, ``rms_px`` of each, and which of them stand."""
+
+    angle_deg: Array
+    rms_px: Array
+    given_rms_px: float
+    given_protrusion_px: float
+    competition: Competition
+
+    @property
+    def by_tangency_deg(self) -> float:
+        """Error of the minimum of least cost, containment aside."""
+        return float(self.angle_deg[0]) if len(self.angle_deg) else 180.0
+
+    @property
+    def chosen_deg(self) -> float:
+        """Error of the best minimum that stands; 180 where none does."""
+        return float(self.angle_deg[self.competition.rows[0]]) if len(self.competition.rows) else 180.0
+
+
+def left_out_pose(outlines: list[Outline], views: list[CalibratedView], left: int, others: list[int]) -> LeftOut:
+    """The pose of view ``left`` found from ``others``, from nothing; the given pose only judges it."""
+    particle = particle_of([outlines[i] for i in others], [views[i] for i in others], CONFIGURATION)
+    known = Views(particle.seen, particle.poses, particle.body.com_particle)
+    one = silhouettes([outlines[left]], [views[left].intrinsics])
+    found = search_pose(one, known, particle.catalogue, EFFORT)
+    noise_px, _, _ = pairwise_rms_px(particle.seen, particle.poses, known.centre)
+    competition = compete(found, one, known, particle.hull.vertices, noise_px=noise_px)
+    R = views[left].R_cam_particle
+    given = Poses(R[None], (R @ known.centre + views[left].t_cam_particle)[None], np.zeros(1))
+    return LeftOut(
+        angle_deg=np.degrees(Rotation.from_matrix(found.poses.R @ R.T).magnitude()),
+        rms_px=found.rms_px,
+        given_rms_px=float(rms_ete_px(one, given, known)[0]),
+        given_protrusion_px=float(protrusion_px(one, given, particle.hull.vertices - known.centre)[0]),
+        competition=competition,
+    )
+
+
+def told(view: LeftOut, view_number: int) -> dict[str, Any]:
+    """A left-out view as the result file lists it, with the minima that compete."""
+    rows = range(min(MINIMA_TOLD, len(view.rms_px)))
+    return {
+        "view": view_number,
+        "status": str(view.competition.status),
+        "error_deg": round(view.chosen_deg, 2),
+        "error_by_tangency_alone_deg": round(view.by_tangency_deg, 2),
+        "given_pose": {"rms_ete_px": round(view.given_rms_px, 3), "protrusion_px": round(view.given_protrusion_px, 2)},
+        "allowed": {"rms_ete_px": round(view.competition.allowed_rms_px, 3), "protrusion_px": round(view.competition.allowed_px, 2)},
+        "minima": [
+            {
+                "from_given_deg": round(float(view.angle_deg[i]), 2),
+                "rms_ete_px": round(float(view.rms_px[i]), 3),
+                "protrusion_px": round(float(view.competition.protrusion_px[i]), 2),
+                "stands": bool(i in view.competition.rows),
+            }
+            for i in rows
+        ],
+    }
+
+
+def few_views(outlines: list[Outline], views: list[CalibratedView], count: int, rng: np.random.Generator) -> dict[str, float]:
+    """Each view found from ``count`` others drawn at random: shares within 5°, by tangency alone and with containment."""
+    every = range(len(views))
+    found = [left_out_pose(outlines, views, i, sorted(rng.permutation([j for j in every if j != i])[:count].tolist())) for i in every]
+    unique = [f for f in found if f.competition.status is Status.CONVERGED]
+    return {
+        "views": count,
+        "within_5_deg_by_tangency_alone": float(np.mean([f.by_tangency_deg <= RIGHT_DEG for f in found])),
+        "within_5_deg": float(np.mean([f.chosen_deg <= RIGHT_DEG for f in found])),
+        "ambiguous": float(np.mean([f.competition.status is Status.AMBIGUOUS for f in found])),
+        "none_stands": float(np.mean([f.competition.status is Status.NO_CONVERGENCE for f in found])),
+        "within_5_deg_of_the_unique": float(np.mean([f.chosen_deg <= RIGHT_DEG for f in unique])) if unique else float("nan"),
+    }
 
 
 def study(name: str, outlines: list[Outline], views: list[CalibratedView]) -> dict[str, Any]:
@@ -118,7 +187,9 @@ def study(name: str, outlines: list[Outline], views: list[CalibratedView]) -> di
     poses, centre = view_poses(views), np.asarray(solid.center_mass)
     rms, median, pairs = pairwise_rms_px(unsmoothed(outlines, views), poses, centre)
     smooth_rms, smooth_median, _ = pairwise_rms_px(silhouettes(outlines, [v.intrinsics for v in views]), poses, centre)
-    angles = left_out_errors_deg(outlines, views)
+    every = list(range(len(views)))
+    found = [left_out_pose(outlines, views, i, [j for j in every if j != i]) for i in every]
+    angles = [f.chosen_deg for f in found]
     return {
         "pairs": pairs,
         "rms_ete_px": rms,
@@ -129,7 +200,10 @@ def study(name: str, outlines: list[Outline], views: list[CalibratedView]) -> di
         "hull_extent": np.ptp(hull.vertices, axis=0).tolist(),
         "hull_volume": float(abs(solid.volume)),
         "left_out_pose_error_deg": [round(a, 2) for a in angles],
-        "left_out_within_5_deg": float(np.mean(np.array(angles) <= 5.0)),
+        "left_out_within_5_deg": float(np.mean(np.array(angles) <= RIGHT_DEG)),
+        "left_out_by_tangency_alone_within_5_deg": float(np.mean([f.by_tangency_deg <= RIGHT_DEG for f in found])),
+        "left_out": [told(f, i + 1) for i, f in enumerate(found)],
+        "fewer_views": [few_views(outlines, views, c, np.random.default_rng(SEED)) for c in FEWER if c < len(views) - 1],
     }
 
 
