@@ -1,6 +1,6 @@
-"""What the calibrated views say about the particle: which of them belong together, the visual hull, the body.
+"""What the calibrated views say about the particle.
 
-Starts for the pose search.
+Which of them belong together, the visual hull they carve, the body that fills it, and starts for the pose search.
 """
 
 from collections.abc import Sequence

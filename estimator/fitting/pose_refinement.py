@@ -34,9 +34,9 @@ class Views:
 
 @dataclass(frozen=True)
 class Poses:
-    """n candidate poses: ``R_cam_particle`` (n, 3, 3), ``centre_cam`` (n, 3) m where the centre of mass lies.
+    """n candidate poses.
 
-    ``cost`` (n,) per valid pair.
+    ``R`` (n, 3, 3) from particle to camera axes, ``centre_cam`` (n, 3) m where the centre of mass lies, ``cost`` (n,) per valid pair.
     """
 
     R: Array

@@ -23,9 +23,10 @@ ANGLES = 72
 
 @dataclass(frozen=True)
 class StartCatalogue:
-    """Support functions of the hull seen from many directions: ``R`` (d, 3, 3), ``support`` (d, ANGLES) m, ``middle`` (d.
+    """Support functions of the hull seen from d directions.
 
-    2) Steiner points (m).
+    ``R`` (d, 3, 3) from particle axes to those of a camera looking along each, ``support`` (d, ANGLES) m, ``middle`` (d, 2) m their
+    Steiner points.
     """
 
     R: Array

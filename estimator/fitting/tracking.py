@@ -15,9 +15,9 @@ STEPS_PER_FRAME = 8
 
 @dataclass(frozen=True)
 class Track:
-    """Poses in the world at increasing ``times_s`` (n,): ``R`` (n, 3, 3) world from particle, ``centre`` (n, 3) m.
+    """Poses in the world at increasing times.
 
-    ``cost`` (n,) per pair.
+    ``times_s`` (n,), ``R`` (n, 3, 3) world from particle, ``centre`` (n, 3) m of mass, world frame, ``cost`` (n,) per valid pair.
     """
 
     times_s: Array

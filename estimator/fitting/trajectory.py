@@ -49,9 +49,10 @@ class Sightings:
 
 @dataclass(frozen=True)
 class Prior:
-    """Standard deviations of what free flight alone would leave loose: centre of mass (m), inertia on and off the diagonal (relative).
+    """Standard deviations of what free flight alone would leave loose.
 
-    Outline offset (px).
+    ``com_m``: centre of mass (m); ``inertia`` and ``inertia_products``: inertia on and off the diagonal, relative; ``offset_px``: outline
+    offset.
     """
 
     com_m: float

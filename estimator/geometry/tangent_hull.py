@@ -1,9 +1,10 @@
 """From a noisy outline to the convex hull of its tangency candidates, each with its expected noise.
 
-The hull of a noisy contour lies outside the true one by up to twice the noise, since it is made of extremes. A periodic
-local quadratic fit along the contour [Savitzky & Golay 1964] before the hull is taken removes most of that; a window of
-about nine samples balances what is left of the noise's fattening against the rounding of corners (measured on scanned
-bodies: both below 0.06 px at 0.2 px noise). What remains is a nearly constant offset, which the fit carries as a parameter.
+The hull of a noisy contour lies outside the true one, since it is made of extremes. A periodic local quadratic fit along the contour
+[Savitzky & Golay 1964] before the hull is taken removes part of that, and rounds corners. For samples a pixel apart with white noise of
+0.2 px, a circle of 30 px radius comes out too large by 0.22 px unsmoothed, 0.11 px with the window of five samples used here and 0.04 px
+with nine; the corner of a square is cut by 0.06 px with five and by 0.29 px with nine (tests/estimator/geometry/test_tangent_hull.py).
+What remains is a nearly constant offset, which the fit carries as a parameter.
 
 The smoothing's own residual gives the point noise: for white noise it has the variance ``(1 - 2 c_0 + sum c²) sigma²``,
 where ``c`` are the filter's weights.
@@ -48,9 +49,10 @@ class TangentHull:
 
 @dataclass(frozen=True)
 class Likeness:
-    """The camera to be like: its sample spacing and point noise, both in px of the finer picture.
+    """The camera to be like.
 
-    How many outlines to draw, in how many directions.
+    ``spacing_px`` of its samples and their ``noise_px``, both in px of the finer picture; ``draws``: how many outlines to draw;
+    ``directions``: in how many directions to average them.
     """
 
     spacing_px: float

@@ -73,9 +73,9 @@ class Flight:
 
 @dataclass(frozen=True)
 class FlightPoses:
-    """Poses at f times of m flights: ``centre`` (f, m, 3) m where the *nominal* centre of mass lies, ``R`` (f, m, 3.
+    """Poses at f times of m flights.
 
-    3) world from nominal body axes.
+    ``centre`` (f, m, 3) m where the *nominal* centre of mass lies, world frame; ``R`` (f, m, 3, 3) world from nominal body axes.
     """
 
     centre: Array

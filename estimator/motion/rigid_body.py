@@ -19,9 +19,9 @@ MAX_TURN_RAD = 0.12
 
 @dataclass(frozen=True)
 class States:
-    """m states side by side: ``x`` (m, 3) m, ``q`` (m, 4) scalar last, ``v`` (m, 3) m/s, ``L`` (m.
+    """m states side by side, world frame.
 
-    3) rad/s (angular momentum per largest moment).
+    ``x`` (m, 3) m, ``q`` (m, 4) world from body, scalar last, ``v`` (m, 3) m/s, ``L`` (m, 3) rad/s: angular momentum per largest moment.
     """
 
     x: Array
