@@ -1,0 +1,172 @@
+"""What the pages and figures of the studies share: tables with intervals, failures in words, one look, and how they are written."""
+
+import io
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+import pandas as pd
+
+from datasets.atomic_files import written_whole
+from scripts.study_runs import SPEED_MS, SPIN_RADS, Options
+from scripts.study_summaries import QUANTITIES, Quantity
+
+mpl.use("Agg")
+
+from matplotlib import pyplot as plt
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+COLOURS = ("#0b5d8f", "#c2571a", "#3b7d3b", "#7a4b94")
+DPI = 100
+LOOK: dict[Any, Any] = {
+    "font.size": 9,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "grid.color": "0.9",
+    "axes.axisbelow": True,
+}
+LEGEND = (
+    "Dots: medians with 95% bootstrap intervals. Dashed: the median error that the reported error bars predict. Dotted: the median error",
+    "at the Cramér–Rao-type bound. Red: the tolerance that the score sets a good sequence.",
+)
+
+
+@dataclass(frozen=True)
+class Line:
+    """One line of medians: column of the horizontal axis, colour, label, and whether prediction and bound accompany it."""
+
+    column: str
+    colour: str
+    label: str = "measured, median and 95% interval"
+    accompanied: bool = True
+
+
+def figure(rows: int, columns: int, size: tuple[float, float]) -> tuple[Figure, Any]:
+    """A figure in the studies' look and its axes (rows, columns)."""
+    with mpl.rc_context(LOOK):
+        return plt.subplots(rows, columns, figsize=size, squeeze=False)
+
+
+def draw_medians(axes: Axes, points: pd.DataFrame, line: Line) -> None:
+    """Medians with intervals, what the error bars predict (dashed) and the bound (dotted); points without a measurement are absent."""
+    x = points[line.column].to_numpy(dtype=np.float64)
+    median, low, high = (points[key].to_numpy(dtype=np.float64) for key in ("median", "low", "high"))
+    spread = np.vstack([median - low, high - median])
+    axes.errorbar(x, median, yerr=spread, fmt="o-", ms=4, lw=1.4, capsize=2.5, color=line.colour, label=line.label)
+    if line.accompanied:
+        axes.plot(x, points["predicted"], "--", lw=1.2, color="0.25", label="predicted by the error bars")
+        axes.plot(x, points["bound"], ":", lw=1.4, color="0.5", label="bound")
+
+
+def draw_tolerance(axes: Axes, quantity: Quantity) -> None:
+    """The tolerance as a thin line."""
+    axes.axhline(quantity.tolerance_percent, color="#b00020", lw=0.8, label="tolerance")
+
+
+def median_table(points: pd.DataFrame, columns: Sequence[tuple[str, str]], unit: str = "%") -> list[str]:
+    """Lines of a Markdown table: one row per point, medians with intervals; ``columns`` are (column, heading)."""
+    units = {q.key: unit if unit == "%" else q.absolute_unit for q in QUANTITIES}
+    head = [*(heading for _, heading in columns), "converged", *(f"{q.title} ({units[q.key]})" for q in QUANTITIES)]
+    lines = ["| " + " | ".join(head) + " |", "| " + " | ".join("---" for _ in head) + " |"]
+    for point, group in points.groupby([column for column, _ in columns], sort=True):
+        by = group.set_index("quantity")
+        cells = [*(number(value) for value in point), f"{by['n_converged'].iloc[0]} of {by['n'].iloc[0]}"]
+        cells += [with_interval(by.loc[q.key].to_dict()) for q in QUANTITIES]
+        lines.append("| " + " | ".join(cells) + " |")
+    return lines
+
+
+def with_interval(row: Mapping[Any, Any]) -> str:
+    """A median with its interval, or a dash where there is none."""
+    if not np.isfinite(row["median"]):
+        return "–"
+    if not np.isfinite(row["low"]):
+        return number(row["median"])
+    return f"{number(row['median'])} ({number(row['low'])} to {number(row['high'])})"
+
+
+def number(value: Any) -> str:
+    """Three significant digits without exponent."""
+    value = float(value)
+    if value == 0 or not np.isfinite(value):
+        return f"{value:g}"
+    digits = max(0, 2 - int(np.floor(np.log10(abs(value)))))
+    text = f"{value:.{digits}f}"
+    return text.rstrip("0").rstrip(".") if "." in text else text
+
+
+def lost_in_words(table: pd.DataFrame, column: str, what: str) -> str:
+    """A sentence that says where sequences ended without a measurement."""
+    lost = table[~table["converged"]]
+    if lost.empty:
+        return f"All {len(table)} sequences of this axis converged."
+    counts = lost.groupby([column, "status"], sort=True).size().reset_index(name="n")
+    whole = table.groupby(column).size()
+    parts = [f"{number(row[column])} ({row['n']} of {whole[row[column]]} *{row['status']}*)" for _, row in counts.iterrows()]
+    return f"No measurement, with a status that says so: at {what} " + ", ".join(parts) + "."
+
+
+def conditions(table: pd.DataFrame, options: Options) -> str:
+    """A paragraph: how many sequences of what, and what a relative error refers to."""
+    which = "six scanned bodies" if options.particles else "six bodies of the procedural family (three cut stones, three jagged lumps)"
+    return (
+        f"{len(table)} sequences of the silhouette tier: outlines with 0.2 px boundary noise, {which}, 4–8 mm, started from nothing. "
+        f"Unless varied: 100 frames at 4000 frames/s, 60 calibrated views, 0.1 mm per pixel, {SPEED_MS[0]:g}–{SPEED_MS[1]:g} m/s, "
+        f"{SPIN_RADS[0]:g}–{SPIN_RADS[1]:g} rad/s. Errors are those at mid-sequence; linear ones relative to the speed, angular ones to "
+        "the spin. Medians with 95% bootstrap intervals over the converged sequences; all points share particles and flights."
+    )
+
+
+def coverage_in_words(table: pd.DataFrame) -> str:
+    """A sentence on the 95% intervals of the whole study."""
+    good = table[table["converged"]]
+    shares = [100 * float(good[[f"inside95_{c}" for c in names]].to_numpy(dtype=float).mean()) for names in (_LINEAR, _ANGULAR)]
+    return f"Over the whole study the 95% intervals hold the truth for {shares[0]:.1f}% of the components of v and {shares[1]:.1f}% of ω."
+
+
+_LINEAR = (*QUANTITIES[0].components, *QUANTITIES[1].components)
+_ANGULAR = QUANTITIES[2].components
+
+
+def how_to_repeat(options: Options) -> list[str]:
+    """The last lines of a page: commands, result files."""
+    flags = (" --particles FOLDER" if options.particles else "") + (" --full" if options.full else "")
+    files = f"[every sequence](../results/{options.name}.csv), [medians](../results/{options.name}_summary.csv)"
+    command = f"python -m scripts.{options.study}{flags}"
+    return [
+        "## Again",
+        "",
+        "```sh",
+        command,
+        "```",
+        "",
+        f"Results: {files}. A killed run goes on where it was; this page is written by the command from these files.",
+        "",
+    ]
+
+
+def write_csv(table: pd.DataFrame, path: Path) -> pd.DataFrame:
+    """Write a tidy table with six significant digits and read it back, so that pages copy what the file holds."""
+    with written_whole(path) as temporary:
+        table.to_csv(temporary, index=False, float_format="%.6g", lineterminator="\n")
+    return pd.read_csv(path)
+
+
+def write_page(lines: Sequence[str], path: Path) -> None:
+    """Write a page."""
+    with written_whole(path) as temporary:
+        temporary.write_text("\n".join(lines).rstrip("\n") + "\n", encoding="utf-8")
+
+
+def write_figure(drawn: Figure, path: Path) -> None:
+    """Write a figure without dates or versions in it."""
+    held = io.BytesIO()
+    drawn.savefig(held, format="png", dpi=DPI, metadata={"Software": None})
+    plt.close(drawn)
+    with written_whole(path) as temporary:
+        temporary.write_bytes(held.getvalue())
