@@ -7,14 +7,15 @@ JOBS ?= 2
 STAMP := $(VENV)/installed-from-lock
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: help demo test lint lock clean
+.PHONY: help demo test studies lint lock clean
 
 help:
-	@echo "make demo   render, estimate, score and report two small sequences (sets up .venv itself)"
-	@echo "make test   ruff, mypy, import contracts and the tests (sets up .venv itself)"
-	@echo "make lint   the checks without the tests"
-	@echo "make lock   pin requirements.in anew"
-	@echo "make clean  remove outputs and caches, keep .venv"
+	@echo "make demo     render, estimate, score and report two small sequences (sets up .venv itself)"
+	@echo "make test     ruff, mypy, import contracts and the tests (sets up .venv itself)"
+	@echo "make studies  all studies at their small size, in docs/ (PARTICLES=FOLDER: with the scanned particles in it)"
+	@echo "make lint     the checks without the tests"
+	@echo "make lock     pin requirements.in anew"
+	@echo "make clean    remove outputs and caches, keep .venv"
 
 $(STAMP): requirements.lock pyproject.toml
 	@$(SYSTEM_PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo "Tumble needs Python 3.11 or newer; set SYSTEM_PYTHON=/path/to/python3.11" >&2; exit 2; }
@@ -33,6 +34,14 @@ lint: $(STAMP)
 
 test: lint
 	$(BIN)/python -m pytest -n $(JOBS)
+
+# A killed run goes on where it was; finished cases are kept in out/studies until the code that makes them changes.
+STUDIES := study_benchmark_axes study_focal_length study_out_of_plane
+SCANNED := $(if $(PARTICLES),_scanned)
+studies: $(STAMP)
+	for study in $(STUDIES); do $(BIN)/python -m scripts.$$study $(if $(PARTICLES),--particles $(PARTICLES)) --jobs $(JOBS) || exit; done
+	$(BIN)/python -m scripts.study_leave_one_out $(if $(PARTICLES),--particles $(PARTICLES)) --jobs $(JOBS) --out out/studies/leave_one_out \
+		--result docs/results/leave_one_out_small$(SCANNED).json --page docs/studies/leave_one_out_small$(SCANNED).md
 
 lock: $(STAMP)
 	$(BIN)/pip-compile --version >/dev/null 2>&1 || $(BIN)/python -m pip install --quiet pip-tools

@@ -4,15 +4,17 @@ In the manner of the leave-one-out test of silhouette-based pose estimation, who
 regular and 88% for irregular particles. Errors are geodesic angles to the given pose, smallest over the body's rotational symmetries.
 The hull that ranks the starts is carved from all views; the fit uses the other views alone.
 
-``python -m scripts.study_leave_one_out --particles FOLDER --out out/leave_one_out --runs 3 --result docs/results/leave_one_out.json``
+``python -m scripts.study_leave_one_out --particles FOLDER --out out/leave_one_out --runs 3 --result docs/results/leave_one_out.json
+--page docs/studies/leave_one_out.md``; without ``--particles`` the bodies are six of the project's own, three cut stones (regular) and
+three jagged lumps (irregular).
 """
 
 import argparse
 import json
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
@@ -25,13 +27,11 @@ from estimator.fitting.pose_search import SearchEffort, search_pose
 from estimator.geometry.epipolar_tangency import PoseSet
 from estimator.particle import Particle, particle_of
 from scripts.scanned_particles import REGULAR, SIX, scanned_files
+from scripts.study_pages import figure, write_figure, write_page
+from scripts.study_runs import PROCEDURAL, sources_hash
 from synth.sequence import build_silhouette_sequence
-from tumble.engine import Item, run
+from tumble.engine import Item, failures, run
 from tumble.progress import progress
-
-mpl.use("Agg")
-
-import matplotlib.pyplot as plt
 
 WITHIN_DEG = 5.0
 EFFORT = SearchEffort(starts=96, candidates=16)
@@ -39,7 +39,7 @@ EFFORT = SearchEffort(starts=96, candidates=16)
 
 def one_run(payload: dict[str, Any]) -> dict[str, Any]:
     """All views of one particle in one run; writes the errors (degrees) and the RMS ETE (px) of each."""
-    recipe = Recipe(seed=payload["seed"], particle=ParticleRecipe(files=tuple(payload["files"])), motion=MotionRecipe(frames=3))
+    recipe = Recipe(seed=payload["seed"], particle=ParticleRecipe(**payload["body"]), motion=MotionRecipe(frames=3))
     observation, truth = build_silhouette_sequence(recipe, payload["index"])
     particle = particle_of(tuple(observation.view_recording), observation.views, Configuration())  # type: ignore[arg-type]
     found = [left_out_error_deg(particle, view, truth.symmetries) for view in range(len(particle.calibrated))]
@@ -62,10 +62,27 @@ def left_out_error_deg(particle: Particle, view: int, symmetries: NDArray[np.flo
     return float(np.degrees(np.min(angles))), float(found.rms_px[0])
 
 
-def summary(rows: list[dict[str, Any]]) -> dict[str, Any]:
+@dataclass(frozen=True)
+class StudiedBody:
+    """A body of the study: name, recipe of the particle, and its class."""
+
+    name: str
+    recipe: dict[str, Any]
+    regular: bool
+
+
+def studied_bodies(folder: Path | None) -> tuple[StudiedBody, ...]:
+    """The six scanned bodies of a folder, or six of the procedural family."""
+    if folder:
+        files = scanned_files(folder)
+        return tuple(StudiedBody(name, {"files": (file,)}, name in REGULAR) for name, file in zip(SIX, files, strict=True))
+    return tuple(StudiedBody(f"{family} {a:g}", {"family": family, "irregularity": a}, family == "cut_stone") for family, a in PROCEDURAL)
+
+
+def summary(rows: list[dict[str, Any]], bodies: tuple[StudiedBody, ...]) -> dict[str, Any]:
     """Share of poses within 5 degrees per particle and per class."""
     particles = {}
-    for name in SIX:
+    for name in (body.name for body in bodies):
         errors = np.concatenate([np.array(row["error_deg"]) for row in rows if row["particle"] == name] or [np.zeros(0)])
         if errors.size:
             particles[name] = {
@@ -74,29 +91,29 @@ def summary(rows: list[dict[str, Any]]) -> dict[str, Any]:
                 "median_deg": float(np.median(errors)),
                 "p95_deg": float(np.percentile(errors, 95)),
             }
-    classes = {"regular": [n for n in particles if n in REGULAR], "irregular": [n for n in particles if n not in REGULAR]}
+    found = [body for body in bodies if body.name in particles]
+    classes = {"regular": [b.name for b in found if b.regular], "irregular": [b.name for b in found if not b.regular]}
     shares = {c: float(np.mean([particles[n]["share_within_5_deg"] for n in names])) for c, names in classes.items() if names}
     return {"particles": particles, "share_within_5_deg": shares, "published": {"regular": 0.66, "irregular": 0.88}}
 
 
-def draw(rows: list[dict[str, Any]], path: Path) -> None:
+def draw(rows: list[dict[str, Any]], bodies: tuple[StudiedBody, ...], path: Path) -> None:
     """Cumulative distributions of the pose error, one line per particle."""
-    figure, axes = plt.subplots(figsize=(7, 4.2))
-    for name in SIX:
+    picture, all_axes = figure(1, 1, (7, 4.2))
+    axes = all_axes[0, 0]
+    for name, regular in ((body.name, body.regular) for body in bodies):
         errors = np.sort(np.concatenate([np.array(row["error_deg"]) for row in rows if row["particle"] == name] or [np.zeros(0)]))
         if errors.size:
-            style = "--" if name in REGULAR else "-"
+            style = "--" if regular else "-"
             axes.step(np.maximum(errors, 1e-2), np.arange(1, errors.size + 1) / errors.size, style, where="post", label=name)
     axes.axvline(WITHIN_DEG, color="0.6", lw=1)
     axes.set(xscale="log", xlabel="pose error (degrees)", ylabel="share of left-out views", ylim=(0, 1.02))
     axes.legend(fontsize=8, title="dashed: regular", frameon=False)
-    figure.tight_layout()
-    path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=110)
-    plt.close(figure)
+    picture.tight_layout()
+    write_figure(picture, path)
 
 
-def page(result: dict[str, Any]) -> str:
+def page(result: dict[str, Any], picture: str) -> list[str]:
     """The study's page in Markdown, every number from the result."""
     lines = [
         "# Leave-one-out poses",
@@ -111,13 +128,13 @@ def page(result: dict[str, Any]) -> str:
     lines.append("")
     for key, share in result["share_within_5_deg"].items():
         lines.append(f"- {key}: {100 * share:.1f}% within 5° (published: {100 * result['published'][key]:.0f}%)")
-    return "\n".join([*lines, "", "![Cumulative distribution of the pose error](leave_one_out.png)", ""])
+    return [*lines, "", f"![Cumulative distribution of the pose error]({picture})"]
 
 
 def main() -> int:
     """Run what is missing, then write result, figure and page."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--particles", type=Path, required=True, help="folder with the scanned particles (PLY)")
+    parser.add_argument("--particles", type=Path, help="folder with the scanned particles (PLY); without it the project's own bodies")
     parser.add_argument("--out", type=Path, default=Path("out/leave_one_out"))
     parser.add_argument("--runs", type=int, default=1)
     parser.add_argument("--seed", type=int, default=77)
@@ -125,24 +142,26 @@ def main() -> int:
     parser.add_argument("--result", type=Path, default=Path("out/leave_one_out/result.json"))
     parser.add_argument("--page", type=Path, default=Path("out/leave_one_out/leave_one_out.md"))
     arguments = parser.parse_args()
-    files = scanned_files(arguments.particles)
-    arguments.out.mkdir(parents=True, exist_ok=True)
+    bodies = studied_bodies(arguments.particles)
+    folder = arguments.out / sources_hash()
     items = []
-    for index in range(len(SIX) * arguments.runs):
-        name, number = SIX[index % len(SIX)], index // len(SIX)
-        product = arguments.out / f"{arguments.seed}-{name}-{number}.json"
-        common = {"seed": arguments.seed, "files": files, "index": index, "particle": name, "run": number, "product": str(product)}
-        items.append(Item(product.stem, common, product))
+    for index in range(len(bodies) * arguments.runs):
+        body, number = bodies[index % len(bodies)], index // len(bodies)
+        product = folder / f"{arguments.seed}-{body.name.replace(' ', '_')}-{number}.json"
+        which = {"body": body.recipe, "particle": body.name, "index": index, "run": number}
+        items.append(Item(product.stem, {"seed": arguments.seed, **which, "product": str(product)}, product))
     with progress("particles", len(items), quiet=False) as advance:
-        run(one_run, items, jobs=arguments.jobs, advance=advance)
+        failed = failures(run(one_run, items, jobs=arguments.jobs, advance=advance))
     rows = [json.loads(item.product.read_text()) for item in items if item.product.exists()]
-    result = summary(rows)
+    result = summary(rows, bodies)
     print(json.dumps(result, indent=1))
-    for path, text in ((arguments.result, json.dumps(result, indent=1) + "\n"), (arguments.page, page(result))):
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text)
-    draw(rows, arguments.page.with_suffix(".png"))
-    return 0
+    write_page([json.dumps(result, indent=1)], arguments.result)
+    picture = arguments.page.with_suffix(".png")
+    write_page(page(result, picture.name), arguments.page)
+    draw(rows, bodies, picture)
+    for outcome in failed:
+        print(f"{outcome.name} failed: {outcome.message}")
+    return 1 if failed else 0
 
 
 if __name__ == "__main__":
