@@ -22,6 +22,9 @@ FARTHEST_M = 50.0
 STRONGEST_GRAVITY_MS2 = 300.0
 LONGEST_EXPOSURE_S = 1.0
 HEAVIEST_KG = 1000.0
+LARGEST_UNDISTORTION_ERROR_PX = 0.01
+EDGE_POINTS = 9
+"""Along each side of a picture."""
 OUTSIDE_PICTURES = 3.0
 """How many picture sizes beyond its picture an outline may reach before it must belong to another camera."""
 
@@ -112,6 +115,23 @@ def _check_intrinsics(intrinsics: Intrinsics, where: str) -> None:
     pitch = intrinsics.pixel_pitch_m
     if pitch is not None and pitch > 1e-3:
         raise InputError(f"{where}.pixel_pitch_m: expected metres (20e-6 is usual), came {pitch:g}; it looks like another unit.")
+    lost = undistortion_error_px(intrinsics)
+    if not lost <= LARGEST_UNDISTORTION_ERROR_PX:
+        raise InputError(
+            f"{where}.distortion: expected a distortion that can be undone all over the {intrinsics.width_px} x {intrinsics.height_px} px "
+            f"picture, came {list(intrinsics.distortion)}, which misses by {lost:.3g} px at its edge; the order is k1, k2, p1, p2, k3."
+        )
+
+
+def undistortion_error_px(intrinsics: Intrinsics) -> float:
+    """How far (px) a point of the picture's edge lies at most from itself after its distortion was removed and put on again."""
+    if not any(intrinsics.distortion):
+        return 0.0
+    u, v = (np.linspace(-0.5, size - 0.5, EDGE_POINTS) for size in (intrinsics.width_px, intrinsics.height_px))
+    grid = np.stack(np.meshgrid(u, v), axis=-1)
+    edge = np.concatenate([grid[0], grid[-1], grid[:, 0], grid[:, -1]])
+    with np.errstate(all="ignore"):
+        return float(np.abs(intrinsics.distort(intrinsics.normalise(edge)) - edge).max())
 
 
 def _check_recording(recording: Recording, intrinsics: list[Intrinsics], path: Path, what: str) -> None:
@@ -121,10 +141,23 @@ def _check_recording(recording: Recording, intrinsics: list[Intrinsics], path: P
             recording.check(len(intrinsics), intrinsics[0].width_px, intrinsics[0].height_px, what)
         raise InputError(f"{path}: {what}: expected {len(intrinsics)} recorded entries, came {len(recording)}.")
     if isinstance(recording, TiffFrames):
+        _check_one_size(intrinsics, path, what)
         recording.check(len(intrinsics), intrinsics[0].width_px, intrinsics[0].height_px, what)
     elif not isinstance(recording, Frames):
         for k, (outline, camera) in enumerate(zip(recording, intrinsics, strict=True)):
             _check_outline(outline, camera, f"{path}: {what}: outline {k}")
+
+
+def _check_one_size(intrinsics: list[Intrinsics], path: Path, what: str) -> None:
+    """The pictures of one stack are of one size, so their cameras have to be."""
+    sizes = [(camera.width_px, camera.height_px) for camera in intrinsics]
+    odd = next((k for k, size in enumerate(sizes) if size != sizes[0]), None)
+    if odd is not None:
+        (width, height), (first_width, first_height) = sizes[odd], sizes[0]
+        raise InputError(
+            f"{path}: {what}: expected cameras of one picture size, since their pictures are one stack, "
+            f"came {first_width} x {first_height} px for entry 0 and {width} x {height} for entry {odd}."
+        )
 
 
 def _check_outline(outline: Outline, camera: Intrinsics, where: str) -> None:

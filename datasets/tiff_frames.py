@@ -205,6 +205,11 @@ def _index(path: Path) -> tuple[_Page, ...]:
 def _page(path: Path, number: int, page: tifffile.TiffPage) -> _Page:
     if page.dtype not in (np.dtype(np.uint8), np.dtype(np.uint16)) or len(page.shape) != 2:
         raise InputError(f"{path}: frame {number}: expected grey pictures of 16 (or 8) bit, came {page.dtype} of shape {page.shape}.")
+    if page.photometric != tifffile.PHOTOMETRIC.MINISBLACK:
+        raise InputError(
+            f"{path}: frame {number}: expected grey pictures in which 0 is black (MINISBLACK), came {page.photometric.name}; "
+            "its numbers do not mean light, so convert the stack first."
+        )
     end = max(start + size for start, size in zip(page.dataoffsets, page.databytecounts, strict=True))
     if end > path.stat().st_size:
         raise InputError(f"{path}: frame {number} is cut off (it should end at byte {end}, the file has {path.stat().st_size}).")

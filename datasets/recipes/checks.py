@@ -6,7 +6,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from datasets.errors import InputError
+from datasets.plausibility import LARGEST_UNDISTORTION_ERROR_PX, undistortion_error_px
 from datasets.recipes.recipe import Recipe
+from datasets.vocabulary.camera import Intrinsics
 
 
 @dataclass(frozen=True)
@@ -62,6 +64,9 @@ BOUNDS = (
     Bounds("sensor.prnu", 0, 1),
     Bounds("sensor.dsnu_e", 0, 1e6),
 )
+
+DARKEST_SHARE = 0.5
+"""Of full scale: a larger dark offset leaves no range for light."""
 
 RANGES = ("particle.size_mm", "motion.speed_ms", "motion.spin_rads", "motion.out_of_plane_ms", "rig.focal_px")
 """Pairs that have to be given lowest first."""
@@ -124,6 +129,26 @@ def _slow_enough(recipe: Recipe) -> bool:
     return out is None or out[0] <= recipe.motion.speed_ms[1]
 
 
+def _dark_offset_fits(recipe: Recipe) -> bool:
+    return recipe.sensor.dark_offset_dn <= DARKEST_SHARE * _full_scale_dn(recipe)
+
+
+def _full_scale_dn(recipe: Recipe) -> int:
+    return int(2**recipe.sensor.bit_depth) - 1
+
+
+def _distortion_can_be_undone(recipe: Recipe) -> bool:
+    return undistortion_error_px(_lens(recipe)) <= LARGEST_UNDISTORTION_ERROR_PX
+
+
+def _lens(recipe: Recipe) -> Intrinsics:
+    """The camera's intrinsics without the principal point's offset."""
+    hsv = recipe.hsv
+    f, d = hsv.focal_mm * 1e-3, hsv.distance_m
+    focal_px = f * d / (d - f) / (hsv.pixel_pitch_um * 1e-6)
+    return Intrinsics(hsv.width_px, hsv.height_px, focal_px, focal_px, (hsv.width_px - 1) / 2, (hsv.height_px - 1) / 2, hsv.distortion)
+
+
 RELATIONS: tuple[tuple[Callable[[Recipe], bool], Callable[[Recipe], str]], ...] = (
     (_named, lambda recipe: "name: expected some text, came nothing."),
     (
@@ -148,6 +173,20 @@ RELATIONS: tuple[tuple[Callable[[Recipe], bool], Callable[[Recipe], str]], ...] 
         lambda recipe: (
             f"motion.out_of_plane_ms: expected at most the highest speed ({recipe.motion.speed_ms[1]:g} m/s), "
             f"came {list(recipe.motion.out_of_plane_ms or ())}."
+        ),
+    ),
+    (
+        _dark_offset_fits,
+        lambda recipe: (
+            f"sensor.dark_offset_dn: expected at most {DARKEST_SHARE * _full_scale_dn(recipe):.0f} (half of full scale at "
+            f"{recipe.sensor.bit_depth} bit), came {recipe.sensor.dark_offset_dn:g}."
+        ),
+    ),
+    (
+        _distortion_can_be_undone,
+        lambda recipe: (
+            f"hsv.distortion: expected one that can be undone all over the picture, came {list(recipe.hsv.distortion)}, which misses by "
+            f"{undistortion_error_px(_lens(recipe)):.3g} px at its edge; the order is k1, k2, p1, p2, k3."
         ),
     ),
 )

@@ -61,7 +61,15 @@ def surface_problem(mesh: trimesh.Trimesh) -> str | None:
         return "its faces are not oriented consistently"
     if mesh.volume <= 0:
         return "its faces point inward (the enclosed volume is negative)"
-    return None
+    return _apart(mesh)
+
+
+def _apart(mesh: trimesh.Trimesh) -> str | None:
+    """Whether more than one body is there: they would be weighed together, but one outline shows only one of them."""
+    if mesh.body_count == 1:
+        return None
+    bodies = sum(part.volume > 0 for part in mesh.split(only_watertight=False, repair=False))
+    return f"it holds {bodies} separate bodies" if bodies > 1 else None
 
 
 def repaired(mesh: trimesh.Trimesh) -> trimesh.Trimesh:

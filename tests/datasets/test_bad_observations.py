@@ -135,6 +135,11 @@ def test_another_layout_is_no_edit(folder):
         (["cameras", 0, "R_cam_world", 0], [-1, 0, 0], r"came a mirrored one \(determinant -1\)"),
         (["views", "cameras", 0, "intrinsics", "cx_px"], 31500.0, r"expected a principal point near the 64 x 48 px picture"),
         (["cameras", 0, "intrinsics", "pixel_pitch_m"], 20.0, r"expected metres \(20e-6 is usual\), came 20"),
+        (
+            ["cameras", 0, "intrinsics", "distortion"],
+            [-40000.0, 0, 0, 0, 0],
+            r"cameras\[0\]\.intrinsics\.distortion: expected a distortion that can be undone all over the 64 x 48 px picture",
+        ),
         (["cameras", 0, "intrinsics", "width_px"], 4, r'camera "hsv": outline 0: expected pixels of a 4 x 48 picture'),
     ],
 )
@@ -176,6 +181,18 @@ def test_frames_of_another_size(frame_folder):
 def test_one_frame_of_another_size(frame_folder):
     write_stack(frame_folder / "frames_hsv.tif", [np.zeros((48, 64 + (k == 3)), np.uint16) for k in range(5)])
     refused(frame_folder, "frame 3: expected 64 x 48 px")
+
+
+def test_a_view_whose_camera_has_another_size(frame_folder):
+    edited(frame_folder, ["views", "cameras", 1, "intrinsics", "width_px"], 48)
+    refused(frame_folder, r"calibrated views: expected cameras of one picture size.* 64 x 48 px for entry 0 and 48 x 48 for entry 1")
+
+
+@pytest.mark.parametrize(("photometric", "named"), [("miniswhite", "MINISWHITE"), ("palette", "PALETTE")])
+def test_frames_whose_numbers_are_no_light(frame_folder, photometric, named):
+    settings = {"colormap": np.zeros((3, 256), np.uint16)} if photometric == "palette" else {}
+    tifffile.imwrite(frame_folder / "frames_hsv.tif", np.zeros((5, 48, 64), np.uint8), photometric=photometric, **settings)
+    refused(frame_folder, rf"frames_hsv\.tif: frame 0: expected grey pictures in which 0 is black \(MINISBLACK\), came {named}")
 
 
 def test_background_of_another_size(frame_folder):

@@ -75,6 +75,8 @@ def test_any_recipe_round_trips(name, frames, speeds, noise, files, out_of_plane
         ("hsv.distance_m=600", "hsv.distance_m: expected a value from 0.01 to 50, came 600; it looks like millimetres taken for metres"),
         ("hsv.focal_mm=900", "expected more than the focal length (0.9 m), came 0.6"),
         ("motion.out_of_plane_ms=[5, 6]", "expected at most the highest speed (4 m/s)"),
+        ("sensor.dark_offset_dn=5000", "sensor.dark_offset_dn: expected at most 2048 (half of full scale at 12 bit), came 5000"),
+        ("hsv.distortion=[-100, 0, 0, 0, 0]", "hsv.distortion: expected one that can be undone all over the picture"),
         ("sequences=0", "sequences: expected a value from 1"),
         ('name="  "', "name: expected some text"),
     ],

@@ -49,6 +49,16 @@ def with_crumb() -> trimesh.Trimesh:
     return trimesh.util.concatenate([box(), crumb])
 
 
+def two_bodies() -> trimesh.Trimesh:
+    return trimesh.util.concatenate([box(), trimesh.creation.box((0.5, 0.5, 0.5)).apply_translation([5, 0, 0])])
+
+
+def test_a_hollow_body_is_one_body(tmp_path: Path) -> None:
+    cavity = trimesh.creation.box((0.5, 0.5, 0.5))
+    cavity.invert()
+    assert read_mesh(write(tmp_path, trimesh.util.concatenate([box(), cavity]))).volume == pytest.approx(6.0 - 0.125)
+
+
 @pytest.mark.parametrize(
     ("mesh", "problem"),
     [
@@ -57,6 +67,7 @@ def with_crumb() -> trimesh.Trimesh:
         (partly_turned(), "not oriented consistently"),
         (torn_apart(), "not watertight: 144 open edges"),
         (with_crumb(), "not watertight: 3 open edges"),
+        (two_bodies(), "it holds 2 separate bodies"),
     ],
 )
 def test_a_bad_surface_is_named_and_the_repair_mends_it(tmp_path: Path, mesh: trimesh.Trimesh, problem: str) -> None:
