@@ -34,13 +34,14 @@ class Edge:
     """An outline (px) and the Gaussian blur of its edge (px, standard deviation; across the smear of the motion).
 
     ``misfit``: RMS difference between picture and image near it. ``noise_gain``: from the noise of a pixel (share of the
-    contrast) to the standard deviation (px) of one of its points.
+    contrast) to the standard deviation (px) of one of its points. ``reach_px``: how far out the blur, smear included, carries it.
     """
 
     points_px: Points
     blur_px: float
     misfit: float
     noise_gain: float
+    reach_px: float
 
 
 def half_level_contour(occupancy: Picture) -> Points | None:
@@ -69,7 +70,7 @@ def outward_normals(points: Points) -> Points:
 
 def edge_blur(points: Points, occupancy: Picture) -> float:
     """Gaussian blur (px) from the slope of the occupancy across the sharper part of the outline."""
-    profile = _profiles(occupancy, points, outward_normals(points), np.array([-_STEP_PX, _STEP_PX]))
+    profile = profiles(occupancy, points, outward_normals(points), np.array([-_STEP_PX, _STEP_PX]))
     slope = max(float(np.percentile(profile[:, 0] - profile[:, 1], 80)) / (2 * _STEP_PX), 1e-3)
     return float(np.sqrt(max(1.0 / (2 * np.pi * slope**2) - PIXEL_VARIANCE, LEAST_VARIANCE)))
 
@@ -95,7 +96,12 @@ def refined(points: Points, occupancy: Picture, *, blur_px: float, spacing_px: f
         shift = step.shift if number == 0 else _smoothed(step.shift)
         outline = outline + shift[:, None] * outward_normals(outline)
     final = _compared(outline, occupancy, blur)
-    return Edge(oriented(outline), narrowest(blur), final.misfit, final.noise_gain)
+    return Edge(oriented(outline), narrowest(blur), final.misfit, final.noise_gain, reach(blur))
+
+
+def reach(blur: Covariance) -> float:
+    """Distance (px) from an edge beyond which a blur leaves nothing of it; compared no farther than 12 px."""
+    return min(2.5 * float(np.sqrt(np.linalg.eigvalsh(blur)[1] + PIXEL_VARIANCE)) + 0.5, 12.0)
 
 
 @dataclass(frozen=True)
@@ -109,10 +115,10 @@ class _Step:
 def _compared(outline: Points, occupancy: Picture, blur: Covariance) -> _Step:
     """One comparison of picture and image: shift of every point (px, outwards) and correction of the blur (px²)."""
     normals = outward_normals(outline)
-    reach = min(2.5 * np.sqrt(np.linalg.eigvalsh(blur)[1] + PIXEL_VARIANCE) + 0.5, 12.0)
-    offsets = np.arange(-reach, reach + _STEP_PX / 2, _STEP_PX)
-    image = _profiles(blurred(coverage(outline, occupancy.shape), blur), outline, normals, offsets)
-    seen = _profiles(occupancy, outline, normals, offsets)
+    far = reach(blur)
+    offsets = np.arange(-far, far + _STEP_PX / 2, _STEP_PX)
+    image = profiles(blurred(coverage(outline, occupancy.shape), blur), outline, normals, offsets)
+    seen = profiles(occupancy, outline, normals, offsets)
     slope = -np.gradient(image, _STEP_PX, axis=1)
     power = np.maximum((slope**2).sum(axis=1), 1e-6)
     shift = np.clip(((seen - image) * slope).sum(axis=1) / power, -1.0, 1.0)
@@ -123,7 +129,7 @@ def _compared(outline: Points, occupancy: Picture, blur: Covariance) -> _Step:
     return _Step(shift, fitted_blur(np.clip(wider, -0.5, 2.0), normals), float(np.sqrt(np.mean(rest**2))), gain)
 
 
-def _profiles(
+def profiles(
     picture: Picture, points: Points, normals: Points, offsets: Float[NDArray[np.float64], " k"]
 ) -> Float[NDArray[np.float64], "n k"]:
     """``picture`` along the normals at ``offsets`` (px) from each point, by bilinear interpolation."""

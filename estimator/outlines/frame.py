@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from datasets.vocabulary.outline import Outline
 from estimator.outlines.background import Background
+from estimator.outlines.beyond import share_beyond
 from estimator.outlines.component import Place, particle_mask, place_of
 from estimator.outlines.contour import PIXEL_VARIANCE, Edge, Points, edge_blur, half_level_contour, refined, roughness
 from estimator.outlines.occupancy import Departure, departure_from, occupancy_of, plain_occupancy
@@ -70,7 +71,10 @@ def _measured(departure: Departure, mask: Mask, place: Place, context: tuple[Win
         return Sighting(left_out(FrameStatus.NO_EDGE), place, float("nan"))
     contour, blur, occupancy, contrast = start
     edge = refined(contour, occupancy, blur_px=blur, spacing_px=settings.spacing_px, rounds=settings.refinements)
-    return Sighting(_reported(edge, window, departure.noise_dn / contrast, contrast / background.full_scale), place, edge.blur_px)
+    seen = _reported(edge, window, departure.noise_dn / contrast, contrast / background.full_scale)
+    least = max(settings.beyond_sigmas * departure.noise_dn, settings.beyond_contrast * contrast)
+    uneven = share_beyond(edge, departure, least) > settings.beyond_share
+    return Sighting(replace(seen, status=FrameStatus.UNEVENLY_LIT) if uneven else seen, place, edge.blur_px)
 
 
 def _half_level(departure: Departure, mask: Mask) -> tuple[Points, float, Picture, float] | None:

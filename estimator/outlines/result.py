@@ -21,6 +21,7 @@ class FrameStatus(StrEnum):
     OVEREXPOSED = "overexposed picture"
     SEVERAL = "several objects"
     NO_EDGE = "no closed edge"
+    UNEVENLY_LIT = "unevenly lit: more of the particle outside of the half level"
 
 
 EMPTY = Outline(np.zeros((0, 2)))

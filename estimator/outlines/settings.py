@@ -14,7 +14,9 @@ class OutlineSettings:
     ``rival_share``: with nothing known before, a second object of at least this share of the largest one's area makes
     the picture undecidable. ``edge_margin_px``: nearer to the picture's edge the particle counts as cut off.
     ``widest_edge``: out of focus when the 10-90% edge width exceeds this multiple of the sequence's sharpest quarter
-    (and ``least_blur_px``), or ``widest_edge_share`` of the particle's diameter.
+    (and ``least_blur_px``), or ``widest_edge_share`` of the particle's diameter. ``beyond_sigmas``, ``beyond_contrast``,
+    ``beyond_share``: unevenly lit when just beyond this share of the outline the picture departs from the background by so many standard
+    deviations of a pixel and by this share of the particle's contrast.
     """
 
     least_contrast: float = 0.05
@@ -26,6 +28,9 @@ class OutlineSettings:
     widest_edge: float = 2.0
     least_blur_px: float = 4.0
     widest_edge_share: float = 0.25
+    beyond_sigmas: float = 3.0
+    beyond_contrast: float = 0.004
+    beyond_share: float = 0.1
     crop_margin_px: int = 16
     background_samples: int = 24
     spacing_px: float = 1.0

@@ -1,0 +1,68 @@
+"""A particle that goes on outside of its half level is left out; a sharp, blurred, smeared or shining one is not."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter1d
+
+from estimator.outlines import extract_outlines
+from estimator.outlines.result import FrameStatus
+from estimator.outlines.settings import OutlineSettings
+
+SHAPE = (180, 240)
+CENTRE = (120.3, 90.2)
+ROOM = 320.0
+"""Electrons that a dark room gives a pixel."""
+BRIGHT = 9000.0
+
+Picture = NDArray[np.float64]
+
+
+def front_lit(darkroom, rng, facet: float, share: float):
+    """A stone before a dark room whose left ``share`` sends ``facet`` electrons and whose rest is bright."""
+    body = darkroom.stone(30, CENTRE, rng)
+    occupancy = darkroom.draw(body, SHAPE, 0.7)
+    left = np.arange(SHAPE[1]) < CENTRE[0] + 30 * (2 * share - 1)
+    return [darkroom.expose(ROOM * (1 - occupancy) + occupancy * np.where(left, facet, BRIGHT), rng) for _ in range(3)]
+
+
+@pytest.mark.parametrize("facet", [100.0, 700.0], ids=["darker than the room", "little brighter"])
+def test_a_body_with_facets_like_the_room_is_left_out_with_the_reason(darkroom, rng, facet):
+    pictures = front_lit(darkroom, rng, facet, share=0.4)
+    track = extract_outlines(darkroom.frames(pictures, darkroom.expose(np.full(SHAPE, ROOM), rng)))
+    assert track.reasons == (str(FrameStatus.UNEVENLY_LIT),) * 3
+    assert all(o.empty for o in track.outlines)
+    assert all(len(f.outline.points_px) > 20 for f in track.frames)
+
+
+def test_an_evenly_lit_body_before_a_dark_room_is_used(darkroom, rng):
+    pictures = front_lit(darkroom, rng, BRIGHT, share=0.4)
+    assert extract_outlines(darkroom.frames(pictures, darkroom.expose(np.full(SHAPE, ROOM), rng))).used.all()
+
+
+def test_the_share_that_is_allowed_can_be_set(darkroom, rng):
+    pictures = front_lit(darkroom, rng, 700.0, share=0.4)
+    taken = darkroom.expose(np.full(SHAPE, ROOM), rng)
+    lenient = replace(OutlineSettings(), beyond_share=1.0)
+    assert extract_outlines(darkroom.frames(pictures, taken), settings=lenient).used.all()
+
+
+@pytest.mark.parametrize(
+    "spoiled",
+    [lambda o: o, lambda o: uniform_filter1d(o, 7, axis=1), lambda o: uniform_filter1d(uniform_filter1d(o, 5, axis=1), 5, axis=0)],
+    ids=["sharp", "smeared over 7 px", "blurred"],
+)
+def test_blur_and_smear_are_no_more_of_the_particle(darkroom, rng, spoiled: Callable[[Picture], Picture]):
+    occupancy = spoiled(darkroom.draw(darkroom.stone(30, CENTRE, rng), SHAPE, 0.7))
+    pictures = [darkroom.expose(darkroom.panel(SHAPE) * (1 - 0.98 * occupancy), rng) for _ in range(3)]
+    assert extract_outlines(darkroom.frames(pictures, darkroom.expose(darkroom.panel(SHAPE), rng))).used.all()
+
+
+def test_light_through_a_clear_body_is_no_reason(darkroom, rng):
+    body = darkroom.draw(darkroom.stone(30, CENTRE, rng), SHAPE, 0.7)
+    window = darkroom.draw(darkroom.ellipse(8, 6, CENTRE), SHAPE, 0.7)
+    pictures = [darkroom.expose(darkroom.panel(SHAPE) * (1 - body + 0.9 * window), rng) for _ in range(3)]
+    assert extract_outlines(darkroom.frames(pictures, darkroom.expose(darkroom.panel(SHAPE), rng))).used.all()
