@@ -17,6 +17,7 @@ the nominal one wobble, and wrong inertia ratios bend the spin's path. Hence bot
 """
 
 from dataclasses import dataclass, replace
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +25,7 @@ from numpy.typing import NDArray
 from datasets.vocabulary.body import Body
 from estimator.geometry.mass_properties import right_handed
 from estimator.motion.rigid_body import (
+    Rate,
     States,
     angular_momentum,
     angular_velocity,
@@ -71,6 +73,19 @@ class Flight:
     gravity_world: Array
 
 
+class Forces(Protocol):
+    """What acts besides gravity, on m flights side by side; the same as a :data:`Rate` with the rows of parameters kept inside."""
+
+    def acceleration(self, time_s: float, state: States, omega: Array) -> Array:
+        """Acceleration (m, 3) m/s², world frame."""
+        ...
+
+    @property
+    def torque(self) -> Rate | None:
+        """Torque per largest moment (m, 3) rad/s², world frame; ``None`` where there is none."""
+        ...
+
+
 @dataclass(frozen=True)
 class FlightPoses:
     """Poses at f times of m flights.
@@ -106,7 +121,7 @@ def inertia_matrix(flight: Flight, inertia: Array) -> Array:
     return np.asarray(root[:, None] * (np.eye(3) + E) * root[None, :])
 
 
-def states(flight: Flight, steps: Array, times_s: Array) -> States:
+def states(flight: Flight, steps: Array, times_s: Array, forces: Forces | None = None) -> States:
     """States (f, m, ·) at ``times_s`` of the flights reached by the parameter steps (m, 21)."""
     q = quaternion_product(quaternion_from_vector(steps[:, THETA]), np.broadcast_to(flight.q, (len(steps), 4)))
     inertia = inertia_matrix(flight, flight.inertia + steps[:, INERTIA])
@@ -117,7 +132,14 @@ def states(flight: Flight, steps: Array, times_s: Array) -> States:
         L=angular_momentum(q, flight.omega + steps[:, OMEGA], inertia),
     )
     gravity = np.broadcast_to(flight.gravity_world, start.x.shape)
-    return propagate(start, _inverse(inertia), times_s, start_time_s=flight.time_s, acceleration=lambda _t, _s: gravity)
+    inverse = _inverse(inertia)
+    if forces is None:
+        return propagate(start, inverse, times_s, start_time_s=flight.time_s, acceleration=lambda _t, _s, _w: gravity)
+
+    def acceleration(time_s: float, state: States, omega: Array) -> Array:
+        return gravity + forces.acceleration(time_s, state, omega)
+
+    return propagate(start, inverse, times_s, start_time_s=flight.time_s, acceleration=acceleration, torque=forces.torque)
 
 
 def poses(flight: Flight, steps: Array, times_s: Array) -> FlightPoses:

@@ -30,8 +30,9 @@ class States:
     L: Array
 
 
-Acceleration = Callable[[float, States], Array]
-"""Acceleration (m, 3) m/s² of the centre of mass at a time (s) in m states, world frame."""
+Rate = Callable[[float, States, Array], Array]
+"""A rate (m, 3) at a time (s) in m states with the angular velocities (m, 3) rad/s, world frame: acceleration (m/s²) of the centre of
+mass, or torque per largest moment (rad/s²)."""
 
 
 def rotation_matrices(q: Array) -> Array:
@@ -73,11 +74,21 @@ def angular_momentum(q: Array, omega: Array, inertia: Array) -> Array:
     return np.asarray((R @ (inertia @ omega_body[:, :, None]))[:, :, 0])
 
 
-def propagate(start: States, inverse_inertia: Array, times_s: Array, *, start_time_s: float, acceleration: Acceleration) -> States:
+@dataclass(frozen=True)
+class _Body:
+    inverse_inertia: Array
+    acceleration: Rate
+    torque: Rate | None
+
+
+def propagate(
+    start: States, inverse_inertia: Array, times_s: Array, *, start_time_s: float, acceleration: Rate, torque: Rate | None = None
+) -> States:
     """States at every time: each array gets a leading axis over ``times_s``; times before the start are reached backwards.
 
-    ``start`` holds m states at ``start_time_s``; ``inverse_inertia`` (m, 3, 3).
+    ``start`` holds m states at ``start_time_s``; ``inverse_inertia`` (m, 3, 3). Without ``torque`` L stays as it is.
     """
+    body = _Body(inverse_inertia, acceleration, torque)
     shape = (len(times_s), len(start.x))
     out = States(*(np.empty((*shape, a.shape[1])) for a in (start.x, start.q, start.v, start.L)))
     after = np.flatnonzero(times_s >= start_time_s)
@@ -85,27 +96,30 @@ def propagate(start: States, inverse_inertia: Array, times_s: Array, *, start_ti
     for order in (after, before):
         state, time = start, start_time_s
         for i in order:
-            state = _advance(state, inverse_inertia, (time, float(times_s[i])), acceleration)
+            state = _advance(state, body, (time, float(times_s[i])))
             time = float(times_s[i])
             out.x[i], out.q[i], out.v[i], out.L[i] = state.x, state.q, state.v, state.L
     return out
 
 
-def _advance(state: States, inverse_inertia: Array, span: tuple[float, float], acceleration: Acceleration) -> States:
+def _advance(state: States, body: _Body, span: tuple[float, float]) -> States:
     time, end = span
     if end == time:
         return state
-    spin = float(np.linalg.norm(angular_velocity(state.q, state.L, inverse_inertia), axis=1).max())
+    spin = float(np.linalg.norm(angular_velocity(state.q, state.L, body.inverse_inertia), axis=1).max())
     steps = max(1, int(np.ceil(abs(end - time) * spin / MAX_TURN_RAD)))
     h = (end - time) / steps
     for _ in range(steps):
-        state = _rk4_step(state, inverse_inertia, time, h, acceleration)
+        state = _rk4_step(state, body, time, h)
         time += h
     return state
 
 
-def _rates(state: States, inverse_inertia: Array, time: float, acceleration: Acceleration) -> tuple[Array, Array, Array]:
-    omega = angular_velocity(state.q, state.L, inverse_inertia)
+_Rates = tuple[Array, Array, Array, Array | None]
+
+
+def _rates(state: States, body: _Body, time: float) -> _Rates:
+    omega = angular_velocity(state.q, state.L, body.inverse_inertia)
     v, w = state.q[:, :3], state.q[:, 3:]
     ox, oy, oz = omega[:, 0], omega[:, 1], omega[:, 2]
     q_rate = np.empty_like(state.q)
@@ -114,18 +128,23 @@ def _rates(state: States, inverse_inertia: Array, time: float, acceleration: Acc
     q_rate[:, 2] = ox * v[:, 1] - oy * v[:, 0]
     q_rate[:, :3] += w * omega
     q_rate[:, 3] = -(ox * v[:, 0] + oy * v[:, 1] + oz * v[:, 2])
-    return state.v, 0.5 * q_rate, acceleration(time, state)
+    torque = None if body.torque is None else body.torque(time, state, omega)
+    return state.v, 0.5 * q_rate, body.acceleration(time, state, omega), torque
 
 
-def _shifted(state: States, rates: tuple[Array, Array, Array], h: float) -> States:
-    return States(state.x + h * rates[0], state.q + h * rates[1], state.v + h * rates[2], state.L)
+def _shifted(state: States, rates: _Rates, h: float) -> States:
+    L = state.L if rates[3] is None else state.L + h * rates[3]
+    return States(state.x + h * rates[0], state.q + h * rates[1], state.v + h * rates[2], L)
 
 
-def _rk4_step(state: States, inverse_inertia: Array, time: float, h: float, acceleration: Acceleration) -> States:
-    k1 = _rates(state, inverse_inertia, time, acceleration)
-    k2 = _rates(_shifted(state, k1, h / 2), inverse_inertia, time + h / 2, acceleration)
-    k3 = _rates(_shifted(state, k2, h / 2), inverse_inertia, time + h / 2, acceleration)
-    k4 = _rates(_shifted(state, k3, h), inverse_inertia, time + h, acceleration)
-    mean = tuple((a + 2 * b + 2 * c + d) / 6 for a, b, c, d in zip(k1, k2, k3, k4, strict=True))
-    new = _shifted(state, (mean[0], mean[1], mean[2]), h)
+def _rk4_step(state: States, body: _Body, time: float, h: float) -> States:
+    k1 = _rates(state, body, time)
+    k2 = _rates(_shifted(state, k1, h / 2), body, time + h / 2)
+    k3 = _rates(_shifted(state, k2, h / 2), body, time + h / 2)
+    k4 = _rates(_shifted(state, k3, h), body, time + h)
+    dx, dq, dv = ((a + 2 * b + 2 * c + d) / 6 for a, b, c, d in zip(k1[:3], k2[:3], k3[:3], k4[:3], strict=True))
+    dL = None
+    if k1[3] is not None and k2[3] is not None and k3[3] is not None and k4[3] is not None:
+        dL = (k1[3] + 2 * k2[3] + 2 * k3[3] + k4[3]) / 6
+    new = _shifted(state, (dx, dq, dv, dL), h)
     return States(new.x, new.q / np.linalg.norm(new.q, axis=1, keepdims=True), new.v, new.L)

@@ -51,7 +51,7 @@ def test_free_rotation_matches_the_reference(start: tuple[float, ...], end: tupl
     q, omega = np.array([[0.0, 0.0, 0.0, 1.0]]), np.array([start])
     begin = States(np.zeros((1, 3)), q, np.zeros((1, 3)), angular_momentum(q, omega, inertia))
     fine = np.linspace(0.0, 0.025, 1001)
-    reached = propagate(begin, np.linalg.inv(inertia), fine, start_time_s=0.0, acceleration=lambda _t, s: np.zeros_like(s.x))
+    reached = propagate(begin, np.linalg.inv(inertia), fine, start_time_s=0.0, acceleration=lambda _t, s, _w: np.zeros_like(s.x))
     body = rotation_matrices(reached.q[-1])[0].T @ angular_velocity(reached.q[-1], reached.L[-1], np.linalg.inv(inertia))[0]
     np.testing.assert_allclose(body, end, atol=1e-8)
 

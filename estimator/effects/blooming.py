@@ -1,0 +1,19 @@
+"""Light of the background spilling over the rim, most where the back-light is brightest: ``delta = -b (1 - r² / R²)``."""
+
+import numpy as np
+
+from datasets.vocabulary.effects import EFFECTS
+from estimator.effects.link import Array, EffectModel, Places, Setting
+
+
+class Blooming(EffectModel):
+    """Outlines that recede towards the picture's centre."""
+
+    entry = EFFECTS["blooming"]
+
+    def shift(self, theta: Array, places: Places, setting: Setting) -> Array | None:
+        """Recession by the brightness of the back-light."""
+        del setting
+        middle = 0.5 * np.array([places.camera.width_px - 1, places.camera.height_px - 1])
+        r2 = np.sum((places.point_px - middle) ** 2, axis=-1)
+        return np.asarray(-theta[0] * (1.0 - r2 / (middle @ middle)))

@@ -1,0 +1,32 @@
+"""A camera that shakes: the picture moves by ``s sin(2 pi f t) + c cos(2 pi f t)``.
+
+Amplitudes enter linearly, the frequency is searched for on a grid as fine as a recording can resolve; below one period per recording a
+vibration is a change of velocity and acceleration and is not looked for.
+"""
+
+import numpy as np
+
+from datasets.vocabulary.camera import Intrinsics
+from datasets.vocabulary.effects import EFFECTS
+from estimator.effects.link import Array, EffectModel, Setting
+
+SLOWEST_PERIODS, STEPS_PER_RESOLUTION = 1.5, 3
+
+
+class CameraVibration(EffectModel):
+    """One frequency, any phase and direction."""
+
+    entry = EFFECTS["camera_vibration"]
+
+    def starts(self, setting: Setting) -> Array:
+        """Frequencies from one and a half periods per recording to the largest plausible one."""
+        length = float(setting.times_s[-1] - setting.times_s[0])
+        largest = min(self.entry.parameters[4].plausible[1], 0.4 / setting.interval_s)
+        frequency = np.arange(SLOWEST_PERIODS / length, largest, 1.0 / (STEPS_PER_RESOLUTION * length))
+        return np.column_stack([np.zeros((len(frequency), 4)), frequency])
+
+    def correct(self, theta: Array, points_px: Array, camera: Intrinsics, times_s: Array) -> Array:
+        """Points with the movement taken off."""
+        del camera
+        phase = 2.0 * np.pi * theta[4] * times_s
+        return np.asarray(points_px - np.sin(phase)[:, None] * theta[:2] - np.cos(phase)[:, None] * theta[2:4])

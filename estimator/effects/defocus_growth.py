@@ -1,0 +1,23 @@
+"""Blur that grows with the distance from the focal plane: half-level contours recede where they are curved.
+
+A Gaussian blur of standard deviation s moves the half level of a disk's rim by s² / (2 rho) inwards [Verbeek and van Vliet 1994], and
+that of a right angle's corner by 0.77 s; ``-s² / (2 rho + 1.3 s)`` joins the two. Zero blur and small blur differ by a square.
+"""
+
+import numpy as np
+
+from datasets.vocabulary.effects import EFFECTS
+from estimator.effects.link import Array, EffectModel, Places, Setting
+
+
+class DefocusGrowth(EffectModel):
+    """Receding outlines away from the focal plane."""
+
+    entry = EFFECTS["defocus_growth"]
+    quadratic = True
+
+    def shift(self, theta: Array, places: Places, setting: Setting) -> Array | None:
+        """``-s² / (2 rho + 1.3 s)``."""
+        del setting
+        s = np.abs(theta[0] * (places.depth_m - places.first_depth_m))[:, None, None]
+        return np.asarray(-(s**2) / np.maximum(2.0 * places.radius_px + 1.3 * s, 1e-9))

@@ -1,0 +1,15 @@
+"""Gravity of another size or direction than stated: a camera that is not level, or a wrong constant."""
+
+from datasets.vocabulary.effects import EFFECTS
+from estimator.effects.link import Array, EffectModel, Moment, Setting
+
+
+class Gravity(EffectModel):
+    """A correction of the gravity vector, the same in all sequences."""
+
+    entry = EFFECTS["gravity"]
+
+    def acceleration(self, theta: Array, moment: Moment, setting: Setting) -> Array | None:
+        """The correction."""
+        del moment, setting
+        return theta

@@ -1,0 +1,129 @@
+"""The protocol of an effect: the links of the forward chain that it may touch.
+
+``times -> body -> acceleration, torque -> scale -> (poses) -> correct -> (tangency errors) -> shift``. An effect overrides the one link it
+belongs to; every other link is the identity. Parameters come as an array in the order of the effect's entry in the catalogue;
+derivatives are central differences of the link alone, in steps of the entry, so a plug-in needs none.
+"""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from datasets.vocabulary.camera import Intrinsics
+from datasets.vocabulary.effects import EffectEntry
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What is known of a sequence beside its pictures.
+
+    ``times_s`` (f,) time stamps of the frames, ``exposure_s``, ``gravity_world`` (3,) m/s², ``inertia_ratios`` (3,) of the nominal body.
+    """
+
+    times_s: Array
+    exposure_s: float
+    gravity_world: Array
+    inertia_ratios: Array
+
+    @property
+    def interval_s(self) -> float:
+        """The nominal time from one frame to the next (s)."""
+        return float(np.median(np.diff(self.times_s)))
+
+
+@dataclass(frozen=True)
+class Moment:
+    """m flights at one instant, world frame.
+
+    ``x`` (m, 3) m, ``v`` (m, 3) m/s, ``omega`` (m, 3) rad/s, ``L`` (m, 3) rad/s per largest moment, ``R`` (m, 3, 3) world from nominal body
+    axes, ``time_s`` since the first frame.
+    """
+
+    time_s: float
+    x: Array
+    v: Array
+    omega: Array
+    L: Array
+    R: Array
+
+
+@dataclass(frozen=True)
+class BodyChange:
+    """Displacement ``com`` (3,) m of the centre of mass in nominal body axes, and ``inertia`` (5,) as in :mod:`estimator.motion.flight`."""
+
+    com: Array
+    inertia: Array
+
+
+@dataclass(frozen=True)
+class Places:
+    """Where on the picture and on the outline the tangencies lie: n sightings, k views, two tangencies each.
+
+    ``point_px`` (n, k, 2, 2), ``normal`` (n, k, 2, 2) outward unit normals, ``velocity_px`` (n, k, 2, 2) px/s of the body's point there,
+    ``radius_px`` (n, k, 2) radius of curvature of the outline, ``mean_radius_px`` (n,) perimeter over 2 pi; ``depth_m`` (n,) of the
+    particle, ``first_depth_m`` its depth in the first frame; ``view_ratio`` (n, k, 2) px of error per px of a view's outline; ``camera``
+    the intrinsics, ``times_s`` (n,) since the first frame.
+    """
+
+    point_px: Array
+    normal: Array
+    velocity_px: Array
+    radius_px: Array
+    mean_radius_px: Array
+    depth_m: Array
+    first_depth_m: float
+    view_ratio: Array
+    camera: Intrinsics
+    times_s: Array
+
+
+class EffectModel:
+    """An effect as the estimator sees it: an entry of the catalogue and the link it touches."""
+
+    entry: ClassVar[EffectEntry]
+    quadratic: ClassVar[bool] = False
+    """Whether the link grows with the square of its parameter near zero, so that its derivative there says nothing."""
+
+    def starts(self, setting: Setting) -> Array:
+        """Parameters (s, q) at which a search begins, every amplitude at zero: more than one where a parameter is searched for."""
+        del setting
+        return np.zeros((1, len(self.entry.parameters)))
+
+    def times(self, theta: Array, setting: Setting, times_s: Array) -> Array:
+        """True times (f,) s of frames whose nominal times are ``times_s``."""
+        del theta, setting
+        return times_s
+
+    def body(self, theta: Array, setting: Setting) -> BodyChange:
+        """What the effect does to the body."""
+        del theta, setting
+        return BodyChange(np.zeros(3), np.zeros(5))
+
+    def acceleration(self, theta: Array, moment: Moment, setting: Setting) -> Array | None:
+        """Acceleration (m, 3) m/s² beside gravity, ``theta`` (m, q); ``None``: none."""
+        del theta, moment, setting
+        return None
+
+    def torque(self, theta: Array, moment: Moment, setting: Setting) -> Array | None:
+        """Torque per largest moment (m, 3) rad/s²; ``theta`` (m, q); ``None``: none."""
+        del theta, moment, setting
+        return None
+
+    def scale(self, theta: Array) -> float:
+        """Size of the particle in flight over its size in the calibrated views."""
+        del theta
+        return 1.0
+
+    def correct(self, theta: Array, points_px: Array, camera: Intrinsics, times_s: Array) -> Array:
+        """Where points (v, 2) px seen at ``times_s`` (v,) would be in a camera without the effect."""
+        del theta, camera, times_s
+        return points_px
+
+    def shift(self, theta: Array, places: Places, setting: Setting) -> Array | None:
+        """Displacement of the outline along its outward normals (n, k, 2) px; ``None``: none."""
+        del theta, places, setting
+        return None

@@ -1,0 +1,17 @@
+"""Lift of a spinning body, ``dv/dt = C (omega x v)`` [Rubinow and Keller 1961]: C is (3/8) rho_air / rho for a slow sphere."""
+
+import numpy as np
+
+from datasets.vocabulary.effects import EFFECTS
+from estimator.effects.link import Array, EffectModel, Moment, Setting
+
+
+class MagnusLift(EffectModel):
+    """Lift across spin and velocity."""
+
+    entry = EFFECTS["magnus_lift"]
+
+    def acceleration(self, theta: Array, moment: Moment, setting: Setting) -> Array | None:
+        """``C omega x v``."""
+        del setting
+        return theta * np.cross(moment.omega, moment.v)

@@ -1,0 +1,17 @@
+"""Outlines too large or too small by a constant: a threshold off the half level, or a contour convention [Forbes 2007, ch. 4]."""
+
+import numpy as np
+
+from datasets.vocabulary.effects import EFFECTS
+from estimator.effects.link import Array, EffectModel, Places, Setting
+
+
+class OutlineOffset(EffectModel):
+    """A constant displacement along the normal."""
+
+    entry = EFFECTS["outline_offset"]
+
+    def shift(self, theta: Array, places: Places, setting: Setting) -> Array | None:
+        """The constant."""
+        del setting
+        return np.full(places.radius_px.shape, float(theta[0]))

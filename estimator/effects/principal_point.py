@@ -1,0 +1,19 @@
+"""The optical axis meets the picture elsewhere than stated [Hartley and Zisserman 2004, ch. 6].
+
+For one distant camera it is a turn of the camera by a small angle: seen only through depth that changes and through known gravity.
+"""
+
+from datasets.vocabulary.camera import Intrinsics
+from datasets.vocabulary.effects import EFFECTS
+from estimator.effects.link import Array, EffectModel
+
+
+class PrincipalPoint(EffectModel):
+    """Displacement of the principal point."""
+
+    entry = EFFECTS["principal_point"]
+
+    def correct(self, theta: Array, points_px: Array, camera: Intrinsics, times_s: Array) -> Array:
+        """Points moved back."""
+        del camera, times_s
+        return points_px - theta

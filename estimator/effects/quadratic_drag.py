@@ -1,0 +1,17 @@
+"""Drag proportional to the square of the speed, ``dv/dt = -c |v| v`` [Clift, Grace and Weber 1978]; Reynolds numbers above about 1000."""
+
+import numpy as np
+
+from datasets.vocabulary.effects import EFFECTS
+from estimator.effects.link import Array, EffectModel, Moment, Setting
+
+
+class QuadraticDrag(EffectModel):
+    """Newton drag with a constant coefficient."""
+
+    entry = EFFECTS["quadratic_drag"]
+
+    def acceleration(self, theta: Array, moment: Moment, setting: Setting) -> Array | None:
+        """``-c |v| v``."""
+        del setting
+        return np.asarray(-theta * np.linalg.norm(moment.v, axis=1, keepdims=True) * moment.v)

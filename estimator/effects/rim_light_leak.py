@@ -1,0 +1,21 @@
+"""Light through facets that lie along the line of sight: the outline recedes where it is flat, ``delta = -a f / (1 + f)``.
+
+``f`` is the length of outline whose normals lie within 10 degrees, over the same of a circle of equal perimeter.
+"""
+
+import numpy as np
+
+from datasets.vocabulary.effects import EFFECTS
+from estimator.effects.link import Array, EffectModel, Places, Setting
+
+
+class RimLightLeak(EffectModel):
+    """Receding flat stretches of a transparent particle's outline."""
+
+    entry = EFFECTS["rim_light_leak"]
+
+    def shift(self, theta: Array, places: Places, setting: Setting) -> Array | None:
+        """Recession by the flatness of the outline."""
+        del setting
+        flatness = places.radius_px / places.mean_radius_px[:, None, None]
+        return np.asarray(-theta[0] * flatness / (1.0 + flatness))

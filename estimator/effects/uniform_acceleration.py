@@ -1,0 +1,15 @@
+"""A constant acceleration of its own in every sequence: a charge in a field, a steady draught, an accelerated camera."""
+
+from datasets.vocabulary.effects import EFFECTS
+from estimator.effects.link import Array, EffectModel, Moment, Setting
+
+
+class UniformAcceleration(EffectModel):
+    """An acceleration that differs from sequence to sequence."""
+
+    entry = EFFECTS["uniform_acceleration"]
+
+    def acceleration(self, theta: Array, moment: Moment, setting: Setting) -> Array | None:
+        """The acceleration itself."""
+        del moment, setting
+        return theta
