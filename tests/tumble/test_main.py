@@ -61,6 +61,18 @@ def test_errors_become_codes_and_sentences(
     assert "Traceback" not in err
 
 
+def test_a_fault_of_its_own_is_no_answer(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    def fail(name: str, arguments: object) -> int:
+        raise ZeroDivisionError("a mistake in the code")
+
+    monkeypatch.setattr(command_line, "run_verb", fail)
+    assert command_line.main(["gate", "baseline.json"]) == 3
+    err = capsys.readouterr().err
+    assert "Traceback" in err
+    assert "a mistake in the code" in err
+    assert "a fault of tumble gate itself" in err
+
+
 def test_doctor_reports_as_json(capsys: pytest.CaptureFixture[str]) -> None:
     code = command_line.main(["doctor", "--json"])
     findings = {finding["name"]: finding for finding in json.loads(capsys.readouterr().out)}

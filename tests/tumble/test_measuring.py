@@ -80,9 +80,7 @@ def test_scores_of_the_truth_itself_are_zero(dataset: Path, perfect: Path, tmp_p
     assert json.loads((tmp_path / "s" / "scores.json").read_text(encoding="utf-8")) == summary
 
 
-def test_a_worse_sequence_is_named_with_its_cause(
-    dataset: Path, perfect: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_worse_sequence_is_named_with_its_cause(dataset: Path, perfect: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (path,) = perfect.glob("*.estimate.json")
     lost = json.loads(path.read_text(encoding="utf-8")) | {"status": "ambiguous"}
     del lost["sha256"]
@@ -152,9 +150,7 @@ def test_configuration_is_resolved_and_checked(tmp_path: Path) -> None:
             load_configuration(None, [bad])
 
 
-def test_a_truncated_recording_is_named_and_loses_no_neighbour(
-    dataset: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_truncated_recording_is_named_and_loses_no_neighbour(dataset: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (whole,) = (dataset / "observations").iterdir()
     for name in ("a", "b"):
         shutil.copytree(whole, tmp_path / "observations" / name)

@@ -3,6 +3,7 @@
 import json
 import re
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,11 +12,12 @@ import pytest
 from datasets.estimate import Estimate, Status
 from datasets.observation import Observation
 from datasets.truth import Truth
+from datasets.vocabulary.outline import Outline
 from synth.sequence import build_silhouette_sequence
 from tests.tumble.made_up import made_up_estimate, small_recipe
 from tumble.environment import find_chromium
 from tumble.numbers import with_sigma
-from tumble.reports.overlay import estimated_outlines
+from tumble.reports.overlay import estimated_outlines, hull_of
 from tumble.reports.page import render, write_page
 from tumble.reports.payload import flat, sequence_payload
 from tumble.reports.record import Record
@@ -49,6 +51,44 @@ def test_the_estimated_outline_lies_on_the_observed_one(sequences: list[tuple[Ob
         assert found is not None
         np.testing.assert_allclose(found.min(axis=0), seen.points_px.min(axis=0), atol=2.0)
         np.testing.assert_allclose(found.max(axis=0), seen.points_px.max(axis=0), atol=2.0)
+
+
+def test_a_view_that_the_estimate_left_out_does_not_carve_the_shown_hull(
+    sequences: list[tuple[Observation, Truth]], estimates: list[Estimate]
+) -> None:
+    observation = sequences[0][0]
+    outlines = list(observation.view_recording)
+    outlines[3] = Outline(outlines[3].points_px.mean(axis=0) + 0.4 * (outlines[3].points_px - outlines[3].points_px.mean(axis=0)))
+    mixed = replace(observation, view_recording=tuple(outlines))
+    told = replace(estimates[0], statistics={**estimates[0].statistics, "views_left_out": [3]})
+    whole, cut, mended = (hull_of(e, o) for e, o in ((estimates[0], observation), (estimates[0], mixed), (told, mixed)))
+    assert whole is not None
+    assert cut is not None
+    assert mended is not None
+    size = np.ptp(whole.vertices, axis=0)
+    assert np.any(np.ptp(cut.vertices, axis=0) < 0.8 * size)
+    np.testing.assert_allclose(np.ptp(mended.vertices, axis=0), size, rtol=0.05)
+
+
+def test_minima_are_told_in_words_and_with_the_digits_they_deserve(estimates: list[Estimate]) -> None:
+    minima = [{"rms_ete_px": 0.0979191, "cost": 0.846576}, {"rms_ete_px": 0.350286, "cost": 10.8351}]
+    payload = sequence_payload(Record(replace(estimates[0], statistics={"competing_minima": minima})), most_frames=8)
+    assert payload["minima"] == {
+        "columns": ["RMS ETE, px", "cost per pair (1 is expected)"],
+        "rows": [["0.09792", "0.8466"], ["0.3503", "10.84"]],
+    }
+
+
+def test_no_pull_is_minus_nothing(sequences: list[tuple[Observation, Truth]]) -> None:
+    truth = sequences[0][1]
+    payload = sequence_payload(Record(made_up_estimate(*sequences[0], off=-0.001), None, truth), most_frames=8)
+    assert {row["pull"] for row in payload["velocities"][0]["rows"][:6]} == {"0.0"}
+
+
+def test_parameters_have_no_more_digits_than_their_spread(estimates: list[Estimate]) -> None:
+    one = replace(estimates[0], values=np.array([1.23456789, -0.5]), covariance=np.diag([1e-6, 0.04]))
+    payload = sequence_payload(Record(one), most_frames=8)
+    assert payload["parameters"] == [["v_x", "1.2346", "0.0010"], ["v_y", "-0.50", "0.20"]]
 
 
 def test_a_report_without_observation_and_truth_still_says_the_numbers(estimates: list[Estimate]) -> None:

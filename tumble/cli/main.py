@@ -1,7 +1,8 @@
 """``tumble VERB ...``: finds the verb, runs it, and turns errors into exit codes and plain sentences.
 
 Exit codes: 0 done; 1 the answer is no (``gate``: worse; a run in which single items failed); 2 the input or the machine is at fault,
-or every item failed; 130 interrupted. A verb's module is imported only when it is asked for, so that ``--help`` answers at once.
+or every item failed; 3 a fault of Tumble itself, whose traceback is shown; 130 interrupted. A verb's module is imported only when it
+is asked for, so that ``--help`` answers at once.
 """
 
 import errno
@@ -26,6 +27,8 @@ VERBS: tuple[tuple[str, str], ...] = (
 )
 
 INTERRUPTED = 130
+OWN_FAULT = 3
+"""Python would end with 1, which for ``gate`` means that the estimator got worse."""
 FULL = (errno.ENOSPC, errno.EDQUOT)
 
 
@@ -82,6 +85,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _interrupted(name)
     except (TumbleError, OSError) as error:
         return _plain(error, rest)
+    except Exception as error:  # whatever it is, its exit code must not read as an answer
+        traceback.print_exception(error)
+        print(f"tumble: this is a fault of tumble {name} itself, not of the input. Please report the lines above.", file=sys.stderr)
+        return OWN_FAULT
 
 
 if __name__ == "__main__":

@@ -36,13 +36,15 @@ def estimated_outlines(estimate: Estimate, observation: Observation) -> tuple[tu
 
 
 def hull_of(estimate: Estimate, observation: Observation) -> HullMesh | None:
-    """The hull that the estimate carries, else the one that the calibrated views carve, else ``None``."""
+    """The hull that the estimate carries, else that of the calibrated views that the estimate did not leave out, else ``None``."""
     vertices, faces = estimate.statistics.get("hull_vertices"), estimate.statistics.get("hull_faces")
     if vertices is not None and faces is not None:
         return HullMesh(np.asarray(vertices, dtype=np.float64), np.asarray(faces, dtype=np.int64))
     try:
         seen = view_outlines_of(observation.view_recording, observation.views)
-        used = [(frame.outline, view) for frame, view in zip(seen.frames, observation.views, strict=True) if frame.used]
+        foreign = set(estimate.statistics.get("views_left_out", ()))
+        pairs = enumerate(zip(seen.frames, observation.views, strict=True))
+        used = [(frame.outline, view) for number, (frame, view) in pairs if frame.used and number not in foreign]
         return visual_hull([outline for outline, _ in used], [view for _, view in used], resolution=RESOLUTION)
     except InputError:
         return None

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from datasets.observation import Frames
 from datasets.vocabulary.state import Motion
+from tumble.numbers import decimals, rounded
 from tumble.reports.pictures import Window, crop_uri, follow
 from tumble.reports.record import Record
 from tumble.reports.velocities import velocity_tables
@@ -15,6 +16,8 @@ from tumble.reports.words import MEANING, next_steps, rms_ete_px
 
 Array = NDArray[np.float64]
 MINIMA = "competing_minima"
+MINIMUM_WORDS = {"rms_ete_px": "RMS ETE, px", "cost": "cost per pair (1 is expected)"}
+"""Headings of the columns that are known, in their order."""
 HIDDEN = ("hull_vertices", "hull_faces", MINIMA)
 
 
@@ -127,12 +130,15 @@ def _minima(found: Any) -> dict[str, Any] | None:
     """Competing minima as a table, whatever their columns are called."""
     if not isinstance(found, list | tuple) or not found or not all(isinstance(entry, dict) for entry in found):
         return None
-    columns = list(dict.fromkeys(key for entry in found for key in entry))
-    return {"columns": columns, "rows": [[_cell(entry.get(column, "")) for column in columns] for entry in found]}
+    keys = list(dict.fromkeys(key for entry in found for key in entry))
+    keys.sort(key=lambda key: list(MINIMUM_WORDS).index(key) if key in MINIMUM_WORDS else len(MINIMUM_WORDS))
+    columns = [MINIMUM_WORDS.get(key, key.replace("_", " ")) for key in keys]
+    return {"columns": columns, "rows": [[_cell(entry.get(key, "")) for key in keys] for entry in found]}
 
 
 def _cell(value: Any) -> str:
-    return ", ".join(_text(entry) for entry in np.ravel(np.asarray(value, dtype=object)))
+    entries = np.ravel(np.asarray(value, dtype=object))
+    return ", ".join(f"{entry:.4g}" if isinstance(entry, float) else str(entry) for entry in entries)
 
 
 def _parameters(record: Record) -> list[list[str]]:
@@ -140,4 +146,4 @@ def _parameters(record: Record) -> list[list[str]]:
     known = len(estimate.covariance) > 0
     sigma = np.sqrt(np.maximum(np.diag(estimate.covariance), 0.0)) if known else np.full(len(estimate.values), np.nan)
     rows = zip(estimate.parameters, estimate.values, sigma, strict=True)
-    return [[name, f"{value:.8g}", f"{spread:.2g}"] for name, value, spread in rows]
+    return [[name, rounded(value, spread), f"{spread:.{decimals(spread)}f}"] for name, value, spread in rows]

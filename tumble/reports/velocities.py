@@ -46,6 +46,12 @@ def _length(vector: Array, covariance: Array) -> tuple[float, float]:
     return size, math.sqrt(max(float(along @ covariance @ along), 0.0))
 
 
+def _signed(pull: float) -> str:
+    """One digit with its sign; what rounds to nothing has none."""
+    text = f"{pull:+.1f}"
+    return "0.0" if text in {"+0.0", "-0.0"} else text
+
+
 def _row(label: str, unit: str, value: float, sigma: float, true: float | None) -> dict[str, Any]:
     low, high = value - Z95 * sigma, value + Z95 * sigma
     known = true is not None and sigma > 0
@@ -58,6 +64,6 @@ def _row(label: str, unit: str, value: float, sigma: float, true: float | None) 
         "text": with_sigma(value, sigma),
         "interval": f"{rounded(low, sigma)} to {rounded(high, sigma)}",
         "true_text": "" if true is None else rounded(true, sigma),
-        "pull": f"{(value - true) / sigma:+.1f}" if known and true is not None else "",
+        "pull": _signed((value - true) / sigma) if known and true is not None else "",
         "covered": bool(low <= true <= high) if true is not None else None,
     }

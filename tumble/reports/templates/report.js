@@ -352,16 +352,20 @@ function fillMinima() {
   if (!minima) return;
   const words = "Poses in which the search for the first pose ended, best first. Where the second comes near the first, the pictures leave a choice.";
   const few = minima.rows.slice(0, MOST_MINIMA), more = minima.rows.length - few.length;
-  section.append(element("h2", {}, "Competing minima"), table(minima.columns.map((name) => name.replaceAll("_", " ")), few));
-  section.append(element("p", { class: "caption" }, words + (more > 0 ? " " + more + " worse ones are not shown." : "")));
+  section.append(element("h2", {}, "Competing minima"), table(minima.columns, few));
+  section.append(element("p", { class: "caption" }, words + (more > 0 ? (more === 1 ? " One that is worse is not shown." : " " + more + " that are worse are not shown.") : "")));
 }
+
+const NOTES = {
+  "Fitted parameters": "At the reference time of the fit. theta is the turn from the estimated pose, so it is zero; com and inertia are departures from the visual hull's.",
+};
 
 function fillDetails() {
   const now = sequence(), section = byId("details");
   const parts = [["Fitted parameters", ["parameter", "value", "standard deviation"], now.parameters], ["Statistics", ["name", "value"], now.statistics],
     ["Configuration", ["name", "value"], now.configuration], ["Versions", ["software", "version"], now.versions]];
   section.replaceChildren(element("h2", {}, "How it was made"), ...parts.filter(([, , rows]) => rows.length).map(([title, heads, rows]) =>
-    element("details", {}, element("summary", {}, title), table(heads, rows))));
+    element("details", {}, element("summary", {}, title), table(heads, rows), element("p", { class: "caption" }, NOTES[title] || ""))));
 }
 
 function pick(number) {
