@@ -24,10 +24,12 @@ from scripts.study_pages import (
     draw_medians,
     draw_tolerance,
     figure,
+    finish,
     how_to_repeat,
     lost_in_words,
     median_table,
     number,
+    plain_logarithmic,
 )
 from scripts.study_runs import Case, Options, standard_recipe
 from scripts.study_summaries import QUANTITIES, good_from
@@ -85,7 +87,6 @@ def drawn(points: pd.DataFrame) -> Figure:
             axes = all_axes[row, column]
             draw_medians(axes, chosen, Line("value", COLOURS[row]))
             draw_tolerance(axes, quantity)
-            axes.set_yscale("log")
             if axis.logarithmic:
                 axes.set_xscale("log")
             axes.set_xticks(chosen["value"].to_numpy(), [number(v) for v in chosen["value"]], minor=False)
@@ -95,16 +96,17 @@ def drawn(points: pd.DataFrame) -> Figure:
             if column == 0:
                 axes.set_ylabel(f"{quantity.title}\nerror (%)")
         _share_limits(all_axes[row])
-    handles, labels = all_axes[0, 0].get_legend_handles_labels()
-    picture.legend(handles, labels, ncols=4, loc="upper center", frameon=False)
-    picture.tight_layout(rect=(0, 0, 1, 0.96))
+    finish(picture, all_axes[0, 0])
     return picture
 
 
 def _share_limits(row: Sequence[Any]) -> None:
+    for axes in row:
+        axes.set_yscale("log")
     low, high = min(axes.get_ylim()[0] for axes in row), max(axes.get_ylim()[1] for axes in row)
     for axes in row:
         axes.set_ylim(low, high)
+        plain_logarithmic(axes)
 
 
 def page(table: pd.DataFrame, points: pd.DataFrame, options: Options) -> list[str]:

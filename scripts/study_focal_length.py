@@ -25,10 +25,12 @@ from scripts.study_pages import (
     draw_medians,
     draw_tolerance,
     figure,
+    finish,
     how_to_repeat,
     lost_in_words,
     median_table,
     number,
+    plain_logarithmic,
 )
 from scripts.study_runs import Case, Options, standard_recipe
 from scripts.study_summaries import QUANTITIES, good_until
@@ -65,13 +67,12 @@ def drawn(points: pd.DataFrame) -> Figure:
         chosen = points[points["quantity"] == quantity.key]
         draw_medians(axes, chosen, Line("focal_mm", colour))
         draw_tolerance(axes, quantity)
-        axes.set(xscale="log", yscale="log", title=quantity.title, xlabel="focal length (mm)")
+        axes.set(xscale="log", title=quantity.title, xlabel="focal length (mm)")
         axes.set_xticks(chosen["focal_mm"].to_numpy(), [number(v) for v in chosen["focal_mm"]])
         axes.set_xticks([], minor=True)
+        plain_logarithmic(axes)
     all_axes[0, 0].set_ylabel("error (%)")
-    handles, labels = all_axes[0, 0].get_legend_handles_labels()
-    picture.legend(handles, labels, ncols=4, loc="upper center", frameon=False)
-    picture.tight_layout(rect=(0, 0, 1, 0.92))
+    finish(picture, all_axes[0, 0])
     return picture
 
 
@@ -105,8 +106,7 @@ def page(table: pd.DataFrame, points: pd.DataFrame, options: Options) -> list[st
         "",
         f"Median errors from {number(shortest)} to {number(longest)} mm: {ends}. {lost_in_words(table, 'focal_mm', 'mm')}",
         f"Power of the focal length that the medians follow: {powers}. Depth is seen in the size of the outline alone: at equal",
-        "magnification the same error of size is an error of depth in proportion to the distance. Gravity, which is known, ties size and",
-        "depth only where the flight is long enough.",
+        "magnification the same error of size is an error of depth in proportion to the distance.",
         f"Medians inside the tolerance: {good}.",
         "",
         "What to type next: where the depth velocity matters, take the shorter lens and go nearer, for instance",

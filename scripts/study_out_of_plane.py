@@ -22,10 +22,12 @@ from scripts.study_pages import (
     coverage_in_words,
     draw_medians,
     figure,
+    finish,
     how_to_repeat,
     lost_in_words,
     median_table,
     number,
+    plain_logarithmic,
 )
 from scripts.study_runs import Case, Options, standard_recipe
 from scripts.study_summaries import QUANTITIES
@@ -66,12 +68,11 @@ def drawn(points: pd.DataFrame) -> Figure:
             moved = chosen.assign(shown_deg=chosen["direction_deg"] + width * (k - (len(speeds) - 1) / 2))
             draw_medians(axes, moved, Line("shown_deg", colour, f"{number(speed)} m/s", accompanied=False))
             axes.plot(moved["shown_deg"], moved["predicted"], "--", lw=1.1, color=colour, alpha=0.8)
-        axes.set(yscale="log", title=quantity.title, xlabel="direction (degrees from the image plane)")
+        axes.set(title=quantity.title, xlabel="direction (degrees from the image plane)")
         axes.set_ylabel(f"median error ({quantity.absolute_unit})")
         axes.set_xticks(sorted(points["direction_deg"].unique()))
-    handles, labels = all_axes[0, 0].get_legend_handles_labels()
-    picture.legend(handles, labels, ncols=len(speeds), loc="upper center", frameon=False)
-    picture.tight_layout(rect=(0, 0, 1, 0.93))
+        plain_logarithmic(axes)
+    finish(picture, all_axes[0, 0])
     return picture
 
 

@@ -19,11 +19,14 @@ mpl.use("Agg")
 from matplotlib import pyplot as plt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 COLOURS = ("#0b5d8f", "#c2571a", "#3b7d3b", "#7a4b94")
 DPI = 100
 LOOK: dict[Any, Any] = {
     "font.size": 9,
+    "axes.titlesize": 10,
     "axes.spines.top": False,
     "axes.spines.right": False,
     "axes.grid": True,
@@ -66,6 +69,23 @@ def draw_medians(axes: Axes, points: pd.DataFrame, line: Line) -> None:
 def draw_tolerance(axes: Axes, quantity: Quantity) -> None:
     """The tolerance as a thin line."""
     axes.axhline(quantity.tolerance_percent, color="#b00020", lw=0.8, label="tolerance")
+
+
+def plain_logarithmic(axes: Axes) -> None:
+    """A logarithmic vertical axis with plain numbers: at 1, 2, 5 of each decade where few are in view, else one per decade."""
+    axes.set_yscale("log")
+    low, high = axes.get_ylim()
+    axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high < 100 * low else (1.0,)))
+    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axes.yaxis.set_minor_formatter(NullFormatter())
+
+
+def finish(picture: Figure, axes: Axes) -> None:
+    """The legend of ``axes`` above the whole picture, measured lines first, and tight margins below it."""
+    handles, labels = axes.get_legend_handles_labels()
+    order = sorted(range(len(labels)), key=lambda k: isinstance(handles[k], Line2D))
+    picture.legend([handles[k] for k in order], [labels[k] for k in order], ncols=len(order), loc="upper center", frameon=False)
+    picture.tight_layout(rect=(0, 0, 1, 1 - 0.3 / picture.get_figheight()))
 
 
 def median_table(points: pd.DataFrame, columns: Sequence[tuple[str, str]], unit: str = "%") -> list[str]:
@@ -118,7 +138,8 @@ def conditions(table: pd.DataFrame, options: Options) -> str:
         f"{len(table)} sequences of the silhouette tier: outlines with 0.2 px boundary noise, {which}, 4–8 mm, started from nothing. "
         f"Unless varied: 100 frames at 4000 frames/s, 60 calibrated views, 0.1 mm per pixel, {SPEED_MS[0]:g}–{SPEED_MS[1]:g} m/s, "
         f"{SPIN_RADS[0]:g}–{SPIN_RADS[1]:g} rad/s. Errors are those at mid-sequence; linear ones relative to the speed, angular ones to "
-        "the spin. Medians with 95% bootstrap intervals over the converged sequences; all points share particles and flights."
+        "the spin. Medians with 95% bootstrap intervals over the converged sequences. All points share particles and flights, "
+        "so that they differ by what is varied; so they are not independent, and a few unlucky draws show all along a line."
     )
 
 
@@ -126,7 +147,10 @@ def coverage_in_words(table: pd.DataFrame) -> str:
     """A sentence on the 95% intervals of the whole study."""
     good = table[table["converged"]]
     shares = [100 * float(good[[f"inside95_{c}" for c in names]].to_numpy(dtype=float).mean()) for names in (_LINEAR, _ANGULAR)]
-    return f"Over the whole study the 95% intervals hold the truth for {shares[0]:.1f}% of the components of v and {shares[1]:.1f}% of ω."
+    return (
+        f"Over the whole study the reported 95% intervals hold the truth for {shares[0]:.1f}% of the components of v and "
+        f"{shares[1]:.1f}% of those of ω; {good['repetition'].nunique()} independent draws of particle and flight stand behind these shares."
+    )
 
 
 _LINEAR = (*QUANTITIES[0].components, *QUANTITIES[1].components)
