@@ -149,7 +149,7 @@ def coverage_in_words(table: pd.DataFrame) -> str:
     shares = [100 * float(good[[f"inside95_{c}" for c in names]].to_numpy(dtype=float).mean()) for names in (_LINEAR, _ANGULAR)]
     return (
         f"Over the whole study the reported 95% intervals hold the truth for {shares[0]:.1f}% of the components of v and "
-        f"{shares[1]:.1f}% of those of ω; {good['repetition'].nunique()} independent draws of particle and flight stand behind these shares."
+        f"{shares[1]:.1f}% of those of ω; {good['repetition'].nunique()} independent draws of particle and flight stand behind them."
     )
 
 
