@@ -1,10 +1,14 @@
 """The benchmark's test of agreement finds what it claims to find, and its particle covers what it claims to cover."""
 
+import json
+from typing import Literal
+
 import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter, shift
 
 from scripts.bench_crop import SHARE, Case, agreement, covered_share, recipe_of
+from scripts.bench_crop_page import PAGE, RESULT, page
 
 REPETITIONS, SIGMA = 7, 0.02
 
@@ -41,5 +45,17 @@ def test_another_brightness_and_a_fixed_error_are_seen() -> None:
     assert agreement(pictures(rng, wrong=0.5), pictures(rng))["s"] > 1.1
 
 
-def test_the_bounding_box_covers_a_sixteenth() -> None:
-    assert covered_share(recipe_of(Case("matte", "scalar_rgb", 2, limit=True))) == pytest.approx(SHARE, rel=0.01)
+@pytest.mark.parametrize("covering", ["bounding box", "silhouette"])
+def test_the_particle_covers_a_sixteenth(covering: Literal["bounding box", "silhouette"]) -> None:
+    recipe = recipe_of(Case("matte", "scalar_rgb", 2, limit=True, covering=covering))
+    assert covered_share(recipe, covering) == pytest.approx(SHARE, rel=0.01)
+    assert covered_share(recipe, "silhouette") < 0.9 * covered_share(recipe, "bounding box")
+
+
+def test_the_page_is_that_of_the_result_file() -> None:
+    figures = json.loads(RESULT.read_text(encoding="utf-8"))
+    assert PAGE.read_text(encoding="utf-8") == page(figures)
+    faster = [entry for entry in figures if entry["name"].endswith("full frame over crop") and "limit" in entry]
+    assert len(faster) == 2
+    assert all(entry["value"] >= entry["limit"] >= 5.0 for entry in faster)
+    assert all(entry["value"] <= entry["limit"] for entry in figures if entry.get("direction") == "lower")
