@@ -37,7 +37,9 @@ def conduct(study: Study, arguments: Sequence[str] | None) -> int:
     table = write_csv(table, results / f"{options.name}.csv")
     points = write_csv(summary(table, study.by, absolute=study.absolute), results / f"{options.name}_summary.csv")
     write_figure(study.drawn(points), pages / f"{options.name}.png")
-    write_page(study.page(table, points, options), pages / f"{options.name}.md")
+    lost = [f"**Sequences that could not be made and are missing here: {len(failed)}.**", ""] if failed else []
+    page = study.page(table, points, options)
+    write_page([*page[:2], *lost, *page[2:]], pages / f"{options.name}.md")
     for message in failed:
         print(message)
     print(points.to_string(index=False, float_format="%.4g"))

@@ -52,9 +52,8 @@ def cases(options: Options) -> list[Case]:
 
 def directed(recipe: Recipe, speed_ms: float, direction_deg: float) -> Recipe:
     """The same sequence with a velocity at ``direction_deg`` from the image plane."""
-    across = round(float(speed_ms * np.cos(np.deg2rad(direction_deg))), 9)
     along = round(float(speed_ms * np.sin(np.deg2rad(direction_deg))), 9)
-    return replace(recipe, motion=replace(recipe.motion, speed_ms=(across, across), out_of_plane_ms=(along, along)))
+    return replace(recipe, motion=replace(recipe.motion, speed_ms=(speed_ms, speed_ms), out_of_plane_ms=(along, along)))
 
 
 def drawn(points: pd.DataFrame) -> Figure:
@@ -97,7 +96,7 @@ def page(table: pd.DataFrame, points: pd.DataFrame, options: Options) -> list[st
         lost_in_words(table, "direction_deg", "degrees"),
         "",
         "What to type next:",
-        "`tumble render --set 'motion.speed_ms=[0.0,0.0]' --set 'motion.out_of_plane_ms=[1.5,1.5]' --out out/towards`",
+        "`tumble render --set 'motion.speed_ms=[1.5,1.5]' --set 'motion.out_of_plane_ms=[1.5,1.5]' --out out/towards`",
         "makes flights along the axis. To measure depth better use a shorter lens ([focal length](study_focal_length.md)) or more frames",
         "([axes of the benchmark](study_benchmark_axes.md)).",
         "",

@@ -4,7 +4,7 @@ Speed and spin are uniform over their ranges; the directions of velocity and spi
 frame lies in the focal plane, and no frame nearer or farther than ``DEPTH`` of its distance. The place in the picture is uniform over
 all that keep a ball around the particle within the margin in every frame. A direction for which there is no such place is drawn
 again, and after ``DIRECTIONS`` of them the speed too. So the fastest flights run along the picture's diagonal or the optical axis, and
-speeds that fit in no direction do not occur.
+speeds that fit in no direction do not occur. Where the recipe sets the out-of-plane speed apart, the rest of the speed lies in the plane.
 """
 
 from dataclasses import dataclass
@@ -55,6 +55,8 @@ def random_start(recipe: MotionRecipe, stage: Stage, rng: np.random.Generator) -
         speed = rng.uniform(*recipe.speed_ms)
         for _ in range(DIRECTIONS):
             v = random_velocity(recipe, speed, rng)
+            if v is None:
+                continue
             path = v * stage.times_s[:, None] + 0.5 * gravity * stage.times_s[:, None] ** 2
             x = place_in_view(path, stage, rng)
             if x is not None:
@@ -68,13 +70,16 @@ def isotropic(rng: np.random.Generator) -> Array:
     return np.asarray(v / np.linalg.norm(v), dtype=np.float64)
 
 
-def random_velocity(recipe: MotionRecipe, speed_ms: float, rng: np.random.Generator) -> Array:
-    """A velocity (3,) m/s at time zero; with ``out_of_plane_ms``, the speed is that within the image plane."""
+def random_velocity(recipe: MotionRecipe, speed_ms: float, rng: np.random.Generator) -> Array | None:
+    """A velocity (3,) m/s at time zero of that speed; ``None`` where the part of it along the axis that was drawn is larger."""
     if recipe.out_of_plane_ms is None:
         return isotropic(rng) * speed_ms
     angle = rng.uniform(0, 2 * np.pi)
     v_z = rng.uniform(*recipe.out_of_plane_ms) * rng.choice([-1.0, 1.0])
-    return np.array([speed_ms * np.cos(angle), speed_ms * np.sin(angle), v_z])
+    if abs(v_z) > speed_ms:
+        return None
+    across = np.sqrt(speed_ms**2 - v_z**2)
+    return np.array([across * np.cos(angle), across * np.sin(angle), v_z])
 
 
 def place_in_view(path: Array, stage: Stage, rng: np.random.Generator) -> Array | None:
@@ -92,10 +97,10 @@ def place_in_view(path: Array, stage: Stage, rng: np.random.Generator) -> Array 
         if lowest > highest:
             return None
         start[axis] = rng.uniform(lowest, highest)
-    return start if _ball_in_view(start + path, stage) else None
+    return start if ball_in_view(start + path, stage) else None
 
 
-def _ball_in_view(centres: Array, stage: Stage) -> bool:
+def ball_in_view(centres: Array, stage: Stage) -> bool:
     """Whether the corners of a cube about the ball are projected, with distortion, into the picture in every frame."""
     corners = stage.radius_m * np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
     px = stage.intrinsics.project((centres[:, None] + corners).reshape(-1, 3))

@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 
 from datasets.recipes.recipe import RigRecipe
+from datasets.recipes.toml_files import recipe_from_dict, recipe_to_dict
 from datasets.scoring.metrics import COMPONENTS
 from scripts import study_benchmark_axes, study_conduct, study_focal_length, study_out_of_plane, study_runs
 from scripts.study_conduct import Study, conduct
@@ -79,6 +80,12 @@ def test_equal_magnification_at_every_focal_length() -> None:
         assert image / hsv.distance_m == pytest.approx(study_focal_length.MAGNIFICATION)
 
 
+def test_the_recipes_of_all_cases_are_valid() -> None:
+    for study in STUDIES:
+        for case in (*study.cases(Options("study", repetitions=1)), *study.cases(Options("study", repetitions=1, full=True))):
+            assert recipe_from_dict(recipe_to_dict(case.recipe), "case") == case.recipe
+
+
 def made_up_rows(cases: list[Case], rng: np.random.Generator) -> pd.DataFrame:
     """Rows as of an estimator whose error bars are right; the first point of the irregularity axis has no measurement."""
     rows = []
@@ -116,6 +123,7 @@ def test_no_measurement_is_told_and_never_a_number(tmp_path: Path, monkeypatch: 
     study = study_benchmark_axes.STUDY
     assert conduct(study, ["--repetitions", "3", "--docs", str(tmp_path), "-q"]) == 1
     page = (tmp_path / "studies" / f"{study.name}.md").read_text()
+    assert "**Sequences that could not be made and are missing here: 1.**" in page
     assert "0 (3 of 3 *ambiguous*)" in page
     assert "| 0 | 0 of 3 | – | – | – |" in page
 

@@ -61,9 +61,19 @@ def test_out_of_plane_speed_is_set_apart() -> None:
     recipe = replace(RECIPE, speed_ms=(1.0, 1.5), out_of_plane_ms=(0.2, 0.3))
     drawn = np.array([s.v_world for s in starts(recipe, 60)])
     assert np.all((np.abs(drawn[:, 2]) >= 0.2) & (np.abs(drawn[:, 2]) <= 0.3))
-    in_plane = np.hypot(drawn[:, 0], drawn[:, 1])
-    assert np.all((in_plane >= 1.0) & (in_plane <= 1.5))
+    speed = np.linalg.norm(drawn, axis=1)
+    assert np.all((speed >= 1.0) & (speed <= 1.5))
     assert {-1.0, 1.0} == set(np.sign(drawn[:, 2]))
+
+
+def test_a_flight_along_the_axis() -> None:
+    drawn = np.array([s.v_world for s in starts(replace(RECIPE, speed_ms=(1.5, 1.5), out_of_plane_ms=(1.5, 1.5)), 10)])
+    np.testing.assert_allclose(np.abs(drawn), [[0, 0, 1.5]] * 10, atol=1e-12)
+
+
+def test_a_speed_is_never_less_than_its_part_along_the_axis() -> None:
+    drawn = np.array([s.v_world for s in starts(replace(RECIPE, speed_ms=(0.0, 1.0), out_of_plane_ms=(0.5, 2.0)), 60)])
+    assert np.all((np.abs(drawn[:, 2]) >= 0.5) & (np.linalg.norm(drawn, axis=1) <= 1.0))
 
 
 def test_a_flight_that_cannot_fit_says_what_to_change() -> None:
