@@ -10,9 +10,10 @@ from scipy.spatial.transform import Rotation
 
 from datasets.observation import CalibratedView
 from datasets.vocabulary.body import Body
-from datasets.vocabulary.camera import HsvCamera
+from datasets.vocabulary.camera import HsvCamera, Intrinsics
 from datasets.vocabulary.clock import Clock
 from datasets.vocabulary.state import Motion
+from synth.effects import EffectsInForce
 
 Array = NDArray[np.float64]
 
@@ -30,12 +31,17 @@ class SequencePlan:
     """Everything that decides one sequence, noise apart; both tiers are made from it.
 
     ``vertices`` (v, 3) m in the particle frame, ``faces`` (f, 3) outward. ``inertia_kgm2`` (3,) principal moments, ascending.
-    ``motion`` is ``flight`` at the times of ``clock``. ``gravity_world`` (3,) m/s². ``symmetries`` (s, 3, 3) in the particle
-    frame, about the centre of mass.
+    ``motion`` is ``flight`` at ``true_times_s``, under the time stamps of ``clock``. ``gravity_world`` (3,) m/s². ``symmetries``
+    (s, 3, 3) in the particle frame, about the centre of mass of the uniform body.
+
+    ``views``, ``hsv``, ``clock`` and ``gravity_world`` are what the observation states. Where ``effects`` are in force, nature differs:
+    frames are taken at ``true_times_s`` (frame,) s with ``true_camera``; ``vertices``, ``body``, mass and moments are those of the
+    body that flies, ``view_vertices`` (v, 3) m those that the calibrated views show.
     """
 
     name: str
     vertices: Float[NDArray[np.float64], "v 3"]
+    view_vertices: Float[NDArray[np.float64], "v 3"]
     faces: NDArray[np.int64]
     body: Body
     mass_kg: float
@@ -43,12 +49,15 @@ class SequencePlan:
     material: str
     views: tuple[CalibratedView, ...]
     hsv: HsvCamera
+    true_camera: Intrinsics
     clock: Clock
+    true_times_s: Float[NDArray[np.float64], " frame"]
     motion: Motion
     flight: Flight
     gravity_world: Float[NDArray[np.float64], "3"]
     symmetries: Float[NDArray[np.float64], "s 3 3"]
     descriptors: dict[str, float] = field(default_factory=dict)
+    effects: EffectsInForce = field(default_factory=EffectsInForce)
     particle_name: str = ""
     notes: dict[str, str] = field(default_factory=dict)
 

@@ -3,22 +3,25 @@
 World frame: the HSV camera's. Every part draws from a random stream of its own (:mod:`synth.streams`).
 """
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.observation import CalibratedView, Observation
+from datasets.observation import Observation, Recording
 from datasets.recipes.recipe import HsvRecipe, MotionRecipe, NoiseRecipe, Recipe
 from datasets.truth import Truth
 from datasets.vocabulary.camera import HsvCamera, Intrinsics
 from datasets.vocabulary.clock import Clock
 from datasets.vocabulary.outline import Outline
-from synth.motion import FreeFlight, fly, random_start
-from synth.motion.random_flight import Stage
+from synth.effects import EffectsInForce, FlyingBody, effects_in_force
+from synth.frame_outlines import frame_outlines
 from synth.particles.particle import Particle, particle
-from synth.plan import SequencePlan, particle_poses_in_camera
+from synth.plan import SequencePlan
+from synth.planned_flight import Course, planned_flight
 from synth.rig import rig_views
-from synth.silhouette import OutlineMesh, exact_outline, noisy_outline, outline_mesh
-from synth.streams import streams
+from synth.silhouette import exact_outline, noisy_outline, outline_mesh
+from synth.streams import streams_of
 
 Array = NDArray[np.float64]
 
@@ -35,6 +38,23 @@ def build_silhouette_sequence(recipe: Recipe, index: int) -> tuple[Observation, 
     return silhouette_observation(plan, recipe, index), truth_of(plan)
 
 
+def build_silhouette_campaign(recipe: Recipe) -> list[tuple[Observation, Truth]]:
+    """All sequences of ``recipe``; where they are of one particle, they share their calibrated views, which are made once.
+
+    Raises
+    ------
+    InputError
+        Where a mesh is bad or no flight fits the picture.
+    """
+    if not recipe.same_particle:
+        return [build_silhouette_sequence(recipe, index) for index in range(recipe.sequences)]
+    plans = [plan_sequence(recipe, index) for index in range(recipe.sequences)]
+    views = view_outlines(plans[0], recipe.noise, np.random.default_rng(streams_of(recipe, 0).rig_noise))
+    noises = [np.random.default_rng(streams_of(recipe, index).hsv_noise) for index in range(recipe.sequences)]
+    frames = [hsv_outlines(plan, recipe.noise, rng) for plan, rng in zip(plans, noises, strict=True)]
+    return [(observation_of(plan, recording, views), truth_of(plan)) for plan, recording in zip(plans, frames, strict=True)]
+
+
 def plan_sequence(recipe: Recipe, index: int) -> SequencePlan:
     """The particle, its views, the camera and the flight of sequence ``index``; the same for both tiers.
 
@@ -43,27 +63,34 @@ def plan_sequence(recipe: Recipe, index: int) -> SequencePlan:
     InputError
         Where a mesh is bad or no flight fits the picture.
     """
-    stream = streams(recipe.seed, index)
-    body_rng, rig_rng, motion_rng = (np.random.default_rng(s) for s in (stream.particle, stream.rig, stream.motion))
-    grain = particle(recipe.particle, index, body_rng)
-    camera = hsv_camera(recipe.hsv)
-    flight, times = _flight(recipe, grain, camera.intrinsics, motion_rng)
+    stream = streams_of(recipe, index)
+    body_rng, rig_rng, motion_rng, effects_rng = (
+        np.random.default_rng(s) for s in (stream.particle, stream.rig, stream.motion, stream.effects)
+    )
+    grain = particle(recipe.particle, 0 if recipe.same_particle else index, body_rng)
+    camera, effects = hsv_camera(recipe.hsv), effects_in_force(recipe.effects, index)
+    course = _course(recipe, grain, camera.intrinsics, effects, effects_rng)
+    flight, flying = planned_flight(recipe, course, motion_rng), course.flying
     return SequencePlan(
         name=f"{grain.name}-{index:04d}",
-        vertices=grain.vertices,
+        vertices=flying.vertices,
+        view_vertices=grain.vertices,
         faces=grain.faces,
-        body=grain.mass.body,
-        mass_kg=grain.mass.mass_kg,
-        inertia_kgm2=grain.mass.inertia_kgm2,
+        body=flying.body,
+        mass_kg=flying.mass_kg,
+        inertia_kgm2=flying.inertia_kgm2,
         material=recipe.particle.material,
         views=rig_views(recipe.rig, grain.mass.body.com_particle, rig_rng),
         hsv=camera,
-        clock=Clock(times, recipe.hsv.exposure_us * 1e-6),
-        motion=flight.at(times),
+        true_camera=course.true_camera,
+        clock=Clock(course.stamps_s, recipe.hsv.exposure_us * 1e-6),
+        true_times_s=course.true_times_s,
+        motion=replace(flight.at(course.true_times_s), times_s=course.stamps_s),
         flight=flight,
         gravity_world=np.array(recipe.motion.gravity_ms2),
         symmetries=grain.symmetries,
         descriptors=grain.descriptors,
+        effects=effects,
         particle_name=grain.name,
         notes=grain.notes,
     )
@@ -87,34 +114,39 @@ def frame_times(recipe: MotionRecipe) -> Array:
 
 def silhouette_observation(plan: SequencePlan, recipe: Recipe, index: int) -> Observation:
     """What the silhouette tier shows of ``plan``: noisy outlines of every frame and every calibrated view."""
-    stream = streams(recipe.seed, index)
-    mesh = outline_mesh(plan.vertices, plan.faces)
-    frames = hsv_outlines(plan, mesh, recipe.noise, np.random.default_rng(stream.hsv_noise))
-    views = view_outlines(plan.views, mesh, recipe.noise, np.random.default_rng(stream.rig_noise))
+    stream = streams_of(recipe, index)
+    frames = hsv_outlines(plan, recipe.noise, np.random.default_rng(stream.hsv_noise))
+    views = view_outlines(plan, recipe.noise, np.random.default_rng(stream.rig_noise))
+    return observation_of(plan, frames, views)
+
+
+def observation_of(plan: SequencePlan, recording: Recording, view_recording: Recording) -> Observation:
+    """What is stated of ``plan``, with its recordings."""
     return Observation(
         name=plan.name,
         cameras=(plan.hsv,),
-        recordings=(frames,),
+        recordings=(recording,),
         clock=plan.clock,
         gravity_world=plan.gravity_world,
         views=plan.views,
-        view_recording=views,
+        view_recording=view_recording,
         mass_kg=plan.mass_kg,
     )
 
 
-def hsv_outlines(plan: SequencePlan, mesh: OutlineMesh, noise: NoiseRecipe, rng: np.random.Generator) -> tuple[Outline, ...]:
-    """The outline of every frame, at the middle of its exposure."""
-    R, t = particle_poses_in_camera(plan.body, plan.motion, plan.hsv)
-    exact = (exact_outline(mesh, plan.hsv.intrinsics, R[i], t[i]) for i in range(len(R)))
+def hsv_outlines(plan: SequencePlan, noise: NoiseRecipe, rng: np.random.Generator) -> tuple[Outline, ...]:
+    """The outline of every frame."""
+    exact = frame_outlines(plan, outline_mesh(plan.vertices, plan.faces))
     return tuple(noisy_outline(o, spacing_px=noise.spacing_px, sigma_px=noise.hsv_boundary_px, rng=rng) for o in exact)
 
 
-def view_outlines(
-    views: tuple[CalibratedView, ...], mesh: OutlineMesh, noise: NoiseRecipe, rng: np.random.Generator
-) -> tuple[Outline, ...]:
+def view_outlines(plan: SequencePlan, noise: NoiseRecipe, rng: np.random.Generator) -> tuple[Outline, ...]:
     """The outline of every calibrated view."""
-    exact = (exact_outline(mesh, view.intrinsics, view.R_cam_particle, view.t_cam_particle) for view in views)
+    mesh = outline_mesh(plan.view_vertices, plan.faces)
+    exact = (
+        plan.effects.view_segmented(exact_outline(mesh, view.intrinsics, view.R_cam_particle, view.t_cam_particle), view.intrinsics)
+        for view in plan.views
+    )
     return tuple(noisy_outline(o, spacing_px=noise.spacing_px, sigma_px=noise.rig_boundary_px, rng=rng) for o in exact)
 
 
@@ -130,15 +162,26 @@ def truth_of(plan: SequencePlan) -> Truth:
         mesh_faces=plan.faces,
         symmetries=plan.symmetries,
         descriptors=plan.descriptors,
-        notes={"particle": plan.particle_name, "material": plan.material, **plan.notes},
+        effects={key: dict(values) for key, values in plan.effects.values.items()},
+        notes={"particle": plan.particle_name, "material": plan.material, **plan.notes, **_clock_note(plan)},
     )
 
 
-def _flight(recipe: Recipe, grain: Particle, intrinsics: Intrinsics, rng: np.random.Generator) -> tuple[FreeFlight, Array]:
-    times = frame_times(recipe.motion)
-    radius = float(np.linalg.norm(grain.vertices - grain.mass.body.com_particle, axis=1).max())
-    start = random_start(recipe.motion, Stage(intrinsics, recipe.hsv.distance_m, radius, times), rng)
-    exposure = recipe.hsv.exposure_us * 1e-6
-    gravity = np.array(recipe.motion.gravity_ms2)
-    flight = fly(start, grain.mass.inertia_kgm2, gravity, earliest_s=-exposure, latest_s=times[-1] + exposure)
-    return flight, times
+def _clock_note(plan: SequencePlan) -> dict[str, list[float]]:
+    """True times (s), where they are not those of the time stamps, under which the motion is stored."""
+    wrong = not np.array_equal(plan.true_times_s, plan.clock.times_s)
+    return {"true_times_s": plan.true_times_s.tolist()} if wrong else {}
+
+
+def _course(recipe: Recipe, grain: Particle, stated: Intrinsics, effects: EffectsInForce, rng: np.random.Generator) -> Course:
+    stamps = frame_times(recipe.motion)
+    nominal = FlyingBody(grain.vertices, grain.mass.body, grain.mass.mass_kg, grain.mass.inertia_kgm2)
+    return Course(
+        stamps_s=stamps,
+        true_times_s=effects.true_times(stamps, rng),
+        stated_camera=stated,
+        true_camera=effects.lens(stated),
+        nominal=nominal,
+        flying=effects.flying_body(nominal),
+        effects=effects,
+    )

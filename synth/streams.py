@@ -1,8 +1,10 @@
 """Independent random streams of one sequence, so that a change of one part leaves the others as they were."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+
+from datasets.recipes.recipe import Recipe
 
 
 @dataclass(frozen=True)
@@ -15,8 +17,21 @@ class Streams:
     hsv_noise: np.random.SeedSequence
     rig_noise: np.random.SeedSequence
     rendering: np.random.SeedSequence
+    effects: np.random.SeedSequence
 
 
-def streams(seed: int, index: int) -> Streams:
-    """The streams of sequence ``index`` of a benchmark with ``seed``."""
-    return Streams(*np.random.SeedSequence([seed, index]).spawn(6))
+def streams(seed: int, index: int, *, same_particle: bool = False) -> Streams:
+    """The streams of sequence ``index`` of a benchmark with ``seed``.
+
+    With ``same_particle``, those of the particle, the rig and the rig's noise are those of sequence 0.
+    """
+    own = Streams(*np.random.SeedSequence([seed, index]).spawn(7))
+    if not same_particle:
+        return own
+    shared = streams(seed, 0)
+    return replace(own, particle=shared.particle, rig=shared.rig, rig_noise=shared.rig_noise)
+
+
+def streams_of(recipe: Recipe, index: int) -> Streams:
+    """The streams of sequence ``index`` of ``recipe``."""
+    return streams(recipe.seed, index, same_particle=recipe.same_particle)

@@ -7,6 +7,7 @@ from typing import Any
 
 from datasets.errors import InputError
 from datasets.plausibility import LARGEST_UNDISTORTION_ERROR_PX, undistortion_error_px
+from datasets.recipes.effects import check_effects
 from datasets.recipes.recipe import Recipe
 from datasets.vocabulary.camera import Intrinsics
 
@@ -89,6 +90,7 @@ def check_recipe(recipe: Recipe, source: str) -> None:
     for holds, sentence in RELATIONS:
         if not holds(recipe):
             raise InputError(f"{source}: {sentence(recipe)}")
+    check_effects(recipe.effects, recipe.sequences, source)
 
 
 def value_of(recipe: Recipe, key: str) -> Any:

@@ -3,6 +3,7 @@
 Lengths, speeds and times carry their unit in the name where it is not SI, since people write these by hand.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -111,12 +112,29 @@ class SensorRecipe:
 
 
 @dataclass(frozen=True)
+class EffectRecipe:
+    """One physical effect in force: its ``key`` (``datasets/vocabulary/effects.py``, ``datasets/recipes/synth_only.py``) and sizes.
+
+    ``values``: a number per parameter, in the catalogue's unit; parameters left out are 0. An effect that every sequence has a size
+    of its own of (scope ``sequence``) also takes a list of numbers, one per sequence.
+    """
+
+    key: str
+    values: Mapping[str, float | tuple[float, ...]] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
 class Recipe:
-    """A whole benchmark: ``sequences`` sequences of one tier from one seed."""
+    """A whole benchmark: ``sequences`` sequences of one tier from one seed.
+
+    ``same_particle``: all sequences are of one particle, seen with one set of calibrated views (a campaign); otherwise each
+    sequence draws its own.
+    """
 
     name: str = "benchmark"
     seed: int = 1
     sequences: int = 1
+    same_particle: bool = False
     tier: Literal["silhouette", "rendered"] = "silhouette"
     particle: ParticleRecipe = field(default_factory=ParticleRecipe)
     motion: MotionRecipe = field(default_factory=MotionRecipe)
@@ -125,3 +143,4 @@ class Recipe:
     noise: NoiseRecipe = field(default_factory=NoiseRecipe)
     rendering: RenderingRecipe = field(default_factory=RenderingRecipe)
     sensor: SensorRecipe = field(default_factory=SensorRecipe)
+    effects: tuple[EffectRecipe, ...] = ()

@@ -8,7 +8,7 @@ import difflib
 import json
 import tomllib
 import types
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
@@ -52,12 +52,12 @@ def recipe_to_toml(recipe: Recipe) -> str:
     """The resolved recipe as TOML; :func:`load_recipe` gives the same recipe back."""
     table = recipe_to_dict(recipe)
     top = [f"{key} = {_toml(value)}" for key, value in table.items() if not isinstance(value, dict)]
-    sections = [
-        f"\n[{name}]\n" + "\n".join(f"{key} = {_toml(value)}" for key, value in section.items())
-        for name, section in table.items()
-        if isinstance(section, dict)
-    ]
+    sections = [f"\n[{name}]\n{_entries(section)}" for name, section in table.items() if isinstance(section, dict)]
     return "\n".join([*top, *sections]) + "\n"
+
+
+def _entries(section: Table) -> str:
+    return "\n".join(f"{key} = {_toml(value)}" for key, value in section.items())
 
 
 def _read(path: Path) -> Table:
@@ -128,7 +128,9 @@ def _convert(hint: Any, value: Any, source: str, key: str) -> Any:
         return _build(hint, value, source, f"{key}.")
     origin = get_origin(hint)
     if origin in (Union, types.UnionType):
-        return None if value is None else _convert(next(arm for arm in get_args(hint) if arm is not type(None)), value, source, key)
+        return None if value is None else _convert(_arm(get_args(hint), value), value, source, key)
+    if origin is Mapping:
+        return _convert_mapping(get_args(hint)[1], value, source, key)
     if origin is tuple:
         return _convert_tuple(get_args(hint), value, source, key)
     if origin is Literal and value in get_args(hint) and not isinstance(value, bool):
@@ -138,6 +140,19 @@ def _convert(hint: Any, value: Any, source: str, key: str) -> Any:
     if origin is not Literal and type(value) is hint:
         return value
     raise InputError(f"{source}: {key}: expected {_described(hint)}, came {_shown(value)}.")
+
+
+def _arm(arms: tuple[Any, ...], value: Any) -> Any:
+    """The kind of several that a value is to be: the list where it is one, otherwise the first."""
+    kinds = [arm for arm in arms if arm is not type(None)]
+    lists = [arm for arm in kinds if get_origin(arm) is tuple]
+    return lists[0] if lists and isinstance(value, list | tuple) else kinds[0]
+
+
+def _convert_mapping(hint: Any, value: Any, source: str, key: str) -> dict[str, Any]:
+    if not isinstance(value, dict):
+        raise InputError(f"{source}: {key}: expected a table, came {_shown(value)}.")
+    return {name: _convert(hint, entry, source, f"{key}.{name}") for name, entry in value.items()}
 
 
 def _convert_tuple(arms: tuple[Any, ...], value: Any, source: str, key: str) -> tuple[Any, ...]:
@@ -164,6 +179,8 @@ def _plain(value: Any) -> Any:
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         entries = {field.name: _plain(getattr(value, field.name)) for field in dataclasses.fields(value)}
         return {key: entry for key, entry in entries.items() if entry is not None}
+    if isinstance(value, Mapping):
+        return {key: _plain(entry) for key, entry in value.items()}
     return [_plain(entry) for entry in value] if isinstance(value, tuple) else value
 
 
@@ -171,6 +188,8 @@ def _toml(value: Any) -> str:
     """A TOML value; JSON's spelling of text, truth values, numbers and lists is TOML's, apart from infinities."""
     if isinstance(value, list):
         return "[" + ", ".join(_toml(entry) for entry in value) + "]"
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{json.dumps(key, ensure_ascii=False)} = {_toml(entry)}" for key, entry in value.items()) + "}"
     if isinstance(value, float):
         return repr(value)
     return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")

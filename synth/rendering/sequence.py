@@ -28,9 +28,8 @@ from synth.rendering.scene import ParticleModel
 from synth.rendering.shots import Shot, frame_shots, hsv_optics, rig_key, rig_optics, view_shots
 from synth.rendering.tracer import Tracer, make_tracer
 from synth.rendering.variant import activate, choose_variant
-from synth.sequence import hsv_outlines, plan_sequence, truth_of, view_outlines
-from synth.silhouette import outline_mesh
-from synth.streams import streams
+from synth.sequence import hsv_outlines, observation_of, plan_sequence, truth_of, view_outlines
+from synth.streams import streams_of
 
 Advance = Callable[[int, int], None]
 """Told how many pictures are done, and of how many."""
@@ -120,27 +119,17 @@ class Studio:
 def _record(taken: Taken, frames: Sequence[Shot], views: Sequence[Shot], out: Path) -> tuple[Observation, TiffFrames | None]:
     plan, recipe = taken.plan, taken.recipe
     folder = observation_folder(out, plan.name)
-    mesh, stream = outline_mesh(plan.vertices, plan.faces), streams(recipe.seed, taken.index)
+    stream = streams_of(recipe, taken.index)
     recording: Recording
     view_recording: Recording
     if frames:
         recording = record_frames(taken, frames, folder)
         masks = record_masks(taken, frames, truth_folder(out, plan.name))
     else:
-        recording = hsv_outlines(plan, mesh, recipe.noise, np.random.default_rng(stream.hsv_noise))
+        recording = hsv_outlines(plan, recipe.noise, np.random.default_rng(stream.hsv_noise))
         masks = None
     if views:
         view_recording = record_views(taken, views, folder)
     else:
-        view_recording = view_outlines(plan.views, mesh, recipe.noise, np.random.default_rng(stream.rig_noise))
-    observation = Observation(
-        name=plan.name,
-        cameras=(plan.hsv,),
-        recordings=(recording,),
-        clock=plan.clock,
-        gravity_world=plan.gravity_world,
-        views=plan.views,
-        view_recording=view_recording,
-        mass_kg=plan.mass_kg,
-    )
-    return observation, masks
+        view_recording = view_outlines(plan, recipe.noise, np.random.default_rng(stream.rig_noise))
+    return observation_of(plan, recording, view_recording), masks

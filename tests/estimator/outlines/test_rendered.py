@@ -7,8 +7,8 @@ from datasets.observation_files import read_observation
 from datasets.recipes.recipe import MotionRecipe, ParticleRecipe, Recipe, RenderingRecipe, RigRecipe
 from datasets.truth_files import read_truth
 from estimator.outlines import outlines_of
+from synth.plan import particle_poses_in_camera
 from synth.rendering.sequence import render_sequence
-from synth.sequence import particle_poses_in_camera
 from synth.silhouette import exact_outline, outline_mesh
 
 LIMITS = {"matte": (0.02, 0.12, 0.04), "rough_metal": (0.05, 0.15, 0.06), "diamond": (0.4, 0.8, 0.2)}

@@ -1,0 +1,14 @@
+"""Drag of slow flow.
+
+``dv/dt = g - rate v`` [Stokes, Trans. Camb. Phil. Soc. 9 (1851) 8]; holds for Re < 1, still air, no torque.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from synth.effects.links import FlightState, Values
+
+
+def acceleration(state: FlightState, values: Values) -> NDArray[np.float64]:
+    """Acceleration (3,) m/s², world frame."""
+    return np.asarray(-values["rate"] * state.v_world)

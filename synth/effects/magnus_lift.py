@@ -1,0 +1,15 @@
+"""Lift of a spinning body.
+
+``dv/dt = g + coefficient (omega x v)`` [Rubinow and Keller, J. Fluid Mech. 11 (1961) 447, for a sphere at low Re, where the coefficient is
+``pi rho_air r³ / m``]; does no work; no torque.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from synth.effects.links import FlightState, Values
+
+
+def acceleration(state: FlightState, values: Values) -> NDArray[np.float64]:
+    """Acceleration (3,) m/s², world frame."""
+    return np.asarray(values["coefficient"] * np.cross(state.omega_world, state.v_world))
