@@ -4,7 +4,7 @@ The chain is visible in :func:`estimate`; every step that cannot go on raises :c
 plausible number without one.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,15 +12,16 @@ from numpy.typing import NDArray
 from datasets.estimate import Estimate, Status
 from datasets.observation import Frames, Observation
 from estimator.configuration import Configuration
-from estimator.fitting.flight_starts import best_spin, flight_of_track
+from estimator.fitting.flight_starts import at_time, best_spin, best_start, flight_of_track, starts_along
 from estimator.fitting.levenberg_marquardt import Outcome, Solution
+from estimator.fitting.noise_model import measured_noise
 from estimator.fitting.pose_refinement import Views
 from estimator.fitting.pose_search import FoundPoses, SearchEffort, search_pose
 from estimator.fitting.refinement import Refined, Refinement, refine_flight
-from estimator.fitting.tracking import track
-from estimator.fitting.trajectory import FitTask, Prior, Sightings, fit_growing
+from estimator.fitting.tracking import Track, track
+from estimator.fitting.trajectory import FitTask, Prior, Sightings, errors_of, fit, fit_growing
 from estimator.geometry.silhouettes import silhouettes
-from estimator.motion.flight import Flight
+from estimator.motion.flight import N_PARAMETERS, Flight, poses
 from estimator.outlines.recording import outlines_of, view_outlines_of
 from estimator.outlines.result import FrameStatus, OutlineTrack
 from estimator.particle import Particle, particle_of, views_like
@@ -30,7 +31,7 @@ Array = NDArray[np.float64]
 LOST_RMS_PX = 1.0
 SEARCHED_FRAMES = 5
 GOOD_COST = 4.0
-"""Cost per pair (1 is expected) of a trajectory that fits: no momenta are drawn for it."""
+"""Cost per pair (1 is expected) of a trajectory that fits: no other starts are tried for it."""
 RIVAL_POSE, RIVAL_TRACK = 25.0, 3.0
 """A pose minimum or a track that costs more than this many times the best is no rival once a trajectory fits."""
 
@@ -72,6 +73,8 @@ def estimate(observation: Observation, configuration: Configuration) -> Estimate
         task = _task(observation, particle, sightings, views, configuration)
         found, reference = first_pose(task, particle, configuration)
         candidates = _candidates(observation, task, particle, (found, reference), configuration)
+        if _misses(task, candidates[0]):
+            candidates = _with_other_references(observation, task, particle, (candidates, reference), configuration)
         best = candidates[0]
         refined = refine_flight(
             task,
@@ -138,15 +141,11 @@ def first_pose(task: FitTask, particle: Particle, configuration: Configuration) 
     NoMeasurement
         Where no start converges anywhere.
     """
-    n = len(task.sightings)
-    order = np.unique(np.linspace(0, n - 1, SEARCHED_FRAMES + 2).round().astype(int)[1:-1])
-    order = order[np.argsort(np.abs(order - n // 2), kind="stable")]
-    effort = SearchEffort(starts=configuration.pose_starts, candidates=configuration.pose_candidates)
     best: tuple[FoundPoses, int] | None = None
-    for reference in order:
-        found = search_pose(task.sightings.silhouettes.take([int(reference)]), task.views, particle.catalogue, effort)
+    for reference in _references(task):
+        found = _found(task, particle, reference, configuration)
         if len(found.rms_px) and (best is None or found.rms_px[0] < best[0].rms_px[0]):
-            best = (found, int(reference))
+            best = (found, reference)
         if best is not None and best[0].rms_px[0] < LOST_RMS_PX:
             return best
     if best is None:
@@ -154,6 +153,18 @@ def first_pose(task: FitTask, particle: Particle, configuration: Configuration) 
             Status.NO_CONVERGENCE, "no start of the pose search converged: the outlines may not show the particle of the calibrated views."
         )
     return best
+
+
+def _references(task: FitTask) -> list[int]:
+    """Sightings worth a pose search, those nearest the middle first."""
+    n = len(task.sightings)
+    order = np.unique(np.linspace(0, n - 1, SEARCHED_FRAMES + 2).round().astype(int)[1:-1])
+    return [int(reference) for reference in order[np.argsort(np.abs(order - n // 2), kind="stable")]]
+
+
+def _found(task: FitTask, particle: Particle, reference: int, configuration: Configuration) -> FoundPoses:
+    effort = SearchEffort(starts=configuration.pose_starts, candidates=configuration.pose_candidates)
+    return search_pose(task.sightings.silhouettes.take([reference]), task.views, particle.catalogue, effort)
 
 
 def _candidates(
@@ -180,12 +191,54 @@ def _candidates(
         first_cost = min(first_cost, typical)
         flight = flight_of_track(followed, particle.body, gravity, time_s=time_s)
         solution = fit_growing(task, flight)
-        if not fits and solution.equations.cost > GOOD_COST * task.weight.size and configuration.momentum_starts:
-            drawn = best_spin(task, flight, limit_rads=configuration.largest_spin_rads, count=configuration.momentum_starts, rng=rng)
-            again = fit_growing(task, drawn)
-            solution = again if again.equations.cost < solution.equations.cost else solution
+        if not fits and not _good(task, solution):
+            solution = _from_other_starts(task, followed, (flight, solution), configuration, rng)
         candidates.append(Candidate(float(found.rms_px[row]), solution))
     return sorted(candidates, key=lambda c: c.solution.equations.cost)
+
+
+def _good(task: FitTask, solution: Solution[Flight]) -> bool:
+    return solution.equations.cost <= GOOD_COST * task.weight.size
+
+
+def _from_other_starts(
+    task: FitTask, followed: Track, first: tuple[Flight, Solution[Flight]], configuration: Configuration, rng: np.random.Generator
+) -> Solution[Flight]:
+    """The best of a poor solution and those from elsewhere on its track and, where that is poor too, from drawn angular velocities."""
+    flight, solution = first
+    elsewhere = best_start(task, starts_along(followed, flight.body, flight.gravity_world))
+    again = fit(task, at_time(fit_growing(task, elsewhere).state, flight.time_s))
+    solution = min(solution, again, key=lambda s: s.equations.cost)
+    if _good(task, solution) or not configuration.momentum_starts:
+        return solution
+    drawn = best_spin(task, flight, limit_rads=configuration.largest_spin_rads, count=configuration.momentum_starts, rng=rng)
+    return min(solution, fit_growing(task, drawn), key=lambda s: s.equations.cost)
+
+
+def _misses(task: FitTask, candidate: Candidate) -> bool:
+    """Whether a trajectory leaves errors so far above the outlines' noise that it is no measurement."""
+    if _good(task, candidate.solution):
+        return False
+    flight = candidate.solution.state
+    errors = errors_of(task, flight, poses(flight, np.zeros((1, N_PARAMETERS)), task.sightings.times_s))
+    return measured_noise(errors).mean_square > MOST_MEAN_SQUARE
+
+
+def _with_other_references(
+    observation: Observation, task: FitTask, particle: Particle, tried: tuple[list[Candidate], int], configuration: Configuration
+) -> list[Candidate]:
+    """The candidates, and the best pose of other sightings tracked and fitted until one does not miss: the first may show a bad side."""
+    candidates, first = tried
+    once = replace(configuration, trajectory_candidates=1, momentum_starts=0)
+    for reference in _references(task):
+        found = _found(task, particle, reference, configuration) if reference != first else None
+        if found is None or len(found.rms_px) == 0:
+            continue
+        candidates = [*candidates, *_candidates(observation, task, particle, (found, reference), once)]
+        candidates.sort(key=lambda c: c.solution.equations.cost)
+        if not _misses(task, candidates[0]):
+            break
+    return candidates
 
 
 def judge(candidates: list[Candidate], refined: Refined, configuration: Configuration) -> tuple[Status, str]:
@@ -217,6 +270,7 @@ MOST_MEAN_SQUARE = 16.0
 
 def _same(a: Flight, b: Flight) -> bool:
     """Whether two flights agree in orientation (3°) and spin (3%)."""
+    a = at_time(a, b.time_s)
     turn = 2.0 * np.arccos(min(1.0, abs(float(a.q @ b.q))))
     spin = np.linalg.norm(a.omega - b.omega) <= 0.03 * np.linalg.norm(b.omega) + 1.0
     return bool(turn < np.radians(3.0) and spin)
