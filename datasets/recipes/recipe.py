@@ -72,6 +72,7 @@ class RigRecipe:
     """Range over the six cameras."""
     mm_per_px: float = 0.017
     f_number: float = 64.0
+    """Depth of field without diffraction, which is not modelled: the views are sharper than a real lens would make them."""
     rendered: bool | None = None
     """Whether the views are pictures; ``None``: as the tier of the recipe."""
 

@@ -38,7 +38,8 @@ def aggregate(table: pd.DataFrame, by: str | None = None) -> pd.DataFrame:
     -------
     pandas.DataFrame
         Columns ``group, metric, unit, median, p05, p95, inside_tolerance, coverage, n, n_converged``. ``inside_tolerance`` is the
-        share of *all* sequences of the group: one that did not converge is not inside.
+        share of *all* sequences of the group: one that did not converge is not inside. Percentiles and coverage are those of the
+        ``n_converged`` alone, so an estimator that gives up on hard sequences improves them; read them beside ``inside_tolerance``.
     """
     rows = [_summary(str(name), group, entry) for name, group in _groups(table, by) for entry in METRICS]
     return pd.DataFrame(rows)

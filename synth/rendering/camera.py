@@ -3,7 +3,11 @@
 The pinhole model gives the principal distance ``p = fx * pitch``; focused at ``d`` the lens has the focal length
 ``f = p d / (p + d)`` and at f-number ``N`` an aperture of radius ``f / (2 N)`` [Hecht, Optics, ch. 5]. Perspective is that of
 the aperture's centre. The ideal film has square pixels and no distortion; where the real camera differs (distortion, unequal
-focal lengths), pictures are warped (:mod:`synth.rendering.distortion`). Not modelled: other aberrations, diffraction.
+focal lengths), pictures are warped (:mod:`synth.rendering.distortion`).
+
+Not modelled: other aberrations, and diffraction. The Airy disk's radius is ``1.22 lambda N (1 + m) / pitch`` with magnification ``m``
+[Hecht, ch. 10]: 0.6 px for the default high-speed camera (f/16, 20 µm, green light), but 12 px for the default rig camera (f/64, 4.65 µm).
+A real lens cannot be stopped down so far and stay sharp; the rig's views stand for ones without blur of either kind.
 """
 
 from dataclasses import dataclass
