@@ -246,7 +246,8 @@ def _jumps(old: Array, new: Array, worsening: Array, limits: Tolerance) -> NDArr
     """Which sequences became far worse than the others' scatter explains."""
     if len(old) == 0:
         return np.zeros(0, dtype=bool)
-    level = np.maximum(np.abs(old), np.median(np.abs(old)))
+    known = np.abs(old[~np.isnan(old)])
+    level = np.maximum(np.abs(old), np.median(known) if len(known) else np.inf)
     with np.errstate(invalid="ignore"):
         scatter = 1.4826 * float(np.median(np.abs(worsening - np.median(worsening))))
     far = worsening > limits.tolerance + SCATTER * (scatter if math.isfinite(scatter) else 0.0)

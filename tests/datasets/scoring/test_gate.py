@@ -117,6 +117,15 @@ def test_one_sequence_that_jumps_is_named(baseline, run):
     assert any("far worse in seq_0005" in sentence for sentence in result.sentences)
 
 
+def test_a_number_that_the_baseline_lacks_hides_no_jump(baseline, run):
+    rows = [{**row, "middle_angular_percent": float("nan")} if row["sequence"] == "seq_0001" else row for row in baseline.rows]
+    result = verdict(replace(baseline, rows=tuple(rows)), run(scale=30.0, only={5}))
+    (angular,) = (comparison for comparison in result.comparisons if comparison.key == "middle_angular_percent")
+    assert angular.jumped == ("seq_0005",)
+    nothing = [{**row, "middle_angular_percent": float("nan")} for row in baseline.rows]
+    assert verdict(replace(baseline, rows=tuple(nothing)), run()).comparisons
+
+
 def test_lost_convergence_is_named(baseline, run):
     result = verdict(baseline, run(status=Status.NO_CONVERGENCE, only={2, 3}))
     assert result.worse
