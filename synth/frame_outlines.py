@@ -1,4 +1,9 @@
-"""The outline of every frame of the high-speed camera, with the effects in force; without any, the exact one of the exposure's middle."""
+"""The outline of every frame of the high-speed camera, with the effects in force; without any, the exact one of the exposure's middle.
+
+Where the outline is that of a blurred picture, the silhouettes of many instants of the exposure are averaged on a fine grid, blurred where
+the lens is out of focus, and the curve of the threshold's level is drawn. The cells of the grid are themselves a blur: off the half level
+they move an edge by less than 0.7 of their width times the threshold's bias.
+"""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -7,31 +12,107 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from datasets.vocabulary.camera import Intrinsics
 from synth.plan import SequencePlan, particle_poses_in_camera
-from synth.silhouette import OutlineMesh, exact_outline
+from synth.row_by_row import LONGEST_EDGE_PX, refined, row_by_row_outline
+from synth.silhouette import Grid, OutlineMesh, blurred, exact_outline, grid_around, level_outline, mean_coverage
 
 Array = NDArray[np.float64]
+
+FEWEST_SUBFRAMES, MOST_SUBFRAMES = 16, 256
+CELLS_PER_PX = 16
+HALF = 0.5
+MOST_CELLS = 2048
+"""Along one side of a picture; larger particles get a coarser grid."""
+REACH = 5.0
+"""Standard deviations of the blur that the grid reaches beyond the particle."""
 
 
 def frame_outlines(plan: SequencePlan, mesh: OutlineMesh) -> Iterator[Array]:
     """The outline (n, 2) px of every frame, as a segmentation without noise draws it; ``mesh`` is that of ``plan.vertices``."""
     scene = _Scene(plan, mesh)
     for number in range(len(plan.true_times_s)):
-        yield plan.effects.segmented(scene.outline(number), plan.true_camera)
+        outline = scene.blurred_outline(number) if plan.effects.blurred else scene.outline(number, 0.0)
+        yield plan.effects.segmented(outline, plan.true_camera)
 
 
 @dataclass(frozen=True)
 class _Scene:
+    """The particle of a plan before its true camera; ``after_s`` counts from the frame's true time."""
+
     plan: SequencePlan
     mesh: OutlineMesh
+
+    @cached_property
+    def fine_mesh(self) -> OutlineMesh:
+        """The mesh for pictures whose rows are exposed one after the other."""
+        nearest = float(self.depths_m.min())
+        return refined(self.mesh, LONGEST_EDGE_PX * nearest / max(self.plan.true_camera.fx_px, self.plan.true_camera.fy_px))
+
+    @cached_property
+    def depths_m(self) -> Array:
+        """Depth of the centre of mass in every frame."""
+        hsv = self.plan.hsv
+        return (self.plan.motion.x_world @ hsv.R_cam_world.T + hsv.t_cam_world)[:, 2]
 
     @cached_property
     def poses(self) -> tuple[Array, Array]:
         """Poses at the frames' true times."""
         return particle_poses_in_camera(self.plan.body, self.plan.motion, self.plan.hsv)
 
-    def outline(self, number: int) -> Array:
-        """The outline of frame ``number`` before segmentation."""
-        plan, (R, t) = self.plan, self.poses
-        stamp = float(plan.clock.times_s[number] - plan.clock.times_s[0])
-        return exact_outline(self.mesh, plan.effects.camera_at(plan.true_camera, stamp), R[number], t[number])
+    def outline(self, number: int, after_s: float) -> Array:
+        """The outline of frame ``number`` before segmentation, as it is at one instant."""
+        plan, stamp = self.plan, self.stamp(number) + after_s
+        if plan.effects.rolling:
+
+            def points_at(delays_s: Array) -> Array:
+                R, t = self.pose(number, after_s + delays_s)
+                return np.asarray(np.einsum("kij,vj->kvi", R, self.fine_mesh.vertices) + t[:, None])
+
+            return row_by_row_outline(self.fine_mesh, plan.true_camera, points_at, plan.effects, stamp)
+        R, t = self.pose(number, np.array([after_s]))
+        return exact_outline(self.mesh, self.camera(stamp), R[0], t[0])
+
+    def blurred_outline(self, number: int) -> Array:
+        """The outline of the picture of a whole exposure, or of its middle where only the lens blurs."""
+        plan, level = self.plan, self.plan.effects.level
+        count = 1 if level is None else self.subframes(number)
+        after = plan.clock.exposure_s * ((np.arange(count) + 0.5) / count - 0.5)
+        outlines = [self.outline(number, float(instant)) for instant in after]
+        sigma = float(plan.effects.sigma_px(self.depths_m[[number]] - self.depths_m[0])[0])
+        if count == 1 and sigma == 0:
+            return outlines[0]
+        grid = self.grid(np.vstack(outlines), sigma)
+        picture = mean_coverage(outlines, grid)
+        if sigma > 0:
+            picture = blurred(picture, sigma * grid.cells_per_px)
+        return level_outline(picture, grid, HALF if level is None else level)
+
+    def subframes(self, number: int) -> int:
+        """So many that the particle moves by no more than a cell from one to the next."""
+        half = self.plan.clock.exposure_s / 2
+        R, t = self.pose(number, np.array([-half, half]))
+        before, after = (self.plan.true_camera.project(self.mesh.vertices @ R[k].T + t[k]) for k in (0, 1))
+        moved = float(np.linalg.norm(after - before, axis=1).max())
+        return int(np.clip(np.ceil(moved * CELLS_PER_PX), FEWEST_SUBFRAMES, MOST_SUBFRAMES))
+
+    def pose(self, number: int, after_s: Array) -> tuple[Array, Array]:
+        """Poses at instants (n,) s."""
+        if not after_s.any():
+            return self.poses[0][[number]].repeat(len(after_s), axis=0), self.poses[1][[number]].repeat(len(after_s), axis=0)
+        plan = self.plan
+        return particle_poses_in_camera(plan.body, plan.flight.at(plan.true_times_s[number] + after_s), plan.hsv)
+
+    def stamp(self, number: int) -> float:
+        """The frame's time stamp (s) after the first one's."""
+        return float(self.plan.clock.times_s[number] - self.plan.clock.times_s[0])
+
+    def camera(self, stamp_s: float) -> Intrinsics:
+        """The camera that shows the picture as it is shifted at one instant."""
+        return self.plan.effects.camera_at(self.plan.true_camera, stamp_s)
+
+    def grid(self, points_px: Array, sigma_px: float) -> Grid:
+        """A grid that holds the blurred particle."""
+        margin = REACH * sigma_px + 2
+        extent = float(np.ptp(points_px, axis=0).max()) + 2 * margin
+        return grid_around(points_px, margin, int(np.clip(MOST_CELLS // extent, 2, CELLS_PER_PX)))

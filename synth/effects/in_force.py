@@ -33,8 +33,6 @@ from synth.effects.registry import REALISATIONS
 Array = NDArray[np.float64]
 Kind = TypeVar("Kind", bound=Link)
 
-HALF_LEVEL = 0.5
-
 
 @dataclass(frozen=True)
 class EffectsInForce:

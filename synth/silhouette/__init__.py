@@ -1,6 +1,20 @@
-"""Exact outlines of meshes, and outlines with stated boundary noise: the silhouette tier."""
+"""Outlines of meshes: exact, with stated boundary noise, or those of blurred pictures."""
 
-from synth.silhouette.exact_outline import OutlineMesh, exact_outline, outline_mesh
+from synth.silhouette.coverage import Grid, blurred, grid_around, level_outline, mean_coverage
+from synth.silhouette.exact_outline import OutlineMesh, contour_segments, exact_outline, outline_mesh
 from synth.silhouette.noisy_outline import noisy_outline
+from synth.silhouette.outer_ring import outer_ring
 
-__all__ = ["OutlineMesh", "exact_outline", "noisy_outline", "outline_mesh"]
+__all__ = [
+    "Grid",
+    "OutlineMesh",
+    "blurred",
+    "contour_segments",
+    "exact_outline",
+    "grid_around",
+    "level_outline",
+    "mean_coverage",
+    "noisy_outline",
+    "outer_ring",
+    "outline_mesh",
+]
