@@ -19,8 +19,9 @@ class Configuration:
     noise that the outlines do not show; ``body_noise_px``: the part of the error that stays with a place on the body, from comparing
     outlines of unlike curvature. ``huber``: standard deviations beyond which an error's influence stays constant. ``within_pairs``:
     largest number of pairs within the sequence in the last refinement, 0 leaves them out. ``momentum_starts``: angular velocities drawn
-    when tracking fails, within ``largest_spin_rads``. ``minimum_frames``: fewer usable frames give no measurement. ``seed`` feeds the
-    drawn starts and the drawn noise of the views' likeness.
+    when tracking fails, within ``largest_spin_rads``. ``focal_prior``: relative standard deviation of the high-speed camera's focal length;
+    0 means that it is known, otherwise it is measured with the flight, from the camera's as a start. ``minimum_frames``: fewer usable
+    frames give no measurement. ``seed`` feeds the drawn starts and the drawn noise of the views' likeness.
     """
 
     hull_resolution: int = 64
@@ -39,6 +40,7 @@ class Configuration:
     inertia_products_prior: float = 0.003
     floor_px: float = 0.04
     body_noise_px: float = 0.085
+    focal_prior: float = 0.0
     huber: float = 4.0
     within_pairs: int = 600
     foreign_view_ratio: float = 4.0

@@ -9,10 +9,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from datasets.errors import InputError
 from datasets.estimate import Estimate, Status
 from datasets.observation import Frames, Observation
 from estimator.configuration import Configuration
 from estimator.fitting.flight_starts import at_time, best_spin, best_start, flight_of_track, starts_along
+from estimator.fitting.focal_refinement import FocalRefined, refine_with_focal
+from estimator.fitting.focal_search import FocalPrior
 from estimator.fitting.levenberg_marquardt import Outcome, Solution
 from estimator.fitting.noise_model import measured_noise
 from estimator.fitting.pose_refinement import Views
@@ -61,6 +64,11 @@ def estimate(observation: Observation, configuration: Configuration) -> Estimate
     datasets.errors.InputError
         Where the observation contradicts itself: sizes, numbers of pictures, views that do not agree.
     """
+    if configuration.focal_prior > 0.0 and len(observation.cameras) > 1:
+        raise InputError(
+            f"{observation.name}: expected one high-speed camera where its focal length is to be measured (focal_prior > 0), "
+            f"got {len(observation.cameras)}"
+        )
     tracks = tuple(
         outlines_of(r, c.intrinsics, name=f"{observation.name}, camera {c.name}")
         for r, c in zip(observation.recordings, observation.cameras, strict=True)
@@ -70,25 +78,27 @@ def estimate(observation: Observation, configuration: Configuration) -> Estimate
     try:
         sightings = usable_sightings(observation, tracks, configuration)
         views = views_like(particle, sightings.silhouettes, np.random.default_rng(configuration.seed))
-        task = _task(observation, particle, sightings, views, configuration)
+        task = fit_task(observation, particle, sightings, views, configuration)
         found, reference = first_pose(task, particle, configuration)
-        candidates = _candidates(observation, task, particle, (found, reference), configuration)
+        candidates = candidate_flights(observation, task, particle, (found, reference), configuration)
         if _misses(task, candidates[0]):
             candidates = _with_other_references(observation, task, particle, (candidates, reference), configuration)
-        best = candidates[0]
-        refined = refine_flight(
-            task,
-            best.solution.state,
-            Refinement(
-                floor_px=configuration.floor_px,
-                body_noise_px=configuration.body_noise_px,
-                within_pairs=configuration.within_pairs,
-            ),
-        )
+        refined, focal = refined_flight(task, candidates[0].solution.state, configuration)
     except NoMeasurement as failure:
         return empty_estimate(observation, tracks, particle, configuration, (failure.status, failure.message))
     status, message = judge(candidates, refined, configuration)
-    return converged_estimate(observation, tracks, (particle, found), refined, (status, message), configuration=configuration)
+    return converged_estimate(observation, tracks, (particle, found), refined, (status, message), configuration=configuration, focal=focal)
+
+
+def refined_flight(task: FitTask, flight: Flight, configuration: Configuration) -> tuple[Refined, FocalRefined | None]:
+    """The last refinement, with the focal length among the parameters where the configuration says that it is not known."""
+    settings = Refinement(
+        floor_px=configuration.floor_px, body_noise_px=configuration.body_noise_px, within_pairs=configuration.within_pairs
+    )
+    if configuration.focal_prior == 0.0:
+        return refine_flight(task, flight, settings), None
+    focal = refine_with_focal(task, flight, settings, FocalPrior(configuration.focal_prior))
+    return focal.refined, focal
 
 
 def usable_sightings(observation: Observation, tracks: tuple[OutlineTrack, ...], configuration: Configuration) -> Sightings:
@@ -121,7 +131,8 @@ def _too_few(tracks: tuple[OutlineTrack, ...], usable: int, wanted: int) -> NoMe
     return NoMeasurement(status, f"{usable} usable pictures, at least {wanted} are needed" + (f"; left out: {counts}." if counts else "."))
 
 
-def _task(observation: Observation, particle: Particle, sightings: Sightings, views: Views, configuration: Configuration) -> FitTask:
+def fit_task(observation: Observation, particle: Particle, sightings: Sightings, views: Views, configuration: Configuration) -> FitTask:
+    """The fit's task: silhouettes, views and what holds the body and the outline offset."""
     measured = any(isinstance(r, Frames) for r in observation.recordings)
     prior = Prior(
         com_m=configuration.com_prior * particle.extent_m,
@@ -167,7 +178,7 @@ def _found(task: FitTask, particle: Particle, reference: int, configuration: Con
     return search_pose(task.sightings.silhouettes.take([reference]), task.views, particle.catalogue, effort)
 
 
-def _candidates(
+def candidate_flights(
     observation: Observation, task: FitTask, particle: Particle, start: tuple[FoundPoses, int], configuration: Configuration
 ) -> list[Candidate]:
     """The best pose minima, each tracked and fitted, by ascending cost.
@@ -234,7 +245,7 @@ def _with_other_references(
         found = _found(task, particle, reference, configuration) if reference != first else None
         if found is None or len(found.rms_px) == 0:
             continue
-        candidates = [*candidates, *_candidates(observation, task, particle, (found, reference), once)]
+        candidates = [*candidates, *candidate_flights(observation, task, particle, (found, reference), once)]
         candidates.sort(key=lambda c: c.solution.equations.cost)
         if not _misses(task, candidates[0]):
             break

@@ -12,6 +12,7 @@ from datasets.estimate import Estimate, FrameReport, Status, VelocityEstimate
 from datasets.observation import Observation
 from datasets.vocabulary.state import Motion
 from estimator.configuration import Configuration
+from estimator.fitting.focal_refinement import FocalRefined
 from estimator.fitting.pose_search import FoundPoses
 from estimator.fitting.refinement import Refined
 from estimator.motion.flight import N_PARAMETERS, NAMES, Flight, fitted_body, inertia_matrix, states, velocities, velocity_sensitivity
@@ -57,13 +58,20 @@ def converged_estimate(
     outcome: tuple[Status, str],
     *,
     configuration: Configuration,
+    focal: FocalRefined | None = None,
 ) -> Estimate:
-    """The estimate of a fit that ended with a flight; its numbers are left out where the status says that there is no convergence."""
+    """The estimate of a fit that ended with a flight; its numbers are left out where the status says that there is no convergence.
+
+    ``focal``: the focal length, where it was measured.
+    """
     particle, found = seen
     status, message = outcome
     statistics = {**_view_statistics(particle), **_fit_statistics(refined, found)}
     reports = _frame_reports(tracks, _sighting_errors(refined, tracks))
     message = _with_views(message, particle)
+    if focal is not None:
+        statistics["focal_length"] = focal_length(focal, observation, configuration.focal_prior)
+        message = f"{message} {statistics['focal_length']['statement']}"
     told: dict[str, Any] = {
         "configuration": dataclasses.asdict(configuration),
         "versions": versions(),
@@ -83,10 +91,10 @@ def converged_estimate(
         motion=motion_of(refined.flight, times),
         start=_velocity(refined, float(times[0])),
         middle=_velocity(refined, float(times[(len(times) - 1) // 2])),
-        parameters=NAMES,
-        values=_values(refined.flight),
-        covariance=refined.covariance,
-        bound=refined.bound,
+        parameters=NAMES if focal is None else (*NAMES, "log_focal_factor"),
+        values=_values(refined.flight) if focal is None else np.append(_values(refined.flight), focal.log_factor),
+        covariance=refined.covariance if focal is None else focal.covariance,
+        bound=refined.bound if focal is None else focal.bound,
         **told,
     )
 
@@ -105,6 +113,26 @@ def motion_of(flight: Flight, times_s: Array) -> Motion:
         v_world=reached.v[:, 0],
         omega_world=omega,
     )
+
+
+def focal_length(focal: FocalRefined, observation: Observation, prior: float) -> dict[str, Any]:
+    """The focal length found (px, of x and y), its standard deviation, the camera's own, and what to think of it in a sentence."""
+    camera = observation.cameras[0].intrinsics
+    factor = float(np.exp(focal.log_factor))
+    f, sigma = factor * camera.fx_px, factor * camera.fx_px * focal.sigma
+    silent = focal.sigma > SILENT * prior
+    return {
+        "focal_px": [f, factor * camera.fy_px],
+        "sigma_px": [sigma, factor * camera.fy_px * focal.sigma],
+        "camera_px": [camera.fx_px, camera.fy_px],
+        "prior_relative": prior,
+        "statement": f"focal length measured: {f:.0f} ± {sigma:.0f} px (camera: {camera.fx_px:.0f} ± {100 * prior:g}%)"
+        + ("; the pictures say hardly anything of it, what holds it is the prior." if silent else "."),
+    }
+
+
+SILENT = 0.8
+"""A standard deviation above this share of the prior's means that the pictures had little to say."""
 
 
 def _velocity(refined: Refined, time_s: float) -> VelocityEstimate:

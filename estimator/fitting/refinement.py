@@ -5,7 +5,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.fitting.composite_likelihood import WeighedFrames, body_cells, body_noise, information, shared_view_noise, weigh
+from estimator.fitting.composite_likelihood import (
+    WeighedFrames,
+    body_cells,
+    body_noise,
+    information,
+    shared_view_noise,
+    weigh,
+)
 from estimator.fitting.noise_model import MeasuredNoise, measured_noise, with_noise
 from estimator.fitting.trajectory import FitTask, errors_of, pose_map, prior_values
 from estimator.fitting.within_sequence import WithinEquations, within_equations
@@ -37,7 +44,9 @@ class Refined:
 
 
 @dataclass(frozen=True)
-class _Linearised:
+class Linearised:
+    """Errors and their normal equations ``H`` (p, p), ``g`` (p,), prior included, at one flight; ``S`` as in :func:`pose_map`."""
+
     predicted: FlightPoses
     S: Array
     errors: TangencyErrors
@@ -63,29 +72,32 @@ def refine_flight(task: FitTask, flight: Flight, settings: Refinement) -> Refine
     predicted, _ = poses_and_sensitivity(flight, task.sightings.times_s)
     noise = measured_noise(errors_of(task, flight, predicted))
     task = replace(task, sightings=replace(task.sightings, silhouettes=with_noise(task.sightings.silhouettes, noise)))
-    at = _linearise(task, flight, settings)
+    at = linearise(task, flight, settings)
     for _ in range(MOST_STEPS):
         inverse = scaled_inverse(at.H)
         step = -inverse @ at.g
         flight = moved(flight, step)
-        at = _linearise(task, flight, settings)
+        at = linearise(task, flight, settings)
         size = float(np.max(np.abs(step) / np.sqrt(np.diag(inverse))))
         settled = size < STEADY
         if size < SETTLED:
             break
+    covariance, bound = covariance_and_bound(task, at, np.diag(task.prior.precision), settings)
+    return Refined(flight, at.predicted, covariance, bound, at.errors, at.frames, at.within, settled, noise)
+
+
+def covariance_and_bound(task: FitTask, at: Linearised, prior: Array, settings: Refinement) -> tuple[Array, Array]:
+    """Sandwich covariance and Cramér-Rao-type bound (p, p) each; ``prior`` (p, p) is the prior's information."""
     inverse = scaled_inverse(at.H)
-    prior = np.diag(task.prior.precision)
     inflation = max(1.0, at.frames.mean_square)
     shared = shared_view_noise(at.errors, at.frames, task.views.silhouettes)
     cells = body_cells(at.normals, (task.sightings.R_cam_world @ at.predicted.R[:, 0])[:, 2])
     shared = shared + body_noise(at.errors, at.frames, cells, sigma_px=settings.body_noise_px)
-    meat = inflation * (at.frames.meat + at.within.H + shared) + prior
-    covariance = inverse @ meat @ inverse
+    covariance = inverse @ (inflation * (at.frames.meat + at.within.H + shared) + prior) @ inverse
     own = task.sightings.silhouettes
     known = information(at.errors, at.S, own, (cells, settings.body_noise_px), huber=task.huber)
     bound = scaled_inverse(known / inflation + prior)
-    covariance, bound = (0.5 * (C + C.T) for C in (covariance, bound))
-    return Refined(flight, at.predicted, covariance, bound, at.errors, at.frames, at.within, settled, noise)
+    return 0.5 * (covariance + covariance.T), 0.5 * (bound + bound.T)
 
 
 def scaled_inverse(H: Array) -> Array:
@@ -94,7 +106,8 @@ def scaled_inverse(H: Array) -> Array:
     return np.asarray(np.linalg.inv(H * scale[:, None] * scale) * scale[:, None] * scale)
 
 
-def _linearise(task: FitTask, flight: Flight, settings: Refinement) -> _Linearised:
+def linearise(task: FitTask, flight: Flight, settings: Refinement) -> Linearised:
+    """Weighed errors with views and within the sequence under a flight."""
     predicted, sensitivity = poses_and_sensitivity(flight, task.sightings.times_s)
     errors = errors_of(task, flight, predicted)
     S = pose_map(sensitivity)
@@ -104,7 +117,7 @@ def _linearise(task: FitTask, flight: Flight, settings: Refinement) -> _Linearis
     precision = task.prior.precision
     H = frames.H + within.H + np.diag(precision)
     g = frames.g + within.g + precision * prior_values(flight)
-    return _Linearised(predicted, S, errors, frames, within, normals, H, g)
+    return Linearised(predicted, S, errors, frames, within, normals, H, g)
 
 
 def _normals(task: FitTask, errors: TangencyErrors, predicted: FlightPoses) -> Array:
