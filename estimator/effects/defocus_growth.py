@@ -9,12 +9,18 @@ import numpy as np
 from datasets.vocabulary.effects import EFFECTS
 from estimator.effects.link import Array, EffectModel, Places, Setting
 
+SMALLEST = 15.0
+"""Blur (px/m) whose slope stands for that of smaller ones."""
+
 
 class DefocusGrowth(EffectModel):
     """Receding outlines away from the focal plane."""
 
     entry = EFFECTS["defocus_growth"]
-    quadratic = True
+
+    def slope_at(self, theta: Array) -> Array:
+        """At least ``SMALLEST``: zero blur has no slope."""
+        return np.maximum(np.abs(theta), SMALLEST)
 
     def shift(self, theta: Array, places: Places, setting: Setting) -> Array | None:
         """``-s² / (2 rho + 1.3 s)``."""

@@ -6,6 +6,7 @@ derivatives are central differences of the link alone, in steps of the entry, so
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
@@ -29,7 +30,7 @@ class Setting:
     gravity_world: Array
     inertia_ratios: Array
 
-    @property
+    @cached_property
     def interval_s(self) -> float:
         """The nominal time from one frame to the next (s)."""
         return float(np.median(np.diff(self.times_s)))
@@ -85,13 +86,15 @@ class EffectModel:
     """An effect as the estimator sees it: an entry of the catalogue and the link it touches."""
 
     entry: ClassVar[EffectEntry]
-    quadratic: ClassVar[bool] = False
-    """Whether the link grows with the square of its parameter near zero, so that its derivative there says nothing."""
 
     def starts(self, setting: Setting) -> Array:
         """Parameters (s, q) at which a search begins, every amplitude at zero: more than one where a parameter is searched for."""
         del setting
         return np.zeros((1, len(self.entry.parameters)))
+
+    def slope_at(self, theta: Array) -> Array:
+        """Where derivatives of the image links are taken: elsewhere than at ``theta`` only for an effect that is flat at zero."""
+        return theta
 
     def times(self, theta: Array, setting: Setting, times_s: Array) -> Array:
         """True times (f,) s of frames whose nominal times are ``times_s``."""

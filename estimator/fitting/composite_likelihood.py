@@ -52,17 +52,29 @@ class WeighedFrames:
         return float(self.chi2.sum() / max(int(self.count.sum()), 1))
 
 
+def linear_errors(errors: TangencyErrors, S: Array) -> tuple[Array, Array]:
+    """Errors (n, k, 2) px in the sightings' pictures and derivatives (n, k, 2, p); ``S`` (n, 8, p) maps pair columns to parameters."""
+    return errors.error[:, :, :2], errors.jacobian[:, :, :2] @ S[:, None]
+
+
 def weigh(errors: TangencyErrors, S: Array, first: Silhouettes, *, floor_px: float, huber: float) -> WeighedFrames:
-    """Weigh each sighting's errors; ``S`` (n, 8, p) maps pair columns to parameters, ``floor_px`` is noise the outlines do not show.
+    """Weigh each sighting's errors; ``S`` (n, 8, p) maps pair columns to parameters, ``floor_px`` is noise the outlines do not show."""
+    return weigh_linear(linear_errors(errors, S), errors, first, floor_px=floor_px, huber=huber)
+
+
+def weigh_linear(
+    linear: tuple[Array, Array], errors: TangencyErrors, first: Silhouettes, *, floor_px: float, huber: float
+) -> WeighedFrames:
+    """Weigh each sighting's errors, ``linear`` as in :func:`linear_errors`; ``floor_px`` is noise the outlines do not show.
 
     An error beyond ``huber`` standard deviations has its variance raised until its influence is that of one at ``huber``.
     """
-    n, k, p = errors.valid.shape[0], errors.valid.shape[1], S.shape[2]
+    n, k, _, p = linear[1].shape
     H, g, meat = np.zeros((p, p)), np.zeros(p), np.zeros((p, p))
     weighted = np.zeros((n, k, 2, p))
     chi2, count = np.zeros(n), np.zeros(n, dtype=np.int64)
     for i in np.flatnonzero(errors.valid.any(axis=1)):
-        seen = sighting(errors, S, first, i, floor_px=floor_px, huber=huber)
+        seen = sighting(linear, errors, first, i, floor_px=floor_px, huber=huber)
         variance = np.diag(seen.Sigma)
         z1 = 1.0 / np.sqrt(variance)
         repeated = float(z1 @ seen.Sigma @ z1) / len(variance)
@@ -89,10 +101,12 @@ class Sighting:
     Sigma: Array
 
 
-def sighting(errors: TangencyErrors, S: Array, first: Silhouettes, i: int | np.integer, *, floor_px: float, huber: float) -> Sighting:
+def sighting(
+    linear: tuple[Array, Array], errors: TangencyErrors, first: Silhouettes, i: int | np.integer, *, floor_px: float, huber: float
+) -> Sighting:
     """Errors of sighting ``i``, their derivatives and covariance; arguments as in :func:`weigh`."""
     view, side = np.argwhere(np.repeat(errors.valid[i][:, None], 2, axis=1)).T
-    e, J = errors.error[i, view, side], errors.jacobian[i, view, side] @ S[i]
+    e, J = linear[0][i, view, side], linear[1][i, view, side]
     own = first.sigma_px[first.offsets[i] + errors.tangency[i, view, side]]
     K = tangent_correlation(errors.direction[i, view, side], float(first.correlation_rad[i]))
     total = errors.variance[i, view, side] + floor_px**2
@@ -152,11 +166,11 @@ def information(errors: TangencyErrors, S: Array, first: Silhouettes, places: tu
     error is a nuisance, eliminated as ``F - U (σ_b⁻² + V)⁻¹ Uᵀ``, F = Σ JᵀΣ_i⁻¹J, U = Σ JᵀΣ_i⁻¹B_i, V = Σ B_iᵀΣ_i⁻¹B_i.
     """
     cells, sigma_px = places
-    p = S.shape[2]
+    linear, p = linear_errors(errors, S), S.shape[2]
     places_seen = int(cells.max()) + 1
     total = np.zeros((p + places_seen, p + places_seen))
     for i in np.flatnonzero(errors.valid.any(axis=1)):
-        seen = sighting(errors, S, first, i, floor_px=0.0, huber=huber)
+        seen = sighting(linear, errors, first, i, floor_px=0.0, huber=huber)
         present, column = np.unique(cells[i, seen.view, seen.side], return_inverse=True)
         X = np.hstack([seen.J, np.eye(len(present))[column]])
         rows = np.concatenate([np.arange(p), p + present])

@@ -1,0 +1,1 @@
+"""Where a model fails, whether there is anything to explain, and which effect explains it."""

@@ -1,0 +1,254 @@
+"""Score tests: what each effect that is not in the model would explain, with every other parameter re-adjusted.
+
+At the fit of the base model the derivative of the cost by a candidate's parameters, with what the base parameters could do about it
+taken off (Neyman's C(alpha), the efficient score ``g``), has mean ``-H theta`` where the effect has the size ``theta`` and covariance
+``M``: the noise of each silhouette, of each calibrated view in all the sightings that use it, of the body-fixed error, and of the prior
+[Neyman 1959; White 1982]. One step gives ``theta = -H⁻¹ g`` with covariance ``H⁻¹ M H⁻¹``, and ``gᵀ M⁻¹ g`` is chi-squared with as many
+degrees of freedom as the effect has parameters where nothing is missing.
+
+An effect that is not linear in a parameter (a frequency, the place of a gap) is tried at many values; the best counts, and its p-value is
+corrected for their number.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import chi2
+
+from datasets.vocabulary.effects import Scope
+from estimator.effects.link import EffectModel
+from estimator.effects.model import Model
+from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState, SequenceEquations, sequence_equations, shared_prior
+from estimator.fitting.composite_likelihood import body_cells, body_noise, shared_view_noise
+from estimator.fitting.refinement import scaled_inverse
+from estimator.motion.flight import N_PARAMETERS
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Column:
+    """One candidate column: which effect, at which of its starts, which parameter, and for effects of a sequence which sequence."""
+
+    effect: int
+    start: int
+    parameter: int
+    sequence: int | None
+
+
+@dataclass(frozen=True)
+class Candidates:
+    """Effects on trial and the starts (s, q) of each."""
+
+    effects: tuple[EffectModel, ...]
+    starts: tuple[Array, ...]
+
+
+@dataclass(frozen=True)
+class EfficientScores:
+    """``g`` (c,), ``H`` (c, c) and, once noise has been counted, ``M`` (c, c) of the candidate columns."""
+
+    columns: tuple[Column, ...]
+    g: Array
+    H: Array
+    M: Array
+
+    def take(self, rows: Index) -> "EfficientScores":
+        """The columns ``rows`` alone."""
+        square = np.ix_(rows, rows)
+        M = self.M[square] if self.M.size else self.M
+        return EfficientScores(tuple(self.columns[i] for i in rows), self.g[rows], self.H[square], M)
+
+
+@dataclass(frozen=True)
+class ScoreTest:
+    """One effect on trial.
+
+    ``theta`` (c,) one-step values of its ``columns`` and ``covariance`` (c, c); ``statistic`` and its p-value ``p``, corrected for the
+    starts tried; ``explained``: fall of the weighted sum of squares; ``start`` [sequence or None] the best start.
+    """
+
+    effect: EffectModel
+    columns: tuple[Column, ...]
+    theta: Array
+    covariance: Array
+    statistic: float
+    p: float
+    explained: float
+    starts: dict[int | None, Array]
+
+
+def score_tests(campaign: Campaign, fit: CampaignFit, candidates: Candidates) -> tuple[list[ScoreTest], EfficientScores]:
+    """Test every candidate against the fit; also the scores of the columns that were kept, for comparing effects with one another."""
+    linear = _linearised(campaign, fit, candidates)
+    scores, projection = _projected(campaign, fit, linear, candidates)
+    chosen = _best_starts(scores, candidates)
+    kept = np.array([i for i, c in enumerate(scores.columns) if chosen[c.effect, c.sequence] == c.start], dtype=np.int64)
+    scores = scores.take(kept)
+    scores = replace(scores, M=_noise(campaign, fit, linear, (projection, kept)))
+    tests = [_test(scores, candidates, number, chosen) for number in range(len(candidates.effects))]
+    return tests, scores
+
+
+@dataclass(frozen=True)
+class _Linear:
+    """The joint model's equations of every sequence, and where each candidate column lies: (sequence-local column, global number)."""
+
+    equations: tuple[SequenceEquations, ...]
+    columns: tuple[Column, ...]
+    local: tuple[Index, ...]
+    number: tuple[Index, ...]
+
+
+def _linearised(campaign: Campaign, fit: CampaignFit, candidates: Candidates) -> _Linear:
+    extra = [(e, s) for e, starts in enumerate(candidates.starts) for s in range(len(starts))]
+    model = Model((*fit.model.effects, *(candidates.effects[e] for e, _ in extra)))
+    tried = np.concatenate([candidates.starts[e][s] for e, s in extra])
+    state = CampaignState(fit.state.flights, tuple(np.concatenate([theta, tried]) for theta in fit.state.theta))
+    equations = tuple(sequence_equations(campaign, i, state, model) for i in range(len(campaign.sequences)))
+    first = N_PARAMETERS + fit.model.size
+    names: list[tuple[int, int, int]] = []
+    for e, s in extra:
+        names += [(e, s, p) for p in range(len(candidates.effects[e].entry.parameters))]
+    searched = [candidates.effects[e].entry.parameters[p].name in candidates.effects[e].entry.searched for e, _, p in names]
+    columns: list[Column] = []
+    lookup: dict[Column, int] = {}
+    local, number = [], []
+    for i in range(len(equations)):
+        used, numbers = [], []
+        for j, (e, s, p) in enumerate(names):
+            flat = searched[j] and not equations[i].errors.J[..., first + j].any()
+            if flat:
+                continue
+            own = candidates.effects[e].entry.scope is Scope.SEQUENCE
+            column = Column(e, s, p, i if own else None)
+            if column not in lookup:
+                lookup[column] = len(columns)
+                columns.append(column)
+            used.append(first + j)
+            numbers.append(lookup[column])
+        local.append(np.array(used, dtype=np.int64))
+        number.append(np.array(numbers, dtype=np.int64))
+    return _Linear(equations, tuple(columns), tuple(local), tuple(number))
+
+
+@dataclass(frozen=True)
+class _Projection:
+    """``shared`` (b, c) and ``local`` [sequence] (l, c): what the base parameters do against one unit of a candidate."""
+
+    shared: Array
+    local: tuple[Array, ...]
+
+
+def _projected(campaign: Campaign, fit: CampaignFit, linear: _Linear, candidates: Candidates) -> tuple[EfficientScores, _Projection]:
+    """Efficient scores without their noise, and the projection behind them."""
+    del candidates
+    layout, c = fit.layout, len(linear.columns)
+    precision, values = shared_prior(campaign, layout, fit.state)
+    bb, bg = np.diag(precision), precision * values
+    bc, cc, cg = np.zeros((layout.size, c)), np.zeros((c, c)), np.zeros(c)
+    kept = []
+    for each, place, own, number in zip(linear.equations, layout.place, linear.local, linear.number, strict=True):
+        H, g, b = each.frames.H, each.frames.g, layout.shared
+        inverse = scaled_inverse(H[np.ix_(layout.local, layout.local)])
+        lb, lc = H[np.ix_(layout.local, b)], H[np.ix_(layout.local, own)]
+        bb[np.ix_(place, place)] += H[np.ix_(b, b)] - lb.T @ inverse @ lb
+        bc[np.ix_(place, number)] += H[np.ix_(b, own)] - lb.T @ inverse @ lc
+        cc[np.ix_(number, number)] += H[np.ix_(own, own)] - lc.T @ inverse @ lc
+        bg[place] += g[b] - lb.T @ (inverse @ g[layout.local])
+        cg[number] += g[own] - lc.T @ (inverse @ g[layout.local])
+        kept.append((inverse, lb, lc))
+    B = scaled_inverse(bb) @ bc
+    local = []
+    for (inverse, lb, lc), place, number in zip(kept, layout.place, linear.number, strict=True):
+        A = -inverse @ lb @ B[place]
+        A[:, number] += inverse @ lc
+        local.append(A)
+    H = cc - bc.T @ B
+    return EfficientScores(linear.columns, cg - B.T @ bg, 0.5 * (H + H.T), np.zeros((0, 0))), _Projection(B, tuple(local))
+
+
+def _best_starts(scores: EfficientScores, candidates: Candidates) -> dict[tuple[int, int | None], int]:
+    """For each effect (and sequence, where it has parameters of its own) the start that explains most."""
+    best: dict[tuple[int, int | None], tuple[float, int]] = {}
+    groups: dict[tuple[int, int | None, int], list[int]] = {}
+    for i, column in enumerate(scores.columns):
+        groups.setdefault((column.effect, column.sequence, column.start), []).append(i)
+    for (effect, sequence, start), rows in groups.items():
+        part = scores.take(np.array(rows, dtype=np.int64))
+        explained = float(part.g @ stable_inverse(part.H) @ part.g)
+        if explained > best.get((effect, sequence), (-np.inf, 0))[0]:
+            best[effect, sequence] = (explained, start)
+    del candidates
+    return {key: start for key, (_, start) in best.items()}
+
+
+def _noise(campaign: Campaign, fit: CampaignFit, linear: _Linear, which: tuple[_Projection, Index]) -> Array:
+    """Covariance (c, c) of the efficient scores of the columns kept."""
+    projection, kept = which
+    layout = fit.layout
+    precision, _ = shared_prior(campaign, layout, fit.state)
+    total = projection.shared[:, kept].T @ (precision[:, None] * projection.shared[:, kept])
+    weighted = []
+    position = {int(column): i for i, column in enumerate(kept)}
+    for each, place, own, number, A in zip(linear.equations, layout.place, linear.local, linear.number, projection.local, strict=True):
+        change = np.zeros((each.frames.weighted.shape[-1], len(kept)))
+        change[layout.local] = -A[:, kept]
+        change[layout.shared] = -projection.shared[np.ix_(place, kept)]
+        for column, n in zip(own, number, strict=True):
+            if int(n) in position:
+                change[column, position[int(n)]] += 1.0
+        weighted.append(each.frames.weighted @ change)
+        total += change.T @ each.frames.meat @ change
+    for particle in set(campaign.particle):
+        rows = [i for i, p in enumerate(campaign.particle) if p == particle]
+        total += _shared_noise(campaign, linear, rows, [weighted[i] for i in rows])
+    return np.asarray(0.5 * (total + total.T))
+
+
+def _shared_noise(campaign: Campaign, linear: _Linear, rows: Sequence[int], weighted: Sequence[Array]) -> Array:
+    """What views and the body add to the scores' covariance by entering all sequences of one particle."""
+    each = [linear.equations[i] for i in rows]
+    errors = replace(
+        each[0].errors.tangency,
+        valid=np.concatenate([e.errors.tangency.valid for e in each]),
+        tangency=np.concatenate([e.errors.tangency.tangency for e in each]),
+        direction=np.concatenate([e.errors.tangency.direction for e in each]),
+        jacobian=np.concatenate([e.errors.tangency.jacobian for e in each]),
+    )
+    frames = replace(each[0].frames, weighted=np.concatenate(weighted))
+    cells = body_cells(np.concatenate([e.errors.normals for e in each]), np.concatenate([e.errors.viewing for e in each]))
+    views = campaign.sequences[rows[0]].task.views.silhouettes
+    return shared_view_noise(errors, frames, views) + body_noise(errors, frames, cells, sigma_px=campaign.body_noise_px)
+
+
+def stable_inverse(H: Array, tolerance: float = 1e-10) -> Array:
+    """Pseudo-inverse of a symmetric positive matrix after scaling its diagonal to one; directions the data do not see are left out."""
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(H), 1e-300))
+    value, vector = np.linalg.eigh(H * scale[:, None] * scale)
+    kept = value > tolerance * max(value[-1], 1e-300)
+    return np.asarray((vector[:, kept] / value[kept]) @ vector[:, kept].T * scale[:, None] * scale)
+
+
+def _test(scores: EfficientScores, candidates: Candidates, number: int, chosen: dict[tuple[int, int | None], int]) -> ScoreTest:
+    rows = np.array([i for i, c in enumerate(scores.columns) if c.effect == number], dtype=np.int64)
+    part = scores.take(rows)
+    inverse = stable_inverse(part.H)
+    statistic = float(part.g @ stable_inverse(part.M) @ part.g)
+    tried = len(candidates.starts[number])
+    sequences = {c.sequence for c in part.columns}
+    p = float(chi2.sf(statistic, max(len(rows), 1))) * float(tried) ** len(sequences)
+    starts = {sequence: candidates.starts[number][start] for (effect, sequence), start in chosen.items() if effect == number}
+    return ScoreTest(
+        effect=candidates.effects[number],
+        columns=part.columns,
+        theta=-inverse @ part.g,
+        covariance=inverse @ part.M @ inverse,
+        statistic=statistic,
+        p=min(p, 1.0),
+        explained=float(part.g @ inverse @ part.g),
+        starts=starts,
+    )

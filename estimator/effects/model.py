@@ -1,0 +1,119 @@
+"""A model is a base (camera, clock, body, free flight) and a tuple of effects; here the effects of one tuple act together.
+
+Parameters of all effects lie side by side in one array ``theta`` in the order of the tuple. Each link of the chain is the composition
+(clock, optics) or the sum (forces, body, shifts) of what the effects do to it.
+"""
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from datasets.vocabulary.camera import Intrinsics
+from estimator.effects.link import BodyChange, EffectModel, Moment, Places, Setting
+from estimator.motion.rigid_body import Rate, States, rotation_matrices
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Model:
+    """Effects in the order in which they were added."""
+
+    effects: tuple[EffectModel, ...] = ()
+
+    @property
+    def slices(self) -> tuple[slice, ...]:
+        """Where each effect's parameters lie."""
+        ends = np.cumsum([0] + [len(e.entry.parameters) for e in self.effects])
+        return tuple(slice(int(a), int(b)) for a, b in pairwise(ends))
+
+    @property
+    def size(self) -> int:
+        """Number of parameters of all effects."""
+        return sum(len(e.entry.parameters) for e in self.effects)
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """The effects' keys."""
+        return tuple(e.entry.key for e in self.effects)
+
+    @property
+    def steps(self) -> Array:
+        """Steps (q,) for central differences."""
+        return np.array([p.step for e in self.effects for p in e.entry.parameters])
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """``key.parameter`` of every parameter."""
+        return tuple(f"{e.entry.key}.{p.name}" for e in self.effects for p in e.entry.parameters)
+
+    def times(self, theta: Array, setting: Setting, times_s: Array) -> Array:
+        """True times of frames with nominal times."""
+        for effect, part in zip(self.effects, self.slices, strict=True):
+            times_s = effect.times(theta[part], setting, times_s)
+        return times_s
+
+    def body(self, theta: Array, setting: Setting) -> BodyChange:
+        """Sum of the changes to the body."""
+        com, inertia = np.zeros(3), np.zeros(5)
+        for effect, part in zip(self.effects, self.slices, strict=True):
+            change = effect.body(theta[part], setting)
+            com, inertia = com + change.com, inertia + change.inertia
+        return BodyChange(com, inertia)
+
+    def scale(self, theta: Array) -> float:
+        """Product of the scales."""
+        return float(np.prod([e.scale(theta[part]) for e, part in zip(self.effects, self.slices, strict=True)]))
+
+    def correct(self, theta: Array, points_px: Array, camera: Intrinsics, times_s: Array) -> Array:
+        """Points in a camera without the effects: the last effect of the tuple is undone first."""
+        for effect, part in zip(reversed(self.effects), reversed(self.slices), strict=True):
+            points_px = effect.correct(theta[part], points_px, camera, times_s)
+        return points_px
+
+    def shift(self, theta: Array, places: Places, setting: Setting) -> Array:
+        """Sum of the outline displacements (n, k, 2) px."""
+        total = np.zeros(places.radius_px.shape)
+        for effect, part in zip(self.effects, self.slices, strict=True):
+            shift = effect.shift(theta[part], places, setting)
+            total = total if shift is None else total + shift
+        return total
+
+
+def overrides(effect: EffectModel, *links: str) -> bool:
+    """Whether an effect touches one of the links."""
+    return any(getattr(type(effect), link) is not getattr(EffectModel, link) for link in links)
+
+
+@dataclass(frozen=True)
+class ModelForces:
+    """The forces of a model on m flights side by side, each with its own row of ``theta`` (m, q)."""
+
+    model: Model
+    theta: Array
+    setting: Setting
+
+    def acceleration(self, time_s: float, state: States, omega: Array) -> Array:
+        """Sum of the effects' accelerations (m, 3)."""
+        return self._sum("acceleration", self._moment(time_s, state, omega))
+
+    @property
+    def torque(self) -> Rate | None:
+        """Sum of the effects' torques, ``None`` where no effect has one."""
+        return self._torque if any(overrides(e, "torque") for e in self.model.effects) else None
+
+    def _torque(self, time_s: float, state: States, omega: Array) -> Array:
+        return self._sum("torque", self._moment(time_s, state, omega))
+
+    def _moment(self, time_s: float, state: States, omega: Array) -> Moment:
+        return Moment(time_s - float(self.setting.times_s[0]), state.x, state.v, omega, state.L, rotation_matrices(state.q))
+
+    def _sum(self, link: str, moment: Moment) -> Array:
+        total = np.zeros_like(moment.x)
+        for effect, part in zip(self.model.effects, self.model.slices, strict=True):
+            if overrides(effect, link):
+                value = getattr(effect, link)(self.theta[:, part], moment, self.setting)
+                total = total if value is None else total + value
+        return total

@@ -1,0 +1,249 @@
+"""Many sequences fitted jointly: an initial state for each, the particle, the camera and the effects shared as their scope says.
+
+The normal equations are a block arrow: local blocks (the state and the effects of one sequence) touch one another only through the shared
+parameters. Eliminating the local blocks costs the same for every sequence, so the whole is linear in their number [Triggs et al. 2000,
+section 6].
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from datasets.vocabulary.effects import Scope
+from estimator.effects.model import Model
+from estimator.fitting.composite_likelihood import WeighedFrames, weigh_linear
+from estimator.fitting.model_errors import ModelErrors, SequenceTask, model_errors
+from estimator.fitting.refinement import scaled_inverse
+from estimator.motion.flight import COM, INERTIA, N_PARAMETERS, OFFSET, Flight, moved
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+STATE = 12
+MOST_STEPS, HALVINGS, SETTLED = 15, 5, 0.05
+
+
+@dataclass(frozen=True)
+class Campaign:
+    """Sequences with the number of the particle and of the camera each belongs to, and the noise outlines do not show."""
+
+    sequences: tuple[SequenceTask, ...]
+    particle: tuple[int, ...]
+    camera: tuple[int, ...]
+    floor_px: float
+    body_noise_px: float
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Where parameters live.
+
+    ``local`` (l,): columns of a sequence's 21 + q that are its own; ``shared`` (21 + q - l,): the others, and ``place`` [sequence] where
+    each of those lies among the ``size`` shared parameters.
+    """
+
+    local: Index
+    shared: Index
+    place: tuple[Index, ...]
+    size: int
+
+
+def layout_of(campaign: Campaign, model: Model) -> Layout:
+    """The layout of a campaign's parameters under a model."""
+    scopes = [Scope.SEQUENCE] * STATE + [Scope.PARTICLE] * 8 + [Scope.CAMERA]
+    scopes += [e.entry.scope for e in model.effects for _ in e.entry.parameters]
+    local = np.array([i for i, s in enumerate(scopes) if s is Scope.SEQUENCE], dtype=np.int64)
+    shared = np.array([i for i, s in enumerate(scopes) if s is not Scope.SEQUENCE], dtype=np.int64)
+    number: dict[tuple[int, int], int] = {}
+    place = []
+    for particle, camera in zip(campaign.particle, campaign.camera, strict=True):
+        group = {Scope.PARTICLE: particle, Scope.CAMERA: camera, Scope.CAMPAIGN: 0}
+        keys = [(int(column), group[scopes[column]]) for column in shared]
+        place.append(np.array([number.setdefault(key, len(number)) for key in keys], dtype=np.int64))
+    return Layout(local, shared, tuple(place), len(number))
+
+
+@dataclass(frozen=True)
+class CampaignState:
+    """A flight and effect parameters ``theta`` (q,) for each sequence; shared ones are equal in all that share them."""
+
+    flights: tuple[Flight, ...]
+    theta: tuple[Array, ...]
+
+
+@dataclass(frozen=True)
+class SequenceEquations:
+    """One sequence linearised: residuals, their weights, and the normal equations of its 21 + q parameters."""
+
+    errors: ModelErrors
+    frames: WeighedFrames
+
+
+def sequence_equations(campaign: Campaign, number: int, state: CampaignState, model: Model, *, robust: bool = True) -> SequenceEquations:
+    """Linearise sequence ``number``."""
+    sequence = campaign.sequences[number]
+    errors = model_errors(sequence, state.flights[number], model, state.theta[number])
+    frames = weigh_linear(
+        (errors.e, errors.J),
+        errors.tangency,
+        sequence.task.sightings.silhouettes,
+        floor_px=campaign.floor_px,
+        huber=sequence.task.huber if robust else np.inf,
+    )
+    return SequenceEquations(errors, frames)
+
+
+def shared_prior(campaign: Campaign, layout: Layout, state: CampaignState) -> tuple[Array, Array]:
+    """Precision (size,) of the shared parameters and their values (size,) where it holds them: body and outline offset."""
+    precision, values = np.zeros(layout.size), np.zeros(layout.size)
+    for sequence, flight, place in zip(campaign.sequences, state.flights, layout.place, strict=True):
+        own, at = np.zeros(N_PARAMETERS), np.zeros(N_PARAMETERS)
+        own[:] = sequence.task.prior.precision
+        at[COM], at[INERTIA], at[OFFSET] = flight.com, flight.inertia, flight.offset_px
+        held = layout.shared < N_PARAMETERS
+        precision[place[held]] = own[layout.shared[held]]
+        values[place[held]] = at[layout.shared[held]]
+    return precision, values
+
+
+@dataclass(frozen=True)
+class ArrowSolution:
+    """Gauss-Newton step: ``local`` [sequence] (l,), ``shared`` (size,), and the shared parameters' normal matrix after elimination."""
+
+    local: tuple[Array, ...]
+    shared: Array
+    schur: Array
+
+
+def solve_arrow(equations: Sequence[SequenceEquations], layout: Layout, prior: tuple[Array, Array]) -> ArrowSolution:
+    """Eliminate the local blocks, solve for the shared parameters, substitute back."""
+    precision, values = prior
+    H, g = np.diag(precision), precision * values
+    inverses = []
+    for each, place in zip(equations, layout.place, strict=True):
+        full, gradient = each.frames.H, each.frames.g
+        inverse = scaled_inverse(full[np.ix_(layout.local, layout.local)])
+        cross = full[np.ix_(layout.shared, layout.local)]
+        H[np.ix_(place, place)] += full[np.ix_(layout.shared, layout.shared)] - cross @ inverse @ cross.T
+        g[place] += gradient[layout.shared] - cross @ (inverse @ gradient[layout.local])
+        inverses.append(inverse)
+    shared = -_damped_inverse(H) @ g
+    local = tuple(
+        -inverse @ (each.frames.g[layout.local] + each.frames.H[np.ix_(layout.local, layout.shared)] @ shared[place])
+        for each, place, inverse in zip(equations, layout.place, inverses, strict=True)
+    )
+    return ArrowSolution(local, shared, H)
+
+
+def _damped_inverse(H: Array) -> Array:
+    """Inverse of a normal matrix in which some parameters may not be seen at all: those stay where they are."""
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(H), 1e-300))
+    scaled = H * scale[:, None] * scale
+    value, vector = np.linalg.eigh(scaled)
+    kept = value > 1e-12 * value[-1]
+    return np.asarray((vector[:, kept] / value[kept]) @ vector[:, kept].T * scale[:, None] * scale)
+
+
+def stepped(state: CampaignState, layout: Layout, solution: ArrowSolution, share: float = 1.0) -> CampaignState:
+    """The state after a share of a step."""
+    flights, theta = [], []
+    for flight, own, place, local in zip(state.flights, state.theta, layout.place, solution.local, strict=True):
+        step = np.zeros(N_PARAMETERS + len(own))
+        step[layout.local] = share * local
+        step[layout.shared] = share * solution.shared[place]
+        flights.append(moved(flight, step[:N_PARAMETERS]))
+        theta.append(own + step[N_PARAMETERS:])
+    return CampaignState(tuple(flights), tuple(theta))
+
+
+@dataclass(frozen=True)
+class CampaignFit:
+    """A fitted campaign: its state, the equations there, the layout, whether it settled, and its cost."""
+
+    model: Model
+    state: CampaignState
+    equations: tuple[SequenceEquations, ...]
+    layout: Layout
+    settled: bool
+    cost: float
+
+
+def fit_campaign(campaign: Campaign, start: CampaignState, model: Model, *, most_steps: int = MOST_STEPS) -> CampaignFit:
+    """Gauss-Newton with step halving, weights refreshed at every step."""
+    layout = layout_of(campaign, model)
+    state = _agreed(start, layout)
+    equations = _linearised(campaign, state, model)
+    cost = _cost(campaign, layout, state, equations)
+    settled = False
+    for _ in range(most_steps):
+        solution = solve_arrow(equations, layout, shared_prior(campaign, layout, state))
+        size = _relative_size(equations, layout, solution)
+        share = 1.0
+        for _ in range(HALVINGS):
+            trial = stepped(state, layout, solution, share)
+            new = _linearised(campaign, trial, model)
+            new_cost = _cost(campaign, layout, trial, new)
+            if new_cost <= cost * (1.0 + 1e-4):
+                break
+            share *= 0.3
+        else:
+            break
+        state, equations, cost = trial, new, new_cost
+        settled = size < SETTLED
+        if settled:
+            break
+    return CampaignFit(model, state, equations, layout, settled, cost)
+
+
+def _linearised(campaign: Campaign, state: CampaignState, model: Model) -> tuple[SequenceEquations, ...]:
+    return tuple(sequence_equations(campaign, i, state, model) for i in range(len(campaign.sequences)))
+
+
+def _agreed(state: CampaignState, layout: Layout) -> CampaignState:
+    """The state with shared parameters set to their mean over those that share them."""
+    total, count = np.zeros(layout.size), np.zeros(layout.size)
+    vectors = []
+    for flight, theta, place in zip(state.flights, state.theta, layout.place, strict=True):
+        vector = np.zeros(N_PARAMETERS + len(theta))
+        vector[COM], vector[INERTIA], vector[OFFSET], vector[N_PARAMETERS:] = flight.com, flight.inertia, flight.offset_px, theta
+        vectors.append(vector)
+        total[place] += vector[layout.shared]
+        count[place] += 1
+    mean = total / np.maximum(count, 1)
+    flights, thetas = [], []
+    for flight, vector, place in zip(state.flights, vectors, layout.place, strict=True):
+        vector[layout.shared] = mean[place]
+        flights.append(replace(flight, com=vector[COM], inertia=vector[INERTIA], offset_px=float(vector[OFFSET][0])))
+        thetas.append(vector[N_PARAMETERS:])
+    return CampaignState(tuple(flights), tuple(thetas))
+
+
+def _cost(campaign: Campaign, layout: Layout, state: CampaignState, equations: Sequence[SequenceEquations]) -> float:
+    """Half the mean Huber cost per error times the number of sightings' independent errors, plus the prior's."""
+    precision, values = shared_prior(campaign, layout, state)
+    data = sum(robust_cost(each, sequence.task.huber) for each, sequence in zip(equations, campaign.sequences, strict=True))
+    return float(data + 0.5 * values @ (precision * values))
+
+
+def robust_cost(equations: SequenceEquations, huber: float) -> float:
+    """Huber cost of a sequence's errors on the scale of its weights: each sighting's mean error counts as often as it is independent."""
+    variance = equations.errors.tangency.variance[:, :, :2]
+    z = np.abs(equations.errors.e) / np.sqrt(variance)
+    rho = np.where(z <= huber, 0.5 * z**2, huber * z - 0.5 * huber**2)
+    seen = np.repeat(equations.errors.tangency.valid[:, :, None], 2, axis=2)
+    return float((rho * seen).sum() / max(seen.sum(axis=(1, 2)).mean(), 1.0) * INDEPENDENT_TANGENTS)
+
+
+INDEPENDENT_TANGENTS = 12.0
+"""Roughly how many independent tangents an outline has: only the ratio of data to prior in the step control depends on it."""
+
+
+def _relative_size(equations: Sequence[SequenceEquations], layout: Layout, solution: ArrowSolution) -> float:
+    """Largest step over its standard deviation."""
+    deviation = np.sqrt(np.maximum(np.diag(_damped_inverse(solution.schur)), 1e-300))
+    largest = float(np.max(np.abs(solution.shared) / deviation, initial=0.0, where=deviation > 1e-150))
+    for each, local in zip(equations, solution.local, strict=True):
+        inverse = scaled_inverse(each.frames.H[np.ix_(layout.local, layout.local)])
+        largest = max(largest, float(np.max(np.abs(local) / np.sqrt(np.diag(inverse)))))
+    return largest

@@ -1,0 +1,249 @@
+"""Tangency errors of a sequence under a model with effects, and their derivatives by every parameter.
+
+The chain: corrected outline points (optics), poses (clock, body, forces, scale), tangency errors, minus the outline shifts (exposure,
+segmentation). Only the errors in the high-speed camera's picture are used: those in the calibrated views' pictures are the same
+measurements seen a second time.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.effects.link import Places, Setting
+from estimator.effects.model import Model
+from estimator.fitting.prediction import Prediction, predict
+from estimator.fitting.trajectory import FitTask
+from estimator.geometry.epipolar_tangency import PoseSet, TangencyErrors, tangency_errors
+from estimator.geometry.silhouettes import Silhouettes
+from estimator.geometry.sphere import fibonacci_sphere
+from estimator.motion.flight import N_PARAMETERS, OFFSET, Flight
+
+Array = NDArray[np.float64]
+HALF_ANGLE = np.radians(10.0)
+DIRECTIONS = 240
+
+
+@dataclass(frozen=True)
+class Rim:
+    """Points (d, 3) m of the hull, nominal body axes about the centre of mass, that lie furthest along ``directions`` (d, 3)."""
+
+    directions: Array
+    points: Array
+
+
+def rim_of(vertices: Array) -> Rim:
+    """The rim of a hull's vertices (v, 3) m, nominal body axes."""
+    directions = fibonacci_sphere(DIRECTIONS)
+    return Rim(directions, vertices[np.argmax(vertices @ directions.T, axis=0)])
+
+
+@dataclass(frozen=True)
+class SequenceTask:
+    """One sequence of a campaign: its fit task, setting, the particle's rim, and each silhouette's radii of curvature (n, 72) px."""
+
+    name: str
+    task: FitTask
+    setting: Setting
+    rim: Rim
+    radius_px: Array
+
+
+@dataclass(frozen=True)
+class ModelErrors:
+    """Residuals of a sequence.
+
+    ``e`` (n, k, 2) px in the high-speed camera's picture and ``J`` (n, k, 2, 21 + q) their derivatives, zero where there is none;
+    ``tangency`` the kernel's own answer, ``normals`` (n, k, 2, 3) outward normals and ``viewing`` (n, 3) directions, body axes.
+    """
+
+    e: Array
+    J: Array
+    tangency: TangencyErrors
+    normals: Array
+    viewing: Array
+    places: Places
+    prediction: Prediction
+
+
+ANGLES = 72
+
+
+def outline_radii(silhouettes: Silhouettes) -> Array:
+    """Radius of curvature (n, 72) px about each of 72 directions of the normal: hull length within 10 degrees over 20 degrees."""
+    grid = 2.0 * np.pi * np.arange(ANGLES) / ANGLES
+    result = np.zeros((len(silhouettes), ANGLES))
+    for i in range(len(silhouettes)):
+        points = silhouettes.points_px[silhouettes.slice_of(i)]
+        if len(points) < 3:
+            continue
+        edge = np.roll(points, -1, axis=0) - points
+        length = np.linalg.norm(edge, axis=1)
+        normal = np.arctan2(-edge[:, 0], edge[:, 1])
+        middle = points - points.mean(axis=0)
+        if np.sum(middle[:, 0] * np.cos(normal) + middle[:, 1] * np.sin(normal)) < 0:
+            normal += np.pi
+        apart = np.abs((grid[:, None] - normal + np.pi) % (2.0 * np.pi) - np.pi)
+        result[i] = np.where(apart <= HALF_ANGLE, length, 0.0).sum(axis=1) / (2.0 * HALF_ANGLE)
+    return result
+
+
+def model_errors(sequence: SequenceTask, flight: Flight, model: Model, theta: Array) -> ModelErrors:
+    """Residuals and derivatives at a flight and effect parameters ``theta`` (q,)."""
+    task, setting = sequence.task, sequence.setting
+    prediction = predict(flight, model, theta, setting, task.sightings.times_s)
+    scale = model.scale(theta)
+    first, corrected = _corrected(sequence, model, theta)
+    poses, centre_cam = _camera_poses(task, flight, prediction, scale)
+    errors = tangency_errors(
+        first,
+        poses,
+        task.views.silhouettes,
+        task.views.poses,
+        pivot_particle=flight.body.com_particle,
+        axes=task.sightings.R_cam_world,
+        weight=task.weight,
+        offset_px=-flight.offset_px,
+    )
+    normals, viewing = _body_directions(task, prediction, errors)
+    places = _places(sequence, prediction, errors, (normals, centre_cam, first))
+    e = errors.error[:, :, :2] - model.shift(theta, places, setting)
+    J = _jacobian(task, model, (theta, scale), (errors, prediction, centre_cam))
+    _add_image_columns(J, sequence, model, theta, (errors, places, corrected))
+    seen = errors.valid[:, :, None]
+    return ModelErrors(np.where(seen, e, 0.0), np.where(seen[..., None], J, 0.0), errors, normals, viewing, places, prediction)
+
+
+def _corrected(sequence: SequenceTask, model: Model, theta: Array) -> tuple[Silhouettes, NDArray[np.int64]]:
+    """Silhouettes in a camera without the optical effects, and the sighting of each vertex."""
+    silhouettes = sequence.task.sightings.silhouettes
+    owner = np.repeat(np.arange(len(silhouettes), dtype=np.int64), np.diff(silhouettes.offsets))
+    points = _corrected_points(sequence, model, theta, owner)
+    if points is silhouettes.points_px:
+        return silhouettes, owner
+    cameras, camera = sequence.task.sightings.cameras, sequence.task.sightings.camera
+    xy = np.empty_like(points)
+    for c, hsv in enumerate(cameras):
+        rows = camera[owner] == c
+        xy[rows] = hsv.intrinsics.normalise(points[rows])
+    return replace(silhouettes, points_px=points, xy=np.ascontiguousarray(xy)), owner
+
+
+def _corrected_points(sequence: SequenceTask, model: Model, theta: Array, owner: NDArray[np.int64]) -> Array:
+    sightings = sequence.task.sightings
+    points = sightings.silhouettes.points_px
+    if not model.effects:
+        return points
+    times = (sightings.times_s - sequence.setting.times_s[0])[owner]
+    corrected = points.copy()
+    for c, hsv in enumerate(sightings.cameras):
+        rows = sightings.camera[owner] == c
+        corrected[rows] = model.correct(theta, points[rows], hsv.intrinsics, times[rows])
+    return corrected
+
+
+def _camera_poses(task: FitTask, flight: Flight, prediction: Prediction, scale: float) -> tuple[PoseSet, Array]:
+    R_cw = task.sightings.R_cam_world
+    R = R_cw @ prediction.poses.R[:, 0] @ flight.body.R_particle_body.T
+    centre = (np.einsum("nij,nj->ni", R_cw, prediction.poses.centre[:, 0]) + task.sightings.t_cam_world) / scale
+    return PoseSet(np.ascontiguousarray(R), np.ascontiguousarray(centre - R @ flight.body.com_particle)), centre
+
+
+def _body_directions(task: FitTask, prediction: Prediction, errors: TangencyErrors) -> tuple[Array, Array]:
+    focal = task.sightings.silhouettes.focal_px
+    u = errors.direction[:, :, :2]
+    plane = np.concatenate([u * focal[:, None, None, :], np.zeros((*u.shape[:3], 1))], axis=3)
+    R_cam_body = task.sightings.R_cam_world @ prediction.poses.R[:, 0]
+    plane /= np.maximum(np.linalg.norm(plane, axis=3, keepdims=True), 1e-12)
+    return np.asarray(np.einsum("nij,nkmi->nkmj", R_cam_body, plane)), R_cam_body[:, 2]
+
+
+def _places(sequence: SequenceTask, prediction: Prediction, errors: TangencyErrors, at: tuple[Array, Array, Silhouettes]) -> Places:
+    normals, centre_cam, first = at
+    sightings = sequence.task.sightings
+    vertex = np.maximum(first.offsets[:-1, None, None] + errors.tangency[:, :, :2], 0)
+    point = sightings.silhouettes.points_px[vertex]
+    u = errors.direction[:, :, :2]
+    bins = np.round(np.arctan2(u[..., 1], u[..., 0]) / (2.0 * np.pi) * ANGLES).astype(np.int64) % ANGLES
+    radius = sequence.radius_px[np.arange(len(sightings))[:, None, None], bins]
+    first_frame = int(np.argmin(sightings.times_s))
+    return Places(
+        point_px=point,
+        normal=u,
+        velocity_px=_image_velocity(sequence, prediction, normals, centre_cam),
+        radius_px=radius,
+        mean_radius_px=np.maximum(sequence.radius_px.mean(axis=1), 1e-6),
+        depth_m=centre_cam[:, 2],
+        first_depth_m=float(centre_cam[first_frame, 2]),
+        view_ratio=errors.jacobian[:, :, :2, 7],
+        camera=sightings.cameras[0].intrinsics,
+        times_s=sightings.times_s - sequence.setting.times_s[0],
+    )
+
+
+def _image_velocity(sequence: SequenceTask, prediction: Prediction, normals: Array, centre_cam: Array) -> Array:
+    """Velocity (n, k, 2, 2) px/s in the picture of the rim's points whose outward normals are ``normals``."""
+    sightings = sequence.task.sightings
+    R_cw = sightings.R_cam_world
+    nearest = np.argmax(normals.reshape(-1, 3) @ sequence.rim.directions.T, axis=1)
+    arm_body = sequence.rim.points[nearest].reshape(normals.shape)
+    arm = np.einsum("nij,nkmj->nkmi", R_cw @ prediction.poses.R[:, 0], arm_body)
+    v = np.einsum("nij,nj->ni", R_cw, prediction.velocity)[:, None, None]
+    w = np.einsum("nij,nj->ni", R_cw, prediction.omega)[:, None, None]
+    moving = v + np.cross(np.broadcast_to(w, arm.shape), arm)
+    place = centre_cam[:, None, None] + arm
+    focal = sightings.silhouettes.focal_px[:, None, None, :]
+    return np.asarray(focal * (moving[..., :2] - place[..., :2] / place[..., 2:] * moving[..., 2:]) / place[..., 2:])
+
+
+def _jacobian(task: FitTask, model: Model, at: tuple[Array, float], seen: tuple[TangencyErrors, Prediction, Array]) -> Array:
+    """Derivatives through the poses and the outline offset."""
+    theta, scale = at
+    errors, prediction, centre_cam = seen
+    S = prediction.sensitivity.copy()
+    S[:, :3] /= scale
+    for column, step in enumerate(model.steps):
+        up, down = theta.copy(), theta.copy()
+        up[column], down[column] = up[column] + step, down[column] - step
+        growth = (model.scale(up) - model.scale(down)) / (2.0 * step)
+        if growth:
+            S[:, :3, N_PARAMETERS + column] -= np.einsum("nji,nj->ni", task.sightings.R_cam_world, centre_cam) * growth / scale
+    J = errors.jacobian[:, :, :2, :6] @ S[:, None]
+    J[..., OFFSET.start] -= errors.jacobian[:, :, :2, 6]
+    return np.asarray(J)
+
+
+def _add_image_columns(
+    J: Array, sequence: SequenceTask, model: Model, theta: Array, at: tuple[TangencyErrors, Places, NDArray[np.int64]]
+) -> None:
+    """Add the derivatives through corrected points and outline shifts.
+
+    An error is measured in corrected pixels; where a parameter shrinks the corrected picture it shrinks the error without explaining it,
+    so that part is taken off.
+    """
+    errors, places, owner = at
+    first = sequence.task.sightings.silhouettes
+    vertex = np.maximum(first.offsets[:-1, None, None] + errors.tangency[:, :, :2], 0)
+    for effect, part in zip(model.effects, model.slices, strict=True):
+        alone = Model((effect,))
+        for number, step in enumerate(alone.steps):
+            up, down = effect.slope_at(theta[part]).copy(), effect.slope_at(theta[part]).copy()
+            up[number], down[number] = up[number] + step, down[number] - step
+            column = N_PARAMETERS + part.start + number
+            moved = _corrected_points(sequence, alone, up, owner) - _corrected_points(sequence, alone, down, owner)
+            if moved.any():
+                J[..., column] += np.sum(places.normal * moved[vertex], axis=-1) / (2.0 * step)
+                J[..., column] -= errors.error[:, :, :2] * (_magnification(first, owner, moved) / (2.0 * step))[:, None, None]
+            high, low = effect.shift(up, places, sequence.setting), effect.shift(down, places, sequence.setting)
+            if high is not None and low is not None:
+                J[..., column] -= (high - low) / (2.0 * step)
+
+
+def _magnification(silhouettes: Silhouettes, owner: NDArray[np.int64], moved: Array) -> Array:
+    """Growth (n,) of each silhouette under the displacement (v, 2) of its vertices: the isotropic part of the best affine map."""
+    n = len(silhouettes)
+    count = np.maximum(np.bincount(owner, minlength=n), 1)
+    middle = np.column_stack([np.bincount(owner, silhouettes.points_px[:, a], n) / count for a in range(2)])
+    arm = silhouettes.points_px - middle[owner]
+    size = np.bincount(owner, np.sum(arm**2, axis=1), n)
+    return np.asarray(np.bincount(owner, np.sum(arm * moved, axis=1), n) / np.maximum(size, 1e-12))

@@ -1,0 +1,109 @@
+"""Poses under a model with effects, and their derivatives by the flight's and the effects' parameters.
+
+All perturbed flights are integrated side by side. Only forces need that: a clock effect moves a pose along its velocity, a body effect is a
+combination of the flight's own columns, and a scale divides what the camera sees.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.effects.link import EffectModel, Setting
+from estimator.effects.model import Model, ModelForces, overrides
+from estimator.motion.flight import COM, INERTIA, N_PARAMETERS, STEPS, Flight, FlightPoses, inertia_matrix, states
+from estimator.motion.rigid_body import States, angular_velocity, rotation_matrices
+from estimator.motion.rotation import rotation_vector
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """Where the nominal body is at the times of n sightings.
+
+    ``poses`` (n, 1, ·) of the nominal centre of mass and body axes; ``velocity`` (n, 3) m/s of that centre and ``omega`` (n, 3) rad/s,
+    world frame; ``sensitivity`` (n, 6, 21 + q): translation (m) and left rotation vector (rad), by the flight's and the model's parameters.
+    """
+
+    poses: FlightPoses
+    velocity: Array
+    omega: Array
+    sensitivity: Array
+
+
+def predict(flight: Flight, model: Model, theta: Array, setting: Setting, times_s: Array) -> Prediction:
+    """Poses at nominal times ``times_s`` (n,) and their derivatives; ``theta`` (q,)."""
+    change = model.body(theta, setting)
+    flight = replace(flight, com=flight.com + change.com, inertia=flight.inertia + change.inertia)
+    true_times = model.times(theta, setting, times_s)
+    forced = _forced(model)
+    steps, thetas, widths = _perturbations(model, theta, forced)
+    forces = ModelForces(model, thetas, setting) if forced.any() else None
+    reached = states(flight, steps, true_times, forces)
+    R = rotation_matrices(reached.q)
+    centre = reached.x - np.einsum("fmij,mj->fmi", R, flight.com + steps[:, COM])
+    S = np.zeros((len(times_s), 6, N_PARAMETERS + model.size))
+    columns = np.concatenate([np.flatnonzero(STEPS), N_PARAMETERS + np.flatnonzero(forced)])
+    S[:, :, columns] = _differences(centre, R, widths)
+    velocity, omega = _velocities(flight, reached, R[:, 0])
+    for effect, part in zip(model.effects, model.slices, strict=True):
+        if overrides(effect, "times", "body"):
+            S[:, :, N_PARAMETERS + part.start : N_PARAMETERS + part.stop] += _unforced(
+                effect, theta[part], setting, times_s, (S, velocity, omega)
+            )
+    return Prediction(FlightPoses(centre[:, :1], R[:, :1]), velocity, omega, S)
+
+
+def _forced(model: Model) -> NDArray[np.bool_]:
+    """Which parameters (q,) enter the equations of motion as forces."""
+    mask = np.zeros(model.size, dtype=np.bool_)
+    for effect, part in zip(model.effects, model.slices, strict=True):
+        mask[part] = overrides(effect, "acceleration", "torque")
+    return mask
+
+
+def _perturbations(model: Model, theta: Array, forced: NDArray[np.bool_]) -> tuple[Array, Array, Array]:
+    """Steps (m, 21) and thetas (m, q) of the unperturbed flight and of each pair, and the pairs' widths."""
+    own, extra = np.flatnonzero(STEPS), np.flatnonzero(forced)
+    size = np.concatenate([STEPS[own], model.steps[extra]])
+    m = 1 + 2 * len(size)
+    steps, thetas = np.zeros((m, N_PARAMETERS)), np.tile(theta, (m, 1))
+    for row, step in enumerate(size):
+        into, column = (steps, own[row]) if row < len(own) else (thetas, extra[row - len(own)])
+        into[1 + 2 * row, column] += step
+        into[2 + 2 * row, column] -= step
+    return steps, thetas, 2.0 * size
+
+
+def _differences(centre: Array, R: Array, widths: Array) -> Array:
+    """Central differences (n, 6, len(widths)) of poses whose rows are the middle one and then pairs."""
+    plus, minus = slice(1, None, 2), slice(2, None, 2)
+    S = np.empty((len(centre), 6, len(widths)))
+    S[:, :3] = np.swapaxes((centre[:, plus] - centre[:, minus]) / widths[None, :, None], 1, 2)
+    turned = R[:, plus] @ np.swapaxes(R[:, minus], -1, -2)
+    vectors = rotation_vector(turned.reshape(-1, 3, 3)).reshape(len(centre), len(widths), 3)
+    S[:, 3:] = np.swapaxes(vectors / widths[None, :, None], 1, 2)
+    return S
+
+
+def _velocities(flight: Flight, reached: States, R: Array) -> tuple[Array, Array]:
+    """Velocity of the nominal centre and angular velocity (n, 3) of the unperturbed flight."""
+    inverse = np.linalg.inv(inertia_matrix(flight, flight.inertia[None]))
+    omega = angular_velocity(reached.q[:, 0], reached.L[:, 0], np.broadcast_to(inverse, (len(R), 3, 3)))
+    return np.asarray(reached.v[:, 0] - np.cross(omega, R @ flight.com)), omega
+
+
+def _unforced(effect: EffectModel, theta: Array, setting: Setting, times_s: Array, at: tuple[Array, Array, Array]) -> Array:
+    """Columns (n, 6, q) of one effect through clock and body."""
+    S, velocity, omega = at
+    result = np.zeros((len(times_s), 6, len(theta)))
+    for column, parameter in enumerate(effect.entry.parameters):
+        up, down = theta.copy(), theta.copy()
+        up[column], down[column] = up[column] + parameter.step, down[column] - parameter.step
+        width = 2.0 * parameter.step
+        later = (effect.times(up, setting, times_s) - effect.times(down, setting, times_s)) / width
+        high, low = effect.body(up, setting), effect.body(down, setting)
+        result[:, :, column] = np.hstack([velocity, omega]) * later[:, None]
+        result[:, :, column] += S[:, :, COM] @ ((high.com - low.com) / width) + S[:, :, INERTIA] @ ((high.inertia - low.inertia) / width)
+    return result

@@ -1,0 +1,120 @@
+"""From the observations of a campaign to its task and the free flights it starts from.
+
+Sequences with the same calibrated views show one particle; its hull, start catalogue and the views' likeness are made once. A sequence that
+cannot be measured is left out and named, the rest goes on.
+"""
+
+import hashlib
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from datasets.observation import CalibratedView, Observation
+from estimator.configuration import Configuration
+from estimator.effects.link import Setting
+from estimator.fitting.campaign import Campaign, CampaignState
+from estimator.fitting.model_errors import SequenceTask, outline_radii, rim_of
+from estimator.fitting.pose_refinement import Views
+from estimator.motion.flight import Flight
+from estimator.outlines.recording import outlines_of, view_outlines_of
+from estimator.particle import Particle, particle_of, views_like
+from estimator.pipeline import NoMeasurement, candidate_flights, first_pose, fit_task, usable_sightings
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """A sequence that is not part of the campaign, and why."""
+
+    name: str
+    reason: str
+
+
+@dataclass(frozen=True)
+class Registered:
+    """A campaign, where its fits start, its particles, and the sequences left out."""
+
+    campaign: Campaign
+    start: CampaignState
+    particles: tuple[Particle, ...]
+    left_out: tuple[LeftOut, ...]
+
+
+def register(
+    observations: Sequence[Observation], configuration: Configuration, *, told: Callable[[int, int], None] = lambda _done, _all: None
+) -> Registered:
+    """Find the particle in every sequence and fit free flights, one by one.
+
+    ``told`` is called with the number of sequences done and of all.
+    """
+    particles: dict[str, tuple[int, Particle, Views | None]] = {}
+    cameras: dict[str, int] = {}
+    tasks: list[SequenceTask] = []
+    flights: list[Flight] = []
+    groups: list[tuple[int, int]] = []
+    left_out: list[LeftOut] = []
+    for number, observation in enumerate(observations):
+        key = _digest(observation.views)
+        if key not in particles:
+            particles[key] = (len(particles), _particle(observation, configuration), None)
+        try:
+            which, particle, views = particles[key]
+            task, flight, views = _one(observation, particle, views, configuration)
+        except NoMeasurement as failure:
+            left_out.append(LeftOut(observation.name, failure.message))
+            continue
+        finally:
+            told(number + 1, len(observations))
+        particles[key] = (which, particle, views)
+        tasks.append(task)
+        flights.append(flight)
+        groups.append((which, cameras.setdefault(repr(observation.cameras[0]), len(cameras))))
+    campaign = Campaign(
+        sequences=tuple(tasks),
+        particle=tuple(p for p, _ in groups),
+        camera=tuple(c for _, c in groups),
+        floor_px=configuration.floor_px,
+        body_noise_px=configuration.body_noise_px,
+    )
+    start = CampaignState(tuple(flights), tuple(np.zeros(0) for _ in flights))
+    return Registered(campaign, start, tuple(p for _, p, _ in particles.values()), tuple(left_out))
+
+
+def _particle(observation: Observation, configuration: Configuration) -> Particle:
+    seen = view_outlines_of(observation.view_recording, observation.views, name=f"{observation.name}, calibrated views")
+    return particle_of(seen.outlines, observation.views, configuration)
+
+
+def _one(
+    observation: Observation, particle: Particle, views: Views | None, configuration: Configuration
+) -> tuple[SequenceTask, Flight, Views]:
+    tracks = tuple(
+        outlines_of(r, c.intrinsics, name=f"{observation.name}, camera {c.name}")
+        for r, c in zip(observation.recordings, observation.cameras, strict=True)
+    )
+    sightings = usable_sightings(observation, tracks, configuration)
+    if views is None:
+        views = views_like(particle, sightings.silhouettes, np.random.default_rng(configuration.seed))
+    task = fit_task(observation, particle, sightings, views, configuration)
+    candidates = candidate_flights(observation, task, particle, first_pose(task, particle, configuration), configuration)
+    setting = Setting(
+        times_s=observation.clock.times_s,
+        exposure_s=observation.clock.exposure_s,
+        gravity_world=np.asarray(observation.gravity_world, dtype=np.float64),
+        inertia_ratios=particle.body.inertia_ratios,
+    )
+    vertices = (particle.hull.vertices - particle.body.com_particle) @ particle.body.R_particle_body
+    sequence = SequenceTask(observation.name, task, setting, rim_of(vertices), outline_radii(sightings.silhouettes))
+    return sequence, candidates[0].solution.state, views
+
+
+def _digest(views: Sequence[CalibratedView]) -> str:
+    digest = hashlib.sha256()
+    for view in views:
+        digest.update(repr(view.intrinsics).encode())
+        digest.update(np.ascontiguousarray(view.R_cam_particle).tobytes())
+        digest.update(np.ascontiguousarray(view.t_cam_particle).tobytes())
+    return digest.hexdigest()
