@@ -8,7 +8,7 @@ import trimesh
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from estimator.fitting.pose_refinement import Poses, Views, refine
+from estimator.fitting.pose_refinement import Poses, Views, pose_errors, refine
 from estimator.fitting.pose_search import SearchEffort, rms_ete_px, search_pose
 from estimator.fitting.pose_starts import StartCatalogue, likely_starts, start_catalogue
 from estimator.geometry.silhouettes import Silhouettes
@@ -62,6 +62,10 @@ def test_reported_rms_is_that_of_the_pose(scenes: dict[str, Scene]) -> None:
     found = search_pose(silhouette, views, catalogue, EFFORT)
     again = rms_ete_px(silhouette.take([0] * len(found.rms_px)), found.poses, views)
     np.testing.assert_array_equal(again, found.rms_px)
+    errors = pose_errors(silhouette, found.poses.take(np.array([1])), views)
+    mine = errors.error[0, errors.valid[0], :2]
+    assert found.rms_px[1] == pytest.approx(np.sqrt(np.mean(mine**2)), rel=1e-12)
+    assert found.rms_px[1] > 0.1
     assert rms_ete_px(silhouette, Poses(truth.R, truth.t, np.zeros(1)), views)[0] < 1e-6
 
 

@@ -8,7 +8,7 @@ from scipy.spatial import ConvexHull
 
 from datasets.errors import InputError
 from datasets.vocabulary.outline import Outline
-from estimator.geometry.mass_properties import body_of, largest_moment_per_mass
+from estimator.geometry.mass_properties import body_of, largest_moment_per_mass, right_handed
 from estimator.geometry.visual_hull import HullMesh, bounding_ball, visual_hull
 from synth.particles.family import procedural
 from synth.silhouette.exact_outline import exact_outline, outline_mesh
@@ -83,6 +83,19 @@ def test_a_cut_stone_off_the_origin() -> None:
     # No vertex of the body lies further outside than the voxels (0.1 mm) round a corner off.
     faces = ConvexHull(mesh.vertices).equations
     assert (vertices @ faces[:, :3].T + faces[:, 3]).max() < 4e-5
+
+
+def test_axes_are_turned_right_handed() -> None:
+    turned = right_handed(np.diag([1.0, 1.0, -1.0]))
+    np.testing.assert_array_equal(turned, np.eye(3))
+    np.testing.assert_array_equal(right_handed(turned), turned)
+
+
+def test_mass_properties_do_not_mind_the_mesh_inside_out(hulls: dict[int, HullMesh]) -> None:
+    mesh = hulls[18]
+    inside_out = HullMesh(mesh.vertices, mesh.faces[:, ::-1].copy())
+    np.testing.assert_allclose(body_of(inside_out).inertia_ratios, body_of(mesh).inertia_ratios, rtol=1e-9)
+    np.testing.assert_allclose(body_of(inside_out).com_particle, body_of(mesh).com_particle, atol=1e-12)
 
 
 def test_the_ball_holds_the_body() -> None:
