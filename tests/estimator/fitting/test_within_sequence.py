@@ -1,7 +1,7 @@
 """Pairs within the sequence: gradient and normal matrix of one visible cost, by central differences.
 
-With a noise floor far above every error all pairs weigh the same and the cost is ``sightings * rms² / floor²``, so gradient and curvature
-can be compared with what the RMS alone does.
+With a noise floor far above every error all pairs weigh the same and the cost is ``sightings * rms² / floor²`` times the share of pairs
+that are used, so gradient and curvature can be compared with what the RMS alone does.
 """
 
 from dataclasses import replace
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from datasets.vocabulary.body import Body
 from datasets.vocabulary.camera import HsvCamera
-from estimator.fitting.trajectory import FitTask, Prior, Sightings, fit, pose_map
+from estimator.fitting.trajectory import FitTask, Prior, Sightings, fit, pose_map, restricted
 from estimator.fitting.within_sequence import WithinEquations, within_equations
 from estimator.motion.flight import COM, N_PARAMETERS, Flight, moved, poses, poses_and_sensitivity
 from tests.estimator.exact import HSV, ellipsoid_moments, ellipsoid_outline, ellipsoid_views, exact_silhouettes, rig
@@ -42,13 +42,17 @@ def spinning() -> Flight:
 @pytest.fixture(scope="module")
 def task() -> FitTask:
     """Exact outlines of an ellipsoid in flight, seen by two cameras."""
+    return seen_by_two(spinning())
+
+
+def seen_by_two(flight: Flight) -> FitTask:
     turn = np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])
     cameras = (
         HsvCamera("front", HSV, np.eye(3), np.zeros(3)),
         HsvCamera("side", HSV, turn, np.array([0.0, 0.0, 0.6]) - turn @ np.array([0.0, 0.0, 0.6])),
     )
     times = np.linspace(0.0, 0.008, FRAMES)
-    flown = poses(spinning(), np.zeros((1, N_PARAMETERS)), times)
+    flown = poses(flight, np.zeros((1, N_PARAMETERS)), times)
     rings, camera = [], np.repeat([0, 1], FRAMES)
     for c, f in zip(camera, np.tile(np.arange(FRAMES), 2), strict=True):
         R = cameras[c].R_cam_world @ flown.R[f, 0]
@@ -65,7 +69,8 @@ def equations(task: FitTask, flight: Flight) -> WithinEquations:
 
 def cost(task: FitTask, flight: Flight) -> float:
     at = equations(task, flight)
-    return len(task.sightings) * at.rms_px**2 / FLOOR_PX**2
+    n = len(task.sightings)
+    return at.pairs / (n * (n - 1) / 2) * n * at.rms_px**2 / FLOOR_PX**2
 
 
 def test_true_flight_has_no_error_within_the_sequence(task: FitTask) -> None:
@@ -120,6 +125,25 @@ def test_pairs_are_limited_and_together_weigh_as_one_pair_a_sighting(task: FitTa
     assert (none.pairs, none.rms_px) == (0, 0.0)
     assert not none.H.any()
     assert not none.g.any()
+
+
+def test_nearly_the_same_side_seen_twice_is_no_pair() -> None:
+    """A body that hardly turns: only the two cameras, at a right angle, make pairs, and each camera's sightings alone make none."""
+    slow = replace(spinning(), omega=np.array([0.5, -0.8, 0.3]))
+    both = seen_by_two(slow)
+    assert equations(both, slow).pairs == FRAMES**2
+    alone = equations(restricted(both, np.flatnonzero(both.sightings.camera == 0)), slow)
+    assert (alone.pairs, alone.rms_px) == (0, 0.0)
+    assert not alone.H.any()
+
+
+def test_opposite_sides_are_no_pair() -> None:
+    """Half a turn about a line across the camera's: first and last see opposite sides, first and middle do not."""
+    half = replace(spinning(), omega=np.array([0.0, np.pi / 0.008, 0.0]), v=np.zeros(3), body=Body(np.zeros(3), np.eye(3), np.ones(3)))
+    ends = restricted(seen_by_two(half), np.array([0, FRAMES - 1]))
+    assert equations(ends, half).pairs == 0
+    quarter = restricted(seen_by_two(half), np.array([0, FRAMES // 2]))
+    assert equations(quarter, half).pairs == 1
 
 
 def test_the_trajectory_fits_normal_matrix_is_its_curvature(task: FitTask) -> None:
