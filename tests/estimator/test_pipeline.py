@@ -3,6 +3,7 @@
 import json
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,7 +16,11 @@ from datasets.recipes.recipe import MotionRecipe, ParticleRecipe, Recipe, RigRec
 from datasets.truth import Truth
 from datasets.vocabulary.camera import HsvCamera
 from datasets.vocabulary.outline import Outline
+from estimator import pipeline
 from estimator.configuration import Configuration, configuration_from_dict
+from estimator.fitting.pose_refinement import Poses
+from estimator.fitting.pose_search import FoundPoses
+from estimator.motion.rotation import rotation_from_vector
 from estimator.pipeline import estimate
 from synth.sequence import build_silhouette_sequence
 from synth.silhouette.exact_outline import exact_outline, outline_mesh
@@ -53,6 +58,27 @@ def test_velocities_are_right_and_inside_their_error_bars(sequence: tuple[Observ
         assert np.linalg.norm(error[:2]) < 0.01 * np.linalg.norm(truth.v_world[frame])
         assert np.linalg.norm(error[3:]) < 0.03 * np.linalg.norm(truth.omega_world[frame])
         assert np.all(np.diag(velocity.bound) <= np.diag(velocity.covariance) * 1.5)
+
+
+def test_a_wrong_first_pose_is_left_for_other_sightings(
+    sequence: tuple[Observation, Truth], measured: Estimate, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A pose that is no minimum of this body: its trajectory misses by far, and the search goes on elsewhere in the sequence."""
+    search = pipeline.first_pose
+
+    def turned(*arguments: Any) -> tuple[FoundPoses, int]:
+        found, reference = search(*arguments)
+        best = found.poses.take(np.array([0]))
+        away = rotation_from_vector(np.array([[1.2, 0.9, 0.0]])) @ best.R
+        return FoundPoses(Poses(away, best.centre_cam, best.cost), found.rms_px[:1]), reference
+
+    monkeypatch.setattr(pipeline, "first_pose", turned)
+    result = estimate(sequence[0], replace(Configuration(), momentum_starts=0))
+    assert result.status is Status.CONVERGED
+    assert result.middle is not None
+    assert measured.middle is not None
+    sigma = np.sqrt(np.diag(measured.middle.covariance))
+    assert np.all(np.abs(result.middle.omega_world - measured.middle.omega_world) < 0.5 * sigma[3:])
 
 
 def test_a_second_run_gives_the_same_bytes(sequence: tuple[Observation, Truth], measured: Estimate, tmp_path: Path) -> None:
