@@ -21,6 +21,8 @@ Array = NDArray[np.float64]
 
 FEWEST_SUBFRAMES, MOST_SUBFRAMES = 16, 256
 CELLS_PER_PX = 16
+CELLS_AT_HALF_LEVEL = 8
+"""Cells per pixel where they do not move edges."""
 HALF = 0.5
 MOST_CELLS = 2048
 """Along one side of a picture; larger particles get a coarser grid."""
@@ -115,4 +117,5 @@ class _Scene:
         """A grid that holds the blurred particle."""
         margin = REACH * sigma_px + 2
         extent = float(np.ptp(points_px, axis=0).max()) + 2 * margin
-        return grid_around(points_px, margin, int(np.clip(MOST_CELLS // extent, 2, CELLS_PER_PX)))
+        finest = CELLS_AT_HALF_LEVEL if self.plan.effects.level is None else CELLS_PER_PX
+        return grid_around(points_px, margin, int(np.clip(MOST_CELLS // extent, 2, finest)))

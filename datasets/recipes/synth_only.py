@@ -11,7 +11,7 @@ _ENTRIES = (
         Stage.DYNAMICS,
         Scope.CAMPAIGN,
         (
-            Parameter("strength", "m3/s2", (1e-5, 1e-2), 1e-6, "acceleration times distance squared"),
+            Parameter("strength", "m3/s2", (1e-5, 1e-2), 1e-5, "acceleration times distance squared"),
             Parameter("normal_x", "1", (-1.0, 1.0), 1e-3, "direction from the wall into the room, world frame, along x; of any length"),
             Parameter("normal_y", "1", (-1.0, 1.0), 1e-3, "the same along y"),
             Parameter("normal_z", "1", (-1.0, 1.0), 1e-3, "the same along z"),

@@ -119,7 +119,14 @@ def _build(kind: Any, table: Any, source: str, prefix: str) -> Any:
     hints = get_type_hints(kind)
     for key in table:
         _check_known(kind, key, source, prefix)
+    absent = [field.name for field in dataclasses.fields(kind) if _required(field) and field.name not in table]
+    if absent:
+        raise InputError(f"{source}: {prefix.rstrip('.')}: expected a value for {', '.join(absent)}, came {_shown(table)}.")
     return kind(**{key: _convert(hints[key], value, source, f"{prefix}{key}") for key, value in table.items()})
+
+
+def _required(field: dataclasses.Field[Any]) -> bool:
+    return field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING
 
 
 def _convert(hint: Any, value: Any, source: str, key: str) -> Any:

@@ -44,8 +44,8 @@ def mean_coverage(outlines_px: Sequence[Float[NDArray[np.float64], "_ 2"]], grid
     column, row = np.floor(middle).astype(np.intp).T
     height, right_of = end[:, 1] - start[:, 1], middle[:, 0] - column
     cell = row * (columns + 1) + column
-    size = rows * (columns + 1)
-    deposits = np.bincount(cell, height * (1 - right_of), size) + np.bincount(cell + 1, height * right_of, size)
+    cells, shares = np.concatenate([cell, cell + 1]), np.concatenate([height * (1 - right_of), height * right_of])
+    deposits = np.bincount(cells, shares, rows * (columns + 1))
     share = np.cumsum(deposits.reshape(rows, columns + 1), axis=1)[:, :columns]
     return np.asarray(-share / len(outlines_px))
 
