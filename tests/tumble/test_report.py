@@ -70,6 +70,18 @@ def test_a_view_that_the_estimate_left_out_does_not_carve_the_shown_hull(
     np.testing.assert_allclose(np.ptp(mended.vertices, axis=0), size, rtol=0.05)
 
 
+def test_the_outline_is_shown_through_the_focal_length_that_was_measured(
+    sequences: list[tuple[Observation, Truth]], estimates: list[Estimate]
+) -> None:
+    observation = sequences[0][0]
+    k = observation.cameras[0].intrinsics
+    told = {**estimates[0].statistics, "focal_length": {"focal_px": [1.1 * k.fx_px, 1.1 * k.fy_px]}}
+    (stated,), (measured,) = (estimated_outlines(e, observation) for e in (estimates[0], replace(estimates[0], statistics=told)))
+    assert stated[0] is not None
+    assert measured[0] is not None
+    np.testing.assert_allclose(np.ptp(measured[0], axis=0), 1.1 * np.ptp(stated[0], axis=0), rtol=0.02)
+
+
 def test_minima_are_told_in_words_and_with_the_digits_they_deserve(estimates: list[Estimate]) -> None:
     minima = [{"rms_ete_px": 0.0979191, "cost": 0.846576}, {"rms_ete_px": 0.350286, "cost": 10.8351}]
     payload = sequence_payload(Record(replace(estimates[0], statistics={"competing_minima": minima})), most_frames=8)

@@ -4,6 +4,8 @@ The hull's triangles are painted at a quarter of a pixel and the outer contour o
 within about 0.2 px of the hull's, which is fine for looking and is never measured with.
 """
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -32,7 +34,18 @@ def estimated_outlines(estimate: Estimate, observation: Observation) -> tuple[tu
     hull = hull_of(estimate, observation)
     if hull is None:
         return ()
-    return tuple(camera_outlines(hull, estimate.body, estimate.motion, camera) for camera in observation.cameras)
+    return tuple(
+        camera_outlines(hull, estimate.body, estimate.motion, with_measured_focal(camera, estimate)) for camera in observation.cameras
+    )
+
+
+def with_measured_focal(camera: HsvCamera, estimate: Estimate) -> HsvCamera:
+    """The camera with the focal length that the estimate measured, if it did: its poses belong to that one."""
+    measured = estimate.statistics.get("focal_length")
+    if measured is None:
+        return camera
+    fx, fy = measured["focal_px"]
+    return replace(camera, intrinsics=replace(camera.intrinsics, fx_px=float(fx), fy_px=float(fy)))
 
 
 def hull_of(estimate: Estimate, observation: Observation) -> HullMesh | None:
