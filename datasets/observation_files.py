@@ -110,6 +110,7 @@ def _intrinsics_entry(intrinsics: Intrinsics) -> Document:
 
 
 def _intrinsics(entry: Document) -> Intrinsics:
+    """Intrinsics; the principal point is the image's centre where it is not given."""
     k1, k2, p1, p2, k3 = (float(k) for k in entry.get("distortion", (0, 0, 0, 0, 0)))
     pitch = entry.get("pixel_pitch_m")
     return Intrinsics(
@@ -117,8 +118,8 @@ def _intrinsics(entry: Document) -> Intrinsics:
         height_px=entry["height_px"],
         fx_px=float(entry["fx_px"]),
         fy_px=float(entry["fy_px"]),
-        cx_px=float(entry["cx_px"]),
-        cy_px=float(entry["cy_px"]),
+        cx_px=float(entry.get("cx_px", (entry["width_px"] - 1) / 2)),
+        cy_px=float(entry.get("cy_px", (entry["height_px"] - 1) / 2)),
         distortion=(k1, k2, p1, p2, k3),
         pixel_pitch_m=None if pitch is None else float(pitch),
     )

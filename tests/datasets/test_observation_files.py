@@ -1,4 +1,5 @@
 import ast
+import json
 import pickle
 import subprocess
 import sys
@@ -52,6 +53,17 @@ def assert_same_recording(a, b) -> None:
 def test_outlines_round_trip(outline_observation, tmp_path):
     write_observation(outline_observation, tmp_path / "o")
     assert_same(outline_observation, read_observation(tmp_path / "o"))
+
+
+def test_the_principal_point_is_the_middle_of_the_picture_where_it_is_not_given(outline_observation, tmp_path):
+    write_observation(outline_observation, tmp_path / "o")
+    path = tmp_path / "o" / "observation.json"
+    document = json.loads(path.read_text())
+    given = document["cameras"][0]["intrinsics"]
+    del given["cx_px"], given["cy_px"], document["sha256"]
+    path.write_text(json.dumps(document))
+    read = read_observation(tmp_path / "o").cameras[0].intrinsics
+    assert (read.cx_px, read.cy_px) == ((given["width_px"] - 1) / 2, (given["height_px"] - 1) / 2)
 
 
 def test_frames_round_trip(frame_observation, tmp_path):
