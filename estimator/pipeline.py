@@ -23,6 +23,7 @@ from estimator.fitting.pose_search import FoundPoses, SearchEffort, search_pose
 from estimator.fitting.refinement import Refined, Refinement, refine_flight
 from estimator.fitting.tracking import Track, track
 from estimator.fitting.trajectory import FitTask, Prior, Sightings, errors_of, fit, fit_growing
+from estimator.fitting.viewing_angles import with_clear_angles
 from estimator.geometry.silhouettes import silhouettes
 from estimator.motion.flight import N_PARAMETERS, Flight, poses
 from estimator.outlines.recording import outlines_of, view_outlines_of
@@ -95,6 +96,7 @@ def refined_flight(task: FitTask, flight: Flight, configuration: Configuration) 
     settings = Refinement(
         floor_px=configuration.floor_px, body_noise_px=configuration.body_noise_px, within_pairs=configuration.within_pairs
     )
+    task = with_clear_angles(task, flight)
     if configuration.focal_prior == 0.0:
         return refine_flight(task, flight, settings), None
     focal = refine_with_focal(task, flight, settings, FocalPrior(configuration.focal_prior))

@@ -3,9 +3,8 @@
 Both poses of such a pair move. The derivative by the second's pose is that of the exchanged pair, in which upper and lower tangency change
 places. Their noise is already in the pairs with views, so together they are given the weight of one pair per sighting.
 
-Silhouettes seen from nearly the same or opposite sides are no pair. Their epipolar direction turns by ``1 / sin(angle)`` of what the
-poses turn, and is held by no more than the noise in which the two outlines differ: the fit would turn the body until their noise agrees
-best. In sequences that turned by less than 7° this gave angular velocities up to 15 standard deviations off.
+Silhouettes seen from nearly the same or opposite sides are no pair (:mod:`estimator.fitting.viewing_angles`): the fit would turn the
+body until their noise agrees best. In sequences that turned by less than 7° this gave angular velocities up to 15 standard deviations off.
 """
 
 from dataclasses import dataclass
@@ -14,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.fitting.trajectory import FitTask, Sightings, particle_poses
+from estimator.fitting.viewing_angles import sines_between
 from estimator.geometry.epipolar_tangency import PoseSet, TangencyErrors, tangency_errors
 from estimator.motion.flight import OFFSET, Flight, FlightPoses
 
@@ -46,7 +46,7 @@ def within_equations(
     sightings = task.sightings.take(rows)
     poses = particle_poses(flight, FlightPoses(predicted.centre[rows], predicted.R[rows]), sightings)
     weight = np.zeros((len(rows), len(rows)))
-    weight[chosen[:, 0], chosen[:, 1]] = _sines(poses, flight.body.com_particle)[chosen[:, 0], chosen[:, 1]] >= LEAST_SINE
+    weight[chosen[:, 0], chosen[:, 1]] = sines_between(poses, poses, flight.body.com_particle)[chosen[:, 0], chosen[:, 1]] >= LEAST_SINE
     forth = _errors(sightings, poses, weight, flight)
     back = _errors(sightings, poses, weight.T.copy(), flight)
     i, j = np.argwhere(forth.valid & back.valid.T).T
@@ -75,13 +75,6 @@ def _errors(sightings: Sightings, poses: PoseSet, weight: Array, flight: Flight)
         weight=weight,
         offset_px=-flight.offset_px,
     )
-
-
-def _sines(poses: PoseSet, centre: Array) -> Array:
-    """Sines (n, n) of the angles under which the cameras stand at the body."""
-    seen_from = -np.einsum("nji,nj->ni", poses.R, poses.t) - centre
-    seen_from /= np.linalg.norm(seen_from, axis=1, keepdims=True)
-    return np.asarray(np.linalg.norm(np.cross(seen_from[:, None], seen_from[None]), axis=2))
 
 
 def _pairs(n: int, most: int) -> NDArray[np.int64]:
