@@ -122,6 +122,7 @@ def test_another_layout_is_no_edit(folder):
         (["cameras", 0, "recording", "file"], "../x.npz", r"recording\.file: expected"),
         (["cameras"], {}, r"at \$\.cameras: expected a list, came \{\}"),
         (["name"], "a/b", r"at \$\.name: expected text of the form"),
+        (["name"], "..", r"at \$\.name: expected text of the form"),
         (["cameras", 0, "recording", "file"], "gone.npz", r"gone\.npz: there is no such file"),
         (["mass_kg"], 3000.0, r"expected kilograms below 1000, came 3000; is it in grams"),
         (["gravity_world"], [0, 9806.65, 0], r"gravity_world: expected m/s2 .* came 9806\.65; it looks like millimetres"),
