@@ -147,7 +147,7 @@ def _projected(campaign: Campaign, fit: CampaignFit, linear: _Linear, candidates
     """Efficient scores without their noise, and the projection behind them."""
     del candidates
     layout, c = fit.layout, len(linear.columns)
-    precision, values = shared_prior(campaign, layout, fit.state)
+    precision, values = shared_prior(campaign, layout, fit.model, fit.state)
     bb, bg = np.diag(precision), precision * values
     bc, cc, cg = np.zeros((layout.size, c)), np.zeros((c, c)), np.zeros(c)
     kept = []
@@ -190,7 +190,7 @@ def _noise(campaign: Campaign, fit: CampaignFit, linear: _Linear, which: tuple[_
     """Covariance (c, c) of the efficient scores of the columns kept."""
     projection, kept = which
     layout = fit.layout
-    precision, _ = shared_prior(campaign, layout, fit.state)
+    precision, _ = shared_prior(campaign, layout, fit.model, fit.state)
     total = projection.shared[:, kept].T @ (precision[:, None] * projection.shared[:, kept])
     weighted = []
     position = {int(column): i for i, column in enumerate(kept)}

@@ -86,6 +86,8 @@ class EffectModel:
     """An effect as the estimator sees it: an entry of the catalogue and the link it touches."""
 
     entry: ClassVar[EffectEntry]
+    held: ClassVar[tuple[float, ...] | None] = None
+    """Standard deviations of a prior about zero, for what is known to be small; ``None``: free."""
 
     def starts(self, setting: Setting) -> Array:
         """Parameters (s, q) at which a search begins, every amplitude at zero: more than one where a parameter is searched for."""

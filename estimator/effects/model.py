@@ -45,6 +45,13 @@ class Model:
         return np.array([p.step for e in self.effects for p in e.entry.parameters])
 
     @property
+    def precision(self) -> Array:
+        """Information (q,) that priors give; zero for free parameters."""
+        return np.concatenate(
+            [np.zeros(0)] + [np.zeros(len(e.entry.parameters)) if e.held is None else np.array(e.held) ** -2.0 for e in self.effects]
+        )
+
+    @property
     def names(self) -> tuple[str, ...]:
         """``key.parameter`` of every parameter."""
         return tuple(f"{e.entry.key}.{p.name}" for e in self.effects for p in e.entry.parameters)

@@ -94,17 +94,21 @@ def sequence_equations(campaign: Campaign, number: int, state: CampaignState, mo
     return SequenceEquations(errors, frames)
 
 
-def shared_prior(campaign: Campaign, layout: Layout, state: CampaignState) -> tuple[Array, Array]:
-    """Precision (size,) of the shared parameters and their values (size,) where it holds them: body and outline offset."""
+def shared_prior(campaign: Campaign, layout: Layout, model: Model, state: CampaignState) -> tuple[Array, Array]:
+    """Precision (size,) of the shared parameters and their values (size,): body, outline offset and effects that are held."""
     precision, values = np.zeros(layout.size), np.zeros(layout.size)
-    for sequence, flight, place in zip(campaign.sequences, state.flights, layout.place, strict=True):
-        own, at = np.zeros(N_PARAMETERS), np.zeros(N_PARAMETERS)
-        own[:] = sequence.task.prior.precision
-        at[COM], at[INERTIA], at[OFFSET] = flight.com, flight.inertia, flight.offset_px
-        held = layout.shared < N_PARAMETERS
-        precision[place[held]] = own[layout.shared[held]]
-        values[place[held]] = at[layout.shared[held]]
+    for sequence, flight, theta, place in zip(campaign.sequences, state.flights, state.theta, layout.place, strict=True):
+        own = np.concatenate([sequence.task.prior.precision, model.precision])
+        precision[place] = own[layout.shared]
+        values[place] = _vector(flight, theta)[layout.shared]
     return precision, values
+
+
+def _vector(flight: Flight, theta: Array) -> Array:
+    """Parameters (21 + q,) that a prior may hold or sequences may share; the state's own are zero."""
+    vector = np.zeros(N_PARAMETERS + len(theta))
+    vector[COM], vector[INERTIA], vector[OFFSET], vector[N_PARAMETERS:] = flight.com, flight.inertia, flight.offset_px, theta
+    return vector
 
 
 @dataclass(frozen=True)
@@ -174,16 +178,16 @@ def fit_campaign(campaign: Campaign, start: CampaignState, model: Model, *, most
     layout = layout_of(campaign, model)
     state = _agreed(start, layout)
     equations = _linearised(campaign, state, model)
-    cost = _cost(campaign, layout, state, equations)
+    cost = _cost(campaign, layout, model, (state, equations))
     settled = False
     for _ in range(most_steps):
-        solution = solve_arrow(equations, layout, shared_prior(campaign, layout, state))
+        solution = solve_arrow(equations, layout, shared_prior(campaign, layout, model, state))
         size = _relative_size(equations, layout, solution)
         share = 1.0
         for _ in range(HALVINGS):
             trial = stepped(state, layout, solution, share)
             new = _linearised(campaign, trial, model)
-            new_cost = _cost(campaign, layout, trial, new)
+            new_cost = _cost(campaign, layout, model, (trial, new))
             if new_cost <= cost * (1.0 + 1e-4):
                 break
             share *= 0.3
@@ -205,8 +209,7 @@ def _agreed(state: CampaignState, layout: Layout) -> CampaignState:
     total, count = np.zeros(layout.size), np.zeros(layout.size)
     vectors = []
     for flight, theta, place in zip(state.flights, state.theta, layout.place, strict=True):
-        vector = np.zeros(N_PARAMETERS + len(theta))
-        vector[COM], vector[INERTIA], vector[OFFSET], vector[N_PARAMETERS:] = flight.com, flight.inertia, flight.offset_px, theta
+        vector = _vector(flight, theta)
         vectors.append(vector)
         total[place] += vector[layout.shared]
         count[place] += 1
@@ -219,9 +222,10 @@ def _agreed(state: CampaignState, layout: Layout) -> CampaignState:
     return CampaignState(tuple(flights), tuple(thetas))
 
 
-def _cost(campaign: Campaign, layout: Layout, state: CampaignState, equations: Sequence[SequenceEquations]) -> float:
+def _cost(campaign: Campaign, layout: Layout, model: Model, at: tuple[CampaignState, Sequence[SequenceEquations]]) -> float:
     """Half the mean Huber cost per error times the number of sightings' independent errors, plus the prior's."""
-    precision, values = shared_prior(campaign, layout, state)
+    state, equations = at
+    precision, values = shared_prior(campaign, layout, model, state)
     data = sum(robust_cost(each, sequence.task.huber) for each, sequence in zip(equations, campaign.sequences, strict=True))
     return float(data + 0.5 * values @ (precision * values))
 

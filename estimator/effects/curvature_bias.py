@@ -1,0 +1,37 @@
+"""What outlines of noisy samples do by themselves: hulls stand out where a body is flat and are cut where it is sharp.
+
+Not an effect of nature but a known discrepancy of the instrument, always in the model and held near zero by a prior [Kennedy and O'Hagan,
+J. R. Stat. Soc. B 63 (2001) 425]: ``delta = b1 (f / (1 + f) - 1/2) + b2 / (1 + rho / RADIUS_PX)``, f the flatness and rho the radius of
+curvature of the outline. Without it, every effect that follows curvature would be found in data that have none.
+"""
+
+import numpy as np
+
+from datasets.vocabulary.effects import EffectEntry, Parameter, Scope, Stage
+from estimator.effects.link import Array, EffectModel, Places, Setting
+
+RADIUS_PX = 3.0
+HELD_PX = 0.1
+
+
+class CurvatureBias(EffectModel):
+    """Bias of smoothed, noisy outlines on flat and on sharp places."""
+
+    entry = EffectEntry(
+        "curvature_bias",
+        Stage.SEGMENTATION,
+        Scope.PARTICLE,
+        (
+            Parameter("flat", "px", (-0.3, 0.3), 1e-3, "on flat places"),
+            Parameter("sharp", "px", (-0.3, 0.3), 1e-3, "on sharp places"),
+        ),
+        "delta = flat (f / (1 + f) - 1/2) + sharp / (1 + rho / 3 px)",
+        "Kennedy and O'Hagan, J. R. Stat. Soc. B 63 (2001) 425: model discrepancy",
+    )
+    held = (HELD_PX, HELD_PX)
+
+    def shift(self, theta: Array, places: Places, setting: Setting) -> Array | None:
+        """The bias on the outline."""
+        del setting
+        flatness = places.radius_px / places.mean_radius_px[:, None, None]
+        return np.asarray(theta[0] * (flatness / (1.0 + flatness) - 0.5) + theta[1] / (1.0 + places.radius_px / RADIUS_PX))
