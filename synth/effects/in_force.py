@@ -76,11 +76,16 @@ class EffectsInForce:
 
     def camera_at(self, true: Intrinsics, stamp_s: float) -> Intrinsics:
         """The camera that shows the moving picture at one instant (s); ``true`` is the one at rest."""
-        if not self._of(PictureMotion):
+        if not self.moving:
             return true
         sway = self.sway(np.array([stamp_s]))
         scale, (dx, dy) = float(sway.scale[0]), sway.shift_px[0].tolist()
         return replace(true, fx_px=true.fx_px * scale, fy_px=true.fy_px * scale, cx_px=true.cx_px + dx, cy_px=true.cy_px + dy)
+
+    @property
+    def moving(self) -> bool:
+        """Whether the picture moves."""
+        return bool(self._of(PictureMotion))
 
     @property
     def blurred(self) -> bool:
@@ -106,6 +111,16 @@ class EffectsInForce:
     def row_delays_s(self, y_px: Array, camera: Intrinsics) -> Array:
         """When rows (n,) px are exposed, s, against the frame's time."""
         return np.sum([np.zeros(len(y_px)), *(link.delays_s(y_px, camera, values) for link, values in self._of(RowClock))], axis=0)
+
+    @property
+    def redraws_frames(self) -> bool:
+        """Whether outlines of frames are drawn beside the silhouette."""
+        return bool(self._of(Segmentation))
+
+    @property
+    def redraws_views(self) -> bool:
+        """Whether outlines of calibrated views are drawn beside the silhouette."""
+        return bool(self._of(ViewSegmentation))
 
     def segmented(self, outline_px: Array, camera: Intrinsics) -> Array:
         """The outline that is drawn in a frame."""

@@ -5,7 +5,7 @@ sampling), with the particle where it is then. The picture is ``vignetting * (ra
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
@@ -25,18 +25,22 @@ Pose = tuple[Array, Array]
 
 @dataclass(frozen=True)
 class Optics:
-    """A camera, its lens, its light, and the share of light that is lost in the corners."""
+    """A camera, its lens, its light, and the share of light that is lost in the corners.
+
+    ``moving``: the picture moves, so every sub-frame comes with a camera of its own.
+    """
 
     intrinsics: Intrinsics
     lens: ThinLens
     light: Lighting
     vignetting: float
+    moving: bool = False
 
 
 def film_of(optics: Optics) -> IdealFilm:
     """The film to trace for these optics."""
     camera = optics.intrinsics
-    if is_ideal(camera):
+    if _direct(optics):
         return IdealFilm(camera.fx_px, camera.cx_px, camera.cy_px, optics.lens)
     return ideal_film(camera, optics.lens)
 
@@ -46,21 +50,42 @@ def subframe_times(time_s: float, exposure_s: float, subframes: int, rng: np.ran
     return time_s + exposure_s * ((np.arange(subframes) + rng.uniform(size=subframes)) / subframes - 0.5)
 
 
-def expose(tracer: Tracer, optics: Optics, window: Window, poses: Sequence[Pose], *, samples: int, seeds: Sequence[int]) -> Traced:
-    """The mean over the sub-frames of the particle's light and coverage in a window of the picture."""
+def expose(
+    tracer: Tracer,
+    optics: Optics,
+    window: Window,
+    poses: Sequence[Pose],
+    *,
+    samples: int,
+    seeds: Sequence[int],
+    cameras: Sequence[Intrinsics] = (),
+) -> Traced:
+    """The mean over the sub-frames of the particle's light and coverage in a window of the picture.
+
+    ``cameras``, one per sub-frame, are those of a moving picture; ``optics.moving`` says that there are.
+    """
     if window.empty:
         nothing = np.zeros((max(window.height, 0), max(window.width, 0)))
         return Traced(nothing, nothing)
-    traced = [_trace_real(tracer, optics, window, pose, samples=samples, seed=seed) for pose, seed in zip(poses, seeds, strict=True)]
+    through = cameras or (optics.intrinsics,) * len(poses)
+    traced = [
+        _trace_real(tracer, replace(optics, intrinsics=camera), window, pose, samples=samples, seed=seed, film=film_of(optics))
+        for pose, seed, camera in zip(poses, seeds, through, strict=True)
+    ]
     return Traced(
         np.asarray(np.mean([part.radiance for part in traced], axis=0)), np.asarray(np.mean([part.coverage for part in traced], axis=0))
     )
 
 
-def _trace_real(tracer: Tracer, optics: Optics, window: Window, pose: Pose, *, samples: int, seed: int) -> Traced:
-    if is_ideal(optics.intrinsics):
+def _direct(optics: Optics) -> bool:
+    """Whether the film's picture is the camera's."""
+    return is_ideal(optics.intrinsics) and not optics.moving
+
+
+def _trace_real(tracer: Tracer, optics: Optics, window: Window, pose: Pose, *, samples: int, seed: int, film: IdealFilm) -> Traced:
+    if _direct(optics):
         return tracer.trace(window, *pose, samples=samples, seed=seed)
-    points = sample_points(window, optics.intrinsics, film_of(optics))
+    points = sample_points(window, optics.intrinsics, film)
     fine = needed_window(points)
     finer = max(1, samples // OVERSAMPLING**2)
     return bend(tracer.trace(fine, *pose, samples=finer, seed=seed), fine, points)

@@ -19,6 +19,7 @@ from synth.plan import SequencePlan
 from synth.rendering.exposure import Optics, background_light, compose
 from synth.rendering.parts import Parts
 from synth.rendering.sensor import Picture, Sensor
+from synth.rendering.shooting import toned
 from synth.rendering.shots import READ_OUT, Shot, hsv_optics, picture_stream, rig_optics
 
 BACKGROUND_EXPOSURES = 16
@@ -91,6 +92,8 @@ class _Camera:
 
     def picture(self, shot: Shot) -> Picture:
         light = compose(self._optics, self._light, shot.window, self._taken.parts.load(shot))
+        if shot.kind == "frame":
+            light = toned(light, self._light, self._taken.plan.effects, self._optics)
         return self._sensor.read_out(light, self._rng(shot.kind, shot.number))
 
     def background(self, what: str, number: int) -> Picture:

@@ -20,11 +20,12 @@ from datasets.recipes.toml_files import recipe_to_dict
 from datasets.tiff_frames import TiffFrames
 from datasets.truth_files import write_truth
 from synth.plan import SequencePlan
-from synth.rendering.exposure import Optics, expose, film_of
+from synth.rendering.exposure import Optics, film_of
 from synth.rendering.materials import material
 from synth.rendering.parts import parts_of
 from synth.rendering.recording import Taken, record_frames, record_masks, record_views
 from synth.rendering.scene import ParticleModel
+from synth.rendering.shooting import take
 from synth.rendering.shots import Shot, frame_shots, hsv_optics, rig_key, rig_optics, view_shots
 from synth.rendering.tracer import Tracer, make_tracer
 from synth.rendering.variant import activate, choose_variant
@@ -92,7 +93,7 @@ def _render_missing(mi: Any, taken: Taken, shots: Sequence[Shot], advance: Advan
     for done, shot in enumerate(shots, start=1):
         if not parts.has(shot):
             tracer, optics = studio.camera(shot.camera)
-            parts.store(shot, expose(tracer, optics, shot.window, shot.poses, samples=shot.samples, seeds=shot.seeds))
+            parts.store(shot, take(tracer, optics, shot, taken.plan.effects))
         advance(done, len(shots))
 
 
@@ -101,7 +102,9 @@ class Studio:
 
     def __init__(self, mi: Any, plan: SequencePlan, recipe: Recipe) -> None:
         self._mi = mi
-        self._particle = ParticleModel(plan.vertices, plan.faces, material(plan.material))
+        surface = material(plan.material)
+        self._flying = ParticleModel(plan.vertices, plan.faces, surface)
+        self._seen_in_rig = ParticleModel(plan.view_vertices, plan.faces, surface)
         hsv, rig = hsv_optics(plan, recipe), rig_optics(plan, recipe)
         middle = plan.hsv.R_cam_world @ plan.motion.x_world[len(plan.motion.times_s) // 2] + plan.hsv.t_cam_world
         self._places: dict[str, tuple[Optics, Any]] = {"hsv": (hsv, middle)}
@@ -112,7 +115,8 @@ class Studio:
         """The tracer and the optics of a camera."""
         optics, at_cam = self._places[key]
         if key not in self._tracers:
-            self._tracers[key] = make_tracer(self._mi, self._particle, film_of(optics), optics.light, at_cam)
+            particle = self._flying if key == "hsv" else self._seen_in_rig
+            self._tracers[key] = make_tracer(self._mi, particle, film_of(optics), optics.light, at_cam)
         return self._tracers[key], optics
 
 

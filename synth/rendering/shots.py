@@ -5,7 +5,7 @@ in any order, a run that was killed goes on with what it has, and the result is 
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -16,10 +16,11 @@ from scipy.spatial import ConvexHull
 from datasets.observation import CalibratedView
 from datasets.recipes.recipe import Recipe
 from datasets.vocabulary.camera import Intrinsics
-from synth.plan import SequencePlan, particle_poses_in_camera
+from synth.plan import SequencePlan
 from synth.rendering.camera import blur_radius_px, thin_lens
 from synth.rendering.exposure import Optics, Pose, subframe_times
 from synth.rendering.light import lighting
+from synth.rendering.rows import Strip, cameras_at, delays_in, poses_at, strips
 from synth.rendering.window import Window, whole_picture, window_around
 from synth.streams import streams
 
@@ -30,11 +31,17 @@ STREAM_OF = {"frame": 0, "view": 1, "frame background": 2, "view background": 3}
 EXPOSURE, READ_OUT = 0, 1
 RIG_FALLOFF = 0.1
 RIG_VIGNETTING = 0.0
+REACH = 4.0
+"""Standard deviations of an effect's blur that a window reaches beyond the particle."""
 
 
 @dataclass(frozen=True)
 class Shot:
-    """One picture: ``camera`` is the key of its optics; ``poses`` one per sub-frame, ``seeds`` for the rays of each."""
+    """One picture: ``camera`` is the key of its optics; ``poses`` one per sub-frame, ``seeds`` for the rays of each.
+
+    ``cameras``, one per sub-frame, where the picture moves; ``strips`` where rows are exposed one after the other; ``blur_px`` the
+    standard deviation of the blur that effects add.
+    """
 
     kind: Kind
     number: int
@@ -43,19 +50,23 @@ class Shot:
     poses: tuple[Pose, ...]
     samples: int
     seeds: tuple[int, ...]
+    cameras: tuple[Intrinsics, ...] = ()
+    strips: tuple[Strip, ...] = ()
+    blur_px: float = 0.0
 
 
 def picture_stream(recipe: Recipe, index: int, what: str, number: int, part: int) -> np.random.SeedSequence:
-    """The random stream of one part of one picture of sequence ``index``."""
-    root = streams(recipe.seed, index).rendering
+    """The random stream of one part of one picture of sequence ``index``; views that sequences share are the first one's."""
+    shared = recipe.same_particle and what.startswith("view")
+    root = streams(recipe.seed, 0 if shared else index).rendering
     return np.random.SeedSequence(root.entropy, spawn_key=(*root.spawn_key, STREAM_OF[what], number, part))
 
 
 def hsv_optics(plan: SequencePlan, recipe: Recipe) -> Optics:
     """The optics of the high-speed camera."""
-    hsv, camera = recipe.hsv, plan.hsv.intrinsics
+    hsv, camera = recipe.hsv, plan.true_camera
     light = lighting(hsv.light, focus_m=hsv.distance_m, widest_slope=widest_slope(camera), falloff=hsv.light_falloff)
-    return Optics(camera, thin_lens(camera, hsv.f_number, hsv.distance_m), light, hsv.vignetting)
+    return Optics(camera, thin_lens(camera, hsv.f_number, hsv.distance_m), light, hsv.vignetting, plan.effects.moving)
 
 
 def rig_optics(plan: SequencePlan, recipe: Recipe) -> dict[int, Optics]:
@@ -80,19 +91,40 @@ def widest_slope(camera: Intrinsics) -> float:
 def frame_shots(plan: SequencePlan, recipe: Recipe, index: int) -> Iterator[Shot]:
     """The frames of the high-speed camera."""
     optics, hull = hsv_optics(plan, recipe), hull_points(plan.vertices)
-    rendering = recipe.rendering
-    for number, time in enumerate(plan.clock.times_s):
-        stream = picture_stream(recipe, index, "frame", number, EXPOSURE)
-        instants = subframe_times(float(time), plan.clock.exposure_s, rendering.subframes, np.random.default_rng(stream))
-        R, t = particle_poses_in_camera(plan.body, plan.flight.at(instants), plan.hsv)
-        poses = tuple(zip(R, t, strict=True))
-        window = _window(hull, poses, optics, recipe)
-        yield Shot("frame", number, "hsv", window, poses, rendering.samples_per_subframe, ray_seeds(stream, len(poses)))
+    for number in range(len(plan.true_times_s)):
+        yield _frame_shot(plan, recipe, number, picture_stream(recipe, index, "frame", number, EXPOSURE), (optics, hull))
+
+
+def _frame_shot(plan: SequencePlan, recipe: Recipe, number: int, stream: np.random.SeedSequence, seen: tuple[Optics, Array]) -> Shot:
+    (optics, hull), rendering, time = seen, recipe.rendering, float(plan.true_times_s[number])
+    instants = subframe_times(time, plan.clock.exposure_s, rendering.subframes, np.random.default_rng(stream))
+    stamps = instants - time + (plan.clock.times_s[number] - plan.clock.times_s[0])
+    poses, cameras, blur = poses_at(plan, instants), cameras_at(plan, stamps), _blur_px(plan, number)
+    window = _window(hull, poses, optics, recipe, Extra(cameras, blur))
+    seeds = ray_seeds(stream, len(poses))
+    shot = Shot("frame", number, "hsv", window, poses, rendering.samples_per_subframe, seeds, cameras, blur_px=blur)
+    return _row_by_row(shot, plan, recipe, seen, (instants, stamps)) if plan.effects.rolling else shot
+
+
+def _row_by_row(shot: Shot, plan: SequencePlan, recipe: Recipe, seen: tuple[Optics, Array], times_s: tuple[Array, Array]) -> Shot:
+    """The shot in strips; its window holds the particle at the instants of the rows in which it appears."""
+    (optics, hull), (instants, stamps), window = seen, times_s, shot.window
+    for _ in range(2):
+        delays = delays_in(plan, window)
+        every = np.concatenate([instants + delay for delay in delays])
+        cameras = cameras_at(plan, np.concatenate([stamps + delay for delay in delays]))
+        window = _window(hull, poses_at(plan, every), optics, recipe, Extra(cameras, shot.blur_px))
+    return replace(shot, window=window, strips=strips(plan, window, hull, instants, stamps))
+
+
+def _blur_px(plan: SequencePlan, number: int) -> float:
+    depths = (plan.motion.x_world @ plan.hsv.R_cam_world.T + plan.hsv.t_cam_world)[:, 2]
+    return float(plan.effects.sigma_px(depths[[number]] - depths[0])[0])
 
 
 def view_shots(plan: SequencePlan, recipe: Recipe, index: int) -> Iterator[Shot]:
     """The calibrated views; the particle is at rest, so one sub-frame takes all samples."""
-    optics, hull = rig_optics(plan, recipe), hull_points(plan.vertices)
+    optics, hull = rig_optics(plan, recipe), hull_points(plan.view_vertices)
     for number, view in enumerate(plan.views):
         poses = ((view.R_cam_particle, view.t_cam_particle),)
         window = _window(hull, poses, optics[view.camera], recipe)
@@ -115,10 +147,21 @@ def hull_points(vertices: Float[NDArray[np.float64], "v 3"]) -> Float[NDArray[np
     return vertices[ConvexHull(vertices).vertices]
 
 
-def _window(hull: Array, poses: tuple[Pose, ...], optics: Optics, recipe: Recipe) -> Window:
+@dataclass(frozen=True)
+class Extra:
+    """What effects add to a window: the ``cameras`` of a moving picture, one per pose, and ``blur_px``."""
+
+    cameras: tuple[Intrinsics, ...] = ()
+    blur_px: float = 0.0
+
+
+def _window(hull: Array, poses: tuple[Pose, ...], optics: Optics, recipe: Recipe, extra: Extra = Extra()) -> Window:
     if recipe.rendering.full_frames:
         return whole_picture(optics.intrinsics)
-    points = np.concatenate([hull @ R.T + t for R, t in poses])
+    seen = [hull @ R.T + t for R, t in poses]
+    points = np.concatenate(seen)
     near, far = max(points[:, 2].min(), 1e-3), max(points[:, 2].max(), 1e-3)
-    blur = max(blur_radius_px(optics.lens, optics.intrinsics.fx_px, depth) for depth in (near, far))
-    return window_around(optics.intrinsics.project(points), recipe.rendering.crop_margin_px + blur, optics.intrinsics)
+    blur = max(blur_radius_px(optics.lens, optics.intrinsics.fx_px, depth) for depth in (near, far)) + REACH * extra.blur_px
+    through = extra.cameras or (optics.intrinsics,) * len(poses)
+    px = np.concatenate([camera.project(part) for camera, part in zip(through, seen, strict=True)])
+    return window_around(px, recipe.rendering.crop_margin_px + blur, optics.intrinsics)
