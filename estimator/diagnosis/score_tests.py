@@ -10,7 +10,6 @@ An effect that is not linear in a parameter (a frequency, the place of a gap) is
 corrected for their number.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,7 +20,7 @@ from datasets.vocabulary.effects import Scope
 from estimator.effects.link import EffectModel
 from estimator.effects.model import Model
 from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState, SequenceEquations, sequence_equations, shared_prior
-from estimator.fitting.composite_likelihood import body_cells, body_noise, shared_view_noise
+from estimator.fitting.campaign_noise import repeated_noise
 from estimator.fitting.refinement import scaled_inverse
 from estimator.motion.flight import N_PARAMETERS
 
@@ -203,26 +202,8 @@ def _noise(campaign: Campaign, fit: CampaignFit, linear: _Linear, which: tuple[_
                 change[column, position[int(n)]] += 1.0
         weighted.append(each.frames.weighted @ change)
         total += change.T @ each.frames.meat @ change
-    for particle in set(campaign.particle):
-        rows = [i for i, p in enumerate(campaign.particle) if p == particle]
-        total += _shared_noise(campaign, linear, rows, [weighted[i] for i in rows])
+    total += repeated_noise(campaign, [e.errors for e in linear.equations], weighted)
     return np.asarray(0.5 * (total + total.T))
-
-
-def _shared_noise(campaign: Campaign, linear: _Linear, rows: Sequence[int], weighted: Sequence[Array]) -> Array:
-    """What views and the body add to the scores' covariance by entering all sequences of one particle."""
-    each = [linear.equations[i] for i in rows]
-    errors = replace(
-        each[0].errors.tangency,
-        valid=np.concatenate([e.errors.tangency.valid for e in each]),
-        tangency=np.concatenate([e.errors.tangency.tangency for e in each]),
-        direction=np.concatenate([e.errors.tangency.direction for e in each]),
-        jacobian=np.concatenate([e.errors.tangency.jacobian for e in each]),
-    )
-    frames = replace(each[0].frames, weighted=np.concatenate(weighted))
-    cells = body_cells(np.concatenate([e.errors.normals for e in each]), np.concatenate([e.errors.viewing for e in each]))
-    views = campaign.sequences[rows[0]].task.views.silhouettes
-    return shared_view_noise(errors, frames, views) + body_noise(errors, frames, cells, sigma_px=campaign.body_noise_px)
 
 
 def stable_inverse(H: Array, tolerance: float = 1e-10) -> Array:

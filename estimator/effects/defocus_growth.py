@@ -22,6 +22,10 @@ class DefocusGrowth(EffectModel):
         """At least ``SMALLEST``: zero blur has no slope."""
         return np.maximum(np.abs(theta), SMALLEST)
 
+    def first_guess(self, theta: Array) -> Array:
+        """Blur whose square is that of the linear step at ``SMALLEST``, whose slope is twice its value over itself."""
+        return np.sqrt(np.maximum(0.5 * SMALLEST * theta, SMALLEST**2))
+
     def shift(self, theta: Array, places: Places, setting: Setting) -> Array | None:
         """``-s² / (2 rho + 1.3 s)``."""
         del setting

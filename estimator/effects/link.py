@@ -98,6 +98,10 @@ class EffectModel:
         """Where derivatives of the image links are taken: elsewhere than at ``theta`` only for an effect that is flat at zero."""
         return theta
 
+    def first_guess(self, theta: Array) -> Array:
+        """Where a fit starts, given the values of one linear step."""
+        return theta
+
     def times(self, theta: Array, setting: Setting, times_s: Array) -> Array:
         """True times (f,) s of frames whose nominal times are ``times_s``."""
         del theta, setting

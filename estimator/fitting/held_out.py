@@ -1,0 +1,96 @@
+"""How well a model predicts what was not used to fit it.
+
+Sequences are dealt into two halves: what they share is fitted on one half, and the other half is judged with it. A sequence that is judged
+still needs its own state: that is fitted on three of every four of its frames, and only the fourth counts.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.effects.model import Model
+from estimator.fitting.campaign import ArrowSolution, Campaign, CampaignState, Layout, fit_campaign, layout_of, sequence_equations, stepped
+from estimator.fitting.model_errors import SequenceTask
+from estimator.fitting.refinement import scaled_inverse
+
+Array = NDArray[np.float64]
+EVERY, FIRST = 4, 2
+LOCAL_STEPS = 6
+
+
+@dataclass(frozen=True)
+class HeldOut:
+    """RMS (px) of the errors held out, per sequence and of all, and their number."""
+
+    rms_px: float
+    per_sequence_px: Array
+    errors: int
+
+
+def held_out(campaign: Campaign, state: CampaignState, model: Model) -> HeldOut:
+    """Judge a model on frames and sequences that it was not fitted to; ``state`` is where fits start."""
+    n = len(campaign.sequences)
+    halves = [np.arange(start, n, 2) for start in range(2)] if n > 1 else [np.arange(1)]
+    squares, counts = np.zeros(n), np.zeros(n)
+    for number, judged in enumerate(halves):
+        learned_from = halves[1 - number] if n > 1 else judged
+        shared = fit_campaign(_part(campaign, learned_from), _state_of(state, learned_from), model, most_steps=6).state
+        for i in judged:
+            squares[i], counts[i] = _judge(campaign, int(i), (state, shared), model)
+    per_sequence = np.sqrt(squares / np.maximum(counts, 1))
+    return HeldOut(float(np.sqrt(squares.sum() / max(counts.sum(), 1))), per_sequence, int(counts.sum()))
+
+
+def _part(campaign: Campaign, rows: NDArray[np.int64]) -> Campaign:
+    return replace(
+        campaign,
+        sequences=tuple(campaign.sequences[i] for i in rows),
+        particle=tuple(campaign.particle[i] for i in rows),
+        camera=tuple(campaign.camera[i] for i in rows),
+    )
+
+
+def _state_of(state: CampaignState, rows: NDArray[np.int64]) -> CampaignState:
+    return CampaignState(tuple(state.flights[i] for i in rows), tuple(state.theta[i] for i in rows))
+
+
+def _judge(campaign: Campaign, number: int, states: tuple[CampaignState, CampaignState], model: Model) -> tuple[float, float]:
+    """Sum of squares (px²) and number of the errors of the frames held out of one sequence."""
+    own, shared = states
+    sequence = campaign.sequences[number]
+    kept = np.ones(len(sequence.task.sightings), dtype=np.bool_)
+    kept[FIRST::EVERY] = False
+    layout = layout_of(campaign, model)
+    alone = replace(_part(campaign, np.array([number])), sequences=(_weighted(sequence, kept),))
+    state = _with_shared(_state_of(own, np.array([number])), shared, layout)
+    for _ in range(LOCAL_STEPS):
+        equations = sequence_equations(alone, 0, state, model)
+        inverse = scaled_inverse(equations.frames.H[np.ix_(layout.local, layout.local)])
+        step = -inverse @ equations.frames.g[layout.local]
+        one = replace(layout, place=(layout.place[number],))
+        state = stepped(state, one, ArrowSolution((step,), np.zeros(layout.size), np.zeros((0, 0))))
+        if np.max(np.abs(step) / np.sqrt(np.diag(inverse))) < 0.05:
+            break
+    judged = replace(alone, sequences=(_weighted(sequence, ~kept),))
+    errors = sequence_equations(judged, 0, state, model).errors
+    return float(np.sum(errors.e**2)), float(2 * errors.tangency.valid.sum())
+
+
+def _weighted(sequence: SequenceTask, kept: NDArray[np.bool_]) -> SequenceTask:
+    weight = np.where(kept[:, None], sequence.task.weight, 0.0)
+    return replace(sequence, task=replace(sequence.task, weight=weight))
+
+
+def _with_shared(own: CampaignState, learned: CampaignState, layout: Layout) -> CampaignState:
+    """One sequence's own state with what sequences share taken from others (of the same particle and camera)."""
+    flight, theta = own.flights[0], own.theta[0].copy()
+    other, values = learned.flights[0], learned.theta[0]
+    shared = layout.shared[layout.shared >= FIRST_EFFECT] - FIRST_EFFECT
+    theta[shared] = values[shared]
+    flight = replace(flight, com=other.com, inertia=other.inertia, offset_px=other.offset_px)
+    return CampaignState((flight,), (theta,))
+
+
+FIRST_EFFECT = 21
+"""Parameters of a flight come before those of effects."""
