@@ -26,13 +26,15 @@ from scripts.study_pages import (
     figure,
     finish,
     how_to_repeat,
+    inside_tolerance,
     lost_in_words,
     median_table,
     number,
+    overconfidence_in_words,
     plain_logarithmic,
 )
 from scripts.study_runs import Case, Options, standard_recipe
-from scripts.study_summaries import QUANTITIES, good_from
+from scripts.study_summaries import QUANTITIES
 
 CAMERAS = 6
 
@@ -96,7 +98,7 @@ def drawn(points: pd.DataFrame) -> Figure:
             if column == 0:
                 axes.set_ylabel(f"{quantity.title}\nerror (%)")
         _share_limits(all_axes[row])
-    finish(picture, all_axes[0, 0])
+    finish(picture)
     return picture
 
 
@@ -118,13 +120,15 @@ def page(table: pd.DataFrame, points: pd.DataFrame, options: Options) -> list[st
         mine, rows = points[points["axis"] == axis.key], table[table["axis"] == axis.key]
         lines += [f"## {axis.key.capitalize()}", "", *writers[axis.key](mine, rows), ""]
         lines += [*median_table(mine, (("value", axis.title),)), ""]
-    return [*lines, coverage_in_words(table), "", *how_to_repeat(options)]
+    too_small = overconfidence_in_words(points, (("axis", ""), ("value", "")))
+    lines += ["## Error bars", "", coverage_in_words(table), too_small, ""]
+    return [*lines, *how_to_repeat(options)]
 
 
 def length_in_words(points: pd.DataFrame, table: pd.DataFrame) -> list[str]:
     """What a user learns about the length."""
     return [
-        f"{_ends(points, 'frames')} {_good(points, 'frames')} {lost_in_words(table, 'value', 'frames')}",
+        f"{_ends(points, 'frames')} {inside_tolerance(points, 'value', 'frames')} {lost_in_words(table, 'value', 'frames')}",
         "",
         "What to type next: `tumble render --set motion.frames=200 --out out/longer` makes longer recordings.",
         "Of a recording of your own, give every frame in which the whole particle is in view.",
@@ -135,11 +139,11 @@ def irregularity_in_words(points: pd.DataFrame, table: pd.DataFrame) -> list[str
     """What a user learns about the shape."""
     shape = table.groupby("value")["irregularity"].median()
     return [
-        f"The family `jagged` from the sphere (irregularity, 1 − sphericity × convexity: {number(shape.iloc[0])}) to jagged lumps",
-        f"({number(shape.iloc[-1])}). {lost_in_words(table, 'value', 'deformation')}",
+        f"The family `jagged` runs from the sphere (irregularity, 1 − sphericity × convexity: {number(round(shape.iloc[0], 3))}) to lumps",
+        f"of irregularity {number(shape.iloc[-1])}. {lost_in_words(table, 'value', 'deformation')}",
         "A ball has no orientation to be seen: there is no angular velocity to measure, and a status must say so.",
         _least_measured(table),
-        _ends(points[points["median"].notna()], "deformation"),
+        f"{_ends(points[points['median'].notna()], 'deformation')} {inside_tolerance(points, 'value', 'deformation')}",
         "",
         "What to type next: `tumble render --set particle.family=jagged --set particle.irregularity=0.1 --out out/round`",
         "makes nearly round bodies; `tumble score` names the status of each sequence and the irregularity of its body.",
@@ -158,7 +162,7 @@ def _least_measured(table: pd.DataFrame) -> str:
 def views_in_words(points: pd.DataFrame, table: pd.DataFrame) -> list[str]:
     """What a user learns about the calibrated views."""
     return [
-        f"{_ends(points, 'views')} {_good(points, 'views')} {lost_in_words(table, 'value', 'views')}",
+        f"{_ends(points, 'views')} {inside_tolerance(points, 'value', 'views')} {lost_in_words(table, 'value', 'views')}",
         "",
         "What to type next: `tumble render --set rig.drops=4 --out out/fewer` tries 24 views (six cameras, four drops).",
     ]
@@ -174,13 +178,6 @@ def _ends(points: pd.DataFrame, unit: str) -> str:
 def _at(points: pd.DataFrame, quantity: str, value: float) -> str:
     chosen = points[(points["quantity"] == quantity) & (points["value"] == value)]
     return number(chosen["median"].iloc[0])
-
-
-def _good(points: pd.DataFrame, unit: str) -> str:
-    """From where on the medians are inside the tolerances."""
-    found = [(q, good_from(points, "value", q)) for q in QUANTITIES]
-    parts = [f"{q.title} {f'from {number(v)} {unit} on' if v is not None else 'at none'} ({q.tolerance_percent:g}%)" for q, v in found]
-    return "Medians inside the tolerance: " + ", ".join(parts) + "."
 
 
 STUDY = Study("study_benchmark_axes", __doc__ or "", ("axis", "value"), cases, drawn, page)

@@ -27,13 +27,15 @@ from scripts.study_pages import (
     figure,
     finish,
     how_to_repeat,
+    inside_tolerance,
     lost_in_words,
     median_table,
     number,
+    overconfidence_in_words,
     plain_logarithmic,
 )
 from scripts.study_runs import Case, Options, standard_recipe
-from scripts.study_summaries import QUANTITIES, good_until
+from scripts.study_summaries import QUANTITIES
 
 FOCAL_MM = (25.0, 50.0, 100.0, 200.0, 400.0)
 FOCAL_MM_FULL = (25.0, 35.0, 50.0, 70.0, 100.0, 140.0, 200.0, 280.0, 400.0)
@@ -72,7 +74,7 @@ def drawn(points: pd.DataFrame) -> Figure:
         axes.set_xticks([], minor=True)
         plain_logarithmic(axes)
     all_axes[0, 0].set_ylabel("error (%)")
-    finish(picture, all_axes[0, 0])
+    finish(picture)
     return picture
 
 
@@ -89,8 +91,6 @@ def page(table: pd.DataFrame, points: pd.DataFrame, options: Options) -> list[st
     powers = ", ".join(
         f"{q.title} {exponent(points, q.key, 'median'):.2f} ({exponent(points, q.key, 'predicted'):.2f} predicted)" for q in QUANTITIES
     )
-    until = [(q, good_until(points, "focal_mm", q)) for q in QUANTITIES]
-    good = ", ".join(f"{q.title} {f'up to {number(v)} mm' if v else 'at none'} ({q.tolerance_percent:g}%)" for q, v in until)
     return [
         "# Focal length at equal magnification",
         "",
@@ -107,7 +107,7 @@ def page(table: pd.DataFrame, points: pd.DataFrame, options: Options) -> list[st
         f"Median errors from {number(shortest)} to {number(longest)} mm: {ends}. {lost_in_words(table, 'focal_mm', 'mm')}",
         f"Power of the focal length that the medians follow: {powers}. Depth is seen in the size of the outline alone: at equal",
         "magnification the same error of size is an error of depth in proportion to the distance.",
-        f"Medians inside the tolerance: {good}.",
+        inside_tolerance(points, "focal_mm", "mm"),
         "",
         "What to type next: where the depth velocity matters, take the shorter lens and go nearer, for instance",
         "`tumble render --set hsv.focal_mm=50 --set hsv.distance_m=0.3 --out out/near`. Outlines of the silhouette tier are",
@@ -116,6 +116,7 @@ def page(table: pd.DataFrame, points: pd.DataFrame, options: Options) -> list[st
         *median_table(points, (("focal_mm", "focal length (mm)"),)),
         "",
         coverage_in_words(table),
+        overconfidence_in_words(points, (("focal_mm", "mm"),)),
         "",
         *how_to_repeat(options),
     ]

@@ -27,6 +27,7 @@ from scripts.study_pages import (
     lost_in_words,
     median_table,
     number,
+    overconfidence_in_words,
     plain_logarithmic,
 )
 from scripts.study_runs import Case, Options, standard_recipe
@@ -71,7 +72,7 @@ def drawn(points: pd.DataFrame) -> Figure:
         axes.set_ylabel(f"median error ({quantity.absolute_unit})")
         axes.set_xticks(sorted(points["direction_deg"].unique()))
         plain_logarithmic(axes)
-    finish(picture, all_axes[0, 0])
+    finish(picture)
     return picture
 
 
@@ -103,6 +104,7 @@ def page(table: pd.DataFrame, points: pd.DataFrame, options: Options) -> list[st
         *median_table(points, (("speed_start_ms", "speed (m/s)"), ("direction_deg", "direction (°)")), unit="absolute"),
         "",
         coverage_in_words(table),
+        overconfidence_in_words(points, (("speed_start_ms", "m/s,"), ("direction_deg", "degrees"))),
         "",
         *how_to_repeat(options),
     ]

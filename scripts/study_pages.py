@@ -12,7 +12,7 @@ import pandas as pd
 
 from datasets.atomic_files import written_whole
 from scripts.study_runs import SPEED_MS, SPIN_RADS, Options
-from scripts.study_summaries import QUANTITIES, Quantity
+from scripts.study_summaries import POOR_COVERAGE, QUANTITIES, Quantity, inside_in_words, overconfident
 
 mpl.use("Agg")
 
@@ -24,6 +24,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 COLOURS = ("#0b5d8f", "#c2571a", "#3b7d3b", "#7a4b94")
 DPI = 100
+MOST_NAMED = 6
 LOOK: dict[Any, Any] = {
     "font.size": 9,
     "axes.titlesize": 10,
@@ -45,7 +46,7 @@ class Line:
 
     column: str
     colour: str
-    label: str = "measured, median and 95% interval"
+    label: str = "median, 95% interval"
     accompanied: bool = True
 
 
@@ -56,11 +57,15 @@ def figure(rows: int, columns: int, size: tuple[float, float]) -> tuple[Figure, 
 
 
 def draw_medians(axes: Axes, points: pd.DataFrame, line: Line) -> None:
-    """Medians with intervals, what the error bars predict (dashed) and the bound (dotted); points without a measurement are absent."""
+    """Medians with intervals, what the error bars predict (dashed) and the bound (dotted); crosses at the foot: nothing was measured."""
     x = points[line.column].to_numpy(dtype=np.float64)
     median, low, high = (points[key].to_numpy(dtype=np.float64) for key in ("median", "low", "high"))
     spread = np.vstack([median - low, high - median])
     axes.errorbar(x, median, yerr=spread, fmt="o-", ms=4, lw=1.4, capsize=2.5, color=line.colour, label=line.label)
+    lost = x[np.isnan(median)]
+    if lost.size:
+        cross: dict[str, Any] = {"color": "#b00020", "ms": 7, "mew": 1.8, "clip_on": False, "label": "no measurement"}
+        axes.plot(lost, np.full(lost.size, 0.05), "x", transform=axes.get_xaxis_transform(), **cross)
     if line.accompanied:
         axes.plot(x, points["predicted"], "--", lw=1.2, color="0.25", label="predicted by the error bars")
         axes.plot(x, points["bound"], ":", lw=1.4, color="0.5", label="bound")
@@ -80,11 +85,14 @@ def plain_logarithmic(axes: Axes) -> None:
     axes.yaxis.set_minor_formatter(NullFormatter())
 
 
-def finish(picture: Figure, axes: Axes) -> None:
-    """The legend of ``axes`` above the whole picture, measured lines first, and tight margins below it."""
-    handles, labels = axes.get_legend_handles_labels()
-    order = sorted(range(len(labels)), key=lambda k: isinstance(handles[k], Line2D))
-    picture.legend([handles[k] for k in order], [labels[k] for k in order], ncols=len(order), loc="upper center", frameon=False)
+def finish(picture: Figure) -> None:
+    """The legend of all axes above the whole picture, first axes first, measured lines before others, and tight margins below it."""
+    found: dict[str, Any] = {}
+    for axes in picture.axes:
+        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
+            found.setdefault(label, handle)
+    order = sorted(found, key=lambda label: isinstance(found[label], Line2D))
+    picture.legend([found[label] for label in order], order, ncols=len(order), fontsize=9, loc="upper center", frameon=False)
     picture.tight_layout(rect=(0, 0, 1, 1 - 0.3 / picture.get_figheight()))
 
 
@@ -138,9 +146,32 @@ def conditions(table: pd.DataFrame, options: Options) -> str:
         f"{len(table)} sequences of the silhouette tier: outlines with 0.2 px boundary noise, {which}, 4–8 mm, started from nothing. "
         f"Unless varied: 100 frames at 4000 frames/s, 60 calibrated views, 0.1 mm per pixel, {SPEED_MS[0]:g}–{SPEED_MS[1]:g} m/s, "
         f"{SPIN_RADS[0]:g}–{SPIN_RADS[1]:g} rad/s. Errors are those at mid-sequence; linear ones relative to the speed, angular ones to "
-        "the spin. Medians with 95% bootstrap intervals over the converged sequences. All points share particles and flights, "
-        "so that they differ by what is varied; so they are not independent, and a few unlucky draws show all along a line."
+        "the spin. Medians with 95% bootstrap intervals over the converged sequences. All points share particles and flights "
+        "and differ by what is varied alone; so they are not independent, and a few unlucky draws show all along a line."
     )
+
+
+def overconfidence_in_words(points: pd.DataFrame, columns: Sequence[tuple[str, str]]) -> str:
+    """A paragraph that names the points whose error bars are too small; ``columns`` are (column, unit)."""
+    poor = overconfident(points)
+    if poor.empty:
+        return f"At no point do the 95% intervals hold the truth for less than {POOR_COVERAGE:.0%} of the components."
+    title = {q.key: q.title for q in QUANTITIES}
+    parts = []
+    for _, row in poor.head(MOST_NAMED).iterrows():
+        shown = (row[column] if isinstance(row[column], str) else number(row[column]) for column, _ in columns)
+        where = " ".join(f"{value} {unit}".strip() for value, (_, unit) in zip(shown, columns, strict=True))
+        median, predicted = number(row["median"]), number(row["predicted"])
+        held = f"{row['coverage']:.0%} of the intervals hold the truth"
+        parts.append(f"{title[row['quantity']]} at {where} ({held}; median error {median}, predicted {predicted} {row['unit']})")
+    more = f", and {len(poor) - MOST_NAMED} more" if len(poor) > MOST_NAMED else ""
+    return "Where the error bars are too small: " + "; ".join(parts) + more + "."
+
+
+def inside_tolerance(points: pd.DataFrame, column: str, unit: str) -> str:
+    """A sentence: at which values of ``column`` the medians are inside the tolerances."""
+    parts = [f"{q.title} {inside_in_words(points, column, q, unit)} ({q.tolerance_percent:g}%)" for q in QUANTITIES]
+    return "Medians inside the tolerance: " + ", ".join(parts) + "."
 
 
 def coverage_in_words(table: pd.DataFrame) -> str:

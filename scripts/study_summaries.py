@@ -17,6 +17,8 @@ from datasets.scoring.metrics import COMPONENTS, metric
 
 RESAMPLES = 4000
 CONFIDENCE = 0.95
+POOR_COVERAGE = 0.75
+"""Well below 95% even for the few sequences of a small study."""
 
 
 @dataclass(frozen=True)
@@ -107,20 +109,21 @@ def _median(values: Any) -> float:
     return float(np.median(values)) if len(values) else float("nan")
 
 
-def good_from(points: pd.DataFrame, column: str, quantity: Quantity) -> float | None:
-    """The least value of ``column`` from which on all medians are inside the tolerance and all sequences converge."""
-    return _good(points.sort_values(column, ascending=False), column, quantity)
+def inside_in_words(points: pd.DataFrame, column: str, quantity: Quantity, unit: str) -> str:
+    """At which values of ``column`` the median is inside the tolerance; where nothing was measured it is not."""
+    mine = points[points["quantity"] == quantity.key].sort_values(column)
+    inside = (mine["median"] <= quantity.tolerance_percent).to_numpy()
+    values = [f"{value:g}" for value in mine[column]]
+    if inside.all() or not inside.any():
+        return "everywhere" if inside.all() else "nowhere"
+    first, last, n = int(np.argmax(inside)), len(inside) - 1 - int(np.argmax(inside[::-1])), int(inside.sum())
+    if last == len(inside) - 1 and n == len(inside) - first:
+        return f"from {values[first]} {unit} on"
+    if first == 0 and n == last + 1:
+        return f"up to {values[last]} {unit}"
+    return "at " + ", ".join(value for value, good in zip(values, inside, strict=True) if good) + f" {unit}"
 
 
-def good_until(points: pd.DataFrame, column: str, quantity: Quantity) -> float | None:
-    """The largest value of ``column`` up to which all medians are inside the tolerance and all sequences converge."""
-    return _good(points.sort_values(column), column, quantity)
-
-
-def _good(points: pd.DataFrame, column: str, quantity: Quantity) -> float | None:
-    found = None
-    for _, row in points[points["quantity"] == quantity.key].iterrows():
-        if not row["median"] <= quantity.tolerance_percent or row["n_converged"] < row["n"]:
-            break
-        found = float(row[column])
-    return found
+def overconfident(points: pd.DataFrame) -> pd.DataFrame:
+    """The points whose 95% intervals hold the truth for less than ``POOR_COVERAGE`` of the components, worst first."""
+    return points[points["coverage"] < POOR_COVERAGE].sort_values(["coverage", "predicted"], kind="stable")

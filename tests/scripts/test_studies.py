@@ -13,9 +13,9 @@ from datasets.recipes.toml_files import recipe_from_dict, recipe_to_dict
 from datasets.scoring.metrics import COMPONENTS
 from scripts import study_benchmark_axes, study_conduct, study_focal_length, study_out_of_plane, study_runs
 from scripts.study_conduct import Study, conduct
-from scripts.study_pages import number, with_interval
+from scripts.study_pages import number, overconfidence_in_words, with_interval
 from scripts.study_runs import DESCRIBED, SCORED, Case, Options, case_seed, run_cases, standard_recipe
-from scripts.study_summaries import QUANTITIES, good_from, good_until, median_interval, summary
+from scripts.study_summaries import QUANTITIES, inside_in_words, median_interval, summary
 
 STUDIES = (study_benchmark_axes.STUDY, study_focal_length.STUDY, study_out_of_plane.STUDY)
 SIGMA = {"vx": 0.3, "vy": 0.3, "vz": 2.0, "wx": 0.5, "wy": 0.5, "wz": 0.5}
@@ -27,6 +27,7 @@ def small_case(options: Options, drops: int) -> Case:
 
 
 def test_a_case_from_recipe_to_row_and_not_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(study_runs, "sources_hash", lambda: "these")
     options = Options("study", jobs=1, out=tmp_path, quiet=True)
     case = small_case(options, 2)
     table, failed = run_cases([case], options)
@@ -145,11 +146,29 @@ def test_the_interval_of_a_median_holds_it_as_often_as_it_says() -> None:
     assert np.isnan(median_interval(np.array([1.0, 2.0]))).all()
 
 
-def test_from_where_and_until_where_all_is_inside() -> None:
-    points = pd.DataFrame({"value": [1, 2, 3, 4], "median": [0.1, 0.9, 0.4, 0.2], "quantity": "in_plane", "n": 3, "n_converged": 3})
-    assert good_from(points, "value", QUANTITIES[0]) == 3
-    assert good_until(points, "value", QUANTITIES[0]) == 1
-    assert good_from(points.assign(n_converged=[3, 3, 3, 2]), "value", QUANTITIES[0]) is None
+@pytest.mark.parametrize(
+    ("medians", "words"),
+    [
+        ([0.1, 0.2, 0.3, 0.5], "everywhere"),
+        ([0.9, 0.6, np.nan, 0.7], "nowhere"),
+        ([0.9, 0.6, 0.4, 0.1], "from 3 mm on"),
+        ([0.1, 0.4, 0.6, np.nan], "up to 2 mm"),
+        ([0.1, 0.6, 0.4, 0.9], "at 1, 3 mm"),
+        ([0.1, 0.6, 0.9, 0.4], "at 1, 4 mm"),
+    ],
+)
+def test_where_the_medians_are_inside_the_tolerance(medians: list[float], words: str) -> None:
+    points = pd.DataFrame({"value": [1, 2, 3, 4], "median": medians, "quantity": "in_plane"})
+    assert inside_in_words(points, "value", QUANTITIES[0], "mm") == words
+
+
+def test_error_bars_that_are_too_small_are_named() -> None:
+    row = {"quantity": "angular", "unit": "%", "median": 0.9, "predicted": 0.1}
+    points = pd.DataFrame([{**row, "mm": 50, "coverage": 0.9}, {**row, "mm": 25, "coverage": 0.25}])
+    words = overconfidence_in_words(points, (("mm", "mm"),))
+    assert "angular velocity at 25 mm (25% of the intervals hold the truth; median error 0.9, predicted 0.1 %)" in words
+    assert "50" not in words
+    assert "At no point" in overconfidence_in_words(points[:1], (("mm", "mm"),))
 
 
 @pytest.mark.parametrize(("value", "text"), [(0.05923, "0.0592"), (12.0, "12"), (1234.5, "1234"), (0.0, "0"), (0.25, "0.25"), (100, "100")])
