@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 from datasets.vocabulary.camera import Intrinsics
 from datasets.vocabulary.outline import oriented
 from synth.effects import EffectsInForce
-from synth.silhouette import OutlineMesh, contour_segments, outer_ring, outline_mesh
+from synth.silhouette import OutlineMesh, contour_segments, outline_mesh
+from synth.silhouette.outer_ring import outer_ring
 
 Array = NDArray[np.float64]
 PointsAt = Callable[[Array], Array]

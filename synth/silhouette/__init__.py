@@ -3,7 +3,6 @@
 from synth.silhouette.coverage import Grid, blurred, grid_around, level_outline, mean_coverage
 from synth.silhouette.exact_outline import OutlineMesh, contour_segments, exact_outline, outline_mesh
 from synth.silhouette.noisy_outline import noisy_outline
-from synth.silhouette.outer_ring import outer_ring
 
 __all__ = [
     "Grid",
@@ -15,6 +14,5 @@ __all__ = [
     "level_outline",
     "mean_coverage",
     "noisy_outline",
-    "outer_ring",
     "outline_mesh",
 ]
