@@ -25,6 +25,7 @@ from datasets.observation import CalibratedView
 from datasets.vocabulary.camera import Intrinsics
 from datasets.vocabulary.outline import Outline, oriented
 from estimator.configuration import Configuration
+from estimator.fitting.focal_search import FocalPoses, FocalPrior, poses_with_focal
 from estimator.fitting.pose_competition import Competition, compete, protrusion_px
 from estimator.fitting.pose_refinement import Poses, Views
 from estimator.fitting.pose_search import SearchEffort, rms_ete_px, search_pose
@@ -112,6 +113,7 @@ class LeftOut:
     given_rms_px: float
     given_protrusion_px: float
     competition: Competition
+    focal: FocalPoses | None
 
     @property
     def by_tangency_deg(self) -> float:
@@ -133,6 +135,8 @@ def left_out_pose(outlines: list[Outline], views: list[CalibratedView], left: in
     noise_px, _, _ = pairwise_rms_px(particle.seen, particle.poses, known.centre)
     competition = compete(found, one, known, particle.hull.vertices, noise_px=noise_px)
     R = views[left].R_cam_particle
+    rows = competition.rows[:1]
+    focal = poses_with_focal(one, found.poses.take(rows), known, FocalPrior(np.inf), floor_px=noise_px) if len(rows) else None
     given = Poses(R[None], (R @ known.centre + views[left].t_cam_particle)[None], np.zeros(1))
     return LeftOut(
         angle_deg=np.degrees(Rotation.from_matrix(found.poses.R @ R.T).magnitude()),
@@ -140,6 +144,7 @@ def left_out_pose(outlines: list[Outline], views: list[CalibratedView], left: in
         given_rms_px=float(rms_ete_px(one, given, known)[0]),
         given_protrusion_px=float(protrusion_px(one, given, particle.hull.vertices - known.centre)[0]),
         competition=competition,
+        focal=focal,
     )
 
 
@@ -153,6 +158,7 @@ def told(view: LeftOut, view_number: int) -> dict[str, Any]:
         "error_by_tangency_alone_deg": round(view.by_tangency_deg, 2),
         "given_pose": {"rms_ete_px": round(view.given_rms_px, 3), "protrusion_px": round(view.given_protrusion_px, 2)},
         "allowed": {"rms_ete_px": round(view.competition.allowed_rms_px, 3), "protrusion_px": round(view.competition.allowed_px, 2)},
+        "focal_free": None if view.focal is None else free_focal(view.focal),
         "minima": [
             {
                 "from_given_deg": round(float(view.angle_deg[i]), 2),
@@ -162,6 +168,32 @@ def told(view: LeftOut, view_number: int) -> dict[str, Any]:
             }
             for i in rows
         ],
+    }
+
+
+def free_focal(focal: FocalPoses) -> dict[str, Any]:
+    """Focal length over the calibrated one, where it was fitted along with the pose, and its relative standard deviation."""
+    return {"over_calibrated": round(float(np.exp(focal.log_factor)), 4), "sigma": round(focal.sigma, 4), "settled": focal.settled}
+
+
+def focal_of_all(found: list[LeftOut]) -> dict[str, float]:
+    """The left-out views' focal lengths over the calibrated ones together: weighted mean, its sigma, the pulls' RMS.
+
+    Where no fit settled there is only their median sigma.
+    """
+    fitted = [f.focal for f in found if f.focal is not None]
+    settled = [f for f in fitted if f.settled]
+    if not settled:
+        return {"views": 0, "median_sigma_of_one": float(np.median([f.sigma for f in fitted]))}
+    logs, sigmas = np.array([f.log_factor for f in settled]), np.array([f.sigma for f in settled])
+    weight = sigmas**-2
+    mean = float(np.sum(weight * logs) / np.sum(weight))
+    return {
+        "views": len(settled),
+        "over_calibrated": float(np.exp(mean)),
+        "sigma": float(np.sum(weight) ** -0.5),
+        "median_sigma_of_one": float(np.median(sigmas)),
+        "pull_rms": float(np.sqrt(np.mean((logs / sigmas) ** 2))),
     }
 
 
@@ -202,6 +234,7 @@ def study(name: str, outlines: list[Outline], views: list[CalibratedView]) -> di
         "left_out_pose_error_deg": [round(a, 2) for a in angles],
         "left_out_within_5_deg": float(np.mean(np.array(angles) <= RIGHT_DEG)),
         "left_out_by_tangency_alone_within_5_deg": float(np.mean([f.by_tangency_deg <= RIGHT_DEG for f in found])),
+        "focal_free": focal_of_all(found),
         "left_out": [told(f, i + 1) for i, f in enumerate(found)],
         "fewer_views": [few_views(outlines, views, c, np.random.default_rng(SEED)) for c in FEWER if c < len(views) - 1],
     }
