@@ -20,9 +20,12 @@ from estimator.geometry.epipolar_tangency import TangencyErrors
 from estimator.motion.flight import Flight, FlightPoses, moved, poses_and_sensitivity
 
 Array = NDArray[np.float64]
-MOST_STEPS = 8
+MOST_STEPS, FINE_STEPS = 24, 8
 SETTLED, STEADY = 0.1, 0.3
-"""Shares of the standard deviations: a smaller step ends the refinement; tangencies that change places may leave steps up to the second."""
+"""Shares of the standard deviations: a smaller step ends the refinement; tangencies that change places may leave steps up to the second.
+
+So after ``FINE_STEPS`` steps the second is enough. A first fit in other weights may be ten standard deviations off, and takes more steps.
+"""
 
 
 @dataclass(frozen=True)
@@ -73,14 +76,14 @@ def refine_flight(task: FitTask, flight: Flight, settings: Refinement) -> Refine
     noise = measured_noise(errors_of(task, flight, predicted))
     task = replace(task, sightings=replace(task.sightings, silhouettes=with_noise(task.sightings.silhouettes, noise)))
     at = linearise(task, flight, settings)
-    for _ in range(MOST_STEPS):
+    for count in range(1, MOST_STEPS + 1):
         inverse = scaled_inverse(at.H)
         step = -inverse @ at.g
         flight = moved(flight, step)
         at = linearise(task, flight, settings)
         size = float(np.max(np.abs(step) / np.sqrt(np.diag(inverse))))
         settled = size < STEADY
-        if size < SETTLED:
+        if size < SETTLED or (settled and count >= FINE_STEPS):
             break
     covariance, bound = covariance_and_bound(task, at, np.diag(task.prior.precision), settings)
     return Refined(flight, at.predicted, covariance, bound, at.errors, at.frames, at.within, settled, noise)

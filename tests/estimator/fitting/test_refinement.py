@@ -1,0 +1,66 @@
+"""The last refinement: the same flight from far and near, and a status where the steps run out."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from estimator.fitting import refinement
+from estimator.fitting.refinement import Refined, Refinement, refine_flight
+from estimator.fitting.trajectory import FitTask
+from estimator.fitting.viewing_angles import with_clear_angles
+from estimator.motion.flight import N_PARAMETERS, OMEGA, THETA, V, X, moved
+from tests.estimator.fitting.test_within_sequence import seen_by_two, spinning
+
+Array = NDArray[np.float64]
+SETTINGS = Refinement(floor_px=0.04, body_noise_px=0.085, within_pairs=600)
+FLIGHT = np.r_[X, THETA, V, OMEGA]
+
+
+@pytest.fixture(scope="module")
+def task() -> FitTask:
+    return replace(with_clear_angles(seen_by_two(spinning()), spinning()), huber=4.0)
+
+
+@pytest.fixture(scope="module")
+def near(task: FitTask) -> Refined:
+    return refine_flight(task, spinning(), SETTINGS)
+
+
+def away(near: Refined, sigmas: float) -> Array:
+    """A step of the flight's twelve parameters, each by ``sigmas`` error bars, up or down."""
+    step = np.zeros(N_PARAMETERS)
+    signs = np.random.default_rng(2).choice([-1.0, 1.0], size=len(FLIGHT))
+    step[FLIGHT] = sigmas * signs * np.sqrt(np.diag(near.covariance))[FLIGHT]
+    return step
+
+
+def test_many_error_bars_away_the_same_flight_is_found(task: FitTask, near: Refined) -> None:
+    far = refine_flight(task, moved(spinning(), away(near, 40.0)), SETTINGS)
+    assert near.settled
+    assert far.settled
+    sigma = np.sqrt(np.diag(near.covariance))
+    assert np.all(np.abs(far.flight.x - near.flight.x) < 0.2 * sigma[X])
+    assert np.all(np.abs(far.flight.v - near.flight.v) < 0.2 * sigma[V])
+    assert np.all(np.abs(far.flight.omega - near.flight.omega) < 0.2 * sigma[OMEGA])
+
+
+def test_steps_that_run_out_are_told(task: FitTask, near: Refined, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(refinement, "MOST_STEPS", 1)
+    assert not refine_flight(task, moved(spinning(), away(near, 40.0)), SETTINGS).settled
+
+
+def test_after_the_fine_steps_a_steady_one_is_enough(task: FitTask, near: Refined, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Tangencies that change places may keep steps above the fine limit for ever."""
+    taken: list[float] = []
+    step_by = refinement.moved
+
+    def counted(*arguments: object) -> object:
+        taken.append(1.0)
+        return step_by(*arguments)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(refinement, "moved", counted)
+    monkeypatch.setattr(refinement, "SETTLED", 0.0)
+    refine_flight(task, near.flight, SETTINGS)
+    assert len(taken) == refinement.FINE_STEPS
