@@ -20,9 +20,9 @@ from synth.silhouette import Grid, OutlineMesh, blurred, exact_outline, grid_aro
 Array = NDArray[np.float64]
 
 FEWEST_SUBFRAMES, MOST_SUBFRAMES = 16, 256
-CELLS_PER_PX = 16
-CELLS_AT_HALF_LEVEL = 8
-"""Cells per pixel where they do not move edges."""
+CELLS_PER_PX = 8
+FINER_CELLS_PER_PX = 16
+"""Where the particle moves by less than a pixel, and a cell is not small against its way."""
 HALF = 0.5
 MOST_CELLS = 2048
 """Along one side of a picture; larger particles get a coarser grid."""
@@ -78,25 +78,26 @@ class _Scene:
     def blurred_outline(self, number: int) -> Array:
         """The outline of the picture of a whole exposure, or of its middle where only the lens blurs."""
         plan, level = self.plan, self.plan.effects.level
-        count = 1 if level is None else self.subframes(number)
+        cells, count = (CELLS_PER_PX, 1) if level is None else self.fineness(number)
         after = plan.clock.exposure_s * ((np.arange(count) + 0.5) / count - 0.5)
         outlines = [self.outline(number, float(instant)) for instant in after]
         sigma = float(plan.effects.sigma_px(self.depths_m[[number]] - self.depths_m[0])[0])
         if count == 1 and sigma == 0:
             return outlines[0]
-        grid = self.grid(np.vstack(outlines), sigma)
+        grid = _grid(np.vstack(outlines), sigma, cells)
         picture = mean_coverage(outlines, grid)
         if sigma > 0:
             picture = blurred(picture, sigma * grid.cells_per_px)
         return level_outline(picture, grid, HALF if level is None else level)
 
-    def subframes(self, number: int) -> int:
-        """So many that the particle moves by no more than a cell from one to the next."""
+    def fineness(self, number: int) -> tuple[int, int]:
+        """Cells per pixel, and so many sub-frames that the particle moves by no more than a cell from one to the next."""
         half = self.plan.clock.exposure_s / 2
         R, t = self.pose(number, np.array([-half, half]))
         before, after = (self.plan.true_camera.project(self.mesh.vertices @ R[k].T + t[k]) for k in (0, 1))
         moved = float(np.linalg.norm(after - before, axis=1).max())
-        return int(np.clip(np.ceil(moved * CELLS_PER_PX), FEWEST_SUBFRAMES, MOST_SUBFRAMES))
+        cells = FINER_CELLS_PER_PX if moved < 1 else CELLS_PER_PX
+        return cells, int(np.clip(np.ceil(moved * cells), FEWEST_SUBFRAMES, MOST_SUBFRAMES))
 
     def pose(self, number: int, after_s: Array) -> tuple[Array, Array]:
         """Poses at instants (n,) s."""
@@ -113,9 +114,9 @@ class _Scene:
         """The camera that shows the picture as it is shifted at one instant."""
         return self.plan.effects.camera_at(self.plan.true_camera, stamp_s)
 
-    def grid(self, points_px: Array, sigma_px: float) -> Grid:
-        """A grid that holds the blurred particle."""
-        margin = REACH * sigma_px + 2
-        extent = float(np.ptp(points_px, axis=0).max()) + 2 * margin
-        finest = CELLS_AT_HALF_LEVEL if self.plan.effects.level is None else CELLS_PER_PX
-        return grid_around(points_px, margin, int(np.clip(MOST_CELLS // extent, 2, finest)))
+
+def _grid(points_px: Array, sigma_px: float, cells_per_px: int) -> Grid:
+    """A grid that holds the blurred particle."""
+    margin = REACH * sigma_px + 2
+    extent = float(np.ptp(points_px, axis=0).max()) + 2 * margin
+    return grid_around(points_px, margin, int(np.clip(MOST_CELLS // extent, 2, cells_per_px)))

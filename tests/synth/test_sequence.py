@@ -34,6 +34,15 @@ def test_the_same_recipe_gives_the_same_bytes() -> None:
     np.testing.assert_array_equal(truth_a.mesh_vertices, truth_b.mesh_vertices)
 
 
+def test_without_effects_a_recipe_gives_what_it_gave_before_there_were_any() -> None:
+    """Numbers of the version before effects: the particle's, the rig's, the motion's and both noises' streams are what they were."""
+    observation, truth = build_silhouette_sequence(RECIPE, 4)
+    np.testing.assert_allclose(observation.recordings[0][11].points_px[7], [543.50997434, 751.10249528], atol=1e-8)
+    np.testing.assert_allclose(observation.view_recording[11].points_px[5], [637.94518321, 525.92247264], atol=1e-8)
+    np.testing.assert_allclose(truth.motion.q_world_body[11], [0.21677163, -0.17895644, -0.22299825, 0.93341118], atol=1e-8)
+    assert truth.effects == {}
+
+
 def test_seed_and_index_give_other_sequences() -> None:
     first = plan_sequence(RECIPE, 0)
     for other in (plan_sequence(RECIPE, 1), plan_sequence(replace(RECIPE, seed=4), 0)):
