@@ -2,6 +2,9 @@
 
 Sequences are dealt into two halves: what they share is fitted on one half, and the other half is judged with it. A sequence that is judged
 still needs its own state: that is fitted on three of every four of its frames, and only the fourth counts.
+
+What is known to be small (the hull's errors of mass, the outline offset, the instrument's discrepancy) may not be more than ``MOST``
+standard deviations of its prior when a model is judged: a base model that borrows a missing effect from there does not predict.
 """
 
 from dataclasses import dataclass, replace
@@ -13,9 +16,11 @@ from estimator.effects.model import Model
 from estimator.fitting.campaign import ArrowSolution, Campaign, CampaignState, Layout, fit_campaign, layout_of, sequence_equations, stepped
 from estimator.fitting.model_errors import SequenceTask
 from estimator.fitting.refinement import scaled_inverse
+from estimator.motion.flight import COM, INERTIA, N_PARAMETERS, OFFSET
 
 Array = NDArray[np.float64]
 EVERY, FIRST = 4, 2
+MOST = 2.0
 LOCAL_STEPS = 6
 
 
@@ -64,6 +69,7 @@ def _judge(campaign: Campaign, number: int, states: tuple[CampaignState, Campaig
     layout = layout_of(campaign, model)
     alone = replace(_part(campaign, np.array([number])), sequences=(_weighted(sequence, kept),))
     state = _with_shared(_state_of(own, np.array([number])), shared, layout)
+    state = _within_priors(state, sequence.task.prior.precision, model)
     for _ in range(LOCAL_STEPS):
         equations = sequence_equations(alone, 0, state, model)
         inverse = scaled_inverse(equations.frames.H[np.ix_(layout.local, layout.local)])
@@ -86,11 +92,20 @@ def _with_shared(own: CampaignState, learned: CampaignState, layout: Layout) -> 
     """One sequence's own state with what sequences share taken from others (of the same particle and camera)."""
     flight, theta = own.flights[0], own.theta[0].copy()
     other, values = learned.flights[0], learned.theta[0]
-    shared = layout.shared[layout.shared >= FIRST_EFFECT] - FIRST_EFFECT
+    shared = layout.shared[layout.shared >= N_PARAMETERS] - N_PARAMETERS
     theta[shared] = values[shared]
     flight = replace(flight, com=other.com, inertia=other.inertia, offset_px=other.offset_px)
     return CampaignState((flight,), (theta,))
 
 
-FIRST_EFFECT = 21
-"""Parameters of a flight come before those of effects."""
+def _within_priors(state: CampaignState, precision: Array, model: Model) -> CampaignState:
+    """The state with everything that a prior holds brought within ``MOST`` of its standard deviations."""
+    limit = MOST / np.sqrt(np.maximum(np.concatenate([precision, model.precision]), 1e-300))
+    flight = state.flights[0]
+    flight = replace(
+        flight,
+        com=np.clip(flight.com, -limit[COM], limit[COM]),
+        inertia=np.clip(flight.inertia, -limit[INERTIA], limit[INERTIA]),
+        offset_px=float(np.clip(flight.offset_px, -limit[OFFSET], limit[OFFSET])[0]),
+    )
+    return CampaignState((flight,), (np.clip(state.theta[0], -limit[N_PARAMETERS:], limit[N_PARAMETERS:]),))
