@@ -23,6 +23,7 @@ VERBS: tuple[tuple[str, str], ...] = (
     ("score", "compare estimates with the truth"),
     ("report", "write one self-contained HTML page from saved results"),
     ("bench", "time the kernel, a whole estimate and the renderer"),
+    ("challenge", "hide effects in campaigns, find them without knowing, count how often that works"),
     ("gate", "compare a run with a committed baseline; exit 1 when it got worse"),
 )
 
@@ -62,7 +63,7 @@ def _plain(error: Exception, arguments: Sequence[str]) -> int:
 
 
 def _interrupted(name: str) -> int:
-    resumable = name in {"render", "estimate", "quickstart"}
+    resumable = name in {"render", "estimate", "quickstart", "challenge"}
     again = " The same command with --resume goes on from here." if resumable else ""
     print(f"tumble: stopped. Finished items are whole.{again}", file=sys.stderr)
     return INTERRUPTED

@@ -1,0 +1,101 @@
+"""What the solver says of a campaign, as plain values: names, tests, steps, parameters, velocities, held-out errors."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from datasets.recipes.effects import sizes
+from datasets.vocabulary.effects import Scope
+from estimator.diagnosis.explain import Explanation
+from estimator.diagnosis.score_tests import ScoreTest
+from estimator.effects.curvature_bias import CurvatureBias
+from estimator.fitting.campaign import Campaign, CampaignFit
+from estimator.fitting.campaign_covariance import CampaignCovariance, campaign_covariance
+from estimator.fitting.held_out import HeldOut
+from estimator.motion.flight import N_PARAMETERS, OMEGA, V
+from estimator.registration import Registered
+from tumble.challenge.information import all_information
+
+Array = NDArray[np.float64]
+
+
+def answer(registered: Registered, explained: Explanation) -> dict[str, Any]:
+    """The whole answer to one campaign."""
+    campaign = registered.campaign
+    accepted = [step for step in explained.steps if step.accepted]
+    errors = {"base": explained.steps[0].before, "final": explained.steps[0].before} if explained.steps else {}
+    if accepted:
+        errors["final"] = accepted[-1].after
+    first = explained.steps[0].tests if explained.steps else explained.tests
+    return {
+        "found": list(explained.found),
+        "dropped": list(explained.dropped),
+        "steps": [
+            {
+                "added": s.added,
+                "group": list(s.group),
+                "p": s.p,
+                "before_px": s.before.rms_px,
+                "after_px": s.after.rms_px,
+                "accepted": s.accepted,
+            }
+            for s in explained.steps
+        ],
+        "tests": [_test(test) for test in first],
+        "information": {key: matrix.tolist() for key, matrix in all_information(campaign, explained.base, first).items()},
+        "parameters": parameters(explained.fit, explained.covariance),
+        "velocities": {
+            "base": velocities(campaign, explained.base, campaign_covariance(campaign, explained.base)),
+            "final": velocities(campaign, explained.fit, explained.covariance),
+        },
+        "held_out": {name: _held_out(value) for name, value in errors.items()},
+    }
+
+
+def _test(test: ScoreTest) -> dict[str, Any]:
+    return {"effect": test.effect.entry.key, "statistic": test.statistic, "columns": len(test.columns), "p": test.p}
+
+
+def _held_out(value: HeldOut) -> dict[str, Any]:
+    return {"rms_px": value.rms_px, "per_sequence_px": value.per_sequence_px.tolist(), "errors": value.errors}
+
+
+def parameters(fit: CampaignFit, covariance: CampaignCovariance) -> list[dict[str, Any]]:
+    """Value and standard deviation of every parameter of every effect that was added; ``is_size``: not merely searched for."""
+    rows = []
+    for effect, part in zip(fit.model.effects, fit.model.slices, strict=True):
+        if effect.entry.key == CurvatureBias.entry.key:
+            continue
+        own = effect.entry.scope is Scope.SEQUENCE
+        for sequence in range(len(fit.state.theta)) if own else (0,):
+            columns = N_PARAMETERS + np.arange(part.start, part.stop)
+            sigma = np.sqrt(np.diag(covariance.of(sequence, columns)))
+            for i, name in enumerate(effect.entry.names):
+                rows.append(
+                    {
+                        "effect": effect.entry.key,
+                        "parameter": name,
+                        "sequence": sequence if own else None,
+                        "value": float(fit.state.theta[sequence][part][i]),
+                        "sigma": float(sigma[i]),
+                        "is_size": name in sizes(effect.entry),
+                    }
+                )
+    return rows
+
+
+def velocities(campaign: Campaign, fit: CampaignFit, covariance: CampaignCovariance) -> list[dict[str, Any]]:
+    """State at the reference time of every sequence: v (m/s), omega (rad/s), world frame, with the covariance (6, 6)."""
+    columns = np.r_[np.arange(N_PARAMETERS)[V], np.arange(N_PARAMETERS)[OMEGA]]
+    rows: list[dict[str, Any]] = []
+    for number, (sequence, flight) in enumerate(zip(campaign.sequences, fit.state.flights, strict=True)):
+        state = {"v_world": flight.v.tolist(), "omega_world": flight.omega.tolist()}
+        rows.append({"sequence": sequence.name, "time_s": flight.time_s, **state, "covariance": covariance.of(number, columns).tolist()})
+    return rows
+
+
+def no_answer(reasons: Sequence[str]) -> dict[str, Any]:
+    """The answer to a campaign of which nothing could be measured."""
+    return {"found": [], "dropped": [], "steps": [], "tests": [], "parameters": [], "reasons": list(reasons)}

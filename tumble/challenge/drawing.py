@@ -1,0 +1,232 @@
+"""What is hidden: kinds and sizes of effects, drawn at random.
+
+A size is drawn log-uniformly between multiples of the 95% detection limit along its direction; directions are isotropic in units of the
+catalogue's plausible ranges. Dropped frames come in whole numbers, a vibration's frequency is log-uniform within the range that is
+searched, and no size passes what nature can be told to do (``LARGEST``).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from datasets.recipes.effects import KNOWN, sizes
+from datasets.recipes.recipe import EffectRecipe, MotionRecipe, ParticleRecipe, Recipe, RigRecipe
+from datasets.recipes.synth_only import SYNTH_ONLY
+from datasets.vocabulary.effects import EFFECTS, EffectEntry, Scope
+from estimator.effects.link import Setting
+from estimator.effects.registry import MODELS
+from tumble.challenge.cases import Case, Kind
+from tumble.challenge.limits import LimitTable, limit_along
+
+Array = NDArray[np.float64]
+
+LARGEST = {
+    "frame_rate": 0.3,
+    "centre_of_mass": 1e-3,
+    "inertia_ratios": 0.5,
+    "length_scale": 0.3,
+    "view_outline_offset": 10.0,
+    "radial_distortion": 4.0,
+    "tangential_distortion": 4.0,
+    "principal_point": 400.0,
+    "focal_length": 0.7,
+    "camera_vibration": 20.0,
+    "defocus_growth": 300.0,
+    "motion_blur_threshold": 0.4,
+    "rolling_shutter": 1e-6,
+    "trigger_jitter": 1e-4,
+    "outline_offset": 4.0,
+    "blooming": 4.0,
+    "rim_light_leak": 4.0,
+}
+"""Largest size of any parameter: beyond it a picture has no outline, a body no mass, a lens no inverse. Distortions: times plausible."""
+RELATIVE_TO_PLAUSIBLE = ("radial_distortion", "tangential_distortion")
+MOST_DROPPED = 3
+VIEWS_PER_DROP = 6
+WALL_M = (0.075, 0.095)
+"""Distance of a wall from the optical axis: just outside the picture's corners."""
+WALL_ACCELERATION_MS2, WALL_REFERENCE_M = (0.5, 5.0), 0.05
+THRUST_MS2, THRUST_ARM_M = (0.5, 5.0), (2e-4, 1e-3)
+DRIFT, DRIFT_TIME_S = (0.003, 0.03), (0.005, 0.03)
+
+
+@dataclass(frozen=True)
+class Shape:
+    """What every campaign consists of; ``particles``: mesh files, none for bodies of the procedural family."""
+
+    sequences: int = 4
+    frames: int = 80
+    views: int = 40
+    rendered: bool = False
+    particles: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Counts:
+    """How many cases of each kind."""
+
+    singles: int = 325
+    controls: int = 120
+    pairs: int = 60
+    outside: int = 60
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """Range of sizes over the 95% detection limit, of single effects and of each of a pair."""
+
+    single: tuple[float, float] = (0.5, 10.0)
+    pair: tuple[float, float] = (1.0, 10.0)
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Everything that decides a challenge but the seed. ``keys``: the effects drawn from."""
+
+    shape: Shape
+    counts: Counts
+    sizes: Sizes
+    table: LimitTable
+    keys: tuple[str, ...] = tuple(EFFECTS)
+
+
+def draw_cases(plan: Plan, seed: int) -> tuple[Case, ...]:
+    """All cases in their shuffled order; effects take turns, so each is hidden equally often."""
+    rng = np.random.default_rng([seed, 0])
+    chosen: list[tuple[Kind, tuple[str, ...]]] = [("control", ())] * plan.counts.controls
+    chosen += [("single", keys) for keys in _in_turn([(key,) for key in plan.keys], plan.counts.singles, rng)]
+    chosen += [("pair", keys) for keys in _in_turn(list(combinations(plan.keys, 2)), plan.counts.pairs, rng)]
+    chosen += [("outside", keys) for keys in _in_turn([(key,) for key in SYNTH_ONLY], plan.counts.outside, rng)]
+    order = rng.permutation(len(chosen))
+    width = max(3, len(str(len(chosen))))
+    return tuple(
+        draw_case(plan, chosen[which], f"c{number + 1:0{width}d}", np.random.default_rng([seed, 1, number]))
+        for number, which in enumerate(order)
+    )
+
+
+def _in_turn(options: Sequence[tuple[str, ...]], count: int, rng: np.random.Generator) -> list[tuple[str, ...]]:
+    """``count`` of the options, every one as often as any other or once more."""
+    if not options:
+        return []
+    turns = [rng.permutation(len(options)) for _ in range(-(-count // len(options)))]
+    return [options[i] for i in np.concatenate([np.zeros(0, dtype=np.int64), *turns])[:count].astype(int)]
+
+
+def draw_case(plan: Plan, what: tuple[Kind, tuple[str, ...]], name: str, rng: np.random.Generator) -> Case:
+    """One case: its particle, its flights' seed, and the sizes of what is hidden."""
+    kind, keys = what
+    span = plan.sizes.pair if kind == "pair" else plan.sizes.single
+    drawn = [draw_effect(plan, key, span, rng) for key in keys]
+    shape = plan.shape
+    recipe = Recipe(
+        name=name,
+        seed=int(rng.integers(2**31)),
+        sequences=shape.sequences,
+        same_particle=True,
+        tier="rendered" if shape.rendered else "silhouette",
+        particle=_particle(shape, rng),
+        motion=MotionRecipe(frames=shape.frames),
+        rig=RigRecipe(drops=-(-shape.views // VIEWS_PER_DROP)),
+        effects=tuple(effect for effect, _ in drawn),
+    )
+    return Case(name, kind, recipe, shape.views, {effect.key: ratio for effect, ratio in drawn})
+
+
+def _particle(shape: Shape, rng: np.random.Generator) -> ParticleRecipe:
+    draw, irregularity = float(rng.random()), float(rng.uniform(0.3, 0.8))
+    if shape.particles:
+        return ParticleRecipe(files=(shape.particles[int(draw * len(shape.particles))],))
+    return ParticleRecipe(family="cut_stone" if draw < 0.5 else "jagged", irregularity=irregularity)
+
+
+def draw_effect(plan: Plan, key: str, span: tuple[float, float], rng: np.random.Generator) -> tuple[EffectRecipe, float]:
+    """An effect with its values, and its size over the detection limit (NaN where no limit is known)."""
+    outside = {"wall_attraction": _wall, "outgassing_thrust": _thrust, "thermal_focus_drift": _drift}
+    if key in outside:
+        return EffectRecipe(key, outside[key](rng)), float("nan")
+    entry = EFFECTS[key]
+    amounts, ratio = _dropped(plan, rng) if key == "dropped_frames" else _amounts(plan, entry, span, rng)
+    values: dict[str, float | tuple[float, ...]] = {}
+    for name, column in zip(sizes(entry), amounts.T, strict=True):
+        values[name] = tuple(float(v) for v in column) if entry.scope is Scope.SEQUENCE else float(column[0])
+    return EffectRecipe(key, {**values, **_searched(plan, entry, rng)}), ratio
+
+
+def _amounts(plan: Plan, entry: EffectEntry, span: tuple[float, float], rng: np.random.Generator) -> tuple[Array, float]:
+    """Sizes (sequences or 1, q) in a random direction, and their length over the limit along it."""
+    rows = plan.shape.sequences if entry.scope is Scope.SEQUENCE else 1
+    directed = _direction(entry, rows, rng)
+    limit = limit_along(plan.table, entry.key, directed)
+    wanted = float(np.exp(rng.uniform(*np.log(span))))
+    largest = LARGEST.get(entry.key, np.inf)
+    bound = _half_ranges(entry) if entry.key in RELATIVE_TO_PLAUSIBLE else np.ones(directed.shape[1])
+    reach = float(np.min(largest * bound / np.maximum(np.abs(directed), 1e-300))) / limit
+    if wanted > reach:
+        low = min(span[0], reach / 2)
+        wanted = float(np.exp(rng.uniform(np.log(low), np.log(reach))))
+    return directed * limit * wanted, wanted
+
+
+def _direction(entry: EffectEntry, rows: int, rng: np.random.Generator) -> Array:
+    """Isotropic in units of the plausible ranges; positive where only positive values make sense."""
+    low = np.array([p.plausible[0] for p in entry.parameters if p.name in sizes(entry)])
+    direction = rng.normal(size=(rows, len(low)))
+    direction = np.where(low >= 0, np.abs(direction), direction)
+    return np.asarray(direction / np.linalg.norm(direction) * _half_ranges(entry))
+
+
+def _half_ranges(entry: EffectEntry) -> Array:
+    return np.array([p.plausible[1] for p in entry.parameters if p.name in sizes(entry)])
+
+
+def _dropped(plan: Plan, rng: np.random.Generator) -> tuple[Array, float]:
+    """Whole numbers of frames, in at least one sequence; the ratio is what these numbers come to."""
+    rows = plan.shape.sequences
+    hit = rng.random(rows) < 0.5
+    hit[rng.integers(rows)] = True
+    count = np.where(hit, rng.integers(1, MOST_DROPPED + 1, size=rows), 0)[:, None].astype(np.float64)
+    return count, 1.0 / limit_along(plan.table, "dropped_frames", count)
+
+
+def _searched(plan: Plan, entry: EffectEntry, rng: np.random.Generator) -> dict[str, float | tuple[float, ...]]:
+    """Values of the parameters that are searched for and are no sizes."""
+    if entry.key == "dropped_frames":
+        frames = plan.shape.frames
+        return {"after_frame": tuple(float(f) for f in rng.integers(frames // 10, frames - frames // 10, size=plan.shape.sequences))}
+    if entry.key == "camera_vibration":
+        tried = MODELS[entry.key].starts(_setting(plan.shape))[:, -1]
+        return {"frequency": float(np.exp(rng.uniform(np.log(tried.min()), np.log(tried.max()))))}
+    return {}
+
+
+def _setting(shape: Shape) -> Setting:
+    times = np.arange(shape.frames) / MotionRecipe().frame_rate_hz
+    return Setting(times, 0.0, np.zeros(3), np.ones(3))
+
+
+def _log_uniform(span: tuple[float, float], rng: np.random.Generator) -> float:
+    return float(np.exp(rng.uniform(*np.log(span))))
+
+
+def _wall(rng: np.random.Generator) -> dict[str, float | tuple[float, ...]]:
+    """A wall beside the picture, at any angle about the optical axis."""
+    angle = float(rng.uniform(0.0, 2.0 * np.pi))
+    strength = _log_uniform(WALL_ACCELERATION_MS2, rng) * WALL_REFERENCE_M**2
+    position = -float(rng.uniform(*WALL_M))
+    return {"strength": strength, "normal_x": np.cos(angle).item(), "normal_y": np.sin(angle).item(), "normal_z": 0.0, "position": position}
+
+
+def _thrust(rng: np.random.Generator) -> dict[str, float | tuple[float, ...]]:
+    thrust, arm = rng.normal(size=3), rng.normal(size=3)
+    thrust *= _log_uniform(THRUST_MS2, rng) / np.linalg.norm(thrust)
+    arm *= float(rng.uniform(*THRUST_ARM_M)) / np.linalg.norm(arm)
+    return {name: float(value) for name, value in zip(KNOWN["outgassing_thrust"].names, (*thrust, *arm), strict=True)}
+
+
+def _drift(rng: np.random.Generator) -> dict[str, float | tuple[float, ...]]:
+    sign = 1.0 if rng.random() < 0.5 else -1.0
+    return {"relative": sign * _log_uniform(DRIFT, rng), "time_constant": _log_uniform(DRIFT_TIME_S, rng)}

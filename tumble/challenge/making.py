@@ -1,0 +1,90 @@
+"""Makes the campaigns of a challenge, one per item: observations under neutral names, and what is true apart from them."""
+
+import shutil
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from datasets.dataset_files import observation_folder, truth_folder
+from datasets.errors import InputError
+from datasets.observation import Observation, Recording
+from datasets.observation_files import read_observation, write_observation
+from datasets.truth import Truth
+from datasets.truth_files import read_truth, write_truth
+from synth.rendering.sequence import render_sequence
+from synth.sequence import build_silhouette_campaign
+from tumble.challenge.cases import CASE_FILE, Case, campaign_folder, case_folder, case_from_dict, case_to_dict, sequence_name, write_case
+from tumble.engine import Item, Outcome, run
+from tumble.progress import progress
+
+ATTEMPTS = 20
+STAGING = ".rendered"
+
+
+def make_campaigns(cases: Sequence[Case], out: Path, *, jobs: int, quiet: bool) -> tuple[Outcome, ...]:
+    """Make every campaign that ``out`` lacks."""
+    items = [_item(case, out) for case in cases]
+    with progress("make", len(items), quiet=quiet) as advance:
+        return run(make_item, items, jobs=jobs, advance=advance)
+
+
+def _item(case: Case, out: Path) -> Item:
+    return Item(case.name, {"case": case_to_dict(case), "out": str(out)}, case_folder(out, case.name) / CASE_FILE)
+
+
+def make_item(payload: dict[str, Any]) -> dict[str, Any]:
+    """Make one campaign; the file that says what is hidden is written last."""
+    case, out = case_from_dict(payload["case"]), Path(payload["out"])
+    case, made = _made(case, out)
+    for index, (observation, truth) in enumerate(made):
+        name = sequence_name(case.name, index)
+        write_truth(replace(truth, name=name), case_folder(out, case.name) / name)
+        shown = neutral(observation, name, case.views)
+        write_observation(shown, observation_folder(campaign_folder(out, case.name), name))
+    shutil.rmtree(_staging(case, out), ignore_errors=True)
+    write_case(case, case_folder(out, case.name) / CASE_FILE)
+    return {"name": case.name}
+
+
+def neutral(observation: Observation, name: str, views: int) -> Observation:
+    """An observation that says nothing but what was seen: another name, no mass (an effect may change it), the first ``views`` views.
+
+    Pictures of views are shown whole.
+    """
+    recording: Recording = observation.view_recording
+    if isinstance(recording, Sequence):
+        return replace(observation, name=name, mass_kg=None, views=observation.views[:views], view_recording=tuple(recording)[:views])
+    return replace(observation, name=name, mass_kg=None)
+
+
+def build(case: Case) -> list[tuple[Observation, Truth]]:
+    """The sequences of a case of the silhouette tier, in memory, as the solver gets them."""
+    made = build_silhouette_campaign(case.recipe)
+    return [
+        (neutral(o, sequence_name(case.name, i), case.views), replace(t, name=sequence_name(case.name, i))) for i, (o, t) in enumerate(made)
+    ]
+
+
+def _made(case: Case, out: Path) -> tuple[Case, list[tuple[Observation, Truth]]]:
+    """The sequences, and the case with the seed that gave flights that stay in the picture."""
+    seeds = np.random.SeedSequence(case.recipe.seed).generate_state(ATTEMPTS)
+    for seed in (case.recipe.seed, *(int(s >> 1) for s in seeds)):
+        tried = replace(case, recipe=replace(case.recipe, seed=seed))
+        try:
+            return tried, _rendered(tried, out) if tried.recipe.tier == "rendered" else build(tried)
+        except InputError as error:
+            failure = error
+    raise failure
+
+
+def _staging(case: Case, out: Path) -> Path:
+    return case_folder(out, case.name) / STAGING
+
+
+def _rendered(case: Case, out: Path) -> list[tuple[Observation, Truth]]:
+    staging = _staging(case, out)
+    names = [render_sequence(case.recipe, index, staging) for index in range(case.recipe.sequences)]
+    return [(read_observation(observation_folder(staging, name)), read_truth(truth_folder(staging, name))) for name in names]

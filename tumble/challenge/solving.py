@@ -1,0 +1,93 @@
+"""Solves campaigns from their observations alone, one per item: finds the particle, fits, explains. Reads no truth."""
+
+import json
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from datasets.atomic_files import written_whole
+from datasets.errors import InputError
+from datasets.json_documents import plain
+from datasets.observation_files import read_observation
+from estimator.configuration import configuration_from_dict
+from estimator.diagnosis.explain import Rules, explain
+from estimator.effects.link import EffectModel
+from estimator.effects.registry import MODELS
+from estimator.registration import Registered, register
+from tumble.challenge.answers import answer, no_answer
+from tumble.challenge.cases import CAMPAIGNS
+from tumble.engine import Item, Outcome, run
+from tumble.progress import progress
+from tumble.result_files import observations_in
+
+SUFFIX = ".answer.json"
+UNTESTED = ("trigger_jitter",)
+"""Effects of the catalogue without a column of the fit."""
+
+
+def catalogue() -> Mapping[str, EffectModel]:
+    """The effects that are looked for."""
+    return {key: model for key, model in MODELS.items() if key not in UNTESTED}
+
+
+def campaigns_in(source: Path) -> tuple[Path, ...]:
+    """Campaign folders of a challenge, of a ``campaigns`` folder, or ``source`` itself.
+
+    Raises
+    ------
+    InputError
+        Where there is none.
+    """
+    if (source / "observations").is_dir():
+        return (source,)
+    root = source / CAMPAIGNS if (source / CAMPAIGNS).is_dir() else source
+    found = tuple(sorted(path.parent for path in root.glob("*/observations"))) if root.is_dir() else ()
+    if not found:
+        raise InputError(
+            f"{source}: expected campaigns (folders with observations/ in them), came {'none' if root.is_dir() else 'nothing'}."
+        )
+    return found
+
+
+def answer_path(out: Path, campaign: str) -> Path:
+    """Where the answer to a campaign lies."""
+    return out / f"{campaign}{SUFFIX}"
+
+
+def solve_campaigns(source: Path, configuration: dict[str, Any], out: Path, *, jobs: int, quiet: bool) -> tuple[Outcome, ...]:
+    """Solve every campaign of ``source`` that ``out`` lacks."""
+    items = []
+    for folder in campaigns_in(source):
+        product = answer_path(out, folder.name)
+        items.append(Item(folder.name, {"campaign": str(folder), "configuration": configuration, "product": str(product)}, product))
+    with progress("solve", len(items), quiet=quiet) as advance:
+        return run(solve_item, items, jobs=jobs, advance=advance)
+
+
+def registered_campaign(folder: Path, configuration: dict[str, Any]) -> Registered:
+    """The campaign of a folder, found and fitted sequence by sequence."""
+    observations = [read_observation(path) for path in observations_in(folder)]
+    return register(observations, configuration_from_dict(configuration))
+
+
+def solve_item(payload: dict[str, Any]) -> dict[str, Any]:
+    """Solve one campaign and write the answer."""
+    folder, product = Path(payload["campaign"]), Path(payload["product"])
+    result = {"campaign": folder.name, **solved(folder, payload["configuration"])}
+    with written_whole(product) as temporary:
+        temporary.write_text(json.dumps(plain(result), indent=1) + "\n", encoding="utf-8")
+    return {"found": result["found"]}
+
+
+def solved(folder: Path, configuration: dict[str, Any]) -> dict[str, Any]:
+    """The answer to one campaign, with the CPU time it took."""
+    began = time.process_time()
+    registered = registered_campaign(folder, configuration)
+    found = time.process_time()
+    left_out = [f"{each.name}: {each.reason}" for each in registered.left_out]
+    if not registered.campaign.sequences:
+        return {**no_answer(left_out), "left_out": left_out, "cpu_s": {"register": found - began, "explain": 0.0}}
+    explained = explain(registered.campaign, registered.start, catalogue(), Rules())
+    cpu = {"register": found - began, "explain": time.process_time() - found}
+    return {**answer(registered, explained), "left_out": left_out, "cpu_s": cpu}

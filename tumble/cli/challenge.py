@@ -1,0 +1,159 @@
+"""``tumble challenge``: campaigns with something hidden in them, made, solved without knowing, and scored."""
+
+import argparse
+import json
+import secrets
+import shutil
+from collections.abc import Callable
+from dataclasses import asdict
+from pathlib import Path
+
+from datasets.errors import InputError
+from tumble.challenge.cases import CAMPAIGNS, TRUTH
+from tumble.challenge.drawing import Counts, Plan, Shape, Sizes, draw_cases
+from tumble.challenge.limit_making import development_controls, measure_controls, table_of
+from tumble.challenge.limits import TABLE, read_table, write_table
+from tumble.challenge.making import make_campaigns
+from tumble.challenge.solving import campaigns_in, solve_campaigns
+from tumble.cli.options import add_configuration, add_jobs, add_output, positive, verb_parser
+from tumble.cli.outcomes import exit_code, report_failures
+from tumble.configuring import load_configuration
+from tumble.output_directory import Run, output_directory, read_run
+
+Part = tuple[str, str, Callable[[argparse.ArgumentParser], None], Callable[[argparse.Namespace], int]]
+
+
+def parser() -> argparse.ArgumentParser:
+    """The verb's options."""
+    verb = verb_parser(
+        "challenge",
+        description="Hide effects in campaigns, find them without knowing, and count how often that works.",
+        example="tumble challenge make --out out/challenge",
+    )
+    parts = verb.add_subparsers(dest="part", required=True, metavar="PART")
+    for name, text, options, _ in PARTS:
+        part = parts.add_parser(name, help=text, description=text)
+        options(part)
+        part.add_argument("-v", "--verbose", action="store_true", help=argparse.SUPPRESS)
+        part.add_argument("-q", "--quiet", action="store_true", help="no progress and no tables; errors only")
+    return verb
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run one part."""
+    return {name: action for name, _, _, action in PARTS}[arguments.part](arguments)
+
+
+def _shape_options(part: argparse.ArgumentParser) -> None:
+    part.add_argument("--sequences", type=positive, default=Shape.sequences, metavar="N", help="per campaign (default: %(default)s)")
+    part.add_argument("--frames", type=positive, default=Shape.frames, metavar="N", help="per sequence (default: %(default)s)")
+    part.add_argument("--views", type=positive, default=Shape.views, metavar="N", help="calibrated views (default: %(default)s)")
+    part.add_argument("--particles", type=Path, metavar="FOLDER", help="scanned particles (PLY) instead of the procedural ones")
+
+
+def _shape(arguments: argparse.Namespace) -> Shape:
+    folder = arguments.particles
+    files = tuple(sorted(str(path) for path in folder.glob("*.ply"))) if folder else ()
+    if folder and not files:
+        raise InputError(f"{folder}: expected scanned particles (*.ply), found none.")
+    rendered = getattr(arguments, "tier", "silhouette") == "rendered"
+    return Shape(arguments.sequences, arguments.frames, arguments.views, rendered, files)
+
+
+def _make_options(part: argparse.ArgumentParser) -> None:
+    _shape_options(part)
+    for field, count in asdict(Counts()).items():
+        part.add_argument(f"--{field}", type=int, default=count, metavar="N", help=f"cases of kind {field} (default: %(default)s)")
+    part.add_argument("--tier", choices=("silhouette", "rendered"), default="silhouette")
+    part.add_argument("--seed", type=int, help="what everything is drawn from (default: drawn anew); kept under truth/ only")
+    part.add_argument("--effects", help="comma-separated keys to draw from (default: the whole catalogue)")
+    part.add_argument("--limits", type=Path, default=TABLE, metavar="FILE", help="table of detection limits")
+    part.add_argument("--smallest", type=float, default=Sizes().single[0], help="size over the 95%% limit (default: %(default)s)")
+    part.add_argument("--largest", type=float, default=Sizes().single[1], help="size over the 95%% limit (default: %(default)s)")
+    add_output(part, default="out/challenge")
+    add_jobs(part)
+
+
+def _make(arguments: argparse.Namespace) -> int:
+    table = read_table(arguments.limits)
+    keys = tuple(arguments.effects.split(",")) if arguments.effects else tuple(table.effects)
+    for key in keys:
+        if key not in table.effects:
+            raise InputError(f"--effects {key}: expected effects with a detection limit in {arguments.limits}: {', '.join(table.effects)}.")
+    counts = Counts(arguments.singles, arguments.controls, arguments.pairs, arguments.outside)
+    smallest, largest = arguments.smallest, arguments.largest
+    plan = Plan(_shape(arguments), counts, Sizes((smallest, largest), (max(smallest, 1.0), max(largest, 1.0))), table, keys)
+    seed = _seed(arguments)
+    configuration = {"shape": asdict(plan.shape), "counts": asdict(counts), "sizes": asdict(plan.sizes), "effects": list(keys)}
+    if arguments.force:
+        shutil.rmtree(arguments.out / CAMPAIGNS, ignore_errors=True)
+    described = Run("challenge make", {**configuration, "seed": seed}, seed)
+    with output_directory(arguments.out / TRUTH, described, resume=arguments.resume, force=arguments.force) as truth:
+        outcomes = make_campaigns(draw_cases(plan, seed), arguments.out, jobs=arguments.jobs, quiet=arguments.quiet)
+        report_failures(truth, outcomes)
+    if not arguments.quiet:
+        print(f"{len(outcomes)} campaigns are in {arguments.out}\nnext: tumble challenge solve {arguments.out}")
+    return exit_code(outcomes)
+
+
+def _seed(arguments: argparse.Namespace) -> int:
+    """The seed given, that of the run to resume, or a new one."""
+    before = read_run(arguments.out / TRUTH) if arguments.resume else None
+    if arguments.seed is not None:
+        return int(arguments.seed)
+    return int(before["seed"]) if before else secrets.randbits(48)
+
+
+def _solve_options(part: argparse.ArgumentParser) -> None:
+    part.add_argument("challenge", type=Path, metavar="CHALLENGE", help="a challenge, its campaigns folder, or one campaign")
+    add_configuration(part, what="the estimator's configuration")
+    add_output(part, default="out/challenge_answers")
+    add_jobs(part)
+
+
+def _solve(arguments: argparse.Namespace) -> int:
+    configuration = load_configuration(arguments.config, arguments.settings)
+    campaigns_in(arguments.challenge)
+    described = Run("challenge solve", {"challenge": str(arguments.challenge.resolve()), **configuration})
+    with output_directory(arguments.out, described, resume=arguments.resume, force=arguments.force) as out:
+        outcomes = solve_campaigns(arguments.challenge, configuration, out, jobs=arguments.jobs, quiet=arguments.quiet)
+        report_failures(out, outcomes)
+    if not arguments.quiet:
+        print(f"{len(outcomes)} answers are in {arguments.out}\nnext: tumble challenge score {arguments.challenge} {arguments.out}")
+    return exit_code(outcomes)
+
+
+def _limits_options(part: argparse.ArgumentParser) -> None:
+    _shape_options(part)
+    part.add_argument("--controls", type=positive, default=12, metavar="N", help="campaigns with nothing hidden (default: %(default)s)")
+    part.add_argument("--seed", type=int, default=1, help="of these controls (default: %(default)s)")
+    part.add_argument("--table", type=Path, default=TABLE, metavar="FILE", help="where to write the table")
+    add_output(part, default="out/detection_limits")
+    add_jobs(part)
+
+
+def _limits(arguments: argparse.Namespace) -> int:
+    shape = _shape(arguments)
+    described = Run("challenge limits", {"shape": asdict(shape), "controls": arguments.controls, "seed": arguments.seed}, arguments.seed)
+    with output_directory(arguments.out, described, resume=arguments.resume, force=arguments.force) as out:
+        cases = development_controls(shape, arguments.controls, arguments.seed)
+        outcomes = measure_controls(cases, out, jobs=arguments.jobs, quiet=arguments.quiet)
+        report_failures(out, outcomes)
+        write_table(table_of(sorted(out.glob("c*.json")), shape, arguments.seed), arguments.table)
+    if not arguments.quiet:
+        _say_limits(arguments.table)
+    return exit_code(outcomes)
+
+
+def _say_limits(path: Path) -> None:
+    for key, entry in json.loads(path.read_text(encoding="utf-8"))["effects"].items():
+        for row in entry["limits"]:
+            found = f"{row['found_in_half']:.3g} in half, {row['found_in_95_percent']:.3g} in 95% of cases"
+            print(f"{key:24} {row['parameter']:12} {found} ({row['lowest']:.3g} to {row['highest']:.3g}) {row['unit']}")
+
+
+PARTS: tuple[Part, ...] = (
+    ("make", "draw and make campaigns; what is hidden goes under truth/", _make_options, _make),
+    ("solve", "find what is hidden from observations alone", _solve_options, _solve),
+    ("limits", "write the table of detection limits from campaigns with nothing hidden", _limits_options, _limits),
+)
