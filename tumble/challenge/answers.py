@@ -21,8 +21,8 @@ from tumble.challenge.information import all_information
 Array = NDArray[np.float64]
 
 
-def answer(registered: Registered, explained: Explanation) -> dict[str, Any]:
-    """The whole answer to one campaign."""
+def answer(registered: Registered, explained: Explanation, *, alpha: float) -> dict[str, Any]:
+    """The whole answer to one campaign; ``alpha``: corrected p-value below which something is missing."""
     campaign = registered.campaign
     accepted = [step for step in explained.steps if step.accepted]
     errors = {"base": explained.steps[0].before, "final": explained.steps[0].before} if explained.steps else {}
@@ -32,6 +32,7 @@ def answer(registered: Registered, explained: Explanation) -> dict[str, Any]:
     return {
         "found": list(explained.found),
         "dropped": list(explained.dropped),
+        **unexplained(explained, alpha),
         "steps": [
             {
                 "added": s.added,
@@ -45,13 +46,19 @@ def answer(registered: Registered, explained: Explanation) -> dict[str, Any]:
         ],
         "tests": [_test(test) for test in first],
         "information": {key: matrix.tolist() for key, matrix in all_information(campaign, explained.base, first).items()},
-        "parameters": parameters(explained.fit, explained.covariance),
+        "parameters": parameters(campaign, explained.fit, explained.covariance),
         "velocities": {
             "base": velocities(campaign, explained.base, campaign_covariance(campaign, explained.base)),
             "final": velocities(campaign, explained.fit, explained.covariance),
         },
         "held_out": {name: _held_out(value) for name, value in errors.items()},
     }
+
+
+def unexplained(explained: Explanation, alpha: float) -> dict[str, Any]:
+    """Whether something is left that no effect of the catalogue explains, and at which stage it sits (empty where that is not said)."""
+    p = min((test.p for test in explained.tests), default=1.0) * len(explained.tests)
+    return {"unknown": p <= alpha, "stage": "", "p_left": p}
 
 
 def _test(test: ScoreTest) -> dict[str, Any]:
@@ -62,7 +69,7 @@ def _held_out(value: HeldOut) -> dict[str, Any]:
     return {"rms_px": value.rms_px, "per_sequence_px": value.per_sequence_px.tolist(), "errors": value.errors}
 
 
-def parameters(fit: CampaignFit, covariance: CampaignCovariance) -> list[dict[str, Any]]:
+def parameters(campaign: Campaign, fit: CampaignFit, covariance: CampaignCovariance) -> list[dict[str, Any]]:
     """Value and standard deviation of every parameter of every effect that was added; ``is_size``: not merely searched for."""
     rows = []
     for effect, part in zip(fit.model.effects, fit.model.slices, strict=True):
@@ -77,7 +84,7 @@ def parameters(fit: CampaignFit, covariance: CampaignCovariance) -> list[dict[st
                     {
                         "effect": effect.entry.key,
                         "parameter": name,
-                        "sequence": sequence if own else None,
+                        "sequence": campaign.sequences[sequence].name if own else None,
                         "value": float(fit.state.theta[sequence][part][i]),
                         "sigma": float(sigma[i]),
                         "is_size": name in sizes(effect.entry),
@@ -98,4 +105,4 @@ def velocities(campaign: Campaign, fit: CampaignFit, covariance: CampaignCovaria
 
 def no_answer(reasons: Sequence[str]) -> dict[str, Any]:
     """The answer to a campaign of which nothing could be measured."""
-    return {"found": [], "dropped": [], "steps": [], "tests": [], "parameters": [], "reasons": list(reasons)}
+    return {"found": [], "dropped": [], "unknown": False, "stage": "", "steps": [], "tests": [], "parameters": [], "reasons": list(reasons)}

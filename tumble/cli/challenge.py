@@ -8,13 +8,19 @@ from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
 
+from datasets.atomic_files import written_whole
 from datasets.errors import InputError
-from tumble.challenge.cases import CAMPAIGNS, TRUTH
+from datasets.json_documents import plain
+from tumble.challenge.acceptance import acceptance, line_of
+from tumble.challenge.cases import CAMPAIGNS, TRUTH, read_cases
 from tumble.challenge.drawing import Counts, Plan, Shape, Sizes, draw_cases
 from tumble.challenge.limit_making import development_controls, measure_controls, table_of
 from tumble.challenge.limits import TABLE, read_table, write_table
 from tumble.challenge.making import make_campaigns
-from tumble.challenge.solving import campaigns_in, solve_campaigns
+from tumble.challenge.oracle import ask_oracle
+from tumble.challenge.scoring import score_cases
+from tumble.challenge.solving import answer_path, campaigns_in, solve_campaigns
+from tumble.challenge.summary import summary, write_tables
 from tumble.cli.options import add_configuration, add_jobs, add_output, positive, verb_parser
 from tumble.cli.outcomes import exit_code, report_failures
 from tumble.configuring import load_configuration
@@ -123,6 +129,37 @@ def _solve(arguments: argparse.Namespace) -> int:
     return exit_code(outcomes)
 
 
+def _score_options(part: argparse.ArgumentParser) -> None:
+    part.add_argument("challenge", type=Path, metavar="CHALLENGE", help="the challenge, with its truth")
+    part.add_argument("answers", type=Path, metavar="ANSWERS", help="what `tumble challenge solve` wrote")
+    part.add_argument("--limits", type=Path, default=TABLE, metavar="FILE", help="table of detection limits")
+    part.add_argument("--no-oracle", action="store_true", help="leave out the fits with the true effects")
+    part.add_argument("--result", type=Path, metavar="FILE.json", help="where to write the summary beside --out")
+    add_configuration(part, what="the estimator's configuration, for the oracle")
+    add_output(part, default="out/challenge_score")
+    add_jobs(part)
+
+
+def _score(arguments: argparse.Namespace) -> int:
+    configuration, table = load_configuration(arguments.config, arguments.settings), read_table(arguments.limits)
+    cases = [case for case in read_cases(arguments.challenge) if answer_path(arguments.answers, case.name).is_file()]
+    asked = [] if arguments.no_oracle else [case for case in cases if case.kind != "control"]
+    described = Run("challenge score", {"challenge": str(arguments.challenge.resolve()), "answers": str(arguments.answers.resolve())})
+    with output_directory(arguments.out, described, resume=arguments.resume, force=arguments.force) as out:
+        outcomes = ask_oracle(asked, arguments.challenge, configuration, out, jobs=arguments.jobs, quiet=arguments.quiet)
+        report_failures(out, outcomes)
+        scored = score_cases(cases, arguments.challenge, arguments.answers, out, table)
+        write_tables(scored, out)
+        text = json.dumps(plain(summary(scored, table)), indent=1) + "\n"
+        for path in (out / "summary.json", *([arguments.result] if arguments.result else [])):
+            path.parent.mkdir(parents=True, exist_ok=True)
+            with written_whole(path) as temporary:
+                temporary.write_text(text, encoding="utf-8")
+    if not arguments.quiet:
+        print("\n".join(line_of(figure) for figure in acceptance(scored)))
+    return exit_code(outcomes) if outcomes else 0
+
+
 def _limits_options(part: argparse.ArgumentParser) -> None:
     _shape_options(part)
     part.add_argument("--controls", type=positive, default=12, metavar="N", help="campaigns with nothing hidden (default: %(default)s)")
@@ -155,5 +192,6 @@ def _say_limits(path: Path) -> None:
 PARTS: tuple[Part, ...] = (
     ("make", "draw and make campaigns; what is hidden goes under truth/", _make_options, _make),
     ("solve", "find what is hidden from observations alone", _solve_options, _solve),
+    ("score", "compare answers with what was hidden; print every line of acceptance", _score_options, _score),
     ("limits", "write the table of detection limits from campaigns with nothing hidden", _limits_options, _limits),
 )

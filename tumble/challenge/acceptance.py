@@ -1,0 +1,158 @@
+"""The challenge's acceptance: each figure with its number of cases, its interval, what was asked for, and whether it held."""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+from scipy.stats import binomtest, bootstrap, chi2
+
+from datasets.recipes.synth_only import SYNTH_ONLY
+from datasets.vocabulary.effects import Stage
+from tumble.challenge.scoring import Scored
+
+Array = NDArray[np.float64]
+BIASED = float(chi2.isf(0.0027, 3))
+"""Chi-squared of three components that is as rare as three standard deviations of one."""
+NEAR_ORACLE = 1.05
+HELD, MISSED, TOO_FEW = "HELD", "MISSED", "TOO FEW CASES"
+
+
+@dataclass(frozen=True)
+class Figure:
+    """One line of acceptance: ``value`` of ``n`` cases with its 95% interval, and the bound it is held to (at least or at most)."""
+
+    line: str
+    what: str
+    value: float
+    low: float
+    high: float
+    n: int
+    least: float = -math.inf
+    most: float = math.inf
+    needed: int = 1
+    unit: str = "%"
+
+    @property
+    def verdict(self) -> str:
+        """Held, missed, or too few cases to say."""
+        if self.n < self.needed or not math.isfinite(self.value):
+            return TOO_FEW
+        return HELD if self.least <= self.value <= self.most else MISSED
+
+
+def share(line: str, what: str, hits: "pd.Series[bool]", **bounds: Any) -> Figure:
+    """A share in percent with its exact interval [Clopper and Pearson 1934]."""
+    n, k = len(hits), int(hits.sum())
+    interval = binomtest(k, n).proportion_ci(method="exact") if n else None
+    low, high = (100 * interval.low, 100 * interval.high) if interval else (math.nan, math.nan)
+    return Figure(line, what, 100 * k / n if n else math.nan, low, high, n, **bounds)
+
+
+def typical(line: str, what: str, values: Array, of: Callable[..., Any], **bounds: Any) -> Figure:
+    """A median or mean with its bootstrap interval [Efron and Tibshirani 1993]."""
+    values = values[np.isfinite(values)]
+    value = float(of(values)) if len(values) else math.nan
+    low = high = math.nan
+    if len(values) > 2 and np.ptp(values) > 0:
+        interval = bootstrap((values,), of, n_resamples=2000, method="percentile", rng=np.random.default_rng(0)).confidence_interval
+        low, high = float(interval.low), float(interval.high)
+    return Figure(line, what, value, low, high, len(values), **bounds)
+
+
+def acceptance(scored: Scored) -> list[Figure]:
+    """Every line that the challenge can decide."""
+    cases = scored.cases
+    kinds = {kind: cases[cases["kind"] == kind] for kind in ("single", "control", "pair", "outside")}
+    above = kinds["single"][kinds["single"]["ratio"] >= 1.0]
+    grouped = cases[(cases["group_size"] > 0) & (cases["kind"] != "outside")]
+    sizes = grouped["group_size"].to_numpy(dtype=np.float64)
+    return [
+        share("1", "true effect first or in its alias group", above["within_group"] | above["named_first"], least=95.0, needed=240),
+        share("1", "true effect alone and first", above["alone_first"], least=85.0, needed=240),
+        typical("1", "members of an alias group, mean", sizes, np.mean, most=1.5, needed=100, unit="members"),
+        Figure(
+            "1",
+            "members of an alias group, most",
+            float(sizes.max(initial=0.0)),
+            math.nan,
+            math.nan,
+            len(sizes),
+            most=3.0,
+            needed=100,
+            unit="members",
+        ),
+        share("2", "false alarms on controls", kinds["control"]["false_alarm"], most=3.0, needed=100),
+        share("3", "both effects of a pair found", kinds["pair"]["all_found"], least=85.0, needed=60),
+        *_outside(kinds["outside"]),
+        *_after(scored, cases[cases["kind"].isin(["single", "pair"])]),
+        *_times(cases),
+    ]
+
+
+def _outside(cases: pd.DataFrame) -> list[Figure]:
+    forces = cases[cases["hidden"].isin([k for k, e in SYNTH_ONLY.items() if e.stage is Stage.DYNAMICS])]
+    squares = forces[["base_px", "empirical_px", "oracle_px"]].to_numpy(dtype=np.float64) ** 2
+    excess = squares[:, 0] - squares[:, 2]
+    removed = 100 * (squares[:, 0] - squares[:, 1]) / np.where(excess > 0, excess, np.nan)
+    return [
+        share("4", "effects outside of the catalogue reported as unknown", cases["unknown"], least=90.0, needed=60),
+        share("4", "their stage right", cases["stage"] == cases["true_stage"], least=85.0, needed=60),
+        typical("4", "excess of held-out squares that the empirical force removes, median", removed, np.median, least=80.0, needed=30),
+    ]
+
+
+def _after(scored: Scored, cases: pd.DataFrame) -> list[Figure]:
+    judged = cases[np.isfinite(cases["oracle_px"].astype(float)) & np.isfinite(cases["final_px"].astype(float))]
+    near = judged["final_px"] <= NEAR_ORACLE * judged["oracle_px"]
+    table = scored.parameters
+    pulls = table["pull"].to_numpy(dtype=np.float64) if len(table) else np.zeros(0)
+    return [
+        share("5", "held-out RMS ETE within 5% of the oracle's", near, least=95.0, needed=240),
+        velocity_gain(scored.velocities, "final"),
+        share("5", "effect parameters inside their 95% interval", pd.Series(np.abs(pulls) <= 1.96), least=90.0, most=99.0, needed=100),
+    ]
+
+
+def velocity_gain(table: pd.DataFrame, model: str) -> Figure:
+    """How many times smaller velocity errors became where the base model's were beyond three sigma, per case and v or omega."""
+    ratios: list[float] = []
+    wanted = table[table["kind"].isin(["single", "pair"])] if len(table) else table
+    for name in ("v", "omega"):
+        if f"{name}_{model}" not in wanted or f"{name}_base_chi2" not in wanted:
+            continue
+        biased = wanted[wanted[f"{name}_base_chi2"] > BIASED]
+        for _, rows in biased.groupby("case"):
+            before, after = (float(np.sqrt((rows[f"{name}_{m}"].astype(float) ** 2).sum())) for m in ("base", model))
+            ratios.append(before / after)
+    return typical(
+        "5", "fall of velocity errors that were beyond 3 sigma, median", np.array(ratios), np.median, least=5.0, needed=20, unit="times"
+    )
+
+
+def _times(cases: pd.DataFrame) -> list[Figure]:
+    found = []
+    for column, most, what in (("cpu_diagnose_s", 30.0, "diagnosing, slowest"), ("cpu_explain_s", 300.0, "explaining, slowest")):
+        values = cases[column].to_numpy(dtype=np.float64)
+        values = values[np.isfinite(values)]
+        found.append(Figure("7", what, float(values.max(initial=0.0)), math.nan, math.nan, len(values), most=most, unit="s of CPU time"))
+    return found
+
+
+def line_of(figure: Figure) -> str:
+    """One printed line."""
+    bounds = [
+        f"at least {figure.least:g}" if math.isfinite(figure.least) else "",
+        f"at most {figure.most:g}" if math.isfinite(figure.most) else "",
+    ]
+    asked = " and ".join(b for b in bounds if b)
+    interval = f" ({figure.low:.3g} to {figure.high:.3g})" if math.isfinite(figure.low) else ""
+    return f"{figure.line}. {figure.what}: {figure.value:.3g}{interval} {figure.unit}, n = {figure.n}; asked: {asked}: {figure.verdict}"
+
+
+def figure_to_dict(figure: Figure) -> Mapping[str, Any]:
+    """A figure with its verdict as plain values."""
+    return {**asdict(figure), "verdict": figure.verdict}

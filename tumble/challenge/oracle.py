@@ -1,0 +1,99 @@
+"""What the best model could have done: the fit with the effects that are in truth there. Reads truth.
+
+For effects that the estimator has no model of, the oracle is the same campaign made without them, fitted by the base model.
+"""
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from datasets.atomic_files import written_whole
+from datasets.json_documents import plain
+from datasets.recipes.effects import values_in_sequence
+from estimator.configuration import configuration_from_dict
+from estimator.diagnosis.explain import base_model, start_with
+from estimator.effects.model import Model
+from estimator.fitting.campaign import CampaignFit, CampaignState, fit_campaign
+from estimator.fitting.campaign_covariance import campaign_covariance
+from estimator.fitting.held_out import held_out
+from estimator.registration import Registered, register
+from tumble.challenge.answers import parameters, velocities
+from tumble.challenge.cases import Case, campaign_folder, case_from_dict, case_to_dict, sequence_name
+from tumble.challenge.making import build
+from tumble.challenge.solving import catalogue, registered_campaign
+from tumble.engine import Item, Outcome, run
+from tumble.progress import progress
+
+Array = NDArray[np.float64]
+
+
+def ask_oracle(
+    cases: Sequence[Case], root: Path, configuration: Mapping[str, Any], out: Path, *, jobs: int, quiet: bool
+) -> tuple[Outcome, ...]:
+    """Fit the true model to every case with something in it, where ``out`` lacks that."""
+    items = []
+    for case in cases:
+        product = oracle_path(out, case.name)
+        payload = {"case": case_to_dict(case), "root": str(root), "configuration": dict(configuration), "product": str(product)}
+        items.append(Item(case.name, payload, product))
+    with progress("oracle", len(items), quiet=quiet) as advance:
+        return run(oracle_item, items, jobs=jobs, advance=advance)
+
+
+def oracle_path(out: Path, name: str) -> Path:
+    """Where the oracle's answer to a campaign lies."""
+    return out / f"{name}.oracle.json"
+
+
+def oracle_item(payload: dict[str, Any]) -> dict[str, Any]:
+    """One campaign."""
+    case, product = case_from_dict(payload["case"]), Path(payload["product"])
+    said = _outside(case, payload) if case.kind == "outside" else _inside(case, payload)
+    with written_whole(product) as temporary:
+        temporary.write_text(json.dumps(plain({"campaign": case.name, **said}), indent=1) + "\n", encoding="utf-8")
+    return {"campaign": case.name}
+
+
+def _inside(case: Case, payload: Mapping[str, Any]) -> dict[str, Any]:
+    registered = registered_campaign(campaign_folder(Path(payload["root"]), case.name), payload["configuration"])
+    if not registered.campaign.sequences:
+        return {"left_out": [each.name for each in registered.left_out]}
+    campaign, start = registered.campaign, registered.start
+    base = fit_campaign(campaign, start_with(start, base_model().size), base_model())
+    fit = true_fit(case, registered)
+    covariance = campaign_covariance(campaign, fit)
+    return {
+        "base_px": held_out(campaign, base.state, base.model).rms_px,
+        "oracle_px": held_out(campaign, fit.state, fit.model).rms_px,
+        "settled": fit.settled,
+        "velocities": velocities(campaign, fit, covariance),
+        "parameters": parameters(campaign, fit, covariance),
+    }
+
+
+def _outside(case: Case, payload: Mapping[str, Any]) -> dict[str, Any]:
+    """The campaign without the effect: how well the base model predicts where it is right."""
+    twin = replace(case, recipe=replace(case.recipe, effects=(), tier="silhouette"))
+    registered = register([observation for observation, _ in build(twin)], configuration_from_dict(payload["configuration"]))
+    campaign, model = registered.campaign, base_model()
+    fit = fit_campaign(campaign, start_with(registered.start, model.size), model)
+    return {"oracle_px": held_out(campaign, fit.state, fit.model).rms_px, "settled": fit.settled}
+
+
+def true_fit(case: Case, registered: Registered) -> CampaignFit:
+    """The fit of the model with the effects in force, started from their true values."""
+    known = catalogue()
+    hidden = [effect for effect in case.recipe.effects if effect.key in known]
+    model = Model((*base_model().effects, *(known[effect.key] for effect in hidden)))
+    numbers = {sequence_name(case.name, i): i for i in range(case.recipe.sequences)}
+    thetas = []
+    for sequence in registered.campaign.sequences:
+        true = [values_in_sequence(effect, numbers[sequence.name]) for effect in hidden]
+        values = [v[name] for v, effect in zip(true, hidden, strict=True) for name in known[effect.key].entry.names]
+        thetas.append(np.concatenate([np.zeros(base_model().size), values]))
+    return fit_campaign(registered.campaign, CampaignState(registered.start.flights, tuple(thetas)), model)

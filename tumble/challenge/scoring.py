@@ -1,0 +1,185 @@
+"""Compares answers with what was hidden: a row per case, per parameter and per sequence."""
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from datasets.errors import InputError
+from datasets.json_documents import revived
+from datasets.recipes.effects import KNOWN, sizes, values_in_sequence
+from datasets.truth import Truth
+from datasets.truth_files import read_truth
+from datasets.vocabulary.effects import EFFECTS, Scope, Stage
+from tumble.challenge.cases import Case, case_folder, sequence_name
+from tumble.challenge.limits import LimitTable, noncentrality
+from tumble.challenge.oracle import oracle_path
+from tumble.challenge.solving import answer_path
+
+Array = NDArray[np.float64]
+Answer = Mapping[str, Any]
+NOTHING, UNKNOWN = "nothing", "unknown"
+
+
+@dataclass(frozen=True)
+class Scored:
+    """Tidy tables: ``cases``, ``parameters`` (of hidden effects that were found) and ``velocities`` (a row per sequence)."""
+
+    cases: pd.DataFrame
+    parameters: pd.DataFrame
+    velocities: pd.DataFrame
+
+
+def score_cases(cases: Sequence[Case], root: Path, answers: Path, oracles: Path, table: LimitTable) -> Scored:
+    """Score every case that was answered.
+
+    Raises
+    ------
+    InputError
+        Where none was.
+    """
+    rows: list[dict[str, Any]] = []
+    parameters: list[dict[str, Any]] = []
+    velocities: list[dict[str, Any]] = []
+    for case in cases:
+        answer, oracle = _read(answer_path(answers, case.name)), _read(oracle_path(oracles, case.name))
+        if not answer:
+            continue
+        rows.append({**named(case, answer), **_errors(answer, oracle), "own_ratio": own_ratio(case, answer, table), **_cpu(answer)})
+        parameters += [{"case": case.name, **row} for row in pulls(case, answer)]
+        velocities += velocity_rows(case, root, answer, oracle)
+    if not rows:
+        raise InputError(f"{answers}: expected answers (*.answer.json) to the campaigns of {root}, found none.")
+    return Scored(pd.DataFrame(rows), pd.DataFrame(parameters), pd.DataFrame(velocities))
+
+
+def _read(path: Path) -> dict[str, Any]:
+    return dict(revived(json.loads(path.read_text(encoding="utf-8")))) if path.is_file() else {}
+
+
+def named(case: Case, answer: Answer) -> dict[str, Any]:
+    """What was named against what is hidden."""
+    accepted = [step for step in answer["steps"] if step["accepted"]]
+    first = accepted[0]["added"] if accepted else (UNKNOWN if answer["unknown"] else NOTHING)
+    group = accepted[0]["group"] if accepted else []
+    called = {key for step in accepted for key in step["group"]} | set(answer["found"])
+    hidden = set(case.keys)
+    stages = sorted({KNOWN[key].stage.value for key in case.keys})
+    return {
+        "case": case.name,
+        "kind": case.kind,
+        "hidden": "+".join(case.keys),
+        "particle": _particle(case),
+        "ratio": case.least_ratio,
+        "first": first,
+        "found": "+".join(answer["found"]),
+        "group": "+".join(group),
+        "group_size": len(group),
+        "named_first": first in hidden,
+        "within_group": bool(hidden & set(group)),
+        "alone_first": first in hidden and len(group) == 1,
+        "all_found": bool(hidden) and hidden <= called,
+        "false_alarm": not hidden and bool(answer["found"] or answer["unknown"]),
+        "unknown": bool(answer["unknown"]),
+        "stage": answer["stage"],
+        "true_stage": "+".join(stages),
+        "left_out": len(answer["left_out"]),
+    }
+
+
+def _particle(case: Case) -> str:
+    particle = case.recipe.particle
+    return Path(particle.files[0]).stem if particle.files else particle.family
+
+
+def _errors(answer: Answer, oracle: Answer) -> dict[str, float]:
+    held = answer.get("held_out", {})
+    base = held["base"]["rms_px"] if "base" in held else oracle.get("base_px", math.nan)
+    final = held["final"]["rms_px"] if "final" in held else base
+    return {
+        "base_px": base,
+        "final_px": final,
+        "empirical_px": answer.get("empirical_px", math.nan),
+        "oracle_px": oracle.get("oracle_px", math.nan),
+    }
+
+
+def _cpu(answer: Answer) -> dict[str, float]:
+    return {f"cpu_{name}_s": answer["cpu_s"].get(name, math.nan) for name in ("register", "diagnose", "explain")}
+
+
+def true_sizes(case: Case, key: str) -> Array:
+    """Sizes (sequences or 1, q) of a hidden effect."""
+    effect = next(each for each in case.recipe.effects if each.key == key)
+    rows = case.recipe.sequences if EFFECTS[key].scope is Scope.SEQUENCE else 1
+    return np.array([[values_in_sequence(effect, i)[name] for name in sizes(EFFECTS[key])] for i in range(rows)])
+
+
+def own_ratio(case: Case, answer: Answer, table: LimitTable) -> float:
+    """Size of the weakest hidden effect over the 95% limit in this very campaign, by the solver's own information about it."""
+    ratios = []
+    for key in case.keys:
+        information = answer.get("information", {}).get(key)
+        if information is None or key not in table.effects:
+            return math.nan
+        amounts, entry = true_sizes(case, key), table.effects[key]
+        linear = amounts**entry.power
+        searches = len(amounts) if EFFECTS[key].scope is Scope.SEQUENCE else 1
+        strength = float(np.einsum("si,ij,sj->", linear, np.array(information), linear))
+        wanted = noncentrality(table.alpha / table.tests / float(entry.tried) ** searches, amounts.size, 0.95)
+        ratios.append((strength / wanted) ** (0.5 / entry.power))
+    return min(ratios, default=math.nan)
+
+
+def pulls(case: Case, answer: Answer) -> list[dict[str, Any]]:
+    """Value, truth and pull of every size of every hidden effect in the last model."""
+    rows = []
+    numbers = {sequence_name(case.name, i): i for i in range(case.recipe.sequences)}
+    hidden = {effect.key: effect for effect in case.recipe.effects}
+    for row in answer["parameters"]:
+        if row["effect"] not in hidden or not row["is_size"]:
+            continue
+        true = values_in_sequence(hidden[row["effect"]], numbers[row["sequence"]] if row["sequence"] else 0)[row["parameter"]]
+        if row["effect"] == "dropped_frames" and true == 0.0:
+            continue  # where no frame is missing the place of the gap is arbitrary
+        value = abs(row["value"]) if row["effect"] == "defocus_growth" else row["value"]
+        pull = (value - true) / row["sigma"] if row["sigma"] > 0 else math.nan
+        named_row = {key: row[key] for key in ("effect", "parameter", "sequence")}
+        rows.append({**named_row, "true": true, "value": value, "sigma": row["sigma"], "pull": pull})
+    return rows
+
+
+def velocity_rows(case: Case, root: Path, answer: Answer, oracle: Answer) -> list[dict[str, Any]]:
+    """Errors of v (m/s) and omega (rad/s) at the reference time by model, and how significant the base model's are (chi-squared of 3)."""
+    states = {**answer.get("velocities", {}), "oracle": oracle.get("velocities", [])}
+    keys = {"base": (), "final": tuple(answer["found"]), "oracle": case.keys}
+    rows: dict[str, dict[str, Any]] = {}
+    for model, found in states.items():
+        clock = any(EFFECTS[key].stage is Stage.CLOCK for key in keys[model] if key in EFFECTS)
+        for state in found:
+            truth = read_truth(case_folder(root, case.name) / state["sequence"])
+            row = rows.setdefault(state["sequence"], {"case": case.name, "kind": case.kind, "sequence": state["sequence"]})
+            v, omega = _true_state(truth, state["time_s"], clock)
+            error = np.concatenate([np.array(state["v_world"]) - v, np.array(state["omega_world"]) - omega])
+            covariance = np.array(state["covariance"])
+            for name, part in (("v", slice(0, 3)), ("omega", slice(3, 6))):
+                row[f"{name}_{model}"] = float(np.linalg.norm(error[part]))
+                row[f"{name}_{model}_chi2"] = float(error[part] @ np.linalg.pinv(covariance[part, part], hermitian=True) @ error[part])
+    return list(rows.values())
+
+
+def _true_state(truth: Truth, time_s: float, clock: bool) -> tuple[Array, Array]:
+    """True v and omega (3,) at a time: by the stamps, or by the true times for a model that corrects the clock."""
+    times = truth.motion.times_s
+    if clock and "true_times_s" in truth.notes:
+        times = np.array(truth.notes["true_times_s"])
+    order = np.argsort(times)
+    motion = truth.motion
+    v, omega = (np.array([np.interp(time_s, times[order], a[order, i]) for i in range(3)]) for a in (motion.v_world, motion.omega_world))
+    return v, omega
