@@ -11,11 +11,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from datasets.errors import InputError
 from datasets.observation import CalibratedView, Observation
 from estimator.configuration import Configuration
 from estimator.effects.link import Setting
 from estimator.fitting.campaign import Campaign, CampaignState
-from estimator.fitting.model_errors import SequenceTask, outline_radii, rim_of
+from estimator.fitting.model_errors import SequenceTask, outline_radii, rim_of, seen_hulls
 from estimator.fitting.pose_refinement import Views
 from estimator.motion.flight import Flight
 from estimator.outlines.recording import outlines_of, view_outlines_of
@@ -58,13 +59,13 @@ def register(
     left_out: list[LeftOut] = []
     for number, observation in enumerate(observations):
         key = _digest(observation.views)
-        if key not in particles:
-            particles[key] = (len(particles), _particle(observation, configuration), None)
         try:
+            if key not in particles:
+                particles[key] = (len(particles), _particle(observation, configuration), None)
             which, particle, views = particles[key]
             task, flight, views = _one(observation, particle, views, configuration)
-        except NoMeasurement as failure:
-            left_out.append(LeftOut(observation.name, failure.message))
+        except (NoMeasurement, InputError) as failure:
+            left_out.append(LeftOut(observation.name, str(failure)))
             continue
         finally:
             told(number + 1, len(observations))
@@ -107,8 +108,9 @@ def _one(
         inertia_ratios=particle.body.inertia_ratios,
     )
     vertices = (particle.hull.vertices - particle.body.com_particle) @ particle.body.R_particle_body
-    sequence = SequenceTask(observation.name, task, setting, rim_of(vertices), outline_radii(sightings.silhouettes))
-    return sequence, candidates[0].solution.state, views
+    flight = candidates[0].solution.state
+    radii = outline_radii(seen_hulls(task, flight, particle.hull.vertices))
+    return SequenceTask(observation.name, task, setting, rim_of(vertices), radii), flight, views
 
 
 def _digest(views: Sequence[CalibratedView]) -> str:

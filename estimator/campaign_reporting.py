@@ -1,0 +1,202 @@
+"""From a fitted campaign to what a user reads: an estimate per sequence under the model with its effects, and the effects' values."""
+
+import dataclasses
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from datasets.estimate import Estimate, FrameReport, Status, VelocityEstimate
+from datasets.observation import Observation
+from datasets.vocabulary.effects import Parameter, Scope
+from estimator.configuration import Configuration
+from estimator.effects.link import EffectModel
+from estimator.fitting.campaign import CampaignFit, shared_prior, solve_arrow
+from estimator.fitting.campaign_covariance import CampaignCovariance
+from estimator.fitting.forced_velocities import body_under, motion_under, velocities_under
+from estimator.fitting.model_errors import SequenceTask
+from estimator.motion.flight import N_PARAMETERS, NAMES, Flight, fitted_body
+from estimator.pipeline import MOST_MEAN_SQUARE
+from estimator.registration import Registered
+from estimator.reporting import versions
+
+Array = NDArray[np.float64]
+Z95 = 1.959964
+MOST_TO_GO = 0.3
+"""Standard deviations that a fit's next step may have where it counts as converged."""
+
+
+@dataclass(frozen=True)
+class EffectValue:
+    """One parameter of a fitted effect.
+
+    ``sequence``: the name of the sequence it belongs to, ``None`` where sequences share it; ``plausible``: whether its 95% interval
+    reaches into the range that the catalogue expects.
+    """
+
+    effect: str
+    parameter: Parameter
+    sequence: str | None
+    value: float
+    sigma: float
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """95% interval."""
+        return self.value - Z95 * self.sigma, self.value + Z95 * self.sigma
+
+    @property
+    def plausible(self) -> bool:
+        """Whether the interval reaches into the plausible range."""
+        return is_plausible(self.interval, self.parameter)
+
+
+def is_plausible(interval: tuple[float, float], parameter: Parameter) -> bool:
+    """Whether an interval reaches into what nature or a laboratory is expected to produce."""
+    low, high = parameter.plausible
+    return bool(interval[1] >= low and interval[0] <= high)
+
+
+def effect_values(registered: Registered, fit: CampaignFit, covariance: CampaignCovariance) -> tuple[EffectValue, ...]:
+    """Values of every effect that is not held near zero, per group that shares them."""
+    campaign = registered.campaign
+    found = []
+    for effect, part in zip(fit.model.effects, fit.model.slices, strict=True):
+        if effect.held is not None:
+            continue
+        for sequence in _representatives(effect, campaign.particle, campaign.camera):
+            alone = effect.entry.scope is Scope.CAMPAIGN or len(_representatives(effect, campaign.particle, campaign.camera)) == 1
+            name = None if alone else campaign.sequences[sequence].name
+            variance = np.diag(covariance.of(sequence, N_PARAMETERS + np.arange(part.start, part.stop)))
+            values = fit.state.theta[sequence][part]
+            for parameter, value, square in zip(effect.entry.parameters, values, variance, strict=True):
+                found.append(EffectValue(effect.entry.key, parameter, name, float(value), float(np.sqrt(max(square, 0.0)))))
+    return tuple(found)
+
+
+def _representatives(effect: EffectModel, particle: tuple[int, ...], camera: tuple[int, ...]) -> list[int]:
+    """One sequence of each group that shares an effect's parameters."""
+    n = len(particle)
+    groups = {
+        Scope.SEQUENCE: tuple(range(n)),
+        Scope.PARTICLE: particle,
+        Scope.CAMERA: camera,
+        Scope.CAMPAIGN: (0,) * n,
+    }[effect.entry.scope]
+    return [groups.index(group) for group in dict.fromkeys(groups)]
+
+
+def campaign_estimates(
+    registered: Registered,
+    observations: dict[str, Observation],
+    fit: CampaignFit,
+    covariance: CampaignCovariance,
+    configuration: Configuration,
+) -> tuple[Estimate, ...]:
+    """One estimate per sequence that was measured, in the campaign's order."""
+    made = []
+    to_go = left_to_go(registered, fit, covariance)
+    for number, sequence in enumerate(registered.campaign.sequences):
+        flight, theta = fit.state.flights[number], fit.state.theta[number]
+        C = covariance.of(number, np.arange(N_PARAMETERS + fit.model.size))
+        made.append(_estimate((sequence, observations[sequence.name]), (flight, theta), fit, (number, C, to_go), configuration))
+    return tuple(made)
+
+
+def _estimate(
+    what: tuple[SequenceTask, Observation],
+    state: tuple[Flight, Array],
+    fit: CampaignFit,
+    at: tuple[int, Array, float],
+    configuration: Configuration,
+) -> Estimate:
+    (sequence, observation), (flight, theta), (number, C, to_go) = what, state, at
+    setting = sequence.setting
+    times = setting.times_s
+    frames = fit.equations[number].frames
+    status, message = _judged(fit, frames.mean_square, to_go)
+    told: dict[str, Any] = {
+        "frames": _frame_reports(sequence, observation, fit, number),
+        "statistics": _statistics(fit, number),
+        "configuration": dataclasses.asdict(configuration),
+        "versions": versions(),
+    }
+    if status is not Status.CONVERGED:
+        return Estimate(name=sequence.name, status=status, message=message, **told)
+    middle = float(times[(len(times) - 1) // 2])
+    return Estimate(
+        name=sequence.name,
+        status=status,
+        message=message,
+        body=fitted_body(body_under(flight, fit.model, theta, setting)),
+        motion=motion_under(flight, fit.model, theta, setting),
+        start=_velocity(flight, theta, (fit, setting.times_s[0], C), sequence),
+        middle=_velocity(flight, theta, (fit, middle, C), sequence),
+        parameters=(*NAMES, *fit.model.names),
+        values=np.concatenate([flight.x, np.zeros(3), flight.v, flight.omega, flight.com, flight.inertia, [flight.offset_px], theta]),
+        covariance=C,
+        **told,
+    )
+
+
+def left_to_go(registered: Registered, fit: CampaignFit, covariance: CampaignCovariance) -> float:
+    """The largest step that the fit would take next, in standard deviations.
+
+    Tangencies that change from vertex to vertex keep some fits going round at a tenth of one: their ``settled`` asks too much.
+    """
+    campaign = registered.campaign
+    solution = solve_arrow(fit.equations, fit.layout, shared_prior(campaign, fit.layout, fit.model, fit.state))
+    sigma = np.sqrt(np.maximum(np.diag(covariance.covariance), 1e-300))
+    largest = 0.0
+    for rows, place, local in zip(covariance.place, fit.layout.place, solution.local, strict=True):
+        steps = np.concatenate(
+            [np.abs(local) / sigma[rows[fit.layout.local]], np.abs(solution.shared[place]) / sigma[rows[fit.layout.shared]]]
+        )
+        largest = max(largest, float(steps.max()))
+    return largest
+
+
+def _judged(fit: CampaignFit, mean_square: float, to_go: float) -> tuple[Status, str]:
+    if not to_go < MOST_TO_GO:
+        return Status.NO_CONVERGENCE, f"the campaign's fit did not settle: its next step would be {to_go:.1f} standard deviations."
+    if mean_square > MOST_MEAN_SQUARE:
+        return Status.NO_CONVERGENCE, f"the fit misses the outlines by {np.sqrt(mean_square):.1f} times their noise."
+    effects = ", ".join(e.entry.title for e in fit.model.effects if e.held is None)
+    return Status.CONVERGED, f"converged, fitted jointly with its campaign; effects in the model: {effects or 'none'}."
+
+
+def _velocity(flight: Flight, theta: Array, at: tuple[CampaignFit, float, Array], sequence: SequenceTask) -> VelocityEstimate:
+    fit, time_s, C = at
+    value, J = velocities_under(flight, fit.model, theta, sequence.setting, float(time_s))
+    covariance = J @ C @ J.T
+    return VelocityEstimate(float(time_s), value[:3], value[3:], 0.5 * (covariance + covariance.T), np.full((6, 6), np.nan))
+
+
+def _statistics(fit: CampaignFit, number: int) -> dict[str, Any]:
+    equations = fit.equations[number]
+    seen = equations.errors.tangency.valid
+    return {
+        "n_pairs": int(seen.sum()),
+        "pairs_without_tangents": int((~seen).sum()),
+        "rms_ete_px": float(np.sqrt(np.mean(equations.errors.e[seen] ** 2))),
+        "whitened_mean_square": equations.frames.mean_square,
+        "campaign_effects": [e.entry.key for e in fit.model.effects if e.held is None],
+    }
+
+
+def _frame_reports(sequence: SequenceTask, observation: Observation, fit: CampaignFit, number: int) -> tuple[FrameReport, ...]:
+    equations, sightings = fit.equations[number], sequence.task.sightings
+    seen = np.repeat(equations.errors.tangency.valid[:, :, None], 2, axis=2)
+    rms = np.sqrt((equations.errors.e**2).sum(axis=(1, 2)) / np.maximum(seen.sum(axis=(1, 2)), 1))
+    whitened = np.sqrt(equations.frames.chi2 / np.maximum(equations.frames.count, 1))
+    used = {(int(c), int(f)): i for i, (c, f) in enumerate(zip(sightings.camera, sightings.frame, strict=True))}
+    reports = []
+    for camera, recording in enumerate(observation.recordings):
+        for frame in range(len(recording)):
+            row = used.get((camera, frame))
+            if row is None:
+                reports.append(FrameReport(camera, frame, False, "no usable outline", 0.0, 0.0))
+            else:
+                reports.append(FrameReport(camera, frame, True, "", float(rms[row]), float(whitened[row])))
+    return tuple(reports)

@@ -1,0 +1,62 @@
+"""Fits a campaign with chosen effects, added one after the other, each from where a score test says that it begins.
+
+A test of one effect alone gives the best of its starts (the frequency of a vibration, the place of a gap) and a first value, so a fit never
+begins where an effect is flat.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+from estimator.diagnosis.explain import base_model, extended, start_with
+from estimator.diagnosis.score_tests import Candidates, score_tests
+from estimator.effects.link import EffectModel
+from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState, fit_campaign
+from estimator.fitting.held_out import HeldOut, held_out
+
+
+def base_fit(campaign: Campaign, start: CampaignState) -> CampaignFit:
+    """Free flight alone."""
+    model = base_model()
+    return fit_campaign(campaign, start_with(start, model.size), model)
+
+
+def with_effect(campaign: Campaign, fit: CampaignFit, effect: EffectModel) -> CampaignFit:
+    """The campaign fitted with one effect more."""
+    candidates = Candidates((effect,), (effect.starts(campaign.sequences[0].setting),))
+    tests, _ = score_tests(campaign, fit, candidates)
+    model, start = extended(fit, tests[0])
+    return fit_campaign(campaign, start, model)
+
+
+def fit_with(campaign: Campaign, start: CampaignState, effects: Sequence[EffectModel]) -> CampaignFit:
+    """Free flight with all of ``effects``."""
+    fit = base_fit(campaign, start)
+    for effect in effects:
+        fit = with_effect(campaign, fit, effect)
+    return fit
+
+
+@dataclass(frozen=True)
+class Rung:
+    """One step of a ladder: what was ``added`` (``None``: the base), the fit, and its errors on what it was not fitted to."""
+
+    added: str | None
+    fit: CampaignFit
+    held_out: HeldOut
+
+
+def ladder(
+    campaign: Campaign,
+    start: CampaignState,
+    effects: Sequence[EffectModel],
+    *,
+    told: Callable[[str], None] = lambda _added: None,
+) -> Iterator[Rung]:
+    """The base and then one effect more on every rung."""
+    fit = base_fit(campaign, start)
+    yield Rung(None, fit, held_out(campaign, fit.state, fit.model))
+    told("base")
+    for effect in effects:
+        fit = with_effect(campaign, fit, effect)
+        yield Rung(effect.entry.key, fit, held_out(campaign, fit.state, fit.model))
+        told(effect.entry.key)

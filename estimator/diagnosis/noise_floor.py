@@ -1,0 +1,208 @@
+"""Is there anything to explain at all? Residuals of a fitted campaign against noise that repeats.
+
+What a model can be blamed for changes smoothly from frame to frame; an outline's own noise does not. Half the mean square of the change
+from one frame to the next, of one view's tangency, is therefore noise whatever the model [von Neumann 1941, mean square successive
+difference]. The reduced chi-square is the mean square of the residuals over that: 1 for noise alone, up to about 1.15 where the
+calibrated views' noise and the body-fixed error (both repeat over many frames) add their share. The noise that neighbouring samples of
+the outlines let expect is a second judge: it is about 20% too large in recordings where nothing is missing, and where frames change by
+more than that, whole frames jump (a trigger that jitters), which successive differences cannot tell from noise.
+
+The interval is a bootstrap over sequences and, within them, over sightings [Davison and Hinkley 1997, section 3.8].
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.fitting.campaign import Campaign, CampaignFit, SequenceEquations
+from estimator.fitting.model_errors import SequenceTask
+from estimator.fitting.noise_model import measured_noise
+
+Array = NDArray[np.float64]
+ALLOWED = 1.15
+"""Reduced chi-square that views' noise and body-fixed errors alone bring about."""
+OWN_TOO_LARGE = 0.8
+"""Standard deviation found over the one that neighbouring samples let expect, in recordings where nothing is missing."""
+JUMPS = 0.95
+"""Above this ratio of standard deviations frames change by more than their outlines' noise."""
+DRAWS = 400
+
+
+@dataclass(frozen=True)
+class NoiseFloor:
+    """How large the residuals are and how large noise alone would be.
+
+    ``rms_px`` of the residuals, ``repeated_px`` of the noise that changes with every frame, ``neighbours_px`` expected from neighbouring
+    samples of the outlines; ``floor_px``: what no model can go below. ``reduced`` chi-square with its 95% ``interval``;
+    ``per_sequence`` (s,) each sequence's. ``lags`` (l,) frames and ``autocorrelation`` (l,) of the residuals in time with 95%
+    ``autocorrelation_interval`` (2,) of the first; ``along_outline_rad``: turn of the tangent over which residuals are alike,
+    ``expected_along_rad`` that of the noise.
+    """
+
+    rms_px: float
+    repeated_px: float
+    neighbours_px: float
+    floor_px: float
+    reduced: float
+    interval: tuple[float, float]
+    per_sequence: Array
+    lags: NDArray[np.int64]
+    autocorrelation: Array
+    autocorrelation_interval: tuple[float, float]
+    along_outline_rad: float
+    expected_along_rad: float
+
+    @property
+    def excess_px(self) -> float:
+        """RMS (px) of what is left above noise and what is allowed beside it."""
+        return float(np.sqrt(max(self.rms_px**2 - ALLOWED * self.floor_px**2, 0.0)))
+
+    @property
+    def jumps(self) -> bool:
+        """Whether whole frames change by more than their outlines' noise."""
+        return self.repeated_px > JUMPS * self.neighbours_px
+
+    def explainable(self, p_missing: float, alpha: float) -> bool:
+        """Whether there is something to explain: by size, by jumps, or because a candidate fits the pattern (``p_missing``, corrected)."""
+        return self.interval[0] > ALLOWED or self.jumps or p_missing < alpha
+
+    def sentence(self, p_missing: float, alpha: float) -> str:
+        """The finding in plain words; ``p_missing``: of the tests of all effects, corrected for their number."""
+        said = (
+            f"The residuals are {self.rms_px:.3f} px RMS; noise that changes with every frame makes {self.repeated_px:.3f} px of that "
+            f"(reduced chi-square {self.reduced:.2f}, 95%: {self.interval[0]:.2f} to {self.interval[1]:.2f}; up to {ALLOWED} is usual)."
+        )
+        if self.jumps:
+            return (
+                f"{said} Whole frames jump: outlines alone would change by {OWN_TOO_LARGE * self.neighbours_px:.3f} px. "
+                "Something acts on frames one by one, like a trigger that jitters."
+            )
+        if self.interval[0] > ALLOWED:
+            return f"{said} There is something to explain: about {self.excess_px:.3f} px, alike in neighbouring frames."
+        if p_missing < alpha:
+            return f"{said} Hardly larger than noise, but their pattern is not noise (p = {p_missing:.1e}): there is something to explain."
+        return f"{said} There is nothing to explain."
+
+
+LAGS = np.array([1, 2, 3, 5, 8, 12, 20])
+
+
+@dataclass(frozen=True)
+class _Sums:
+    """Per sighting: sums of squares, of squared changes, of products with the next frame, each with its number; of own variances."""
+
+    square: Array
+    count: Array
+    change: Array
+    product: Array
+    pairs: Array
+    own: Array
+
+
+def noise_floor(campaign: Campaign, fit: CampaignFit, rng: np.random.Generator) -> NoiseFloor:
+    """Judge the residuals of a fit."""
+    sums = [_sums(sequence, each) for sequence, each in zip(campaign.sequences, fit.equations, strict=True)]
+    square, repeated, own, _ = _ratios(sums, [np.arange(len(s.square)) for s in sums])
+    drawn = np.array([_ratios(*_draw(sums, rng)) for _ in range(DRAWS)])
+    reduced = drawn[:, 0] / np.maximum(drawn[:, 1], 1e-12)
+    lagged = drawn[:, 3] / np.maximum(drawn[:, 0], 1e-12)
+    along, expected = _along(campaign, fit)
+    neighbours = float(np.sqrt(own))
+    return NoiseFloor(
+        rms_px=float(np.sqrt(square)),
+        repeated_px=float(np.sqrt(repeated)),
+        neighbours_px=neighbours,
+        floor_px=min(float(np.sqrt(repeated)), OWN_TOO_LARGE * neighbours),
+        reduced=float(square / max(repeated, 1e-12)),
+        interval=_interval(reduced),
+        per_sequence=np.array([float(np.divide(*_ratios([s], [np.arange(len(s.square))])[:2])) for s in sums]),
+        lags=LAGS,
+        autocorrelation=_autocorrelation(campaign, fit),
+        autocorrelation_interval=_interval(lagged),
+        along_outline_rad=along,
+        expected_along_rad=expected,
+    )
+
+
+def _interval(draws: Array) -> tuple[float, float]:
+    low, high = np.quantile(draws, [0.025, 0.975])
+    return float(low), float(high)
+
+
+def _ordered(sequence: SequenceTask, step: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Sightings of one camera that are ``step`` frames apart: the earlier and the later ones."""
+    sightings = sequence.task.sightings
+    number = {(int(c), int(f)): i for i, (c, f) in enumerate(zip(sightings.camera, sightings.frame, strict=True))}
+    pairs = [(i, number[c, f + step]) for (c, f), i in number.items() if (c, f + step) in number]
+    rows = np.array(pairs, dtype=np.int64).reshape(-1, 2)
+    return rows[:, 0], rows[:, 1]
+
+
+def _seen(each: SequenceEquations) -> NDArray[np.bool_]:
+    return np.repeat(each.errors.tangency.valid[:, :, None], 2, axis=2)
+
+
+def _sums(sequence: SequenceTask, each: SequenceEquations) -> _Sums:
+    e, seen = each.errors.e, _seen(each)
+    silhouettes = sequence.task.sightings.silhouettes
+    vertex = np.maximum(silhouettes.offsets[:-1, None, None] + each.errors.tangency.tangency[:, :, :2], 0)
+    own = np.where(seen, silhouettes.sigma_px[np.minimum(vertex, len(silhouettes.sigma_px) - 1)] ** 2, 0.0)
+    first, second = _ordered(sequence, 1)
+    both = seen[first] & seen[second]
+    n = len(e)
+    change = np.bincount(first, np.where(both, (e[second] - e[first]) ** 2, 0.0).sum(axis=(1, 2)), n)
+    product = np.bincount(first, np.where(both, e[second] * e[first], 0.0).sum(axis=(1, 2)), n)
+    pairs = np.bincount(first, both.sum(axis=(1, 2)), n)
+    numbers = np.asarray(seen.sum(axis=(1, 2)), dtype=np.float64)
+    return _Sums(
+        (e**2).sum(axis=(1, 2)),
+        numbers,
+        np.asarray(change, dtype=np.float64),
+        np.asarray(product, dtype=np.float64),
+        np.asarray(pairs, dtype=np.float64),
+        own.sum(axis=(1, 2)),
+    )
+
+
+def _ratios(sums: list[_Sums], rows: list[NDArray[np.int64]]) -> tuple[float, float, float, float]:
+    """Mean square, repeated noise, expected own noise and lagged product, px², of the sightings ``rows`` of each sequence."""
+
+    def total(name: str) -> float:
+        return float(sum(getattr(s, name)[r].sum() for s, r in zip(sums, rows, strict=True)))
+
+    count, pairs = max(total("count"), 1.0), max(total("pairs"), 1.0)
+    return total("square") / count, 0.5 * total("change") / pairs, total("own") / count, total("product") / pairs
+
+
+def _draw(sums: list[_Sums], rng: np.random.Generator) -> tuple[list[_Sums], list[NDArray[np.int64]]]:
+    """Sequences drawn with replacement, and sightings within them."""
+    drawn = [sums[i] for i in rng.integers(0, len(sums), len(sums))]
+    return drawn, [rng.integers(0, len(s.square), len(s.square)) for s in drawn]
+
+
+def _autocorrelation(campaign: Campaign, fit: CampaignFit) -> Array:
+    """Correlation (l,) of the residuals of one view's tangency with those ``LAGS`` frames later."""
+    result = np.full(len(LAGS), np.nan)
+    square = sum(float((each.errors.e**2).sum()) for each in fit.equations) / max(sum(int(_seen(e).sum()) for e in fit.equations), 1)
+    for k, lag in enumerate(LAGS):
+        product, pairs = 0.0, 0
+        for sequence, each in zip(campaign.sequences, fit.equations, strict=True):
+            first, second = _ordered(sequence, int(lag))
+            both = _seen(each)[first] & _seen(each)[second]
+            product += float((each.errors.e[first] * each.errors.e[second])[both].sum())
+            pairs += int(both.sum())
+        if pairs:
+            result[k] = product / pairs / max(square, 1e-12)
+    return result
+
+
+def _along(campaign: Campaign, fit: CampaignFit) -> tuple[float, float]:
+    """Turn of the tangent over which residuals, and the noise of the outlines, are alike (rad)."""
+    found, expected = [], []
+    for sequence, each in zip(campaign.sequences, fit.equations, strict=True):
+        tangency = each.errors.tangency
+        error = np.concatenate([each.errors.e, tangency.error[:, :, 2:]], axis=2)
+        found.append(measured_noise(replace(tangency, error=error)).correlation_rad)
+        expected.append(float(np.median(sequence.task.sightings.silhouettes.correlation_rad)))
+    return float(np.median(found)), float(np.median(expected))

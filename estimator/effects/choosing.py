@@ -1,0 +1,106 @@
+"""Which effects a user wants: words become effects of the catalogue or plug-ins, and combinations that no data can resolve are refused.
+
+Outlines and calibrated views measure everything in lengths of the particle and times of the clock, both of which velocities and spins
+follow; only a known acceleration has metres and seconds of its own. Hence a frame rate and a length scale cannot be found together,
+neither can be found beside a free acceleration, and neither without gravity: ``g_seen = g (1 + r)^-2 / (1 + s)``.
+"""
+
+import difflib
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from datasets.errors import InputError
+from estimator.effects.link import EffectModel
+from estimator.effects.model import overrides
+from estimator.effects.plug_ins import LINKS, is_plug_in, load_plug_in
+from estimator.effects.registry import MODELS
+
+Array = NDArray[np.float64]
+SCALES = ("frame_rate", "length_scale")
+"""Effects that only a known acceleration can tell from velocities and spins of another size."""
+FREE_ACCELERATIONS = ("gravity", "uniform_acceleration")
+NO_GRAVITY = 1e-6
+
+
+@dataclass(frozen=True)
+class Chosen:
+    """An effect and the word that asked for it."""
+
+    word: str
+    effect: EffectModel
+
+
+def catalogue() -> dict[str, EffectModel]:
+    """The effects that can be fitted: those of the registry that touch a link."""
+    return {key: model for key, model in MODELS.items() if overrides(model, *LINKS)}
+
+
+def chosen_effects(words: str) -> tuple[EffectModel, ...]:
+    """The effects of a list with commas, ``gravity,quadratic_drag,./my_wind.py:Wind``, in its order.
+
+    Raises
+    ------
+    InputError
+        Where one is unknown (the nearest names are offered), there twice, or contradicts another.
+    """
+    chosen = [Chosen(word, _effect(word)) for word in (part.strip() for part in words.split(",")) if word]
+    if not chosen:
+        raise InputError(f"--effects {words!r}: expected at least one effect; `tumble effect list` shows them.")
+    for number, each in enumerate(chosen):
+        if each.effect.entry.key in [before.effect.entry.key for before in chosen[:number]]:
+            raise InputError(f'--effects: "{each.word}" is there twice; expected each effect once.')
+    effects = tuple(each.effect for each in chosen)
+    refuse_contradictions([e.entry.key for e in effects])
+    return effects
+
+
+def _effect(word: str) -> EffectModel:
+    if is_plug_in(word):
+        return load_plug_in(word)
+    found = catalogue().get(word)
+    if found is None:
+        near = difflib.get_close_matches(word, catalogue(), n=3, cutoff=0.4)
+        offered = f"did you mean {', '.join(near)}?" if near else "`tumble effect list` shows the known ones."
+        raise InputError(f'--effects: unknown effect "{word}"; {offered}')
+    return found
+
+
+def refuse_contradictions(keys: Sequence[str]) -> None:
+    """Refuse effects that no data can tell apart.
+
+    Raises
+    ------
+    InputError
+        With the reason.
+    """
+    scales = [key for key in keys if key in SCALES]
+    if len(scales) > 1:
+        raise InputError(
+            "--effects: frame_rate and length_scale contradict each other: both only change how large gravity looks, "
+            "g (1 + r)^-2 / (1 + s), so that one number would have to give two. Take one of them."
+        )
+    free = [key for key in keys if key in FREE_ACCELERATIONS]
+    if scales and free:
+        raise InputError(
+            f"--effects: {scales[0]} and {free[0]} contradict each other: {scales[0]} only shows in how large gravity looks, and "
+            f"{free[0]} makes that free. Take one of them."
+        )
+
+
+def refuse_without_gravity(keys: Sequence[str], gravity_world: Sequence[Array]) -> None:
+    """Refuse scales of time and length where no sequence has gravity.
+
+    Raises
+    ------
+    InputError
+        With the reason.
+    """
+    scales = [key for key in keys if key in SCALES]
+    if scales and all(np.linalg.norm(g) < NO_GRAVITY for g in gravity_world):
+        raise InputError(
+            f"--effects: {scales[0]} cannot be found in force-free flight: velocities and spins scale with it, and without gravity nothing "
+            "in the pictures does not. Leave it out, or state gravity in the observations."
+        )

@@ -1,0 +1,249 @@
+"""Effects of users' own: ``path.py:Class`` becomes an effect like those of the catalogue, watched while it runs.
+
+The class derives from :class:`estimator.effects.link.EffectModel`, has an ``entry`` (key, stage, scope, parameters with units) and
+overrides the one link it belongs to. Every call of a link is checked: a link that raises, answers with another shape or with numbers that
+are not finite ends in an :class:`~datasets.errors.InputError` that names the file, the class, the parameters and the frame.
+"""
+
+import difflib
+import importlib.util
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from datasets.errors import InputError
+from datasets.vocabulary.effects import EFFECTS, EffectEntry
+from estimator.effects.link import BodyChange, EffectModel, Moment, Places, Setting
+from estimator.effects.model import overrides
+
+Array = NDArray[np.float64]
+LINKS = ("times", "body", "acceleration", "torque", "scale", "correct", "shift")
+"""What an effect may override to act."""
+
+
+def is_plug_in(word: str) -> bool:
+    """Whether a word names a plug-in rather than an effect of the catalogue."""
+    return ":" in word or word.endswith(".py")
+
+
+def load_plug_in(word: str) -> EffectModel:
+    """The effect that ``path.py:Class`` names.
+
+    Raises
+    ------
+    InputError
+        Where there is no such file or class, or the class is no effect.
+    """
+    path, _, name = word.rpartition(":")
+    if not path or not name or name.endswith(".py"):
+        raise InputError(f"{word}: expected FILE.py:CLASS, for instance ./my_wind.py:Wind.")
+    module = _module(Path(path))
+    found = _class(module, name, path)
+    _check_entry(found, word)
+    return _watched(found, word)()
+
+
+def _module(path: Path) -> ModuleType:
+    if not path.is_file():
+        raise InputError(f"{path}: expected the Python file of an effect, came {'a folder' if path.is_dir() else 'nothing'}.")
+    name = f"tumble_plug_in_{path.stem}"
+    spec = importlib.util.spec_from_file_location(name, path)
+    if spec is None or spec.loader is None:
+        raise InputError(f"{path}: expected a Python file (.py).")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module  # dataclasses in it look there
+    try:
+        spec.loader.exec_module(module)
+    except Exception as error:  # whatever a user's file raises is the file's fault
+        raise InputError(f"{path}: {_raised(error)} while it was read.") from error
+    return module
+
+
+def _class(module: ModuleType, name: str, path: str) -> type[EffectModel]:
+    effects = {
+        key: value
+        for key, value in vars(module).items()
+        if isinstance(value, type) and issubclass(value, EffectModel) and hasattr(value, "entry")
+    }
+    found = effects.get(name)
+    if found is not None:
+        return found
+    if isinstance(getattr(module, name, None), type):
+        lacks = "an entry" if issubclass(getattr(module, name), EffectModel) else "EffectModel among its bases (estimator.effects.link)"
+        raise InputError(f"{path}: expected {name} to be an effect; it has not {lacks}.")
+    near = difflib.get_close_matches(name, effects, n=3) or sorted(effects)
+    known = f"; its effects: {', '.join(near)}" if near else "; it has no effect at all"
+    raise InputError(f"{path}: expected a class {name!r}, which it has not{known}.")
+
+
+def _check_entry(found: type[EffectModel], word: str) -> None:
+    entry = found.entry
+    if not isinstance(entry, EffectEntry):
+        raise InputError(f"{word}: expected entry to be an EffectEntry (datasets.vocabulary.effects), came {type(entry).__name__}.")
+    if entry.key in EFFECTS:
+        raise InputError(f'{word}: its key "{entry.key}" is that of an effect of the catalogue; choose another.')
+    if not entry.key.isidentifier():
+        raise InputError(f'{word}: expected a key of letters, digits and underscores, came "{entry.key}".')
+    if not entry.parameters:
+        raise InputError(f"{word}: expected at least one parameter, came none.")
+    if len(set(entry.names)) < len(entry.names):
+        raise InputError(f"{word}: expected parameters of different names, came {', '.join(entry.names)}.")
+    for parameter in entry.parameters:
+        if not parameter.step > 0.0:
+            raise InputError(f"{word}: parameter {parameter.name}: expected a step above 0, came {parameter.step}.")
+        if not parameter.plausible[0] < parameter.plausible[1]:
+            raise InputError(f"{word}: parameter {parameter.name}: expected a plausible range (low, high), came {parameter.plausible}.")
+    if not overrides(_made(found, word), *LINKS):
+        raise InputError(f"{word}: expected one of the links {', '.join(LINKS)} to be overridden, came none: it would do nothing.")
+
+
+def _made(found: type[EffectModel], word: str) -> EffectModel:
+    try:
+        return found()
+    except Exception as error:
+        raise InputError(f"{word}: {_raised(error)} when it was made; an effect is made without arguments.") from error
+
+
+def _raised(error: BaseException) -> str:
+    return f"raised {type(error).__name__} ({error})"
+
+
+def _watched(found: type[EffectModel], word: str) -> type[EffectModel]:
+    """A subclass of a plug-in in which every overridden link is checked."""
+    watch = _Watch(word, found)
+    methods: dict[str, Any] = {
+        "starts": watch.guarded("starts", watch.starts),
+        **{link: watch.guarded(link, getattr(watch, link)) for link in LINKS if getattr(found, link) is not getattr(EffectModel, link)},
+    }
+    return type(found.__name__, (found,), {**methods, "__doc__": found.__doc__, "__module__": found.__module__})
+
+
+class _Watch:
+    """The checks of one plug-in's links; each gets what the link was called with and its answer, and gives the answer back."""
+
+    def __init__(self, word: str, found: type[EffectModel]) -> None:
+        self.word, self.found = word, found
+
+    def guarded(self, link: str, check: Callable[..., Any]) -> Callable[..., Any]:
+        """The link with its check."""
+        original: Callable[..., Any] = getattr(self.found, link)
+
+        def called(effect: EffectModel, *arguments: Any) -> Any:
+            try:
+                answer = original(effect, *arguments)
+            except InputError:
+                raise
+            except Exception as error:
+                raise InputError(f"{self.word}: {_raised(error)} in {link}(){self._at(link, arguments)}.") from error
+            return check(answer, *arguments)
+
+        return called
+
+    def _at(self, link: str, arguments: tuple[Any, ...]) -> str:
+        """Parameters and frame of a call, as far as its arguments tell."""
+        theta = next((a for a in arguments if isinstance(a, np.ndarray)), None)
+        moment = next((a for a in arguments if isinstance(a, Moment)), None)
+        setting = next((a for a in arguments if isinstance(a, Setting)), None)
+        told = self._parameters(np.atleast_2d(theta)[0]) if theta is not None and link != "starts" else ""
+        return told + (_frame(moment.time_s, setting) if moment is not None and setting is not None else "")
+
+    def _parameters(self, theta: Array) -> str:
+        pairs = zip(self.found.entry.parameters, theta, strict=False)
+        return " with " + ", ".join(f"{p.name} = {value:g} {p.unit}" for p, value in pairs)
+
+    def _shaped(self, link: str, answer: Any, shape: tuple[int, ...]) -> Array:
+        try:
+            array = np.asarray(answer, dtype=np.float64)
+        except (TypeError, ValueError):
+            raise InputError(f"{self.word}: expected {link}() to give numbers, came {type(answer).__name__}.") from None
+        if array.shape != shape:
+            raise InputError(f"{self.word}: expected {link}() to give an array of shape {shape}, came {array.shape}.")
+        return array
+
+    def _refuse(self, link: str, theta: Array, where: str) -> InputError:
+        return InputError(f"{self.word}: {link}() gave a number that is not finite{self._parameters(theta)}{where}.")
+
+    def starts(self, answer: Any, setting: Setting) -> Array:
+        """(s, q) with at least one row."""
+        del setting
+        rows = len(answer) if hasattr(answer, "__len__") else 0
+        array = self._shaped("starts", answer, (max(rows, 1), len(self.found.entry.parameters)))
+        if not np.all(np.isfinite(array)):
+            raise InputError(f"{self.word}: starts() gave a number that is not finite.")
+        return array
+
+    def times(self, answer: Any, theta: Array, setting: Setting, times_s: Array) -> Array:
+        """As many times as frames."""
+        array = self._shaped("times", answer, times_s.shape)
+        bad = np.flatnonzero(~np.isfinite(array))
+        if len(bad):
+            raise self._refuse("times", theta, _frame(float(times_s[bad[0]] - setting.times_s[0]), setting))
+        return array
+
+    def body(self, answer: Any, theta: Array, setting: Setting) -> BodyChange:
+        """A change of the body."""
+        del setting
+        if not isinstance(answer, BodyChange):
+            raise InputError(f"{self.word}: expected body() to give a BodyChange, came {type(answer).__name__}.")
+        change = BodyChange(self._shaped("body", answer.com, (3,)), self._shaped("body", answer.inertia, (5,)))
+        if not (np.all(np.isfinite(change.com)) and np.all(np.isfinite(change.inertia))):
+            raise self._refuse("body", theta, "")
+        return change
+
+    def acceleration(self, answer: Any, theta: Array, moment: Moment, setting: Setting) -> Array | None:
+        """(m, 3) or nothing."""
+        return self._force("acceleration", answer, (theta, moment, setting))
+
+    def torque(self, answer: Any, theta: Array, moment: Moment, setting: Setting) -> Array | None:
+        """(m, 3) or nothing."""
+        return self._force("torque", answer, (theta, moment, setting))
+
+    def _force(self, link: str, answer: Any, at: tuple[Array, Moment, Setting]) -> Array | None:
+        theta, moment, setting = at
+        if answer is None:
+            return None
+        array = self._shaped(link, answer, moment.x.shape)
+        bad = np.flatnonzero(~np.isfinite(array).all(axis=1))
+        if len(bad):
+            raise self._refuse(link, theta[bad[0]], _frame(moment.time_s, setting))
+        return array
+
+    def scale(self, answer: Any, theta: Array) -> float:
+        """A number above zero."""
+        value = float(self._shaped("scale", answer, ()))
+        if not np.isfinite(value):
+            raise self._refuse("scale", theta, "")
+        if value <= 0.0:
+            raise InputError(f"{self.word}: expected scale() above 0, came {value:g}{self._parameters(theta)}.")
+        return value
+
+    def correct(self, answer: Any, theta: Array, points_px: Array, camera: Any, times_s: Array) -> Array:
+        """As many points as came."""
+        del camera
+        array = self._shaped("correct", answer, points_px.shape)
+        bad = np.flatnonzero(~np.isfinite(array).all(axis=1))
+        if len(bad):
+            number = int(np.searchsorted(np.unique(times_s), times_s[bad[0]]))
+            raise self._refuse("correct", theta, f" in picture {number} ({1e3 * times_s[bad[0]]:.3f} ms)")
+        return array
+
+    def shift(self, answer: Any, theta: Array, places: Places, setting: Setting) -> Array | None:
+        """(n, k, 2) or nothing; where there is no tangency any number will do."""
+        if answer is None:
+            return None
+        array = self._shaped("shift", answer, places.radius_px.shape)
+        bad = np.flatnonzero(~np.isfinite(array).all(axis=(1, 2)))
+        if len(bad):
+            raise self._refuse("shift", theta, _frame(float(places.times_s[bad[0]]), setting))
+        return array
+
+
+def _frame(time_s: float, setting: Setting) -> str:
+    """The frame nearest a time since the first one."""
+    number = int(np.argmin(np.abs(setting.times_s - setting.times_s[0] - time_s)))
+    return f" at frame {number} ({1e3 * time_s:.3f} ms)"

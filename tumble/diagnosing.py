@@ -1,0 +1,198 @@
+"""What the verbs on a campaign do: compare, diagnose, explain, climb a ladder; each ends in the content of one ``diagnosis.json``."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+from datasets.estimate_files import write_estimate
+from datasets.json_documents import Document, write_document
+from estimator.campaign_reporting import campaign_estimates, effect_values
+from estimator.configuration import configuration_from_dict
+from estimator.diagnosis.adding import fit_with, ladder
+from estimator.diagnosis.diagnose import diagnose, diagnosis_of
+from estimator.diagnosis.explain import Rules, explain
+from estimator.diagnosis.verdict import Verdict, verdict_of
+from estimator.effects.choosing import catalogue
+from estimator.effects.link import EffectModel
+from estimator.fitting.campaign import CampaignFit
+from estimator.fitting.campaign_covariance import CampaignCovariance, campaign_covariance
+from tumble.campaigning import Prepared, prepare
+from tumble.diagnosis_documents import (
+    campaign_content,
+    diagnosis_entry,
+    explanation_ladder,
+    keys_of,
+    rms_px,
+    rung_entry,
+    step_entry,
+    value_entries,
+    verdict_entry,
+)
+from tumble.result_files import estimate_path
+from tumble.versions import versions
+
+DIAGNOSIS_FILE = "diagnosis.json"
+CAMPAIGN_FILE = "campaign.json"
+Told = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Question:
+    """What is asked of a campaign.
+
+    ``source`` the observations, ``configuration`` resolved, ``effects`` in the model (``words`` as the user wrote them), ``also``
+    candidates beside the catalogue.
+    """
+
+    source: Path
+    configuration: dict[str, Any]
+    effects: tuple[EffectModel, ...]
+    words: str
+    also: tuple[EffectModel, ...] = ()
+
+    @property
+    def candidates(self) -> dict[str, EffectModel]:
+        """Effects on trial: the catalogue and the user's own."""
+        return {**catalogue(), **{e.entry.key: e for e in self.also}}
+
+    def command(self, verb: str, effects: Sequence[str]) -> str:
+        """A command on the same observations."""
+        words = ",".join([*([self.words] if self.words else []), *effects])
+        return f"tumble {verb} {self.source}" + (f" --effects {words}" if words else "")
+
+
+def prepared(question: Question, *, quiet: bool) -> Prepared:
+    """The campaign of a question."""
+    configuration = configuration_from_dict(question.configuration)
+    return prepare(question.source, configuration, (*question.effects, *question.also), quiet=quiet)
+
+
+def fitted(campaign: Prepared, effects: Sequence[EffectModel]) -> CampaignFit:
+    """The campaign fitted with ``effects``."""
+    return fit_with(campaign.registered.campaign, campaign.registered.start, effects)
+
+
+def estimated(question: Question, campaign: Prepared, out: Path, *, fit: CampaignFit | None = None) -> Document:
+    """Fit with the question's effects (or take ``fit``), write an estimate per sequence and ``campaign.json``; its content."""
+    fit = fitted(campaign, question.effects) if fit is None else fit
+    covariance = campaign_covariance(campaign.registered.campaign, fit)
+    configuration = configuration_from_dict(question.configuration)
+    for estimate in campaign_estimates(campaign.registered, campaign.observations, fit, covariance, configuration):
+        write_estimate(estimate, estimate_path(out, estimate.name))
+    values = effect_values(campaign.registered, fit, covariance)
+    content = {
+        **campaign_content(campaign.registered.campaign, fit, covariance, values),
+        "source": str(question.source.resolve()),
+        "left_out": campaign.left_out,
+        "configuration": question.configuration,
+        "versions": versions(),
+    }
+    write_document(out / CAMPAIGN_FILE, "campaign", content)
+    return content
+
+
+def diagnosed(question: Question, campaign: Prepared, told: Told) -> Document:
+    """Every effect that is not in the model on trial."""
+    fit = fitted(campaign, question.effects)
+    told("fit")
+    rules = Rules()
+    found = diagnose(campaign.registered.campaign, fit, question.candidates, margin=rules.margin)
+    told("score tests")
+    verdict = verdict_of(found, alpha=rules.alpha)
+    content = _content("diagnose", question, campaign, (fit, campaign_covariance(campaign.registered.campaign, fit)))
+    return {
+        **content,
+        "diagnosis": diagnosis_entry(found, campaign.names),
+        "verdict": verdict_entry(verdict, _next(question, verdict)),
+    }
+
+
+def explained(question: Question, campaign: Prepared, out: Path, told: Told) -> Document:
+    """The whole loop; also writes the estimates of the last model."""
+    rules, names = Rules(), campaign.names
+    registered = campaign.registered
+    explanation = explain(registered.campaign, registered.start, question.candidates, rules, told=told)
+    last = diagnosis_of(list(explanation.tests), explanation.ranking, margin=rules.margin)
+    estimated(question, campaign, out, fit=explanation.fit)
+    verdict = _verdict_of_explanation(verdict_of(last, alpha=rules.alpha), list(explanation.found), [s.accepted for s in explanation.steps])
+    content = _content("explain", question, campaign, (explanation.fit, explanation.covariance))
+    return {
+        **content,
+        "diagnosis": diagnosis_entry(last, names),
+        "steps": [step_entry(step, names, rules.margin) for step in explanation.steps],
+        "ladder": explanation_ladder(explanation, names),
+        "dropped": list(explanation.dropped),
+        "verdict": verdict_entry(verdict, _ladder_command(question, list(explanation.found))),
+    }
+
+
+def climbed(question: Question, campaign: Prepared, told: Told) -> Document:
+    """The held-out error with one effect more on every rung."""
+    registered = campaign.registered
+    rungs = list(ladder(registered.campaign, registered.start, question.effects, told=told))
+    last = rungs[-1].fit
+    first, final = rungs[0].held_out.rms_px, rungs[-1].held_out.rms_px
+    sentence = (
+        f"With {', '.join(e.entry.title for e in question.effects)} the RMS ETE on frames and sequences that were not fitted "
+        f"{'falls' if final < first else 'does not fall'}: {first:.4f} px to {final:.4f} px ({final / first - 1.0:+.0%})."
+    )
+    remarks = tuple(
+        f"{rung.added.replace('_', ' ').capitalize()} does not lower it: it does not belong in the model."
+        for before, rung in pairwise(rungs)
+        if rung.added is not None and rung.held_out.rms_px >= before.held_out.rms_px
+    )
+    content = _content("ladder", question, campaign, (last, campaign_covariance(registered.campaign, last)))
+    return {
+        **content,
+        "ladder": [rung_entry(rung, campaign.names) for rung in rungs],
+        "verdict": verdict_entry(Verdict("judged", sentence, remarks, ()), question.command("diagnose", ())),
+    }
+
+
+def _content(verb: str, question: Question, campaign: Prepared, at: tuple[CampaignFit, CampaignCovariance]) -> Document:
+    """What every verb says."""
+    fit, covariance = at
+    return {
+        "verb": verb,
+        "source": str(question.source.resolve()),
+        "sequences": list(campaign.names),
+        "left_out": campaign.left_out,
+        "model": keys_of(fit),
+        "settled": fit.settled,
+        "rms_ete_px": rms_px(fit),
+        "values": value_entries(effect_values(campaign.registered, fit, covariance)),
+        "noise_floor": None,
+        "maps": None,
+        "diagnosis": None,
+        "steps": None,
+        "ladder": None,
+        "dropped": [],
+        "configuration": question.configuration,
+        "versions": versions(),
+    }
+
+
+def _next(question: Question, verdict: Verdict) -> str:
+    if verdict.kind == "found":
+        return question.command("ladder", verdict.add)
+    if verdict.kind == "unknown":
+        return question.command("compare", ())
+    return question.command("estimate", ())
+
+
+def _ladder_command(question: Question, found: list[str]) -> str:
+    return question.command("ladder" if found else "estimate", found)
+
+
+def _verdict_of_explanation(last: Verdict, found: list[str], accepted: list[bool]) -> Verdict:
+    """The verdict on what was found and on what is left."""
+    if not found:
+        return last
+    names = ", ".join(key.replace("_", " ") for key in found)
+    sentence = f"The campaign is explained with {names}."
+    if last.kind == "nothing missing":
+        return Verdict("found", f"{sentence} Then nothing more is missing.", (), tuple(found))
+    stopped = "The next step did not lower the held-out error, so the loop stopped there." if not accepted[-1] else ""
+    return Verdict("found", f"{sentence} Something is left: {last.sentence}", tuple(r for r in (stopped, *last.remarks) if r), tuple(found))

@@ -1,0 +1,218 @@
+"""Diagnoses and fitted campaigns as documents (``diagnosis.json``, ``campaign.json``); the reports are made from these alone."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from estimator.campaign_reporting import EffectValue, is_plausible
+from estimator.diagnosis.adding import Rung
+from estimator.diagnosis.diagnose import Diagnosis, Finding, detectable, diagnosis_of
+from estimator.diagnosis.explain import Explanation, Step
+from estimator.diagnosis.score_tests import ScoreTest
+from estimator.diagnosis.verdict import Verdict
+from estimator.effects.link import EffectModel
+from estimator.fitting.campaign import Campaign, CampaignFit
+from estimator.fitting.campaign_covariance import CampaignCovariance
+from estimator.fitting.held_out import HeldOut
+
+Z95 = 1.959964
+Entry = dict[str, Any]
+
+
+def keys_of(fit: CampaignFit) -> list[str]:
+    """The effects of a fit, without what belongs to the instrument."""
+    return [e.entry.key for e in fit.model.effects if e.held is None]
+
+
+def rms_px(fit: CampaignFit) -> float:
+    """RMS of the tangency errors (px) of all sequences."""
+    squares = sum(float(np.sum(each.errors.e**2)) for each in fit.equations)
+    count = sum(2 * int(each.errors.tangency.valid.sum()) for each in fit.equations)
+    return float(np.sqrt(squares / max(count, 1)))
+
+
+def value_entries(values: Sequence[EffectValue]) -> list[Entry]:
+    """Fitted values."""
+    return [
+        {
+            "effect": v.effect,
+            "parameter": v.parameter.name,
+            "unit": v.parameter.unit,
+            "sequence": v.sequence,
+            "value": v.value,
+            "sigma": v.sigma,
+            "interval": list(v.interval),
+            "plausible": v.plausible,
+        }
+        for v in values
+    ]
+
+
+def diagnosis_entry(diagnosis: Diagnosis, names: Sequence[str]) -> Entry:
+    """All candidates and how much there is to explain; ``names`` of the sequences."""
+    ranking = diagnosis.ranking
+    return {
+        "p": diagnosis.p,
+        "chi_square": ranking.nothing,
+        "degrees_of_freedom": ranking.columns,
+        "p_all_together": ranking.p_nothing,
+        "group": list(diagnosis.group),
+        "candidates": [_finding(each, names) for each in diagnosis.findings],
+    }
+
+
+def _finding(finding: Finding, names: Sequence[str]) -> Entry:
+    entry = finding.test.effect.entry
+    return {
+        "effect": entry.key,
+        "stage": entry.stage.value,
+        "meaning": entry.meaning,
+        "share": finding.share,
+        "p": finding.p,
+        "p_alone": finding.test.p,
+        "statistic": finding.test.statistic,
+        "criterion": finding.criterion,
+        "values": _tested_values(finding.test, names),
+        "searched": _searched(finding.test, names),
+    }
+
+
+def _tested_values(test: ScoreTest, names: Sequence[str]) -> list[Entry]:
+    limits = detectable(test)
+    found = []
+    for row, (column, value) in enumerate(zip(test.columns, test.theta, strict=True)):
+        parameter = test.effect.entry.parameters[column.parameter]
+        sigma = float(max(test.covariance[row, row], 0.0)) ** 0.5
+        interval = (float(value) - Z95 * sigma, float(value) + Z95 * sigma)
+        found.append(
+            {
+                "parameter": parameter.name,
+                "unit": parameter.unit,
+                "sequence": None if column.sequence is None else names[column.sequence],
+                "value": float(value),
+                "sigma": sigma,
+                "interval": list(interval),
+                "plausible": is_plausible(interval, parameter),
+                "seen_from": limits[row],
+            }
+        )
+    return found
+
+
+def _searched(test: ScoreTest, names: Sequence[str]) -> list[Entry]:
+    """Where the best start of a searched parameter lies."""
+    parameters = test.effect.entry.parameters
+    return [
+        {
+            "parameter": p.name,
+            "unit": p.unit,
+            "sequence": None if sequence is None else names[sequence],
+            "value": float(start[i]),
+        }
+        for sequence, start in test.starts.items()
+        for i, p in enumerate(parameters)
+        if p.name in test.effect.entry.searched and len(parameters) > 1
+    ]
+
+
+def held_out_entry(held: HeldOut, names: Sequence[str]) -> Entry:
+    """Errors on what was not fitted."""
+    per_sequence = {name: float(value) for name, value in zip(names, held.per_sequence_px, strict=True)}
+    return {"rms_px": held.rms_px, "errors": held.errors, "per_sequence_px": per_sequence}
+
+
+def rung_entry(rung: Rung, names: Sequence[str]) -> Entry:
+    """One rung of a ladder."""
+    return {
+        "added": rung.added,
+        "model": keys_of(rung.fit),
+        "settled": rung.fit.settled,
+        "fitted_rms_px": rms_px(rung.fit),
+        "held_out": held_out_entry(rung.held_out, names),
+    }
+
+
+def step_entry(step: Step, names: Sequence[str], margin: float) -> Entry:
+    """One step of an explanation, with the diagnosis before it."""
+    return {
+        "added": step.added,
+        "group": list(step.group),
+        "p": step.p,
+        "accepted": step.accepted,
+        "before": held_out_entry(step.before, names),
+        "after": held_out_entry(step.after, names),
+        "fitted_rms_px": rms_px(step.fit),
+        "diagnosis": diagnosis_entry(diagnosis_of(list(step.tests), step.ranking, margin=margin), names),
+    }
+
+
+def explanation_ladder(explanation: Explanation, names: Sequence[str]) -> list[Entry]:
+    """The steps that were accepted as rungs of a ladder."""
+    steps = explanation.steps
+    if not steps:
+        return []
+    base: Entry = {"added": None, "model": [], "settled": explanation.base.settled, "fitted_rms_px": rms_px(explanation.base)}
+    rungs = [{**base, "held_out": held_out_entry(steps[0].before, names)}]
+    for step in steps:
+        if step.accepted:
+            rung: Entry = {"added": step.added, "model": keys_of(step.fit), "settled": step.fit.settled, "fitted_rms_px": rms_px(step.fit)}
+            rungs.append({**rung, "held_out": held_out_entry(step.after, names)})
+    return rungs
+
+
+def verdict_entry(verdict: Verdict, next_command: str) -> Entry:
+    """The verdict and what to type next."""
+    return {
+        "kind": verdict.kind,
+        "sentence": verdict.sentence,
+        "remarks": list(verdict.remarks),
+        "add": list(verdict.add),
+        "next": next_command,
+    }
+
+
+def campaign_content(campaign: Campaign, fit: CampaignFit, covariance: CampaignCovariance, values: Sequence[EffectValue]) -> Entry:
+    """Everything of a fitted campaign: the effects and, per sequence, state, parameters and where its rows of the covariance lie."""
+    sequences = []
+    for number, sequence in enumerate(campaign.sequences):
+        flight = fit.state.flights[number]
+        sequences.append(
+            {
+                "name": sequence.name,
+                "particle": campaign.particle[number],
+                "camera": campaign.camera[number],
+                "time_s": flight.time_s,
+                "x_world": flight.x,
+                "q_world_body": flight.q,
+                "v_world": flight.v,
+                "omega_world": flight.omega,
+                "com": flight.com,
+                "inertia": flight.inertia,
+                "offset_px": flight.offset_px,
+                "theta": fit.state.theta[number],
+                "whitened_mean_square": fit.equations[number].frames.mean_square,
+                "rows": covariance.place[number],
+            }
+        )
+    return {
+        "effects": [_effect(effect) for effect in fit.model.effects],
+        "parameters": list(fit.model.names),
+        "values": value_entries(values),
+        "settled": fit.settled,
+        "rms_ete_px": rms_px(fit),
+        "sequences": sequences,
+        "covariance": covariance.covariance,
+    }
+
+
+def _effect(effect: EffectModel) -> Entry:
+    entry = effect.entry
+    return {
+        "key": entry.key,
+        "stage": entry.stage.value,
+        "scope": entry.scope.value,
+        "meaning": entry.meaning,
+        "held": effect.held is not None,
+        "parameters": [{"name": p.name, "unit": p.unit} for p in entry.parameters],
+    }
