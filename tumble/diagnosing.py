@@ -6,6 +6,8 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from datasets.estimate_files import write_estimate
 from datasets.json_documents import Document, write_document
 from estimator.campaign_reporting import campaign_estimates, effect_values
@@ -13,10 +15,13 @@ from estimator.configuration import configuration_from_dict
 from estimator.diagnosis.adding import fit_with, ladder
 from estimator.diagnosis.diagnose import diagnose, diagnosis_of
 from estimator.diagnosis.explain import Rules, explain
+from estimator.diagnosis.map_words import sentence_of
+from estimator.diagnosis.noise_floor import NoiseFloor, noise_floor
+from estimator.diagnosis.residual_maps import residual_maps, shown
 from estimator.diagnosis.verdict import Verdict, verdict_of
 from estimator.effects.choosing import catalogue
 from estimator.effects.link import EffectModel
-from estimator.fitting.campaign import CampaignFit
+from estimator.fitting.campaign import Campaign, CampaignFit
 from estimator.fitting.campaign_covariance import CampaignCovariance, campaign_covariance
 from tumble.campaigning import Prepared, prepare
 from tumble.diagnosis_documents import (
@@ -24,6 +29,8 @@ from tumble.diagnosis_documents import (
     diagnosis_entry,
     explanation_ladder,
     keys_of,
+    map_entry,
+    noise_floor_entry,
     rms_px,
     rung_entry,
     step_entry,
@@ -35,6 +42,8 @@ from tumble.versions import versions
 
 DIAGNOSIS_FILE = "diagnosis.json"
 CAMPAIGN_FILE = "campaign.json"
+BOOTSTRAP_SEED = 20240229
+MOST_TOLD = 3
 Told = Callable[[str], None]
 
 
@@ -93,6 +102,32 @@ def estimated(question: Question, campaign: Prepared, out: Path, *, fit: Campaig
     return content
 
 
+def compared(question: Question, campaign: Prepared, told: Told) -> Document:
+    """Model against measurement: the noise floor, maps of the residuals, and whether any effect would fit."""
+    registered, rules = campaign.registered, Rules()
+    fit = fitted(campaign, question.effects)
+    told("fit")
+    maps = residual_maps(registered.campaign, fit)
+    found = diagnose(registered.campaign, fit, question.candidates, margin=rules.margin)
+    told("maps and score tests")
+    floor, at = _floor(registered.campaign, fit), (found.p, rules.alpha)
+    missing = floor.explainable(*at)
+    telling = [sentence_of(each) for each in shown(maps) if each.significant][:MOST_TOLD]
+    none = ("No map shows where.",) if missing and not telling else ()
+    verdict = Verdict("judged", floor.sentence(*at), (*telling, *none), ())
+    content = _content("compare", question, campaign, (fit, campaign_covariance(registered.campaign, fit)))
+    return {
+        **content,
+        "noise_floor": noise_floor_entry(floor, campaign.names, at),
+        "maps": [map_entry(each) for each in maps],
+        "verdict": verdict_entry(verdict, question.command("diagnose" if missing else "estimate", ())),
+    }
+
+
+def _floor(campaign: Campaign, fit: CampaignFit) -> NoiseFloor:
+    return noise_floor(campaign, fit, np.random.default_rng(BOOTSTRAP_SEED))
+
+
 def diagnosed(question: Question, campaign: Prepared, told: Told) -> Document:
     """Every effect that is not in the model on trial."""
     fit = fitted(campaign, question.effects)
@@ -105,6 +140,7 @@ def diagnosed(question: Question, campaign: Prepared, told: Told) -> Document:
     return {
         **content,
         "diagnosis": diagnosis_entry(found, campaign.names),
+        "noise_floor": noise_floor_entry(_floor(campaign.registered.campaign, fit), campaign.names, (found.p, rules.alpha)),
         "verdict": verdict_entry(verdict, _next(question, verdict)),
     }
 
@@ -120,6 +156,8 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told) -> 
     content = _content("explain", question, campaign, (explanation.fit, explanation.covariance))
     return {
         **content,
+        "noise_floor": noise_floor_entry(_floor(registered.campaign, explanation.fit), names, (last.p, rules.alpha)),
+        "maps": [map_entry(each) for each in residual_maps(registered.campaign, explanation.fit)],
         "diagnosis": diagnosis_entry(last, names),
         "steps": [step_entry(step, names, rules.margin) for step in explanation.steps],
         "ladder": explanation_ladder(explanation, names),
@@ -144,8 +182,10 @@ def climbed(question: Question, campaign: Prepared, told: Told) -> Document:
         if rung.added is not None and rung.held_out.rms_px >= before.held_out.rms_px
     )
     content = _content("ladder", question, campaign, (last, campaign_covariance(registered.campaign, last)))
+    floor = _floor(registered.campaign, last)
     return {
         **content,
+        "noise_floor": noise_floor_entry(floor, campaign.names, (1.0, 0.0)),
         "ladder": [rung_entry(rung, campaign.names) for rung in rungs],
         "verdict": verdict_entry(Verdict("judged", sentence, remarks, ()), question.command("diagnose", ())),
     }

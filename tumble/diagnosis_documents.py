@@ -9,6 +9,9 @@ from estimator.campaign_reporting import EffectValue, is_plausible
 from estimator.diagnosis.adding import Rung
 from estimator.diagnosis.diagnose import Diagnosis, Finding, detectable, diagnosis_of
 from estimator.diagnosis.explain import Explanation, Step
+from estimator.diagnosis.map_words import sentence_of, title_of
+from estimator.diagnosis.noise_floor import NoiseFloor
+from estimator.diagnosis.residual_maps import ResidualMap
 from estimator.diagnosis.score_tests import ScoreTest
 from estimator.diagnosis.verdict import Verdict
 from estimator.effects.link import EffectModel
@@ -114,6 +117,46 @@ def _searched(test: ScoreTest, names: Sequence[str]) -> list[Entry]:
         for i, p in enumerate(parameters)
         if p.name in test.effect.entry.searched and len(parameters) > 1
     ]
+
+
+def map_entry(found: ResidualMap) -> Entry:
+    """One map of residuals."""
+    return {
+        "name": found.axis.name,
+        "title": title_of(found),
+        "unit": found.axis.unit,
+        "kind": found.kind,
+        "centre": found.centre,
+        "second": found.second,
+        "mean_px": found.mean_px,
+        "sigma_px": found.sigma_px,
+        "count": found.count,
+        "statistic": found.statistic,
+        "p": found.p,
+        "significant": found.significant,
+        "sentence": sentence_of(found),
+    }
+
+
+def noise_floor_entry(floor: NoiseFloor, names: Sequence[str], at: tuple[float, float]) -> Entry:
+    """The noise floor; ``at``: p-value of the tests of all effects and the one below which something is missing."""
+    return {
+        "rms_px": floor.rms_px,
+        "repeated_px": floor.repeated_px,
+        "neighbours_px": floor.neighbours_px,
+        "floor_px": floor.floor_px,
+        "excess_px": floor.excess_px,
+        "reduced_chi_square": floor.reduced,
+        "interval": list(floor.interval),
+        "per_sequence": dict(zip(names, floor.per_sequence.tolist(), strict=True)),
+        "lags": floor.lags,
+        "autocorrelation": floor.autocorrelation,
+        "autocorrelation_interval": list(floor.autocorrelation_interval),
+        "along_outline_rad": floor.along_outline_rad,
+        "expected_along_rad": floor.expected_along_rad,
+        "explainable": floor.explainable(*at),
+        "sentence": floor.sentence(*at),
+    }
 
 
 def held_out_entry(held: HeldOut, names: Sequence[str]) -> Entry:

@@ -20,7 +20,9 @@ from tumble.configuring import load_configuration
 from tumble.diagnosing import DIAGNOSIS_FILE, Question, prepared
 from tumble.numbers import with_sigma
 from tumble.output_directory import Run, note_failures, output_directory
+from tumble.reports.campaign_page import write_campaign_page
 
+REPORT_FILE = "report.html"
 SHOWN = 8
 ALPHA = Rules().alpha
 Work = Callable[[Question, Prepared, Path, Callable[[str], None]], Document]
@@ -62,11 +64,13 @@ def run_on_campaign(verb: str, arguments: argparse.Namespace, work: Work) -> int
             with campaign_of(question, out, quiet=arguments.quiet) as campaign:
                 content = work(question, campaign, out, _teller(quiet=arguments.quiet))
                 write_document(out / DIAGNOSIS_FILE, "diagnosis", content)
-    document = read_document(arguments.out / DIAGNOSIS_FILE, "diagnosis")
+        document = read_document(out / DIAGNOSIS_FILE, "diagnosis")
+        write_campaign_page(document, out / REPORT_FILE)
     if arguments.json:
         print(json.dumps(plain(document)))
     elif not arguments.quiet:
         say_diagnosis(document)
+        print(f"report: {arguments.out / REPORT_FILE}")
     return int(bool(document["left_out"]))
 
 

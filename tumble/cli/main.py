@@ -20,6 +20,7 @@ VERBS: tuple[tuple[str, str], ...] = (
     ("quickstart", "render, estimate, score and report two small sequences of a cut stone"),
     ("render", "make a dataset from a recipe"),
     ("estimate", "measure poses, trajectory and velocities from observations alone"),
+    ("compare", "show where the model of a campaign fails, and whether it does"),
     ("diagnose", "say which physical effect the model of a campaign misses"),
     ("explain", "add what is missing, step by step, until only noise is left"),
     ("ladder", "show the error on data not fitted fall, effect by effect"),

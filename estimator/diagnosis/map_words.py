@@ -1,0 +1,107 @@
+"""Maps of residuals in plain words: where, in which direction, how much, and whether it grows."""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import spearmanr
+
+from estimator.diagnosis.residual_maps import ResidualMap
+
+Index = NDArray[np.int64]
+STRONG = 3.0
+"""Standard errors from which a bin is told."""
+TREND = 0.8
+SIGNS = {
+    "offset": ("outlines are larger than the model's", "outlines are smaller than the model's"),
+    "along_v": ("outlines are displaced along +v", "outlines are displaced along −v"),
+    "along_x": ("outlines are displaced to the right (+x)", "outlines are displaced to the left (−x)"),
+    "along_y": ("outlines are displaced downwards (+y)", "outlines are displaced upwards (−y)"),
+}
+COMPASS = ("right", "lower right", "down", "lower left", "left", "upper left", "up", "upper right")
+
+
+def title_of(found: ResidualMap) -> str:
+    """A map's title."""
+    kind = {"offset": "outwards", "along_v": "along v", "along_x": "along x", "along_y": "along y"}[found.kind]
+    return f"{kind}, over {found.axis.title}"
+
+
+def sentence_of(found: ResidualMap) -> str:
+    """What a map shows, in a sentence."""
+    if not found.significant:
+        return f"Over {found.axis.title}: nothing that noise would not do (p = {found.p:.2g}, corrected for the number of maps)."
+    first, last = strongest_run(found)
+    rows = np.arange(first, last + 1, dtype=np.int64)
+    worst = rows[np.argmax(np.abs(found.mean_px[rows]))]
+    sign = SIGNS[found.kind][0 if found.mean_px[worst] > 0 else 1]
+    size = f"{found.mean_px[worst]:+.3f} ± {found.sigma_px[worst]:.3f} px"
+    others = _others(found, rows)
+    return f"{sign[0].upper()}{sign[1:]} {where(found, first, last)} ({size}){_trend(found)}{others} (p = {found.p:.1e})."
+
+
+def strongest_run(found: ResidualMap) -> tuple[int, int]:
+    """First and last bin of the run of strong bins of one sign about the strongest one."""
+    z = found.mean_px / found.sigma_px
+    top = int(np.argmax(np.abs(z)))
+    if found.axis.edges is None:
+        return top, top
+    alike = (np.abs(z) > STRONG) & (np.sign(z) == np.sign(z[top]))
+    alike[top] = True
+    first = last = top
+    while first > 0 and alike[first - 1] and found.bins[first - 1] == found.bins[first] - 1:
+        first -= 1
+    while last + 1 < len(z) and alike[last + 1] and found.bins[last + 1] == found.bins[last] + 1:
+        last += 1
+    return first, last
+
+
+def _others(found: ResidualMap, told: Index) -> str:
+    """How many other bins are strong, the other way round or alike."""
+    z = found.mean_px / found.sigma_px
+    strong = np.setdiff1d(np.flatnonzero(np.abs(z) > STRONG), told)
+    opposite = [int(i) for i in strong if np.sign(z[i]) != np.sign(z[told[0]])]
+    if not opposite:
+        return ""
+    best = max(opposite, key=lambda i: abs(z[i]))
+    return f", the other way {where(found, best, best)} ({found.mean_px[best]:+.3f} ± {found.sigma_px[best]:.3f} px)"
+
+
+def _trend(found: ResidualMap) -> str:
+    """Whether it grows or falls over an axis that has an order."""
+    if found.axis.edges is None or len(found.bins) < 5:
+        return ""
+    r = float(spearmanr(found.centre, found.mean_px).statistic)
+    grown = float(spearmanr(found.centre, np.abs(found.mean_px)).statistic)
+    if grown > TREND and abs(r) > TREND:
+        return f", growing with {found.axis.title}"
+    if grown < -TREND and abs(r) > TREND:
+        return f", falling with {found.axis.title}"
+    if abs(r) > TREND:
+        return f", changing steadily with {found.axis.title}"
+    return ""
+
+
+def where(found: ResidualMap, first: int, last: int) -> str:
+    """The place of a run of bins."""
+    axis, a, b = found.axis, found.bins[first], found.bins[last]
+    second = 0.0 if axis.second is None else float(axis.second[a])
+    centre = float(axis.centre[a])
+    match axis.name:
+        case "outline_direction":
+            return f"where they face {COMPASS[round(centre / 45.0) % 8]} ({centre:.0f}° from x to y)"
+        case "body_direction":
+            return f"on the particle's side at longitude {centre:.0f}°, latitude {second:.0f}° (body axes)"
+        case "place":
+            return f"around ({centre:.0f}, {second:.0f}) px of the picture"
+        case "view":
+            return f"in pairs with calibrated view {centre:.0f}"
+        case "spin_phase":
+            return f"at {centre:.0f}° of each turn"
+    low, high = (float(axis.edges[a]), float(axis.edges[b + 1])) if axis.edges is not None else (centre, centre)
+    match axis.name:
+        case "time":
+            return f"in frames {np.ceil(low):.0f} to {np.floor(high):.0f}"
+        case "radius":
+            return f"{low:.0f} to {high:.0f} px from the principal point"
+        case "speed":
+            return f"at speeds of {low:.2f} to {high:.2f} m/s"
+    return f"at {low:.3g} to {high:.3g} {axis.unit}"

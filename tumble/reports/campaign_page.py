@@ -1,0 +1,92 @@
+"""The report of ``compare``, ``diagnose``, ``explain`` and ``ladder``: one HTML page from a ``diagnosis.json``, alike for all four."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+
+from datasets.atomic_files import written_whole
+from datasets.json_documents import revived
+from tumble.numbers import with_sigma
+from tumble.reports.charts import autocorrelation_chart, ladder_chart, map_chart
+from tumble.reports.payload import flat
+from tumble.versions import versions
+
+TITLES = {
+    "compare": "Model against measurement",
+    "diagnose": "Which effect is missing?",
+    "explain": "Explaining a campaign",
+    "ladder": "The error, effect by effect",
+}
+GOOD = ("nothing missing", "found")
+
+
+def write_campaign_page(document: Mapping[str, Any], path: Path) -> None:
+    """Write the report of a diagnosis to ``path``."""
+    text = render(document)
+    with written_whole(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+
+
+def render(document: Mapping[str, Any]) -> str:
+    """The page's text."""
+    environment = Environment(loader=PackageLoader("tumble.reports"), autoescape=True, undefined=StrictUndefined, trim_blocks=True)
+    environment.filters.update(words=_words, value=_value, interval=_interval, p=_p)
+    found = revived(dict(document))
+    return environment.get_template("campaign.html.j2").render(
+        title=TITLES[found["verb"]],
+        d=found,
+        tone="good" if found["verdict"]["kind"] in GOOD else "neutral",
+        missing=found["diagnosis"] is not None and found["verdict"]["kind"] != "nothing missing",
+        maps=_maps(found["maps"] or []),
+        ladder=_ladder(found["ladder"], found["noise_floor"]),
+        steps=found["steps"] or [],
+        autocorrelation=Markup(autocorrelation_chart(found["noise_floor"])) if found["noise_floor"] else None,
+        configuration=flat(found["configuration"]),
+        libraries=flat(found["versions"]),
+        made_by=versions()["tumble"],
+    )
+
+
+def _maps(entries: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """The best map of every axis first, with its picture; the others after, marked ``more``."""
+    seen: set[str] = set()
+    first: list[dict[str, Any]] = []
+    more: list[dict[str, Any]] = []
+    for entry in entries:
+        (more if entry["name"] in seen else first).append({**entry, "chart": Markup(map_chart(entry)), "more": entry["name"] in seen})
+        seen.add(entry["name"])
+    return [*first, *more]
+
+
+def _ladder(rungs: Sequence[Mapping[str, Any]] | None, floor: Mapping[str, Any] | None) -> dict[str, Any] | None:
+    if not rungs or floor is None:
+        return None
+    rows, before = [], None
+    for rung in rungs:
+        value = rung["held_out"]["rms_px"]
+        change = "" if before is None else f"{value / before - 1.0:+.1%}"
+        above = f"{value / floor['floor_px'] - 1.0:+.0%}"
+        rows.append({**rung, "change": change, "above": above})
+        before = value
+    return {"rows": rows, "chart": Markup(ladder_chart(rungs, floor["floor_px"])), "floor_px": floor["floor_px"]}
+
+
+def _words(key: str) -> str:
+    return key.replace("_", " ")
+
+
+def _value(entry: Mapping[str, Any]) -> str:
+    unit = "" if entry["unit"] == "1" else f" {entry['unit']}"
+    return f"{entry['parameter'].replace('_', ' ')} = {with_sigma(entry['value'], entry['sigma'])}{unit}"
+
+
+def _interval(entry: Mapping[str, Any]) -> str:
+    low, high = entry["interval"]
+    return f"{low:.4g} to {high:.4g}"
+
+
+def _p(value: float) -> str:
+    return "1" if value >= 1 else (f"{value:.2f}" if value >= 0.01 else f"{value:.0e}")
