@@ -105,4 +105,14 @@ def velocities(campaign: Campaign, fit: CampaignFit, covariance: CampaignCovaria
 
 def no_answer(reasons: Sequence[str]) -> dict[str, Any]:
     """The answer to a campaign of which nothing could be measured."""
-    return {"found": [], "dropped": [], "unknown": False, "stage": "", "steps": [], "tests": [], "parameters": [], "reasons": list(reasons)}
+    return {
+        "found": [],
+        "dropped": [],
+        "unknown": False,
+        "stage": "",
+        "steps": [],
+        "tests": [],
+        "parameters": [],
+        "left_out": [],
+        "reasons": list(reasons),
+    }

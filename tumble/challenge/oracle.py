@@ -33,13 +33,19 @@ Array = NDArray[np.float64]
 
 
 def ask_oracle(
-    cases: Sequence[Case], root: Path, configuration: Mapping[str, Any], out: Path, *, jobs: int, quiet: bool
+    cases: Sequence[tuple[Case, bool]], root: Path, configuration: Mapping[str, Any], out: Path, *, jobs: int, quiet: bool
 ) -> tuple[Outcome, ...]:
-    """Fit the true model to every case with something in it, where ``out`` lacks that."""
+    """Fit the true model to every case, where ``out`` lacks that; ``cases`` says where the base model's held-out error is wanted, too."""
     items = []
-    for case in cases:
+    for case, base in cases:
         product = oracle_path(out, case.name)
-        payload = {"case": case_to_dict(case), "root": str(root), "configuration": dict(configuration), "product": str(product)}
+        payload = {
+            "case": case_to_dict(case),
+            "root": str(root),
+            "configuration": dict(configuration),
+            "base": base,
+            "product": str(product),
+        }
         items.append(Item(case.name, payload, product))
     with progress("oracle", len(items), quiet=quiet) as advance:
         return run(oracle_item, items, jobs=jobs, advance=advance)
@@ -53,7 +59,10 @@ def oracle_path(out: Path, name: str) -> Path:
 def oracle_item(payload: dict[str, Any]) -> dict[str, Any]:
     """One campaign."""
     case, product = case_from_dict(payload["case"]), Path(payload["product"])
-    said = _outside(case, payload) if case.kind == "outside" else _inside(case, payload)
+    try:
+        said = _outside(case, payload) if case.kind == "outside" else _inside(case, payload)
+    except np.linalg.LinAlgError as error:
+        said = {"failed": str(error)}
     with written_whole(product) as temporary:
         temporary.write_text(json.dumps(plain({"campaign": case.name, **said}), indent=1) + "\n", encoding="utf-8")
     return {"campaign": case.name}
@@ -64,11 +73,11 @@ def _inside(case: Case, payload: Mapping[str, Any]) -> dict[str, Any]:
     if not registered.campaign.sequences:
         return {"left_out": [each.name for each in registered.left_out]}
     campaign, start = registered.campaign, registered.start
-    base = fit_campaign(campaign, start_with(start, base_model().size), base_model())
+    base = fit_campaign(campaign, start_with(start, base_model().size), base_model()) if payload["base"] else None
     fit = true_fit(case, registered)
     covariance = campaign_covariance(campaign, fit)
     return {
-        "base_px": held_out(campaign, base.state, base.model).rms_px,
+        "base_px": held_out(campaign, base.state, base.model).rms_px if base else None,
         "oracle_px": held_out(campaign, fit.state, fit.model).rms_px,
         "settled": fit.settled,
         "velocities": velocities(campaign, fit, covariance),

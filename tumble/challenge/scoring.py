@@ -17,10 +17,12 @@ from datasets.recipes.effects import KNOWN, sizes, values_in_sequence
 from datasets.truth import Truth
 from datasets.truth_files import read_truth
 from datasets.vocabulary.effects import EFFECTS, Scope, Stage
+from tumble.challenge.answers import no_answer
 from tumble.challenge.cases import Case, case_folder, sequence_name
 from tumble.challenge.limits import LimitTable, noncentrality
 from tumble.challenge.oracle import oracle_path
 from tumble.challenge.solving import answer_path
+from tumble.output_directory import UNFINISHED, read_run
 
 Array = NDArray[np.float64]
 Answer = Mapping[str, Any]
@@ -37,7 +39,7 @@ class Scored:
 
 
 def score_cases(cases: Sequence[Case], root: Path, answers: Path, oracles: Path, table: LimitTable) -> Scored:
-    """Score every case that was answered.
+    """Score every case; where a finished run left no answer (it crashed there), nothing was found.
 
     Raises
     ------
@@ -47,16 +49,24 @@ def score_cases(cases: Sequence[Case], root: Path, answers: Path, oracles: Path,
     rows: list[dict[str, Any]] = []
     parameters: list[dict[str, Any]] = []
     velocities: list[dict[str, Any]] = []
+    run = read_run(answers)
+    finished = run is not None and run["state"] != UNFINISHED and len(list(answers.glob("*.answer.json"))) > 0
     for case in cases:
-        answer, oracle = _read(answer_path(answers, case.name)), _read(oracle_path(oracles, case.name))
-        if not answer:
+        answer, oracle = read_answer(answers, case.name), _read(oracle_path(oracles, case.name))
+        if not answer and not finished:
             continue
+        answer = answer or no_answer(["no answer"])
         rows.append({**named(case, answer), **_errors(answer, oracle), "own_ratio": own_ratio(case, answer, table), **_cpu(answer)})
         parameters += [{"case": case.name, **row} for row in pulls(case, answer)]
         velocities += velocity_rows(case, root, answer, oracle)
     if not rows:
         raise InputError(f"{answers}: expected answers (*.answer.json) to the campaigns of {root}, found none.")
     return Scored(pd.DataFrame(rows), pd.DataFrame(parameters), pd.DataFrame(velocities))
+
+
+def read_answer(answers: Path, campaign: str) -> dict[str, Any]:
+    """The answer to a campaign; empty where there is none."""
+    return _read(answer_path(answers, campaign))
 
 
 def _read(path: Path) -> dict[str, Any]:
@@ -90,6 +100,7 @@ def named(case: Case, answer: Answer) -> dict[str, Any]:
         "stage": answer["stage"],
         "true_stage": "+".join(stages),
         "left_out": len(answer["left_out"]),
+        "reasons": "; ".join(answer.get("reasons", [])),
     }
 
 
@@ -100,7 +111,7 @@ def _particle(case: Case) -> str:
 
 def _errors(answer: Answer, oracle: Answer) -> dict[str, float]:
     held = answer.get("held_out", {})
-    base = held["base"]["rms_px"] if "base" in held else oracle.get("base_px", math.nan)
+    base = held["base"]["rms_px"] if "base" in held else oracle.get("base_px") or math.nan
     final = held["final"]["rms_px"] if "final" in held else base
     return {
         "base_px": base,
@@ -111,7 +122,7 @@ def _errors(answer: Answer, oracle: Answer) -> dict[str, float]:
 
 
 def _cpu(answer: Answer) -> dict[str, float]:
-    return {f"cpu_{name}_s": answer["cpu_s"].get(name, math.nan) for name in ("register", "diagnose", "explain")}
+    return {f"cpu_{name}_s": answer.get("cpu_s", {}).get(name, math.nan) for name in ("register", "diagnose", "explain")}
 
 
 def true_sizes(case: Case, key: str) -> Array:

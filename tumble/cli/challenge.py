@@ -18,7 +18,7 @@ from tumble.challenge.limit_making import development_controls, measure_controls
 from tumble.challenge.limits import TABLE, read_table, write_table
 from tumble.challenge.making import make_campaigns
 from tumble.challenge.oracle import ask_oracle
-from tumble.challenge.scoring import score_cases
+from tumble.challenge.scoring import read_answer, score_cases
 from tumble.challenge.solving import answer_path, campaigns_in, solve_campaigns
 from tumble.challenge.summary import summary, write_tables
 from tumble.cli.options import add_configuration, add_jobs, add_output, positive, verb_parser
@@ -142,11 +142,13 @@ def _score_options(part: argparse.ArgumentParser) -> None:
 
 def _score(arguments: argparse.Namespace) -> int:
     configuration, table = load_configuration(arguments.config, arguments.settings), read_table(arguments.limits)
-    cases = [case for case in read_cases(arguments.challenge) if answer_path(arguments.answers, case.name).is_file()]
-    asked = [] if arguments.no_oracle else [case for case in cases if case.kind != "control"]
+    cases = read_cases(arguments.challenge)
+    answered = [case for case in cases if answer_path(arguments.answers, case.name).is_file()]
+    asked = [] if arguments.no_oracle else [case for case in answered if case.kind != "control"]
+    wanted = [(case, not read_answer(arguments.answers, case.name).get("held_out")) for case in asked]
     described = Run("challenge score", {"challenge": str(arguments.challenge.resolve()), "answers": str(arguments.answers.resolve())})
     with output_directory(arguments.out, described, resume=arguments.resume, force=arguments.force) as out:
-        outcomes = ask_oracle(asked, arguments.challenge, configuration, out, jobs=arguments.jobs, quiet=arguments.quiet)
+        outcomes = ask_oracle(wanted, arguments.challenge, configuration, out, jobs=arguments.jobs, quiet=arguments.quiet)
         report_failures(out, outcomes)
         scored = score_cases(cases, arguments.challenge, arguments.answers, out, table)
         write_tables(scored, out)
@@ -156,6 +158,8 @@ def _score(arguments: argparse.Namespace) -> int:
             with written_whole(path) as temporary:
                 temporary.write_text(text, encoding="utf-8")
     if not arguments.quiet:
+        if len(answered) < len(cases):
+            print(f"{len(cases) - len(answered)} of {len(cases)} campaigns have no answer")
         print("\n".join(line_of(figure) for figure in acceptance(scored)))
     return exit_code(outcomes) if outcomes else 0
 

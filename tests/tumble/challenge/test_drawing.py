@@ -1,0 +1,87 @@
+"""What is hidden: drawn from the seed alone, of the sizes asked for, within what nature can do."""
+
+from collections import Counter
+
+import numpy as np
+import pytest
+
+from datasets.recipes.effects import check_effects, sizes
+from datasets.recipes.synth_only import SYNTH_ONLY
+from datasets.vocabulary.effects import EFFECTS, Scope
+from synth.effects.registry import REALISATIONS
+from tumble.challenge.cases import Case, case_from_dict, case_to_dict
+from tumble.challenge.drawing import MOST_DROPPED, Counts, Plan, Shape, Sizes, draw_cases
+from tumble.challenge.limits import TABLE, limit_along, read_table
+
+TABLE_READ = read_table(TABLE)
+PLAN = Plan(Shape(), Counts(75, 5, 20, 9), Sizes(), TABLE_READ)
+CASES = draw_cases(PLAN, 11)
+
+
+def of_kind(kind: str) -> list[Case]:
+    return [case for case in CASES if case.kind == kind]
+
+
+def test_the_seed_decides_everything() -> None:
+    again = draw_cases(PLAN, 11)
+    assert [(c.name, c.kind, c.recipe) for c in again] == [(c.name, c.kind, c.recipe) for c in CASES]
+    assert [c.keys for c in draw_cases(PLAN, 12)] != [c.keys for c in CASES]
+
+
+def test_counts_are_those_asked_for_and_effects_take_turns() -> None:
+    assert Counter(c.kind for c in CASES) == {"single": 75, "control": 5, "pair": 20, "outside": 9}
+    assert Counter(c.keys[0] for c in of_kind("single")) == dict.fromkeys(EFFECTS, 3)
+    assert Counter(c.keys[0] for c in of_kind("outside")) == dict.fromkeys(SYNTH_ONLY, 3)
+    assert all(len(set(c.keys)) == 2 for c in of_kind("pair"))
+    assert len({c.keys for c in of_kind("pair")}) == 20
+
+
+def test_names_say_nothing() -> None:
+    assert [case.name for case in CASES] == [f"c{i:03d}" for i in range(1, len(CASES) + 1)]
+    assert [c.kind for c in CASES] != sorted(c.kind for c in CASES)
+
+
+def test_every_recipe_can_be_realised() -> None:
+    for case in CASES:
+        check_effects(case.recipe.effects, case.recipe.sequences, case.name)
+        assert set(case.keys) <= set(REALISATIONS)
+
+
+def test_sizes_are_the_ratio_times_the_limit() -> None:
+    for case in of_kind("single"):
+        (effect,) = case.recipe.effects
+        entry = EFFECTS[effect.key]
+        columns = [np.atleast_1d(np.array(effect.values[name], dtype=np.float64)) for name in sizes(entry)]
+        ratio = 1.0 / limit_along(TABLE_READ, effect.key, np.stack(columns, axis=1))
+        assert ratio == pytest.approx(case.ratios[effect.key])
+        assert effect.key == "dropped_frames" or ratio <= 10.0 + 1e-9
+        own = entry.scope is Scope.SEQUENCE
+        assert all(len(c) == (case.recipe.sequences if own else 1) for c in columns)
+
+
+def test_pairs_are_above_their_limits_unless_nature_forbids() -> None:
+    ratios = [ratio for case in of_kind("pair") for ratio in case.ratios.values()]
+    assert np.mean(np.array(ratios) >= 1.0) > 0.7
+
+
+def test_dropped_frames_come_in_whole_numbers_in_at_least_one_sequence() -> None:
+    plan = Plan(Shape(), Counts(20, 0, 0, 0), Sizes(), TABLE_READ, ("dropped_frames",))
+    for case in draw_cases(plan, 3):
+        counts = np.array(case.recipe.effects[0].values["count"])
+        assert set(counts) <= set(range(MOST_DROPPED + 1))
+        assert counts.any()
+        after = np.array(case.recipe.effects[0].values["after_frame"])
+        assert np.all((after >= 8) & (after < 72))
+
+
+def test_a_vibration_has_a_frequency_that_is_searched_for() -> None:
+    plan = Plan(Shape(), Counts(20, 0, 0, 0), Sizes(), TABLE_READ, ("camera_vibration",))
+    frequencies = [case.recipe.effects[0].values["frequency"] for case in draw_cases(plan, 3)]
+    assert 70.0 < min(frequencies) < max(frequencies) <= 1000.0
+
+
+def test_a_case_survives_its_file() -> None:
+    for case in CASES[:20]:
+        back = case_from_dict(case_to_dict(case))
+        assert back.recipe == case.recipe
+        assert (back.name, back.kind, back.views) == (case.name, case.kind, case.views)

@@ -1,0 +1,129 @@
+"""Scores of made-up answers: what is right counts as right, and each figure can be missed."""
+
+import math
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from datasets.recipes.recipe import EffectRecipe, Recipe
+from tumble.challenge.acceptance import HELD, MISSED, TOO_FEW, acceptance, line_of, share
+from tumble.challenge.cases import Case, Kind
+from tumble.challenge.detection import detection_table
+from tumble.challenge.scoring import Scored, named, pulls
+
+
+def case(kind: Kind, *keys: str) -> Case:
+    return Case("c001", kind, Recipe(effects=tuple(EffectRecipe(key, {}) for key in keys)), 40, dict.fromkeys(keys, 2.0))
+
+
+def answer(*steps: tuple[str, ...], accepted: bool = True, unknown: bool = False) -> dict[str, Any]:
+    said = [{"added": group[0], "group": list(group), "accepted": accepted} for group in steps]
+    found = [group[0] for group in steps] if accepted else []
+    return {"steps": said, "found": found, "unknown": unknown, "stage": "dynamics" if unknown else "", "left_out": [], "parameters": []}
+
+
+def test_a_name_alone_and_first() -> None:
+    row = named(case("single", "gravity"), answer(("gravity",)))
+    assert (row["first"], row["named_first"], row["alone_first"], row["all_found"]) == ("gravity", True, True, True)
+
+
+def test_a_name_within_a_group() -> None:
+    row = named(case("single", "quadratic_drag"), answer(("linear_drag", "quadratic_drag")))
+    assert not row["named_first"]
+    assert not row["alone_first"]
+    assert row["within_group"]
+    assert row["all_found"]
+
+
+def test_a_wrong_name_and_a_step_that_was_not_accepted_find_nothing() -> None:
+    for said in (answer(("gravity",)), answer(("linear_drag",), accepted=False)):
+        row = named(case("single", "linear_drag"), said)
+        assert not any(row[key] for key in ("within_group", "named_first", "all_found"))
+
+
+def test_both_of_a_pair_must_be_found() -> None:
+    pair = case("pair", "gravity", "blooming")
+    assert named(pair, answer(("blooming",), ("gravity",)))["all_found"]
+    assert not named(pair, answer(("blooming",)))["all_found"]
+
+
+def test_false_alarms() -> None:
+    assert not named(case("control"), answer())["false_alarm"]
+    assert named(case("control"), answer(("gravity",)))["false_alarm"]
+    assert named(case("control"), answer(unknown=True))["false_alarm"]
+
+
+def test_outside_of_the_catalogue() -> None:
+    row = named(case("outside", "wall_attraction"), answer(unknown=True))
+    assert (row["first"], row["stage"], row["true_stage"]) == ("unknown", "dynamics", "dynamics")
+
+
+def test_pulls_are_errors_over_their_standard_deviations() -> None:
+    hidden = Case("c001", "single", Recipe(sequences=2, effects=(EffectRecipe("uniform_acceleration", {"a_x": (1.0, 2.0)}),)), 40, {})
+    row = {"effect": "uniform_acceleration", "parameter": "a_x", "sequence": "c001-2", "value": 2.3, "sigma": 0.1, "is_size": True}
+    other = {**row, "effect": "gravity", "parameter": "dg_x", "sequence": None}
+    (found,) = pulls(hidden, {"parameters": [row, other]})
+    assert found["true"] == 2.0
+    assert found["pull"] == pytest.approx(3.0)
+
+
+def table(hits: int, misses: int, alarms: int) -> Scored:
+    base = {"ratio": 3.0, "base_px": 0.3, "final_px": 0.2, "oracle_px": 0.2, "empirical_px": math.nan, "stage": "", "true_stage": ""}
+    base |= {"cpu_register_s": 1.0, "cpu_diagnose_s": 10.0, "cpu_explain_s": 50.0, "unknown": False}
+    rows = [{**base, **named(case("single", "gravity"), answer(("gravity",))), "ratio": 3.0}] * hits
+    rows += [{**base, **named(case("single", "gravity"), answer(("blooming",))), "final_px": 0.3, "ratio": 3.0}] * misses
+    rows += [{**base, **named(case("control"), answer()), "ratio": math.nan}] * (110 - alarms)
+    rows += [{**base, **named(case("control"), answer(("gravity",))), "ratio": math.nan}] * alarms
+    parameters = pd.DataFrame({"effect": "gravity", "pull": np.linspace(-2.05, 2.05, 200)})
+    velocities = pd.DataFrame(
+        [
+            {"case": f"c{i}", "kind": "single", "v_base": 0.1, "v_final": 0.01 + 1e-4 * i, "v_base_chi2": 50.0, "omega_base_chi2": 1.0}
+            for i in range(40)
+        ]
+    )
+    return Scored(pd.DataFrame(rows), parameters, velocities)
+
+
+def verdicts(scored: Scored) -> dict[str, str]:
+    return {figure.what: figure.verdict for figure in acceptance(scored)}
+
+
+def test_a_perfect_solver_holds_every_line_that_has_cases() -> None:
+    found = verdicts(table(250, 0, 0))
+    assert found.pop("both effects of a pair found") == TOO_FEW
+    outside = [what for what in found if "outside" in what or "stage" in what or "empirical" in what]
+    assert all(found.pop(what) == TOO_FEW for what in outside)
+    assert set(found.values()) == {HELD}
+
+
+def test_a_poor_solver_misses() -> None:
+    found = verdicts(table(220, 30, 5))
+    missed = {what for what, verdict in found.items() if verdict == MISSED}
+    assert missed >= {
+        "true effect first or in its alias group",
+        "false alarms on controls",
+        "held-out RMS ETE within 5% of the oracle's",
+    }
+
+
+def test_a_share_has_an_exact_interval_and_is_printed_with_its_number() -> None:
+    figure = share("2", "false alarms", pd.Series([True] + [False] * 99), most=3.0)
+    assert (figure.value, figure.n, figure.verdict) == (1.0, 100, HELD)
+    assert figure.low == pytest.approx(0.0253, abs=1e-3)
+    assert figure.high == pytest.approx(5.446, abs=1e-2)
+    assert "n = 100" in line_of(figure)
+    assert line_of(figure).endswith("HELD")
+
+
+def test_detection_against_size_is_recovered() -> None:
+    rng = np.random.default_rng(2)
+    ratio = np.exp(rng.uniform(np.log(0.3), np.log(10.0), size=1500))
+    found = np.log(ratio / 0.8) / 0.35 + rng.normal(size=ratio.size) > 0
+    cases = pd.DataFrame({"kind": "single", "hidden": np.where(rng.random(ratio.size) < 0.5, "a", "b"), "ratio": ratio, "all_found": found})
+    rows = detection_table(cases).set_index("effect")
+    assert list(rows.index) == ["all", "a", "b"]
+    for key in rows.index:
+        assert rows.loc[key, "half_low"] < 0.8 < rows.loc[key, "half_high"]
+    assert rows.loc["all", "in_95_percent"] == pytest.approx(0.8 * np.exp(1.645 * 0.35), rel=0.15)
