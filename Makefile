@@ -7,10 +7,11 @@ JOBS ?= 2
 STAMP := $(VENV)/installed-from-lock
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: help demo test studies lint lock clean
+.PHONY: help demo hidden test studies lint lock clean
 
 help:
 	@echo "make demo     render, estimate, score and report two small sequences (sets up .venv itself)"
+	@echo "make hidden   hide a physical effect, look for it, and tell at last what it was"
 	@echo "make test     ruff, mypy, import contracts and the tests (sets up .venv itself)"
 	@echo "make studies  all studies at their small size, in docs/ (PARTICLES=FOLDER: with the scanned particles in it)"
 	@echo "make lint     the checks without the tests"
@@ -26,6 +27,9 @@ $(STAMP): requirements.lock pyproject.toml
 
 demo: $(STAMP)
 	$(BIN)/tumble quickstart --out out/demo --force
+
+hidden: $(STAMP)
+	$(BIN)/tumble challenge hidden --out out/hidden
 
 lint: $(STAMP)
 	$(BIN)/ruff check .

@@ -32,7 +32,12 @@ def make_campaigns(cases: Sequence[Case], out: Path, *, jobs: int, quiet: bool) 
 
 
 def _item(case: Case, out: Path) -> Item:
-    return Item(case.name, {"case": case_to_dict(case), "out": str(out)}, case_folder(out, case.name) / CASE_FILE)
+    return Item(case.name, payload_of(case, out), case_folder(out, case.name) / CASE_FILE)
+
+
+def payload_of(case: Case, out: Path) -> dict[str, Any]:
+    """What :func:`make_item` takes to make ``case`` in ``out``."""
+    return {"case": case_to_dict(case), "out": str(out)}
 
 
 def make_item(payload: dict[str, Any]) -> dict[str, Any]:

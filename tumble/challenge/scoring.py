@@ -167,7 +167,10 @@ def pulls(case: Case, answer: Answer) -> list[dict[str, Any]]:
 
 
 def velocity_rows(case: Case, root: Path, answer: Answer, oracle: Answer) -> list[dict[str, Any]]:
-    """Errors of v (m/s) and omega (rad/s) at the reference time by model, and how significant the base model's are (chi-squared of 3)."""
+    """Errors of v (m/s) and omega (rad/s) at the reference time by model, each with its chi-squared of 3 by that model's covariance.
+
+    ``_bias_chi2``: how significant the effect's bias is, the base model's state less the oracle's by the base model's covariance.
+    """
     states = {**answer.get("velocities", {}), "oracle": oracle.get("velocities", [])}
     keys = {"base": (), "final": tuple(answer["found"]), "oracle": case.keys}
     rows: dict[str, dict[str, Any]] = {}
@@ -176,13 +179,31 @@ def velocity_rows(case: Case, root: Path, answer: Answer, oracle: Answer) -> lis
         for state in found:
             truth = read_truth(case_folder(root, case.name) / state["sequence"])
             row = rows.setdefault(state["sequence"], {"case": case.name, "kind": case.kind, "sequence": state["sequence"]})
-            v, omega = _true_state(truth, state["time_s"], clock)
-            error = np.concatenate([np.array(state["v_world"]) - v, np.array(state["omega_world"]) - omega])
-            covariance = np.array(state["covariance"])
-            for name, part in (("v", slice(0, 3)), ("omega", slice(3, 6))):
+            error = _state(state) - np.concatenate(_true_state(truth, state["time_s"], clock))
+            for name, part in PARTS:
                 row[f"{name}_{model}"] = float(np.linalg.norm(error[part]))
-                row[f"{name}_{model}_chi2"] = float(error[part] @ np.linalg.pinv(covariance[part, part], hermitian=True) @ error[part])
+                row[f"{name}_{model}_chi2"] = _chi2(error[part], np.array(state["covariance"])[part, part])
+    for base, oracle_state in _matched(states.get("base", []), states["oracle"]):
+        apart = _state(base) - _state(oracle_state)
+        for name, part in PARTS:
+            rows[base["sequence"]][f"{name}_bias_chi2"] = _chi2(apart[part], np.array(base["covariance"])[part, part])
     return list(rows.values())
+
+
+PARTS = (("v", slice(0, 3)), ("omega", slice(3, 6)))
+
+
+def _matched(first: Sequence[Answer], second: Sequence[Answer]) -> list[tuple[Answer, Answer]]:
+    others = {state["sequence"]: state for state in second}
+    return [(state, others[state["sequence"]]) for state in first if state["sequence"] in others]
+
+
+def _state(state: Answer) -> Array:
+    return np.concatenate([np.array(state["v_world"]), np.array(state["omega_world"])])
+
+
+def _chi2(difference: Array, covariance: Array) -> float:
+    return float(difference @ np.linalg.pinv(covariance, hermitian=True) @ difference)
 
 
 def _true_state(truth: Truth, time_s: float, clock: bool) -> tuple[Array, Array]:

@@ -40,10 +40,11 @@ def confusion(cases: pd.DataFrame) -> dict[str, dict[str, int]]:
 
 
 def per_effect(scored: Scored) -> list[dict[str, Any]]:
-    """Per effect hidden alone and above its limit: how often it was named, and how good its parameters are."""
-    singles = scored.cases[(scored.cases["kind"] == "single") & (scored.cases["ratio"] >= 1.0)]
+    """Per effect hidden alone: how often it was named where it was above its limit, and how good its parameters are."""
+    singles = scored.cases[scored.cases["kind"] == "single"]
     rows = []
-    for key, group in singles.groupby("hidden"):
+    for key, every in singles.groupby("hidden"):
+        group = every[every["ratio"] >= 1.0]
         pulls = _pulls(scored.parameters, str(key))
         rows.append(
             {

@@ -21,6 +21,7 @@ from tumble.challenge.oracle import ask_oracle
 from tumble.challenge.scoring import read_answer, score_cases
 from tumble.challenge.solving import answer_path, campaigns_in, solve_campaigns
 from tumble.challenge.summary import summary, write_tables
+from tumble.cli.hidden import show_hidden
 from tumble.cli.options import add_configuration, add_jobs, add_output, positive, verb_parser
 from tumble.cli.outcomes import exit_code, report_failures
 from tumble.configuring import load_configuration
@@ -134,7 +135,7 @@ def _score_options(part: argparse.ArgumentParser) -> None:
     part.add_argument("answers", type=Path, metavar="ANSWERS", help="what `tumble challenge solve` wrote")
     part.add_argument("--limits", type=Path, default=TABLE, metavar="FILE", help="table of detection limits")
     part.add_argument("--no-oracle", action="store_true", help="leave out the fits with the true effects")
-    part.add_argument("--result", type=Path, metavar="FILE.json", help="where to write the summary beside --out")
+    part.add_argument("--result", type=Path, metavar="FILE.json", help="write the summary here, too, and its cases to FILE_cases.csv")
     add_configuration(part, what="the estimator's configuration, for the oracle")
     add_output(part, default="out/challenge_score")
     add_jobs(part)
@@ -153,15 +154,34 @@ def _score(arguments: argparse.Namespace) -> int:
         scored = score_cases(cases, arguments.challenge, arguments.answers, out, table)
         write_tables(scored, out)
         text = json.dumps(plain(summary(scored, table)), indent=1) + "\n"
-        for path in (out / "summary.json", *([arguments.result] if arguments.result else [])):
-            path.parent.mkdir(parents=True, exist_ok=True)
-            with written_whole(path) as temporary:
-                temporary.write_text(text, encoding="utf-8")
+        _write_text(out / "summary.json", text)
+        if arguments.result:
+            _write_text(arguments.result, text)
+            cases_file = arguments.result.with_name(f"{arguments.result.stem}_cases.csv")
+            _write_text(cases_file, (out / "cases.csv").read_text(encoding="utf-8"))
     if not arguments.quiet:
         if len(answered) < len(cases):
             print(f"{len(cases) - len(answered)} of {len(cases)} campaigns have no answer")
         print("\n".join(line_of(figure) for figure in acceptance(scored)))
     return exit_code(outcomes) if outcomes else 0
+
+
+def _hidden_options(part: argparse.ArgumentParser) -> None:
+    _shape_options(part)
+    part.add_argument("--seed", type=int, help="what the effect is drawn from (default: drawn anew)")
+    part.add_argument("--limits", type=Path, default=TABLE, metavar="FILE", help="table of detection limits")
+    part.add_argument("--out", type=Path, default=Path("out/hidden"), metavar="FOLDER", help="output folder (default: %(default)s)")
+
+
+def _hidden(arguments: argparse.Namespace) -> int:
+    seed = secrets.randbits(48) if arguments.seed is None else int(arguments.seed)
+    return show_hidden(_shape(arguments), seed, read_table(arguments.limits), arguments.out)
+
+
+def _write_text(path: Path, text: str) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with written_whole(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
 
 
 def _limits_options(part: argparse.ArgumentParser) -> None:
@@ -197,5 +217,6 @@ PARTS: tuple[Part, ...] = (
     ("make", "draw and make campaigns; what is hidden goes under truth/", _make_options, _make),
     ("solve", "find what is hidden from observations alone", _solve_options, _solve),
     ("score", "compare answers with what was hidden; print every line of acceptance", _score_options, _score),
+    ("hidden", "hide one effect, look for it as a user would, and tell at last what it was", _hidden_options, _hidden),
     ("limits", "write the table of detection limits from campaigns with nothing hidden", _limits_options, _limits),
 )

@@ -79,7 +79,7 @@ def table(hits: int, misses: int, alarms: int) -> Scored:
     parameters = pd.DataFrame({"effect": "gravity", "pull": np.linspace(-2.05, 2.05, 200)})
     velocities = pd.DataFrame(
         [
-            {"case": f"c{i}", "kind": "single", "v_base": 0.1, "v_final": 0.01 + 1e-4 * i, "v_base_chi2": 50.0, "omega_base_chi2": 1.0}
+            {"case": f"c{i}", "kind": "single", "v_base": 0.1, "v_final": 0.01 + 1e-4 * i, "v_bias_chi2": 50.0, "omega_bias_chi2": 1.0}
             for i in range(40)
         ]
     )

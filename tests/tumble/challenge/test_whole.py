@@ -103,6 +103,18 @@ def test_a_gap_in_the_recording_is_found(tmp_path: Path) -> None:
     assert tumble("score", tmp_path / "made", tmp_path / "answers", "--out", tmp_path / "score") == 2
 
 
+def test_what_was_hidden_is_told_at_last(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    shape = ["--sequences", "2", "--frames", "30", "--views", "12", "--seed", "2"]
+    assert tumble("hidden", "--out", tmp_path / "hidden", *shape) == 0
+    told = " ".join(capsys.readouterr().out.split())
+    assert told.index("Which effect is missing?") < told.index("held-out") < told.rindex("hidden was") > told.index("And the truth:")
+    assert (tmp_path / "hidden" / "explain" / "report.html").is_file()
+    (tmp_path / "notes.txt").write_text("mine")
+    assert tumble("hidden", "--out", tmp_path, *shape) == 2
+    assert "expected an empty folder" in capsys.readouterr().err
+    assert (tmp_path / "notes.txt").is_file()
+
+
 def test_what_is_no_challenge_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert tumble("solve", tmp_path / "nothing", "--out", tmp_path / "a") == 2
     assert "expected campaigns" in capsys.readouterr().err

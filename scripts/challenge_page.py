@@ -1,0 +1,196 @@
+"""The page of the hidden-effect challenge, copied from the committed result of a full run.
+
+``python -m scripts.challenge_page [--result docs/results/challenge.json] [--page docs/studies/challenge.md]``: reads what
+``tumble challenge score --result`` wrote (the summary and, beside it, ``..._cases.csv``) and the table of detection limits; writes the page
+and its figure: how often effects were found against their size, and what was named where each was hidden.
+"""
+
+import argparse
+import json
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from scipy.stats import binomtest, norm
+
+from datasets.vocabulary.effects import EFFECTS
+from scripts.study_pages import COLOURS, figure, number, write_figure, write_page
+from tumble.challenge.detection import Z95
+from tumble.challenge.limits import TABLE, axis_limits, read_table
+
+Row = Mapping[str, Any]
+INTERVAL = "with their exact 95% intervals"
+
+
+def table_lines(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
+    """A Markdown table."""
+    return ["| " + " | ".join(cells) + " |" for cells in (head, ["---"] * len(head), *rows)]
+
+
+def bounds(row: Row) -> str:
+    """What was asked for."""
+    parts = [f"≥ {number(row['least'])}" if _finite(row["least"]) else "", f"≤ {number(row['most'])}" if _finite(row["most"]) else ""]
+    return " and ".join(part for part in parts if part) + f" {row['unit']}"
+
+
+def _finite(value: Any) -> bool:
+    return isinstance(value, int | float) and bool(np.isfinite(value))
+
+
+def acceptance_lines(result: Row) -> list[str]:
+    """The lines of acceptance."""
+    rows = []
+    for row in result["acceptance"]:
+        interval = f" ({number(row['low'])} to {number(row['high'])})" if _finite(row["low"]) else ""
+        value = f"{number(row['value'])}{interval} {row['unit']}" if _finite(row["value"]) else "–"
+        rows.append([row["line"], row["what"], value, str(row["n"]), bounds(row), row["verdict"]])
+    return table_lines(["", "figure", "value", "n", "asked", ""], rows)
+
+
+def effect_lines(result: Row, limits: Mapping[str, list[dict[str, Any]]]) -> list[str]:
+    """Per effect: limits, how often it was named, the size found in half and in 95% of cases, and how good its values are."""
+    detection = {row["effect"]: row for row in result["detection"]}
+    rows = []
+    for row in result["effects"]:
+        found = detection.get(row["effect"], {})
+        axes = "; ".join(
+            f"{a['parameter']} {number(a['found_in_95_percent'])} {a['unit']}".removesuffix(" 1") for a in limits[row["effect"]]
+        )
+        sizes = (
+            [f"{number(found[k])} ({number(found[k + '_low'])} to {number(found[k + '_high'])})" for k in ("half", "in_95_percent")]
+            if found
+            else ["–", "–"]
+        )
+        covered = f"{row['inside_95']} of {row['parameters']}" if row["parameters"] else "–"
+        spread = number(row["pull_spread"]) if row["pull_spread"] is not None else "–"
+        title = EFFECTS[row["effect"]].title
+        rows.append([title, axes, str(row["cases"]), str(row["within_group"]), str(row["alone_first"]), *sizes, covered, spread])
+    head = ["effect", "95% limit of the table", "cases above it", "named or in the group", "alone and first"]
+    return table_lines([*head, "found in half (limits)", "found in 95% (limits)", "values inside 95%", "spread of pulls"], rows)
+
+
+def confusion_lines(result: Row) -> list[str]:
+    """What was named first where each thing was hidden."""
+    rows = []
+    for hidden, called in result["confusion"].items():
+        other = ", ".join(f"{_words(name)} {n}" for name, n in sorted(called.items(), key=lambda item: -item[1]) if name != hidden)
+        rows.append([_words(hidden), str(sum(called.values())), str(called.get(hidden, 0)), other or "–"])
+    return table_lines(["hidden", "cases", "named so first", "otherwise named"], rows)
+
+
+def _words(key: str) -> str:
+    return key.replace("_", " ")
+
+
+def draw_detection(axes: Axes, cases: pd.DataFrame, everything: Row) -> None:
+    """Share found in bins of size, and the fitted curve of all effects together."""
+    singles = cases[(cases["kind"] == "single") & (cases["ratio"] > 0)]
+    edges = np.geomspace(0.3, 12.0, 9)
+    for low, high in pairwise(edges):
+        part = singles[(singles["ratio"] >= low) & (singles["ratio"] < high)]
+        if len(part):
+            share = float(part["all_found"].mean())
+            exact = binomtest(int(part["all_found"].sum()), len(part)).proportion_ci(method="exact")
+            axes.errorbar(
+                np.sqrt(low * high), share, yerr=[[share - exact.low], [exact.high - share]], fmt="o", ms=4, capsize=2.5, color=COLOURS[0]
+            )
+    x = np.geomspace(0.3, 12.0, 200)
+    width = np.log(everything["in_95_percent"] / everything["half"]) / Z95
+    axes.plot(x, norm.cdf(np.log(x / everything["half"]) / width), color=COLOURS[1], lw=1.4)
+    axes.set(xscale="log", xlabel="size over the 95% detection limit", ylabel="share found", ylim=(-0.05, 1.05), title="Found against size")
+
+
+def draw_confusion(axes: Axes, result: Row) -> None:
+    """What was hidden against what was named first; shares of a row."""
+    hidden = list(result["confusion"])
+    named = [*hidden, *sorted({name for row in result["confusion"].values() for name in row} - set(hidden))]
+    shares = np.array([[row.get(name, 0) / max(sum(row.values()), 1) for name in named] for row in result["confusion"].values()])
+    axes.imshow(shares, cmap="Blues", vmin=0, vmax=1, aspect="auto")
+    axes.set_xticks(range(len(named)), [_words(name) for name in named], rotation=90, fontsize=6)
+    axes.set_yticks(range(len(hidden)), [_words(name) for name in hidden], fontsize=6)
+    axes.grid(visible=False)
+    axes.set(title="Hidden (rows) and named first (columns)")
+
+
+def page_lines(result: Row, limits: Mapping[str, list[dict[str, Any]]], picture: str) -> list[str]:
+    """The page."""
+    counts, shape = result["counts"], result["campaign"]
+    campaign = f"{shape['sequences']} sequences × {shape['frames']} frames × {shape['views']} calibrated views"
+    kinds = ", ".join(f"{counts[kind]} {words}" for kind, words in KINDS if kind in counts)
+    cpu = ", ".join(f"{name} {number(value)} s" for name, value in result["cpu_s"].items() if _finite(value))
+    return [
+        "# The hidden-effect challenge",
+        "",
+        f"Campaigns of one particle, {campaign}, silhouette tier, 0.2 px boundary noise; {kinds}. What is hidden, and how large it is, "
+        "was drawn from a seed that the solver never sees; sizes are log-uniform from half the 95% detection limit to ten times (each of a "
+        "pair: from once). The solver reads observations alone.",
+        "",
+        f"![Found against size, and what was named]({picture})",
+        "",
+        f"## Acceptance\n\nShares {INTERVAL}, medians and means with bootstrap intervals.\n",
+        *acceptance_lines(result),
+        "",
+        "## Effects",
+        "",
+        "The limits of the table are the median over controls of the size that the score test finds in 95% of cases, each parameter alone. "
+        "*Found in half* and *in 95%* are fitted to the challenge itself, in units of those limits.",
+        "",
+        *effect_lines(result, limits),
+        "",
+        "## What was named",
+        "",
+        *confusion_lines(result),
+        "",
+        f"CPU time per campaign, median: {cpu} (*diagnose* is the part of *explain* up to the tests of all effects).",
+        "",
+        "## Again",
+        "",
+        "```sh",
+        "tumble challenge make --out out/challenge",
+        "tumble challenge solve out/challenge --out out/challenge_answers",
+        "tumble challenge score out/challenge out/challenge_answers --out out/challenge_score --result docs/results/challenge.json",
+        "python -m scripts.challenge_page",
+        "```",
+        "",
+        "`tumble challenge limits` makes the [table of limits](../results/detection_limits.json) anew. Results: [summary]"
+        "(../results/challenge.json), [every case](../results/challenge_cases.csv).",
+    ]
+
+
+KINDS = (
+    ("single", "with one effect"),
+    ("control", "with nothing hidden"),
+    ("pair", "with two effects"),
+    ("outside", "with something outside of the catalogue"),
+)
+
+
+def main() -> int:
+    """Write the page."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--result", type=Path, default=Path("docs/results/challenge.json"))
+    parser.add_argument("--page", type=Path, default=Path("docs/studies/challenge.md"))
+    parser.add_argument("--limits", type=Path, default=TABLE)
+    arguments = parser.parse_args()
+    result = json.loads(arguments.result.read_text(encoding="utf-8"))
+    cases = pd.read_csv(arguments.result.with_name(f"{arguments.result.stem}_cases.csv"))
+    table = read_table(arguments.limits)
+    limits = {key: axis_limits(table, key, sequences=int(table.campaign["sequences"])) for key in table.effects}
+    drawn, axes = figure(1, 2, (13.0, 6.5))
+    if result["detection"]:
+        draw_detection(axes[0, 0], cases, result["detection"][0])
+    draw_confusion(axes[0, 1], result)
+    drawn.tight_layout()
+    picture = arguments.page.with_suffix(".png")
+    write_figure(drawn, picture)
+    write_page(page_lines(result, limits, picture.name), arguments.page)
+    print(arguments.page)
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

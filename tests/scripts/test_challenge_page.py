@@ -1,0 +1,44 @@
+"""The challenge's page holds the figures of its result file."""
+
+import json
+import sys
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from scripts import challenge_page
+
+
+def acceptance_row(what: str, value: float | str, verdict: str) -> dict[str, object]:
+    bounds = {"least": 95.0, "most": "Infinity", "needed": 240, "unit": "%"}
+    return {"line": "1", "what": what, "value": value, "low": 91.5, "high": 98.25, "n": 260, **bounds, "verdict": verdict}
+
+
+def result() -> dict[str, object]:
+    sizes = {f"{name}{end}": 0.7 for name in ("half", "in_95_percent") for end in ("", "_low", "_high")} | {"in_95_percent": 1.25}
+    effect = {"effect": "gravity", "cases": 9, "within_group": 8, "alone_first": 7, "mean_group": 1.1}
+    return {
+        "campaign": {"sequences": 4, "frames": 80, "views": 40},
+        "counts": {"single": 13, "control": 5},
+        "acceptance": [acceptance_row("named first", 96.153, "HELD"), acceptance_row("not judged", "NaN", "TOO FEW CASES")],
+        "confusion": {"gravity": {"gravity": 7, "linear_drag": 2}, "nothing": {"nothing": 5}},
+        "effects": [{**effect, "parameters": 27, "inside_95": 26, "pull_mean": 0.1, "pull_spread": 0.93}],
+        "detection": [{"effect": key, "cases": 13, "found": 11, **sizes} for key in ("all", "gravity")],
+        "cpu_s": {"register": 5.2, "diagnose": 7.4, "explain": 25.1},
+    }
+
+
+def test_the_page_copies_the_result(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "challenge.json").write_text(json.dumps(result()))
+    cases = pd.DataFrame({"kind": "single", "ratio": [0.6, 1.1, 4.0], "all_found": [False, True, True]})
+    cases.to_csv(tmp_path / "challenge_cases.csv", index=False)
+    page = tmp_path / "page.md"
+    monkeypatch.setattr(sys, "argv", ["page", "--result", str(tmp_path / "challenge.json"), "--page", str(page)])
+    assert challenge_page.main() == 0
+    text = page.read_text()
+    assert "| 1 | named first | 96.2 (91.5 to 98.2) % | 260 | ≥ 95 % | HELD |" in text
+    assert "| 1 | not judged | – | 260 | ≥ 95 % | TOO FEW CASES |" in text
+    assert "| gravity | 9 | 7 | linear drag 2 |" in text
+    assert "| 9 | 8 | 7 | 0.7 (0.7 to 0.7) | 1.25 (0.7 to 0.7) | 26 of 27 | 0.93 |" in text
+    assert (tmp_path / "page.png").stat().st_size > 5000

@@ -1,0 +1,81 @@
+"""One effect hidden, looked for with the verbs that a user has, and told at last: what ``tumble challenge hidden`` does."""
+
+import shutil
+from pathlib import Path
+
+from rich.console import Console
+
+from datasets.errors import InputError
+from datasets.recipes.recipe import EffectRecipe
+from datasets.vocabulary.effects import EFFECTS
+from tumble.challenge.cases import CAMPAIGNS, TRUTH, Case, campaign_folder
+from tumble.challenge.drawing import Counts, Plan, Shape, Sizes, draw_cases
+from tumble.challenge.limits import LimitTable
+from tumble.challenge.making import make_item, payload_of
+from tumble.cli import main as command_line
+from tumble.numbers import rounded
+from tumble.output_directory import Run, output_directory
+
+LOOKED_FOR = (
+    ("compare", "Where does the model fail?"),
+    ("diagnose", "Which effect is missing?"),
+    ("explain", "Add it, and watch the error on data that were not fitted"),
+)
+SIZES = (2.0, 10.0)
+"""Range of the effect's size over its 95% detection limit: large enough to be worth a look."""
+
+
+def show_hidden(shape: Shape, seed: int, table: LimitTable, out: Path) -> int:
+    """Hide an effect in ``out``, run the verbs of ``LOOKED_FOR`` on its campaign, and tell what was hidden.
+
+    Raises
+    ------
+    InputError
+        Where ``out`` holds something else.
+    """
+    (case,) = draw_cases(Plan(shape, Counts(1, 0, 0, 0), Sizes(SIZES), table), seed)
+    _empty(out)
+    with output_directory(out / TRUTH, Run("challenge hidden", {"seed": seed}, seed), resume=False, force=True):
+        make_item(payload_of(case, out))
+    campaign = campaign_folder(out, case.name)
+    known = dict(command_line.VERBS)
+    codes = []
+    for verb, question in LOOKED_FOR:
+        if verb in known:
+            _heading(f"{question}  tumble {verb} {campaign}")
+            codes.append(command_line.run_verb(verb, [str(campaign), "--out", str(out / verb), "--force"]))
+    _heading("And the truth:")
+    _say_truth(case)
+    return max(codes, default=0)
+
+
+def _empty(out: Path) -> None:
+    """Remove what an earlier look left in ``out``."""
+    ours = {CAMPAIGNS, TRUTH, *(verb for verb, _ in LOOKED_FOR)}
+    others = [path.name for path in out.iterdir() if path.name not in ours] if out.is_dir() else []
+    if others:
+        raise InputError(f"{out}: expected an empty folder or an earlier run of `tumble challenge hidden`, came {others[0]}.")
+    for name in ours:
+        shutil.rmtree(out / name, ignore_errors=True)
+
+
+def _heading(text: str) -> None:
+    Console().print(f"\n{text}", style="bold", soft_wrap=True, highlight=False, markup=False)
+
+
+def _say_truth(case: Case) -> None:
+    for effect in case.recipe.effects:
+        entry = EFFECTS[effect.key]
+        times = f"{case.ratios[effect.key]:.1f} times as large as what is found in 95% of cases"
+        sentence = f"hidden was {entry.title} ({entry.stage.value}): {_values(effect)}; {times}. {entry.meaning}."
+        Console().print(sentence, soft_wrap=True, highlight=False, markup=False)
+
+
+def _values(effect: EffectRecipe) -> str:
+    units = {p.name: p.unit for p in EFFECTS[effect.key].parameters}
+    parts = []
+    for name, value in effect.values.items():
+        numbers = value if isinstance(value, tuple) else (value,)
+        shown = ", ".join(rounded(v, abs(v) / 100 or 1.0) for v in numbers)
+        parts.append(f"{name} = {shown} {units[name]}".removesuffix(" 1"))
+    return "; ".join(parts)
