@@ -64,8 +64,9 @@ def typical(line: str, what: str, values: Array, of: Callable[..., Any], **bound
 
 
 def acceptance(scored: Scored) -> list[Figure]:
-    """Every line that the challenge can decide."""
-    cases = scored.cases
+    """Every line that the challenge can decide; all but the sixth are of the silhouette tier."""
+    drawn = scored.cases["tier"] == "silhouette"
+    cases, pictures = scored.cases[drawn], scored.cases[~drawn]
     kinds = {kind: cases[cases["kind"] == kind] for kind in ("single", "control", "pair", "outside")}
     above = kinds["single"][kinds["single"]["ratio"] >= 1.0]
     grouped = cases[(cases["group_size"] > 0) & (cases["kind"] != "outside")]
@@ -89,7 +90,19 @@ def acceptance(scored: Scored) -> list[Figure]:
         share("3", "both effects of a pair found", kinds["pair"]["all_found"], least=85.0, needed=60),
         *_outside(kinds["outside"]),
         *_after(scored, cases[cases["kind"].isin(["single", "pair"])]),
-        *_times(cases),
+        *(_rendered(pictures) if len(pictures) else []),
+        *_times(cases if len(cases) else pictures),
+    ]
+
+
+def _rendered(cases: pd.DataFrame) -> list[Figure]:
+    """Cases of which every picture was rendered."""
+    singles = cases[cases["kind"] == "single"]
+    right = singles["within_group"] | singles["named_first"]
+    effects = float(singles["hidden"].nunique())
+    return [
+        share("6", "rendered cases with the true effect first or in its alias group", right, least=100 * 13 / 16, needed=16),
+        Figure("6", "effects among the rendered cases", effects, math.nan, math.nan, len(singles), least=12.0, needed=16, unit="effects"),
     ]
 
 

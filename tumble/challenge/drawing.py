@@ -68,9 +68,9 @@ class Shape:
 class Counts:
     """How many cases of each kind."""
 
-    singles: int = 325
+    singles: int = 350
     controls: int = 120
-    pairs: int = 60
+    pairs: int = 65
     outside: int = 60
 
 

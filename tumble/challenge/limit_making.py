@@ -14,6 +14,7 @@ from datasets.vocabulary.effects import EFFECTS
 from estimator.configuration import Configuration
 from estimator.diagnosis.explain import Rules, base_model, start_with
 from estimator.diagnosis.score_tests import Candidates, score_tests
+from estimator.effects.choosing import catalogue
 from estimator.effects.link import Setting
 from estimator.effects.registry import MODELS
 from estimator.fitting.campaign import fit_campaign
@@ -23,7 +24,6 @@ from tumble.challenge.drawing import Counts, Plan, Shape, Sizes, draw_cases
 from tumble.challenge.information import POWERS, all_information
 from tumble.challenge.limits import EffectInformation, LimitTable
 from tumble.challenge.making import build
-from tumble.challenge.solving import catalogue
 from tumble.engine import Item, Outcome, run
 from tumble.progress import progress
 

@@ -17,6 +17,7 @@ from datasets.json_documents import plain
 from datasets.recipes.effects import values_in_sequence
 from estimator.configuration import configuration_from_dict
 from estimator.diagnosis.explain import base_model, start_with
+from estimator.effects.choosing import catalogue
 from estimator.effects.model import Model
 from estimator.fitting.campaign import CampaignFit, CampaignState, fit_campaign
 from estimator.fitting.campaign_covariance import campaign_covariance
@@ -25,7 +26,7 @@ from estimator.registration import Registered, register
 from tumble.challenge.answers import parameters, velocities
 from tumble.challenge.cases import Case, campaign_folder, case_from_dict, case_to_dict, sequence_name
 from tumble.challenge.making import build
-from tumble.challenge.solving import catalogue, registered_campaign
+from tumble.challenge.solving import registered_campaign
 from tumble.engine import Item, Outcome, run
 from tumble.progress import progress
 

@@ -84,6 +84,7 @@ def named(case: Case, answer: Answer) -> dict[str, Any]:
     return {
         "case": case.name,
         "kind": case.kind,
+        "tier": case.recipe.tier,
         "hidden": "+".join(case.keys),
         "particle": _particle(case),
         "ratio": case.least_ratio,

@@ -2,7 +2,6 @@
 
 import json
 import time
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -12,8 +11,7 @@ from datasets.json_documents import plain
 from datasets.observation_files import read_observation
 from estimator.configuration import configuration_from_dict
 from estimator.diagnosis.explain import Rules, explain
-from estimator.effects.link import EffectModel
-from estimator.effects.registry import MODELS
+from estimator.effects.choosing import catalogue
 from estimator.registration import Registered, register
 from tumble.challenge.answers import answer, no_answer
 from tumble.challenge.cases import CAMPAIGNS
@@ -22,13 +20,6 @@ from tumble.progress import progress
 from tumble.result_files import observations_in
 
 SUFFIX = ".answer.json"
-UNTESTED = ("trigger_jitter",)
-"""Effects of the catalogue without a column of the fit."""
-
-
-def catalogue() -> Mapping[str, EffectModel]:
-    """The effects that are looked for."""
-    return {key: model for key, model in MODELS.items() if key not in UNTESTED}
 
 
 def campaigns_in(source: Path) -> tuple[Path, ...]:

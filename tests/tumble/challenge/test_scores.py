@@ -108,6 +108,17 @@ def test_a_poor_solver_misses() -> None:
     }
 
 
+def test_rendered_cases_are_counted_apart() -> None:
+    drawn = table(250, 0, 0)
+    pictures = drawn.cases[drawn.cases["kind"] == "single"].head(16).assign(tier="rendered", hidden=[f"e{i % 13}" for i in range(16)])
+    pictures = pictures.assign(named_first=[i > 3 for i in range(16)], within_group=False)
+    figures = acceptance(Scored(pd.concat([drawn.cases, pictures]), drawn.parameters, drawn.velocities))
+    (right, effects) = (f for f in figures if f.line == "6")
+    assert (right.value, right.verdict) == (75.0, MISSED)
+    assert (effects.value, effects.verdict) == (13.0, HELD)
+    assert next(f for f in figures if f.line == "1").n == 250
+
+
 def test_a_share_has_an_exact_interval_and_is_printed_with_its_number() -> None:
     figure = share("2", "false alarms", pd.Series([True] + [False] * 99), most=3.0)
     assert (figure.value, figure.n, figure.verdict) == (1.0, 100, HELD)
