@@ -15,6 +15,14 @@ def rounded(value: float, sigma: float) -> str:
     return f"{value:.{decimals(sigma)}f}" if math.isfinite(value) else "unknown"
 
 
+def compact(value: float, sigma: float) -> str:
+    """``value ± sigma``; in powers of ten where the uncertainty has more than four digits after the point."""
+    if not (math.isfinite(sigma) and 0 < sigma < 1e-3):
+        return with_sigma(value, sigma)
+    power = math.floor(math.log10(max(abs(value), sigma)))
+    return f"({with_sigma(value / 10.0**power, sigma / 10.0**power)})e{power:+03d}"
+
+
 def with_sigma(value: float, sigma: float) -> str:
     """``value ± sigma``; ``± unknown`` where there is no finite uncertainty."""
     spread = f"{sigma:.{decimals(sigma)}f}" if math.isfinite(sigma) else "unknown"

@@ -21,6 +21,9 @@ SEEN_IN_95_PERCENT = 3.3
 """A size this many standard deviations large is called in 95% of cases where 1.65 of them are asked for in addition to 1.65."""
 
 
+MOST_BLIND = 0.5
+
+
 @dataclass(frozen=True)
 class Finding:
     """One candidate: its test, p-value corrected for the number of candidates, and share of the excess that it explains (0 to 1)."""
@@ -73,9 +76,14 @@ def detectable(test: ScoreTest) -> tuple[float, ...]:
     return tuple(SEEN_IN_95_PERCENT * float(np.sqrt(max(square, 0.0))) for square in np.diag(test.covariance))
 
 
+def blind_to(diagnosis: Diagnosis) -> tuple[str, ...]:
+    """Candidates that these data would not show even at the end of their plausible range."""
+    return tuple(finding.key for finding in diagnosis.findings if not _visible(finding.test))
+
+
 def says_nothing(diagnosis: Diagnosis) -> bool:
-    """Whether a campaign is too short: no candidate would be seen even at the end of its plausible range."""
-    return not any(_visible(finding.test) for finding in diagnosis.findings)
+    """Whether a campaign is too short to say anything: it is blind to most effects."""
+    return len(blind_to(diagnosis)) > MOST_BLIND * len(diagnosis.findings)
 
 
 def _visible(test: ScoreTest) -> bool:

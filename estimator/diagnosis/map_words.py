@@ -95,7 +95,7 @@ def where(found: ResidualMap, first: int, last: int) -> str:
         case "view":
             return f"in pairs with calibrated view {centre:.0f}"
         case "spin_phase":
-            return f"at {centre:.0f}° of each turn"
+            return f"{centre:.0f}° after the first frame's orientation"
     low, high = (float(axis.edges[a]), float(axis.edges[b + 1])) if axis.edges is not None else (centre, centre)
     match axis.name:
         case "time":

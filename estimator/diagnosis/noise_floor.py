@@ -2,10 +2,12 @@
 
 What a model can be blamed for changes smoothly from frame to frame; an outline's own noise does not. Half the mean square of the change
 from one frame to the next, of one view's tangency, is therefore noise whatever the model [von Neumann 1941, mean square successive
-difference]. The reduced chi-square is the mean square of the residuals over that: 1 for noise alone, up to about 1.15 where the
-calibrated views' noise and the body-fixed error (both repeat over many frames) add their share. The noise that neighbouring samples of
-the outlines let expect is a second judge: it is about 20% too large in recordings where nothing is missing, and where frames change by
-more than that, whole frames jump (a trigger that jitters), which successive differences cannot tell from noise.
+difference]. The reduced chi-square is the mean square of the residuals over that: 1 for noise alone, more where the calibrated views'
+noise and the body-fixed error, which both repeat over many frames, add their share: ``allowed`` is what they may bring. The noise that
+neighbouring samples of the outlines let expect is a second judge: it is about 20% too large in recordings where nothing is missing, and
+where frames change by more than that, whole frames jump (a trigger that jitters), which successive differences cannot tell from noise.
+
+Size alone is a blunt judge; whether the residuals' pattern is that of some effect is a sharp one (the score tests), so both are heard.
 
 The interval is a bootstrap over sequences and, within them, over sightings [Davison and Hinkley 1997, section 3.8].
 """
@@ -20,8 +22,6 @@ from estimator.fitting.model_errors import SequenceTask
 from estimator.fitting.noise_model import measured_noise
 
 Array = NDArray[np.float64]
-ALLOWED = 1.15
-"""Reduced chi-square that views' noise and body-fixed errors alone bring about."""
 OWN_TOO_LARGE = 0.8
 """Standard deviation found over the one that neighbouring samples let expect, in recordings where nothing is missing."""
 JUMPS = 0.95
@@ -34,7 +34,8 @@ class NoiseFloor:
     """How large the residuals are and how large noise alone would be.
 
     ``rms_px`` of the residuals, ``repeated_px`` of the noise that changes with every frame, ``neighbours_px`` expected from neighbouring
-    samples of the outlines; ``floor_px``: what no model can go below. ``reduced`` chi-square with its 95% ``interval``;
+    samples of the outlines; ``floor_px``: what no model can go below. ``reduced`` chi-square with its 95% ``interval`` and the
+    one ``allowed``;
     ``per_sequence`` (s,) each sequence's. ``lags`` (l,) frames and ``autocorrelation`` (l,) of the residuals in time with 95%
     ``autocorrelation_interval`` (2,) of the first; ``along_outline_rad``: turn of the tangent over which residuals are alike,
     ``expected_along_rad`` that of the noise.
@@ -46,6 +47,7 @@ class NoiseFloor:
     floor_px: float
     reduced: float
     interval: tuple[float, float]
+    allowed: float
     per_sequence: Array
     lags: NDArray[np.int64]
     autocorrelation: Array
@@ -56,7 +58,7 @@ class NoiseFloor:
     @property
     def excess_px(self) -> float:
         """RMS (px) of what is left above noise and what is allowed beside it."""
-        return float(np.sqrt(max(self.rms_px**2 - ALLOWED * self.floor_px**2, 0.0)))
+        return float(np.sqrt(max(self.rms_px**2 - self.allowed * self.floor_px**2, 0.0)))
 
     @property
     def jumps(self) -> bool:
@@ -65,23 +67,24 @@ class NoiseFloor:
 
     def explainable(self, p_missing: float, alpha: float) -> bool:
         """Whether there is something to explain: by size, by jumps, or because a candidate fits the pattern (``p_missing``, corrected)."""
-        return self.interval[0] > ALLOWED or self.jumps or p_missing < alpha
+        return self.interval[0] > self.allowed or self.jumps or p_missing < alpha
 
     def sentence(self, p_missing: float, alpha: float) -> str:
         """The finding in plain words; ``p_missing``: of the tests of all effects, corrected for their number."""
         said = (
             f"The residuals are {self.rms_px:.3f} px RMS; noise that changes with every frame makes {self.repeated_px:.3f} px of that "
-            f"(reduced chi-square {self.reduced:.2f}, 95%: {self.interval[0]:.2f} to {self.interval[1]:.2f}; up to {ALLOWED} is usual)."
+            f"(reduced chi-square {self.reduced:.2f}, 95%: {self.interval[0]:.2f} to {self.interval[1]:.2f}; up to "
+            f"{self.allowed:.2f} may come of the calibrated views and of hulls that are not quite the body)."
         )
         if self.jumps:
             return (
                 f"{said} Whole frames jump: outlines alone would change by {OWN_TOO_LARGE * self.neighbours_px:.3f} px. "
                 "Something acts on frames one by one, like a trigger that jitters."
             )
-        if self.interval[0] > ALLOWED:
+        if self.interval[0] > self.allowed:
             return f"{said} There is something to explain: about {self.excess_px:.3f} px, alike in neighbouring frames."
         if p_missing < alpha:
-            return f"{said} Hardly larger than noise, but their pattern is not noise (p = {p_missing:.1e}): there is something to explain."
+            return f"{said} Their pattern is not that of noise (p = {p_missing:.1e}): there is something to explain."
         return f"{said} There is nothing to explain."
 
 
@@ -116,6 +119,7 @@ def noise_floor(campaign: Campaign, fit: CampaignFit, rng: np.random.Generator) 
         floor_px=min(float(np.sqrt(repeated)), OWN_TOO_LARGE * neighbours),
         reduced=float(square / max(repeated, 1e-12)),
         interval=_interval(reduced),
+        allowed=1.0 + (max(_expected(fit) - own, 0.0) + campaign.body_noise_px**2) / max(repeated, 1e-12),
         per_sequence=np.array([float(np.divide(*_ratios([s], [np.arange(len(s.square))])[:2])) for s in sums]),
         lags=LAGS,
         autocorrelation=_autocorrelation(campaign, fit),
@@ -123,6 +127,11 @@ def noise_floor(campaign: Campaign, fit: CampaignFit, rng: np.random.Generator) 
         along_outline_rad=along,
         expected_along_rad=expected,
     )
+
+
+def _expected(fit: CampaignFit) -> float:
+    """Mean variance (px²) of the residuals that outlines and calibrated views let expect."""
+    return float(np.mean(np.concatenate([each.errors.tangency.variance[:, :, :2][_seen(each)] for each in fit.equations])))
 
 
 def _interval(draws: Array) -> tuple[float, float]:

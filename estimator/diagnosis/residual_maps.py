@@ -5,9 +5,9 @@ normals ``u`` are taken apart by least squares: ``e = offset + u . d``, so a map
 and outlines that are displaced, along the particle's velocity in the picture or along the picture's axes (d). Over directions and views
 only the offset makes sense.
 
-Standard errors are clustered by frame [Cameron, Gelbach and Miller 2011]: all residuals of one silhouette share its noise. Over
-calibrated views each view's own noise and the body-fixed error, which repeat in all frames, are added. Whether a map shows anything is
-Hotelling's T-squared of all its bins, its p-value corrected for the number of maps.
+Standard errors are clustered by frame, by place on each calibrated view's outline and by place on the body [Cameron, Gelbach and Miller
+2011]: all residuals of one silhouette share its noise, a view's noise and the body-fixed error come back in all frames. Whether a map
+shows anything is Hotelling's T-squared of all its bins, its p-value corrected for the number of maps.
 """
 
 from collections.abc import Sequence
@@ -20,11 +20,17 @@ from scipy.stats import f as f_distribution
 from estimator.diagnosis.map_axes import Axes, Axis, axes_of
 from estimator.fitting.campaign import Campaign, CampaignFit, SequenceEquations
 from estimator.fitting.composite_likelihood import body_cells
-from estimator.fitting.noise_model import tangent_correlation
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
-LEAST_IN_BIN = 20
+LEAST_IN_BIN, LEAST_FRAMES = 20, 4
+VIEW_PLACES = 12
+"""Places on a view's outline: about twice the turn over which its noise is alike."""
+MOST_VIEWS = 10_000
+BODY_SHARE = 0.5
+"""Of the body-fixed error that covariances are kept safe with: what maps of recordings in which nothing is missing need."""
+FIXED = ("view", "body_direction")
+"""Axes along which places on the body stay together: the whole of that error counts."""
 SIGNIFICANT = 0.01
 COMPONENTS = {
     "offset": "outwards",
@@ -71,13 +77,11 @@ def residual_maps(campaign: Campaign, fit: CampaignFit) -> tuple[ResidualMap, ..
     """All maps of a fit, those that show most first."""
     axes = axes_of(campaign, fit)
     e = np.concatenate([each.errors.e[_seen(each)] for each in fit.equations])
-    frame = _frames(fit)
-    directions = _directions(fit, axes)
-    views = _view_variance(campaign, fit)
+    at = (_repeated(campaign, fit), _directions(fit, axes))
     maps = []
     for axis in axes.axes:
         for kind in COMPONENTS if axis.displaces else ("offset",):
-            found = _map(axis, kind, e, (frame, directions), views if axis.name == "view" else np.zeros(len(axis.centre)))
+            found = _map(axis, kind, e, at)
             if found is not None:
                 maps.append(found)
     corrected = [_with_p(each, min(1.0, each.p * len(maps))) for each in maps]
@@ -89,7 +93,11 @@ def _with_p(found: ResidualMap, p: float) -> ResidualMap:
 
 
 def _seen(each: SequenceEquations) -> NDArray[np.bool_]:
-    return np.repeat(each.errors.tangency.valid[:, :, None], 2, axis=2)
+    return _seen_of(each.errors.tangency.valid)
+
+
+def _seen_of(valid: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    return np.repeat(valid[:, :, None], 2, axis=2)
 
 
 def _frames(fit: CampaignFit) -> Index:
@@ -118,47 +126,83 @@ def _design(kind: str, directions: dict[str, Array], n: int, displaces: bool) ->
     return np.column_stack([np.ones(n), directions["x"], directions["y"]]), ("offset", "along_x", "along_y").index(kind)
 
 
-def _view_variance(campaign: Campaign, fit: CampaignFit) -> Array:
-    """Variance (k,) px² of each calibrated view's mean residual that its own outline's noise and the body-fixed error bring."""
-    count = max(len(s.task.views.silhouettes) for s in campaign.sequences)
-    total, number = np.zeros(count), np.zeros(count)
-    for sequence, each in zip(campaign.sequences, fit.equations, strict=True):
-        tangency, second = each.errors.tangency, sequence.task.views.silhouettes
-        cells = body_cells(each.errors.normals, each.errors.viewing)
-        for k in range(len(second)):
-            row, side = np.argwhere(np.repeat(tangency.valid[:, k][:, None], 2, axis=1)).T
-            sigma = second.sigma_px[second.offsets[k] + tangency.tangency[row, k, 2 + side]] * tangency.jacobian[row, k, side, 7]
-            K = tangent_correlation(tangency.direction[row, k, 2 + side], float(second.correlation_rad[k]))
-            shared = np.bincount(cells[row, k, side]).astype(np.float64)
-            total[k] += sigma @ K @ sigma + campaign.body_noise_px**2 * float(shared @ shared)
-            number[k] += len(row)
-    return np.asarray(len(campaign.sequences) * total / np.maximum(number, 1.0) ** 2)
+@dataclass(frozen=True)
+class _Repeated:
+    """What comes back in residuals (r,): their ``frame``, their place on a view's outline and on the body, and how large those errors are.
+
+    ``view_px`` (r,) standard deviation of the view's noise in the high-speed picture, ``body_px`` of the body-fixed error.
+    """
+
+    frame: Index
+    view_place: Index
+    view_px: Array
+    body_place: Index
+    body_px: float
+
+    def covariance(self, influence: Array, residual: Array, body_share: float) -> Array:
+        """Covariance (b, b) of means to which residuals contribute ``influence`` (b, r) each."""
+        own = _summed(influence * residual, self.frame)
+        views = _summed(influence * self.view_px, self.view_place)
+        body = _summed(influence * body_share * self.body_px, self.body_place)
+        return np.asarray(own @ own.T + views @ views.T + body @ body.T)
 
 
-def _map(axis: Axis, kind: str, e: Array, at: tuple[Index, dict[str, Array]], extra: Array) -> ResidualMap | None:
-    """One map; ``extra`` (b,) px² variance of each bin's mean beside that of the frames."""
-    frame, directions = at
+def _summed(rows: Array, group: Index) -> Array:
+    """Sums (b, groups) of rows (b, r) over groups."""
+    count = int(group.max()) + 1
+    return np.stack([np.bincount(group, row, count) for row in rows])
+
+
+def _repeated(campaign: Campaign, fit: CampaignFit) -> _Repeated:
+    errors = [each.errors for each in fit.equations]
+    cells = body_cells(np.concatenate([e.normals for e in errors]), np.concatenate([e.viewing for e in errors]))
+    particle = np.repeat(np.array(campaign.particle), [len(e.e) for e in errors])
+    cells = cells + (int(cells.max()) + 1) * particle[:, None, None]
+    seen = np.concatenate([_seen(each) for each in fit.equations])
+    places, sizes = [], []
+    for sequence, each, group in zip(campaign.sequences, errors, campaign.particle, strict=True):
+        tangency, second = each.tangency, sequence.task.views.silhouettes
+        here = _seen_of(each.tangency.valid)
+        view = np.broadcast_to(np.arange(len(second))[None, :, None], here.shape)
+        vertex = np.minimum(second.offsets[view] + np.maximum(tangency.tangency[:, :, 2:], 0), len(second.sigma_px) - 1)
+        u = tangency.direction[:, :, 2:]
+        turn = np.round(np.arctan2(u[..., 1], u[..., 0]) / (2.0 * np.pi) * VIEW_PLACES).astype(np.int64) % VIEW_PLACES
+        places.append(((group * MOST_VIEWS + view) * VIEW_PLACES + turn)[here])
+        sizes.append((second.sigma_px[vertex] * np.abs(tangency.jacobian[:, :, :2, 7]))[here])
+    _, view_place = np.unique(np.concatenate(places), return_inverse=True)
+    return _Repeated(
+        frame=_frames(fit),
+        view_place=np.asarray(view_place, dtype=np.int64),
+        view_px=np.concatenate(sizes),
+        body_place=cells[seen].astype(np.int64),
+        body_px=campaign.body_noise_px,
+    )
+
+
+def _map(axis: Axis, kind: str, e: Array, at: tuple[_Repeated, dict[str, Array]]) -> ResidualMap | None:
+    repeated, directions = at
     X, wanted = _design(kind, directions, len(e), axis.displaces)
-    clusters = int(frame.max()) + 1
-    kept, means, influence, counts = [], [], [], []
+    kept, means, influence = [], [], []
+    residual = np.zeros(len(e))
     for number in range(len(axis.centre)):
         rows = np.flatnonzero(axis.bin == number)
-        if len(rows) < LEAST_IN_BIN or len(np.unique(frame[rows])) < 4:
+        if len(rows) < LEAST_IN_BIN or len(np.unique(repeated.frame[rows])) < LEAST_FRAMES:
             continue
         A = np.linalg.pinv(X[rows].T @ X[rows])
         beta = A @ (X[rows].T @ e[rows])
-        part = (X[rows] * (e[rows] - X[rows] @ beta)[:, None]) @ A[:, wanted]
+        part = np.zeros(len(e))
+        part[rows] = X[rows] @ A[:, wanted]
+        residual[rows] = e[rows] - X[rows] @ beta
         kept.append(number)
         means.append(beta[wanted])
-        influence.append(np.bincount(frame[rows], part, clusters))
-        counts.append(len(rows))
+        influence.append(part)
     if len(kept) < 2:
         return None
     mean, parts = np.array(means), np.array(influence)
-    covariance = parts @ parts.T + np.diag(extra[kept])
-    statistic, p = _hotelling(mean, np.asarray(covariance, dtype=np.float64), clusters)
-    sigma = np.sqrt(np.diag(covariance))
-    return ResidualMap(axis, kind, np.array(kept), mean, sigma, np.array(counts, dtype=np.int64), statistic, p)
+    covariance = repeated.covariance(parts, residual, 1.0 if axis.name in FIXED else BODY_SHARE)
+    statistic, p = _hotelling(mean, covariance, int(repeated.frame.max()) + 1)
+    count = np.count_nonzero(parts, axis=1).astype(np.int64)
+    return ResidualMap(axis, kind, np.array(kept), mean, np.sqrt(np.diag(covariance)), count, statistic, p)
 
 
 def _hotelling(mean: Array, covariance: Array, clusters: int) -> tuple[float, float]:

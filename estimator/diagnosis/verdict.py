@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from estimator.campaign_reporting import Z95, is_plausible
-from estimator.diagnosis.diagnose import Diagnosis, Finding, says_nothing
+from estimator.diagnosis.diagnose import Diagnosis, Finding, blind_to, says_nothing
 
 MOST = 0.5
 """Share of the excess below which an effect does not explain it."""
@@ -34,8 +34,12 @@ def verdict_of(diagnosis: Diagnosis, *, alpha: float) -> Verdict:
     if n == 0:
         return Verdict("nothing missing", "Every known effect is in the model already: there is nothing left to test.", (), ())
     if says_nothing(diagnosis):
-        sentence = "This campaign is too short to say anything: none of the effects would show in it, however large within reason."
-        return Verdict("says nothing", sentence, ("Record more frames, more sequences, or faster and longer flights.",), ())
+        blind = blind_to(diagnosis)
+        sentence = (
+            f"This campaign is too short to say anything: {len(blind)} of {n} effects would not show in it, however large within reason."
+        )
+        remarks = (f"It is blind to: {_listed(blind)}.", "Record more frames, more sequences, or longer flights.")
+        return Verdict("says nothing", sentence, remarks, ())
     if diagnosis.p > alpha:
         sentence = (
             f"Nothing is missing: none of {n} effects explains anything that noise would not (smallest p, corrected: {diagnosis.p:.2g})."
@@ -49,6 +53,16 @@ def verdict_of(diagnosis: Diagnosis, *, alpha: float) -> Verdict:
         return Verdict("unknown", sentence, ("Look at the maps of residuals (tumble compare) for where it sits.",), ())
     sentence = f"{opening} {best.test.effect.entry.title.capitalize()} explains {best.share:.0%} of the excess: {value_words(best)}."
     return Verdict("found", sentence, _remarks(diagnosis), (best.key,))
+
+
+def _blind(diagnosis: Diagnosis) -> tuple[str, ...]:
+    """What nothing can be said of."""
+    blind = blind_to(diagnosis)
+    return (f"Too little data for these, however large within reason: {_listed(blind)}.",) if blind else ()
+
+
+def _listed(keys: tuple[str, ...]) -> str:
+    return ", ".join(key.replace("_", " ") for key in keys)
 
 
 def _remarks(diagnosis: Diagnosis) -> tuple[str, ...]:

@@ -18,7 +18,7 @@ from tumble.campaigning import Prepared
 from tumble.cli.options import add_configuration, add_output, verb_parser
 from tumble.configuring import load_configuration
 from tumble.diagnosing import DIAGNOSIS_FILE, Question, prepared
-from tumble.numbers import with_sigma
+from tumble.numbers import compact
 from tumble.output_directory import Run, note_failures, output_directory
 from tumble.reports.campaign_page import write_campaign_page
 
@@ -56,7 +56,10 @@ def question_of(arguments: argparse.Namespace) -> Question:
 
 
 def run_on_campaign(verb: str, arguments: argparse.Namespace, work: Work) -> int:
-    """Read the campaign, work, write ``diagnosis.json``, say what was found; exit code 1 when sequences were left out."""
+    """Read the campaign, work, write ``diagnosis.json``, say what was found.
+
+    Exit code 1 when sequences were left out, 2 when the campaign is too short to say anything.
+    """
     question = question_of(arguments)
     described = Run(verb, {"observations": str(arguments.observations.resolve()), **described_effects(question), **question.configuration})
     with output_directory(arguments.out, described, resume=arguments.resume, force=arguments.force) as out:
@@ -71,7 +74,7 @@ def run_on_campaign(verb: str, arguments: argparse.Namespace, work: Work) -> int
     elif not arguments.quiet:
         say_diagnosis(document)
         print(f"report: {arguments.out / REPORT_FILE}")
-    return int(bool(document["left_out"]))
+    return 2 if document["verdict"]["kind"] == "says nothing" else int(bool(document["left_out"]))
 
 
 def described_effects(question: Question) -> dict[str, Any]:
@@ -119,7 +122,7 @@ def values_table(values: list[Mapping[str, Any]]) -> Table:
         low, high = (float(x) for x in v["interval"])
         name = f"{v['parameter']} ({v['unit']})"
         within = "" if v["plausible"] else "not plausible"
-        table.add_row(v["effect"], name, v["sequence"] or "all", with_sigma(v["value"], v["sigma"]), f"{low:.4g} to {high:.4g}", within)
+        table.add_row(v["effect"], name, v["sequence"] or "all", compact(v["value"], v["sigma"]), f"{low:.4g} to {high:.4g}", within)
     return table
 
 
@@ -128,8 +131,8 @@ def candidates_table(diagnosis: Mapping[str, Any]) -> Table:
     table = Table("effect", "share of excess", "p, corrected", "expected value", "seen from", "", box=None, pad_edge=False)
     for candidate in diagnosis["candidates"][:SHOWN]:
         values = candidate["values"][:3]
-        text = "\n".join(f"{v['parameter']} = {with_sigma(v['value'], v['sigma'])} {v['unit']}" for v in values)
-        limits = "\n".join(f"{v['seen_from']:.2g}" for v in values)
+        text = "\n".join(f"{v['parameter']} = {compact(v['value'], v['sigma'])} {v['unit']}" for v in values)
+        limits = "\n".join(f"{v['seen_from']:.3g}" for v in values)
         missing = diagnosis["p"] < ALPHA
         alike = "cannot be told apart" if missing and candidate["effect"] in diagnosis["group"][1:] else ""
         odd = "" if all(v["plausible"] for v in values) or not missing else "not plausible"

@@ -24,6 +24,7 @@ VERBS: tuple[tuple[str, str], ...] = (
     ("diagnose", "say which physical effect the model of a campaign misses"),
     ("explain", "add what is missing, step by step, until only noise is left"),
     ("ladder", "show the error on data not fitted fall, effect by effect"),
+    ("effect", "list the catalogue of effects; check an effect of your own"),
     ("score", "compare estimates with the truth"),
     ("report", "write one self-contained HTML page from saved results"),
     ("bench", "time the kernel, a whole estimate and the renderer"),

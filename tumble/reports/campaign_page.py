@@ -9,7 +9,7 @@ from markupsafe import Markup
 
 from datasets.atomic_files import written_whole
 from datasets.json_documents import revived
-from tumble.numbers import with_sigma
+from tumble.numbers import compact
 from tumble.reports.charts import autocorrelation_chart, ladder_chart, map_chart
 from tumble.reports.payload import flat
 from tumble.versions import versions
@@ -80,7 +80,7 @@ def _words(key: str) -> str:
 
 def _value(entry: Mapping[str, Any]) -> str:
     unit = "" if entry["unit"] == "1" else f" {entry['unit']}"
-    return f"{entry['parameter'].replace('_', ' ')} = {with_sigma(entry['value'], entry['sigma'])}{unit}"
+    return f"{entry['parameter'].replace('_', ' ')} = {compact(entry['value'], entry['sigma'])}{unit}"
 
 
 def _interval(entry: Mapping[str, Any]) -> str:

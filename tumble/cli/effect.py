@@ -1,0 +1,73 @@
+"""``tumble effect``: the catalogue of effects, and whether an effect of one's own keeps the contracts."""
+
+import argparse
+import dataclasses
+import json
+from pathlib import Path
+
+from rich.console import Console
+from rich.table import Table
+
+from datasets.atomic_files import written_whole
+from datasets.errors import InputError
+from datasets.vocabulary.effects import EFFECTS
+from estimator.effects.contracts import Kept
+from tumble.cli.options import verb_parser
+from tumble.effect_checking import check_effect
+from tumble.effect_pages import catalogue_page
+
+
+def parser() -> argparse.ArgumentParser:
+    """The verb's options."""
+    verb = verb_parser(
+        "effect",
+        description="list: the catalogue of effects with their parameters (--write FILE.md: as a page of the documentation).\n"
+        "check: whether an effect, of the catalogue or your own (FILE.py:CLASS), keeps the contracts: zero is no effect,\n"
+        "derivatives agree with finite differences over the whole chain, numbers are finite. Exit code 0: kept; 1: not; 2: no such effect.",
+        example="tumble effect check ./my_wind.py:Wind",
+    )
+    verb.add_argument("action", choices=("list", "check"), help="what to do")
+    verb.add_argument("effect", nargs="?", default="", metavar="EFFECT", help="for check: a key of the catalogue, or FILE.py:CLASS")
+    verb.add_argument("--on", type=Path, metavar="OBSERVATIONS", help="for check: a dataset or observation (default: a short made-up one)")
+    verb.add_argument("--write", type=Path, metavar="FILE.md", help="for list: write the page instead of printing a table")
+    return verb
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """List or check."""
+    if arguments.action == "check":
+        return _check(arguments)
+    if arguments.write is not None:
+        with written_whole(arguments.write) as temporary:
+            temporary.write_text(catalogue_page(), encoding="utf-8")
+    elif arguments.json:
+        print(json.dumps({key: dataclasses.asdict(entry) for key, entry in EFFECTS.items()}))
+    else:
+        Console().print(_table())
+    return 0
+
+
+def _check(arguments: argparse.Namespace) -> int:
+    if not arguments.effect:
+        raise InputError("tumble effect check: expected an effect, a key of the catalogue or FILE.py:CLASS, came none.")
+    kept = check_effect(arguments.effect, arguments.on)
+    if arguments.json:
+        print(json.dumps([dataclasses.asdict(each) for each in kept]))
+    elif not arguments.quiet:
+        _say(kept)
+    return int(not all(each.kept for each in kept))
+
+
+def _say(kept: tuple[Kept, ...]) -> None:
+    console = Console()
+    for each in kept:
+        mark = "kept  " if each.kept else "BROKEN"
+        console.print(f"{mark}  {each.name}: {each.found}", soft_wrap=True, highlight=False, markup=False)
+
+
+def _table() -> Table:
+    table = Table("effect", "stage", "one value per", "parameters", "meaning", box=None, pad_edge=False)
+    for entry in EFFECTS.values():
+        parameters = "\n".join(f"{p.name} ({p.unit}): {p.plausible[0]:g} to {p.plausible[1]:g}" for p in entry.parameters)
+        table.add_row(entry.key, entry.stage.value, entry.scope.value, parameters, entry.meaning)
+    return table
