@@ -5,19 +5,21 @@ segmentation). Only the errors in the high-speed camera's picture are used: thos
 measurements seen a second time.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import ConvexHull
 
 from estimator.effects.link import Places, Setting
 from estimator.effects.model import Model
 from estimator.fitting.prediction import Prediction, predict
-from estimator.fitting.trajectory import FitTask
+from estimator.fitting.trajectory import FitTask, particle_poses
 from estimator.geometry.epipolar_tangency import PoseSet, TangencyErrors, tangency_errors
 from estimator.geometry.silhouettes import Silhouettes
 from estimator.geometry.sphere import fibonacci_sphere
-from estimator.motion.flight import N_PARAMETERS, OFFSET, Flight
+from estimator.motion.flight import N_PARAMETERS, OFFSET, Flight, poses
 
 Array = NDArray[np.float64]
 HALF_ANGLE = np.radians(10.0)
@@ -40,7 +42,10 @@ def rim_of(vertices: Array) -> Rim:
 
 @dataclass(frozen=True)
 class SequenceTask:
-    """One sequence of a campaign: its fit task, setting, the particle's rim, and each silhouette's radii of curvature (n, 72) px."""
+    """One sequence of a campaign.
+
+    Its fit task, setting, the particle's rim, and the radii of curvature (n, 72) px of the outlines its hull casts.
+    """
 
     name: str
     task: FitTask
@@ -67,15 +72,18 @@ class ModelErrors:
 
 
 ANGLES = 72
+MINIMUM_VERTICES = 3
 
 
-def outline_radii(silhouettes: Silhouettes) -> Array:
-    """Radius of curvature (n, 72) px about each of 72 directions of the normal: hull length within 10 degrees over 20 degrees."""
+def outline_radii(polygons: Sequence[Array]) -> Array:
+    """Radius of curvature (n, 72) px about each of 72 directions of the normal: length of outline within 10 degrees over 20 degrees.
+
+    ``polygons``: convex, each (v, 2) px, either way round.
+    """
     grid = 2.0 * np.pi * np.arange(ANGLES) / ANGLES
-    result = np.zeros((len(silhouettes), ANGLES))
-    for i in range(len(silhouettes)):
-        points = silhouettes.points_px[silhouettes.slice_of(i)]
-        if len(points) < 3:
+    result = np.zeros((len(polygons), ANGLES))
+    for i, points in enumerate(polygons):
+        if len(points) < MINIMUM_VERTICES:
             continue
         edge = np.roll(points, -1, axis=0) - points
         length = np.linalg.norm(edge, axis=1)
@@ -86,6 +94,20 @@ def outline_radii(silhouettes: Silhouettes) -> Array:
         apart = np.abs((grid[:, None] - normal + np.pi) % (2.0 * np.pi) - np.pi)
         result[i] = np.where(apart <= HALF_ANGLE, length, 0.0).sum(axis=1) / (2.0 * HALF_ANGLE)
     return result
+
+
+def seen_hulls(task: FitTask, flight: Flight, vertices: Array) -> list[Array]:
+    """Convex outlines (px) that a hull with ``vertices`` (v, 3) m, particle frame, would cast under a flight.
+
+    Radii of curvature are taken from these: those of a noisy outline depend on its noise, and would explain it.
+    """
+    predicted = poses(flight, np.zeros((1, N_PARAMETERS)), task.sightings.times_s)
+    placed = particle_poses(flight, predicted, task.sightings)
+    outlines = []
+    for R, t, c in zip(placed.R, placed.t, task.sightings.camera, strict=True):
+        pixels = task.sightings.cameras[int(c)].intrinsics.project(vertices @ R.T + t)
+        outlines.append(pixels[ConvexHull(pixels).vertices])
+    return outlines
 
 
 def model_errors(sequence: SequenceTask, flight: Flight, model: Model, theta: Array) -> ModelErrors:
