@@ -38,6 +38,7 @@ from tumble.diagnosis_documents import (
     verdict_entry,
 )
 from tumble.result_files import estimate_path
+from tumble.velocity_errors import velocity_errors
 from tumble.versions import versions
 
 DIAGNOSIS_FILE = "diagnosis.json"
@@ -166,8 +167,8 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told) -> 
     }
 
 
-def climbed(question: Question, campaign: Prepared, told: Told) -> Document:
-    """The held-out error with one effect more on every rung."""
+def climbed(question: Question, campaign: Prepared, told: Told, truth: Path | None) -> Document:
+    """The held-out error with one effect more on every rung; velocity errors, too, where ``truth`` is at hand."""
     registered = campaign.registered
     rungs = list(ladder(registered.campaign, registered.start, question.effects, told=told))
     last = rungs[-1].fit
@@ -186,7 +187,9 @@ def climbed(question: Question, campaign: Prepared, told: Told) -> Document:
     return {
         **content,
         "noise_floor": noise_floor_entry(floor, campaign.names, (1.0, 0.0)),
-        "ladder": [rung_entry(rung, campaign.names) for rung in rungs],
+        "ladder": [
+            rung_entry(rung, campaign.names, None if truth is None else velocity_errors(rung.fit, campaign, truth)) for rung in rungs
+        ],
         "verdict": verdict_entry(Verdict("judged", sentence, remarks, ()), question.command("diagnose", ())),
     }
 

@@ -166,7 +166,7 @@ def held_out_entry(held: HeldOut, names: Sequence[str]) -> Entry:
     return {"rms_px": held.rms_px, "errors": held.errors, "per_sequence_px": per_sequence}
 
 
-def rung_entry(rung: Rung, names: Sequence[str]) -> Entry:
+def rung_entry(rung: Rung, names: Sequence[str], velocity: Entry | None) -> Entry:
     """One rung of a ladder."""
     return {
         "added": rung.added,
@@ -174,6 +174,7 @@ def rung_entry(rung: Rung, names: Sequence[str]) -> Entry:
         "settled": rung.fit.settled,
         "fitted_rms_px": rms_px(rung.fit),
         "held_out": held_out_entry(rung.held_out, names),
+        "velocity": velocity,
     }
 
 
@@ -197,11 +198,11 @@ def explanation_ladder(explanation: Explanation, names: Sequence[str]) -> list[E
     if not steps:
         return []
     base: Entry = {"added": None, "model": [], "settled": explanation.base.settled, "fitted_rms_px": rms_px(explanation.base)}
-    rungs = [{**base, "held_out": held_out_entry(steps[0].before, names)}]
+    rungs = [{**base, "held_out": held_out_entry(steps[0].before, names), "velocity": None}]
     for step in steps:
         if step.accepted:
             rung: Entry = {"added": step.added, "model": keys_of(step.fit), "settled": step.fit.settled, "fitted_rms_px": rms_px(step.fit)}
-            rungs.append({**rung, "held_out": held_out_entry(step.after, names)})
+            rungs.append({**rung, "held_out": held_out_entry(step.after, names), "velocity": None})
     return rungs
 
 

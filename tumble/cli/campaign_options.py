@@ -20,6 +20,7 @@ from tumble.configuring import load_configuration
 from tumble.diagnosing import DIAGNOSIS_FILE, Question, prepared
 from tumble.numbers import compact
 from tumble.output_directory import Run, note_failures, output_directory
+from tumble.progress import progress
 from tumble.reports.campaign_page import write_campaign_page
 
 REPORT_FILE = "report.html"
@@ -55,8 +56,8 @@ def question_of(arguments: argparse.Namespace) -> Question:
     )
 
 
-def run_on_campaign(verb: str, arguments: argparse.Namespace, work: Work) -> int:
-    """Read the campaign, work, write ``diagnosis.json``, say what was found.
+def run_on_campaign(verb: str, arguments: argparse.Namespace, work: Work, *, steps: int = 0) -> int:
+    """Read the campaign, work, write ``diagnosis.json``, say what was found; ``steps`` of the work that are told, 0 where nobody knows.
 
     Exit code 1 when sequences were left out, 2 when the campaign is too short to say anything.
     """
@@ -65,7 +66,8 @@ def run_on_campaign(verb: str, arguments: argparse.Namespace, work: Work) -> int
     with output_directory(arguments.out, described, resume=arguments.resume, force=arguments.force) as out:
         if not (out / DIAGNOSIS_FILE).exists():
             with campaign_of(question, out, quiet=arguments.quiet) as campaign:
-                content = work(question, campaign, out, _teller(quiet=arguments.quiet))
+                with _told(verb, steps, quiet=arguments.quiet) as told:
+                    content = work(question, campaign, out, told)
                 write_document(out / DIAGNOSIS_FILE, "diagnosis", content)
         document = read_document(out / DIAGNOSIS_FILE, "diagnosis")
         write_campaign_page(document, out / REPORT_FILE)
@@ -92,8 +94,16 @@ def campaign_of(question: Question, out: Path, *, quiet: bool) -> Iterator[Prepa
     note_failures(out, campaign.left_out)
 
 
-def _teller(*, quiet: bool) -> Callable[[str], None]:
-    return (lambda _sentence: None) if quiet else lambda sentence: print(f"  {sentence}", file=sys.stderr, flush=True)
+@contextmanager
+def _told(verb: str, steps: int, *, quiet: bool) -> Iterator[Callable[[str], None]]:
+    """What to call after each step: with their number known a bar with the time left, otherwise a line each."""
+    if steps and not quiet:
+        with progress(verb, steps, quiet=quiet) as advance:
+            yield advance
+    elif quiet:
+        yield lambda _sentence: None
+    else:
+        yield lambda sentence: print(f"  {sentence}", file=sys.stderr, flush=True)
 
 
 def say_diagnosis(document: Document) -> None:
@@ -115,9 +125,18 @@ def say_diagnosis(document: Document) -> None:
     say(f"next: {document['verdict']['next']}")
 
 
+def _table(first: str, *headings: str) -> Table:
+    """A table whose first column, a name, is never cut."""
+    table = Table(box=None, pad_edge=False)
+    table.add_column(first, no_wrap=True)
+    for heading in headings:
+        table.add_column(heading, overflow="fold")
+    return table
+
+
 def values_table(values: list[Mapping[str, Any]]) -> Table:
     """Values of the effects in the model."""
-    table = Table("effect", "parameter", "sequence", "value", "95% interval", "", box=None, pad_edge=False)
+    table = _table("effect", "parameter", "sequence", "value", "95% interval", "")
     for v in values:
         low, high = (float(x) for x in v["interval"])
         name = f"{v['parameter']} ({v['unit']})"
@@ -128,7 +147,7 @@ def values_table(values: list[Mapping[str, Any]]) -> Table:
 
 def candidates_table(diagnosis: Mapping[str, Any]) -> Table:
     """The candidates that explain most."""
-    table = Table("effect", "share of excess", "p, corrected", "expected value", "seen from", "", box=None, pad_edge=False)
+    table = _table("effect", "share of excess", "p, corrected", "expected value", "seen from", "")
     for candidate in diagnosis["candidates"][:SHOWN]:
         values = candidate["values"][:3]
         text = "\n".join(f"{v['parameter']} = {compact(v['value'], v['sigma'])} {v['unit']}" for v in values)
@@ -143,13 +162,14 @@ def candidates_table(diagnosis: Mapping[str, Any]) -> Table:
 
 def ladder_table(rungs: list[Mapping[str, Any]]) -> Table:
     """Held-out errors step by step."""
-    table = Table("model", "fitted RMS ETE (px)", "held-out RMS ETE (px)", "change", box=None, pad_edge=False)
+    headings = ("fitted RMS ETE (px)", "held-out RMS ETE (px)", "change")
+    table = _table("model", *headings, *(("error of v", "error of ω") if rungs[0]["velocity"] else ()))
     before = None
     for rung in rungs:
         value = rung["held_out"]["rms_px"]
         change = "" if before is None else f"{value / before - 1.0:+.1%}"
-        table.add_row(
-            "free flight" if rung["added"] is None else f"+ {rung['added']}", f"{rung['fitted_rms_px']:.4f}", f"{value:.4f}", change
-        )
+        name = "free flight" if rung["added"] is None else f"+ {rung['added']}"
+        velocity = [f"{rung['velocity'][key]:.2f}%" for key in ("v_percent", "omega_percent")] if rung["velocity"] else []
+        table.add_row(name, f"{rung['fitted_rms_px']:.4f}", f"{value:.4f}", change, *velocity)
         before = value
     return table

@@ -21,4 +21,4 @@ def parser() -> argparse.ArgumentParser:
 
 def run(arguments: argparse.Namespace) -> int:
     """Compare."""
-    return run_on_campaign("compare", arguments, lambda question, campaign, _out, told: compared(question, campaign, told))
+    return run_on_campaign("compare", arguments, lambda question, campaign, _out, told: compared(question, campaign, told), steps=2)

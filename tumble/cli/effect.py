@@ -66,7 +66,10 @@ def _say(kept: tuple[Kept, ...]) -> None:
 
 
 def _table() -> Table:
-    table = Table("effect", "stage", "one value per", "parameters", "meaning", box=None, pad_edge=False)
+    table = Table(box=None, pad_edge=False)
+    table.add_column("effect", no_wrap=True)
+    for heading in ("stage", "one value per", "parameters", "meaning"):
+        table.add_column(heading)
     for entry in EFFECTS.values():
         parameters = "\n".join(f"{p.name} ({p.unit}): {p.plausible[0]:g} to {p.plausible[1]:g}" for p in entry.parameters)
         table.add_row(entry.key, entry.stage.value, entry.scope.value, parameters, entry.meaning)

@@ -71,7 +71,12 @@ def _ladder(rungs: Sequence[Mapping[str, Any]] | None, floor: Mapping[str, Any] 
         above = f"{value / floor['floor_px'] - 1.0:+.0%}"
         rows.append({**rung, "change": change, "above": above})
         before = value
-    return {"rows": rows, "chart": Markup(ladder_chart(rungs, floor["floor_px"])), "floor_px": floor["floor_px"]}
+    return {
+        "rows": rows,
+        "velocity": rows[0]["velocity"] is not None,
+        "chart": Markup(ladder_chart(rungs, floor["floor_px"])),
+        "floor_px": floor["floor_px"],
+    }
 
 
 def _words(key: str) -> str:

@@ -1,0 +1,64 @@
+"""Which words are effects, and which of them contradict one another."""
+
+import numpy as np
+import pytest
+
+from datasets.errors import InputError
+from estimator.effects.choosing import catalogue, chosen_effects, refuse_without_gravity
+
+
+def test_effects_come_in_the_order_of_the_words() -> None:
+    assert [e.entry.key for e in chosen_effects("magnus_lift, gravity,quadratic_drag")] == ["magnus_lift", "gravity", "quadratic_drag"]
+
+
+@pytest.mark.parametrize(
+    ("words", "parts"),
+    [
+        ("quadratic_drg", ('unknown effect "quadratic_drg"', "did you mean quadratic_drag")),
+        ("gravity,lineardrag", ('unknown effect "lineardrag"', "linear_drag")),
+        ("qqqq", ("tumble effect list",)),
+        ("gravity,magnus_lift,gravity", ('"gravity" is there twice',)),
+        (",", ("expected at least one effect",)),
+        ("frame_rate,length_scale", ("contradict each other", "one number would have to give two")),
+        ("frame_rate,quadratic_drag,gravity", ("frame_rate and gravity contradict each other", "how large gravity looks")),
+        ("uniform_acceleration,length_scale", ("length_scale and uniform_acceleration contradict each other",)),
+        ("./nowhere.py:Wind", ("nowhere.py: expected the Python file of an effect, came nothing",)),
+        ("./nowhere.py", ("expected FILE.py:CLASS",)),
+    ],
+)
+def test_words_that_cannot_be_had(words: str, parts: tuple[str, ...]) -> None:
+    with pytest.raises(InputError) as refused:
+        chosen_effects(words)
+    assert [part for part in parts if part not in str(refused.value)] == [], str(refused.value)
+
+
+def test_a_frame_rate_needs_gravity() -> None:
+    none, some = np.zeros(3), np.array([0.0, 9.81, 0.0])
+    with pytest.raises(InputError, match="frame_rate cannot be found in force-free flight"):
+        refuse_without_gravity(["quadratic_drag", "frame_rate"], [none, none])
+    refuse_without_gravity(["frame_rate"], [none, some])
+    refuse_without_gravity(["quadratic_drag"], [none])
+
+
+def test_what_is_refused_is_degenerate_indeed() -> None:
+    """The columns of a frame rate and of gravity are combinations of one another and of the flight's own."""
+    from estimator.effects.model import Model
+    from estimator.fitting.model_errors import model_errors
+    from estimator.motion.flight import COM
+    from tests.estimator.small_campaign import registered
+
+    campaign, start = registered().campaign, registered().start
+
+    def left(words: str) -> float:
+        """Share of the last column's length that the others cannot make."""
+        model = Model(tuple(catalogue()[key] for key in words.split(",")))
+        J = model_errors(campaign.sequences[0], start.flights[0], model, np.zeros(model.size)).J
+        columns = J.reshape(-1, J.shape[-1])
+        free = [*range(COM.start), *range(21, columns.shape[1])]
+        A = columns[:, free] / np.maximum(np.linalg.norm(columns[:, free], axis=0), 1e-300)
+        solution, *_ = np.linalg.lstsq(A[:, :-1], A[:, -1], rcond=1e-13)
+        return float(np.linalg.norm(A[:, -1] - A[:, :-1] @ solution))
+
+    assert left("gravity,frame_rate") < 0.02 * left("frame_rate")
+    assert left("gravity,length_scale") < 0.02 * left("length_scale")
+    assert left("length_scale,frame_rate") < 0.1 * left("frame_rate")

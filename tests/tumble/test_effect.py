@@ -1,0 +1,62 @@
+"""``tumble effect``: the catalogue, its page, and contracts of an effect of one's own."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from datasets.vocabulary.effects import EFFECTS
+from tests.tumble.test_campaign_verbs import WIND
+from tumble.cli.main import main
+from tumble.effect_pages import COMMAND, catalogue_page
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def test_the_page_of_the_catalogue_is_current() -> None:
+    page = (ROOT / "docs" / "effects.md").read_text(encoding="utf-8")
+    assert page == catalogue_page(), f"docs/effects.md is out of date; type: {COMMAND}"
+
+
+def test_the_page_has_every_effect_and_parameter(tmp_path: Path) -> None:
+    assert main(["effect", "list", "--write", str(tmp_path / "effects.md")]) == 0
+    text = (tmp_path / "effects.md").read_text(encoding="utf-8")
+    for key, entry in EFFECTS.items():
+        section = text.split(f"### `{key}`")[1].split("###")[0]
+        assert all(f"| `{p.name}` | {p.unit} |" in section for p in entry.parameters)
+
+
+def test_list(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["effect", "list"]) == 0
+    out = capsys.readouterr().out
+    assert all(key in out for key in EFFECTS)
+    assert main(["effect", "list", "--json"]) == 0
+    assert set(json.loads(capsys.readouterr().out)) == set(EFFECTS)
+
+
+def test_check_a_plug_in(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "my_wind.py"
+    path.write_text(WIND.replace("{spoilt}", ""), encoding="utf-8")
+    assert main(["effect", "check", f"{path}:Wind"]) == 0
+    assert "BROKEN" not in capsys.readouterr().out
+    path.write_text(WIND.replace("{spoilt}", " + 1.0"), encoding="utf-8")
+    assert main(["effect", "check", f"{path}:Wind"]) == 1
+    assert "BROKEN  zero is no effect" in capsys.readouterr().out
+    path.write_text(WIND.replace("{spoilt}", " * np.nan"), encoding="utf-8")
+    assert main(["effect", "check", f"{path}:Wind", "--json"]) == 1
+    found = json.loads(capsys.readouterr().out)
+    assert all("not finite" in each["found"] for each in found)
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (("check",), "expected an effect"),
+        (("check", "gravty"), "did you mean gravity"),
+        (("check", "gravity,magnus_lift"), "expected one effect to check, came 2"),
+        (("check", "./nowhere.py:Wind"), "expected the Python file of an effect"),
+    ],
+)
+def test_what_cannot_be_checked(words: tuple[str, ...], sentence: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["effect", *words]) == 2
+    assert sentence in capsys.readouterr().err
