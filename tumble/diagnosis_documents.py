@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from estimator.campaign_reporting import EffectValue, is_plausible
+from estimator.campaign_reporting import EffectValue
 from estimator.diagnosis.adding import Rung
 from estimator.diagnosis.diagnose import Diagnosis, Finding, detectable, diagnosis_of
 from estimator.diagnosis.explain import Explanation, Step
@@ -13,13 +13,13 @@ from estimator.diagnosis.map_words import sentence_of, title_of
 from estimator.diagnosis.noise_floor import NoiseFloor
 from estimator.diagnosis.residual_maps import ResidualMap
 from estimator.diagnosis.score_tests import ScoreTest
+from estimator.diagnosis.tested_values import tested_values
 from estimator.diagnosis.verdict import Verdict
 from estimator.effects.link import EffectModel
 from estimator.fitting.campaign import Campaign, CampaignFit
 from estimator.fitting.campaign_covariance import CampaignCovariance
 from estimator.fitting.held_out import HeldOut
 
-Z95 = 1.959964
 Entry = dict[str, Any]
 
 
@@ -82,25 +82,19 @@ def _finding(finding: Finding, names: Sequence[str]) -> Entry:
 
 
 def _tested_values(test: ScoreTest, names: Sequence[str]) -> list[Entry]:
-    limits = detectable(test)
-    found = []
-    for row, (column, value) in enumerate(zip(test.columns, test.theta, strict=True)):
-        parameter = test.effect.entry.parameters[column.parameter]
-        sigma = float(max(test.covariance[row, row], 0.0)) ** 0.5
-        interval = (float(value) - Z95 * sigma, float(value) + Z95 * sigma)
-        found.append(
-            {
-                "parameter": parameter.name,
-                "unit": parameter.unit,
-                "sequence": None if column.sequence is None else names[column.sequence],
-                "value": float(value),
-                "sigma": sigma,
-                "interval": list(interval),
-                "plausible": is_plausible(interval, parameter),
-                "seen_from": limits[row],
-            }
-        )
-    return found
+    return [
+        {
+            "parameter": value.parameter.name,
+            "unit": value.parameter.unit,
+            "sequence": None if value.sequence is None else names[value.sequence],
+            "value": value.value,
+            "sigma": value.sigma,
+            "interval": list(value.interval),
+            "plausible": value.plausible,
+            "seen_from": limit,
+        }
+        for value, limit in zip(tested_values(test), detectable(test), strict=True)
+    ]
 
 
 def _searched(test: ScoreTest, names: Sequence[str]) -> list[Entry]:

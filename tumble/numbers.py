@@ -16,7 +16,9 @@ def rounded(value: float, sigma: float) -> str:
 
 
 def compact(value: float, sigma: float) -> str:
-    """``value ± sigma``; in powers of ten where the uncertainty has more than four digits after the point."""
+    """``value ± sigma``, in powers of ten where that is shorter; ``value`` alone where it has no uncertainty (it was searched for)."""
+    if sigma == 0:
+        return f"{value:.6g}"
     if not (math.isfinite(sigma) and 0 < sigma < 1e-3):
         return with_sigma(value, sigma)
     power = math.floor(math.log10(max(abs(value), sigma)))

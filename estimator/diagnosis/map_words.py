@@ -5,6 +5,7 @@ from numpy.typing import NDArray
 from scipy.stats import spearmanr
 
 from estimator.diagnosis.residual_maps import ResidualMap
+from estimator.diagnosis.tested_values import p_words
 
 Index = NDArray[np.int64]
 STRONG = 3.0
@@ -35,7 +36,7 @@ def sentence_of(found: ResidualMap) -> str:
     sign = SIGNS[found.kind][0 if found.mean_px[worst] > 0 else 1]
     size = f"{found.mean_px[worst]:+.3f} ± {found.sigma_px[worst]:.3f} px"
     others = _others(found, rows)
-    return f"{sign[0].upper()}{sign[1:]} {where(found, first, last)} ({size}){_trend(found)}{others} (p = {found.p:.1e})."
+    return f"{sign[0].upper()}{sign[1:]} {where(found, first, last)} ({size}){_trend(found)}{others} ({p_words(found.p)})."
 
 
 def strongest_run(found: ResidualMap) -> tuple[int, int]:

@@ -17,6 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from estimator.diagnosis.tested_values import p_words
 from estimator.fitting.campaign import Campaign, CampaignFit, SequenceEquations
 from estimator.fitting.model_errors import SequenceTask
 from estimator.fitting.noise_model import measured_noise
@@ -84,7 +85,7 @@ class NoiseFloor:
         if self.interval[0] > self.allowed:
             return f"{said} There is something to explain: about {self.excess_px:.3f} px, alike in neighbouring frames."
         if p_missing < alpha:
-            return f"{said} Their pattern is not that of noise (p = {p_missing:.1e}): there is something to explain."
+            return f"{said} Their pattern is not that of noise ({p_words(p_missing)}): there is something to explain."
         return f"{said} There is nothing to explain."
 
 

@@ -1,9 +1,10 @@
 """The verdict in words: what is missing, how sure, and what cannot be told apart."""
 
+import math
 from dataclasses import dataclass
 
-from estimator.campaign_reporting import Z95, is_plausible
 from estimator.diagnosis.diagnose import Diagnosis, Finding, blind_to, says_nothing
+from estimator.diagnosis.tested_values import TestedValue, p_words, tested_values
 
 MOST = 0.5
 """Share of the excess below which an effect does not explain it."""
@@ -47,7 +48,7 @@ def verdict_of(diagnosis: Diagnosis, *, alpha: float) -> Verdict:
         return Verdict("nothing missing", sentence, (), ())
     best = diagnosis.findings[0]
     how = sureness(diagnosis.p)
-    opening = f"The model misses something: {how} (p = {diagnosis.p:.1e}, corrected for {n} candidates)."
+    opening = f"The model misses something: {how} ({p_words(diagnosis.p)}, corrected for {n} candidates)."
     if best.share < MOST:
         sentence = f"{opening} None of the known effects explains it: the best, {best.test.effect.entry.title}, takes {best.share:.0%}."
         return Verdict("unknown", sentence, ("Look at the maps of residuals (tumble compare) for where it sits.",), ())
@@ -70,23 +71,17 @@ def _remarks(diagnosis: Diagnosis) -> tuple[str, ...]:
     remarks = []
     if others:
         remarks.append(f"These data cannot tell it from: {', '.join(others)}.")
-    if not all(plausible for *_, plausible in _values(best)):
+    if not all(value.plausible for value in tested_values(best.test)):
         remarks.append("Its value lies outside of what is plausible: look for another cause that acts alike.")
     return tuple(remarks)
 
 
 def value_words(finding: Finding) -> str:
-    """Values of a finding's first parameters with their 95% intervals."""
-    shown = [f"{name} = {value:.4g} ± {sigma:.2g} {unit}".rstrip(" 1") for name, unit, value, sigma, _ in _values(finding)[:3]]
-    return ", ".join(shown)
+    """Values of a finding's first parameters with their standard deviations."""
+    return ", ".join(_words(value) for value in tested_values(finding.test)[:3])
 
 
-def _values(finding: Finding) -> list[tuple[str, str, float, float, bool]]:
-    test = finding.test
-    found = []
-    for row, (column, value) in enumerate(zip(test.columns, test.theta, strict=True)):
-        parameter = test.effect.entry.parameters[column.parameter]
-        sigma = float(max(test.covariance[row, row], 0.0)) ** 0.5
-        interval = (float(value) - Z95 * sigma, float(value) + Z95 * sigma)
-        found.append((parameter.name, parameter.unit, float(value), sigma, is_plausible(interval, parameter)))
-    return found
+def _words(value: TestedValue) -> str:
+    unit = "" if value.parameter.unit == "1" else f" {value.parameter.unit}"
+    digits = 1 - math.floor(math.log10(value.sigma)) if value.sigma > 0 else 6
+    return f"{value.parameter.name} = {round(value.value, digits):g} ± {value.sigma:.2g}{unit}"

@@ -13,6 +13,7 @@ from rich.table import Table
 
 from datasets.json_documents import Document, plain, read_document, write_document
 from estimator.diagnosis.explain import Rules
+from estimator.diagnosis.tested_values import p_words
 from estimator.effects.choosing import chosen_effects
 from tumble.campaigning import Prepared
 from tumble.cli.options import add_configuration, add_output, verb_parser
@@ -156,7 +157,7 @@ def candidates_table(diagnosis: Mapping[str, Any]) -> Table:
         alike = "cannot be told apart" if missing and candidate["effect"] in diagnosis["group"][1:] else ""
         odd = "" if all(v["plausible"] for v in values) or not missing else "not plausible"
         share = f"{candidate['share']:.0%}" if missing else "–"
-        table.add_row(candidate["effect"], share, f"{candidate['p']:.1e}", text, limits, alike or odd)
+        table.add_row(candidate["effect"], share, p_words(candidate["p"], "").removeprefix("= "), text, limits, alike or odd)
     return table
 
 

@@ -9,6 +9,7 @@ from markupsafe import Markup
 
 from datasets.atomic_files import written_whole
 from datasets.json_documents import revived
+from estimator.diagnosis.tested_values import p_words
 from tumble.numbers import compact
 from tumble.reports.charts import autocorrelation_chart, ladder_chart, map_chart
 from tumble.reports.payload import flat
@@ -20,7 +21,8 @@ TITLES = {
     "explain": "Explaining a campaign",
     "ladder": "The error, effect by effect",
 }
-GOOD = ("nothing missing", "found")
+GOOD = {"compare": (), "diagnose": ("nothing missing",), "explain": ("nothing missing", "found"), "ladder": ()}
+"""Verdicts that leave nothing to do."""
 
 
 def write_campaign_page(document: Mapping[str, Any], path: Path) -> None:
@@ -38,7 +40,7 @@ def render(document: Mapping[str, Any]) -> str:
     return environment.get_template("campaign.html.j2").render(
         title=TITLES[found["verb"]],
         d=found,
-        tone="good" if found["verdict"]["kind"] in GOOD else "neutral",
+        tone="good" if found["verdict"]["kind"] in GOOD[found["verb"]] else "neutral",
         missing=found["diagnosis"] is not None and found["verdict"]["kind"] != "nothing missing",
         maps=_maps(found["maps"] or []),
         ladder=_ladder(found["ladder"], found["noise_floor"]),
@@ -94,4 +96,4 @@ def _interval(entry: Mapping[str, Any]) -> str:
 
 
 def _p(value: float) -> str:
-    return "1" if value >= 1 else (f"{value:.2f}" if value >= 0.01 else f"{value:.0e}")
+    return "1" if value >= 1 else (f"{value:.2f}" if value >= 0.01 else p_words(value, "").removeprefix("= "))

@@ -61,7 +61,7 @@ def autocorrelation_chart(floor: Mapping[str, Any]) -> str:
         pairs = [(lag, r) for lag, r in zip(floor["lags"], floor["autocorrelation"], strict=True) if isinstance(r, float)]
         axes.axhline(0.0, color=SOFT, linewidth=0.8)
         axes.plot([lag for lag, _ in pairs], [r for _, r in pairs], "o-", color=MEASURED)
-        axes.set_ylim(min(-0.1, *(r for _, r in pairs)), max(0.5, *(r for _, r in pairs)))
+        axes.set_ylim(min(-0.1, *(1.1 * r for _, r in pairs)), max(0.5, *(1.1 * r for _, r in pairs)))
         axes.set_xlabel("frames apart")
         axes.set_ylabel("correlation of residuals")
 
