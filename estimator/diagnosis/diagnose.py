@@ -14,6 +14,7 @@ import numpy as np
 from estimator.diagnosis.explain import penalty_of
 from estimator.diagnosis.ranking import Ranking, rank
 from estimator.diagnosis.score_tests import Candidates, ScoreTest, score_tests
+from estimator.diagnosis.tested_values import tested_values
 from estimator.effects.link import EffectModel
 from estimator.fitting.campaign import Campaign, CampaignFit
 
@@ -54,7 +55,7 @@ def diagnose(campaign: Campaign, fit: CampaignFit, candidates: Mapping[str, Effe
     effects = tuple(e for key, e in candidates.items() if key not in fit.model.keys)
     setting = campaign.sequences[0].setting
     tests, scores = score_tests(campaign, fit, Candidates(effects, tuple(e.starts(setting) for e in effects)))
-    return diagnosis_of(tests, rank(scores, penalty=penalty_of(campaign)), margin=margin)
+    return diagnosis_of(tests, rank(scores, tests, penalty=penalty_of(campaign)), margin=margin)
 
 
 def diagnosis_of(tests: list[ScoreTest], ranking: Ranking, *, margin: float) -> Diagnosis:
@@ -88,6 +89,5 @@ def says_nothing(diagnosis: Diagnosis) -> bool:
 
 def _visible(test: ScoreTest) -> bool:
     largest = {p.name: max(abs(p.plausible[0]), abs(p.plausible[1])) for p in test.effect.entry.parameters}
-    names = [p.name for p in test.effect.entry.parameters]
-    sizes = zip(test.columns, detectable(test), strict=True)
-    return any(0.0 < limit < largest[names[column.parameter]] for column, limit in sizes)
+    sizes = zip(tested_values(test), detectable(test), strict=True)
+    return any(0.0 < limit < largest[value.parameter.name] for value, limit in sizes)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from datasets.vocabulary.effects import Scope
-from estimator.diagnosis.ranking import Hypothesis, Ranking, rank
+from estimator.diagnosis.ranking import IMPLAUSIBLE, Hypothesis, Ranking, by_remainder, plausible, rank
 from estimator.diagnosis.score_tests import Candidates, EfficientScores, ScoreTest, score_tests
 from estimator.effects.curvature_bias import CurvatureBias
 from estimator.effects.link import EffectModel
@@ -106,7 +106,7 @@ def explain(
     error = held_out(campaign, fit.state, fit.model)
     while True:
         tests, scores = _tests(campaign, fit, catalogue)
-        ranking = rank(scores, penalty=penalty_of(campaign))
+        ranking = rank(scores, tests, penalty=penalty_of(campaign))
         p = min((t.p for t in tests), default=1.0) * len(tests)
         if p > rules.alpha or len(steps) >= rules.most_effects:
             break
@@ -137,7 +137,7 @@ def extended(fit: CampaignFit, test: ScoreTest) -> tuple[Model, CampaignState]:
     for number, theta in enumerate(fit.state.theta):
         key = number if own else None
         value = test.starts.get(key, next(iter(test.starts.values()))).copy()
-        for column, size in zip(test.columns, test.theta, strict=True):
+        for column, size in zip(test.columns, test.theta[: len(test.columns)], strict=True):
             if column.sequence == key:
                 value[column.parameter] += size
         thetas.append(np.concatenate([theta, test.effect.first_guess(value)]))
@@ -155,8 +155,9 @@ def _step(
     campaign: Campaign, fit: CampaignFit, found: tuple[list[ScoreTest], EfficientScores, Ranking], rules: Rules, error: HeldOut
 ) -> Step:
     tests, _, ranking = found
-    best = ranking.hypotheses[0].criterion
-    close = [h for h in ranking.hypotheses if h.criterion <= best + rules.window][: rules.shortlist]
+    first = ranking.hypotheses[0]
+    close = [first] if tests[first.effect].random else [h for h in ranking.hypotheses if not tests[h.effect].random]
+    close = [h for h in close if h.criterion <= first.criterion + rules.window][: rules.shortlist]
     refitted = sorted((_refit(campaign, fit, tests, h) for h in close), key=lambda r: r.criterion)
     chosen = refitted[0]
     group = tuple(r.test.effect.entry.key for r in refitted if r.criterion <= chosen.criterion + rules.margin)
@@ -179,11 +180,18 @@ def _refit(campaign: Campaign, fit: CampaignFit, tests: list[ScoreTest], hypothe
     test = tests[hypothesis.effect]
     model, start = extended(fit, test)
     new = fit_campaign(campaign, start, model)
-    others = [t for i, t in enumerate(tests) if i != hypothesis.effect]
+    others = [t for i, t in enumerate(tests) if i != hypothesis.effect and not t.random]
     candidates = Candidates(tuple(t.effect for t in others), tuple(np.unique(np.stack(list(t.starts.values())), axis=0) for t in others))
     _, scores = score_tests(campaign, new, candidates)
-    left = rank(scores, penalty=0.0).nothing
-    return _Refitted(test, new, left + penalty_of(campaign) * hypothesis.parameters)
+    left = by_remainder(scores, penalty=0.0).nothing
+    odd = 0.0 if plausible(test, _values(new, test)) else IMPLAUSIBLE
+    return _Refitted(test, new, left + penalty_of(campaign) * hypothesis.parameters + odd)
+
+
+def _values(fit: CampaignFit, test: ScoreTest) -> Array:
+    """Fitted values (c,) of a test's columns; the tested effect is the last of the model."""
+    part = fit.model.slices[-1]
+    return np.array([fit.state.theta[column.sequence or 0][part][column.parameter] for column in test.columns])
 
 
 def _pruned(campaign: Campaign, fit: CampaignFit, rules: Rules) -> tuple[CampaignFit, tuple[str, ...]]:
@@ -192,7 +200,8 @@ def _pruned(campaign: Campaign, fit: CampaignFit, rules: Rules) -> tuple[Campaig
     while True:
         covariance = campaign_covariance(campaign, fit)
         weakest = max(
-            ((wald_p(fit, covariance, e), e) for e in range(len(fit.model.effects)) if fit.model.effects[e].held is None), default=(0.0, -1)
+            ((wald_p(fit, covariance, e), e) for e, effect in enumerate(fit.model.effects) if effect.held is None and not effect.random),
+            default=(0.0, -1),
         )
         if weakest[0] <= rules.superfluous:
             return fit, tuple(dropped)

@@ -4,15 +4,19 @@ Every effect changes the scores of all others in its own way. Under "effect E, a
 mean ``-H[:, E] theta`` and covariance ``M``; what the best theta leaves, ``min (g + H_E theta)ᵀ M⁻¹ (g + H_E theta)``, is chi-squared with
 as many degrees of freedom as there are columns less those of E [Aitken 1936]. Hypotheses are ordered by that remainder plus a penalty
 per parameter [Schwarz 1978]; those that leave nearly the same cannot be told apart by these data.
+
+A value that nature does not produce (negative drag) counts against an effect, and an effect that is random in every frame is compared by
+what it gains in likelihood, since it leaves no mean in the scores.
 """
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
-from estimator.diagnosis.score_tests import EfficientScores
+from estimator.diagnosis.score_tests import EfficientScores, ScoreTest
 
 Array = NDArray[np.float64]
 SMALLEST_SHARE = 1e-3
@@ -43,8 +47,39 @@ class Ranking:
         return float(chi2.sf(self.nothing, max(self.columns, 1)))
 
 
-def rank(scores: EfficientScores, *, penalty: float) -> Ranking:
-    """Order the effects that have columns in ``scores``; ``penalty`` per parameter."""
+IMPLAUSIBLE = 30.0
+"""Added to the criterion of an effect whose best value lies outside its plausible range by more than ``BEYOND`` standard deviations."""
+BEYOND = 2.0
+
+
+def rank(scores: EfficientScores, tests: Sequence[ScoreTest], *, penalty: float) -> Ranking:
+    """Order the effects; ``tests`` are theirs, in the order of their numbers in ``scores``; ``penalty`` per parameter."""
+    plain = by_remainder(scores, penalty=penalty)
+    rivals = max((t.explained - penalty * len(t.columns) for t in tests if not t.random), default=0.0)
+    found = [
+        replace(h, criterion=h.criterion + (0.0 if plausible(tests[h.effect], tests[h.effect].theta) else IMPLAUSIBLE))
+        for h in plain.hypotheses
+    ]
+    best = min((h.criterion for h in found), default=plain.nothing)
+    for number, test in enumerate(tests):
+        if test.random:
+            lead = test.explained - penalty - rivals
+            found.append(Hypothesis(number, 1, max(plain.nothing - test.explained, 0.0), best - lead))
+    return replace(plain, hypotheses=tuple(sorted(found, key=lambda h: h.criterion)))
+
+
+def plausible(test: ScoreTest, theta: Array) -> bool:
+    """Whether values (c,) of a test's columns are ones that nature or a laboratory is expected to produce."""
+    deviation = np.sqrt(np.maximum(np.diag(test.covariance), 0.0))[: len(test.columns)]
+    for column, value, sigma in zip(test.columns, theta[: len(test.columns)], deviation, strict=True):
+        low, high = test.effect.entry.parameters[column.parameter].plausible
+        if value + BEYOND * sigma < low or value - BEYOND * sigma > high:
+            return False
+    return True
+
+
+def by_remainder(scores: EfficientScores, *, penalty: float) -> Ranking:
+    """Order the effects that have columns by what they leave alone."""
     if not len(scores.columns):
         return Ranking((), 0.0, 0)
     whitener = _whitener(scores.M)

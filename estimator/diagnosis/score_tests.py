@@ -21,7 +21,8 @@ from estimator.effects.link import EffectModel
 from estimator.effects.model import Model
 from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState, SequenceEquations, sequence_equations, shared_prior
 from estimator.fitting.campaign_noise import repeated_noise
-from estimator.fitting.refinement import scaled_inverse
+from estimator.fitting.stable_inverse import stable_inverse
+from estimator.fitting.time_shifts import jitter_test, time_shifts
 from estimator.motion.flight import N_PARAMETERS
 
 Array = NDArray[np.float64]
@@ -79,6 +80,11 @@ class ScoreTest:
     explained: float
     starts: dict[int | None, Array]
 
+    @property
+    def random(self) -> bool:
+        """Whether the effect is drawn anew in every frame, and has a likelihood's gain instead of scores."""
+        return self.effect.random
+
 
 def score_tests(campaign: Campaign, fit: CampaignFit, candidates: Candidates) -> tuple[list[ScoreTest], EfficientScores]:
     """Test every candidate against the fit; also the scores of the columns that were kept, for comparing effects with one another."""
@@ -88,7 +94,10 @@ def score_tests(campaign: Campaign, fit: CampaignFit, candidates: Candidates) ->
     kept = np.array([i for i, c in enumerate(scores.columns) if chosen[c.effect, c.sequence] == c.start], dtype=np.int64)
     scores = scores.take(kept)
     scores = replace(scores, M=_noise(campaign, fit, linear, (projection, kept)))
-    tests = [_test(scores, candidates, number, chosen) for number in range(len(candidates.effects))]
+    tests = [
+        _random_test(campaign, linear, effect) if effect.random else _test(scores, candidates, number, chosen)
+        for number, effect in enumerate(candidates.effects)
+    ]
     return tests, scores
 
 
@@ -152,7 +161,7 @@ def _projected(campaign: Campaign, fit: CampaignFit, linear: _Linear, candidates
     kept = []
     for each, place, own, number in zip(linear.equations, layout.place, linear.local, linear.number, strict=True):
         H, g, b = each.frames.H, each.frames.g, layout.shared
-        inverse = scaled_inverse(H[np.ix_(layout.local, layout.local)])
+        inverse = stable_inverse(H[np.ix_(layout.local, layout.local)])
         lb, lc = H[np.ix_(layout.local, b)], H[np.ix_(layout.local, own)]
         bb[np.ix_(place, place)] += H[np.ix_(b, b)] - lb.T @ inverse @ lb
         bc[np.ix_(place, number)] += H[np.ix_(b, own)] - lb.T @ inverse @ lc
@@ -160,7 +169,7 @@ def _projected(campaign: Campaign, fit: CampaignFit, linear: _Linear, candidates
         bg[place] += g[b] - lb.T @ (inverse @ g[layout.local])
         cg[number] += g[own] - lc.T @ (inverse @ g[layout.local])
         kept.append((inverse, lb, lc))
-    B = scaled_inverse(bb) @ bc
+    B = stable_inverse(bb) @ bc
     local = []
     for (inverse, lb, lc), place, number in zip(kept, layout.place, linear.number, strict=True):
         A = -inverse @ lb @ B[place]
@@ -178,7 +187,7 @@ def _best_starts(scores: EfficientScores, candidates: Candidates) -> dict[tuple[
         groups.setdefault((column.effect, column.sequence, column.start), []).append(i)
     for (effect, sequence, start), rows in groups.items():
         part = scores.take(np.array(rows, dtype=np.int64))
-        explained = float(part.g @ stable_inverse(part.H) @ part.g)
+        explained = float(part.g @ stable_inverse(part.H, 1e-10) @ part.g)
         if explained > best.get((effect, sequence), (-np.inf, 0))[0]:
             best[effect, sequence] = (explained, start)
     del candidates
@@ -206,19 +215,11 @@ def _noise(campaign: Campaign, fit: CampaignFit, linear: _Linear, which: tuple[_
     return np.asarray(0.5 * (total + total.T))
 
 
-def stable_inverse(H: Array, tolerance: float = 1e-10) -> Array:
-    """Pseudo-inverse of a symmetric positive matrix after scaling its diagonal to one; directions the data do not see are left out."""
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(H), 1e-300))
-    value, vector = np.linalg.eigh(H * scale[:, None] * scale)
-    kept = value > tolerance * max(value[-1], 1e-300)
-    return np.asarray((vector[:, kept] / value[kept]) @ vector[:, kept].T * scale[:, None] * scale)
-
-
 def _test(scores: EfficientScores, candidates: Candidates, number: int, chosen: dict[tuple[int, int | None], int]) -> ScoreTest:
     rows = np.array([i for i, c in enumerate(scores.columns) if c.effect == number], dtype=np.int64)
     part = scores.take(rows)
-    inverse = stable_inverse(part.H)
-    statistic = float(part.g @ stable_inverse(part.M) @ part.g)
+    inverse = stable_inverse(part.H, 1e-10)
+    statistic = float(part.g @ stable_inverse(part.M, 1e-10) @ part.g)
     tried = len(candidates.starts[number])
     sequences = {c.sequence for c in part.columns}
     p = float(chi2.sf(statistic, max(len(rows), 1))) * float(tried) ** len(sequences)
@@ -232,4 +233,17 @@ def _test(scores: EfficientScores, candidates: Candidates, number: int, chosen: 
         p=min(p, 1.0),
         explained=float(part.g @ inverse @ part.g),
         starts=starts,
+    )
+
+
+def _random_test(campaign: Campaign, linear: _Linear, effect: EffectModel) -> ScoreTest:
+    """Jitter of the frames' times, judged by the residuals."""
+    shifts = []
+    for sequence, each in zip(campaign.sequences, linear.equations, strict=True):
+        found = time_shifts(each.errors, each.frames, sequence.task.sightings.silhouettes, floor_px=campaign.floor_px)
+        shifts.append(found.take(np.argsort(sequence.task.sightings.times_s, kind="stable")))
+    result = jitter_test(shifts)
+    variance = np.array([[result.sigma_error_s**2]])
+    return ScoreTest(
+        effect, (), np.array([result.sigma_s]), variance, result.gain, result.p, result.gain, {None: np.array([result.sigma_s])}
     )

@@ -15,6 +15,7 @@ class DroppedFrames(EffectModel):
     """A gap in the recording."""
 
     entry = EFFECTS["dropped_frames"]
+    frozen = ("after_frame",)
 
     def starts(self, setting: Setting) -> Array:
         """A gap after every frame but the outermost, which shift only a frame or two."""

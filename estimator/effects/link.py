@@ -94,6 +94,11 @@ class EffectModel:
         del setting
         return np.zeros((1, len(self.entry.parameters)))
 
+    frozen: ClassVar[tuple[str, ...]] = ()
+    """Parameters that a search finds and a fit leaves as they are."""
+    random: ClassVar[bool] = False
+    """Whether the effect is drawn anew in every frame: its one parameter is a standard deviation, known to the fit as variance."""
+
     def slope_at(self, theta: Array) -> Array:
         """Where derivatives of the image links are taken: elsewhere than at ``theta`` only for an effect that is flat at zero."""
         return theta

@@ -52,6 +52,15 @@ class Model:
         )
 
     @property
+    def frozen(self) -> NDArray[np.bool_]:
+        """Which parameters (q,) a fit leaves as they are."""
+        return np.array([p.name in e.frozen for e in self.effects for p in e.entry.parameters], dtype=np.bool_)
+
+    def random_sigma(self, theta: Array) -> float:
+        """Standard deviation (s) of the frames' times."""
+        return float(np.sqrt(sum(float(theta[part][0]) ** 2 for e, part in zip(self.effects, self.slices, strict=True) if e.random)))
+
+    @property
     def names(self) -> tuple[str, ...]:
         """``key.parameter`` of every parameter."""
         return tuple(f"{e.entry.key}.{p.name}" for e in self.effects for p in e.entry.parameters)

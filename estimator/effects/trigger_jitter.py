@@ -12,3 +12,4 @@ class TriggerJitter(EffectModel):
     """Independent random errors of the time stamps."""
 
     entry = EFFECTS["trigger_jitter"]
+    random = True

@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 
 from datasets.vocabulary.effects import Scope
 from estimator.effects.model import Model
-from estimator.fitting.composite_likelihood import WeighedFrames, weigh_linear
+from estimator.fitting.composite_likelihood import RandomShift, WeighedFrames, weigh_linear
 from estimator.fitting.model_errors import ModelErrors, SequenceTask, model_errors
-from estimator.fitting.refinement import scaled_inverse
+from estimator.fitting.stable_inverse import stable_inverse
+from estimator.fitting.time_shifts import time_derivative
 from estimator.motion.flight import COM, INERTIA, N_PARAMETERS, OFFSET, Flight, moved
 
 Array = NDArray[np.float64]
@@ -84,12 +85,14 @@ def sequence_equations(campaign: Campaign, number: int, state: CampaignState, mo
     """Linearise sequence ``number``."""
     sequence = campaign.sequences[number]
     errors = model_errors(sequence, state.flights[number], model, state.theta[number])
+    sigma = model.random_sigma(state.theta[number])
     frames = weigh_linear(
         (errors.e, errors.J),
         errors.tangency,
         sequence.task.sightings.silhouettes,
         floor_px=campaign.floor_px,
         huber=sequence.task.huber if robust else np.inf,
+        shift=RandomShift(time_derivative(errors), sigma) if sigma else None,
     )
     return SequenceEquations(errors, frames)
 
@@ -127,26 +130,17 @@ def solve_arrow(equations: Sequence[SequenceEquations], layout: Layout, prior: t
     inverses = []
     for each, place in zip(equations, layout.place, strict=True):
         full, gradient = each.frames.H, each.frames.g
-        inverse = scaled_inverse(full[np.ix_(layout.local, layout.local)])
+        inverse = stable_inverse(full[np.ix_(layout.local, layout.local)])
         cross = full[np.ix_(layout.shared, layout.local)]
         H[np.ix_(place, place)] += full[np.ix_(layout.shared, layout.shared)] - cross @ inverse @ cross.T
         g[place] += gradient[layout.shared] - cross @ (inverse @ gradient[layout.local])
         inverses.append(inverse)
-    shared = -_damped_inverse(H) @ g
+    shared = -stable_inverse(H) @ g
     local = tuple(
         -inverse @ (each.frames.g[layout.local] + each.frames.H[np.ix_(layout.local, layout.shared)] @ shared[place])
         for each, place, inverse in zip(equations, layout.place, inverses, strict=True)
     )
     return ArrowSolution(local, shared, H)
-
-
-def _damped_inverse(H: Array) -> Array:
-    """Inverse of a normal matrix in which some parameters may not be seen at all: those stay where they are."""
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(H), 1e-300))
-    scaled = H * scale[:, None] * scale
-    value, vector = np.linalg.eigh(scaled)
-    kept = value > 1e-12 * value[-1]
-    return np.asarray((vector[:, kept] / value[kept]) @ vector[:, kept].T * scale[:, None] * scale)
 
 
 def stepped(state: CampaignState, layout: Layout, solution: ArrowSolution, share: float = 1.0) -> CampaignState:
@@ -245,9 +239,12 @@ INDEPENDENT_TANGENTS = 12.0
 
 def _relative_size(equations: Sequence[SequenceEquations], layout: Layout, solution: ArrowSolution) -> float:
     """Largest step over its standard deviation."""
-    deviation = np.sqrt(np.maximum(np.diag(_damped_inverse(solution.schur)), 1e-300))
+    deviation = np.sqrt(np.maximum(np.diag(stable_inverse(solution.schur)), 1e-300))
     largest = float(np.max(np.abs(solution.shared) / deviation, initial=0.0, where=deviation > 1e-150))
     for each, local in zip(equations, solution.local, strict=True):
-        inverse = scaled_inverse(each.frames.H[np.ix_(layout.local, layout.local)])
-        largest = max(largest, float(np.max(np.abs(local) / np.sqrt(np.diag(inverse)))))
+        inverse = stable_inverse(each.frames.H[np.ix_(layout.local, layout.local)])
+        largest = max(
+            largest,
+            float(np.max(np.abs(local) / np.sqrt(np.maximum(np.diag(inverse), 1e-300)), initial=0.0, where=np.diag(inverse) > 1e-150)),
+        )
     return largest

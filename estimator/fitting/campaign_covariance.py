@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from estimator.fitting.campaign import Campaign, CampaignFit, shared_prior
 from estimator.fitting.campaign_noise import repeated_noise
+from estimator.fitting.stable_inverse import stable_inverse
 from estimator.motion.flight import N_PARAMETERS
 
 Array = NDArray[np.float64]
@@ -52,13 +53,6 @@ def campaign_covariance(campaign: Campaign, fit: CampaignFit) -> CampaignCovaria
         wide[..., rows] = each.frames.weighted
         weighted.append(wide)
     M += repeated_noise(campaign, [e.errors for e in fit.equations], weighted)
-    inverse = _inverse(H)
+    inverse = stable_inverse(H, 1e-13)
     covariance = inverse @ M @ inverse
     return CampaignCovariance(0.5 * (covariance + covariance.T), tuple(place))
-
-
-def _inverse(H: Array) -> Array:
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(H), 1e-300))
-    value, vector = np.linalg.eigh(H * scale[:, None] * scale)
-    kept = value > 1e-13 * value[-1]
-    return np.asarray((vector[:, kept] / value[kept]) @ vector[:, kept].T * scale[:, None] * scale)

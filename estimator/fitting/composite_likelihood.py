@@ -16,7 +16,7 @@ Cameron, Gelbach & Miller 2011 for multi-way sums], Λ the prior's information a
 is above 1.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,29 +62,61 @@ def weigh(errors: TangencyErrors, S: Array, first: Silhouettes, *, floor_px: flo
     return weigh_linear(linear_errors(errors, S), errors, first, floor_px=floor_px, huber=huber)
 
 
+@dataclass(frozen=True)
+class RandomShift:
+    """A random effect: sighting ``i``'s errors move by ``direction[i]`` (n, k, 2) times a number drawn from N(0, ``sigma``²)."""
+
+    direction: Array
+    sigma: float
+
+
 def weigh_linear(
-    linear: tuple[Array, Array], errors: TangencyErrors, first: Silhouettes, *, floor_px: float, huber: float
+    linear: tuple[Array, Array],
+    errors: TangencyErrors,
+    first: Silhouettes,
+    *,
+    floor_px: float,
+    huber: float,
+    shift: RandomShift | None = None,
 ) -> WeighedFrames:
     """Weigh each sighting's errors, ``linear`` as in :func:`linear_errors`; ``floor_px`` is noise the outlines do not show.
 
-    An error beyond ``huber`` standard deviations has its variance raised until its influence is that of one at ``huber``.
+    An error beyond ``huber`` standard deviations has its variance raised until its influence is that of one at ``huber``. A random
+    ``shift`` is taken off before that is judged, and out of the weights (Woodbury's identity) [Laird and Ware 1982].
     """
     n, k, _, p = linear[1].shape
     H, g, meat = np.zeros((p, p)), np.zeros(p), np.zeros((p, p))
     weighted = np.zeros((n, k, 2, p))
     chi2, count = np.zeros(n), np.zeros(n, dtype=np.int64)
     for i in np.flatnonzero(errors.valid.any(axis=1)):
-        seen = sighting(linear, errors, first, i, floor_px=floor_px, huber=huber)
-        variance = np.diag(seen.Sigma)
-        z1 = 1.0 / np.sqrt(variance)
-        repeated = float(z1 @ seen.Sigma @ z1) / len(variance)
-        W = seen.J / (variance * repeated)[:, None]
+        plain = shift is None or shift.sigma == 0.0
+        seen = sighting(linear, errors, first, i, floor_px=floor_px, huber=huber if plain else np.inf)
+        variance, weight = _weights(seen.Sigma)
+        W = seen.J * weight[:, None]
+        if shift is not None and not plain:
+            d = shift.direction[i, seen.view, seen.side]
+            gain = 1.0 / (shift.sigma**-2.0 + float(d @ (weight * d)))
+            moved = seen.e - d * (gain * float(d @ (weight * seen.e)))
+            outlying = np.maximum(np.abs(moved) / np.sqrt(variance) / huber, 1.0)
+            variance, weight = variance * outlying, weight / outlying
+            W = seen.J * weight[:, None]
+            W -= np.outer(weight * d, d @ W) / (shift.sigma**-2.0 + float(d @ (weight * d)))
+            Sigma = seen.Sigma + np.diag(variance * (1.0 - 1.0 / outlying)) + shift.sigma**2 * np.outer(d, d)
+            seen = replace(seen, Sigma=Sigma)
         weighted[i, seen.view, seen.side] = W
         H += seen.J.T @ W
         g += W.T @ seen.e
         meat += W.T @ seen.Sigma @ W
         chi2[i], count[i] = float(np.sum(seen.e**2 / variance)), len(variance)
     return WeighedFrames(H=H, g=g, weighted=weighted, meat=meat, chi2=chi2, count=count)
+
+
+def _weights(Sigma: Array) -> tuple[Array, Array]:
+    """Variances (m,) px² and composite weights (m,): the inverse variances over the design effect."""
+    variance = np.diag(Sigma).copy()
+    z1 = 1.0 / np.sqrt(variance)
+    repeated = float(z1 @ Sigma @ z1) / len(variance)
+    return variance, 1.0 / (variance * repeated)
 
 
 @dataclass(frozen=True)

@@ -15,13 +15,13 @@ from numpy.typing import NDArray
 from estimator.effects.model import Model
 from estimator.fitting.campaign import ArrowSolution, Campaign, CampaignState, Layout, fit_campaign, layout_of, sequence_equations, stepped
 from estimator.fitting.model_errors import SequenceTask
-from estimator.fitting.refinement import scaled_inverse
+from estimator.fitting.stable_inverse import stable_inverse
 from estimator.motion.flight import COM, INERTIA, N_PARAMETERS, OFFSET
 
 Array = NDArray[np.float64]
 EVERY, FIRST = 4, 2
 MOST = 2.0
-LOCAL_STEPS = 6
+LOCAL_STEPS, SETTLED = 6, 0.05
 
 
 @dataclass(frozen=True)
@@ -72,11 +72,11 @@ def _judge(campaign: Campaign, number: int, states: tuple[CampaignState, Campaig
     state = _within_priors(state, sequence.task.prior.precision, model)
     for _ in range(LOCAL_STEPS):
         equations = sequence_equations(alone, 0, state, model)
-        inverse = scaled_inverse(equations.frames.H[np.ix_(layout.local, layout.local)])
+        inverse = stable_inverse(equations.frames.H[np.ix_(layout.local, layout.local)])
         step = -inverse @ equations.frames.g[layout.local]
         one = replace(layout, place=(layout.place[number],))
         state = stepped(state, one, ArrowSolution((step,), np.zeros(layout.size), np.zeros((0, 0))))
-        if np.max(np.abs(step) / np.sqrt(np.diag(inverse))) < 0.05:
+        if np.max(np.abs(step) / np.sqrt(np.maximum(np.diag(inverse), 1e-300))) < SETTLED:
             break
     judged = replace(alone, sequences=(_weighted(sequence, ~kept),))
     errors = sequence_equations(judged, 0, state, model).errors

@@ -132,6 +132,7 @@ def model_errors(sequence: SequenceTask, flight: Flight, model: Model, theta: Ar
     e = errors.error[:, :, :2] - model.shift(theta, places, setting)
     J = _jacobian(task, model, (theta, scale), (errors, prediction, centre_cam))
     _add_image_columns(J, sequence, model, theta, (errors, places, corrected))
+    J[..., N_PARAMETERS + np.flatnonzero(model.frozen)] = 0.0
     seen = errors.valid[:, :, None]
     return ModelErrors(np.where(seen, e, 0.0), np.where(seen[..., None], J, 0.0), errors, normals, viewing, places, prediction)
 

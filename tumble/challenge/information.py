@@ -7,11 +7,12 @@ from numpy.typing import NDArray
 
 from datasets.recipes.effects import sizes
 from datasets.vocabulary.effects import EFFECTS, EffectEntry, Parameter, Scope, Stage
-from estimator.diagnosis.score_tests import ScoreTest, stable_inverse
+from estimator.diagnosis.score_tests import ScoreTest
 from estimator.effects.defocus_growth import SMALLEST
 from estimator.effects.link import EffectModel, Setting
 from estimator.effects.model import Model
 from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState, sequence_equations
+from estimator.fitting.stable_inverse import stable_inverse
 
 Array = NDArray[np.float64]
 POWERS = {"defocus_growth": 2, "trigger_jitter": 2}
