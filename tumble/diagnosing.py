@@ -12,7 +12,7 @@ from datasets.estimate_files import write_estimate
 from datasets.json_documents import Document, write_document
 from estimator.campaign_reporting import campaign_estimates, effect_values
 from estimator.configuration import configuration_from_dict
-from estimator.diagnosis.adding import fit_with, ladder
+from estimator.diagnosis.adding import Rung, fit_with, ladder
 from estimator.diagnosis.diagnose import diagnose, diagnosis_of
 from estimator.diagnosis.explain import Rules, explain
 from estimator.diagnosis.map_words import sentence_of
@@ -177,11 +177,7 @@ def climbed(question: Question, campaign: Prepared, told: Told, truth: Path | No
         f"With {', '.join(e.entry.title for e in question.effects)} the RMS ETE on frames and sequences that were not fitted "
         f"{'falls' if final < first else 'does not fall'}: {first:.4f} px to {final:.4f} px ({final / first - 1.0:+.0%})."
     )
-    remarks = tuple(
-        f"{rung.added.replace('_', ' ').capitalize()} does not lower it: it does not belong in the model."
-        for before, rung in pairwise(rungs)
-        if rung.added is not None and rung.held_out.rms_px >= before.held_out.rms_px
-    )
+    remarks = tuple(_useless(rung.added, question) for before, rung in pairwise(rungs) if rung.added and not _lowers(before, rung))
     content = _content("ladder", question, campaign, (last, campaign_covariance(registered.campaign, last)))
     floor = _floor(registered.campaign, last)
     return {
@@ -192,6 +188,19 @@ def climbed(question: Question, campaign: Prepared, told: Told, truth: Path | No
         ],
         "verdict": verdict_entry(Verdict("judged", sentence, remarks, ()), question.command("diagnose", ())),
     }
+
+
+def _lowers(before: Rung, rung: Rung) -> bool:
+    """Whether a rung's held-out error is below that of the one before."""
+    return rung.held_out.rms_px < before.held_out.rms_px
+
+
+def _useless(key: str, question: Question) -> str:
+    """What to think of an effect that does not lower the held-out error."""
+    name = key.replace("_", " ").capitalize()
+    if any(e.random for e in question.effects if e.entry.key == key):
+        return f"{name} is drawn anew in every frame: nobody can predict it, so it lowers no held-out error. What counts is its size."
+    return f"{name} does not lower it: it does not belong in the model."
 
 
 def _content(verb: str, question: Question, campaign: Prepared, at: tuple[CampaignFit, CampaignCovariance]) -> Document:

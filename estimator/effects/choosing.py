@@ -34,8 +34,8 @@ class Chosen:
 
 
 def catalogue() -> dict[str, EffectModel]:
-    """The effects that can be fitted: those of the registry that touch a link."""
-    return {key: model for key, model in MODELS.items() if overrides(model, *LINKS)}
+    """The effects that can be fitted: those of the registry that touch a link, or that are drawn anew in every frame."""
+    return {key: model for key, model in MODELS.items() if model.random or overrides(model, *LINKS)}
 
 
 def chosen_effects(words: str) -> tuple[EffectModel, ...]:

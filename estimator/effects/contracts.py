@@ -28,6 +28,8 @@ AGREE, MOST = 0.02, 0.9
 """Relative difference within which a derivative agrees, and the share of tangencies of which it must."""
 PLAUSIBLE_SHARE = 0.2
 INVISIBLE_PX = 1e-9
+OF_LINKS = ("derivatives", "it acts")
+"""Contracts that an effect drawn anew in every frame cannot be held to: it is a variance and touches no link."""
 NOTHING = "no parameter to differentiate"
 
 
@@ -49,6 +51,8 @@ def check_contracts(effect: EffectModel, sequence: SequenceTask, flight: Flight)
         "derivatives": _derivatives,
         "it acts": _acts,
     }
+    if effect.random:
+        checks = {name: check for name, check in checks.items() if name not in OF_LINKS}
     return tuple(_tried(name, check, (effect, sequence, flight)) for name, check in checks.items())
 
 

@@ -5,6 +5,7 @@ import pytest
 
 from datasets.errors import InputError
 from estimator.effects.choosing import catalogue, chosen_effects, refuse_without_gravity
+from estimator.effects.registry import MODELS
 
 
 def test_effects_come_in_the_order_of_the_words() -> None:
@@ -30,6 +31,10 @@ def test_words_that_cannot_be_had(words: str, parts: tuple[str, ...]) -> None:
     with pytest.raises(InputError) as refused:
         chosen_effects(words)
     assert [part for part in parts if part not in str(refused.value)] == [], str(refused.value)
+
+
+def test_every_effect_of_the_registry_can_be_fitted() -> None:
+    assert set(catalogue()) == set(MODELS)
 
 
 def test_a_frame_rate_needs_gravity() -> None:
