@@ -123,6 +123,7 @@ def _after(scored: Scored, cases: pd.DataFrame) -> list[Figure]:
     near = judged["final_px"] <= NEAR_ORACLE * judged["oracle_px"]
     table = scored.parameters
     pulls = table["pull"].to_numpy(dtype=np.float64) if len(table) else np.zeros(0)
+    pulls = pulls[np.isfinite(pulls)]
     return [
         share("5", "held-out RMS ETE within 5% of the oracle's", near, least=95.0, needed=240),
         velocity_gain(scored.velocities, "final"),

@@ -46,7 +46,7 @@ def answer(registered: Registered, explained: Explanation, *, alpha: float) -> d
         ],
         "tests": [_test(test) for test in first],
         "information": {key: matrix.tolist() for key, matrix in all_information(campaign, explained.base, first).items()},
-        "parameters": parameters(campaign, explained.fit, explained.covariance),
+        "parameters": _with_random(parameters(campaign, explained.fit, explained.covariance), explained),
         "velocities": {
             "base": velocities(campaign, explained.base, campaign_covariance(campaign, explained.base)),
             "final": velocities(campaign, explained.fit, explained.covariance),
@@ -91,6 +91,17 @@ def parameters(campaign: Campaign, fit: CampaignFit, covariance: CampaignCovaria
                     }
                 )
     return rows
+
+
+def _with_random(rows: list[dict[str, Any]], explained: Explanation) -> list[dict[str, Any]]:
+    """Rows in which effects that are drawn anew in every frame have the standard deviation of the test that found them."""
+    sigmas = {
+        step.added: float(np.sqrt(test.covariance[0, 0]))
+        for step in explained.steps
+        for test in step.tests
+        if test.effect.random and test.effect.entry.key == step.added
+    }
+    return [{**row, "sigma": sigmas.get(row["effect"], row["sigma"])} for row in rows]
 
 
 def velocities(campaign: Campaign, fit: CampaignFit, covariance: CampaignCovariance) -> list[dict[str, Any]]:

@@ -84,13 +84,18 @@ class Sizes:
 
 @dataclass(frozen=True)
 class Plan:
-    """Everything that decides a challenge but the seed. ``keys``: the effects drawn from."""
+    """Everything that decides a challenge but the seed.
+
+    ``keys``: the effects drawn from; ``plausible``: whether sizes stay within the catalogue's plausible ranges, however small
+    these are against the detection limit.
+    """
 
     shape: Shape
     counts: Counts
     sizes: Sizes
     table: LimitTable
     keys: tuple[str, ...] = tuple(EFFECTS)
+    plausible: bool = False
 
 
 def draw_cases(plan: Plan, seed: int) -> tuple[Case, ...]:
@@ -162,9 +167,7 @@ def _amounts(plan: Plan, entry: EffectEntry, span: tuple[float, float], rng: np.
     directed = _direction(entry, rows, rng)
     limit = limit_along(plan.table, entry.key, directed)
     wanted = float(np.exp(rng.uniform(*np.log(span))))
-    largest = LARGEST.get(entry.key, np.inf)
-    bound = _half_ranges(entry) if entry.key in RELATIVE_TO_PLAUSIBLE else np.ones(directed.shape[1])
-    reach = float(np.min(largest * bound / np.maximum(np.abs(directed), 1e-300))) / limit
+    reach = float(np.min(_largest(entry, plausible=plan.plausible) / np.maximum(np.abs(directed), 1e-300))) / limit
     if wanted > reach:
         low = min(span[0], reach / 2)
         wanted = float(np.exp(rng.uniform(np.log(low), np.log(reach))))
@@ -177,6 +180,22 @@ def _direction(entry: EffectEntry, rows: int, rng: np.random.Generator) -> Array
     direction = rng.normal(size=(rows, len(low)))
     direction = np.where(low >= 0, np.abs(direction), direction)
     return np.asarray(direction / np.linalg.norm(direction) * _half_ranges(entry))
+
+
+def _largest(entry: EffectEntry, *, plausible: bool) -> Array:
+    """Largest size (q,) of each parameter."""
+    ranges, largest = _half_ranges(entry), LARGEST.get(entry.key, np.inf)
+    possible = largest * ranges if entry.key in RELATIVE_TO_PLAUSIBLE else np.full(len(ranges), largest)
+    return np.minimum(possible, ranges) if plausible else possible
+
+
+def is_plausible(effect: EffectRecipe) -> bool:
+    """Whether all values of an effect of the catalogue lie within its plausible ranges."""
+    for parameter in EFFECTS[effect.key].parameters:
+        values = np.atleast_1d(np.array(effect.values.get(parameter.name, 0.0), dtype=np.float64))
+        if np.any(values < parameter.plausible[0]) or np.any(values > parameter.plausible[1]):
+            return False
+    return True
 
 
 def _half_ranges(entry: EffectEntry) -> Array:

@@ -19,6 +19,7 @@ from datasets.truth_files import read_truth
 from datasets.vocabulary.effects import EFFECTS, Scope, Stage
 from tumble.challenge.answers import no_answer
 from tumble.challenge.cases import Case, case_folder, sequence_name
+from tumble.challenge.drawing import is_plausible
 from tumble.challenge.limits import LimitTable, noncentrality
 from tumble.challenge.oracle import oracle_path
 from tumble.challenge.solving import answer_path
@@ -88,6 +89,7 @@ def named(case: Case, answer: Answer) -> dict[str, Any]:
         "hidden": "+".join(case.keys),
         "particle": _particle(case),
         "ratio": case.least_ratio,
+        "plausible": all(is_plausible(effect) for effect in case.recipe.effects if effect.key in EFFECTS),
         "first": first,
         "found": "+".join(answer["found"]),
         "group": "+".join(group),

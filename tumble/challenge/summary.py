@@ -65,7 +65,8 @@ def per_effect(scored: Scored) -> list[dict[str, Any]]:
 def _pulls(parameters: pd.DataFrame, key: str) -> Any:
     if parameters.empty:
         return np.zeros(0)
-    return parameters.loc[parameters["effect"] == key, "pull"].to_numpy(dtype=np.float64)
+    pulls = parameters.loc[parameters["effect"] == key, "pull"].to_numpy(dtype=np.float64)
+    return pulls[np.isfinite(pulls)]
 
 
 def write_tables(scored: Scored, out: Path) -> None:

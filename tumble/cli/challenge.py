@@ -77,6 +77,7 @@ def _make_options(part: argparse.ArgumentParser) -> None:
     part.add_argument("--limits", type=Path, default=TABLE, metavar="FILE", help="table of detection limits")
     part.add_argument("--smallest", type=float, default=Sizes().single[0], help="size over the 95%% limit (default: %(default)s)")
     part.add_argument("--largest", type=float, default=Sizes().single[1], help="size over the 95%% limit (default: %(default)s)")
+    part.add_argument("--plausible", action="store_true", help="keep sizes within the catalogue's plausible ranges")
     add_output(part, default="out/challenge")
     add_jobs(part)
 
@@ -89,9 +90,17 @@ def _make(arguments: argparse.Namespace) -> int:
             raise InputError(f"--effects {key}: expected effects with a detection limit in {arguments.limits}: {', '.join(table.effects)}.")
     counts = Counts(arguments.singles, arguments.controls, arguments.pairs, arguments.outside)
     smallest, largest = arguments.smallest, arguments.largest
-    plan = Plan(_shape(arguments), counts, Sizes((smallest, largest), (max(smallest, 1.0), max(largest, 1.0))), table, keys)
+    plan = Plan(
+        _shape(arguments), counts, Sizes((smallest, largest), (max(smallest, 1.0), max(largest, 1.0))), table, keys, arguments.plausible
+    )
     seed = _seed(arguments)
-    configuration = {"shape": asdict(plan.shape), "counts": asdict(counts), "sizes": asdict(plan.sizes), "effects": list(keys)}
+    configuration = {
+        "shape": asdict(plan.shape),
+        "counts": asdict(counts),
+        "sizes": asdict(plan.sizes),
+        "effects": list(keys),
+        "plausible": plan.plausible,
+    }
     if arguments.force:
         shutil.rmtree(arguments.out / CAMPAIGNS, ignore_errors=True)
     described = Run("challenge make", {**configuration, "seed": seed}, seed)

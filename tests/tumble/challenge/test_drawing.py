@@ -10,7 +10,7 @@ from datasets.recipes.synth_only import SYNTH_ONLY
 from datasets.vocabulary.effects import EFFECTS, Scope
 from synth.effects.registry import REALISATIONS
 from tumble.challenge.cases import Case, case_from_dict, case_to_dict
-from tumble.challenge.drawing import MOST_DROPPED, Counts, Plan, Shape, Sizes, draw_cases
+from tumble.challenge.drawing import MOST_DROPPED, Counts, Plan, Shape, Sizes, draw_cases, is_plausible
 from tumble.challenge.limits import TABLE, limit_along, read_table
 
 TABLE_READ = read_table(TABLE)
@@ -62,6 +62,12 @@ def test_sizes_are_the_ratio_times_the_limit() -> None:
 def test_pairs_are_above_their_limits_unless_nature_forbids() -> None:
     ratios = [ratio for case in of_kind("pair") for ratio in case.ratios.values()]
     assert np.mean(np.array(ratios) >= 1.0) > 0.7
+
+
+def test_sizes_stay_plausible_where_that_is_asked_for() -> None:
+    plan = Plan(Shape(), Counts(75, 0, 0, 0), Sizes(), TABLE_READ, plausible=True)
+    assert all(is_plausible(effect) for case in draw_cases(plan, 4) for effect in case.recipe.effects)
+    assert not all(is_plausible(effect) for case in of_kind("single") for effect in case.recipe.effects)
 
 
 def test_dropped_frames_come_in_whole_numbers_in_at_least_one_sequence() -> None:
