@@ -38,7 +38,6 @@ from tumble.diagnosis_documents import (
     verdict_entry,
 )
 from tumble.result_files import estimate_path
-from tumble.velocity_errors import velocity_errors
 from tumble.versions import versions
 
 DIAGNOSIS_FILE = "diagnosis.json"
@@ -46,6 +45,7 @@ CAMPAIGN_FILE = "campaign.json"
 BOOTSTRAP_SEED = 20240229
 MOST_TOLD = 3
 Told = Callable[[str], None]
+VelocityErrors = Callable[[CampaignFit, Prepared], dict[str, Any]]
 
 
 @dataclass(frozen=True)
@@ -167,8 +167,8 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told) -> 
     }
 
 
-def climbed(question: Question, campaign: Prepared, told: Told, truth: Path | None) -> Document:
-    """The held-out error with one effect more on every rung; velocity errors, too, where ``truth`` is at hand."""
+def climbed(question: Question, campaign: Prepared, told: Told, errors: VelocityErrors | None) -> Document:
+    """The held-out error with one effect more on every rung; those of the velocities, too, where ``errors`` knows the truth."""
     registered = campaign.registered
     rungs = list(ladder(registered.campaign, registered.start, question.effects, told=told))
     last = rungs[-1].fit
@@ -183,9 +183,7 @@ def climbed(question: Question, campaign: Prepared, told: Told, truth: Path | No
     return {
         **content,
         "noise_floor": noise_floor_entry(floor, campaign.names, (1.0, 0.0)),
-        "ladder": [
-            rung_entry(rung, campaign.names, None if truth is None else velocity_errors(rung.fit, campaign, truth)) for rung in rungs
-        ],
+        "ladder": [rung_entry(rung, campaign.names, None if errors is None else errors(rung.fit, campaign)) for rung in rungs],
         "verdict": verdict_entry(Verdict("judged", sentence, remarks, ()), question.command("diagnose", ())),
     }
 

@@ -1,11 +1,13 @@
 """``tumble ladder``: the error on data that were not fitted, with one effect more on every rung."""
 
 import argparse
+from functools import partial
 from pathlib import Path
 
 from datasets.errors import InputError
 from tumble.cli.campaign_options import campaign_parser, run_on_campaign
 from tumble.diagnosing import climbed
+from tumble.velocity_errors import velocity_errors
 
 
 def parser() -> argparse.ArgumentParser:
@@ -30,7 +32,8 @@ def run(arguments: argparse.Namespace) -> int:
     truth = arguments.truth
     if truth is not None and not truth.is_dir():
         raise InputError(f"{truth}: expected the truth folder of a dataset, came nothing.")
-    rungs = 1 + arguments.effects.count(",") + 1
+    errors = None if truth is None else partial(velocity_errors, truth=truth)
+    rungs = 2 + arguments.effects.count(",")
     return run_on_campaign(
-        "ladder", arguments, lambda question, campaign, _out, told: climbed(question, campaign, told, truth), steps=rungs
+        "ladder", arguments, lambda question, campaign, _out, told: climbed(question, campaign, told, errors), steps=rungs
     )
