@@ -14,6 +14,7 @@ from scipy.stats import chi2
 from datasets.vocabulary.effects import Scope
 from estimator.diagnosis.ranking import IMPLAUSIBLE, Hypothesis, Ranking, by_remainder, plausible, rank
 from estimator.diagnosis.score_tests import Candidates, EfficientScores, ScoreTest, score_tests
+from estimator.diagnosis.unknown import Unknown, unknown
 from estimator.effects.curvature_bias import CurvatureBias
 from estimator.effects.link import EffectModel
 from estimator.effects.model import Model
@@ -60,7 +61,7 @@ class Step:
 
 @dataclass(frozen=True)
 class Explanation:
-    """What was found: the steps, the last fit with the covariance of its parameters, and the tests that found nothing more."""
+    """What was found: the steps, the last fit and its covariance, the tests that found nothing more, and what is left unknown."""
 
     steps: tuple[Step, ...]
     base: CampaignFit
@@ -69,6 +70,7 @@ class Explanation:
     tests: tuple[ScoreTest, ...]
     ranking: Ranking
     dropped: tuple[str, ...]
+    left: Unknown
 
     @property
     def found(self) -> tuple[str, ...]:
@@ -120,7 +122,7 @@ def explain(
         fit, error = step.fit, step.after
     fit, dropped = _pruned(campaign, fit, rules)
     covariance = campaign_covariance(campaign, fit)
-    return Explanation(tuple(steps), base, fit, covariance, tuple(tests), ranking, dropped)
+    return Explanation(tuple(steps), base, fit, covariance, tuple(tests), ranking, dropped, unknown(campaign, fit))
 
 
 def _tests(campaign: Campaign, fit: CampaignFit, catalogue: Mapping[str, EffectModel]) -> tuple[list[ScoreTest], EfficientScores]:

@@ -89,9 +89,9 @@ class ScoreTest:
 def score_tests(campaign: Campaign, fit: CampaignFit, candidates: Candidates) -> tuple[list[ScoreTest], EfficientScores]:
     """Test every candidate against the fit; also the scores of the columns that were kept, for comparing effects with one another."""
     linear = _linearised(campaign, fit, candidates)
-    scores, projection = _projected(campaign, fit, linear, candidates)
-    chosen = _best_starts(scores, candidates)
-    kept = np.array([i for i, c in enumerate(scores.columns) if chosen[c.effect, c.sequence] == c.start], dtype=np.int64)
+    scores, projection, seen = _projected(campaign, fit, linear)
+    chosen = _best_starts(scores)
+    kept = np.array([i for i, c in enumerate(scores.columns) if chosen[c.effect, c.sequence] == c.start and seen[i]], dtype=np.int64)
     scores = scores.take(kept)
     scores = replace(scores, M=_noise(campaign, fit, linear, (projection, kept)))
     tests = [
@@ -151,14 +151,17 @@ class _Projection:
     local: tuple[Array, ...]
 
 
-def _projected(campaign: Campaign, fit: CampaignFit, linear: _Linear, candidates: Candidates) -> tuple[EfficientScores, _Projection]:
-    """Efficient scores without their noise, and the projection behind them."""
-    del candidates
+SMALLEST_VISIBLE = 1e-12
+"""Share of a column's information that must be left when the base parameters have done what they can; less is rounding."""
+
+
+def _projected(campaign: Campaign, fit: CampaignFit, linear: _Linear) -> tuple[EfficientScores, _Projection, NDArray[np.bool_]]:
+    """Efficient scores without their noise, the projection behind them, and which columns (c,) the data see at all."""
     layout, c = fit.layout, len(linear.columns)
     precision, values = shared_prior(campaign, layout, fit.model, fit.state)
     bb, bg = np.diag(precision), precision * values
     bc, cc, cg = np.zeros((layout.size, c)), np.zeros((c, c)), np.zeros(c)
-    kept = []
+    kept, whole = [], np.zeros(c)
     for each, place, own, number in zip(linear.equations, layout.place, linear.local, linear.number, strict=True):
         H, g, b = each.frames.H, each.frames.g, layout.shared
         inverse = stable_inverse(H[np.ix_(layout.local, layout.local)])
@@ -167,6 +170,7 @@ def _projected(campaign: Campaign, fit: CampaignFit, linear: _Linear, candidates
         bc[np.ix_(place, number)] += H[np.ix_(b, own)] - lb.T @ inverse @ lc
         cc[np.ix_(number, number)] += H[np.ix_(own, own)] - lc.T @ inverse @ lc
         bg[place] += g[b] - lb.T @ (inverse @ g[layout.local])
+        whole[number] += np.diag(H)[own]
         cg[number] += g[own] - lc.T @ (inverse @ g[layout.local])
         kept.append((inverse, lb, lc))
     B = stable_inverse(bb) @ bc
@@ -176,10 +180,11 @@ def _projected(campaign: Campaign, fit: CampaignFit, linear: _Linear, candidates
         A[:, number] += inverse @ lc
         local.append(A)
     H = cc - bc.T @ B
-    return EfficientScores(linear.columns, cg - B.T @ bg, 0.5 * (H + H.T), np.zeros((0, 0))), _Projection(B, tuple(local))
+    scores = EfficientScores(linear.columns, cg - B.T @ bg, 0.5 * (H + H.T), np.zeros((0, 0)))
+    return scores, _Projection(B, tuple(local)), np.diag(H) > SMALLEST_VISIBLE * whole
 
 
-def _best_starts(scores: EfficientScores, candidates: Candidates) -> dict[tuple[int, int | None], int]:
+def _best_starts(scores: EfficientScores) -> dict[tuple[int, int | None], int]:
     """For each effect (and sequence, where it has parameters of its own) the start that explains most."""
     best: dict[tuple[int, int | None], tuple[float, int]] = {}
     groups: dict[tuple[int, int | None, int], list[int]] = {}
@@ -190,7 +195,6 @@ def _best_starts(scores: EfficientScores, candidates: Candidates) -> dict[tuple[
         explained = float(part.g @ stable_inverse(part.H, 1e-10) @ part.g)
         if explained > best.get((effect, sequence), (-np.inf, 0))[0]:
             best[effect, sequence] = (explained, start)
-    del candidates
     return {key: start for key, (_, start) in best.items()}
 
 
@@ -222,7 +226,7 @@ def _test(scores: EfficientScores, candidates: Candidates, number: int, chosen: 
     statistic = float(part.g @ stable_inverse(part.M, 1e-10) @ part.g)
     tried = len(candidates.starts[number])
     sequences = {c.sequence for c in part.columns}
-    p = float(chi2.sf(statistic, max(len(rows), 1))) * float(tried) ** len(sequences)
+    p = float(chi2.sf(statistic, len(rows))) * float(tried) ** len(sequences) if len(rows) else 1.0
     starts = {sequence: candidates.starts[number][start] for (effect, sequence), start in chosen.items() if effect == number}
     return ScoreTest(
         effect=candidates.effects[number],

@@ -23,8 +23,8 @@ class DefocusGrowth(EffectModel):
         return np.maximum(np.abs(theta), SMALLEST)
 
     def first_guess(self, theta: Array) -> Array:
-        """Blur whose square is that of the linear step at ``SMALLEST``, whose slope is twice its value over itself."""
-        return np.sqrt(np.maximum(0.5 * SMALLEST * theta, SMALLEST**2))
+        """Blur that recedes as far as the linear step with the slope at ``SMALLEST`` says: ``b² = 2 SMALLEST theta``."""
+        return np.sqrt(np.maximum(2.0 * SMALLEST * theta, SMALLEST**2))
 
     def shift(self, theta: Array, places: Places, setting: Setting) -> Array | None:
         """``-s² / (2 rho + 1.3 s)``."""

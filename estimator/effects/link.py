@@ -64,7 +64,8 @@ class BodyChange:
 class Places:
     """Where on the picture and on the outline the tangencies lie: n sightings, k views, two tangencies each.
 
-    ``point_px`` (n, k, 2, 2), ``normal`` (n, k, 2, 2) outward unit normals, ``velocity_px`` (n, k, 2, 2) px/s of the body's point there,
+    ``point_px`` (n, k, 2, 2), ``normal`` (n, k, 2, 2) outward unit normals and ``normal_body``
+    (n, k, 2, 3) those of the tangent planes in body axes, ``velocity_px`` (n, k, 2, 2) px/s of the body's point there,
     ``radius_px`` (n, k, 2) radius of curvature of the outline, ``mean_radius_px`` (n,) perimeter over 2 pi; ``depth_m`` (n,) of the
     particle, ``first_depth_m`` its depth in the first frame; ``view_ratio`` (n, k, 2) px of error per px of a view's outline; ``camera``
     the intrinsics, ``times_s`` (n,) since the first frame.
@@ -72,6 +73,7 @@ class Places:
 
     point_px: Array
     normal: Array
+    normal_body: Array
     velocity_px: Array
     radius_px: Array
     mean_radius_px: Array

@@ -193,6 +193,7 @@ def _places(sequence: SequenceTask, prediction: Prediction, errors: TangencyErro
     return Places(
         point_px=point,
         normal=u,
+        normal_body=normals,
         velocity_px=_image_velocity(sequence, prediction, normals, centre_cam),
         radius_px=radius,
         mean_radius_px=np.maximum(sequence.radius_px.mean(axis=1), 1e-6),

@@ -14,5 +14,5 @@ def stable_inverse(H: Array, tolerance: float = 1e-12) -> Array:
     diagonal = np.diag(H)
     scale = np.where(diagonal > 0.0, 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0)), 0.0)
     value, vector = np.linalg.eigh(H * scale[:, None] * scale)
-    kept = value > tolerance * max(value[-1], 1e-300)
+    kept = value > tolerance * max(float(value[-1]) if len(value) else 0.0, 1e-300)
     return np.asarray((vector[:, kept] / value[kept]) @ vector[:, kept].T * scale[:, None] * scale)

@@ -8,12 +8,13 @@ from numpy.typing import NDArray
 
 from datasets.recipes.effects import sizes
 from datasets.vocabulary.effects import Scope
+from estimator.diagnosis.adding import with_effect
 from estimator.diagnosis.explain import Explanation
 from estimator.diagnosis.score_tests import ScoreTest
 from estimator.effects.curvature_bias import CurvatureBias
 from estimator.fitting.campaign import Campaign, CampaignFit
 from estimator.fitting.campaign_covariance import CampaignCovariance, campaign_covariance
-from estimator.fitting.held_out import HeldOut
+from estimator.fitting.held_out import HeldOut, held_out
 from estimator.motion.flight import N_PARAMETERS, OMEGA, V
 from estimator.registration import Registered
 from tumble.challenge.information import all_information
@@ -21,8 +22,8 @@ from tumble.challenge.information import all_information
 Array = NDArray[np.float64]
 
 
-def answer(registered: Registered, explained: Explanation, *, alpha: float) -> dict[str, Any]:
-    """The whole answer to one campaign; ``alpha``: corrected p-value below which something is missing."""
+def answer(registered: Registered, explained: Explanation) -> dict[str, Any]:
+    """The whole answer to one campaign."""
     campaign = registered.campaign
     accepted = [step for step in explained.steps if step.accepted]
     errors = {"base": explained.steps[0].before, "final": explained.steps[0].before} if explained.steps else {}
@@ -32,7 +33,7 @@ def answer(registered: Registered, explained: Explanation, *, alpha: float) -> d
     return {
         "found": list(explained.found),
         "dropped": list(explained.dropped),
-        **unexplained(explained, alpha),
+        **unexplained(campaign, explained),
         "steps": [
             {
                 "added": s.added,
@@ -55,10 +56,13 @@ def answer(registered: Registered, explained: Explanation, *, alpha: float) -> d
     }
 
 
-def unexplained(explained: Explanation, alpha: float) -> dict[str, Any]:
-    """Whether something is left that no effect of the catalogue explains, and at which stage it sits (empty where that is not said)."""
-    p = min((test.p for test in explained.tests), default=1.0) * len(explained.tests)
-    return {"unknown": p <= alpha, "stage": "", "p_left": p}
+def unexplained(campaign: Campaign, explained: Explanation) -> dict[str, Any]:
+    """Whether something is left that no effect of the catalogue explains, its stage, and held-out RMS ETE with an empirical term for it."""
+    left = explained.left
+    if not left.present:
+        return {"unknown": False, "stage": "", "p_left": left.p}
+    fit = with_effect(campaign, explained.fit, left.test.effect)
+    return {"unknown": True, "stage": str(left.stage), "p_left": left.p, "empirical_px": held_out(campaign, fit.state, fit.model).rms_px}
 
 
 def _test(test: ScoreTest) -> dict[str, Any]:

@@ -1,0 +1,168 @@
+"""Empirical terms: wide families of smooth misfit, one for each stage, that say where an unknown effect sits and what shape it has.
+
+They are not effects of nature and never part of a verdict by themselves: a model that still misses something is tested against each
+family; the one that stands out most from noise names the stage. ``P_j`` are Legendre polynomials of the time within a sequence, or of
+image coordinates, scaled to [-1, 1].
+"""
+
+from typing import ClassVar
+
+import numpy as np
+from numpy.polynomial import legendre
+from scipy.special import sph_harm_y
+
+from datasets.vocabulary.camera import Intrinsics
+from datasets.vocabulary.effects import EffectEntry, Parameter, Scope, Stage
+from estimator.effects.link import Array, EffectModel, Moment, Places, Setting
+
+REFERENCE = "Kennedy and O'Hagan, J. R. Stat. Soc. B 63 (2001) 425: model discrepancy as a smooth function"
+
+
+def _phase(time_s: Array | float, setting: Setting) -> Array:
+    """Time since the first frame, scaled to [-1, 1] over the sequence."""
+    length = max(float(setting.times_s[-1] - setting.times_s[0]), 1e-12)
+    return np.asarray(2.0 * np.asarray(time_s) / length - 1.0)
+
+
+def _curves(name: str, unit: str, degrees: range, step: float) -> tuple[Parameter, ...]:
+    return tuple(
+        Parameter(f"{name}_{axis}{degree}", unit, (-np.inf, np.inf), step, f"coefficient of P_{degree} along {axis}")
+        for degree in degrees
+        for axis in "xyz"
+    )
+
+
+FORCE_DEGREES, TORQUE_DEGREES, TIME_DEGREES, WARP_DEGREE = range(4), range(3), range(2, 6), 3
+
+
+class SmoothForce(EffectModel):
+    """A force of its own in every sequence, smooth in time."""
+
+    entry = EffectEntry(
+        "smooth_force", Stage.DYNAMICS, Scope.SEQUENCE, _curves("a", "m/s2", FORCE_DEGREES, 1e-3), "dv/dt = g + sum a_j P_j(t)", REFERENCE
+    )
+
+    def acceleration(self, theta: Array, moment: Moment, setting: Setting) -> Array | None:
+        """The curve at the moment."""
+        basis = legendre.legvander(_phase(moment.time_s, setting), len(FORCE_DEGREES) - 1).ravel()
+        return np.asarray(np.einsum("mjk,j->mk", theta.reshape(len(theta), -1, 3), basis))
+
+
+class SmoothTorque(EffectModel):
+    """A torque of its own in every sequence, smooth in time, per largest moment."""
+
+    entry = EffectEntry(
+        "smooth_torque", Stage.DYNAMICS, Scope.SEQUENCE, _curves("m", "rad/s2", TORQUE_DEGREES, 1e-1), "dL/dt = sum m_j P_j(t)", REFERENCE
+    )
+
+    def torque(self, theta: Array, moment: Moment, setting: Setting) -> Array | None:
+        """The curve at the moment."""
+        basis = legendre.legvander(_phase(moment.time_s, setting), len(TORQUE_DEGREES) - 1).ravel()
+        return np.asarray(np.einsum("mjk,j->mk", theta.reshape(len(theta), -1, 3), basis))
+
+
+class SmoothTimeShift(EffectModel):
+    """Time stamps that go wrong smoothly within every sequence; a constant and a rate are position and velocity."""
+
+    entry = EffectEntry(
+        "smooth_time_shift",
+        Stage.CLOCK,
+        Scope.SEQUENCE,
+        tuple(Parameter(f"t{j}", "s", (-np.inf, np.inf), 1e-7, f"coefficient of P_{j}") for j in TIME_DEGREES),
+        "true time = nominal time + sum t_j P_j(t)",
+        REFERENCE,
+    )
+
+    def times(self, theta: Array, setting: Setting, times_s: Array) -> Array:
+        """Times moved by the curve."""
+        basis = legendre.legvander(_phase(times_s - setting.times_s[0], setting), TIME_DEGREES[-1])[:, TIME_DEGREES[0] :]
+        return np.asarray(times_s + basis @ theta)
+
+
+_POWERS = tuple((i, j) for i in range(WARP_DEGREE + 1) for j in range(WARP_DEGREE + 1 - i) if i + j >= 2)
+
+
+class ImageWarp(EffectModel):
+    """A smooth warp of the picture, the same in all frames; affine ones are the camera's and the pose's business."""
+
+    entry = EffectEntry(
+        "image_warp",
+        Stage.OPTICS,
+        Scope.CAMERA,
+        tuple(
+            Parameter(f"{axis}{i}{j}", "px", (-np.inf, np.inf), 1e-2, f"displacement along {axis} by P_{i}(x) P_{j}(y)")
+            for axis in "xy"
+            for i, j in _POWERS
+        ),
+        "the picture is displaced by sum w_ij P_i(x) P_j(y), 2 <= i + j <= 3",
+        REFERENCE,
+    )
+
+    def correct(self, theta: Array, points_px: Array, camera: Intrinsics, times_s: Array) -> Array:
+        """Points with the warp taken off."""
+        del times_s
+        half = 0.5 * np.array([camera.width_px, camera.height_px])
+        x, y = ((points_px - half) / half).T
+        in_x, in_y = legendre.legvander(x, WARP_DEGREE), legendre.legvander(y, WARP_DEGREE)
+        basis = np.stack([in_x[:, i] * in_y[:, j] for i, j in _POWERS], axis=1)
+        return np.asarray(points_px - np.column_stack([basis @ part for part in np.split(theta, 2)]))
+
+
+class ZoomInTime(EffectModel):
+    """A magnification about the picture's centre that changes within the recording, the same way in all sequences."""
+
+    degrees: ClassVar[range] = range(1, 4)
+    entry = EffectEntry(
+        "zoom_in_time",
+        Stage.OPTICS,
+        Scope.CAMERA,
+        tuple(Parameter(f"z{j}", "1", (-np.inf, np.inf), 1e-5, f"coefficient of (t / T)^{j}") for j in range(1, 4)),
+        "the picture is magnified by 1 + sum z_j (t / T)^j about its principal point, T = 10 ms",
+        REFERENCE,
+    )
+
+    def correct(self, theta: Array, points_px: Array, camera: Intrinsics, times_s: Array) -> Array:
+        """Points with the magnification taken off."""
+        powers = np.stack([(times_s / ZOOM_TIME_S) ** j for j in self.degrees], axis=1)
+        centre = np.array([camera.cx_px, camera.cy_px])
+        return np.asarray(centre + (points_px - centre) / (1.0 + powers @ theta)[:, None])
+
+
+ZOOM_TIME_S = 0.01
+
+
+_HARMONICS = tuple((d, m) for d in (2, 3) for m in range(-d, d + 1))
+
+
+class BodyOutline(EffectModel):
+    """An outline offset that belongs to places on the body: spherical harmonics of the outward normal, degrees 2 and 3."""
+
+    entry = EffectEntry(
+        "body_outline",
+        Stage.SEGMENTATION,
+        Scope.PARTICLE,
+        tuple(
+            Parameter(f"b{d}{m:+d}", "px", (-np.inf, np.inf), 1e-2, f"coefficient of Y_{d},{m}") for d in (2, 3) for m in range(-d, d + 1)
+        ),
+        "delta = sum b_lm Y_lm(n), n the outward normal in body axes, Y real and of mean square 1",
+        REFERENCE,
+    )
+
+    def shift(self, theta: Array, places: Places, setting: Setting) -> Array | None:
+        """The offset at the tangencies."""
+        del setting
+        normal = places.normal_body
+        polar, azimuth = np.arccos(np.clip(normal[..., 2], -1.0, 1.0)), np.arctan2(normal[..., 1], normal[..., 0])
+        total = np.zeros(normal.shape[:-1])
+        for value, (degree, order) in zip(theta, _HARMONICS, strict=True):
+            if value:
+                harmonic = sph_harm_y(degree, abs(order), polar, azimuth)
+                part = harmonic.real if order >= 0 else harmonic.imag
+                total += value * np.sqrt(4.0 * np.pi * (1.0 if order == 0 else 2.0)) * part
+        return total
+
+
+EMPIRICAL: dict[str, EffectModel] = {
+    model.entry.key: model for model in (SmoothForce(), SmoothTorque(), SmoothTimeShift(), ImageWarp(), ZoomInTime(), BodyOutline())
+}
+"""The families by key; each entry's stage is what it stands for."""
