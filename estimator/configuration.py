@@ -18,10 +18,12 @@ class Configuration:
     and products): how far the visual hull's mass properties may be off; measured on scanned bodies with 60 views. ``floor_px``: tangent
     noise that the outlines do not show; ``body_noise_px``: the part of the error that stays with a place on the body, from comparing
     outlines of unlike curvature. ``huber``: standard deviations beyond which an error's influence stays constant. ``within_pairs``:
-    largest number of pairs within the sequence in the last refinement, 0 leaves them out. ``momentum_starts``: angular velocities drawn
-    when tracking fails, within ``largest_spin_rads``. ``focal_prior``: relative standard deviation of the high-speed camera's focal length;
-    0 means that it is known, otherwise it is measured with the flight, from the camera's as a start. ``minimum_frames``: fewer usable
-    frames give no measurement. ``seed`` feeds the drawn starts and the drawn noise of the views' likeness.
+    largest number of pairs within the sequence in the last refinement, 0 leaves them out. ``bias_pairs``: pairs of draws from which the
+    bias of an outline given as such is predicted for the last refinement; 0 compares views in the camera's likeness instead.
+    ``momentum_starts``: angular velocities drawn when tracking fails, within ``largest_spin_rads``. ``focal_prior``: relative standard
+    deviation of the high-speed camera's focal length; 0 means that it is known, otherwise it is measured with the flight, from the
+    camera's as a start. ``minimum_frames``: fewer usable frames give no measurement. ``seed`` feeds the drawn starts and the drawn
+    noise of the views' likeness.
     """
 
     hull_resolution: int = 64
@@ -43,6 +45,7 @@ class Configuration:
     focal_prior: float = 0.0
     huber: float = 4.0
     within_pairs: int = 600
+    bias_pairs: int = 8
     foreign_view_ratio: float = 4.0
     seed: int = 0
 

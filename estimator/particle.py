@@ -154,16 +154,20 @@ def view_agreement(seen: Silhouettes, poses: PoseSet, centre: Array, ratio: floa
 
 def views_like(particle: Particle, first: Silhouettes, rng: np.random.Generator) -> Views:
     """The views as the HSV camera would have seen them where it is the coarser one, otherwise as they are."""
-    sizes = particle.sample_m
-    perimeter = np.median(particle.seen.samples * sizes)
-    sampled = first.samples[first.samples > 0]
-    spacing = perimeter / np.median(sampled)
+    spacing = hsv_spacing(particle, first)
     noise = float(np.median(first.noise_px[first.samples > 0]))
-    likeness = [Likeness(spacing_px=spacing / s, noise_px=noise * spacing / s) for s in sizes]
-    coarser = spacing > float(np.median(sizes))
+    likeness = [Likeness(spacing_px=s, noise_px=noise * s) for s in spacing.tolist()]
+    coarser = float(np.median(spacing)) > 1.0
     intrinsics = [v.intrinsics for v in particle.calibrated]
     seen = like_silhouettes(particle.outlines, intrinsics, likeness, rng) if coarser else particle.seen
     return Views(seen, particle.poses, particle.body.com_particle)
+
+
+def hsv_spacing(particle: Particle, first: Silhouettes) -> Array:
+    """Pixels (k,) of each view per sample of the HSV camera's outlines ``first``."""
+    sizes = particle.sample_m
+    perimeter = float(np.median(particle.seen.samples * sizes))
+    return np.asarray(perimeter / float(np.median(first.samples[first.samples > 0])) / sizes)
 
 
 def _nanmedian(values: Array) -> float:

@@ -29,6 +29,7 @@ from estimator.motion.flight import N_PARAMETERS, Flight, poses
 from estimator.outlines.recording import outlines_of, view_outlines_of
 from estimator.outlines.result import FrameStatus, OutlineTrack
 from estimator.particle import Particle, particle_of, views_like
+from estimator.predicted_bias import with_predicted_bias
 from estimator.reporting import converged_estimate, empty_estimate
 
 Array = NDArray[np.float64]
@@ -84,11 +85,20 @@ def estimate(observation: Observation, configuration: Configuration) -> Estimate
         candidates = candidate_flights(observation, task, particle, (found, reference), configuration)
         if _misses(task, candidates[0]):
             candidates = _with_other_references(observation, task, particle, (candidates, reference), configuration)
-        refined, focal = refined_flight(task, candidates[0].solution.state, configuration)
+        flight = candidates[0].solution.state
+        refined, focal = refined_flight(biased_task(observation, task, particle, flight, configuration), flight, configuration)
     except NoMeasurement as failure:
         return empty_estimate(observation, tracks, particle, configuration, (failure.status, failure.message))
     status, message = judge(candidates, refined, configuration)
     return converged_estimate(observation, tracks, (particle, found), refined, (status, message), configuration=configuration, focal=focal)
+
+
+def biased_task(observation: Observation, task: FitTask, particle: Particle, flight: Flight, configuration: Configuration) -> FitTask:
+    """The task with the outlines' bias predicted under a first flight, where outlines are given as such."""
+    if any(isinstance(r, Frames) for r in observation.recordings):
+        return task
+    rng = np.random.default_rng(configuration.seed)
+    return with_predicted_bias(task, particle, flight, pairs=configuration.bias_pairs, rng=rng)
 
 
 def refined_flight(task: FitTask, flight: Flight, configuration: Configuration) -> tuple[Refined, FocalRefined | None]:

@@ -27,7 +27,7 @@ from estimator.fitting.refinement import (
     refine_flight,
     scaled_inverse,
 )
-from estimator.fitting.trajectory import FitTask, errors_of, particle_poses
+from estimator.fitting.trajectory import FitTask, particle_poses, unbiased_errors
 from estimator.geometry.focal_derivative import focal_derivative, with_focal
 from estimator.geometry.silhouettes import Silhouettes
 from estimator.motion.flight import N_PARAMETERS, Flight, moved, poses_and_sensitivity
@@ -91,7 +91,7 @@ def _at_focal(task: FitTask, silhouettes: Silhouettes, log_factor: float) -> Fit
 
 def _with_noise(task: FitTask, flight: Flight) -> FitTask:
     predicted, _ = poses_and_sensitivity(flight, task.sightings.times_s)
-    noise = measured_noise(errors_of(task, flight, predicted))
+    noise = measured_noise(unbiased_errors(task, flight, predicted))
     return replace(task, sightings=replace(task.sightings, silhouettes=with_noise(task.sightings.silhouettes, noise)))
 
 

@@ -17,6 +17,7 @@ from estimator.effects.model import Model
 from estimator.fitting.prediction import Prediction, predict
 from estimator.fitting.trajectory import FitTask, particle_poses
 from estimator.geometry.epipolar_tangency import PoseSet, TangencyErrors, tangency_errors
+from estimator.geometry.outline_bias import without_bias
 from estimator.geometry.silhouettes import Silhouettes
 from estimator.geometry.sphere import fibonacci_sphere
 from estimator.motion.flight import N_PARAMETERS, OFFSET, Flight, poses
@@ -129,7 +130,7 @@ def model_errors(sequence: SequenceTask, flight: Flight, model: Model, theta: Ar
     )
     normals, viewing = _body_directions(task, prediction, errors)
     places = _places(sequence, prediction, errors, (normals, centre_cam, first))
-    e = errors.error[:, :, :2] - model.shift(theta, places, setting)
+    e = without_bias(errors, task.bias).error[:, :, :2] - model.shift(theta, places, setting)
     J = _jacobian(task, model, (theta, scale), (errors, prediction, centre_cam))
     _add_image_columns(J, sequence, model, theta, (errors, places, corrected))
     J[..., N_PARAMETERS + np.flatnonzero(model.frozen)] = 0.0

@@ -14,7 +14,7 @@ from estimator.fitting.composite_likelihood import (
     weigh,
 )
 from estimator.fitting.noise_model import MeasuredNoise, measured_noise, with_noise
-from estimator.fitting.trajectory import FitTask, errors_of, pose_map, prior_values
+from estimator.fitting.trajectory import FitTask, pose_map, prior_values, unbiased_errors
 from estimator.fitting.within_sequence import WithinEquations, within_equations
 from estimator.geometry.epipolar_tangency import TangencyErrors
 from estimator.motion.flight import Flight, FlightPoses, moved, poses_and_sensitivity
@@ -73,7 +73,7 @@ def refine_flight(task: FitTask, flight: Flight, settings: Refinement) -> Refine
     """Gauss-Newton steps with refreshed weights until they are small against the standard deviations."""
     settled = False
     predicted, _ = poses_and_sensitivity(flight, task.sightings.times_s)
-    noise = measured_noise(errors_of(task, flight, predicted))
+    noise = measured_noise(unbiased_errors(task, flight, predicted))
     task = replace(task, sightings=replace(task.sightings, silhouettes=with_noise(task.sightings.silhouettes, noise)))
     at = linearise(task, flight, settings)
     for count in range(1, MOST_STEPS + 1):
@@ -112,7 +112,7 @@ def scaled_inverse(H: Array) -> Array:
 def linearise(task: FitTask, flight: Flight, settings: Refinement) -> Linearised:
     """Weighed errors with views and within the sequence under a flight."""
     predicted, sensitivity = poses_and_sensitivity(flight, task.sightings.times_s)
-    errors = errors_of(task, flight, predicted)
+    errors = unbiased_errors(task, flight, predicted)
     S = pose_map(sensitivity)
     normals = _normals(task, errors, predicted)
     frames = weigh(errors, S, task.sightings.silhouettes, floor_px=settings.floor_px, huber=task.huber)

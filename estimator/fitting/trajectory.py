@@ -13,6 +13,7 @@ from datasets.vocabulary.camera import HsvCamera
 from estimator.fitting.levenberg_marquardt import NormalEquations, Problem, Solution, minimise
 from estimator.fitting.pose_refinement import Views
 from estimator.geometry.epipolar_tangency import N_COLUMNS, PoseSet, TangencyErrors, tangency_errors
+from estimator.geometry.outline_bias import OutlineBias, without_bias
 from estimator.geometry.silhouettes import Silhouettes
 from estimator.motion.flight import COM, INERTIA, N_PARAMETERS, OFFSET, Flight, FlightPoses, moved, poses, poses_and_sensitivity
 
@@ -72,13 +73,17 @@ class Prior:
 
 @dataclass(frozen=True)
 class FitTask:
-    """What a trajectory fit needs besides a start; ``weight`` (sighting, view), 0 leaves a pair out."""
+    """What a trajectory fit needs besides a start; ``weight`` (sighting, view), 0 leaves a pair out.
+
+    ``bias`` of the outlines, where predicted, is for the last refinement (:func:`unbiased_errors`); earlier fits do without.
+    """
 
     sightings: Sightings
     views: Views
     prior: Prior
     huber: float
     weight: Array
+    bias: OutlineBias | None = None
 
 
 def particle_poses(flight: Flight, predicted: FlightPoses, sightings: Sightings) -> PoseSet:
@@ -106,6 +111,11 @@ def errors_of(task: FitTask, flight: Flight, predicted: FlightPoses) -> Tangency
     return errors
 
 
+def unbiased_errors(task: FitTask, flight: Flight, predicted: FlightPoses) -> TangencyErrors:
+    """Those errors less the outlines' predicted bias; the whitened sums ``normal``, ``gradient`` and ``cost`` still contain it."""
+    return without_bias(errors_of(task, flight, predicted), task.bias)
+
+
 WINDOW_GROWTH = 2.5
 FIRST_WINDOW = 9
 
@@ -122,7 +132,8 @@ def fit_growing(task: FitTask, start: Flight) -> Solution[Flight]:
 
 def restricted(task: FitTask, rows: NDArray[np.int64]) -> FitTask:
     """The same task with the sightings ``rows`` alone."""
-    return FitTask(task.sightings.take(rows), task.views, task.prior, task.huber, task.weight[rows])
+    bias = task.bias.take(rows) if task.bias is not None else None
+    return FitTask(task.sightings.take(rows), task.views, task.prior, task.huber, task.weight[rows], bias)
 
 
 def fit(task: FitTask, start: Flight, *, max_steps: int = 25, tolerance: float = 1e-5) -> Solution[Flight]:

@@ -57,6 +57,8 @@ def within_equations(
     J += np.einsum("rma,rap->rmp", back.jacobian[j, i][:, [3, 2], :6], map_j[:, :6])
     J[..., OFFSET.start] -= forth.jacobian[i, j, :2, 6] + forth.jacobian[i, j, :2, 7]
     e = forth.error[i, j, :2] - flight.offset_px * forth.jacobian[i, j, :2, 7]
+    if task.bias is not None:
+        e = e - task.bias.take(rows).within(forth)[i, j]
     w = (len(rows) / len(chosen)) / (forth.variance[i, j, :2] + floor_px**2)
     z = np.abs(e) / np.sqrt(forth.variance[i, j, :2] + floor_px**2)
     w = w * np.minimum(1.0, task.huber / np.maximum(z, 1e-12))

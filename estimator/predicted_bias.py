@@ -1,0 +1,87 @@
+"""The bias of a sequence's outlines from the particle's own views: predicted by its tangent polytope, then calibrated on the views.
+
+At a fitted flight the polytope casts an outline in every sighting and in every view; :mod:`estimator.geometry.outline_bias` predicts what
+noise and smoothing do to each. What the polytope does not show is measured: each view in the camera's likeness less the view as seen,
+``D_k(u)``, is the difference of the two biases for the true outline. So with ``p_k`` the prediction for view k in the camera's likeness
+and ``b_k`` for the view itself (per pixel of the camera, ratio s_k), ``D_k + b_k / s_k = level + slope p_k`` is fitted over all views and
+directions, and a sighting's bias is ``level + slope p_i``. On cut stones the slope comes out as one; a body with hollows has less.
+
+Not used where the views are coarser than the camera, or outlines come from pictures, whose blur is not described.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import ConvexHull
+
+from datasets.errors import InputError
+from estimator.fitting.model_errors import seen_hulls
+from estimator.fitting.pose_refinement import Views
+from estimator.fitting.trajectory import FitTask
+from estimator.geometry.outline_bias import OutlineBias, bias_curves, supports
+from estimator.geometry.silhouettes import Silhouettes
+from estimator.geometry.tangent_polytope import tangent_polytope
+from estimator.motion.flight import Flight
+from estimator.particle import Particle, hsv_spacing
+
+Array = NDArray[np.float64]
+LEAST_SPREAD_PX = 0.005
+"""Predictions that differ by less over views and directions (a sphere's) say nothing of a slope."""
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """A sighting's bias (px) is ``level + slope`` times the prediction."""
+
+    level: float
+    slope: float
+
+
+def with_predicted_bias(task: FitTask, particle: Particle, flight: Flight, *, pairs: int, rng: np.random.Generator) -> FitTask:
+    """The task with the views as they were seen and the outlines' bias predicted under ``flight``; ``pairs`` of draws per outline."""
+    first = task.sightings.silhouettes
+    spacing = hsv_spacing(particle, first)
+    if pairs == 0 or spacing.min() <= 1.0:
+        return task
+    noise = float(np.median(first.noise_px[first.samples > 0]))
+    vertices = _vertices(particle)
+    cast = _cast_in_views(particle, vertices)
+    view = bias_curves(cast, float(np.median(particle.seen.noise_px)), particle.seen.samples, pairs=pairs, rng=rng)
+    coarse = np.maximum(np.round(particle.seen.samples / spacing), 1).astype(np.int64)
+    like = bias_curves([p / s for p, s in zip(cast, spacing, strict=True)], noise, coarse, pairs=pairs, rng=rng)
+    measured = _likeness_effect(task.views.silhouettes, particle.seen) + view
+    calibration = calibrated(like, measured / spacing[:, None])
+    own = bias_curves(seen_hulls(task, flight, vertices), noise, first.samples, pairs=pairs, rng=rng)
+    bias = OutlineBias(own=calibration.level + calibration.slope * own, view=view)
+    return replace(task, views=Views(particle.seen, task.views.poses, task.views.centre), bias=bias)
+
+
+def calibrated(predicted: Array, measured: Array) -> Calibration:
+    """Least squares of measured on predicted bias (k, 180), px of the camera."""
+    spread = predicted - predicted.mean()
+    if np.std(predicted) < LEAST_SPREAD_PX:
+        return Calibration(float(np.mean(measured - predicted)), 1.0)
+    slope = float(np.sum(spread * measured) / np.sum(spread**2))
+    return Calibration(float(measured.mean() - slope * predicted.mean()), slope)
+
+
+def _likeness_effect(like: Silhouettes, seen: Silhouettes) -> Array:
+    """How far (k, 180) px outwards the camera's likeness moves the views' tangents."""
+    return supports(like) - supports(seen)
+
+
+def _vertices(particle: Particle) -> Array:
+    """The polytope's vertices, or the carved hull's where noise leaves no polytope."""
+    try:
+        return tangent_polytope(particle.seen, particle.poses, particle.body.com_particle)
+    except InputError:
+        return particle.hull.vertices
+
+
+def _cast_in_views(particle: Particle, vertices: Array) -> list[Array]:
+    polygons = []
+    for view in particle.calibrated:
+        pixels = view.intrinsics.project(vertices @ view.R_cam_particle.T + view.t_cam_particle)
+        polygons.append(pixels[ConvexHull(pixels).vertices])
+    return polygons

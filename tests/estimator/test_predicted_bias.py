@@ -1,0 +1,91 @@
+"""The calibration of predicted biases, and that they are those of outlines without noise."""
+
+import dataclasses
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from datasets.observation import Observation
+from datasets.recipes.recipe import MotionRecipe, NoiseRecipe, ParticleRecipe, Recipe, RigRecipe
+from estimator import pipeline
+from estimator.configuration import Configuration
+from estimator.fitting.trajectory import FitTask
+from estimator.geometry.outline_bias import outward_directions, supports
+from estimator.motion.flight import Flight
+from estimator.particle import Particle
+from estimator.predicted_bias import Calibration, calibrated, with_predicted_bias
+from synth.sequence import build_silhouette_sequence
+
+RECIPE = Recipe(
+    seed=61, particle=ParticleRecipe(family="cut_stone", irregularity=0.5), motion=MotionRecipe(frames=24), rig=RigRecipe(drops=5)
+)
+
+
+@dataclass(frozen=True)
+class Caught:
+    """What the last refinement is given in a sequence's estimate."""
+
+    observation: Observation
+    task: FitTask
+    particle: Particle
+    flight: Flight
+
+
+@pytest.fixture(scope="module")
+def caught() -> Caught:
+    """The first fit of a cut stone's flight."""
+    observation, _ = build_silhouette_sequence(RECIPE, 0)
+    kept: list[Caught] = []
+
+    def biased(seen: Observation, task: FitTask, particle: Particle, flight: Flight, _: Configuration) -> FitTask:
+        kept.append(Caught(seen, task, particle, flight))
+        return task
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(pipeline, "biased_task", biased)
+        pipeline.estimate(observation, Configuration())
+    return kept[0]
+
+
+def test_predicted_bias_is_that_of_the_noisy_outlines(caught: Caught) -> None:
+    exact = dataclasses.replace(RECIPE, noise=NoiseRecipe(hsv_boundary_px=1e-6, rig_boundary_px=1e-6, spacing_px=0.25))
+    truth, _ = build_silhouette_sequence(exact, 0)
+    task = with_predicted_bias(caught.task, caught.particle, caught.flight, pairs=16, rng=np.random.default_rng(0))
+    assert task.bias is not None
+    recording = tuple(truth.recordings[0])
+    outward = outward_directions()
+    true = np.stack([(recording[int(f)].points_px @ outward.T).max(axis=0) for f in task.sightings.frame])
+    seen = supports(task.sightings.silhouettes) - true
+    # One outline's tangents scatter by 0.15 px, correlated over some 15 degrees: the mean over 24 outlines of 180 directions by 0.006 px.
+    assert task.bias.own.mean() == pytest.approx(seen.mean(), abs=0.02)
+    slope = np.sum(task.bias.own * seen) / np.sum(task.bias.own**2)
+    assert slope == pytest.approx(1.0, abs=0.35)
+    assert np.mean((seen - task.bias.own) ** 2) < np.mean((seen - seen.mean()) ** 2)
+
+
+def test_views_are_used_as_they_were_seen(caught: Caught) -> None:
+    task = with_predicted_bias(caught.task, caught.particle, caught.flight, pairs=2, rng=np.random.default_rng(0))
+    assert task.views.silhouettes is caught.particle.seen
+    assert caught.task.views.silhouettes is not caught.particle.seen
+
+
+def test_no_draws_leave_the_task_as_it_is(caught: Caught) -> None:
+    none = pipeline.biased_task(caught.observation, caught.task, caught.particle, caught.flight, Configuration(bias_pairs=0))
+    assert none is caught.task
+    some = pipeline.biased_task(caught.observation, caught.task, caught.particle, caught.flight, Configuration(bias_pairs=1))
+    assert some.bias is not None
+
+
+def test_calibration_recovers_level_and_slope() -> None:
+    rng = np.random.default_rng(2)
+    predicted = rng.normal(0.02, 0.06, (40, 180))
+    measured = -0.015 + 0.7 * predicted + rng.normal(0.0, 0.03, predicted.shape)
+    found = calibrated(predicted, measured)
+    assert found.level == pytest.approx(-0.015, abs=2e-3)
+    assert found.slope == pytest.approx(0.7, abs=0.03)
+
+
+def test_predictions_that_do_not_differ_give_a_level_alone() -> None:
+    found = calibrated(np.full((3, 180), 0.1), np.full((3, 180), 0.07))
+    assert found == Calibration(pytest.approx(-0.03), 1.0)
