@@ -61,7 +61,7 @@ def minimise(problem: Problem[State], start: State, *, max_steps: int = 40, tole
         step = solve_damped(equations, damping)
         predicted = -float(equations.g @ step) - 0.5 * float(step @ equations.H @ step)
         if predicted <= tolerance * max(equations.cost, 1e-300):
-            return Solution(state, equations, Outcome.CONVERGED, step_number)
+            return Solution(state, equations, _ending(equations, tolerance), step_number)
         trial = problem.move(state, step)
         gain = (equations.cost - problem.cost(trial)) / predicted
         if gain > 0.0:
@@ -75,6 +75,17 @@ def minimise(problem: Problem[State], start: State, *, max_steps: int = 40, tole
             if damping > 1e12:
                 return Solution(state, equations, Outcome.STALLED, step_number)
     return Solution(state, equations, Outcome.MAX_STEPS, max_steps)
+
+
+def _ending(equations: NormalEquations, tolerance: float) -> Outcome:
+    """Converged where the undamped step promises no more either; stalled where only damping made the promise small."""
+    step = solve_damped(equations, 1e-12)
+    promised = -0.5 * float(equations.g @ step)
+    return Outcome.CONVERGED if promised <= STALLED_SHARE + tolerance * max(equations.cost, 1e-300) else Outcome.STALLED
+
+
+STALLED_SHARE = 0.5
+"""Fall of the cost, in units of log-likelihood, that is not worth a complaint: tangencies that change places leave such corners."""
 
 
 def solve_damped(equations: NormalEquations, damping: float) -> Array:

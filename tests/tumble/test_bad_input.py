@@ -248,7 +248,7 @@ def test_a_particle_that_leaves_the_picture(
     folder: Path, tmp_path: Path, estimate: Callable[..., int], capsys: pytest.CaptureFixture[str], last: int, status: Status
 ) -> None:
     frames = recorded(folder)
-    beyond = np.full_like(frames[0], frames[0].max())
+    beyond = np.full_like(frames[0], np.median(frames[0]))
     middle = int(np.median(np.flatnonzero(frames[last + 1].min(axis=0) < frames[0].max() // 2)))
     halved = np.roll(frames[last + 1], SIZE - middle, axis=1)
     halved[:, : SIZE // 2] = beyond[:, : SIZE // 2]
