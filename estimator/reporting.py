@@ -43,7 +43,7 @@ def empty_estimate(
         name=observation.name,
         status=status,
         message=_with_views(message, particle),
-        frames=_frame_reports(tracks, {}),
+        frames=_frame_reports(tracks, None),
         statistics=_view_statistics(particle),
         configuration=dataclasses.asdict(configuration),
         versions=versions(),
@@ -67,7 +67,7 @@ def converged_estimate(
     particle, found = seen
     status, message = outcome
     statistics = {**_view_statistics(particle), **_fit_statistics(refined, found)}
-    reports = _frame_reports(tracks, _sighting_errors(refined, tracks))
+    reports = _frame_reports(tracks, _sighting_errors(refined))
     message = _with_views(message, particle)
     if focal is not None:
         statistics["focal_length"] = focal_length(focal, observation, configuration.focal_prior)
@@ -187,20 +187,24 @@ def _fit_statistics(refined: Refined, found: FoundPoses) -> dict[str, Any]:
     }
 
 
-def _sighting_errors(refined: Refined, tracks: tuple[OutlineTrack, ...]) -> dict[tuple[int, int], tuple[float, float]]:
-    """Plain RMS ETE (px) and whitened RMS of each used (camera, frame), in the order sightings were packed."""
-    places = [(c, int(f)) for c, t in enumerate(tracks) for f in np.flatnonzero(t.used)]
+def _sighting_errors(refined: Refined) -> dict[tuple[int, int], tuple[float, float]]:
+    """Plain RMS ETE (px) and whitened RMS of each (camera, frame) that was fitted."""
     errors = refined.errors
     squares = np.where(errors.valid[:, :, None], errors.error[:, :, :2] ** 2, 0.0).sum(axis=(1, 2))
     rms = np.sqrt(squares / np.maximum(2 * errors.valid.sum(axis=1), 1))
     whitened = np.sqrt(refined.frames.chi2 / np.maximum(refined.frames.count, 1))
-    return {place: (float(a), float(b)) for place, a, b in zip(places, rms, whitened, strict=False)}
+    return {(int(c), int(f)): (float(a), float(b)) for (c, f), a, b in zip(refined.places, rms, whitened, strict=True)}
 
 
-def _frame_reports(tracks: tuple[OutlineTrack, ...], errors: dict[tuple[int, int], tuple[float, float]]) -> tuple[FrameReport, ...]:
+def _frame_reports(tracks: tuple[OutlineTrack, ...], errors: dict[tuple[int, int], tuple[float, float]] | None) -> tuple[FrameReport, ...]:
+    """What became of every picture; ``errors``: those of the fitted ones, ``None`` where nothing was fitted."""
     reports = []
     for c, t in enumerate(tracks):
         for f, (used, reason) in enumerate(zip(t.used, t.reasons, strict=True)):
-            rms, whitened = errors.get((c, f), (0.0, 0.0))
-            reports.append(FrameReport(c, f, bool(used), "" if used else reason, rms, whitened))
+            rms, whitened = (errors or {}).get((c, f), (0.0, 0.0))
+            fitted = bool(used) and (errors is None or (c, f) in errors)
+            reports.append(FrameReport(c, f, fitted, "" if fitted else reason if not used else NO_HULL, rms, whitened))
     return tuple(reports)
+
+
+NO_HULL = "outline without area"

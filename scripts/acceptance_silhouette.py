@@ -50,6 +50,7 @@ def summary(table: pd.DataFrame) -> dict[str, Any]:
     ratio = covered.assign(square=covered["rmse_over_bound"] ** 2).groupby("instant")["square"].mean() ** 0.5
     worse = worse_sequences(table)
     return {
+        "seed": int(table.attrs["seed"]),
         "sequences": len(table),
         "status": status_counts(table).to_dict("records"),
         "median_percent": {key: float(value.median()) for key, value in errors.items()},
@@ -58,10 +59,10 @@ def summary(table: pd.DataFrame) -> dict[str, Any]:
         "coverage": covered.round(4).to_dict("records"),
         "coverage_v": float(covered[covered["component"].str.startswith("v")]["coverage"].mean()),
         "coverage_omega": float(covered[covered["component"].str.startswith("w")]["coverage"].mean()),
-        "median_error_over_bound": {c: float(np.median(np.abs(table[f"middle_over_bound_{c}"])) / 0.6745) for c in COMPONENTS},
+        "median_error_over_bound": {c: float(np.nanmedian(np.abs(table[f"middle_over_bound_{c}"])) / 0.6745) for c in COMPONENTS},
         "rmse_over_bound": {str(k): float(v) for k, v in ratio.items()},
         "median_estimate_cpu_s": float(table["estimate_cpu_s"].median()),
-        "worse": worse.to_dict("records"),
+        "worse": [{k: None if isinstance(v, float) and np.isnan(v) else v for k, v in row.items()} for row in worse.to_dict("records")],
         "worse_causes": {str(k): int(v) for k, v in worse["cause"].value_counts().items()},
     }
 
@@ -89,8 +90,9 @@ def main() -> int:
         print(f"{outcome.name} failed: {outcome.message}")
     table = score_table([json.loads(item.product.read_text()) for item in items if item.product.exists()])
     table.to_csv(arguments.out / "table.csv", index=False)
+    table.attrs["seed"] = arguments.seed
     result = summary(table)
-    text = json.dumps(result, indent=1)
+    text = json.dumps(result, indent=1, allow_nan=False)
     print(text)
     if arguments.result:
         arguments.result.parent.mkdir(parents=True, exist_ok=True)

@@ -32,7 +32,7 @@ So after ``FINE_STEPS`` steps the second is enough. A first fit in other weights
 class Refined:
     """The refined flight, ``covariance`` and ``bound`` (21, 21), its errors, their whitening, whether the steps settled.
 
-    And the noise found.
+    And the noise found; ``places`` (n, 2): camera and frame of each sighting.
     """
 
     flight: Flight
@@ -44,6 +44,7 @@ class Refined:
     within: WithinEquations
     settled: bool
     noise: MeasuredNoise
+    places: NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -86,7 +87,8 @@ def refine_flight(task: FitTask, flight: Flight, settings: Refinement) -> Refine
         if size < SETTLED or (settled and count >= FINE_STEPS):
             break
     covariance, bound = covariance_and_bound(task, at, np.diag(task.prior.precision), settings)
-    return Refined(flight, at.predicted, covariance, bound, at.errors, at.frames, at.within, settled, noise)
+    places = np.column_stack([task.sightings.camera, task.sightings.frame])
+    return Refined(flight, at.predicted, covariance, bound, at.errors, at.frames, at.within, settled, noise, places)
 
 
 def covariance_and_bound(task: FitTask, at: Linearised, prior: Array, settings: Refinement) -> tuple[Array, Array]:

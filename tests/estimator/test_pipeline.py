@@ -122,6 +122,18 @@ def test_gaps_are_bridged_and_reported(sequence: tuple[Observation, Truth]) -> N
     assert np.linalg.norm(result.middle.v_world[:2] - v[:2]) < 0.01 * np.linalg.norm(v)
 
 
+def test_an_outline_without_area_is_reported_and_moves_no_other_frame(sequence: tuple[Observation, Truth], measured: Estimate) -> None:
+    outlines = list(sequence[0].recordings[0])  # type: ignore[arg-type]
+    middle = outlines[5].points_px.mean(axis=0)
+    outlines[5] = Outline(middle + np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]]))
+    result = estimate(replace(sequence[0], recordings=(tuple(outlines),)), Configuration())
+    assert (result.frames[5].used, result.frames[5].reason) == (False, "outline without area")
+    rms = np.array([[f.rms_ete_px for f in e.frames] for e in (result, measured)])
+    others = np.arange(len(rms[0])) != 5
+    assert np.abs(rms[0] - rms[1])[others].max() < 0.3 * np.ptp(rms[1])
+    assert rms[0][others].min() > 0.0
+
+
 def test_another_particle_is_not_measured(sequence: tuple[Observation, Truth]) -> None:
     other, _ = build_silhouette_sequence(replace(RECIPE, particle=replace(RECIPE.particle, family="jagged", irregularity=0.8), seed=9), 0)
     mixed = replace(sequence[0], views=other.views, view_recording=other.view_recording)
