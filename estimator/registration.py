@@ -21,7 +21,7 @@ from estimator.fitting.pose_refinement import Views
 from estimator.motion.flight import Flight
 from estimator.outlines.recording import outlines_of, view_outlines_of
 from estimator.particle import Particle, particle_of, views_like
-from estimator.pipeline import NoMeasurement, candidate_flights, first_pose, fit_task, usable_sightings
+from estimator.pipeline import NoMeasurement, biased_task, candidate_flights, first_pose, fit_task, usable_sightings
 
 Array = NDArray[np.float64]
 
@@ -110,6 +110,7 @@ def _one(
     vertices = (particle.hull.vertices - particle.body.com_particle) @ particle.body.R_particle_body
     flight = candidates[0].solution.state
     radii = outline_radii(seen_hulls(task, flight, particle.hull.vertices))
+    task = biased_task(observation, task, particle, flight, configuration)
     return SequenceTask(observation.name, task, setting, rim_of(vertices), radii), flight, views
 
 
