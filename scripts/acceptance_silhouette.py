@@ -1,6 +1,6 @@
 """The benchmark of the silhouette tier: scanned particles, 100 frames, 60 views, 0.2 px boundary noise, started from nothing.
 
-``python -m scripts.acceptance_silhouette --particles FOLDER --out out/silhouette [--sequences 60] [--jobs 2]``. Every sequence is made,
+``python -m scripts.acceptance_silhouette --particles FOLDER --out out/silhouette [--sequences 120] [--jobs 2]``. Every sequence is made,
 estimated and scored in one piece of work whose row is written when it is done, so a killed run goes on where it was. Prints medians
 relative to speed and spin, shares inside the tolerances, coverage, error over the bound, and each worse sequence with its cause.
 """
@@ -73,8 +73,8 @@ def main() -> int:
     parser.add_argument("--particles", type=Path, required=True, help="folder with the scanned particles (PLY)")
     parser.add_argument("--out", type=Path, default=Path("out/acceptance_silhouette"))
     parser.add_argument("--result", type=Path, help="where to write the summary as JSON")
-    parser.add_argument("--sequences", type=int, default=60)
-    parser.add_argument("--seed", type=int, default=20261121)
+    parser.add_argument("--sequences", type=int, default=120)
+    parser.add_argument("--seed", type=int, default=73045998)
     parser.add_argument("--jobs", type=int, default=2)
     arguments = parser.parse_args()
     files = scanned_files(arguments.particles)

@@ -46,11 +46,11 @@ def time_shifts(errors: ModelErrors, frames: WeighedFrames, first: Silhouettes, 
     """Shifts from residuals, with the weights that were used and each silhouette's own noise."""
     d, weight = time_derivative(errors), weights_of(frames, errors)
     n = len(d)
-    h, s, noise = np.full(n, 1e-300), np.zeros(n), np.zeros(n)
+    h, s, noise = np.full(n, 1e-150), np.zeros(n), np.zeros(n)
     for i in np.flatnonzero(errors.tangency.valid.any(axis=1)):
         seen = sighting((errors.e, d[..., None]), errors.tangency, first, i, floor_px=floor_px, huber=np.inf)
         w = weight[i, seen.view, seen.side] * seen.J[:, 0]
-        h[i], s[i], noise[i] = max(float(w @ seen.J[:, 0]), 1e-300), float(w @ seen.e), float(w @ seen.Sigma @ w)
+        h[i], s[i], noise[i] = max(float(w @ seen.J[:, 0]), 1e-150), float(w @ seen.e), float(w @ seen.Sigma @ w)
     return TimeShifts(tau_s=-s / h, h=h, noise=noise / h**2)
 
 
