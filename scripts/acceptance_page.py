@@ -45,7 +45,7 @@ def first_part(result: dict[str, Any], rendered: pd.DataFrame) -> str:
 Six scanned bodies (three irregular, three regular), 4–8 mm, 100 frames at 4000 frames/s, 60 calibrated views, speeds to 4 m/s,
 spins to 300 rad/s, every sequence started from nothing. This part is written by `python -m scripts.acceptance_page` from
 [acceptance_silhouette.json](../results/acceptance_silhouette.json) (seed {result["seed"]}, drawn after the estimator was final) and
-[acceptance_rendered.csv](../results/acceptance_rendered.csv) (an earlier version of the estimator).
+[acceptance_rendered.csv](../results/acceptance_rendered.csv).
 
 | median error | silhouette tier, 0.2 px, {result["sequences"]} sequences | rendered tier, matte, {len(rendered)} sequences |
 | --- | --- | --- |
