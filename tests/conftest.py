@@ -4,7 +4,12 @@ import os
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
 from jaxtyping import install_import_hook
+
+settings.register_profile("repeatable", derandomize=True)
+settings.load_profile("repeatable")
+"""The same examples in every run: a failure is found again by whoever looks for it."""
 
 SHAPES_CHECKED_IN = (
     "datasets.vocabulary",

@@ -17,6 +17,7 @@ from datasets.errors import InputError
 from datasets.observation import CalibratedView, Frames, Observation
 from datasets.observation_files import frames_file, read_observation, write_observation
 from datasets.outline_files import read_outlines, write_outlines
+from datasets.plausibility import LARGEST_UNDISTORTION_ERROR_PX, undistortion_error_px
 from datasets.tiff_frames import FrameStackWriter, TiffFrames
 from datasets.vocabulary.camera import HsvCamera, Intrinsics
 from datasets.vocabulary.clock import Clock
@@ -135,6 +136,7 @@ def observations(draw) -> Observation:
         tuple(draw(st.floats(-0.2, 0.2)) for _ in range(5)),
         None,
     )
+    assume(undistortion_error_px(intrinsics) <= LARGEST_UNDISTORTION_ERROR_PX)  # others are refused, which has its own test
     steps = draw(hnp.arrays(np.float64, frames, elements=st.floats(1e-4, 1.0)))
     rotations = [Rotation.from_rotvec(draw(hnp.arrays(np.float64, 3, elements=st.floats(-3, 3)))).as_matrix() for _ in range(views + 1)]
     camera = HsvCamera("a.b-1", intrinsics, rotations[0], draw(hnp.arrays(np.float64, 3, elements=st.floats(-20, 20))))
