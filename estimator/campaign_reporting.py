@@ -12,6 +12,7 @@ from datasets.observation import Observation
 from datasets.vocabulary.effects import Parameter, Scope
 from estimator.configuration import Configuration
 from estimator.effects.link import EffectModel
+from estimator.effects.parameter_values import WithInterval
 from estimator.fitting.campaign import CampaignFit, shared_prior, solve_arrow
 from estimator.fitting.campaign_covariance import CampaignCovariance
 from estimator.fitting.forced_velocities import body_under, motion_under, velocities_under
@@ -22,13 +23,12 @@ from estimator.registration import Registered
 from estimator.reporting import versions
 
 Array = NDArray[np.float64]
-Z95 = 1.959964
 MOST_TO_GO = 0.3
 """Standard deviations that a fit's next step may have where it counts as converged."""
 
 
 @dataclass(frozen=True)
-class EffectValue:
+class EffectValue(WithInterval):
     """One parameter of a fitted effect.
 
     ``sequence``: the name of the sequence it belongs to, ``None`` where sequences share it; ``plausible``: whether its 95% interval
@@ -40,22 +40,6 @@ class EffectValue:
     sequence: str | None
     value: float
     sigma: float
-
-    @property
-    def interval(self) -> tuple[float, float]:
-        """95% interval."""
-        return self.value - Z95 * self.sigma, self.value + Z95 * self.sigma
-
-    @property
-    def plausible(self) -> bool:
-        """Whether the interval reaches into the plausible range."""
-        return is_plausible(self.interval, self.parameter)
-
-
-def is_plausible(interval: tuple[float, float], parameter: Parameter) -> bool:
-    """Whether an interval reaches into what nature or a laboratory is expected to produce."""
-    low, high = parameter.plausible
-    return bool(interval[1] >= low and interval[0] <= high)
 
 
 def effect_values(registered: Registered, fit: CampaignFit, covariance: CampaignCovariance) -> tuple[EffectValue, ...]:

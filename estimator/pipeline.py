@@ -71,12 +71,8 @@ def estimate(observation: Observation, configuration: Configuration) -> Estimate
             f"{observation.name}: expected one high-speed camera where its focal length is to be measured (focal_prior > 0), "
             f"got {len(observation.cameras)}"
         )
-    tracks = tuple(
-        outlines_of(r, c.intrinsics, name=f"{observation.name}, camera {c.name}")
-        for r, c in zip(observation.recordings, observation.cameras, strict=True)
-    )
-    seen = view_outlines_of(observation.view_recording, observation.views, name=f"{observation.name}, calibrated views")
-    particle = particle_of(seen.outlines, observation.views, configuration)
+    tracks = tracks_of(observation)
+    particle = observed_particle(observation, configuration)
     try:
         sightings = usable_sightings(observation, tracks, configuration)
         views = views_like(particle, sightings.silhouettes, np.random.default_rng(configuration.seed))
@@ -91,6 +87,20 @@ def estimate(observation: Observation, configuration: Configuration) -> Estimate
         return empty_estimate(observation, tracks, particle, configuration, (failure.status, failure.message))
     status, message = judge(candidates, refined, configuration)
     return converged_estimate(observation, tracks, (particle, found), refined, (status, message), configuration=configuration, focal=focal)
+
+
+def tracks_of(observation: Observation) -> tuple[OutlineTrack, ...]:
+    """The outlines that each high-speed camera recorded."""
+    return tuple(
+        outlines_of(r, c.intrinsics, name=f"{observation.name}, camera {c.name}")
+        for r, c in zip(observation.recordings, observation.cameras, strict=True)
+    )
+
+
+def observed_particle(observation: Observation, configuration: Configuration) -> Particle:
+    """The particle as the calibrated views show it."""
+    seen = view_outlines_of(observation.view_recording, observation.views, name=f"{observation.name}, calibrated views")
+    return particle_of(seen.outlines, observation.views, configuration)
 
 
 def biased_task(observation: Observation, task: FitTask, particle: Particle, flight: Flight, configuration: Configuration) -> FitTask:

@@ -19,9 +19,17 @@ from estimator.fitting.campaign import Campaign, CampaignState
 from estimator.fitting.model_errors import SequenceTask, outline_radii, rim_of, seen_hulls
 from estimator.fitting.pose_refinement import Views
 from estimator.motion.flight import Flight
-from estimator.outlines.recording import outlines_of, view_outlines_of
-from estimator.particle import Particle, particle_of, views_like
-from estimator.pipeline import NoMeasurement, biased_task, candidate_flights, first_pose, fit_task, usable_sightings
+from estimator.particle import Particle, views_like
+from estimator.pipeline import (
+    NoMeasurement,
+    biased_task,
+    candidate_flights,
+    first_pose,
+    fit_task,
+    observed_particle,
+    tracks_of,
+    usable_sightings,
+)
 
 Array = NDArray[np.float64]
 
@@ -61,7 +69,7 @@ def register(
         key = _digest(observation.views)
         try:
             if key not in particles:
-                particles[key] = (len(particles), _particle(observation, configuration), None)
+                particles[key] = (len(particles), observed_particle(observation, configuration), None)
             which, particle, views = particles[key]
             task, flight, views = _one(observation, particle, views, configuration)
         except (NoMeasurement, InputError) as failure:
@@ -84,19 +92,10 @@ def register(
     return Registered(campaign, start, tuple(p for _, p, _ in particles.values()), tuple(left_out))
 
 
-def _particle(observation: Observation, configuration: Configuration) -> Particle:
-    seen = view_outlines_of(observation.view_recording, observation.views, name=f"{observation.name}, calibrated views")
-    return particle_of(seen.outlines, observation.views, configuration)
-
-
 def _one(
     observation: Observation, particle: Particle, views: Views | None, configuration: Configuration
 ) -> tuple[SequenceTask, Flight, Views]:
-    tracks = tuple(
-        outlines_of(r, c.intrinsics, name=f"{observation.name}, camera {c.name}")
-        for r, c in zip(observation.recordings, observation.cameras, strict=True)
-    )
-    sightings = usable_sightings(observation, tracks, configuration)
+    sightings = usable_sightings(observation, tracks_of(observation), configuration)
     if views is None:
         views = views_like(particle, sightings.silhouettes, np.random.default_rng(configuration.seed))
     task = fit_task(observation, particle, sightings, views, configuration)

@@ -22,8 +22,7 @@ def base_fit(campaign: Campaign, start: CampaignState) -> CampaignFit:
 
 def with_effect(campaign: Campaign, fit: CampaignFit, effect: EffectModel) -> CampaignFit:
     """The campaign fitted with one effect more."""
-    candidates = Candidates((effect,), (effect.starts(campaign.sequences[0].setting),))
-    tests, _ = score_tests(campaign, fit, candidates)
+    tests, _ = score_tests(campaign, fit, Candidates.of(campaign, (effect,)))
     model, start = extended(fit, tests[0])
     return fit_campaign(campaign, start, model)
 

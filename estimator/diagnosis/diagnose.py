@@ -52,9 +52,8 @@ class Diagnosis:
 
 def diagnose(campaign: Campaign, fit: CampaignFit, candidates: Mapping[str, EffectModel], *, margin: float) -> Diagnosis:
     """Test every candidate that is not in the model; ``margin``: difference of the criterion within which effects are one group."""
-    effects = tuple(e for key, e in candidates.items() if key not in fit.model.keys)
-    setting = campaign.sequences[0].setting
-    tests, scores = score_tests(campaign, fit, Candidates(effects, tuple(e.starts(setting) for e in effects)))
+    effects = (e for key, e in candidates.items() if key not in fit.model.keys)
+    tests, scores = score_tests(campaign, fit, Candidates.of(campaign, effects))
     return diagnosis_of(tests, rank(scores, tests, penalty=penalty_of(campaign)), margin=margin)
 
 

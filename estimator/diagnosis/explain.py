@@ -18,13 +18,12 @@ from estimator.diagnosis.unknown import Unknown, unknown
 from estimator.effects.curvature_bias import CurvatureBias
 from estimator.effects.link import EffectModel
 from estimator.effects.model import Model
-from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState, fit_campaign
+from estimator.fitting.campaign import INDEPENDENT_TANGENTS, Campaign, CampaignFit, CampaignState, fit_campaign
 from estimator.fitting.campaign_covariance import CampaignCovariance, campaign_covariance
 from estimator.fitting.held_out import HeldOut, held_out
 from estimator.motion.flight import N_PARAMETERS
 
 Array = NDArray[np.float64]
-INDEPENDENT_TANGENTS = 12.0
 
 
 @dataclass(frozen=True)
@@ -126,9 +125,7 @@ def explain(
 
 
 def _tests(campaign: Campaign, fit: CampaignFit, catalogue: Mapping[str, EffectModel]) -> tuple[list[ScoreTest], EfficientScores]:
-    effects = tuple(e for key, e in catalogue.items() if key not in fit.model.keys)
-    setting = campaign.sequences[0].setting
-    return score_tests(campaign, fit, Candidates(effects, tuple(e.starts(setting) for e in effects)))
+    return score_tests(campaign, fit, Candidates.of(campaign, (e for key, e in catalogue.items() if key not in fit.model.keys)))
 
 
 def extended(fit: CampaignFit, test: ScoreTest) -> tuple[Model, CampaignState]:

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from estimator.diagnosis.score_tests import EfficientScores, ScoreTest
+from estimator.effects.parameter_values import is_plausible
 
 Array = NDArray[np.float64]
 SMALLEST_SHARE = 1e-3
@@ -72,8 +73,7 @@ def plausible(test: ScoreTest, theta: Array) -> bool:
     """Whether values (c,) of a test's columns are ones that nature or a laboratory is expected to produce."""
     deviation = np.sqrt(np.maximum(np.diag(test.covariance), 0.0))[: len(test.columns)]
     for column, value, sigma in zip(test.columns, theta[: len(test.columns)], deviation, strict=True):
-        low, high = test.effect.entry.parameters[column.parameter].plausible
-        if value + BEYOND * sigma < low or value - BEYOND * sigma > high:
+        if not is_plausible((value - BEYOND * sigma, value + BEYOND * sigma), test.effect.entry.parameters[column.parameter]):
             return False
     return True
 

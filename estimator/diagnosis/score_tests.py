@@ -10,6 +10,7 @@ An effect that is not linear in a parameter (a frequency, the place of a gap) is
 corrected for their number.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -45,6 +46,12 @@ class Candidates:
 
     effects: tuple[EffectModel, ...]
     starts: tuple[Array, ...]
+
+    @classmethod
+    def of(cls, campaign: Campaign, effects: Iterable[EffectModel]) -> "Candidates":
+        """Effects with the starts that they give themselves."""
+        effects, setting = tuple(effects), campaign.sequences[0].setting
+        return cls(effects, tuple(e.starts(setting) for e in effects))
 
 
 @dataclass(frozen=True)

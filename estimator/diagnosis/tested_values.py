@@ -3,14 +3,14 @@
 from dataclasses import dataclass
 
 from datasets.vocabulary.effects import Parameter
-from estimator.campaign_reporting import Z95, is_plausible
 from estimator.diagnosis.score_tests import ScoreTest
+from estimator.effects.parameter_values import WithInterval
 
 LEAST_P = 1e-16
 
 
 @dataclass(frozen=True)
-class TestedValue:
+class TestedValue(WithInterval):
     """One parameter of an effect on trial; ``sequence``: number of the sequence it belongs to, ``None`` where sequences share it."""
 
     __test__ = False
@@ -18,16 +18,6 @@ class TestedValue:
     sequence: int | None
     value: float
     sigma: float
-
-    @property
-    def interval(self) -> tuple[float, float]:
-        """95% interval."""
-        return self.value - Z95 * self.sigma, self.value + Z95 * self.sigma
-
-    @property
-    def plausible(self) -> bool:
-        """Whether the interval reaches into the plausible range."""
-        return is_plausible(self.interval, self.parameter)
 
 
 def p_words(p: float, name: str = "p ") -> str:

@@ -41,9 +41,7 @@ class Unknown:
 
 def unknown(campaign: Campaign, fit: CampaignFit) -> Unknown:
     """Test what a fit leaves against every empirical family."""
-    effects = tuple(EMPIRICAL.values())
-    setting = campaign.sequences[0].setting
-    tests, scores = score_tests(campaign, fit, Candidates(effects, tuple(e.starts(setting) for e in effects)))
+    tests, scores = score_tests(campaign, fit, Candidates.of(campaign, EMPIRICAL.values()))
     p = np.array([min(1.0, t.p * len(tests)) for t in tests])
     outstanding = {i for i in range(len(tests)) if p[i] <= ALPHA}
     order = [h.effect for h in by_remainder(scores, penalty=PENALTY).hypotheses if h.effect in outstanding]

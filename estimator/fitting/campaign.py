@@ -81,7 +81,7 @@ class SequenceEquations:
     frames: WeighedFrames
 
 
-def sequence_equations(campaign: Campaign, number: int, state: CampaignState, model: Model, *, robust: bool = True) -> SequenceEquations:
+def sequence_equations(campaign: Campaign, number: int, state: CampaignState, model: Model) -> SequenceEquations:
     """Linearise sequence ``number``."""
     sequence = campaign.sequences[number]
     errors = model_errors(sequence, state.flights[number], model, state.theta[number])
@@ -91,7 +91,7 @@ def sequence_equations(campaign: Campaign, number: int, state: CampaignState, mo
         errors.tangency,
         sequence.task.sightings.silhouettes,
         floor_px=campaign.floor_px,
-        huber=sequence.task.huber if robust else np.inf,
+        huber=sequence.task.huber,
         shift=RandomShift(time_derivative(errors), sigma) if sigma else None,
     )
     return SequenceEquations(errors, frames)
@@ -234,7 +234,7 @@ def robust_cost(equations: SequenceEquations, huber: float) -> float:
 
 
 INDEPENDENT_TANGENTS = 12.0
-"""Roughly how many independent tangents an outline has: only the ratio of data to prior in the step control depends on it."""
+"""Roughly how many independent tangents an outline has, for the ratio of data to prior in the step control and for penalties."""
 
 
 def _relative_size(equations: Sequence[SequenceEquations], layout: Layout, solution: ArrowSolution) -> float:

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.fitting.campaign import Campaign
-from estimator.fitting.composite_likelihood import WeighedFrames, body_cells, body_noise, shared_view_noise
+from estimator.fitting.composite_likelihood import body_cells, body_noise, shared_view_noise
 from estimator.fitting.model_errors import ModelErrors
 
 Array = NDArray[np.float64]
@@ -31,8 +31,6 @@ def _of_particle(campaign: Campaign, rows: Sequence[int], errors: Sequence[Model
         jacobian=np.concatenate([e.tangency.jacobian for e in errors]),
     )
     W = np.concatenate(weighted)
-    p = W.shape[-1]
-    frames = WeighedFrames(np.zeros((p, p)), np.zeros(p), W, np.zeros((p, p)), np.zeros(len(W)), np.zeros(len(W), dtype=np.int64))
     cells = body_cells(np.concatenate([e.normals for e in errors]), np.concatenate([e.viewing for e in errors]))
     views = campaign.sequences[rows[0]].task.views.silhouettes
-    return shared_view_noise(joined, frames, views) + body_noise(joined, frames, cells, sigma_px=campaign.body_noise_px)
+    return shared_view_noise(joined, W, views) + body_noise(joined, W, cells, sigma_px=campaign.body_noise_px)

@@ -35,13 +35,14 @@ class WeighedFrames:
     """Weighed errors of every sighting in terms of the parameters.
 
     ``H`` (p, p) and ``g`` (p,) of the data alone; ``weighted`` (n, k, 2, p) is ``W`` for each view and tangency, zero where there is no
-    error; ``meat`` (p, p) the gradient's covariance within sightings; ``chi2`` (n,), the sum of squares of the standardised errors, and
-    ``count`` (n,) per sighting.
+    error, and ``weight`` (n, k, 2) px⁻² the weights themselves; ``meat`` (p, p) the gradient's covariance within sightings; ``chi2``
+    (n,), the sum of squares of the standardised errors, and ``count`` (n,) per sighting.
     """
 
     H: Array
     g: Array
     weighted: Array
+    weight: Array
     meat: Array
     chi2: Array
     count: NDArray[np.int64]
@@ -86,7 +87,7 @@ def weigh_linear(
     """
     n, k, _, p = linear[1].shape
     H, g, meat = np.zeros((p, p)), np.zeros(p), np.zeros((p, p))
-    weighted = np.zeros((n, k, 2, p))
+    weighted, weights = np.zeros((n, k, 2, p)), np.zeros((n, k, 2))
     chi2, count = np.zeros(n), np.zeros(n, dtype=np.int64)
     for i in np.flatnonzero(errors.valid.any(axis=1)):
         plain = shift is None or shift.sigma == 0.0
@@ -104,11 +105,12 @@ def weigh_linear(
             Sigma = seen.Sigma + np.diag(variance * (1.0 - 1.0 / outlying)) + shift.sigma**2 * np.outer(d, d)
             seen = replace(seen, Sigma=Sigma)
         weighted[i, seen.view, seen.side] = W
+        weights[i, seen.view, seen.side] = weight
         H += seen.J.T @ W
         g += W.T @ seen.e
         meat += W.T @ seen.Sigma @ W
         chi2[i], count[i] = float(np.sum(seen.e**2 / variance)), len(variance)
-    return WeighedFrames(H=H, g=g, weighted=weighted, meat=meat, chi2=chi2, count=count)
+    return WeighedFrames(H=H, g=g, weighted=weighted, weight=weights, meat=meat, chi2=chi2, count=count)
 
 
 def _weights(Sigma: Array) -> tuple[Array, Array]:
@@ -147,9 +149,9 @@ def sighting(
     return Sighting(view, side, e, J, own[:, None] * own[None, :] * K + np.diag(D))
 
 
-def shared_view_noise(errors: TangencyErrors, frames: WeighedFrames, second: Silhouettes) -> Array:
+def shared_view_noise(errors: TangencyErrors, weighted: Array, second: Silhouettes) -> Array:
     """What one view's outline noise adds to the gradient's covariance (p, p) by entering many sightings: the sum over the views above."""
-    p = frames.weighted.shape[-1]
+    p = weighted.shape[-1]
     total = np.zeros((p, p))
     for k in range(errors.valid.shape[1]):
         sighting, side = np.argwhere(np.repeat(errors.valid[:, k][:, None], 2, axis=1)).T
@@ -159,7 +161,7 @@ def shared_view_noise(errors: TangencyErrors, frames: WeighedFrames, second: Sil
         magnified = sigma * errors.jacobian[sighting, k, side, 7]
         K = tangent_correlation(errors.direction[sighting, k, 2 + side], float(second.correlation_rad[k]))
         np.fill_diagonal(K, 0.0)
-        W = frames.weighted[sighting, k, side] * magnified[:, None]
+        W = weighted[sighting, k, side] * magnified[:, None]
         total += W.T @ K @ W
     return total
 
@@ -179,15 +181,15 @@ def body_cells(normals: Array, viewing: Array) -> NDArray[np.int64]:
     return np.asarray(cells.reshape(place.shape), dtype=np.int64)
 
 
-def body_noise(errors: TangencyErrors, frames: WeighedFrames, cells: NDArray[np.int64], *, sigma_px: float) -> Array:
+def body_noise(errors: TangencyErrors, weighted: Array, cells: NDArray[np.int64], *, sigma_px: float) -> Array:
     """What a body-fixed error of ``sigma_px`` adds to the gradient's covariance (p, p).
 
     Tangencies at one place on the body (``cells`` (n, k, 2)) share it in all sightings.
     """
-    p = frames.weighted.shape[-1]
+    p = weighted.shape[-1]
     seen = np.repeat(errors.valid[:, :, None], 2, axis=2)
     G = np.zeros((int(cells.max()) + 1, p))
-    np.add.at(G, cells[seen], frames.weighted[seen])
+    np.add.at(G, cells[seen], weighted[seen])
     return np.asarray(sigma_px**2 * G.T @ G)
 
 

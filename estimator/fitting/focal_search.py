@@ -144,7 +144,7 @@ def _sigma(seen: Silhouettes, at: _State, views: Views, prior: FocalPrior, floor
     known[-1, -1] = prior.precision
     inflation = max(1.0, frames.mean_square)
     bread = _inverse(frames.H + known)
-    meat = inflation * (frames.meat + shared_view_noise(errors, frames, views.silhouettes)) + known
+    meat = inflation * (frames.meat + shared_view_noise(errors, frames.weighted, views.silhouettes)) + known
     return float(np.sqrt((bread @ meat @ bread)[-1, -1]))
 
 

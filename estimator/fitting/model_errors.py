@@ -15,8 +15,8 @@ from scipy.spatial import ConvexHull
 from estimator.effects.link import Places, Setting
 from estimator.effects.model import Model
 from estimator.fitting.prediction import Prediction, predict
-from estimator.fitting.trajectory import FitTask, particle_poses
-from estimator.geometry.epipolar_tangency import PoseSet, TangencyErrors, tangency_errors
+from estimator.fitting.trajectory import FitTask, body_normals, particle_poses
+from estimator.geometry.epipolar_tangency import TangencyErrors, tangency_errors
 from estimator.geometry.outline_bias import without_bias
 from estimator.geometry.silhouettes import Silhouettes
 from estimator.geometry.sphere import fibonacci_sphere
@@ -117,10 +117,11 @@ def model_errors(sequence: SequenceTask, flight: Flight, model: Model, theta: Ar
     prediction = predict(flight, model, theta, setting, task.sightings.times_s)
     scale = model.scale(theta)
     first, corrected = _corrected(sequence, model, theta)
-    poses, centre_cam = _camera_poses(task, flight, prediction, scale)
+    placed = particle_poses(flight, prediction.poses, task.sightings, scale=scale)
+    centre_cam = placed.t + placed.R @ flight.body.com_particle
     errors = tangency_errors(
         first,
-        poses,
+        placed,
         task.views.silhouettes,
         task.views.poses,
         pivot_particle=flight.body.com_particle,
@@ -128,7 +129,8 @@ def model_errors(sequence: SequenceTask, flight: Flight, model: Model, theta: Ar
         weight=task.weight,
         offset_px=-flight.offset_px,
     )
-    normals, viewing = _body_directions(task, prediction, errors)
+    R_cam_body = task.sightings.R_cam_world @ prediction.poses.R[:, 0]
+    normals, viewing = body_normals(task.sightings, R_cam_body, errors), R_cam_body[:, 2]
     places = _places(sequence, prediction, errors, (normals, centre_cam, first))
     e = without_bias(errors, task.bias).error[:, :, :2] - model.shift(theta, places, setting)
     J = _jacobian(task, model, (theta, scale), (errors, prediction, centre_cam))
@@ -164,22 +166,6 @@ def _corrected_points(sequence: SequenceTask, model: Model, theta: Array, owner:
         rows = sightings.camera[owner] == c
         corrected[rows] = model.correct(theta, points[rows], hsv.intrinsics, times[rows])
     return corrected
-
-
-def _camera_poses(task: FitTask, flight: Flight, prediction: Prediction, scale: float) -> tuple[PoseSet, Array]:
-    R_cw = task.sightings.R_cam_world
-    R = R_cw @ prediction.poses.R[:, 0] @ flight.body.R_particle_body.T
-    centre = (np.einsum("nij,nj->ni", R_cw, prediction.poses.centre[:, 0]) + task.sightings.t_cam_world) / scale
-    return PoseSet(np.ascontiguousarray(R), np.ascontiguousarray(centre - R @ flight.body.com_particle)), centre
-
-
-def _body_directions(task: FitTask, prediction: Prediction, errors: TangencyErrors) -> tuple[Array, Array]:
-    focal = task.sightings.silhouettes.focal_px
-    u = errors.direction[:, :, :2]
-    plane = np.concatenate([u * focal[:, None, None, :], np.zeros((*u.shape[:3], 1))], axis=3)
-    R_cam_body = task.sightings.R_cam_world @ prediction.poses.R[:, 0]
-    plane /= np.maximum(np.linalg.norm(plane, axis=3, keepdims=True), 1e-12)
-    return np.asarray(np.einsum("nij,nkmi->nkmj", R_cam_body, plane)), R_cam_body[:, 2]
 
 
 def _places(sequence: SequenceTask, prediction: Prediction, errors: TangencyErrors, at: tuple[Array, Array, Silhouettes]) -> Places:

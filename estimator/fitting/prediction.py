@@ -11,9 +11,8 @@ from numpy.typing import NDArray
 
 from estimator.effects.link import EffectModel, Setting
 from estimator.effects.model import Model, ModelForces, overrides
-from estimator.motion.flight import COM, INERTIA, N_PARAMETERS, STEPS, Flight, FlightPoses, inertia_matrix, states
+from estimator.motion.flight import COM, INERTIA, N_PARAMETERS, STEPS, Flight, FlightPoses, inertia_matrix, pose_differences, states
 from estimator.motion.rigid_body import States, angular_velocity, rotation_matrices
-from estimator.motion.rotation import rotation_vector
 
 Array = NDArray[np.float64]
 
@@ -45,7 +44,7 @@ def predict(flight: Flight, model: Model, theta: Array, setting: Setting, times_
     centre = reached.x - np.einsum("fmij,mj->fmi", R, flight.com + steps[:, COM])
     S = np.zeros((len(times_s), 6, N_PARAMETERS + model.size))
     columns = np.concatenate([np.flatnonzero(STEPS), N_PARAMETERS + np.flatnonzero(forced)])
-    S[:, :, columns] = _differences(centre, R, widths)
+    S[:, :, columns] = pose_differences(FlightPoses(centre, R), widths)
     velocity, omega = _velocities(flight, reached, R[:, 0])
     for effect, part in zip(model.effects, model.slices, strict=True):
         if overrides(effect, "times", "body"):
@@ -74,17 +73,6 @@ def _perturbations(model: Model, theta: Array, forced: NDArray[np.bool_]) -> tup
         into[1 + 2 * row, column] += step
         into[2 + 2 * row, column] -= step
     return steps, thetas, 2.0 * size
-
-
-def _differences(centre: Array, R: Array, widths: Array) -> Array:
-    """Central differences (n, 6, len(widths)) of poses whose rows are the middle one and then pairs."""
-    plus, minus = slice(1, None, 2), slice(2, None, 2)
-    S = np.empty((len(centre), 6, len(widths)))
-    S[:, :3] = np.swapaxes((centre[:, plus] - centre[:, minus]) / widths[None, :, None], 1, 2)
-    turned = R[:, plus] @ np.swapaxes(R[:, minus], -1, -2)
-    vectors = rotation_vector(turned.reshape(-1, 3, 3)).reshape(len(centre), len(widths), 3)
-    S[:, 3:] = np.swapaxes(vectors / widths[None, :, None], 1, 2)
-    return S
 
 
 def _velocities(flight: Flight, reached: States, R: Array) -> tuple[Array, Array]:

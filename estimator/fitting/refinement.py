@@ -14,7 +14,7 @@ from estimator.fitting.composite_likelihood import (
     weigh,
 )
 from estimator.fitting.noise_model import MeasuredNoise, measured_noise, with_noise
-from estimator.fitting.trajectory import FitTask, pose_map, prior_values, unbiased_errors
+from estimator.fitting.trajectory import FitTask, body_normals, pose_map, prior_values, unbiased_errors
 from estimator.fitting.within_sequence import WithinEquations, within_equations
 from estimator.geometry.epipolar_tangency import TangencyErrors
 from estimator.motion.flight import Flight, FlightPoses, moved, poses_and_sensitivity
@@ -95,9 +95,9 @@ def covariance_and_bound(task: FitTask, at: Linearised, prior: Array, settings: 
     """Sandwich covariance and Cramér-Rao-type bound (p, p) each; ``prior`` (p, p) is the prior's information."""
     inverse = scaled_inverse(at.H)
     inflation = max(1.0, at.frames.mean_square)
-    shared = shared_view_noise(at.errors, at.frames, task.views.silhouettes)
+    shared = shared_view_noise(at.errors, at.frames.weighted, task.views.silhouettes)
     cells = body_cells(at.normals, (task.sightings.R_cam_world @ at.predicted.R[:, 0])[:, 2])
-    shared = shared + body_noise(at.errors, at.frames, cells, sigma_px=settings.body_noise_px)
+    shared = shared + body_noise(at.errors, at.frames.weighted, cells, sigma_px=settings.body_noise_px)
     covariance = inverse @ (inflation * (at.frames.meat + at.within.H + shared) + prior) @ inverse
     own = task.sightings.silhouettes
     known = information(at.errors, at.S, own, (cells, settings.body_noise_px), huber=task.huber)
@@ -116,20 +116,10 @@ def linearise(task: FitTask, flight: Flight, settings: Refinement) -> Linearised
     predicted, sensitivity = poses_and_sensitivity(flight, task.sightings.times_s)
     errors = unbiased_errors(task, flight, predicted)
     S = pose_map(sensitivity)
-    normals = _normals(task, errors, predicted)
+    normals = body_normals(task.sightings, task.sightings.R_cam_world @ predicted.R[:, 0], errors)
     frames = weigh(errors, S, task.sightings.silhouettes, floor_px=settings.floor_px, huber=task.huber)
     within = within_equations(task, flight, predicted, S, most_pairs=settings.within_pairs, floor_px=settings.floor_px)
     precision = task.prior.precision
     H = frames.H + within.H + np.diag(precision)
     g = frames.g + within.g + precision * prior_values(flight)
     return Linearised(predicted, S, errors, frames, within, normals, H, g)
-
-
-def _normals(task: FitTask, errors: TangencyErrors, predicted: FlightPoses) -> Array:
-    """Outward normals (n, k, 2, 3) of the tangent planes in body axes: where on the body each tangency lies."""
-    focal = task.sightings.silhouettes.focal_px
-    u = errors.direction[:, :, :2]
-    plane = np.concatenate([u * focal[:, None, None, :], np.zeros((*u.shape[:3], 1))], axis=3)
-    R_cam_body = task.sightings.R_cam_world @ predicted.R[:, 0]
-    plane /= np.maximum(np.linalg.norm(plane, axis=3, keepdims=True), 1e-12)
-    return np.asarray(np.einsum("nij,nkmi->nkmj", R_cam_body, plane))

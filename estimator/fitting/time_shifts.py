@@ -36,15 +36,15 @@ class TimeShifts:
         return TimeShifts(self.tau_s[rows], self.h[rows], self.noise[rows])
 
 
-def time_derivative(errors: ModelErrors, scale: float = 1.0) -> Array:
+def time_derivative(errors: ModelErrors) -> Array:
     """Derivative (n, k, 2) px/s of the errors by the time of each sighting."""
-    rate = np.hstack([errors.prediction.velocity / scale, errors.prediction.omega])
+    rate = np.hstack([errors.prediction.velocity, errors.prediction.omega])
     return np.asarray(np.einsum("nksa,na->nks", errors.tangency.jacobian[:, :, :2, :6], rate))
 
 
 def time_shifts(errors: ModelErrors, frames: WeighedFrames, first: Silhouettes, *, floor_px: float) -> TimeShifts:
     """Shifts from residuals, with the weights that were used and each silhouette's own noise."""
-    d, weight = time_derivative(errors), weights_of(frames, errors)
+    d, weight = time_derivative(errors), frames.weight
     n = len(d)
     h, s, noise = np.full(n, 1e-150), np.zeros(n), np.zeros(n)
     for i in np.flatnonzero(errors.tangency.valid.any(axis=1)):
@@ -66,8 +66,7 @@ class JitterTest:
 
 def jitter_test(shifts: Sequence[TimeShifts]) -> JitterTest:
     """Judge the shifts of the sequences of a campaign, each in the order of time."""
-    ratios = [np.diff(s.tau_s, 2) ** 2 / (s.noise[:-2] + 4.0 * s.noise[1:-1] + s.noise[2:]) for s in shifts if len(s.tau_s) > 2]
-    joined = np.concatenate([np.zeros(0), *ratios])
+    joined = np.concatenate([np.zeros(0), *(_difference_ratios(each) for each in shifts)])
     if not len(joined):
         return JitterTest(0.0, 0.0, 1.0, 0.0)
     z = (joined.mean() - 1.0) / np.sqrt(DIFFERENCE_VARIANCE / len(joined))
@@ -80,15 +79,14 @@ def jitter_test(shifts: Sequence[TimeShifts]) -> JitterTest:
     return JitterTest(sigma, error, float(norm.sf(z)), gain)
 
 
+def _difference_ratios(shifts: TimeShifts) -> Array:
+    """Squared second differences over their variances, of neighbours that all carry weight."""
+    rows = np.arange(max(len(shifts.tau_s) - 2, 0))[:, None] + np.arange(3)
+    rows = rows[(shifts.noise[rows] > 0.0).all(axis=1)]
+    return np.asarray((shifts.tau_s[rows] @ [1.0, -2.0, 1.0]) ** 2 / (shifts.noise[rows] @ [1.0, 4.0, 1.0]))
+
+
 def gain_of(tau: Array, h: Array, sigma: float) -> float:
     """Twice the log-likelihood's gain of a jitter ``sigma`` (s) over none."""
     share = sigma**2 * h / (1.0 + sigma**2 * h)
     return float(np.sum(tau**2 * h * share) - np.sum(np.log1p(sigma**2 * h)))
-
-
-def weights_of(frames: WeighedFrames, errors: ModelErrors) -> Array:
-    """Composite weights (n, k, 2) that were used, from the weighed and the plain derivatives."""
-    column = np.abs(errors.J).argmax(axis=-1)[..., None]
-    plain = np.take_along_axis(errors.J, column, -1)[..., 0]
-    weighed = np.take_along_axis(frames.weighted, column, -1)[..., 0]
-    return np.asarray(np.where(plain != 0.0, weighed / np.where(plain == 0.0, 1.0, plain), 0.0))

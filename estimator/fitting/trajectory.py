@@ -86,13 +86,22 @@ class FitTask:
     bias: OutlineBias | None = None
 
 
-def particle_poses(flight: Flight, predicted: FlightPoses, sightings: Sightings) -> PoseSet:
-    """Particle to camera coordinates for each sighting, of the first of the predicted flights."""
+def particle_poses(flight: Flight, predicted: FlightPoses, sightings: Sightings, *, scale: float = 1.0) -> PoseSet:
+    """Particle to camera coordinates for each sighting, of the first of the predicted flights; ``scale``: its size over that calibrated."""
     R_world_particle = predicted.R[:, 0] @ flight.body.R_particle_body.T
     R_cw = sightings.R_cam_world
     R = R_cw @ R_world_particle
     centre = np.einsum("nij,nj->ni", R_cw, predicted.centre[:, 0]) + sightings.t_cam_world
+    centre = centre / scale
     return PoseSet(np.ascontiguousarray(R), np.ascontiguousarray(centre - R @ flight.body.com_particle))
+
+
+def body_normals(sightings: Sightings, R_cam_body: Array, errors: TangencyErrors) -> Array:
+    """Outward normals (n, k, 2, 3) of the tangent planes in body axes: where on the body each tangency lies."""
+    u = errors.direction[:, :, :2]
+    plane = np.concatenate([u * sightings.silhouettes.focal_px[:, None, None, :], np.zeros((*u.shape[:3], 1))], axis=3)
+    plane /= np.maximum(np.linalg.norm(plane, axis=3, keepdims=True), 1e-12)
+    return np.asarray(np.einsum("nij,nkmi->nkmj", R_cam_body, plane))
 
 
 def errors_of(task: FitTask, flight: Flight, predicted: FlightPoses) -> TangencyErrors:

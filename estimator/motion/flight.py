@@ -158,14 +158,20 @@ def poses_and_sensitivity(flight: Flight, times_s: Array) -> tuple[FlightPoses, 
         steps[1 + 2 * row, column] = STEPS[column]
         steps[2 + 2 * row, column] = -STEPS[column]
     every = poses(flight, steps, times_s)
-    plus, minus = slice(1, None, 2), slice(2, None, 2)
     sensitivity = np.zeros((len(times_s), 6, N_PARAMETERS))
-    width = 2.0 * STEPS[varied]
-    sensitivity[:, :3, varied] = np.swapaxes((every.centre[:, plus] - every.centre[:, minus]) / width[None, :, None], 1, 2)
-    turned = every.R[:, plus] @ np.swapaxes(every.R[:, minus], -1, -2)
-    vectors = rotation_vector(turned.reshape(-1, 3, 3)).reshape(len(times_s), len(varied), 3)
-    sensitivity[:, 3:, varied] = np.swapaxes(vectors / width[None, :, None], 1, 2)
+    sensitivity[:, :, varied] = pose_differences(every, 2.0 * STEPS[varied])
     return FlightPoses(centre=every.centre[:, :1], R=every.R[:, :1]), sensitivity
+
+
+def pose_differences(every: FlightPoses, widths: Array) -> Array:
+    """Central differences (f, 6, w) of poses: the first flight is the unperturbed one, then come pairs that are ``widths`` (w,) apart."""
+    plus, minus = slice(1, None, 2), slice(2, None, 2)
+    S = np.empty((len(every.R), 6, len(widths)))
+    S[:, :3] = np.swapaxes((every.centre[:, plus] - every.centre[:, minus]) / widths[None, :, None], 1, 2)
+    turned = every.R[:, plus] @ np.swapaxes(every.R[:, minus], -1, -2)
+    vectors = rotation_vector(turned.reshape(-1, 3, 3)).reshape(len(every.R), len(widths), 3)
+    S[:, 3:] = np.swapaxes(vectors / widths[None, :, None], 1, 2)
+    return S
 
 
 def velocities(flight: Flight, steps: Array, time_s: float) -> tuple[Array, Array]:

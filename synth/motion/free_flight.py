@@ -8,7 +8,7 @@ the effects that change this act elsewhere.
 """
 
 from dataclasses import dataclass
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -17,6 +17,7 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 from datasets.vocabulary.state import Motion
+from synth.motion.dense_solution import DenseSolution
 
 Array = NDArray[np.float64]
 
@@ -36,14 +37,11 @@ class Start:
 
 @dataclass(frozen=True)
 class FreeFlight:
-    """A free flight, known between ``earliest_s`` and ``latest_s``; made by :func:`fly`."""
+    """A free flight, known over the span of its ``rotation``; made by :func:`fly`."""
 
     start: Start
     gravity_world: Array
-    earliest_s: float
-    latest_s: float
-    forward: Any
-    backward: Any
+    rotation: DenseSolution
 
     def at(self, times_s: Float[NDArray[np.float64], " n"]) -> Motion:
         """The motion at ``times_s`` (s).
@@ -54,10 +52,7 @@ class FreeFlight:
             Where a time lies outside the span that was integrated.
         """
         t = np.asarray(times_s, dtype=np.float64)
-        if t.size and (t.min() < self.earliest_s or t.max() > self.latest_s):
-            span = f"{self.earliest_s:.6g} s to {self.latest_s:.6g} s"
-            raise ValueError(f"the flight is known from {span}; asked for {t.min():.6g} s to {t.max():.6g} s")
-        rotation_state = np.where(t >= 0, self.forward(np.maximum(t, 0)), self.backward(np.minimum(t, 0))).T
+        rotation_state = self.rotation(t)
         q = rotation_state[:, 3:] / np.linalg.norm(rotation_state[:, 3:], axis=1, keepdims=True)
         s, g = self.start, self.gravity_world
         return Motion(
@@ -65,7 +60,7 @@ class FreeFlight:
             x_world=s.x_world + s.v_world * t[:, None] + 0.5 * g * t[:, None] ** 2,
             q_world_body=q,
             v_world=s.v_world + g * t[:, None],
-            omega_world=cast(Array, Rotation.from_quat(q).apply(rotation_state[:, :3])),
+            omega_world=Rotation.from_quat(q).apply(rotation_state[:, :3]),
         )
 
 
@@ -94,7 +89,8 @@ def fly(
     omega_body = Rotation.from_quat(start.q_world_body).inv().apply(start.omega_world)
     y0 = np.concatenate([omega_body, start.q_world_body])
     forward, backward = (_rotation(y0, ratios, end) for end in (max(latest_s, 1e-9), min(earliest_s, -1e-9)))
-    return FreeFlight(start, np.asarray(gravity_world, dtype=np.float64), earliest_s, latest_s, forward, backward)
+    rotation = DenseSolution(earliest_s, latest_s, forward, backward)
+    return FreeFlight(start, np.asarray(gravity_world, dtype=np.float64), rotation)
 
 
 def _rotation(y0: Array, ratios: Array, end_s: float) -> Any:

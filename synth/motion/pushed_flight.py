@@ -6,7 +6,7 @@ to rounding level with dense output, so that the motion is known at any instant.
 """
 
 from dataclasses import dataclass
-from typing import Any, Protocol, cast, runtime_checkable
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float
@@ -16,6 +16,7 @@ from scipy.spatial.transform import Rotation
 
 from datasets.vocabulary.state import Motion
 from synth.effects.links import FlightState, FlyingBody
+from synth.motion.dense_solution import DenseSolution
 from synth.motion.free_flight import ATOL, RTOL, Start
 
 Array = NDArray[np.float64]
@@ -36,12 +37,9 @@ class Pushes(Protocol):
 
 @dataclass(frozen=True)
 class PushedFlight:
-    """A flight, known between ``earliest_s`` and ``latest_s``; made by :func:`fly_pushed`."""
+    """A flight, known over the span of its ``states``; made by :func:`fly_pushed`."""
 
-    earliest_s: float
-    latest_s: float
-    forward: Any
-    backward: Any
+    states: DenseSolution
 
     def at(self, times_s: Float[NDArray[np.float64], " n"]) -> Motion:
         """The motion at ``times_s`` (s).
@@ -52,12 +50,9 @@ class PushedFlight:
             Where a time lies outside the span that was integrated.
         """
         t = np.asarray(times_s, dtype=np.float64)
-        if t.size and (t.min() < self.earliest_s or t.max() > self.latest_s):
-            span = f"{self.earliest_s:.6g} s to {self.latest_s:.6g} s"
-            raise ValueError(f"the flight is known from {span}; asked for {t.min():.6g} s to {t.max():.6g} s")
-        y = np.where(t >= 0, self.forward(np.maximum(t, 0)), self.backward(np.minimum(t, 0))).T
+        y = self.states(t)
         q = y[:, 9:] / np.linalg.norm(y[:, 9:], axis=1, keepdims=True)
-        return Motion(t, y[:, :3], q, y[:, 3:6], cast(Array, Rotation.from_quat(q).apply(y[:, 6:9])))
+        return Motion(t, y[:, :3], q, y[:, 3:6], Rotation.from_quat(q).apply(y[:, 6:9]))
 
 
 def fly_pushed(
@@ -73,7 +68,7 @@ def fly_pushed(
     y0 = np.concatenate([start.x_world, start.v_world, omega_body, start.q_world_body])
     rate = _Rate(body, np.asarray(gravity_world, dtype=np.float64), pushes)
     forward, backward = (_solved(rate, y0, end) for end in (max(span_s[1], 1e-9), min(span_s[0], -1e-9)))
-    return PushedFlight(*span_s, forward, backward)
+    return PushedFlight(DenseSolution(*span_s, forward, backward))
 
 
 class _Rate:

@@ -47,8 +47,7 @@ def measure_item(payload: dict[str, Any]) -> dict[str, Any]:
     registered = register([observation for observation, _ in build(case)], Configuration())
     campaign, model = registered.campaign, base_model()
     fit = fit_campaign(campaign, start_with(registered.start, model.size), model)
-    effects, setting = tuple(catalogue().values()), campaign.sequences[0].setting
-    tests, _ = score_tests(campaign, fit, Candidates(effects, tuple(e.starts(setting) for e in effects)))
+    tests, _ = score_tests(campaign, fit, Candidates.of(campaign, catalogue().values()))
     information = {key: matrix.tolist() for key, matrix in all_information(campaign, fit, tests).items()}
     with written_whole(product) as temporary:
         temporary.write_text(json.dumps({"control": case.name, "information": information}) + "\n", encoding="utf-8")

@@ -39,7 +39,7 @@ def test_a_sequence_is_taken_at_true_times_and_stamped_with_nominal_ones(effect:
     np.testing.assert_array_equal(plan.clock.times_s, plain.clock.times_s)
     np.testing.assert_array_equal(plan.motion.times_s, plain.clock.times_s)
     assert not np.array_equal(plan.true_times_s, plain.true_times_s)
-    inside = (plan.true_times_s >= plain.flight.earliest_s) & (plan.true_times_s <= plain.flight.latest_s)
+    inside = (plan.true_times_s >= plain.flight.rotation.earliest_s) & (plan.true_times_s <= plain.flight.rotation.latest_s)
     np.testing.assert_allclose(plan.motion.x_world[inside], plain.flight.at(plan.true_times_s[inside]).x_world, atol=1e-13)
     assert truth_of(plan).notes["true_times_s"] == plan.true_times_s.tolist()
     assert "true_times_s" not in truth_of(plain).notes

@@ -1,0 +1,41 @@
+"""Whether frames' times jitter, judged from one-step shifts of every sighting."""
+
+import numpy as np
+import pytest
+
+from estimator.fitting.time_shifts import TimeShifts, jitter_test
+
+NOISE_S = 2e-6
+
+
+def shifts(jitter_s: float, seed: int = 5, n: int = 200) -> TimeShifts:
+    """Shifts on a smooth misfit ten times their noise, with errors of the measurement and jitter of their own."""
+    rng = np.random.default_rng(seed)
+    smooth = 10 * NOISE_S * np.sin(np.linspace(0.0, 3.0, n))
+    return TimeShifts(smooth + rng.normal(0.0, np.hypot(NOISE_S, jitter_s), n), np.full(n, NOISE_S**-2), np.full(n, NOISE_S**2))
+
+
+def test_a_smooth_misfit_is_no_jitter() -> None:
+    assert jitter_test([shifts(0.0), shifts(0.0, 6)]).p > 0.05
+
+
+def test_jitter_is_seen_through_a_smooth_misfit() -> None:
+    assert jitter_test([shifts(5e-6), shifts(5e-6, 6)]).p < 1e-6
+
+
+def test_size_of_jitter_without_misfit() -> None:
+    rng = np.random.default_rng(8)
+    each = TimeShifts(rng.normal(0.0, np.hypot(NOISE_S, 5e-6), 400), np.full(400, NOISE_S**-2), np.full(400, NOISE_S**2))
+    found = jitter_test([each])
+    assert found.sigma_s == pytest.approx(5e-6, abs=3 * found.sigma_error_s)
+    assert found.sigma_error_s < 5e-7
+
+
+def test_sightings_without_weight_have_no_part() -> None:
+    whole = shifts(0.0)
+    blind = np.zeros(len(whole.noise), dtype=bool)
+    blind[[0, 50, 51, 52, 120]] = True
+    partly = TimeShifts(np.where(blind, 0.0, whole.tau_s), np.where(blind, 1e-150, whole.h), np.where(blind, 0.0, whole.noise))
+    assert jitter_test([partly]).p == pytest.approx(jitter_test([whole]).p, abs=0.2)
+    nothing = TimeShifts(np.zeros(9), np.full(9, 1e-150), np.zeros(9))
+    assert jitter_test([nothing]).p == 1.0
