@@ -82,19 +82,20 @@ def by_remainder(scores: EfficientScores, *, penalty: float) -> Ranking:
     """Order the effects that have columns by what they leave alone."""
     if not len(scores.columns):
         return Ranking((), 0.0, 0)
-    whitener = _whitener(scores.M)
-    y = whitener @ scores.g
+    white = whitener(scores.M)
+    y = white @ scores.g
     found = []
     for effect in sorted({c.effect for c in scores.columns}):
         rows = [i for i, c in enumerate(scores.columns) if c.effect == effect]
-        X = whitener @ scores.H[:, rows]
+        X = white @ scores.H[:, rows]
         theta, *_ = np.linalg.lstsq(X, y, rcond=1e-10)
         left = float(np.sum((y - X @ theta) ** 2))
         found.append(Hypothesis(effect, len(rows), left, left + penalty * len(rows)))
     return Ranking(tuple(sorted(found, key=lambda h: h.criterion)), float(y @ y), len(y))
 
 
-def _whitener(M: Array) -> Array:
+def whitener(M: Array) -> Array:
+    """The map (c, c) that makes scores of covariance ``M`` independent and of size one."""
     scale = 1.0 / np.sqrt(np.maximum(np.diag(M), 1e-300))
     value, vector = np.linalg.eigh(M * scale[:, None] * scale)
     return np.asarray((vector / np.sqrt(np.maximum(value, SMALLEST_SHARE))).T * scale)

@@ -53,6 +53,11 @@ class Candidates:
         effects, setting = tuple(effects), campaign.sequences[0].setting
         return cls(effects, tuple(e.starts(setting) for e in effects))
 
+    @property
+    def tried(self) -> list[tuple[int, int]]:
+        """Effect and start of everything that is tried."""
+        return [(e, s) for e, starts in enumerate(self.starts) for s in range(len(starts))]
+
 
 @dataclass(frozen=True)
 class EfficientScores:
@@ -95,12 +100,8 @@ class ScoreTest:
 
 def score_tests(campaign: Campaign, fit: CampaignFit, candidates: Candidates) -> tuple[list[ScoreTest], EfficientScores]:
     """Test every candidate against the fit; also the scores of the columns that were kept, for comparing effects with one another."""
-    linear = _linearised(campaign, fit, candidates)
-    scores, projection, seen = _projected(campaign, fit, linear)
-    chosen = _best_starts(scores)
-    kept = np.array([i for i, c in enumerate(scores.columns) if chosen[c.effect, c.sequence] == c.start and seen[i]], dtype=np.int64)
-    scores = scores.take(kept)
-    scores = replace(scores, M=_noise(campaign, fit, linear, (projection, kept)))
+    linear = arranged(candidate_equations(campaign, fit, candidates), fit.model, candidates)
+    scores, chosen = efficient_scores(campaign, fit, linear)
     tests = [
         _random_test(campaign, linear, effect) if effect.random else _test(scores, candidates, number, chosen)
         for number, effect in enumerate(candidates.effects)
@@ -108,8 +109,17 @@ def score_tests(campaign: Campaign, fit: CampaignFit, candidates: Candidates) ->
     return tests, scores
 
 
+def efficient_scores(campaign: Campaign, fit: CampaignFit, linear: "Linear") -> tuple[EfficientScores, dict[tuple[int, int | None], int]]:
+    """Scores of the best start of every effect with their noise, and which start that is, by effect and sequence."""
+    scores, projection, seen = _projected(campaign, fit, linear)
+    chosen = _best_starts(scores)
+    kept = np.array([i for i, c in enumerate(scores.columns) if chosen[c.effect, c.sequence] == c.start and seen[i]], dtype=np.int64)
+    scores = scores.take(kept)
+    return replace(scores, M=_noise(campaign, fit, linear, (projection, kept))), chosen
+
+
 @dataclass(frozen=True)
-class _Linear:
+class Linear:
     """The joint model's equations of every sequence, and where each candidate column lies: (sequence-local column, global number)."""
 
     equations: tuple[SequenceEquations, ...]
@@ -118,13 +128,23 @@ class _Linear:
     number: tuple[Index, ...]
 
 
-def _linearised(campaign: Campaign, fit: CampaignFit, candidates: Candidates) -> _Linear:
-    extra = [(e, s) for e, starts in enumerate(candidates.starts) for s in range(len(starts))]
-    model = Model((*fit.model.effects, *(candidates.effects[e] for e, _ in extra)))
-    tried = np.concatenate([candidates.starts[e][s] for e, s in extra])
+def joint_model(model: Model, candidates: Candidates) -> tuple[Model, Array]:
+    """A model with every start of every candidate beside it, and the parameters of those starts."""
+    extra = candidates.tried
+    tried = np.concatenate([np.zeros(0)] + [candidates.starts[e][s] for e, s in extra])
+    return Model((*model.effects, *(candidates.effects[e] for e, _ in extra))), tried
+
+
+def candidate_equations(campaign: Campaign, fit: CampaignFit, candidates: Candidates) -> tuple[SequenceEquations, ...]:
+    """Every sequence linearised in the parameters of the fit and of all candidates."""
+    model, tried = joint_model(fit.model, candidates)
     state = CampaignState(fit.state.flights, tuple(np.concatenate([theta, tried]) for theta in fit.state.theta))
-    equations = tuple(sequence_equations(campaign, i, state, model) for i in range(len(campaign.sequences)))
-    first = N_PARAMETERS + fit.model.size
+    return tuple(sequence_equations(campaign, i, state, model) for i in range(len(campaign.sequences)))
+
+
+def arranged(equations: tuple[SequenceEquations, ...], model: Model, candidates: Candidates) -> Linear:
+    """Where each candidate's columns lie in the equations of the sequences; ``model`` is the fit's own."""
+    extra, first = candidates.tried, N_PARAMETERS + model.size
     names: list[tuple[int, int, int]] = []
     for e, s in extra:
         names += [(e, s, p) for p in range(len(candidates.effects[e].entry.parameters))]
@@ -147,7 +167,7 @@ def _linearised(campaign: Campaign, fit: CampaignFit, candidates: Candidates) ->
             numbers.append(lookup[column])
         local.append(np.array(used, dtype=np.int64))
         number.append(np.array(numbers, dtype=np.int64))
-    return _Linear(equations, tuple(columns), tuple(local), tuple(number))
+    return Linear(equations, tuple(columns), tuple(local), tuple(number))
 
 
 @dataclass(frozen=True)
@@ -162,7 +182,7 @@ SMALLEST_VISIBLE = 1e-12
 """Share of a column's information that must be left when the base parameters have done what they can; less is rounding."""
 
 
-def _projected(campaign: Campaign, fit: CampaignFit, linear: _Linear) -> tuple[EfficientScores, _Projection, NDArray[np.bool_]]:
+def _projected(campaign: Campaign, fit: CampaignFit, linear: Linear) -> tuple[EfficientScores, _Projection, NDArray[np.bool_]]:
     """Efficient scores without their noise, the projection behind them, and which columns (c,) the data see at all."""
     layout, c = fit.layout, len(linear.columns)
     precision, values = shared_prior(campaign, layout, fit.model, fit.state)
@@ -205,7 +225,7 @@ def _best_starts(scores: EfficientScores) -> dict[tuple[int, int | None], int]:
     return {key: start for key, (_, start) in best.items()}
 
 
-def _noise(campaign: Campaign, fit: CampaignFit, linear: _Linear, which: tuple[_Projection, Index]) -> Array:
+def _noise(campaign: Campaign, fit: CampaignFit, linear: Linear, which: tuple[_Projection, Index]) -> Array:
     """Covariance (c, c) of the efficient scores of the columns kept."""
     projection, kept = which
     layout = fit.layout
@@ -247,7 +267,7 @@ def _test(scores: EfficientScores, candidates: Candidates, number: int, chosen: 
     )
 
 
-def _random_test(campaign: Campaign, linear: _Linear, effect: EffectModel) -> ScoreTest:
+def _random_test(campaign: Campaign, linear: Linear, effect: EffectModel) -> ScoreTest:
     """Jitter of the frames' times, judged by the residuals."""
     shifts = []
     for sequence, each in zip(campaign.sequences, linear.equations, strict=True):
