@@ -18,13 +18,14 @@ from estimator.effects.link import Array, EffectModel, Moment, Places, Setting
 REFERENCE = "Kennedy and O'Hagan, J. R. Stat. Soc. B 63 (2001) 425: model discrepancy as a smooth function"
 
 
-def _phase(time_s: Array | float, setting: Setting) -> Array:
+def phase(time_s: Array | float, setting: Setting) -> Array:
     """Time since the first frame, scaled to [-1, 1] over the sequence."""
     length = max(float(setting.times_s[-1] - setting.times_s[0]), 1e-12)
     return np.asarray(2.0 * np.asarray(time_s) / length - 1.0)
 
 
-def _curves(name: str, unit: str, degrees: range, step: float) -> tuple[Parameter, ...]:
+def curves(name: str, unit: str, degrees: range, step: float) -> tuple[Parameter, ...]:
+    """Coefficients of three curves in time, degree by degree."""
     return tuple(
         Parameter(f"{name}_{axis}{degree}", unit, (-np.inf, np.inf), step, f"coefficient of P_{degree} along {axis}")
         for degree in degrees
@@ -39,12 +40,12 @@ class SmoothForce(EffectModel):
     """A force of its own in every sequence, smooth in time."""
 
     entry = EffectEntry(
-        "smooth_force", Stage.DYNAMICS, Scope.SEQUENCE, _curves("a", "m/s2", FORCE_DEGREES, 1e-3), "dv/dt = g + sum a_j P_j(t)", REFERENCE
+        "smooth_force", Stage.DYNAMICS, Scope.SEQUENCE, curves("a", "m/s2", FORCE_DEGREES, 1e-3), "dv/dt = g + sum a_j P_j(t)", REFERENCE
     )
 
     def acceleration(self, theta: Array, moment: Moment, setting: Setting) -> Array | None:
         """The curve at the moment."""
-        basis = legendre.legvander(_phase(moment.time_s, setting), len(FORCE_DEGREES) - 1).ravel()
+        basis = legendre.legvander(phase(moment.time_s, setting), theta.shape[1] // 3 - 1).ravel()
         return np.asarray(np.einsum("mjk,j->mk", theta.reshape(len(theta), -1, 3), basis))
 
 
@@ -52,12 +53,12 @@ class SmoothTorque(EffectModel):
     """A torque of its own in every sequence, smooth in time, per largest moment."""
 
     entry = EffectEntry(
-        "smooth_torque", Stage.DYNAMICS, Scope.SEQUENCE, _curves("m", "rad/s2", TORQUE_DEGREES, 1e-1), "dL/dt = sum m_j P_j(t)", REFERENCE
+        "smooth_torque", Stage.DYNAMICS, Scope.SEQUENCE, curves("m", "rad/s2", TORQUE_DEGREES, 1e-1), "dL/dt = sum m_j P_j(t)", REFERENCE
     )
 
     def torque(self, theta: Array, moment: Moment, setting: Setting) -> Array | None:
         """The curve at the moment."""
-        basis = legendre.legvander(_phase(moment.time_s, setting), len(TORQUE_DEGREES) - 1).ravel()
+        basis = legendre.legvander(phase(moment.time_s, setting), theta.shape[1] // 3 - 1).ravel()
         return np.asarray(np.einsum("mjk,j->mk", theta.reshape(len(theta), -1, 3), basis))
 
 
@@ -75,7 +76,7 @@ class SmoothTimeShift(EffectModel):
 
     def times(self, theta: Array, setting: Setting, times_s: Array) -> Array:
         """Times moved by the curve."""
-        basis = legendre.legvander(_phase(times_s - setting.times_s[0], setting), TIME_DEGREES[-1])[:, TIME_DEGREES[0] :]
+        basis = legendre.legvander(phase(times_s - setting.times_s[0], setting), TIME_DEGREES[-1])[:, TIME_DEGREES[0] :]
         return np.asarray(times_s + basis @ theta)
 
 

@@ -94,7 +94,23 @@ def sequence_equations(campaign: Campaign, number: int, state: CampaignState, mo
         huber=sequence.task.huber,
         shift=RandomShift(time_derivative(errors), sigma) if sigma else None,
     )
-    return SequenceEquations(errors, frames)
+    return SequenceEquations(errors, _with_own_prior(frames, model, state.theta[number]))
+
+
+def _own_precision(model: Model) -> Array:
+    """Information (q,) of priors on effects that every sequence has for itself; those of shared effects are in :func:`shared_prior`."""
+    return np.concatenate(
+        [np.zeros(0)]
+        + [model.precision[part] * (e.entry.scope is Scope.SEQUENCE) for e, part in zip(model.effects, model.slices, strict=True)]
+    )
+
+
+def _with_own_prior(frames: WeighedFrames, model: Model, theta: Array) -> WeighedFrames:
+    precision = np.concatenate([np.zeros(N_PARAMETERS), _own_precision(model)])
+    if not precision.any():
+        return frames
+    pull = np.concatenate([np.zeros(N_PARAMETERS), theta]) * precision
+    return replace(frames, H=frames.H + np.diag(precision), g=frames.g + pull, meat=frames.meat + np.diag(precision))
 
 
 def shared_prior(campaign: Campaign, layout: Layout, model: Model, state: CampaignState) -> tuple[Array, Array]:
@@ -221,7 +237,8 @@ def _cost(campaign: Campaign, layout: Layout, model: Model, at: tuple[CampaignSt
     state, equations = at
     precision, values = shared_prior(campaign, layout, model, state)
     data = sum(robust_cost(each, sequence.task.huber) for each, sequence in zip(equations, campaign.sequences, strict=True))
-    return float(data + 0.5 * values @ (precision * values))
+    own = sum(float(theta @ (_own_precision(model) * theta)) for theta in state.theta)
+    return float(data + 0.5 * values @ (precision * values) + 0.5 * own)
 
 
 def robust_cost(equations: SequenceEquations, huber: float) -> float:
