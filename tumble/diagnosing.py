@@ -14,10 +14,13 @@ from estimator.campaign_reporting import campaign_estimates, effect_values
 from estimator.configuration import configuration_from_dict
 from estimator.diagnosis.adding import Rung, fit_with, ladder
 from estimator.diagnosis.diagnose import diagnose, diagnosis_of
-from estimator.diagnosis.explain import Rules, explain
+from estimator.diagnosis.explain import Explanation, Rules, explain
 from estimator.diagnosis.map_words import sentence_of
 from estimator.diagnosis.noise_floor import NoiseFloor, noise_floor
 from estimator.diagnosis.residual_maps import residual_maps, shown
+from estimator.diagnosis.score_tests import ScoreTest
+from estimator.diagnosis.separation import Separation, separations
+from estimator.diagnosis.separation_words import advised
 from estimator.diagnosis.verdict import Verdict, verdict_of
 from estimator.effects.choosing import catalogue
 from estimator.effects.link import EffectModel
@@ -137,13 +140,33 @@ def diagnosed(question: Question, campaign: Prepared, told: Told) -> Document:
     found = diagnose(campaign.registered.campaign, fit, question.candidates, margin=rules.margin)
     told("score tests")
     verdict = verdict_of(found, alpha=rules.alpha)
+    apart = _apart(campaign, fit, [f.test for f in found.findings], found.group) if verdict.kind == "found" else ()
+    verdict = advised(verdict, apart, question.command("diagnose", ()))
     content = _content("diagnose", question, campaign, (fit, campaign_covariance(campaign.registered.campaign, fit)))
     return {
         **content,
-        "diagnosis": diagnosis_entry(found, campaign.names),
+        "diagnosis": diagnosis_entry(found, campaign.names, apart),
         "noise_floor": noise_floor_entry(_floor(campaign.registered.campaign, fit), campaign.names, (found.p, rules.alpha)),
         "verdict": verdict_entry(verdict, _next(question, verdict)),
     }
+
+
+def _apart(campaign: Prepared, fit: CampaignFit, tests: Sequence[ScoreTest], group: Sequence[str]) -> tuple[Separation, ...]:
+    """What would tell the members of a group apart."""
+    return separations(campaign.registered, fit, tests, group, margin=Rules().margin)
+
+
+def _step_entries(explanation: Explanation, campaign: Prepared) -> tuple[list[Document], list[Separation]]:
+    """The steps, each with what would separate its group, and that of those that were accepted."""
+    entries: list[Document] = []
+    told: list[Separation] = []
+    fit = explanation.base
+    for step in explanation.steps:
+        apart = _apart(campaign, fit, step.tests, step.group)
+        entries.append(step_entry(step, campaign.names, Rules().margin, apart))
+        told += apart if step.accepted else ()
+        fit = step.fit
+    return entries, told
 
 
 def explained(question: Question, campaign: Prepared, out: Path, told: Told) -> Document:
@@ -154,13 +177,15 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told) -> 
     last = diagnosis_of(list(explanation.tests), explanation.ranking, margin=rules.margin)
     estimated(question, campaign, out, fit=explanation.fit)
     verdict = _verdict_of_explanation(verdict_of(last, alpha=rules.alpha), list(explanation.found), [s.accepted for s in explanation.steps])
+    steps, apart = _step_entries(explanation, campaign)
+    verdict = advised(verdict, apart, question.command("explain", ()))
     content = _content("explain", question, campaign, (explanation.fit, explanation.covariance))
     return {
         **content,
         "noise_floor": noise_floor_entry(_floor(registered.campaign, explanation.fit), names, (last.p, rules.alpha)),
         "maps": [map_entry(each) for each in residual_maps(registered.campaign, explanation.fit)],
         "diagnosis": diagnosis_entry(last, names),
-        "steps": [step_entry(step, names, rules.margin) for step in explanation.steps],
+        "steps": steps,
         "ladder": explanation_ladder(explanation, names),
         "dropped": list(explanation.dropped),
         "verdict": verdict_entry(verdict, _ladder_command(question, list(explanation.found))),

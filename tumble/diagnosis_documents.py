@@ -13,6 +13,8 @@ from estimator.diagnosis.map_words import sentence_of, title_of
 from estimator.diagnosis.noise_floor import NoiseFloor
 from estimator.diagnosis.residual_maps import ResidualMap
 from estimator.diagnosis.score_tests import ScoreTest
+from estimator.diagnosis.separation import Expected, Separation
+from estimator.diagnosis.separation_words import separation_sentence
 from estimator.diagnosis.tested_values import tested_values
 from estimator.diagnosis.verdict import Verdict
 from estimator.effects.link import EffectModel
@@ -31,7 +33,7 @@ def keys_of(fit: CampaignFit) -> list[str]:
 def rms_px(fit: CampaignFit) -> float:
     """RMS of the tangency errors (px) of all sequences."""
     squares = sum(float(np.sum(each.errors.e**2)) for each in fit.equations)
-    count = sum(2 * int(each.errors.tangency.valid.sum()) for each in fit.equations)
+    count = sum(int(each.errors.seen.sum()) for each in fit.equations)
     return float(np.sqrt(squares / max(count, 1)))
 
 
@@ -52,8 +54,8 @@ def value_entries(values: Sequence[EffectValue]) -> list[Entry]:
     ]
 
 
-def diagnosis_entry(diagnosis: Diagnosis, names: Sequence[str]) -> Entry:
-    """All candidates and how much there is to explain; ``names`` of the sequences."""
+def diagnosis_entry(diagnosis: Diagnosis, names: Sequence[str], apart: Sequence[Separation] = ()) -> Entry:
+    """All candidates and how much there is to explain; ``names`` of the sequences, ``apart`` what would separate the group."""
     ranking = diagnosis.ranking
     return {
         "p": diagnosis.p,
@@ -61,8 +63,26 @@ def diagnosis_entry(diagnosis: Diagnosis, names: Sequence[str]) -> Entry:
         "degrees_of_freedom": ranking.columns,
         "p_all_together": ranking.p_nothing,
         "group": list(diagnosis.group),
+        "separations": [_separation(each) for each in apart],
         "candidates": [_finding(each, names) for each in diagnosis.findings],
     }
+
+
+def _separation(separation: Separation) -> Entry:
+    """A pair of effects and what would tell it apart."""
+    return {
+        "pair": list(separation.pair),
+        "margin": separation.margin,
+        "now": _expected(separation.now),
+        "prospects": [
+            {"key": p.key, "words": p.words, "drops": p.drops, "frames": p.frames, **_expected(p.expected)} for p in separation.prospects
+        ],
+        "sentence": separation_sentence(separation),
+    }
+
+
+def _expected(expected: Expected) -> Entry:
+    return {"difference": expected.difference, "probability": expected.probability, "separates": expected.separates}
 
 
 def _finding(finding: Finding, names: Sequence[str]) -> Entry:
@@ -172,8 +192,8 @@ def rung_entry(rung: Rung, names: Sequence[str], velocity: Entry | None) -> Entr
     }
 
 
-def step_entry(step: Step, names: Sequence[str], margin: float) -> Entry:
-    """One step of an explanation, with the diagnosis before it."""
+def step_entry(step: Step, names: Sequence[str], margin: float, apart: Sequence[Separation] = ()) -> Entry:
+    """One step of an explanation, with the diagnosis before it and what would separate its group."""
     return {
         "added": step.added,
         "group": list(step.group),
@@ -182,7 +202,7 @@ def step_entry(step: Step, names: Sequence[str], margin: float) -> Entry:
         "before": held_out_entry(step.before, names),
         "after": held_out_entry(step.after, names),
         "fitted_rms_px": rms_px(step.fit),
-        "diagnosis": diagnosis_entry(diagnosis_of(list(step.tests), step.ranking, margin=margin), names),
+        "diagnosis": diagnosis_entry(diagnosis_of(list(step.tests), step.ranking, margin=margin), names, apart),
     }
 
 

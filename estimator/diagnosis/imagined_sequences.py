@@ -1,0 +1,167 @@
+"""Sequences that have not been recorded: the silhouettes that the hull would cast, with the noise that a recorded sequence has.
+
+Only what decides how well parameters could be seen is imagined: where tangencies lie and how noisy they are. The outlines are those of the
+convex hull of the visual hull, without noise; the fit's effects place the body, but do not bend its picture. Frames in which the particle
+is not wholly in the picture are left out.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import ConvexHull
+
+from datasets.vocabulary.camera import HsvCamera
+from estimator.effects.link import Setting
+from estimator.effects.model import Model
+from estimator.fitting.campaign import SequenceEquations
+from estimator.fitting.forced_velocities import body_under, forced_states
+from estimator.fitting.model_errors import SequenceTask, outline_radii
+from estimator.fitting.trajectory import FitTask, Sightings, restricted
+from estimator.geometry.silhouettes import Silhouettes, pack
+from estimator.geometry.tangent_hull import TangentHull
+from estimator.motion.flight import N_PARAMETERS, Flight
+from estimator.motion.rigid_body import rotation_matrices
+
+Array = NDArray[np.float64]
+NEVER_OUTLYING = 1e6
+"""Imagined errors have no outliers."""
+
+
+@dataclass(frozen=True)
+class Drop:
+    """What would be recorded: a flight at the time stamps ``times_s`` (f,) by ``cameras``.
+
+    ``known_start``: the flight's own ``v`` is that at the first frame and known beforehand.
+    """
+
+    flight: Flight
+    times_s: Array
+    cameras: tuple[HsvCamera, ...]
+    known_start: bool = False
+
+
+def drop_of(sequence: SequenceTask, flight: Flight) -> Drop:
+    """The recorded drop itself, its time stamps laid about the flight's reference time."""
+    nominal = sequence.setting
+    return Drop(flight, _about(flight.time_s, len(nominal.times_s), nominal.interval_s), sequence.task.sightings.cameras)
+
+
+def lasting(drop: Drop, ratio: float) -> Drop:
+    """The drop with ``ratio`` times as many frames."""
+    interval = float(np.median(np.diff(drop.times_s)))
+    return replace(drop, times_s=_about(drop.flight.time_s, round(ratio * len(drop.times_s)), interval))
+
+
+def _about(time_s: float, frames: int, interval_s: float) -> Array:
+    return np.asarray(time_s + interval_s * (np.arange(frames) - (frames - 1) // 2))
+
+
+def in_the_middle(drop: Drop) -> Drop:
+    """The drop with its reference state on the ray through the middle of the first camera's picture, as deep as before."""
+    return at_pixel(drop, (0.5, 0.5))
+
+
+def at_pixel(drop: Drop, place: tuple[float, float]) -> Drop:
+    """The drop with its reference state at ``place``, in shares of the first picture's width and height, as deep as before."""
+    camera = drop.cameras[0]
+    lens = camera.intrinsics
+    pixel = np.array([[place[0] * (lens.width_px - 1), place[1] * (lens.height_px - 1)]])
+    depth = float((camera.R_cam_world @ drop.flight.x + camera.t_cam_world)[2])
+    x_cam = depth * np.append(lens.normalise(pixel)[0], 1.0)
+    return replace(drop, flight=replace(drop.flight, x=camera.R_cam_world.T @ (x_cam - camera.t_cam_world)))
+
+
+@dataclass(frozen=True)
+class Likeness:
+    """What an imagined sequence takes from a recorded one.
+
+    ``sequence``; ``corners`` (v, 3) m of its particle's convex hull, nominal body axes about the centre of mass; ``model`` and ``theta``
+    (q,) of the fit.
+    """
+
+    sequence: SequenceTask
+    corners: Array
+    model: Model
+    theta: Array
+
+
+def hull_corners(vertices_body: Array) -> Array:
+    """Corners (c, 3) of the convex hull of ``vertices_body`` (v, 3)."""
+    return np.asarray(vertices_body[ConvexHull(vertices_body).vertices])
+
+
+def imagined(drop: Drop, like: Likeness) -> SequenceTask:
+    """The sequence that ``drop`` would give; its sightings are those that lie wholly in the picture."""
+    setting = replace(like.sequence.setting, times_s=drop.times_s)
+    R_world_body, centres = _poses(drop, like, setting)
+    polygons: list[Array] = []
+    camera: list[int] = []
+    frame: list[int] = []
+    for number, hsv in enumerate(drop.cameras):
+        for i, (R, centre) in enumerate(zip(R_world_body, centres, strict=True)):
+            placed = (hsv.R_cam_world @ centre + hsv.t_cam_world) / like.model.scale(like.theta)
+            polygon = _outline(like.corners @ (hsv.R_cam_world @ R).T + placed, hsv)
+            if polygon is not None:
+                polygons.append(polygon)
+                camera.append(number)
+                frame.append(i)
+    frames = np.array(frame, dtype=np.int64)
+    seen = _silhouettes(polygons, [drop.cameras[c] for c in camera], like.sequence.task.sightings.silhouettes)
+    sightings = Sightings(seen, np.array(camera, dtype=np.int64), frames, drop.times_s[frames], drop.cameras)
+    task = like.sequence.task
+    weight = np.tile(task.weight.max(axis=0), (len(frames), 1))
+    new = FitTask(sightings, task.views, task.prior, NEVER_OUTLYING, weight)
+    return SequenceTask("imagined", new, setting, like.sequence.rim, outline_radii(polygons))
+
+
+def _poses(drop: Drop, like: Likeness, setting: Setting) -> tuple[Array, Array]:
+    """World from nominal body axes (f, 3, 3) and where the nominal centre of mass is (f, 3) m."""
+    at = (like.model, like.theta, setting)
+    reached, _ = forced_states(drop.flight, np.zeros((1, N_PARAMETERS)), at, drop.times_s)
+    R = rotation_matrices(reached.q[:, 0])
+    return R, reached.x[:, 0] - R @ body_under(drop.flight, *at).com
+
+
+def _outline(points_cam: Array, camera: HsvCamera) -> Array | None:
+    """Convex outline (px) of points in front of the camera, ``None`` where it is not wholly in the picture."""
+    if points_cam[:, 2].min() <= 0.0:
+        return None
+    pixels = camera.intrinsics.project(points_cam)
+    most = np.array([camera.intrinsics.width_px, camera.intrinsics.height_px]) - 1.0
+    if (pixels < 0.0).any() or (pixels > most).any():
+        return None
+    return np.asarray(pixels[ConvexHull(pixels).vertices])
+
+
+def _silhouettes(polygons: list[Array], cameras: list[HsvCamera], noisy: Silhouettes) -> Silhouettes:
+    """Silhouettes of outlines whose tangents are as noisy as those of ``noisy`` are in the median."""
+    sigma, turn = float(np.median(noisy.sigma_px)), float(np.median(noisy.correlation_rad))
+    noise, samples = float(np.median(noisy.noise_px)), int(np.median(noisy.samples))
+    hulls = [TangentHull(p, np.full(len(p), sigma), turn, noise, samples) for p in polygons]
+    return pack(hulls, [c.intrinsics for c in cameras]) if hulls else noisy.take([])
+
+
+GOLDEN = 0.6180339887498949
+
+
+def thinned(sequence: SequenceTask, most: int) -> tuple[SequenceTask, float]:
+    """The sequence with at most ``most`` of its sightings, and how many each of those stands for.
+
+    One of each stretch of time, at a place that changes from stretch to stretch: evenly spaced ones would be blind to some vibrations.
+    """
+    n = len(sequence.task.sightings)
+    if n <= most:
+        return sequence, 1.0
+    rows = np.floor((np.arange(most) + (np.arange(most) * GOLDEN) % 1.0) * n / most).astype(np.int64)
+    task = restricted(sequence.task, rows)
+    return replace(sequence, task=task, radius_px=sequence.radius_px[rows]), n / most
+
+
+def counted(equations: SequenceEquations, times: float) -> SequenceEquations:
+    """Equations of sightings that each stand for ``times`` as many with noise of their own."""
+    frames = equations.frames
+    return replace(
+        equations,
+        frames=replace(frames, H=times * frames.H, g=times * frames.g, weighted=times * frames.weighted, meat=times * frames.meat),
+    )

@@ -1,0 +1,283 @@
+"""What further data would tell apart effects that these data cannot.
+
+Under "effect A has the size theta, and nothing else is missing" the efficient scores of all candidates have the mean ``-H_A theta`` and the
+covariance ``M`` (:mod:`estimator.diagnosis.ranking`). What effect B leaves of that when it does its best, with all parameters of the
+base model re-adjusted, is the noncentrality
+
+    lambda = min over t of |L (H_A theta - H_B t)|²,   Lᵀ L = M⁻¹.
+
+The criterion of B minus that of A, by which effects are told apart, is ``yᵀ Q y + penalty (k_B - k_A)`` with y = L g and Q = P_A - P_B, the
+difference of the projections on what each can do; its mean is ``lambda + (penalty - 1) (k_B - k_A)`` and its variance ``2 tr Q² +
+4 |Q E y|²``. H and M need no data, only where tangencies would lie: so the same is computed for a campaign with an imagined
+recording more. A pair counts as told apart where the difference exceeds the margin of groups in 95% of cases, whichever of the
+two is true; each is taken at the size that the campaign gives it.
+
+Holds as far as effects are small enough for their signatures to be linear. An effect that every sequence has a size of its own of is taken
+to be absent from a new recording.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import norm
+
+from estimator.diagnosis.candidate_recordings import (
+    MEASUREMENTS,
+    RECORDINGS,
+    CandidateMeasurement,
+    CandidateRecording,
+    corners_of,
+)
+from estimator.diagnosis.explain import penalty_of
+from estimator.diagnosis.imagined_sequences import Drop, Likeness, counted, drop_of, hull_corners, imagined, in_the_middle, thinned
+from estimator.diagnosis.ranking import whitener
+from estimator.diagnosis.score_tests import (
+    Candidates,
+    EfficientScores,
+    ScoreTest,
+    arranged,
+    candidate_equations,
+    efficient_scores,
+    joint_model,
+)
+from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState, SequenceEquations, layout_of, sequence_equations
+from estimator.fitting.model_errors import SequenceTask
+from estimator.motion.flight import Flight, V
+from estimator.registration import Registered
+
+Array = NDArray[np.float64]
+MOST_RIVALS = 2
+"""Effects beside the first that are compared with it: more alike than these is no group any more."""
+SURE = 0.95
+"""Probability with which a pair must be told apart for data to count as telling it apart."""
+KNOWN_START = 0.005
+"""Share of the speed to which the velocity after a fall from a known height is known."""
+LEAST_SIGHTINGS, MOST_SIGHTINGS, MOST_TOGETHER = 8, 30, 240
+"""How many sightings of a sequence, and of all that are recorded, stand for the rest."""
+LEAST_SEEN = 0.6
+"""Share of a recording's frames that must lie in the picture."""
+
+
+@dataclass(frozen=True)
+class Expected:
+    """Of the criterion by which the wrong effect loses: expected ``difference``, and ``probability`` that it exceeds the margin."""
+
+    difference: float
+    probability: float
+
+    @property
+    def separates(self) -> bool:
+        """Whether the pair would be told apart."""
+        return self.probability >= SURE
+
+
+@dataclass(frozen=True)
+class Prospect:
+    """What further data would do.
+
+    ``drops``: how many recordings (0 for a measurement); ``frames`` of each in which the particle is seen.
+    """
+
+    key: str
+    words: str
+    drops: int
+    frames: int
+    expected: Expected
+
+
+@dataclass(frozen=True)
+class Separation:
+    """A pair of effects: how well it is told apart now, and what would change that, the most telling first."""
+
+    pair: tuple[str, str]
+    margin: float
+    now: Expected
+    prospects: tuple[Prospect, ...]
+
+
+def separations(
+    registered: Registered, fit: CampaignFit, tests: Sequence[ScoreTest], group: Sequence[str], *, margin: float
+) -> tuple[Separation, ...]:
+    """How to tell the first effect of ``group`` from each of the others; ``tests`` are of ``fit``, those of the whole catalogue.
+
+    Effects drawn anew in every frame have no signature to compare; pairs with them are left out.
+    """
+    plain = [t for t in tests if not t.random and t.columns]
+    rivals = [key for key in group[1 : 1 + MOST_RIVALS] if key in {t.effect.entry.key for t in plain}]
+    if not rivals or group[0] not in {t.effect.entry.key for t in plain}:
+        return ()
+    present = _present(registered, fit, plain)
+    pairs = [(group[0], rival) for rival in rivals]
+    now = {pair: _expected(present.scores, present, pair, margin) for pair in pairs}
+    found: dict[tuple[str, str], list[Prospect]] = {pair: [] for pair in pairs}
+    for candidate in RECORDINGS:
+        for pair, prospect in _of_recording(present, candidate, pairs, margin).items():
+            found[pair].append(prospect)
+    for pair in pairs:
+        found[pair] += [p for m in MEASUREMENTS if (p := _of_measurement(present, m, pair, margin)) is not None]
+    return tuple(Separation(pair, margin, now[pair], tuple(sorted(found[pair], key=_order))) for pair in pairs)
+
+
+def _order(prospect: Prospect) -> tuple[int, float]:
+    return max(prospect.drops, 1), -prospect.expected.difference
+
+
+@dataclass(frozen=True)
+class _Present:
+    """The campaign as it is, linearised in all candidates, and what new recordings are made like."""
+
+    campaign: Campaign
+    fit: CampaignFit
+    tests: tuple[ScoreTest, ...]
+    candidates: Candidates
+    equations: tuple[SequenceEquations, ...]
+    scores: EfficientScores
+    template: int
+    like: Likeness
+
+    def number(self, key: str) -> int:
+        """The candidate with a key."""
+        return next(i for i, e in enumerate(self.candidates.effects) if e.entry.key == key)
+
+
+def _present(registered: Registered, fit: CampaignFit, tests: Sequence[ScoreTest]) -> _Present:
+    most = _most_sightings(registered.campaign)
+    few = [thinned(sequence, most) for sequence in registered.campaign.sequences]
+    campaign = replace(registered.campaign, sequences=tuple(sequence for sequence, _ in few))
+    template = int(np.argmax([len(s.task.sightings) for s in registered.campaign.sequences]))
+    starts = tuple(np.unique(np.stack(list(t.starts.values())), axis=0) for t in tests)
+    candidates = Candidates(tuple(t.effect for t in tests), starts)
+    equations = tuple(counted(e, t) for e, t in zip(candidate_equations(campaign, fit, candidates), [t for _, t in few], strict=True))
+    scores, _ = efficient_scores(campaign, fit, arranged(equations, fit.model, candidates))
+    particle = registered.particles[campaign.particle[template]]
+    corners = hull_corners((particle.hull.vertices - particle.body.com_particle) @ particle.body.R_particle_body)
+    like = Likeness(registered.campaign.sequences[template], corners, fit.model, fit.state.theta[template])
+    return _Present(campaign, fit, tuple(tests), candidates, equations, scores, template, like)
+
+
+def _of_recording(
+    present: _Present, candidate: CandidateRecording, pairs: Sequence[tuple[str, str]], margin: float
+) -> dict[tuple[str, str], Prospect]:
+    """What one such drop would do for each pair, and where that is not enough, what as many as the campaign has would."""
+    drop, sequence = _in_view(candidate.change(drop_of(present.like.sequence, present.fit.state.flights[present.template])), present.like)
+    frames = len(np.unique(sequence.task.sightings.frame))
+    if frames < LEAST_SEEN * len(drop.times_s):
+        return {}
+    sequence, equations = _imagined_equations(present, drop, sequence)
+    found: dict[tuple[str, str], Prospect] = {}
+    for drops in (1, len(present.equations)):
+        wanted = [pair for pair in pairs if pair not in found or not found[pair].expected.separates]
+        if wanted:
+            scores, extended = _with_drops(present, (sequence, drop.flight, equations), drops)
+            for pair in wanted:
+                expected = _expected(scores, extended, pair, margin)
+                found[pair] = Prospect(candidate.key, candidate.words, drops, frames, expected)
+    return found
+
+
+def _in_view(drop: Drop, like: Likeness) -> tuple[Drop, SequenceTask]:
+    """The drop where it is, or aimed at the middle of the picture where that shows more of it; and the sequence that it gives."""
+    sequence = imagined(drop, like)
+    if len(sequence.task.sightings) == len(drop.times_s) * len(drop.cameras):
+        return drop, sequence
+    aimed = in_the_middle(drop)
+    other = imagined(aimed, like)
+    return (aimed, other) if len(other.task.sightings) > len(sequence.task.sightings) else (drop, sequence)
+
+
+def _imagined_equations(present: _Present, drop: Drop, sequence: SequenceTask) -> tuple[SequenceTask, SequenceEquations]:
+    """The imagined sequence, thinned, and linearised in the parameters of the fit and of all candidates."""
+    model, tried = joint_model(present.fit.model, present.candidates)
+    theta = np.concatenate([present.like.theta, tried])
+    few, times = thinned(sequence, _most_sightings(present.campaign))
+    alone = replace(present.campaign, sequences=(few,), particle=(0,), camera=(0,))
+    equations = counted(sequence_equations(alone, 0, CampaignState((drop.flight,), (theta,)), model), times)
+    if not drop.known_start:
+        return few, equations
+    known = np.zeros(len(equations.frames.H))
+    known[V] = (KNOWN_START * float(np.linalg.norm(drop.flight.v))) ** -2.0
+    frames = equations.frames
+    return few, replace(equations, frames=replace(frames, H=frames.H + np.diag(known), meat=frames.meat + np.diag(known)))
+
+
+def _most_sightings(campaign: Campaign) -> int:
+    return max(LEAST_SIGHTINGS, min(MOST_SIGHTINGS, MOST_TOGETHER // len(campaign.sequences)))
+
+
+def _with_drops(present: _Present, new: tuple[SequenceTask, Flight, SequenceEquations], drops: int) -> tuple[EfficientScores, _Present]:
+    """Scores of the campaign with ``drops`` new sequences that are alike."""
+    sequence, flight, equations = new
+    campaign, fit, t = present.campaign, present.fit, present.template
+    more = replace(
+        campaign,
+        sequences=(*campaign.sequences, *[sequence] * drops),
+        particle=(*campaign.particle, *[campaign.particle[t]] * drops),
+        camera=(*campaign.camera, *[campaign.camera[t]] * drops),
+    )
+    state = CampaignState((*fit.state.flights, *[flight] * drops), (*fit.state.theta, *[fit.state.theta[t]] * drops))
+    extended = replace(fit, state=state, layout=layout_of(more, fit.model))
+    linear = arranged((*present.equations, *[equations] * drops), fit.model, present.candidates)
+    scores, _ = efficient_scores(more, extended, linear)
+    return scores, replace(present, campaign=more)
+
+
+def _of_measurement(present: _Present, measurement: CandidateMeasurement, pair: tuple[str, str], margin: float) -> Prospect | None:
+    """What a measurement would do for a pair; ``None`` where it measures neither."""
+    numbers = [present.number(key) for key in pair]
+    precision = np.zeros(len(present.scores.columns))
+    for row, column in enumerate(present.scores.columns):
+        if column.effect in numbers and column.sequence is None:
+            precision[row] = _precision(present, measurement, (column.effect, column.start, column.parameter))
+    if not precision.any():
+        return None
+    H, M = present.scores.H + np.diag(precision), present.scores.M + np.diag(precision)
+    expected = _expected(replace(present.scores, H=H, M=M), present, pair, margin)
+    return Prospect(measurement.key, measurement.words, 0, 0, expected)
+
+
+def _precision(present: _Present, measurement: CandidateMeasurement, which: tuple[int, int, int]) -> float:
+    effect, parameter = present.candidates.effects[which[0]], which[2]
+    entry = effect.entry
+    sigma = measurement.sigma.get(f"{entry.key}.{entry.parameters[parameter].name}")
+    if sigma is not None:
+        return sigma**-2.0
+    if measurement.corner_px is None or entry.scope.value != "camera" or entry.stage.value != "optics":
+        return 0.0
+    camera = present.like.sequence.task.sightings.cameras[0].intrinsics
+    corners, step = corners_of(camera), entry.parameters[parameter].step
+    up, down = (np.where(np.arange(len(entry.parameters)) == parameter, s * step, 0.0) for s in (1.0, -1.0))
+    times = np.zeros(len(corners))
+    moved = effect.correct(up, corners, camera, times) - effect.correct(down, corners, camera, times)
+    return float(np.mean(np.sum((moved / (2.0 * step)) ** 2, axis=1)) / measurement.corner_px**2)
+
+
+def _expected(scores: EfficientScores, present: _Present, pair: tuple[str, str], margin: float) -> Expected:
+    """What to expect of a pair, whichever of the two is true: the worse case."""
+    white = whitener(scores.M)
+    penalty = penalty_of(present.campaign)
+    cases = [_case(scores, white, present, (true, rival), penalty) for true, rival in (pair, pair[::-1])]
+    found = [Expected(mean, float(norm.sf((margin - mean) / max(deviation, 1e-12)))) for mean, deviation in cases]
+    return min(found, key=lambda e: e.probability)
+
+
+def _case(scores: EfficientScores, white: Array, present: _Present, which: tuple[str, str], penalty: float) -> tuple[float, float]:
+    """Mean and standard deviation of the criterion of the rival minus that of the effect that is true."""
+    true, rival = (present.number(key) for key in which)
+    signature = white @ scores.H
+    rows_true, rows_rival = (np.array([i for i, c in enumerate(scores.columns) if c.effect == e], dtype=np.int64) for e in (true, rival))
+    sizes = {(c.parameter, c.sequence): float(v) for c, v in zip(present.tests[true].columns, present.tests[true].theta, strict=False)}
+    theta = np.array([sizes.get((scores.columns[i].parameter, scores.columns[i].sequence), 0.0) for i in rows_true])
+    y = signature[:, rows_true] @ theta
+    Q = _projection(signature[:, rows_true]) - _projection(signature[:, rows_rival])
+    extra = len(rows_rival) - len(rows_true)
+    mean = float(y @ Q @ y) + (penalty - 1.0) * extra
+    return mean, float(np.sqrt(2.0 * np.sum(Q**2) + 4.0 * np.sum((Q @ y) ** 2)))
+
+
+def _projection(X: Array) -> Array:
+    """Projection (c, c) on the columns of X (c, k)."""
+    U, s, _ = np.linalg.svd(X, full_matrices=False)
+    U = U[:, s > 1e-10 * max(float(s.max(initial=0.0)), 1e-300)]
+    return np.asarray(U @ U.T)
