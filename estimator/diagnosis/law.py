@@ -7,11 +7,12 @@ of the library counts, which goes from simple to involved; those within ``MARGIN
 that the catalogue has is an alternative at most: whoever asks for a law has tried the catalogue.
 
 Amplitudes are eliminated (variable projection [Golub and Pereyra 1973]); exponents and places are found by nonlinear least squares from
-the best of a grid. The interval of an exponent is its profile likelihood's.
+the best of a grid. An exponent is held at usual values while terms compete; then it is freed, and its interval is its profile
+likelihood's. The law takes a usual value where the interval has one, since places and exponents are all but degenerate over short ways.
 """
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +25,7 @@ from estimator.effects.law_terms import TERMS, Term
 Array = NDArray[np.float64]
 MOST_TERMS, BEST_STARTS = 4, 3
 RISE_95 = float(chi2.ppf(0.95, 1))
-MENTION, MARGIN = 2.0, 10.0
+MENTION, MARGIN = 6.0, 10.0
 KNOWN = ("constant", "across_velocity")
 """Terms without an exponent that are in the catalogue as they are (gravity, Magnus lift)."""
 
@@ -137,7 +138,7 @@ def _with(pooled: PooledScores, terms: tuple[Shaped, ...], term: Term, penalty: 
     columns = columns - Q @ (Q.T @ columns)
     q = np.linalg.qr(columns)[0]
     gain = np.sum(np.einsum("sra,r->sa", q, y) ** 2, axis=1)
-    tried = (regress(pooled, (*terms, Shaped(term, starts[i])), penalty) for i in np.argsort(-gain)[:BEST_STARTS])
+    tried = (regress(pooled, (*terms, Shaped(term, starts[i], held=True)), penalty) for i in np.argsort(-gain)[:BEST_STARTS])
     return min(tried, key=lambda each: each.criterion)
 
 
@@ -214,17 +215,17 @@ def _shaped(terms: Sequence[Shaped], shape: Array) -> tuple[Shaped, ...]:
 
 
 def _simple(pooled: PooledScores, best: Regressed, penalty: float) -> tuple[Regressed, tuple[Exponent, ...]]:
-    """The law with whole exponents where the data allow them, and all exponents with their intervals."""
+    """The law with usual exponents where the data allow them, and all exponents with their intervals."""
     exponents = []
     for number, each in enumerate(best.terms):
         if each.term.power is None:
             continue
-        column = [p.name for p in each.term.shapes].index(each.term.power)
-        value = float(best.terms[number].shape[column])
-        interval = _profile(pooled, best, (number, column))
-        whole = [float(n) for n in range(int(np.ceil(interval[0])), int(np.floor(interval[1])) + 1)]
-        taken = min(whole, key=lambda n: abs(n - value)) if whole else value
-        best = _held_at(pooled, best, (number, column), taken, penalty)
+        which = number, [p.name for p in each.term.shapes].index(each.term.power)
+        free = regress(pooled, tuple(replace(t, held=t.held and i != number) for i, t in enumerate(best.terms)), penalty)
+        interval = _profile(pooled, free, which)
+        value = float(free.terms[number].shape[which[1]])
+        taken = next((n for n in each.term.usual if interval[0] <= n <= interval[1]), value)
+        best = _held_at(pooled, free, which, taken, penalty)
         exponents.append(Exponent(each.term.key, each.term.power, value, interval, taken))
     return best, tuple(exponents)
 

@@ -122,17 +122,31 @@ class ZoomInTime(EffectModel):
         REFERENCE,
     )
 
+    def powers(self, times_s: Array) -> Array:
+        """Powers (n, 3) of the time."""
+        return np.stack([(times_s / ZOOM_TIME_S) ** j for j in self.degrees], axis=1)
+
     def correct(self, theta: Array, points_px: Array, camera: Intrinsics, times_s: Array) -> Array:
         """Points with the magnification taken off."""
-        powers = np.stack([(times_s / ZOOM_TIME_S) ** j for j in self.degrees], axis=1)
         centre = np.array([camera.cx_px, camera.cy_px])
-        return np.asarray(centre + (points_px - centre) / (1.0 + powers @ theta)[:, None])
+        return np.asarray(centre + (points_px - centre) / (1.0 + self.powers(times_s) @ theta)[:, None])
 
 
 ZOOM_TIME_S = 0.01
 
 
 _HARMONICS = tuple((d, m) for d in (2, 3) for m in range(-d, d + 1))
+
+
+def harmonics(directions: Array) -> Array:
+    """Real spherical harmonics (..., 12) of mean square 1, degrees 2 and 3, of unit vectors (..., 3)."""
+    polar, azimuth = np.arccos(np.clip(directions[..., 2], -1.0, 1.0)), np.arctan2(directions[..., 1], directions[..., 0])
+    columns = []
+    for degree, order in _HARMONICS:
+        harmonic = sph_harm_y(degree, abs(order), polar, azimuth)
+        part = harmonic.real if order >= 0 else harmonic.imag
+        columns.append(np.sqrt(4.0 * np.pi * (1.0 if order == 0 else 2.0)) * part)
+    return np.stack(columns, axis=-1)
 
 
 class BodyOutline(EffectModel):
@@ -152,15 +166,7 @@ class BodyOutline(EffectModel):
     def shift(self, theta: Array, places: Places, setting: Setting) -> Array | None:
         """The offset at the tangencies."""
         del setting
-        normal = places.normal_body
-        polar, azimuth = np.arccos(np.clip(normal[..., 2], -1.0, 1.0)), np.arctan2(normal[..., 1], normal[..., 0])
-        total = np.zeros(normal.shape[:-1])
-        for value, (degree, order) in zip(theta, _HARMONICS, strict=True):
-            if value:
-                harmonic = sph_harm_y(degree, abs(order), polar, azimuth)
-                part = harmonic.real if order >= 0 else harmonic.imag
-                total += value * np.sqrt(4.0 * np.pi * (1.0 if order == 0 else 2.0)) * part
-        return total
+        return np.asarray(harmonics(places.normal_body) @ theta)
 
 
 EMPIRICAL: dict[str, EffectModel] = {

@@ -73,8 +73,8 @@ class Term:
     """One term.
 
     ``amplitudes``: how many of the ``parameters`` come in linearly, at the front; ``power``: name of the exponent among the others, if
-    there is one, and ``powers`` it may have; ``words`` and ``formula`` for people; ``places``: shapes (s, q) tried first, given positions
-    (n, 3) m of the flights.
+    there is one, ``powers`` the range it may have and ``usual`` the whole ones that nature prefers, in that order; ``words`` and
+    ``formula`` for people; ``places``: shapes (s, q) tried first, given positions (n, 3) m of the flights.
     """
 
     key: str
@@ -87,6 +87,7 @@ class Term:
     places: Callable[[Array], Array]
     power: str | None = None
     powers: tuple[float, float] = (0.0, 0.0)
+    usual: tuple[float, ...] = ()
 
     @property
     def shapes(self) -> tuple[Parameter, ...]:
@@ -101,13 +102,13 @@ def _no_places(positions: Array) -> Array:
 
 def _powers(positions: Array) -> Array:
     del positions
-    return np.array([[1.0], [2.0]])
+    return np.array([[power] for power in USUAL_DRAG])
 
 
 GAPS_M = (0.005, 0.02, 0.06, 0.2)
 """How far behind the nearest position a plane or point is tried."""
 PLANES = 48
-TRIED_POWERS = (1.0, 2.0, 3.0)
+USUAL_DRAG, USUAL_PULL = (1.0, 2.0), (2.0, 1.0, 3.0)
 
 
 def _planes(positions: Array) -> Array:
@@ -115,14 +116,14 @@ def _planes(positions: Array) -> Array:
     for n in fibonacci_sphere(PLANES):
         nearest = float((positions @ n).min())
         angles = float(np.arctan2(n[1], n[0])), float(np.arcsin(np.clip(n[2], -1.0, 1.0)))
-        tried += [(*angles, nearest - gap, power) for gap in GAPS_M for power in TRIED_POWERS]
+        tried += [(*angles, nearest - gap, power) for gap in GAPS_M for power in USUAL_PULL]
     return np.array(tried)
 
 
 def _points(positions: Array) -> Array:
     middle = positions.mean(axis=0)
     radius = float(np.linalg.norm(positions - middle, axis=1).max())
-    return np.array([(*(middle + (radius + gap) * n), power) for n in fibonacci_sphere(PLANES) for gap in GAPS_M for power in TRIED_POWERS])
+    return np.array([(*(middle + (radius + gap) * n), power) for n in fibonacci_sphere(PLANES) for gap in GAPS_M for power in USUAL_PULL])
 
 
 def _vector(name: str, unit: str, size: tuple[float, float], axes: str, meaning: str) -> tuple[Parameter, ...]:
@@ -154,16 +155,6 @@ TERMS: tuple[Term, ...] = (
         _no_places,
     ),
     Term(
-        "ramp",
-        "acceleration",
-        "an acceleration that grows with time",
-        "b t",
-        _vector("b", "m/s3", (1000.0, 1e-1), "xyz", "growth of the acceleration, world frame"),
-        3,
-        ramp,
-        _no_places,
-    ),
-    Term(
         "body_fixed",
         "acceleration",
         "a thrust that is fixed to the body",
@@ -187,6 +178,7 @@ TERMS: tuple[Term, ...] = (
         _powers,
         "velocity_power",
         (0.0, 4.0),
+        USUAL_DRAG,
     ),
     Term(
         "across_velocity",
@@ -215,6 +207,7 @@ TERMS: tuple[Term, ...] = (
         _planes,
         "pull_power",
         (0.0, 6.0),
+        USUAL_PULL,
     ),
     Term(
         "towards_point",
@@ -227,6 +220,17 @@ TERMS: tuple[Term, ...] = (
         _points,
         "point_power",
         (0.0, 6.0),
+        USUAL_PULL,
+    ),
+    Term(
+        "ramp",
+        "acceleration",
+        "an acceleration that grows with time",
+        "b t",
+        _vector("b", "m/s3", (1000.0, 1e-1), "xyz", "growth of the acceleration, world frame"),
+        3,
+        ramp,
+        _no_places,
     ),
     Term(
         "torque_constant",
@@ -262,6 +266,8 @@ TERMS: tuple[Term, ...] = (
         _powers,
         "spin_power",
         (0.0, 4.0),
+        USUAL_DRAG,
     ),
 )
-"""All terms; those of the catalogue are among them, so that a law may be a known one beside an unknown one."""
+"""All terms, from simple to involved; a clock that starts with every recording is the least likely cause of a force. Those of the catalogue
+are among them, so that a law may be a known one beside an unknown one."""

@@ -1,0 +1,164 @@
+"""When nothing in the catalogue fits: fit an empirical term, see what it removes and what shape it has, and propose a law.
+
+The family that names the stage (:mod:`estimator.diagnosis.unknown`) joins the model and everything is refitted; for forces and torques that
+is a curve of each per sequence (:mod:`estimator.effects.force_curves`), of which one that is compatible with zero goes again. What it is
+worth is judged on frames and sequences that were not fitted: the share of the excess over the noise floor that it removes. For a
+force or torque a law is looked for (:mod:`estimator.diagnosis.law`) and fitted to the campaign in the curves' place; terms whose
+amplitudes are then compatible with zero go again, since the regression was linear about a model without any force.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import chi2
+
+from datasets.vocabulary.effects import Stage
+from estimator.diagnosis.law import Law, find_law
+from estimator.diagnosis.noise_floor import noise_floor
+from estimator.diagnosis.pooled_scores import pooled_scores
+from estimator.diagnosis.unknown import Unknown
+from estimator.effects.force_curves import ForceCurve, TorqueCurve
+from estimator.effects.law_effect import law_effect
+from estimator.effects.law_terms import Term
+from estimator.effects.link import EffectModel
+from estimator.effects.model import Model
+from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState, fit_campaign
+from estimator.fitting.campaign_covariance import CampaignCovariance, campaign_covariance
+from estimator.fitting.held_out import HeldOut, held_out
+from estimator.motion.flight import N_PARAMETERS
+
+Array = NDArray[np.float64]
+BOOTSTRAP_SEED = 20240229
+SUPERFLUOUS = 0.05
+LAW = "unknown_law"
+Told = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Removed:
+    """What a model removes: held-out errors ``before`` and ``after``, and ``floor_px``, the RMS that noise and views alone would make."""
+
+    before: HeldOut
+    after: HeldOut
+    floor_px: float
+
+    @property
+    def share(self) -> float:
+        """Share of the excess of held-out squares over the floor that is gone, 0 to 1."""
+        excess = self.before.rms_px**2 - self.floor_px**2
+        gone = self.before.rms_px**2 - self.after.rms_px**2
+        return float(np.clip(gone / excess, 0.0, 1.0)) if excess > 0.0 else float(gone > 0.0)
+
+
+@dataclass(frozen=True)
+class LawFit:
+    """A law and the campaign fitted with it: the terms that stay, the fit (the law is its last effect) and covariance, what it removes."""
+
+    law: Law
+    terms: tuple[Term, ...]
+    fit: CampaignFit
+    covariance: CampaignCovariance
+    removed: Removed
+
+
+@dataclass(frozen=True)
+class EmpiricalFit:
+    """The model with empirical terms.
+
+    ``terms`` the families in it, its fit and covariance, what they remove, and a law where the terms are forces or torques and one was
+    found.
+    """
+
+    terms: tuple[EffectModel, ...]
+    fit: CampaignFit
+    covariance: CampaignCovariance
+    removed: Removed
+    law: LawFit | None
+
+
+def fit_empirical(campaign: Campaign, fit: CampaignFit, left: Unknown, *, told: Told = lambda _sentence: None) -> EmpiricalFit:
+    """Fit what a model leaves unexplained with the family that names its stage."""
+    before = held_out(campaign, fit.state, fit.model)
+    terms: tuple[EffectModel, ...] = (left.test.effect,)
+    if left.stage is Stage.DYNAMICS:
+        terms = (ForceCurve(), TorqueCurve())
+    wide = _with_terms(campaign, fit, terms)
+    covariance = campaign_covariance(campaign, wide)
+    floor = _floor(campaign, wide)
+    removed = Removed(before, held_out(campaign, wide.state, wide.model), floor)
+    told(f"empirical terms: held-out RMS ETE {before.rms_px:.4f} -> {removed.after.rms_px:.4f} px")
+    law = _law(campaign, fit, wide, (before, floor)) if left.stage is Stage.DYNAMICS else None
+    if law is not None:
+        told(f"law: held-out RMS ETE {before.rms_px:.4f} -> {law.removed.after.rms_px:.4f} px")
+    return EmpiricalFit(terms, wide, covariance, removed, law)
+
+
+def empirical_terms(fit: CampaignFit, terms: tuple[EffectModel, ...]) -> list[slice]:
+    """Where the parameters of the last effects of a model lie."""
+    return list(fit.model.slices[-len(terms) :])
+
+
+def _with_terms(campaign: Campaign, fit: CampaignFit, terms: tuple[EffectModel, ...]) -> CampaignFit:
+    """The campaign with families added, from zero: they are linear there."""
+    model = Model((*fit.model.effects, *terms))
+    start = tuple(np.concatenate([theta, np.zeros(model.size - fit.model.size)]) for theta in fit.state.theta)
+    return fit_campaign(campaign, CampaignState(fit.state.flights, start), model)
+
+
+def _floor(campaign: Campaign, fit: CampaignFit) -> float:
+    """RMS (px) that remains where nothing is missing: noise of the frames, and what calibrated views and hulls may bring."""
+    found = noise_floor(campaign, fit, np.random.default_rng(BOOTSTRAP_SEED))
+    return float(np.sqrt(min(found.allowed * found.floor_px**2, found.rms_px**2)))
+
+
+def _law(campaign: Campaign, fit: CampaignFit, wide: CampaignFit, at: tuple[HeldOut, float]) -> LawFit | None:
+    law = find_law(pooled_scores(campaign, fit, wide))
+    if law is None:
+        return None
+    terms = with_amplitudes(law)
+    while True:
+        refitted = fit_terms(campaign, fit, terms)
+        covariance = campaign_covariance(campaign, refitted)
+        weakest = int(np.argmax(p_values := _wald(refitted, covariance, terms)))
+        if len(terms) == 1 or p_values[weakest] <= SUPERFLUOUS:
+            break
+        terms = tuple(t for i, t in enumerate(terms) if i != weakest)
+    before, floor = at
+    removed = Removed(before, held_out(campaign, refitted.state, refitted.model), floor)
+    return LawFit(law, tuple(t for t, _ in terms), refitted, covariance, removed)
+
+
+Valued = tuple[Term, Array]
+"""A term and values of all its parameters."""
+
+
+def with_amplitudes(law: Law) -> tuple[Valued, ...]:
+    """The terms of a law with the values of its regression."""
+    terms, place = [], 0
+    for each in law.best.terms:
+        a = each.term.amplitudes
+        terms.append((each.term, np.concatenate([law.best.amplitudes[place : place + a], each.shape])))
+        place += a
+    return tuple(terms)
+
+
+def fit_terms(campaign: Campaign, fit: CampaignFit, terms: tuple[Valued, ...]) -> CampaignFit:
+    """The campaign fitted with a law that starts from ``terms``."""
+    effect = law_effect(LAW, tuple(t for t, _ in terms), tuple(values[t.amplitudes :] for t, values in terms))
+    model = Model((*fit.model.effects, effect))
+    values = np.concatenate([values for _, values in terms])
+    return fit_campaign(campaign, CampaignState(fit.state.flights, tuple(np.concatenate([t, values]) for t in fit.state.theta)), model)
+
+
+def _wald(fit: CampaignFit, covariance: CampaignCovariance, terms: tuple[Valued, ...]) -> Array:
+    """p-value of each term's amplitudes being zero."""
+    found, place = [], fit.model.slices[-1].start
+    for term, values in terms:
+        columns = np.arange(place, place + term.amplitudes)
+        C = covariance.of(0, N_PARAMETERS + columns)
+        amplitudes = fit.state.theta[0][columns]
+        found.append(float(chi2.sf(amplitudes @ np.linalg.solve(C, amplitudes), term.amplitudes)))
+        place += len(values)
+    return np.array(found)

@@ -1,0 +1,135 @@
+"""What fitted empirical terms look like: curves in time, a field over the picture, an offset over directions, with standard deviations.
+
+Every family is linear in its coefficients, so a value is ``A c`` with covariance ``A C Aᵀ``. Forces and torques are told in world axes and
+in axes that turn with the body: a thrust that is fixed to the body is a constant there.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from datasets.vocabulary.effects import Scope
+from estimator.diagnosis.empirical_fit import EmpiricalFit
+from estimator.diagnosis.pooled_scores import moments_along
+from estimator.effects.empirical import BodyOutline, ImageWarp, SmoothForce, SmoothTimeShift, SmoothTorque, ZoomInTime, harmonics
+from estimator.effects.force_curves import basis
+from estimator.effects.link import EffectModel
+from estimator.fitting.campaign import Campaign
+from estimator.fitting.model_errors import SequenceTask
+from estimator.geometry.sphere import fibonacci_sphere
+from estimator.motion.flight import N_PARAMETERS
+
+Array = NDArray[np.float64]
+IN_TIME, GRID, DIRECTIONS = 21, 9, 60
+
+
+@dataclass(frozen=True)
+class Shape:
+    """One recovered curve or field.
+
+    ``of``: what it is, ``unit``; ``over``: names of the coordinates; ``axes``: names of its components; ``sequence``: its number, ``None``
+    where sequences share it; ``place`` (n, p), ``value`` (n, k) and ``sigma`` (n, k) standard deviations.
+    """
+
+    of: str
+    unit: str
+    over: tuple[str, ...]
+    axes: tuple[str, ...]
+    sequence: int | None
+    place: Array
+    value: Array
+    sigma: Array
+
+
+def empirical_shapes(campaign: Campaign, found: EmpiricalFit) -> tuple[Shape, ...]:
+    """The shapes of all terms of a fit."""
+    shapes: list[Shape] = []
+    slices = found.fit.model.slices[-len(found.terms) :]
+    for effect, part in zip(found.terms, slices, strict=True):
+        own = effect.entry.scope is Scope.SEQUENCE
+        for number in range(len(campaign.sequences)) if own else (0,):
+            columns = np.arange(part.start, part.stop)
+            coefficients = found.fit.state.theta[number][part], found.covariance.of(number, N_PARAMETERS + columns)
+            shapes += _shapes(effect, (campaign, found, number if own else None), coefficients)
+    return tuple(shapes)
+
+
+Coefficients = tuple[Array, Array]
+Where = tuple[Campaign, EmpiricalFit, int | None]
+
+
+def _shapes(effect: EffectModel, where: Where, coefficients: Coefficients) -> list[Shape]:
+    campaign, _, number = where
+    sequence = campaign.sequences[number or 0]
+    if isinstance(effect, SmoothForce):
+        return _pushes("force", "m/s2", where, coefficients)
+    if isinstance(effect, SmoothTorque):
+        return _pushes("torque", "rad/s2", where, coefficients)
+    if isinstance(effect, SmoothTimeShift):
+        return [_time_shift(effect, number, sequence, coefficients)]
+    if isinstance(effect, ZoomInTime):
+        return [_zoom(effect, sequence, coefficients)]
+    if isinstance(effect, ImageWarp):
+        return [_warp(effect, sequence, coefficients)]
+    if isinstance(effect, BodyOutline):
+        n = fibonacci_sphere(DIRECTIONS)
+        return [_shape(_Names("outline offset", "px", ("n1", "n2", "n3"), ("outwards",)), n, harmonics(n)[:, None], coefficients)]
+    return []
+
+
+@dataclass(frozen=True)
+class _Names:
+    """What a shape is called: as in :class:`Shape`."""
+
+    of: str
+    unit: str
+    over: tuple[str, ...]
+    axes: tuple[str, ...]
+    sequence: int | None = None
+
+
+def _shape(names: _Names, place: Array, A: Array, c: Coefficients) -> Shape:
+    """A shape of which ``A`` (n, k, q) makes the values out of coefficients."""
+    value, covariance = c
+    sigma = np.sqrt(np.maximum(np.einsum("nkp,pq,nkq->nk", A, covariance, A), 0.0))
+    return Shape(names.of, names.unit, names.over, names.axes, names.sequence, place, A @ value, sigma)
+
+
+def _pushes(of: str, unit: str, where: Where, coefficients: Coefficients) -> list[Shape]:
+    """A curve in world axes and in axes that turn with the body."""
+    campaign, found, number = where
+    assert number is not None
+    setting = campaign.sequences[number].setting
+    shares = np.linspace(0.0, 1.0, IN_TIME)
+    times = shares * float(setting.times_s[-1] - setting.times_s[0])
+    A = np.einsum("nd,kx->nkdx", basis(times, setting), np.eye(3)).reshape(IN_TIME, 3, -1)
+    R = moments_along(campaign, found.fit, shares).R.reshape(len(campaign.sequences), IN_TIME, 3, 3)[number]
+    turned = np.einsum("nxk,nxq->nkq", R, A)
+    return [
+        _shape(_Names(f"{of}, world axes", unit, ("time_s",), ("x", "y", "z"), number), times[:, None], A, coefficients),
+        _shape(_Names(f"{of}, body axes", unit, ("time_s",), ("1", "2", "3"), number), times[:, None], turned, coefficients),
+    ]
+
+
+def _time_shift(effect: SmoothTimeShift, number: int | None, sequence: SequenceTask, coefficients: Coefficients) -> Shape:
+    stamps, q = sequence.setting.times_s, len(coefficients[0])
+    times = np.linspace(stamps[0], stamps[-1], IN_TIME)
+    A = np.stack([effect.times(unit_vector, sequence.setting, times) - times for unit_vector in np.eye(q)], axis=1)
+    return _shape(_Names("time shift", "s", ("time_s",), ("later",), number), (times - stamps[0])[:, None], A[:, None], coefficients)
+
+
+def _zoom(effect: ZoomInTime, sequence: SequenceTask, coefficients: Coefficients) -> Shape:
+    stamps = sequence.setting.times_s
+    times = np.linspace(0.0, stamps[-1] - stamps[0], IN_TIME)
+    A = effect.powers(times)[:, None]
+    return _shape(_Names("magnification minus 1", "1", ("time_s",), ("larger",)), times[:, None], A, coefficients)
+
+
+def _warp(effect: ImageWarp, sequence: SequenceTask, coefficients: Coefficients) -> Shape:
+    camera = sequence.task.sightings.cameras[0].intrinsics
+    x, y = np.meshgrid(np.linspace(0, camera.width_px - 1, GRID), np.linspace(0, camera.height_px - 1, GRID))
+    points = np.column_stack([x.ravel(), y.ravel()])
+    zero = np.zeros(len(points))
+    A = np.stack([points - effect.correct(e, points, camera, zero) for e in np.eye(len(coefficients[0]))], axis=2)
+    return _shape(_Names("displacement in the picture", "px", ("x_px", "y_px"), ("x", "y")), points, A, coefficients)
