@@ -18,6 +18,7 @@ from estimator.effects.link import Setting
 from estimator.fitting.campaign import Campaign, CampaignState
 from estimator.fitting.model_errors import SequenceTask, outline_radii, rim_of, seen_hulls
 from estimator.fitting.pose_refinement import Views
+from estimator.measurements.silhouettes import SILHOUETTES
 from estimator.motion.flight import Flight
 from estimator.particle import Particle, views_like
 from estimator.pipeline import (
@@ -87,6 +88,7 @@ def register(
         camera=tuple(c for _, c in groups),
         floor_px=configuration.floor_px,
         body_noise_px=configuration.body_noise_px,
+        kind=SILHOUETTES,
     )
     start = CampaignState(tuple(flights), tuple(np.zeros(0) for _ in flights))
     return Registered(campaign, start, tuple(p for _, p, _ in particles.values()), tuple(left_out))

@@ -7,7 +7,7 @@ begins where an effect is flat.
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
-from estimator.diagnosis.explain import base_model, extended, start_with
+from estimator.diagnosis.explain import extended, start_with
 from estimator.diagnosis.score_tests import Candidates, score_tests
 from estimator.effects.link import EffectModel
 from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState, fit_campaign
@@ -16,7 +16,7 @@ from estimator.fitting.held_out import HeldOut, held_out
 
 def base_fit(campaign: Campaign, start: CampaignState) -> CampaignFit:
     """Free flight alone."""
-    model = base_model()
+    model = campaign.kind.base
     return fit_campaign(campaign, start_with(start, model.size), model)
 
 

@@ -18,7 +18,7 @@ from estimator.diagnosis.unknown import Unknown, unknown
 from estimator.effects.curvature_bias import CurvatureBias
 from estimator.effects.link import EffectModel
 from estimator.effects.model import Model
-from estimator.fitting.campaign import INDEPENDENT_TANGENTS, Campaign, CampaignFit, CampaignState, fit_campaign
+from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState, fit_campaign
 from estimator.fitting.campaign_covariance import CampaignCovariance, campaign_covariance
 from estimator.fitting.held_out import HeldOut, held_out
 from estimator.motion.flight import N_PARAMETERS
@@ -77,19 +77,14 @@ class Explanation:
         return tuple(k for k in self.fit.model.keys if k != CurvatureBias.entry.key)
 
 
-def base_model() -> Model:
-    """Free flight with the instrument's known discrepancy."""
-    return Model((CurvatureBias(),))
-
-
 def start_with(state: CampaignState, size: int) -> CampaignState:
     """Flights with ``size`` effect parameters at zero."""
     return CampaignState(state.flights, tuple(np.zeros(size) for _ in state.flights))
 
 
 def penalty_of(campaign: Campaign) -> float:
-    """Penalty per parameter: the logarithm of the number of independent tangents [Schwarz 1978]."""
-    return float(np.log(INDEPENDENT_TANGENTS * sum(len(s.task.sightings) for s in campaign.sequences)))
+    """Penalty per parameter: the logarithm of the number of independent measurements [Schwarz 1978]."""
+    return float(np.log(campaign.kind.independent(campaign)))
 
 
 def explain(
@@ -101,7 +96,7 @@ def explain(
     told: Callable[[str], None] = lambda _sentence: None,
 ) -> Explanation:
     """Add effects of ``catalogue`` to the base model until nothing more is found."""
-    model = base_model()
+    model = campaign.kind.base
     base = fit = fit_campaign(campaign, start_with(start, model.size), model)
     steps: list[Step] = []
     error = held_out(campaign, fit.state, fit.model)

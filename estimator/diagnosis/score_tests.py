@@ -21,9 +21,8 @@ from datasets.vocabulary.effects import Scope
 from estimator.effects.link import EffectModel
 from estimator.effects.model import Model
 from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState, SequenceEquations, sequence_equations, shared_prior
-from estimator.fitting.campaign_noise import repeated_noise
 from estimator.fitting.stable_inverse import stable_inverse
-from estimator.fitting.time_shifts import jitter_test, time_shifts
+from estimator.fitting.time_shifts import jitter_test
 from estimator.motion.flight import N_PARAMETERS
 
 Array = NDArray[np.float64]
@@ -49,8 +48,9 @@ class Candidates:
 
     @classmethod
     def of(cls, campaign: Campaign, effects: Iterable[EffectModel]) -> "Candidates":
-        """Effects with the starts that they give themselves."""
-        effects, setting = tuple(effects), campaign.sequences[0].setting
+        """Those of the effects that apply to such measurements, with the starts that they give themselves."""
+        effects = tuple(campaign.kind.adapted(e) for e in effects if campaign.kind.why_not(campaign, e) is None)
+        setting = campaign.sequences[0].setting
         return cls(effects, tuple(e.starts(setting) for e in effects))
 
     @property
@@ -242,7 +242,7 @@ def _noise(campaign: Campaign, fit: CampaignFit, linear: Linear, which: tuple[_P
                 change[column, position[int(n)]] += 1.0
         weighted.append(each.frames.weighted @ change)
         total += change.T @ each.frames.meat @ change
-    total += repeated_noise(campaign, [e.errors for e in linear.equations], weighted)
+    total += campaign.kind.repeated_noise(campaign, [e.errors for e in linear.equations], weighted)
     return np.asarray(0.5 * (total + total.T))
 
 
@@ -269,11 +269,7 @@ def _test(scores: EfficientScores, candidates: Candidates, number: int, chosen: 
 
 def _random_test(campaign: Campaign, linear: Linear, effect: EffectModel) -> ScoreTest:
     """Jitter of the frames' times, judged by the residuals."""
-    shifts = []
-    for sequence, each in zip(campaign.sequences, linear.equations, strict=True):
-        found = time_shifts(each.errors, each.frames, sequence.task.sightings.silhouettes, floor_px=campaign.floor_px)
-        shifts.append(found.take(np.argsort(sequence.task.sightings.times_s, kind="stable")))
-    result = jitter_test(shifts)
+    result = jitter_test([campaign.kind.time_shifts(campaign, i, each) for i, each in enumerate(linear.equations)])
     variance = np.array([[result.sigma_error_s**2]])
     return ScoreTest(
         effect, (), np.array([result.sigma_s]), variance, result.gain, result.p, result.gain, {None: np.array([result.sigma_s])}

@@ -7,16 +7,16 @@ section 6].
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from datasets.vocabulary.effects import Scope
 from estimator.effects.model import Model
-from estimator.fitting.composite_likelihood import RandomShift, WeighedFrames, weigh_linear
-from estimator.fitting.model_errors import ModelErrors, SequenceTask, model_errors
+from estimator.fitting.composite_likelihood import WeighedFrames
+from estimator.fitting.measurement_kind import MeasurementKind
 from estimator.fitting.stable_inverse import stable_inverse
-from estimator.fitting.time_shifts import time_derivative
 from estimator.motion.flight import COM, INERTIA, N_PARAMETERS, OFFSET, Flight, moved
 
 Array = NDArray[np.float64]
@@ -27,13 +27,17 @@ MOST_STEPS, HALVINGS, SETTLED = 15, 5, 0.05
 
 @dataclass(frozen=True)
 class Campaign:
-    """Sequences with the number of the particle and of the camera each belongs to, and the noise outlines do not show."""
+    """Sequences with the number of the particle and of the camera each belongs to, and the noise outlines do not show.
 
-    sequences: tuple[SequenceTask, ...]
+    ``kind`` says what the sequences are and works on them; all have a ``name`` and a ``setting``.
+    """
+
+    sequences: tuple[Any, ...]
     particle: tuple[int, ...]
     camera: tuple[int, ...]
     floor_px: float
     body_noise_px: float
+    kind: MeasurementKind
 
 
 @dataclass(frozen=True)
@@ -75,26 +79,21 @@ class CampaignState:
 
 @dataclass(frozen=True)
 class SequenceEquations:
-    """One sequence linearised: residuals, their weights, and the normal equations of its 21 + q parameters."""
+    """One sequence linearised: residuals, their weights, and the normal equations of its 21 + q parameters.
 
-    errors: ModelErrors
+    ``errors`` are the kind's own; all have ``e`` (n, ...), zero where there is none, ``seen`` (n, ...) where there is one, ``J`` (n, ...,
+    21 + q) and the ``prediction`` behind them; n sightings.
+    """
+
+    errors: Any
     frames: WeighedFrames
 
 
 def sequence_equations(campaign: Campaign, number: int, state: CampaignState, model: Model) -> SequenceEquations:
     """Linearise sequence ``number``."""
-    sequence = campaign.sequences[number]
-    errors = model_errors(sequence, state.flights[number], model, state.theta[number])
-    sigma = model.random_sigma(state.theta[number])
-    frames = weigh_linear(
-        (errors.e, errors.J),
-        errors.tangency,
-        sequence.task.sightings.silhouettes,
-        floor_px=campaign.floor_px,
-        huber=sequence.task.huber,
-        shift=RandomShift(time_derivative(errors), sigma) if sigma else None,
-    )
-    return SequenceEquations(errors, _with_own_prior(frames, model, state.theta[number]))
+    theta = state.theta[number]
+    linear = campaign.kind.equations(campaign, number, state.flights[number], model, theta)
+    return replace(linear, frames=_with_own_prior(linear.frames, model, theta))
 
 
 def _own_precision(model: Model) -> Array:
@@ -117,7 +116,7 @@ def shared_prior(campaign: Campaign, layout: Layout, model: Model, state: Campai
     """Precision (size,) of the shared parameters and their values (size,): body, outline offset and effects that are held."""
     precision, values = np.zeros(layout.size), np.zeros(layout.size)
     for sequence, flight, theta, place in zip(campaign.sequences, state.flights, state.theta, layout.place, strict=True):
-        own = np.concatenate([sequence.task.prior.precision, model.precision])
+        own = np.concatenate([campaign.kind.precision(sequence), model.precision])
         precision[place] = own[layout.shared]
         values[place] = _vector(flight, theta)[layout.shared]
     return precision, values
@@ -236,22 +235,9 @@ def _cost(campaign: Campaign, layout: Layout, model: Model, at: tuple[CampaignSt
     """Half the mean Huber cost per error times the number of sightings' independent errors, plus the prior's."""
     state, equations = at
     precision, values = shared_prior(campaign, layout, model, state)
-    data = sum(robust_cost(each, sequence.task.huber) for each, sequence in zip(equations, campaign.sequences, strict=True))
+    data = sum(campaign.kind.cost(sequence, each) for each, sequence in zip(equations, campaign.sequences, strict=True))
     own = sum(float(theta @ (_own_precision(model) * theta)) for theta in state.theta)
     return float(data + 0.5 * values @ (precision * values) + 0.5 * own)
-
-
-def robust_cost(equations: SequenceEquations, huber: float) -> float:
-    """Huber cost of a sequence's errors on the scale of its weights: each sighting's mean error counts as often as it is independent."""
-    variance = equations.errors.tangency.variance[:, :, :2]
-    z = np.abs(equations.errors.e) / np.sqrt(variance)
-    rho = np.where(z <= huber, 0.5 * z**2, huber * z - 0.5 * huber**2)
-    seen = np.repeat(equations.errors.tangency.valid[:, :, None], 2, axis=2)
-    return float((rho * seen).sum() / max(seen.sum(axis=(1, 2)).mean(), 1.0) * INDEPENDENT_TANGENTS)
-
-
-INDEPENDENT_TANGENTS = 12.0
-"""Roughly how many independent tangents an outline has, for the ratio of data to prior in the step control and for penalties."""
 
 
 def _relative_size(equations: Sequence[SequenceEquations], layout: Layout, solution: ArrowSolution) -> float:

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.fitting.campaign import Campaign, CampaignFit, shared_prior
-from estimator.fitting.campaign_noise import repeated_noise
 from estimator.fitting.stable_inverse import stable_inverse
 from estimator.motion.flight import N_PARAMETERS
 
@@ -52,7 +51,7 @@ def campaign_covariance(campaign: Campaign, fit: CampaignFit) -> CampaignCovaria
         wide = np.zeros((*each.frames.weighted.shape[:-1], size))
         wide[..., rows] = each.frames.weighted
         weighted.append(wide)
-    M += repeated_noise(campaign, [e.errors for e in fit.equations], weighted)
+    M += campaign.kind.repeated_noise(campaign, [e.errors for e in fit.equations], weighted)
     inverse = stable_inverse(H, 1e-13)
     covariance = inverse @ M @ inverse
     return CampaignCovariance(0.5 * (covariance + covariance.T), tuple(place))

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from estimator.effects.model import Model
 from estimator.fitting.campaign import ArrowSolution, Campaign, CampaignState, Layout, fit_campaign, layout_of, sequence_equations, stepped
-from estimator.fitting.model_errors import SequenceTask
 from estimator.fitting.stable_inverse import stable_inverse
 from estimator.motion.flight import COM, INERTIA, N_PARAMETERS, OFFSET
 
@@ -26,7 +25,7 @@ LOCAL_STEPS, SETTLED = 6, 0.05
 
 @dataclass(frozen=True)
 class HeldOut:
-    """RMS (px) of the errors held out, per sequence and of all, and their number."""
+    """RMS (px, or the unit of the kind of measurement) of the errors held out, per sequence and of all, and their number."""
 
     rms_px: float
     per_sequence_px: Array
@@ -61,15 +60,15 @@ def _state_of(state: CampaignState, rows: NDArray[np.int64]) -> CampaignState:
 
 
 def _judge(campaign: Campaign, number: int, states: tuple[CampaignState, CampaignState], model: Model) -> tuple[float, float]:
-    """Sum of squares (px²) and number of the errors of the frames held out of one sequence."""
+    """Sum of squares and number of the errors of the frames held out of one sequence."""
     own, shared = states
     sequence = campaign.sequences[number]
-    kept = np.ones(len(sequence.task.sightings), dtype=np.bool_)
+    kept = np.ones(campaign.kind.sightings(sequence), dtype=np.bool_)
     kept[FIRST::EVERY] = False
     layout = layout_of(campaign, model)
-    alone = replace(_part(campaign, np.array([number])), sequences=(_weighted(sequence, kept),))
+    alone = replace(_part(campaign, np.array([number])), sequences=(campaign.kind.only(sequence, kept),))
     state = _with_shared(_state_of(own, np.array([number])), shared, layout)
-    state = _within_priors(state, sequence.task.prior.precision, model)
+    state = _within_priors(state, campaign.kind.precision(sequence), model)
     for _ in range(LOCAL_STEPS):
         equations = sequence_equations(alone, 0, state, model)
         inverse = stable_inverse(equations.frames.H[np.ix_(layout.local, layout.local)])
@@ -78,14 +77,9 @@ def _judge(campaign: Campaign, number: int, states: tuple[CampaignState, Campaig
         state = stepped(state, one, ArrowSolution((step,), np.zeros(layout.size), np.zeros((0, 0))))
         if np.max(np.abs(step) / np.sqrt(np.maximum(np.diag(inverse), 1e-300))) < SETTLED:
             break
-    judged = replace(alone, sequences=(_weighted(sequence, ~kept),))
+    judged = replace(alone, sequences=(campaign.kind.only(sequence, ~kept),))
     errors = sequence_equations(judged, 0, state, model).errors
-    return float(np.sum(errors.e**2)), float(2 * errors.tangency.valid.sum())
-
-
-def _weighted(sequence: SequenceTask, kept: NDArray[np.bool_]) -> SequenceTask:
-    weight = np.where(kept[:, None], sequence.task.weight, 0.0)
-    return replace(sequence, task=replace(sequence.task, weight=weight))
+    return float(np.sum(errors.e**2)), float(errors.seen.sum())
 
 
 def _with_shared(own: CampaignState, learned: CampaignState, layout: Layout) -> CampaignState:

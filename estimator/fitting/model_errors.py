@@ -71,6 +71,11 @@ class ModelErrors:
     places: Places
     prediction: Prediction
 
+    @property
+    def seen(self) -> NDArray[np.bool_]:
+        """Where (n, k, 2) there is an error."""
+        return np.repeat(self.tangency.valid[:, :, None], 2, axis=2)
+
 
 ANGLES = 72
 MINIMUM_VERTICES = 3

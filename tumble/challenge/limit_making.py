@@ -12,7 +12,7 @@ from datasets.atomic_files import written_whole
 from datasets.recipes.effects import sizes
 from datasets.vocabulary.effects import EFFECTS
 from estimator.configuration import Configuration
-from estimator.diagnosis.explain import Rules, base_model, start_with
+from estimator.diagnosis.explain import Rules, start_with
 from estimator.diagnosis.score_tests import Candidates, score_tests
 from estimator.effects.choosing import catalogue
 from estimator.effects.link import Setting
@@ -45,7 +45,7 @@ def measure_item(payload: dict[str, Any]) -> dict[str, Any]:
     """One control: make, register, fit the base model, and look at every effect of the catalogue."""
     case, product = case_from_dict(payload["case"]), Path(payload["product"])
     registered = register([observation for observation, _ in build(case)], Configuration())
-    campaign, model = registered.campaign, base_model()
+    campaign, model = registered.campaign, registered.campaign.kind.base
     fit = fit_campaign(campaign, start_with(registered.start, model.size), model)
     tests, _ = score_tests(campaign, fit, Candidates.of(campaign, catalogue().values()))
     information = {key: matrix.tolist() for key, matrix in all_information(campaign, fit, tests).items()}

@@ -16,7 +16,7 @@ from datasets.atomic_files import written_whole
 from datasets.json_documents import plain
 from datasets.recipes.effects import values_in_sequence
 from estimator.configuration import configuration_from_dict
-from estimator.diagnosis.explain import base_model, start_with
+from estimator.diagnosis.explain import start_with
 from estimator.effects.choosing import catalogue
 from estimator.effects.model import Model
 from estimator.fitting.campaign import CampaignFit, CampaignState, fit_campaign
@@ -74,7 +74,8 @@ def _inside(case: Case, payload: Mapping[str, Any]) -> dict[str, Any]:
     if not registered.campaign.sequences:
         return {"left_out": [each.name for each in registered.left_out]}
     campaign, start = registered.campaign, registered.start
-    base = fit_campaign(campaign, start_with(start, base_model().size), base_model()) if payload["base"] else None
+    free = campaign.kind.base
+    base = fit_campaign(campaign, start_with(start, free.size), free) if payload["base"] else None
     fit = true_fit(case, registered)
     covariance = campaign_covariance(campaign, fit)
     return {
@@ -90,7 +91,7 @@ def _outside(case: Case, payload: Mapping[str, Any]) -> dict[str, Any]:
     """The campaign without the effect: how well the base model predicts where it is right."""
     twin = replace(case, recipe=replace(case.recipe, effects=(), tier="silhouette"))
     registered = register([observation for observation, _ in build(twin)], configuration_from_dict(payload["configuration"]))
-    campaign, model = registered.campaign, base_model()
+    campaign, model = registered.campaign, registered.campaign.kind.base
     fit = fit_campaign(campaign, start_with(registered.start, model.size), model)
     return {"oracle_px": held_out(campaign, fit.state, fit.model).rms_px, "settled": fit.settled}
 
@@ -99,11 +100,11 @@ def true_fit(case: Case, registered: Registered) -> CampaignFit:
     """The fit of the model with the effects in force, started from their true values."""
     known = catalogue()
     hidden = [effect for effect in case.recipe.effects if effect.key in known]
-    model = Model((*base_model().effects, *(known[effect.key] for effect in hidden)))
+    model = Model((*registered.campaign.kind.base.effects, *(known[effect.key] for effect in hidden)))
     numbers = {sequence_name(case.name, i): i for i in range(case.recipe.sequences)}
     thetas = []
     for sequence in registered.campaign.sequences:
         true = [values_in_sequence(effect, numbers[sequence.name]) for effect in hidden]
         values = [v[name] for v, effect in zip(true, hidden, strict=True) for name in known[effect.key].entry.names]
-        thetas.append(np.concatenate([np.zeros(base_model().size), values]))
+        thetas.append(np.concatenate([np.zeros(registered.campaign.kind.base.size), values]))
     return fit_campaign(registered.campaign, CampaignState(registered.start.flights, tuple(thetas)), model)
