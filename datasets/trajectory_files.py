@@ -1,0 +1,203 @@
+"""Trajectories from files: TUM (``timestamp tx ty tz qx qy qz qw``) and CSV with a header whose names carry units.
+
+Nothing here knows of truth or recipes: an estimator's application may read it. See ``docs/format.md``.
+"""
+
+import csv
+import difflib
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from datasets.errors import InputError
+from datasets.plausibility import FARTHEST_M
+from datasets.trajectory import Trajectory
+from datasets.trajectory_surroundings import read_surroundings
+
+Array = NDArray[np.float64]
+TUM_COLUMNS = ("t_s", "x_m", "y_m", "z_m", "qx", "qy", "qz", "qw")
+TUM_SUFFIXES, CSV_SUFFIX = (".tum", ".txt"), ".csv"
+TIMES = {"t_s": 1.0, "t_ms": 1e-3, "t_us": 1e-6}
+LENGTHS = {"m": 1.0, "mm": 1e-3, "um": 1e-6}
+SPINS = {"rads": 1.0, "degs": np.pi / 180.0}
+ANGLES = {"rad": 1.0, "deg": np.pi / 180.0}
+LEAST_ROWS = 5
+FASTEST_MS, LONGEST_INTERVAL_S = 150.0, 1.0
+NORM_TOLERANCE = 1e-2
+
+
+def is_trajectory(path: Path) -> bool:
+    """Whether a file is a trajectory by its suffix."""
+    return path.is_file() and path.suffix.lower() in (*TUM_SUFFIXES, CSV_SUFFIX)
+
+
+def trajectories_in(source: Path) -> tuple[Path, ...]:
+    """Trajectory files of a folder, in the order of their names, or the file itself; none where there is none."""
+    if is_trajectory(source):
+        return (source,)
+    return tuple(sorted(path for path in source.glob("*") if is_trajectory(path))) if source.is_dir() else ()
+
+
+def read_trajectory(path: Path, given: Mapping[str, Any]) -> Trajectory:
+    """Read one trajectory; ``given`` surroundings go before those of side-cars.
+
+    Raises
+    ------
+    InputError
+        Naming the file, the line, what was expected and what came.
+    """
+    try:
+        lines = path.read_text(encoding="utf-8-sig").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: expected a trajectory as text, came a file that cannot be read: {error}.") from error
+    columns = _csv(path, lines) if path.suffix.lower() == CSV_SUFFIX else _tum(path, lines)
+    return _trajectory(path, columns, given)
+
+
+Columns = dict[str, Array]
+
+
+def _tum(path: Path, lines: Sequence[str]) -> Columns:
+    rows = [(i + 1, line.replace(",", " ").split()) for i, line in enumerate(lines) if line.strip() and not line.lstrip().startswith("#")]
+    return _table(path, TUM_COLUMNS, rows)
+
+
+def _csv(path: Path, lines: Sequence[str]) -> Columns:
+    rows = [(i + 1, row) for i, row in enumerate(csv.reader(lines)) if row and not row[0].lstrip().startswith("#")]
+    if not rows:
+        raise InputError(f"{path}: expected a header such as t_s,x_m,y_m,z_m and rows of numbers, came an empty file.")
+    (number, header), *rest = rows
+    names = [name.strip() for name in header]
+    known = _known_names()
+    for name in names:
+        if name not in known:
+            near = difflib.get_close_matches(name, known, n=1, cutoff=0.4)
+            offered = f"did you mean {near[0]}?" if near else "known: t_s, x_m, y_m, z_m, qx, qy, qz, qw, wx_rads, ..., sigma_x_m, ..."
+            raise InputError(f"{path}: line {number}: unknown column {name!r}; {offered}")
+        if names.count(name) > 1:
+            raise InputError(f"{path}: line {number}: expected every column once, came {name!r} twice.")
+    return _table(path, names, rest)
+
+
+def _known_names() -> list[str]:
+    names = [*TIMES, "qx", "qy", "qz", "qw"]
+    for prefix in ("", "sigma_"):
+        names += [f"{prefix}{axis}_{unit}" for axis in "xyz" for unit in LENGTHS]
+        names += [f"{prefix}w{axis}_{unit}" for axis in "xyz" for unit in SPINS]
+    return names + [f"sigma_theta_{unit}" for unit in ANGLES]
+
+
+def _table(path: Path, names: Sequence[str], rows: Sequence[tuple[int, Sequence[str]]]) -> Columns:
+    """Columns of numbers by name, with ``line`` beside them."""
+    values = np.empty((len(rows), len(names)))
+    for k, (number, row) in enumerate(rows):
+        if len(row) != len(names):
+            raise InputError(f"{path}: line {number}: expected {len(names)} values ({', '.join(names)}), came {len(row)}.")
+        for j, text in enumerate(row):
+            values[k, j] = _number(text, f"{path}: line {number}: {names[j]}")
+    if len(rows) < LEAST_ROWS:
+        raise InputError(f"{path}: expected at least {LEAST_ROWS} rows, came {len(rows)}: too few for a motion.")
+    return {**dict(zip(names, values.T, strict=True)), "line": np.array([number for number, _ in rows], dtype=np.float64)}
+
+
+def _number(text: str, where: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        raise InputError(f"{where}: expected a number, came {text.strip()!r}.") from None
+    if not np.isfinite(value):
+        raise InputError(f"{where}: expected a finite number, came {text.strip()!r}; leave rows out that were not measured.")
+    return value
+
+
+def _trajectory(path: Path, columns: Columns, given: Mapping[str, Any]) -> Trajectory:
+    lines = columns["line"].astype(np.int64)
+    times = _times(path, columns, lines)
+    x = _vector(path, columns, "", LENGTHS)
+    if x is None:
+        raise InputError(f"{path}: expected positions x_m, y_m, z_m (or _mm, _um), came none.")
+    _check_lengths(path, x, times)
+    surroundings = read_surroundings(path, given)
+    theta = next(
+        (np.tile(columns[f"sigma_theta_{u}"][:, None] * scale, 3) for u, scale in ANGLES.items() if f"sigma_theta_{u}" in columns), None
+    )
+    q, omega = _quaternions(path, columns, lines), _vector(path, columns, "w", SPINS)
+    return Trajectory(
+        name=path.stem,
+        times_s=times,
+        x_world=x,
+        q_world_tracked=q,
+        omega_world=omega,
+        sigma_x=_sigma(path, _vector(path, columns, "sigma_", LENGTHS), surroundings.sigma_x_m, x),
+        sigma_theta=None if q is None else _sigma(path, theta, surroundings.sigma_theta_rad, x),
+        sigma_omega=None if omega is None else _sigma(path, _vector(path, columns, "sigma_w", SPINS), surroundings.sigma_omega_rads, x),
+        surroundings=surroundings,
+    )
+
+
+def _times(path: Path, columns: Columns, lines: NDArray[np.int64]) -> Array:
+    names = [name for name in TIMES if name in columns]
+    if len(names) != 1:
+        raise InputError(f"{path}: expected one column of times (t_s, t_ms or t_us), came {len(names)}.")
+    times = (columns[names[0]] - columns[names[0]][0]) * TIMES[names[0]]
+    steps = np.diff(times)
+    if (steps <= 0).any():
+        k = int(np.flatnonzero(steps <= 0)[0])
+        raise InputError(
+            f"{path}: line {lines[k + 1]}: expected times that increase, came {columns[names[0]][k + 1]:g} after {columns[names[0]][k]:g}."
+        )
+    if np.median(steps) > LONGEST_INTERVAL_S:
+        raise InputError(
+            f"{path}: expected seconds between rows below {LONGEST_INTERVAL_S:g}, came {np.median(steps):g}; is it t_ms or t_us?"
+        )
+    return np.asarray(times)
+
+
+def _vector(path: Path, columns: Columns, prefix: str, units: Mapping[str, float]) -> Array | None:
+    """The three columns ``<prefix>x_<unit>`` and so on, in SI; ``None`` where there is none of them."""
+    present = {axis: [u for u in units if f"{prefix}{axis}_{u}" in columns] for axis in "xyz"}
+    if not any(present.values()):
+        return None
+    odd = [axis for axis, found in present.items() if len(found) != 1]
+    if odd:
+        unit = next(u for found in present.values() for u in found)
+        came = ", ".join(f"{prefix}{a}_{u}" for a, found in present.items() for u in found)
+        raise InputError(f"{path}: expected one column {prefix}{odd[0]}_{unit} beside the others, came {came}.")
+    return np.column_stack([columns[f"{prefix}{axis}_{found[0]}"] * units[found[0]] for axis, found in present.items()])
+
+
+def _quaternions(path: Path, columns: Columns, lines: NDArray[np.int64]) -> Array | None:
+    names = ("qx", "qy", "qz", "qw")
+    missing = [name for name in names if name not in columns]
+    if len(missing) == 4:
+        return None
+    if missing:
+        raise InputError(f"{path}: expected all of {', '.join(names)} or none, came no {missing[0]}.")
+    q = np.column_stack([columns[name] for name in names])
+    norm = np.linalg.norm(q, axis=1)
+    if (np.abs(norm - 1.0) > NORM_TOLERANCE).any():
+        k = int(np.argmax(np.abs(norm - 1.0) > NORM_TOLERANCE))
+        raise InputError(f"{path}: line {lines[k]}: expected a unit quaternion (qx, qy, qz, qw), came one of length {norm[k]:.4g}.")
+    return np.asarray(q / norm[:, None])
+
+
+def _check_lengths(path: Path, x: Array, times: Array) -> None:
+    """Millimetres taken for metres show in how far and how fast things are."""
+    far = float(np.ptp(x, axis=0).max())
+    fast = float(np.median(np.linalg.norm(np.diff(x, axis=0), axis=1) / np.diff(times)))
+    if far > FARTHEST_M or fast > FASTEST_MS:
+        raise InputError(
+            f"{path}: expected metres (a flight below {FARTHEST_M:g} m and {FASTEST_MS:g} m/s), came {far:.4g} m at {fast:.4g} m/s; "
+            "are they millimetres? Then call the columns x_mm, y_mm, z_mm."
+        )
+
+
+def _sigma(path: Path, columns: Array | None, stated: float | None, x: Array) -> Array | None:
+    if columns is not None:
+        if (columns <= 0).any():
+            raise InputError(f"{path}: expected positive standard deviations, came {columns.min():g}.")
+        return columns
+    return None if stated is None else np.full(x.shape, stated)

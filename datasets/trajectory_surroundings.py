@@ -1,0 +1,109 @@
+"""What a trajectory's numbers do not say: gravity, the body, the noise; from a side-car in TOML.
+
+``trajectory.toml`` in a trajectory's folder holds for all files of the folder, ``<name>.toml`` beside ``<name>.csv`` for one; what the
+latter says goes before. Gravity has no default: where down lies in somebody else's world frame nobody can guess.
+"""
+
+import difflib
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from datasets.errors import InputError
+from datasets.plausibility import STRONGEST_GRAVITY_MS2
+from datasets.trajectory import Surroundings
+from datasets.vocabulary.body import Body
+
+Array = NDArray[np.float64]
+FOLDER_FILE = "trajectory.toml"
+KEYS = {
+    "gravity_world": "three numbers, m/s2",
+    "inertia_ratios": "three numbers, principal moments along the tracked frame's axes over the largest",
+    "com_tracked_m": "three numbers, m",
+    "sigma_x_m": "a number, m",
+    "sigma_theta_rad": "a number, rad",
+    "sigma_omega_rads": "a number, rad/s",
+    "world": "a name",
+    "tracked": "a name",
+}
+VECTORS = ("gravity_world", "inertia_ratios", "com_tracked_m")
+NAMES = ("world", "tracked")
+ISOTROPIC = (1.0, 1.0, 1.0)
+
+
+def read_surroundings(path: Path, given: Mapping[str, Any]) -> Surroundings:
+    """The surroundings of the trajectory at ``path``; ``given`` goes before every side-car.
+
+    Raises
+    ------
+    InputError
+        Naming the file and the key; where nobody states gravity.
+    """
+    known: dict[str, Any] = {}
+    for file in (path.parent / FOLDER_FILE, path.with_suffix(".toml")):
+        if file.is_file():
+            known.update(_checked(_parse(file), str(file)))
+    known.update(_checked(given, "the command line"))
+    if "gravity_world" not in known:
+        raise InputError(
+            f"{path}: expected gravity in the trajectory's frame, came none: state gravity_world = [0.0, 0.0, -9.81] in "
+            f"{path.with_suffix('.toml').name} or {FOLDER_FILE} beside it, or type --gravity 0,0,-9.81."
+        )
+    return _surroundings(known)
+
+
+def _parse(file: Path) -> dict[str, Any]:
+    try:
+        return tomllib.loads(file.read_text(encoding="utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(f"{file}: expected TOML, came text that is none: {error}.") from error
+
+
+def _checked(entries: Mapping[str, Any], where: str) -> dict[str, Any]:
+    for key, value in entries.items():
+        if key not in KEYS:
+            near = difflib.get_close_matches(key, KEYS, n=1, cutoff=0.5)
+            raise InputError(f"{where}: unknown key {key!r}; " + (f"did you mean {near[0]}?" if near else f"known: {', '.join(KEYS)}."))
+        if not _fits(key, value):
+            raise InputError(f"{where}: at {key}: expected {KEYS[key]}, came {value!r}.")
+    return dict(entries)
+
+
+def _fits(key: str, value: Any) -> bool:
+    if key in NAMES:
+        return isinstance(value, str)
+    numbers = value if key in VECTORS else [value]
+    if not isinstance(numbers, list | tuple) or (key in VECTORS and len(numbers) != 3):
+        return False
+    if not all(isinstance(n, int | float) and not isinstance(n, bool) and np.isfinite(n) for n in numbers):
+        return False
+    match key:
+        case "gravity_world":
+            return bool(np.linalg.norm(numbers) <= STRONGEST_GRAVITY_MS2)
+        case "com_tracked_m":
+            return True
+        case "inertia_ratios":
+            low, middle, high = sorted(numbers)
+            return low > 0 and high <= (low + middle) * (1 + 1e-9)
+    return bool(numbers[0] > 0)
+
+
+def _surroundings(known: Mapping[str, Any]) -> Surroundings:
+    ratios = np.array(known.get("inertia_ratios", ISOTROPIC), dtype=np.float64)
+    order = np.argsort(ratios, kind="stable")
+    axes = np.eye(3)[:, order]
+    axes[:, 2] *= np.sign(np.linalg.det(axes))
+    body = Body(np.array(known.get("com_tracked_m", (0.0, 0.0, 0.0)), dtype=np.float64), axes, ratios[order] / ratios.max())
+    return Surroundings(
+        gravity_world=np.array(known["gravity_world"], dtype=np.float64),
+        body=body,
+        sigma_x_m=known.get("sigma_x_m"),
+        sigma_theta_rad=known.get("sigma_theta_rad"),
+        sigma_omega_rads=known.get("sigma_omega_rads"),
+        world=known.get("world", "world"),
+        tracked=known.get("tracked", "tracked"),
+    )

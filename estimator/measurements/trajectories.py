@@ -1,0 +1,122 @@
+"""Trajectories: residuals are those of positions, rotations and spins over their noise, which is its own in every row.
+
+Noise that is alike in neighbouring rows is counted as often as it repeats: weights are divided by that number, so that the sum of squares
+has the size of a likelihood for everything slow, and the gradient's covariance is the normal matrix itself.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.effects.link import EffectModel
+from estimator.effects.model import Model
+from estimator.fitting.campaign import Campaign, SequenceEquations
+from estimator.fitting.composite_likelihood import WeighedFrames
+from estimator.fitting.time_shifts import TimeShifts
+from estimator.motion.flight import N_PARAMETERS, Flight
+from estimator.trajectories.applying import needs, with_plausible_values
+from estimator.trajectories.task import TrajectoryErrors, TrajectoryTask, trajectory_errors
+
+Array = NDArray[np.float64]
+HUBER = 4.0
+
+
+@dataclass(frozen=True)
+class Trajectories:
+    """The kind of :class:`estimator.trajectories.task.TrajectoryTask`."""
+
+    unit: str = "σ"
+
+    @property
+    def base(self) -> Model:
+        """Free flight alone."""
+        return Model(())
+
+    def equations(self, campaign: Campaign, number: int, flight: Flight, model: Model, theta: Array) -> SequenceEquations:
+        """Residuals, weighed."""
+        task = campaign.sequences[number]
+        errors = trajectory_errors(task, flight, model, theta)
+        return SequenceEquations(errors, weighed(errors, task.repeats, model.random_sigma(theta)))
+
+    def precision(self, sequence: TrajectoryTask) -> Array:
+        """None: what is not measured is not varied."""
+        del sequence
+        return np.zeros(N_PARAMETERS)
+
+    def cost(self, sequence: TrajectoryTask, equations: SequenceEquations) -> float:
+        """Huber cost."""
+        z = np.abs(equations.errors.e)
+        rho = np.where(z <= HUBER, 0.5 * z**2, HUBER * z - 0.5 * HUBER**2)
+        return float((rho / sequence.repeats).sum())
+
+    def repeated_noise(self, campaign: Campaign, errors: Sequence[TrajectoryErrors], weighted: Sequence[Array]) -> Array:
+        """None: every row has its own."""
+        del campaign, errors
+        return np.zeros((weighted[0].shape[-1],) * 2)
+
+    def sightings(self, sequence: TrajectoryTask) -> int:
+        """Rows."""
+        return len(sequence.times_s)
+
+    def only(self, sequence: TrajectoryTask, kept: NDArray[np.bool_]) -> TrajectoryTask:
+        """Other rows have no residuals."""
+        return replace(sequence, kept=sequence.kept & kept)
+
+    def time_shifts(self, campaign: Campaign, number: int, equations: SequenceEquations) -> TimeShifts:
+        """From the residuals along the motion."""
+        errors, weight = equations.errors, equations.frames.weight
+        h = np.maximum(np.sum(weight * errors.rate**2, axis=1), 1e-150)
+        s = np.sum(weight * errors.rate * errors.e, axis=1)
+        return TimeShifts(tau_s=-s / h, h=h, noise=np.sum((weight * errors.rate) ** 2, axis=1) / h**2)
+
+    def independent(self, campaign: Campaign) -> float:
+        """Numbers measured, each as often as it does not repeat."""
+        return float(sum(len(task.times_s) * np.sum(1.0 / task.repeats) for task in campaign.sequences))
+
+    def why_not(self, campaign: Campaign, effect: EffectModel) -> str | None:
+        """Effects on pictures, and those on what was not measured, do not apply."""
+        measured = {channel for task in campaign.sequences for channel in task.channels}
+        asked = needs(effect)
+        if "pictures" in asked:
+            return "it acts on pictures"
+        if "orientation" in asked and "theta" not in measured:
+            return "it needs a measured orientation"
+        if "spin" in asked and not measured & {"theta", "omega"}:
+            return "it needs a measured orientation or spin"
+        return None
+
+    def adapted(self, effect: EffectModel) -> EffectModel:
+        """Tracked things may be larger and slower than particles before a camera."""
+        return with_plausible_values(effect)
+
+
+TRAJECTORIES = Trajectories()
+
+
+def weighed(errors: TrajectoryErrors, repeats: Array, jitter_s: float) -> WeighedFrames:
+    """Weights and normal equations; ``jitter_s``: standard deviation of the rows' times, a random shift along ``rate``.
+
+    A residual beyond ``HUBER`` has its variance raised until its influence is that of one at ``HUBER``; a shift is taken off before that is
+    judged, and out of the weights (Woodbury's identity) [Laird and Ware 1982].
+    """
+    d = errors.rate * jitter_s
+    plain = np.where(errors.seen, 1.0 / repeats, 0.0)
+    moved = errors.e - d * _along(plain, d, errors.e)
+    weight = plain / np.maximum(np.abs(moved) / HUBER, 1.0)
+    W = weight[..., None] * errors.J
+    if jitter_s:
+        gain = 1.0 / (1.0 + np.sum(weight * d**2, axis=1))
+        W = W - (weight * d)[..., None] * (gain[:, None] * np.einsum("nc,ncp->np", d, W))[:, None]
+    J = errors.J.reshape(-1, errors.J.shape[-1])
+    flat = W.reshape(J.shape)
+    H = J.T @ flat
+    H = 0.5 * (H + H.T)
+    count = errors.seen.sum(axis=1)
+    return WeighedFrames(H, flat.T @ errors.e.ravel(), W, weight, H, np.sum(errors.e**2, axis=1), count)
+
+
+def _along(weight: Array, d: Array, e: Array) -> Array:
+    """Best shift (n, 1) of every row along ``d`` with a prior of variance 1."""
+    return np.asarray((np.sum(weight * d * e, axis=1) / (1.0 + np.sum(weight * d**2, axis=1)))[:, None])

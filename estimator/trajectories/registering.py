@@ -1,0 +1,85 @@
+"""From measured trajectories to a campaign: tasks, the flights that fits start from, and the noise where nobody states it."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from datasets.trajectory import Trajectory
+from estimator.diagnosis.adding import base_fit
+from estimator.effects.link import Setting
+from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState
+from estimator.measurements.trajectories import TRAJECTORIES
+from estimator.motion.rigid_body import rotation_matrices
+from estimator.registration import Registered
+from estimator.trajectories.noise import channel_noise
+from estimator.trajectories.starting import first_flight
+from estimator.trajectories.task import TrajectoryTask
+
+Array = NDArray[np.float64]
+FIRST_GUESS = {"x": 1e-3, "theta": 1e-2, "omega": 1.0}
+"""Standard deviations of the first fit (m, rad, rad/s), whose residuals tell the noise."""
+ROUNDS = 2
+
+
+def register_trajectories(trajectories: Sequence[Trajectory], *, told: Callable[[int, int], None] = lambda _done, _all: None) -> Registered:
+    """A campaign of trajectories of one particle; ``told`` is called with the number of sequences done and of all."""
+    tasks, flights = [], []
+    for number, trajectory in enumerate(trajectories):
+        task = task_of(trajectory)
+        tasks.append(task)
+        flights.append(first_flight(task, trajectory.surroundings.body))
+        told(number + 1, len(trajectories))
+    campaign = Campaign(tuple(tasks), (0,) * len(tasks), (0,) * len(tasks), floor_px=0.0, body_noise_px=0.0, kind=TRAJECTORIES)
+    state = CampaignState(tuple(flights), tuple(np.zeros(0) for _ in flights))
+    stated = [_stated(t) for t in trajectories]
+    if tasks and not all(all(s.values()) for s in stated):
+        for _ in range(ROUNDS):
+            fit = base_fit(campaign, state)
+            campaign, state = replace(campaign, sequences=_with_noise(campaign, fit, stated)), CampaignState(fit.state.flights, state.theta)
+    return Registered(campaign, state, (), ())
+
+
+def _stated(trajectory: Trajectory) -> dict[str, bool]:
+    """Of which channels the noise is known."""
+    sigma = {"x": trajectory.sigma_x, "theta": trajectory.sigma_theta, "omega": trajectory.sigma_omega}
+    there = {"x": True, "theta": trajectory.q_world_tracked is not None, "omega": trajectory.omega_world is not None}
+    return {channel: sigma[channel] is not None for channel, present in there.items() if present}
+
+
+def task_of(trajectory: Trajectory) -> TrajectoryTask:
+    """The task of one trajectory; noise that is not known is a first guess."""
+    body = trajectory.surroundings.body
+    R, x = None, trajectory.x_world
+    if trajectory.q_world_tracked is not None:
+        tracked = rotation_matrices(trajectory.q_world_tracked)
+        R, x = tracked @ body.R_particle_body, x + tracked @ body.com_particle
+    sigma = {"x": trajectory.sigma_x, "theta": trajectory.sigma_theta, "omega": trajectory.sigma_omega}
+    present = _stated(trajectory)
+    columns = [np.full(x.shape, FIRST_GUESS[c]) if sigma[c] is None else sigma[c] for c in present]
+    setting = Setting(trajectory.times_s, 0.0, trajectory.surroundings.gravity_world, body.inertia_ratios)
+    n, c = len(x), 3 * len(present)
+    known = np.concatenate([np.asarray(each, dtype=np.float64) for each in columns], axis=1)
+    return TrajectoryTask(trajectory.name, setting, x, R, trajectory.omega_world, known, np.ones(c), np.ones(n, dtype=np.bool_))
+
+
+def _with_noise(campaign: Campaign, fit: CampaignFit, stated: Sequence[dict[str, bool]]) -> tuple[TrajectoryTask, ...]:
+    """The sequences with noise estimated from the fit's residuals wherever it is not stated."""
+    tasks: list[TrajectoryTask] = list(campaign.sequences)
+    for channel in ("x", "theta", "omega"):
+        rows = [i for i, s in enumerate(stated) if s.get(channel) is False]
+        for axis in range(3):
+            columns = {i: 3 * tasks[i].channels.index(channel) + axis for i in rows}
+            residuals = [fit.equations[i].errors.e[:, k] * tasks[i].sigma[:, k] for i, k in columns.items()]
+            noise = channel_noise(residuals) if rows else None
+            for i, k in columns.items():
+                if noise is not None:
+                    tasks[i] = _replaced(tasks[i], k, noise.sigma, noise.repeats)
+    return tuple(tasks)
+
+
+def _replaced(task: TrajectoryTask, column: int, sigma: float, repeats: float) -> TrajectoryTask:
+    new_sigma, new_repeats = task.sigma.copy(), task.repeats.copy()
+    new_sigma[:, column], new_repeats[column] = sigma, repeats
+    return replace(task, sigma=new_sigma, repeats=new_repeats)
