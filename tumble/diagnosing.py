@@ -21,6 +21,7 @@ from estimator.diagnosis.residual_maps import residual_maps, shown
 from estimator.diagnosis.score_tests import ScoreTest
 from estimator.diagnosis.separation import Separation, separations
 from estimator.diagnosis.separation_words import advised
+from estimator.diagnosis.unknown import unknown
 from estimator.diagnosis.verdict import Verdict, verdict_of
 from estimator.effects.choosing import catalogue
 from estimator.effects.link import EffectModel
@@ -41,6 +42,7 @@ from tumble.diagnosis_documents import (
     verdict_entry,
 )
 from tumble.result_files import estimate_path
+from tumble.unknowns import law_command, unknown_entry, with_unknown
 from tumble.versions import versions
 
 DIAGNOSIS_FILE = "diagnosis.json"
@@ -132,7 +134,7 @@ def _floor(campaign: Campaign, fit: CampaignFit) -> NoiseFloor:
     return noise_floor(campaign, fit, np.random.default_rng(BOOTSTRAP_SEED))
 
 
-def diagnosed(question: Question, campaign: Prepared, told: Told) -> Document:
+def diagnosed(question: Question, campaign: Prepared, out: Path, told: Told) -> Document:
     """Every effect that is not in the model on trial."""
     fit = fitted(campaign, question.effects)
     told("fit")
@@ -142,12 +144,15 @@ def diagnosed(question: Question, campaign: Prepared, told: Told) -> Document:
     verdict = verdict_of(found, alpha=rules.alpha)
     apart = _apart(campaign, fit, [f.test for f in found.findings], found.group) if verdict.kind == "found" else ()
     verdict = advised(verdict, apart, question.command("diagnose", ()))
+    left = unknown(campaign.registered.campaign, fit) if verdict.kind == "unknown" else None
+    rest = None if left is None else unknown_entry(campaign.registered.campaign, fit, left, campaign.names)
     content = _content("diagnose", question, campaign, (fit, campaign_covariance(campaign.registered.campaign, fit)))
     return {
         **content,
         "diagnosis": diagnosis_entry(found, campaign.names, apart),
         "noise_floor": noise_floor_entry(_floor(campaign.registered.campaign, fit), campaign.names, (found.p, rules.alpha)),
-        "verdict": verdict_entry(verdict, _next(question, verdict)),
+        "unknown": rest,
+        "verdict": verdict_entry(with_unknown(verdict, rest), law_command(out) if rest else _next(question, verdict)),
     }
 
 
@@ -179,6 +184,7 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told) -> 
     verdict = _verdict_of_explanation(verdict_of(last, alpha=rules.alpha), list(explanation.found), [s.accepted for s in explanation.steps])
     steps, apart = _step_entries(explanation, campaign)
     verdict = advised(verdict, apart, question.command("explain", ()))
+    rest = unknown_entry(registered.campaign, explanation.fit, explanation.left, names, told=told)
     content = _content("explain", question, campaign, (explanation.fit, explanation.covariance))
     return {
         **content,
@@ -188,7 +194,10 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told) -> 
         "steps": steps,
         "ladder": explanation_ladder(explanation, names),
         "dropped": list(explanation.dropped),
-        "verdict": verdict_entry(verdict, _ladder_command(question, list(explanation.found))),
+        "unknown": rest,
+        "verdict": verdict_entry(
+            with_unknown(verdict, rest), law_command(out) if rest else _ladder_command(question, list(explanation.found))
+        ),
     }
 
 
@@ -244,6 +253,7 @@ def _content(verb: str, question: Question, campaign: Prepared, at: tuple[Campai
         "steps": None,
         "ladder": None,
         "dropped": [],
+        "unknown": None,
         "configuration": question.configuration,
         "versions": versions(),
     }

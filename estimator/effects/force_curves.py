@@ -37,7 +37,7 @@ class TorqueCurve(SmoothTorque):
 
     held: ClassVar[tuple[float, ...] | None] = _held(LARGEST_RADS2)
     entry = EffectEntry(
-        "torque_curve", Stage.DYNAMICS, Scope.SEQUENCE, curves("m", "rad/s2", DEGREES, 1.0), "dL/dt = sum m_j P_j(t)", REFERENCE
+        "torque_curve", Stage.DYNAMICS, Scope.SEQUENCE, curves("m", "rad/s2", DEGREES, 10.0), "dL/dt = sum m_j P_j(t)", REFERENCE
     )
 
 

@@ -22,4 +22,4 @@ def parser() -> argparse.ArgumentParser:
 
 def run(arguments: argparse.Namespace) -> int:
     """Diagnose."""
-    return run_on_campaign("diagnose", arguments, lambda question, campaign, _out, told: diagnosed(question, campaign, told), steps=2)
+    return run_on_campaign("diagnose", arguments, diagnosed, steps=2)

@@ -1,4 +1,4 @@
-"""``tumble effect``: the catalogue of effects, and whether an effect of one's own keeps the contracts."""
+"""``tumble effect``: the catalogue of effects, effects of one's own begun, and whether one keeps the contracts."""
 
 import argparse
 import dataclasses
@@ -15,6 +15,7 @@ from estimator.effects.contracts import Kept
 from tumble.cli.options import verb_parser
 from tumble.effect_checking import check_effect
 from tumble.effect_pages import catalogue_page
+from tumble.effect_writing import KINDS, effect_key, plug_in_text, write_plug_in
 
 
 def parser() -> argparse.ArgumentParser:
@@ -23,20 +24,29 @@ def parser() -> argparse.ArgumentParser:
         "effect",
         description="list: the catalogue of effects with their parameters (--write FILE.md: as a page of the documentation).\n"
         "check: whether an effect, of the catalogue or your own (FILE.py:CLASS), keeps the contracts: zero is no effect,\n"
-        "derivatives agree with finite differences over the whole chain, numbers are finite. Exit code 0: kept; 1: not; 2: no such effect.",
+        "derivatives agree with finite differences over the whole chain, numbers are finite. Exit code 0: kept; 1: not; 2: no effect.\n"
+        "new: a plug-in file with a class of that name, ready to run: with the law that a diagnosis proposes (--from diagnosis.json),\n"
+        "or a minimal one to edit (--kind).",
         example="tumble effect check ./my_wind.py:Wind",
     )
-    verb.add_argument("action", choices=("list", "check"), help="what to do")
-    verb.add_argument("effect", nargs="?", default="", metavar="EFFECT", help="for check: a key of the catalogue, or FILE.py:CLASS")
+    verb.add_argument("action", choices=("list", "check", "new"), help="what to do")
+    verb.add_argument(
+        "effect", nargs="?", default="", metavar="EFFECT", help="for check: a key of the catalogue, or FILE.py:CLASS; for new: CLASS"
+    )
     verb.add_argument("--on", type=Path, metavar="OBSERVATIONS", help="for check: a dataset or observation (default: a short made-up one)")
+    verb.add_argument("--from", dest="source", type=Path, metavar="DIAGNOSIS", help="for new: the diagnosis.json with a law")
+    verb.add_argument("--kind", choices=tuple(KINDS), help="for new: what a minimal plug-in is for")
+    verb.add_argument("--out", type=Path, metavar="FILE.py", help="for new: the file to write (default: the name of the effect)")
     verb.add_argument("--write", type=Path, metavar="FILE.md", help="for list: write the page instead of printing a table")
     return verb
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """List or check."""
+    """List, check or begin."""
     if arguments.action == "check":
         return _check(arguments)
+    if arguments.action == "new":
+        return _new(arguments)
     if arguments.write is not None:
         with written_whole(arguments.write) as temporary:
             temporary.write_text(catalogue_page(), encoding="utf-8")
@@ -44,6 +54,22 @@ def run(arguments: argparse.Namespace) -> int:
         print(json.dumps({key: dataclasses.asdict(entry) for key, entry in EFFECTS.items()}))
     else:
         Console().print(_table())
+    return 0
+
+
+def _new(arguments: argparse.Namespace) -> int:
+    if not arguments.effect:
+        raise InputError("tumble effect new: expected a name for the effect's class, like MyWind, came none.")
+    if (arguments.source is None) == (arguments.kind is None):
+        came = "neither" if arguments.kind is None else "both"
+        raise InputError(f"tumble effect new: expected --from DIAGNOSIS or --kind {{{','.join(KINDS)}}}, came {came}.")
+    out = arguments.out or Path(f"{effect_key(arguments.effect)}.py")
+    write_plug_in(plug_in_text(arguments.effect, out, source=arguments.source, kind=arguments.kind), out)
+    word = f"{out if out.is_absolute() else f'./{out}'}:{arguments.effect}"
+    if arguments.json:
+        print(json.dumps({"file": str(out), "effect": word}))
+    elif not arguments.quiet:
+        print(f"{out} is written\nnext: tumble effect check {word}")
     return 0
 
 

@@ -1,0 +1,218 @@
+"""Writes effects of users' own: a plug-in from the law or the empirical term that a diagnosis proposes, or a minimal one to start from.
+
+The functions of a law's terms are copied as they stand in :mod:`estimator.effects.law_terms`, so the file can be read and edited alone.
+"""
+
+import inspect
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+
+from datasets.atomic_files import written_whole
+from datasets.errors import InputError
+from datasets.json_documents import read_document, revived
+from datasets.vocabulary.effects import EFFECTS, Parameter
+from estimator.effects.empirical import EMPIRICAL
+from estimator.effects.law_effect import REFERENCE
+from estimator.effects.law_terms import TERMS, Term
+from estimator.effects.model import overrides
+from estimator.effects.plug_ins import LINKS
+from tumble.numbers import compact
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A template without a law: how it is told, and the code that differs."""
+
+    words: str
+    imports: str
+    stage: str
+    scope: str
+    parameter: str
+    formula: str
+    method: str
+
+
+KINDS = {
+    "force": Kind(
+        "a force",
+        "Moment, Setting",
+        "DYNAMICS",
+        "CAMPAIGN",
+        '"push", "m/s2", (-5.0, 5.0), 1e-3, "acceleration along x, world frame"',
+        "dv/dt = g + push x",
+        '''    def acceleration(self, theta: Array, moment: Moment, setting: Setting) -> Array | None:
+        """Acceleration (m, 3) m/s², world frame, of m flights; moment has x, v, omega, L, R (world from body) and time_s."""
+        del moment, setting
+        return np.asarray(theta * np.array([1.0, 0.0, 0.0]))''',
+    ),
+    "torque": Kind(
+        "a torque",
+        "Moment, Setting",
+        "DYNAMICS",
+        "PARTICLE",
+        '"twist", "rad/s2", (-500.0, 500.0), 10.0, "torque per largest moment about body axis 1"',
+        "dL/dt = R_world_body (twist, 0, 0)",
+        '''    def torque(self, theta: Array, moment: Moment, setting: Setting) -> Array | None:
+        """Torque per largest moment (m, 3) rad/s², world frame, of m flights; moment.R turns body axes into the world's."""
+        del setting
+        return np.asarray(theta * (moment.R @ np.array([1.0, 0.0, 0.0])))''',
+    ),
+    "outline": Kind(
+        "a displacement of the outline",
+        "Places, Setting",
+        "SEGMENTATION",
+        "CAMERA",
+        '"growth", "px/s", (-100.0, 100.0), 1e-1, "displacement outwards per second"',
+        "delta = growth t",
+        '''    def shift(self, theta: Array, places: Places, setting: Setting) -> Array | None:
+        """Displacement (n, k, 2) px outwards at the tangencies of n pictures with k views; places says where they are."""
+        del setting
+        return np.asarray(theta[0] * places.times_s[:, None, None] * np.ones(places.radius_px.shape))''',
+    ),
+    "clock": Kind(
+        "a clock that goes wrong",
+        "Setting",
+        "CLOCK",
+        "CAMPAIGN",
+        '"drift", "1/s", (-1.0, 1.0), 1e-3, "relative change of the frame rate per second"',
+        "true time = t + drift t2 / 2, t counted from the first frame",
+        '''    def times(self, theta: Array, setting: Setting, times_s: Array) -> Array:
+        """True times (f,) s of frames whose time stamps are times_s."""
+        since = times_s - setting.times_s[0]
+        return np.asarray(times_s + 0.5 * theta[0] * since**2)''',
+    ),
+}
+"""The templates by what they are for."""
+
+
+def plug_in_text(name: str, out: Path, *, source: Path | None, kind: str | None) -> str:
+    """The text of a plug-in of class ``name`` for the file ``out``: from a diagnosis (``source``), or a template of a ``kind``.
+
+    Raises
+    ------
+    InputError
+        Where the name cannot be one, or the diagnosis proposes nothing.
+    """
+    key = effect_key(name)
+    told = {"name": name, "key": key, "title": key.replace("_", " ").capitalize(), "use": _use(name, out)}
+    if source is None:
+        return _rendered("blank.py.j2", {**told, "kind": KINDS[kind or "force"]})
+    found = revived(read_document(source, "diagnosis")).get("unknown")
+    if found is None:
+        raise InputError(
+            f"{source}: expected a diagnosis in which something is left that the catalogue does not explain; this one has nothing unknown. "
+            "`tumble explain` writes such a part where it finds one; for an empty template give --kind instead of --from."
+        )
+    if found["law"] is None:
+        return _rendered("family.py.j2", {**told, **_family(found)})
+    return _rendered("law.py.j2", {**told, **_law(found)})
+
+
+def write_plug_in(text: str, out: Path) -> None:
+    """Write a plug-in where there is no file yet.
+
+    Raises
+    ------
+    InputError
+        Where there is one, or the name is no Python file's.
+    """
+    if out.suffix != ".py":
+        raise InputError(f"--out {out}: expected the name of a Python file (.py).")
+    if out.exists():
+        raise InputError(f"--out {out}: is there already; expected a new file. Choose another name, or delete it.")
+    with written_whole(out) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+
+
+def effect_key(name: str) -> str:
+    """The key of a class: ``MyWind`` is ``my_wind``.
+
+    Raises
+    ------
+    InputError
+        Where the name is no class's, or the key is one of the catalogue.
+    """
+    if not re.fullmatch(r"[A-Za-z]\w*", name, flags=re.ASCII):
+        raise InputError(f'tumble effect new: expected the name of a Python class, like MyWind, came "{name}".')
+    key = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", name).lower()
+    if key in EFFECTS:
+        raise InputError(f'tumble effect new: "{key}" is an effect of the catalogue; choose another name.')
+    return key
+
+
+def _use(name: str, out: Path) -> str:
+    word = f"{out if out.is_absolute() else './' + str(out)}:{name}"
+    return f"Check it with ``tumble effect check {word}``; use it with ``tumble estimate OBSERVATIONS --effects {word}``."
+
+
+def _rendered(template: str, content: dict[str, Any]) -> str:
+    environment = Environment(loader=PackageLoader("tumble", "effect_templates"), undefined=StrictUndefined, trim_blocks=True)
+    text = environment.get_template(template).render(content)  # Python, not HTML: nothing to escape
+    return text.rstrip("\n") + "\n"
+
+
+def _family(found: dict[str, Any]) -> dict[str, Any]:
+    effect = EMPIRICAL[found["family"]]
+    link = next(link for link in LINKS if overrides(effect, link))
+    return {
+        "stage": found["stage"],
+        "formula": effect.entry.meaning,
+        "words": found["sentences"][0],
+        "base": type(effect).__name__,
+        "link": link,
+    }
+
+
+def _law(found: dict[str, Any]) -> dict[str, Any]:
+    law = found["law"]
+    terms = [_term(entry["term"]) for entry in law["terms"]]
+    values = {v["parameter"]: v for v in law["values"]}
+    return {
+        "formula": law["formula"],
+        "words": f"{law['words'][:1].upper()}{law['words'][1:]}.",
+        "sources": list(dict.fromkeys(inspect.getsource(t.function).rstrip() for t in terms)),
+        "parameters": [_parameter(p, values[p.name]) for t in terms for p in t.parameters],
+        "reference": REFERENCE,
+        "searched": [p.name for t in terms for p in t.shapes],
+        "frozen": [t.power for t in terms if t.power is not None],
+        "starts": [f"{values[p.name]['value']:.6g}" if p in t.shapes else "0.0" for t in terms for p in t.parameters],
+        "links": _links(terms),
+    }
+
+
+def _term(key: str) -> Term:
+    found = next((t for t in TERMS if t.key == key), None)
+    if found is None:
+        raise InputError(f'the diagnosis names a term "{key}", which this version does not know; expected one of {[t.key for t in TERMS]}.')
+    return found
+
+
+def _parameter(p: Parameter, found: dict[str, Any]) -> dict[str, Any]:
+    """A parameter with a plausible range that has room for what was found."""
+    low, high = p.plausible
+    room = 3.0 * abs(float(found["value"]))
+    unit = "" if p.unit == "1" else f" {p.unit}"
+    return {
+        "name": p.name,
+        "unit": p.unit,
+        "low": f"{min(low, -room if low < 0.0 else low):.6g}",
+        "high": f"{max(high, room):.6g}",
+        "step": f"{p.step:g}",
+        "meaning": p.meaning,
+        "found": f"{compact(found['value'], found['sigma'])}{unit}",
+    }
+
+
+def _links(terms: list[Term]) -> list[dict[str, str]]:
+    told = {"acceleration": "Acceleration (m, 3) m/s² beside gravity", "torque": "Torque per largest moment (m, 3) rad/s²"}
+    parts: dict[str, list[str]] = {}
+    place = 0
+    for term in terms:
+        end = place + len(term.parameters)
+        parts.setdefault(term.link, []).append(f"{term.function.__name__}(theta[:, {place}:{end}], moment)")
+        place = end
+    return [{"name": link, "doc": told[link], "sum": " + ".join(parts[link])} for link in told if link in parts]

@@ -1,0 +1,190 @@
+"""What is left that no effect of the catalogue explains: fitted, as a part of ``diagnosis.json``, and in words."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from estimator.diagnosis.empirical_fit import EmpiricalFit, LawFit, Removed, fit_empirical
+from estimator.diagnosis.empirical_shape import Shape, empirical_shapes
+from estimator.diagnosis.law import Exponent, Regressed
+from estimator.diagnosis.tested_values import p_words
+from estimator.diagnosis.unknown import Unknown
+from estimator.diagnosis.verdict import Verdict
+from estimator.effects.law_effect import law_formula
+from estimator.effects.law_terms import Term
+from estimator.effects.parameter_values import Z95
+from estimator.fitting.campaign import Campaign, CampaignFit
+from estimator.motion.flight import N_PARAMETERS
+from tumble.diagnosis_documents import Entry, held_out_entry
+from tumble.numbers import compact
+
+PLUG_IN, CLASS = "my_law.py", "MyLaw"
+FAMILY_WORDS = {
+    "smooth_force": "a force",
+    "smooth_torque": "a torque",
+    "force_curve": "a force over time",
+    "torque_curve": "a torque over time",
+    "smooth_time_shift": "time stamps that go wrong smoothly",
+    "image_warp": "a warp of the picture",
+    "zoom_in_time": "a magnification that changes with time",
+    "body_outline": "an outline offset that is fixed to the body",
+}
+
+
+def unknown_entry(
+    campaign: Campaign,
+    fit: CampaignFit,
+    left: Unknown,
+    names: Sequence[str],
+    *,
+    told: Callable[[str], None] = lambda _sentence: None,
+) -> Entry | None:
+    """What is left of a fit, as the document has it; ``None`` where nothing is."""
+    if not left.present:
+        return None
+    told("no effect of the catalogue explains what is left; fitting empirical terms")
+    found = fit_empirical(campaign, fit, left, told=told)
+    return {
+        "stage": left.stage.value,
+        "family": left.test.effect.entry.key,
+        "p": left.p,
+        "families": [
+            {
+                "family": t.effect.entry.key,
+                "stage": t.effect.entry.stage.value,
+                "p": t.p,
+                "statistic": t.statistic,
+                "columns": len(t.columns),
+            }
+            for t in left.tests
+        ],
+        "terms": [effect.entry.key for effect in found.terms],
+        **_removed_entry(found.removed, names),
+        "shapes": [_shape_entry(shape, names) for shape in empirical_shapes(campaign, found)],
+        "law": None if found.law is None else law_entry(found.law, names),
+        "sentences": list(_sentences(left, found)),
+    }
+
+
+def _removed_entry(removed: Removed, names: Sequence[str]) -> Entry:
+    return {
+        "before": held_out_entry(removed.before, names),
+        "after": held_out_entry(removed.after, names),
+        "floor_px": removed.floor_px,
+        "removed": removed.share,
+    }
+
+
+def _shape_entry(shape: Shape, names: Sequence[str]) -> Entry:
+    return {
+        "of": shape.of,
+        "unit": shape.unit,
+        "over": list(shape.over),
+        "axes": list(shape.axes),
+        "sequence": None if shape.sequence is None else names[shape.sequence],
+        "place": shape.place,
+        "value": shape.value,
+        "sigma": shape.sigma,
+    }
+
+
+def law_entry(law: LawFit, names: Sequence[str]) -> Entry:
+    """A law with its values, exponents and alternatives."""
+    return {
+        "formula": law_formula(law.terms),
+        "words": law_words(law.terms),
+        "terms": [{"term": t.key, "link": t.link, "words": t.words, "formula": t.formula} for t in law.terms],
+        "values": law_values(law),
+        "exponents": [_exponent_entry(e) for e in law.law.exponents if e.term in [t.key for t in law.terms]],
+        "explained": law.law.explained,
+        **_removed_entry(law.removed, names),
+        "alternatives": [_alternative_entry(each, law.law.best) for each in law.law.alternatives],
+    }
+
+
+def law_values(law: LawFit) -> list[Entry]:
+    """The fitted parameters of a law; an exponent that was taken for known has no standard deviation."""
+    effect, part = law.fit.model.effects[-1], law.fit.model.slices[-1]
+    columns = N_PARAMETERS + np.arange(part.start, part.stop)
+    sigmas = np.sqrt(np.maximum(np.diag(law.covariance.of(0, columns)), 0.0))
+    of = [t.key for t in law.terms for _ in t.parameters]
+    return [
+        {
+            "term": term,
+            "parameter": p.name,
+            "unit": p.unit,
+            "value": float(value),
+            "sigma": float(sigma),
+            "interval": [float(value - Z95 * sigma), float(value + Z95 * sigma)],
+        }
+        for term, p, value, sigma in zip(of, effect.entry.parameters, law.fit.state.theta[0][part], sigmas, strict=True)
+    ]
+
+
+def _exponent_entry(e: Exponent) -> Entry:
+    return {"term": e.term, "parameter": e.parameter, "best": e.best, "interval": list(e.interval), "taken": e.taken}
+
+
+def _alternative_entry(each: Regressed, best: Regressed) -> Entry:
+    terms = tuple(t.term for t in each.terms)
+    return {
+        "terms": [t.key for t in terms],
+        "words": law_words(terms),
+        "formula": law_formula(terms),
+        "criterion": each.criterion - best.criterion,
+    }
+
+
+def law_words(terms: Sequence[Term]) -> str:
+    """A law in words."""
+    return " and ".join(t.words for t in terms)
+
+
+def _sentences(left: Unknown, found: EmpiricalFit) -> list[str]:
+    """What was found, for people."""
+    words = " and ".join(FAMILY_WORDS[effect.entry.key] for effect in found.terms)
+    removed = found.removed
+    said = [
+        f"It sits in the {left.stage.value} ({p_words(left.p)}): with {words} of no stated law the held-out RMS ETE goes from "
+        f"{removed.before.rms_px:.4f} px to {removed.after.rms_px:.4f} px, {removed.share:.0%} of the excess over the noise floor "
+        f"({removed.floor_px:.4f} px)."
+    ]
+    if found.law is None:
+        return said
+    law = found.law
+    values = ", ".join(f"{v['parameter']} = {compact(v['value'], v['sigma'])} {v['unit']}".removesuffix(" 1") for v in law_values(law))
+    said.append(
+        f"The simplest law for it is {law_words(law.terms)}: {law_formula(law.terms)} with {values}. It brings the held-out RMS ETE to "
+        f"{law.removed.after.rms_px:.4f} px ({law.removed.share:.0%} of the excess)."
+    )
+    said += [_exponent_words(e) for e in law.law.exponents if e.term in [t.key for t in law.terms]]
+    others = [law_words([t.term for t in each.terms]) for each in law.law.alternatives[:MOST_OTHERS]]
+    if others:
+        said.append(f"These data do not rule out: {'; '.join(others)}.")
+    return said
+
+
+MOST_OTHERS = 3
+
+
+def _exponent_words(e: Exponent) -> str:
+    name = e.parameter.replace("_", " ")
+    return f"The {name} is {e.best:.1f} (95%: {e.interval[0]:.1f} to {e.interval[1]:.1f}); the law takes {e.taken:.3g}."
+
+
+def with_unknown(verdict: Verdict, entry: Entry | None) -> Verdict:
+    """The verdict with what is left beside it."""
+    if entry is None:
+        return verdict
+    opening = "Something is missing that no effect of the catalogue explains."
+    if verdict.kind == "found":
+        opening = f"{verdict.sentence.split(' Something is left:')[0].split(' Then nothing')[0]} {opening}"
+    kind = verdict.kind if verdict.kind == "found" else "unknown"
+    return replace(verdict, kind=kind, sentence=opening, remarks=(*entry["sentences"], *verdict.remarks))
+
+
+def law_command(out: Path) -> str:
+    """How to make a plug-in of what a diagnosis in ``out`` found."""
+    return f"tumble effect new {CLASS} --from {out / 'diagnosis.json'} --out {PLUG_IN}"
