@@ -8,12 +8,13 @@ import numpy as np
 from estimator.campaign_reporting import EffectValue
 from estimator.diagnosis.adding import Rung
 from estimator.diagnosis.diagnose import Diagnosis, Finding, detectable, diagnosis_of
+from estimator.diagnosis.expected_difference import Expected
 from estimator.diagnosis.explain import Explanation, Step
 from estimator.diagnosis.map_words import sentence_of, title_of
 from estimator.diagnosis.noise_floor import NoiseFloor
 from estimator.diagnosis.residual_maps import ResidualMap
 from estimator.diagnosis.score_tests import ScoreTest
-from estimator.diagnosis.separation import Expected, Separation
+from estimator.diagnosis.separation import Separation
 from estimator.diagnosis.separation_words import separation_sentence
 from estimator.diagnosis.tested_values import tested_values
 from estimator.diagnosis.verdict import Verdict

@@ -1,16 +1,9 @@
 """What further data would tell apart effects that these data cannot.
 
-Under "effect A has the size theta, and nothing else is missing" the efficient scores of all candidates have the mean ``-H_A theta`` and the
-covariance ``M`` (:mod:`estimator.diagnosis.ranking`). What effect B leaves of that when it does its best, with all parameters of the
-base model re-adjusted, is the noncentrality
-
-    lambda = min over t of |L (H_A theta - H_B t)|²,   Lᵀ L = M⁻¹.
-
-The criterion of B minus that of A, by which effects are told apart, is ``yᵀ Q y + penalty (k_B - k_A)`` with y = L g and Q = P_A - P_B, the
-difference of the projections on what each can do; its mean is ``lambda + (penalty - 1) (k_B - k_A)`` and its variance ``2 tr Q² +
-4 |Q E y|²``. H and M need no data, only where tangencies would lie: so the same is computed for a campaign with an imagined
-recording more. A pair counts as told apart where the difference exceeds the margin of groups in 95% of cases, whichever of the
-two is true; each is taken at the size that the campaign gives it.
+The difference of the criterion that is to be expected (:mod:`estimator.diagnosis.expected_difference`) needs no data, only where tangencies
+would lie: so it is computed for the campaign as it is and for the campaign with an imagined recording more. A pair counts as told
+apart where the difference exceeds the margin of groups in 95% of cases, whichever of the two is true; each is taken at the size that
+the campaign gives it.
 
 Holds as far as effects are small enough for their signatures to be linear. An effect that every sequence has a size of its own of is taken
 to be absent from a new recording.
@@ -21,7 +14,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import norm
 
 from estimator.diagnosis.candidate_recordings import (
     MEASUREMENTS,
@@ -30,9 +22,9 @@ from estimator.diagnosis.candidate_recordings import (
     CandidateRecording,
     corners_of,
 )
+from estimator.diagnosis.expected_difference import Expected, expected
 from estimator.diagnosis.explain import penalty_of
 from estimator.diagnosis.imagined_sequences import Drop, Likeness, counted, drop_of, hull_corners, imagined, in_the_middle, thinned
-from estimator.diagnosis.ranking import whitener
 from estimator.diagnosis.score_tests import (
     Candidates,
     EfficientScores,
@@ -50,27 +42,12 @@ from estimator.registration import Registered
 Array = NDArray[np.float64]
 MOST_RIVALS = 2
 """Effects beside the first that are compared with it: more alike than these is no group any more."""
-SURE = 0.95
-"""Probability with which a pair must be told apart for data to count as telling it apart."""
 KNOWN_START = 0.005
 """Share of the speed to which the velocity after a fall from a known height is known."""
 LEAST_SIGHTINGS, MOST_SIGHTINGS, MOST_TOGETHER = 8, 30, 240
 """How many sightings of a sequence, and of all that are recorded, stand for the rest."""
 LEAST_SEEN = 0.6
 """Share of a recording's frames that must lie in the picture."""
-
-
-@dataclass(frozen=True)
-class Expected:
-    """Of the criterion by which the wrong effect loses: expected ``difference``, and ``probability`` that it exceeds the margin."""
-
-    difference: float
-    probability: float
-
-    @property
-    def separates(self) -> bool:
-        """Whether the pair would be told apart."""
-        return self.probability >= SURE
 
 
 @dataclass(frozen=True)
@@ -172,8 +149,7 @@ def _of_recording(
         if wanted:
             scores, extended = _with_drops(present, (sequence, drop.flight, equations), drops)
             for pair in wanted:
-                expected = _expected(scores, extended, pair, margin)
-                found[pair] = Prospect(candidate.key, candidate.words, drops, frames, expected)
+                found[pair] = Prospect(candidate.key, candidate.words, drops, frames, _expected(scores, extended, pair, margin))
     return found
 
 
@@ -233,8 +209,7 @@ def _of_measurement(present: _Present, measurement: CandidateMeasurement, pair: 
     if not precision.any():
         return None
     H, M = present.scores.H + np.diag(precision), present.scores.M + np.diag(precision)
-    expected = _expected(replace(present.scores, H=H, M=M), present, pair, margin)
-    return Prospect(measurement.key, measurement.words, 0, 0, expected)
+    return Prospect(measurement.key, measurement.words, 0, 0, _expected(replace(present.scores, H=H, M=M), present, pair, margin))
 
 
 def _precision(present: _Present, measurement: CandidateMeasurement, which: tuple[int, int, int]) -> float:
@@ -254,30 +229,6 @@ def _precision(present: _Present, measurement: CandidateMeasurement, which: tupl
 
 
 def _expected(scores: EfficientScores, present: _Present, pair: tuple[str, str], margin: float) -> Expected:
-    """What to expect of a pair, whichever of the two is true: the worse case."""
-    white = whitener(scores.M)
-    penalty = penalty_of(present.campaign)
-    cases = [_case(scores, white, present, (true, rival), penalty) for true, rival in (pair, pair[::-1])]
-    found = [Expected(mean, float(norm.sf((margin - mean) / max(deviation, 1e-12)))) for mean, deviation in cases]
-    return min(found, key=lambda e: e.probability)
-
-
-def _case(scores: EfficientScores, white: Array, present: _Present, which: tuple[str, str], penalty: float) -> tuple[float, float]:
-    """Mean and standard deviation of the criterion of the rival minus that of the effect that is true."""
-    true, rival = (present.number(key) for key in which)
-    signature = white @ scores.H
-    rows_true, rows_rival = (np.array([i for i, c in enumerate(scores.columns) if c.effect == e], dtype=np.int64) for e in (true, rival))
-    sizes = {(c.parameter, c.sequence): float(v) for c, v in zip(present.tests[true].columns, present.tests[true].theta, strict=False)}
-    theta = np.array([sizes.get((scores.columns[i].parameter, scores.columns[i].sequence), 0.0) for i in rows_true])
-    y = signature[:, rows_true] @ theta
-    Q = _projection(signature[:, rows_true]) - _projection(signature[:, rows_rival])
-    extra = len(rows_rival) - len(rows_true)
-    mean = float(y @ Q @ y) + (penalty - 1.0) * extra
-    return mean, float(np.sqrt(2.0 * np.sum(Q**2) + 4.0 * np.sum((Q @ y) ** 2)))
-
-
-def _projection(X: Array) -> Array:
-    """Projection (c, c) on the columns of X (c, k)."""
-    U, s, _ = np.linalg.svd(X, full_matrices=False)
-    U = U[:, s > 1e-10 * max(float(s.max(initial=0.0)), 1e-300)]
-    return np.asarray(U @ U.T)
+    first, second = (present.number(key) for key in pair)
+    tests = (present.tests[first], present.tests[second])
+    return expected(scores, (first, second), tests, (penalty_of(present.campaign), margin))

@@ -4,7 +4,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from datasets.errors import InputError
-from estimator.diagnosis.separation import Expected, Prospect, Separation
+from estimator.diagnosis.expected_difference import Expected
+from estimator.diagnosis.separation import Prospect, Separation
 from estimator.diagnosis.verdict import Verdict
 from estimator.effects.choosing import refuse_contradictions
 
