@@ -1,0 +1,214 @@
+"""What further data would tell apart: the expected difference is that of drawn scores, and imagined recordings are like real ones."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from estimator.diagnosis.candidate_recordings import RECORDINGS
+from estimator.diagnosis.diagnose import diagnose
+from estimator.diagnosis.expected_difference import Expected, moments
+from estimator.diagnosis.imagined_sequences import Drop, Likeness, counted, drop_of, hull_corners, imagined, thinned
+from estimator.diagnosis.ranking import by_remainder, whitener
+from estimator.diagnosis.score_tests import Candidates, ScoreTest, score_tests
+from estimator.diagnosis.separation import Prospect, Separation, separations
+from estimator.diagnosis.separation_words import advised, separation_sentence
+from estimator.diagnosis.verdict import Verdict
+from estimator.effects.choosing import catalogue
+from estimator.fitting.campaign import sequence_equations
+from tests.estimator.small_campaign import fitted, registered
+
+MARGIN = 6.0
+PENALTY = 7.0
+
+
+@cache
+def likeness() -> Likeness:
+    found, fit = registered(), fitted()
+    particle = found.particles[0]
+    corners = hull_corners((particle.hull.vertices - particle.body.com_particle) @ particle.body.R_particle_body)
+    return Likeness(found.campaign.sequences[0], corners, fit.model, fit.state.theta[0])
+
+
+def recorded() -> Drop:
+    return drop_of(likeness().sequence, fitted().state.flights[0])
+
+
+def changed(key: str) -> Drop:
+    return next(c.change for c in RECORDINGS if c.key == key)(recorded())
+
+
+@cache
+def linear_tests() -> tuple[ScoreTest, ...]:
+    """Tests of effects without a search, with sizes that no noise decides: 20 standard deviations each."""
+    fit, campaign = fitted(), registered().campaign
+    effects = [e for e in catalogue().values() if not e.entry.searched]
+    tests, _ = score_tests(campaign, fit, Candidates.of(campaign, effects))
+    return tuple(replace(t, theta=20.0 * np.sqrt(np.diag(t.covariance))) for t in tests)
+
+
+@cache
+def apart(first: str, second: str) -> Separation:
+    (found,) = separations(registered(), fitted(), linear_tests(), (first, second), margin=MARGIN)
+    return found
+
+
+def prospects(separation: Separation) -> dict[str, Prospect]:
+    return {p.key: p for p in separation.prospects}
+
+
+# The expected difference
+
+
+def test_moments_are_those_of_drawn_scores() -> None:
+    campaign, fit = registered().campaign, fitted()
+    keys = ("linear_drag", "quadratic_drag", "gravity", "outline_offset", "frame_rate")
+    tests, scores = score_tests(campaign, fit, Candidates.of(campaign, [catalogue()[k] for k in keys]))
+    rng, white = np.random.default_rng(8), whitener(scores.M)
+    for true, rival, size in ((0, 1, 8.0), (1, 2, 5.0), (2, 0, 6.0)):
+        rows = [i for i, c in enumerate(scores.columns) if c.effect == true]
+        theta = size * np.sqrt(np.diag(tests[true].covariance)) / np.sqrt(len(rows))
+        mean, deviation = moments(scores, white, (true, rival), theta, PENALTY)
+        drawn = []
+        for _ in range(400):
+            # Scores as the whitener sees them: eigenvalues that it does not believe are as large as it takes them for.
+            y = -white @ scores.H[:, rows] @ theta + rng.standard_normal(len(scores.columns))
+            ranking = by_remainder(replace(scores, g=np.linalg.solve(white, y)), penalty=PENALTY)
+            criterion = {h.effect: h.criterion for h in ranking.hypotheses}
+            drawn.append(criterion[rival] - criterion[true])
+        assert np.mean(drawn) == pytest.approx(mean, abs=4.0 * deviation / np.sqrt(len(drawn)))
+        assert np.std(drawn) == pytest.approx(deviation, rel=0.15)
+
+
+def test_an_effect_is_not_told_from_itself() -> None:
+    campaign, fit = registered().campaign, fitted()
+    _, scores = score_tests(campaign, fit, Candidates.of(campaign, [catalogue()["linear_drag"]]))
+    mean, deviation = moments(scores, whitener(scores.M), (0, 0), np.array([1.0]), PENALTY)
+    assert (mean, deviation) == pytest.approx((0.0, 0.0), abs=1e-6)
+
+
+# Imagined recordings
+
+
+def test_the_imagined_drop_looks_like_the_recorded_one() -> None:
+    like = likeness()
+    made, real = imagined(recorded(), like).task.sightings, like.sequence.task.sightings
+    assert len(made) == len(real) == 30
+    u = np.column_stack([np.cos(a := np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)), np.sin(a)])
+    for i in range(len(real)):
+        j = int(np.argmin(np.abs(made.times_s - real.times_s[i])))
+        assert made.times_s[j] == pytest.approx(real.times_s[i], abs=1e-9)
+        supports = [(s.points_px[s.slice_of(n)] @ u.T).max(axis=0) for s, n in ((made.silhouettes, j), (real.silhouettes, i))]
+        assert np.abs(supports[0] - supports[1]).max() < 1.5
+
+
+def test_the_imagined_drop_says_as_much_as_the_recorded_one() -> None:
+    campaign, fit, like = registered().campaign, fitted(), likeness()
+    alone = replace(campaign, sequences=(imagined(recorded(), like),), particle=(0,), camera=(0,))
+    made = sequence_equations(alone, 0, replace(fit.state, flights=fit.state.flights[:1], theta=fit.state.theta[:1]), fit.model)
+    ratio = np.diag(made.frames.H)[:12] / np.diag(fit.equations[0].frames.H)[:12]
+    assert np.all((0.8 < ratio) & (ratio < 1.25)), ratio
+
+
+def test_a_thinned_sequence_says_as_much_as_the_whole() -> None:
+    campaign, fit = registered().campaign, fitted()
+    few, times = thinned(campaign.sequences[0], 10)
+    assert len(few.task.sightings) == 10
+    assert times == 3.0
+    alone = replace(campaign, sequences=(few,), particle=(0,), camera=(0,))
+    part = counted(sequence_equations(alone, 0, fit.state, fit.model), times)
+    ratio = np.diag(part.frames.H)[:12] / np.diag(fit.equations[0].frames.H)[:12]
+    assert np.all((0.7 < ratio) & (ratio < 1.4)), ratio
+
+
+def test_the_second_camera_sees_the_particle_from_the_side_as_far_away() -> None:
+    drop = changed("second_camera")
+    first, second = drop.cameras
+    places = [c.R_cam_world @ drop.flight.x + c.t_cam_world for c in drop.cameras]
+    assert places[1] == pytest.approx(places[0], abs=1e-12)
+    assert first.R_cam_world[2] @ second.R_cam_world[2] == pytest.approx(0.0, abs=1e-12)
+    seen = imagined(drop, likeness()).task.sightings
+    assert set(seen.camera.tolist()) == {0, 1}
+
+
+def test_a_released_particle_begins_along_gravity_and_is_in_the_picture() -> None:
+    drop = changed("released")
+    flight = drop.flight
+    assert drop.known_start
+    assert drop.times_s[0] == flight.time_s
+    assert np.linalg.norm(np.cross(flight.v, flight.gravity_world)) < 1e-12
+    assert len(imagined(drop, likeness()).task.sightings) == 30
+
+
+def test_frames_outside_of_the_picture_are_no_sightings() -> None:
+    drop = recorded()
+    away = replace(drop, flight=replace(drop.flight, v=np.array([20.0, 0.0, 0.0])))
+    assert 0 < len(imagined(away, likeness()).task.sightings) < 30
+
+
+# What is advised
+
+
+def test_scales_are_told_apart_by_a_second_camera_or_a_measurement_only() -> None:
+    found = apart("frame_rate", "length_scale")
+    assert found.now.difference == pytest.approx(0.0, abs=0.5)
+    assert not found.now.separates
+    telling = {key for key, p in prospects(found).items() if p.expected.separates}
+    assert telling >= {"second_camera", "clock", "calliper"}
+    assert telling <= {"second_camera", "clock", "calliper", "released"}
+    assert prospects(found)["second_camera"].drops == 1
+
+
+def test_measurements_of_other_quantities_are_not_offered() -> None:
+    assert {k for k, p in prospects(apart("linear_drag", "quadratic_drag")).items() if not p.drops} == set()
+    assert {k for k, p in prospects(apart("frame_rate", "length_scale")).items() if not p.drops} == {"clock", "calliper"}
+    assert {k for k, p in prospects(apart("radial_distortion", "focal_length")).items() if not p.drops} == {"target"}
+
+
+def test_more_speed_tells_the_drags_apart_better_than_more_of_the_same() -> None:
+    found = prospects(apart("linear_drag", "quadratic_drag"))
+    same = replace(found["another"], drops=found["faster"].drops)
+    assert found["faster"].expected.probability >= same.expected.probability
+    assert found["faster"].expected.difference > same.expected.difference or found["faster"].drops < found["another"].drops
+
+
+def test_random_effects_and_single_ones_have_no_pairs() -> None:
+    tests = diagnose(registered().campaign, fitted(), {k: catalogue()[k] for k in ("trigger_jitter", "gravity")}, margin=MARGIN).findings
+    every = [f.test for f in tests]
+    assert separations(registered(), fitted(), every, ("gravity", "trigger_jitter"), margin=MARGIN) == ()
+    assert separations(registered(), fitted(), every, ("gravity",), margin=MARGIN) == ()
+
+
+# Words
+
+
+def prospect(key: str, drops: int, difference: float, probability: float) -> Prospect:
+    return Prospect(key, f"a {key} drop", drops, 30, Expected(difference, probability))
+
+
+def test_the_sentence_names_what_would_and_what_would_not() -> None:
+    told = Separation(
+        ("linear_drag", "quadratic_drag"),
+        MARGIN,
+        Expected(0.4, 0.0),
+        (prospect("faster", 1, 31.0, 0.99), prospect("calm", 1, 25.0, 0.96), prospect("similar", 4, 1.25, 0.0)),
+    )
+    sentence = separation_sentence(told)
+    assert sentence == (
+        "Linear drag or quadratic drag (expected difference of the criterion now 0.4, more than 6 is needed): a faster drop (31) or "
+        "a calm drop (25) would tell them apart; 4 times a similar drop (1.2) would not."
+    )
+
+
+def test_where_nothing_helps_the_sentence_says_so() -> None:
+    told = Separation(("blooming", "outline_offset"), MARGIN, Expected(0.1, 0.0), (prospect("faster", 4, 3.0, 0.1),))
+    assert "no recording on trial would tell them apart; the best, 4 times a faster drop (3.0), would not do." in separation_sentence(told)
+
+
+def test_effects_that_contradict_each_other_are_never_advised_together() -> None:
+    told = Separation(("frame_rate", "length_scale"), MARGIN, Expected(0.0, 0.0), (prospect("second", 1, 50.0, 1.0),))
+    assert separation_sentence(told).endswith("Either way only one of them can be in a model.")
+    verdict = advised(Verdict("found", "Frame rate.", ("First.",), ("frame_rate",)), [told], "tumble diagnose data")
+    assert verdict.add == ("frame_rate",)
+    assert verdict.remarks == ("First.", separation_sentence(told), "With the new recording in the same folder: tumble diagnose data")
