@@ -18,6 +18,8 @@ Array = NDArray[np.float64]
 BIASED = float(chi2.isf(0.0027, 3))
 """Chi-squared of three components that is as rare as three standard deviations of one."""
 NEAR_ORACLE = 1.05
+LAWS = {"outgassing_thrust": {"body_fixed", "torque_body_fixed"}, "wall_attraction": {"towards_plane", "towards_point"}}
+"""Terms of :mod:`estimator.effects.law_terms` of which a law for a hidden force should have one."""
 HELD, MISSED, TOO_FEW = "HELD", "MISSED", "TOO FEW CASES"
 
 
@@ -108,14 +110,29 @@ def _rendered(cases: pd.DataFrame) -> list[Figure]:
 
 def _outside(cases: pd.DataFrame) -> list[Figure]:
     forces = cases[cases["hidden"].isin([k for k, e in SYNTH_ONLY.items() if e.stage is Stage.DYNAMICS])]
-    squares = forces[["base_px", "empirical_px", "oracle_px"]].to_numpy(dtype=np.float64) ** 2
-    excess = squares[:, 0] - squares[:, 2]
-    removed = 100 * (squares[:, 0] - squares[:, 1]) / np.where(excess > 0, excess, np.nan)
+    named = forces[forces["law"].astype(str) != ""]
+    right = pd.Series([bool(LAWS[hidden] & set(law.split("+"))) for hidden, law in zip(named["hidden"], named["law"], strict=True)])
     return [
         share("4", "effects outside of the catalogue reported as unknown", cases["unknown"], least=90.0, needed=60),
         share("4", "their stage right", cases["stage"] == cases["true_stage"], least=85.0, needed=60),
-        typical("4", "excess of held-out squares that the empirical force removes, median", removed, np.median, least=80.0, needed=30),
+        typical(
+            "4",
+            "excess of held-out squares that the empirical force removes, median",
+            _removed(forces, "empirical_px"),
+            np.median,
+            least=80.0,
+            needed=30,
+        ),
+        typical("4", "the same, that the proposed law removes, median", _removed(forces, "law_px"), np.median),
+        share("4", "proposed laws with a term of the right family", right.astype(bool)),
     ]
+
+
+def _removed(cases: pd.DataFrame, model: str) -> Array:
+    """Share (%) of the excess of held-out squares over the oracle's that a model removes."""
+    squares = cases[["base_px", model, "oracle_px"]].to_numpy(dtype=np.float64) ** 2
+    excess = squares[:, 0] - squares[:, 2]
+    return np.asarray(100 * (squares[:, 0] - squares[:, 1]) / np.where(excess > 0, excess, np.nan))
 
 
 def _after(scored: Scored, cases: pd.DataFrame) -> list[Figure]:

@@ -8,13 +8,13 @@ from numpy.typing import NDArray
 
 from datasets.recipes.effects import sizes
 from datasets.vocabulary.effects import Scope
-from estimator.diagnosis.adding import with_effect
+from estimator.diagnosis.empirical_fit import fit_empirical
 from estimator.diagnosis.explain import Explanation
 from estimator.diagnosis.score_tests import ScoreTest
 from estimator.effects.curvature_bias import CurvatureBias
 from estimator.fitting.campaign import Campaign, CampaignFit
 from estimator.fitting.campaign_covariance import CampaignCovariance, campaign_covariance
-from estimator.fitting.held_out import HeldOut, held_out
+from estimator.fitting.held_out import HeldOut
 from estimator.motion.flight import N_PARAMETERS, OMEGA, V
 from estimator.registration import Registered
 from tumble.challenge.information import all_information
@@ -57,12 +57,21 @@ def answer(registered: Registered, explained: Explanation) -> dict[str, Any]:
 
 
 def unexplained(campaign: Campaign, explained: Explanation) -> dict[str, Any]:
-    """Whether something is left that no effect of the catalogue explains, its stage, and held-out RMS ETE with an empirical term for it."""
+    """Whether something is left that no effect of the catalogue explains, its stage, and what an empirical term and a law make of it."""
     left = explained.left
     if not left.present:
         return {"unknown": False, "stage": "", "p_left": left.p}
-    fit = with_effect(campaign, explained.fit, left.test.effect)
-    return {"unknown": True, "stage": str(left.stage), "p_left": left.p, "empirical_px": held_out(campaign, fit.state, fit.model).rms_px}
+    found = fit_empirical(campaign, explained.fit, left)
+    law = found.law
+    return {
+        "unknown": True,
+        "stage": str(left.stage),
+        "p_left": left.p,
+        "before_px": found.removed.before.rms_px,
+        "empirical_px": found.removed.after.rms_px,
+        "law": [term.key for term in law.terms] if law else [],
+        "law_px": law.removed.after.rms_px if law else None,
+    }
 
 
 def _test(test: ScoreTest) -> dict[str, Any]:

@@ -101,6 +101,7 @@ def named(case: Case, answer: Answer) -> dict[str, Any]:
         "false_alarm": not hidden and bool(answer["found"] or answer["unknown"]),
         "unknown": bool(answer["unknown"]),
         "stage": answer["stage"],
+        "law": "+".join(answer.get("law", [])),
         "true_stage": "+".join(stages),
         "left_out": len(answer["left_out"]),
         "reasons": "; ".join(answer.get("reasons", [])),
@@ -114,12 +115,13 @@ def _particle(case: Case) -> str:
 
 def _errors(answer: Answer, oracle: Answer) -> dict[str, float]:
     held = answer.get("held_out", {})
-    base = held["base"]["rms_px"] if "base" in held else oracle.get("base_px") or math.nan
+    base = held["base"]["rms_px"] if "base" in held else oracle.get("base_px") or answer.get("before_px", math.nan)
     final = held["final"]["rms_px"] if "final" in held else base
     return {
         "base_px": base,
         "final_px": final,
         "empirical_px": answer.get("empirical_px", math.nan),
+        "law_px": answer.get("law_px") or math.nan,
         "oracle_px": oracle.get("oracle_px", math.nan),
     }
 

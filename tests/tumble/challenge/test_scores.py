@@ -70,7 +70,17 @@ def test_pulls_are_errors_over_their_standard_deviations() -> None:
 
 
 def table(hits: int, misses: int, alarms: int) -> Scored:
-    base = {"ratio": 3.0, "base_px": 0.3, "final_px": 0.2, "oracle_px": 0.2, "empirical_px": math.nan, "stage": "", "true_stage": ""}
+    base = {
+        "ratio": 3.0,
+        "base_px": 0.3,
+        "final_px": 0.2,
+        "oracle_px": 0.2,
+        "empirical_px": math.nan,
+        "law_px": math.nan,
+        "law": "",
+        "stage": "",
+        "true_stage": "",
+    }
     base |= {"cpu_register_s": 1.0, "cpu_diagnose_s": 10.0, "cpu_explain_s": 50.0, "unknown": False}
     rows = [{**base, **named(case("single", "gravity"), answer(("gravity",))), "ratio": 3.0}] * hits
     rows += [{**base, **named(case("single", "gravity"), answer(("blooming",))), "final_px": 0.3, "ratio": 3.0}] * misses
@@ -93,7 +103,7 @@ def verdicts(scored: Scored) -> dict[str, str]:
 def test_a_perfect_solver_holds_every_line_that_has_cases() -> None:
     found = verdicts(table(250, 0, 0))
     assert found.pop("both effects of a pair found") == TOO_FEW
-    outside = [what for what in found if "outside" in what or "stage" in what or "empirical" in what]
+    outside = [what for what in found if "outside" in what or "stage" in what or "empirical" in what or "law" in what]
     assert all(found.pop(what) == TOO_FEW for what in outside)
     assert set(found.values()) == {HELD}
 
@@ -117,6 +127,18 @@ def test_rendered_cases_are_counted_apart() -> None:
     assert (right.value, right.verdict) == (75.0, MISSED)
     assert (effects.value, effects.verdict) == (13.0, HELD)
     assert next(f for f in figures if f.line == "1").n == 250
+
+
+def test_laws_of_unknown_forces() -> None:
+    """Excess of 0.3² over 0.1²; the empirical term leaves 0.02, the law 0.05; of three laws two are of the right kind."""
+    drawn = table(250, 0, 0)
+    base = {**drawn.cases.iloc[0].to_dict(), "kind": "outside", "base_px": 0.3, "oracle_px": 0.1, "empirical_px": 0.02**0.5}
+    laws = (("outgassing_thrust", "body_fixed"), ("wall_attraction", "against_spin+towards_plane"), ("wall_attraction", "body_fixed"))
+    rows = [{**base, "hidden": hidden, "law": law, "law_px": 0.05**0.5} for hidden, law in laws]
+    figures = {f.what: f for f in acceptance(Scored(pd.DataFrame(rows), drawn.parameters, drawn.velocities))}
+    assert figures["excess of held-out squares that the empirical force removes, median"].value == pytest.approx(100 * 7 / 8)
+    assert figures["the same, that the proposed law removes, median"].value == pytest.approx(50.0)
+    assert figures["proposed laws with a term of the right family"].value == pytest.approx(200 / 3)
 
 
 def test_a_share_has_an_exact_interval_and_is_printed_with_its_number() -> None:
