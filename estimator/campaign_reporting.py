@@ -1,14 +1,16 @@
 """From a fitted campaign to what a user reads: an estimate per sequence under the model with its effects, and the effects' values."""
 
 import dataclasses
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.estimate import Estimate, FrameReport, Status, VelocityEstimate
+from datasets.estimate import Estimate, Status, VelocityEstimate
 from datasets.observation import Observation
+from datasets.trajectory import Trajectory
 from datasets.vocabulary.effects import Parameter, Scope
 from estimator.configuration import Configuration
 from estimator.effects.link import EffectModel
@@ -16,8 +18,8 @@ from estimator.effects.parameter_values import WithInterval
 from estimator.fitting.campaign import CampaignFit, shared_prior, solve_arrow
 from estimator.fitting.campaign_covariance import CampaignCovariance
 from estimator.fitting.forced_velocities import body_under, motion_under, velocities_under
-from estimator.fitting.model_errors import SequenceTask
-from estimator.motion.flight import N_PARAMETERS, NAMES, Flight, fitted_body
+from estimator.fitting.measurement_kind import MeasurementKind
+from estimator.motion.flight import N_PARAMETERS, NAMES, OMEGA, Flight, fitted_body
 from estimator.pipeline import MOST_MEAN_SQUARE
 from estimator.registration import Registered
 from estimator.reporting import versions
@@ -73,7 +75,7 @@ def _representatives(effect: EffectModel, particle: tuple[int, ...], camera: tup
 
 def campaign_estimates(
     registered: Registered,
-    observations: dict[str, Observation],
+    observations: Mapping[str, Observation | Trajectory],
     fit: CampaignFit,
     covariance: CampaignCovariance,
     configuration: Configuration,
@@ -84,32 +86,33 @@ def campaign_estimates(
     for number, sequence in enumerate(registered.campaign.sequences):
         flight, theta = fit.state.flights[number], fit.state.theta[number]
         C = covariance.of(number, np.arange(N_PARAMETERS + fit.model.size))
-        made.append(_estimate((sequence, observations[sequence.name]), (flight, theta), fit, (number, C, to_go), configuration))
+        what = (registered.campaign.kind, sequence, observations[sequence.name])
+        made.append(_estimate(what, (flight, theta), fit, (number, C, to_go), configuration))
     return tuple(made)
 
 
 def _estimate(
-    what: tuple[SequenceTask, Observation],
+    what: tuple[MeasurementKind, Any, Observation | Trajectory],
     state: tuple[Flight, Array],
     fit: CampaignFit,
     at: tuple[int, Array, float],
     configuration: Configuration,
 ) -> Estimate:
-    (sequence, observation), (flight, theta), (number, C, to_go) = what, state, at
+    (kind, sequence, observation), (flight, theta), (number, C, to_go) = what, state, at
     setting = sequence.setting
     times = setting.times_s
     frames = fit.equations[number].frames
     status, message = _judged(fit, frames.mean_square, to_go)
     told: dict[str, Any] = {
-        "frames": _frame_reports(sequence, observation, fit, number),
-        "statistics": _statistics(fit, number),
+        "frames": kind.frame_reports(sequence, observation, fit.equations[number]),
+        "statistics": {**kind.statistics(fit.equations[number]), **_of_fit(fit, number)},
         "configuration": dataclasses.asdict(configuration),
         "versions": versions(),
     }
     if status is not Status.CONVERGED:
         return Estimate(name=sequence.name, status=status, message=message, **told)
     middle = float(times[(len(times) - 1) // 2])
-    return Estimate(
+    estimate = Estimate(
         name=sequence.name,
         status=status,
         message=message,
@@ -122,6 +125,28 @@ def _estimate(
         covariance=C,
         **told,
     )
+    return without(estimate, kind.unmeasured(sequence))
+
+
+def without(estimate: Estimate, columns: NDArray[np.int64]) -> Estimate:
+    """The estimate with nothing said of the flight's parameters ``columns`` that were not measured: NaN."""
+    if not len(columns):
+        return estimate
+    covariance, values = estimate.covariance.copy(), estimate.values.copy()
+    covariance[columns], covariance[:, columns], values[columns] = np.nan, np.nan, np.nan
+    estimate = replace(estimate, covariance=covariance, values=values)
+    if OMEGA.start not in columns or estimate.motion is None or estimate.start is None or estimate.middle is None:
+        return estimate
+    start, middle = (_without_spin(each) for each in (estimate.start, estimate.middle))
+    motion = replace(estimate.motion, omega_world=np.full_like(estimate.motion.omega_world, np.nan))
+    said = f"{estimate.message} Orientation and spin were not measured."
+    return replace(estimate, message=said, motion=motion, start=start, middle=middle)
+
+
+def _without_spin(velocity: VelocityEstimate) -> VelocityEstimate:
+    covariance = velocity.covariance.copy()
+    covariance[3:], covariance[:, 3:] = np.nan, np.nan
+    return replace(velocity, omega_world=np.full(3, np.nan), covariance=covariance)
 
 
 def left_to_go(registered: Registered, fit: CampaignFit, covariance: CampaignCovariance) -> float:
@@ -145,42 +170,20 @@ def _judged(fit: CampaignFit, mean_square: float, to_go: float) -> tuple[Status,
     if not to_go < MOST_TO_GO:
         return Status.NO_CONVERGENCE, f"the campaign's fit did not settle: its next step would be {to_go:.1f} standard deviations."
     if mean_square > MOST_MEAN_SQUARE:
-        return Status.NO_CONVERGENCE, f"the fit misses the outlines by {np.sqrt(mean_square):.1f} times their noise."
+        return Status.NO_CONVERGENCE, f"the fit misses the measurement by {np.sqrt(mean_square):.1f} times their noise."
     effects = ", ".join(e.entry.title for e in fit.model.effects if e.held is None)
     return Status.CONVERGED, f"converged, fitted jointly with its campaign; effects in the model: {effects or 'none'}."
 
 
-def _velocity(flight: Flight, theta: Array, at: tuple[CampaignFit, float, Array], sequence: SequenceTask) -> VelocityEstimate:
+def _velocity(flight: Flight, theta: Array, at: tuple[CampaignFit, float, Array], sequence: Any) -> VelocityEstimate:
     fit, time_s, C = at
     value, J = velocities_under(flight, fit.model, theta, sequence.setting, float(time_s))
     covariance = J @ C @ J.T
     return VelocityEstimate(float(time_s), value[:3], value[3:], 0.5 * (covariance + covariance.T), np.full((6, 6), np.nan))
 
 
-def _statistics(fit: CampaignFit, number: int) -> dict[str, Any]:
-    equations = fit.equations[number]
-    seen = equations.errors.tangency.valid
+def _of_fit(fit: CampaignFit, number: int) -> dict[str, Any]:
     return {
-        "n_pairs": int(seen.sum()),
-        "pairs_without_tangents": int((~seen).sum()),
-        "rms_ete_px": float(np.sqrt(np.mean(equations.errors.e[seen] ** 2))),
-        "whitened_mean_square": equations.frames.mean_square,
+        "whitened_mean_square": fit.equations[number].frames.mean_square,
         "campaign_effects": [e.entry.key for e in fit.model.effects if e.held is None],
     }
-
-
-def _frame_reports(sequence: SequenceTask, observation: Observation, fit: CampaignFit, number: int) -> tuple[FrameReport, ...]:
-    equations, sightings = fit.equations[number], sequence.task.sightings
-    seen = np.repeat(equations.errors.tangency.valid[:, :, None], 2, axis=2)
-    rms = np.sqrt((equations.errors.e**2).sum(axis=(1, 2)) / np.maximum(seen.sum(axis=(1, 2)), 1))
-    whitened = np.sqrt(equations.frames.chi2 / np.maximum(equations.frames.count, 1))
-    used = {(int(c), int(f)): i for i, (c, f) in enumerate(zip(sightings.camera, sightings.frame, strict=True))}
-    reports = []
-    for camera, recording in enumerate(observation.recordings):
-        for frame in range(len(recording)):
-            row = used.get((camera, frame))
-            if row is None:
-                reports.append(FrameReport(camera, frame, False, "no usable outline", 0.0, 0.0))
-            else:
-                reports.append(FrameReport(camera, frame, True, "", float(rms[row]), float(whitened[row])))
-    return tuple(reports)

@@ -47,13 +47,13 @@ def axes_of(campaign: Campaign, fit: CampaignFit) -> Axes:
     camera = campaign.sequences[0].task.sightings.cameras[0].intrinsics
     radius = np.linalg.norm(c["point"] - np.array([camera.cx_px, camera.cy_px]), axis=1)
     axes = (
-        _even("time", "time", "frame", c["frame"]),
+        even("time", "time", "frame", c["frame"]),
         _grid(c["point"]),
-        _even("radius", "distance from the principal point", "px", radius),
+        even("radius", "distance from the principal point", "px", radius),
         _directions("outline_direction", "direction of the outline's normal in the picture", c["angle"]),
         _cells(c["body"]),
-        _even("speed", "speed", "m/s", c["speed"]),
-        _phase(c["turned"]),
+        even("speed", "speed", "m/s", c["speed"]),
+        phase(c["turned"]),
         _views(c["view"].astype(np.int64)),
     )
     return Axes(axes, c["flying"])
@@ -92,7 +92,7 @@ def _flying(sequence: SequenceTask, each: SequenceEquations) -> Array:
     return np.asarray(moving / np.maximum(np.linalg.norm(moving, axis=1, keepdims=True), 1e-12))
 
 
-def _even(name: str, title: str, unit: str, values: Array) -> Axis:
+def even(name: str, title: str, unit: str, values: Array) -> Axis:
     """Bins of equal width over all values."""
     low, high = float(values.min()), float(values.max())
     edges = np.linspace(low, high + 1e-9 * max(1.0, abs(high)), BINS + 1)
@@ -116,7 +116,7 @@ def _directions(name: str, title: str, degrees: Array) -> Axis:
     return Axis(name, title, "°", number, width * np.arange(DIRECTIONS, dtype=np.float64), displaces=False)
 
 
-def _phase(degrees: Array) -> Axis:
+def phase(degrees: Array) -> Axis:
     """Bins of the angle turned since the first frame; where that is less than a turn it says the same as time."""
     whole = bool(degrees.max() >= 360.0)
     title = "angle turned, modulo one turn" if whole else "angle turned since the first frame"

@@ -16,14 +16,27 @@ SIGNS = {
     "along_v": ("outlines are displaced along +v", "outlines are displaced along −v"),
     "along_x": ("outlines are displaced to the right (+x)", "outlines are displaced to the left (−x)"),
     "along_y": ("outlines are displaced downwards (+y)", "outlines are displaced upwards (−y)"),
+    "position_along": ("measured positions are ahead of the model's, along +v", "measured positions are behind the model's, along −v"),
+    "turn_along": ("the measured body has turned further than the model's", "the measured body has turned less far than the model's"),
+    **{f"position_{a}": (f"measured positions lie towards +{a}", f"measured positions lie towards −{a}") for a in "xyz"},
+    **{f"turn_{a}": (f"the measured body is turned about +{a}", f"the measured body is turned about −{a}") for a in "xyz"},
+}
+TITLES = {
+    "offset": "outwards",
+    "along_v": "along v",
+    "along_x": "along x",
+    "along_y": "along y",
+    "position_along": "position along v",
+    "turn_along": "turn about the spin",
+    **{f"position_{a}": f"position along {a}" for a in "xyz"},
+    **{f"turn_{a}": f"turn about {a}" for a in "xyz"},
 }
 COMPASS = ("right", "lower right", "down", "lower left", "left", "upper left", "up", "upper right")
 
 
 def title_of(found: ResidualMap) -> str:
     """A map's title."""
-    kind = {"offset": "outwards", "along_v": "along v", "along_x": "along x", "along_y": "along y"}[found.kind]
-    return f"{kind}, over {found.axis.title}"
+    return f"{TITLES[found.kind]}, over {found.axis.title}"
 
 
 def sentence_of(found: ResidualMap) -> str:
@@ -34,7 +47,7 @@ def sentence_of(found: ResidualMap) -> str:
     rows = np.arange(first, last + 1, dtype=np.int64)
     worst = rows[np.argmax(np.abs(found.mean_px[rows]))]
     sign = SIGNS[found.kind][0 if found.mean_px[worst] > 0 else 1]
-    size = f"{found.mean_px[worst]:+.3f} ± {found.sigma_px[worst]:.3f} px"
+    size = f"{found.mean_px[worst]:+.3f} ± {found.sigma_px[worst]:.3f} {found.unit}"
     others = _others(found, rows)
     return f"{sign[0].upper()}{sign[1:]} {where(found, first, last)} ({size}){_trend(found)}{others} ({p_words(found.p)})."
 
@@ -63,7 +76,7 @@ def _others(found: ResidualMap, told: Index) -> str:
     if not opposite:
         return ""
     best = max(opposite, key=lambda i: abs(z[i]))
-    return f", the other way {where(found, best, best)} ({found.mean_px[best]:+.3f} ± {found.sigma_px[best]:.3f} px)"
+    return f", the other way {where(found, best, best)} ({found.mean_px[best]:+.3f} ± {found.sigma_px[best]:.3f} {found.unit})"
 
 
 def _trend(found: ResidualMap) -> str:

@@ -105,7 +105,13 @@ class _Sums:
 
 
 def noise_floor(campaign: Campaign, fit: CampaignFit, rng: np.random.Generator) -> NoiseFloor:
-    """Judge the residuals of a fit."""
+    """Judge the residuals of a fit as the campaign's kind of measurement does."""
+    floor: NoiseFloor = campaign.kind.noise_floor(campaign, fit, rng)
+    return floor
+
+
+def silhouette_floor(campaign: Campaign, fit: CampaignFit, rng: np.random.Generator) -> NoiseFloor:
+    """Judge the residuals of a fit to silhouettes."""
     sums = [_sums(sequence, each) for sequence, each in zip(campaign.sequences, fit.equations, strict=True)]
     square, repeated, own, _ = _ratios(sums, [np.arange(len(s.square)) for s in sums])
     drawn = np.array([_ratios(*_draw(sums, rng)) for _ in range(DRAWS)])

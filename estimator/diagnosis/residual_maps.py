@@ -11,15 +11,16 @@ shows anything is Hotelling's T-squared of all its bins, its p-value corrected f
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import f as f_distribution
 
 from estimator.diagnosis.map_axes import Axes, Axis, axes_of
+from estimator.fitting.body_fixed_error import field_covariance
 from estimator.fitting.campaign import Campaign, CampaignFit, SequenceEquations
-from estimator.fitting.composite_likelihood import body_cells
+from estimator.fitting.campaign_noise import body_noise_px, places_of
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -45,7 +46,8 @@ class ResidualMap:
     """One map: the component ``kind`` of the residual over one axis.
 
     ``centre`` (b,) middle of each bin in the axis's unit, ``second`` (b,) that of its second coordinate where it has one; ``mean_px`` and
-    ``sigma_px`` (b,), ``count`` (b,) residuals; ``statistic`` Hotelling's F, ``p`` corrected for the number of maps.
+    ``sigma_px`` (b,), ``count`` (b,) residuals; ``statistic`` Hotelling's F, ``p`` corrected for the number of maps; ``unit`` of what is
+    mapped, if not px.
     """
 
     axis: Axis
@@ -56,6 +58,7 @@ class ResidualMap:
     count: Index
     statistic: float
     p: float
+    unit: str = "px"
 
     @property
     def centre(self) -> Array:
@@ -74,7 +77,13 @@ class ResidualMap:
 
 
 def residual_maps(campaign: Campaign, fit: CampaignFit) -> tuple[ResidualMap, ...]:
-    """All maps of a fit, those that show most first."""
+    """All maps of a fit, those that show most first, made as the campaign's kind of measurement makes them."""
+    maps: tuple[ResidualMap, ...] = campaign.kind.residual_maps(campaign, fit)
+    return maps
+
+
+def silhouette_maps(campaign: Campaign, fit: CampaignFit) -> tuple[ResidualMap, ...]:
+    """All maps of a fit to silhouettes, those that show most first."""
     axes = axes_of(campaign, fit)
     e = np.concatenate([each.errors.e[_seen(each)] for each in fit.equations])
     at = (_repeated(campaign, fit), _directions(fit, axes))
@@ -84,12 +93,8 @@ def residual_maps(campaign: Campaign, fit: CampaignFit) -> tuple[ResidualMap, ..
             found = _map(axis, kind, e, at)
             if found is not None:
                 maps.append(found)
-    corrected = [_with_p(each, min(1.0, each.p * len(maps))) for each in maps]
+    corrected = [replace(each, p=min(1.0, each.p * len(maps))) for each in maps]
     return tuple(sorted(corrected, key=lambda m: (m.p, -m.statistic)))
-
-
-def _with_p(found: ResidualMap, p: float) -> ResidualMap:
-    return ResidualMap(found.axis, found.kind, found.bins, found.mean_px, found.sigma_px, found.count, found.statistic, p)
 
 
 def _seen(each: SequenceEquations) -> NDArray[np.bool_]:
@@ -130,21 +135,26 @@ def _design(kind: str, directions: dict[str, Array], n: int, displaces: bool) ->
 class _Repeated:
     """What comes back in residuals (r,): their ``frame``, their place on a view's outline and on the body, and how large those errors are.
 
-    ``view_px`` (r,) standard deviation of the view's noise in the high-speed picture, ``body_px`` of the body-fixed error.
+    ``view_px`` (r,) standard deviation of the view's noise in the high-speed picture, ``body_px`` (r,) of the body-fixed error of their
+    ``particle``.
     """
 
     frame: Index
     view_place: Index
     view_px: Array
+    particle: Index
     body_place: Index
-    body_px: float
+    body_px: Array
 
     def covariance(self, influence: Array, residual: Array, body_share: float) -> Array:
         """Covariance (b, b) of means to which residuals contribute ``influence`` (b, r) each."""
         own = _summed(influence * residual, self.frame)
         views = _summed(influence * self.view_px, self.view_place)
-        body = _summed(influence * body_share * self.body_px, self.body_place)
-        return np.asarray(own @ own.T + views @ views.T + body @ body.T)
+        total = own @ own.T + views @ views.T
+        for number in np.unique(self.particle):
+            rows = self.particle == number
+            total += field_covariance(self.body_place[rows], (influence * body_share * self.body_px)[:, rows].T)
+        return np.asarray(total)
 
 
 def _summed(rows: Array, group: Index) -> Array:
@@ -155,9 +165,7 @@ def _summed(rows: Array, group: Index) -> Array:
 
 def _repeated(campaign: Campaign, fit: CampaignFit) -> _Repeated:
     errors = [each.errors for each in fit.equations]
-    cells = body_cells(np.concatenate([e.normals for e in errors]), np.concatenate([e.viewing for e in errors]))
-    particle = np.repeat(np.array(campaign.particle), [len(e.e) for e in errors])
-    cells = cells + (int(cells.max()) + 1) * particle[:, None, None]
+    counts = [int(_seen(each).sum()) for each in fit.equations]
     seen = np.concatenate([_seen(each) for each in fit.equations])
     places, sizes = [], []
     for sequence, each, group in zip(campaign.sequences, errors, campaign.particle, strict=True):
@@ -174,8 +182,9 @@ def _repeated(campaign: Campaign, fit: CampaignFit) -> _Repeated:
         frame=_frames(fit),
         view_place=np.asarray(view_place, dtype=np.int64),
         view_px=np.concatenate(sizes),
-        body_place=cells[seen].astype(np.int64),
-        body_px=campaign.body_noise_px,
+        particle=np.repeat(np.array(campaign.particle, dtype=np.int64), counts),
+        body_place=places_of(errors).cell[seen],
+        body_px=np.repeat(body_noise_px(campaign, errors), counts),
     )
 
 

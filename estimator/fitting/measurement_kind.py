@@ -10,12 +10,13 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from datasets.estimate import FrameReport
 from estimator.effects.link import EffectModel
 from estimator.effects.model import Model
 from estimator.motion.flight import Flight
 
 if TYPE_CHECKING:
-    from estimator.fitting.campaign import Campaign, SequenceEquations
+    from estimator.fitting.campaign import Campaign, CampaignFit, SequenceEquations
     from estimator.fitting.time_shifts import TimeShifts
 
 Array = NDArray[np.float64]
@@ -68,6 +69,26 @@ class MeasurementKind(Protocol):
 
     def why_not(self, campaign: "Campaign", effect: EffectModel) -> str | None:
         """Why an effect does not apply to such measurements; ``None``: it does."""
+        ...
+
+    def noise_floor(self, campaign: "Campaign", fit: "CampaignFit", rng: np.random.Generator) -> Any:
+        """Whether residuals are larger than noise: a :class:`estimator.diagnosis.noise_floor.NoiseFloor`."""
+        ...
+
+    def residual_maps(self, campaign: "Campaign", fit: "CampaignFit") -> Any:
+        """Where they are: a tuple of :class:`estimator.diagnosis.residual_maps.ResidualMap`, those that show most first."""
+        ...
+
+    def statistics(self, equations: "SequenceEquations") -> dict[str, Any]:
+        """Figures of one sequence's residuals, for its estimate."""
+        ...
+
+    def frame_reports(self, sequence: Any, observation: Any, equations: "SequenceEquations") -> tuple[FrameReport, ...]:
+        """What became of every frame of what the sequence was made from."""
+        ...
+
+    def unmeasured(self, sequence: Any) -> NDArray[np.int64]:
+        """The flight's parameters that the sequence says nothing of and nobody states."""
         ...
 
     def adapted(self, effect: EffectModel) -> EffectModel:

@@ -2,14 +2,19 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from datasets.estimate import FrameReport
+from datasets.observation import Observation
+from estimator.diagnosis.noise_floor import NoiseFloor, silhouette_floor
+from estimator.diagnosis.residual_maps import ResidualMap, silhouette_maps
 from estimator.effects.curvature_bias import CurvatureBias
 from estimator.effects.link import EffectModel
 from estimator.effects.model import Model
-from estimator.fitting.campaign import Campaign, SequenceEquations
+from estimator.fitting.campaign import Campaign, CampaignFit, SequenceEquations
 from estimator.fitting.campaign_noise import repeated_noise
 from estimator.fitting.composite_likelihood import RandomShift, weigh_linear
 from estimator.fitting.model_errors import ModelErrors, SequenceTask, model_errors
@@ -85,6 +90,44 @@ class Silhouettes:
         """Every effect of the catalogue applies."""
         del campaign, effect
         return None
+
+    def noise_floor(self, campaign: Campaign, fit: CampaignFit, rng: np.random.Generator) -> NoiseFloor:
+        """Against outlines' noise that changes with every frame."""
+        return silhouette_floor(campaign, fit, rng)
+
+    def residual_maps(self, campaign: Campaign, fit: CampaignFit) -> tuple[ResidualMap, ...]:
+        """Of outline-normal residuals."""
+        return silhouette_maps(campaign, fit)
+
+    def statistics(self, equations: SequenceEquations) -> dict[str, Any]:
+        """Pairs and their errors."""
+        seen = equations.errors.tangency.valid
+        return {
+            "n_pairs": int(seen.sum()),
+            "pairs_without_tangents": int((~seen).sum()),
+            "rms_ete_px": float(np.sqrt(np.mean(equations.errors.e[seen] ** 2))),
+        }
+
+    def frame_reports(self, sequence: SequenceTask, observation: Observation, equations: SequenceEquations) -> tuple[FrameReport, ...]:
+        """Every picture of every camera."""
+        sightings, seen = sequence.task.sightings, equations.errors.seen
+        rms = np.sqrt((equations.errors.e**2).sum(axis=(1, 2)) / np.maximum(seen.sum(axis=(1, 2)), 1))
+        whitened = np.sqrt(equations.frames.chi2 / np.maximum(equations.frames.count, 1))
+        used = {(int(c), int(f)): i for i, (c, f) in enumerate(zip(sightings.camera, sightings.frame, strict=True))}
+        reports = []
+        for camera, recording in enumerate(observation.recordings):
+            for frame in range(len(recording)):
+                row = used.get((camera, frame))
+                if row is None:
+                    reports.append(FrameReport(camera, frame, False, "no usable outline", 0.0, 0.0))
+                else:
+                    reports.append(FrameReport(camera, frame, True, "", float(rms[row]), float(whitened[row])))
+        return tuple(reports)
+
+    def unmeasured(self, sequence: SequenceTask) -> NDArray[np.int64]:
+        """None."""
+        del sequence
+        return np.zeros(0, dtype=np.int64)
 
     def adapted(self, effect: EffectModel) -> EffectModel:
         """The catalogue was written for silhouettes."""

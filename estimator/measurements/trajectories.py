@@ -6,17 +6,22 @@ has the size of a likelihood for everything slow, and the gradient's covariance 
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from datasets.estimate import FrameReport
+from estimator.diagnosis.residual_maps import ResidualMap
 from estimator.effects.link import EffectModel
 from estimator.effects.model import Model
-from estimator.fitting.campaign import Campaign, SequenceEquations
+from estimator.fitting.campaign import Campaign, CampaignFit, SequenceEquations
 from estimator.fitting.composite_likelihood import WeighedFrames
 from estimator.fitting.time_shifts import TimeShifts
-from estimator.motion.flight import N_PARAMETERS, Flight
+from estimator.motion.flight import COM, N_PARAMETERS, Flight
 from estimator.trajectories.applying import needs, with_plausible_values
+from estimator.trajectories.noise_floor import TrajectoryFloor, trajectory_floor
+from estimator.trajectories.residual_maps import trajectory_maps
 from estimator.trajectories.task import TrajectoryErrors, TrajectoryTask, trajectory_errors
 
 Array = NDArray[np.float64]
@@ -86,6 +91,32 @@ class Trajectories:
         if "spin" in asked and not measured & {"theta", "omega"}:
             return "it needs a measured orientation or spin"
         return None
+
+    def noise_floor(self, campaign: Campaign, fit: CampaignFit, rng: np.random.Generator) -> TrajectoryFloor:
+        """Against noise that changes from row to row."""
+        return trajectory_floor(campaign, fit, rng)
+
+    def residual_maps(self, campaign: Campaign, fit: CampaignFit) -> tuple[ResidualMap, ...]:
+        """Of positions and turns."""
+        return trajectory_maps(campaign, fit)
+
+    def statistics(self, equations: SequenceEquations) -> dict[str, Any]:
+        """RMS of the residuals, each channel in its own unit, and of its noise."""
+        errors = equations.errors
+        sigma = np.sqrt(errors.variance)
+        rms = np.sqrt(np.sum((errors.e * sigma) ** 2, axis=0) / np.maximum(errors.seen.sum(axis=0), 1))
+        return {"rows": len(errors.e), "rms": rms.tolist(), "noise": sigma.mean(axis=0).tolist()}
+
+    def frame_reports(self, sequence: TrajectoryTask, observation: Any, equations: SequenceEquations) -> tuple[FrameReport, ...]:
+        """Every row; there is no picture whose error could be told in pixels."""
+        del sequence, observation
+        whitened = np.sqrt(equations.frames.chi2 / np.maximum(equations.frames.count, 1))
+        return tuple(FrameReport(0, row, True, "", 0.0, float(value)) for row, value in enumerate(whitened))
+
+    def unmeasured(self, sequence: TrajectoryTask) -> NDArray[np.int64]:
+        """Orientation and spin, where they are not varied; the body is stated."""
+        state = np.arange(N_PARAMETERS) < COM.start
+        return np.flatnonzero(sequence.still & state).astype(np.int64)
 
     def adapted(self, effect: EffectModel) -> EffectModel:
         """Tracked things may be larger and slower than particles before a camera."""
