@@ -4,7 +4,7 @@ The family that names the stage (:mod:`estimator.diagnosis.unknown`) joins the m
 is a curve of each per sequence (:mod:`estimator.effects.force_curves`), of which one that is compatible with zero goes again. What it is
 worth is judged on frames and sequences that were not fitted: the share of the excess over the noise floor that it removes. For a
 force or torque a law is looked for (:mod:`estimator.diagnosis.law`) and fitted to the campaign in the curves' place; terms whose
-amplitudes are then compatible with zero go again, since the regression was linear about a model without any force.
+amplitudes are then compatible with zero go again.
 """
 
 from collections.abc import Callable
@@ -114,7 +114,7 @@ def _floor(campaign: Campaign, fit: CampaignFit) -> float:
 
 
 def _law(campaign: Campaign, fit: CampaignFit, wide: CampaignFit, at: tuple[HeldOut, float]) -> LawFit | None:
-    law = find_law(pooled_scores(campaign, fit, wide))
+    law = find_law(pooled_scores(campaign, wide))
     if law is None:
         return None
     terms = with_amplitudes(law)

@@ -1,8 +1,9 @@
 """What all sequences of a campaign together say of a force and a torque that the model lacks, ready for regression on laws.
 
-The columns are the coefficients of :mod:`estimator.effects.force_curves` of every sequence. At the fit without them the efficient scores
-``g`` have mean ``-H c`` for a curve with coefficients ``c``, and covariance ``M``. A law with parameters theta gives, along the motion of
-the flights, the coefficients ``c(theta)``; so ``W g = -W H c(theta) + noise`` with ``WᵀW = M⁻¹`` is a regression with white noise.
+The columns are the coefficients of :mod:`estimator.effects.force_curves` of every sequence, and the scores are taken where fitted curves
+``c0`` stand still in the model: there everything else is linear, however strong the force. The efficient scores ``g`` have mean
+``-H (c - c0)`` for a true curve with coefficients ``c``, and covariance ``M``. A law with parameters theta gives, along the motion of the
+flights, the coefficients ``c(theta)``; so ``W (H c0 - g) = W H c(theta) + noise`` with ``WᵀW = M⁻¹`` is a regression with white noise.
 
 Why scores rather than the recovered curve: the curve's coefficients are ``-H⁻¹ g`` with covariance ``H⁻¹ M H⁻¹``, and generalised least
 squares on them is the same up to H being inverted. Directions that the data hardly see (constant terms beside position and velocity) make
@@ -19,15 +20,17 @@ from numpy.typing import NDArray
 
 from estimator.diagnosis.ranking import whitener
 from estimator.diagnosis.score_tests import Candidates, EfficientScores, score_tests
-from estimator.effects.force_curves import DEGREES, FreeForceCurve, FreeTorqueCurve
+from estimator.effects.force_curves import DEGREES, FreeForceCurve, FreeTorqueCurve, StandingForceCurve, StandingTorqueCurve
 from estimator.effects.law_terms import Link, Term
 from estimator.effects.link import Moment
-from estimator.fitting.campaign import Campaign, CampaignFit
+from estimator.effects.model import Model
+from estimator.fitting.campaign import Campaign, CampaignFit, fit_campaign
 from estimator.fitting.forced_velocities import forced_states
 from estimator.motion.flight import N_PARAMETERS
 from estimator.motion.rigid_body import rotation_matrices
 
 Array = NDArray[np.float64]
+N_COEFFICIENTS = 3 * len(DEGREES)
 LINKS: tuple[Link, ...] = ("acceleration", "torque")
 NODES = 24
 
@@ -65,16 +68,21 @@ def repeated(moments: Moment, times: int) -> Moment:
     return Moment(cast(float, time_s), *others)
 
 
-def pooled_scores(campaign: Campaign, fit: CampaignFit, motion: CampaignFit) -> PooledScores:
-    """Scores at ``fit``; places, velocities and axes along ``motion``, a fit that follows the flights whatever pushes them."""
-    _, scores = score_tests(campaign, fit, Candidates.of(campaign, (FreeForceCurve(), FreeTorqueCurve())))
+def pooled_scores(campaign: Campaign, wide: CampaignFit) -> PooledScores:
+    """Scores of a campaign fitted with both curves, the last effects of the model, as if they were not there."""
+    model = Model((*wide.model.effects[:-2], StandingForceCurve(), StandingTorqueCurve()))
+    standing = fit_campaign(campaign, wide.state, model, most_steps=0)
+    _, scores = score_tests(campaign, standing, Candidates.of(campaign, (FreeForceCurve(), FreeTorqueCurve())))
     node, weight = np.polynomial.legendre.leggauss(NODES)
     powers = np.polynomial.legendre.legvander(node, DEGREES[-1])
     W = whitener(scores.M)
+    design = _design(scores, W, len(campaign.sequences))
+    curves = np.array([theta[-2 * N_COEFFICIENTS :].reshape(2, len(DEGREES), 3) for theta in wide.state.theta])
+    there = sum((np.einsum("rsdx,sdx->r", design[link], curves[:, number]) for number, link in enumerate(LINKS)), np.zeros(len(W)))
     return PooledScores(
-        y=-W @ scores.g,
-        design=_design(scores, W, len(campaign.sequences)),
-        moments=moments_along(campaign, motion, 0.5 * (node + 1.0)),
+        y=there - W @ scores.g,
+        design=design,
+        moments=moments_along(campaign, wide, 0.5 * (node + 1.0)),
         projector=(2.0 * np.array(DEGREES) + 1.0)[:, None] / 2.0 * powers.T * weight,
         sequences=len(campaign.sequences),
     )

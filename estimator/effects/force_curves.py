@@ -53,6 +53,18 @@ class FreeTorqueCurve(TorqueCurve):
     held = None
 
 
+class StandingForceCurve(FreeForceCurve):
+    """A curve that a fit leaves as it is."""
+
+    frozen = ForceCurve.entry.names
+
+
+class StandingTorqueCurve(FreeTorqueCurve):
+    """A curve that a fit leaves as it is."""
+
+    frozen = TorqueCurve.entry.names
+
+
 def basis(times_s: Array, setting: Setting) -> Array:
     """Polynomials (n, 10) at times (n,) s since the first frame."""
     return np.asarray(legendre.legvander(phase(times_s, setting), DEGREES[-1]))
