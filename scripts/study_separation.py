@@ -22,7 +22,7 @@ from datasets.recipes.recipe import EffectRecipe, MotionRecipe, ParticleRecipe, 
 from datasets.vocabulary.camera import HsvCamera
 from estimator.configuration import Configuration
 from estimator.diagnosis.adding import base_fit
-from estimator.diagnosis.candidate_recordings import RECORDINGS
+from estimator.diagnosis.candidate_recordings import FARTHER, RECORDINGS
 from estimator.diagnosis.diagnose import Diagnosis, diagnose
 from estimator.diagnosis.explain import Rules
 from estimator.diagnosis.separation import Prospect, separations
@@ -99,10 +99,10 @@ MADE: dict[str, Made] = {
 
 
 def second_camera(first: HsvCamera, at: np.ndarray[Any, np.dtype[np.float64]]) -> HsvCamera:
-    """The first camera turned by 90 degrees about the vertical through ``at`` (3,) m."""
+    """The first camera turned by 90 degrees about the vertical through ``at`` (3,) m, and a little farther away."""
     turn = Rotation.from_euler("y", 90.0, degrees=True).as_matrix()
     R = first.R_cam_world @ turn.T
-    place = at + turn @ (-first.R_cam_world.T @ first.t_cam_world - at)
+    place = at + FARTHER * turn @ (-first.R_cam_world.T @ first.t_cam_world - at)
     return HsvCamera("second", first.intrinsics, R, -R @ place)
 
 

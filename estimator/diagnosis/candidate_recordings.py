@@ -20,15 +20,21 @@ from estimator.motion.rotation import quaternion_from_vector
 
 Array = NDArray[np.float64]
 Change = Callable[[Drop], Drop]
+FARTHER = 1.1
+"""Distance of a second camera over that of the first."""
 
 
 @dataclass(frozen=True)
 class CandidateRecording:
-    """A further drop: its name in ``words`` (a noun with its article), and the change that makes it from a recorded one."""
+    """A further drop: its name in ``words`` (a noun with its article), and the change that makes it from a recorded one.
+
+    ``pictures``: whether it only makes sense for a camera.
+    """
 
     key: str
     words: str
     change: Change
+    pictures: bool = False
 
 
 @dataclass(frozen=True)
@@ -89,18 +95,18 @@ def _nearer(drop: Drop) -> Drop:
 
 
 def _second_camera(drop: Drop) -> Drop:
-    """A second camera at the same distance from the particle, the first one turned about the vertical by 90 degrees."""
+    """A second camera, the first one turned about the vertical by 90 degrees and a little farther away: no two stand alike."""
     first, flight = drop.cameras[0], drop.flight
-    turn = _turned(_vertical(flight, first))
+    turn = _turned(_vertical(flight))
     R = first.R_cam_world @ turn.T
-    at = flight.x + turn @ (-first.R_cam_world.T @ first.t_cam_world - flight.x)
+    at = flight.x + FARTHER * turn @ (-first.R_cam_world.T @ first.t_cam_world - flight.x)
     return replace(drop, cameras=(first, HsvCamera("second", first.intrinsics, R, -R @ at)))
 
 
 def _released(drop: Drop) -> Drop:
     """A fall from rest, the velocity at the first frame known; the middle of the picture lies half-way down the path."""
     flight = in_the_middle(drop).flight
-    v = float(np.linalg.norm(flight.v)) * _vertical(flight, drop.cameras[0])
+    v = float(np.linalg.norm(flight.v)) * _vertical(flight)
     times = drop.times_s - drop.times_s[0] + flight.time_s
     half = 0.5 * float(times[-1] - times[0])
     x = flight.x - half * v - 0.5 * half**2 * flight.gravity_world
@@ -111,10 +117,10 @@ def _turned(axis: Array) -> Array:
     return np.asarray(Rotation.from_rotvec(0.5 * np.pi * axis).as_matrix())
 
 
-def _vertical(flight: Flight, camera: HsvCamera) -> Array:
-    """Unit vector along gravity, or down in the picture where there is none."""
+def _vertical(flight: Flight) -> Array:
+    """Unit vector along gravity, or along the world's second axis, down in the first picture, where there is none."""
     size = float(np.linalg.norm(flight.gravity_world))
-    return np.asarray(flight.gravity_world / size if size > 0.0 else camera.R_cam_world[1])
+    return np.asarray(flight.gravity_world / size if size > 0.0 else np.array([0.0, 1.0, 0.0]))
 
 
 def _across(vector: Array) -> Array:
@@ -129,14 +135,14 @@ RECORDINGS: tuple[CandidateRecording, ...] = (
     CandidateRecording("faster", "a drop twice as fast", _times_as_fast(2.0)),
     CandidateRecording("slower", "a drop half as fast", _times_as_fast(0.5)),
     CandidateRecording("opposite", "a drop thrown the opposite way", _times_as_fast(-1.0)),
-    CandidateRecording("sideways", "a drop thrown at right angles to these in the picture", _sideways),
+    CandidateRecording("sideways", "a drop thrown at right angles to these in the picture", _sideways, pictures=True),
     CandidateRecording("spinning", "a drop with twice the spin", _times_the_spin(2.0)),
     CandidateRecording("calm", "a drop with a quarter of the spin", _times_the_spin(0.25)),
     CandidateRecording("other_attitude", "a drop with the particle turned by 90 degrees", _other_attitude),
-    CandidateRecording("corner", "a drop near a corner of the picture", _in_a_corner),
-    CandidateRecording("nearer", "a drop at half the distance from the camera", _nearer),
+    CandidateRecording("corner", "a drop near a corner of the picture", _in_a_corner, pictures=True),
+    CandidateRecording("nearer", "a drop at half the distance from the camera", _nearer, pictures=True),
     CandidateRecording("released", "a fall from rest from a known height", _released),
-    CandidateRecording("second_camera", "a drop filmed by a second camera as well, at 90 degrees to the first", _second_camera),
+    CandidateRecording("second_camera", "a drop filmed by a second camera, too, at right angles", _second_camera, pictures=True),
 )
 """Recordings on trial, those that are easier to make first."""
 

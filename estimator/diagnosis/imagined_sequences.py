@@ -6,12 +6,13 @@ is not wholly in the picture are left out.
 """
 
 from dataclasses import dataclass, replace
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
-from datasets.vocabulary.camera import HsvCamera
+from datasets.vocabulary.camera import HsvCamera, Intrinsics
 from estimator.effects.link import Setting
 from estimator.effects.model import Model
 from estimator.fitting.campaign import SequenceEquations
@@ -30,7 +31,7 @@ NEVER_OUTLYING = 1e6
 
 @dataclass(frozen=True)
 class Drop:
-    """What would be recorded: a flight at the time stamps ``times_s`` (f,) by ``cameras``.
+    """What would be recorded: a flight at the time stamps ``times_s`` (f,) by ``cameras`` (none for a trajectory).
 
     ``known_start``: the flight's own ``v`` is that at the first frame and known beforehand.
     """
@@ -41,19 +42,14 @@ class Drop:
     known_start: bool = False
 
 
-def drop_of(sequence: SequenceTask, flight: Flight) -> Drop:
-    """The recorded drop itself, its time stamps laid about the flight's reference time."""
-    nominal = sequence.setting
-    return Drop(flight, _about(flight.time_s, len(nominal.times_s), nominal.interval_s), sequence.task.sightings.cameras)
-
-
 def lasting(drop: Drop, ratio: float) -> Drop:
     """The drop with ``ratio`` times as many frames."""
     interval = float(np.median(np.diff(drop.times_s)))
-    return replace(drop, times_s=_about(drop.flight.time_s, round(ratio * len(drop.times_s)), interval))
+    return replace(drop, times_s=about(drop.flight.time_s, round(ratio * len(drop.times_s)), interval))
 
 
-def _about(time_s: float, frames: int, interval_s: float) -> Array:
+def about(time_s: float, frames: int, interval_s: float) -> Array:
+    """Time stamps (f,) with ``time_s`` in their middle."""
     return np.asarray(time_s + interval_s * (np.arange(frames) - (frames - 1) // 2))
 
 
@@ -63,7 +59,12 @@ def in_the_middle(drop: Drop) -> Drop:
 
 
 def at_pixel(drop: Drop, place: tuple[float, float]) -> Drop:
-    """The drop with its reference state at ``place``, in shares of the first picture's width and height, as deep as before."""
+    """The drop with its reference state at ``place``, in shares of the first picture's width and height, as deep as before.
+
+    Without a camera it stays where it is.
+    """
+    if not drop.cameras:
+        return drop
     camera = drop.cameras[0]
     lens = camera.intrinsics
     pixel = np.array([[place[0] * (lens.width_px - 1), place[1] * (lens.height_px - 1)]])
@@ -72,18 +73,76 @@ def at_pixel(drop: Drop, place: tuple[float, float]) -> Drop:
     return replace(drop, flight=replace(drop.flight, x=camera.R_cam_world.T @ (x_cam - camera.t_cam_world)))
 
 
-@dataclass(frozen=True)
-class Likeness:
-    """What an imagined sequence takes from a recorded one.
+class Imagination(Protocol):
+    """How sequences of one kind are imagined, in the likeness of a recorded one."""
 
-    ``sequence``; ``corners`` (v, 3) m of its particle's convex hull, nominal body axes about the centre of mass; ``model`` and ``theta``
-    (q,) of the fit.
+    @property
+    def theta(self) -> Array:
+        """Parameters (q,) of the fit's effects in a new sequence."""
+        ...
+
+    @property
+    def camera(self) -> Intrinsics | None:
+        """The first camera's lens, where there is one."""
+        ...
+
+    @property
+    def recorded(self) -> Drop:
+        """The recorded drop itself."""
+        ...
+
+    def imagined(self, drop: Drop) -> "Imagined":
+        """What a drop would give."""
+        ...
+
+    def thinned(self, sequence: Any, most: int) -> tuple[Any, float]:
+        """A sequence with fewer sightings, and how many each of those stands for."""
+        ...
+
+
+@dataclass(frozen=True)
+class Imagined:
+    """A sequence that was not recorded, the drop behind it (perhaps aimed anew), and in how many frames something is seen."""
+
+    drop: Drop
+    sequence: Any
+    frames: int
+
+
+@dataclass(frozen=True)
+class Pictures:
+    """Silhouettes as a recorded sequence has them.
+
+    ``sequence`` and its ``flight``; ``corners`` (v, 3) m of its particle's convex hull, nominal body axes about the centre of mass;
+    ``model`` and ``theta`` (q,) of the fit.
     """
 
     sequence: SequenceTask
+    flight: Flight
     corners: Array
     model: Model
     theta: Array
+
+    @property
+    def camera(self) -> Intrinsics:
+        """The first camera's lens."""
+        return self.sequence.task.sightings.cameras[0].intrinsics
+
+    @property
+    def recorded(self) -> Drop:
+        """The recorded drop, its time stamps laid about the flight's reference time."""
+        nominal = self.sequence.setting
+        return Drop(self.flight, about(self.flight.time_s, len(nominal.times_s), nominal.interval_s), self.sequence.task.sightings.cameras)
+
+    def imagined(self, drop: Drop) -> Imagined:
+        """The drop where it is, or aimed at the middle of the picture where that shows more of it."""
+        tried = [(d, silhouettes_of(d, self)) for d in (drop, in_the_middle(drop))]
+        chosen, sequence = max(tried, key=lambda each: len(each[1].task.sightings))
+        return Imagined(chosen, sequence, len(np.unique(sequence.task.sightings.frame)))
+
+    def thinned(self, sequence: SequenceTask, most: int) -> tuple[SequenceTask, float]:
+        """As in :func:`thinned`."""
+        return thinned(sequence, most)
 
 
 def hull_corners(vertices_body: Array) -> Array:
@@ -91,7 +150,7 @@ def hull_corners(vertices_body: Array) -> Array:
     return np.asarray(vertices_body[ConvexHull(vertices_body).vertices])
 
 
-def imagined(drop: Drop, like: Likeness) -> SequenceTask:
+def silhouettes_of(drop: Drop, like: Pictures) -> SequenceTask:
     """The sequence that ``drop`` would give; its sightings are those that lie wholly in the picture."""
     setting = replace(like.sequence.setting, times_s=drop.times_s)
     R_world_body, centres = _poses(drop, like, setting)
@@ -115,7 +174,7 @@ def imagined(drop: Drop, like: Likeness) -> SequenceTask:
     return SequenceTask("imagined", new, setting, like.sequence.rim, outline_radii(polygons))
 
 
-def _poses(drop: Drop, like: Likeness, setting: Setting) -> tuple[Array, Array]:
+def _poses(drop: Drop, like: Pictures, setting: Setting) -> tuple[Array, Array]:
     """World from nominal body axes (f, 3, 3) and where the nominal centre of mass is (f, 3) m."""
     at = (like.model, like.theta, setting)
     reached, _ = forced_states(drop.flight, np.zeros((1, N_PARAMETERS)), at, drop.times_s)

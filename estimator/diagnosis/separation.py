@@ -11,6 +11,7 @@ to be absent from a new recording.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +25,8 @@ from estimator.diagnosis.candidate_recordings import (
 )
 from estimator.diagnosis.expected_difference import Expected, expected
 from estimator.diagnosis.explain import penalty_of
-from estimator.diagnosis.imagined_sequences import Drop, Likeness, counted, drop_of, hull_corners, imagined, in_the_middle, thinned
+from estimator.diagnosis.imagined_sequences import Drop, Imagination, Pictures, counted, hull_corners
+from estimator.diagnosis.imagined_trajectories import Tracks
 from estimator.diagnosis.score_tests import (
     Candidates,
     EfficientScores,
@@ -89,7 +91,7 @@ def separations(
     pairs = [(group[0], rival) for rival in rivals]
     now = {pair: _expected(present.scores, present, pair, margin) for pair in pairs}
     found: dict[tuple[str, str], list[Prospect]] = {pair: [] for pair in pairs}
-    for candidate in RECORDINGS:
+    for candidate in (r for r in RECORDINGS if present.like.camera is not None or not r.pictures):
         for pair, prospect in _of_recording(present, candidate, pairs, margin).items():
             found[pair].append(prospect)
     for pair in pairs:
@@ -103,8 +105,12 @@ def _order(prospect: Prospect) -> tuple[int, float]:
 
 @dataclass(frozen=True)
 class _Present:
-    """The campaign as it is, linearised in all candidates, and what new recordings are made like."""
+    """The campaign as it is, linearised in all candidates, and what new recordings are made like.
 
+    ``whole`` is the campaign with all sightings, ``campaign`` has few that stand for them.
+    """
+
+    whole: Campaign
     campaign: Campaign
     fit: CampaignFit
     tests: tuple[ScoreTest, ...]
@@ -112,7 +118,7 @@ class _Present:
     equations: tuple[SequenceEquations, ...]
     scores: EfficientScores
     template: int
-    like: Likeness
+    like: Imagination
 
     def number(self, key: str) -> int:
         """The candidate with a key."""
@@ -120,54 +126,54 @@ class _Present:
 
 
 def _present(registered: Registered, fit: CampaignFit, tests: Sequence[ScoreTest]) -> _Present:
-    most = _most_sightings(registered.campaign)
-    few = [thinned(sequence, most) for sequence in registered.campaign.sequences]
-    campaign = replace(registered.campaign, sequences=tuple(sequence for sequence, _ in few))
-    template = int(np.argmax([len(s.task.sightings) for s in registered.campaign.sequences]))
+    whole = registered.campaign
+    template = int(np.argmax([whole.kind.sightings(s) for s in whole.sequences]))
+    like = _imagination(registered, fit, template)
+    few = [like.thinned(sequence, _most_sightings(whole)) for sequence in whole.sequences]
+    campaign = replace(whole, sequences=tuple(sequence for sequence, _ in few))
     starts = tuple(np.unique(np.stack(list(t.starts.values())), axis=0) for t in tests)
     candidates = Candidates(tuple(t.effect for t in tests), starts)
-    equations = tuple(counted(e, t) for e, t in zip(candidate_equations(campaign, fit, candidates), [t for _, t in few], strict=True))
+    equations = tuple(counted(e, n) for e, (_, n) in zip(candidate_equations(campaign, fit, candidates), few, strict=True))
     scores, _ = efficient_scores(campaign, fit, arranged(equations, fit.model, candidates))
-    particle = registered.particles[campaign.particle[template]]
+    return _Present(whole, campaign, fit, tuple(tests), candidates, equations, scores, template, like)
+
+
+def _imagination(registered: Registered, fit: CampaignFit, number: int) -> Imagination:
+    """New sequences are made like sequence ``number``."""
+    sequence, flight, theta = registered.campaign.sequences[number], fit.state.flights[number], fit.state.theta[number]
+    if not isinstance(sequence, SequenceTask):
+        return Tracks(sequence, flight, fit.model, theta)
+    particle = registered.particles[registered.campaign.particle[number]]
     corners = hull_corners((particle.hull.vertices - particle.body.com_particle) @ particle.body.R_particle_body)
-    like = Likeness(registered.campaign.sequences[template], corners, fit.model, fit.state.theta[template])
-    return _Present(campaign, fit, tuple(tests), candidates, equations, scores, template, like)
+    return Pictures(sequence, flight, corners, fit.model, theta)
 
 
 def _of_recording(
     present: _Present, candidate: CandidateRecording, pairs: Sequence[tuple[str, str]], margin: float
 ) -> dict[tuple[str, str], Prospect]:
     """What one such drop would do for each pair, and where that is not enough, what as many as the campaign has would."""
-    drop, sequence = _in_view(candidate.change(drop_of(present.like.sequence, present.fit.state.flights[present.template])), present.like)
-    frames = len(np.unique(sequence.task.sightings.frame))
-    if frames < LEAST_SEEN * len(drop.times_s):
+    made = present.like.imagined(candidate.change(present.like.recorded))
+    if made.frames < LEAST_SEEN * len(made.drop.times_s):
         return {}
-    sequence, equations = _imagined_equations(present, drop, sequence)
+    sequence, equations = _imagined_equations(present, made.drop, made.sequence)
     found: dict[tuple[str, str], Prospect] = {}
-    for drops in (1, len(present.equations)):
+    for drops in (1, max(2, len(present.equations))):
         wanted = [pair for pair in pairs if pair not in found or not found[pair].expected.separates]
         if wanted:
-            scores, extended = _with_drops(present, (sequence, drop.flight, equations), drops)
+            scores = _with_drops(present, (sequence, made.drop.flight, equations), drops)
+            whole = replace(present.whole, sequences=(*present.whole.sequences, *[made.sequence] * drops))
             for pair in wanted:
-                found[pair] = Prospect(candidate.key, candidate.words, drops, frames, _expected(scores, extended, pair, margin))
+                found[pair] = Prospect(
+                    candidate.key, candidate.words, drops, made.frames, _expected(scores, replace(present, whole=whole), pair, margin)
+                )
     return found
 
 
-def _in_view(drop: Drop, like: Likeness) -> tuple[Drop, SequenceTask]:
-    """The drop where it is, or aimed at the middle of the picture where that shows more of it; and the sequence that it gives."""
-    sequence = imagined(drop, like)
-    if len(sequence.task.sightings) == len(drop.times_s) * len(drop.cameras):
-        return drop, sequence
-    aimed = in_the_middle(drop)
-    other = imagined(aimed, like)
-    return (aimed, other) if len(other.task.sightings) > len(sequence.task.sightings) else (drop, sequence)
-
-
-def _imagined_equations(present: _Present, drop: Drop, sequence: SequenceTask) -> tuple[SequenceTask, SequenceEquations]:
+def _imagined_equations(present: _Present, drop: Drop, sequence: Any) -> tuple[Any, SequenceEquations]:
     """The imagined sequence, thinned, and linearised in the parameters of the fit and of all candidates."""
     model, tried = joint_model(present.fit.model, present.candidates)
     theta = np.concatenate([present.like.theta, tried])
-    few, times = thinned(sequence, _most_sightings(present.campaign))
+    few, times = present.like.thinned(sequence, _most_sightings(present.campaign))
     alone = replace(present.campaign, sequences=(few,), particle=(0,), camera=(0,))
     equations = counted(sequence_equations(alone, 0, CampaignState((drop.flight,), (theta,)), model), times)
     if not drop.known_start:
@@ -182,7 +188,7 @@ def _most_sightings(campaign: Campaign) -> int:
     return max(LEAST_SIGHTINGS, min(MOST_SIGHTINGS, MOST_TOGETHER // len(campaign.sequences)))
 
 
-def _with_drops(present: _Present, new: tuple[SequenceTask, Flight, SequenceEquations], drops: int) -> tuple[EfficientScores, _Present]:
+def _with_drops(present: _Present, new: tuple[Any, Flight, SequenceEquations], drops: int) -> EfficientScores:
     """Scores of the campaign with ``drops`` new sequences that are alike."""
     sequence, flight, equations = new
     campaign, fit, t = present.campaign, present.fit, present.template
@@ -196,7 +202,7 @@ def _with_drops(present: _Present, new: tuple[SequenceTask, Flight, SequenceEqua
     extended = replace(fit, state=state, layout=layout_of(more, fit.model))
     linear = arranged((*present.equations, *[equations] * drops), fit.model, present.candidates)
     scores, _ = efficient_scores(more, extended, linear)
-    return scores, replace(present, campaign=more)
+    return scores
 
 
 def _of_measurement(present: _Present, measurement: CandidateMeasurement, pair: tuple[str, str], margin: float) -> Prospect | None:
@@ -218,9 +224,9 @@ def _precision(present: _Present, measurement: CandidateMeasurement, which: tupl
     sigma = measurement.sigma.get(f"{entry.key}.{entry.parameters[parameter].name}")
     if sigma is not None:
         return sigma**-2.0
-    if measurement.corner_px is None or entry.scope.value != "camera" or entry.stage.value != "optics":
+    camera = present.like.camera
+    if camera is None or measurement.corner_px is None or entry.scope.value != "camera" or entry.stage.value != "optics":
         return 0.0
-    camera = present.like.sequence.task.sightings.cameras[0].intrinsics
     corners, step = corners_of(camera), entry.parameters[parameter].step
     up, down = (np.where(np.arange(len(entry.parameters)) == parameter, s * step, 0.0) for s in (1.0, -1.0))
     times = np.zeros(len(corners))
@@ -231,4 +237,4 @@ def _precision(present: _Present, measurement: CandidateMeasurement, which: tupl
 def _expected(scores: EfficientScores, present: _Present, pair: tuple[str, str], margin: float) -> Expected:
     first, second = (present.number(key) for key in pair)
     tests = (present.tests[first], present.tests[second])
-    return expected(scores, (first, second), tests, (penalty_of(present.campaign), margin))
+    return expected(scores, (first, second), tests, (penalty_of(present.whole), margin))
