@@ -7,8 +7,9 @@ of the library counts, which goes from simple to involved; those within ``MARGIN
 that the catalogue has is an alternative at most: whoever asks for a law has tried the catalogue.
 
 Amplitudes are eliminated (variable projection [Golub and Pereyra 1973]); exponents and places are found by nonlinear least squares from
-the best of a grid. An exponent is held at usual values while terms compete; then it is freed, and its interval is its profile
-likelihood's. The law takes a usual value where the interval has one, since places and exponents are all but degenerate over short ways.
+the best of a grid. An exponent is held at usual values while terms compete, unless freeing it is worth a parameter; its interval is its
+profile likelihood's. The law takes a usual value where the interval has one, since places and exponents are all but degenerate over
+short ways.
 """
 
 from collections.abc import Iterable, Sequence
@@ -102,7 +103,7 @@ def find_law(pooled: PooledScores, *, terms: Sequence[Term] = TERMS) -> Law | No
         first = min(found, key=lambda each: each.criterion, default=best)
         if first.criterion >= best.criterion:
             break
-        best = first
+        best = _freed(pooled, first, penalty)
     best = _dropped(pooled, best, penalty)
     if not best.terms:
         return None
@@ -140,6 +141,15 @@ def _with(pooled: PooledScores, terms: tuple[Shaped, ...], term: Term, penalty: 
     gain = np.sum(np.einsum("sra,r->sa", q, y) ** 2, axis=1)
     tried = (regress(pooled, (*terms, Shaped(term, starts[i], held=True)), penalty) for i in np.argsort(-gain)[:BEST_STARTS])
     return min(tried, key=lambda each: each.criterion)
+
+
+def _freed(pooled: PooledScores, best: Regressed, penalty: float) -> Regressed:
+    """The set with free exponents where that is worth a parameter."""
+    for number, each in enumerate(best.terms):
+        if each.held and each.term.power is not None:
+            free = regress(pooled, tuple(replace(t, held=t.held and i != number) for i, t in enumerate(best.terms)), penalty)
+            best = min(best, free, key=lambda tried: tried.criterion)
+    return best
 
 
 def _dropped(pooled: PooledScores, best: Regressed, penalty: float) -> Regressed:
@@ -251,5 +261,5 @@ def _profile(pooled: PooledScores, best: Regressed, which: tuple[int, int]) -> t
     ends = []
     for end in (low, high):
         inside = abs(end - value) < 1e-6 or above(end) <= 0.0
-        ends.append(end if inside else float(brentq(above, min(value, end), max(value, end), xtol=0.02)))
+        ends.append(end if inside else float(brentq(above, min(value, end), max(value, end), xtol=1e-3)))
     return ends[0], ends[1]
