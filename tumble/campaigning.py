@@ -1,26 +1,49 @@
-"""A campaign from its folder: observations read, sequences found and put together, what is broken named and left out."""
+"""A campaign from its folder: observations or trajectories read, put together, what is broken named and left out."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any, TypeVar
 
 from datasets.errors import InputError
 from datasets.observation import Observation
 from datasets.observation_files import read_observation
+from datasets.trajectory import Trajectory
+from datasets.trajectory_files import read_trajectory, trajectories_in
 from estimator.configuration import Configuration
 from estimator.effects.choosing import refuse_without_gravity
 from estimator.effects.link import EffectModel
+from estimator.fitting.campaign import Campaign
 from estimator.registration import Registered, register
+from estimator.trajectories.registering import register_trajectories
 from tumble.progress import progress
 from tumble.result_files import observations_in
+from tumble.tracked_bodies import body_from_mesh
+
+Read = TypeVar("Read", Observation, Trajectory)
+
+
+@dataclass(frozen=True)
+class Known:
+    """What a user says about trajectories on the command line: ``surroundings`` as in their side-car, and a ``mesh`` of the body."""
+
+    surroundings: Mapping[str, Any] = field(default_factory=dict)
+    mesh: Path | None = None
+
+    @property
+    def words(self) -> str:
+        """The options that say so."""
+        gravity = self.surroundings.get("gravity_world")
+        said = "" if gravity is None else " --gravity=" + ",".join(f"{g:g}" for g in gravity)
+        return said + ("" if self.mesh is None else f" --mesh {self.mesh}")
 
 
 @dataclass(frozen=True)
 class Prepared:
-    """A campaign with the observations of its sequences by name, and why others were left out."""
+    """A campaign with what its sequences were made from, by name, and why others were left out."""
 
     registered: Registered
-    observations: dict[str, Observation]
+    observations: Mapping[str, Observation | Trajectory]
     left_out: dict[str, str]
 
     @property
@@ -29,33 +52,66 @@ class Prepared:
         return tuple(s.name for s in self.registered.campaign.sequences)
 
 
-def prepare(source: Path, configuration: Configuration, effects: Sequence[EffectModel], *, quiet: bool) -> Prepared:
-    """Read every observation of ``source`` and find the particle in each.
+def prepare(
+    source: Path, configuration: Configuration, effects: Sequence[EffectModel], *, quiet: bool, known: Known | None = None
+) -> Prepared:
+    """Read every observation or trajectory of ``source`` and find the motion in each.
 
     Raises
     ------
     InputError
-        Where no sequence is left, with the reason of each; where an effect cannot be found in such recordings.
+        Where no sequence is left, with the reason of each; where an effect cannot be found in such measurements.
     """
-    observations, left_out = _read(observations_in(source))
+    found = _of_trajectories(source, effects, known or Known(), quiet=quiet) if trajectories_in(source) else None
+    if found is None and known is not None and known != Known():
+        raise InputError(
+            f"{source}: expected trajectories (*.csv, *.tum, *.txt) for{known.words}, came none: pictures state it themselves."
+        )
+    found = found or _of_pictures(source, configuration, effects, quiet=quiet)
+    if not found.registered.campaign.sequences:
+        reasons = "\n".join(f"  {name}: {reason}" for name, reason in found.left_out.items())
+        raise InputError(f"{source}: no sequence of this campaign can be measured:\n{reasons}")
+    _refuse_what_does_not_apply(found.registered.campaign, effects)
+    return found
+
+
+def _of_pictures(source: Path, configuration: Configuration, effects: Sequence[EffectModel], *, quiet: bool) -> Prepared:
+    observations, left_out = _read(observations_in(source), read_observation)
     refuse_without_gravity([e.entry.key for e in effects], [o.gravity_world for o in observations.values()])
     names = list(observations)
     with progress("register", len(names), quiet=quiet) as advance:
         registered = register(list(observations.values()), configuration, told=lambda done, _: advance(names[done - 1]))
     left_out.update({each.name: each.reason for each in registered.left_out})
-    if not registered.campaign.sequences:
-        reasons = "\n".join(f"  {name}: {reason}" for name, reason in left_out.items())
-        raise InputError(f"{source}: no sequence of this campaign can be measured:\n{reasons}")
     return Prepared(registered, observations, left_out)
 
 
-def _read(folders: Sequence[Path]) -> tuple[dict[str, Observation], dict[str, str]]:
-    observations, left_out = {}, {}
-    for folder in folders:
+def _of_trajectories(source: Path, effects: Sequence[EffectModel], known: Known, *, quiet: bool) -> Prepared:
+    trajectories, left_out = _read(trajectories_in(source), lambda path: read_trajectory(path, known.surroundings))
+    if known.mesh is not None:
+        body = body_from_mesh(known.mesh)
+        trajectories = {name: replace(t, surroundings=replace(t.surroundings, body=body)) for name, t in trajectories.items()}
+    refuse_without_gravity([e.entry.key for e in effects], [t.surroundings.gravity_world for t in trajectories.values()])
+    names = list(trajectories)
+    with progress("register", len(names), quiet=quiet) as advance:
+        registered = register_trajectories(list(trajectories.values()), told=lambda done, _: advance(names[done - 1]))
+    return Prepared(registered, trajectories, left_out)
+
+
+def _refuse_what_does_not_apply(campaign: Campaign, effects: Sequence[EffectModel]) -> None:
+    for effect in effects:
+        reason = campaign.kind.why_not(campaign, effect)
+        if reason is not None:
+            raise InputError(f"--effects: {effect.entry.key} does not apply to these measurements: {reason}.")
+
+
+def _read(paths: Sequence[Path], reader: Callable[[Path], Read]) -> tuple[dict[str, Read], dict[str, str]]:
+    found: dict[str, Read] = {}
+    left_out: dict[str, str] = {}
+    for path in paths:
         try:
-            observation = read_observation(folder)
+            measurement = reader(path)
         except InputError as error:
-            left_out[folder.name] = str(error)
+            left_out[path.name] = str(error)
         else:
-            observations[observation.name] = observation
-    return observations, left_out
+            found[measurement.name] = measurement
+    return found, left_out

@@ -1,7 +1,7 @@
 """What the verbs on a campaign do: compare, diagnose, explain, climb a ladder; each ends in the content of one ``diagnosis.json``."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -27,7 +27,8 @@ from estimator.effects.choosing import catalogue
 from estimator.effects.link import EffectModel
 from estimator.fitting.campaign import Campaign, CampaignFit
 from estimator.fitting.campaign_covariance import CampaignCovariance, campaign_covariance
-from tumble.campaigning import Prepared, prepare
+from estimator.measurements.silhouettes import SILHOUETTES
+from tumble.campaigning import Known, Prepared, prepare
 from tumble.diagnosis_documents import (
     campaign_content,
     diagnosis_entry,
@@ -41,6 +42,7 @@ from tumble.diagnosis_documents import (
     value_entries,
     verdict_entry,
 )
+from tumble.reports.words import rms_word
 from tumble.result_files import estimate_path
 from tumble.unknowns import law_command, unknown_entry, with_unknown
 from tumble.versions import versions
@@ -58,7 +60,7 @@ class Question:
     """What is asked of a campaign.
 
     ``source`` the observations, ``configuration`` resolved, ``effects`` in the model (``words`` as the user wrote them), ``also``
-    candidates beside the catalogue.
+    candidates beside the catalogue, ``known`` what is said of trajectories.
     """
 
     source: Path
@@ -66,6 +68,7 @@ class Question:
     effects: tuple[EffectModel, ...]
     words: str
     also: tuple[EffectModel, ...] = ()
+    known: Known = field(default_factory=Known)
 
     @property
     def candidates(self) -> dict[str, EffectModel]:
@@ -75,13 +78,13 @@ class Question:
     def command(self, verb: str, effects: Sequence[str]) -> str:
         """A command on the same observations."""
         words = ",".join([*([self.words] if self.words else []), *effects])
-        return f"tumble {verb} {self.source}" + (f" --effects {words}" if words else "")
+        return f"tumble {verb} {self.source}{self.known.words}" + (f" --effects {words}" if words else "")
 
 
 def prepared(question: Question, *, quiet: bool) -> Prepared:
     """The campaign of a question."""
     configuration = configuration_from_dict(question.configuration)
-    return prepare(question.source, configuration, (*question.effects, *question.also), quiet=quiet)
+    return prepare(question.source, configuration, (*question.effects, *question.also), quiet=quiet, known=question.known)
 
 
 def fitted(campaign: Prepared, effects: Sequence[EffectModel]) -> CampaignFit:
@@ -157,7 +160,9 @@ def diagnosed(question: Question, campaign: Prepared, out: Path, told: Told) -> 
 
 
 def _apart(campaign: Prepared, fit: CampaignFit, tests: Sequence[ScoreTest], group: Sequence[str]) -> tuple[Separation, ...]:
-    """What would tell the members of a group apart."""
+    """What would tell the members of a group apart; recordings of pictures alone can be imagined."""
+    if campaign.registered.campaign.kind != SILHOUETTES:
+        return ()
     return separations(campaign.registered, fit, tests, group, margin=Rules().margin)
 
 
@@ -207,9 +212,10 @@ def climbed(question: Question, campaign: Prepared, told: Told, errors: Velocity
     rungs = list(ladder(registered.campaign, registered.start, question.effects, told=told))
     last = rungs[-1].fit
     first, final = rungs[0].held_out.rms_px, rungs[-1].held_out.rms_px
+    unit = registered.campaign.kind.unit
     sentence = (
-        f"With {', '.join(e.entry.title for e in question.effects)} the RMS ETE on frames and sequences that were not fitted "
-        f"{'falls' if final < first else 'does not fall'}: {first:.4f} px to {final:.4f} px ({final / first - 1.0:+.0%})."
+        f"With {', '.join(e.entry.title for e in question.effects)} the RMS {rms_word(unit)} on frames and sequences that were not fitted "
+        f"{'falls' if final < first else 'does not fall'}: {first:.4f} {unit} to {final:.4f} {unit} ({final / first - 1.0:+.0%})."
     )
     remarks = tuple(_useless(rung.added, question) for before, rung in pairwise(rungs) if rung.added and not _lowers(before, rung))
     content = _content("ladder", question, campaign, (last, campaign_covariance(registered.campaign, last)))
@@ -227,6 +233,12 @@ def _lowers(before: Rung, rung: Rung) -> bool:
     return rung.held_out.rms_px < before.held_out.rms_px
 
 
+def not_applicable(campaign: Campaign, candidates: Mapping[str, EffectModel]) -> dict[str, str]:
+    """Why some candidates cannot be on trial."""
+    reasons = {key: campaign.kind.why_not(campaign, effect) for key, effect in candidates.items()}
+    return {key: reason for key, reason in reasons.items() if reason is not None}
+
+
 def _useless(key: str, question: Question) -> str:
     """What to think of an effect that does not lower the held-out error."""
     name = key.replace("_", " ").capitalize()
@@ -241,6 +253,8 @@ def _content(verb: str, question: Question, campaign: Prepared, at: tuple[Campai
     return {
         "verb": verb,
         "source": str(question.source.resolve()),
+        "unit": campaign.registered.campaign.kind.unit,
+        "not_applicable": not_applicable(campaign.registered.campaign, question.candidates),
         "sequences": list(campaign.names),
         "left_out": campaign.left_out,
         "model": keys_of(fit),

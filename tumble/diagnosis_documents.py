@@ -143,6 +143,7 @@ def map_entry(found: ResidualMap) -> Entry:
         "kind": found.kind,
         "centre": found.centre,
         "second": found.second,
+        "residual_unit": found.unit,
         "mean_px": found.mean_px,
         "sigma_px": found.sigma_px,
         "count": found.count,

@@ -110,7 +110,7 @@ def explain(
         step = _step(campaign, fit, (tests, scores, ranking), rules, error)
         step = replace(step, p=p)
         steps.append(step)
-        told(f"{step.added}: held-out RMS ETE {step.before.rms_px:.4f} -> {step.after.rms_px:.4f} px")
+        told(f"{step.added}: held-out RMS {step.before.rms_px:.4f} -> {step.after.rms_px:.4f} {campaign.kind.unit}")
         if not step.accepted:
             break
         fit, error = step.fit, step.after

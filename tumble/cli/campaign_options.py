@@ -15,14 +15,15 @@ from datasets.json_documents import Document, plain, read_document, write_docume
 from estimator.diagnosis.explain import Rules
 from estimator.diagnosis.tested_values import p_words
 from estimator.effects.choosing import chosen_effects
-from tumble.campaigning import Prepared
-from tumble.cli.options import add_configuration, add_output, verb_parser
+from tumble.campaigning import Known, Prepared
+from tumble.cli.options import add_configuration, add_known, add_output, verb_parser
 from tumble.configuring import load_configuration
 from tumble.diagnosing import DIAGNOSIS_FILE, Question, prepared
 from tumble.numbers import compact
 from tumble.output_directory import Run, note_failures, output_directory
 from tumble.progress import progress
 from tumble.reports.campaign_page import write_campaign_page
+from tumble.reports.words import rms_word
 
 REPORT_FILE = "report.html"
 SHOWN = 8
@@ -33,8 +34,9 @@ Work = Callable[[Question, Prepared, Path, Callable[[str], None]], Document]
 def campaign_parser(name: str, *, description: str, example: str, effects: str) -> argparse.ArgumentParser:
     """A parser for a verb on a campaign; ``effects`` says what ``--effects`` means to it."""
     verb = verb_parser(name, description=description, example=example)
-    verb.add_argument("observations", type=Path, metavar="OBSERVATIONS", help="a dataset or a folder of observations: one campaign")
+    verb.add_argument("observations", type=Path, metavar="OBSERVATIONS", help="a dataset or a folder of observations or trajectories")
     verb.add_argument("--effects", default="", metavar="LIST", help=effects)
+    add_known(verb)
     add_configuration(verb, what="the estimator's configuration")
     add_output(verb, default=f"out/{name}")
     return verb
@@ -54,6 +56,7 @@ def question_of(arguments: argparse.Namespace) -> Question:
         effects=chosen_effects(arguments.effects) if arguments.effects else (),
         words=arguments.effects,
         also=chosen_effects(also) if also else (),
+        known=Known({} if arguments.gravity is None else {"gravity_world": arguments.gravity}, arguments.mesh),
     )
 
 
@@ -82,7 +85,7 @@ def run_on_campaign(verb: str, arguments: argparse.Namespace, work: Work, *, ste
 
 def described_effects(question: Question) -> dict[str, Any]:
     """The effects of a question as ``run.json`` has them."""
-    return {"effects": question.words, "also": [e.entry.key for e in question.also]}
+    return {"effects": question.words, "also": [e.entry.key for e in question.also], "known": question.known.words.strip()}
 
 
 @contextmanager
@@ -119,7 +122,9 @@ def say_diagnosis(document: Document) -> None:
     if document["diagnosis"] is not None and document["verdict"]["kind"] != "says nothing":
         console.print(candidates_table(document["diagnosis"]))
     if document["ladder"]:
-        console.print(ladder_table(document["ladder"]))
+        console.print(ladder_table(document["ladder"], document.get("unit", "px")))
+    if document["diagnosis"] is not None and document.get("not_applicable"):
+        say(f"not on trial, since such measurements cannot show them: {', '.join(document['not_applicable'])}.")
     say(document["verdict"]["sentence"])
     for remark in document["verdict"]["remarks"]:
         say(remark)
@@ -161,9 +166,10 @@ def candidates_table(diagnosis: Mapping[str, Any]) -> Table:
     return table
 
 
-def ladder_table(rungs: list[Mapping[str, Any]]) -> Table:
+def ladder_table(rungs: list[Mapping[str, Any]], unit: str) -> Table:
     """Held-out errors step by step."""
-    headings = ("fitted RMS ETE (px)", "held-out RMS ETE (px)", "change")
+    word = rms_word(unit)
+    headings = (f"fitted RMS {word} ({unit})", f"held-out RMS {word} ({unit})", "change")
     table = _table("model", *headings, *(("error of v", "error of ω") if rungs[0]["velocity"] else ()))
     before = None
     for rung in rungs:

@@ -10,8 +10,9 @@ from rich.table import Table
 
 from datasets.estimate import Estimate, Status
 from datasets.estimate_files import read_estimate
+from datasets.trajectory_files import trajectories_in
 from tumble.cli.estimate_campaign import estimate_campaign
-from tumble.cli.options import add_configuration, add_jobs, add_output, verb_parser
+from tumble.cli.options import add_configuration, add_jobs, add_known, add_output, verb_parser
 from tumble.cli.outcomes import exit_code, report_failures
 from tumble.configuring import load_configuration
 from tumble.estimating import estimate_all
@@ -27,13 +28,15 @@ def parser() -> argparse.ArgumentParser:
         "estimate",
         description="Measure poses, trajectory and velocities. OBSERVATIONS is a dataset, a folder of observations, or one observation;\n"
         "only pictures or outlines, cameras, clock, gravity and calibrated views are read. With --effects all observations of the folder\n"
-        "are one campaign, fitted jointly with these effects in the model; campaign.json has their values.",
+        "are one campaign, fitted jointly with these effects in the model; campaign.json has their values. Trajectories\n"
+        "(*.csv, *.tum, *.txt) always are one campaign.",
         example="tumble estimate out/dataset --out out/estimates",
     )
     verb.add_argument("observations", type=Path, metavar="OBSERVATIONS", help="a dataset or an observation folder")
     verb.add_argument(
         "--effects", default="", metavar="LIST", help="effects in the model, with commas: gravity,quadratic_drag,./my_wind.py:Wind"
     )
+    add_known(verb)
     add_configuration(verb, what="the estimator's configuration")
     add_output(verb, default="out/estimates")
     add_jobs(verb)
@@ -42,7 +45,7 @@ def parser() -> argparse.ArgumentParser:
 
 def run(arguments: argparse.Namespace) -> int:
     """Estimate; exit code 1 when an observation failed, 2 when all did. A status other than converged is a result, not a failure."""
-    if arguments.effects:
+    if arguments.effects or trajectories_in(arguments.observations):
         return estimate_campaign(arguments, say_estimates)
     configuration = load_configuration(arguments.config, arguments.settings)
     observations_in(arguments.observations)

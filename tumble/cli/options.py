@@ -36,6 +36,25 @@ def add_output(parser: argparse.ArgumentParser, *, default: str) -> None:
     again.add_argument("--force", action="store_true", help="replace the run that the folder holds")
 
 
+def add_known(parser: argparse.ArgumentParser) -> None:
+    """``--gravity`` and ``--mesh``: what trajectories do not say themselves."""
+    parser.add_argument(
+        "--gravity", type=three_numbers, metavar="X,Y,Z", help="trajectories: gravity in their frame, m/s2, e.g. --gravity=0,0,-9.81"
+    )
+    parser.add_argument("--mesh", type=Path, metavar="FILE", help="trajectories: the body as a closed mesh in metres, in the tracked frame")
+
+
+def three_numbers(text: str) -> tuple[float, ...]:
+    """Three numbers with commas, for argparse."""
+    try:
+        numbers = tuple(float(part) for part in text.split(","))
+    except ValueError:
+        numbers = ()
+    if len(numbers) != 3:
+        raise argparse.ArgumentTypeError(f"expected three numbers with commas, as in 0,0,-9.81, got {text}")
+    return numbers
+
+
 def add_jobs(parser: argparse.ArgumentParser) -> None:
     """``--jobs``: how many local processes."""
     parser.add_argument("--jobs", type=positive, default=cores(), metavar="N", help="local processes (default: %(default)s)")

@@ -13,6 +13,7 @@ from estimator.diagnosis.tested_values import p_words
 from tumble.numbers import compact
 from tumble.reports.charts import autocorrelation_chart, ladder_chart, map_chart
 from tumble.reports.payload import flat
+from tumble.reports.words import rms_word
 from tumble.versions import versions
 
 TITLES = {
@@ -36,14 +37,16 @@ def render(document: Mapping[str, Any]) -> str:
     """The page's text."""
     environment = Environment(loader=PackageLoader("tumble.reports"), autoescape=True, undefined=StrictUndefined, trim_blocks=True)
     environment.filters.update(words=_words, value=_value, interval=_interval, p=_p)
-    found = revived(dict(document))
+    found = {"not_applicable": {}, **revived(dict(document))}
     return environment.get_template("campaign.html.j2").render(
         title=TITLES[found["verb"]],
         d=found,
+        unit=found.get("unit", "px"),
+        error=rms_word(found.get("unit", "px")),
         tone="good" if found["verdict"]["kind"] in GOOD[found["verb"]] else "neutral",
         missing=found["diagnosis"] is not None and found["verdict"]["kind"] != "nothing missing",
         maps=_maps(found["maps"] or []),
-        ladder=_ladder(found["ladder"], found["noise_floor"]),
+        ladder=_ladder(found["ladder"], found["noise_floor"], found.get("unit", "px")),
         steps=found["steps"] or [],
         autocorrelation=Markup(autocorrelation_chart(found["noise_floor"])) if found["noise_floor"] else None,
         configuration=flat(found["configuration"]),
@@ -63,7 +66,7 @@ def _maps(entries: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
     return [*first, *more]
 
 
-def _ladder(rungs: Sequence[Mapping[str, Any]] | None, floor: Mapping[str, Any] | None) -> dict[str, Any] | None:
+def _ladder(rungs: Sequence[Mapping[str, Any]] | None, floor: Mapping[str, Any] | None, unit: str) -> dict[str, Any] | None:
     if not rungs or floor is None:
         return None
     rows, before = [], None
@@ -76,7 +79,7 @@ def _ladder(rungs: Sequence[Mapping[str, Any]] | None, floor: Mapping[str, Any] 
     return {
         "rows": rows,
         "velocity": rows[0]["velocity"] is not None,
-        "chart": Markup(ladder_chart(rungs, floor["floor_px"])),
+        "chart": Markup(ladder_chart(rungs, floor["floor_px"], unit)),
         "floor_px": floor["floor_px"],
     }
 

@@ -9,6 +9,8 @@ import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from tumble.reports.words import rms_word
+
 INK, SOFT, MEASURED, NOISE, BAD = "#010203", "#010204", "#010205", "#010206", "#010207"
 """Stand-ins that become the page's colours."""
 COLOURS = {INK: "currentColor", SOFT: "var(--soft)", MEASURED: "var(--observed)", NOISE: "var(--left-out)", BAD: "var(--estimated)"}
@@ -33,7 +35,7 @@ def map_chart(entry: Mapping[str, Any]) -> str:
     return _svg(lambda axes: draw(axes, entry), width=3.7, height=2.5)
 
 
-def ladder_chart(rungs: Sequence[Mapping[str, Any]], floor_px: float) -> str:
+def ladder_chart(rungs: Sequence[Mapping[str, Any]], floor_px: float, unit: str = "px") -> str:
     """Held-out and fitted RMS of every rung over the noise floor."""
 
     def draw(axes: Axes) -> None:
@@ -48,7 +50,7 @@ def ladder_chart(rungs: Sequence[Mapping[str, Any]], floor_px: float) -> str:
         axes.set_xticks(list(places), ["free flight" if r["added"] is None else f"+ {r['added']}".replace("_", " ") for r in rungs])
         axes.set_xlim(-0.4, len(rungs) - 0.6)
         axes.set_ylim(0, 1.2 * max(*held, floor_px))
-        axes.set_ylabel("RMS ETE, px")
+        axes.set_ylabel(f"RMS {rms_word(unit)}, {unit}")
         axes.legend(frameon=False, loc="lower right")
 
     return _svg(draw, width=7.4, height=2.9)
@@ -76,7 +78,7 @@ def _line(axes: Axes, entry: Mapping[str, Any]) -> None:
         centre, mean, sigma = ([entry[key][k] for k in rows] for key in ("centre", "mean_px", "sigma_px"))
         axes.errorbar(centre, mean, yerr=[1.96 * s for s in sigma], fmt="o", color=colour, markersize=4, linewidth=1.2)
     axes.set_xlabel(f"{AXIS.get(entry['name'], entry['name'])}, {entry['unit']}" if entry["unit"] != "number" else AXIS[entry["name"]])
-    axes.set_ylabel(f"{KIND[entry['kind']]}, px")
+    axes.set_ylabel(f"{KIND.get(entry['kind'], entry['kind'].replace('_', ' '))}, {entry.get('residual_unit', 'px')}")
 
 
 def _plane(axes: Axes, entry: Mapping[str, Any]) -> None:

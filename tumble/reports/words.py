@@ -18,6 +18,12 @@ NEXT: dict[Status, str] = {
     Status.NO_CONVERGENCE: "Check that the calibrated views belong to this particle, and that focal length and units are right.",
 }
 
+
+def rms_word(unit: str) -> str:
+    """What residuals of a campaign in ``unit`` are."""
+    return "ETE" if unit == "px" else "residual"
+
+
 MANY_LEFT_OUT = 0.2
 LARGE_ETE_PX = 1.5
 

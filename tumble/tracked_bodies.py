@@ -1,0 +1,34 @@
+"""The body of a trajectory from a mesh: a closed surface in metres, in the tracked frame, uniformly filled."""
+
+from pathlib import Path
+
+import numpy as np
+import trimesh
+
+from datasets.errors import InputError
+from datasets.plausibility import FARTHEST_M
+from datasets.vocabulary.body import Body
+from estimator.geometry.mass_properties import body_of
+from estimator.geometry.visual_hull import HullMesh
+
+
+def body_from_mesh(path: Path) -> Body:
+    """Centre of mass, principal axes and inertia ratios of a mesh.
+
+    Raises
+    ------
+    InputError
+        Where the file is missing, is no closed mesh, or is not in metres.
+    """
+    if not path.is_file():
+        raise InputError(f"{path}: expected a mesh (PLY, STL, OBJ), came nothing.")
+    try:
+        mesh = trimesh.load(path, force="mesh")
+    except Exception as error:  # trimesh raises whatever its readers raise
+        raise InputError(f"{path}: expected a mesh (PLY, STL, OBJ), came a file that cannot be read: {error}.") from error
+    if not isinstance(mesh, trimesh.Trimesh) or len(mesh.faces) == 0 or not mesh.is_watertight:
+        raise InputError(f"{path}: expected a closed mesh, came one with open edges or without faces.")
+    extent = float(mesh.extents.max())
+    if extent > FARTHEST_M:
+        raise InputError(f"{path}: expected metres, came a body of {extent:g} m; is it in millimetres?")
+    return body_of(HullMesh(np.asarray(mesh.vertices, dtype=np.float64), np.asarray(mesh.faces, dtype=np.int64)))
