@@ -5,6 +5,7 @@ convex hull of the visual hull, without noise; the fit's effects place the body,
 is not wholly in the picture are left out.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
@@ -23,6 +24,7 @@ from estimator.geometry.silhouettes import Silhouettes, pack
 from estimator.geometry.tangent_hull import TangentHull
 from estimator.motion.flight import N_PARAMETERS, Flight
 from estimator.motion.rigid_body import rotation_matrices
+from estimator.particle import Particle
 
 Array = NDArray[np.float64]
 NEVER_OUTLYING = 1e6
@@ -145,9 +147,10 @@ class Pictures:
         return thinned(sequence, most)
 
 
-def hull_corners(vertices_body: Array) -> Array:
-    """Corners (c, 3) of the convex hull of ``vertices_body`` (v, 3)."""
-    return np.asarray(vertices_body[ConvexHull(vertices_body).vertices])
+def hull_of(particle: Particle) -> Array:
+    """Corners (c, 3) m of the convex hull of a particle's visual hull, nominal body axes about the centre of mass."""
+    vertices = (particle.hull.vertices - particle.body.com_particle) @ particle.body.R_particle_body
+    return np.asarray(vertices[ConvexHull(vertices).vertices])
 
 
 def silhouettes_of(drop: Drop, like: Pictures) -> SequenceTask:
@@ -160,13 +163,13 @@ def silhouettes_of(drop: Drop, like: Pictures) -> SequenceTask:
     for number, hsv in enumerate(drop.cameras):
         for i, (R, centre) in enumerate(zip(R_world_body, centres, strict=True)):
             placed = (hsv.R_cam_world @ centre + hsv.t_cam_world) / like.model.scale(like.theta)
-            polygon = _outline(like.corners @ (hsv.R_cam_world @ R).T + placed, hsv)
+            polygon = _in_picture(like.corners @ (hsv.R_cam_world @ R).T + placed, hsv.intrinsics)
             if polygon is not None:
                 polygons.append(polygon)
                 camera.append(number)
                 frame.append(i)
     frames = np.array(frame, dtype=np.int64)
-    seen = _silhouettes(polygons, [drop.cameras[c] for c in camera], like.sequence.task.sightings.silhouettes)
+    seen = like_noise(polygons, [drop.cameras[c].intrinsics for c in camera], like.sequence.task.sightings.silhouettes)
     sightings = Sightings(seen, np.array(camera, dtype=np.int64), frames, drop.times_s[frames], drop.cameras)
     task = like.sequence.task
     weight = np.tile(task.weight.max(axis=0), (len(frames), 1))
@@ -182,23 +185,27 @@ def _poses(drop: Drop, like: Pictures, setting: Setting) -> tuple[Array, Array]:
     return R, reached.x[:, 0] - R @ body_under(drop.flight, *at).com
 
 
-def _outline(points_cam: Array, camera: HsvCamera) -> Array | None:
+def _in_picture(points_cam: Array, lens: Intrinsics) -> Array | None:
     """Convex outline (px) of points in front of the camera, ``None`` where it is not wholly in the picture."""
     if points_cam[:, 2].min() <= 0.0:
         return None
-    pixels = camera.intrinsics.project(points_cam)
-    most = np.array([camera.intrinsics.width_px, camera.intrinsics.height_px]) - 1.0
-    if (pixels < 0.0).any() or (pixels > most).any():
-        return None
+    outline = outline_of(points_cam, lens)
+    most = np.array([lens.width_px, lens.height_px]) - 1.0
+    return None if (outline < 0.0).any() or (outline > most).any() else outline
+
+
+def outline_of(points_cam: Array, lens: Intrinsics) -> Array:
+    """Convex outline (v, 2) px of points (n, 3) m, camera coordinates."""
+    pixels = lens.project(points_cam)
     return np.asarray(pixels[ConvexHull(pixels).vertices])
 
 
-def _silhouettes(polygons: list[Array], cameras: list[HsvCamera], noisy: Silhouettes) -> Silhouettes:
+def like_noise(polygons: Sequence[Array], lenses: Sequence[Intrinsics], noisy: Silhouettes) -> Silhouettes:
     """Silhouettes of outlines whose tangents are as noisy as those of ``noisy`` are in the median."""
     sigma, turn = float(np.median(noisy.sigma_px)), float(np.median(noisy.correlation_rad))
     noise, samples = float(np.median(noisy.noise_px)), int(np.median(noisy.samples))
     hulls = [TangentHull(p, np.full(len(p), sigma), turn, noise, samples) for p in polygons]
-    return pack(hulls, [c.intrinsics for c in cameras]) if hulls else noisy.take([])
+    return pack(hulls, lenses) if hulls else noisy.take([])
 
 
 GOLDEN = 0.6180339887498949

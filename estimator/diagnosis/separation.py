@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from datasets.vocabulary.effects import Stage
 from estimator.diagnosis.candidate_recordings import (
     MEASUREMENTS,
     RECORDINGS,
@@ -25,8 +26,9 @@ from estimator.diagnosis.candidate_recordings import (
 )
 from estimator.diagnosis.expected_difference import Expected, expected
 from estimator.diagnosis.explain import penalty_of
-from estimator.diagnosis.imagined_sequences import Drop, Imagination, Pictures, counted, hull_corners
+from estimator.diagnosis.imagined_sequences import Drop, Imagination, Pictures, counted, hull_of
 from estimator.diagnosis.imagined_trajectories import Tracks
+from estimator.diagnosis.imagined_views import with_more_views
 from estimator.diagnosis.score_tests import (
     Candidates,
     EfficientScores,
@@ -36,12 +38,17 @@ from estimator.diagnosis.score_tests import (
     efficient_scores,
     joint_model,
 )
+from estimator.effects.link import EffectModel
+from estimator.effects.view_outline_offset import ViewOutlineOffset
 from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState, SequenceEquations, layout_of, sequence_equations
 from estimator.fitting.model_errors import SequenceTask
 from estimator.motion.flight import Flight, V
+from estimator.particle import Particle
 from estimator.registration import Registered
 
 Array = NDArray[np.float64]
+Pair = tuple[str, str]
+MORE_VIEWS = "twice as many calibrated views"
 MOST_RIVALS = 2
 """Effects beside the first that are compared with it: more alike than these is no group any more."""
 KNOWN_START = 0.005
@@ -70,7 +77,7 @@ class Prospect:
 class Separation:
     """A pair of effects: how well it is told apart now, and what would change that, the most telling first."""
 
-    pair: tuple[str, str]
+    pair: Pair
     margin: float
     now: Expected
     prospects: tuple[Prospect, ...]
@@ -90,10 +97,12 @@ def separations(
     present = _present(registered, fit, plain)
     pairs = [(group[0], rival) for rival in rivals]
     now = {pair: _expected(present.scores, present, pair, margin) for pair in pairs}
-    found: dict[tuple[str, str], list[Prospect]] = {pair: [] for pair in pairs}
+    found: dict[Pair, list[Prospect]] = {pair: [] for pair in pairs}
     for candidate in (r for r in RECORDINGS if present.like.camera is not None or not r.pictures):
         for pair, prospect in _of_recording(present, candidate, pairs, margin).items():
             found[pair].append(prospect)
+    for pair, prospect in _of_views(present, registered.particles, pairs, margin).items():
+        found[pair].append(prospect)
     for pair in pairs:
         found[pair] += [p for m in MEASUREMENTS if (p := _of_measurement(present, m, pair, margin)) is not None]
     return tuple(Separation(pair, margin, now[pair], tuple(sorted(found[pair], key=_order))) for pair in pairs)
@@ -107,11 +116,12 @@ def _order(prospect: Prospect) -> tuple[int, float]:
 class _Present:
     """The campaign as it is, linearised in all candidates, and what new recordings are made like.
 
-    ``whole`` is the campaign with all sightings, ``campaign`` has few that stand for them.
+    ``whole`` is the campaign with all sightings; those of ``campaign`` are few, and in each sequence stand for so many each.
     """
 
     whole: Campaign
     campaign: Campaign
+    stands_for: tuple[float, ...]
     fit: CampaignFit
     tests: tuple[ScoreTest, ...]
     candidates: Candidates
@@ -133,9 +143,16 @@ def _present(registered: Registered, fit: CampaignFit, tests: Sequence[ScoreTest
     campaign = replace(whole, sequences=tuple(sequence for sequence, _ in few))
     starts = tuple(np.unique(np.stack(list(t.starts.values())), axis=0) for t in tests)
     candidates = Candidates(tuple(t.effect for t in tests), starts)
-    equations = tuple(counted(e, n) for e, (_, n) in zip(candidate_equations(campaign, fit, candidates), few, strict=True))
+    stands_for = tuple(count for _, count in few)
+    equations = _counted_equations(campaign, fit, candidates, stands_for)
     scores, _ = efficient_scores(campaign, fit, arranged(equations, fit.model, candidates))
-    return _Present(whole, campaign, fit, tuple(tests), candidates, equations, scores, template, like)
+    return _Present(whole, campaign, stands_for, fit, tuple(tests), candidates, equations, scores, template, like)
+
+
+def _counted_equations(
+    campaign: Campaign, fit: CampaignFit, candidates: Candidates, stands_for: Sequence[float]
+) -> tuple[SequenceEquations, ...]:
+    return tuple(counted(e, n) for e, n in zip(candidate_equations(campaign, fit, candidates), stands_for, strict=True))
 
 
 def _imagination(registered: Registered, fit: CampaignFit, number: int) -> Imagination:
@@ -143,20 +160,17 @@ def _imagination(registered: Registered, fit: CampaignFit, number: int) -> Imagi
     sequence, flight, theta = registered.campaign.sequences[number], fit.state.flights[number], fit.state.theta[number]
     if not isinstance(sequence, SequenceTask):
         return Tracks(sequence, flight, fit.model, theta)
-    particle = registered.particles[registered.campaign.particle[number]]
-    corners = hull_corners((particle.hull.vertices - particle.body.com_particle) @ particle.body.R_particle_body)
+    corners = hull_of(registered.particles[registered.campaign.particle[number]])
     return Pictures(sequence, flight, corners, fit.model, theta)
 
 
-def _of_recording(
-    present: _Present, candidate: CandidateRecording, pairs: Sequence[tuple[str, str]], margin: float
-) -> dict[tuple[str, str], Prospect]:
+def _of_recording(present: _Present, candidate: CandidateRecording, pairs: Sequence[Pair], margin: float) -> dict[Pair, Prospect]:
     """What one such drop would do for each pair, and where that is not enough, what as many as the campaign has would."""
     made = present.like.imagined(candidate.change(present.like.recorded))
     if made.frames < LEAST_SEEN * len(made.drop.times_s):
         return {}
     sequence, equations = _imagined_equations(present, made.drop, made.sequence)
-    found: dict[tuple[str, str], Prospect] = {}
+    found: dict[Pair, Prospect] = {}
     for drops in (1, max(2, len(present.equations))):
         wanted = [pair for pair in pairs if pair not in found or not found[pair].expected.separates]
         if wanted:
@@ -205,7 +219,27 @@ def _with_drops(present: _Present, new: tuple[Any, Flight, SequenceEquations], d
     return scores
 
 
-def _of_measurement(present: _Present, measurement: CandidateMeasurement, pair: tuple[str, str], margin: float) -> Prospect | None:
+def _of_views(present: _Present, particles: Sequence[Particle], pairs: Sequence[Pair], margin: float) -> dict[Pair, Prospect]:
+    """What twice the calibrated views would do for pairs with an effect on the body or on the views."""
+    asked = [pair for pair in pairs if any(_of_body(present.candidates.effects[present.number(key)]) for key in pair)]
+    if not asked or not isinstance(present.like, Pictures):
+        return {}
+    campaign = present.campaign
+    more = [
+        with_more_views(sequence, particles[p], hull_of(particles[p]))
+        for sequence, p in zip(campaign.sequences, campaign.particle, strict=True)
+    ]
+    campaign = replace(campaign, sequences=tuple(more))
+    equations = _counted_equations(campaign, present.fit, present.candidates, present.stands_for)
+    scores, _ = efficient_scores(campaign, present.fit, arranged(equations, present.fit.model, present.candidates))
+    return {pair: Prospect("views", MORE_VIEWS, 0, 0, _expected(scores, present, pair, margin)) for pair in asked}
+
+
+def _of_body(effect: EffectModel) -> bool:
+    return effect.entry.stage is Stage.BODY or effect.entry.key == ViewOutlineOffset.entry.key
+
+
+def _of_measurement(present: _Present, measurement: CandidateMeasurement, pair: Pair, margin: float) -> Prospect | None:
     """What a measurement would do for a pair; ``None`` where it measures neither."""
     numbers = [present.number(key) for key in pair]
     precision = np.zeros(len(present.scores.columns))
@@ -234,7 +268,7 @@ def _precision(present: _Present, measurement: CandidateMeasurement, which: tupl
     return float(np.mean(np.sum((moved / (2.0 * step)) ** 2, axis=1)) / measurement.corner_px**2)
 
 
-def _expected(scores: EfficientScores, present: _Present, pair: tuple[str, str], margin: float) -> Expected:
+def _expected(scores: EfficientScores, present: _Present, pair: Pair, margin: float) -> Expected:
     first, second = (present.number(key) for key in pair)
     tests = (present.tests[first], present.tests[second])
     return expected(scores, (first, second), tests, (penalty_of(present.whole), margin))

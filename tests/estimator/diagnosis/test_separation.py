@@ -9,7 +9,8 @@ import pytest
 from estimator.diagnosis.candidate_recordings import FARTHER, RECORDINGS
 from estimator.diagnosis.diagnose import diagnose
 from estimator.diagnosis.expected_difference import Expected, moments
-from estimator.diagnosis.imagined_sequences import Drop, Pictures, counted, hull_corners, silhouettes_of, thinned
+from estimator.diagnosis.imagined_sequences import Drop, Pictures, counted, hull_of, silhouettes_of, thinned
+from estimator.diagnosis.imagined_views import with_more_views
 from estimator.diagnosis.ranking import by_remainder, whitener
 from estimator.diagnosis.score_tests import Candidates, ScoreTest, score_tests
 from estimator.diagnosis.separation import Prospect, Separation, separations
@@ -26,8 +27,7 @@ PENALTY = 7.0
 @cache
 def likeness() -> Pictures:
     found, fit = registered(), fitted()
-    particle = found.particles[0]
-    corners = hull_corners((particle.hull.vertices - particle.body.com_particle) @ particle.body.R_particle_body)
+    corners = hull_of(found.particles[0])
     return Pictures(found.campaign.sequences[0], fit.state.flights[0], corners, fit.model, fit.state.theta[0])
 
 
@@ -147,6 +147,19 @@ def test_frames_outside_of_the_picture_are_no_sightings() -> None:
     assert 0 < len(silhouettes_of(away, likeness()).task.sightings) < 30
 
 
+def test_more_views_are_like_those_that_there_are() -> None:
+    campaign, fit, like = registered().campaign, fitted(), likeness()
+    more = with_more_views(like.sequence, registered().particles[0], like.corners)
+    views = more.task.views
+    assert len(views.silhouettes) == 24
+    middles = [views.silhouettes.points_px[views.silhouettes.slice_of(i)].mean(axis=0) for i in range(24)]
+    assert np.abs(np.array(middles[:12]) - middles[12:]).max() < 60.0
+    alone = replace(campaign, sequences=(more,), particle=(0,), camera=(0,))
+    twice = sequence_equations(alone, 0, fit.state, fit.model).frames.H
+    ratio = np.diag(twice)[:12] / np.diag(fit.equations[0].frames.H)[:12]
+    assert np.all((0.8 < ratio) & (ratio < 1.6)), ratio
+
+
 # What is advised
 
 
@@ -162,7 +175,7 @@ def test_scales_are_told_apart_by_a_second_camera_or_a_measurement_only() -> Non
 
 def test_measurements_of_other_quantities_are_not_offered() -> None:
     assert {k for k, p in prospects(apart("linear_drag", "quadratic_drag")).items() if not p.drops} == set()
-    assert {k for k, p in prospects(apart("frame_rate", "length_scale")).items() if not p.drops} == {"clock", "calliper"}
+    assert {k for k, p in prospects(apart("frame_rate", "length_scale")).items() if not p.drops} == {"clock", "calliper", "views"}
     assert {k for k, p in prospects(apart("radial_distortion", "focal_length")).items() if not p.drops} == {"target"}
 
 
