@@ -32,7 +32,9 @@ def moments() -> Moment:
         half = 0.5 * time[:, None] * omega
         angle = np.linalg.norm(half, axis=1, keepdims=True)
         q = np.hstack([np.sin(angle) * half / np.maximum(angle, 1e-12), np.cos(angle)])
-        parts.append((time[:, None], x, np.tile(v, (NODES, 1)), np.tile(omega, (NODES, 1)), np.tile(omega, (NODES, 1)), rotation_matrices(q)))
+        parts.append(
+            (time[:, None], x, np.tile(v, (NODES, 1)), np.tile(omega, (NODES, 1)), np.tile(omega, (NODES, 1)), rotation_matrices(q))
+        )
     time_s, *others = (np.concatenate(each) for each in zip(*parts, strict=True))
     return Moment(cast(float, time_s), *others)
 

@@ -1,0 +1,79 @@
+"""Empirical terms on campaigns whose forces no effect of the catalogue is: the stage, what they remove, their shape, and the law."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from datasets.vocabulary.effects import Stage
+from estimator.diagnosis.adding import base_fit
+from estimator.diagnosis.empirical_fit import EmpiricalFit, LawFit, fit_empirical
+from estimator.diagnosis.empirical_shape import empirical_shapes
+from estimator.diagnosis.unknown import Unknown, unknown
+from estimator.motion.flight import N_PARAMETERS
+from tests.estimator.unknown_campaigns import HIDDEN, THRUST, unknown_campaign
+
+
+@cache
+def found(key: str) -> tuple[Unknown, EmpiricalFit]:
+    registered = unknown_campaign(key)
+    fit = base_fit(registered.campaign, registered.start)
+    left = unknown(registered.campaign, fit)
+    return left, fit_empirical(registered.campaign, fit, left)
+
+
+def values(law: LawFit) -> dict[str, tuple[float, float]]:
+    """Values of the law's parameters with their standard deviations."""
+    part = law.fit.model.slices[-1]
+    sigma = np.sqrt(np.diag(law.covariance.of(0, N_PARAMETERS + np.arange(part.start, part.stop))))
+    names = law.fit.model.effects[-1].entry.names
+    return {n: (float(v), float(s)) for n, v, s in zip(names, law.fit.state.theta[0][part], sigma, strict=True)}
+
+
+@pytest.mark.parametrize("key", HIDDEN)
+def test_a_hidden_force_sits_in_the_dynamics_and_is_removed(key: str) -> None:
+    left, empirical = found(key)
+    assert left.present
+    assert left.stage is Stage.DYNAMICS
+    removed = empirical.removed
+    assert removed.share > 0.8
+    assert removed.after.rms_px < 0.5 * removed.before.rms_px
+    assert removed.floor_px < removed.before.rms_px
+    assert empirical.law is not None
+    assert empirical.law.removed.share > 0.8
+
+
+def test_the_law_of_a_thrust_is_fixed_to_the_body() -> None:
+    _, empirical = found("outgassing_thrust")
+    assert empirical.law is not None
+    assert {t.key for t in empirical.law.terms} == {"body_fixed", "torque_body_fixed"}
+    told = values(empirical.law)
+    for axis in "123":
+        value, sigma = told[f"thrust_{axis}"]
+        assert abs(value - THRUST[f"a{axis}"]) < 4.0 * sigma
+        assert sigma < 1.5
+
+
+def test_a_thrust_is_a_constant_in_body_axes() -> None:
+    left, empirical = found("outgassing_thrust")
+    del left
+    shapes = {(s.of, s.sequence): s for s in empirical_shapes(unknown_campaign("outgassing_thrust").campaign, empirical)}
+    assert {of for of, _ in shapes} == {"force, world axes", "force, body axes", "torque, world axes", "torque, body axes"}
+    for number in range(2):
+        body = shapes["force, body axes", number]
+        true = np.array([THRUST[f"a{axis}"] for axis in "123"])
+        middle = slice(3, -3)
+        pull = (body.value[middle] - true) / body.sigma[middle]
+        assert np.mean(np.abs(pull) < 3.0) > 0.9
+        world = shapes["force, world axes", number]
+        np.testing.assert_allclose(np.linalg.norm(world.value, axis=1), np.linalg.norm(body.value, axis=1), rtol=1e-9)
+
+
+def test_the_law_of_a_wall_depends_on_the_place_along_one_axis() -> None:
+    _, empirical = found("wall_attraction")
+    assert empirical.law is not None
+    assert [t.key for t in empirical.law.terms] == ["towards_plane"]
+    told = values(empirical.law)
+    assert abs(told["azimuth"][0]) < 0.2
+    (exponent,) = empirical.law.law.exponents
+    assert exponent.interval[0] < 2.0 < exponent.interval[1]
