@@ -151,11 +151,11 @@ def difference(diagnosis: Diagnosis, true: str, rival: str) -> float:
     return criterion[rival] - criterion[true]
 
 
-def run_case(case: Case, seed: int) -> dict[str, Any]:
-    """What is predicted for one campaign, and what comes of it."""
+def run_case(case: Case, seed: int, keys: Sequence[str]) -> dict[str, Any]:
+    """What is predicted for one campaign and the recordings ``keys``, and what comes of them."""
     recipe, true = case.recipe(seed), case.hidden.key
     base = [recording(recipe, i, "another") for i in range(SEQUENCES)]
-    more = {key: [recording(recipe, SEQUENCES * (1 + n) + i, key) for i in range(SEQUENCES)] for n, key in enumerate(MADE)}
+    more = {key: [recording(recipe, SEQUENCES * (1 + n) + i, key) for i in range(SEQUENCES)] for n, key in enumerate(keys)}
     everything = register([*base, *(o for each in more.values() for o in each)], Configuration())
     now = part(everything, [o.name for o in base])
     fit, found = diagnosed(now)
@@ -166,7 +166,7 @@ def run_case(case: Case, seed: int) -> dict[str, Any]:
         return told
     (separation,) = separations(now, fit, [f.test for f in found.findings], (true, case.rival), margin=Rules().margin)
     told["predicted"] = separation.now.difference
-    for prospect in (p for p in separation.prospects if p.key in MADE):
+    for prospect in (p for p in separation.prospects if p.key in keys):
         names = [o.name for o in [*base, *more[prospect.key][: prospect.drops]]]
         _, after = diagnosed(part(everything, names))
         told["recordings"].append(outcome(prospect, difference(after, true, case.rival)))
@@ -274,7 +274,7 @@ def main() -> None:
         for seed in range(SEED, SEED + arguments.seeds):
             if (case.name, seed) in done or arguments.case not in {None, case.name}:
                 continue
-            rows.append(run_case(case, seed))
+            rows.append(run_case(case, seed, tuple(MADE)))
             print(json.dumps(rows[-1]), flush=True)
             write(arguments.result, json.dumps({"rows": rows, "summary": summary(rows)}, indent=1) + "\n")
     if arguments.page is not None:
