@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -155,7 +156,9 @@ def diagnosed(question: Question, campaign: Prepared, out: Path, told: Told) -> 
         "diagnosis": diagnosis_entry(found, campaign.names, apart),
         "noise_floor": noise_floor_entry(_floor(campaign.registered.campaign, fit), campaign.names, (found.p, rules.alpha)),
         "unknown": rest,
-        "verdict": verdict_entry(with_unknown(verdict, rest), law_command(out) if rest else _next(question, verdict)),
+        "verdict": verdict_entry(
+            with_unknown(verdict, rest, partial(question.command, "ladder")), law_command(out) if rest else _next(question, verdict)
+        ),
     }
 
 
@@ -201,7 +204,8 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told) -> 
         "dropped": list(explanation.dropped),
         "unknown": rest,
         "verdict": verdict_entry(
-            with_unknown(verdict, rest), law_command(out) if rest else _ladder_command(question, list(explanation.found))
+            with_unknown(verdict, rest, partial(question.command, "ladder")),
+            law_command(out) if rest else _ladder_command(question, list(explanation.found)),
         ),
     }
 

@@ -6,8 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from estimator.diagnosis.empirical_fit import EmpiricalFit, LawFit, Removed, fit_empirical
+from estimator.diagnosis.empirical_fit import SUPERFLUOUS, EmpiricalFit, LawFit, Removed, fit_empirical
 from estimator.diagnosis.empirical_shape import Shape, empirical_shapes
+from estimator.diagnosis.explain import wald_p
 from estimator.diagnosis.law import Exponent, Regressed
 from estimator.diagnosis.tested_values import p_words
 from estimator.diagnosis.unknown import Unknown
@@ -64,8 +65,18 @@ def unknown_entry(
         **_removed_entry(found.removed, names),
         "shapes": [_shape_entry(shape, names) for shape in empirical_shapes(campaign, found)],
         "law": None if found.law is None else law_entry(found.law, names),
+        "superfluous": list(superfluous(found)),
         "sentences": list(_sentences(left, found)),
     }
+
+
+def superfluous(found: EmpiricalFit) -> tuple[str, ...]:
+    """Effects of the model that are compatible with zero once the law is in it."""
+    if found.law is None:
+        return ()
+    fit, covariance = found.law.fit, found.law.covariance
+    free = [(e, effect) for e, effect in enumerate(fit.model.effects[:-1]) if effect.held is None and not effect.random]
+    return tuple(effect.entry.key for e, effect in free if wald_p(fit, covariance, e) > SUPERFLUOUS)
 
 
 def _removed_entry(removed: Removed, names: Sequence[str]) -> Entry:
@@ -163,6 +174,8 @@ def _sentences(left: Unknown, found: EmpiricalFit) -> list[str]:
     others = [law_words([t.term for t in each.terms]) for each in law.law.alternatives[:MOST_OTHERS]]
     if others:
         said.append(f"These data do not rule out: {'; '.join(others)}.")
+    if superfluous(found):
+        said.append(f"Beside this law nothing is left for {', '.join(key.replace('_', ' ') for key in superfluous(found))}: leave it out.")
     return said
 
 
@@ -174,15 +187,17 @@ def _exponent_words(e: Exponent) -> str:
     return f"The {name} is {e.best:.1f} (95%: {e.interval[0]:.1f} to {e.interval[1]:.1f}); the law takes {e.taken:.3g}."
 
 
-def with_unknown(verdict: Verdict, entry: Entry | None) -> Verdict:
-    """The verdict with what is left beside it."""
+def with_unknown(verdict: Verdict, entry: Entry | None, ladder: Callable[[Sequence[str]], str]) -> Verdict:
+    """The verdict with what is left beside it; ``ladder``: the command that tries effects beside those the user gave."""
     if entry is None:
         return verdict
     opening = "Something is missing that no effect of the catalogue explains."
     if verdict.kind == "found":
         opening = f"{verdict.sentence.split(' Something is left:')[0].split(' Then nothing')[0]} {opening}"
     kind = verdict.kind if verdict.kind == "found" else "unknown"
-    return replace(verdict, kind=kind, sentence=opening, remarks=(*entry["sentences"], *verdict.remarks))
+    kept = [key for key in verdict.add if key not in entry["superfluous"]] if verdict.kind == "found" else []
+    then = f"Once that plug-in is written: {ladder([*kept, f'./{PLUG_IN}:{CLASS}'])}"
+    return replace(verdict, kind=kind, sentence=opening, remarks=(*entry["sentences"], then, *verdict.remarks))
 
 
 def law_command(out: Path) -> str:

@@ -13,6 +13,7 @@ from estimator.diagnosis.tested_values import p_words
 from tumble.numbers import compact
 from tumble.reports.charts import autocorrelation_chart, ladder_chart, map_chart
 from tumble.reports.payload import flat
+from tumble.reports.shape_charts import shape_chart
 from tumble.reports.words import rms_word
 from tumble.versions import versions
 
@@ -46,6 +47,7 @@ def render(document: Mapping[str, Any]) -> str:
         tone="good" if found["verdict"]["kind"] in GOOD[found["verb"]] else "neutral",
         missing=found["diagnosis"] is not None and found["verdict"]["kind"] != "nothing missing",
         maps=_maps(found["maps"] or []),
+        unknown=_unknown(found.get("unknown")),
         ladder=_ladder(found["ladder"], found["noise_floor"], found.get("unit", "px")),
         steps=found["steps"] or [],
         autocorrelation=Markup(autocorrelation_chart(found["noise_floor"])) if found["noise_floor"] else None,
@@ -82,6 +84,13 @@ def _ladder(rungs: Sequence[Mapping[str, Any]] | None, floor: Mapping[str, Any] 
         "chart": Markup(ladder_chart(rungs, floor["floor_px"], unit)),
         "floor_px": floor["floor_px"],
     }
+
+
+def _unknown(entry: Mapping[str, Any] | None) -> dict[str, Any] | None:
+    """What no effect of the catalogue explains, with the pictures of its shapes."""
+    if entry is None:
+        return None
+    return {**entry, "charts": [{**shape, "chart": Markup(shape_chart(shape))} for shape in entry["shapes"]]}
 
 
 def _words(key: str) -> str:

@@ -32,7 +32,7 @@ STYLE: Any = {
 def map_chart(entry: Mapping[str, Any]) -> str:
     """One map of residuals: points with error bars, or circles where it has two coordinates."""
     draw = _plane if entry["second"] is not None else _line
-    return _svg(lambda axes: draw(axes, entry), width=3.7, height=2.5)
+    return svg(lambda axes: draw(axes, entry), width=3.7, height=2.5)
 
 
 def ladder_chart(rungs: Sequence[Mapping[str, Any]], floor_px: float, unit: str = "px") -> str:
@@ -53,7 +53,7 @@ def ladder_chart(rungs: Sequence[Mapping[str, Any]], floor_px: float, unit: str 
         axes.set_ylabel(f"RMS {rms_word(unit)}, {unit}")
         axes.legend(frameon=False, loc="lower right")
 
-    return _svg(draw, width=7.4, height=2.9)
+    return svg(draw, width=7.4, height=2.9)
 
 
 def autocorrelation_chart(floor: Mapping[str, Any]) -> str:
@@ -67,7 +67,7 @@ def autocorrelation_chart(floor: Mapping[str, Any]) -> str:
         axes.set_xlabel("frames apart")
         axes.set_ylabel("correlation of residuals")
 
-    return _svg(draw, width=3.7, height=2.3)
+    return svg(draw, width=3.7, height=2.3)
 
 
 def _line(axes: Axes, entry: Mapping[str, Any]) -> None:
@@ -107,7 +107,7 @@ AXIS = {
 KIND = {"offset": "outwards", "along_v": "along v", "along_x": "along x", "along_y": "along y"}
 
 
-def _svg(draw: Any, *, width: float, height: float) -> str:
+def svg(draw: Any, *, width: float, height: float) -> str:
     """The picture as an SVG element in the page's colours."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(width, height), layout="constrained")
