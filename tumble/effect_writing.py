@@ -179,7 +179,7 @@ def _law(found: dict[str, Any]) -> dict[str, Any]:
         "reference": REFERENCE,
         "searched": [p.name for t in terms for p in t.shapes],
         "frozen": [t.power for t in terms if t.power is not None],
-        "starts": [f"{values[p.name]['value']:.6g}" if p in t.shapes else "0.0" for t in terms for p in t.parameters],
+        "starts": [_number(values[p.name]["value"]) if p in t.shapes else "0.0" for t in terms for p in t.parameters],
         "links": _links(terms),
     }
 
@@ -199,12 +199,17 @@ def _parameter(p: Parameter, found: dict[str, Any]) -> dict[str, Any]:
     return {
         "name": p.name,
         "unit": p.unit,
-        "low": f"{min(low, -room if low < 0.0 else low):.6g}",
-        "high": f"{max(high, room):.6g}",
-        "step": f"{p.step:g}",
+        "low": _number(min(low, -room if low < 0.0 else low)),
+        "high": _number(max(high, room)),
+        "step": _number(p.step),
         "meaning": p.meaning,
         "found": f"{compact(found['value'], found['sigma'])}{unit}",
     }
+
+
+def _number(value: float) -> str:
+    """A float as Python writes it, with six digits."""
+    return repr(float(f"{value:.6g}"))
 
 
 def _links(terms: list[Term]) -> list[dict[str, str]]:
