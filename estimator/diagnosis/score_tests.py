@@ -115,7 +115,8 @@ def efficient_scores(campaign: Campaign, fit: CampaignFit, linear: "Linear") -> 
     chosen = _best_starts(scores)
     kept = np.array([i for i, c in enumerate(scores.columns) if chosen[c.effect, c.sequence] == c.start and seen[i]], dtype=np.int64)
     scores = scores.take(kept)
-    return replace(scores, M=_noise(campaign, fit, linear, (projection, kept))), chosen
+    scores = replace(scores, M=_noise(campaign, fit, linear, (projection, kept)))
+    return scores.take(np.flatnonzero(np.diag(scores.M) > LEAST_NOISE * np.diag(scores.H))), chosen
 
 
 @dataclass(frozen=True)
@@ -178,6 +179,8 @@ class _Projection:
     local: tuple[Array, ...]
 
 
+LEAST_NOISE = 0.1
+"""Variance of a score over its information, about 1 and more: where it is less, both are what rounding leaves of an alias in the model."""
 SMALLEST_VISIBLE = 1e-12
 """Share of a column's information that must be left when the base parameters have done what they can; less is rounding."""
 
