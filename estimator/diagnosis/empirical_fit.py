@@ -119,7 +119,10 @@ def _law(campaign: Campaign, fit: CampaignFit, wide: CampaignFit, at: tuple[Held
         return None
     terms = with_amplitudes(law)
     while True:
-        refitted = fit_terms(campaign, fit, terms)
+        try:
+            refitted = fit_terms(campaign, fit, terms)
+        except (ValueError, np.linalg.LinAlgError):  # flights under it run away: what cannot be flown is no law
+            return None
         covariance = campaign_covariance(campaign, refitted)
         weakest = int(np.argmax(p_values := _wald(refitted, covariance, terms)))
         if len(terms) == 1 or p_values[weakest] <= SUPERFLUOUS:

@@ -206,7 +206,14 @@ def regress(pooled: PooledScores, terms: tuple[Shaped, ...], penalty: float) -> 
         terms = _shaped(terms, found.x)
     amplitudes, left = _linear(pooled, terms)
     remainder = float(left @ left)
-    return Regressed(terms, amplitudes, remainder, remainder + penalty * sum(each.size for each in terms))
+    criterion = remainder + penalty * sum(each.size for each in terms)
+    return Regressed(terms, amplitudes, remainder, criterion if _sensible(terms, amplitudes) else np.inf)
+
+
+def _sensible(terms: Sequence[Shaped], amplitudes: Array) -> bool:
+    """Whether amplitudes that have to be positive are."""
+    starts = np.cumsum([0, *(each.term.amplitudes for each in terms)])
+    return not any(each.term.positive and amplitudes[a] < 0.0 for each, a in zip(terms, starts[:-1], strict=True))
 
 
 def _limits(each: Shaped, number: int) -> tuple[float, float]:

@@ -74,7 +74,8 @@ class Term:
 
     ``amplitudes``: how many of the ``parameters`` come in linearly, at the front; ``power``: name of the exponent among the others, if
     there is one, ``powers`` the range it may have and ``usual`` the whole ones that nature prefers, in that order; ``words`` and
-    ``formula`` for people; ``places``: shapes (s, q) tried first, given positions (n, 3) m of the flights.
+    ``formula`` for people; ``positive``: whether an amplitude below zero makes no sense (a drag that drives); ``places``: shapes (s, q)
+    tried first, given positions (n, 3) m of the flights.
     """
 
     key: str
@@ -88,6 +89,7 @@ class Term:
     power: str | None = None
     powers: tuple[float, float] = (0.0, 0.0)
     usual: tuple[float, ...] = ()
+    positive: bool = False
 
     @property
     def shapes(self) -> tuple[Parameter, ...]:
@@ -179,6 +181,7 @@ TERMS: tuple[Term, ...] = (
         "velocity_power",
         (0.0, 4.0),
         USUAL_DRAG,
+        positive=True,
     ),
     Term(
         "across_velocity",
@@ -267,6 +270,7 @@ TERMS: tuple[Term, ...] = (
         "spin_power",
         (0.0, 4.0),
         USUAL_DRAG,
+        positive=True,
     ),
 )
 """All terms, from simple to involved; a clock that starts with every recording is the least likely cause of a force. Those of the catalogue
