@@ -2,8 +2,8 @@
 
 A term's function gets parameters ``theta`` (m, q) and the moment of m flights, and gives (m, 3), world frame: m/s² for a force, rad/s² per
 largest moment for a torque. It is linear in its first parameters, the amplitudes; the others (exponents, places) shape it, with
-values that are tried first. Powers of a distance are taken of the distance over 5 cm so that an amplitude is an acceleration
-whatever the exponent.
+values that are tried first. Powers are taken of a distance over 5 cm, a speed over 1 m/s, a spin over 100 rad/s, so that
+an amplitude means the same whatever the exponent.
 """
 
 from collections.abc import Callable
@@ -36,7 +36,7 @@ def body_fixed(theta: Array, moment: Moment) -> Array:
 
 
 def against_velocity(theta: Array, moment: Moment) -> Array:
-    """``-c |v|^(n - 1) v``."""
+    """``-c (|v| / 1 m/s)^(n - 1) v``."""
     speed = np.maximum(np.linalg.norm(moment.v, axis=1, keepdims=True), 1e-9)
     return np.asarray(-theta[:, :1] * speed ** (theta[:, 1:] - 1.0) * moment.v)
 
@@ -63,8 +63,8 @@ def towards_point(theta: Array, moment: Moment) -> Array:
 
 
 def against_spin(theta: Array, moment: Moment) -> Array:
-    """``-c |omega|^(n - 1) omega``."""
-    spin = np.maximum(np.linalg.norm(moment.omega, axis=1, keepdims=True), 1e-9)
+    """``-c (|omega| / 100 rad/s)^(n - 1) omega``."""
+    spin = np.maximum(np.linalg.norm(moment.omega, axis=1, keepdims=True) / 100.0, 1e-9)
     return np.asarray(-theta[:, :1] * spin ** (theta[:, 1:] - 1.0) * moment.omega)
 
 
@@ -170,9 +170,9 @@ TERMS: tuple[Term, ...] = (
         "against_velocity",
         "acceleration",
         "a drag along the velocity",
-        "-c |v|^(n-1) v",
+        "-c (|v| / 1 m/s)^(n-1) v",
         (
-            Parameter("drag", "(m/s2)/(m/s)^n", (-50.0, 50.0), 1e-3, "drag c"),
+            Parameter("drag", "1/s", (0.0, 50.0), 1e-3, "rate c at a speed of 1 m/s"),
             _power("velocity_power", 0.0, 4.0, "exponent n of the speed"),
         ),
         1,
@@ -259,9 +259,9 @@ TERMS: tuple[Term, ...] = (
         "against_spin",
         "torque",
         "a torque against the spin",
-        "-c |omega|^(n-1) omega",
+        "-c (|omega| / 100 rad/s)^(n-1) omega",
         (
-            Parameter("damping", "(rad/s2)/(rad/s)^n", (-50.0, 50.0), 1e-1, "damping c"),
+            Parameter("damping", "1/s", (0.0, 50.0), 1e-2, "rate c at a spin of 100 rad/s"),
             _power("spin_power", 0.0, 4.0, "exponent n of the spin"),
         ),
         1,
