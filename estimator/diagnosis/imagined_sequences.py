@@ -101,6 +101,10 @@ class Imagination(Protocol):
         """A sequence with fewer sightings, and how many each of those stands for."""
         ...
 
+    def silent(self, equations: SequenceEquations) -> SequenceEquations:
+        """Equations of an imagined sequence, whose errors shall not count where noise is measured."""
+        ...
+
 
 @dataclass(frozen=True)
 class Imagined:
@@ -138,13 +142,23 @@ class Pictures:
 
     def imagined(self, drop: Drop) -> Imagined:
         """The drop where it is, or aimed at the middle of the picture where that shows more of it."""
-        tried = [(d, silhouettes_of(d, self)) for d in (drop, in_the_middle(drop))]
-        chosen, sequence = max(tried, key=lambda each: len(each[1].task.sightings))
-        return Imagined(chosen, sequence, len(np.unique(sequence.task.sightings.frame)))
+        sequence = silhouettes_of(drop, self)
+        if len(sequence.task.sightings) < len(drop.times_s) * len(drop.cameras):
+            aimed = in_the_middle(drop)
+            other = silhouettes_of(aimed, self)
+            if len(other.task.sightings) > len(sequence.task.sightings):
+                drop, sequence = aimed, other
+        return Imagined(drop, sequence, len(np.unique(sequence.task.sightings.frame)))
 
     def thinned(self, sequence: SequenceTask, most: int) -> tuple[SequenceTask, float]:
         """As in :func:`thinned`."""
         return thinned(sequence, most)
+
+    def silent(self, equations: SequenceEquations) -> SequenceEquations:
+        """Errors of infinite variance; their weights are made already."""
+        tangency = equations.errors.tangency
+        unknown = replace(tangency, variance=np.full_like(tangency.variance, np.inf))
+        return replace(equations, errors=replace(equations.errors, tangency=unknown))
 
 
 def hull_of(particle: Particle) -> Array:

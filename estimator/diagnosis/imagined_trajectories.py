@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from estimator.diagnosis.imagined_sequences import Drop, Imagined, about
 from estimator.effects.model import Model
+from estimator.fitting.campaign import SequenceEquations
 from estimator.fitting.forced_velocities import body_under, forced_states
 from estimator.motion.flight import N_PARAMETERS, Flight
 from estimator.motion.rigid_body import rotation_matrices
@@ -58,3 +59,7 @@ class Tracks:
         """The sequence itself: rows cost little."""
         del most
         return sequence, 1.0
+
+    def silent(self, equations: SequenceEquations) -> SequenceEquations:
+        """The equations themselves: their noise is stated."""
+        return equations

@@ -189,7 +189,7 @@ def _imagined_equations(present: _Present, drop: Drop, sequence: Any) -> tuple[A
     theta = np.concatenate([present.like.theta, tried])
     few, times = present.like.thinned(sequence, _most_sightings(present.campaign))
     alone = replace(present.campaign, sequences=(few,), particle=(0,), camera=(0,))
-    equations = counted(sequence_equations(alone, 0, CampaignState((drop.flight,), (theta,)), model), times)
+    equations = present.like.silent(counted(sequence_equations(alone, 0, CampaignState((drop.flight,), (theta,)), model), times))
     if not drop.known_start:
         return few, equations
     known = np.zeros(len(equations.frames.H))
