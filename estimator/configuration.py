@@ -16,14 +16,14 @@ class Configuration:
     ``offset_prior_px`` and ``frame_offset_prior_px``: standard deviation of the boundary offset of outlines given as such and of outlines
     measured in pictures. ``com_prior`` (share of the largest extent), ``inertia_prior`` and ``inertia_products_prior`` (relative, moments
     and products): how far the visual hull's mass properties may be off; measured on scanned bodies with 60 views. ``floor_px``: tangent
-    noise that the outlines do not show; ``body_noise_px``: the part of the error that stays with a place on the body, from comparing
-    outlines of unlike curvature. ``huber``: standard deviations beyond which an error's influence stays constant. ``within_pairs``:
-    largest number of pairs within the sequence in the last refinement, 0 leaves them out. ``bias_pairs``: pairs of draws from which the
-    bias of an outline given as such is predicted for the last refinement; 0 compares views in the camera's likeness instead.
+    noise that the outlines do not show; ``body_noise_px``: the part of the error that stays with a place on the body, where no other
+    sequence of the particle shows how large it is. ``huber``: standard deviations beyond which an error's influence stays constant.
+    ``within_pairs``: largest number of pairs within the sequence in the last refinement, 0 leaves them out. ``bias_pairs``: pairs of draws
+    from which the bias of an outline given as such is predicted for the last refinement; 0 compares views in the camera's likeness instead.
     ``momentum_starts``: angular velocities drawn when tracking fails, within ``largest_spin_rads``. ``focal_prior``: relative standard
-    deviation of the high-speed camera's focal length; 0 means that it is known, otherwise it is measured with the flight, from the
-    camera's as a start. ``minimum_frames``: fewer usable frames give no measurement. ``seed`` feeds the drawn starts and the drawn
-    noise of the views' likeness.
+    deviation of the high-speed camera's focal length; 0 means that it is known, otherwise it is measured with the flight, from the camera's
+    as a start. ``minimum_frames``: fewer usable frames give no measurement. ``seed`` feeds the drawn starts and the drawn noise of the
+    views' likeness.
     """
 
     hull_resolution: int = 64
@@ -41,7 +41,7 @@ class Configuration:
     inertia_prior: float = 0.015
     inertia_products_prior: float = 0.003
     floor_px: float = 0.04
-    body_noise_px: float = 0.085
+    body_noise_px: float = 0.05
     focal_prior: float = 0.0
     huber: float = 4.0
     within_pairs: int = 600

@@ -10,10 +10,10 @@ The full inverse ``Σ_i⁻¹`` would be Aitken's optimum if the noise were what 
 leans on differences between neighbouring tangents, where hulls of noisy outlines differ in kind from hulls of bodies, and gave a scale
 bias of 0.1-0.8% where these weights give 0.01-0.1%. It only serves for the bound, the inverse of :func:`information`.
 
-With ``W = weight J`` the gradient's covariance is ``M = sum_i W_iᵀ Σ_i W_i + sum_k W_kᵀ (C_k - diag C_k) W_k`` over the views k (one
-view's noise enters all sightings) plus the body-fixed part of :func:`body_noise`; the parameters' is ``H⁻¹ (s² M + Λ) H⁻¹`` [White 1982;
-Cameron, Gelbach & Miller 2011 for multi-way sums], Λ the prior's information and s² the mean square of the standardised errors where it
-is above 1.
+With ``W = weight J`` the gradient's covariance is ``M = sum_i W_iᵀ Σ_i W_i + sum_k W_kᵀ (C_k - diag C_k) W_k`` over the views k (one view's
+noise enters all sightings) plus the body-fixed part (:mod:`estimator.fitting.body_fixed_error`); the parameters' is ``H⁻¹ (s² M + Λ) H⁻¹``
+[White 1982; Cameron, Gelbach & Miller 2011 for multi-way sums], Λ the prior's information and s² the mean square of the standardised errors
+where it is above 1.
 """
 
 from dataclasses import dataclass, replace
@@ -22,10 +22,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
+from estimator.fitting.body_fixed_error import BodyPlaces, correlation
 from estimator.fitting.noise_model import tangent_correlation
 from estimator.geometry.epipolar_tangency import TangencyErrors
 from estimator.geometry.silhouettes import Silhouettes
-from estimator.geometry.sphere import fibonacci_sphere
 
 Array = NDArray[np.float64]
 
@@ -166,48 +166,25 @@ def shared_view_noise(errors: TangencyErrors, weighted: Array, second: Silhouett
     return total
 
 
-NORMAL_CELLS, VIEWING_CELLS = 120, 24
-"""Cells on the spheres of normals (0.32 rad wide) and of viewing directions (0.7 rad): the turns over which the bias was seen to change."""
-
-
-def body_cells(normals: Array, viewing: Array) -> NDArray[np.int64]:
-    """The place on the body, and the side it is seen from, of outward normals (n, k, 2, 3) seen along ``viewing`` (n, 3), body axes.
-
-    Both outlines of a view and of the view from behind are the same line, so viewing directions count without their sign.
-    """
-    place = np.argmax(normals @ fibonacci_sphere(NORMAL_CELLS).T, axis=-1)
-    side = np.argmax(np.abs(viewing @ fibonacci_sphere(VIEWING_CELLS).T), axis=-1)
-    _, cells = np.unique(place * VIEWING_CELLS + side[:, None, None], return_inverse=True)
-    return np.asarray(cells.reshape(place.shape), dtype=np.int64)
-
-
-def body_noise(errors: TangencyErrors, weighted: Array, cells: NDArray[np.int64], *, sigma_px: float) -> Array:
-    """What a body-fixed error of ``sigma_px`` adds to the gradient's covariance (p, p).
-
-    Tangencies at one place on the body (``cells`` (n, k, 2)) share it in all sightings.
-    """
-    p = weighted.shape[-1]
-    seen = np.repeat(errors.valid[:, :, None], 2, axis=2)
-    G = np.zeros((int(cells.max()) + 1, p))
-    np.add.at(G, cells[seen], weighted[seen])
-    return np.asarray(sigma_px**2 * G.T @ G)
-
-
-def information(errors: TangencyErrors, S: Array, first: Silhouettes, places: tuple[NDArray[np.int64], float], *, huber: float) -> Array:
+def information(errors: TangencyErrors, S: Array, first: Silhouettes, body: tuple[BodyPlaces, float], *, huber: float) -> Array:
     """Fisher information (p, p) of the errors under the noise model: own noise ``Σ_i`` and a body-fixed error.
 
-    ``places``: ``cells`` (n, k, 2) and the body-fixed error's standard deviation (px). With ``B_i`` the tangencies' cells the body-fixed
-    error is a nuisance, eliminated as ``F - U (σ_b⁻² + V)⁻¹ Uᵀ``, F = Σ JᵀΣ_i⁻¹J, U = Σ JᵀΣ_i⁻¹B_i, V = Σ B_iᵀΣ_i⁻¹B_i.
+    ``body``: places of the errors and the body-fixed error's standard deviation (px). With ``B_i`` the errors' cells the body-fixed error
+    is a nuisance of covariance ``C = L Lᵀ``, eliminated as ``F - U L (1 + Lᵀ V L)⁻¹ Lᵀ Uᵀ``, F = Σ JᵀΣ_i⁻¹J, U = Σ JᵀΣ_i⁻¹B_i,
+    V = Σ B_iᵀΣ_i⁻¹B_i.
     """
-    cells, sigma_px = places
+    places, sigma_px = body
     linear, p = linear_errors(errors, S), S.shape[2]
-    places_seen = int(cells.max()) + 1
-    total = np.zeros((p + places_seen, p + places_seen))
+    present, cells = np.unique(places.cell, return_inverse=True)
+    cells = cells.reshape(places.normal.shape)
+    total = np.zeros((p + len(present), p + len(present)))
     for i in np.flatnonzero(errors.valid.any(axis=1)):
         seen = sighting(linear, errors, first, i, floor_px=0.0, huber=huber)
-        present, column = np.unique(cells[i, seen.view, seen.side], return_inverse=True)
-        X = np.hstack([seen.J, np.eye(len(present))[column]])
-        rows = np.concatenate([np.arange(p), p + present])
+        here, column = np.unique(cells[i, seen.view, seen.side], return_inverse=True)
+        X = np.hstack([seen.J, np.eye(len(here))[column]])
+        rows = np.concatenate([np.arange(p), p + here])
         total[np.ix_(rows, rows)] += X.T @ cho_solve(cho_factor(seen.Sigma, lower=True), X)
-    V = total[p:, p:] + np.eye(places_seen) / max(sigma_px, 1e-6) ** 2
-    return np.asarray(total[:p, :p] - total[:p, p:] @ np.linalg.solve(V, total[p:, :p]))
+    L = sigma_px * np.linalg.cholesky(correlation(present) + 1e-6 * np.eye(len(present)))
+    UL = total[:p, p:] @ L
+    known = cho_solve(cho_factor(np.eye(len(present)) + L.T @ total[p:, p:] @ L, lower=True), UL.T)
+    return np.asarray(total[:p, :p] - UL @ known)

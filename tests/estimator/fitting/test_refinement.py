@@ -14,7 +14,7 @@ from estimator.motion.flight import N_PARAMETERS, OMEGA, THETA, V, X, moved
 from tests.estimator.fitting.test_within_sequence import seen_by_two, spinning
 
 Array = NDArray[np.float64]
-SETTINGS = Refinement(floor_px=0.04, body_noise_px=0.085, within_pairs=600)
+SETTINGS = Refinement(floor_px=0.04, body_noise_px=0.05, within_pairs=600)
 FLIGHT = np.r_[X, THETA, V, OMEGA]
 
 

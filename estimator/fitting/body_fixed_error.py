@@ -1,0 +1,115 @@
+"""The part of the errors that stays with a place on the body: its covariance, and how large it is.
+
+Hollows and roughness make the tangent planes of noisy outlines wrong by an amount that depends on the place touched, told by its outward
+normal, and on the side it is seen from, told by the viewing direction without its sign (outlines from ahead and from behind are the same
+line). It is a stationary random field over both: ``cov = sigma² exp((cos a - 1) / A²) exp(-sin² b / 2 B²)``, a and b the angles between
+normals and between viewing directions; both factors are positive definite on the sphere. A and B are read off products of residuals of
+different sightings, of rough procedural bodies. The field is held in cells of both spheres, so that its covariance acts as one kernel on
+each.
+
+Its size differs from body to body (cut stones hardly have any). :func:`measured_variance` takes it from products of errors of different
+sightings, which share nothing else [variance components by the method of moments: Searle, Casella and McCulloch, Variance Components,
+1992, ch. 5].
+"""
+
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+from numpy.typing import NDArray
+
+from estimator.geometry.sphere import fibonacci_sphere
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+NORMAL_RAD, VIEWING_RAD = float(np.radians(10.0)), float(np.radians(35.0))
+NORMAL_CELLS, VIEWING_CELLS = 300, 48
+
+
+@dataclass(frozen=True)
+class BodyPlaces:
+    """Where on the body errors lie: cells (n, k, 2) of the outward normals, and (n,) of the directions they are seen along."""
+
+    normal: Int[NDArray[np.int64], "n k 2"]
+    viewing: Int[NDArray[np.int64], " n"]
+
+    @property
+    def cell(self) -> Index:
+        """One number (n, k, 2) for both."""
+        return np.asarray(self.normal * VIEWING_CELLS + self.viewing[:, None, None])
+
+
+def body_places(normals: Float[NDArray[np.float64], "n k 2 3"], viewing: Float[NDArray[np.float64], "n 3"]) -> BodyPlaces:
+    """Places of tangencies with outward ``normals`` seen along ``viewing``, unit vectors in body axes."""
+    place = np.argmax(normals @ fibonacci_sphere(NORMAL_CELLS).T, axis=-1)
+    side = np.argmax(np.abs(viewing @ fibonacci_sphere(VIEWING_CELLS).T), axis=-1)
+    return BodyPlaces(place.astype(np.int64), side.astype(np.int64))
+
+
+@cache
+def _kernels() -> tuple[Array, Array]:
+    """Correlation between the cells of normals, and between those of viewing directions."""
+    normals, viewing = fibonacci_sphere(NORMAL_CELLS), fibonacci_sphere(VIEWING_CELLS)
+    by_normal = np.exp((normals @ normals.T - 1.0) / NORMAL_RAD**2)
+    return by_normal, np.exp(-0.5 * (1.0 - (viewing @ viewing.T) ** 2) / VIEWING_RAD**2)
+
+
+def correlation(cells: Int[NDArray[np.int64], " q"]) -> Float[NDArray[np.float64], "q q"]:
+    """Correlation of the field between cells."""
+    by_normal, by_viewing = _kernels()
+    normal, viewing = np.divmod(cells, VIEWING_CELLS)
+    return np.asarray(by_normal[np.ix_(normal, normal)] * by_viewing[np.ix_(viewing, viewing)])
+
+
+def _summed(cells: Index, values: Array) -> Array:
+    total = np.zeros((NORMAL_CELLS * VIEWING_CELLS, *values.shape[1:]))
+    np.add.at(total, cells, values)
+    return total.reshape(NORMAL_CELLS, VIEWING_CELLS, *values.shape[1:])
+
+
+def _product(total: Array, power: int = 1) -> Array:
+    """``totalᵀ K total`` (p, p) of sums (normals, viewing, p), K the correlation to a power."""
+    by_normal, by_viewing = (kernel**power for kernel in _kernels())
+    spread = np.einsum("cd,bdp->bcp", by_viewing, np.tensordot(by_normal, total, axes=1), optimize=True)
+    shape = (NORMAL_CELLS * VIEWING_CELLS, total.shape[-1])
+    return np.asarray(total.reshape(shape).T @ spread.reshape(shape))
+
+
+def field_covariance(
+    cells: Int[NDArray[np.int64], " r"], influence: Float[NDArray[np.float64], "r p"]
+) -> Float[NDArray[np.float64], "p p"]:
+    """Covariance of ``sum influenceᵀ e`` where the errors ``e`` (r,) are the field, of variance one, in ``cells``."""
+    return _product(_summed(cells, influence))
+
+
+def body_noise(
+    valid: Bool[NDArray[np.bool_], "n k"], weighted: Float[NDArray[np.float64], "n k 2 p"], places: BodyPlaces, *, sigma_px: float
+) -> Float[NDArray[np.float64], "p p"]:
+    """What a body-fixed error of ``sigma_px`` adds to the covariance of ``sum weightedᵀ e`` over valid pairs."""
+    seen = np.repeat(valid[:, :, None], 2, axis=2)
+    return sigma_px**2 * field_covariance(places.cell[seen], weighted[seen])
+
+
+def measured_variance(
+    errors: tuple[Bool[NDArray[np.bool_], "n k"], Float[NDArray[np.float64], "n k 2"], Float[NDArray[np.float64], "n k 2"]],
+    places: BodyPlaces,
+    block: Int[NDArray[np.int64], " n"],
+) -> float:
+    """Variance (px²) of the field from products of errors of different blocks of sightings; it may come out negative.
+
+    ``errors``: which pairs are valid, their errors (px) and weights (px⁻²). Weighted least squares of all products on the correlation.
+    A fit has taken up part of the field, so it comes out too small. Zero where blocks share no place.
+    """
+    valid, e, weight = errors
+    seen, cell = np.repeat(valid[:, :, None], 2, axis=2), places.cell
+    whole, product, expected = np.zeros((NORMAL_CELLS, VIEWING_CELLS, 2)), 0.0, 0.0
+    for number in np.unique(block):
+        here = seen & (block == number)[:, None, None]
+        sums = _summed(cell[here], np.stack([weight[here] * e[here], weight[here]], axis=-1))
+        product -= float(_product(sums[..., :1])[0, 0])
+        expected -= float(_product(sums[..., 1:], 2)[0, 0])
+        whole += sums
+    product += float(_product(whole[..., :1])[0, 0])
+    expected += float(_product(whole[..., 1:], 2)[0, 0])
+    return product / expected if expected > 0.0 else 0.0
