@@ -1,0 +1,98 @@
+"""From a force that no effect of the catalogue is to a plug-in that lowers the error: document, words, report, file, contracts, ladder."""
+
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from datasets.json_documents import read_document, write_document
+from estimator.diagnosis.adding import base_fit, with_effect
+from estimator.diagnosis.unknown import Unknown, unknown
+from estimator.diagnosis.verdict import Verdict
+from estimator.effects.contracts import check_contracts
+from estimator.effects.plug_ins import load_plug_in
+from estimator.fitting.campaign import CampaignFit
+from estimator.fitting.held_out import held_out
+from tests.estimator.unknown_campaigns import unknown_campaign
+from tests.tumble.test_effect_writing import diagnosis
+from tumble.cli.main import main
+from tumble.diagnosis_documents import Entry
+from tumble.reports.campaign_page import render
+from tumble.unknowns import law_command, unknown_entry, with_unknown
+
+NAMES = ("first", "second")
+FOUND = Verdict("found", "The campaign is explained with gravity. Something is left: more.", ("a remark",), ("gravity",))
+
+
+@cache
+def left() -> tuple[CampaignFit, Unknown, Entry]:
+    registered = unknown_campaign("outgassing_thrust")
+    fit = base_fit(registered.campaign, registered.start)
+    rest = unknown(registered.campaign, fit)
+    told: list[str] = []
+    entry = unknown_entry(registered.campaign, fit, rest, NAMES, told=told.append)
+    assert entry is not None
+    assert len(told) == 3
+    return fit, rest, entry
+
+
+def document(folder: Path) -> Path:
+    """The entry in a diagnosis, read back as its schema has it."""
+    path = diagnosis(folder / "diagnosis.json", None)
+    content = {key: value for key, value in read_document(path, "diagnosis").items() if key not in ("format", "schema_version", "sha256")}
+    write_document(path, "diagnosis", {**content, "sequences": list(NAMES), "unknown": left()[2]})
+    return path
+
+
+def test_the_document_says_stage_law_and_shapes(tmp_path: Path) -> None:
+    entry = read_document(document(tmp_path), "diagnosis")["unknown"]
+    assert entry["stage"] == "dynamics"
+    assert entry["removed"] > 0.8
+    assert entry["before"]["rms_px"] > entry["after"]["rms_px"]
+    assert [t["term"] for t in entry["law"]["terms"]].count("body_fixed") == 1
+    assert {shape["sequence"] for shape in entry["shapes"]} == set(NAMES)
+    assert all(len(shape["value"]) == len(shape["place"]) == len(shape["sigma"]) for shape in entry["shapes"])
+
+
+def test_the_words_say_stage_share_law_and_what_to_type(tmp_path: Path) -> None:
+    verdict = with_unknown(FOUND, left()[2], lambda effects: f"tumble ladder data --effects {','.join(effects)}")
+    assert verdict.kind == "found"
+    assert verdict.sentence == ("The campaign is explained with gravity. Something is missing that no effect of the catalogue explains.")
+    said = " ".join(verdict.remarks)
+    assert "It sits in the dynamics" in said
+    assert "a thrust that is fixed to the body" in said
+    assert "thrust_1 =" in said
+    assert "tumble ladder data --effects gravity,./my_law.py:MyLaw" in said
+    assert law_command(tmp_path).startswith(f"tumble effect new MyLaw --from {tmp_path / 'diagnosis.json'}")
+    nothing = Verdict("unknown", "None of the known effects explains it.", (), ())
+    assert with_unknown(nothing, left()[2], lambda _effects: "").kind == "unknown"
+    assert with_unknown(nothing, None, lambda _effects: "") is nothing
+
+
+def test_the_report_shows_curves_and_law(tmp_path: Path) -> None:
+    page = render(read_document(document(tmp_path), "diagnosis"))
+    section = page.split('<section id="unknown">')[1].split("</section>")[0]
+    assert section.count("<svg") == len(left()[2]["shapes"]) == 8
+    assert "Force, body axes, first, m/s2" in section
+    assert "thrust 1" in section
+
+
+def test_the_plug_in_keeps_the_contracts_and_lowers_the_error(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = tmp_path / "my_law.py"
+    assert main(["effect", "new", "MyLaw", "--from", str(document(tmp_path)), "--out", str(out)]) == 0
+    assert f"tumble effect check {out}:MyLaw" in capsys.readouterr().out
+    effect = load_plug_in(f"{out}:MyLaw")
+    registered = unknown_campaign("outgassing_thrust")
+    campaign, (fit, _, entry) = registered.campaign, left()
+    kept = check_contracts(effect, campaign.sequences[0], registered.start.flights[0])
+    assert all(each.kept for each in kept)
+    better = with_effect(campaign, fit, effect)
+    after = held_out(campaign, better.state, better.model).rms_px
+    assert after < 0.6 * entry["before"]["rms_px"]
+    assert after == pytest.approx(entry["law"]["after"]["rms_px"], rel=0.05)
+
+
+def test_where_nothing_is_left_nothing_is_said() -> None:
+    fit, rest, _ = left()
+    registered = unknown_campaign("outgassing_thrust")
+    assert unknown_entry(registered.campaign, fit, Unknown(rest.test, 1.0, rest.tests), NAMES) is None
