@@ -135,12 +135,11 @@ def without(estimate: Estimate, columns: NDArray[np.int64]) -> Estimate:
     covariance, values = estimate.covariance.copy(), estimate.values.copy()
     covariance[columns], covariance[:, columns], values[columns] = np.nan, np.nan, np.nan
     estimate = replace(estimate, covariance=covariance, values=values)
-    if OMEGA.start not in columns or estimate.motion is None or estimate.start is None or estimate.middle is None:
+    if OMEGA.start not in columns or estimate.start is None or estimate.middle is None:
         return estimate
     start, middle = (_without_spin(each) for each in (estimate.start, estimate.middle))
-    motion = replace(estimate.motion, omega_world=np.full_like(estimate.motion.omega_world, np.nan))
     said = f"{estimate.message} Orientation and spin were not measured."
-    return replace(estimate, message=said, motion=motion, start=start, middle=middle)
+    return replace(estimate, message=said, motion=None, start=start, middle=middle)
 
 
 def _without_spin(velocity: VelocityEstimate) -> VelocityEstimate:

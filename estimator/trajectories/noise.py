@@ -20,7 +20,8 @@ from scipy.linalg import toeplitz
 Array = NDArray[np.float64]
 DEGREE, ROWS_PER_DEGREE = 5, 5
 RHOS = np.linspace(0.0, 0.9, 46)
-CLIP = 5.0
+CLIP, ROUNDS = 4.0, 6
+"""Residuals beyond so many standard deviations count as that far, as in the fit; found by going round."""
 MEDIAN_OVER_SIGMA = 0.6745
 
 
@@ -41,15 +42,20 @@ def channel_noise(residuals: Sequence[Array]) -> ChannelNoise:
     """Noise of one channel from the residuals (n,) of several sequences."""
     projectors = [_projector(len(r)) for r in residuals]
     left = [P @ r for P, r in zip(projectors, residuals, strict=True)]
-    every = np.concatenate(left)
-    limit = CLIP * float(np.median(np.abs(every))) / MEDIAN_OVER_SIGMA
-    left = [np.clip(r, -limit, limit) for r in left]
+    expected = np.array([_expected(projectors, rho) for rho in RHOS])
+    noise = ChannelNoise(float(np.median(np.abs(np.concatenate(left)))) / MEDIAN_OVER_SIGMA, 0.0)
+    for _ in range(ROUNDS):
+        noise = _matched([np.clip(r, -CLIP * noise.sigma, CLIP * noise.sigma) for r in left], expected)
+    return noise
+
+
+def _matched(left: Sequence[Array], expected: Array) -> ChannelNoise:
+    """The noise whose expected sums are those of ``left``."""
     square = sum(float(r @ r) for r in left)
     product = sum(float(r[1:] @ r[:-1]) for r in left)
-    expected = np.array([_expected(projectors, rho) for rho in RHOS])
     ratios = expected[:, 1] / np.maximum(expected[:, 0], 1e-12)
     best = int(np.argmin(np.abs(ratios - product / max(square, 1e-300))))
-    return ChannelNoise(float(np.sqrt(square / max(float(expected[best, 0]), 1e-12))), float(RHOS[best]))
+    return ChannelNoise(float(np.sqrt(max(square, 1e-300) / max(float(expected[best, 0]), 1e-12))), float(RHOS[best]))
 
 
 def _projector(n: int) -> Array:

@@ -1,0 +1,140 @@
+"""Trajectories from files: what is read, and what is said of what cannot be."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from datasets.errors import InputError
+from datasets.trajectory_files import read_trajectory, trajectories_in
+
+TUM = "# timestamp tx ty tz qx qy qz qw\n" + "\n".join(f"{1.5e9 + 0.01 * i} {0.1 * i} 0.2 {-0.01 * i} 0 0 0 1" for i in range(6)) + "\n"
+HEADER = "t_s,x_m,y_m,z_m"
+GRAVITY = {"gravity_world": (0.0, 0.0, -9.81)}
+
+
+def written(folder: Path, text: str, name: str = "toss.csv") -> Path:
+    path = folder / name
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def rows(columns: int = 3, count: int = 6) -> str:
+    return "".join(",".join([f"{0.01 * i:g}", *(f"{0.001 * i * (c + 1):g}" for c in range(columns))]) + "\n" for i in range(count))
+
+
+def test_a_tum_file_is_read(tmp_path: Path) -> None:
+    found = read_trajectory(written(tmp_path, TUM, "flight.tum"), GRAVITY)
+    assert found.name == "flight"
+    np.testing.assert_allclose(found.times_s, 0.01 * np.arange(6), atol=1e-6)
+    np.testing.assert_allclose(found.x_world[:, 0], 0.1 * np.arange(6))
+    assert found.q_world_tracked is not None
+    assert found.q_world_tracked[0].tolist() == [0.0, 0.0, 0.0, 1.0]
+    assert found.omega_world is None
+    assert found.sigma_x is None
+    assert found.surroundings.gravity_world.tolist() == [0.0, 0.0, -9.81]
+    assert found.surroundings.body.inertia_ratios.tolist() == [1.0, 1.0, 1.0]
+
+
+def test_units_stand_in_the_names_of_columns(tmp_path: Path) -> None:
+    header = "t_ms,x_mm,y_mm,z_mm,wx_degs,wy_degs,wz_degs,sigma_x_mm,sigma_y_mm,sigma_z_mm"
+    lines = "".join(f"{10 * i},{i},{2 * i},0,180,0,0,0.5,0.5,1\n" for i in range(6))
+    found = read_trajectory(written(tmp_path, f"{header}\n{lines}"), GRAVITY)
+    np.testing.assert_allclose(np.diff(found.times_s), 0.01)
+    np.testing.assert_allclose(found.x_world[-1], [0.005, 0.01, 0.0])
+    assert found.omega_world is not None
+    np.testing.assert_allclose(found.omega_world, np.tile([np.pi, 0.0, 0.0], (6, 1)))
+    assert found.sigma_x is not None
+    np.testing.assert_allclose(found.sigma_x[0], [5e-4, 5e-4, 1e-3])
+    assert found.q_world_tracked is None
+
+
+def test_side_cars_say_what_numbers_do_not_and_the_nearest_one_counts(tmp_path: Path) -> None:
+    path = written(tmp_path, f"{HEADER}\n{rows()}")
+    written(tmp_path, 'gravity_world = [0.0, 9.8, 0.0]\nsigma_x_m = 1e-3\nworld = "room"\n', "trajectory.toml")
+    written(tmp_path, "sigma_x_m = 2e-3\ninertia_ratios = [1.0, 0.5, 0.8]\n", "toss.toml")
+    found = read_trajectory(path, {})
+    assert found.surroundings.gravity_world.tolist() == [0.0, 9.8, 0.0]
+    assert found.surroundings.world == "room"
+    assert found.sigma_x is not None
+    assert (found.sigma_x == 2e-3).all()
+    body = found.surroundings.body
+    assert body.inertia_ratios.tolist() == [0.5, 0.8, 1.0]
+    assert np.linalg.det(body.R_particle_body) == pytest.approx(1.0)
+    np.testing.assert_allclose(body.R_particle_body @ np.diag(body.inertia_ratios) @ body.R_particle_body.T, np.diag([1.0, 0.5, 0.8]))
+    assert read_trajectory(path, GRAVITY).surroundings.gravity_world.tolist() == [0.0, 0.0, -9.81]
+
+
+def test_a_folder_has_its_trajectories_in_order(tmp_path: Path) -> None:
+    for name in ("b.csv", "a.tum", "notes.md", "trajectory.toml"):
+        written(tmp_path, "", name)
+    assert [path.name for path in trajectories_in(tmp_path)] == ["a.tum", "b.csv"]
+    assert trajectories_in(tmp_path / "absent") == ()
+
+
+BAD = {
+    "an unknown column": ("t_s,x_m,y_m,z_m,sigmax_m\n", "line 1: unknown column 'sigmax_m'; did you mean sigma_x_m?"),
+    "a column twice": ("t_s,x_m,y_m,z_m,x_m\n", "line 1: expected every column once, came 'x_m' twice"),
+    "a truncated row": (f"{HEADER}\n{rows()}0.07,0.1\n", "line 8: expected 4 values (t_s, x_m, y_m, z_m), came 2"),
+    "a word": (f"{HEADER}\n{rows()}0.07,0.1,lost,0\n", "line 8: y_m: expected a number, came 'lost'"),
+    "NaN": (f"{HEADER}\n{rows()}0.07,0.1,nan,0\n", "line 8: y_m: expected a finite number, came 'nan'"),
+    "time that goes back": (f"{HEADER}\n{rows()}0.02,0.1,0,0\n", "line 8: expected times that increase, came 0.02 after 0.05"),
+    "too few rows": (f"{HEADER}\n{rows(count=3)}", "expected at least 5 rows, came 3"),
+    "no times": (f"x_m,y_m,z_m\n{rows(columns=2)}", "expected one column of times (t_s, t_ms or t_us), came 0"),
+    "no positions": (f"t_s,qx\n{rows(columns=1)}", "expected positions x_m, y_m, z_m"),
+    "no z": (f"t_s,x_m,y_m\n{rows(columns=2)}", "expected one column z_m beside the others, came x_m, y_m"),
+    "half a quaternion": (f"{HEADER},qx,qy\n{rows(columns=5)}", "expected all of qx, qy, qz, qw or none, came no qz"),
+    "a quaternion that is none": (
+        f"{HEADER},qx,qy,qz,qw\n" + "".join(f"{0.01 * i:g},0,0,0,0,0,0,{1 + (i == 3)}\n" for i in range(6)),
+        "line 5: expected a unit quaternion (qx, qy, qz, qw), came one of length 2",
+    ),
+    "millimetres": (f"{HEADER}\n" + "".join(f"{0.01 * i:g},{5 * i},0,0\n" for i in range(6)), "are they millimetres?"),
+    "milliseconds": (f"{HEADER}\n" + "".join(f"{10 * i},{0.01 * i},0,0\n" for i in range(6)), "is it t_ms or t_us?"),
+    "a negative deviation": (
+        f"{HEADER},sigma_x_m,sigma_y_m,sigma_z_m\n" + "".join(f"{0.01 * i:g},0,0,0,1,1,-1\n" for i in range(6)),
+        "expected positive standard deviations, came -1",
+    ),
+    "nothing": ("", "expected a header such as t_s,x_m,y_m,z_m"),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_what_is_wrong_is_said_with_its_place(tmp_path: Path, name: str) -> None:
+    text, said = BAD[name]
+    path = written(tmp_path, text)
+    with pytest.raises(InputError, match=re.escape(said)) as caught:
+        read_trajectory(path, GRAVITY)
+    assert str(caught.value).startswith(str(path))
+
+
+SIDE_CARS = {
+    "gravity = [0, 0, -9.81]": "unknown key 'gravity'; did you mean gravity_world?",
+    "gravity_world = [0, 0]": "at gravity_world: expected three numbers, m/s2, came [0, 0]",
+    "gravity_world = [0, 0, -9810]": "at gravity_world: expected three numbers, m/s2",
+    "inertia_ratios = [1, 0.2, 0.3]": "at inertia_ratios: expected three numbers",
+    "sigma_x_m = -1": "at sigma_x_m: expected a number, m, came -1",
+    "world = 3": "at world: expected a name, came 3",
+    "gravity_world": "expected TOML",
+}
+
+
+@pytest.mark.parametrize("text", SIDE_CARS)
+def test_a_wrong_side_car_is_named(tmp_path: Path, text: str) -> None:
+    path = written(tmp_path, f"{HEADER}\n{rows()}")
+    side_car = written(tmp_path, text, "toss.toml")
+    with pytest.raises(InputError, match=re.escape(SIDE_CARS[text])) as caught:
+        read_trajectory(path, GRAVITY)
+    assert str(side_car) in str(caught.value)
+
+
+def test_gravity_is_never_guessed(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=re.escape("state gravity_world = [0.0, 0.0, -9.81] in toss.toml or trajectory.toml")):
+        read_trajectory(written(tmp_path, f"{HEADER}\n{rows()}"), {})
+
+
+def test_text_that_is_none_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "toss.csv"
+    path.write_bytes(b"\xff\xfe\x00\x01")
+    with pytest.raises(InputError, match="expected a trajectory as text"):
+        read_trajectory(path, GRAVITY)

@@ -1,0 +1,94 @@
+"""What is hidden in trajectories made by an independent method is found, and nothing where there is nothing."""
+
+import numpy as np
+import pytest
+
+from estimator.diagnosis.adding import base_fit, with_effect
+from estimator.diagnosis.diagnose import Diagnosis, diagnose
+from estimator.diagnosis.explain import Rules, explain
+from estimator.diagnosis.noise_floor import noise_floor
+from estimator.diagnosis.residual_maps import residual_maps
+from estimator.effects.choosing import catalogue
+from estimator.fitting.campaign_covariance import campaign_covariance
+from estimator.motion.flight import N_PARAMETERS
+from estimator.registration import Registered
+from estimator.trajectories.registering import register_trajectories
+from tests.estimator.made_trajectories import Hidden, Tracker, campaign
+
+RULES = Rules()
+CONTROLS, MOST_ALARMS = 40, 3
+SMALL = Tracker(rows=16)
+
+
+def diagnosed(registered: Registered) -> Diagnosis:
+    fit = base_fit(registered.campaign, registered.start)
+    return diagnose(registered.campaign, fit, catalogue(), margin=RULES.margin)
+
+
+@pytest.mark.parametrize(
+    ("hidden", "tracker", "effect", "value"),
+    [
+        (Hidden(drag=0.15), Tracker(), "quadratic_drag", 0.15),
+        (Hidden(drag=0.15), Tracker(orientation=False), "quadratic_drag", 0.15),
+        (Hidden(more_gravity=0.2), Tracker(), "frame_rate", -0.0100),
+        (Hidden(com=(0.003, 0.0, -0.002)), Tracker(), "centre_of_mass", 0.003),
+    ],
+    ids=["drag", "drag, positions alone", "gravity", "centre of mass"],
+)
+def test_what_is_hidden_is_found_with_its_size(hidden: Hidden, tracker: Tracker, effect: str, value: float) -> None:
+    registered = register_trajectories(campaign(11, hidden, tracker))
+    found = diagnosed(registered)
+    assert found.p < RULES.alpha
+    assert effect in found.group
+    base = base_fit(registered.campaign, registered.start)
+    fit = with_effect(registered.campaign, base, catalogue()[effect])
+    sigma = np.sqrt(campaign_covariance(registered.campaign, fit).of(0, np.array([N_PARAMETERS]))[0, 0])
+    assert abs(fit.state.theta[0][0] - value) < 4.0 * sigma
+    assert sigma < 0.25 * abs(value)
+
+
+def test_gravity_frame_rate_and_lengths_are_one_number() -> None:
+    registered = register_trajectories(campaign(11, Hidden(more_gravity=0.2), Tracker()))
+    found = diagnosed(registered)
+    remainders = {found.ranking.hypotheses[i].effect: found.ranking.hypotheses[i].remainder for i in range(len(found.ranking.hypotheses))}
+    keys = [e for e in catalogue() if registered.campaign.kind.why_not(registered.campaign, catalogue()[e]) is None]
+    assert {"frame_rate", "length_scale"} <= set(found.group)
+    assert abs(remainders[keys.index("frame_rate")] - remainders[keys.index("length_scale")]) < 1.0
+    assert remainders[keys.index("gravity")] < remainders[keys.index("frame_rate")] + 1.0
+
+
+def test_controls_are_clean() -> None:
+    alarms = [
+        seed for seed in range(CONTROLS) if diagnosed(register_trajectories(campaign(seed, Hidden(), SMALL, sequences=3))).p < RULES.alpha
+    ]
+    assert len(alarms) <= MOST_ALARMS, alarms
+
+
+def test_stated_noise_is_believed() -> None:
+    registered = register_trajectories(campaign(2, Hidden(), Tracker(stated=True)))
+    task = registered.campaign.sequences[0]
+    assert task.sigma[0].tolist() == [5e-4] * 3 + [3e-3] * 3
+    assert (task.repeats == 1.0).all()
+
+
+def test_the_floor_and_the_maps_tell_drag_from_nothing() -> None:
+    clean, dragged = (register_trajectories(campaign(4, Hidden(drag=d), Tracker())) for d in (0.0, 0.3))
+    judged = []
+    for registered in (clean, dragged):
+        fit = base_fit(registered.campaign, registered.start)
+        floor = noise_floor(registered.campaign, fit, np.random.default_rng(0))
+        judged.append((floor, [m for m in residual_maps(registered.campaign, fit) if m.significant]))
+    (quiet, none), (loud, maps) = judged
+    assert not quiet.explainable(1.0, RULES.alpha)
+    assert none == []
+    assert quiet.rms_px == pytest.approx(1.0, abs=0.15)
+    assert loud.explainable(1.0, RULES.alpha)
+    assert {"position_along"} <= {m.kind for m in maps}
+    assert {m.unit for m in maps} == {"σ"}
+
+
+def test_explaining_adds_the_drag_and_stops() -> None:
+    registered = register_trajectories(campaign(6, Hidden(drag=0.3), Tracker(rows=24)))
+    told = explain(registered.campaign, registered.start, catalogue(), RULES)
+    assert told.found == ("quadratic_drag",)
+    assert told.steps[0].after.rms_px < 0.9 * told.steps[0].before.rms_px

@@ -1,0 +1,119 @@
+"""The verbs on trajectories, end to end: what they write, what they refuse."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+
+from datasets.estimate_files import read_estimate
+from datasets.json_documents import read_document
+from datasets.trajectory import Trajectory
+from tests.estimator.made_trajectories import Hidden, Tracker, campaign
+from tumble.cli.main import main
+
+GRAVITY = "--gravity=0,0,-9.81"
+
+
+def write_csv(trajectory: Trajectory, folder: Path) -> None:
+    columns, names = [trajectory.times_s[:, None], trajectory.x_world], ["t_s", "x_m", "y_m", "z_m"]
+    if trajectory.q_world_tracked is not None:
+        columns.append(trajectory.q_world_tracked)
+        names += ["qx", "qy", "qz", "qw"]
+    lines = [",".join(repr(float(v)) for v in row) for row in np.hstack(columns)]
+    (folder / f"{trajectory.name}.csv").write_text("\n".join([",".join(names), *lines]) + "\n")
+
+
+@pytest.fixture(scope="module")
+def tosses(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("tosses")
+    for trajectory in campaign(8, Hidden(drag=0.3), Tracker(rows=20), sequences=3):
+        write_csv(trajectory, folder)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def positions(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("positions")
+    for trajectory in campaign(8, Hidden(drag=0.3), Tracker(rows=20, orientation=False), sequences=3):
+        write_csv(trajectory, folder)
+    (folder / "trajectory.toml").write_text("gravity_world = [0.0, 0.0, -9.81]\n")
+    return folder
+
+
+def test_diagnose_finds_the_drag_and_says_what_it_could_not_try(tosses: Path, tmp_path: Path) -> None:
+    assert main(["diagnose", str(tosses), GRAVITY, "--out", str(tmp_path / "out"), "-q"]) == 0
+    found = read_document(tmp_path / "out" / "diagnosis.json", "diagnosis")
+    assert found["verdict"]["add"] == ["quadratic_drag"]
+    assert found["verdict"]["next"] == f"tumble ladder {tosses} --gravity=0,0,-9.81 --effects quadratic_drag"
+    assert found["unit"] == "σ"
+    assert found["not_applicable"]["rolling_shutter"] == "it acts on pictures"
+    assert "centre_of_mass" not in found["not_applicable"]
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert "Not on trial" in page
+    assert " px" not in page.split("</style>")[1].split("<footer")[0].replace("px in the", "")
+
+
+def test_compare_ladder_and_estimate(positions: Path, tmp_path: Path) -> None:
+    assert main(["compare", str(positions), "--out", str(tmp_path / "compare"), "-q"]) == 0
+    compared = read_document(tmp_path / "compare" / "diagnosis.json", "diagnosis")
+    assert compared["noise_floor"]["explainable"]
+    assert compared["maps"][0]["residual_unit"] == "σ"
+    assert main(["ladder", str(positions), "--effects", "quadratic_drag", "--out", str(tmp_path / "ladder"), "-q"]) == 0
+    rungs = read_document(tmp_path / "ladder" / "diagnosis.json", "diagnosis")["ladder"]
+    assert rungs[1]["held_out"]["rms_px"] < 0.8 * rungs[0]["held_out"]["rms_px"]
+    assert main(["estimate", str(positions), "--effects", "quadratic_drag", "--out", str(tmp_path / "estimates"), "-q"]) == 0
+    estimate = read_estimate(tmp_path / "estimates" / "toss_0.estimate.json")
+    assert estimate.middle is not None
+    assert np.isfinite(estimate.middle.v_world).all()
+    assert np.isnan(estimate.middle.omega_world).all()
+    assert "Orientation and spin were not measured" in estimate.message
+    assert estimate.statistics["rows"] == 20
+
+
+def test_estimate_of_poses_without_effects(tosses: Path, tmp_path: Path) -> None:
+    assert main(["estimate", str(tosses), GRAVITY, "--out", str(tmp_path / "out"), "-q"]) in {0, 1}
+    estimate = read_estimate(tmp_path / "out" / "toss_1.estimate.json")
+    assert len(estimate.frames) == 20
+    assert json.loads((tmp_path / "out" / "campaign.json").read_text())["effects"] == []
+
+
+def test_a_broken_file_is_left_out_and_named(tosses: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    folder = tmp_path / "tosses"
+    folder.mkdir()
+    for path in tosses.glob("*.csv"):
+        (folder / path.name).write_text(path.read_text())
+    (folder / "broken.csv").write_text("t_s,x_m,y_m,z_m\n0,0,0\n")
+    assert main(["diagnose", str(folder), GRAVITY, "--out", str(tmp_path / "out"), "-q"]) == 1
+    assert "broken.csv is left out" in capsys.readouterr().err
+
+
+def test_a_mesh_gives_the_body(tosses: Path, tmp_path: Path) -> None:
+    trimesh.creation.box((0.1, 0.06, 0.03)).export(tmp_path / "box.ply")
+    words = [GRAVITY, "--mesh", str(tmp_path / "box.ply"), "--effects", "quadratic_drag", "--out", str(tmp_path / "out"), "-q"]
+    assert main(["estimate", str(tosses), *words]) in {0, 1}
+    assert (tmp_path / "out" / "campaign.json").exists()
+
+
+REFUSED = [
+    (["diagnose", "{tosses}"], "expected gravity in the trajectory's frame"),
+    (
+        ["diagnose", "{tosses}", GRAVITY, "--effects", "radial_distortion"],
+        "does not apply to these measurements: it acts on pictures",
+    ),
+    (
+        ["ladder", "{positions}", "--effects", "magnus_lift"],
+        "does not apply to these measurements: it needs a measured orientation or spin",
+    ),
+    (["estimate", "{tosses}", GRAVITY, "--mesh", "absent.ply"], "absent.ply: expected a mesh"),
+    (["compare", "{tosses}/..", GRAVITY], "expected trajectories (*.csv, *.tum, *.txt) for --gravity=0,0,-9.81, came none"),
+    (["diagnose", "{tosses}", "--gravity=0,0,0", "--effects", "frame_rate"], "frame_rate cannot be found in force-free flight"),
+]
+
+
+@pytest.mark.parametrize(("words", "said"), REFUSED, ids=[said[:30] for _, said in REFUSED])
+def test_refused(words: list[str], said: str, tosses: Path, positions: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    filled = [w.format(tosses=tosses, positions=positions) for w in words]
+    assert main([*filled, "--out", str(tmp_path / "out"), "-q"]) == 2
+    assert said in capsys.readouterr().err
