@@ -33,6 +33,9 @@ Array = NDArray[np.float64]
 BOOTSTRAP_SEED = 20240229
 SUPERFLUOUS = 0.05
 LAW = "unknown_law"
+LARGEST = {"smooth_time_shift": 5e-4, "image_warp": 5.0, "zoom_in_time": 0.1, "body_outline": 1.0}
+"""Standard deviation of a prior on every coefficient of the families that are not pushes, in their units: larger than any such thing is,
+so that it speaks only where the data do not."""
 Told = Callable[[str], None]
 
 
@@ -81,7 +84,7 @@ class EmpiricalFit:
 def fit_empirical(campaign: Campaign, fit: CampaignFit, left: Unknown, *, told: Told = lambda _sentence: None) -> EmpiricalFit:
     """Fit what a model leaves unexplained with the family that names its stage."""
     before = held_out(campaign, fit.state, fit.model)
-    terms: tuple[EffectModel, ...] = (left.test.effect,)
+    terms: tuple[EffectModel, ...] = (_held(left.test.effect),)
     if left.stage is Stage.DYNAMICS:
         terms = (ForceCurve(), TorqueCurve())
     wide = _with_terms(campaign, fit, terms)
@@ -98,6 +101,14 @@ def fit_empirical(campaign: Campaign, fit: CampaignFit, left: Unknown, *, told: 
 def empirical_terms(fit: CampaignFit, terms: tuple[EffectModel, ...]) -> list[slice]:
     """Where the parameters of the last effects of a model lie."""
     return list(fit.model.slices[-len(terms) :])
+
+
+def _held(effect: EffectModel) -> EffectModel:
+    """A family under its prior."""
+    size = LARGEST.get(effect.entry.key)
+    if size is None:
+        return effect
+    return type(type(effect).__name__, (type(effect),), {"held": (size,) * len(effect.entry.parameters), "__doc__": type(effect).__doc__})()
 
 
 def _with_terms(campaign: Campaign, fit: CampaignFit, terms: tuple[EffectModel, ...]) -> CampaignFit:

@@ -11,7 +11,7 @@ from estimator.diagnosis.empirical_fit import EmpiricalFit, LawFit, fit_empirica
 from estimator.diagnosis.empirical_shape import empirical_shapes
 from estimator.diagnosis.unknown import Unknown, unknown
 from estimator.motion.flight import N_PARAMETERS
-from tests.estimator.unknown_campaigns import HIDDEN, THRUST, unknown_campaign
+from tests.estimator.unknown_campaigns import FORCES, THRUST, unknown_campaign
 
 
 @cache
@@ -30,7 +30,7 @@ def values(law: LawFit) -> dict[str, tuple[float, float]]:
     return {n: (float(v), float(s)) for n, v, s in zip(names, law.fit.state.theta[0][part], sigma, strict=True)}
 
 
-@pytest.mark.parametrize("key", HIDDEN)
+@pytest.mark.parametrize("key", FORCES)
 def test_a_hidden_force_sits_in_the_dynamics_and_is_removed(key: str) -> None:
     left, empirical = found(key)
     assert left.present
@@ -77,3 +77,14 @@ def test_the_law_of_a_wall_depends_on_the_place_along_one_axis() -> None:
     assert abs(told["azimuth"][0]) < 0.2
     (exponent,) = empirical.law.law.exponents
     assert exponent.interval[0] < 2.0 < exponent.interval[1]
+
+
+def test_a_lens_that_drifts_is_a_magnification_over_time_without_a_law() -> None:
+    left, empirical = found("thermal_focus_drift")
+    assert (left.present, left.stage) == (True, Stage.OPTICS)
+    assert empirical.removed.share > 0.8
+    assert empirical.law is None
+    (shape,) = empirical_shapes(unknown_campaign("thermal_focus_drift").campaign, empirical)
+    assert (shape.of, shape.sequence, shape.over) == ("magnification minus 1", None, ("time_s",))
+    assert shape.value.shape == shape.sigma.shape == (len(shape.place), 1)
+    assert np.all(np.isfinite(shape.sigma))
