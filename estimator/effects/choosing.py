@@ -3,6 +3,9 @@
 Outlines and calibrated views measure everything in lengths of the particle and times of the clock, both of which velocities and spins
 follow; only a known acceleration has metres and seconds of its own. Hence a frame rate and a length scale cannot be found together,
 neither can be found beside a free acceleration, and neither without gravity: ``g_seen = g (1 + r)^-2 / (1 + s)``.
+
+A second camera at a known distance sees metres too, and says which of the two scales is wrong (:mod:`estimator.diagnosis.separation`). The
+refusal does not look at the cameras: one scale at a time, as long as no campaign asks for both.
 """
 
 import difflib
