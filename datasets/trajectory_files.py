@@ -24,6 +24,8 @@ TIMES = {"t_s": 1.0, "t_ms": 1e-3, "t_us": 1e-6}
 LENGTHS = {"m": 1.0, "mm": 1e-3, "um": 1e-6}
 SPINS = {"rads": 1.0, "degs": np.pi / 180.0}
 ANGLES = {"rad": 1.0, "deg": np.pi / 180.0}
+OF_PICTURES = ("observation.json", "*/observation.json", "dataset.json")
+"""What a folder of observations holds; tables that lie beside them are no trajectories."""
 LEAST_ROWS = 5
 FASTEST_MS, LONGEST_INTERVAL_S = 150.0, 1.0
 NORM_TOLERANCE = 1e-2
@@ -35,9 +37,11 @@ def is_trajectory(path: Path) -> bool:
 
 
 def trajectories_in(source: Path) -> tuple[Path, ...]:
-    """Trajectory files of a folder, in the order of their names, or the file itself; none where there is none."""
+    """Trajectory files of a folder, in the order of their names, or the file itself; none where there is none, or pictures are."""
     if is_trajectory(source):
         return (source,)
+    if any(any(source.glob(pattern)) for pattern in OF_PICTURES):
+        return ()
     return tuple(sorted(path for path in source.glob("*") if is_trajectory(path))) if source.is_dir() else ()
 
 

@@ -99,10 +99,11 @@ def _draw(sums: Sequence[_Sums], rng: np.random.Generator) -> tuple[list[_Sums],
 
 def _autocorrelation(residuals: Sequence[Array]) -> Array:
     """Correlation (l,) of residuals with those ``LAGS`` rows later."""
-    square = sum(float((e**2).sum()) for e in residuals) / max(sum(e.size for e in residuals), 1)
     result = np.full(len(LAGS), np.nan)
     for k, lag in enumerate(LAGS):
         long = [e for e in residuals if len(e) > lag]
         if long:
-            result[k] = sum(float((e[lag:] * e[:-lag]).sum()) for e in long) / sum(e[lag:].size for e in long) / max(square, 1e-12)
+            product = sum(float((e[lag:] * e[:-lag]).sum()) for e in long)
+            squares = [sum(float((part**2).sum()) for part in parts) for parts in ([e[lag:] for e in long], [e[:-lag] for e in long])]
+            result[k] = product / max(float(np.sqrt(squares[0] * squares[1])), 1e-12)
     return result

@@ -71,6 +71,8 @@ def test_a_folder_has_its_trajectories_in_order(tmp_path: Path) -> None:
         written(tmp_path, "", name)
     assert [path.name for path in trajectories_in(tmp_path)] == ["a.tum", "b.csv"]
     assert trajectories_in(tmp_path / "absent") == ()
+    written(tmp_path, "{}", "dataset.json")
+    assert trajectories_in(tmp_path) == ()
 
 
 BAD = {
