@@ -28,7 +28,6 @@ from estimator.effects.choosing import catalogue
 from estimator.effects.link import EffectModel
 from estimator.fitting.campaign import Campaign, CampaignFit
 from estimator.fitting.campaign_covariance import CampaignCovariance, campaign_covariance
-from estimator.measurements.silhouettes import SILHOUETTES
 from tumble.campaigning import Known, Prepared, prepare
 from tumble.diagnosis_documents import (
     campaign_content,
@@ -163,9 +162,7 @@ def diagnosed(question: Question, campaign: Prepared, out: Path, told: Told) -> 
 
 
 def _apart(campaign: Prepared, fit: CampaignFit, tests: Sequence[ScoreTest], group: Sequence[str]) -> tuple[Separation, ...]:
-    """What would tell the members of a group apart; recordings of pictures alone can be imagined."""
-    if campaign.registered.campaign.kind != SILHOUETTES:
-        return ()
+    """What would tell the members of a group apart."""
     return separations(campaign.registered, fit, tests, group, margin=Rules().margin)
 
 

@@ -55,6 +55,18 @@ def test_diagnose_finds_the_drag_and_says_what_it_could_not_try(tosses: Path, tm
     assert " px" not in page.split("</style>")[1].split("<footer")[0].replace("px in the", "")
 
 
+def test_what_one_number_cannot_tell_apart_is_one_group(tmp_path: Path) -> None:
+    folder = tmp_path / "tosses"
+    folder.mkdir()
+    for trajectory in campaign(8, Hidden(more_gravity=0.4), Tracker(rows=40), sequences=3):
+        write_csv(trajectory, folder)
+    assert main(["diagnose", str(folder), GRAVITY, "--out", str(tmp_path / "out"), "-q"]) == 0
+    diagnosis = read_document(tmp_path / "out" / "diagnosis.json", "diagnosis")["diagnosis"]
+    assert {"frame_rate", "length_scale"} <= set(diagnosis["group"])
+    pairs = [set(each["pair"]) for each in diagnosis["separations"]]
+    assert {"frame_rate", "length_scale"} in pairs
+
+
 def test_compare_ladder_and_estimate(positions: Path, tmp_path: Path) -> None:
     assert main(["compare", str(positions), "--out", str(tmp_path / "compare"), "-q"]) == 0
     compared = read_document(tmp_path / "compare" / "diagnosis.json", "diagnosis")
