@@ -66,5 +66,6 @@ def test_the_page_counts_advice_that_held_and_advice_that_did_not() -> None:
     assert (another["advised"], another["refused"], another["refused_told_apart"]) == (0, 1, 1)
     text = page(rows)
     assert "Of 3 campaigns with one effect hidden, 2 had the pair in one group; 4 recordings were made for those." in text
+    assert "Of the 1 in between, 0 told it apart" in text
     assert "**2 were said to tell the pair apart" in text
     assert "| a | a drop twice as fast | 2.0 | 10.0 | 12.0 | 1 of 2 | – |" in text
