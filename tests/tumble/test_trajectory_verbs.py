@@ -12,6 +12,7 @@ from datasets.json_documents import read_document
 from datasets.trajectory import Trajectory
 from tests.estimator.made_trajectories import Hidden, Tracker, campaign
 from tumble.cli.main import main
+from tumble.reports.words import rms_ete_px
 
 GRAVITY = "--gravity=0,0,-9.81"
 
@@ -82,6 +83,7 @@ def test_compare_ladder_and_estimate(positions: Path, tmp_path: Path) -> None:
     assert np.isnan(estimate.middle.omega_world).all()
     assert "Orientation and spin were not measured" in estimate.message
     assert estimate.statistics["rows"] == 20
+    assert rms_ete_px(estimate) is None
 
 
 def test_estimate_of_poses_without_effects(tosses: Path, tmp_path: Path) -> None:

@@ -41,6 +41,8 @@ def next_steps(estimate: Estimate) -> list[str]:
 
 
 def rms_ete_px(estimate: Estimate) -> float | None:
-    """RMS ETE (px) over the frames used; ``None`` where there are none."""
+    """RMS ETE (px) over the frames used; ``None`` where there are none, or rows of a trajectory instead."""
+    if "rows" in estimate.statistics:
+        return None
     squares = [frame.rms_ete_px**2 for frame in estimate.frames if frame.used]
     return (sum(squares) / len(squares)) ** 0.5 if squares else None
