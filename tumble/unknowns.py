@@ -25,6 +25,8 @@ PLUG_IN, CLASS = "my_law.py", "MyLaw"
 FAMILY_WORDS = {
     "smooth_force": "a force",
     "smooth_torque": "a torque",
+    "body_thrust": "a force and a torque that are fixed to the body",
+    "force_field": "a force that depends on the place in the room",
     "force_curve": "a force over time",
     "torque_curve": "a torque over time",
     "smooth_time_shift": "time stamps that go wrong smoothly",

@@ -7,7 +7,8 @@ begins where an effect is flat.
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
-from estimator.diagnosis.explain import extended, start_with
+from estimator.diagnosis.explain import start_with
+from estimator.diagnosis.extending import extended
 from estimator.diagnosis.score_tests import Candidates, score_tests
 from estimator.effects.link import EffectModel
 from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState, fit_campaign

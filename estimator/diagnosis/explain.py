@@ -1,7 +1,8 @@
 """The whole loop: test every effect, add the one that explains most, refit, drop what became superfluous, stop at the noise floor.
 
 A step is accepted only if the error of held-out frames of held-out sequences falls. Candidates that a linear look ranks close together are
-refitted one by one; those that leave the same remainder are one alias group.
+refitted one by one; those that leave the same remainder are one alias group. In the end what was found competes with one unknown in its
+place (:mod:`estimator.diagnosis.contest`).
 """
 
 from collections.abc import Callable, Mapping
@@ -12,6 +13,8 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from datasets.vocabulary.effects import Scope
+from estimator.diagnosis.contest import better_unknown
+from estimator.diagnosis.extending import extended
 from estimator.diagnosis.ranking import IMPLAUSIBLE, Hypothesis, Ranking, by_remainder, plausible, rank
 from estimator.diagnosis.score_tests import Candidates, EfficientScores, ScoreTest, score_tests
 from estimator.diagnosis.unknown import Unknown, unknown
@@ -74,7 +77,12 @@ class Explanation:
     @property
     def found(self) -> tuple[str, ...]:
         """Keys of the effects in the last model."""
-        return tuple(k for k in self.fit.model.keys if k != CurvatureBias.entry.key)
+        return _keys(self.fit)
+
+
+def _keys(fit: CampaignFit) -> tuple[str, ...]:
+    """Effects of a model beside the instrument's own discrepancy."""
+    return tuple(k for k in fit.model.keys if k != CurvatureBias.entry.key)
 
 
 def start_with(state: CampaignState, size: int) -> CampaignState:
@@ -115,27 +123,18 @@ def explain(
             break
         fit, error = step.fit, step.after
     fit, dropped = _pruned(campaign, fit, rules)
-    covariance = campaign_covariance(campaign, fit)
-    return Explanation(tuple(steps), base, fit, covariance, tuple(tests), ranking, dropped, unknown(campaign, fit))
+    before = (base, *(step.fit for step in steps if step.accepted))[:-1]
+    simpler = better_unknown(campaign, before, fit, catalogue, penalty=penalty_of(campaign)) if steps and steps[0].accepted else None
+    if simpler is not None:
+        told(f"something unknown ({simpler.unknown.stage}) explains it in fewer words than {', '.join(_keys(fit))}")
+        dropped += tuple(key for key in _keys(fit) if key not in simpler.fit.model.keys)
+        fit = simpler.fit
+    left = simpler.unknown if simpler is not None else unknown(campaign, fit)
+    return Explanation(tuple(steps), base, fit, campaign_covariance(campaign, fit), tuple(tests), ranking, dropped, left)
 
 
 def _tests(campaign: Campaign, fit: CampaignFit, catalogue: Mapping[str, EffectModel]) -> tuple[list[ScoreTest], EfficientScores]:
     return score_tests(campaign, fit, Candidates.of(campaign, (e for key, e in catalogue.items() if key not in fit.model.keys)))
-
-
-def extended(fit: CampaignFit, test: ScoreTest) -> tuple[Model, CampaignState]:
-    """The model with the tested effect, and where its fit starts: its best starts moved by the one-step values."""
-    model = Model((*fit.model.effects, test.effect))
-    own = test.effect.entry.scope is Scope.SEQUENCE
-    thetas = []
-    for number, theta in enumerate(fit.state.theta):
-        key = number if own else None
-        value = test.starts.get(key, next(iter(test.starts.values()))).copy()
-        for column, size in zip(test.columns, test.theta[: len(test.columns)], strict=True):
-            if column.sequence == key:
-                value[column.parameter] += size
-        thetas.append(np.concatenate([theta, test.effect.first_guess(value)]))
-    return model, CampaignState(fit.state.flights, tuple(thetas))
 
 
 @dataclass(frozen=True)

@@ -62,6 +62,64 @@ class SmoothTorque(EffectModel):
         return np.asarray(np.einsum("mjk,j->mk", theta.reshape(len(theta), -1, 3), basis))
 
 
+class BodyThrust(EffectModel):
+    """A force and a torque that are fixed to the body."""
+
+    entry = EffectEntry(
+        "body_thrust",
+        Stage.DYNAMICS,
+        Scope.PARTICLE,
+        (
+            *(Parameter(f"a{i}", "m/s2", (-np.inf, np.inf), 1e-3, f"acceleration along body axis {i}") for i in (1, 2, 3)),
+            *(Parameter(f"m{i}", "rad/s2", (-np.inf, np.inf), 1e-1, f"torque per largest moment about body axis {i}") for i in (1, 2, 3)),
+        ),
+        "dv/dt = g + R_world_body a; dL/dt = R_world_body m",
+        REFERENCE,
+    )
+
+    def acceleration(self, theta: Array, moment: Moment, setting: Setting) -> Array | None:
+        """The force, turned with the body."""
+        del setting
+        return np.asarray(np.einsum("mij,mj->mi", moment.R, theta[:, :3]))
+
+    def torque(self, theta: Array, moment: Moment, setting: Setting) -> Array | None:
+        """The torque, turned with the body."""
+        del setting
+        return np.asarray(np.einsum("mij,mj->mi", moment.R, theta[:, 3:]))
+
+
+_GRADIENT = ("xx", "yy", "zz", "xy", "xz", "yz")
+
+
+class ForceField(EffectModel):
+    """A force that depends on the place in the room: the first terms of any field that has a potential."""
+
+    entry = EffectEntry(
+        "force_field",
+        Stage.DYNAMICS,
+        Scope.CAMPAIGN,
+        (
+            *(Parameter(f"a_{axis}", "m/s2", (-np.inf, np.inf), 1e-3, f"acceleration in the middle, along {axis}") for axis in "xyz"),
+            *(Parameter(f"g_{pair}", "1/s2", (-np.inf, np.inf), 1e-2, f"its gradient, component {pair}") for pair in _GRADIENT),
+        ),
+        "dv/dt = g + a + G (x - x0), G symmetric",
+        REFERENCE,
+    )
+
+    def __init__(self, middle: Array | None = None) -> None:
+        self.middle = np.zeros(3) if middle is None else middle
+
+    def about(self, middle: Array) -> "ForceField":
+        """The same about another point (3,) m, world frame."""
+        return ForceField(middle)
+
+    def acceleration(self, theta: Array, moment: Moment, setting: Setting) -> Array | None:
+        """The field where the bodies are."""
+        del setting
+        G = theta[:, [[3, 6, 7], [6, 4, 8], [7, 8, 5]]]
+        return np.asarray(theta[:, :3] + np.einsum("mij,mj->mi", G, moment.x - self.middle))
+
+
 class SmoothTimeShift(EffectModel):
     """Time stamps that go wrong smoothly within every sequence; a constant and a rate are position and velocity."""
 
@@ -169,7 +227,7 @@ class BodyOutline(EffectModel):
         return np.asarray(harmonics(places.normal_body) @ theta)
 
 
-EMPIRICAL: dict[str, EffectModel] = {
-    model.entry.key: model for model in (SmoothForce(), SmoothTorque(), SmoothTimeShift(), ImageWarp(), ZoomInTime(), BodyOutline())
-}
+_FORCES = (SmoothForce(), SmoothTorque(), BodyThrust(), ForceField())
+_INSTRUMENT = (SmoothTimeShift(), ImageWarp(), ZoomInTime(), BodyOutline())
+EMPIRICAL: dict[str, EffectModel] = {model.entry.key: model for model in (*_FORCES, *_INSTRUMENT)}
 """The families by key; each entry's stage is what it stands for."""

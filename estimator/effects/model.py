@@ -5,6 +5,7 @@ Parameters of all effects lie side by side in one array ``theta`` in the order o
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -23,7 +24,7 @@ class Model:
 
     effects: tuple[EffectModel, ...] = ()
 
-    @property
+    @cached_property
     def slices(self) -> tuple[slice, ...]:
         """Where each effect's parameters lie."""
         ends = np.cumsum([0] + [len(e.entry.parameters) for e in self.effects])
@@ -128,8 +129,12 @@ class ModelForces:
 
     def _sum(self, link: str, moment: Moment) -> Array:
         total = np.zeros_like(moment.x)
-        for effect, part in zip(self.model.effects, self.model.slices, strict=True):
-            if overrides(effect, link):
-                value = getattr(effect, link)(self.theta[:, part], moment, self.setting)
-                total = total if value is None else total + value
+        for effect, part in self._acting[link]:
+            value = getattr(effect, link)(self.theta[:, part], moment, self.setting)
+            total = total if value is None else total + value
         return total
+
+    @cached_property
+    def _acting(self) -> dict[str, list[tuple[EffectModel, slice]]]:
+        pairs = list(zip(self.model.effects, self.model.slices, strict=True))
+        return {link: [pair for pair in pairs if overrides(pair[0], link)] for link in ("acceleration", "torque")}
