@@ -91,10 +91,10 @@ def fit_empirical(campaign: Campaign, fit: CampaignFit, left: Unknown, *, told: 
     covariance = campaign_covariance(campaign, wide)
     floor = _floor(campaign, wide)
     removed = Removed(before, held_out(campaign, wide.state, wide.model), floor)
-    told(f"empirical terms: held-out RMS ETE {before.rms_px:.4f} -> {removed.after.rms_px:.4f} px")
+    told(f"empirical terms: held-out RMS {before.rms_px:.4f} -> {removed.after.rms_px:.4f} {campaign.kind.unit}")
     law = _law(campaign, fit, wide, (before, floor)) if left.stage is Stage.DYNAMICS else None
     if law is not None:
-        told(f"law: held-out RMS ETE {before.rms_px:.4f} -> {law.removed.after.rms_px:.4f} px")
+        told(f"law: held-out RMS {before.rms_px:.4f} -> {law.removed.after.rms_px:.4f} {campaign.kind.unit}")
     return EmpiricalFit(terms, wide, covariance, removed, law)
 
 

@@ -6,7 +6,8 @@ is that whose expected ratio of products with the next row to squares is the mea
 weighs on slow effects as white noise of the variance ``sigma² (1 + rho) / (1 - rho)`` would [Bayley and Hammersley 1946], which is what
 fits and tests are told (``repeats``).
 
-The estimate is shared by all sequences of a campaign whose noise nobody states.
+Whatever is faster than those polynomials counts as noise, a shaking table as much as a bad tracker: only noise that is stated tells them
+apart. The estimate is shared by all sequences of a campaign whose noise nobody states.
 """
 
 from collections.abc import Sequence

@@ -1,5 +1,7 @@
 """What is hidden in trajectories made by an independent method is found, and nothing where there is nothing."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -69,6 +71,24 @@ def test_stated_noise_is_believed() -> None:
     task = registered.campaign.sequences[0]
     assert task.sigma[0].tolist() == [5e-4] * 3 + [3e-3] * 3
     assert (task.repeats == 1.0).all()
+
+
+def shaken(*, stated: bool) -> Registered:
+    """Trajectories of a scene that shakes by 5 mm twice in every flight."""
+    made = campaign(2, Hidden(), Tracker(stated=stated))
+    shake = [0.005 * np.sin(2.0 * np.pi * t.times_s / 0.1)[:, None] * [1.0, 0.0, 0.0] for t in made]
+    return register_trajectories([replace(t, x_world=t.x_world + s) for t, s in zip(made, shake, strict=True)])
+
+
+def test_what_shakes_fast_is_told_from_noise_only_where_noise_is_stated() -> None:
+    explainable = []
+    for stated in (True, False):
+        registered = shaken(stated=stated)
+        fit = base_fit(registered.campaign, registered.start)
+        floor = noise_floor(registered.campaign, fit, np.random.default_rng(0))
+        explainable.append((floor.explainable(1.0, RULES.alpha), floor.rms_px > 2.0))
+    assert explainable[0] == (True, True)
+    assert not explainable[1][1]
 
 
 def test_the_floor_and_the_maps_tell_drag_from_nothing() -> None:
