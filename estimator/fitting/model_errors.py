@@ -117,7 +117,10 @@ def seen_hulls(task: FitTask, flight: Flight, vertices: Array) -> list[Array]:
 
 
 def model_errors(sequence: SequenceTask, flight: Flight, model: Model, theta: Array) -> ModelErrors:
-    """Residuals and derivatives at a flight and effect parameters ``theta`` (q,)."""
+    """Residuals and derivatives at a flight and effect parameters ``theta`` (q,).
+
+    Errors are those of the corrected picture in pixels of the recorded one: an effect that shrinks the picture explains nothing by that.
+    """
     task, setting = sequence.task, sequence.setting
     prediction = predict(flight, model, theta, setting, task.sightings.times_s)
     scale = model.scale(theta)
@@ -137,9 +140,10 @@ def model_errors(sequence: SequenceTask, flight: Flight, model: Model, theta: Ar
     R_cam_body = task.sightings.R_cam_world @ prediction.poses.R[:, 0]
     normals, viewing = body_normals(task.sightings, R_cam_body, errors), R_cam_body[:, 2]
     places = _places(sequence, prediction, errors, (normals, centre_cam, first))
-    e = without_bias(errors, task.bias).error[:, :, :2] - model.shift(theta, places, setting)
+    size = _size(task.sightings.silhouettes, corrected, first.points_px)
+    e = without_bias(errors, task.bias).error[:, :, :2] / size[:, None, None] - model.shift(theta, places, setting)
     J = _jacobian(task, model, (theta, scale), (errors, prediction, centre_cam))
-    _add_image_columns(J, sequence, model, theta, (errors, places, corrected))
+    _add_image_columns(J, sequence, model, theta, (errors, places, corrected, size))
     J[..., N_PARAMETERS + np.flatnonzero(model.frozen)] = 0.0
     seen = errors.valid[:, :, None]
     return ModelErrors(np.where(seen, e, 0.0), np.where(seen[..., None], J, 0.0), errors, normals, viewing, places, prediction)
@@ -230,14 +234,11 @@ def _jacobian(task: FitTask, model: Model, at: tuple[Array, float], seen: tuple[
 
 
 def _add_image_columns(
-    J: Array, sequence: SequenceTask, model: Model, theta: Array, at: tuple[TangencyErrors, Places, NDArray[np.int64]]
+    J: Array, sequence: SequenceTask, model: Model, theta: Array, at: tuple[TangencyErrors, Places, NDArray[np.int64], Array]
 ) -> None:
-    """Add the derivatives through corrected points and outline shifts.
-
-    An error is measured in corrected pixels; where a parameter shrinks the corrected picture it shrinks the error without explaining it,
-    so that part is taken off.
-    """
-    errors, places, owner = at
+    """Add the derivatives through corrected points, whose ``size`` (n,) turns errors into recorded pixels, and through outline shifts."""
+    errors, places, owner, size = at
+    J /= size[:, None, None, None]
     first = sequence.task.sightings.silhouettes
     vertex = np.maximum(first.offsets[:-1, None, None] + errors.tangency[:, :, :2], 0)
     for effect, part in zip(model.effects, model.slices, strict=True):
@@ -248,11 +249,19 @@ def _add_image_columns(
             column = N_PARAMETERS + part.start + number
             moved = _corrected_points(sequence, alone, up, owner) - _corrected_points(sequence, alone, down, owner)
             if moved.any():
-                J[..., column] += np.sum(places.normal * moved[vertex], axis=-1) / (2.0 * step)
-                J[..., column] -= errors.error[:, :, :2] * (_magnification(first, owner, moved) / (2.0 * step))[:, None, None]
+                growth = _magnification(first, owner, moved) / size
+                J[..., column] += np.sum(places.normal * moved[vertex], axis=-1) / (2.0 * step * size[:, None, None])
+                J[..., column] -= errors.error[:, :, :2] * (growth / (2.0 * step * size))[:, None, None]
             high, low = effect.shift(up, places, sequence.setting), effect.shift(down, places, sequence.setting)
             if high is not None and low is not None:
                 J[..., column] -= (high - low) / (2.0 * step)
+
+
+def _size(recorded: Silhouettes, owner: NDArray[np.int64], corrected_px: Array) -> Array:
+    """How many times larger (n,) each corrected silhouette is than the recorded one."""
+    if corrected_px is recorded.points_px:
+        return np.ones(len(recorded))
+    return 1.0 + _magnification(recorded, owner, corrected_px - recorded.points_px)
 
 
 def _magnification(silhouettes: Silhouettes, owner: NDArray[np.int64], moved: Array) -> Array:
