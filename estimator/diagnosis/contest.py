@@ -40,8 +40,13 @@ def better_unknown(
 ) -> Simpler | None:
     """The best family in place of what was added after one of the fits ``before``, or ``None`` where the ``last`` fit is better."""
     found, beaten = None, _criterion(campaign, last, catalogue, penalty) - MARGIN
+    n = len(campaign.sequences)
     for fit in before:
+        if penalty * (parameters_of(fit.model.effects, n) + min(parameters_of((e,), n) for e in families(fit))) >= beaten:
+            continue  # the least of them would not win if it left no more than chance does
         for test, tests, p in _likely(campaign, fit, catalogue, penalty):
+            if penalty * parameters_of((*fit.model.effects, test.effect), n) >= beaten:
+                continue
             try:
                 model, start = extended(fit, test)
                 criterion = _criterion(campaign, fit_campaign(campaign, start, model), catalogue, penalty)

@@ -139,8 +139,11 @@ def _tests(campaign: Campaign, fit: CampaignFit, catalogue: Mapping[str, EffectM
 
 @dataclass(frozen=True)
 class _Refitted:
+    """A refit: what the data say for it (``evidence``) and, with that its value may be one that nature does not produce, ``criterion``."""
+
     test: ScoreTest
     fit: CampaignFit
+    evidence: float
     criterion: float
 
 
@@ -153,7 +156,7 @@ def _step(
     close = [h for h in close if h.criterion <= first.criterion + rules.window][: rules.shortlist]
     refitted = sorted((_refit(campaign, fit, tests, h) for h in close), key=lambda r: r.criterion)
     chosen = refitted[0]
-    group = tuple(r.test.effect.entry.key for r in refitted if r.criterion <= chosen.criterion + rules.margin)
+    group = tuple(r.test.effect.entry.key for r in refitted if r.evidence <= chosen.evidence + rules.margin)
     after = held_out(campaign, chosen.fit.state, chosen.fit.model)
     return Step(
         added=chosen.test.effect.entry.key,
@@ -178,7 +181,8 @@ def _refit(campaign: Campaign, fit: CampaignFit, tests: list[ScoreTest], hypothe
     _, scores = score_tests(campaign, new, candidates)
     left = by_remainder(scores, penalty=0.0).nothing
     odd = 0.0 if plausible(test, _values(new, test)) else IMPLAUSIBLE
-    return _Refitted(test, new, left + penalty_of(campaign) * hypothesis.parameters + odd)
+    evidence = left + penalty_of(campaign) * hypothesis.parameters
+    return _Refitted(test, new, evidence, evidence + odd)
 
 
 def _values(fit: CampaignFit, test: ScoreTest) -> Array:
