@@ -1,8 +1,8 @@
 """What nature does by an effect and what the instrument's reduced model of it undoes are the same, in sign, unit and convention.
 
 Nature makes exact outlines with the effect; the whole forward chain of the estimator, from time stamps to tangency errors, is evaluated at
-the true flight. Without the effect in the model the errors are as large as the effect; with it, what is left is what the reduced model leaves
-out. Each parameter with its sign turned must leave most of what this parameter does, or the agreement would mean nothing.
+the true flight. Without the effect in the model the errors are as large as the effect; with it, what is left is what the reduced model
+leaves out. Each parameter with its sign turned must leave most of what this parameter does, or the agreement would mean nothing.
 """
 
 from dataclasses import replace
