@@ -56,10 +56,9 @@ Silhouette tier: {statuses}. Outside the tolerances: {len(result["worse"])} sequ
 
 The 95% intervals cover the truth for {100 * result["coverage_v"]:.1f}% of the velocity components and
 {100 * result["coverage_omega"]:.1f}% of the angular velocity components. RMS errors are {v} times the bound for v and
-{w} times for the angular velocity: composite weights give away what full generalised least squares would use, and the
-outlines' bias forbids using it ([decision 6](../decisions/0006-body-fixed-error.md),
-[decision 8](../decisions/0008-predicted-outline-bias.md)). Noise is white along the outline and the calibration exact here;
-nature offers neither.
+{w} times for the angular velocity. The bound takes neighbouring tangents to say more than they do: generalised least squares
+with the same noise model is not more accurate ([decision 9](../decisions/0009-body-fixed-field.md)). Noise is white along the
+outline and the calibration exact here; nature offers neither.
 
 """
 

@@ -24,7 +24,18 @@ from estimator.geometry.sphere import fibonacci_sphere
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 NORMAL_RAD, VIEWING_RAD = float(np.radians(10.0)), float(np.radians(35.0))
-NORMAL_CELLS, VIEWING_CELLS = 300, 48
+
+
+@dataclass(frozen=True)
+class Grid:
+    """How many cells the spheres of normals and of viewing directions are divided into."""
+
+    normals: int
+    viewing: int
+
+
+FINE, COARSE = Grid(300, 48), Grid(120, 24)
+"""12° by 29°, and 19° by 41° where matrices as large as the number of cells are needed."""
 
 
 @dataclass(frozen=True)
@@ -33,54 +44,57 @@ class BodyPlaces:
 
     normal: Int[NDArray[np.int64], "n k 2"]
     viewing: Int[NDArray[np.int64], " n"]
+    grid: Grid
 
     @property
     def cell(self) -> Index:
         """One number (n, k, 2) for both."""
-        return np.asarray(self.normal * VIEWING_CELLS + self.viewing[:, None, None])
+        return np.asarray(self.normal * self.grid.viewing + self.viewing[:, None, None])
 
 
-def body_places(normals: Float[NDArray[np.float64], "n k 2 3"], viewing: Float[NDArray[np.float64], "n 3"]) -> BodyPlaces:
+def body_places(
+    normals: Float[NDArray[np.float64], "n k 2 3"], viewing: Float[NDArray[np.float64], "n 3"], grid: Grid = FINE
+) -> BodyPlaces:
     """Places of tangencies with outward ``normals`` seen along ``viewing``, unit vectors in body axes."""
-    place = np.argmax(normals @ fibonacci_sphere(NORMAL_CELLS).T, axis=-1)
-    side = np.argmax(np.abs(viewing @ fibonacci_sphere(VIEWING_CELLS).T), axis=-1)
-    return BodyPlaces(place.astype(np.int64), side.astype(np.int64))
+    place = np.argmax(normals @ fibonacci_sphere(grid.normals).T, axis=-1)
+    side = np.argmax(np.abs(viewing @ fibonacci_sphere(grid.viewing).T), axis=-1)
+    return BodyPlaces(place.astype(np.int64), side.astype(np.int64), grid)
 
 
 @cache
-def _kernels() -> tuple[Array, Array]:
+def _kernels(grid: Grid) -> tuple[Array, Array]:
     """Correlation between the cells of normals, and between those of viewing directions."""
-    normals, viewing = fibonacci_sphere(NORMAL_CELLS), fibonacci_sphere(VIEWING_CELLS)
+    normals, viewing = fibonacci_sphere(grid.normals), fibonacci_sphere(grid.viewing)
     by_normal = np.exp((normals @ normals.T - 1.0) / NORMAL_RAD**2)
     return by_normal, np.exp(-0.5 * (1.0 - (viewing @ viewing.T) ** 2) / VIEWING_RAD**2)
 
 
-def correlation(cells: Int[NDArray[np.int64], " q"]) -> Float[NDArray[np.float64], "q q"]:
+def correlation(cells: Int[NDArray[np.int64], " q"], grid: Grid) -> Float[NDArray[np.float64], "q q"]:
     """Correlation of the field between cells."""
-    by_normal, by_viewing = _kernels()
-    normal, viewing = np.divmod(cells, VIEWING_CELLS)
+    by_normal, by_viewing = _kernels(grid)
+    normal, viewing = np.divmod(cells, grid.viewing)
     return np.asarray(by_normal[np.ix_(normal, normal)] * by_viewing[np.ix_(viewing, viewing)])
 
 
-def _summed(cells: Index, values: Array) -> Array:
-    total = np.zeros((NORMAL_CELLS * VIEWING_CELLS, *values.shape[1:]))
+def _summed(cells: Index, values: Array, grid: Grid) -> Array:
+    total = np.zeros((grid.normals * grid.viewing, *values.shape[1:]))
     np.add.at(total, cells, values)
-    return total.reshape(NORMAL_CELLS, VIEWING_CELLS, *values.shape[1:])
+    return total.reshape(grid.normals, grid.viewing, *values.shape[1:])
 
 
 def _product(total: Array, power: int = 1) -> Array:
     """``totalᵀ K total`` (p, p) of sums (normals, viewing, p), K the correlation to a power."""
-    by_normal, by_viewing = (kernel**power for kernel in _kernels())
+    by_normal, by_viewing = (kernel**power for kernel in _kernels(Grid(*total.shape[:2])))
     spread = np.einsum("cd,bdp->bcp", by_viewing, np.tensordot(by_normal, total, axes=1), optimize=True)
-    shape = (NORMAL_CELLS * VIEWING_CELLS, total.shape[-1])
+    shape = (total.shape[0] * total.shape[1], total.shape[2])
     return np.asarray(total.reshape(shape).T @ spread.reshape(shape))
 
 
 def field_covariance(
-    cells: Int[NDArray[np.int64], " r"], influence: Float[NDArray[np.float64], "r p"]
+    cells: Int[NDArray[np.int64], " r"], influence: Float[NDArray[np.float64], "r p"], grid: Grid = FINE
 ) -> Float[NDArray[np.float64], "p p"]:
     """Covariance of ``sum influenceᵀ e`` where the errors ``e`` (r,) are the field, of variance one, in ``cells``."""
-    return _product(_summed(cells, influence))
+    return _product(_summed(cells, influence, grid))
 
 
 def body_noise(
@@ -88,7 +102,7 @@ def body_noise(
 ) -> Float[NDArray[np.float64], "p p"]:
     """What a body-fixed error of ``sigma_px`` adds to the covariance of ``sum weightedᵀ e`` over valid pairs."""
     seen = np.repeat(valid[:, :, None], 2, axis=2)
-    return sigma_px**2 * field_covariance(places.cell[seen], weighted[seen])
+    return sigma_px**2 * field_covariance(places.cell[seen], weighted[seen], places.grid)
 
 
 def measured_variance(
@@ -103,10 +117,10 @@ def measured_variance(
     """
     valid, e, weight = errors
     seen, cell = np.repeat(valid[:, :, None], 2, axis=2), places.cell
-    whole, product, expected = np.zeros((NORMAL_CELLS, VIEWING_CELLS, 2)), 0.0, 0.0
+    whole, product, expected = np.zeros((places.grid.normals, places.grid.viewing, 2)), 0.0, 0.0
     for number in np.unique(block):
         here = seen & (block == number)[:, None, None]
-        sums = _summed(cell[here], np.stack([weight[here] * e[here], weight[here]], axis=-1))
+        sums = _summed(cell[here], np.stack([weight[here] * e[here], weight[here]], axis=-1), places.grid)
         product -= float(_product(sums[..., :1])[0, 0])
         expected -= float(_product(sums[..., 1:], 2)[0, 0])
         whole += sums

@@ -184,7 +184,7 @@ def information(errors: TangencyErrors, S: Array, first: Silhouettes, body: tupl
         X = np.hstack([seen.J, np.eye(len(here))[column]])
         rows = np.concatenate([np.arange(p), p + here])
         total[np.ix_(rows, rows)] += X.T @ cho_solve(cho_factor(seen.Sigma, lower=True), X)
-    L = sigma_px * np.linalg.cholesky(correlation(present) + 1e-6 * np.eye(len(present)))
+    L = sigma_px * np.linalg.cholesky(correlation(present, places.grid) + 1e-6 * np.eye(len(present)))
     UL = total[:p, p:] @ L
     known = cho_solve(cho_factor(np.eye(len(present)) + L.T @ total[p:, p:] @ L, lower=True), UL.T)
     return np.asarray(total[:p, :p] - UL @ known)

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.fitting.body_fixed_error import body_noise, body_places
+from estimator.fitting.body_fixed_error import COARSE, body_noise, body_places
 from estimator.fitting.composite_likelihood import WeighedFrames, information, shared_view_noise, weigh
 from estimator.fitting.noise_model import MeasuredNoise, measured_noise, with_noise
 from estimator.fitting.trajectory import FitTask, body_normals, pose_map, prior_values, unbiased_errors
@@ -90,11 +90,12 @@ def covariance_and_bound(task: FitTask, at: Linearised, prior: Array, settings: 
     inverse = scaled_inverse(at.H)
     inflation = max(1.0, at.frames.mean_square)
     shared = shared_view_noise(at.errors, at.frames.weighted, task.views.silhouettes)
-    places = body_places(at.normals, (task.sightings.R_cam_world @ at.predicted.R[:, 0])[:, 2])
+    viewing = (task.sightings.R_cam_world @ at.predicted.R[:, 0])[:, 2]
+    places = body_places(at.normals, viewing)
     shared = shared + body_noise(at.errors.valid, at.frames.weighted, places, sigma_px=settings.body_noise_px)
     covariance = inverse @ (inflation * (at.frames.meat + at.within.H + shared) + prior) @ inverse
     own = task.sightings.silhouettes
-    known = information(at.errors, at.S, own, (places, settings.body_noise_px), huber=task.huber)
+    known = information(at.errors, at.S, own, (body_places(at.normals, viewing, COARSE), settings.body_noise_px), huber=task.huber)
     bound = scaled_inverse(known / inflation + prior)
     return 0.5 * (covariance + covariance.T), 0.5 * (bound + bound.T)
 

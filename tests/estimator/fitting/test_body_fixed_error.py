@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from estimator.fitting.body_fixed_error import (
-    NORMAL_CELLS,
-    VIEWING_CELLS,
+    FINE,
     BodyPlaces,
     body_noise,
     body_places,
@@ -28,9 +27,9 @@ def places(rng: np.random.Generator) -> BodyPlaces:
 
 def field(rng: np.random.Generator, where: BodyPlaces) -> np.ndarray:
     """The field drawn in all cells."""
-    by_normal, by_viewing = correlation(np.arange(NORMAL_CELLS) * VIEWING_CELLS), correlation(np.arange(VIEWING_CELLS))
-    drawn = np.linalg.cholesky(by_normal + 1e-9 * np.eye(NORMAL_CELLS)) @ rng.normal(size=(NORMAL_CELLS, VIEWING_CELLS))
-    drawn = drawn @ np.linalg.cholesky(by_viewing + 1e-9 * np.eye(VIEWING_CELLS)).T
+    by_normal, by_viewing = correlation(np.arange(FINE.normals) * FINE.viewing, FINE), correlation(np.arange(FINE.viewing), FINE)
+    drawn = np.linalg.cholesky(by_normal + 1e-9 * np.eye(FINE.normals)) @ rng.normal(size=(FINE.normals, FINE.viewing))
+    drawn = drawn @ np.linalg.cholesky(by_viewing + 1e-9 * np.eye(FINE.viewing)).T
     return np.asarray(drawn[where.normal, where.viewing[:, None, None]])
 
 
@@ -43,8 +42,8 @@ def test_the_view_from_behind_is_the_same_place() -> None:
 
 def test_kernels_give_the_covariance_that_places_have() -> None:
     rng = np.random.default_rng(2)
-    cells, influence = rng.integers(0, NORMAL_CELLS * VIEWING_CELLS, 60), rng.normal(size=(60, 3))
-    np.testing.assert_allclose(field_covariance(cells, influence), influence.T @ correlation(cells) @ influence, rtol=1e-10)
+    cells, influence = rng.integers(0, FINE.normals * FINE.viewing, 60), rng.normal(size=(60, 3))
+    np.testing.assert_allclose(field_covariance(cells, influence), influence.T @ correlation(cells, FINE) @ influence, rtol=1e-10)
 
 
 def test_only_valid_pairs_count() -> None:
