@@ -1,0 +1,298 @@
+"""One law that each reduced model keeps: a conservation, a closed solution, or a symmetry of its own.
+
+Nature's realisations are held to such laws in ``tests/synth/effects``. Here no nature is needed; the registry is covered whole.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from datasets.vocabulary.body import Body
+from datasets.vocabulary.camera import Intrinsics
+from datasets.vocabulary.effects import EFFECTS
+from estimator.effects.link import Places, Setting
+from estimator.effects.model import Model, ModelForces
+from estimator.effects.registry import MODELS
+from estimator.fitting.prediction import Prediction, predict
+from estimator.fitting.time_shifts import gain_of
+from estimator.motion.flight import N_PARAMETERS, Flight, inertia_matrix, states
+from estimator.motion.rigid_body import States, angular_velocity, rotation_matrices
+
+Array = np.ndarray
+GRAVITY, NO_GRAVITY = np.array([0.0, 9.80665, 0.0]), np.zeros(3)
+TIMES = np.linspace(0.0, 0.03, 61)
+RATIOS = np.array([0.6, 0.8, 1.0])
+CAMERA = Intrinsics(1024, 768, 6000.0, 6100.0, 500.0, 390.0)
+CENTRE = np.array([500.0, 390.0])
+POINTS = CENTRE + np.random.default_rng(2).uniform(-300.0, 300.0, (30, 2))
+SETTING = Setting(TIMES, 1e-4, GRAVITY, RATIOS)
+
+
+def flight(gravity: Array = NO_GRAVITY) -> Flight:
+    body = Body(np.zeros(3), np.eye(3), RATIOS)
+    v, omega = np.array([1.0, -0.5, 0.3]), np.array([50.0, 120.0, -80.0])
+    return Flight(0.0, np.array([0.01, -0.02, 0.6]), np.array([0.5, 0.5, 0.5, 0.5]), v, omega, body, np.zeros(3), np.zeros(5), 0.0, gravity)
+
+
+def flown(key: str, *theta: float, start: Flight | None = None) -> Prediction:
+    return predict(start or flight(), Model((MODELS[key],)), np.array(theta), SETTING, TIMES)
+
+
+def reached(key: str, *theta: float) -> States:
+    """States (frame, 1, ·) under a force."""
+    forces = ModelForces(Model((MODELS[key],)), np.array([theta]), SETTING)
+    return states(flight(), np.zeros((1, N_PARAMETERS)), TIMES, forces)
+
+
+def corrected(key: str, *theta: float, points: Array = POINTS, times_s: Array | float = 0.0) -> Array:
+    return MODELS[key].correct(np.array(theta), points, CAMERA, np.broadcast_to(times_s, len(points)))
+
+
+def places() -> Places:
+    """Made-up tangencies of five sightings with seven views."""
+    rng = np.random.default_rng(4)
+    angle = rng.uniform(0.0, 2 * np.pi, (5, 7, 2))
+    shape = angle.shape
+    return Places(
+        point_px=rng.uniform(0.0, 700.0, (*shape, 2)),
+        normal=np.stack([np.cos(angle), np.sin(angle)], axis=-1),
+        normal_body=np.zeros((*shape, 3)),
+        velocity_px=rng.normal(scale=2e4, size=(*shape, 2)),
+        radius_px=rng.uniform(5.0, 60.0, shape),
+        mean_radius_px=rng.uniform(20.0, 40.0, 5),
+        depth_m=np.linspace(0.6, 0.63, 5),
+        first_depth_m=0.6,
+        view_ratio=rng.uniform(-0.3, -0.1, shape),
+        camera=CAMERA,
+        times_s=np.arange(5) / 4000,
+    )
+
+
+def shift(key: str, theta: float, at: Places) -> Array:
+    found = MODELS[key].shift(np.array([theta]), at, SETTING)
+    assert found is not None
+    assert np.abs(found).max() > 1e-3
+    return found
+
+
+def constant_acceleration(key: str) -> None:
+    added = np.array([0.3, -0.2, 0.1])
+    moved = flown(key, *added).poses.centre[:, 0] - flown(key, 0.0, 0.0, 0.0).poses.centre[:, 0]
+    np.testing.assert_allclose(moved, 0.5 * added * TIMES[:, None] ** 2, atol=1e-12)
+
+
+def frame_rate(key: str) -> None:
+    """A clock that is fast by 1 + r shows the flight with v and omega slower by it, and gravity by its square."""
+    fast = flown(key, 0.02, start=flight(GRAVITY))
+    there = flight(GRAVITY / 1.02**2)
+    slow = flown(key, 0.0, start=replace(there, v=there.v / 1.02, omega=there.omega / 1.02))
+    np.testing.assert_allclose(fast.poses.centre, slow.poses.centre, atol=1e-12)
+    np.testing.assert_allclose(fast.poses.R, slow.poses.R, atol=1e-7)
+
+
+def dropped_frames(key: str) -> None:
+    """A gap of whole frames shows the undisturbed flight's later frames."""
+    gap, there = flown(key, 2.0, 30.0).poses, flown(key, 0.0, 30.0).poses
+    np.testing.assert_array_equal(gap.centre[:31], there.centre[:31])
+    np.testing.assert_allclose(gap.centre[31:-2], there.centre[33:], atol=1e-12)
+
+
+def trigger_jitter(key: str) -> None:
+    """Without jitter there is no gain; the gain is that of the deviation, whatever its sign, and ever less beyond it."""
+    assert MODELS[key].random
+    tau, h = np.random.default_rng(1).normal(scale=1e-5, size=300), np.full(300, 1e12)
+    gains = [gain_of(tau, h, sigma) for sigma in (0.0, 5e-6, 1e-5, 4e-5, 1e-3)]
+    assert gains[0] == 0.0
+    assert gains[2] > gains[1] > 0.0
+    assert gains[2] > gains[3] > gains[4]
+    assert gain_of(tau, h, -1e-5) == gains[2]
+
+
+def centre_of_mass(key: str) -> None:
+    """Without a force the true centre moves straight, the nominal one on a sphere about it."""
+    c = np.array([1e-4, -2e-4, 1.5e-4])
+    poses = flown(key, *c).poses
+    true = poses.centre[:, 0] + poses.R[:, 0] @ c
+    np.testing.assert_allclose(true, flight().x + flight().v * TIMES[:, None], atol=1e-13)
+    assert np.abs(np.diff(poses.centre[:, 0], n=2, axis=0)).max() > 1e-7
+
+
+def inertia_ratios(key: str) -> None:
+    """Momentum and energy with the changed moments are kept."""
+    found = flown(key, 0.1, -0.06)
+    J = inertia_matrix(flight(), np.array([[0.1, -0.06, 0.0, 0.0, 0.0]]))[0]
+    np.testing.assert_allclose(J, np.diag(RATIOS * [1.1, 0.94, 1.0]), atol=1e-15)
+    R = found.poses.R[:, 0]
+    omega_body = np.einsum("nji,nj->ni", R, found.omega)
+    L = np.einsum("nij,nj->ni", R, omega_body @ J)
+    np.testing.assert_allclose(L, np.broadcast_to(L[0], L.shape), rtol=1e-6)
+    energy = np.sum(omega_body @ J * omega_body, axis=1)
+    np.testing.assert_allclose(energy, energy[0], rtol=1e-6)
+
+
+def length_scale(key: str) -> None:
+    """A scale touches size alone: neither flight nor clock, and it multiplies."""
+    np.testing.assert_array_equal(flown(key, 0.02).poses.centre, flown(key, 0.0).poses.centre)
+    model = Model((MODELS[key], MODELS[key]))
+    assert model.scale(np.array([0.02, 1 / 1.02 - 1])) == pytest.approx(1.0, abs=1e-15)
+
+
+def linear_drag(key: str) -> None:
+    left = np.exp(-8.0 * TIMES)[:, None]
+    np.testing.assert_allclose(reached(key, 8.0).v[:, 0], flight().v * left, rtol=1e-10)
+
+
+def quadratic_drag(key: str) -> None:
+    v, v0 = reached(key, 2.0).v[:, 0], np.linalg.norm(flight().v)
+    np.testing.assert_allclose(np.linalg.norm(v, axis=1), v0 / (1.0 + 2.0 * v0 * TIMES), rtol=1e-10)
+    np.testing.assert_allclose(np.cross(v, flight().v), 0.0, atol=1e-13)
+
+
+def magnus_lift(key: str) -> None:
+    v = reached(key, 0.3).v[:, 0]
+    np.testing.assert_allclose(np.linalg.norm(v, axis=1), np.linalg.norm(flight().v), rtol=1e-7)
+    assert np.abs(v - flight().v).max() > 0.1
+
+
+def spin_damping(key: str) -> None:
+    """Angular momentum keeps its direction and decays; the flight's path is not touched."""
+    there = reached(key, 8.0)
+    L = there.L[:, 0]
+    np.testing.assert_allclose(L, L[0] * np.exp(-8.0 * TIMES)[:, None], rtol=1e-9)
+    omega = angular_velocity(there.q[:, 0], L, np.broadcast_to(np.diag(1 / RATIOS), (len(L), 3, 3)))
+    R = rotation_matrices(there.q[:, 0])
+    np.testing.assert_allclose(np.einsum("nij,nj->ni", R, np.einsum("nji,nj->ni", R, omega) * RATIOS), L, atol=1e-9)
+    np.testing.assert_array_equal(there.v[:, 0], np.broadcast_to(flight().v, (len(L), 3)))
+
+
+def radial_distortion(key: str) -> None:
+    """Points stay on their ray from the principal point, opposite points opposite, the centre where it is."""
+    focal = np.array([6000.0, 6100.0])
+    there = (corrected(key, 1.5, 150.0) - CENTRE) / focal
+    before = (POINTS - CENTRE) / focal
+    np.testing.assert_allclose(there[:, 0] * before[:, 1], there[:, 1] * before[:, 0], atol=1e-15)
+    opposite = (corrected(key, 1.5, 150.0, points=2 * CENTRE - POINTS) - CENTRE) / focal
+    np.testing.assert_allclose(opposite, -there, atol=1e-15)
+    np.testing.assert_array_equal(corrected(key, 1.5, 150.0, points=CENTRE[None]), CENTRE[None])
+
+
+def tangential_distortion(key: str) -> None:
+    """Opposite points move the same way, to first order; the centre stays; p1 and p2 are one law with the axes exchanged."""
+    moved = corrected(key, 1e-5, -2e-5) - POINTS
+    opposite = corrected(key, 1e-5, -2e-5, points=2 * CENTRE - POINTS) - (2 * CENTRE - POINTS)
+    np.testing.assert_allclose(opposite, moved, atol=1e-6)
+    np.testing.assert_array_equal(corrected(key, 1e-3, 1e-3, points=CENTRE[None]), CENTRE[None])
+    square = replace(CAMERA, fy_px=6000.0)
+    first = MODELS[key].correct(np.array([1e-3, 0.0]), POINTS, square, np.zeros(30)) - CENTRE
+    exchanged = CENTRE + (POINTS - CENTRE)[:, ::-1]
+    second = MODELS[key].correct(np.array([0.0, 1e-3]), exchanged, square, np.zeros(30)) - CENTRE
+    np.testing.assert_allclose(second[:, ::-1], first, atol=1e-10)
+
+
+def principal_point(key: str) -> None:
+    np.testing.assert_allclose(corrected(key, 3.0, -2.0) - POINTS, np.broadcast_to([-3.0, 2.0], POINTS.shape), atol=1e-12)
+
+
+def pixel_aspect(key: str) -> None:
+    there = corrected(key, 0.01) - CENTRE
+    np.testing.assert_allclose(there * [1.0, 1.01], POINTS - CENTRE, atol=1e-12)
+
+
+def focal_length(key: str) -> None:
+    """Angles about the principal point stay, distances from it shrink alike."""
+    np.testing.assert_allclose((corrected(key, 0.05) - CENTRE) * 1.05, POINTS - CENTRE, atol=1e-12)
+
+
+def camera_vibration(key: str) -> None:
+    """All points move alike, with no mean over a period and the opposite way half a period later."""
+    theta, phase = (1.0, -1.5, 0.8, 0.6, 200.0), np.arange(20) / 4000.0
+    moved = np.array([corrected(key, *theta, times_s=t) - POINTS for t in phase])
+    np.testing.assert_allclose(moved, np.broadcast_to(moved[:, :1], moved.shape), atol=1e-12)
+    np.testing.assert_allclose(moved.mean(axis=0), 0.0, atol=1e-12)
+    np.testing.assert_allclose(moved[:10], -moved[10:], atol=1e-12)
+    assert np.abs(moved).max() > 1.0
+
+
+def defocus_growth(key: str) -> None:
+    """Before and behind the focal plane alike, nothing in it, always inwards, for small blur with its square over the radius."""
+    at = places()
+    behind = shift(key, 80.0, at)
+    before = shift(key, 80.0, replace(at, depth_m=2 * at.first_depth_m - at.depth_m))
+    np.testing.assert_allclose(before, behind, atol=1e-12)
+    assert np.all(behind[0] == 0.0)
+    assert np.all(behind[1:] < 0.0)
+    small = MODELS[key].shift(np.array([1e-3]), at, SETTING)
+    s2 = (1e-3 * (at.depth_m - at.first_depth_m)) ** 2
+    np.testing.assert_allclose(small, -s2[:, None, None] / (2.0 * at.radius_px), rtol=1e-4)
+
+
+def motion_blur_threshold(key: str) -> None:
+    """Leading and trailing edges alike: the other way round it is the same; along the motion there is none."""
+    at = places()
+    np.testing.assert_array_equal(shift(key, 0.2, replace(at, velocity_px=-at.velocity_px)), shift(key, 0.2, at))
+    along = np.stack([-at.normal[..., 1], at.normal[..., 0]], axis=-1)
+    none = MODELS[key].shift(np.array([0.2]), replace(at, velocity_px=1e4 * along), SETTING)
+    np.testing.assert_allclose(none, 0.0, atol=1e-12)
+
+
+def rolling_shutter(key: str) -> None:
+    """Odd in the motion and about the middle row, where there is none."""
+    at, middle = places(), (CAMERA.height_px - 1) / 2
+    there = shift(key, 2e-7, at)
+    np.testing.assert_allclose(shift(key, 2e-7, replace(at, velocity_px=-at.velocity_px)), -there, atol=1e-14)
+    across = at.point_px * [1.0, -1.0] + [0.0, 2 * middle]
+    np.testing.assert_allclose(shift(key, 2e-7, replace(at, point_px=across)), -there, atol=1e-12)
+    on_it = at.point_px * [1.0, 0.0] + [0.0, middle]
+    np.testing.assert_array_equal(MODELS[key].shift(np.array([2e-7]), replace(at, point_px=on_it), SETTING), 0.0)
+
+
+def outline_offset(key: str) -> None:
+    assert np.all(shift(key, 0.5, places()) == 0.5)
+
+
+def view_outline_offset(key: str) -> None:
+    """Magnified by the ratio of scales, of which it has the sign; an offset of the frames is not magnified."""
+    at = places()
+    np.testing.assert_allclose(shift(key, 0.5, replace(at, view_ratio=3 * at.view_ratio)), 3 * shift(key, 0.5, at), rtol=1e-14)
+    assert np.all(np.sign(shift(key, 0.5, at)) == np.sign(at.view_ratio))
+
+
+def blooming(key: str) -> None:
+    """Alike on circles about the picture's middle, all of it there, none in its corners."""
+    middle, angle = np.array([511.5, 383.5]), np.linspace(0, 6, 70).reshape(5, 7, 2)
+    ring = middle + 200.0 * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    around = shift(key, 1.0, replace(places(), point_px=ring))
+    assert np.ptp(around) < 1e-12
+    assert np.all(around < -0.5)
+    np.testing.assert_allclose(shift(key, 1.0, replace(places(), point_px=np.broadcast_to(middle, ring.shape))), -1.0)
+    corner = MODELS[key].shift(np.array([1.0]), replace(places(), point_px=np.zeros(ring.shape)), SETTING)
+    np.testing.assert_allclose(corner, 0.0, atol=1e-12)
+
+
+def rim_light_leak(key: str) -> None:
+    """Half the loss on a circle of any size, all of it on a long flat stretch, none at a corner."""
+    at = places()
+    for size in (1.0, 30.0):
+        disk = replace(at, radius_px=np.full(at.radius_px.shape, size), mean_radius_px=np.full(5, size))
+        np.testing.assert_allclose(shift(key, 1.0, disk), -0.5, rtol=1e-14)
+    np.testing.assert_allclose(shift(key, 1.0, replace(at, radius_px=np.full(at.radius_px.shape, 1e9))), -1.0, rtol=1e-6)
+    corner = MODELS[key].shift(np.array([1.0]), replace(at, radius_px=np.zeros(at.radius_px.shape)), SETTING)
+    np.testing.assert_array_equal(corner, 0.0)
+
+
+LAWS: dict[str, Callable[[str], None]] = {
+    law.__name__: law
+    for law in (
+        *(frame_rate, dropped_frames, trigger_jitter, centre_of_mass, inertia_ratios, length_scale, linear_drag, quadratic_drag),
+        *(magnus_lift, spin_damping, radial_distortion, tangential_distortion, principal_point, pixel_aspect, focal_length),
+        *(camera_vibration, defocus_growth, motion_blur_threshold, rolling_shutter, outline_offset, view_outline_offset, blooming),
+        rim_light_leak,
+    )
+} | {"gravity": constant_acceleration, "uniform_acceleration": constant_acceleration}
+
+
+@pytest.mark.parametrize("key", EFFECTS)
+def test_the_reduced_model_keeps_its_law(key: str) -> None:
+    LAWS[key](key)
