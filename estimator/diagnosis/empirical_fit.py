@@ -173,6 +173,8 @@ def _wald(fit: CampaignFit, covariance: CampaignCovariance, terms: tuple[Valued,
         columns = np.arange(place, place + term.amplitudes)
         C = covariance.of(0, N_PARAMETERS + columns)
         amplitudes = fit.state.theta[0][columns]
-        found.append(float(chi2.sf(amplitudes @ np.linalg.solve(C, amplitudes), term.amplitudes)))
+        # C is singular where the data say nothing of the term
+        statistic = float(amplitudes @ np.linalg.pinv(C, rcond=1e-12, hermitian=True) @ amplitudes)
+        found.append(float(chi2.sf(statistic, term.amplitudes)))
         place += len(values)
     return np.array(found)
