@@ -16,8 +16,9 @@ from datasets.observation import CalibratedView, Observation
 from estimator.configuration import Configuration
 from estimator.effects.link import Setting
 from estimator.fitting.campaign import Campaign, CampaignState
-from estimator.fitting.model_errors import SequenceTask, outline_radii, rim_of, seen_hulls
+from estimator.fitting.model_errors import SequenceTask, outline_radii, seen_hulls
 from estimator.fitting.pose_refinement import Views
+from estimator.fitting.rim import rim_of
 from estimator.measurements.silhouettes import SILHOUETTES
 from estimator.motion.flight import Flight
 from estimator.particle import Particle, views_like

@@ -61,7 +61,7 @@ def axes_of(campaign: Campaign, fit: CampaignFit) -> Axes:
 
 def _of_sequence(sequence: SequenceTask, each: SequenceEquations) -> dict[str, Array]:
     """Everything that residuals of one sequence are mapped over."""
-    seen = np.repeat(each.errors.tangency.valid[:, :, None], 2, axis=2)
+    seen = each.errors.seen
     row, view, _ = np.nonzero(seen)
     sightings, prediction = sequence.task.sightings, each.errors.prediction
     u = each.errors.places.normal[seen]

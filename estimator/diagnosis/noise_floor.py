@@ -12,7 +12,9 @@ Size alone is a blunt judge; whether the residuals' pattern is that of some effe
 The interval is a bootstrap over sequences and, within them, over sightings [Davison and Hinkley 1997, section 3.8].
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -82,8 +84,13 @@ class NoiseFloor:
                 f"{said} Whole frames jump: outlines alone would change by {OWN_TOO_LARGE * self.neighbours_px:.3f} px. "
                 "Something acts on frames one by one, like a trigger that jitters."
             )
+        return self.concluded(said, f"{self.excess_px:.3f} px, alike in neighbouring frames", (p_missing, alpha))
+
+    def concluded(self, said: str, excess: str, at: tuple[float, float]) -> str:
+        """What was ``said`` with its conclusion: by the size of the ``excess``, or by p-value and level ``at``."""
+        p_missing, alpha = at
         if self.interval[0] > self.allowed:
-            return f"{said} There is something to explain: about {self.excess_px:.3f} px, alike in neighbouring frames."
+            return f"{said} There is something to explain: about {excess}."
         if p_missing < alpha:
             return f"{said} Their pattern is not that of noise ({p_words(p_missing)}): there is something to explain."
         return f"{said} There is nothing to explain."
@@ -93,14 +100,35 @@ LAGS = np.array([1, 2, 3, 5, 8, 12, 20])
 
 
 @dataclass(frozen=True)
-class _Sums:
-    """Per sighting: sums of squares, of squared changes, of products with the next frame, each with its number; of own variances."""
+class Sums:
+    """Per sighting or row (n,): sums of squares, of squared changes and of products with the next one, and how many there are of them."""
 
     square: Array
     count: Array
     change: Array
     product: Array
     pairs: Array
+
+
+AnySums = TypeVar("AnySums", bound=Sums)
+
+
+def resampled(sums: Sequence[AnySums], rng: np.random.Generator) -> tuple[list[AnySums], list[NDArray[np.int64]]]:
+    """Sequences drawn with replacement, and sightings or rows within them."""
+    drawn = [sums[i] for i in rng.integers(0, len(sums), len(sums))]
+    return drawn, [rng.integers(0, len(s.square), len(s.square)) for s in drawn]
+
+
+def interval_of(draws: Array) -> tuple[float, float]:
+    """The middle 95% of draws (d,)."""
+    low, high = np.quantile(draws, [0.025, 0.975])
+    return float(low), float(high)
+
+
+@dataclass(frozen=True)
+class _Sums(Sums):
+    """Sums of squared changes are not halved; ``own`` (n,) of the variances that neighbouring samples let expect."""
+
     own: Array
 
 
@@ -114,7 +142,7 @@ def silhouette_floor(campaign: Campaign, fit: CampaignFit, rng: np.random.Genera
     """Judge the residuals of a fit to silhouettes."""
     sums = [_sums(sequence, each) for sequence, each in zip(campaign.sequences, fit.equations, strict=True)]
     square, repeated, own, _ = _ratios(sums, [np.arange(len(s.square)) for s in sums])
-    drawn = np.array([_ratios(*_draw(sums, rng)) for _ in range(DRAWS)])
+    drawn = np.array([_ratios(*resampled(sums, rng)) for _ in range(DRAWS)])
     reduced = drawn[:, 0] / np.maximum(drawn[:, 1], 1e-12)
     lagged = drawn[:, 3] / np.maximum(drawn[:, 0], 1e-12)
     along, expected = _along(campaign, fit)
@@ -125,12 +153,12 @@ def silhouette_floor(campaign: Campaign, fit: CampaignFit, rng: np.random.Genera
         neighbours_px=neighbours,
         floor_px=min(float(np.sqrt(repeated)), OWN_TOO_LARGE * neighbours),
         reduced=float(square / max(repeated, 1e-12)),
-        interval=_interval(reduced),
+        interval=interval_of(reduced),
         allowed=1.0 + (max(_expected(fit) - own, 0.0) + campaign.body_noise_px**2) / max(repeated, 1e-12),
         per_sequence=np.array([float(np.divide(*_ratios([s], [np.arange(len(s.square))])[:2])) for s in sums]),
         lags=LAGS,
         autocorrelation=_autocorrelation(campaign, fit),
-        autocorrelation_interval=_interval(lagged),
+        autocorrelation_interval=interval_of(lagged),
         along_outline_rad=along,
         expected_along_rad=expected,
     )
@@ -138,12 +166,7 @@ def silhouette_floor(campaign: Campaign, fit: CampaignFit, rng: np.random.Genera
 
 def _expected(fit: CampaignFit) -> float:
     """Mean variance (px²) of the residuals that outlines and calibrated views let expect."""
-    return float(np.mean(np.concatenate([each.errors.tangency.variance[:, :, :2][_seen(each)] for each in fit.equations])))
-
-
-def _interval(draws: Array) -> tuple[float, float]:
-    low, high = np.quantile(draws, [0.025, 0.975])
-    return float(low), float(high)
+    return float(np.mean(np.concatenate([each.errors.tangency.variance[:, :, :2][each.errors.seen] for each in fit.equations])))
 
 
 def _ordered(sequence: SequenceTask, step: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -155,12 +178,8 @@ def _ordered(sequence: SequenceTask, step: int) -> tuple[NDArray[np.int64], NDAr
     return rows[:, 0], rows[:, 1]
 
 
-def _seen(each: SequenceEquations) -> NDArray[np.bool_]:
-    return np.repeat(each.errors.tangency.valid[:, :, None], 2, axis=2)
-
-
 def _sums(sequence: SequenceTask, each: SequenceEquations) -> _Sums:
-    e, seen = each.errors.e, _seen(each)
+    e, seen = each.errors.e, each.errors.seen
     silhouettes = sequence.task.sightings.silhouettes
     vertex = np.maximum(silhouettes.offsets[:-1, None, None] + each.errors.tangency.tangency[:, :, :2], 0)
     own = np.where(seen, silhouettes.sigma_px[np.minimum(vertex, len(silhouettes.sigma_px) - 1)] ** 2, 0.0)
@@ -191,21 +210,15 @@ def _ratios(sums: list[_Sums], rows: list[NDArray[np.int64]]) -> tuple[float, fl
     return total("square") / count, 0.5 * total("change") / pairs, total("own") / count, total("product") / pairs
 
 
-def _draw(sums: list[_Sums], rng: np.random.Generator) -> tuple[list[_Sums], list[NDArray[np.int64]]]:
-    """Sequences drawn with replacement, and sightings within them."""
-    drawn = [sums[i] for i in rng.integers(0, len(sums), len(sums))]
-    return drawn, [rng.integers(0, len(s.square), len(s.square)) for s in drawn]
-
-
 def _autocorrelation(campaign: Campaign, fit: CampaignFit) -> Array:
     """Correlation (l,) of the residuals of one view's tangency with those ``LAGS`` frames later."""
     result = np.full(len(LAGS), np.nan)
-    square = sum(float((each.errors.e**2).sum()) for each in fit.equations) / max(sum(int(_seen(e).sum()) for e in fit.equations), 1)
+    square = sum(float((each.errors.e**2).sum()) for each in fit.equations) / max(sum(int(e.errors.seen.sum()) for e in fit.equations), 1)
     for k, lag in enumerate(LAGS):
         product, pairs = 0.0, 0
         for sequence, each in zip(campaign.sequences, fit.equations, strict=True):
             first, second = _ordered(sequence, int(lag))
-            both = _seen(each)[first] & _seen(each)[second]
+            both = each.errors.seen[first] & each.errors.seen[second]
             product += float((each.errors.e[first] * each.errors.e[second])[both].sum())
             pairs += int(both.sum())
         if pairs:

@@ -19,7 +19,7 @@ from scipy.stats import f as f_distribution
 
 from estimator.diagnosis.map_axes import Axes, Axis, axes_of
 from estimator.fitting.body_fixed_error import field_covariance
-from estimator.fitting.campaign import Campaign, CampaignFit, SequenceEquations
+from estimator.fitting.campaign import Campaign, CampaignFit
 from estimator.fitting.campaign_noise import body_noise_px, places_of
 
 Array = NDArray[np.float64]
@@ -85,7 +85,7 @@ def residual_maps(campaign: Campaign, fit: CampaignFit) -> tuple[ResidualMap, ..
 def silhouette_maps(campaign: Campaign, fit: CampaignFit) -> tuple[ResidualMap, ...]:
     """All maps of a fit to silhouettes, those that show most first."""
     axes = axes_of(campaign, fit)
-    e = np.concatenate([each.errors.e[_seen(each)] for each in fit.equations])
+    e = np.concatenate([each.errors.e[each.errors.seen] for each in fit.equations])
     at = (_repeated(campaign, fit), _directions(fit, axes))
     maps = []
     for axis in axes.axes:
@@ -97,19 +97,11 @@ def silhouette_maps(campaign: Campaign, fit: CampaignFit) -> tuple[ResidualMap, 
     return tuple(sorted(corrected, key=lambda m: (m.p, -m.statistic)))
 
 
-def _seen(each: SequenceEquations) -> NDArray[np.bool_]:
-    return _seen_of(each.errors.tangency.valid)
-
-
-def _seen_of(valid: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    return np.repeat(valid[:, :, None], 2, axis=2)
-
-
 def _frames(fit: CampaignFit) -> Index:
     """Number of the silhouette that each residual belongs to, over all sequences."""
     numbers, first = [], 0
     for each in fit.equations:
-        seen = _seen(each)
+        seen = each.errors.seen
         numbers.append(first + np.nonzero(seen)[0])
         first += len(seen)
     return np.concatenate(numbers).astype(np.int64)
@@ -117,7 +109,7 @@ def _frames(fit: CampaignFit) -> Index:
 
 def _directions(fit: CampaignFit, axes: Axes) -> dict[str, Array]:
     """``u`` taken along each component's direction, per residual."""
-    u = np.concatenate([each.errors.places.normal[_seen(each)] for each in fit.equations])
+    u = np.concatenate([each.errors.places.normal[each.errors.seen] for each in fit.equations])
     v = axes.velocity_direction
     return {"x": u[:, 0], "y": u[:, 1], "along": np.sum(u * v, axis=1), "across": u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]}
 
@@ -165,12 +157,12 @@ def _summed(rows: Array, group: Index) -> Array:
 
 def _repeated(campaign: Campaign, fit: CampaignFit) -> _Repeated:
     errors = [each.errors for each in fit.equations]
-    counts = [int(_seen(each).sum()) for each in fit.equations]
-    seen = np.concatenate([_seen(each) for each in fit.equations])
+    counts = [int(each.seen.sum()) for each in errors]
+    seen = np.concatenate([each.seen for each in errors])
     places, sizes = [], []
     for sequence, each, group in zip(campaign.sequences, errors, campaign.particle, strict=True):
         tangency, second = each.tangency, sequence.task.views.silhouettes
-        here = _seen_of(each.tangency.valid)
+        here = each.seen
         view = np.broadcast_to(np.arange(len(second))[None, :, None], here.shape)
         vertex = np.minimum(second.offsets[view] + np.maximum(tangency.tangency[:, :, 2:], 0), len(second.sigma_px) - 1)
         u = tangency.direction[:, :, 2:]

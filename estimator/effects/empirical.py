@@ -33,6 +33,12 @@ def curves(name: str, unit: str, degrees: range, step: float) -> tuple[Parameter
     )
 
 
+def curve_at(theta: Array, moment: Moment, setting: Setting) -> Array:
+    """Those curves (m, 3) at a moment; ``theta`` (m, 3 d)."""
+    basis = legendre.legvander(phase(moment.time_s, setting), theta.shape[1] // 3 - 1).ravel()
+    return np.asarray(np.einsum("mjk,j->mk", theta.reshape(len(theta), -1, 3), basis))
+
+
 FORCE_DEGREES, TORQUE_DEGREES, TIME_DEGREES, WARP_DEGREE = range(4), range(3), range(2, 6), 3
 
 
@@ -45,8 +51,7 @@ class SmoothForce(EffectModel):
 
     def acceleration(self, theta: Array, moment: Moment, setting: Setting) -> Array | None:
         """The curve at the moment."""
-        basis = legendre.legvander(phase(moment.time_s, setting), theta.shape[1] // 3 - 1).ravel()
-        return np.asarray(np.einsum("mjk,j->mk", theta.reshape(len(theta), -1, 3), basis))
+        return curve_at(theta, moment, setting)
 
 
 class SmoothTorque(EffectModel):
@@ -58,8 +63,7 @@ class SmoothTorque(EffectModel):
 
     def torque(self, theta: Array, moment: Moment, setting: Setting) -> Array | None:
         """The curve at the moment."""
-        basis = legendre.legvander(phase(moment.time_s, setting), theta.shape[1] // 3 - 1).ravel()
-        return np.asarray(np.einsum("mjk,j->mk", theta.reshape(len(theta), -1, 3), basis))
+        return curve_at(theta, moment, setting)
 
 
 class BodyThrust(EffectModel):

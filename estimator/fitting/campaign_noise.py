@@ -39,8 +39,9 @@ def _of_particle(campaign: Campaign, rows: Sequence[int], errors: Sequence[Model
         jacobian=np.concatenate([e.tangency.jacobian for e in errors]),
     )
     W, views = np.concatenate(weighted), campaign.sequences[rows[0]].task.views.silhouettes
-    sigma_px = _of_body(campaign, errors)
-    return shared_view_noise(joined, W, views) + body_noise(valid, W, places_of(errors), sigma_px=sigma_px)
+    places = places_of(errors)
+    sigma_px = _of_body(campaign, errors, places)
+    return shared_view_noise(joined, W, views) + body_noise(valid, W, places, sigma_px=sigma_px)
 
 
 def places_of(errors: Sequence[ModelErrors]) -> BodyPlaces:
@@ -53,12 +54,13 @@ def body_noise_px(campaign: Campaign, errors: Sequence[ModelErrors]) -> Array:
     sigma = np.zeros(len(errors))
     for particle in sorted(set(campaign.particle)):
         rows = [i for i, p in enumerate(campaign.particle) if p == particle]
-        sigma[rows] = _of_body(campaign, [errors[i] for i in rows])
+        own = [errors[i] for i in rows]
+        sigma[rows] = _of_body(campaign, own, places_of(own))
     return sigma
 
 
-def _of_body(campaign: Campaign, errors: Sequence[ModelErrors]) -> float:
-    """Body-fixed error (px) of one particle: what the campaign is told, or measured where several sequences show the particle.
+def _of_body(campaign: Campaign, errors: Sequence[ModelErrors], places: BodyPlaces) -> float:
+    """Body-fixed error (px) of one particle at ``places``: as the campaign is told, or measured where several sequences show it.
 
     A misfit makes errors of one sequence alike or unlike; between sequences it has no common place on the body. Both are tried and the
     larger counts: few sequences show the same places.
@@ -67,7 +69,6 @@ def _of_body(campaign: Campaign, errors: Sequence[ModelErrors]) -> float:
         return campaign.body_noise_px
     valid, e = np.concatenate([x.tangency.valid for x in errors]), np.concatenate([x.e for x in errors])
     weight = np.concatenate([1.0 / (x.tangency.variance[:, :, :2] + campaign.floor_px**2) for x in errors])
-    places = places_of(errors)
     sequence = np.repeat(np.arange(len(errors)), [len(x.e) for x in errors])
     part = np.concatenate([np.arange(len(x.e)) * PARTS // len(x.e) for x in errors])
     variance = max(measured_variance((valid, e, weight), places, block) for block in (sequence, sequence * PARTS + part))

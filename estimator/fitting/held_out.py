@@ -1,7 +1,8 @@
 """How well a model predicts what was not used to fit it.
 
 Sequences are dealt into two halves: what they share is fitted on one half, and the other half is judged with it. A sequence that is judged
-still needs its own state: that is fitted on three of every four of its frames, and only the fourth counts.
+still needs its own state: every fourth frame is judged with the state that the three others give, four times in turn, so that every frame
+counts once. The state without a quarter is the state with it less one Gauss-Newton step (PRESS, [Allen 1974]).
 
 What is known to be small (the hull's errors of mass, the outline offset, the instrument's discrepancy) may not be more than ``MOST``
 standard deviations of its prior when a model is judged: a base model that borrows a missing effect from there does not predict.
@@ -13,12 +14,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.effects.model import Model
-from estimator.fitting.campaign import ArrowSolution, Campaign, CampaignState, Layout, fit_campaign, layout_of, sequence_equations, stepped
+from estimator.fitting.campaign import (
+    ArrowSolution,
+    Campaign,
+    CampaignState,
+    Layout,
+    SequenceEquations,
+    fit_campaign,
+    layout_of,
+    sequence_equations,
+    stepped,
+)
 from estimator.fitting.stable_inverse import stable_inverse
 from estimator.motion.flight import COM, INERTIA, N_PARAMETERS, OFFSET
 
 Array = NDArray[np.float64]
-EVERY, FIRST = 4, 2
+QUARTERS = 4
 MOST = 2.0
 LOCAL_STEPS, SETTLED = 6, 0.05
 
@@ -60,26 +71,36 @@ def _state_of(state: CampaignState, rows: NDArray[np.int64]) -> CampaignState:
 
 
 def _judge(campaign: Campaign, number: int, states: tuple[CampaignState, CampaignState], model: Model) -> tuple[float, float]:
-    """Sum of squares and number of the errors of the frames held out of one sequence."""
+    """Sum of squares and number of the errors of one sequence, each frame's predicted from the frames of the other quarters."""
     own, shared = states
     sequence = campaign.sequences[number]
-    kept = np.ones(campaign.kind.sightings(sequence), dtype=np.bool_)
-    kept[FIRST::EVERY] = False
     layout = layout_of(campaign, model)
-    alone = replace(_part(campaign, np.array([number])), sequences=(campaign.kind.only(sequence, kept),))
+    alone = replace(_part(campaign, np.array([number])), sequences=(sequence,))
     state = _with_shared(_state_of(own, np.array([number])), shared, layout)
     state = _within_priors(state, campaign.kind.precision(sequence), model)
+    equations = sequence_equations(alone, 0, state, model)
     for _ in range(LOCAL_STEPS):
-        equations = sequence_equations(alone, 0, state, model)
         inverse = stable_inverse(equations.frames.H[np.ix_(layout.local, layout.local)])
         step = -inverse @ equations.frames.g[layout.local]
         one = replace(layout, place=(layout.place[number],))
         state = stepped(state, one, ArrowSolution((step,), np.zeros(layout.size), np.zeros((0, 0))))
+        equations = sequence_equations(alone, 0, state, model)
         if np.max(np.abs(step) / np.sqrt(np.maximum(np.diag(inverse), 1e-300))) < SETTLED:
             break
-    judged = replace(alone, sequences=(campaign.kind.only(sequence, ~kept),))
-    errors = sequence_equations(judged, 0, state, model).errors
-    return float(np.sum(errors.e**2)), float(errors.seen.sum())
+    e = np.concatenate([_left_out(equations, layout.local, start) for start in range(QUARTERS)])
+    return float(np.sum(e**2)), float(equations.errors.seen.sum())
+
+
+def _left_out(equations: SequenceEquations, local: NDArray[np.int64], start: int) -> Array:
+    """Errors of every fourth frame from ``start`` on, under the state that the other frames give."""
+    frames, errors = equations.frames, equations.errors
+    n = len(errors.e)
+    out = np.zeros(n, dtype=np.bool_)
+    out[start::QUARTERS] = True
+    e, J = errors.e[out].ravel(), errors.J[out][..., local].reshape(-1, len(local))
+    W = frames.weighted[out][..., local].reshape(-1, len(local))
+    step = -stable_inverse(frames.H[np.ix_(local, local)] - J.T @ W) @ (frames.g[local] - W.T @ e)
+    return np.asarray(e + J @ step)
 
 
 def _with_shared(own: CampaignState, learned: CampaignState, layout: Layout) -> CampaignState:

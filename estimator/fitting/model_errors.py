@@ -15,30 +15,15 @@ from scipy.spatial import ConvexHull
 from estimator.effects.link import Places, Setting
 from estimator.effects.model import Model
 from estimator.fitting.prediction import Prediction, predict
+from estimator.fitting.rim import Rim
 from estimator.fitting.trajectory import FitTask, body_normals, particle_poses
 from estimator.geometry.epipolar_tangency import TangencyErrors, tangency_errors
 from estimator.geometry.outline_bias import without_bias
 from estimator.geometry.silhouettes import Silhouettes
-from estimator.geometry.sphere import fibonacci_sphere
 from estimator.motion.flight import N_PARAMETERS, OFFSET, Flight, poses
 
 Array = NDArray[np.float64]
 HALF_ANGLE = np.radians(10.0)
-DIRECTIONS = 240
-
-
-@dataclass(frozen=True)
-class Rim:
-    """Points (d, 3) m of the hull, nominal body axes about the centre of mass, that lie furthest along ``directions`` (d, 3)."""
-
-    directions: Array
-    points: Array
-
-
-def rim_of(vertices: Array) -> Rim:
-    """The rim of a hull's vertices (v, 3) m, nominal body axes."""
-    directions = fibonacci_sphere(DIRECTIONS)
-    return Rim(directions, vertices[np.argmax(vertices @ directions.T, axis=0)])
 
 
 @dataclass(frozen=True)
@@ -205,9 +190,7 @@ def _image_velocity(sequence: SequenceTask, prediction: Prediction, normals: Arr
     """Velocity (n, k, 2, 2) px/s in the picture of the rim's points whose outward normals are ``normals``."""
     sightings = sequence.task.sightings
     R_cw = sightings.R_cam_world
-    nearest = np.argmax(normals.reshape(-1, 3) @ sequence.rim.directions.T, axis=1)
-    arm_body = sequence.rim.points[nearest].reshape(normals.shape)
-    arm = np.einsum("nij,nkmj->nkmi", R_cw @ prediction.poses.R[:, 0], arm_body)
+    arm = np.einsum("nij,nkmj->nkmi", R_cw @ prediction.poses.R[:, 0], sequence.rim.furthest(normals))
     v = np.einsum("nij,nj->ni", R_cw, prediction.velocity)[:, None, None]
     w = np.einsum("nij,nj->ni", R_cw, prediction.omega)[:, None, None]
     moving = v + np.cross(np.broadcast_to(w, arm.shape), arm)

@@ -97,9 +97,15 @@ def particle_poses(flight: Flight, predicted: FlightPoses, sightings: Sightings,
 
 
 def body_normals(sightings: Sightings, R_cam_body: Array, errors: TangencyErrors) -> Array:
-    """Outward normals (n, k, 2, 3) of the tangent planes in body axes: where on the body each tangency lies."""
-    u = errors.direction[:, :, :2]
-    plane = np.concatenate([u * sightings.silhouettes.focal_px[:, None, None, :], np.zeros((*u.shape[:3], 1))], axis=3)
+    """Outward normals (n, k, 2, 3) of the tangent planes in body axes: where on the body each tangency lies.
+
+    The plane through the camera's centre and the image line ``u . (p - p0) = 0`` has the normal ``(f u, -f u . xy)``, ``xy`` the
+    normalised tangency point [Hartley and Zisserman 2004, eq. 8.2].
+    """
+    silhouettes = sightings.silhouettes
+    across = errors.direction[:, :, :2] * silhouettes.focal_px[:, None, None, :]
+    xy = silhouettes.xy[np.maximum(silhouettes.offsets[:-1, None, None] + errors.tangency[:, :, :2], 0)]
+    plane = np.concatenate([across, -np.sum(across * xy, axis=3, keepdims=True)], axis=3)
     plane /= np.maximum(np.linalg.norm(plane, axis=3, keepdims=True), 1e-12)
     return np.asarray(np.einsum("nij,nkmi->nkmj", R_cam_body, plane))
 

@@ -10,8 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.diagnosis.noise_floor import DRAWS, LAGS, NoiseFloor
-from estimator.diagnosis.tested_values import p_words
+from estimator.diagnosis.noise_floor import DRAWS, LAGS, NoiseFloor, Sums, interval_of, resampled
 from estimator.fitting.campaign import Campaign, CampaignFit
 
 Array = NDArray[np.float64]
@@ -33,68 +32,46 @@ class TrajectoryFloor(NoiseFloor):
             f"{self.floor_px:.2f} of that (reduced chi-square {self.reduced:.2f}, 95%: {self.interval[0]:.2f} to {self.interval[1]:.2f}; "
             "noise alone: 1 or less)."
         )
-        if self.interval[0] > self.allowed:
-            return f"{said} There is something to explain: about {self.excess_px:.2f} times the noise, alike in neighbouring rows."
-        if p_missing < alpha:
-            return f"{said} Their pattern is not that of noise ({p_words(p_missing)}): there is something to explain."
-        return f"{said} There is nothing to explain."
-
-
-@dataclass(frozen=True)
-class _Sums:
-    """Per row: sums of squares, of squared changes over what they are of the noise, of products with the next row, and their numbers."""
-
-    square: Array
-    count: Array
-    change: Array
-    product: Array
-    pairs: Array
+        return self.concluded(said, f"{self.excess_px:.2f} times the noise, alike in neighbouring rows", (p_missing, alpha))
 
 
 def trajectory_floor(campaign: Campaign, fit: CampaignFit, rng: np.random.Generator) -> TrajectoryFloor:
     """Judge the residuals of a fit."""
     sums = [_sums(each.errors.e, each.errors.seen, task.repeats) for task, each in zip(campaign.sequences, fit.equations, strict=True)]
     square, floor, _ = _ratios(sums, [np.arange(len(s.square)) for s in sums])
-    drawn = np.array([_ratios(*_draw(sums, rng)) for _ in range(DRAWS)])
-    low, high = np.quantile(drawn[:, 0] / np.maximum(drawn[:, 1], 1e-12), [0.025, 0.975])
-    lagged = np.quantile(drawn[:, 2] / np.maximum(drawn[:, 0], 1e-12), [0.025, 0.975])
+    drawn = np.array([_ratios(*resampled(sums, rng)) for _ in range(DRAWS)])
     return TrajectoryFloor(
         rms_px=float(np.sqrt(square)),
         repeated_px=float(np.sqrt(floor)),
         neighbours_px=1.0,
         floor_px=float(np.sqrt(floor)),
         reduced=square / max(floor, 1e-12),
-        interval=(float(low), float(high)),
+        interval=interval_of(drawn[:, 0] / np.maximum(drawn[:, 1], 1e-12)),
         allowed=1.0,
         per_sequence=np.array([float(np.divide(*_ratios([s], [np.arange(len(s.square))])[:2])) for s in sums]),
         lags=LAGS,
         autocorrelation=_autocorrelation([each.errors.e for each in fit.equations]),
-        autocorrelation_interval=(float(lagged[0]), float(lagged[1])),
+        autocorrelation_interval=interval_of(drawn[:, 2] / np.maximum(drawn[:, 0], 1e-12)),
         along_outline_rad=float("nan"),
         expected_along_rad=float("nan"),
     )
 
 
-def _sums(e: Array, seen: NDArray[np.bool_], repeats: Array) -> _Sums:
+def _sums(e: Array, seen: NDArray[np.bool_], repeats: Array) -> Sums:
+    """Squared changes are over what they are of the noise."""
     rho = (repeats - 1.0) / (repeats + 1.0)
     both = np.vstack([seen[1:] & seen[:-1], np.zeros((1, e.shape[1]), dtype=np.bool_)])
     following = np.vstack([e[1:], np.zeros((1, e.shape[1]))])
     change = np.where(both, 0.5 * (following - e) ** 2 / (1.0 - rho), 0.0).sum(axis=1)
     product = np.where(both, following * e, 0.0).sum(axis=1)
-    return _Sums((e**2).sum(axis=1), seen.sum(axis=1).astype(np.float64), change, product, both.sum(axis=1).astype(np.float64))
+    return Sums((e**2).sum(axis=1), seen.sum(axis=1).astype(np.float64), change, product, both.sum(axis=1).astype(np.float64))
 
 
-def _ratios(sums: Sequence[_Sums], rows: Sequence[NDArray[np.int64]]) -> tuple[float, float, float]:
+def _ratios(sums: Sequence[Sums], rows: Sequence[NDArray[np.int64]]) -> tuple[float, float, float]:
     """Mean square, mean square of the noise, and mean product with the next row."""
-    total = {name: sum(float(getattr(s, name)[r].sum()) for s, r in zip(sums, rows, strict=True)) for name in _Sums.__annotations__}
+    total = {name: sum(float(getattr(s, name)[r].sum()) for s, r in zip(sums, rows, strict=True)) for name in Sums.__annotations__}
     count, pairs = max(total["count"], 1.0), max(total["pairs"], 1.0)
     return total["square"] / count, total["change"] / pairs, total["product"] / pairs
-
-
-def _draw(sums: Sequence[_Sums], rng: np.random.Generator) -> tuple[list[_Sums], list[NDArray[np.int64]]]:
-    """Sequences drawn with replacement, and rows within them."""
-    drawn = [sums[i] for i in rng.integers(0, len(sums), len(sums))]
-    return drawn, [rng.integers(0, len(s.square), len(s.square)) for s in drawn]
 
 
 def _autocorrelation(residuals: Sequence[Array]) -> Array:

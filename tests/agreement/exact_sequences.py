@@ -20,8 +20,9 @@ from datasets.vocabulary.state import Motion
 from estimator.effects.link import Setting
 from estimator.effects.model import Model
 from estimator.effects.registry import MODELS
-from estimator.fitting.model_errors import ModelErrors, SequenceTask, model_errors, outline_radii, rim_of, seen_hulls
+from estimator.fitting.model_errors import ModelErrors, SequenceTask, model_errors, outline_radii, seen_hulls
 from estimator.fitting.pose_refinement import Views
+from estimator.fitting.rim import rim_of
 from estimator.fitting.trajectory import FitTask, Prior, Sightings
 from estimator.motion.flight import Flight
 from synth.frame_outlines import frame_outlines
