@@ -20,7 +20,7 @@ BIASED = float(chi2.isf(0.0027, 3))
 NEAR_ORACLE = 1.05
 LAWS = {"outgassing_thrust": {"body_fixed", "torque_body_fixed"}, "wall_attraction": {"towards_plane", "towards_point"}}
 """Terms of :mod:`estimator.effects.law_terms` of which a law for a hidden force should have one."""
-HELD, MISSED, TOO_FEW = "HELD", "MISSED", "TOO FEW CASES"
+HELD, MISSED, TOO_FEW, NOT_ASKED = "HELD", "MISSED", "TOO FEW CASES", "NOT ASKED FOR"
 
 
 @dataclass(frozen=True)
@@ -40,9 +40,11 @@ class Figure:
 
     @property
     def verdict(self) -> str:
-        """Held, missed, or too few cases to say."""
+        """Held, missed, too few cases to say, or not asked for."""
         if self.n < self.needed or not math.isfinite(self.value):
             return TOO_FEW
+        if math.isinf(self.least) and math.isinf(self.most):
+            return NOT_ASKED
         return HELD if self.least <= self.value <= self.most else MISSED
 
 
@@ -66,9 +68,18 @@ def typical(line: str, what: str, values: Array, of: Callable[..., Any], **bound
 
 
 def acceptance(scored: Scored) -> list[Figure]:
-    """Every line that the challenge can decide; all but the sixth are of the silhouette tier."""
+    """Every line that the challenge can decide; all but the sixth are of the silhouette tier and left out where that has no case."""
     drawn = scored.cases["tier"] == "silhouette"
     cases, pictures = scored.cases[drawn], scored.cases[~drawn]
+    return [
+        *(_drawn(scored, cases) if len(cases) else []),
+        *(_rendered(pictures) if len(pictures) else []),
+        *_times(cases if len(cases) else pictures),
+    ]
+
+
+def _drawn(scored: Scored, cases: pd.DataFrame) -> list[Figure]:
+    """Cases of which every outline was projected."""
     kinds = {kind: cases[cases["kind"] == kind] for kind in ("single", "control", "pair", "outside")}
     above = kinds["single"][kinds["single"]["ratio"] >= 1.0]
     grouped = cases[(cases["group_size"] > 0) & (cases["kind"] != "outside")]
@@ -92,8 +103,6 @@ def acceptance(scored: Scored) -> list[Figure]:
         share("3", "both effects of a pair found", kinds["pair"]["all_found"], least=85.0, needed=60),
         *_outside(kinds["outside"]),
         *_after(scored, cases[cases["kind"].isin(["single", "pair"])]),
-        *(_rendered(pictures) if len(pictures) else []),
-        *_times(cases if len(cases) else pictures),
     ]
 
 
@@ -101,10 +110,14 @@ def _rendered(cases: pd.DataFrame) -> list[Figure]:
     """Cases of which every picture was rendered."""
     singles = cases[cases["kind"] == "single"]
     right = singles["within_group"] | singles["named_first"]
-    effects = float(singles["hidden"].nunique())
+    effects, stages = (float(singles[column].nunique()) for column in ("hidden", "true_stage"))
+    controls = cases[cases["kind"] == "control"]
     return [
         share("6", "rendered cases with the true effect first or in its alias group", right, least=100 * 13 / 16, needed=16),
         Figure("6", "effects among the rendered cases", effects, math.nan, math.nan, len(singles), least=12.0, needed=16, unit="effects"),
+        Figure("6", "their stages", stages, math.nan, math.nan, len(singles), least=len(Stage) - 1.0, needed=16, unit="stages"),
+        share("6", "the same with the true effect alone and first", singles["alone_first"]),
+        share("6", "false alarms on rendered controls", controls["false_alarm"]),
     ]
 
 
@@ -185,7 +198,7 @@ def line_of(figure: Figure) -> str:
         f"at least {figure.least:g}" if math.isfinite(figure.least) else "",
         f"at most {figure.most:g}" if math.isfinite(figure.most) else "",
     ]
-    asked = " and ".join(b for b in bounds if b)
+    asked = " and ".join(b for b in bounds if b) or "nothing"
     interval = f" ({figure.low:.3g} to {figure.high:.3g})" if math.isfinite(figure.low) else ""
     return f"{figure.line}. {figure.what}: {figure.value:.3g}{interval} {figure.unit}, n = {figure.n}; asked: {asked}: {figure.verdict}"
 

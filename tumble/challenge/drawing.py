@@ -82,6 +82,10 @@ class Sizes:
     pair: tuple[float, float] = (1.0, 10.0)
 
 
+RENDERED = (Counts(singles=20, controls=4, pairs=0, outside=0), Sizes(single=(1.0, 10.0)))
+"""Counts and sizes where pictures are rendered, which costs more: fewer cases, all of them above the limit."""
+
+
 @dataclass(frozen=True)
 class Plan:
     """Everything that decides a challenge but the seed.
@@ -102,7 +106,7 @@ def draw_cases(plan: Plan, seed: int) -> tuple[Case, ...]:
     """All cases in their shuffled order; effects take turns, so each is hidden equally often."""
     rng = np.random.default_rng([seed, 0])
     chosen: list[tuple[Kind, tuple[str, ...]]] = [("control", ())] * plan.counts.controls
-    chosen += [("single", keys) for keys in _in_turn([(key,) for key in plan.keys], plan.counts.singles, rng)]
+    chosen += [("single", keys) for keys in _single(plan, rng)]
     chosen += [("pair", keys) for keys in _in_turn(list(combinations(plan.keys, 2)), plan.counts.pairs, rng)]
     chosen += [("outside", keys) for keys in _in_turn([(key,) for key in SYNTH_ONLY], plan.counts.outside, rng)]
     order = rng.permutation(len(chosen))
@@ -111,6 +115,16 @@ def draw_cases(plan: Plan, seed: int) -> tuple[Case, ...]:
         draw_case(plan, chosen[which], f"c{number + 1:0{width}d}", np.random.default_rng([seed, 1, number]))
         for number, which in enumerate(order)
     )
+
+
+def _single(plan: Plan, rng: np.random.Generator) -> list[tuple[str, ...]]:
+    """The effects hidden alone; where there are fewer cases than effects, one of every stage comes before a second of any."""
+    if plan.counts.singles >= len(plan.keys):
+        return _in_turn([(key,) for key in plan.keys], plan.counts.singles, rng)
+    order = [plan.keys[i] for i in rng.permutation(len(plan.keys))]
+    first = set({EFFECTS[key].stage: key for key in reversed(order)}.values())
+    chosen: list[tuple[str, ...]] = [(key,) for key in sorted(order, key=lambda key: key not in first)]
+    return chosen[: plan.counts.singles]
 
 
 def _in_turn(options: Sequence[tuple[str, ...]], count: int, rng: np.random.Generator) -> list[tuple[str, ...]]:

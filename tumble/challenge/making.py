@@ -46,7 +46,7 @@ def make_item(payload: dict[str, Any]) -> dict[str, Any]:
     case, made = _made(case, out)
     for index, (observation, truth) in enumerate(made):
         name = sequence_name(case.name, index)
-        write_truth(replace(truth, name=name), case_folder(out, case.name) / name)
+        write_truth(replace(truth, name=name, masks=None), case_folder(out, case.name) / name)
         shown = neutral(observation, name, case.views)
         write_observation(shown, observation_folder(campaign_folder(out, case.name), name))
     shutil.rmtree(_staging(case, out), ignore_errors=True)
@@ -90,6 +90,10 @@ def _staging(case: Case, out: Path) -> Path:
 
 
 def _rendered(case: Case, out: Path) -> list[tuple[Observation, Truth]]:
-    staging = _staging(case, out)
-    names = [render_sequence(case.recipe, index, staging) for index in range(case.recipe.sequences)]
-    return [(read_observation(observation_folder(staging, name)), read_truth(truth_folder(staging, name))) for name in names]
+    """The sequences, from files; the calibrated views, which they share to the last bit, are rendered with the first one only."""
+    staging, recipe = _staging(case, out), case.recipe
+    frames_only = replace(recipe, rig=replace(recipe.rig, rendered=False))
+    names = [render_sequence(frames_only if index else recipe, index, staging) for index in range(recipe.sequences)]
+    observations = [read_observation(observation_folder(staging, name)) for name in names]
+    shown = [replace(each, views=observations[0].views, view_recording=observations[0].view_recording) for each in observations]
+    return list(zip(shown, [read_truth(truth_folder(staging, name)) for name in names], strict=True))

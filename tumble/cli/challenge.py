@@ -5,7 +5,7 @@ import json
 import secrets
 import shutil
 from collections.abc import Callable
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 
 from datasets.atomic_files import written_whole
@@ -13,7 +13,7 @@ from datasets.errors import InputError
 from datasets.json_documents import plain
 from tumble.challenge.acceptance import acceptance, line_of
 from tumble.challenge.cases import CAMPAIGNS, TRUTH, read_cases
-from tumble.challenge.drawing import Counts, Plan, Shape, Sizes, draw_cases
+from tumble.challenge.drawing import RENDERED, Counts, Plan, Shape, Sizes, draw_cases
 from tumble.challenge.limit_making import development_controls, measure_controls, table_of
 from tumble.challenge.limits import TABLE, read_table, write_table
 from tumble.challenge.making import make_campaigns
@@ -70,13 +70,17 @@ def _shape(arguments: argparse.Namespace) -> Shape:
 def _make_options(part: argparse.ArgumentParser) -> None:
     _shape_options(part)
     for field, count in asdict(Counts()).items():
-        part.add_argument(f"--{field}", type=int, default=count, metavar="N", help=f"cases of kind {field} (default: %(default)s)")
-    part.add_argument("--tier", choices=("silhouette", "rendered"), default="silhouette")
+        default = f"{count}; rendered: {getattr(RENDERED[0], field)}"
+        part.add_argument(f"--{field}", type=int, metavar="N", help=f"cases of kind {field} (default: {default})")
+    part.add_argument(
+        "--tier", choices=("silhouette", "rendered"), default="silhouette", help="outlines projected, or pictures rendered and looked at"
+    )
     part.add_argument("--seed", type=int, help="what everything is drawn from (default: drawn anew); kept under truth/ only")
     part.add_argument("--effects", help="comma-separated keys to draw from (default: the whole catalogue)")
     part.add_argument("--limits", type=Path, default=TABLE, metavar="FILE", help="table of detection limits")
-    part.add_argument("--smallest", type=float, default=Sizes().single[0], help="size over the 95%% limit (default: %(default)s)")
-    part.add_argument("--largest", type=float, default=Sizes().single[1], help="size over the 95%% limit (default: %(default)s)")
+    for field, end in (("smallest", 0), ("largest", 1)):
+        default = f"{Sizes().single[end]:g}; rendered: {RENDERED[1].single[end]:g}"
+        part.add_argument(f"--{field}", type=float, help=f"size over the 95%% limit (default: {default})")
     part.add_argument("--plausible", action="store_true", help="keep sizes within the catalogue's plausible ranges")
     add_output(part, default="out/challenge")
     add_jobs(part)
@@ -88,8 +92,10 @@ def _make(arguments: argparse.Namespace) -> int:
     for key in keys:
         if key not in table.effects:
             raise InputError(f"--effects {key}: expected effects with a detection limit in {arguments.limits}: {', '.join(table.effects)}.")
-    counts = Counts(arguments.singles, arguments.controls, arguments.pairs, arguments.outside)
-    smallest, largest = arguments.smallest, arguments.largest
+    counts, sizes = RENDERED if arguments.tier == "rendered" else (Counts(), Sizes())
+    counts = replace(counts, **{field: given for field in asdict(counts) if (given := getattr(arguments, field)) is not None})
+    given = (arguments.smallest, arguments.largest)
+    smallest, largest = (default if size is None else size for default, size in zip(sizes.single, given, strict=True))
     plan = Plan(
         _shape(arguments), counts, Sizes((smallest, largest), (max(smallest, 1.0), max(largest, 1.0))), table, keys, arguments.plausible
     )

@@ -1,16 +1,17 @@
 """What is hidden: drawn from the seed alone, of the sizes asked for, within what nature can do."""
 
 from collections import Counter
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from datasets.recipes.effects import check_effects, sizes
 from datasets.recipes.synth_only import SYNTH_ONLY
-from datasets.vocabulary.effects import EFFECTS, Scope
+from datasets.vocabulary.effects import EFFECTS, Scope, Stage
 from synth.effects.registry import REALISATIONS
 from tumble.challenge.cases import Case, case_from_dict, case_to_dict
-from tumble.challenge.drawing import MOST_DROPPED, Counts, Plan, Shape, Sizes, draw_cases, is_plausible
+from tumble.challenge.drawing import MOST_DROPPED, RENDERED, Counts, Plan, Shape, Sizes, draw_cases, is_plausible
 from tumble.challenge.limits import TABLE, limit_along, read_table
 
 TABLE_READ = read_table(TABLE)
@@ -34,6 +35,15 @@ def test_counts_are_those_asked_for_and_effects_take_turns() -> None:
     assert Counter(c.keys[0] for c in of_kind("outside")) == dict.fromkeys(SYNTH_ONLY, 3)
     assert all(len(set(c.keys)) == 2 for c in of_kind("pair"))
     assert len({c.keys for c in of_kind("pair")}) == 20
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_a_few_cases_cover_every_stage_with_different_effects(seed: int) -> None:
+    counts, span = RENDERED
+    cases = [c for c in draw_cases(Plan(Shape(rendered=True), replace(counts, singles=8), span, TABLE_READ), seed) if c.kind == "single"]
+    assert {EFFECTS[c.keys[0]].stage for c in cases} == set(Stage) - {Stage.CONTACT}
+    assert len({c.keys for c in cases}) == len(cases) == 8
+    assert all(c.recipe.tier == "rendered" and (c.least_ratio >= 1.0 or c.keys == ("principal_point",)) for c in cases)
 
 
 def test_names_say_nothing() -> None:

@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 from datasets.recipes.recipe import EffectRecipe, Recipe
-from tumble.challenge.acceptance import HELD, MISSED, TOO_FEW, acceptance, line_of, share
+from tumble.challenge.acceptance import HELD, MISSED, NOT_ASKED, TOO_FEW, acceptance, line_of, share
 from tumble.challenge.cases import Case, Kind
 from tumble.challenge.detection import detection_table
 from tumble.challenge.scoring import Scored, named, pulls
@@ -123,10 +123,19 @@ def test_rendered_cases_are_counted_apart() -> None:
     pictures = drawn.cases[drawn.cases["kind"] == "single"].head(16).assign(tier="rendered", hidden=[f"e{i % 13}" for i in range(16)])
     pictures = pictures.assign(named_first=[i > 3 for i in range(16)], within_group=False)
     figures = acceptance(Scored(pd.concat([drawn.cases, pictures]), drawn.parameters, drawn.velocities))
-    (right, effects) = (f for f in figures if f.line == "6")
+    right, effects, stages, alone, alarms = (f for f in figures if f.line == "6")
     assert (right.value, right.verdict) == (75.0, MISSED)
     assert (effects.value, effects.verdict) == (13.0, HELD)
+    assert (stages.value, stages.verdict) == (1.0, MISSED)
+    assert (alone.verdict, alarms.n, alarms.verdict) == (NOT_ASKED, 0, TOO_FEW)
     assert next(f for f in figures if f.line == "1").n == 250
+
+
+def test_pictures_alone_decide_no_line_of_outlines() -> None:
+    drawn = table(20, 0, 1)
+    figures = acceptance(Scored(drawn.cases.assign(tier="rendered"), drawn.parameters, drawn.velocities))
+    assert {f.line for f in figures} == {"6", "7"}
+    assert next(f for f in figures if f.what == "false alarms on rendered controls").value == pytest.approx(100 / 110)
 
 
 def test_laws_of_unknown_forces() -> None:
