@@ -36,6 +36,7 @@ from estimator.registration import Registered
 from estimator.trajectories.registering import register_trajectories
 from scripts.real_tosses_page import page
 from scripts.study_pages import write_figure, write_page
+from tumble.diagnosis_documents import value_entries
 
 Array = NDArray[np.float64]
 RATE_HZ, HALF_WIDTH_M, GRAVITY_MS2 = 148.0, 0.0524, 9.81
@@ -89,19 +90,8 @@ def resting_height(path: Path) -> Array:
 
 
 def values_of(registered: Registered, fit: CampaignFit) -> list[dict[str, Any]]:
-    """Fitted values with their standard deviations."""
-    found = effect_values(registered, fit, campaign_covariance(registered.campaign, fit))
-    return [
-        {
-            "effect": v.effect,
-            "parameter": v.parameter.name,
-            "unit": v.parameter.unit,
-            "sequence": v.sequence,
-            "value": v.value,
-            "sigma": v.sigma,
-        }
-        for v in found
-    ]
+    """Fitted values with their standard deviations and intervals."""
+    return value_entries(effect_values(registered, fit, campaign_covariance(registered.campaign, fit)))
 
 
 def diagnosis_of(found: Diagnosis) -> dict[str, Any]:
