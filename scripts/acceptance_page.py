@@ -1,4 +1,6 @@
-"""Writes the first part of docs/studies/acceptance.md from the committed result files; the rest of the page stays as it is.
+"""Writes two parts of docs/studies/acceptance.md from the committed result files: the first, and the one on another seed.
+
+The rest of the page stays as it is.
 
 ``python -m scripts.acceptance_page``.
 """
@@ -12,7 +14,11 @@ import pandas as pd
 PAGE = Path("docs/studies/acceptance.md")
 SILHOUETTE = Path("docs/results/acceptance_silhouette.json")
 RENDERED = Path("docs/results/acceptance_rendered.csv")
+OTHER = Path("docs/results/acceptance_silhouette_73045998.json")
 END = "How to make them again:"
+ANOTHER_SEED = "## Another seed\n"
+FIRST_RUN = 60
+"""Sequences of the other seed that were run, and looked at, first."""
 
 
 def first_part(result: dict[str, Any], rendered: pd.DataFrame) -> str:
@@ -66,13 +72,59 @@ outline and the calibration exact here; nature offers neither.
 SLOW_SPIN_RADS, SLOW_SPEED_MS = 50.0, 0.3
 
 
+def another_seed(other: dict[str, Any], tables: tuple[pd.DataFrame, pd.DataFrame]) -> str:
+    """The part on another seed; ``tables`` of the sequences of this seed and of the other."""
+    this, that = tables
+    both = pd.concat(tables)
+    median, first = other["median_percent"], within(that[:FIRST_RUN])
+    return f"""{ANOTHER_SEED}
+Shares within a tolerance relative to speed and spin depend on how many slow flights a seed draws. The same point estimates on seed
+{other["seed"]} ([summary](../results/{OTHER.name}), [sequences](../results/{OTHER.with_suffix(".csv").name}; of the seed above:
+[sequences](../results/{SILHOUETTE.with_suffix(".csv").name})), written by the same command with `--seed {other["seed"]}`.
+The {FIRST_RUN} sequences first run there gave {_shares(first, FIRST_RUN)}; the seed was then extended to {len(that)}.
+
+| | seed {other["seed"]} | above | both |
+| --- | --- | --- | --- |
+| within 0.5% in-plane | {" | ".join(f"{within(t)[0] / len(t):.1%} ({within(t)[0]} of {len(t)})" for t in (that, this, both))} |
+| within 1% angular | {" | ".join(f"{within(t)[1] / len(t):.1%} ({within(t)[1]} of {len(t)})" for t in (that, this, both))} |
+| below {SLOW_SPEED_MS} m/s or {SLOW_SPIN_RADS:.0f} rad/s | {" | ".join(str(slow_flights(t)) for t in (that, this, both))} |
+| median error of spin | {" | ".join(f"{t['middle_angular_rads'].median():.3f} rad/s" for t in (that, this, both))} |
+
+Medians there: {median["in_plane"]:.3f}% in-plane, {median["out_of_plane"]:.3f}% out-of-plane, {median["angular"]:.3f}% angular.
+That seed was run before [decision 9](../decisions/0009-body-fixed-field.md) and has the error bars of the former body-fixed error of
+0.085 px: coverage v {100 * other["coverage_v"]:.1f}%, ω {100 * other["coverage_omega"]:.1f}%. The command would now give other error bars.
+
+"""
+
+
+def within(table: pd.DataFrame) -> tuple[int, int]:
+    """How many sequences are within 0.5% in-plane, and within 1% angular."""
+    return int((table["middle_in_plane_percent"] <= 0.5).sum()), int((table["middle_angular_percent"] <= 1.0).sum())
+
+
+def slow_flights(table: pd.DataFrame) -> int:
+    """How many sequences fly or spin slowly."""
+    return int(((table["speed_ms"] < SLOW_SPEED_MS) | (table["spin_rads"] < SLOW_SPIN_RADS)).sum())
+
+
+def _shares(counts: tuple[int, int], total: int) -> str:
+    return f"{counts[0] / total:.1%} within 0.5% in-plane and {counts[1] / total:.1%} within 1% angular"
+
+
+def rewritten(page: str, first: str, another: str) -> str:
+    """The ``page`` with its first part, and that on another seed, in place of the former ones."""
+    rest = page[page.index(END) :]
+    before, after = rest.split(ANOTHER_SEED)
+    return first + before + another + after[after.index("## ") :]
+
+
 def main() -> int:
     """Write the page."""
-    page = PAGE.read_text(encoding="utf-8")
-    rest = page[page.index(END) :]
-    result = json.loads(SILHOUETTE.read_text(encoding="utf-8"))
-    PAGE.write_text(first_part(result, pd.read_csv(RENDERED)) + rest, encoding="utf-8")
-    print(f"{PAGE}: written from {SILHOUETTE} and {RENDERED}")
+    result, other = (json.loads(path.read_text(encoding="utf-8")) for path in (SILHOUETTE, OTHER))
+    this, that = (pd.read_csv(path.with_suffix(".csv")) for path in (SILHOUETTE, OTHER))
+    page = rewritten(PAGE.read_text(encoding="utf-8"), first_part(result, pd.read_csv(RENDERED)), another_seed(other, (this, that)))
+    PAGE.write_text(page, encoding="utf-8")
+    print(f"{PAGE}: written from {SILHOUETTE}, {OTHER}, the tables beside them, and {RENDERED}")
     return 0
 
 

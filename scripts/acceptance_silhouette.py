@@ -3,6 +3,7 @@
 ``python -m scripts.acceptance_silhouette --particles FOLDER --out out/silhouette [--sequences 120] [--jobs 2]``. Every sequence is made,
 estimated and scored in one piece of work whose row is written when it is done, so a killed run goes on where it was. Prints medians
 relative to speed and spin, shares inside the tolerances, coverage, error over the bound, and each worse sequence with its cause.
+``--result FILE.json`` writes these, and beside them ``FILE.csv``: speed, spin and errors of every sequence.
 """
 
 import argparse
@@ -25,6 +26,8 @@ from scripts.scanned_particles import scanned_files
 from synth.sequence import build_silhouette_sequence
 from tumble.engine import Item, failures, run
 from tumble.progress import progress
+
+ERRORS = ["middle_in_plane_percent", "middle_out_of_plane_percent", "middle_angular_percent", "middle_angular_rads"]
 
 
 def one_sequence(payload: dict[str, Any]) -> dict[str, Any]:
@@ -67,12 +70,18 @@ def summary(table: pd.DataFrame) -> dict[str, Any]:
     }
 
 
+def slim(table: pd.DataFrame) -> pd.DataFrame:
+    """What a page needs of every sequence, in the order they were drawn."""
+    number = table["sequence"].str.rsplit("-", n=1).str[-1].astype(int)
+    return table.assign(number=number).sort_values("number")[["sequence", "speed_ms", "spin_rads", *ERRORS]]
+
+
 def main() -> int:
     """Run what is missing, print and write the result."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--particles", type=Path, required=True, help="folder with the scanned particles (PLY)")
     parser.add_argument("--out", type=Path, default=Path("out/acceptance_silhouette"))
-    parser.add_argument("--result", type=Path, help="where to write the summary as JSON")
+    parser.add_argument("--result", type=Path, help="where to write the summary as JSON; a CSV comes beside it")
     parser.add_argument("--sequences", type=int, default=120)
     parser.add_argument("--seed", type=int, default=43003731)
     parser.add_argument("--jobs", type=int, default=2)
@@ -97,6 +106,7 @@ def main() -> int:
     if arguments.result:
         arguments.result.parent.mkdir(parents=True, exist_ok=True)
         arguments.result.write_text(text + "\n")
+        slim(table).to_csv(arguments.result.with_suffix(".csv"), index=False, float_format="%.6g", lineterminator="\n")
     return 0
 
 
