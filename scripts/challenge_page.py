@@ -116,24 +116,21 @@ def draw_confusion(axes: Axes, result: Row) -> None:
     axes.set(title="Hidden (rows) and named first (columns)")
 
 
-def page_lines(result: Row, limits: Mapping[str, list[dict[str, Any]]], picture: str) -> list[str]:
+def page_lines(result: Row, cases: pd.DataFrame, limits: Mapping[str, list[dict[str, Any]]], picture: str) -> list[str]:
     """The page."""
-    counts, shape = result["counts"], result["campaign"]
-    campaign = f"{shape['sequences']} sequences × {shape['frames']} frames × {shape['views']} calibrated views"
-    kinds = ", ".join(f"{counts[kind]} {words}" for kind, words in KINDS if kind in counts)
+    rendered = result["tiers"] == ["rendered"]
     cpu = ", ".join(f"{name} {number(value)} s" for name, value in result["cpu_s"].items() if _finite(value))
     return [
-        "# The hidden-effect challenge",
+        "# The hidden-effect challenge" + (" on rendered pictures" if rendered else ""),
         "",
-        f"Campaigns of one particle, {campaign}, silhouette tier, 0.2 px boundary noise; {kinds}. What is hidden, and how large it is, "
-        "was drawn from a seed that the solver never sees; sizes are log-uniform from half the 95% detection limit to ten times (each of a "
-        "pair: from once). The solver reads observations alone.",
+        *intro_lines(result, cases, rendered=rendered),
         "",
         f"![Found against size, and what was named]({picture})",
         "",
         f"## Acceptance\n\nShares {INTERVAL}, medians and means with bootstrap intervals.\n",
         *acceptance_lines(result),
         "",
+        *(["## Every case", "", *case_lines(cases), ""] if rendered else []),
         "## Effects",
         "",
         "The limits of the table are the median over controls of the size that the score test finds in 95% of cases, each parameter alone. "
@@ -147,17 +144,61 @@ def page_lines(result: Row, limits: Mapping[str, list[dict[str, Any]]], picture:
         "",
         f"CPU time per campaign, median: {cpu} (*diagnose* is the part of *explain* up to the tests of all effects).",
         "",
+        *again_lines("challenge_rendered" if rendered else "challenge", rendered=rendered),
+    ]
+
+
+def intro_lines(result: Row, cases: pd.DataFrame, *, rendered: bool) -> list[str]:
+    """What the campaigns are."""
+    counts, shape = result["counts"], result["campaign"]
+    campaign = f"{shape['sequences']} sequences × {shape['frames']} frames × {shape['views']} calibrated views"
+    kinds = ", ".join(f"{counts[kind]} {words}" for kind, words in KINDS if kind in counts)
+    if not rendered:
+        return [
+            f"Campaigns of one particle, {campaign}, silhouette tier, 0.2 px boundary noise; {kinds}. What is hidden, and how large it is, "
+            "was drawn from a seed that the solver never sees; sizes are log-uniform from half the 95% detection limit to ten times (each "
+            "of a pair: from once). The solver reads observations alone."
+        ]
+    ratios = cases.loc[cases["kind"] == "single", "ratio"].astype(float)
+    return [
+        f"Campaigns of one particle, {campaign} (shown in whole drops of six); {kinds}. Every frame and every view is rendered: a matte "
+        "particle before a back light, a thin lens, the exposure cut into sub-frames, sensor noise, 12 bit; the effect acts on light and "
+        "pictures. The solver finds outlines in the pictures, and knows nothing else. What is hidden was drawn from a seed that "
+        f"it never sees, one effect of every stage before a second of any; sizes run from {number(ratios.min())} to {number(ratios.max())} "
+        "times the 95% detection limit of the table."
+    ]
+
+
+def case_lines(cases: pd.DataFrame) -> list[str]:
+    """What was hidden and what was named, case by case; *limit of its own*: by the solver's information about that very campaign."""
+    rows = []
+    for case in cases.sort_values(["kind", "hidden"]).fillna({"hidden": "", "group": ""}).itertuples():
+        right = (case.within_group or case.named_first) if case.kind == "single" else not case.false_alarm
+        group = ", ".join(_words(key) for key in str(case.group).split("+") if key)
+        sizes = [number(value) if _finite(value) else "–" for value in (case.ratio, case.own_ratio)]
+        errors = f"{number(case.base_px)} → {number(case.final_px)}" if _finite(case.base_px) else "–"
+        rows.append([_words(case.hidden or "nothing"), case.particle.replace("_", " "), *sizes, _words(case.first), group or "–", errors])
+        rows[-1].append("yes" if right else "**no**")
+    head = ["hidden", "particle", "size over the limit", "over the limit of its own", "named first", "alias group"]
+    return table_lines([*head, "held-out RMS (px)", "right"], rows)
+
+
+def again_lines(stem: str, *, rendered: bool) -> list[str]:
+    """How to do it again."""
+    tier = " --tier rendered" if rendered else ""
+    page = f" --result docs/results/{stem}.json --page docs/studies/{stem}.md" if rendered else ""
+    return [
         "## Again",
         "",
         "```sh",
-        "tumble challenge make --out out/challenge",
-        "tumble challenge solve out/challenge --out out/challenge_answers",
-        "tumble challenge score out/challenge out/challenge_answers --out out/challenge_score --result docs/results/challenge.json",
-        "python -m scripts.challenge_page",
+        f"tumble challenge make{tier} --out out/{stem}",
+        f"tumble challenge solve out/{stem} --out out/{stem}_answers",
+        f"tumble challenge score out/{stem} out/{stem}_answers --out out/{stem}_score --result docs/results/{stem}.json",
+        f"python -m scripts.challenge_page{page}",
         "```",
         "",
         "`tumble challenge limits` makes the [table of limits](../results/detection_limits.json) anew. Results: [summary]"
-        "(../results/challenge.json), [every case](../results/challenge_cases.csv).",
+        f"(../results/{stem}.json), [every case](../results/{stem}_cases.csv).",
     ]
 
 
@@ -187,7 +228,7 @@ def main() -> int:
     drawn.tight_layout()
     picture = arguments.page.with_suffix(".png")
     write_figure(drawn, picture)
-    write_page(page_lines(result, limits, picture.name), arguments.page)
+    write_page(page_lines(result, cases, limits, picture.name), arguments.page)
     print(arguments.page)
     return 0
 

@@ -20,6 +20,7 @@ def result() -> dict[str, object]:
     effect = {"effect": "gravity", "cases": 9, "within_group": 8, "alone_first": 7, "mean_group": 1.1}
     return {
         "campaign": {"sequences": 4, "frames": 80, "views": 40},
+        "tiers": ["silhouette"],
         "counts": {"single": 13, "control": 5},
         "acceptance": [acceptance_row("named first", 96.153, "HELD"), acceptance_row("not judged", "NaN", "TOO FEW CASES")],
         "confusion": {"gravity": {"gravity": 7, "linear_drag": 2}, "nothing": {"nothing": 5}},
@@ -42,3 +43,30 @@ def test_the_page_copies_the_result(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     assert "| gravity | 9 | 7 | linear drag 2 |" in text
     assert "| 9 | 8 | 7 | 0.7 (0.7 to 0.7) | 1.25 (0.7 to 0.7) | 26 of 27 | 0.93 |" in text
     assert (tmp_path / "page.png").stat().st_size > 5000
+
+
+def test_the_page_of_rendered_pictures_shows_every_case(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "challenge_rendered.json").write_text(json.dumps({**result(), "tiers": ["rendered"]}))
+    row = {"particle": "cut_stone", "own_ratio": 1.5, "within_group": False, "named_first": False, "all_found": False, "false_alarm": False}
+    hit = {
+        "kind": "single",
+        "hidden": "magnus_lift",
+        "ratio": 2.25,
+        "first": "gravity",
+        "group": "gravity+magnus_lift",
+        "within_group": True,
+    }
+    errors = {"base_px": 0.25, "final_px": 0.2}
+    miss = {"kind": "single", "hidden": "blooming", "ratio": 1.125, "first": "nothing", "group": ""}
+    control = {"kind": "control", "hidden": "", "ratio": float("nan"), "own_ratio": float("nan"), "first": "nothing", "group": ""}
+    cases = pd.DataFrame([{**row, **errors, **hit}, {**row, **errors, **miss}, {**row, **control}])
+    cases.to_csv(tmp_path / "challenge_rendered_cases.csv", index=False)
+    page = tmp_path / "page.md"
+    monkeypatch.setattr(sys, "argv", ["page", "--result", str(tmp_path / "challenge_rendered.json"), "--page", str(page)])
+    assert challenge_page.main() == 0
+    text = page.read_text()
+    assert "sizes run from 1.12 to 2.25 times" in text
+    assert "| magnus lift | cut stone | 2.25 | 1.5 | gravity | gravity, magnus lift | 0.25 → 0.2 | yes |" in text
+    assert "| blooming | cut stone | 1.12 | 1.5 | nothing | – | 0.25 → 0.2 | **no** |" in text
+    assert "| nothing | cut stone | – | – | nothing | – | – | yes |" in text
+    assert "tumble challenge make --tier rendered --out out/challenge_rendered" in text

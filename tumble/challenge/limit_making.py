@@ -2,8 +2,8 @@
 
 import json
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,8 @@ from datasets.atomic_files import written_whole
 from datasets.recipes.effects import sizes
 from datasets.vocabulary.effects import EFFECTS
 from estimator.configuration import Configuration
-from estimator.diagnosis.explain import Rules, start_with
+from estimator.diagnosis.explain import start_with
+from estimator.diagnosis.refitting import Rules
 from estimator.diagnosis.score_tests import Candidates, score_tests
 from estimator.effects.choosing import catalogue
 from estimator.effects.link import Setting
@@ -23,7 +24,7 @@ from tumble.challenge.cases import Case, case_from_dict, case_to_dict
 from tumble.challenge.drawing import Counts, Plan, Shape, Sizes, draw_cases
 from tumble.challenge.information import POWERS, all_information
 from tumble.challenge.limits import EffectInformation, LimitTable
-from tumble.challenge.making import build
+from tumble.challenge.making import build_in
 from tumble.engine import Item, Outcome, run
 from tumble.progress import progress
 
@@ -44,7 +45,8 @@ def measure_controls(cases: Sequence[Case], out: Path, *, jobs: int, quiet: bool
 def measure_item(payload: dict[str, Any]) -> dict[str, Any]:
     """One control: make, register, fit the base model, and look at every effect of the catalogue."""
     case, product = case_from_dict(payload["case"]), Path(payload["product"])
-    registered = register([observation for observation, _ in build(case)], Configuration())
+    with TemporaryDirectory(dir=product.parent) as folder:
+        registered = register([observation for observation, _ in build_in(case, Path(folder))], Configuration())
     campaign, model = registered.campaign, registered.campaign.kind.base
     fit = fit_campaign(campaign, start_with(registered.start, model.size), model)
     tests, _ = score_tests(campaign, fit, Candidates.of(campaign, catalogue().values()))
@@ -66,4 +68,5 @@ def table_of(products: Sequence[Path], shape: Shape, seed: int) -> LimitTable:
             effects[key] = EffectInformation(key, sizes(entry), matrices, len(MODELS[key].starts(setting)), POWERS.get(key, 1))
     described = {"controls": len(found), "seed": seed, "sequences": shape.sequences, "frames": shape.frames, "views": shape.views}
     bodies = "scanned" if shape.particles else "procedural"
-    return replace(LimitTable(Rules().alpha, len(catalogue()), {}, effects), campaign={**described, "bodies": bodies})
+    tier = "rendered" if shape.rendered else "silhouette"
+    return LimitTable(Rules().alpha, len(catalogue()), {**described, "bodies": bodies, "tier": tier}, effects)

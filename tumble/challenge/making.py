@@ -44,11 +44,9 @@ def make_item(payload: dict[str, Any]) -> dict[str, Any]:
     """Make one campaign; the file that says what is hidden is written last."""
     case, out = case_from_dict(payload["case"]), Path(payload["out"])
     case, made = _made(case, out)
-    for index, (observation, truth) in enumerate(made):
-        name = sequence_name(case.name, index)
-        write_truth(replace(truth, name=name, masks=None), case_folder(out, case.name) / name)
-        shown = neutral(observation, name, case.views)
-        write_observation(shown, observation_folder(campaign_folder(out, case.name), name))
+    for observation, truth in made:
+        write_truth(truth, case_folder(out, case.name) / truth.name)
+        write_observation(observation, observation_folder(campaign_folder(out, case.name), observation.name))
     shutil.rmtree(_staging(case, out), ignore_errors=True)
     write_case(case, case_folder(out, case.name) / CASE_FILE)
     return {"name": case.name}
@@ -67,10 +65,18 @@ def neutral(observation: Observation, name: str, views: int) -> Observation:
 
 def build(case: Case) -> list[tuple[Observation, Truth]]:
     """The sequences of a case of the silhouette tier, in memory, as the solver gets them."""
-    made = build_silhouette_campaign(case.recipe)
-    return [
-        (neutral(o, sequence_name(case.name, i), case.views), replace(t, name=sequence_name(case.name, i))) for i, (o, t) in enumerate(made)
-    ]
+    return _shown(case, build_silhouette_campaign(case.recipe))
+
+
+def build_in(case: Case, folder: Path) -> list[tuple[Observation, Truth]]:
+    """The sequences of a case of either tier; pictures lie in ``folder``."""
+    return _shown(case, _rendered(case, folder)) if case.recipe.tier == "rendered" else build(case)
+
+
+def _shown(case: Case, made: Sequence[tuple[Observation, Truth]]) -> list[tuple[Observation, Truth]]:
+    """Sequences under neutral names; masks, which nothing here asks for, are left out."""
+    names = [sequence_name(case.name, index) for index in range(len(made))]
+    return [(neutral(o, name, case.views), replace(t, name=name, masks=None)) for name, (o, t) in zip(names, made, strict=True)]
 
 
 def _made(case: Case, out: Path) -> tuple[Case, list[tuple[Observation, Truth]]]:
@@ -79,7 +85,7 @@ def _made(case: Case, out: Path) -> tuple[Case, list[tuple[Observation, Truth]]]
     for seed in (case.recipe.seed, *(int(s >> 1) for s in seeds)):
         tried = replace(case, recipe=replace(case.recipe, seed=seed))
         try:
-            return tried, _rendered(tried, out) if tried.recipe.tier == "rendered" else build(tried)
+            return tried, build_in(tried, _staging(case, out))
         except InputError as error:
             failure = error
     raise failure
@@ -89,9 +95,9 @@ def _staging(case: Case, out: Path) -> Path:
     return case_folder(out, case.name) / STAGING
 
 
-def _rendered(case: Case, out: Path) -> list[tuple[Observation, Truth]]:
+def _rendered(case: Case, staging: Path) -> list[tuple[Observation, Truth]]:
     """The sequences, from files; the calibrated views, which they share to the last bit, are rendered with the first one only."""
-    staging, recipe = _staging(case, out), case.recipe
+    recipe = case.recipe
     frames_only = replace(recipe, rig=replace(recipe.rig, rendered=False))
     names = [render_sequence(frames_only if index else recipe, index, staging) for index in range(recipe.sequences)]
     observations = [read_observation(observation_folder(staging, name)) for name in names]

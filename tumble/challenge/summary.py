@@ -19,6 +19,7 @@ def summary(scored: Scored, table: LimitTable) -> dict[str, Any]:
     cases = scored.cases
     return {
         "campaign": dict(table.campaign),
+        "tiers": sorted(str(tier) for tier in cases["tier"].unique()),
         "counts": {str(k): int(v) for k, v in cases["kind"].value_counts().items()},
         "acceptance": [figure_to_dict(figure) for figure in acceptance(scored)],
         "oracle_velocity_gain": figure_to_dict(velocity_gain(scored.velocities, "oracle")),

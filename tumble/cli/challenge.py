@@ -58,6 +58,12 @@ def _shape_options(part: argparse.ArgumentParser) -> None:
     part.add_argument("--particles", type=Path, metavar="FOLDER", help="scanned particles (PLY) instead of the procedural ones")
 
 
+def _tier_option(part: argparse.ArgumentParser) -> None:
+    part.add_argument(
+        "--tier", choices=("silhouette", "rendered"), default="silhouette", help="outlines projected, or pictures rendered and looked at"
+    )
+
+
 def _shape(arguments: argparse.Namespace) -> Shape:
     folder = arguments.particles
     files = tuple(sorted(str(path) for path in folder.glob("*.ply"))) if folder else ()
@@ -72,9 +78,7 @@ def _make_options(part: argparse.ArgumentParser) -> None:
     for field, count in asdict(Counts()).items():
         default = f"{count}; rendered: {getattr(RENDERED[0], field)}"
         part.add_argument(f"--{field}", type=int, metavar="N", help=f"cases of kind {field} (default: {default})")
-    part.add_argument(
-        "--tier", choices=("silhouette", "rendered"), default="silhouette", help="outlines projected, or pictures rendered and looked at"
-    )
+    _tier_option(part)
     part.add_argument("--seed", type=int, help="what everything is drawn from (default: drawn anew); kept under truth/ only")
     part.add_argument("--effects", help="comma-separated keys to draw from (default: the whole catalogue)")
     part.add_argument("--limits", type=Path, default=TABLE, metavar="FILE", help="table of detection limits")
@@ -201,6 +205,7 @@ def _write_text(path: Path, text: str) -> None:
 
 def _limits_options(part: argparse.ArgumentParser) -> None:
     _shape_options(part)
+    _tier_option(part)
     part.add_argument("--controls", type=positive, default=12, metavar="N", help="campaigns with nothing hidden (default: %(default)s)")
     part.add_argument("--seed", type=int, default=1, help="of these controls (default: %(default)s)")
     part.add_argument("--table", type=Path, default=TABLE, metavar="FILE", help="where to write the table")
