@@ -186,9 +186,12 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told) -> 
     explanation = explain(registered.campaign, registered.start, question.candidates, rules, told=told)
     last = diagnosis_of(list(explanation.tests), explanation.ranking, margin=rules.margin)
     estimated(question, campaign, out, fit=explanation.fit)
-    verdict = _verdict_of_explanation(verdict_of(last, alpha=rules.alpha), list(explanation.found), [s.accepted for s in explanation.steps])
+    accepted = [step.accepted for step in explanation.steps]
+    verdict = verdict_of_explanation(
+        verdict_of(last, alpha=rules.alpha), list(explanation.found), accepted, unknown=explanation.left.present
+    )
     steps, apart = _step_entries(explanation, campaign)
-    verdict = advised(verdict, apart, question.command("explain", ()))
+    verdict = advised(verdict, apart if explanation.found else [], question.command("explain", ()))
     rest = unknown_entry(registered.campaign, explanation.fit, explanation.left, names, told=told)
     content = _content("explain", question, campaign, (explanation.fit, explanation.covariance))
     return {
@@ -286,10 +289,10 @@ def _ladder_command(question: Question, found: list[str]) -> str:
     return question.command("ladder" if found else "estimate", found)
 
 
-def _verdict_of_explanation(last: Verdict, found: list[str], accepted: list[bool]) -> Verdict:
-    """The verdict on what was found and on what is left."""
+def verdict_of_explanation(last: Verdict, found: list[str], accepted: list[bool], *, unknown: bool) -> Verdict:
+    """The verdict on what was found and on what is left; where one unknown took the place of all that was found, it is all that is told."""
     if not found:
-        return last
+        return Verdict("unknown", last.sentence, (), ()) if unknown and any(accepted) else last
     names = ", ".join(key.replace("_", " ") for key in found)
     sentence = f"The campaign is explained with {names}."
     if last.kind == "nothing missing":

@@ -16,6 +16,7 @@ from estimator.fitting.held_out import held_out
 from tests.estimator.unknown_campaigns import unknown_campaign
 from tests.tumble.test_effect_writing import diagnosis
 from tumble.cli.main import main
+from tumble.diagnosing import verdict_of_explanation
 from tumble.diagnosis_documents import Entry
 from tumble.reports.campaign_page import render
 from tumble.unknowns import law_command, unknown_entry, with_unknown
@@ -67,6 +68,17 @@ def test_the_words_say_stage_share_law_and_what_to_type(tmp_path: Path) -> None:
     nothing = Verdict("unknown", "None of the known effects explains it.", (), ())
     assert with_unknown(nothing, left()[2], lambda _effects: "").kind == "unknown"
     assert with_unknown(nothing, None, lambda _effects: "") is nothing
+
+
+def test_an_unknown_in_the_place_of_all_that_was_found_is_all_that_is_told() -> None:
+    last = Verdict("found", "The model misses something. Centre of mass explains 72% of the excess.", ("a remark",), ("centre_of_mass",))
+    replaced = verdict_of_explanation(last, [], [True, False], unknown=True)
+    told = with_unknown(replaced, left()[2], lambda effects: f"tumble ladder data --effects {','.join(effects)}")
+    assert told.kind == "unknown"
+    assert "entre of mass" not in told.sentence
+    assert "Once that plug-in is written: tumble ladder data --effects ./my_law.py:MyLaw" in told.remarks
+    assert verdict_of_explanation(last, [], [], unknown=True) is last
+    assert verdict_of_explanation(last, ["gravity"], [True, False], unknown=True).kind == "found"
 
 
 def test_the_report_shows_curves_and_law(tmp_path: Path) -> None:
