@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from estimator.diagnosis.explain import penalty_of
 from estimator.diagnosis.ranking import Ranking, rank
+from estimator.diagnosis.refitting import penalty_of
 from estimator.diagnosis.score_tests import Candidates, ScoreTest, score_tests
 from estimator.diagnosis.tested_values import tested_values
 from estimator.effects.link import EffectModel

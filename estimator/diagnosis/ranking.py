@@ -3,7 +3,8 @@
 Every effect changes the scores of all others in its own way. Under "effect E, and nothing else" the scores ``g`` of all candidates have
 mean ``-H[:, E] theta`` and covariance ``M``; what the best theta leaves, ``min (g + H_E theta)ᵀ M⁻¹ (g + H_E theta)``, is chi-squared with
 as many degrees of freedom as there are columns less those of E [Aitken 1936]. Hypotheses are ordered by that remainder plus a penalty
-per parameter [Schwarz 1978]; those that leave nearly the same cannot be told apart by these data.
+per parameter [Hannan and Quinn 1979]; those that leave nearly the same cannot be told apart by these data. Two effects together are a
+hypothesis like one: where two are missing, a third that is neither may leave less than each alone.
 
 A value that nature does not produce (negative drag) counts against an effect, and an effect that is random in every frame is compared by
 what it gains in likelihood, since it leaves no mean in the scores.
@@ -11,6 +12,7 @@ what it gains in likelihood, since it leaves no mean in the scores.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
@@ -92,6 +94,33 @@ def by_remainder(scores: EfficientScores, *, penalty: float) -> Ranking:
         left = float(np.sum((y - X @ theta) ** 2))
         found.append(Hypothesis(effect, len(rows), left, left + penalty * len(rows)))
     return Ranking(tuple(sorted(found, key=lambda h: h.criterion)), float(y @ y), len(y))
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Two effects together, numbers ``effects``, with the same figures as a :class:`Hypothesis`."""
+
+    effects: tuple[int, int]
+    parameters: int
+    remainder: float
+    criterion: float
+
+
+def pairs_by_remainder(scores: EfficientScores, *, penalty: float) -> tuple[Pair, ...]:
+    """All pairs of effects that have columns, by what they leave together."""
+    if not len(scores.columns):
+        return ()
+    white = whitener(scores.M)
+    y = white @ scores.g
+    number = np.array([c.effect for c in scores.columns])
+    basis = {int(e): white @ scores.H[:, number == e] for e in np.unique(number)}
+    found = []
+    for pair in combinations(basis, 2):
+        X = np.hstack([basis[e] for e in pair])
+        theta, *_ = np.linalg.lstsq(X, y, rcond=1e-10)
+        left = float(np.sum((y - X @ theta) ** 2))
+        found.append(Pair(pair, X.shape[1], left, left + penalty * X.shape[1]))
+    return tuple(sorted(found, key=lambda p: p.criterion))
 
 
 def whitener(M: Array) -> Array:

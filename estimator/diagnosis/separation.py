@@ -25,10 +25,10 @@ from estimator.diagnosis.candidate_recordings import (
     corners_of,
 )
 from estimator.diagnosis.expected_difference import Expected, expected
-from estimator.diagnosis.explain import penalty_of
 from estimator.diagnosis.imagined_sequences import Drop, Imagination, Pictures, counted, hull_of
 from estimator.diagnosis.imagined_trajectories import Tracks
 from estimator.diagnosis.imagined_views import with_more_views
+from estimator.diagnosis.refitting import penalty_of
 from estimator.diagnosis.score_tests import (
     Candidates,
     EfficientScores,

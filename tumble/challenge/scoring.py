@@ -76,7 +76,8 @@ def _read(path: Path) -> dict[str, Any]:
 
 def named(case: Case, answer: Answer) -> dict[str, Any]:
     """What was named against what is hidden."""
-    accepted = [step for step in answer["steps"] if step["accepted"]]
+    replaced = answer["unknown"] and not answer["found"]  # by something that is not in the catalogue
+    accepted = [step for step in answer["steps"] if step["accepted"] and not replaced]
     first = accepted[0]["added"] if accepted else (UNKNOWN if answer["unknown"] else NOTHING)
     group = accepted[0]["group"] if accepted else []
     called = {key for step in accepted for key in step["group"]} | set(answer["found"])

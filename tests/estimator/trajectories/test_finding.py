@@ -7,8 +7,9 @@ import pytest
 
 from estimator.diagnosis.adding import base_fit, with_effect
 from estimator.diagnosis.diagnose import Diagnosis, diagnose
-from estimator.diagnosis.explain import Rules, explain
+from estimator.diagnosis.explain import explain
 from estimator.diagnosis.noise_floor import noise_floor
+from estimator.diagnosis.refitting import Rules
 from estimator.diagnosis.residual_maps import residual_maps
 from estimator.effects.choosing import catalogue
 from estimator.fitting.campaign_covariance import campaign_covariance

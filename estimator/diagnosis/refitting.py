@@ -1,0 +1,149 @@
+"""Which effect a step adds: the likeliest of a linear look are refitted and compared by what the scores of all others then say is left.
+
+Those that leave the same remainder are one alias group. Where two effects are missing, one that is neither may imitate their sum; if the
+best effect leaves something unexplained, the likeliest pairs are therefore refitted too, and a better one is added whole.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import chi2
+
+from estimator.diagnosis.extending import extended
+from estimator.diagnosis.ranking import IMPLAUSIBLE, Hypothesis, Pair, Ranking, by_remainder, pairs_by_remainder, plausible
+from estimator.diagnosis.score_tests import Candidates, EfficientScores, ScoreTest, score_tests
+from estimator.fitting.campaign import Campaign, CampaignFit, fit_campaign
+
+Array = NDArray[np.float64]
+FEWEST = np.exp(np.e)
+"""Measurements, of which the penalty is Akaike's 2."""
+Found = tuple[list[ScoreTest], EfficientScores, Ranking]
+"""The tests of all effects at a fit, their scores, and the order of a linear look."""
+
+
+@dataclass(frozen=True)
+class Rules:
+    """When to believe.
+
+    ``alpha``: p-value, corrected for the number of candidates, below which an effect is taken for missing. ``margin``: difference of the
+    criterion within which effects cannot be told apart. ``shortlist``: effects refitted per step; ``window``: criterion above the
+    best within which they are; ``pairs``: pairs refitted where one effect is not enough. ``most_effects`` a model may gain.
+    ``superfluous``: p-value above which an effect is dropped again.
+    """
+
+    alpha: float = 0.01
+    margin: float = 6.0
+    shortlist: int = 4
+    window: float = 40.0
+    pairs: int = 2
+    most_effects: int = 6
+    superfluous: float = 0.05
+
+
+def penalty_of(campaign: Campaign) -> float:
+    """Penalty per parameter among known effects: ``2 ln ln n`` of n independent measurements [Hannan and Quinn 1979], 2 at least."""
+    return float(2.0 * np.log(np.log(max(campaign.kind.independent(campaign), FEWEST))))
+
+
+def severe_penalty_of(campaign: Campaign) -> float:
+    """Penalty per parameter where something unknown competes, which says less than an effect: ``ln n`` [Schwarz 1978]."""
+    return float(np.log(campaign.kind.independent(campaign)))
+
+
+@dataclass(frozen=True)
+class Refitted:
+    """A refit: what the data say for it (``evidence``) and, with that its value may be one that nature does not produce, ``criterion``.
+
+    ``group``: keys of the effects that it cannot be told from, its own first. ``left``: chi-squared of what the scores of all others say
+    is left, of ``columns`` degrees of freedom.
+    """
+
+    test: ScoreTest
+    group: tuple[str, ...]
+    fit: CampaignFit
+    left: float
+    columns: int
+    evidence: float
+    criterion: float
+
+
+def contenders(campaign: Campaign, fit: CampaignFit, found: Found, rules: Rules) -> tuple[Refitted, ...]:
+    """The effect to add, refitted; or two, where one alone does not explain what both do: the larger one, then both."""
+    tests, _, ranking = found
+    first = ranking.hypotheses[0]
+    if tests[first.effect].random:
+        return (_refit(campaign, fit, tests, first),)
+    close = [h for h in ranking.hypotheses if not tests[h.effect].random and h.criterion <= first.criterion + rules.window]
+    refitted = sorted((_refit(campaign, fit, tests, h) for h in close[: rules.shortlist]), key=lambda r: r.criterion)
+    chosen = refitted[0]
+    if chi2.sf(chosen.left, max(chosen.columns, 1)) < rules.alpha:
+        both = _pair(campaign, fit, found, refitted, rules)
+        if both:
+            return both
+    return (replace(chosen, group=tuple(_key(r) for r in refitted if r.evidence <= chosen.evidence + rules.margin)),)
+
+
+def _key(refitted: Refitted) -> str:
+    return refitted.test.effect.entry.key
+
+
+def _pair(campaign: Campaign, fit: CampaignFit, found: Found, singles: Sequence[Refitted], rules: Rules) -> tuple[Refitted, ...]:
+    """The larger member of a pair that explains more than any effect alone, and both together; nothing where there is none."""
+    tests, scores, ranking = found
+    penalty = penalty_of(campaign)
+    alone = min(h.remainder + penalty * h.parameters for h in ranking.hypotheses if not tests[h.effect].random)
+    pairs = [p for p in pairs_by_remainder(scores, penalty=penalty)[: rules.pairs] if p.criterion < alone - rules.margin]
+    refits = [(_refit_pair(campaign, fit, tests, pair), pair) for pair in pairs]
+    better = [(r, pair) for r, pair in refits if r is not None and r.evidence < singles[0].evidence - rules.margin]
+    if not better:
+        return ()
+    best, pair = min(better, key=lambda each: each[0].evidence)
+    known = {_key(r): r for r in singles}
+    members = [h for h in ranking.hypotheses if h.effect in pair.effects]
+    larger = min((known.get(_key_of(tests, h)) or _refit(campaign, fit, tests, h) for h in members), key=lambda r: r.evidence)
+    other = next(tests[e] for e in pair.effects if tests[e] is not larger.test)
+    return larger, replace(best, test=other, group=(other.effect.entry.key,))
+
+
+def _key_of(tests: Sequence[ScoreTest], hypothesis: Hypothesis) -> str:
+    return tests[hypothesis.effect].effect.entry.key
+
+
+def _refit_pair(campaign: Campaign, fit: CampaignFit, tests: Sequence[ScoreTest], pair: Pair) -> Refitted | None:
+    """Refit with both of a pair; ``None`` where flights under it run away: what cannot be flown explains nothing."""
+    model, start = extended(fit, *(tests[e] for e in pair.effects))
+    try:
+        new = fit_campaign(campaign, start, model)
+    except (ValueError, np.linalg.LinAlgError):
+        return None
+    left, columns = _left(campaign, new, tests, pair.effects)
+    evidence = left + penalty_of(campaign) * pair.parameters
+    return Refitted(tests[pair.effects[1]], (), new, left, columns, evidence, evidence)
+
+
+def _refit(campaign: Campaign, fit: CampaignFit, tests: Sequence[ScoreTest], hypothesis: Hypothesis) -> Refitted:
+    """Refit with one effect more; the criterion is what the scores of all the others say is left, plus the penalty."""
+    test = tests[hypothesis.effect]
+    model, start = extended(fit, test)
+    new = fit_campaign(campaign, start, model)
+    left, columns = _left(campaign, new, tests, (hypothesis.effect,))
+    odd = 0.0 if plausible(test, _values(new, test)) else IMPLAUSIBLE
+    evidence = left + penalty_of(campaign) * hypothesis.parameters
+    return Refitted(test, (test.effect.entry.key,), new, left, columns, evidence, evidence + odd)
+
+
+def _left(campaign: Campaign, new: CampaignFit, tests: Sequence[ScoreTest], added: tuple[int, ...]) -> tuple[float, int]:
+    """Chi-squared of the scores of all effects but those ``added``, and its degrees of freedom."""
+    others = [t for i, t in enumerate(tests) if i not in added and not t.random]
+    candidates = Candidates(tuple(t.effect for t in others), tuple(np.unique(np.stack(list(t.starts.values())), axis=0) for t in others))
+    _, scores = score_tests(campaign, new, candidates)
+    ranking = by_remainder(scores, penalty=0.0)
+    return ranking.nothing, ranking.columns
+
+
+def _values(fit: CampaignFit, test: ScoreTest) -> Array:
+    """Fitted values (c,) of a test's columns; the tested effect is the last of the model."""
+    part = fit.model.slices[-1]
+    return np.array([fit.state.theta[column.sequence or 0][part][column.parameter] for column in test.columns])
