@@ -133,7 +133,7 @@ def page_lines(result: Row, cases: pd.DataFrame, limits: Mapping[str, list[dict[
         *(["## Every case", "", *case_lines(cases), ""] if rendered else []),
         "## Effects",
         "",
-        "The limits of the table are the median over controls of the size that the score test finds in 95% of cases, each parameter alone. "
+        "The limits of the table are the sizes that the score test finds in 95% of campaigns like the controls, each parameter alone. "
         "*Found in half* and *in 95%* are fitted to the challenge itself, in units of those limits.",
         "",
         *effect_lines(result, limits),

@@ -19,7 +19,7 @@ from datasets.vocabulary.effects import EFFECTS, EffectEntry, Scope
 from estimator.effects.link import Setting
 from estimator.effects.registry import MODELS
 from tumble.challenge.cases import Case, Kind
-from tumble.challenge.limits import LimitTable, limit_along
+from tumble.challenge.limits import LimitTable, limit_along, outside_limit
 
 Array = NDArray[np.float64]
 
@@ -48,9 +48,13 @@ MOST_DROPPED = 3
 VIEWS_PER_DROP = 6
 WALL_M = (0.075, 0.095)
 """Distance of a wall from the optical axis: just outside the picture's corners."""
-WALL_ACCELERATION_MS2, WALL_REFERENCE_M = (0.5, 5.0), 0.05
-THRUST_MS2, THRUST_ARM_M = (0.5, 5.0), (2e-4, 1e-3)
-DRIFT, DRIFT_TIME_S = (0.003, 0.03), (0.005, 0.03)
+WALL_REFERENCE_M = 0.05
+"""Distance from the wall at which the size of its attraction is stated."""
+THRUST_ARM_M = (2e-4, 1e-3)
+DRIFT_TIME_S = (0.003, 0.01)
+"""Less than a recording lasts: the rest of a slower drift is a parabola in time, which the pictures cannot tell from gravity."""
+LARGEST_OUTSIDE = {"wall_attraction": 100.0, "outgassing_thrust": 100.0, "thermal_focus_drift": 0.3}
+"""m/s², m/s² and relative change of the focal length."""
 
 
 @dataclass(frozen=True)
@@ -76,10 +80,11 @@ class Counts:
 
 @dataclass(frozen=True)
 class Sizes:
-    """Range of sizes over the 95% detection limit, of single effects and of each of a pair."""
+    """Range of sizes over the 95% detection limit: of single effects, of each of a pair, of what is outside of the catalogue."""
 
     single: tuple[float, float] = (0.5, 10.0)
     pair: tuple[float, float] = (1.0, 10.0)
+    outside: tuple[float, float] = (1.0, 10.0)
 
 
 RENDERED = (Counts(singles=20, controls=4, pairs=0, outside=0), Sizes(single=(1.0, 10.0)))
@@ -138,7 +143,7 @@ def _in_turn(options: Sequence[tuple[str, ...]], count: int, rng: np.random.Gene
 def draw_case(plan: Plan, what: tuple[Kind, tuple[str, ...]], name: str, rng: np.random.Generator) -> Case:
     """One case: its particle, its flights' seed, and the sizes of what is hidden."""
     kind, keys = what
-    span = plan.sizes.pair if kind == "pair" else plan.sizes.single
+    span = {"pair": plan.sizes.pair, "outside": plan.sizes.outside}.get(kind, plan.sizes.single)
     drawn = [draw_effect(plan, key, span, rng) for key in keys]
     shape = plan.shape
     recipe = Recipe(
@@ -163,10 +168,11 @@ def _particle(shape: Shape, rng: np.random.Generator) -> ParticleRecipe:
 
 
 def draw_effect(plan: Plan, key: str, span: tuple[float, float], rng: np.random.Generator) -> tuple[EffectRecipe, float]:
-    """An effect with its values, and its size over the detection limit (NaN where no limit is known)."""
-    outside = {"wall_attraction": _wall, "outgassing_thrust": _thrust, "thermal_focus_drift": _drift}
-    if key in outside:
-        return EffectRecipe(key, outside[key](rng)), float("nan")
+    """An effect with its values, and its size over the detection limit."""
+    if key in SYNTH_ONLY:
+        limit = outside_limit(plan.table, key)
+        ratio = min(_log_uniform(span, rng), LARGEST_OUTSIDE[key] / limit)
+        return outside_effect(key, ratio * limit, rng), ratio
     entry = EFFECTS[key]
     amounts, ratio = _dropped(plan, rng) if key == "dropped_frames" else _amounts(plan, entry, span, rng)
     values: dict[str, float | tuple[float, ...]] = {}
@@ -245,21 +251,25 @@ def _log_uniform(span: tuple[float, float], rng: np.random.Generator) -> float:
     return float(np.exp(rng.uniform(*np.log(span))))
 
 
-def _wall(rng: np.random.Generator) -> dict[str, float | tuple[float, ...]]:
+def outside_effect(key: str, size: float, rng: np.random.Generator) -> EffectRecipe:
+    """An effect that is outside of the catalogue, of a size in m/s² (wall, thrust) or relative (drift); the rest is drawn."""
+    return EffectRecipe(key, {"wall_attraction": _wall, "outgassing_thrust": _thrust, "thermal_focus_drift": _drift}[key](size, rng))
+
+
+def _wall(size: float, rng: np.random.Generator) -> dict[str, float | tuple[float, ...]]:
     """A wall beside the picture, at any angle about the optical axis."""
     angle = float(rng.uniform(0.0, 2.0 * np.pi))
-    strength = _log_uniform(WALL_ACCELERATION_MS2, rng) * WALL_REFERENCE_M**2
-    position = -float(rng.uniform(*WALL_M))
+    strength, position = size * WALL_REFERENCE_M**2, -float(rng.uniform(*WALL_M))
     return {"strength": strength, "normal_x": np.cos(angle).item(), "normal_y": np.sin(angle).item(), "normal_z": 0.0, "position": position}
 
 
-def _thrust(rng: np.random.Generator) -> dict[str, float | tuple[float, ...]]:
+def _thrust(size: float, rng: np.random.Generator) -> dict[str, float | tuple[float, ...]]:
     thrust, arm = rng.normal(size=3), rng.normal(size=3)
-    thrust *= _log_uniform(THRUST_MS2, rng) / np.linalg.norm(thrust)
+    thrust *= size / np.linalg.norm(thrust)
     arm *= float(rng.uniform(*THRUST_ARM_M)) / np.linalg.norm(arm)
     return {name: float(value) for name, value in zip(KNOWN["outgassing_thrust"].names, (*thrust, *arm), strict=True)}
 
 
-def _drift(rng: np.random.Generator) -> dict[str, float | tuple[float, ...]]:
+def _drift(size: float, rng: np.random.Generator) -> dict[str, float | tuple[float, ...]]:
     sign = 1.0 if rng.random() < 0.5 else -1.0
-    return {"relative": sign * _log_uniform(DRIFT, rng), "time_constant": _log_uniform(DRIFT_TIME_S, rng)}
+    return {"relative": sign * size, "time_constant": _log_uniform(DRIFT_TIME_S, rng)}

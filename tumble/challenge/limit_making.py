@@ -1,7 +1,8 @@
-"""Makes the table of detection limits from controls of its own, one per item."""
+"""Makes the table of detection limits from campaigns of its own, one per item: controls, and some with what is outside of the catalogue."""
 
 import json
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -10,10 +11,12 @@ import numpy as np
 
 from datasets.atomic_files import written_whole
 from datasets.recipes.effects import sizes
+from datasets.recipes.recipe import EffectRecipe
 from datasets.vocabulary.effects import EFFECTS
 from estimator.configuration import Configuration
 from estimator.diagnosis.explain import start_with
-from estimator.diagnosis.refitting import Rules
+from estimator.diagnosis.ranking import rank
+from estimator.diagnosis.refitting import Rules, contenders, penalty_of
 from estimator.diagnosis.score_tests import Candidates, score_tests
 from estimator.effects.choosing import catalogue
 from estimator.effects.link import Setting
@@ -21,9 +24,9 @@ from estimator.effects.registry import MODELS
 from estimator.fitting.campaign import fit_campaign
 from estimator.registration import register
 from tumble.challenge.cases import Case, case_from_dict, case_to_dict
-from tumble.challenge.drawing import Counts, Plan, Shape, Sizes, draw_cases
+from tumble.challenge.drawing import Counts, Plan, Shape, Sizes, draw_cases, outside_effect
 from tumble.challenge.information import POWERS, all_information
-from tumble.challenge.limits import EffectInformation, LimitTable
+from tumble.challenge.limits import EffectInformation, LimitTable, OutsideInformation
 from tumble.challenge.making import build_in
 from tumble.engine import Item, Outcome, run
 from tumble.progress import progress
@@ -35,30 +38,55 @@ def development_controls(shape: Shape, controls: int, seed: int) -> tuple[Case, 
     return draw_cases(Plan(shape, Counts(0, controls, 0, 0), Sizes(), nothing), seed)
 
 
-def measure_controls(cases: Sequence[Case], out: Path, *, jobs: int, quiet: bool) -> tuple[Outcome, ...]:
-    """Write what every control knows of every effect into ``out``, where it is not there yet."""
+SIZE = {"wall_attraction": (5.0, "m/s2"), "outgassing_thrust": (2.0, "m/s2"), "thermal_focus_drift": (0.03, "1")}
+"""Of what is outside of the catalogue, where its strength is measured."""
+
+
+def development_outside(shape: Shape, each: int, seed: int) -> tuple[Case, ...]:
+    """Campaigns with every kind of effect outside of the catalogue, of the stated size."""
+    keys = [key for key in SIZE for _ in range(each)]
+    cases = development_controls(shape, len(keys), seed + 1)
+    return tuple(
+        replace(
+            case, name=f"o{i + 1:03d}", kind="outside", recipe=replace(case.recipe, effects=(_outside_effect(key, seed, i),)), ratios={}
+        )
+        for i, (key, case) in enumerate(zip(keys, cases, strict=True))
+    )
+
+
+def _outside_effect(key: str, seed: int, number: int) -> EffectRecipe:
+    return outside_effect(key, SIZE[key][0], np.random.default_rng([seed, 2, number]))
+
+
+def measure(cases: Sequence[Case], out: Path, *, jobs: int, quiet: bool) -> tuple[Outcome, ...]:
+    """Write what every campaign knows into ``out``, where it is not there yet."""
     items = [Item(c.name, {"case": case_to_dict(c), "product": str(out / f"{c.name}.json")}, out / f"{c.name}.json") for c in cases]
-    with progress("controls", len(items), quiet=quiet) as advance:
+    with progress("campaigns", len(items), quiet=quiet) as advance:
         return run(measure_item, items, jobs=jobs, advance=advance)
 
 
 def measure_item(payload: dict[str, Any]) -> dict[str, Any]:
-    """One control: make, register, fit the base model, and look at every effect of the catalogue."""
+    """One campaign: make, register, fit the base model; a control looks at every effect, others at what the best effect leaves."""
     case, product = case_from_dict(payload["case"]), Path(payload["product"])
     with TemporaryDirectory(dir=product.parent) as folder:
         registered = register([observation for observation, _ in build_in(case, Path(folder))], Configuration())
     campaign, model = registered.campaign, registered.campaign.kind.base
     fit = fit_campaign(campaign, start_with(registered.start, model.size), model)
-    tests, _ = score_tests(campaign, fit, Candidates.of(campaign, catalogue().values()))
-    information = {key: matrix.tolist() for key, matrix in all_information(campaign, fit, tests).items()}
+    tests, scores = score_tests(campaign, fit, Candidates.of(campaign, catalogue().values()))
+    if case.keys:
+        best = contenders(campaign, fit, (tests, scores, rank(scores, tests, penalty=penalty_of(campaign))), Rules())[-1]
+        found: dict[str, Any] = {"outside": case.keys[0], "left": best.left, "columns": best.columns}
+    else:
+        found = {"information": {key: matrix.tolist() for key, matrix in all_information(campaign, fit, tests).items()}}
     with written_whole(product) as temporary:
-        temporary.write_text(json.dumps({"control": case.name, "information": information}) + "\n", encoding="utf-8")
-    return {"control": case.name}
+        temporary.write_text(json.dumps({"campaign": case.name, **found}) + "\n", encoding="utf-8")
+    return {"campaign": case.name}
 
 
 def table_of(products: Sequence[Path], shape: Shape, seed: int) -> LimitTable:
-    """The table from what the controls wrote."""
-    found = [json.loads(path.read_text(encoding="utf-8"))["information"] for path in products]
+    """The table from what the campaigns wrote."""
+    written = [json.loads(path.read_text(encoding="utf-8")) for path in products]
+    found = [each["information"] for each in written if "information" in each]
     times = np.arange(shape.frames) / 4000.0
     setting = Setting(times, 0.0, np.zeros(3), np.ones(3))
     effects = {}
@@ -66,7 +94,18 @@ def table_of(products: Sequence[Path], shape: Shape, seed: int) -> LimitTable:
         matrices = tuple(np.array(each[key]) for each in found if key in each)
         if matrices:
             effects[key] = EffectInformation(key, sizes(entry), matrices, len(MODELS[key].starts(setting)), POWERS.get(key, 1))
-    described = {"controls": len(found), "seed": seed, "sequences": shape.sequences, "frames": shape.frames, "views": shape.views}
+    described: dict[str, Any] = {"controls": len(found), "seed": seed}
+    described |= {"sequences": shape.sequences, "frames": shape.frames, "views": shape.views}
     bodies = "scanned" if shape.particles else "procedural"
     tier = "rendered" if shape.rendered else "silhouette"
-    return LimitTable(Rules().alpha, len(catalogue()), {**described, "bodies": bodies, "tier": tier}, effects)
+    outside = {key: _outside([each for each in written if each.get("outside") == key]) for key in SIZE}
+    described |= {"bodies": bodies, "tier": tier, "outside": max(len(each.strength) for each in outside.values())}
+    return LimitTable(Rules().alpha, len(catalogue()), described, effects, {key: each for key, each in outside.items() if each.strength})
+
+
+def _outside(found: Sequence[dict[str, Any]]) -> OutsideInformation:
+    """Strength of one kind: what the catalogue left of it above chance, over its size squared."""
+    key = str(found[0]["outside"]) if found else ""
+    size, unit = SIZE.get(key, (1.0, ""))
+    strength = tuple(max(float(each["left"]) - int(each["columns"]), 0.0) / size**2 for each in found)
+    return OutsideInformation(key, unit, strength, tuple(int(each["columns"]) for each in found))

@@ -3,12 +3,15 @@
 At the fit of a control the score test of an effect has, for an effect of the size ``theta``, the noncentrality ``theta' I theta`` with
 ``I`` the inverse of the covariance of its one-step values; it is found where the statistic passes the threshold of the corrected p-value.
 The limit along a direction is the length at which that happens in 95% (50%) of cases [Cox and Hinkley, Theoretical Statistics (1974),
-ch. 9]. It varies from one particle and flight to the next; the table keeps ``I`` of every control, and a limit is the median over them.
+ch. 9]. Particles and flights differ, so the table keeps ``I`` of every control, and cases are drawn from all of them: the shares of the
+controls are averaged.
+
+What is outside of the catalogue is told from it only by what the catalogue's best effect leaves of it; its limit is where that is found.
 """
 
 import json
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +27,8 @@ from datasets.vocabulary.effects import EFFECTS, Scope
 Array = NDArray[np.float64]
 TABLE = Path(__file__).resolve().parents[2] / "docs" / "results" / "detection_limits.json"
 """The committed table."""
+SAME = 1e-9
+"""Difference of logarithms below which two limits are one."""
 
 
 @dataclass(frozen=True)
@@ -43,6 +48,19 @@ class EffectInformation:
 
 
 @dataclass(frozen=True)
+class OutsideInformation:
+    """What campaigns with a ``key`` that is outside of the catalogue know of it when the catalogue has done its best.
+
+    Noncentrality of what is left per ``size`` squared (``strength``, per campaign, in ``unit``⁻²) and its ``degrees`` of freedom.
+    """
+
+    key: str
+    unit: str
+    strength: tuple[float, ...]
+    degrees: tuple[int, ...]
+
+
+@dataclass(frozen=True)
 class LimitTable:
     """Detection limits of campaigns of one shape: ``alpha`` the corrected level, ``tests`` the number of effects on trial."""
 
@@ -50,6 +68,7 @@ class LimitTable:
     tests: int
     campaign: Mapping[str, Any]
     effects: Mapping[str, EffectInformation]
+    outside: Mapping[str, OutsideInformation] = field(default_factory=dict)
 
 
 def noncentrality(p: float, degrees: int, probability: float) -> float:
@@ -59,42 +78,71 @@ def noncentrality(p: float, degrees: int, probability: float) -> float:
 
 
 def limits_along(table: LimitTable, key: str, sizes: Array, probability: float = 0.95) -> Array:
-    """What ``sizes`` must be multiplied with to reach the limit, in each control (c,).
+    """What ``sizes`` must be multiplied with to be found with ``probability`` in a campaign like each of the controls (c,).
 
     ``sizes`` (sequences, q) for an effect of a sequence, (1, q) otherwise; catalogue's units.
     """
-    effect = table.effects[key]
-    active = int(np.any(sizes != 0, axis=1).sum())
-    searches = len(sizes) if EFFECTS[key].scope is Scope.SEQUENCE else 1
-    p = table.alpha / table.tests / float(effect.tried) ** searches
-    wanted = noncentrality(p, sizes.size, probability) if active else np.inf
-    linear = sizes**effect.power
-    strength = np.array([float(np.einsum("si,ij,sj->", linear, matrix, linear)) for matrix in effect.information])
-    return np.asarray((wanted / np.maximum(strength, 1e-300)) ** (0.5 / effect.power))
+    p, strength = _level(table, key, sizes), _strength(table, key, sizes)
+    wanted = noncentrality(p, sizes.size, probability) if sizes.any() else np.inf
+    return np.asarray((wanted / np.maximum(strength, 1e-300)) ** (0.5 / table.effects[key].power))
 
 
 def limit_along(table: LimitTable, key: str, sizes: Array, probability: float = 0.95) -> float:
-    """The median of :func:`limits_along` over the controls."""
-    return float(np.median(limits_along(table, key, sizes, probability)))
+    """What ``sizes`` must be multiplied with to be found in the share ``probability`` of campaigns like the controls."""
+    each = limits_along(table, key, sizes, probability)
+    if not np.all(np.isfinite(each)):
+        return float("inf")
+    threshold = float(chi2.isf(max(_level(table, key, sizes), 1e-300), sizes.size))
+    strength, power = _strength(table, key, sizes), 2.0 * table.effects[key].power
+    return _reached(lambda factor: np.asarray(ncx2.sf(threshold, sizes.size, strength * factor**power)), each, probability)
+
+
+def outside_limit(table: LimitTable, key: str, probability: float = 0.95) -> float:
+    """Size at which what the catalogue leaves of an effect outside of it is found in the share ``probability`` of cases."""
+    found = table.outside[key]
+    degrees, strength = np.array(found.degrees), np.maximum(np.array(found.strength), 1e-300)
+    threshold = chi2.isf(table.alpha / table.tests, degrees)
+    each = np.sqrt([noncentrality(table.alpha / table.tests, int(d), probability) for d in degrees] / strength)
+    return _reached(lambda size: np.asarray(ncx2.sf(threshold, degrees, strength * size**2)), each, probability)
+
+
+def _reached(found: Callable[[float], Array], each: Array, probability: float) -> float:
+    """The size at which the shares ``found`` in every campaign average ``probability``; ``each`` (c,): where each reaches it."""
+    low, high = np.log(each.min()), np.log(each.max())
+    if high - low < SAME:
+        return float(each[0])
+    return float(np.exp(brentq(lambda x: float(np.mean(found(float(np.exp(x))))) - probability, low, high)))
+
+
+def _level(table: LimitTable, key: str, sizes: Array) -> float:
+    """The p-value that a test of one effect has to pass, for all that is tried."""
+    searches = len(sizes) if EFFECTS[key].scope is Scope.SEQUENCE else 1
+    return table.alpha / table.tests / float(table.effects[key].tried) ** searches
+
+
+def _strength(table: LimitTable, key: str, sizes: Array) -> Array:
+    """Noncentrality (c,) of ``sizes`` in each control."""
+    linear = sizes ** table.effects[key].power
+    return np.array([float(np.einsum("si,ij,sj->", linear, matrix, linear)) for matrix in table.effects[key].information])
 
 
 def axis_limits(table: LimitTable, key: str, *, sequences: int) -> list[dict[str, Any]]:
-    """Of each parameter alone (in every sequence alike, where sequences have their own): median limits and the range over controls."""
+    """Limits of each parameter alone (in every sequence alike, where sequences have their own), and their range over controls."""
     effect, rows = table.effects[key], []
     own = EFFECTS[key].scope is Scope.SEQUENCE
     for i, name in enumerate(effect.parameters):
         sizes = np.zeros((sequences if own else 1, len(effect.parameters)))
         sizes[:, i] = 1.0
-        half, most = limits_along(table, key, sizes, 0.5), limits_along(table, key, sizes, 0.95)
+        every = limits_along(table, key, sizes, 0.95)
         unit = next(p.unit for p in EFFECTS[key].parameters if p.name == name)
         rows.append(
             {
                 "parameter": name,
                 "unit": unit,
-                "found_in_half": float(np.median(half)),
-                "found_in_95_percent": float(np.median(most)),
-                "lowest": float(most.min()),
-                "highest": float(most.max()),
+                "found_in_half": limit_along(table, key, sizes, 0.5),
+                "found_in_95_percent": limit_along(table, key, sizes),
+                "lowest": float(every.min()),
+                "highest": float(every.max()),
             }
         )
     return rows
@@ -111,7 +159,14 @@ def write_table(table: LimitTable, path: Path) -> None:
         }
         for key, effect in table.effects.items()
     }
-    document = {"alpha": table.alpha, "tests": table.tests, "campaign": dict(table.campaign), "effects": effects}
+    outside = {
+        key: {
+            "limits": {"unit": each.unit, "found_in_half": outside_limit(table, key, 0.5), "found_in_95_percent": outside_limit(table, key)}
+        }
+        | {k: v for k, v in asdict(each).items() if k != "unit"}
+        for key, each in table.outside.items()
+    }
+    document = {"alpha": table.alpha, "tests": table.tests, "campaign": dict(table.campaign), "effects": effects, "outside": outside}
     path.parent.mkdir(parents=True, exist_ok=True)
     with written_whole(path) as temporary:
         temporary.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
@@ -128,7 +183,8 @@ def read_table(path: Path) -> LimitTable:
     try:
         document = json.loads(path.read_text(encoding="utf-8"))
         effects = {key: _effect(entry) for key, entry in document["effects"].items()}
-        return LimitTable(float(document["alpha"]), int(document["tests"]), document["campaign"], effects)
+        outside = {key: _outside(entry) for key, entry in document.get("outside", {}).items()}
+        return LimitTable(float(document["alpha"]), int(document["tests"]), document["campaign"], effects, outside)
     except FileNotFoundError:
         raise InputError(f"{path}: expected a table of detection limits, found nothing; `tumble challenge limits` writes one.") from None
     except (ValueError, KeyError, TypeError) as error:
@@ -139,3 +195,8 @@ def _effect(entry: Mapping[str, Any]) -> EffectInformation:
     matrices: Sequence[Any] = entry["information"]
     information = tuple(np.array(matrix, dtype=np.float64) for matrix in matrices)
     return EffectInformation(entry["key"], tuple(entry["parameters"]), information, int(entry["tried"]), int(entry["power"]))
+
+
+def _outside(entry: Mapping[str, Any]) -> OutsideInformation:
+    strength, degrees = tuple(float(v) for v in entry["strength"]), tuple(int(v) for v in entry["degrees"])
+    return OutsideInformation(entry["key"], entry["unit"], strength, degrees)

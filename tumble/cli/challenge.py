@@ -14,7 +14,7 @@ from datasets.json_documents import plain
 from tumble.challenge.acceptance import acceptance, line_of
 from tumble.challenge.cases import CAMPAIGNS, TRUTH, read_cases
 from tumble.challenge.drawing import RENDERED, Counts, Plan, Shape, Sizes, draw_cases
-from tumble.challenge.limit_making import development_controls, measure_controls, table_of
+from tumble.challenge.limit_making import development_controls, development_outside, measure, table_of
 from tumble.challenge.limits import TABLE, read_table, write_table
 from tumble.challenge.making import make_campaigns
 from tumble.challenge.oracle import ask_oracle
@@ -206,7 +206,10 @@ def _write_text(path: Path, text: str) -> None:
 def _limits_options(part: argparse.ArgumentParser) -> None:
     _shape_options(part)
     _tier_option(part)
-    part.add_argument("--controls", type=positive, default=12, metavar="N", help="campaigns with nothing hidden (default: %(default)s)")
+    part.add_argument("--controls", type=positive, default=24, metavar="N", help="campaigns with nothing hidden (default: %(default)s)")
+    part.add_argument(
+        "--outside", type=positive, default=8, metavar="N", help="campaigns of each kind outside of the catalogue (default: %(default)s)"
+    )
     part.add_argument("--seed", type=int, default=1, help="of these controls (default: %(default)s)")
     part.add_argument("--table", type=Path, default=TABLE, metavar="FILE", help="where to write the table")
     add_output(part, default="out/detection_limits")
@@ -215,12 +218,14 @@ def _limits_options(part: argparse.ArgumentParser) -> None:
 
 def _limits(arguments: argparse.Namespace) -> int:
     shape = _shape(arguments)
-    described = Run("challenge limits", {"shape": asdict(shape), "controls": arguments.controls, "seed": arguments.seed}, arguments.seed)
+    content = {"shape": asdict(shape), "controls": arguments.controls, "outside": arguments.outside, "seed": arguments.seed}
+    described = Run("challenge limits", content, arguments.seed)
     with output_directory(arguments.out, described, resume=arguments.resume, force=arguments.force) as out:
         cases = development_controls(shape, arguments.controls, arguments.seed)
-        outcomes = measure_controls(cases, out, jobs=arguments.jobs, quiet=arguments.quiet)
+        cases += development_outside(shape, arguments.outside, arguments.seed)
+        outcomes = measure(cases, out, jobs=arguments.jobs, quiet=arguments.quiet)
         report_failures(out, outcomes)
-        write_table(table_of(sorted(out.glob("c*.json")), shape, arguments.seed), arguments.table)
+        write_table(table_of(sorted(out.glob("[co][0-9]*.json")), shape, arguments.seed), arguments.table)
     if not arguments.quiet:
         _say_limits(arguments.table)
     return exit_code(outcomes)

@@ -1,15 +1,27 @@
 """Detection limits: the size at which a test of the stated power is found as often as stated."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.stats import chi2
+from scipy.stats import chi2, ncx2
 
 from datasets.errors import InputError
 from datasets.recipes.effects import sizes
 from datasets.vocabulary.effects import EFFECTS
-from tumble.challenge.limits import TABLE, EffectInformation, LimitTable, limit_along, limits_along, noncentrality, read_table, write_table
+from tumble.challenge.limits import (
+    TABLE,
+    EffectInformation,
+    LimitTable,
+    OutsideInformation,
+    limit_along,
+    limits_along,
+    noncentrality,
+    outside_limit,
+    read_table,
+    write_table,
+)
 
 INFORMATION = np.array([[4.0, 1.0, 0.0], [1.0, 9.0, 0.0], [0.0, 0.0, 0.25]])
 
@@ -18,7 +30,8 @@ def made_up_table() -> LimitTable:
     gravity = EffectInformation("gravity", ("dg_x", "dg_y", "dg_z"), (INFORMATION, 4.0 * INFORMATION, 16.0 * INFORMATION), 1, 1)
     pushed = EffectInformation("uniform_acceleration", ("a_x", "a_y", "a_z"), (INFORMATION,), 1, 1)
     blur = EffectInformation("defocus_growth", ("blur",), (np.array([[1e-4]]),), 1, 2)
-    return LimitTable(0.01, 25, {"sequences": 4}, {e.key: e for e in (gravity, pushed, blur)})
+    wall = OutsideInformation("wall_attraction", "m/s2", (3.0, 0.5), (40, 41))
+    return LimitTable(0.01, 25, {"sequences": 4}, {e.key: e for e in (gravity, pushed, blur)}, {wall.key: wall})
 
 
 @pytest.mark.parametrize("degrees", [1, 3, 12])
@@ -36,12 +49,24 @@ def test_an_effect_at_its_limit_has_the_noncentrality_of_its_p_value() -> None:
     assert float(at_limit[0] @ INFORMATION @ at_limit[0]) == pytest.approx(noncentrality(0.01 / 25, 3, 0.95))
 
 
-def test_a_limit_is_the_median_over_controls_and_scales_against_the_direction() -> None:
+def test_a_limit_is_where_the_controls_shares_average_what_is_asked() -> None:
     direction = np.array([[1.0, 0.0, 0.0]])
-    each = limits_along(made_up_table(), "gravity", direction)
+    table = made_up_table()
+    each = limits_along(table, "gravity", direction)
     np.testing.assert_allclose(each, each[1] * np.array([2.0, 1.0, 0.5]))
-    assert limit_along(made_up_table(), "gravity", direction) == pytest.approx(each[1])
-    assert limit_along(made_up_table(), "gravity", 2.0 * direction) == pytest.approx(each[1] / 2.0)
+    for probability in (0.5, 0.95):
+        limit = limit_along(table, "gravity", direction, probability)
+        strength = np.array([1.0, 4.0, 16.0]) * 4.0 * limit**2
+        assert float(np.mean(ncx2.sf(chi2.isf(0.01 / 25, 3), 3, strength))) == pytest.approx(probability)
+    assert limit_along(table, "gravity", 2.0 * direction) == pytest.approx(limit_along(table, "gravity", direction) / 2.0)
+
+
+def test_a_limit_outside_of_the_catalogue_is_where_what_is_left_is_found() -> None:
+    alone = replace(made_up_table(), outside={"wall_attraction": OutsideInformation("wall_attraction", "m/s2", (3.0,), (40,))})
+    assert 3.0 * outside_limit(alone, "wall_attraction") ** 2 == pytest.approx(noncentrality(0.01 / 25, 40, 0.95))
+    two = replace(alone, outside={"wall_attraction": OutsideInformation("wall_attraction", "m/s2", (3.0, 0.3), (40, 40))})
+    assert outside_limit(alone, "wall_attraction") < outside_limit(two, "wall_attraction")
+    assert outside_limit(two, "wall_attraction", 0.5) < outside_limit(two, "wall_attraction", 0.95)
 
 
 def test_sequences_add_what_they_know() -> None:
@@ -65,6 +90,7 @@ def test_a_table_survives_its_file(tmp_path: Path) -> None:
     write_table(made_up_table(), tmp_path / "limits.json")
     back = read_table(tmp_path / "limits.json")
     direction = np.array([[0.3, -0.2, 2.0]])
+    assert back.outside == made_up_table().outside
     np.testing.assert_array_equal(limits_along(back, "gravity", direction), limits_along(made_up_table(), "gravity", direction))
 
 
