@@ -161,9 +161,9 @@ def write_table(table: LimitTable, path: Path) -> None:
     }
     outside = {
         key: {
-            "limits": {"unit": each.unit, "found_in_half": outside_limit(table, key, 0.5), "found_in_95_percent": outside_limit(table, key)}
+            "limits": {"found_in_half": outside_limit(table, key, 0.5), "found_in_95_percent": outside_limit(table, key)},
+            **asdict(each),
         }
-        | {k: v for k, v in asdict(each).items() if k != "unit"}
         for key, each in table.outside.items()
     }
     document = {"alpha": table.alpha, "tests": table.tests, "campaign": dict(table.campaign), "effects": effects, "outside": outside}
