@@ -7,11 +7,12 @@ JOBS ?= 2
 STAMP := $(VENV)/installed-from-lock
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: help demo hidden test studies lint lock clean
+.PHONY: help demo hidden tutorial test studies lint lock clean
 
 help:
 	@echo "make demo     render, estimate, score and report two small sequences (sets up .venv itself)"
 	@echo "make hidden   hide a physical effect, look for it, and tell at last what it was"
+	@echo "make tutorial run all commands of docs/tutorial.md anew and write the page (about fifteen minutes; goes on where it was)"
 	@echo "make test     ruff, mypy, import contracts and the tests (sets up .venv itself)"
 	@echo "make studies  all studies at their small size, in docs/ (PARTICLES=FOLDER: with the scanned particles in it)"
 	@echo "make lint     the checks without the tests"
@@ -30,6 +31,9 @@ demo: $(STAMP)
 
 hidden: $(STAMP)
 	$(BIN)/tumble challenge hidden --out out/hidden
+
+tutorial: $(STAMP)
+	$(BIN)/python -m scripts.tutorial --out out/tutorial
 
 lint: $(STAMP)
 	$(BIN)/ruff check .
