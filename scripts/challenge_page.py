@@ -34,7 +34,8 @@ def table_lines(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]
 def bounds(row: Row) -> str:
     """What was asked for."""
     parts = [f"≥ {number(row['least'])}" if _finite(row["least"]) else "", f"≤ {number(row['most'])}" if _finite(row["most"]) else ""]
-    return " and ".join(part for part in parts if part) + f" {row['unit']}"
+    asked = " and ".join(part for part in parts if part)
+    return f"{asked} {row['unit']}" if asked else "–"
 
 
 def _finite(value: Any) -> bool:
