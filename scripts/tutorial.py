@@ -63,6 +63,7 @@ STEPS = (
     Step("vent_ladder", "tumble ladder vent --effects ./my_vent.py:Vent --truth vent/truth --out vent-ladder", "vent-ladder"),
     Step("vent_fitted", "tumble estimate vent --effects ./my_vent.py:Vent --out vent-fitted", "vent-fitted"),
     Step("vent_again", "tumble diagnose vent --effects ./my_vent.py:Vent --out vent-again", "vent-again"),
+    Step("hidden", "tumble challenge hidden --seed 11 --out hidden", "hidden"),
 )
 
 PICTURES = (
