@@ -189,9 +189,17 @@ def _amounts(plan: Plan, entry: EffectEntry, span: tuple[float, float], rng: np.
     wanted = float(np.exp(rng.uniform(*np.log(span))))
     reach = float(np.min(_largest(entry, plausible=plan.plausible) / np.maximum(np.abs(directed), 1e-300))) / limit
     if wanted > reach:
-        low = min(span[0], reach / 2)
+        low = span[0] if reach > span[0] else reach / 2
         wanted = float(np.exp(rng.uniform(np.log(low), np.log(reach))))
     return directed * limit * wanted, wanted
+
+
+def can_reach_limit(table: LimitTable, key: str) -> bool:
+    """Whether nature can make an effect as large as its limit, along every one of its parameters."""
+    entry = EFFECTS[key]
+    ranges, rows = _half_ranges(entry), int(table.campaign["sequences"]) if entry.scope is Scope.SEQUENCE else 1
+    largest = _largest(entry, plausible=False) / ranges
+    return all(limit_along(table, key, np.tile(np.eye(len(ranges))[i] * ranges, (rows, 1))) <= largest[i] for i in range(len(ranges)))
 
 
 def _direction(entry: EffectEntry, rows: int, rng: np.random.Generator) -> Array:

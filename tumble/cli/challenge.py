@@ -13,7 +13,7 @@ from datasets.errors import InputError
 from datasets.json_documents import plain
 from tumble.challenge.acceptance import acceptance, line_of
 from tumble.challenge.cases import CAMPAIGNS, TRUTH, read_cases
-from tumble.challenge.drawing import RENDERED, Counts, Plan, Shape, Sizes, draw_cases
+from tumble.challenge.drawing import RENDERED, Counts, Plan, Shape, Sizes, can_reach_limit, draw_cases
 from tumble.challenge.limit_making import development_controls, development_outside, measure, table_of
 from tumble.challenge.limits import TABLE, read_table, write_table
 from tumble.challenge.making import make_campaigns
@@ -80,7 +80,7 @@ def _make_options(part: argparse.ArgumentParser) -> None:
         part.add_argument(f"--{field}", type=int, metavar="N", help=f"cases of kind {field} (default: {default})")
     _tier_option(part)
     part.add_argument("--seed", type=int, help="what everything is drawn from (default: drawn anew); kept under truth/ only")
-    part.add_argument("--effects", help="comma-separated keys to draw from (default: the whole catalogue)")
+    part.add_argument("--effects", help="comma-separated keys to draw from (default: all; rendered: all that can reach their limit)")
     part.add_argument("--limits", type=Path, default=TABLE, metavar="FILE", help="table of detection limits")
     for field, end in (("smallest", 0), ("largest", 1)):
         default = f"{Sizes().single[end]:g}; rendered: {RENDERED[1].single[end]:g}"
@@ -92,11 +92,13 @@ def _make_options(part: argparse.ArgumentParser) -> None:
 
 def _make(arguments: argparse.Namespace) -> int:
     table = read_table(arguments.limits)
-    keys = tuple(arguments.effects.split(",")) if arguments.effects else tuple(table.effects)
+    rendered = arguments.tier == "rendered"
+    offered = tuple(key for key in table.effects if not rendered or can_reach_limit(table, key))
+    keys = tuple(arguments.effects.split(",")) if arguments.effects else offered
     for key in keys:
         if key not in table.effects:
             raise InputError(f"--effects {key}: expected effects with a detection limit in {arguments.limits}: {', '.join(table.effects)}.")
-    counts, sizes = RENDERED if arguments.tier == "rendered" else (Counts(), Sizes())
+    counts, sizes = RENDERED if rendered else (Counts(), Sizes())
     counts = replace(counts, **{field: given for field in asdict(counts) if (given := getattr(arguments, field)) is not None})
     given = (arguments.smallest, arguments.largest)
     smallest, largest = (default if size is None else size for default, size in zip(sizes.single, given, strict=True))

@@ -11,10 +11,11 @@ from datasets.recipes.synth_only import SYNTH_ONLY
 from datasets.vocabulary.effects import EFFECTS, Scope, Stage
 from synth.effects.registry import REALISATIONS
 from tumble.challenge.cases import Case, case_from_dict, case_to_dict
-from tumble.challenge.drawing import MOST_DROPPED, RENDERED, Counts, Plan, Shape, Sizes, draw_cases, is_plausible
+from tumble.challenge.drawing import MOST_DROPPED, RENDERED, Counts, Plan, Shape, Sizes, can_reach_limit, draw_cases, is_plausible
 from tumble.challenge.limits import TABLE, limit_along, read_table
 
 TABLE_READ = read_table(TABLE)
+REACHING = tuple(key for key in EFFECTS if can_reach_limit(TABLE_READ, key))
 PLAN = Plan(Shape(), Counts(75, 5, 20, 9), Sizes(), TABLE_READ)
 CASES = draw_cases(PLAN, 11)
 
@@ -40,10 +41,17 @@ def test_counts_are_those_asked_for_and_effects_take_turns() -> None:
 @pytest.mark.parametrize("seed", range(20))
 def test_a_few_cases_cover_every_stage_with_different_effects(seed: int) -> None:
     counts, span = RENDERED
-    cases = [c for c in draw_cases(Plan(Shape(rendered=True), replace(counts, singles=8), span, TABLE_READ), seed) if c.kind == "single"]
+    plan = Plan(Shape(rendered=True), replace(counts, singles=8), span, TABLE_READ, REACHING)
+    cases = [c for c in draw_cases(plan, seed) if c.kind == "single"]
     assert {EFFECTS[c.keys[0]].stage for c in cases} == set(Stage) - {Stage.CONTACT}
     assert len({c.keys for c in cases}) == len(cases) == 8
-    assert all(c.recipe.tier == "rendered" and (c.least_ratio >= 1.0 or c.keys == ("principal_point",)) for c in cases)
+    assert all(c.recipe.tier == "rendered" and c.least_ratio >= 1.0 for c in cases)
+
+
+def test_effects_that_stay_below_their_limit_are_not_hidden_in_few_cases() -> None:
+    assert set(REACHING) < set(EFFECTS)
+    assert len(REACHING) >= 20
+    assert "principal_point" not in REACHING
 
 
 def test_names_say_nothing() -> None:
