@@ -15,7 +15,7 @@ from datasets.observation_files import read_observation, write_observation
 from datasets.truth import Truth
 from datasets.truth_files import read_truth, write_truth
 from synth.rendering.sequence import render_sequence
-from synth.sequence import build_silhouette_campaign
+from synth.sequence import build_silhouette_campaign, plan_sequence
 from tumble.challenge.cases import CASE_FILE, Case, campaign_folder, case_folder, case_from_dict, case_to_dict, sequence_name, write_case
 from tumble.engine import Item, Outcome, run
 from tumble.progress import progress
@@ -98,6 +98,8 @@ def _staging(case: Case, out: Path) -> Path:
 def _rendered(case: Case, staging: Path) -> list[tuple[Observation, Truth]]:
     """The sequences, from files; the calibrated views, which they share to the last bit, are rendered with the first one only."""
     recipe = case.recipe
+    for index in range(recipe.sequences):
+        plan_sequence(recipe, index)  # where no flight fits, that shows before anything is rendered
     frames_only = replace(recipe, rig=replace(recipe.rig, rendered=False))
     names = [render_sequence(frames_only if index else recipe, index, staging) for index in range(recipe.sequences)]
     observations = [read_observation(observation_folder(staging, name)) for name in names]
