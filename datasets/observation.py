@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from datasets.vocabulary.camera import HsvCamera, Intrinsics
 from datasets.vocabulary.clock import Clock
 from datasets.vocabulary.outline import Outline
+from datasets.vocabulary.plate import Plate
 
 Array = NDArray[np.float64]
 
@@ -62,6 +63,8 @@ class Observation:
 
     ``recordings[c]`` belongs to ``cameras[c]`` and has one entry per time of ``clock``;
     ``view_recording`` has one entry per view. ``gravity_world`` in m/s². ``mass_kg`` only where it was weighed.
+    ``plate``: the plate that the particle falls on, where its plane was measured. ``plate_outlines``: where the plate is seen in each
+    camera's background (one per camera, ``None`` where it is not; no entries: nowhere); within it no outline can be told.
     """
 
     name: str
@@ -72,3 +75,5 @@ class Observation:
     views: tuple[CalibratedView, ...]
     view_recording: Recording
     mass_kg: float | None = None
+    plate: Plate | None = None
+    plate_outlines: tuple[Outline | None, ...] = ()

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from datasets import state_entries
 from datasets.errors import InputError
 from datasets.json_documents import Document, read_document, write_document
 from datasets.observation import CalibratedView, Frames, Observation, Recording
@@ -19,6 +20,7 @@ from datasets.plausibility import check_observation
 from datasets.tiff_frames import FrameStackWriter, Picture, TiffFrames, write_stack
 from datasets.vocabulary.camera import HsvCamera, Intrinsics
 from datasets.vocabulary.clock import Clock
+from datasets.vocabulary.outline import Outline, oriented
 
 FILE = "observation.json"
 
@@ -50,9 +52,10 @@ def write_observation(obs: Observation, folder: Path) -> None:
         When the disk does not take it.
     """
     folder.mkdir(parents=True, exist_ok=True)
+    plates = obs.plate_outlines or (None,) * len(obs.cameras)
     cameras = [
-        {**_camera_entry(camera), "recording": _store_camera(camera.name, recording, folder)}
-        for camera, recording in zip(obs.cameras, obs.recordings, strict=True)
+        {**_camera_entry(camera), "recording": _store_camera(camera.name, recording, folder), **_plate_outline_entry(outline)}
+        for camera, recording, outline in zip(obs.cameras, obs.recordings, plates, strict=True)
     ]
     views = {"recording": _store_views(obs, folder), "cameras": [_view_entry(view) for view in obs.views]}
     content: Document = {
@@ -63,6 +66,8 @@ def write_observation(obs: Observation, folder: Path) -> None:
         "mass_kg": obs.mass_kg,
         "views": views,
     }
+    if obs.plate is not None:
+        content["plate"] = state_entries.plate_entry(obs.plate)
     check_observation(obs, folder / FILE)
     write_document(folder / FILE, "observation", content)
 
@@ -87,6 +92,8 @@ def read_observation(folder: Path) -> Observation:
         views=tuple(_view(entry) for entry in document["views"]["cameras"]),
         view_recording=_load(document["views"]["recording"], folder),
         mass_kg=document.get("mass_kg"),
+        plate=state_entries.plate(document["plate"]) if "plate" in document else None,
+        plate_outlines=_plate_outlines(document["cameras"]),
     )
     check_observation(obs, folder / FILE)
     return obs
@@ -136,6 +143,18 @@ def _camera_entry(camera: HsvCamera) -> Document:
 
 def _camera(entry: Document) -> HsvCamera:
     return HsvCamera(entry["name"], _intrinsics(entry["intrinsics"]), _array(entry["R_cam_world"]), _array(entry["t_cam_world"]))
+
+
+def _plate_outline_entry(outline: Outline | None) -> Document:
+    """Left out where there is no plate, so that recordings without one are written as ever."""
+    return {} if outline is None else {"plate_outline_px": outline.points_px}
+
+
+def _plate_outlines(cameras: list[Document]) -> tuple[Outline | None, ...]:
+    found = [entry.get("plate_outline_px") for entry in cameras]
+    if not any(found):
+        return ()
+    return tuple(None if points is None else Outline(oriented(_array(points))) for points in found)
 
 
 def _view_entry(view: CalibratedView) -> Document:

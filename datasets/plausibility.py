@@ -15,6 +15,7 @@ from datasets.tiff_frames import TiffFrames
 from datasets.vocabulary.camera import Intrinsics
 from datasets.vocabulary.frames import is_rotation
 from datasets.vocabulary.outline import Outline
+from datasets.vocabulary.plate import Plate
 
 Array = NDArray[np.float64]
 
@@ -23,6 +24,8 @@ STRONGEST_GRAVITY_MS2 = 300.0
 LONGEST_EXPOSURE_S = 1.0
 HEAVIEST_KG = 1000.0
 LARGEST_UNDISTORTION_ERROR_PX = 0.01
+UNIT_TOLERANCE = 1e-6
+FASTEST_PLATE_MS = 100.0
 EDGE_POINTS = 9
 """Along each side of a picture."""
 OUTSIDE_PICTURES = 3.0
@@ -58,6 +61,8 @@ def check_observation(obs: Observation, path: Path) -> None:
         where = f"{path}: at $.views.cameras[{v}]"
         _check_pose(view.R_cam_particle, view.t_cam_particle, where, "particle")
         _check_intrinsics(view.intrinsics, f"{where}.intrinsics")
+    if obs.plate is not None:
+        check_plate(obs.plate, f"{path}: at $.plate")
     _check_recording(obs.view_recording, [view.intrinsics for view in obs.views], path, "calibrated views")
 
 
@@ -85,6 +90,24 @@ def _check_gravity(gravity: Array, path: Path) -> None:
         raise InputError(
             f"{path}: at $.gravity_world: expected m/s2 (9.81 on Earth), came {strength:g}; it looks like millimetres taken for metres."
         )
+
+
+def check_plate(plate: Plate, where: str) -> None:
+    """Check that a plate's normal has length 1 and that its lengths are metres.
+
+    Raises
+    ------
+    InputError
+        Naming ``where``, what was expected and what came.
+    """
+    length = float(np.linalg.norm(plate.normal_world))
+    if abs(length - 1) > UNIT_TOLERANCE:
+        raise InputError(f"{where}.normal_world: expected a vector of length 1, came one of length {length:.6g}.")
+    distance, speed = float(np.linalg.norm(plate.point_world)), float(np.linalg.norm(plate.velocity_world))
+    if distance > FARTHEST_M:
+        raise InputError(f"{where}.point_world: expected metres (at most {FARTHEST_M:g}), came {distance:g}; are they millimetres?")
+    if speed > FASTEST_PLATE_MS:
+        raise InputError(f"{where}.velocity_world: expected m/s (at most {FASTEST_PLATE_MS:g}), came {speed:g}; are they mm/s?")
 
 
 def _check_pose(R: Array, t: Array, where: str, frame: str) -> None:

@@ -1,4 +1,4 @@
-"""Bodies and motions as plain entries of documents and arrays of files."""
+"""Bodies, plates and motions as plain entries of documents and arrays of files."""
 
 from typing import Any
 
@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.vocabulary.body import Body
+from datasets.vocabulary.plate import Plate
 from datasets.vocabulary.state import Motion
 
 Array = NDArray[np.float64]
@@ -33,6 +34,28 @@ def body_entry(body: Body) -> dict[str, Any]:
 def body(entry: dict[str, Any]) -> Body:
     """The inverse of :func:`body_entry`."""
     return Body(array(entry["com_particle"]), array(entry["R_particle_body"], (3,)), array(entry["inertia_ratios"]))
+
+
+def plate_entry(plate: Plate) -> dict[str, Any]:
+    """A plate as an entry of a document."""
+    return {
+        "point_world": plate.point_world,
+        "normal_world": plate.normal_world,
+        "velocity_world": plate.velocity_world,
+        "normal_sigma_rad": plate.normal_sigma_rad,
+        "offset_sigma_m": plate.offset_sigma_m,
+    }
+
+
+def plate(entry: dict[str, Any]) -> Plate:
+    """The inverse of :func:`plate_entry`; a plate stands still and is known exactly where it does not say otherwise."""
+    return Plate(
+        array(entry["point_world"]),
+        array(entry["normal_world"]),
+        array(entry.get("velocity_world", (0, 0, 0))),
+        float(entry.get("normal_sigma_rad", 0)),
+        float(entry.get("offset_sigma_m", 0)),
+    )
 
 
 def motion_arrays(motion: Motion) -> dict[str, Array]:

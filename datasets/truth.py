@@ -8,9 +8,62 @@ from numpy.typing import NDArray
 
 from datasets.observation import Frames
 from datasets.vocabulary.body import Body
+from datasets.vocabulary.plate import Plate
 from datasets.vocabulary.state import Motion
 
 Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Impact:
+    """One contact with the plate, from first touch to parting; vectors in the world frame, at the body's centre of mass.
+
+    ``time_s``, ``x_world``, ``q_world_body``: the first touch. ``point_world`` (3,) m: where the normal force acted, averaged over
+    the impulse; ``points_world`` (p, 3) and ``impulses_world`` (p, 3) N s: each corner that touched. ``normal_world``,
+    ``plate_velocity_world``: the plate's. ``before`` at the first touch, ``after`` at parting. ``impulse_world`` (3,) N s is that of the
+    contact, gravity not counted. Work (J) is that of the contact's forces along the velocity relative to the plate at rest: ``compression_work_J`` (negative) that of the
+    normal forces at its least, ``normal_work_J`` and ``tangential_work_J`` at parting. ``energy_lost_J``: of the kinetic energy.
+    ``deepest_m``: the largest overlap of body and undeformed plate.
+    """
+
+    time_s: float
+    duration_s: float
+    x_world: Array
+    q_world_body: Array
+    point_world: Array
+    points_world: Array
+    impulses_world: Array
+    normal_world: Array
+    plate_velocity_world: Array
+    v_before: Array
+    omega_before: Array
+    v_after: Array
+    omega_after: Array
+    impulse_world: Array
+    compression_work_J: float
+    normal_work_J: float
+    tangential_work_J: float
+    energy_lost_J: float
+    deepest_m: float
+
+    @property
+    def restitution(self) -> float:
+        """Stronge's coefficient: the root of the share of the compression's work that the normal forces gave back."""
+        return float(np.sqrt(max(0.0, 1 - self.normal_work_J / self.compression_work_J)))
+
+
+@dataclass(frozen=True)
+class Remnant:
+    """What is left of a particle from ``time_s`` on, where it broke: (v, 3) m in the particle frame, the faces (f, 3) those of the truth.
+
+    ``body``, ``mass_kg``, ``inertia_kgm2`` are its own; the motion of the truth goes on with the frame of the whole body.
+    """
+
+    time_s: float
+    mesh_vertices: Array
+    body: Body
+    mass_kg: float
+    inertia_kgm2: Array
 
 
 @dataclass(frozen=True)
@@ -19,7 +72,8 @@ class Truth:
 
     ``mesh_vertices`` (v, 3) m in the particle frame, ``mesh_faces`` (f, 3). ``inertia_kgm2`` principal moments (3,).
     ``symmetries`` (s, 3, 3): rotations in the particle frame, about the centre of mass, that map the body on to itself
-    (identity included). ``masks``: path-backed silhouettes of the rendered tier, or ``None``.
+    (identity included). ``masks``: path-backed silhouettes of the rendered tier, or ``None``. ``plate``: the true plate; ``impacts``: every
+    contact with it, in order; ``remnant``: the particle after it broke.
     """
 
     name: str
@@ -34,3 +88,6 @@ class Truth:
     effects: dict[str, Any] = field(default_factory=dict)
     notes: dict[str, Any] = field(default_factory=dict)
     masks: Frames | None = None
+    plate: Plate | None = None
+    impacts: tuple[Impact, ...] = ()
+    remnant: Remnant | None = None

@@ -1,10 +1,11 @@
 """The truth of a sequence as a folder: ``truth.json``, ``mesh.ply``, ``motion.npz`` and, in the rendered tier, ``masks.tif``.
 
-The mesh is a binary PLY with float64 vertices, which any mesh viewer opens and which loses nothing. Closed to the estimator.
+Where the particle broke, ``mesh_remnant.ply`` is what is left of it. A mesh is a binary PLY with float64 vertices, which any mesh viewer opens and which loses nothing. Closed to the estimator.
 """
 
 import struct
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import trimesh
@@ -13,16 +14,18 @@ from numpy.typing import NDArray
 from datasets import state_entries
 from datasets.atomic_files import written_whole
 from datasets.errors import InputError
+from datasets.impact_entries import impact, impact_entry, remnant, remnant_entry
 from datasets.json_documents import read_document, revived, write_document
 from datasets.outline_files import read_arrays, write_arrays
 from datasets.tiff_frames import FrameStackWriter, TiffFrames
-from datasets.truth import Truth
+from datasets.truth import Remnant, Truth
 from datasets.vocabulary.frames import is_rotation
 
 FILE = "truth.json"
 MESH_FILE = "mesh.ply"
 MOTION_FILE = "motion.npz"
 MASKS_FILE = "masks.tif"
+REMNANT_FILE = "mesh_remnant.ply"
 MASK_BITS = 1
 
 
@@ -53,6 +56,11 @@ def write_truth(truth: Truth, folder: Path) -> None:
         "effects": truth.effects,
         "notes": truth.notes,
     }
+    if truth.plate is not None:
+        content |= {"plate": state_entries.plate_entry(truth.plate), "impacts": [impact_entry(impact) for impact in truth.impacts]}
+    if truth.remnant is not None:
+        write_mesh(folder / REMNANT_FILE, truth.remnant.mesh_vertices, truth.mesh_faces)
+        content["remnant"] = remnant_entry(truth.remnant, REMNANT_FILE)
     write_document(folder / FILE, "truth", content)
 
 
@@ -77,7 +85,7 @@ def read_truth(folder: Path) -> Truth:
     odd = next((k for k, S in enumerate(symmetries) if not is_rotation(S)), None)
     if odd is not None:
         raise InputError(f"{folder / FILE}: at $.symmetries[{odd}]: expected a rotation, came another matrix.")
-    masks = document.get("masks")
+    masks, plate, remnant = (document.get(key) for key in ("masks", "plate", "remnant"))
     return Truth(
         name=document["name"],
         motion=state_entries.motion(arrays),
@@ -91,7 +99,17 @@ def read_truth(folder: Path) -> Truth:
         effects=revived(document["effects"]),
         notes=revived(document["notes"]),
         masks=None if masks is None else TiffFrames(folder / masks, MASK_BITS),
+        plate=None if plate is None else state_entries.plate(plate),
+        impacts=tuple(impact(entry) for entry in document.get("impacts", ())),
+        remnant=None if remnant is None else _remnant(remnant, folder, len(vertices)),
     )
+
+
+def _remnant(entry: dict[str, Any], folder: Path, count: int) -> Remnant:
+    vertices, _ = read_mesh(folder / entry["mesh"])
+    if len(vertices) != count:
+        raise InputError(f"{folder / entry['mesh']}: expected the {count} vertices of the whole particle, came {len(vertices)}.")
+    return remnant(entry, vertices)
 
 
 def write_mesh(path: Path, vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> None:
