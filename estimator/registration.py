@@ -16,9 +16,10 @@ from datasets.observation import CalibratedView, Observation
 from estimator.configuration import Configuration
 from estimator.effects.link import Setting
 from estimator.fitting.campaign import Campaign, CampaignState
-from estimator.fitting.model_errors import SequenceTask, outline_radii, seen_hulls
+from estimator.fitting.model_errors import SequenceTask, seen_hulls
 from estimator.fitting.pose_refinement import Views
 from estimator.fitting.rim import rim_of
+from estimator.geometry.outline_shape import outline_shape
 from estimator.measurements.silhouettes import SILHOUETTES
 from estimator.motion.flight import Flight
 from estimator.particle import Particle, views_like
@@ -111,9 +112,9 @@ def _one(
     )
     vertices = (particle.hull.vertices - particle.body.com_particle) @ particle.body.R_particle_body
     flight = candidates[0].solution.state
-    radii = outline_radii(seen_hulls(task, flight, particle.hull.vertices))
+    shape = outline_shape(seen_hulls(task, flight, particle.hull.vertices))
     task = biased_task(observation, task, particle, flight, configuration)
-    return SequenceTask(observation.name, task, setting, rim_of(vertices), radii), flight, views
+    return SequenceTask(observation.name, task, setting, rim_of(vertices), shape), flight, views
 
 
 def _digest(views: Sequence[CalibratedView]) -> str:

@@ -294,7 +294,7 @@ _ENTRIES = (
         Scope.PARTICLE,
         (Parameter("loss", "px", (0.0, 3.0), 1e-3, "recession of the outline at an infinitely long flat stretch"),),
         "delta = -loss f / (1 + f), f(u) the length of outline whose normals lie within 10 degrees of u, over 0.349 times the outline's "
-        "mean radius (perimeter / 2 pi): facets along the line of sight let light through",
+        "mean radius (perimeter / 2 pi), largest within 3 px: facets along the line of sight let light through, corners recede with them",
         "Light leaks through facets near the rim of refracting particles; measured on rendered diamond",
     ),
 )
@@ -304,3 +304,5 @@ EFFECTS: dict[str, EffectEntry] = {entry.key: entry for entry in _ENTRIES}
 
 FLATNESS_HALF_ANGLE_DEG = 10.0
 """Half width of the range of normals that counts as one facet in ``rim_light_leak``."""
+FLATNESS_REACH_PX = 3.0
+"""Length of outline within which the flattest stretch counts there."""

@@ -18,8 +18,9 @@ from estimator.effects.link import Setting
 from estimator.effects.model import Model
 from estimator.fitting.campaign import SequenceEquations
 from estimator.fitting.forced_velocities import body_under, forced_states
-from estimator.fitting.model_errors import SequenceTask, outline_radii
+from estimator.fitting.model_errors import SequenceTask
 from estimator.fitting.trajectory import FitTask, Sightings, restricted
+from estimator.geometry.outline_shape import outline_shape
 from estimator.geometry.silhouettes import Silhouettes, pack
 from estimator.geometry.tangent_hull import TangentHull
 from estimator.motion.flight import N_PARAMETERS, Flight
@@ -188,7 +189,7 @@ def silhouettes_of(drop: Drop, like: Pictures) -> SequenceTask:
     task = like.sequence.task
     weight = np.tile(task.weight.max(axis=0), (len(frames), 1))
     new = FitTask(sightings, task.views, task.prior, NEVER_OUTLYING, weight)
-    return SequenceTask("imagined", new, setting, like.sequence.rim, outline_radii(polygons))
+    return SequenceTask("imagined", new, setting, like.sequence.rim, outline_shape(polygons))
 
 
 def _poses(drop: Drop, like: Pictures, setting: Setting) -> tuple[Array, Array]:
@@ -235,7 +236,7 @@ def thinned(sequence: SequenceTask, most: int) -> tuple[SequenceTask, float]:
         return sequence, 1.0
     rows = np.floor((np.arange(most) + (np.arange(most) * GOLDEN) % 1.0) * n / most).astype(np.int64)
     task = restricted(sequence.task, rows)
-    return replace(sequence, task=task, radius_px=sequence.radius_px[rows]), n / most
+    return replace(sequence, task=task, shape=sequence.shape.take(rows)), n / most
 
 
 def counted(equations: SequenceEquations, times: float) -> SequenceEquations:

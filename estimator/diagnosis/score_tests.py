@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from datasets.vocabulary.effects import Scope
-from estimator.effects.link import EffectModel
+from estimator.effects.link import LEAST_COUNT, EffectModel
 from estimator.effects.model import Model
 from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState, SequenceEquations, sequence_equations, shared_prior
 from estimator.fitting.stable_inverse import stable_inverse
@@ -257,17 +257,26 @@ def _test(scores: EfficientScores, candidates: Candidates, number: int, chosen: 
     tried = len(candidates.starts[number])
     sequences = {c.sequence for c in part.columns}
     p = float(chi2.sf(statistic, len(rows))) * float(tried) ** len(sequences) if len(rows) else 1.0
+    theta = -inverse @ part.g
+    if _counts_nothing(candidates.effects[number], part.columns, theta):
+        p = 1.0
     starts = {sequence: candidates.starts[number][start] for (effect, sequence), start in chosen.items() if effect == number}
     return ScoreTest(
         effect=candidates.effects[number],
         columns=part.columns,
-        theta=-inverse @ part.g,
+        theta=theta,
         covariance=inverse @ part.M @ inverse,
         statistic=statistic,
         p=min(p, 1.0),
         explained=float(part.g @ inverse @ part.g),
         starts=starts,
     )
+
+
+def _counts_nothing(effect: EffectModel, columns: tuple[Column, ...], theta: Array) -> bool:
+    """Whether an effect that comes in whole numbers has none."""
+    counts = [value for column, value in zip(columns, theta, strict=True) if effect.entry.parameters[column.parameter].name in effect.whole]
+    return bool(effect.whole) and max(counts, default=0.0) < LEAST_COUNT
 
 
 def _random_test(campaign: Campaign, linear: Linear, effect: EffectModel) -> ScoreTest:

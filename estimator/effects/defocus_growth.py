@@ -1,13 +1,14 @@
 """Blur that grows with the distance from the focal plane: half-level contours recede where they are curved.
 
-A Gaussian blur of standard deviation s moves the half level of a disk's rim by s² / (2 rho) inwards [Verbeek and van Vliet 1994], and
-that of a right angle's corner by 0.77 s; ``-s² / (2 rho + 1.3 s)`` joins the two. Zero blur and small blur differ by a square.
+The recession of every tangent under a blur is tabled from the outlines that the body casts (:mod:`estimator.geometry.outline_shape`), over
+the blur's square, and interpolated [Verbeek and van Vliet 1994]. Zero blur and small blur differ by a square.
 """
 
 import numpy as np
 
 from datasets.vocabulary.effects import EFFECTS
 from estimator.effects.link import Array, EffectModel, Places, Setting
+from estimator.geometry.outline_shape import BLURS_PX
 
 SMALLEST = 15.0
 """Blur (px/m) whose slope stands for that of smaller ones."""
@@ -27,7 +28,12 @@ class DefocusGrowth(EffectModel):
         return np.sqrt(np.maximum(2.0 * SMALLEST * theta, SMALLEST**2))
 
     def shift(self, theta: Array, places: Places, setting: Setting) -> Array | None:
-        """``-s² / (2 rho + 1.3 s)``."""
+        """The tabled recession, times the square of the blur."""
         del setting
-        s = np.abs(theta[0] * (places.depth_m - places.first_depth_m))[:, None, None]
-        return np.asarray(-(s**2) / np.maximum(2.0 * places.radius_px + 1.3 * s, 1e-9))
+        s = np.abs(theta[0] * (places.depth_m - places.first_depth_m))
+        last = len(BLURS_PX) - 1
+        place = np.interp(s, BLURS_PX, np.arange(last + 1.0))
+        low = np.minimum(place.astype(np.int64), last - 1)
+        share, rows = (place - low)[:, None, None], np.arange(len(s))
+        near, far = places.recession[rows, ..., low], places.recession[rows, ..., low + 1]
+        return np.asarray(-(s[:, None, None] ** 2) * ((1.0 - share) * near + share * far))

@@ -1,6 +1,7 @@
 """Frames that are missing though the time stamps do not show it: frames after ``after_frame`` are ``count`` intervals later.
 
-The number of missing frames is fitted as a real number; that it comes out whole is a check. The place of the gap is searched for.
+The number of missing frames is fitted as a real number; that it comes out whole is a check, and less than one is none. The place of the
+gap is searched for.
 """
 
 import numpy as np
@@ -16,6 +17,7 @@ class DroppedFrames(EffectModel):
 
     entry = EFFECTS["dropped_frames"]
     frozen = ("after_frame",)
+    whole = ("count",)
 
     def starts(self, setting: Setting) -> Array:
         """A gap after every frame but the outermost, which shift only a frame or two."""

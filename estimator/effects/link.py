@@ -66,9 +66,10 @@ class Places:
 
     ``point_px`` (n, k, 2, 2), ``normal`` (n, k, 2, 2) outward unit normals and ``normal_body``
     (n, k, 2, 3) those of the tangent planes in body axes, ``velocity_px`` (n, k, 2, 2) px/s of the body's point there,
-    ``radius_px`` (n, k, 2) radius of curvature of the outline, ``mean_radius_px`` (n,) perimeter over 2 pi; ``depth_m`` (n,) of the
-    particle, ``first_depth_m`` its depth in the first frame; ``view_ratio`` (n, k, 2) px of error per px of a view's outline; ``camera``
-    the intrinsics, ``times_s`` (n,) since the first frame.
+    ``radius_px`` (n, k, 2) radius of curvature of the outline, ``mean_radius_px`` (n,) perimeter over 2 pi, ``flattest_px`` (n, k, 2) the
+    largest radius nearby, ``recession`` (n, k, 2, S) px⁻¹ that under a blur over its square, at the tabled blurs;
+    ``depth_m`` (n,) of the particle, ``first_depth_m`` its depth in the first frame; ``view_ratio`` (n, k, 2) px of error per px of a
+    view's outline; ``camera`` the intrinsics, ``times_s`` (n,) since the first frame.
     """
 
     point_px: Array
@@ -77,11 +78,17 @@ class Places:
     velocity_px: Array
     radius_px: Array
     mean_radius_px: Array
+    flattest_px: Array
+    recession: Array
     depth_m: Array
     first_depth_m: float
     view_ratio: Array
     camera: Intrinsics
     times_s: Array
+
+
+LEAST_COUNT = 0.4
+"""Less than a half, since a linear step falls short of the number it steps to."""
 
 
 class EffectModel:
@@ -98,6 +105,8 @@ class EffectModel:
 
     frozen: ClassVar[tuple[str, ...]] = ()
     """Parameters that a search finds and a fit leaves as they are."""
+    whole: ClassVar[tuple[str, ...]] = ()
+    """Parameters that count something: where a test finds all of them below ``LEAST_COUNT``, it found nothing."""
     random: ClassVar[bool] = False
     """Whether the effect is drawn anew in every frame: its one parameter is a standard deviation, known to the fit as variance."""
 

@@ -1,6 +1,7 @@
 """Light through facets that lie along the line of sight: the outline recedes where it is flat, ``delta = -a f / (1 + f)``.
 
-``f`` is the length of outline whose normals lie within 10 degrees, over the same of a circle of equal perimeter.
+``f`` is the length of outline whose normals lie within 10 degrees, over the same of a circle of equal perimeter, of the flattest stretch
+within 3 px: a corner recedes with the facets that meet in it.
 """
 
 import numpy as np
@@ -17,5 +18,5 @@ class RimLightLeak(EffectModel):
     def shift(self, theta: Array, places: Places, setting: Setting) -> Array | None:
         """Recession by the flatness of the outline."""
         del setting
-        flatness = places.radius_px / places.mean_radius_px[:, None, None]
+        flatness = places.flattest_px / places.mean_radius_px[:, None, None]
         return np.asarray(-theta[0] * flatness / (1.0 + flatness))

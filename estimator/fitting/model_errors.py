@@ -5,7 +5,6 @@ segmentation). Only the errors in the high-speed camera's picture are used: thos
 measurements seen a second time.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,25 +18,22 @@ from estimator.fitting.rim import Rim
 from estimator.fitting.trajectory import FitTask, body_normals, particle_poses
 from estimator.geometry.epipolar_tangency import TangencyErrors, tangency_errors
 from estimator.geometry.outline_bias import without_bias
+from estimator.geometry.outline_shape import ANGLES, OutlineShape
 from estimator.geometry.silhouettes import Silhouettes
 from estimator.motion.flight import N_PARAMETERS, OFFSET, Flight, poses
 
 Array = NDArray[np.float64]
-HALF_ANGLE = np.radians(10.0)
 
 
 @dataclass(frozen=True)
 class SequenceTask:
-    """One sequence of a campaign.
-
-    Its fit task, setting, the particle's rim, and the radii of curvature (n, 72) px of the outlines its hull casts.
-    """
+    """One sequence of a campaign: its fit task, setting, the particle's rim, and the shape of the n outlines its hull casts."""
 
     name: str
     task: FitTask
     setting: Setting
     rim: Rim
-    radius_px: Array
+    shape: OutlineShape
 
 
 @dataclass(frozen=True)
@@ -62,36 +58,8 @@ class ModelErrors:
         return np.repeat(self.tangency.valid[:, :, None], 2, axis=2)
 
 
-ANGLES = 72
-MINIMUM_VERTICES = 3
-
-
-def outline_radii(polygons: Sequence[Array]) -> Array:
-    """Radius of curvature (n, 72) px about each of 72 directions of the normal: length of outline within 10 degrees over 20 degrees.
-
-    ``polygons``: convex, each (v, 2) px, either way round.
-    """
-    grid = 2.0 * np.pi * np.arange(ANGLES) / ANGLES
-    result = np.zeros((len(polygons), ANGLES))
-    for i, points in enumerate(polygons):
-        if len(points) < MINIMUM_VERTICES:
-            continue
-        edge = np.roll(points, -1, axis=0) - points
-        length = np.linalg.norm(edge, axis=1)
-        normal = np.arctan2(-edge[:, 0], edge[:, 1])
-        middle = points - points.mean(axis=0)
-        if np.sum(middle[:, 0] * np.cos(normal) + middle[:, 1] * np.sin(normal)) < 0:
-            normal += np.pi
-        apart = np.abs((grid[:, None] - normal + np.pi) % (2.0 * np.pi) - np.pi)
-        result[i] = np.where(apart <= HALF_ANGLE, length, 0.0).sum(axis=1) / (2.0 * HALF_ANGLE)
-    return result
-
-
 def seen_hulls(task: FitTask, flight: Flight, vertices: Array) -> list[Array]:
-    """Convex outlines (px) that a hull with ``vertices`` (v, 3) m, particle frame, would cast under a flight.
-
-    Radii of curvature are taken from these: those of a noisy outline depend on its noise, and would explain it.
-    """
+    """Convex outlines (px) that a hull with ``vertices`` (v, 3) m, particle frame, would cast under a flight."""
     predicted = poses(flight, np.zeros((1, N_PARAMETERS)), task.sightings.times_s)
     placed = particle_poses(flight, predicted, task.sightings)
     outlines = []
@@ -169,15 +137,17 @@ def _places(sequence: SequenceTask, prediction: Prediction, errors: TangencyErro
     point = sightings.silhouettes.points_px[vertex]
     u = errors.direction[:, :, :2]
     bins = np.round(np.arctan2(u[..., 1], u[..., 0]) / (2.0 * np.pi) * ANGLES).astype(np.int64) % ANGLES
-    radius = sequence.radius_px[np.arange(len(sightings))[:, None, None], bins]
+    rows, shape = np.arange(len(sightings))[:, None, None], sequence.shape
     first_frame = int(np.argmin(sightings.times_s))
     return Places(
         point_px=point,
         normal=u,
         normal_body=normals,
         velocity_px=_image_velocity(sequence, prediction, normals, centre_cam),
-        radius_px=radius,
-        mean_radius_px=np.maximum(sequence.radius_px.mean(axis=1), 1e-6),
+        radius_px=shape.radius_px[rows, bins],
+        mean_radius_px=np.maximum(shape.radius_px.mean(axis=1), 1e-6),
+        flattest_px=shape.flattest_px[rows, bins],
+        recession=shape.recession[rows, bins],
         depth_m=centre_cam[:, 2],
         first_depth_m=float(centre_cam[first_frame, 2]),
         view_ratio=errors.jacobian[:, :, :2, 7],

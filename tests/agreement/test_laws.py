@@ -17,6 +17,7 @@ from estimator.effects.model import Model, ModelForces
 from estimator.effects.registry import MODELS
 from estimator.fitting.prediction import Prediction, predict
 from estimator.fitting.time_shifts import gain_of
+from estimator.geometry.outline_shape import BLURS_PX
 from estimator.motion.flight import N_PARAMETERS, Flight, inertia_matrix, states
 from estimator.motion.rigid_body import States, angular_velocity, rotation_matrices
 
@@ -62,6 +63,8 @@ def places() -> Places:
         velocity_px=rng.normal(scale=2e4, size=(*shape, 2)),
         radius_px=rng.uniform(5.0, 60.0, shape),
         mean_radius_px=rng.uniform(20.0, 40.0, 5),
+        flattest_px=rng.uniform(60.0, 90.0, shape),
+        recession=rng.uniform(0.005, 0.1, (*shape, len(BLURS_PX))),
         depth_m=np.linspace(0.6, 0.63, 5),
         first_depth_m=0.6,
         view_ratio=rng.uniform(-0.3, -0.1, shape),
@@ -216,7 +219,7 @@ def camera_vibration(key: str) -> None:
 
 
 def defocus_growth(key: str) -> None:
-    """Before and behind the focal plane alike, nothing in it, always inwards, for small blur with its square over the radius."""
+    """Before and behind the focal plane alike, nothing in it, always inwards, with the square of a small blur, as tabled for others."""
     at = places()
     behind = shift(key, 80.0, at)
     before = shift(key, 80.0, replace(at, depth_m=2 * at.first_depth_m - at.depth_m))
@@ -225,7 +228,10 @@ def defocus_growth(key: str) -> None:
     assert np.all(behind[1:] < 0.0)
     small = MODELS[key].shift(np.array([1e-3]), at, SETTING)
     s2 = (1e-3 * (at.depth_m - at.first_depth_m)) ** 2
-    np.testing.assert_allclose(small, -s2[:, None, None] / (2.0 * at.radius_px), rtol=1e-4)
+    np.testing.assert_allclose(small, -s2[:, None, None] * at.recession[..., 0], rtol=1e-12)
+    for s, tabled in zip(BLURS_PX, np.moveaxis(at.recession, -1, 0), strict=True):
+        theta = s / (at.depth_m[-1] - at.first_depth_m)
+        np.testing.assert_allclose(shift(key, theta, at)[-1], -(s**2) * tabled[-1], rtol=1e-9)
 
 
 def motion_blur_threshold(key: str) -> None:
@@ -272,13 +278,13 @@ def blooming(key: str) -> None:
 
 
 def rim_light_leak(key: str) -> None:
-    """Half the loss on a circle of any size, all of it on a long flat stretch, none at a corner."""
+    """Half the loss on a circle of any size, all of it on a long flat stretch, none at a corner far from any."""
     at = places()
     for size in (1.0, 30.0):
-        disk = replace(at, radius_px=np.full(at.radius_px.shape, size), mean_radius_px=np.full(5, size))
+        disk = replace(at, flattest_px=np.full(at.radius_px.shape, size), mean_radius_px=np.full(5, size))
         np.testing.assert_allclose(shift(key, 1.0, disk), -0.5, rtol=1e-14)
-    np.testing.assert_allclose(shift(key, 1.0, replace(at, radius_px=np.full(at.radius_px.shape, 1e9))), -1.0, rtol=1e-6)
-    corner = MODELS[key].shift(np.array([1.0]), replace(at, radius_px=np.zeros(at.radius_px.shape)), SETTING)
+    np.testing.assert_allclose(shift(key, 1.0, replace(at, flattest_px=np.full(at.radius_px.shape, 1e9))), -1.0, rtol=1e-6)
+    corner = MODELS[key].shift(np.array([1.0]), replace(at, flattest_px=np.zeros(at.radius_px.shape)), SETTING)
     np.testing.assert_array_equal(corner, 0.0)
 
 

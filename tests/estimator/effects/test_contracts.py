@@ -20,7 +20,7 @@ def short() -> SequenceTask:
     rows = np.arange(0, len(sequence.task.sightings), 3)
     task = sequence.task
     few = FitTask(task.sightings.take(rows), task.views, task.prior, task.huber, task.weight[rows])
-    return replace(sequence, task=few, radius_px=sequence.radius_px[rows])
+    return replace(sequence, task=few, shape=sequence.shape.take(rows))
 
 
 @pytest.mark.parametrize("key", sorted(catalogue()))

@@ -1,0 +1,49 @@
+"""Shapes of outlines against closed forms: circles, flats and corners."""
+
+import numpy as np
+import pytest
+
+from estimator.geometry.outline_shape import ANGLES, BLURS_PX, outline_shape
+
+ANGLE = 2.0 * np.pi * np.arange(720) / 720
+
+
+def circle(radius: float) -> np.ndarray:
+    return 500.0 + radius * np.column_stack([np.cos(ANGLE), np.sin(ANGLE)])
+
+
+SQUARE = np.array([[0.0, 0.0], [80.0, 0.0], [80.0, 80.0], [0.0, 80.0]])
+
+
+def test_a_circle_has_its_radius_everywhere_and_recedes_by_half_the_square_over_it() -> None:
+    shape = outline_shape([circle(40.0)])
+    np.testing.assert_allclose(shape.radius_px, 40.0, rtol=0.03)
+    np.testing.assert_allclose(shape.flattest_px, 40.0, rtol=0.03)
+    exact = 40.0 * (1.0 - np.exp(-0.5 * (BLURS_PX / 40.0) ** 2)) / BLURS_PX**2
+    np.testing.assert_allclose(shape.recession[0, :, 2:], np.broadcast_to(exact[2:], (ANGLES, 3)), rtol=0.03)
+
+
+def test_which_way_round_does_not_matter() -> None:
+    one, other = outline_shape([SQUARE]), outline_shape([SQUARE[::-1]])
+    np.testing.assert_allclose(one.radius_px, other.radius_px)
+    np.testing.assert_allclose(one.recession, other.recession, atol=1e-12)
+
+
+def test_a_flat_side_stays_and_a_corner_recedes_with_the_blur() -> None:
+    shape = outline_shape([SQUARE])
+    side, corner = 0, ANGLES // 8
+    assert np.all(shape.recession[0, side] * BLURS_PX**2 < 1e-3)
+    seen = shape.recession[0, corner] * BLURS_PX**2
+    np.testing.assert_allclose(seen[1:], np.sqrt(2.0 / np.pi) * np.sin(np.pi / 4) * BLURS_PX[1:], rtol=0.05)
+
+
+def test_a_corner_knows_the_sides_that_meet_in_it() -> None:
+    shape = outline_shape([SQUARE])
+    assert shape.radius_px[0, ANGLES // 8] == 0.0
+    assert shape.flattest_px[0, ANGLES // 8] == pytest.approx(shape.radius_px[0, 0])
+
+
+def test_what_is_no_polygon_has_no_shape() -> None:
+    shape = outline_shape([SQUARE[:2], SQUARE])
+    assert not shape.radius_px[0].any()
+    assert shape.take(np.array([1])).radius_px[0, 0] > 0
