@@ -16,6 +16,7 @@ from estimator.diagnosis.contest import better_unknown
 from estimator.diagnosis.ranking import Ranking, rank
 from estimator.diagnosis.refitting import Rules, contenders, penalty_of, severe_penalty_of
 from estimator.diagnosis.score_tests import Candidates, EfficientScores, ScoreTest, score_tests
+from estimator.diagnosis.tested_values import p_words
 from estimator.diagnosis.unknown import Unknown, unknown
 from estimator.effects.curvature_bias import CurvatureBias
 from estimator.effects.link import EffectModel
@@ -90,7 +91,7 @@ def explain(
         p = min((t.p for t in tests), default=1.0) * len(tests)
         if p > rules.alpha or len(steps) >= rules.most_effects:
             break
-        told(f"the fit misses something (p = {p:.1e}); refitting the likeliest effects")
+        told(f"the fit misses something ({p_words(p)}); refitting the likeliest effects")
         new = _steps(campaign, fit, (tests, scores, ranking), rules, error)
         steps += [replace(new[0], p=p), *new[1:]]
         for step in new:
