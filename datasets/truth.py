@@ -21,9 +21,9 @@ class Impact:
     ``time_s``, ``x_world``, ``q_world_body``: the first touch. ``point_world`` (3,) m: where the normal force acted, averaged over
     the impulse; ``points_world`` (p, 3) and ``impulses_world`` (p, 3) N s: each corner that touched. ``normal_world``,
     ``plate_velocity_world``: the plate's. ``before`` at the first touch, ``after`` at parting. ``impulse_world`` (3,) N s is that of the
-    contact, gravity not counted. Work (J) is that of the contact's forces along the velocity relative to the plate at rest: ``compression_work_J`` (negative) that of the
-    normal forces at its least, ``normal_work_J`` and ``tangential_work_J`` at parting. ``energy_lost_J``: of the kinetic energy.
-    ``deepest_m``: the largest overlap of body and undeformed plate.
+    contact, gravity not counted. Work (J) is that of the contact's forces along the velocity relative to the plate:
+    ``compression_work_J`` (negative) that of the normal forces at its least, ``normal_work_J`` and ``tangential_work_J`` at parting.
+    ``energy_lost_J``: of the kinetic energy. ``deepest_m``: the largest overlap of body and undeformed plate.
     """
 
     time_s: float

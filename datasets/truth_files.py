@@ -1,6 +1,7 @@
 """The truth of a sequence as a folder: ``truth.json``, ``mesh.ply``, ``motion.npz`` and, in the rendered tier, ``masks.tif``.
 
-Where the particle broke, ``mesh_remnant.ply`` is what is left of it. A mesh is a binary PLY with float64 vertices, which any mesh viewer opens and which loses nothing. Closed to the estimator.
+Where the particle broke, ``mesh_remnant.ply`` is what is left of it. A mesh is a binary PLY with float64 vertices, which any mesh
+viewer opens and which loses nothing. Closed to the estimator.
 """
 
 import struct

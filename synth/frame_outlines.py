@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 
 from datasets.vocabulary.camera import Intrinsics
 from synth.plan import SequencePlan, particle_poses_in_camera
+from synth.plate_setting import beside_plate, plate_outline
 from synth.row_by_row import LONGEST_EDGE_PX, refined, row_by_row_outline
-from synth.silhouette import Grid, OutlineMesh, blurred, exact_outline, grid_around, level_outline, mean_coverage
+from synth.silhouette import Grid, OutlineMesh, blurred, exact_outline, grid_around, level_outline, mean_coverage, outline_mesh
 
 Array = NDArray[np.float64]
 
@@ -31,11 +32,26 @@ REACH = 5.0
 
 
 def frame_outlines(plan: SequencePlan, mesh: OutlineMesh) -> Iterator[Array]:
-    """The outline (n, 2) px of every frame, as a segmentation without noise draws it; ``mesh`` is that of ``plan.vertices``."""
-    scene = _Scene(plan, mesh)
-    for number in range(len(plan.true_times_s)):
-        outline = scene.blurred_outline(number) if plan.effects.blurred else scene.outline(number, 0.0)
-        yield plan.effects.segmented(outline, plan.true_camera)
+    """The outline (n, 2) px of every frame, as a segmentation without noise draws it; ``mesh`` is that of ``plan.vertices``.
+
+    Where a plate hides part of the particle, its outline ends there; (0, 2) where nothing is seen.
+    """
+    scene, whole = _Scene(plan, mesh), len(plan.true_times_s)
+    if plan.remnant is not None:
+        broken = _Scene(plan, outline_mesh(plan.remnant.mesh_vertices, plan.faces))
+        whole = int(np.searchsorted(plan.true_times_s, plan.remnant.time_s))
+    for number, time_s in enumerate(plan.true_times_s):
+        shown = scene if number < whole else broken
+        outline = shown.blurred_outline(number) if plan.effects.blurred else shown.outline(number, 0.0)
+        segmented = plan.effects.segmented(outline, plan.true_camera)
+        yield segmented if plan.setting is None else beside_plate(segmented, _plate_px(plan, float(time_s)))
+
+
+def _plate_px(plan: SequencePlan, time_s: float) -> Array:
+    """The plate's outline (px) in a frame's picture."""
+    assert plan.setting is not None
+    camera = plan.effects.camera_at(plan.true_camera, time_s)
+    return plate_outline(plan.setting, plan.hsv, camera, time_s)
 
 
 @dataclass(frozen=True)

@@ -9,11 +9,13 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from datasets.observation import CalibratedView
+from datasets.truth import Impact, Remnant
 from datasets.vocabulary.body import Body
 from datasets.vocabulary.camera import HsvCamera, Intrinsics
 from datasets.vocabulary.clock import Clock
 from datasets.vocabulary.state import Motion
 from synth.effects import EffectsInForce
+from synth.plate_setting import PlateSetting
 
 Array = NDArray[np.float64]
 
@@ -37,6 +39,9 @@ class SequencePlan:
     ``views``, ``hsv``, ``clock`` and ``gravity_world`` are what the observation states. Where ``effects`` are in force, nature differs:
     frames are taken at ``true_times_s`` (frame,) s with ``true_camera``; ``vertices``, ``body``, mass and moments are those of the
     body that flies, ``view_vertices`` (v, 3) m those that the calibrated views show.
+
+    ``setting``: the plate, where there is one; ``impacts`` on it; ``hidden_in_contact``: its physics
+    besides the plain law; ``remnant``: what is left where the particle broke.
     """
 
     name: str
@@ -58,8 +63,12 @@ class SequencePlan:
     symmetries: Float[NDArray[np.float64], "s 3 3"]
     descriptors: dict[str, float] = field(default_factory=dict)
     effects: EffectsInForce = field(default_factory=EffectsInForce)
+    setting: PlateSetting | None = None
+    impacts: tuple[Impact, ...] = ()
+    hidden_in_contact: dict[str, dict[str, float]] = field(default_factory=dict)
+    remnant: Remnant | None = None
     particle_name: str = ""
-    notes: dict[str, str] = field(default_factory=dict)
+    notes: dict[str, str | int] = field(default_factory=dict)
 
 
 def particle_poses_in_camera(

@@ -9,16 +9,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.observation import Observation, Recording
+from datasets.recipes.effects import hidden_in_contact
 from datasets.recipes.recipe import HsvRecipe, MotionRecipe, NoiseRecipe, Recipe
 from datasets.truth import Truth
 from datasets.vocabulary.camera import HsvCamera, Intrinsics
 from datasets.vocabulary.clock import Clock
 from datasets.vocabulary.outline import Outline
+from synth.drops import Drop, frame_counts, planned_drop, random_experiment
 from synth.effects import EffectsInForce, FlyingBody, effects_in_force
 from synth.frame_outlines import frame_outlines
 from synth.particles.particle import Particle, particle
 from synth.plan import SequencePlan
 from synth.planned_flight import Course, planned_flight
+from synth.plate_setting import plate_outline
 from synth.rig import rig_views
 from synth.silhouette import exact_outline, noisy_outline, outline_mesh
 from synth.streams import streams_of
@@ -67,12 +70,15 @@ def plan_sequence(recipe: Recipe, index: int) -> SequencePlan:
     body_rng, rig_rng, motion_rng, effects_rng = (
         np.random.default_rng(s) for s in (stream.particle, stream.rig, stream.motion, stream.effects)
     )
-    grain = particle(recipe.particle, 0 if recipe.same_particle else index, body_rng)
+    grain = particle(recipe.particle, _particle_number(recipe, index), body_rng)
     camera, effects = hsv_camera(recipe.hsv), effects_in_force(recipe.effects, index)
-    course = _course(recipe, grain, camera.intrinsics, effects, effects_rng)
-    flight, flying = planned_flight(recipe, course, motion_rng), course.flying
+    before, stamps = _frames(recipe, index)
+    course = _course(recipe, grain, camera.intrinsics, effects, stamps=stamps, rng=effects_rng)
+    drop = None if recipe.plate is None else _drop(recipe, course, grain, index, before=before)
+    flight = planned_flight(recipe, course, motion_rng) if drop is None else drop.flight
+    flying = course.flying
     return SequencePlan(
-        name=f"{grain.name}-{index:04d}",
+        name=sequence_name(recipe, grain.name, index),
         vertices=flying.vertices,
         view_vertices=grain.vertices,
         faces=grain.faces,
@@ -91,9 +97,20 @@ def plan_sequence(recipe: Recipe, index: int) -> SequencePlan:
         symmetries=grain.symmetries,
         descriptors=grain.descriptors,
         effects=effects,
+        setting=None if drop is None else drop.setting,
+        impacts=() if drop is None else drop.impacts,
+        hidden_in_contact=hidden_in_contact(recipe.contact_physics),
+        remnant=None if drop is None else drop.remnant,
         particle_name=grain.name,
-        notes=grain.notes,
+        notes={**grain.notes, **_experiment_note(recipe, index)},
     )
+
+
+def sequence_name(recipe: Recipe, particle_name: str, index: int) -> str:
+    """What sequence ``index`` is called: on a plate by experiment and run."""
+    if recipe.plate is None:
+        return f"{particle_name}-{index:04d}"
+    return f"{particle_name}-e{index // recipe.dropper.runs:02d}-r{index % recipe.dropper.runs:02d}"
 
 
 def hsv_camera(recipe: HsvRecipe) -> HsvCamera:
@@ -131,13 +148,17 @@ def observation_of(plan: SequencePlan, recording: Recording, view_recording: Rec
         views=plan.views,
         view_recording=view_recording,
         mass_kg=plan.mass_kg,
+        plate=None if plan.setting is None else plan.setting.stated,
+        plate_outlines=() if plan.setting is None else (Outline(plate_outline(plan.setting, plan.hsv, plan.true_camera, 0.0)),),
     )
 
 
 def hsv_outlines(plan: SequencePlan, noise: NoiseRecipe, rng: np.random.Generator) -> tuple[Outline, ...]:
     """The outline of every frame."""
     exact = frame_outlines(plan, outline_mesh(plan.vertices, plan.faces))
-    return tuple(noisy_outline(o, spacing_px=noise.spacing_px, sigma_px=noise.hsv_boundary_px, rng=rng) for o in exact)
+    return tuple(
+        noisy_outline(o, spacing_px=noise.spacing_px, sigma_px=noise.hsv_boundary_px, rng=rng) if len(o) else Outline(o) for o in exact
+    )
 
 
 def view_outlines(plan: SequencePlan, noise: NoiseRecipe, rng: np.random.Generator) -> tuple[Outline, ...]:
@@ -162,8 +183,11 @@ def truth_of(plan: SequencePlan) -> Truth:
         mesh_faces=plan.faces,
         symmetries=plan.symmetries,
         descriptors=plan.descriptors,
-        effects={key: dict(values) for key, values in plan.effects.values.items()},
+        effects={key: dict(values) for key, values in (*plan.effects.values.items(), *plan.hidden_in_contact.items())},
         notes={"particle": plan.particle_name, "material": plan.material, **plan.notes, **_clock_note(plan)},
+        plate=None if plan.setting is None else plan.setting.plate,
+        impacts=plan.impacts,
+        remnant=plan.remnant,
     )
 
 
@@ -173,8 +197,36 @@ def _clock_note(plan: SequencePlan) -> dict[str, list[float]]:
     return {"true_times_s": plan.true_times_s.tolist()} if wrong else {}
 
 
-def _course(recipe: Recipe, grain: Particle, stated: Intrinsics, effects: EffectsInForce, rng: np.random.Generator) -> Course:
-    stamps = frame_times(recipe.motion)
+def _particle_number(recipe: Recipe, index: int) -> int:
+    if recipe.same_particle:
+        return 0
+    return index if recipe.plate is None else index // recipe.dropper.runs
+
+
+def _experiment_note(recipe: Recipe, index: int) -> dict[str, str | int]:
+    if recipe.plate is None:
+        return {}
+    return {"experiment": index // recipe.dropper.runs, "run": index % recipe.dropper.runs}
+
+
+def _frames(recipe: Recipe, index: int) -> tuple[int, Array]:
+    """Frames before the impact (0 without a plate) and the time stamps (frame,) s."""
+    if recipe.plate is None:
+        return 0, frame_times(recipe.motion)
+    before, after = frame_counts(recipe.dropper, np.random.default_rng(streams_of(recipe, index).release))
+    return before, np.arange(before + after) / recipe.motion.frame_rate_hz
+
+
+def _drop(recipe: Recipe, course: Course, grain: Particle, index: int, *, before: int) -> Drop:
+    experiment_rng, release_rng = (
+        np.random.default_rng(s) for s in (streams_of(recipe, index).experiment, streams_of(recipe, index).motion)
+    )
+    return planned_drop(recipe, course, grain.faces, random_experiment(recipe, experiment_rng), before=before, rng=release_rng)
+
+
+def _course(
+    recipe: Recipe, grain: Particle, stated: Intrinsics, effects: EffectsInForce, *, stamps: Array, rng: np.random.Generator
+) -> Course:
     nominal = FlyingBody(grain.vertices, grain.mass.body, grain.mass.mass_kg, grain.mass.inertia_kgm2)
     return Course(
         stamps_s=stamps,

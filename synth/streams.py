@@ -18,6 +18,8 @@ class Streams:
     rig_noise: np.random.SeedSequence
     rendering: np.random.SeedSequence
     effects: np.random.SeedSequence
+    experiment: np.random.SeedSequence
+    release: np.random.SeedSequence
 
 
 def streams(seed: int, index: int, *, same_particle: bool = False) -> Streams:
@@ -25,7 +27,7 @@ def streams(seed: int, index: int, *, same_particle: bool = False) -> Streams:
 
     With ``same_particle``, those of the particle, the rig and the rig's noise are those of sequence 0.
     """
-    own = Streams(*np.random.SeedSequence([seed, index]).spawn(7))
+    own = Streams(*np.random.SeedSequence([seed, index]).spawn(9))
     if not same_particle:
         return own
     shared = streams(seed, 0)
@@ -33,5 +35,9 @@ def streams(seed: int, index: int, *, same_particle: bool = False) -> Streams:
 
 
 def streams_of(recipe: Recipe, index: int) -> Streams:
-    """The streams of sequence ``index`` of ``recipe``."""
-    return streams(recipe.seed, index, same_particle=recipe.same_particle)
+    """The streams of sequence ``index`` of ``recipe``; on a plate the runs of one experiment share theirs and, at least, the particle."""
+    own = streams(recipe.seed, index, same_particle=recipe.same_particle)
+    if recipe.plate is None:
+        return own
+    first = streams(recipe.seed, index - index % recipe.dropper.runs, same_particle=recipe.same_particle)
+    return replace(own, particle=first.particle, rig=first.rig, rig_noise=first.rig_noise, experiment=first.experiment)

@@ -7,7 +7,7 @@ from typing import Any
 
 from datasets.errors import InputError
 from datasets.plausibility import LARGEST_UNDISTORTION_ERROR_PX, undistortion_error_px
-from datasets.recipes.effects import check_effects
+from datasets.recipes.effects import check_contact_physics, check_effects
 from datasets.recipes.recipe import Recipe
 from datasets.vocabulary.camera import Intrinsics
 
@@ -58,6 +58,28 @@ BOUNDS = (
     Bounds("rendering.samples_per_subframe", 1, 1_000_000),
     Bounds("rendering.rig_samples", 1, 1_000_000),
     Bounds("rendering.crop_margin_px", 0, 65_536),
+    Bounds("plate.tilt_deg", 0, 80),
+    Bounds("plate.elevation_deg", -30, 30, "the camera looks nearly along the plate"),
+    Bounds("plate.size_mm", 1, 1000, "millimetres are meant"),
+    Bounds("plate.youngs_gpa", 1e-3, 2000, "gigapascals are meant: 210 for steel"),
+    Bounds("plate.poisson", -0.99, 0.5),
+    Bounds("plate.velocity_ms", -10, 10, "it looks like millimetres per second"),
+    Bounds("plate.normal_error_deg", 0, 20),
+    Bounds("plate.offset_error_mm", 0, 10),
+    Bounds("dropper.runs", 1, 100_000),
+    Bounds("dropper.height_mm", 0.1, 20_000, "millimetres are meant: 200 gives 2 m/s"),
+    Bounds("dropper.height_scatter_mm", 0, 1000),
+    Bounds("dropper.place_scatter_mm", 0, 100),
+    Bounds("dropper.orientation_scatter_deg", 0, 180),
+    Bounds("dropper.spin_rads", 0, 1e5),
+    Bounds("dropper.spin_scatter_rads", 0, 1e4),
+    Bounds("dropper.frames_before", 1, 100_000),
+    Bounds("dropper.frames_after", 1, 100_000),
+    Bounds("contact.restitution", 0.05, 1, "no contact gives back more than it took; below 0.05 particles stay on the plate"),
+    Bounds("contact.friction", 0, 2),
+    Bounds("contact.youngs_gpa", 1e-3, 2000, "gigapascals are meant: 1143 for diamond"),
+    Bounds("contact.poisson", -0.99, 0.5),
+    Bounds("contact.corner_radius_mm", 1e-3, 100),
     Bounds("sensor.full_well_e", 1, 1e9),
     Bounds("sensor.read_noise_e", 0, 1e6),
     Bounds("sensor.dark_offset_dn", 0, 65_535),
@@ -66,10 +88,19 @@ BOUNDS = (
     Bounds("sensor.dsnu_e", 0, 1e6),
 )
 
+LEAST_GRAVITY_MS2 = 0.1
+SCATTERS = 4.0
+"""Standard deviations of the release's height that the shortest fall is lower."""
 DARKEST_SHARE = 0.5
 """Of full scale: a larger dark offset leaves no range for light."""
 
-RANGES = ("particle.size_mm", "motion.speed_ms", "motion.spin_rads", "motion.out_of_plane_ms", "rig.focal_px")
+OF_A_PLATE = ("dropper", "contact", "contact_physics")
+"""What means nothing without a plate."""
+
+RANGES = (
+    *("particle.size_mm", "motion.speed_ms", "motion.spin_rads", "motion.out_of_plane_ms", "rig.focal_px"),
+    *("plate.tilt_deg", "dropper.height_mm", "dropper.spin_rads", "dropper.frames_before", "dropper.frames_after"),
+)
 """Pairs that have to be given lowest first."""
 
 
@@ -91,13 +122,14 @@ def check_recipe(recipe: Recipe, source: str) -> None:
         if not holds(recipe):
             raise InputError(f"{source}: {sentence(recipe)}")
     check_effects(recipe.effects, recipe.sequences, source)
+    check_contact_physics(recipe.contact_physics, recipe.sequences, source)
 
 
 def value_of(recipe: Recipe, key: str) -> Any:
-    """The value that a dotted key names."""
+    """The value that a dotted key names; ``None`` where the recipe has no such table."""
     value: Any = recipe
     for part in key.split("."):
-        value = getattr(value, part)
+        value = getattr(value, part) if value is not None else None
     return value
 
 
@@ -151,6 +183,27 @@ def _lens(recipe: Recipe) -> Intrinsics:
     return Intrinsics(hsv.width_px, hsv.height_px, focal_px, focal_px, (hsv.width_px - 1) / 2, (hsv.height_px - 1) / 2, hsv.distortion)
 
 
+def _plate_where_needed(recipe: Recipe) -> bool:
+    return recipe.plate is not None or all(getattr(recipe, part) == getattr(Recipe(), part) for part in OF_A_PLATE)
+
+
+def _plate_can_be_drawn(recipe: Recipe) -> bool:
+    return recipe.plate is None or recipe.tier == "silhouette"
+
+
+def _plate_has_gravity(recipe: Recipe) -> bool:
+    return recipe.plate is None or math.hypot(*recipe.motion.gravity_ms2[:2]) > LEAST_GRAVITY_MS2
+
+
+def _fall_is_long_enough(recipe: Recipe) -> bool:
+    return recipe.plate is None or recipe.dropper.frames_before[1] / recipe.motion.frame_rate_hz < _shortest_fall_s(recipe)
+
+
+def _shortest_fall_s(recipe: Recipe) -> float:
+    lowest = recipe.dropper.height_mm[0] - SCATTERS * recipe.dropper.height_scatter_mm
+    return math.sqrt(max(0.0, 2e-3 * lowest / math.hypot(*recipe.motion.gravity_ms2)))
+
+
 RELATIONS: tuple[tuple[Callable[[Recipe], bool], Callable[[Recipe], str]], ...] = (
     (_named, lambda recipe: "name: expected some text, came nothing."),
     (
@@ -182,6 +235,19 @@ RELATIONS: tuple[tuple[Callable[[Recipe], bool], Callable[[Recipe], str]], ...] 
         lambda recipe: (
             f"sensor.dark_offset_dn: expected at most {DARKEST_SHARE * _full_scale_dn(recipe):.0f} (half of full scale at "
             f"{recipe.sensor.bit_depth} bit), came {recipe.sensor.dark_offset_dn:g}."
+        ),
+    ),
+    (_plate_where_needed, lambda _: f"plate: expected the table of a plate, since {', '.join(OF_A_PLATE)} need one, came none."),
+    (_plate_can_be_drawn, lambda recipe: f'tier: expected "silhouette", the only one in which a plate is drawn, came "{recipe.tier}".'),
+    (
+        _plate_has_gravity,
+        lambda recipe: f"motion.gravity_ms2: expected gravity across the viewing direction, came {list(recipe.motion.gravity_ms2)}.",
+    ),
+    (
+        _fall_is_long_enough,
+        lambda recipe: (
+            f"dropper.frames_before: expected at most {_shortest_fall_s(recipe) * recipe.motion.frame_rate_hz:.0f} frames, as long as the "
+            f"shortest fall of dropper.height_mm lasts, came {recipe.dropper.frames_before[1]}."
         ),
     ),
     (

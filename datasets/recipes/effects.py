@@ -2,11 +2,12 @@
 
 import difflib
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from datasets.errors import InputError
 from datasets.recipes.recipe import EffectRecipe
 from datasets.recipes.synth_only import SYNTH_ONLY
+from datasets.vocabulary.contact_physics import CONTACT_PHYSICS
 from datasets.vocabulary.effects import EFFECTS, EffectEntry, Scope
 
 KNOWN: dict[str, EffectEntry] = {**EFFECTS, **SYNTH_ONLY}
@@ -21,15 +22,43 @@ def check_effects(effects: Sequence[EffectRecipe], sequences: int, source: str) 
     InputError
         Naming ``source``, the effect, what was expected and what came.
     """
+    _check_list(effects, KNOWN, sequences, f"{source}: effects")
+
+
+def check_contact_physics(options: Sequence[EffectRecipe], sequences: int, source: str) -> None:
+    """Check what is hidden in a contact as :func:`check_effects` checks effects; but no value may be below 0, apart from angles.
+
+    Raises
+    ------
+    InputError
+        Naming ``source``, the entry, what was expected and what came.
+    """
+    _check_list(options, CONTACT_PHYSICS, sequences, f"{source}: contact_physics")
+    for k, option in enumerate(options):
+        for parameter in CONTACT_PHYSICS[option.key].parameters:
+            value = option.values.get(parameter.name, 0.0)
+            if parameter.plausible[0] >= 0 and not (isinstance(value, float) and value >= 0):
+                raise InputError(
+                    f"{source}: contact_physics[{k}] ({option.key}): {parameter.name}: expected no negative number, came {value}."
+                )
+
+
+def hidden_in_contact(options: Sequence[EffectRecipe]) -> dict[str, dict[str, float]]:
+    """Every parameter (catalogue's units) of what is hidden in the contact; entries whose sizes are all 0 are left out."""
+    values = {option.key: _values(option, CONTACT_PHYSICS[option.key], 0) for option in options}
+    return {key: found for key, found in values.items() if any(found[name] for name in sizes(CONTACT_PHYSICS[key]))}
+
+
+def _check_list(effects: Sequence[EffectRecipe], known: Mapping[str, EffectEntry], sequences: int, where: str) -> None:
     keys = [effect.key for effect in effects]
     for k, effect in enumerate(effects):
-        if effect.key not in KNOWN:
-            raise InputError(f'{source}: effects[{k}].key: unknown effect "{effect.key}"; {_nearest(effect.key, KNOWN)}')
+        if effect.key not in known:
+            raise InputError(f'{where}[{k}].key: unknown effect "{effect.key}"; {_nearest(effect.key, known)}')
         if effect.key in keys[:k]:
-            raise InputError(f'{source}: effects[{k}].key: "{effect.key}" is there twice; expected each effect once.')
-        _check_parameters(effect, KNOWN[effect.key], f"{source}: effects[{k}] ({effect.key})")
+            raise InputError(f'{where}[{k}].key: "{effect.key}" is there twice; expected each effect once.')
+        _check_parameters(effect, known[effect.key], f"{where}[{k}] ({effect.key})")
         for name, value in effect.values.items():
-            _check_value(value, KNOWN[effect.key], sequences, f"{source}: effects[{k}] ({effect.key}): {name}")
+            _check_value(value, known[effect.key], sequences, f"{where}[{k}] ({effect.key}): {name}")
 
 
 def values_in_sequence(effect: EffectRecipe, index: int) -> dict[str, float]:
@@ -40,7 +69,11 @@ def values_in_sequence(effect: EffectRecipe, index: int) -> dict[str, float]:
     InputError
         Where a list has no number for this sequence.
     """
-    found = dict.fromkeys(KNOWN[effect.key].names, 0.0)
+    return _values(effect, KNOWN[effect.key], index)
+
+
+def _values(effect: EffectRecipe, entry: EffectEntry, index: int) -> dict[str, float]:
+    found = dict.fromkeys(entry.names, 0.0)
     for name, value in effect.values.items():
         if isinstance(value, tuple) and index >= len(value):
             raise InputError(f"effects ({effect.key}): {name}: expected a number for sequence {index}, came {len(value)} numbers.")

@@ -125,11 +125,63 @@ class EffectRecipe:
 
 
 @dataclass(frozen=True)
+class PlateRecipe:
+    """A steel plate under a dropper, seen nearly along its surface; tilt and target differ from experiment to experiment.
+
+    ``tilt_deg``: range of the normal's angle against the vertical, in the picture, to either side. ``elevation_deg``: of the camera above
+    the surface at the target; below 0 the plate hides what touches it. ``size_mm``: across the picture, along the viewing direction,
+    thickness. ``stated``: whether the observation tells the plane, with errors of standard deviation ``normal_error_deg`` (about each of
+    two axes) and ``offset_error_mm``, which it tells too.
+    """
+
+    tilt_deg: tuple[float, float] = (10.0, 35.0)
+    elevation_deg: float = 0.5
+    size_mm: tuple[float, float, float] = (80.0, 20.0, 5.0)
+    youngs_gpa: float = 210.0
+    poisson: float = 0.3
+    velocity_ms: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    stated: bool = True
+    normal_error_deg: float = 0.1
+    offset_error_mm: float = 0.02
+
+
+@dataclass(frozen=True)
+class DropperRecipe:
+    """Experiments of ``runs`` runs each: one particle, one nominal release and one plate per experiment, and scatter from run to run.
+
+    Sequence ``i`` is run ``i % runs`` of experiment ``i // runs``. Ranges hold what is drawn once per experiment: the height of the fall,
+    the spin at release (its axis and the orientation are isotropic), and, per sequence, whole frames before and after the impact.
+    """
+
+    runs: int = 10
+    height_mm: tuple[float, float] = (50.0, 200.0)
+    height_scatter_mm: float = 1.0
+    place_scatter_mm: float = 0.3
+    orientation_scatter_deg: float = 3.0
+    spin_rads: tuple[float, float] = (0.0, 40.0)
+    spin_scatter_rads: float = 4.0
+    frames_before: tuple[int, int] = (40, 60)
+    frames_after: tuple[int, int] = (40, 60)
+
+
+@dataclass(frozen=True)
+class ContactRecipe:
+    """The contact with the plate: Stronge's ``restitution``, Coulomb's ``friction``, the particle's elasticity and corners' radius."""
+
+    restitution: float = 0.6
+    friction: float = 0.15
+    youngs_gpa: float = 70.0
+    poisson: float = 0.2
+    corner_radius_mm: float = 0.3
+
+
+@dataclass(frozen=True)
 class Recipe:
     """A whole benchmark: ``sequences`` sequences of one tier from one seed.
 
     ``same_particle``: all sequences are of one particle, seen with one set of calibrated views (a campaign); otherwise each
-    sequence draws its own.
+    sequence draws its own. With a ``plate``, particles are dropped on it instead of flying at random (``motion`` then says only
+    frame rate and gravity); ``contact_physics``: what is hidden in the contact (``datasets/vocabulary/contact_physics.py``).
     """
 
     name: str = "benchmark"
@@ -145,3 +197,7 @@ class Recipe:
     rendering: RenderingRecipe = field(default_factory=RenderingRecipe)
     sensor: SensorRecipe = field(default_factory=SensorRecipe)
     effects: tuple[EffectRecipe, ...] = ()
+    plate: PlateRecipe | None = None
+    dropper: DropperRecipe = field(default_factory=DropperRecipe)
+    contact: ContactRecipe = field(default_factory=ContactRecipe)
+    contact_physics: tuple[EffectRecipe, ...] = ()

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
 from datasets.errors import InputError
-from datasets.recipes.checks import check_recipe
+from datasets.recipes.checks import OF_A_PLATE, check_recipe
 from datasets.recipes.recipe import Recipe
 
 Table = dict[str, Any]
@@ -44,8 +44,9 @@ def recipe_from_dict(table: Table, source: str) -> Recipe:
 
 
 def recipe_to_dict(recipe: Recipe) -> Table:
-    """The resolved recipe as plain values; what is ``None`` is left out."""
-    return {key: value for key, value in _plain(recipe).items() if value is not None}
+    """The resolved recipe as plain values; what is ``None`` is left out, and without a plate what belongs to one."""
+    table = {key: value for key, value in _plain(recipe).items() if value is not None}
+    return table if recipe.plate is not None else {key: value for key, value in table.items() if key not in OF_A_PLATE}
 
 
 def recipe_to_toml(recipe: Recipe) -> str:
@@ -86,9 +87,11 @@ def _replaced(part: Any, keys: list[str], text: str, override: str) -> Any:
     _check_known(kind, keys[0], source, "")
     hint = get_type_hints(kind)[keys[0]]
     if len(keys) > 1:
-        if not dataclasses.is_dataclass(hint):
+        table = next((arm for arm in (hint, *get_args(hint)) if dataclasses.is_dataclass(arm) and get_origin(hint) is not tuple), None)
+        if table is None:
             raise InputError(f"{source}: {keys[0]} is a value and has no part {keys[1]}.")
-        value = _replaced(getattr(part, keys[0]), keys[1:], text, override)
+        present = getattr(part, keys[0])
+        value = _replaced(_build(table, {}, source, "") if present is None else present, keys[1:], text, override)
     else:
         value = _convert(hint, _parsed(text, hint), source, keys[0])
     return dataclasses.replace(part, **{keys[0]: value})
