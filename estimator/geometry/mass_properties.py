@@ -9,7 +9,7 @@ from estimator.geometry.visual_hull import HullMesh
 
 def body_of(mesh: HullMesh) -> Body:
     """The rigid body that fills ``mesh`` uniformly; principal moments ascending, axes right-handed."""
-    solid = _solid(mesh)
+    solid = solid_of(mesh)
     moments, axes = np.linalg.eigh(np.asarray(solid.moment_inertia, dtype=np.float64))
     return Body(
         com_particle=np.asarray(solid.center_mass, dtype=np.float64),
@@ -20,11 +20,12 @@ def body_of(mesh: HullMesh) -> Body:
 
 def largest_moment_per_mass(mesh: HullMesh) -> float:
     """Largest principal moment of inertia over mass (m²) of the uniformly filled ``mesh``."""
-    solid = _solid(mesh)
+    solid = solid_of(mesh)
     return float(np.linalg.eigvalsh(np.asarray(solid.moment_inertia))[2] / solid.volume)
 
 
-def _solid(mesh: HullMesh) -> trimesh.Trimesh:
+def solid_of(mesh: HullMesh) -> trimesh.Trimesh:
+    """``mesh`` as a closed surface with its outside outward: volume above 0, inertia at unit density."""
     solid = trimesh.Trimesh(mesh.vertices, mesh.faces, process=True)
     if solid.volume < 0:
         solid.invert()
