@@ -20,7 +20,7 @@ def random_contacts(rng: np.random.Generator, count: int) -> tuple[np.ndarray, n
     inverse = np.einsum("nij,nj,nkj->nik", R, 1.0 / moments, R)
     across = np.cross(np.eye(3)[None], lever[:, None])
     K = np.eye(3) / mass[:, None, None] + np.einsum("nia,nab,njb->nij", across, inverse, across)
-    u = rng.normal(size=(count, 3)) * np.array([2.0, 2.0, 1.5])
+    u = rng.normal(size=(count, 3)) * np.array([0.6, 0.6, 1.5])
     u[:, 2] = -np.abs(u[:, 2]) - 1e-3
     return K, u
 
