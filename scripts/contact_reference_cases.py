@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from estimator.contact.clump import Clump
 from estimator.contact.solid import BodyState, Solid
 
 Array = NDArray[np.float64]
@@ -183,6 +184,12 @@ class ElasticSphere:
     depth_m: float
     force_n: float
     contact_s: float
+
+
+def ball_clump(case: "ElasticSphere") -> Clump:
+    """The sphere of a case as a clump of one."""
+    moment = 0.4 * case.mass_kg * case.radius_m**2
+    return Clump(Solid(case.mass_kg, 4.0 / 3.0 * np.pi * case.radius_m**3, moment * np.eye(3)), np.zeros((1, 3)), np.array([case.radius_m]))
 
 
 def _ball(density: float, radius: float) -> float:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.vocabulary.plate import Plate
+from estimator.contact.clump import Clump
 from estimator.contact.solid import BodyState, Solid
 
 Array = NDArray[np.float64]
@@ -51,26 +52,33 @@ class ImpulseLaw(Protocol):
 
 
 @dataclass(frozen=True)
-class SphereContacts:
-    """Spheres that touch a plate at one moment, seen in the axes (tangent, tangent, normal) of the plate.
+class Pushed:
+    """What a force law says of one impact.
 
-    ``depth`` (n,) m, above 0; ``radius`` (n,) m; ``slip`` (n, 2) m total tangential displacement; ``velocity`` (n, 3) m/s of the contact
-    point as seen from the plate; ``effective_mass`` (n,) kg: what the damping of each contact has to work against.
+    ``after``: the state when the last sphere lifts off, ``duration_s`` after the first touched. ``deepest_m``: greatest depth of a sphere.
+    ``energy_off``: what the energy balance was off at most, over the energy before. ``steps`` taken; ``most_touching`` spheres at once.
     """
 
-    depth: Array
-    radius: Array
-    slip: Array
-    velocity: Array
-    effective_mass: Array
+    after: BodyState
+    duration_s: float
+    deepest_m: float
+    energy_off: float
+    steps: int
+    most_touching: int
 
 
 class ForceLaw(Protocol):
-    """Depths, slips and velocities of touching spheres give forces; an integrator carries them through the contact."""
+    """State before, clump and plate give the state after, by forces integrated through the contact."""
 
     @property
     def name(self) -> str:
         """The law in a few words."""
 
-    def forces(self, contacts: SphereContacts) -> Array:
-        """Forces (n, 3) N on the particle in the axes of the contacts."""
+    def through(self, state: BodyState, clump: Clump, plate: Plate) -> Pushed:
+        """One impact, from the pose where the lowest sphere touches (the clump is set onto the plate along its normal).
+
+        Raises
+        ------
+        InputError
+            Where the lowest sphere does not approach the plate, or the time step given is too large.
+        """
