@@ -27,12 +27,14 @@ from synth.motion.piecewise_flight import Leg, PiecewiseFlight
 from synth.motion.pushed_flight import PushedFlight
 from synth.motion.random_flight import Stage, ball_in_view, isotropic
 from synth.planned_flight import Course
-from synth.plate_setting import PlateSetting, Stand, plate_setting, random_stand
+from synth.plate_setting import PlateSetting, Stand, moved, plate_setting, random_stand
 
 Array = NDArray[np.float64]
 
 RELEASES = 30
-MOST_IMPACTS = 60
+MOST_RESTS = 3
+"""Runs that end on the plate before the experiment is given up."""
+MOST_IMPACTS = 25
 """In one recording; more of them is a particle that comes to rest."""
 SLOWER = 1.5
 """How much longer than free fall a fall may last where something else than gravity acts."""
@@ -83,14 +85,16 @@ def planned_drop(
     InputError
         Where none does.
     """
-    reason = ""
+    reason, rests = "", 0
     for _ in range(RELEASES):
         share = rng.random()
         fall = _Fall(recipe, course, faces, experiment, float((before - 1 + share) / recipe.motion.frame_rate_hz))
         try:
             drop = fall.drop(rng)
         except InputError as error:
-            reason = str(error)
+            reason, rests = str(error), rests + 1
+            if rests == MOST_RESTS:
+                break
             continue
         if ball_in_view(drop.flight.at(course.true_times_s).x_world, Stage(course.true_camera, 0.0, fall.radius_m, course.stamps_s)):
             return drop
@@ -134,16 +138,20 @@ class _Fall:
         assert self.recipe.plate is not None
         setting = plate_setting(self.recipe.plate, self.experiment.stand, self.up, self.target(), self.hidden.get("plate_tilt", {}))
         law = contact_law(self.recipe.contact, self.recipe.plate, self.hidden)
-        falling, zero_s = self.falling(self.release(setting, rng), setting.plate)
-        return self.bounced(Leg(-np.inf, zero_s, falling, self.course.flying.body), setting, law)
+        falling, touch_s, release_s = self.falling(self.release(setting, rng), setting.plate)
+        early = release_s + touch_s - self.impact_s
+        leg = Leg(-np.inf, self.impact_s - touch_s, falling, self.course.flying.body)
+        return self.bounced(leg, moved(setting, setting.plate.velocity_world * early), law)
 
     def target(self) -> Array:
-        """Where the plate is hit (3,) m: such that the paths before and after lie about the middle of the picture."""
+        """Where the plate is hit (3,) m, the same in all runs: such that the paths before and after lie about the middle of the picture."""
         recipe, speed = self.recipe, np.sqrt(2 * float(np.linalg.norm(self.gravity)) * self.experiment.height_m)
-        after_s = float(self.course.stamps_s[-1]) - self.impact_s
+        before_s, after_s = (
+            np.mean(frames) / recipe.motion.frame_rate_hz for frames in (recipe.dropper.frames_before, recipe.dropper.frames_after)
+        )
         tilt = self.experiment.stand.tilt_rad
         aside = Rotation.from_rotvec([0.0, 0.0, tilt]).apply(self.up) - self.up * np.cos(tilt)
-        path = -0.5 * self.up * speed * self.impact_s - SIDEWAYS * aside * np.cos(tilt) * speed * after_s
+        path = -0.5 * self.up * speed * before_s - SIDEWAYS * aside * np.cos(tilt) * speed * after_s
         camera, distance = self.course.true_camera, recipe.hsv.distance_m
         middle = np.array([(camera.width_px - 1) / 2 - camera.cx_px, (camera.height_px - 1) / 2 - camera.cy_px, 0.0])
         return np.asarray([0.0, 0.0, distance] + path + middle * distance / camera.fx_px)
@@ -160,17 +168,20 @@ class _Fall:
         place = meeting - 0.5 * self.gravity * fall_s**2 + scatter - (scatter @ self.up) * self.up
         return Start(place, turned.as_quat(), np.zeros(3), spin)
 
-    def falling(self, release: Start, plate: Plate) -> tuple[FreeFlight | PushedFlight, float]:
-        """The flight from release, counted from there, and the time of the release in the recording."""
+    def falling(self, release: Start, plate: Plate) -> tuple[FreeFlight | PushedFlight, float, float]:
+        """The flight from release, counted from there; when it touches the plate; when in the recording the release is taken to be.
+
+        The plate is where it is if the release happens at that time.
+        """
         height = float((release.x_world - plate.point_world) @ self.up)
         latest = SLOWER * np.sqrt(2 * (height + self.radius_m) / np.linalg.norm(self.gravity)) + 1e-3
-        zero_s = self.impact_s - np.sqrt(2 * height / np.linalg.norm(self.gravity))
-        flight = self.flown(release, self.course.flying, (min(0.0, -zero_s) - self.margin_s, latest))
-        there = replace(plate, point_world=plate.point_world + plate.velocity_world * zero_s)
+        release_s = self.impact_s - float(np.sqrt(2 * height / np.linalg.norm(self.gravity)))
+        flight = self.flown(release, self.course.flying, (min(0.0, -release_s) - self.margin_s, latest))
+        there = replace(plate, point_world=plate.point_world + plate.velocity_world * release_s)
         touch = first_touch(flight, self.course.flying, there, from_s=0.0, to_s=latest)
         if touch is None:
             raise InputError("the particle misses the plate; expected one that is hit: a slower plate, weaker effects.")
-        return flight, self.impact_s - touch
+        return flight, touch, release_s
 
     @property
     def margin_s(self) -> float:
@@ -206,8 +217,8 @@ class _Fall:
                 remnant = Remnant(parting_s, rest.vertices, rest.body, rest.mass_kg, rest.inertia_kgm2)
             span = (-(parting_s - touch_s), max(end_s - parting_s, 1e-6))
             legs.append(Leg((touch_s + parting_s) / 2, parting_s, self.flown(after, body, span), body.body))
-            moved = replace(setting.plate, point_world=setting.plate.point_world + setting.plate.velocity_world * parting_s)
-            found = first_touch(legs[-1].flight, body, moved, from_s=0.0, to_s=span[1]) if end_s > parting_s else None
+            plate = moved(setting, setting.plate.velocity_world * parting_s).plate
+            found = first_touch(legs[-1].flight, body, plate, from_s=0.0, to_s=span[1]) if end_s > parting_s else None
             touch_s = None if found is None else parting_s + found
         return Drop(PiecewiseFlight(tuple(legs), self.course.flying.body), setting, tuple(impacts), remnant)
 

@@ -63,6 +63,13 @@ def plate_setting(recipe: PlateRecipe, stand: Stand, up: Array, target: Array, t
     return PlateSetting(true, stated, target + box)
 
 
+def moved(setting: PlateSetting, shift: Array) -> PlateSetting:
+    """The setting with everything shifted by ``shift`` (3,) m, world frame."""
+    true = replace(setting.plate, point_world=setting.plate.point_world + shift)
+    stated = None if setting.stated is None else replace(setting.stated, point_world=setting.stated.point_world + shift)
+    return PlateSetting(true, stated, setting.corners_world + shift)
+
+
 def nominal_axes(recipe: PlateRecipe, stand: Stand, up: Array, target: Array) -> tuple[Array, Array, Array]:
     """Normal, direction across the picture and direction away from the camera of the nominal plate, unit (3,), world frame."""
     view = target / np.linalg.norm(target)

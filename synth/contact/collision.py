@@ -32,7 +32,7 @@ CREEP = 5e-4
 SLOWEST_MS = 1e-3
 PART = 0.25
 """Of Hertz's time, after which the corners near the plate are looked for anew."""
-LONGEST_S = 5e-3
+LONGEST_S = 1e-3
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ def collide(
     Raises
     ------
     InputError
-        Where it does not part from the plate within five milliseconds.
+        Where it does not part from the plate within a millisecond.
     """
     to_plate, origin = _plate_axes(plate.normal_world), plate.point_world + plate.velocity_world * time_s
     places, state = places_of(body), _state(body, touch, to_plate, origin, plate.velocity_world)

@@ -49,6 +49,8 @@ class PiecewiseFlight:
         found = Motion(t, np.empty((len(t), 3)), np.empty((len(t), 4)), np.empty((len(t), 3)), np.empty((len(t), 3)))
         for k, leg in enumerate(self.legs):
             mine = number == k
+            if not mine.any():
+                continue
             part = _carried(leg.flight.at(t[mine] - leg.zero_s), leg.body, self.whole)
             found.x_world[mine], found.q_world_body[mine] = part.x_world, part.q_world_body
             found.v_world[mine], found.omega_world[mine] = part.v_world, part.omega_world
@@ -57,7 +59,7 @@ class PiecewiseFlight:
 
 def _carried(motion: Motion, part: Body, whole: Body) -> Motion:
     """The motion of the frame of ``whole`` that moves rigidly with ``part``."""
-    if part is whole or len(motion.times_s) == 0:
+    if part is whole:
         return motion
     to_world = Rotation.from_quat(motion.q_world_body) * Rotation.from_matrix(part.R_particle_body.T)
     arm = to_world.apply(whole.com_particle - part.com_particle)
