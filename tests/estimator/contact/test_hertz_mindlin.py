@@ -22,7 +22,8 @@ from scripts.contact_reference_cases import (
     ObliqueSphere,
     ball_clump,
 )
-from tests.estimator.contact.impacts import FLAT, some_solid, some_state
+from scripts.contact_speeds import FLAT
+from tests.estimator.contact.impacts import some_solid, some_state
 
 ALUMINA = ELASTIC_SPHERES[4]
 STEEL = HertzMindlin(1143e9, 0.069, 210e9, 0.30, 0.7, 0.12)

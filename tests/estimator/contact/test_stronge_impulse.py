@@ -12,7 +12,8 @@ from estimator.contact.sphere_equivalent import sphere_of
 from estimator.contact.stronge_impulse import StrongeImpulse
 from estimator.contact.velocity_impulse import NewtonImpulse, PoissonImpulse
 from scripts.contact_reference_cases import ENERGY_RATIOS, FULL_CASES, EnergyRatio, ReferenceImpact
-from tests.estimator.contact.impacts import FLAT, random_contacts, some_solid, some_state
+from scripts.contact_speeds import FLAT, random_contacts
+from tests.estimator.contact.impacts import some_solid, some_state
 
 
 def _random(count: int, e: float, mu: float) -> tuple[np.ndarray, np.ndarray, Impulses]:
