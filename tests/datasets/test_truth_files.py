@@ -8,9 +8,11 @@ import trimesh
 
 from datasets.dataset_files import Dataset, observation_folder, read_dataset, truth_folder, write_dataset
 from datasets.errors import InputError
+from datasets.impact_entries import NUMBERS, TABLES, VECTORS
 from datasets.tiff_frames import TiffFrames, write_stack
-from datasets.truth import Truth
-from datasets.truth_files import read_truth, write_truth
+from datasets.truth import Impact, Remnant, Truth
+from datasets.truth_files import read_truth, write_mesh, write_truth
+from datasets.vocabulary.plate import Plate
 
 
 def assert_same(a: Truth, b: Truth) -> None:
@@ -102,3 +104,39 @@ def test_an_observation_is_read_where_there_is_no_truth(tmp_path, truth, outline
     write_truth(truth, truth_folder(tmp_path, "seq_0000"))
     shutil.rmtree(tmp_path / "truth")
     assert read_observation(observation_folder(tmp_path, "seq_0000")).name == "seq_0000"
+
+
+def impact(**changes) -> Impact:
+    vectors = {name: np.arange(3) + 0.1 * k for k, name in enumerate(VECTORS)}
+    tables = {name: np.arange(6.0).reshape(2, 3) / 7 for name in TABLES}
+    numbers = {name: 0.3 * k for k, name in enumerate(NUMBERS)}
+    return Impact(**{**vectors, "q_world_body": np.array([0.0, 0, 0, 1]), **tables, **numbers, "compression_work_J": -2.0, **changes})
+
+
+def test_a_plate_impacts_and_what_is_left_round_trip(truth, tmp_path):
+    plate = Plate(np.array([0.01, 0.02, 0.6]), np.array([0.0, -1.0, 0.0]), np.array([0.0, 0.0, 0.1]))
+    rest = Remnant(0.01, truth.mesh_vertices * 0.9, truth.body, 2e-4, truth.inertia_kgm2 * 0.6)
+    broken = replace(truth, plate=plate, impacts=(impact(), impact(time_s=0.02)), remnant=rest)
+    write_truth(broken, tmp_path / "t")
+    again = read_truth(tmp_path / "t")
+    assert_same(broken, again)
+    for a, b in zip((plate, *broken.impacts, rest), (again.plate, *again.impacts, again.remnant), strict=True):
+        for name, value in vars(a).items():
+            if name != "body":
+                assert np.array_equal(value, getattr(b, name)), name
+    assert again.impacts[1].restitution == broken.impacts[1].restitution
+
+
+def test_without_a_plate_nothing_is_said_of_one(truth, tmp_path):
+    write_truth(truth, tmp_path / "t")
+    assert not {"plate", "impacts", "remnant"} & set(json.loads((tmp_path / "t" / "truth.json").read_text(encoding="utf-8")))
+    assert read_truth(tmp_path / "t").impacts == ()
+
+
+def test_a_remnant_of_another_mesh_is_named(truth, tmp_path):
+    rest = Remnant(0.01, truth.mesh_vertices, truth.body, 2e-4, truth.inertia_kgm2)
+    write_truth(replace(truth, plate=Plate(np.zeros(3), np.array([0.0, -1.0, 0.0])), remnant=rest), tmp_path / "t")
+    box = trimesh.creation.box()
+    write_mesh(tmp_path / "t" / "mesh_remnant.ply", np.asarray(box.vertices), np.asarray(box.faces))
+    with pytest.raises(InputError, match=r"mesh_remnant\.ply: expected the 42 vertices of the whole particle, came 8"):
+        read_truth(tmp_path / "t")

@@ -1,10 +1,12 @@
 """Whole recordings of drops: what runs share, when impacts happen, what is stated, what is seen beside the plate."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 import shapely
+import trimesh
 
 from datasets.errors import InputError
 from datasets.recipes.recipe import (
@@ -99,11 +101,12 @@ def test_a_drop_goes_as_high_as_it_was_released(plan: SequencePlan) -> None:
     assert np.sqrt(2 * 9.80665 * 0.055) < speed < np.sqrt(2 * 9.80665 * 0.13)
 
 
-def test_the_second_impact_happens_when_the_flat_plate_is_reached_again() -> None:
+def test_the_second_impact_happens_when_the_flat_plate_is_reached_again(tmp_path: Path) -> None:
     """A ball that jumps straight up is back after 2 v / g; it hardly jumps, and gravity is strong, so that this is within the recording."""
+    trimesh.creation.icosphere(subdivisions=3).export(tmp_path / "ball.ply")
     recipe = replace(
         RECIPE,
-        particle=ParticleRecipe(family="sphere", size_mm=(4.0, 4.0)),
+        particle=ParticleRecipe(files=(str(tmp_path / "ball.ply"),), size_mm=(4.0, 4.0)),
         plate=PlateRecipe(tilt_deg=(0.0, 0.0), elevation_deg=0.0),
         dropper=DropperRecipe(
             height_mm=(60.0, 60.0), height_scatter_mm=0.0, spin_rads=(0.0, 0.0), spin_scatter_rads=0.0, frames_after=(46, 46)
