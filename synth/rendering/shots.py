@@ -57,8 +57,8 @@ class Shot:
 
 def picture_stream(recipe: Recipe, index: int, what: str, number: int, part: int) -> np.random.SeedSequence:
     """The random stream of one part of one picture of sequence ``index``; views that sequences share are the first one's."""
-    shared = recipe.same_particle and what.startswith("view")
-    root = streams(recipe.seed, 0 if shared else index).rendering
+    first = 0 if recipe.same_particle else index if recipe.plate is None else index - index % recipe.dropper.runs
+    root = streams(recipe.seed, first if what.startswith("view") else index).rendering
     return np.random.SeedSequence(root.entropy, spawn_key=(*root.spawn_key, STREAM_OF[what], number, part))
 
 
