@@ -16,6 +16,8 @@ import numpy as np
 from estimator.contact.sliding_kernel import ERROR, A
 
 TOLERANCE = 1e-9
+LONGEST = 10.0
+"""Longest step over the first, about a 300th of the contact: slips are cut after each step, which the error estimate does not see."""
 MOST_STEPS = 200000
 SLIP = 14
 """Where the slips begin in the state."""
@@ -211,9 +213,8 @@ def _deepest(before, depth, k, h):  # type: ignore[no-untyped-def]
 @numba.njit(cache=True)
 def _following_step(h, error, free, y, depth, smallest, reach, quiet):  # type: ignore[no-untyped-def]  # noqa: PLR0917
     """The next adaptive step; in the air, after ``free`` seconds of it, one that cannot pass through the plate."""
-    longer = h * min(5.0, 0.9 * max(error, 1e-10) ** -0.2)
     if free < 0.0:
-        return longer
+        return min(h * min(5.0, 0.9 * max(error, 1e-10) ** -0.2), LONGEST * smallest)
     return min(max(_clearance_step(y, depth, reach), smallest), max(quiet - free, 1e-12))
 
 
