@@ -49,12 +49,19 @@ def _spin(y, inverse, R, turned, omega):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(cache=True)
-def _depths(y, centres, radii, R, depth):  # type: ignore[no-untyped-def]
-    """Depth of every sphere in the plate (below 0: it is clear of it); returns how many touch."""
+def _depths(y, centres, radii, R, depth, arms):  # type: ignore[no-untyped-def]  # noqa: PLR0917
+    """Depth of every sphere in the plate (below 0: it is clear of it); returns how many touch.
+
+    ``arms`` (2,) gets the sum of lever × normal over those that do.
+    """
     touching = 0
+    arms[:] = 0.0
     for i in range(radii.shape[0]):
         depth[i] = radii[i] - y[2] - (R[2, 0] * centres[i, 0] + R[2, 1] * centres[i, 1] + R[2, 2] * centres[i, 2])
-        touching += depth[i] > 0.0
+        if depth[i] > 0.0:
+            touching += 1
+            arms[0] += R[1, 0] * centres[i, 0] + R[1, 1] * centres[i, 1] + R[1, 2] * centres[i, 2]
+            arms[1] -= R[0, 0] * centres[i, 0] + R[0, 1] * centres[i, 1] + R[0, 2] * centres[i, 2]
     return touching
 
 
@@ -77,16 +84,15 @@ def _tangential(law, depth, radius, effective, slip, along, limit, out):  # type
 @numba.njit(cache=True)
 def _contact(y, i, touching, law, mass, centres, radii, work, out):  # type: ignore[no-untyped-def]  # noqa: PLR0917
     """Sphere i: ``out`` (13,) gets force (3), slip (2) after the cut, lever (3), velocity (3), elastic normal force."""
-    R, turned, omega, depth, tangential = work
+    R, turned, omega, depth, arms, tangential = work
     for a in range(2):
         out[5 + a] = R[a, 0] * centres[i, 0] + R[a, 1] * centres[i, 1] + R[a, 2] * centres[i, 2]
     out[7] = R[2, 0] * centres[i, 0] + R[2, 1] * centres[i, 1] + R[2, 2] * centres[i, 2] - radii[i]
     out[8] = y[7] + omega[1] * out[7] - omega[2] * out[6]
     out[9] = y[8] + omega[2] * out[5] - omega[0] * out[7]
     out[10] = y[9] + omega[0] * out[6] - omega[1] * out[5]
-    x, z = out[6], -out[5]
-    compliance = 1.0 / mass + turned[0, 0] * x * x + 2.0 * turned[0, 1] * x * z + turned[1, 1] * z * z
-    effective = 1.0 / (compliance * touching)
+    x, z = turned[0, 0] * arms[0] + turned[0, 1] * arms[1], turned[1, 0] * arms[0] + turned[1, 1] * arms[1]
+    effective = 1.0 / max(touching / mass + out[6] * x - out[5] * z, 1.0 / mass)
     stiffness = 2.0 * law[0] * math.sqrt(radii[i] * depth[i])
     out[11] = 2.0 / 3.0 * stiffness * depth[i]
     out[2] = max(0.0, out[11] - DAMPING * law[2] * math.sqrt(stiffness * effective) * out[10])
@@ -98,9 +104,9 @@ def _contact(y, i, touching, law, mass, centres, radii, work, out):  # type: ign
 @numba.njit(cache=True)
 def _rates(y, law, mass, inverse, centres, radii, work, one, out):  # type: ignore[no-untyped-def]  # noqa: PLR0917
     """Derivatives of the state."""
-    R, turned, omega, depth, _ = work
+    R, turned, omega, depth, arms, _ = work
     _spin(y, inverse, R, turned, omega)
-    touching = _depths(y, centres, radii, R, depth)
+    touching = _depths(y, centres, radii, R, depth, arms)
     out[:] = 0.0
     out[0], out[1], out[2] = y[7], y[8], y[9]
     w, a, b, c = y[3], y[4], y[5], y[6]
@@ -144,9 +150,9 @@ def _step(y, h, scale, body, work, one, k, new):  # type: ignore[no-untyped-def]
 def _cut_slips(y, body, work, one):  # type: ignore[no-untyped-def]
     """After a step: slips beyond the Coulomb limit fall back to it, those of spheres in the air to none."""
     law, mass, inverse, centres, radii = body
-    R, turned, omega, depth, _ = work
+    R, turned, omega, depth, arms, _ = work
     _spin(y, inverse, R, turned, omega)
-    touching = _depths(y, centres, radii, R, depth)
+    touching = _depths(y, centres, radii, R, depth, arms)
     for i in range(radii.shape[0]):
         one[3], one[4] = 0.0, 0.0
         if depth[i] > 0.0:
@@ -159,7 +165,7 @@ def _cut_slips(y, body, work, one):  # type: ignore[no-untyped-def]
 def _energy(y, body, work):  # type: ignore[no-untyped-def]
     """T + U - D (J), of a state whose spin and depths are at hand in ``work``."""
     law, mass, _, _, radii = body
-    _, _, omega, depth, _ = work
+    _, _, omega, depth, _, _ = work
     total = 0.5 * mass * (y[7] ** 2 + y[8] ** 2 + y[9] ** 2) - y[13]
     total += 0.5 * (omega[0] * y[10] + omega[1] * y[11] + omega[2] * y[12])
     for i in range(radii.shape[0]):
@@ -228,7 +234,7 @@ def push(y, body, scale, fixed_step, quiet, reach):  # type: ignore[no-untyped-d
     """
     n = body[4].shape[0]
     k, new, one = np.empty((7, y.shape[0])), np.empty(y.shape[0]), np.empty(13)
-    work = (np.empty((3, 3)), np.empty((3, 3)), np.empty(3), np.empty(n), np.empty(4))
+    work = (np.empty((3, 3)), np.empty((3, 3)), np.empty(3), np.empty(n), np.empty(2), np.empty(4))
     most, deepest, off, t, left = _cut_slips(y, body, work, one), 0.0, 0.0, 0.0, -1.0
     at_start, before, smallest = _energy(y, body, work), work[3].copy(), 1e-3 * scale[0] / scale[7]
     h = fixed_step if fixed_step > 0.0 else smallest

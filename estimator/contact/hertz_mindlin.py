@@ -7,7 +7,9 @@ With depth δ, radius R of the touching sphere (the plate is flat), total tangen
     1/E* = Σ(1-ν²)/E,  1/G* = Σ 2(2-ν)(1+ν)/E.
 
 Keeping Fₙ ≥ 0 changes the restitution that comes out to exp[-2β arccos(β)/√(1-β²)] (arcosh and √(β²-1) past β = 1), so β is found from the
-restitution asked for. In an eccentric contact m* is 1/Kₙₙ, with N spheres touching 1/(N Kₙₙ).
+restitution asked for. m* of sphere i is 1/Σⱼ K_ij over the spheres that touch, K_ij the normal velocity that a unit normal impulse at j
+gives to i (and at most m): that is 1/Kₙₙ for one eccentric contact and m/N where N share a level landing, so that both deliver the
+restitution asked for.
 
 The contact point is the lowest point of the undeformed sphere, R below its centre.
 

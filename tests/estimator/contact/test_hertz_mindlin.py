@@ -104,12 +104,15 @@ def test_a_stiff_sphere_that_slips_agrees_with_the_impulse_model() -> None:
     np.testing.assert_allclose(found.after.omega_world, rigid.after.omega_world, atol=0.05)
 
 
-def test_a_clump_with_two_contacts_keeps_the_balance() -> None:
-    clump = _four_balls()
-    level = replace(clump, centres_body=1e-3 * np.array([[0.5, 0, -0.4], [-0.5, 0, -0.4], [0, 0.5, -0.4], [0, -0.5, -0.4]]))
-    found = STEEL.through(_falling((0.2, 0.1, -1.0)), replace(level, radii=np.full(4, 3e-4)), FLAT)
+@pytest.mark.parametrize("e", [0.3, 0.8])
+def test_four_spheres_that_land_level_deliver_it_too(e: float) -> None:
+    solid = Solid(5e-6, 2e-9, np.diag([1.0e-12, 1.2e-12, 1.5e-12]))
+    corners = 1e-3 * np.array([[0.5, 0, -0.4], [-0.5, 0, -0.4], [0, 0.5, -0.4], [0, -0.5, -0.4]])
+    found = replace(STEEL, restitution=e).through(_falling((0.0, 0.0, -1.0)), Clump(solid, corners, np.full(4, 3e-4)), FLAT)
     assert found.most_touching == 4
     assert found.energy_off < 1e-6
+    assert found.after.v_world[2] == pytest.approx(e, rel=1e-6)
+    np.testing.assert_allclose(found.after.omega_world, 0.0, atol=1e-6)
 
 
 def test_no_energy_is_made_with_damping_and_friction() -> None:

@@ -69,6 +69,37 @@ def test_random_impacts_end_in_every_way() -> None:
     assert set(found.sliding) == {"slips throughout", "sticks", "slips anew along the diverging ray"}
 
 
+def _small_steps(K: np.ndarray, u: np.ndarray, e: float, mu: float) -> tuple[np.ndarray, np.ndarray]:
+    """u after (n, 3) and W (n,) by plain steps of pₙ, all contacts at once: another road to the same end, good to about a step."""
+    u, work, deepest, open_ = u.copy(), np.zeros(len(u)), np.zeros(len(u)), np.ones(len(u), dtype=bool)
+    step = 4.0 * np.abs(u[:, 2]) / K[:, 2, 2] / 8000
+    rest = -np.linalg.solve(K[:, :2, :2], K[:, :2, 2:])[:, :, 0]
+    holds = np.linalg.norm(rest, axis=1) <= mu
+    for _ in range(200_000):
+        speed = np.linalg.norm(u[:, :2], axis=1)
+        stuck = holds & (speed <= 3.0 * np.linalg.norm(K[:, :2], axis=(1, 2)) * (1.0 + mu) * step)
+        along = np.where(stuck[:, None], rest, -mu * u[:, :2] / np.maximum(speed, 1e-300)[:, None])
+        u_new = u + np.einsum("nij,nj->ni", K, np.column_stack([along, np.ones(len(u))])) * step[:, None]
+        u_new[stuck, :2] = 0.0
+        more = 0.5 * (u[:, 2] + u_new[:, 2]) * step
+        u, work = np.where(open_[:, None], u_new, u), np.where(open_, work + more, work)
+        deepest = np.minimum(deepest, work)
+        open_ &= ~((u[:, 2] > 0.0) & (work >= (1 - e**2) * deepest))
+        if not open_.any():
+            return u, work
+    raise AssertionError("no end")
+
+
+def test_plain_small_steps_come_to_the_same_end() -> None:
+    K, u = random_contacts(np.random.default_rng(21), 150)
+    found = StrongeImpulse(0.7, 0.8).follow(K, u)
+    assert len(set(found.sliding)) >= 2
+    after, work = _small_steps(K, u, 0.7, 0.8)
+    speed = np.linalg.norm(u, axis=1)
+    assert (np.linalg.norm(after - found.velocity_after, axis=1) < 6e-3 * speed).all()
+    np.testing.assert_allclose(work, found.normal_j, atol=1e-2 * np.abs(found.normal_j).max())
+
+
 def test_no_friction_and_no_loss_keep_the_energy() -> None:
     _, u, found = _random(500, 1.0, 0.0)
     lost = 0.5 * np.einsum("ni,ni->n", u + found.velocity_after, found.impulse)
