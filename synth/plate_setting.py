@@ -85,10 +85,15 @@ def nominal_axes(recipe: PlateRecipe, stand: Stand, up: Array, target: Array) ->
 
 def plate_outline(setting: PlateSetting, camera: HsvCamera, intrinsics: Intrinsics, time_s: float) -> Float[NDArray[np.float64], "n 2"]:
     """The plate's outline (px) in the picture of ``camera`` with the true ``intrinsics`` at ``time_s``."""
-    corners = setting.corners_world + setting.plate.velocity_world * time_s
-    hull = trimesh.convex.convex_hull(corners)
-    mesh = outline_mesh(np.asarray(hull.vertices), np.asarray(hull.faces))
+    vertices, faces = plate_mesh(setting)
+    mesh = outline_mesh(vertices + setting.plate.velocity_world * time_s, faces)
     return exact_outline(mesh, intrinsics, camera.R_cam_world, camera.t_cam_world)
+
+
+def plate_mesh(setting: PlateSetting) -> tuple[Float[NDArray[np.float64], "8 3"], NDArray[np.int64]]:
+    """The plate's box at time zero: vertices (m, world frame) and outward faces."""
+    hull = trimesh.convex.convex_hull(setting.corners_world)
+    return np.asarray(hull.vertices, dtype=np.float64), np.asarray(hull.faces, dtype=np.int64)
 
 
 def beside_plate(outline_px: Array, plate_px: Array) -> Float[NDArray[np.float64], "n 2"]:

@@ -7,9 +7,10 @@ from typing import Any
 
 from datasets.errors import InputError
 from datasets.plausibility import LARGEST_UNDISTORTION_ERROR_PX, undistortion_error_px
-from datasets.recipes.effects import check_contact_physics, check_effects
+from datasets.recipes.effects import KNOWN, check_contact_physics, check_effects
 from datasets.recipes.recipe import Recipe
 from datasets.vocabulary.camera import Intrinsics
+from datasets.vocabulary.effects import Stage
 
 
 @dataclass(frozen=True)
@@ -97,6 +98,9 @@ DARKEST_SHARE = 0.5
 OF_A_PLATE = ("dropper", "contact", "contact_physics")
 """What means nothing without a plate."""
 
+NOT_BESIDE_A_PLATE = (Stage.OPTICS, Stage.EXPOSURE, Stage.SEGMENTATION)
+"""Stages whose effects act on particles, not on the still picture of a plate."""
+
 RANGES = (
     *("particle.size_mm", "motion.speed_ms", "motion.spin_rads", "motion.out_of_plane_ms", "rig.focal_px"),
     *("plate.tilt_deg", "dropper.height_mm", "dropper.spin_rads", "dropper.frames_before", "dropper.frames_after"),
@@ -118,10 +122,10 @@ def check_recipe(recipe: Recipe, source: str) -> None:
         pair = value_of(recipe, key)
         if pair is not None and pair[0] > pair[1]:
             raise InputError(f"{source}: {key}: expected [lowest, highest], came [{pair[0]:g}, {pair[1]:g}].")
+    check_effects(recipe.effects, recipe.sequences, source)
     for holds, sentence in RELATIONS:
         if not holds(recipe):
             raise InputError(f"{source}: {sentence(recipe)}")
-    check_effects(recipe.effects, recipe.sequences, source)
     check_contact_physics(recipe.contact_physics, recipe.sequences, source)
 
 
@@ -188,7 +192,9 @@ def _plate_where_needed(recipe: Recipe) -> bool:
 
 
 def _plate_can_be_drawn(recipe: Recipe) -> bool:
-    return recipe.plate is None or recipe.tier == "silhouette"
+    if recipe.plate is None or recipe.tier == "silhouette":
+        return True
+    return not any(recipe.plate.velocity_ms) and not any(KNOWN[effect.key].stage in NOT_BESIDE_A_PLATE for effect in recipe.effects)
 
 
 def _plate_has_gravity(recipe: Recipe) -> bool:
@@ -238,7 +244,13 @@ RELATIONS: tuple[tuple[Callable[[Recipe], bool], Callable[[Recipe], str]], ...] 
         ),
     ),
     (_plate_where_needed, lambda _: f"plate: expected the table of a plate, since {', '.join(OF_A_PLATE)} need one, came none."),
-    (_plate_can_be_drawn, lambda recipe: f'tier: expected "silhouette", the only one in which a plate is drawn, came "{recipe.tier}".'),
+    (
+        _plate_can_be_drawn,
+        lambda recipe: (
+            'tier: expected "silhouette" for a plate that moves and for effects on the picture beside a plate, which are not rendered, '
+            f'came "{recipe.tier}".'
+        ),
+    ),
     (
         _plate_has_gravity,
         lambda recipe: f"motion.gravity_ms2: expected gravity across the viewing direction, came {list(recipe.motion.gravity_ms2)}.",

@@ -30,6 +30,12 @@ MATERIALS: dict[str, Material] = {
 }
 
 
+STEEL = Material(
+    {"type": "roughconductor", "alpha": 0.15, "eta": {"type": "uniform", "value": 2.9}, "k": {"type": "uniform", "value": 3.1}}, 4
+)
+"""The plate: ground, so smoother than the particles' metal."""
+
+
 def material(name: str) -> Material:
     """The material called ``name``.
 

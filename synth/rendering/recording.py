@@ -21,6 +21,8 @@ from synth.rendering.parts import Parts
 from synth.rendering.sensor import Picture, Sensor
 from synth.rendering.shooting import toned
 from synth.rendering.shots import READ_OUT, Shot, hsv_optics, picture_stream, rig_optics
+from synth.rendering.tracer import Traced
+from synth.rendering.window import whole_picture
 
 BACKGROUND_EXPOSURES = 16
 COVERED = 0.5
@@ -37,19 +39,20 @@ def sensor_of(optics: Optics, recipe: Recipe, camera: int) -> Sensor:
 
 @dataclass(frozen=True)
 class Taken:
-    """Sequence ``index`` of ``recipe``, as planned, and its rendered ``parts``."""
+    """Sequence ``index`` of ``recipe``, as planned, and its rendered ``parts``; ``plate``: what the plate alone adds to the picture."""
 
     plan: SequencePlan
     recipe: Recipe
     index: int
     parts: Parts
+    plate: Traced | None = None
 
 
 def record_frames(taken: Taken, shots: Sequence[Shot], folder: Path) -> TiffFrames:
     """Write the high-speed camera's frames and its background to ``folder``."""
     name = taken.plan.hsv.name
     optics = hsv_optics(taken.plan, taken.recipe)
-    camera = _Camera(optics, sensor_of(optics, taken.recipe, 0), taken)
+    camera = _Camera(optics, sensor_of(optics, taken.recipe, 0), taken, taken.plate)
     path, background_path = folder / frames_file(name), folder / background_file(name)
     write_stack(background_path, [camera.background("frame background", 0)])
     with FrameStackWriter(path) as frames:
@@ -72,13 +75,14 @@ def record_views(taken: Taken, shots: Sequence[Shot], folder: Path) -> TiffFrame
 
 
 def record_masks(taken: Taken, shots: Sequence[Shot], folder: Path) -> TiffFrames:
-    """Write the silhouettes of the frames to ``folder``, 0 or 1 per pixel."""
+    """Write the silhouettes of the frames to ``folder``, 0 or 1 per pixel; what lies before or behind a plate is none."""
     camera = taken.plan.hsv.intrinsics
     path = folder / MASKS_FILE
     with FrameStackWriter(path, compression="zlib") as masks:
         for shot in shots:
             mask = np.zeros((camera.height_px, camera.width_px), dtype=np.uint16)
-            mask[shot.window.slices] = taken.parts.load(shot).coverage >= COVERED
+            beside = 0.0 if taken.plate is None else taken.plate.coverage[shot.window.slices]
+            mask[shot.window.slices] = taken.parts.load(shot).coverage - beside >= COVERED
             masks.append(mask)
     return TiffFrames(path, MASK_BITS)
 
@@ -86,12 +90,16 @@ def record_masks(taken: Taken, shots: Sequence[Shot], folder: Path) -> TiffFrame
 class _Camera:
     """Optics and sensor of one camera, with its static background at hand."""
 
-    def __init__(self, optics: Optics, sensor: Sensor, taken: Taken) -> None:
+    def __init__(self, optics: Optics, sensor: Sensor, taken: Taken, plate: Traced | None = None) -> None:
         self._optics, self._sensor, self._taken = optics, sensor, taken
-        self._light = background_light(optics)
+        self._open = background_light(optics)
+        self._light = self._open if plate is None else compose(optics, self._open, whole_picture(optics.intrinsics), plate)
 
     def picture(self, shot: Shot) -> Picture:
-        light = compose(self._optics, self._light, shot.window, self._taken.parts.load(shot))
+        light = compose(self._optics, self._open, shot.window, self._taken.parts.load(shot))
+        if self._light is not self._open:
+            beside, light = light, self._light.copy()
+            light[shot.window.slices] = beside[shot.window.slices]
         if shot.kind == "frame":
             light = toned(light, self._light, self._taken.plan.effects, self._optics)
         return self._sensor.read_out(light, self._rng(shot.kind, shot.number))

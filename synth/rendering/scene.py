@@ -1,4 +1,4 @@
-"""The scene: the particle standing still in its own frame, and light all around it; camera and light turn about it.
+"""The scene: the particle standing still in its own frame, and light all around it; camera, light and plate turn about it.
 
 Moving the camera instead of the particle leaves Mitsuba's search tree as it is from sub-frame to sub-frame (rebuilding it took
 longer than rendering). The light is an environment map that turns with the camera, so it is no geometry either.
@@ -30,19 +30,38 @@ class ParticleModel:
     material: Material
 
 
-def scene_dictionary(mi: Any, particle: ParticleModel, light: Lighting, at_cam: Float[NDArray[np.float64], "3"]) -> dict[str, Any]:
-    """Mitsuba's description of particle and light; ``at_cam`` (m) is where in the camera frame the light is computed."""
-    radiance = np.repeat(environment_map(light, at_cam)[:, :, None], 3, axis=2).astype(np.float32)
-    return {
+@dataclass(frozen=True)
+class Surroundings:
+    """What stands still before the camera: ``light``, computed for the place ``at_cam`` (3,) m, and a ``plate`` in the camera frame."""
+
+    light: Lighting
+    at_cam: Float[NDArray[np.float64], "3"]
+    plate: ParticleModel | None = None
+
+    def depth(self, surface: Material) -> int:
+        """Longest path, in segments."""
+        return surface.depth if self.plate is None else max(surface.depth, self.plate.material.depth)
+
+
+def scene_dictionary(mi: Any, particle: ParticleModel, around: Surroundings) -> dict[str, Any]:
+    """Mitsuba's description of particle, light and plate."""
+    radiance = np.repeat(environment_map(around.light, around.at_cam)[:, :, None], 3, axis=2).astype(np.float32)
+    scene = {
         "type": "scene",
-        "particle": _mesh(mi, particle),
+        "particle": _mesh(mi, particle, "particle"),
         "light": {"type": "envmap", "bitmap": mi.Bitmap(radiance)},
     }
+    return scene if around.plate is None else {**scene, "plate": _mesh(mi, around.plate, "plate")}
 
 
-def integrator_dictionary(surface: Material) -> dict[str, Any]:
-    """Path tracing that leaves the background out, so that alpha is the share of a pixel that the particle covers."""
-    return {"type": "path", "max_depth": surface.depth, "rr_depth": NO_ROULETTE, "hide_emitters": True}
+def plate_positions(plate: ParticleModel, R_cam_particle: Float[NDArray[np.float64], "3 3"], t_cam_particle: Array) -> NDArray[np.float32]:
+    """The plate's vertices, flat, in the particle frame of a pose."""
+    return ((plate.vertices - t_cam_particle) @ R_cam_particle).astype(np.float32).ravel()
+
+
+def integrator_dictionary(depth: int) -> dict[str, Any]:
+    """Path tracing that leaves the background out, so that alpha is the share of a pixel that is covered."""
+    return {"type": "path", "max_depth": depth, "rr_depth": NO_ROULETTE, "hide_emitters": True}
 
 
 COVERAGE_ONLY = {"type": "depth"}
@@ -66,11 +85,11 @@ def light_to_particle(R_cam_particle: Float[NDArray[np.float64], "3 3"]) -> Floa
     return to_world
 
 
-def _mesh(mi: Any, particle: ParticleModel) -> Any:
-    """The particle with flat facets."""
+def _mesh(mi: Any, particle: ParticleModel, name: str) -> Any:
+    """A body with flat facets."""
     properties = mi.Properties()
     properties["bsdf"] = mi.load_dict(particle.material.bsdf)
-    mesh = mi.Mesh("particle", len(particle.vertices), len(particle.faces), props=properties)
+    mesh = mi.Mesh(name, len(particle.vertices), len(particle.faces), props=properties)
     parameters = mi.traverse(mesh)
     parameters["vertex_positions"] = particle.vertices.astype(np.float32).ravel()
     parameters["faces"] = particle.faces.astype(np.uint32).ravel()

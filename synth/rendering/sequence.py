@@ -20,21 +20,25 @@ from datasets.recipes.toml_files import recipe_to_dict
 from datasets.tiff_frames import TiffFrames
 from datasets.truth_files import write_truth
 from synth.plan import SequencePlan
-from synth.rendering.exposure import Optics, film_of
-from synth.rendering.materials import material
+from synth.plate_setting import plate_mesh
+from synth.rendering.exposure import Optics, expose, film_of
+from synth.rendering.materials import STEEL, material
 from synth.rendering.parts import parts_of
 from synth.rendering.recording import Taken, record_frames, record_masks, record_views
 from synth.rendering.scene import ParticleModel
 from synth.rendering.shooting import take
-from synth.rendering.shots import Shot, frame_shots, hsv_optics, rig_key, rig_optics, view_shots
-from synth.rendering.tracer import Tracer, make_tracer
+from synth.rendering.shots import REMNANT, Shot, frame_shots, hsv_optics, rig_key, rig_optics, view_shots
+from synth.rendering.tracer import Traced, Tracer, make_tracer
 from synth.rendering.variant import activate, choose_variant
+from synth.rendering.window import whole_picture
 from synth.sequence import hsv_outlines, observation_of, plan_sequence, truth_of, view_outlines
 from synth.streams import streams_of
 
 Advance = Callable[[int, int], None]
 """Told how many pictures are done, and of how many."""
 
+PLATE_SAMPLES, PLATE_SEED = 32, 7
+"""Rays per pixel of the plate without a particle, and their seed: as many as eight sub-frames have."""
 PARTIAL = ".partial"
 """Where, in the dataset's folder, the finished pictures of unfinished sequences lie."""
 
@@ -73,8 +77,9 @@ def render_sequence(recipe: Recipe, index: int, out: Path, *, advance: Advance =
         parts.remove()
     frames = tuple(frame_shots(plan, recipe, index)) if recipe.tier == "rendered" else ()
     views = tuple(view_shots(plan, recipe, index)) if rig_is_rendered(recipe) else ()
-    taken = Taken(plan, recipe, index, parts)
-    _render_missing(mi, taken, (*frames, *views), advance)
+    studio = Studio(mi, plan, recipe)
+    taken = Taken(plan, recipe, index, parts, studio.empty() if frames else None)
+    _render_missing(studio, taken, (*frames, *views), advance)
     observation, masks = _record(taken, frames, views, out)
     truth = truth_of(plan)
     write_truth(dataclasses.replace(truth, masks=masks, notes={**truth.notes, "variant": variant}), truth_folder(out, plan.name))
@@ -88,8 +93,8 @@ def rig_is_rendered(recipe: Recipe) -> bool:
     return recipe.tier == "rendered" if recipe.rig.rendered is None else recipe.rig.rendered
 
 
-def _render_missing(mi: Any, taken: Taken, shots: Sequence[Shot], advance: Advance) -> None:
-    studio, parts = Studio(mi, taken.plan, taken.recipe), taken.parts
+def _render_missing(studio: "Studio", taken: Taken, shots: Sequence[Shot], advance: Advance) -> None:
+    parts = taken.parts
     for done, shot in enumerate(shots, start=1):
         if not parts.has(shot):
             tracer, optics = studio.camera(shot.camera)
@@ -104,10 +109,13 @@ class Studio:
         self._mi = mi
         surface = material(plan.material)
         self._flying = ParticleModel(plan.vertices, plan.faces, surface)
+        rest = plan.vertices if plan.remnant is None else plan.remnant.mesh_vertices
+        self._broken = ParticleModel(rest, plan.faces, surface)
         self._seen_in_rig = ParticleModel(plan.view_vertices, plan.faces, surface)
         hsv, rig = hsv_optics(plan, recipe), rig_optics(plan, recipe)
         middle = plan.hsv.R_cam_world @ plan.motion.x_world[len(plan.motion.times_s) // 2] + plan.hsv.t_cam_world
-        self._places: dict[str, tuple[Optics, Any]] = {"hsv": (hsv, middle)}
+        self._plate = plate_in_camera(plan)
+        self._places: dict[str, tuple[Optics, Any]] = {"hsv": (hsv, middle), REMNANT: (hsv, middle)}
         self._places |= {rig_key(k): (optics, np.array([0.0, 0.0, optics.lens.focus_m])) for k, optics in rig.items()}
         self._tracers: dict[str, Tracer] = {}
 
@@ -115,9 +123,31 @@ class Studio:
         """The tracer and the optics of a camera."""
         optics, at_cam = self._places[key]
         if key not in self._tracers:
-            particle = self._flying if key == "hsv" else self._seen_in_rig
-            self._tracers[key] = make_tracer(self._mi, particle, film_of(optics), optics.light, at_cam)
+            particle, plate = self._bodies.get(key, (self._seen_in_rig, None))
+            self._tracers[key] = make_tracer(self._mi, particle, film_of(optics), optics.light, at_cam, plate=plate)
         return self._tracers[key], optics
+
+    @property
+    def _bodies(self) -> dict[str, tuple[ParticleModel, ParticleModel | None]]:
+        """What stands before the high-speed camera: the particle or its remnant, and the plate."""
+        return {"hsv": (self._flying, self._plate), REMNANT: (self._broken, self._plate)}
+
+    def empty(self) -> Traced | None:
+        """The plate's light and coverage in the whole picture of the high-speed camera; ``None`` without a plate."""
+        if self._plate is None:
+            return None
+        optics, at_cam = self._places["hsv"]
+        tracer = make_tracer(self._mi, self._plate, film_of(optics), optics.light, at_cam)
+        pose = (np.eye(3), np.zeros(3))
+        return expose(tracer, optics, whole_picture(optics.intrinsics), [pose], samples=PLATE_SAMPLES, seeds=[PLATE_SEED])
+
+
+def plate_in_camera(plan: SequencePlan) -> ParticleModel | None:
+    """The plate of a plan in the frame of the high-speed camera."""
+    if plan.setting is None:
+        return None
+    vertices, faces = plate_mesh(plan.setting)
+    return ParticleModel(vertices @ plan.hsv.R_cam_world.T + plan.hsv.t_cam_world, faces, STEEL)
 
 
 def _record(taken: Taken, frames: Sequence[Shot], views: Sequence[Shot], out: Path) -> tuple[Observation, TiffFrames | None]:

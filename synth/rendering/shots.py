@@ -27,6 +27,8 @@ from synth.streams import streams
 Array = NDArray[np.float64]
 Kind = Literal["frame", "view"]
 
+REMNANT = "hsv remnant"
+"""The key of the high-speed camera before what is left of a particle that broke."""
 STREAM_OF = {"frame": 0, "view": 1, "frame background": 2, "view background": 3}
 EXPOSURE, READ_OUT = 0, 1
 RIG_FALLOFF = 0.1
@@ -91,8 +93,10 @@ def widest_slope(camera: Intrinsics) -> float:
 def frame_shots(plan: SequencePlan, recipe: Recipe, index: int) -> Iterator[Shot]:
     """The frames of the high-speed camera."""
     optics, hull = hsv_optics(plan, recipe), hull_points(plan.vertices)
-    for number in range(len(plan.true_times_s)):
-        yield _frame_shot(plan, recipe, number, picture_stream(recipe, index, "frame", number, EXPOSURE), (optics, hull))
+    for number, time_s in enumerate(plan.true_times_s):
+        shot = _frame_shot(plan, recipe, number, picture_stream(recipe, index, "frame", number, EXPOSURE), (optics, hull))
+        broken = plan.remnant is not None and time_s >= plan.remnant.time_s
+        yield replace(shot, camera=REMNANT) if broken else shot
 
 
 def _frame_shot(plan: SequencePlan, recipe: Recipe, number: int, stream: np.random.SeedSequence, seen: tuple[Optics, Array]) -> Shot:

@@ -18,8 +18,10 @@ from synth.rendering.light import Lighting
 from synth.rendering.scene import (
     COVERAGE_ONLY,
     ParticleModel,
+    Surroundings,
     integrator_dictionary,
     light_to_particle,
+    plate_positions,
     rays_per_shaded_one,
     scene_dictionary,
 )
@@ -50,24 +52,39 @@ class Tracer(Protocol):
         ...
 
 
-def make_tracer(mi: Any, particle: ParticleModel, film: IdealFilm, light: Lighting, at_cam: Float[NDArray[np.float64], "3"]) -> Tracer:
-    """The tracer for the variant that is switched on; ``at_cam`` (m) is about where the particle is."""
+def make_tracer(
+    mi: Any,
+    particle: ParticleModel,
+    film: IdealFilm,
+    light: Lighting,
+    at_cam: Float[NDArray[np.float64], "3"],
+    *,
+    plate: ParticleModel | None = None,
+) -> Tracer:
+    """The tracer for the variant that is switched on; ``at_cam`` (m) is about where the particle is, ``plate`` in the camera frame.
+
+    Where there is a plate, radiance and coverage are those of particle and plate together, and every ray is shaded, since steel mirrors.
+    """
     kind = WavefrontTracer if mi.variant().startswith("llvm") else ScalarTracer
-    return kind(mi, particle, film, light, at_cam)
+    return kind(mi, particle, film, Surroundings(light, at_cam, plate))
+
+
+def _rays_per_shaded_one(particle: ParticleModel, around: Surroundings) -> int:
+    return rays_per_shaded_one(particle.material, around.light) if around.plate is None else 1
 
 
 class ScalarTracer:
     """Mitsuba's thin lens, one ray after the other."""
 
-    def __init__(self, mi: Any, particle: ParticleModel, film: IdealFilm, light: Lighting, at_cam: Array) -> None:
-        self._mi, self._film = mi, film
-        self._rays_per_shaded_one = rays_per_shaded_one(particle.material, light)
+    def __init__(self, mi: Any, particle: ParticleModel, film: IdealFilm, around: Surroundings) -> None:
+        self._mi, self._film, self._plate = mi, film, around.plate
+        self._rays_per_shaded_one = _rays_per_shaded_one(particle, around)
         self._coverage_only = mi.load_dict(COVERAGE_ONLY)
         centre = np.array([film.cx_px, film.cy_px]) + 0.5
         self._whole = np.rint(centre).astype(int)
         self._shear = tuple(-(centre - self._whole) / film.focal_px)
-        scene = scene_dictionary(mi, particle, light, at_cam)
-        scene["integrator"] = integrator_dictionary(particle.material)
+        scene = scene_dictionary(mi, particle, around)
+        scene["integrator"] = integrator_dictionary(around.depth(particle.material))
         scene["sensor"] = {
             "type": "thinlens",
             "fov_axis": "x",
@@ -99,6 +116,8 @@ class ScalarTracer:
         camera = camera_to_particle(R_cam_particle, t_cam_particle, shear=self._shear)
         parameters["sensor.to_world"] = mi.ScalarTransform4f(camera)
         parameters["light.to_world"] = mi.ScalarTransform4f(light_to_particle(R_cam_particle))
+        if self._plate is not None:
+            parameters["plate.vertex_positions"] = plate_positions(self._plate, R_cam_particle, t_cam_particle)
         parameters.update()
         shaded = np.array(mi.render(self._scene, seed=seed, spp=max(1, samples // self._rays_per_shaded_one)), dtype=np.float64)
         if self._rays_per_shaded_one == 1:
@@ -110,18 +129,20 @@ class ScalarTracer:
 class WavefrontTracer:
     """All rays of a window at once."""
 
-    def __init__(self, mi: Any, particle: ParticleModel, film: IdealFilm, light: Lighting, at_cam: Array) -> None:
-        self._mi, self._film = mi, film
-        self._rays_per_shaded_one = rays_per_shaded_one(particle.material, light)
+    def __init__(self, mi: Any, particle: ParticleModel, film: IdealFilm, around: Surroundings) -> None:
+        self._mi, self._film, self._plate = mi, film, around.plate
+        self._rays_per_shaded_one = _rays_per_shaded_one(particle, around)
         self._coverage_only = mi.load_dict(COVERAGE_ONLY)
-        self._scene = mi.load_dict(scene_dictionary(mi, particle, light, at_cam))
-        self._integrator = mi.load_dict(integrator_dictionary(particle.material))
+        self._scene = mi.load_dict(scene_dictionary(mi, particle, around))
+        self._integrator = mi.load_dict(integrator_dictionary(around.depth(particle.material)))
         self._parameters = mi.traverse(self._scene)
 
     def trace(self, window: Window, R_cam_particle: Array, t_cam_particle: Array, *, samples: int, seed: int) -> Traced:
         """See :class:`Tracer`."""
         mi = self._mi
         self._parameters["light.to_world"] = mi.Transform4f(mi.ScalarTransform4f(light_to_particle(R_cam_particle)))
+        if self._plate is not None:
+            self._parameters["plate.vertex_positions"] = mi.Float(plate_positions(self._plate, R_cam_particle, t_cam_particle))
         self._parameters.update()
         to_world = camera_to_particle(R_cam_particle, t_cam_particle, shear=(0.0, 0.0))
         rows = max(1, LARGEST_WAVEFRONT // (samples * window.width))
