@@ -14,7 +14,7 @@ from scipy.stats import chi2
 from datasets.vocabulary.effects import Scope
 from estimator.diagnosis.contest import better_unknown
 from estimator.diagnosis.ranking import Ranking, rank
-from estimator.diagnosis.refitting import Rules, contenders, penalty_of, severe_penalty_of
+from estimator.diagnosis.refitting import Rules, contenders, penalty_of, random_contender, severe_penalty_of
 from estimator.diagnosis.score_tests import Candidates, EfficientScores, ScoreTest, score_tests
 from estimator.diagnosis.tested_values import p_words
 from estimator.diagnosis.unknown import Unknown, unknown
@@ -93,15 +93,16 @@ def explain(
             break
         told(f"the fit misses something ({p_words(p)}); refitting the likeliest effects")
         new = _steps(campaign, fit, (tests, scores, ranking), rules, error)
+        after, superfluous = _pruned(campaign, new[-1].fit, rules) if steps and new[-1].accepted else (new[-1].fit, ())
+        if {step.added for step in new} & set(superfluous):  # compatible with zero: nothing would be gained
+            new = tuple(replace(step, accepted=False) for step in new)
         steps += [replace(new[0], p=p), *new[1:]]
         for step in new:
             told(f"{step.added}: held-out RMS {step.before.rms_px:.4f} -> {step.after.rms_px:.4f} {campaign.kind.unit}")
         if not new[-1].accepted:
             break
-        fit, error = new[-1].fit, new[-1].after
-        if len(steps) > 1:
-            fit, superfluous = _pruned(campaign, fit, rules)
-            dropped += superfluous
+        fit, error = after, new[-1].after
+        dropped += superfluous
     fit, superfluous = _pruned(campaign, fit, rules)
     dropped += superfluous
     before = (base, *(step.fit for step in steps if step.accepted))[:-1]
@@ -121,15 +122,26 @@ def _tests(campaign: Campaign, fit: CampaignFit, catalogue: Mapping[str, EffectM
 def _steps(
     campaign: Campaign, fit: CampaignFit, found: tuple[list[ScoreTest], EfficientScores, Ranking], rules: Rules, error: HeldOut
 ) -> tuple[Step, ...]:
-    """The step to one effect more, or the two to a pair, which is accepted or refused as a whole."""
+    """The step to one effect more, or the two to a pair, which is accepted as a whole or with its larger member alone.
+
+    An effect drawn anew in every frame comes first where it explains most, but imitates what moves frames apart: where held-out frames
+    refuse it, the others get their chance.
+    """
     tests, _, ranking = found
-    chosen = contenders(campaign, fit, found, rules)
-    errors = [error, *(held_out(campaign, each.fit.state, each.fit.model) for each in chosen)]
-    accepted = errors[-1].rms_px < error.rms_px
-    return tuple(
-        Step(each.test.effect.entry.key, each.group, each.test.p, tuple(tests), ranking, before, after, accepted, each.fit)
-        for each, before, after in zip(chosen, errors[:-1], errors[1:], strict=True)
-    )
+    steps: tuple[Step, ...] = ()
+    for find in (random_contender, contenders):
+        chosen = find(campaign, fit, found, rules)
+        if not chosen:
+            continue
+        errors = [error, *(held_out(campaign, each.fit.state, each.fit.model) for each in chosen)]
+        last = max((i for i, each in enumerate(errors) if each.rms_px < error.rms_px), default=0)
+        steps = tuple(
+            Step(each.test.effect.entry.key, each.group, each.test.p, tuple(tests), ranking, before, after, last > 0, each.fit)
+            for each, before, after in zip(chosen[: last or None], errors[:-1], errors[1:], strict=False)
+        )
+        if last > 0:
+            break
+    return steps
 
 
 def _pruned(campaign: Campaign, fit: CampaignFit, rules: Rules) -> tuple[CampaignFit, tuple[str, ...]]:

@@ -10,7 +10,7 @@ A value that nature does not produce (negative drag) counts against an effect, a
 what it gains in likelihood, since it leaves no mean in the scores.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 
@@ -81,7 +81,10 @@ def plausible(test: ScoreTest, theta: Array) -> bool:
 
 
 def by_remainder(scores: EfficientScores, *, penalty: float) -> Ranking:
-    """Order the effects that have columns by what they leave alone."""
+    """Order the effects that have columns by what they leave alone.
+
+    It is counted in units of :func:`misfit_unit`.
+    """
     if not len(scores.columns):
         return Ranking((), 0.0, 0)
     white = whitener(scores.M)
@@ -92,8 +95,20 @@ def by_remainder(scores: EfficientScores, *, penalty: float) -> Ranking:
         X = white @ scores.H[:, rows]
         theta, *_ = np.linalg.lstsq(X, y, rcond=1e-10)
         left = float(np.sum((y - X @ theta) ** 2))
-        found.append(Hypothesis(effect, len(rows), left, left + penalty * len(rows)))
+        found.append(Hypothesis(effect, len(rows), left, np.inf))
+    unit = misfit_unit((h.remainder, len(y) - h.parameters) for h in found)
+    found = [replace(h, criterion=h.remainder / unit + penalty * h.parameters) for h in found]
     return Ranking(tuple(sorted(found, key=lambda h: h.criterion)), float(y @ y), len(y))
+
+
+def misfit_unit(left: Iterable[tuple[float, int]]) -> float:
+    """The unit in which misfits are compared, given what each hypothesis leaves (chi-squared, degrees of freedom).
+
+    Where none leaves what chance would in 99% of cases, models are inexact, and the more so the larger an effect is: what they leave is
+    then larger than a likelihood says by a factor, which the best of them shows [QAIC, Lebreton et al. 1992; Burnham and Anderson 2002,
+    section 2.5].
+    """
+    return max(1.0, min((each / float(chi2.isf(0.01, max(degrees, 1))) for each, degrees in left), default=1.0))
 
 
 @dataclass(frozen=True)

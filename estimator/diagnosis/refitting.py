@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from estimator.diagnosis.extending import extended
-from estimator.diagnosis.ranking import IMPLAUSIBLE, Hypothesis, Pair, Ranking, by_remainder, pairs_by_remainder, plausible
+from estimator.diagnosis.ranking import IMPLAUSIBLE, Hypothesis, Pair, Ranking, by_remainder, misfit_unit, pairs_by_remainder, plausible
 from estimator.diagnosis.score_tests import Candidates, EfficientScores, ScoreTest, score_tests
 from estimator.fitting.campaign import Campaign, CampaignFit, fit_campaign
 
@@ -54,10 +54,11 @@ def severe_penalty_of(campaign: Campaign) -> float:
 
 @dataclass(frozen=True)
 class Refitted:
-    """A refit: what the data say for it (``evidence``) and, with that its value may be one that nature does not produce, ``criterion``.
+    """A refit with an effect more, of ``parameters`` in the whole campaign.
 
     ``group``: keys of the effects that it cannot be told from, its own first. ``left``: chi-squared of what the scores of all others say
-    is left, of ``columns`` degrees of freedom.
+    is left, of ``columns`` degrees of freedom. ``odd``: whether its value is one that nature does not produce. ``evidence`` is what the
+    data say against it among others, ``criterion`` that with a surcharge where it is odd.
     """
 
     test: ScoreTest
@@ -65,24 +66,42 @@ class Refitted:
     fit: CampaignFit
     left: float
     columns: int
-    evidence: float
-    criterion: float
+    parameters: int
+    odd: bool = False
+    evidence: float = np.inf
+    criterion: float = np.inf
 
 
 def contenders(campaign: Campaign, fit: CampaignFit, found: Found, rules: Rules) -> tuple[Refitted, ...]:
     """The effect to add, refitted; or two, where one alone does not explain what both do: the larger one, then both."""
     tests, _, ranking = found
-    first = ranking.hypotheses[0]
-    if tests[first.effect].random:
-        return (_refit(campaign, fit, tests, first),)
-    close = [h for h in ranking.hypotheses if not tests[h.effect].random and h.criterion <= first.criterion + rules.window]
-    refitted = sorted((_refit(campaign, fit, tests, h) for h in close[: rules.shortlist]), key=lambda r: r.criterion)
+    known = [h for h in ranking.hypotheses if not tests[h.effect].random]
+    close = [h for h in known if h.criterion <= known[0].criterion + rules.window][: rules.shortlist]
+    refitted = _judged([_refit(campaign, fit, tests, h) for h in close], penalty_of(campaign))
     chosen = refitted[0]
     if chi2.sf(chosen.left, max(chosen.columns, 1)) < rules.alpha:
         both = _pair(campaign, fit, found, refitted, rules)
         if both:
             return both
     return (replace(chosen, group=tuple(_key(r) for r in refitted if r.evidence <= chosen.evidence + rules.margin)),)
+
+
+def random_contender(campaign: Campaign, fit: CampaignFit, found: Found, rules: Rules) -> tuple[Refitted, ...]:
+    """The effect drawn anew in every frame that leads the linear look, refitted; nothing where none does."""
+    del rules
+    tests, _, ranking = found
+    first = ranking.hypotheses[0]
+    return (_refit(campaign, fit, tests, first),) if tests[first.effect].random else ()
+
+
+def _judged(refits: Sequence[Refitted], penalty: float) -> list[Refitted]:
+    """Refits by ascending criterion, what they leave counted in units of the least that any leaves per degree of freedom.
+
+    See :func:`estimator.diagnosis.ranking.misfit_unit`.
+    """
+    unit = misfit_unit((r.left, r.columns) for r in refits)
+    found = [replace(r, evidence=r.left / unit + penalty * r.parameters) for r in refits]
+    return sorted((replace(r, criterion=r.evidence + (IMPLAUSIBLE if r.odd else 0.0)) for r in found), key=lambda r: r.criterion)
 
 
 def _key(refitted: Refitted) -> str:
@@ -93,16 +112,21 @@ def _pair(campaign: Campaign, fit: CampaignFit, found: Found, singles: Sequence[
     """The larger member of a pair that explains more than any effect alone, and both together; nothing where there is none."""
     tests, scores, ranking = found
     penalty = penalty_of(campaign)
-    alone = min(h.remainder + penalty * h.parameters for h in ranking.hypotheses if not tests[h.effect].random)
-    pairs = [p for p in pairs_by_remainder(scores, penalty=penalty)[: rules.pairs] if p.criterion < alone - rules.margin]
-    refits = [(_refit_pair(campaign, fit, tests, pair), pair) for pair in pairs]
-    better = [(r, pair) for r, pair in refits if r is not None and r.evidence < singles[0].evidence - rules.margin]
-    if not better:
+    looked = pairs_by_remainder(scores, penalty=penalty)
+    unit = misfit_unit((p.remainder, len(scores.columns) - p.parameters) for p in looked)
+    alone = min(h.remainder / unit + penalty * h.parameters for h in ranking.hypotheses if not tests[h.effect].random)
+    likely = sorted(looked, key=lambda p: p.remainder / unit + penalty * p.parameters)[: rules.pairs]
+    likely = [p for p in likely if p.remainder / unit + penalty * p.parameters < alone - rules.margin]
+    refits = [(refit, pair) for pair in likely if (refit := _refit_pair(campaign, fit, tests, pair)) is not None]
+    if not refits:
         return ()
-    best, pair = min(better, key=lambda each: each[0].evidence)
+    best, pair = min(refits, key=lambda each: each[0].left + penalty * each[0].parameters)
+    judged = _judged([*singles, best], penalty)
+    if judged[0].fit is not best.fit or judged[0].evidence > min(r.evidence for r in judged[1:]) - rules.margin:
+        return ()
     known = {_key(r): r for r in singles}
     members = [h for h in ranking.hypotheses if h.effect in pair.effects]
-    larger = min((known.get(_key_of(tests, h)) or _refit(campaign, fit, tests, h) for h in members), key=lambda r: r.evidence)
+    larger = _judged([known.get(_key_of(tests, h)) or _refit(campaign, fit, tests, h) for h in members], penalty)[0]
     other = next(tests[e] for e in pair.effects if tests[e] is not larger.test)
     return larger, replace(best, test=other, group=(other.effect.entry.key,))
 
@@ -119,19 +143,17 @@ def _refit_pair(campaign: Campaign, fit: CampaignFit, tests: Sequence[ScoreTest]
     except (ValueError, np.linalg.LinAlgError):
         return None
     left, columns = _left(campaign, new, tests, pair.effects)
-    evidence = left + penalty_of(campaign) * pair.parameters
-    return Refitted(tests[pair.effects[1]], (), new, left, columns, evidence, evidence)
+    return Refitted(tests[pair.effects[1]], (), new, left, columns, pair.parameters)
 
 
 def _refit(campaign: Campaign, fit: CampaignFit, tests: Sequence[ScoreTest], hypothesis: Hypothesis) -> Refitted:
-    """Refit with one effect more; the criterion is what the scores of all the others say is left, plus the penalty."""
+    """Refit with one effect more, and what the scores of all the others say is left."""
     test = tests[hypothesis.effect]
     model, start = extended(fit, test)
     new = fit_campaign(campaign, start, model)
     left, columns = _left(campaign, new, tests, (hypothesis.effect,))
-    odd = 0.0 if plausible(test, _values(new, test)) else IMPLAUSIBLE
-    evidence = left + penalty_of(campaign) * hypothesis.parameters
-    return Refitted(test, (test.effect.entry.key,), new, left, columns, evidence, evidence + odd)
+    odd = not plausible(test, _values(new, test))
+    return Refitted(test, (test.effect.entry.key,), new, left, columns, hypothesis.parameters, odd=odd)
 
 
 def _left(campaign: Campaign, new: CampaignFit, tests: Sequence[ScoreTest], added: tuple[int, ...]) -> tuple[float, int]:

@@ -23,6 +23,9 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 STATE = 12
 MOST_STEPS, HALVINGS, SETTLED = 15, 5, 0.05
+STILL, STILL_COST, STILL_SHARE = 0.35, 0.1, 1e-4
+"""A fit also ends where a step below ``STILL`` standard deviations changes the cost by less than ``STILL_COST``, a small fraction of what
+tells models apart, or than ``STILL_SHARE`` of it: tangents that jump from corner to corner keep large misfits from settling further."""
 
 
 @dataclass(frozen=True)
@@ -197,13 +200,13 @@ def fit_campaign(campaign: Campaign, start: CampaignState, model: Model, *, most
             trial = stepped(state, layout, solution, share)
             new = _linearised(campaign, trial, model)
             new_cost = _cost(campaign, layout, model, (trial, new))
-            if new_cost <= cost * (1.0 + 1e-4):
+            if new_cost <= cost * (1.0 + STILL_SHARE):
                 break
             share *= 0.3
         else:
             break
+        settled = size < SETTLED or (size < STILL and abs(cost - new_cost) < max(STILL_COST, STILL_SHARE * cost))
         state, equations, cost = trial, new, new_cost
-        settled = size < SETTLED
         if settled:
             break
     return CampaignFit(model, state, equations, layout, settled, cost)

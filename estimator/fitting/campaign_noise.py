@@ -18,6 +18,8 @@ TAKEN_UP = 1.5
 """True size of the body-fixed error over the measured one: the fit takes up part of it. From campaigns with nothing hidden."""
 LEAST_PX, MOST_PX = 0.03, 0.15
 """Between them campaigns with nothing hidden lie."""
+INEXACT = 0.1
+"""Share of a displacement of the outline that its reduced model may leave, at corners and on spikes, and that counts as body-fixed."""
 
 
 def repeated_noise(campaign: Campaign, errors: Sequence[ModelErrors], weighted: Sequence[Array]) -> Array:
@@ -72,4 +74,6 @@ def _of_body(campaign: Campaign, errors: Sequence[ModelErrors], places: BodyPlac
     sequence = np.repeat(np.arange(len(errors)), [len(x.e) for x in errors])
     part = np.concatenate([np.arange(len(x.e)) * PARTS // len(x.e) for x in errors])
     variance = max(measured_variance((valid, e, weight), places, block) for block in (sequence, sequence * PARTS + part))
-    return float(np.clip(TAKEN_UP * np.sqrt(max(variance, 0.0)), LEAST_PX, MOST_PX))
+    shift = np.concatenate([x.shift[x.seen] for x in errors])
+    most = np.hypot(MOST_PX, INEXACT * np.sqrt(np.mean(shift**2)) if len(shift) else 0.0)
+    return float(np.clip(TAKEN_UP * np.sqrt(max(variance, 0.0)), LEAST_PX, most))

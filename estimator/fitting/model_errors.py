@@ -41,7 +41,8 @@ class ModelErrors:
     """Residuals of a sequence.
 
     ``e`` (n, k, 2) px in the high-speed camera's picture and ``J`` (n, k, 2, 21 + q) their derivatives, zero where there is none;
-    ``tangency`` the kernel's own answer, ``normals`` (n, k, 2, 3) outward normals and ``viewing`` (n, 3) directions, body axes.
+    ``tangency`` the kernel's own answer, ``normals`` (n, k, 2, 3) outward normals and ``viewing`` (n, 3) directions, body axes; ``shift``
+    (n, k, 2) px by which effects displace the outline.
     """
 
     e: Array
@@ -49,6 +50,7 @@ class ModelErrors:
     tangency: TangencyErrors
     normals: Array
     viewing: Array
+    shift: Array
     places: Places
     prediction: Prediction
 
@@ -94,12 +96,14 @@ def model_errors(sequence: SequenceTask, flight: Flight, model: Model, theta: Ar
     normals, viewing = body_normals(task.sightings, R_cam_body, errors), R_cam_body[:, 2]
     places = _places(sequence, prediction, errors, (normals, centre_cam, first))
     size = _size(task.sightings.silhouettes, corrected, first.points_px)
-    e = without_bias(errors, task.bias).error[:, :, :2] / size[:, None, None] - model.shift(theta, places, setting)
+    shift = model.shift(theta, places, setting)
+    e = without_bias(errors, task.bias).error[:, :, :2] / size[:, None, None] - shift
     J = _jacobian(task, model, (theta, scale), (errors, prediction, centre_cam))
     _add_image_columns(J, sequence, model, theta, (errors, places, corrected, size))
     J[..., N_PARAMETERS + np.flatnonzero(model.frozen)] = 0.0
     seen = errors.valid[:, :, None]
-    return ModelErrors(np.where(seen, e, 0.0), np.where(seen[..., None], J, 0.0), errors, normals, viewing, places, prediction)
+    e, J = np.where(seen, e, 0.0), np.where(seen[..., None], J, 0.0)
+    return ModelErrors(e, J, errors, normals, viewing, np.where(seen, shift, 0.0), places, prediction)
 
 
 def _corrected(sequence: SequenceTask, model: Model, theta: Array) -> tuple[Silhouettes, NDArray[np.int64]]:

@@ -12,12 +12,12 @@ import numpy as np
 from datasets.atomic_files import written_whole
 from datasets.recipes.effects import sizes
 from datasets.recipes.recipe import EffectRecipe
-from datasets.vocabulary.effects import EFFECTS
+from datasets.vocabulary.effects import EFFECTS, Scope
 from estimator.configuration import Configuration
 from estimator.diagnosis.explain import start_with
-from estimator.diagnosis.ranking import rank
-from estimator.diagnosis.refitting import Rules, contenders, penalty_of
-from estimator.diagnosis.score_tests import Candidates, score_tests
+from estimator.diagnosis.ranking import by_remainder
+from estimator.diagnosis.refitting import Rules
+from estimator.diagnosis.score_tests import Candidates, EfficientScores, ScoreTest, score_tests
 from estimator.effects.choosing import catalogue
 from estimator.effects.link import Setting
 from estimator.effects.registry import MODELS
@@ -38,7 +38,7 @@ def development_controls(shape: Shape, controls: int, seed: int) -> tuple[Case, 
     return draw_cases(Plan(shape, Counts(0, controls, 0, 0), Sizes(), nothing), seed)
 
 
-SIZE = {"wall_attraction": (5.0, "m/s2"), "outgassing_thrust": (2.0, "m/s2"), "thermal_focus_drift": (0.03, "1")}
+SIZE = {"wall_attraction": (15.0, "m/s2"), "outgassing_thrust": (5.0, "m/s2"), "thermal_focus_drift": (0.03, "1")}
 """Of what is outside of the catalogue, where its strength is measured."""
 
 
@@ -66,7 +66,7 @@ def measure(cases: Sequence[Case], out: Path, *, jobs: int, quiet: bool) -> tupl
 
 
 def measure_item(payload: dict[str, Any]) -> dict[str, Any]:
-    """One campaign: make, register, fit the base model; a control looks at every effect, others at what the best effect leaves."""
+    """One campaign: make, register, fit the base model; a control looks at every effect, others at what the best leaves."""
     case, product = case_from_dict(payload["case"]), Path(payload["product"])
     with TemporaryDirectory(dir=product.parent) as folder:
         registered = register([observation for observation, _ in build_in(case, Path(folder))], Configuration())
@@ -74,13 +74,25 @@ def measure_item(payload: dict[str, Any]) -> dict[str, Any]:
     fit = fit_campaign(campaign, start_with(registered.start, model.size), model)
     tests, scores = score_tests(campaign, fit, Candidates.of(campaign, catalogue().values()))
     if case.keys:
-        best = contenders(campaign, fit, (tests, scores, rank(scores, tests, penalty=penalty_of(campaign))), Rules())[-1]
-        found: dict[str, Any] = {"outside": case.keys[0], "left": best.left, "columns": best.columns}
+        left, columns = left_by_shared(scores, tests)
+        found: dict[str, Any] = {"outside": case.keys[0], "left": left, "columns": columns}
     else:
         found = {"information": {key: matrix.tolist() for key, matrix in all_information(campaign, fit, tests).items()}}
     with written_whole(product) as temporary:
         temporary.write_text(json.dumps({"campaign": case.name, **found}) + "\n", encoding="utf-8")
     return {"campaign": case.name}
+
+
+def left_by_shared(scores: EfficientScores, tests: Sequence[ScoreTest]) -> tuple[float, int]:
+    """The least that an effect which all sequences share leaves, and its degrees of freedom.
+
+    An acceleration that each sequence has for itself follows any force in short flights; it loses by its many parameters, not by what it
+    leaves.
+    """
+    ranking = by_remainder(scores, penalty=0.0)
+    shared = [h for h in ranking.hypotheses if tests[h.effect].effect.entry.scope is not Scope.SEQUENCE]
+    best = min(shared, key=lambda h: h.remainder)
+    return best.remainder, ranking.columns - best.parameters
 
 
 def table_of(products: Sequence[Path], shape: Shape, seed: int) -> LimitTable:
@@ -104,8 +116,8 @@ def table_of(products: Sequence[Path], shape: Shape, seed: int) -> LimitTable:
 
 
 def _outside(found: Sequence[dict[str, Any]]) -> OutsideInformation:
-    """Strength of one kind: what the catalogue left of it above chance, over its size squared."""
+    """Strength of one kind: what was left of it above chance, at least chance's standard deviation, over its size squared."""
     key = str(found[0]["outside"]) if found else ""
     size, unit = SIZE.get(key, (1.0, ""))
-    strength = tuple(max(float(each["left"]) - int(each["columns"]), 0.0) / size**2 for each in found)
+    strength = tuple(max(float(each["left"]) - int(each["columns"]), np.sqrt(2.0 * int(each["columns"]))) / size**2 for each in found)
     return OutsideInformation(key, unit, strength, tuple(int(each["columns"]) for each in found))

@@ -6,7 +6,8 @@ The limit along a direction is the length at which that happens in 95% (50%) of 
 ch. 9]. Particles and flights differ, so the table keeps ``I`` of every control, and cases are drawn from all of them: the shares of the
 controls are averaged.
 
-What is outside of the catalogue is told from it only by what the catalogue's best effect leaves of it; its limit is where that is found.
+What is outside of the catalogue is told from it only by what the best effect that all sequences share leaves of it; its limit is where
+that is found.
 """
 
 import json
@@ -49,7 +50,7 @@ class EffectInformation:
 
 @dataclass(frozen=True)
 class OutsideInformation:
-    """What campaigns with a ``key`` that is outside of the catalogue know of it when the catalogue has done its best.
+    """What campaigns with a ``key`` that is outside of the catalogue know of it beside the best of the effects that sequences share.
 
     Noncentrality of what is left per ``size`` squared (``strength``, per campaign, in ``unit``⁻²) and its ``degrees`` of freedom.
     """
