@@ -217,27 +217,27 @@ def _deepest(before, depth, k, h):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(cache=True)
-def _following_step(h, error, free, y, depth, smallest, reach, quiet):  # type: ignore[no-untyped-def]  # noqa: PLR0917
+def _following_step(h, error, free, y, depth, first_step, reach, quiet):  # type: ignore[no-untyped-def]  # noqa: PLR0917
     """The next adaptive step; in the air, after ``free`` seconds of it, one that cannot pass through the plate."""
     if free < 0.0:
-        return min(h * min(5.0, 0.9 * max(error, 1e-10) ** -0.2), LONGEST * smallest)
-    return min(max(_clearance_step(y, depth, reach), smallest), max(quiet - free, 1e-12))
+        return min(h * min(5.0, 0.9 * max(error, 1e-10) ** -0.2), LONGEST * first_step)
+    return min(max(_clearance_step(y, depth, reach), first_step), max(quiet - free, 1e-12))
 
 
 @numba.njit(cache=True)
-def push(y, body, scale, fixed_step, quiet, reach):  # type: ignore[no-untyped-def]  # noqa: PLR0917
+def push(y, body, scale, first_step, fixed_step, quiet, reach):  # type: ignore[no-untyped-def]  # noqa: PLR0917
     """Integrate ``y`` in place until no sphere has touched for ``quiet`` seconds.
 
     ``body``: (E*, G*, damping ratio, μ), mass, inverse inertia, centres, radii. ``scale``: sizes that errors are measured by.
-    ``fixed_step``: 0 for adaptive steps. Returns time of the last separation, deepest depth, energy error over energy before, steps,
-    most spheres at once, and 1 where it came to an end.
+    ``first_step`` (s) is for adaptive steps, which a ``fixed_step`` of 0 asks for. Returns time of the last separation, deepest depth,
+    energy error over energy before, steps, most spheres at once, and 1 where it came to an end.
     """
     n = body[4].shape[0]
     k, new, one = np.empty((7, y.shape[0])), np.empty(y.shape[0]), np.empty(13)
     work = (np.empty((3, 3)), np.empty((3, 3)), np.empty(3), np.empty(n), np.empty(2), np.empty(4))
     most, deepest, off, t, left = _cut_slips(y, body, work, one), 0.0, 0.0, 0.0, -1.0
-    at_start, before, smallest = _energy(y, body, work), work[3].copy(), 1e-3 * scale[0] / scale[7]
-    h = fixed_step if fixed_step > 0.0 else smallest
+    at_start, before = _energy(y, body, work), work[3].copy()
+    h = fixed_step if fixed_step > 0.0 else first_step
     for steps in range(MOST_STEPS):
         error = _step(y, h, scale, body, work, one, k, new)
         if fixed_step == 0.0 and error > 1.0:
@@ -260,5 +260,5 @@ def push(y, body, scale, fixed_step, quiet, reach):  # type: ignore[no-untyped-d
         if free >= quiet:
             return left, deepest, off, steps + 1, most, 1.0
         if fixed_step == 0.0:
-            h = _following_step(h, error, free, y, work[3], smallest, reach, quiet)
+            h = _following_step(h, error, free, y, work[3], first_step, reach, quiet)
     return t, deepest, off, MOST_STEPS, most, 0.0

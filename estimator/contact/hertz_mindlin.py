@@ -146,7 +146,9 @@ def push_through(law: HertzMindlin, state: BodyState, clump: Clump, plate: Plate
         np.ascontiguousarray(clump.radii, dtype=np.float64),
     )
     reach = float((np.linalg.norm(centres, axis=1) + clump.radii).max() / np.linalg.eigvalsh(inertia)[0])
-    left, deepest, off, steps, most, ended = push(y, body, scale, integration.step_s, integration.quiet_s, reach)
+    left, deepest, off, steps, most, ended = push(
+        y, body, scale, 1e-3 * scale[0] / -arriving[2], integration.step_s, integration.quiet_s, reach
+    )
     _require_balance(float(off), integration, ended=bool(ended))
     turn = Rotation.from_quat(y[3:7], scalar_first=True).as_matrix()
     spin = turn @ np.linalg.solve(inertia, turn.T @ y[10:13])
