@@ -16,14 +16,16 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Impact:
-    """One contact with the plate, from first touch to parting; vectors in the world frame, at the body's centre of mass.
+    """One contact with the plate, from first touch to parting; vectors in the world frame, at the centre of mass.
+
+    The body is the one that flies at the time: after it broke, what is left, about its own centre and axes.
 
     ``time_s``, ``x_world``, ``q_world_body``: the first touch. ``point_world`` (3,) m: where the normal force acted, averaged over
     the impulse; ``points_world`` (p, 3) and ``impulses_world`` (p, 3) N s: each corner that touched. ``normal_world``,
     ``plate_velocity_world``: the plate's. ``before`` at the first touch, ``after`` at parting. ``impulse_world`` (3,) N s is that of the
     contact, gravity not counted. Work (J) is that of the contact's forces along the velocity relative to the plate:
     ``compression_work_J`` (negative) that of the normal forces at its least, ``normal_work_J`` and ``tangential_work_J`` at parting.
-    ``energy_lost_J``: of the kinetic energy. ``deepest_m``: the largest overlap of body and undeformed plate.
+    ``energy_lost_J``: of the kinetic energy, against a plate at rest what the works took less what gravity gave. ``deepest_m``: the largest overlap of body and undeformed plate.
     """
 
     time_s: float

@@ -1,6 +1,7 @@
 """Recipes with a plate: read strictly, written back, and left out of recipes without one."""
 
 import re
+from pathlib import Path
 
 import pytest
 
@@ -33,6 +34,12 @@ def test_round_trip(tmp_path) -> None:
     path.write_text(recipe_to_toml(recipe))
     assert load_recipe(path) == recipe
     assert recipe_from_dict(recipe_to_dict(recipe), "dataset.json") == recipe
+
+
+def test_the_example_of_the_documentation() -> None:
+    recipe = load_recipe(Path(__file__).parents[3] / "docs" / "tutorial_files" / "impacts.toml")
+    assert recipe.plate is not None
+    assert (recipe.sequences, recipe.dropper.runs) == (6, 3)
 
 
 def test_a_recipe_without_a_plate_is_written_as_ever() -> None:
