@@ -25,7 +25,8 @@ class Impact:
     ``plate_velocity_world``: the plate's. ``before`` at the first touch, ``after`` at parting. ``impulse_world`` (3,) N s is that of the
     contact, gravity not counted. Work (J) is that of the contact's forces along the velocity relative to the plate:
     ``compression_work_J`` (negative) that of the normal forces at its least, ``normal_work_J`` and ``tangential_work_J`` at parting.
-    ``energy_lost_J``: of the kinetic energy, against a plate at rest what the works took less what gravity gave. ``deepest_m``: the largest overlap of body and undeformed plate.
+    ``energy_lost_J``: of the kinetic energy, against a plate at rest what the works took less what gravity gave. ``deepest_m``: the
+    largest overlap of body and undeformed plate.
     """
 
     time_s: float
