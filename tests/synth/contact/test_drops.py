@@ -109,7 +109,7 @@ def test_the_second_impact_happens_when_the_flat_plate_is_reached_again(tmp_path
         particle=ParticleRecipe(files=(str(tmp_path / "ball.ply"),), size_mm=(4.0, 4.0)),
         plate=PlateRecipe(tilt_deg=(0.0, 0.0), elevation_deg=0.0),
         dropper=DropperRecipe(
-            height_mm=(60.0, 60.0), height_scatter_mm=0.0, spin_rads=(0.0, 0.0), spin_scatter_rads=0.0, frames_after=(46, 46)
+            height_mm=(60.0, 60.0), height_scatter_mm=0.0, spin_rads=(0.0, 0.0), spin_scatter_rads=0.0, frames_after=(45, 45)
         ),
         motion=MotionRecipe(gravity_ms2=(0.0, 60.0, 0.0)),
         contact=ContactRecipe(restitution=0.12, friction=0.0),
