@@ -21,6 +21,9 @@ class Status(StrEnum):
     NOT_ENOUGH_FRAMES = "not enough frames"
     OUT_OF_VIEW = "out of view"
     NO_CONVERGENCE = "no convergence"
+    IMPACT_AT_EDGE = "impact at the edge"
+    SECOND_CONTACT = "second contact"
+    RESTING = "resting or rolling"
 
 
 @dataclass(frozen=True)
@@ -51,12 +54,53 @@ class VelocityEstimate:
 
 
 @dataclass(frozen=True)
+class SegmentEstimate:
+    """A free flight between impacts, from ``start_s`` to ``end_s``, and the ``velocity`` at its middle."""
+
+    start_s: float
+    end_s: float
+    velocity: VelocityEstimate
+
+
+@dataclass(frozen=True)
+class PlateGap:
+    """Signed gap (m) between the particle's hull and the stated plate at an impact, its standard deviation, and whether they agree.
+
+    ``deepest_m``: the lowest point of the hull over the plate in any frame, negative where it would be inside the plate.
+    """
+
+    gap_m: float
+    sigma_m: float
+    deepest_m: float
+    agrees: bool
+
+
+@dataclass(frozen=True)
+class ImpactEstimate:
+    """An impact at ``time_s`` (continuous, ``time_sigma_s``) with the one pose at it: ``x_world`` (3,) m, ``q_world_body`` (4,).
+
+    ``before`` and ``after``: velocities right before and after. ``covariance`` (18, 18) of position (m), rotation (vector in the world
+    frame, rad), v and omega before, v and omega after. ``plate``: what a stated plate says to it.
+    """
+
+    time_s: float
+    time_sigma_s: float
+    x_world: Array
+    q_world_body: Array
+    before: VelocityEstimate
+    after: VelocityEstimate
+    covariance: Array
+    plate: PlateGap | None = None
+
+
+@dataclass(frozen=True)
 class Estimate:
     """The result for one sequence.
 
     ``start`` and ``middle`` are the velocities at the first and at the middle time of the sequence.
     ``parameters`` names the rows of ``values`` (p,), ``covariance`` and ``bound`` (p, p).
     Everything that is a measurement is ``None`` when ``status`` says that there is none.
+    ``segments`` and ``impacts``, in order of time, only where the motion has impacts.
     """
 
     name: str
@@ -74,3 +118,5 @@ class Estimate:
     statistics: dict[str, Any] = field(default_factory=dict)
     configuration: dict[str, Any] = field(default_factory=dict)
     versions: dict[str, str] = field(default_factory=dict)
+    segments: tuple[SegmentEstimate, ...] = ()
+    impacts: tuple[ImpactEstimate, ...] = ()

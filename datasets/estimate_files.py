@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from datasets import state_entries
+from datasets import measured_entries, state_entries
 from datasets.errors import InputError
-from datasets.estimate import Estimate, FrameReport, Status, VelocityEstimate
+from datasets.estimate import Estimate, FrameReport, Status
 from datasets.json_documents import Document, read_document, revived, write_document
 
 
@@ -28,8 +28,8 @@ def write_estimate(estimate: Estimate, path: Path) -> None:
         "message": estimate.message,
         "body": None if estimate.body is None else state_entries.body_entry(estimate.body),
         "motion": None if estimate.motion is None else state_entries.motion_arrays(estimate.motion),
-        "start": _velocity_entry(estimate.start),
-        "middle": _velocity_entry(estimate.middle),
+        "start": measured_entries.velocity_entry(estimate.start),
+        "middle": measured_entries.velocity_entry(estimate.middle),
         "parameters": estimate.parameters,
         "values": estimate.values,
         "covariance": estimate.covariance,
@@ -38,6 +38,7 @@ def write_estimate(estimate: Estimate, path: Path) -> None:
         "statistics": estimate.statistics,
         "configuration": estimate.configuration,
         "versions": estimate.versions,
+        **measured_entries.entries(estimate),
     }
     write_document(path, "estimate", content)
 
@@ -59,8 +60,8 @@ def read_estimate(path: Path) -> Estimate:
         message=document["message"],
         body=None if body is None else state_entries.body(body),
         motion=None if motion is None else state_entries.motion(motion),
-        start=_velocity(document["start"]),
-        middle=_velocity(document["middle"]),
+        start=measured_entries.velocity(document["start"]),
+        middle=measured_entries.velocity(document["middle"]),
         parameters=tuple(document["parameters"]),
         values=state_entries.array(document["values"]),
         covariance=state_entries.square(document["covariance"]),
@@ -69,19 +70,8 @@ def read_estimate(path: Path) -> Estimate:
         statistics=revived(document["statistics"]),
         configuration=revived(document["configuration"]),
         versions=document["versions"],
-    )
-
-
-def _velocity_entry(velocity: VelocityEstimate | None) -> Document | None:
-    return None if velocity is None else dict(vars(velocity))
-
-
-def _velocity(entry: Document | None) -> VelocityEstimate | None:
-    if entry is None:
-        return None
-    v, omega = state_entries.array(entry["v_world"]), state_entries.array(entry["omega_world"])
-    return VelocityEstimate(
-        float(entry["time_s"]), v, omega, state_entries.square(entry["covariance"]), state_entries.square(entry["bound"])
+        segments=measured_entries.segments(document),
+        impacts=measured_entries.impacts(document),
     )
 
 

@@ -66,13 +66,23 @@ def estimate(observation: Observation, configuration: Configuration) -> Estimate
     datasets.errors.InputError
         Where the observation contradicts itself: sizes, numbers of pictures, views that do not agree.
     """
+    check_focal_prior(observation, configuration)
+    return estimate_free_flight(observation, tracks_of(observation), observed_particle(observation, configuration), configuration)
+
+
+def check_focal_prior(observation: Observation, configuration: Configuration) -> None:
+    """Refuse to measure the focal length of several cameras."""
     if configuration.focal_prior > 0.0 and len(observation.cameras) > 1:
         raise InputError(
             f"{observation.name}: expected one high-speed camera where its focal length is to be measured (focal_prior > 0), "
             f"got {len(observation.cameras)}"
         )
-    tracks = tracks_of(observation)
-    particle = observed_particle(observation, configuration)
+
+
+def estimate_free_flight(
+    observation: Observation, tracks: tuple[OutlineTrack, ...], particle: Particle, configuration: Configuration
+) -> Estimate:
+    """The estimate from what was seen, as one free flight."""
     try:
         sightings = usable_sightings(observation, tracks, configuration)
         views = views_like(particle, sightings.silhouettes, np.random.default_rng(configuration.seed))
@@ -113,14 +123,17 @@ def biased_task(observation: Observation, task: FitTask, particle: Particle, fli
 
 def refined_flight(task: FitTask, flight: Flight, configuration: Configuration) -> tuple[Refined, FocalRefined | None]:
     """The last refinement, with the focal length among the parameters where the configuration says that it is not known."""
-    settings = Refinement(
-        floor_px=configuration.floor_px, body_noise_px=configuration.body_noise_px, within_pairs=configuration.within_pairs
-    )
+    settings = refinement_settings(configuration)
     task = with_clear_angles(task, flight)
     if configuration.focal_prior == 0.0:
         return refine_flight(task, flight, settings), None
     focal = refine_with_focal(task, flight, settings, FocalPrior(configuration.focal_prior))
     return focal.refined, focal
+
+
+def refinement_settings(configuration: Configuration) -> Refinement:
+    """What the last refinement needs of the configuration."""
+    return Refinement(floor_px=configuration.floor_px, body_noise_px=configuration.body_noise_px, within_pairs=configuration.within_pairs)
 
 
 def usable_sightings(observation: Observation, tracks: tuple[OutlineTrack, ...], configuration: Configuration) -> Sightings:
@@ -290,7 +303,7 @@ def judge(candidates: list[Candidate], refined: Refined, configuration: Configur
     if not refined.settled:
         return Status.NO_CONVERGENCE, "the last refinement did not settle."
     rivals = [c for c in candidates[1:] if c.solution.equations.cost < configuration.ambiguity * best.equations.cost]
-    rivals = [c for c in rivals if not _same(c.solution.state, best.state)]
+    rivals = [c for c in rivals if not same_flight(c.solution.state, best.state)]
     if rivals:
         ratio = rivals[0].solution.equations.cost / best.equations.cost
         return Status.AMBIGUOUS, f"another trajectory fits nearly as well (cost ratio {ratio:.3f}): more frames or views would decide."
@@ -301,7 +314,7 @@ MOST_MEAN_SQUARE = 16.0
 """Errors four times as large as the outlines' own noise: the trajectory is not that of this particle."""
 
 
-def _same(a: Flight, b: Flight) -> bool:
+def same_flight(a: Flight, b: Flight) -> bool:
     """Whether two flights agree in orientation (3°) and spin (3%)."""
     a = at_time(a, b.time_s)
     turn = 2.0 * np.arccos(min(1.0, abs(float(a.q @ b.q))))

@@ -16,13 +16,13 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
 from datasets.errors import InputError
-from estimator.fitting.model_errors import seen_hulls
+from estimator.fitting.model_errors import seen_hulls_at
 from estimator.fitting.pose_refinement import Views
 from estimator.fitting.trajectory import FitTask
 from estimator.geometry.outline_bias import OutlineBias, bias_curves, supports
 from estimator.geometry.silhouettes import Silhouettes
 from estimator.geometry.tangent_polytope import tangent_polytope
-from estimator.motion.flight import Flight
+from estimator.motion.flight import N_PARAMETERS, Flight, FlightPoses, poses
 from estimator.particle import Particle, hsv_spacing
 
 Array = NDArray[np.float64]
@@ -40,19 +40,25 @@ class Calibration:
 
 def with_predicted_bias(task: FitTask, particle: Particle, flight: Flight, *, pairs: int, rng: np.random.Generator) -> FitTask:
     """The task with the views as they were seen and the outlines' bias predicted under ``flight``; ``pairs`` of draws per outline."""
+    flown = poses(flight, np.zeros((1, N_PARAMETERS)), task.sightings.times_s)
+    return with_bias_at(task, particle, (flight, flown), pairs=pairs, rng=rng)
+
+
+def with_bias_at(task: FitTask, particle: Particle, motion: tuple[Flight, FlightPoses], *, pairs: int, rng: np.random.Generator) -> FitTask:
+    """The same at given poses, of the body of the flight beside them."""
     first = task.sightings.silhouettes
     spacing = hsv_spacing(particle, first)
     if pairs == 0 or spacing.min() <= 1.0:
         return task
     noise = float(np.median(first.noise_px[first.samples > 0]))
-    vertices = _vertices(particle)
+    vertices = hull_vertices(particle)
     cast = _cast_in_views(particle, vertices)
     view = bias_curves(cast, float(np.median(particle.seen.noise_px)), particle.seen.samples, pairs=pairs, rng=rng)
     coarse = np.maximum(np.round(particle.seen.samples / spacing), 1).astype(np.int64)
     like = bias_curves([p / s for p, s in zip(cast, spacing, strict=True)], noise, coarse, pairs=pairs, rng=rng)
     measured = _likeness_effect(task.views.silhouettes, particle.seen) + view
     calibration = calibrated(like, measured / spacing[:, None])
-    own = bias_curves(seen_hulls(task, flight, vertices), noise, first.samples, pairs=pairs, rng=rng)
+    own = bias_curves(seen_hulls_at(task, *motion, vertices), noise, first.samples, pairs=pairs, rng=rng)
     bias = OutlineBias(own=calibration.level + calibration.slope * own, view=view)
     return replace(task, views=Views(particle.seen, task.views.poses, task.views.centre), bias=bias)
 
@@ -71,7 +77,7 @@ def _likeness_effect(like: Silhouettes, seen: Silhouettes) -> Array:
     return supports(like) - supports(seen)
 
 
-def _vertices(particle: Particle) -> Array:
+def hull_vertices(particle: Particle) -> Array:
     """The polytope's vertices, or the carved hull's where noise leaves no polytope."""
     try:
         return tangent_polytope(particle.seen, particle.poses, particle.body.com_particle)

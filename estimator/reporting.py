@@ -42,9 +42,9 @@ def empty_estimate(
     return Estimate(
         name=observation.name,
         status=status,
-        message=_with_views(message, particle),
-        frames=_frame_reports(tracks, None),
-        statistics=_view_statistics(particle),
+        message=with_views(message, particle),
+        frames=frame_reports(tracks, None),
+        statistics=view_statistics(particle),
         configuration=dataclasses.asdict(configuration),
         versions=versions(),
     )
@@ -66,9 +66,9 @@ def converged_estimate(
     """
     particle, found = seen
     status, message = outcome
-    statistics = {**_view_statistics(particle), **_fit_statistics(refined, found)}
-    reports = _frame_reports(tracks, _sighting_errors(refined))
-    message = _with_views(message, particle)
+    statistics = {**view_statistics(particle), **fit_statistics(refined, found)}
+    reports = frame_reports(tracks, sighting_errors(refined))
+    message = with_views(message, particle)
     if focal is not None:
         statistics["focal_length"] = focal_length(focal, observation, configuration.focal_prior)
         message = f"{message} {statistics['focal_length']['statement']}"
@@ -92,7 +92,7 @@ def converged_estimate(
         start=_velocity(refined, float(times[0])),
         middle=_velocity(refined, float(times[(len(times) - 1) // 2])),
         parameters=NAMES if focal is None else (*NAMES, "log_focal_factor"),
-        values=_values(refined.flight) if focal is None else np.append(_values(refined.flight), focal.log_factor),
+        values=flight_values(refined.flight) if focal is None else np.append(flight_values(refined.flight), focal.log_factor),
         covariance=refined.covariance if focal is None else focal.covariance,
         bound=refined.bound if focal is None else focal.bound,
         **told,
@@ -142,7 +142,7 @@ def _velocity(refined: Refined, time_s: float) -> VelocityEstimate:
     return VelocityEstimate(time_s, v[0], omega[0], 0.5 * (covariance + covariance.T), 0.5 * (bound + bound.T))
 
 
-def _values(flight: Flight) -> Array:
+def flight_values(flight: Flight) -> Array:
     """Parameter values; the rotation is the increment about the estimated pose, so zero."""
     return np.concatenate([flight.x, np.zeros(3), flight.v, flight.omega, flight.com, flight.inertia, [flight.offset_px]])
 
@@ -154,7 +154,8 @@ def _momenta(flight: Flight, particle: Particle, mass_kg: float, time_s: float) 
     return {"P_world_kgms": (mass_kg * at.v[0, 0]).tolist(), "L_world_kgm2s": (largest * at.L[0, 0]).tolist()}
 
 
-def _view_statistics(particle: Particle) -> dict[str, Any]:
+def view_statistics(particle: Particle) -> dict[str, Any]:
+    """What is told of the calibrated views."""
     report = particle.report
     return {
         "n_views": len(particle.calibrated),
@@ -167,11 +168,13 @@ def _view_statistics(particle: Particle) -> dict[str, Any]:
     }
 
 
-def _with_views(message: str, particle: Particle) -> str:
+def with_views(message: str, particle: Particle) -> str:
+    """A message, and which calibrated views were left out."""
     return " ".join(part for part in (message, particle.report.sentence) if part)
 
 
-def _fit_statistics(refined: Refined, found: FoundPoses) -> dict[str, Any]:
+def fit_statistics(refined: Refined, found: FoundPoses) -> dict[str, Any]:
+    """What is told of a last refinement and of the pose search before it."""
     errors = refined.errors
     return {
         "n_pairs": int(errors.valid.sum()),
@@ -187,7 +190,7 @@ def _fit_statistics(refined: Refined, found: FoundPoses) -> dict[str, Any]:
     }
 
 
-def _sighting_errors(refined: Refined) -> dict[tuple[int, int], tuple[float, float]]:
+def sighting_errors(refined: Refined) -> dict[tuple[int, int], tuple[float, float]]:
     """Plain RMS ETE (px) and whitened RMS of each (camera, frame) that was fitted."""
     errors = refined.errors
     squares = np.where(errors.valid[:, :, None], errors.error[:, :, :2] ** 2, 0.0).sum(axis=(1, 2))
@@ -196,7 +199,7 @@ def _sighting_errors(refined: Refined) -> dict[tuple[int, int], tuple[float, flo
     return {(int(c), int(f)): (float(a), float(b)) for (c, f), a, b in zip(refined.places, rms, whitened, strict=True)}
 
 
-def _frame_reports(tracks: tuple[OutlineTrack, ...], errors: dict[tuple[int, int], tuple[float, float]] | None) -> tuple[FrameReport, ...]:
+def frame_reports(tracks: tuple[OutlineTrack, ...], errors: dict[tuple[int, int], tuple[float, float]] | None) -> tuple[FrameReport, ...]:
     """What became of every picture; ``errors``: those of the fitted ones, ``None`` where nothing was fitted."""
     reports = []
     for c, t in enumerate(tracks):

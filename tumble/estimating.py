@@ -6,7 +6,7 @@ from typing import Any
 from datasets.estimate_files import write_estimate
 from datasets.observation_files import read_observation
 from estimator.configuration import configuration_from_dict
-from estimator.pipeline import estimate
+from estimator.measuring import measure
 from tumble.engine import Item, Outcome, run
 from tumble.progress import progress
 from tumble.result_files import estimate_path, observations_in
@@ -22,7 +22,7 @@ def estimate_all(source: Path, configuration: dict[str, Any], out: Path, *, jobs
 def estimate_item(payload: dict[str, Any]) -> dict[str, Any]:
     """Estimate one observation and write the result."""
     observation = read_observation(Path(payload["observation"]))
-    result = estimate(observation, configuration_from_dict(payload["configuration"]))
+    result = measure(observation, configuration_from_dict(payload["configuration"]))
     write_estimate(result, Path(payload["product"]))
     return {"status": result.status.value}
 

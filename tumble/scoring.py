@@ -7,6 +7,7 @@ import pandas as pd
 
 from datasets.atomic_files import written_whole
 from datasets.estimate_files import read_estimate
+from datasets.scoring.impacts import impact_table, score_impacts
 from datasets.scoring.score import Row, score
 from datasets.scoring.table import aggregate, coverage, score_table, status_counts, worse_sequences
 from datasets.truth_files import read_truth
@@ -14,6 +15,7 @@ from tumble.result_files import estimates_in
 
 TABLE_FILE = "scores.csv"
 SUMMARY_FILE = "scores.json"
+IMPACTS_FILE = "impacts.csv"
 GROUPS = ("n_frames", "n_views", "irregularity", "particle")
 
 
@@ -26,6 +28,18 @@ def score_one(estimate: Path, truth: Path) -> Row:
     """The row of one estimate."""
     measured = read_estimate(estimate)
     return score(measured, read_truth(truth / measured.name))
+
+
+def score_all_impacts(estimates: Path, truth: Path) -> pd.DataFrame:
+    """One row per true impact of the sequences that were estimated; no rows where nothing was hit."""
+    measured = [read_estimate(path) for path in estimates_in(estimates)]
+    return impact_table([row for estimate in measured for row in score_impacts(estimate, read_truth(truth / estimate.name))])
+
+
+def write_impacts(impacts: pd.DataFrame, out: Path) -> None:
+    """``impacts.csv``, one tidy row per impact."""
+    with written_whole(out / IMPACTS_FILE) as temporary:
+        impacts.to_csv(temporary, index=False)
 
 
 def write_scores(table: pd.DataFrame, out: Path) -> None:

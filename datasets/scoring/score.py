@@ -106,7 +106,11 @@ def _truth_at(truth: Truth, time_s: float) -> tuple[Array, Array]:
 
 
 def _velocity(velocity: VelocityEstimate, truth: Truth) -> Row:
-    v, omega = _truth_at(truth, velocity.time_s)
+    return velocity_errors(velocity, *_truth_at(truth, velocity.time_s))
+
+
+def velocity_errors(velocity: VelocityEstimate, v: Array, omega: Array) -> Row:
+    """Errors of velocities against the true ``v`` (3,) m/s and ``omega`` (3,) rad/s, and their intervals put to the test."""
     error = np.concatenate([velocity.v_world - v, velocity.omega_world - omega])
     with np.errstate(invalid="ignore"):  # a negative variance is no error bar: NaN, and outside every interval
         sigma, bound = np.sqrt(np.diag(velocity.covariance)), np.sqrt(np.diag(velocity.bound))

@@ -20,7 +20,7 @@ from estimator.geometry.epipolar_tangency import TangencyErrors, tangency_errors
 from estimator.geometry.outline_bias import without_bias
 from estimator.geometry.outline_shape import ANGLES, OutlineShape
 from estimator.geometry.silhouettes import Silhouettes
-from estimator.motion.flight import N_PARAMETERS, OFFSET, Flight, poses
+from estimator.motion.flight import N_PARAMETERS, OFFSET, Flight, FlightPoses, poses
 
 Array = NDArray[np.float64]
 
@@ -62,7 +62,11 @@ class ModelErrors:
 
 def seen_hulls(task: FitTask, flight: Flight, vertices: Array) -> list[Array]:
     """Convex outlines (px) that a hull with ``vertices`` (v, 3) m, particle frame, would cast under a flight."""
-    predicted = poses(flight, np.zeros((1, N_PARAMETERS)), task.sightings.times_s)
+    return seen_hulls_at(task, flight, poses(flight, np.zeros((1, N_PARAMETERS)), task.sightings.times_s), vertices)
+
+
+def seen_hulls_at(task: FitTask, flight: Flight, predicted: FlightPoses, vertices: Array) -> list[Array]:
+    """The same at ``predicted`` poses of the body of ``flight``."""
     placed = particle_poses(flight, predicted, task.sightings)
     outlines = []
     for R, t, c in zip(placed.R, placed.t, task.sightings.camera, strict=True):

@@ -11,7 +11,7 @@ from estimator.fitting.noise_model import MeasuredNoise, measured_noise, with_no
 from estimator.fitting.trajectory import FitTask, body_normals, pose_map, prior_values, unbiased_errors
 from estimator.fitting.within_sequence import WithinEquations, within_equations
 from estimator.geometry.epipolar_tangency import TangencyErrors
-from estimator.motion.flight import Flight, FlightPoses, moved, poses_and_sensitivity
+from estimator.motion.flight import N_PARAMETERS, Flight, FlightPoses, moved, poses_and_sensitivity
 
 Array = NDArray[np.float64]
 MOST_STEPS, FINE_STEPS = 24, 8
@@ -108,13 +108,19 @@ def scaled_inverse(H: Array) -> Array:
 
 def linearise(task: FitTask, flight: Flight, settings: Refinement) -> Linearised:
     """Weighed errors with views and within the sequence under a flight."""
-    predicted, sensitivity = poses_and_sensitivity(flight, task.sightings.times_s)
+    return linearised(task, flight, poses_and_sensitivity(flight, task.sightings.times_s), settings)
+
+
+def linearised(task: FitTask, flight: Flight, motion: tuple[FlightPoses, Array], settings: Refinement) -> Linearised:
+    """The same for poses and sensitivities (n, 6, p) given as ``motion``; the first 21 of their parameters are those of ``flight``."""
+    predicted, sensitivity = motion
     errors = unbiased_errors(task, flight, predicted)
     S = pose_map(sensitivity)
     normals = body_normals(task.sightings, task.sightings.R_cam_world @ predicted.R[:, 0], errors)
     frames = weigh(errors, S, task.sightings.silhouettes, floor_px=settings.floor_px, huber=task.huber)
     within = within_equations(task, flight, predicted, S, most_pairs=settings.within_pairs, floor_px=settings.floor_px)
-    precision = task.prior.precision
+    more = S.shape[2] - N_PARAMETERS
+    precision = np.pad(task.prior.precision, (0, more))
     H = frames.H + within.H + np.diag(precision)
-    g = frames.g + within.g + precision * prior_values(flight)
+    g = frames.g + within.g + precision * np.pad(prior_values(flight), (0, more))
     return Linearised(predicted, S, errors, frames, within, normals, H, g)

@@ -162,21 +162,22 @@ def fit(task: FitTask, start: Flight, *, max_steps: int = 25, tolerance: float =
 
 
 def pose_map(sensitivity: Array) -> Array:
-    """``S`` (n, 8, 21): pair columns (pose, offset of the sighting, offset of the view) by parameters."""
-    S = np.zeros((len(sensitivity), N_COLUMNS, N_PARAMETERS))
+    """``S`` (n, 8, p): pair columns (pose, offset of the sighting, offset of the view) by parameters, the first 21 those of a flight."""
+    S = np.zeros((len(sensitivity), N_COLUMNS, sensitivity.shape[2]))
     S[:, :6] = sensitivity
     S[:, 6, OFFSET] = -1.0
     return S
 
 
-def _data_cost(task: FitTask, errors: TangencyErrors) -> float:
+def data_cost(task: FitTask, errors: TangencyErrors) -> float:
     """Cost scaled up for pairs without tangent planes, so that losing pairs never pays."""
     wanted = np.count_nonzero(task.weight)
     valid = np.count_nonzero(errors.valid)
     return float(errors.cost.sum()) * wanted / valid if valid else np.inf
 
 
-def _prior_cost(task: FitTask, flight: Flight) -> float:
+def prior_cost(task: FitTask, flight: Flight) -> float:
+    """Cost of the parameters that the prior holds near zero."""
     p = prior_values(flight)
     return 0.5 * float(p @ (task.prior.precision * p))
 
@@ -190,7 +191,7 @@ def prior_values(flight: Flight) -> Array:
 
 def _cost(task: FitTask, flight: Flight) -> float:
     predicted = poses(flight, np.zeros((1, N_PARAMETERS)), task.sightings.times_s)
-    return _data_cost(task, errors_of(task, flight, predicted)) + _prior_cost(task, flight)
+    return data_cost(task, errors_of(task, flight, predicted)) + prior_cost(task, flight)
 
 
 def _linearise(task: FitTask, flight: Flight) -> NormalEquations:
@@ -200,4 +201,4 @@ def _linearise(task: FitTask, flight: Flight) -> NormalEquations:
     precision = task.prior.precision
     H = np.einsum("nap,nab,nbq->pq", S, errors.normal, S, optimize=True) + np.diag(precision)
     g = np.einsum("nap,na->p", S, errors.gradient) + precision * prior_values(flight)
-    return NormalEquations(H=H, g=g, cost=_data_cost(task, errors) + _prior_cost(task, flight))
+    return NormalEquations(H=H, g=g, cost=data_cost(task, errors) + prior_cost(task, flight))

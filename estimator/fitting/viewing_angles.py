@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from estimator.fitting.trajectory import FitTask, particle_poses
 from estimator.geometry.epipolar_tangency import PoseSet
-from estimator.motion.flight import N_PARAMETERS, Flight, poses
+from estimator.motion.flight import N_PARAMETERS, Flight, FlightPoses, poses
 
 Array = NDArray[np.float64]
 LEAST_SINE_WITH_VIEWS = 0.09
@@ -34,6 +34,10 @@ def _seen_from(cameras: PoseSet, centre: Array) -> Array:
 
 def with_clear_angles(task: FitTask, flight: Flight) -> FitTask:
     """The task without the pairs that see the body from nearly one line under ``flight``."""
-    flown = poses(flight, np.zeros((1, N_PARAMETERS)), task.sightings.times_s)
+    return with_clear_angles_at(task, flight, poses(flight, np.zeros((1, N_PARAMETERS)), task.sightings.times_s))
+
+
+def with_clear_angles_at(task: FitTask, flight: Flight, flown: FlightPoses) -> FitTask:
+    """The same at poses ``flown`` of the body of ``flight``."""
     sines = sines_between(particle_poses(flight, flown, task.sightings), task.views.poses, flight.body.com_particle)
     return replace(task, weight=np.where(sines >= LEAST_SINE_WITH_VIEWS, task.weight, 0.0))

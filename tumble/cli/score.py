@@ -3,16 +3,18 @@
 import argparse
 import json
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 from rich.console import Console
 from rich.table import Table
 
 from datasets.errors import InputError
+from datasets.scoring.impacts import impact_summary
 from datasets.scoring.table import aggregate, status_counts, worse_sequences
 from tumble.cli.options import add_output, verb_parser
 from tumble.output_directory import Run, output_directory
-from tumble.scoring import TABLE_FILE, score_all, summary, write_scores
+from tumble.scoring import TABLE_FILE, score_all, score_all_impacts, summary, write_impacts, write_scores
 
 SHOWN = (
     "middle_in_plane_percent",
@@ -31,6 +33,7 @@ def parser() -> argparse.ArgumentParser:
     verb = verb_parser(
         "score",
         description="Compare estimates with the truth: scores.csv has one tidy row per sequence, scores.json the aggregates.\n"
+        "Where the particles hit a plate, impacts.csv has one row per impact.\n"
         "Each sequence that is worse is named with its cause.",
         example="tumble score out/estimates --truth out/dataset/truth --out out/scores",
     )
@@ -48,10 +51,15 @@ def run(arguments: argparse.Namespace) -> int:
     with output_directory(arguments.out, described, resume=arguments.resume, force=arguments.force) as out:
         table = score_all(arguments.estimates, arguments.truth)
         write_scores(table, out)
+        impacts = score_all_impacts(arguments.estimates, arguments.truth)
+        if len(impacts):
+            write_impacts(impacts, out)
     if arguments.json:
-        print(json.dumps(summary(table)))
+        print(json.dumps({**summary(table), "impacts": impact_summary(impacts)} if len(impacts) else summary(table)))
     elif not arguments.quiet:
         say_scores(table)
+        if len(impacts):
+            say_impacts(impact_summary(impacts))
         Console().print(f"table: {arguments.out / TABLE_FILE}", soft_wrap=True, highlight=False)
     return 0
 
@@ -77,3 +85,23 @@ def say_scores(scores: pd.DataFrame) -> None:
         errors = f" ({', '.join(parts)})"
         measured = not pd.isna(row["in_plane_percent"])
         console.print(f"worse: {row['sequence']}: {row['cause']}{errors if measured else ''}", soft_wrap=True, highlight=False)
+
+
+def say_impacts(told: dict[str, Any]) -> None:
+    """How impacts fared, for people."""
+    console = Console()
+    console.print(f"{told['impacts']} impacts: {told['found']} found", highlight=False)
+    if told["found"] == 0:
+        return
+    console.print(
+        f"medians: time {told['median_time_error_frames']:.3f} frames; after the impact {told['median_after_in_plane_percent']:.3f}% "
+        f"in plane, {told['median_after_out_of_plane_percent']:.3f}% out of plane, {told['median_after_angular_percent']:.3f}% angular",
+        soft_wrap=True,
+        highlight=False,
+    )
+    console.print(
+        f"95% intervals that hold truth: time {told['coverage_time']:.0%}, after the impact v {told['coverage_after_v']:.0%}, "
+        f"ω {told['coverage_after_omega']:.0%}",
+        soft_wrap=True,
+        highlight=False,
+    )

@@ -8,6 +8,9 @@ MEANING: dict[Status, str] = {
     Status.NOT_ENOUGH_FRAMES: "Too few pictures could be used for a motion.",
     Status.OUT_OF_VIEW: "The particle was not wholly in the picture for long enough.",
     Status.NO_CONVERGENCE: "No start of the search led to a motion that explains the pictures. There is no measurement.",
+    Status.IMPACT_AT_EDGE: "The particle hits something within three frames of the recording's start or end.",
+    Status.SECOND_CONTACT: "The particle touched twice within a few frames. Velocities near there are not to be relied on.",
+    Status.RESTING: "The particle rests or rolls: it is not in free flight.",
 }
 
 NEXT: dict[Status, str] = {
@@ -16,6 +19,9 @@ NEXT: dict[Status, str] = {
     Status.NOT_ENOUGH_FRAMES: "See below why frames were left out; record longer, or widen the view.",
     Status.OUT_OF_VIEW: "Cut the recording to the frames that show the whole particle, or move the camera back.",
     Status.NO_CONVERGENCE: "Check that the calibrated views belong to this particle, and that focal length and units are right.",
+    Status.IMPACT_AT_EDGE: "Cut the recording at the impact, or record more frames on either side of it.",
+    Status.SECOND_CONTACT: "Record with a higher frame rate, so that there are frames between the contacts, or cut the recording there.",
+    Status.RESTING: "Cut the recording to the frames in which the particle flies.",
 }
 
 

@@ -1,0 +1,47 @@
+"""From separately fitted flights to one flight with impacts: which sightings belong to which, and where two flights meet.
+
+The collision frame is where the simulated first segment and the second one are nearest to one another. Depth is the loose direction of one
+camera, so nearness is judged across its viewing direction; between frames the relative motion is straight.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.fitting.flight_starts import at_time
+from estimator.motion.flight import N_PARAMETERS, Flight, states
+from estimator.motion.piecewise import Bounce, PiecewiseFlight
+
+Array = NDArray[np.float64]
+MEETING_STEPS = 4
+DEPTH_WEIGHT = 0.05
+"""Of a distance along the viewing direction against one across it."""
+
+
+def segment_rows(times_s: Array, impacts_s: Array, *, clear_s: float) -> list[NDArray[np.int64]]:
+    """Rows of the sightings in each segment; those nearer to an impact than ``clear_s`` are in none, their side is not known yet."""
+    number = np.searchsorted(impacts_s, times_s)
+    clear = np.all(np.abs(times_s[:, None] - impacts_s[None, :]) > clear_s, axis=1)
+    return [np.flatnonzero((number == k) & clear).astype(np.int64) for k in range(len(impacts_s) + 1)]
+
+
+def meeting_time(before: Flight, after: Flight, guess_s: float, viewing: Array) -> float:
+    """When two flights are nearest, seen along ``viewing`` (3,), unit, world frame."""
+    still, time_s = np.zeros((1, N_PARAMETERS)), guess_s
+    weight = np.eye(3) - (1.0 - DEPTH_WEIGHT) * np.outer(viewing, viewing)
+    for _ in range(MEETING_STEPS):
+        a, b = (states(f, still, np.array([time_s])) for f in (before, after))
+        apart, closing = weight @ (a.x - b.x)[0, 0], weight @ (a.v - b.v)[0, 0]
+        time_s -= float(apart @ closing) / max(float(closing @ closing), 1e-12)
+    return time_s
+
+
+def joined(flights: list[Flight], impacts_s: list[float], start_s: float) -> PiecewiseFlight:
+    """One flight with impacts from separate ones: the pose is that of the first, velocities after an impact are those of the next.
+
+    ``start_s`` becomes the reference time of the first.
+    """
+    bounces = []
+    for flight, time_s in zip(flights[1:], impacts_s, strict=True):
+        there = at_time(flight, time_s)
+        bounces.append(Bounce(time_s, there.v, there.omega))
+    return PiecewiseFlight(at_time(flights[0], start_s), tuple(bounces))

@@ -1,0 +1,254 @@
+"""From outlines with kinks in their path to an estimate with impacts: segments one by one, where they meet, then all jointly.
+
+The longest segment is searched from nothing, as a free flight is. Each neighbour starts from the pose that it shares with it at the
+impact, and is searched from nothing only where that leads nowhere. Competing minima of the longest segment are carried through all
+segments: what a slow first flight leaves open, the tumbling after the impact usually decides.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from datasets.estimate import Estimate, Status
+from datasets.observation import Frames, Observation
+from estimator.configuration import Configuration
+from estimator.fitting.impact_search import Kink
+from estimator.fitting.levenberg_marquardt import Outcome, Solution
+from estimator.fitting.piecewise_fit import PiecewiseRefined, fit_piecewise, flown, in_order, refine_piecewise
+from estimator.fitting.pose_refinement import Poses, refine
+from estimator.fitting.pose_search import FoundPoses, rms_ete_px
+from estimator.fitting.segments import joined, meeting_time, segment_rows
+from estimator.fitting.trajectory import FitTask, particle_poses, restricted
+from estimator.fitting.viewing_angles import with_clear_angles_at
+from estimator.impact_reporting import impacts_estimate
+from estimator.motion.flight import N_PARAMETERS, Flight, poses
+from estimator.motion.piecewise import PiecewiseFlight, touch_and_sensitivity
+from estimator.outlines.result import OutlineTrack
+from estimator.particle import Particle, views_like
+from estimator.pipeline import (
+    GOOD_COST,
+    LOST_RMS_PX,
+    RIVAL_TRACK,
+    Candidate,
+    NoMeasurement,
+    candidate_flights,
+    first_pose,
+    fit_task,
+    refinement_settings,
+    same_flight,
+    usable_sightings,
+)
+from estimator.predicted_bias import with_bias_at
+from estimator.reporting import empty_estimate
+
+Array = NDArray[np.float64]
+EDGE_FRAMES = 3
+UNCLEAR_FRAMES = 0.6
+"""Sightings this near to a kink are left to the joint fit."""
+LEAST_JUMP = 60.0
+"""Squared Mahalanobis length of the jump of v and omega: below it there was no impact."""
+IMPACTS_MEAN_SQUARE = 4.0
+"""Mean square of the errors over their variance that flights with impacts may leave, 0.7 to 1.5 where all impacts are known.
+
+Stricter than for one free flight: an impact that was overlooked bends the whole segment a little and its velocities a lot.
+"""
+CONTACT_FRAMES, CONTACT_RATIO, CONTACT_MEAN_SQUARE = 6, 4.0, 3.0
+"""A second contact leaves errors this much larger within so many frames of an impact than elsewhere, and larger than the noise."""
+
+
+@dataclass(frozen=True)
+class Seen:
+    """An observation, its outlines, and the particle of its calibrated views."""
+
+    observation: Observation
+    tracks: tuple[OutlineTrack, ...]
+    particle: Particle
+
+
+@dataclass(frozen=True)
+class Chain:
+    """All segments fitted jointly from one minimum of the longest."""
+
+    found: FoundPoses
+    solution: Solution[PiecewiseFlight]
+
+
+def estimate_with_impacts(seen: Seen, kinks: list[Kink], configuration: Configuration) -> Estimate | None:
+    """The estimate of a sequence with impacts near ``kinks``; ``None`` where the fit finds no jump of the velocities."""
+    try:
+        edge = edge_kink(seen.tracks, kinks)
+        if edge is not None:
+            raise NoMeasurement(Status.IMPACT_AT_EDGE, edge)
+        sightings = usable_sightings(seen.observation, seen.tracks, configuration)
+        views = views_like(seen.particle, sightings.silhouettes, np.random.default_rng(configuration.seed))
+        task = fit_task(seen.observation, seen.particle, sightings, views, configuration)
+        chains = fitted_chains(seen, task, impact_times(seen.observation, kinks), configuration)
+        refined = refined_chain(seen, task, chains[0].solution.state, configuration)
+    except NoMeasurement as failure:
+        return empty_estimate(seen.observation, seen.tracks, seen.particle, configuration, (failure.status, failure.message))
+    if min(jumps(refined)) < LEAST_JUMP:
+        return None
+    outcome = judge_chain(chains, refined, configuration)
+    fitted = (seen.particle, chains[0].found)
+    return impacts_estimate(seen.observation, seen.tracks, fitted, refined, outcome, configuration=configuration)
+
+
+def edge_kink(tracks: tuple[OutlineTrack, ...], kinks: list[Kink]) -> str | None:
+    """What to say of an impact with fewer than three used frames before or after it."""
+    frames = np.unique(np.concatenate([np.flatnonzero(t.used) for t in tracks]))
+    for kink in kinks:
+        before, after = int(np.sum(frames < kink.frame)), int(np.sum(frames > kink.frame))
+        if min(before, after) <= EDGE_FRAMES:
+            where, count = ("first", before) if before < after else ("last", after)
+            return (
+                f"an impact at frame {kink.frame:.1f}, with {count} usable frames {'before' if where == 'first' else 'after'} it: in the "
+                f"{where} three there is too little to measure on that side. Cut the recording there, and the rest is a free flight."
+            )
+    return None
+
+
+def impact_times(observation: Observation, kinks: list[Kink]) -> Array:
+    """Times (k,) s of kinks."""
+    times = observation.clock.times_s
+    return np.interp([k.frame for k in kinks], np.arange(len(times)), times)
+
+
+def fitted_chains(seen: Seen, task: FitTask, impacts_s: Array, configuration: Configuration) -> list[Chain]:
+    """The joint fits from the competing minima of the longest segment, by ascending cost."""
+    frame_s = float(np.median(np.diff(seen.observation.clock.times_s)))
+    rows = segment_rows(task.sightings.times_s, impacts_s, clear_s=UNCLEAR_FRAMES * frame_s)
+    if min(map(len, rows)) == 0:
+        raise NoMeasurement(Status.SECOND_CONTACT, "two impacts follow one another without a usable picture between them.")
+    longest = int(np.argmax([len(r) for r in rows]))
+    tasks = [restricted(task, r) for r in rows]
+    found, reference = first_pose(tasks[longest], seen.particle, configuration)
+    starts = candidate_flights(seen.observation, tasks[longest], seen.particle, (found, reference), configuration)
+    best = starts[0].solution.equations.cost
+    chains = []
+    for start in starts:
+        if start.solution.equations.cost <= RIVAL_TRACK * max(best, tasks[longest].weight.size):
+            flights = _neighbours(seen, tasks, (longest, start.solution.state), impacts_s, configuration)
+            chains.append(Chain(found, _joint(task, flights, impacts_s)))
+    return sorted(chains, key=lambda c: c.solution.equations.cost)
+
+
+def _neighbours(
+    seen: Seen, tasks: list[FitTask], known: tuple[int, Flight], impacts_s: Array, configuration: Configuration
+) -> list[Flight]:
+    """A flight for each segment, from that of one of them outwards."""
+    at, flight = known
+    flights: list[Flight | None] = [flight if k == at else None for k in range(len(tasks))]
+    for k in (*range(at + 1, len(tasks)), *range(at - 1, -1, -1)):
+        neighbour = flights[k - 1] if k > at else flights[k + 1]
+        assert neighbour is not None
+        flights[k] = _from_shared_pose(seen, tasks[k], neighbour, float(impacts_s[k - 1 if k > at else k]), configuration)
+    return [f for f in flights if f is not None]
+
+
+def _from_shared_pose(seen: Seen, task: FitTask, neighbour: Flight, impact_s: float, configuration: Configuration) -> Flight:
+    """The flight of a segment, started from the pose that its neighbour has at the impact between them."""
+    reference = int(np.argmin(np.abs(task.sightings.times_s - impact_s)))
+    found = _shared_pose(task, neighbour, impact_s, reference)
+    best = candidate_flights(seen.observation, task, seen.particle, (found, reference), configuration)[:1]
+    if not best or not _fits(task, best[0]):
+        searched = first_pose(task, seen.particle, configuration)
+        best += candidate_flights(seen.observation, task, seen.particle, searched, configuration)
+    return min(best, key=lambda c: c.solution.equations.cost).solution.state
+
+
+def _fits(task: FitTask, candidate: Candidate) -> bool:
+    return candidate.solution.equations.cost <= GOOD_COST * task.weight.size
+
+
+def _shared_pose(task: FitTask, neighbour: Flight, impact_s: float, reference: int) -> FoundPoses:
+    """The neighbour's pose at the impact, refined on the nearest sighting of the segment."""
+    one = task.sightings.take(np.array([reference]))
+    pose = particle_poses(neighbour, poses(neighbour, np.zeros((1, N_PARAMETERS)), np.array([impact_s])), one)
+    guess = Poses(pose.R, pose.t + pose.R @ neighbour.body.com_particle, np.full(1, np.inf))
+    refined = refine(one.silhouettes, guess, task.views, iterations=40)
+    return FoundPoses(refined, rms_ete_px(one.silhouettes, refined, task.views))
+
+
+def _joint(task: FitTask, flights: list[Flight], impacts_s: Array) -> Solution[PiecewiseFlight]:
+    """All segments at once, from where the separate flights meet; from the kinks where they meet nowhere near."""
+    frame_s = float(np.median(np.diff(np.unique(task.sightings.times_s))))
+    viewing = task.sightings.cameras[0].R_cam_world[2]
+    meeting = [meeting_time(a, b, float(t), viewing) for a, b, t in zip(flights[:-1], flights[1:], impacts_s, strict=True)]
+    times = [m if abs(m - t) < 2.0 * frame_s else float(t) for m, t in zip(meeting, impacts_s, strict=True)]
+    start = joined(flights, times, 0.5 * (float(task.sightings.times_s.min()) + times[0]))
+    if not in_order(start):
+        start = joined(flights, impacts_s.tolist(), 0.5 * (float(task.sightings.times_s.min()) + float(impacts_s[0])))
+    return fit_piecewise(task, start)
+
+
+def refined_chain(seen: Seen, task: FitTask, flight: PiecewiseFlight, configuration: Configuration) -> PiecewiseRefined:
+    """The last refinement, with the outlines' bias predicted and without pairs seen from nearly one line."""
+    at = flown(flight, task.sightings.times_s)
+    if not any(isinstance(r, Frames) for r in seen.observation.recordings):
+        rng = np.random.default_rng(configuration.seed)
+        task = with_bias_at(task, seen.particle, (flight.first, at), pairs=configuration.bias_pairs, rng=rng)
+    return refine_piecewise(with_clear_angles_at(task, flight.first, at), flight, refinement_settings(configuration))
+
+
+def jumps(refined: PiecewiseRefined) -> list[float]:
+    """Squared Mahalanobis length of the jump of (v, omega) at each impact."""
+    found = []
+    for number in range(len(refined.flight.bounces)):
+        touch, J = touch_and_sensitivity(refined.flight, number)
+        D = J[12:18] - J[6:12]
+        jump = touch.after[0] - touch.before[0]
+        found.append(float(jump @ np.linalg.solve(D @ refined.refined.covariance @ D.T, jump)))
+    return found
+
+
+def judge_chain(chains: list[Chain], refined: PiecewiseRefined, configuration: Configuration) -> tuple[Status, str]:
+    """The status that the result deserves, and why."""
+    fit, best = refined.refined, chains[0].solution
+    rms = float(np.sqrt(np.mean(fit.errors.error[fit.errors.valid][:, :2] ** 2))) if fit.errors.valid.any() else np.inf
+    if not np.all(np.isfinite(np.diag(fit.covariance))) or (best.outcome is Outcome.STALLED and rms > LOST_RMS_PX):
+        return Status.NO_CONVERGENCE, "the fit with impacts found no step that lowers its error."
+    near = second_contact(refined)
+    if near is not None:
+        return Status.SECOND_CONTACT, near
+    if fit.noise.mean_square > IMPACTS_MEAN_SQUARE:
+        times = np.sqrt(fit.noise.mean_square)
+        missed = f"the best flight with impacts misses the outlines by {rms:.2f} px RMS, {times:.1f} times their noise."
+        return Status.NO_CONVERGENCE, missed
+    if not fit.settled:
+        return Status.NO_CONVERGENCE, "the last refinement of the flight with impacts did not settle."
+    for other in chains[1:]:
+        ratio = other.solution.equations.cost / best.equations.cost
+        if ratio < configuration.ambiguity and not same_flight(other.solution.state.first, best.state.first):
+            return Status.AMBIGUOUS, f"another trajectory fits nearly as well (cost ratio {ratio:.3f}): more frames or views would decide."
+    count = len(refined.flight.bounces)
+    return Status.CONVERGED, f"converged, piecewise: {count} impact{'s' if count > 1 else ''} between {count + 1} free flights."
+
+
+def second_contact(refined: PiecewiseRefined) -> str | None:
+    """What to say where errors near an impact are far larger than elsewhere: the particle touched again within a few frames."""
+    fit = refined.refined
+    frames, counted = fit.places[:, 1], fit.frames.count > 0
+    mean_square = fit.frames.chi2 / np.maximum(fit.frames.count, 1)
+    for number, time_s in enumerate(refined.flight.times_s):
+        frame = _frame_of(refined, float(time_s))
+        near = (np.abs(frames - frame) <= CONTACT_FRAMES) & counted
+        far = (np.abs(frames - frame) > CONTACT_FRAMES) & counted
+        if not near.any() or not far.any():
+            continue
+        here, there = float(mean_square[near].mean()), float(np.median(mean_square[far]))
+        if here > CONTACT_MEAN_SQUARE and here > CONTACT_RATIO * there:
+            return (
+                f"errors within {CONTACT_FRAMES} frames of impact {number + 1} (frame {frame:.1f}) are {np.sqrt(here / there):.1f} times "
+                "those elsewhere: the particle touched again there, which one impact does not describe."
+            )
+    return None
+
+
+def _frame_of(refined: PiecewiseRefined, time_s: float) -> float:
+    return float(np.interp(time_s, *_frame_times(refined)))
+
+
+def _frame_times(refined: PiecewiseRefined) -> tuple[Array, Array]:
+    order = np.argsort(refined.times_s, kind="stable")
+    return refined.times_s[order], refined.refined.places[order, 1].astype(np.float64)

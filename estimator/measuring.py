@@ -1,0 +1,62 @@
+"""The instrument: one estimate from one observation, as a free flight or, where the outlines' path has kinks, as flights with impacts.
+
+A kink is only a reason to look. Where the fit finds no jump of the velocities at it, or no flight with impacts that fits, the sequence is
+measured as one free flight, in the same way as one without kinks.
+"""
+
+from datasets.estimate import Estimate, Status
+from datasets.observation import Observation
+from estimator.configuration import Configuration
+from estimator.fitting.impact_search import Kink, centroid_path, find_kinks
+from estimator.impact_pipeline import IMPACTS_MEAN_SQUARE, Seen, estimate_with_impacts
+from estimator.pipeline import check_focal_prior, estimate_free_flight, observed_particle, tracks_of
+from estimator.resting import resting_sentence
+
+WITHOUT_MEASUREMENT = (Status.NO_CONVERGENCE, Status.IMPACT_AT_EDGE)
+
+
+def measure(observation: Observation, configuration: Configuration) -> Estimate:
+    """Measure one sequence from its observation alone, with impacts where there are any.
+
+    Raises
+    ------
+    datasets.errors.InputError
+        Where the observation contradicts itself: sizes, numbers of pictures, views that do not agree.
+    """
+    check_focal_prior(observation, configuration)
+    tracks = tracks_of(observation)
+    seen = Seen(observation, tracks, observed_particle(observation, configuration))
+    kinks = kinks_of(seen)
+    pieces = estimate_with_impacts(seen, kinks, configuration) if kinks else None
+    if pieces is not None and pieces.status not in WITHOUT_MEASUREMENT:
+        return pieces
+    whole = estimate_free_flight(observation, tracks, seen.particle, configuration)
+    if not _doubtful(whole):
+        return whole
+    resting = resting_sentence(seen, kinks)
+    if resting is not None:
+        return without_numbers(whole, Status.RESTING, resting)
+    return pieces if pieces is not None and whole.status is Status.NO_CONVERGENCE else whole
+
+
+def _doubtful(estimate: Estimate) -> bool:
+    """Whether there is no free flight, or one that leaves errors so large that the particle may be held by something."""
+    return estimate.status is Status.NO_CONVERGENCE or estimate.statistics.get("noise_mean_square", 0.0) > IMPACTS_MEAN_SQUARE
+
+
+def without_numbers(estimate: Estimate, status: Status, message: str) -> Estimate:
+    """What is left of an estimate whose numbers are no measurement."""
+    return Estimate(
+        name=estimate.name,
+        status=status,
+        message=message,
+        frames=estimate.frames,
+        statistics={key: value for key, value in estimate.statistics.items() if key != "momenta"},
+        configuration=estimate.configuration,
+        versions=estimate.versions,
+    )
+
+
+def kinks_of(seen: Seen) -> list[Kink]:
+    """Kinks of the camera that has most usable outlines."""
+    return find_kinks(centroid_path(max(seen.tracks, key=lambda t: int(t.used.sum()))))

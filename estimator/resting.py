@@ -1,0 +1,63 @@
+"""Whether a particle that no free flight fits lies or rolls on something: its centroid then does not fall as gravity says.
+
+The acceleration of the outline's centroid along the gravity seen in the picture, over the longest stretch without a kink, is compared
+with gravity; the picture's scale is that of the particle's extent. A particle that rests has none of it, one that rolls down a slope of
+30° less than a quarter. Only asked after a fit has failed: the wobble of a spinning body is too much like a force to refuse a sequence by
+that alone.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.fitting.impact_search import CentroidPath, Kink, centroid_path
+from estimator.impact_pipeline import Seen
+
+Array = NDArray[np.float64]
+LEAST_FRAMES = 12
+MOST_SHARE = 0.5
+"""Of gravity along itself: a particle that is held by something."""
+LEAST_SAG_PX = 1.0
+"""Distance that gravity would bend the path by; below it nothing can be said."""
+
+
+def resting_sentence(seen: Seen, kinks: list[Kink]) -> str | None:
+    """What to say of a particle that does not fall, or ``None`` where it does or nothing can be told."""
+    camera_number = int(np.argmax([int(t.used.sum()) for t in seen.tracks]))
+    path = longest_stretch(centroid_path(seen.tracks[camera_number]), kinks)
+    if len(path.frame) < LEAST_FRAMES:
+        return None
+    share, sag_px = fall(seen, path, camera_number)
+    if sag_px < LEAST_SAG_PX or abs(share) > MOST_SHARE:
+        return None
+    first, last = int(path.frame[0]), int(path.frame[-1])
+    return (
+        f"from frame {first} to {last} the particle falls with {100 * share:.0f}% of gravity: it rests or rolls on something, "
+        "and neither a free flight nor impacts describe that. Cut the recording before it."
+    )
+
+
+def longest_stretch(path: CentroidPath, kinks: list[Kink]) -> CentroidPath:
+    """The longest part of a path between kinks."""
+    number = np.searchsorted([k.frame for k in kinks], path.frame)
+    rows = number == np.argmax(np.bincount(number))
+    return CentroidPath(path.frame[rows], path.c[rows])
+
+
+def fall(seen: Seen, path: CentroidPath, camera_number: int) -> tuple[float, float]:
+    """Acceleration along the gravity seen in the picture, as a share of it, and by how much (px) gravity would bend the path."""
+    camera = seen.observation.cameras[camera_number]
+    times = seen.observation.clock.times_s[path.frame]
+    pull = (camera.R_cam_world @ seen.observation.gravity_world)[:2] * _pixels_per_metre(seen, camera_number)
+    strength = float(np.linalg.norm(pull))
+    if strength == 0.0:
+        return 1.0, 0.0
+    t = times - times.mean()
+    along = path.c @ (pull / strength)
+    acceleration = 2.0 * float(np.polyfit(t, along, 2)[0])
+    return acceleration / strength, strength * float(np.ptp(t)) ** 2 / 8.0
+
+
+def _pixels_per_metre(seen: Seen, camera_number: int) -> float:
+    """From the largest outline, which shows about the particle's extent."""
+    used = [f.outline.points_px for f in seen.tracks[camera_number].frames if f.used]
+    return max(float(np.linalg.norm(np.ptp(points, axis=0))) for points in used) / (np.sqrt(2.0) * seen.particle.extent_m)

@@ -1,0 +1,109 @@
+"""The whole instrument on a particle that falls on a plate: the impact measured, and every reason why there is none to measure."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from datasets.estimate import Estimate, Status
+from datasets.observation import Observation
+from datasets.recipes.recipe import DropperRecipe, ParticleRecipe, PlateRecipe, Recipe, RigRecipe
+from datasets.truth import Truth
+from datasets.vocabulary.clock import Clock
+from estimator.configuration import Configuration
+from estimator.measuring import measure
+from estimator.pipeline import estimate
+from synth.sequence import build_silhouette_sequence
+from tests.estimator.test_pipeline import RECIPE as FREE
+
+RECIPE = Recipe(
+    seed=9,
+    particle=ParticleRecipe(family="cut_stone", irregularity=0.6, size_mm=(6.0, 6.0)),
+    rig=RigRecipe(drops=4),
+    plate=PlateRecipe(tilt_deg=(15.0, 25.0)),
+    dropper=DropperRecipe(runs=1, height_mm=(80.0, 100.0), frames_before=(20, 20), frames_after=(16, 16)),
+)
+
+
+LYING_FRAMES = 80
+QUICK = Configuration(momentum_starts=0, trajectory_candidates=1)
+
+
+@pytest.fixture(scope="module")
+def sequence() -> tuple[Observation, Truth]:
+    return build_silhouette_sequence(RECIPE, 0)
+
+
+@pytest.fixture(scope="module")
+def measured(sequence: tuple[Observation, Truth]) -> Estimate:
+    return measure(sequence[0], Configuration())
+
+
+def part(observation: Observation, first: int, last: int) -> Observation:
+    """The frames from ``first`` to ``last`` alone."""
+    outlines = list(observation.recordings[0])  # type: ignore[call-overload]
+    clock = Clock(observation.clock.times_s[first:last], observation.clock.exposure_s)
+    return replace(observation, recordings=(tuple(outlines[first:last]),), clock=clock)
+
+
+def test_time_and_velocities_are_right_and_inside_their_error_bars(sequence: tuple[Observation, Truth], measured: Estimate) -> None:
+    observation, truth = sequence
+    (true,) = truth.impacts
+    assert measured.status is Status.CONVERGED
+    assert "piecewise: 1 impact" in measured.message
+    (found,) = measured.impacts
+    frame_s = float(np.diff(observation.clock.times_s)[0])
+    assert abs(found.time_s - true.time_s) < 0.1 * frame_s
+    assert -4.0 * found.time_sigma_s < found.time_s - true.time_s < 4.0 * found.time_sigma_s + true.duration_s
+    for velocity, v, omega in ((found.before, true.v_before, true.omega_before), (found.after, true.v_after, true.omega_after)):
+        error = np.concatenate([velocity.v_world - v, velocity.omega_world - omega])
+        assert np.all(np.abs(error) < 4.0 * np.sqrt(np.diag(velocity.covariance)))
+    assert np.linalg.norm((found.after.v_world - true.v_after)[:2]) < 0.01 * np.linalg.norm(true.v_after)
+    assert np.linalg.norm(found.after.omega_world - true.omega_after) < 0.05 * np.linalg.norm(true.omega_after)
+    np.testing.assert_allclose(found.covariance[12:, 12:], found.after.covariance)
+    first, second = measured.segments
+    assert first.end_s == found.time_s == second.start_s
+
+
+def test_the_stated_plate_agrees_with_the_impact(measured: Estimate) -> None:
+    plate = measured.impacts[0].plate
+    assert plate is not None
+    assert plate.agrees
+    assert abs(plate.gap_m) < 1e-4
+
+
+def test_without_a_stated_plate_the_motion_is_the_same(sequence: tuple[Observation, Truth], measured: Estimate) -> None:
+    without = measure(replace(sequence[0], plate=None), Configuration())
+    assert without.impacts[0].plate is None
+    assert without.impacts[0].time_s == measured.impacts[0].time_s
+
+
+def test_an_impact_near_an_end_is_named(sequence: tuple[Observation, Truth]) -> None:
+    observation, truth = sequence
+    at = int(np.searchsorted(observation.clock.times_s, truth.impacts[0].time_s))
+    late = measure(part(observation, 0, at + 2), QUICK)
+    assert (late.status, late.motion) == (Status.IMPACT_AT_EDGE, None)
+    assert "2 usable frames after" in late.message
+    early = measure(part(observation, at - 2, len(observation.clock.times_s)), QUICK)
+    assert early.status is Status.IMPACT_AT_EDGE
+    assert "2 usable frames before" in early.message
+
+
+def test_a_particle_that_lies_still_is_refused(sequence: tuple[Observation, Truth]) -> None:
+    observation = sequence[0]
+    outlines = list(observation.recordings[0])  # type: ignore[call-overload]
+    lying = tuple(outlines[k % 5] for k in range(LYING_FRAMES))
+    clock = Clock(np.arange(LYING_FRAMES) / 4000.0, observation.clock.exposure_s)
+    still = tuple(replace(o, points_px=o.points_px - o.points_px.mean(axis=0) + 500.0) for o in lying)
+    result = measure(replace(observation, recordings=(still,), clock=clock), QUICK)
+    assert result.status is Status.RESTING
+    assert "rests or rolls" in result.message
+    assert result.motion is None
+
+
+def test_a_sequence_without_an_impact_is_measured_as_before() -> None:
+    observation = build_silhouette_sequence(FREE, 0)[0]
+    whole, again = estimate(observation, Configuration()), measure(observation, Configuration())
+    assert again.impacts == ()
+    np.testing.assert_array_equal(whole.covariance, again.covariance)
+    np.testing.assert_array_equal(whole.values, again.values)
