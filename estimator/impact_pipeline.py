@@ -15,12 +15,14 @@ from datasets.observation import Frames, Observation
 from estimator.configuration import Configuration
 from estimator.fitting.impact_search import Kink
 from estimator.fitting.levenberg_marquardt import Outcome, Solution
+from estimator.fitting.noise_model import measured_noise
 from estimator.fitting.piecewise_fit import PiecewiseRefined, fit_piecewise, flown, in_order, refine_piecewise
 from estimator.fitting.pose_refinement import Poses, refine
 from estimator.fitting.pose_search import FoundPoses, rms_ete_px
 from estimator.fitting.segments import joined, meeting_time, segment_rows
-from estimator.fitting.trajectory import FitTask, particle_poses, restricted
+from estimator.fitting.trajectory import FitTask, errors_of, particle_poses, restricted
 from estimator.fitting.viewing_angles import with_clear_angles_at
+from estimator.impact_discovery import kinks_of_poses
 from estimator.impact_reporting import impacts_estimate
 from estimator.motion.flight import N_PARAMETERS, Flight, poses
 from estimator.motion.piecewise import PiecewiseFlight, touch_and_sensitivity
@@ -44,6 +46,8 @@ from estimator.reporting import empty_estimate
 
 Array = NDArray[np.float64]
 EDGE_FRAMES = 3
+MOST_ROUNDS = 2
+"""Searches for impacts that a fit has shown to be missing."""
 UNCLEAR_FRAMES = 0.6
 """Sightings this near to a kink are left to the joint fit."""
 LEAST_JUMP = 60.0
@@ -83,7 +87,7 @@ def estimate_with_impacts(seen: Seen, kinks: list[Kink], configuration: Configur
         sightings = usable_sightings(seen.observation, seen.tracks, configuration)
         views = views_like(seen.particle, sightings.silhouettes, np.random.default_rng(configuration.seed))
         task = fit_task(seen.observation, seen.particle, sightings, views, configuration)
-        chains = fitted_chains(seen, task, impact_times(seen.observation, kinks), configuration)
+        chains = _with_missing_impacts(seen, task, kinks, configuration)
         refined = refined_chain(seen, task, chains[0].solution.state, configuration)
     except NoMeasurement as failure:
         return empty_estimate(seen.observation, seen.tracks, seen.particle, configuration, (failure.status, failure.message))
@@ -92,6 +96,24 @@ def estimate_with_impacts(seen: Seen, kinks: list[Kink], configuration: Configur
     outcome = judge_chain(chains, refined, configuration)
     fitted = (seen.particle, chains[0].found)
     return impacts_estimate(seen.observation, seen.tracks, fitted, refined, outcome, configuration=configuration)
+
+
+def _with_missing_impacts(seen: Seen, task: FitTask, kinks: list[Kink], configuration: Configuration) -> list[Chain]:
+    """The joint fits with ``kinks``, and with those that tracked poses show besides them where the fit misses."""
+    chains = fitted_chains(seen, task, impact_times(seen.observation, kinks), configuration)
+    for _ in range(MOST_ROUNDS):
+        flight = chains[0].solution.state
+        errors = errors_of(task, flight.first, flown(flight, task.sightings.times_s))
+        if measured_noise(errors).mean_square <= IMPACTS_MEAN_SQUARE:
+            break
+        found = kinks_of_poses(task, flight)
+        if len(found) <= len(flight.bounces):
+            break
+        edge = edge_kink(seen.tracks, found)
+        if edge is not None:
+            raise NoMeasurement(Status.IMPACT_AT_EDGE, edge)
+        chains = fitted_chains(seen, task, impact_times(seen.observation, found), configuration)
+    return chains
 
 
 def edge_kink(tracks: tuple[OutlineTrack, ...], kinks: list[Kink]) -> str | None:

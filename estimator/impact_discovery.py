@@ -1,0 +1,48 @@
+"""Impacts that a fit has shown to be missing, from tracked poses instead of centroids.
+
+The centroid of a fast, irregular body runs around its centre of mass and hides weak kinks. So where flights with the impacts known so
+far do not fit, each segment is tracked picture by picture from where it fits best, and the path of the centre of mass is searched for
+kinks: it has none of the wobble.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.fitting.impact_search import CentroidPath, Kink, find_kinks
+from estimator.fitting.piecewise_fit import flown
+from estimator.fitting.pose_refinement import Poses, refine
+from estimator.fitting.tracking import track
+from estimator.fitting.trajectory import FitTask, errors_of, particle_poses, restricted
+from estimator.motion.piecewise import PiecewiseFlight, segment_of
+
+Array = NDArray[np.float64]
+LEAST_TRACKED = 3
+LOST_COST = 10.0
+"""A tracked pose whose cost is so many times the median has lost the body."""
+
+
+def kinks_of_poses(task: FitTask, flight: PiecewiseFlight) -> list[Kink]:
+    """Kinks of the tracked path of the centre of mass in the first camera that saw the particle."""
+    camera = int(task.sightings.camera[0])
+    task = restricted(task, np.flatnonzero(task.sightings.camera == camera))
+    segment = segment_of(flight, task.sightings.times_s)
+    cost = errors_of(task, flight.first, flown(flight, task.sightings.times_s)).cost
+    parts = [np.flatnonzero(segment == number) for number in np.unique(segment)]
+    tracked = [_tracked(restricted(task, rows), flight, int(np.argmin(cost[rows]))) for rows in parts if len(rows) >= LEAST_TRACKED]
+    frame = np.concatenate([f for f, _ in tracked]) if tracked else np.zeros(0, dtype=np.int64)
+    place = np.concatenate([p for _, p in tracked]) if tracked else np.zeros((0, 2))
+    return find_kinks(CentroidPath(frame, place))
+
+
+def _tracked(task: FitTask, flight: PiecewiseFlight, reference: int) -> tuple[NDArray[np.int64], Array]:
+    """Frames (n,) of a segment and where (n, 2) px its tracked centre of mass was seen."""
+    sightings = task.sightings
+    one = sightings.take(np.array([reference]))
+    pose = particle_poses(flight.first, flown(flight, one.times_s), one)
+    guess = Poses(pose.R, pose.t + pose.R @ flight.first.body.com_particle, np.full(1, np.inf))
+    found = refine(one.silhouettes, guess, task.views, iterations=20)
+    followed = track(sightings, task.views, reference, found)
+    camera = sightings.cameras[int(sightings.camera[reference])]
+    seen = camera.intrinsics.project(followed.centre @ camera.R_cam_world.T + camera.t_cam_world)
+    kept = followed.cost <= LOST_COST * np.median(followed.cost)
+    return sightings.frame[np.argsort(sightings.times_s)][kept], seen[kept]
