@@ -6,6 +6,7 @@ segments: what a slow first flight leaves open, the tumbling after the impact us
 """
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +23,7 @@ from estimator.fitting.pose_search import FoundPoses, rms_ete_px
 from estimator.fitting.segments import joined, meeting_time, segment_rows
 from estimator.fitting.trajectory import FitTask, errors_of, particle_poses, restricted
 from estimator.fitting.viewing_angles import with_clear_angles_at
-from estimator.impact_discovery import kinks_of_poses
+from estimator.impact_discovery import LEAST_TRACKED, kinks_of_poses
 from estimator.impact_reporting import impacts_estimate
 from estimator.motion.flight import N_PARAMETERS, Flight, poses
 from estimator.motion.piecewise import PiecewiseFlight, touch_and_sensitivity
@@ -46,6 +47,8 @@ from estimator.reporting import empty_estimate
 
 Array = NDArray[np.float64]
 EDGE_FRAMES = 3
+LEAST_BETWEEN = 2
+"""Pictures of one camera between impacts, without which there is no velocity between them."""
 MOST_ROUNDS = 2
 """Searches for impacts that a fit has shown to be missing."""
 UNCLEAR_FRAMES = 0.6
@@ -88,10 +91,10 @@ def estimate_with_impacts(seen: Seen, kinks: list[Kink], configuration: Configur
         views = views_like(seen.particle, sightings.silhouettes, np.random.default_rng(configuration.seed))
         task = fit_task(seen.observation, seen.particle, sightings, views, configuration)
         chains = _with_missing_impacts(seen, task, kinks, configuration)
-        refined = refined_chain(seen, task, chains[0].solution.state, configuration)
+        chains, refined = _with_jumps_alone(seen, task, chains, configuration)
     except NoMeasurement as failure:
         return empty_estimate(seen.observation, seen.tracks, seen.particle, configuration, (failure.status, failure.message))
-    if min(jumps(refined)) < LEAST_JUMP:
+    if refined is None:
         return None
     outcome = judge_chain(chains, refined, configuration)
     fitted = (seen.particle, chains[0].found)
@@ -114,6 +117,20 @@ def _with_missing_impacts(seen: Seen, task: FitTask, kinks: list[Kink], configur
             raise NoMeasurement(Status.IMPACT_AT_EDGE, edge)
         chains = fitted_chains(seen, task, impact_times(seen.observation, found), configuration)
     return chains
+
+
+def _with_jumps_alone(
+    seen: Seen, task: FitTask, chains: list[Chain], configuration: Configuration
+) -> tuple[list[Chain], PiecewiseRefined | None]:
+    """The chains and their refinement without impacts at which nothing jumps, and ``None`` where none is left."""
+    while True:
+        refined = refined_chain(seen, task, chains[0].solution.state, configuration)
+        jump = np.array(jumps(refined))
+        if jump.min() >= LEAST_JUMP:
+            return chains, refined
+        if len(jump) == 1:
+            return chains, None
+        chains = fitted_chains(seen, task, np.delete(refined.flight.times_s, int(np.argmin(jump))), configuration)
 
 
 def edge_kink(tracks: tuple[OutlineTrack, ...], kinks: list[Kink]) -> str | None:
@@ -140,8 +157,10 @@ def fitted_chains(seen: Seen, task: FitTask, impacts_s: Array, configuration: Co
     """The joint fits from the competing minima of the longest segment, by ascending cost."""
     frame_s = float(np.median(np.diff(seen.observation.clock.times_s)))
     rows = segment_rows(task.sightings.times_s, impacts_s, clear_s=UNCLEAR_FRAMES * frame_s)
-    if min(map(len, rows)) == 0:
-        raise NoMeasurement(Status.SECOND_CONTACT, "two impacts follow one another without a usable picture between them.")
+    if min(map(len, rows)) < LEAST_TRACKED:
+        rows = segment_rows(task.sightings.times_s, impacts_s, clear_s=0.0)
+    if min(len(np.unique(task.sightings.frame[r])) for r in rows) < LEAST_BETWEEN:
+        raise NoMeasurement(Status.SECOND_CONTACT, _contacts_too_near(seen, impacts_s))
     longest = int(np.argmax([len(r) for r in rows]))
     tasks = [restricted(task, r) for r in rows]
     found, reference = first_pose(tasks[longest], seen.particle, configuration)
@@ -153,6 +172,12 @@ def fitted_chains(seen: Seen, task: FitTask, impacts_s: Array, configuration: Co
             flights = _neighbours(seen, tasks, (longest, start.solution.state), impacts_s, configuration)
             chains.append(Chain(found, _joint(task, flights, impacts_s)))
     return sorted(chains, key=lambda c: c.solution.equations.cost)
+
+
+def _contacts_too_near(seen: Seen, impacts_s: Array) -> str:
+    times = seen.observation.clock.times_s
+    frames = ", ".join(f"{f:.1f}" for f in np.interp(impacts_s, times, np.arange(len(times))))
+    return f"impacts near frames {frames}: two of them follow one another with fewer than {LEAST_BETWEEN} usable pictures between them."
 
 
 def _neighbours(
@@ -244,7 +269,18 @@ def judge_chain(chains: list[Chain], refined: PiecewiseRefined, configuration: C
         if ratio < configuration.ambiguity and not same_flight(other.solution.state.first, best.state.first):
             return Status.AMBIGUOUS, f"another trajectory fits nearly as well (cost ratio {ratio:.3f}): more frames or views would decide."
     count = len(refined.flight.bounces)
-    return Status.CONVERGED, f"converged, piecewise: {count} impact{'s' if count > 1 else ''} between {count + 1} free flights."
+    told = f"converged, piecewise: {count} impact{'s' if count > 1 else ''} between {count + 1} free flights."
+    return Status.CONVERGED, " ".join([told, *_near_one_another(refined)])
+
+
+def _near_one_another(refined: PiecewiseRefined) -> list[str]:
+    """Sentences on impacts that follow one another within a few frames."""
+    frames = [_frame_of(refined, float(t)) for t in refined.flight.times_s]
+    return [
+        f"Impacts {k + 1} and {k + 2} (frames {a:.1f} and {b:.1f}) are {b - a:.1f} frames apart; velocities between them are loose."
+        for k, (a, b) in enumerate(pairwise(frames))
+        if b - a <= CONTACT_FRAMES
+    ]
 
 
 def second_contact(refined: PiecewiseRefined) -> str | None:

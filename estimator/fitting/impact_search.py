@@ -27,6 +27,7 @@ LEAST_RATIO = 8.0
 LEAST_AROUND = 7
 """Frames within a window: with fewer, hinge and cubic both fit anything."""
 STEP_FRAMES = 3
+LEAST_APART = 1.5
 AREA_JUMP = 0.25
 
 
@@ -84,7 +85,19 @@ def step_angles(path: CentroidPath) -> Array:
 
 
 def find_kinks(path: CentroidPath) -> list[Kink]:
-    """All kinks of a path in the order of time."""
+    """All kinks of a path in the order of time; of two within ``LEAST_APART`` frames the stronger."""
+    kept: list[Kink] = []
+    for kink in sorted(_all_kinks(path), key=_strength, reverse=True):
+        if all(abs(kink.frame - other.frame) >= LEAST_APART for other in kept):
+            kept.append(kink)
+    return sorted(kept, key=lambda k: k.frame)
+
+
+def _strength(kink: Kink) -> float:
+    return kink.ratio * kink.jump_px**2
+
+
+def _all_kinks(path: CentroidPath) -> list[Kink]:
     n = len(path.frame)
     if n < LEAST_AROUND:
         return []
@@ -93,7 +106,7 @@ def find_kinks(path: CentroidPath) -> list[Kink]:
         return []
     before, after = path.frame < kink.frame, path.frame >= kink.frame
     parts = [CentroidPath(path.frame[rows], path.c[rows]) for rows in (before, after)]
-    return [*find_kinks(parts[0]), kink, *find_kinks(parts[1])]
+    return [*_all_kinks(parts[0]), kink, *_all_kinks(parts[1])]
 
 
 def _best_kink(path: CentroidPath) -> Kink | None:
@@ -101,7 +114,7 @@ def _best_kink(path: CentroidPath) -> Kink | None:
     near = np.array([angles[max(0, i - 1) : i + 2].max() for i in range(len(angles))])
     nominated = np.flatnonzero(near >= LEAST_ANGLE_RAD)
     found = [k for i in nominated for window in WINDOWS if (k := _kink_near(path, int(i), float(near[i]), window)) is not None]
-    return max(found, key=lambda k: k.ratio * k.jump_px**2, default=None)
+    return max(found, key=_strength, default=None)
 
 
 def _kink_near(path: CentroidPath, i: int, angle: float, window: int) -> Kink | None:
