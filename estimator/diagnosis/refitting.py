@@ -1,7 +1,7 @@
 """Which effect a step adds: the likeliest of a linear look are refitted and compared by what the scores of all others then say is left.
 
 Those that leave the same remainder are one alias group. Where two effects are missing, one that is neither may imitate their sum; if the
-best effect leaves something unexplained, the likeliest pairs are therefore refitted too, and a better one is added whole.
+best effect leaves something unexplained or has many parameters, the likeliest pairs are therefore refitted too, and a better one is added.
 """
 
 from collections.abc import Sequence
@@ -19,6 +19,8 @@ from estimator.fitting.campaign import Campaign, CampaignFit, fit_campaign
 Array = NDArray[np.float64]
 FEWEST = np.exp(np.e)
 """Measurements, of which the penalty is Akaike's 2."""
+MANY = 4
+"""Parameters, beyond which an effect may imitate two others of fewer."""
 Found = tuple[list[ScoreTest], EfficientScores, Ranking]
 """The tests of all effects at a fit, their scores, and the order of a linear look."""
 
@@ -79,7 +81,7 @@ def contenders(campaign: Campaign, fit: CampaignFit, found: Found, rules: Rules)
     close = [h for h in known if h.criterion <= known[0].criterion + rules.window][: rules.shortlist]
     refitted = _judged([_refit(campaign, fit, tests, h) for h in close], penalty_of(campaign))
     chosen = refitted[0]
-    if chi2.sf(chosen.left, max(chosen.columns, 1)) < rules.alpha:
+    if chosen.parameters > MANY or chi2.sf(chosen.left, max(chosen.columns, 1)) < rules.alpha:
         both = _pair(campaign, fit, found, refitted, rules)
         if both:
             return both
