@@ -60,8 +60,11 @@ IMPACTS_MEAN_SQUARE = 4.0
 
 Stricter than for one free flight: an impact that was overlooked bends the whole segment a little and its velocities a lot.
 """
-CONTACT_FRAMES, CONTACT_RATIO, CONTACT_MEAN_SQUARE = 6, 4.0, 3.0
-"""A second contact leaves errors this much larger within so many frames of an impact than elsewhere, and larger than the noise."""
+SEARCHED_MEAN_SQUARE = 1.2
+"""Above this impacts may be missing, and are searched for."""
+CONTACT_FRAMES, NEAR_FRAMES, CONTACT_RATIO, CONTACT_MEAN_SQUARE = 6, 2.0, 3.0, 2.0
+"""Impacts within so many frames are told. A contact that was overlooked leaves mean squares of errors near an impact so many times those
+elsewhere, and larger than noise does."""
 
 
 @dataclass(frozen=True)
@@ -107,7 +110,7 @@ def _with_missing_impacts(seen: Seen, task: FitTask, kinks: list[Kink], configur
     for _ in range(MOST_ROUNDS):
         flight = chains[0].solution.state
         errors = errors_of(task, flight.first, flown(flight, task.sightings.times_s))
-        if measured_noise(errors).mean_square <= IMPACTS_MEAN_SQUARE:
+        if measured_noise(errors).mean_square <= SEARCHED_MEAN_SQUARE:
             break
         found = kinks_of_poses(task, flight)
         if len(found) <= len(flight.bounces):
@@ -290,14 +293,14 @@ def second_contact(refined: PiecewiseRefined) -> str | None:
     mean_square = fit.frames.chi2 / np.maximum(fit.frames.count, 1)
     for number, time_s in enumerate(refined.flight.times_s):
         frame = _frame_of(refined, float(time_s))
-        near = (np.abs(frames - frame) <= CONTACT_FRAMES) & counted
+        near = (np.abs(frames - frame) <= NEAR_FRAMES) & counted
         far = (np.abs(frames - frame) > CONTACT_FRAMES) & counted
         if not near.any() or not far.any():
             continue
         here, there = float(mean_square[near].mean()), float(np.median(mean_square[far]))
         if here > CONTACT_MEAN_SQUARE and here > CONTACT_RATIO * there:
             return (
-                f"errors within {CONTACT_FRAMES} frames of impact {number + 1} (frame {frame:.1f}) are {np.sqrt(here / there):.1f} times "
+                f"errors within {NEAR_FRAMES:g} frames of impact {number + 1} (frame {frame:.1f}) are {np.sqrt(here / there):.1f} times "
                 "those elsewhere: the particle touched again there, which one impact does not describe."
             )
     return None

@@ -1,4 +1,9 @@
-"""From a refined flight with impacts to the estimate a user reads: segments, impacts, and what a stated plate says to them."""
+"""From a refined flight with impacts to the estimate a user reads: segments, impacts, and what a stated plate says to them.
+
+A plate stated with a wrong tilt is contradicted by the gap where the particle hits away from the point the plane is stated at: 10° are
+0.9 mm
+at 5 mm. Turned about the very point of contact it only touches another corner first, and one impact may not show it.
+"""
 
 import dataclasses
 from itertools import pairwise
@@ -33,8 +38,11 @@ from estimator.predicted_bias import hull_vertices
 from estimator.reporting import fit_statistics, flight_values, frame_reports, sighting_errors, versions, view_statistics, with_views
 
 Array = NDArray[np.float64]
-HULL_SHARE = 0.01
-"""Standard deviation of the hull's surface at the point of contact, as a share of the particle's extent."""
+HULL_SHARE = 0.005
+"""Standard deviation of the hull's surface at the point of contact, as a share of the particle's extent.
+
+Gaps over true plates were within 0.02 mm (root mean square) for stones of 6 mm.
+"""
 MOST_SIGMAS = 3.5
 """A gap, or a depth inside the plate, beyond so many standard deviations contradicts the plate."""
 

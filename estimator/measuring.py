@@ -8,10 +8,12 @@ from datasets.estimate import Estimate, Status
 from datasets.observation import Observation
 from estimator.configuration import Configuration
 from estimator.fitting.impact_search import Kink, centroid_path, find_kinks
-from estimator.impact_pipeline import IMPACTS_MEAN_SQUARE, Seen, estimate_with_impacts
+from estimator.impact_pipeline import Seen, estimate_with_impacts
 from estimator.pipeline import check_focal_prior, estimate_free_flight, observed_particle, tracks_of
 from estimator.resting import resting_sentence
 
+HEALTHY_MEAN_SQUARE = 1.0
+"""Mean square of the errors over their variance; a free flight that leaves more is worth the question whether the particle falls at all."""
 WITHOUT_MEASUREMENT = (Status.NO_CONVERGENCE, Status.IMPACT_AT_EDGE)
 
 
@@ -41,7 +43,7 @@ def measure(observation: Observation, configuration: Configuration) -> Estimate:
 
 def _doubtful(estimate: Estimate) -> bool:
     """Whether there is no free flight, or one that leaves errors so large that the particle may be held by something."""
-    return estimate.status is Status.NO_CONVERGENCE or estimate.statistics.get("noise_mean_square", 0.0) > IMPACTS_MEAN_SQUARE
+    return estimate.status is Status.NO_CONVERGENCE or estimate.statistics.get("noise_mean_square", 0.0) > HEALTHY_MEAN_SQUARE
 
 
 def without_numbers(estimate: Estimate, status: Status, message: str) -> Estimate:

@@ -2,8 +2,8 @@
 
 The acceleration of the outline's centroid along the gravity seen in the picture, over the longest stretch without a kink, is compared
 with gravity; the picture's scale is that of the particle's extent. A particle that rests has none of it, one that rolls down a slope of
-30° less than a quarter. Only asked after a fit has failed: the wobble of a spinning body is too much like a force to refuse a sequence by
-that alone.
+30° less than a quarter. Only asked after a fit has left larger errors than outlines have: the wobble of a spinning body is too much like
+a force to refuse a sequence by that alone.
 """
 
 import numpy as np
@@ -16,8 +16,8 @@ Array = NDArray[np.float64]
 LEAST_FRAMES = 12
 MOST_SHARE = 0.5
 """Of gravity along itself: a particle that is held by something."""
-LEAST_SAG_PX = 1.0
-"""Distance that gravity would bend the path by; below it nothing can be said."""
+LEAST_SAG_PX, MOST_WOBBLE = 1.0, 4.0
+"""What is missing of the distance that gravity would bend the path by: at least so many px, and times the wobble, to say anything."""
 
 
 def resting_sentence(seen: Seen, kinks: list[Kink]) -> str | None:
@@ -26,8 +26,8 @@ def resting_sentence(seen: Seen, kinks: list[Kink]) -> str | None:
     path = longest_stretch(centroid_path(seen.tracks[camera_number]), kinks)
     if len(path.frame) < LEAST_FRAMES:
         return None
-    share, sag_px = fall(seen, path, camera_number)
-    if sag_px < LEAST_SAG_PX or abs(share) > MOST_SHARE:
+    share, sag_px, wobble_px = fall(seen, path, camera_number)
+    if abs(share) > MOST_SHARE or (1.0 - share) * sag_px < max(LEAST_SAG_PX, MOST_WOBBLE * wobble_px):
         return None
     first, last = int(path.frame[0]), int(path.frame[-1])
     return (
@@ -43,18 +43,22 @@ def longest_stretch(path: CentroidPath, kinks: list[Kink]) -> CentroidPath:
     return CentroidPath(path.frame[rows], path.c[rows])
 
 
-def fall(seen: Seen, path: CentroidPath, camera_number: int) -> tuple[float, float]:
-    """Acceleration along the gravity seen in the picture, as a share of it, and by how much (px) gravity would bend the path."""
+def fall(seen: Seen, path: CentroidPath, camera_number: int) -> tuple[float, float, float]:
+    """Acceleration along the gravity seen in the picture, as a share of it, and by how much (px) gravity would bend the path.
+
+    And what the path wobbles about its parabola (px, RMS).
+    """
     camera = seen.observation.cameras[camera_number]
     times = seen.observation.clock.times_s[path.frame]
     pull = (camera.R_cam_world @ seen.observation.gravity_world)[:2] * _pixels_per_metre(seen, camera_number)
     strength = float(np.linalg.norm(pull))
     if strength == 0.0:
-        return 1.0, 0.0
+        return 1.0, 0.0, 0.0
     t = times - times.mean()
     along = path.c @ (pull / strength)
-    acceleration = 2.0 * float(np.polyfit(t, along, 2)[0])
-    return acceleration / strength, strength * float(np.ptp(t)) ** 2 / 8.0
+    parabola = np.polyfit(t, along, 2)
+    wobble = float(np.sqrt(np.mean((along - np.polyval(parabola, t)) ** 2)))
+    return 2.0 * float(parabola[0]) / strength, strength * float(np.ptp(t)) ** 2 / 8.0, wobble
 
 
 def _pixels_per_metre(seen: Seen, camera_number: int) -> float:

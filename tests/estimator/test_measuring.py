@@ -14,8 +14,11 @@ from estimator.configuration import Configuration
 from estimator.fitting.impact_search import centroid_path, find_kinks
 from estimator.impact_pipeline import edge_kink
 from estimator.measuring import measure
+from estimator.motion.rotation import rotation_from_vector
 from estimator.pipeline import estimate, tracks_of
 from synth.sequence import build_silhouette_sequence
+from synth.silhouette.exact_outline import exact_outline, outline_mesh
+from synth.silhouette.noisy_outline import noisy_outline
 from tests.estimator.test_pipeline import RECIPE as FREE
 
 RECIPE = Recipe(
@@ -75,6 +78,23 @@ def test_the_stated_plate_agrees_with_the_impact(measured: Estimate) -> None:
     assert abs(plate.gap_m) < 1e-4
 
 
+def test_a_plate_stated_ten_degrees_off_is_contradicted(sequence: tuple[Observation, Truth]) -> None:
+    """Its plane is stated at a point of the plate 6 mm from where the particle hits."""
+    observation = sequence[0]
+    plate = observation.plate
+    assert plate is not None
+    along = np.cross(plate.normal_world, [0.0, 0.0, 1.0])
+    along /= np.linalg.norm(along)
+    turn = rotation_from_vector(np.array([[0.0, 0.0, np.radians(10.0)]]))[0]
+    wrong = replace(plate, point_world=plate.point_world + 6e-3 * along, normal_world=turn @ plate.normal_world)
+    result = measure(replace(observation, plate=wrong), QUICK)
+    told = result.impacts[0].plate
+    assert told is not None
+    assert not told.agrees
+    assert abs(told.gap_m) > 5e-4
+    assert "the stated plate contradicts impact 1" in result.message
+
+
 def test_a_second_impact_hidden_by_wobble_is_found_by_tracked_poses() -> None:
     """Twelve frames after the first, which left the body with 590 rad/s: the path of its centroid hardly shows it."""
     observation, truth = build_silhouette_sequence(TWO_IMPACTS, 0)
@@ -85,12 +105,6 @@ def test_a_second_impact_hidden_by_wobble_is_found_by_tracked_poses() -> None:
         assert abs(impact.time_s - true.time_s) < 2.5e-5
         assert np.linalg.norm((impact.after.v_world - true.v_after)[:2]) < 0.03 * np.linalg.norm(true.v_after)
         assert np.linalg.norm(impact.after.omega_world - true.omega_after) < 0.15 * np.linalg.norm(true.omega_after)
-
-
-def test_without_a_stated_plate_the_motion_is_the_same(sequence: tuple[Observation, Truth], measured: Estimate) -> None:
-    without = measure(replace(sequence[0], plate=None), Configuration())
-    assert without.impacts[0].plate is None
-    assert without.impacts[0].time_s == measured.impacts[0].time_s
 
 
 def test_an_impact_in_the_last_three_frames_is_named(sequence: tuple[Observation, Truth]) -> None:
@@ -119,6 +133,22 @@ def test_a_particle_that_lies_still_is_refused(sequence: tuple[Observation, Trut
     assert result.status is Status.RESTING
     assert "rests or rolls" in result.message
     assert result.motion is None
+
+
+def test_a_particle_that_rolls_is_refused(sequence: tuple[Observation, Truth]) -> None:
+    """Down a slope at a constant speed, turning as it goes."""
+    observation, truth = sequence
+    mesh, rng = outline_mesh(truth.mesh_vertices, truth.mesh_faces), np.random.default_rng(3)
+    times = np.arange(LYING_FRAMES) / 4000.0
+    seen = []
+    for t in times:
+        R = rotation_from_vector(np.array([[0.0, 0.0, 130.0 * t]]))[0]
+        place = np.array([0.4 * t, 0.1 * t, 0.6]) - R @ truth.body.com_particle
+        exact = exact_outline(mesh, observation.cameras[0].intrinsics, R, place)
+        seen.append(noisy_outline(exact, spacing_px=1.0, sigma_px=0.2, rng=rng))
+    rolling = replace(observation, recordings=(tuple(seen),), clock=Clock(times, observation.clock.exposure_s), plate=None)
+    result = measure(rolling, QUICK)
+    assert (result.status, result.motion) == (Status.RESTING, None)
 
 
 def test_a_sequence_without_an_impact_is_measured_as_before() -> None:
