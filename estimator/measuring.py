@@ -7,7 +7,7 @@ measured as one free flight, in the same way as one without kinks.
 from datasets.estimate import Estimate, Status
 from datasets.observation import Observation
 from estimator.configuration import Configuration
-from estimator.fitting.impact_search import Kink, centroid_path, find_kinks
+from estimator.fitting.impact_search import Kink, centroid_path, clear_kinks, find_kinks
 from estimator.impact_pipeline import Seen, estimate_with_impacts
 from estimator.pipeline import check_focal_prior, estimate_free_flight, observed_particle, tracks_of
 from estimator.resting import resting_sentence
@@ -61,4 +61,4 @@ def without_numbers(estimate: Estimate, status: Status, message: str) -> Estimat
 
 def kinks_of(seen: Seen) -> list[Kink]:
     """Kinks of the camera that has most usable outlines."""
-    return find_kinks(centroid_path(max(seen.tracks, key=lambda t: int(t.used.sum()))))
+    return clear_kinks(find_kinks(centroid_path(max(seen.tracks, key=lambda t: int(t.used.sum())))))

@@ -27,7 +27,7 @@ LEAST_RATIO = 8.0
 LEAST_AROUND = 7
 """Frames within a window: with fewer, hinge and cubic both fit anything."""
 STEP_FRAMES = 3
-LEAST_APART = 1.5
+LEAST_APART, CLEAR_SHARE = 1.5, 0.02
 AREA_JUMP = 0.25
 
 
@@ -91,6 +91,12 @@ def find_kinks(path: CentroidPath) -> list[Kink]:
         if all(abs(kink.frame - other.frame) >= LEAST_APART for other in kept):
             kept.append(kink)
     return sorted(kept, key=lambda k: k.frame)
+
+
+def clear_kinks(kinks: list[Kink]) -> list[Kink]:
+    """Those not far weaker than the strongest: wobble makes weak ones, and what is real among them shows in tracked poses."""
+    least = CLEAR_SHARE * max((_strength(k) for k in kinks), default=0.0)
+    return [k for k in kinks if _strength(k) >= least]
 
 
 def _strength(kink: Kink) -> float:

@@ -5,7 +5,7 @@ import pytest
 from numpy.typing import NDArray
 
 from datasets.vocabulary.outline import Outline
-from estimator.fitting.impact_search import CentroidPath, centroid_path, find_kinks, step_angles
+from estimator.fitting.impact_search import CentroidPath, Kink, centroid_path, clear_kinks, find_kinks, step_angles
 from estimator.outlines.result import FrameOutline, FrameStatus, OutlineTrack
 
 Array = NDArray[np.float64]
@@ -59,3 +59,9 @@ def test_a_blotted_outline_is_left_out() -> None:
     found = centroid_path(OutlineTrack(tuple(frames)))
     assert found.frame.tolist() == [0, 1, 2, 3, 4, 6, 7, 9, 10, 11]
     np.testing.assert_allclose(found.c, 5.0 + np.repeat(found.frame[:, None], 2, axis=1))
+
+
+def test_kinks_far_weaker_than_the_strongest_are_left_to_tracked_poses() -> None:
+    strong, weak, second = Kink(40.0, 2.0, 5.0, 60.0), Kink(55.0, 0.3, 0.8, 14.0), Kink(60.0, 1.0, 2.0, 40.0)
+    assert clear_kinks([strong, weak, second]) == [strong, second]
+    assert clear_kinks([]) == []
