@@ -82,7 +82,7 @@ def remarks(estimate: Estimate) -> list[str]:
     said = []
     if estimate.status is not Status.CONVERGED:
         said.append(f"{estimate.name}: {estimate.message} {next_steps(estimate)[0]}")
-    elif views:
+    elif views or estimate.impacts:
         said.append(f"{estimate.name}: {estimate.message}")
     reasons = Counter(frame.reason for frame in estimate.frames if not frame.used)
     if reasons:
