@@ -64,7 +64,7 @@ def test_the_same_estimator_passes_and_what_is_there_is_kept(kept: Path, monkeyp
     (lost, other) = sorted((kept / "work" / "estimates").glob("*.estimate.json"))
     before = lost.read_bytes()
     lost.unlink()
-    estimated = counted(monkeypatch, estimating, "estimate")
+    estimated = counted(monkeypatch, estimating, "measure")
     assert gate(kept, work="work") == 0
     assert [observation.name for observation, _ in estimated] == [lost.name.removesuffix(".estimate.json")]
     assert lost.read_bytes() == before
@@ -85,7 +85,7 @@ def test_estimates_of_other_sources_are_made_anew(kept: Path, monkeypatch: pytes
     original = gating.sources_digest
     assert original(gating.NATURE) != original(gating.INSTRUMENT)
     monkeypatch.setattr(gating, "sources_digest", lambda packages: original(packages) + ("+" if "estimator" in packages else ""))
-    rendered, estimated = counted(monkeypatch, gating, "render_dataset"), counted(monkeypatch, estimating, "estimate")
+    rendered, estimated = counted(monkeypatch, gating, "render_dataset"), counted(monkeypatch, estimating, "measure")
     first = next((kept / "work" / "dataset" / "finished").iterdir()).stat().st_mtime_ns
     assert gate(kept, work="work") == 0
     assert next((kept / "work" / "dataset" / "finished").iterdir()).stat().st_mtime_ns == first
