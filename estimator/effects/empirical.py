@@ -6,6 +6,7 @@ image coordinates, scaled to [-1, 1].
 """
 
 from typing import ClassVar
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.polynomial import legendre
@@ -200,6 +201,10 @@ ZOOM_TIME_S = 0.01
 _HARMONICS = tuple((d, m) for d in (2, 3) for m in range(-d, d + 1))
 
 
+_KNOWN_HARMONICS: WeakKeyDictionary[Places, Array] = WeakKeyDictionary()
+"""Harmonics at places, which every derivative asks for again."""
+
+
 def harmonics(directions: Array) -> Array:
     """Real spherical harmonics (..., 12) of mean square 1, degrees 2 and 3, of unit vectors (..., 3)."""
     polar, azimuth = np.arccos(np.clip(directions[..., 2], -1.0, 1.0)), np.arctan2(directions[..., 1], directions[..., 0])
@@ -228,7 +233,9 @@ class BodyOutline(EffectModel):
     def shift(self, theta: Array, places: Places, setting: Setting) -> Array | None:
         """The offset at the tangencies."""
         del setting
-        return np.asarray(harmonics(places.normal_body) @ theta)
+        if places not in _KNOWN_HARMONICS:
+            _KNOWN_HARMONICS[places] = harmonics(places.normal_body)
+        return np.asarray(_KNOWN_HARMONICS[places] @ theta)
 
 
 _FORCES = (SmoothForce(), SmoothTorque(), BodyThrust(), ForceField())

@@ -60,7 +60,7 @@ class BodyChange:
     inertia: Array
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Places:
     """Where on the picture and on the outline the tangencies lie: n sightings, k views, two tangencies each.
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
 from estimator.effects.link import Places, Setting
-from estimator.effects.model import Model
+from estimator.effects.model import Model, overrides
 from estimator.fitting.prediction import Prediction, predict
 from estimator.fitting.rim import Rim
 from estimator.fitting.trajectory import FitTask, body_normals, particle_poses
@@ -128,9 +128,11 @@ def _corrected(sequence: SequenceTask, model: Model, theta: Array) -> tuple[Silh
 def _corrected_points(sequence: SequenceTask, model: Model, theta: Array, owner: NDArray[np.int64]) -> Array:
     sightings = sequence.task.sightings
     points = sightings.silhouettes.points_px
-    if not model.effects:
+    if not any(overrides(effect, "correct") for effect in model.effects):
         return points
     times = (sightings.times_s - sequence.setting.times_s[0])[owner]
+    if len(sightings.cameras) == 1:
+        return model.correct(theta, points, sightings.cameras[0].intrinsics, times)
     corrected = points.copy()
     for c, hsv in enumerate(sightings.cameras):
         rows = sightings.camera[owner] == c
@@ -183,11 +185,12 @@ def _jacobian(task: FitTask, model: Model, at: tuple[Array, float], seen: tuple[
     errors, prediction, centre_cam = seen
     S = prediction.sensitivity.copy()
     S[:, :3] /= scale
-    for column, step in enumerate(model.steps):
-        up, down = theta.copy(), theta.copy()
-        up[column], down[column] = up[column] + step, down[column] - step
-        growth = (model.scale(up) - model.scale(down)) / (2.0 * step)
-        if growth:
+    steps = model.steps
+    for effect, part in zip(model.effects, model.slices, strict=True):
+        for column in range(part.start, part.stop) if overrides(effect, "scale") else ():
+            up, down = theta.copy(), theta.copy()
+            up[column], down[column] = up[column] + steps[column], down[column] - steps[column]
+            growth = (model.scale(up) - model.scale(down)) / (2.0 * steps[column])
             S[:, :3, N_PARAMETERS + column] -= np.einsum("nji,nj->ni", task.sightings.R_cam_world, centre_cam) * growth / scale
     J = errors.jacobian[:, :, :2, :6] @ S[:, None]
     J[..., OFFSET.start] -= errors.jacobian[:, :, :2, 6]
@@ -203,13 +206,13 @@ def _add_image_columns(
     first = sequence.task.sightings.silhouettes
     vertex = np.maximum(first.offsets[:-1, None, None] + errors.tangency[:, :, :2], 0)
     for effect, part in zip(model.effects, model.slices, strict=True):
-        alone = Model((effect,))
+        alone, corrects = Model((effect,)), overrides(effect, "correct")
         for number, step in enumerate(alone.steps):
             up, down = effect.slope_at(theta[part]).copy(), effect.slope_at(theta[part]).copy()
             up[number], down[number] = up[number] + step, down[number] - step
             column = N_PARAMETERS + part.start + number
-            moved = _corrected_points(sequence, alone, up, owner) - _corrected_points(sequence, alone, down, owner)
-            if moved.any():
+            moved = _corrected_points(sequence, alone, up, owner) - _corrected_points(sequence, alone, down, owner) if corrects else None
+            if moved is not None and moved.any():
                 growth = _magnification(first, owner, moved) / size
                 J[..., column] += np.sum(places.normal * moved[vertex], axis=-1) / (2.0 * step * size[:, None, None])
                 J[..., column] -= errors.error[:, :, :2] * (growth / (2.0 * step * size))[:, None, None]

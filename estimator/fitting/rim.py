@@ -5,6 +5,7 @@ tabled over an octahedral map of the sphere [Cigolle et al. 2014], whose cells a
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,7 +29,13 @@ class Rim:
 
 def rim_of(vertices: Array) -> Rim:
     """The rim of a hull's vertices (v, 3) m, nominal body axes."""
-    directions = _directions()
+    return _rim(np.ascontiguousarray(vertices, dtype=np.float64).tobytes())
+
+
+@lru_cache(maxsize=8)
+def _rim(packed: bytes) -> Rim:
+    """Sequences of one particle ask for the same rim."""
+    vertices, directions = np.frombuffer(packed).reshape(-1, 3), _directions()
     parts = (directions[i : i + CHUNK] for i in range(0, len(directions), CHUNK))
     return Rim(vertices[np.concatenate([np.argmax(part @ vertices.T, axis=1) for part in parts])])
 

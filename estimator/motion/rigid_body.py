@@ -10,6 +10,7 @@ At 300 rad/s and 4000 frames/s one step per frame is wrong by 2e-8 rad a step; s
 from collections.abc import Callable
 from dataclasses import dataclass
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -37,18 +38,18 @@ mass, or torque per largest moment (rad/s²)."""
 
 def rotation_matrices(q: Array) -> Array:
     """Rotation matrices (..., 3, 3) of unit quaternions (..., 4), scalar last."""
-    x, y, z, w = q[..., 0], q[..., 1], q[..., 2], q[..., 3]
     R = np.empty((*q.shape[:-1], 3, 3))
-    R[..., 0, 0] = 1 - 2 * (y * y + z * z)
-    R[..., 0, 1] = 2 * (x * y - z * w)
-    R[..., 0, 2] = 2 * (x * z + y * w)
-    R[..., 1, 0] = 2 * (x * y + z * w)
-    R[..., 1, 1] = 1 - 2 * (x * x + z * z)
-    R[..., 1, 2] = 2 * (y * z - x * w)
-    R[..., 2, 0] = 2 * (x * z - y * w)
-    R[..., 2, 1] = 2 * (y * z + x * w)
-    R[..., 2, 2] = 1 - 2 * (x * x + y * y)
+    _rotation_matrices(np.ascontiguousarray(q).reshape(-1, 4), R.reshape(-1, 9))
     return R
+
+
+@numba.njit(cache=True)
+def _rotation_matrices(q, R):  # type: ignore[no-untyped-def]
+    for i in range(len(q)):
+        x, y, z, w = q[i, 0], q[i, 1], q[i, 2], q[i, 3]
+        R[i, 0], R[i, 1], R[i, 2] = 1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)
+        R[i, 3], R[i, 4], R[i, 5] = 2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)
+        R[i, 6], R[i, 7], R[i, 8] = 2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)
 
 
 def quaternion_product(a: Array, b: Array) -> Array:
@@ -61,10 +62,30 @@ def quaternion_product(a: Array, b: Array) -> Array:
 
 def angular_velocity(q: Array, L: Array, inverse_inertia: Array) -> Array:
     """World-frame angular velocity (m, 3) rad/s; ``inverse_inertia`` (m, 3, 3) in the body frame."""
-    R = rotation_matrices(q)
-    L_body = (L[:, None, :] @ R)[:, 0, :]
-    omega_body = (L_body[:, None, :] @ inverse_inertia)[:, 0, :]
-    return np.asarray((R @ omega_body[:, :, None])[:, :, 0])
+    omega = np.empty(L.shape)
+    _attitude_rates(*(np.ascontiguousarray(a) for a in (q, L, inverse_inertia)), omega, np.empty(q.shape))
+    return omega
+
+
+@numba.njit(cache=True)
+def _attitude_rates(q, L, inverse_inertia, omega, q_rate):  # type: ignore[no-untyped-def]
+    """``omega = R J⁻¹ Rᵀ L`` and ``dQ/dt = (omega, 0) Q / 2``, written into the last two arguments."""
+    R, in_body, turning = np.empty((1, 9)), np.empty(3), np.empty(3)
+    for i in range(len(q)):
+        _rotation_matrices(q[i : i + 1], R)
+        for a in range(3):
+            in_body[a] = R[0, a] * L[i, 0] + R[0, 3 + a] * L[i, 1] + R[0, 6 + a] * L[i, 2]
+        J = inverse_inertia[i]
+        for a in range(3):
+            turning[a] = J[a, 0] * in_body[0] + J[a, 1] * in_body[1] + J[a, 2] * in_body[2]
+        for a in range(3):
+            omega[i, a] = R[0, 3 * a] * turning[0] + R[0, 3 * a + 1] * turning[1] + R[0, 3 * a + 2] * turning[2]
+        ox, oy, oz = omega[i, 0], omega[i, 1], omega[i, 2]
+        x, y, z, scalar = q[i, 0], q[i, 1], q[i, 2], q[i, 3]
+        q_rate[i, 0] = 0.5 * (scalar * ox + oy * z - oz * y)
+        q_rate[i, 1] = 0.5 * (scalar * oy + oz * x - ox * z)
+        q_rate[i, 2] = 0.5 * (scalar * oz + ox * y - oy * x)
+        q_rate[i, 3] = -0.5 * (ox * x + oy * y + oz * z)
 
 
 def angular_momentum(q: Array, omega: Array, inertia: Array) -> Array:
@@ -88,7 +109,8 @@ def propagate(
 
     ``start`` holds m states at ``start_time_s``; ``inverse_inertia`` (m, 3, 3). Without ``torque`` L stays as it is.
     """
-    body = _Body(inverse_inertia, acceleration, torque)
+    body = _Body(np.ascontiguousarray(inverse_inertia), acceleration, torque)
+    start = States(*(np.ascontiguousarray(a) for a in (start.x, start.q, start.v, start.L)))
     shape = (len(times_s), len(start.x))
     out = States(*(np.empty((*shape, a.shape[1])) for a in (start.x, start.q, start.v, start.L)))
     after = np.flatnonzero(times_s >= start_time_s)
@@ -119,17 +141,10 @@ _Rates = tuple[Array, Array, Array, Array | None]
 
 
 def _rates(state: States, body: _Body, time: float) -> _Rates:
-    omega = angular_velocity(state.q, state.L, body.inverse_inertia)
-    v, w = state.q[:, :3], state.q[:, 3:]
-    ox, oy, oz = omega[:, 0], omega[:, 1], omega[:, 2]
-    q_rate = np.empty_like(state.q)
-    q_rate[:, 0] = oy * v[:, 2] - oz * v[:, 1]
-    q_rate[:, 1] = oz * v[:, 0] - ox * v[:, 2]
-    q_rate[:, 2] = ox * v[:, 1] - oy * v[:, 0]
-    q_rate[:, :3] += w * omega
-    q_rate[:, 3] = -(ox * v[:, 0] + oy * v[:, 1] + oz * v[:, 2])
+    omega, q_rate = np.empty_like(state.L), np.empty_like(state.q)
+    _attitude_rates(state.q, state.L, body.inverse_inertia, omega, q_rate)
     torque = None if body.torque is None else body.torque(time, state, omega)
-    return state.v, 0.5 * q_rate, body.acceleration(time, state, omega), torque
+    return state.v, q_rate, body.acceleration(time, state, omega), torque
 
 
 def _shifted(state: States, rates: _Rates, h: float) -> States:
