@@ -244,5 +244,7 @@ def counted(equations: SequenceEquations, times: float) -> SequenceEquations:
     frames = equations.frames
     return replace(
         equations,
-        frames=replace(frames, H=times * frames.H, g=times * frames.g, weighted=times * frames.weighted, meat=times * frames.meat),
+        frames=replace(
+            frames, H=times * frames.H, g=times * frames.g, weighted=times * frames.weighted, noise=(), known=times * frames.meat
+        ),
     )

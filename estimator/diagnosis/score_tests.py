@@ -243,8 +243,9 @@ def _noise(campaign: Campaign, fit: CampaignFit, linear: Linear, which: tuple[_P
         for column, n in zip(own, number, strict=True):
             if int(n) in position:
                 change[column, position[int(n)]] += 1.0
-        weighted.append(each.frames.weighted @ change)
-        total += change.T @ each.frames.meat @ change
+        along, spread = each.frames.combined(change)
+        weighted.append(along)
+        total += spread
     total += campaign.kind.repeated_noise(campaign, [e.errors for e in linear.equations], weighted)
     return np.asarray(0.5 * (total + total.T))
 

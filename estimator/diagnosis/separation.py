@@ -195,7 +195,7 @@ def _imagined_equations(present: _Present, drop: Drop, sequence: Any) -> tuple[A
     known = np.zeros(len(equations.frames.H))
     known[V] = (KNOWN_START * float(np.linalg.norm(drop.flight.v))) ** -2.0
     frames = equations.frames
-    return few, replace(equations, frames=replace(frames, H=frames.H + np.diag(known), meat=frames.meat + np.diag(known)))
+    return few, replace(equations, frames=replace(frames, H=frames.H + np.diag(known), known=frames.known + np.diag(known)))
 
 
 def _most_sightings(campaign: Campaign) -> int:

@@ -103,6 +103,11 @@ class EffectModel:
         del setting
         return np.zeros((1, len(self.entry.parameters)))
 
+    def silent(self, theta: Array) -> NDArray[np.bool_]:
+        """Parameters (q,) without an effect: those that are searched for, a frequency or a place, while every amplitude is zero."""
+        searched = np.array([p.name in self.entry.searched for p in self.entry.parameters])
+        return np.asarray(searched & (not searched.all()) & (not theta[~searched].any()))
+
     frozen: ClassVar[tuple[str, ...]] = ()
     """Parameters that a search finds and a fit leaves as they are."""
     whole: ClassVar[tuple[str, ...]] = ()

@@ -112,7 +112,7 @@ def _with_own_prior(frames: WeighedFrames, model: Model, theta: Array) -> Weighe
     if not precision.any():
         return frames
     pull = np.concatenate([np.zeros(N_PARAMETERS), theta]) * precision
-    return replace(frames, H=frames.H + np.diag(precision), g=frames.g + pull, meat=frames.meat + np.diag(precision))
+    return replace(frames, H=frames.H + np.diag(precision), g=frames.g + pull, known=frames.known + np.diag(precision))
 
 
 def shared_prior(campaign: Campaign, layout: Layout, model: Model, state: CampaignState) -> tuple[Array, Array]:

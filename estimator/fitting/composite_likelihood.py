@@ -17,6 +17,7 @@ where it is above 1.
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,21 +32,49 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
+class SightingNoise:
+    """Covariance ``Sigma`` (m, m) px² of the errors of sighting ``number`` with the views ``view`` at the tangencies ``side`` (m,)."""
+
+    number: int
+    view: NDArray[np.int64]
+    side: NDArray[np.int64]
+    Sigma: Array
+
+
+@dataclass(frozen=True)
 class WeighedFrames:
     """Weighed errors of every sighting in terms of the parameters.
 
     ``H`` (p, p) and ``g`` (p,) of the data alone; ``weighted`` (n, k, 2, p) is ``W`` for each view and tangency, zero where there is no
-    error, and ``weight`` (n, k, 2) px⁻² the weights themselves; ``meat`` (p, p) the gradient's covariance within sightings; ``chi2``
-    (n,), the sum of squares of the standardised errors, and ``count`` (n,) per sighting.
+    error, and ``weight`` (n, k, 2) px⁻² the weights themselves; ``noise`` of the sightings; ``known`` (p, p) what else, like a prior, adds
+    to the gradient's covariance; ``chi2`` (n,), the sum of squares of the standardised errors, and ``count`` (n,) per sighting.
     """
 
     H: Array
     g: Array
     weighted: Array
     weight: Array
-    meat: Array
+    noise: tuple[SightingNoise, ...]
+    known: Array
     chi2: Array
     count: NDArray[np.int64]
+
+    @cached_property
+    def meat(self) -> Array:
+        """The gradient's covariance (p, p) within sightings."""
+        return self.known + self._spread(self.weighted)
+
+    def combined(self, change: Array) -> tuple[Array, Array]:
+        """Weights (n, k, 2, c) and gradient's covariance (c, c) of combinations ``change`` (p, c) of the parameters."""
+        along = self.weighted @ change
+        return along, change.T @ self.known @ change + self._spread(along)
+
+    def _spread(self, along: Array) -> Array:
+        total = np.zeros((along.shape[-1],) * 2)
+        for each in self.noise:
+            W = along[each.number, each.view, each.side]
+            total += W.T @ (each.Sigma @ W)
+        return total
 
     @property
     def mean_square(self) -> float:
@@ -86,7 +115,7 @@ def weigh_linear(
     ``shift`` is taken off before that is judged, and out of the weights (Woodbury's identity) [Laird and Ware 1982].
     """
     n, k, _, p = linear[1].shape
-    H, g, meat = np.zeros((p, p)), np.zeros(p), np.zeros((p, p))
+    H, g, noise = np.zeros((p, p)), np.zeros(p), []
     weighted, weights = np.zeros((n, k, 2, p)), np.zeros((n, k, 2))
     chi2, count = np.zeros(n), np.zeros(n, dtype=np.int64)
     for i in np.flatnonzero(errors.valid.any(axis=1)):
@@ -94,7 +123,10 @@ def weigh_linear(
         seen = sighting(linear, errors, first, i, floor_px=floor_px, huber=huber if plain else np.inf)
         variance, weight = _weights(seen.Sigma)
         W = seen.J * weight[:, None]
-        if shift is not None and not plain:
+        if shift is None or plain:
+            root = seen.J * np.sqrt(weight)[:, None]
+            H += root.T @ root
+        else:
             d = shift.direction[i, seen.view, seen.side]
             gain = 1.0 / (shift.sigma**-2.0 + float(d @ (weight * d)))
             moved = seen.e - d * (gain * float(d @ (weight * seen.e)))
@@ -104,13 +136,13 @@ def weigh_linear(
             W -= np.outer(weight * d, d @ W) / (shift.sigma**-2.0 + float(d @ (weight * d)))
             Sigma = seen.Sigma + np.diag(variance * (1.0 - 1.0 / outlying)) + shift.sigma**2 * np.outer(d, d)
             seen = replace(seen, Sigma=Sigma)
+            H += seen.J.T @ W
         weighted[i, seen.view, seen.side] = W
         weights[i, seen.view, seen.side] = weight
-        H += seen.J.T @ W
         g += W.T @ seen.e
-        meat += W.T @ seen.Sigma @ W
+        noise.append(SightingNoise(int(i), seen.view, seen.side, seen.Sigma))
         chi2[i], count[i] = float(np.sum(seen.e**2 / variance)), len(variance)
-    return WeighedFrames(H=H, g=g, weighted=weighted, weight=weights, meat=meat, chi2=chi2, count=count)
+    return WeighedFrames(H, g, weighted, weights, tuple(noise), np.zeros((p, p)), chi2, count)
 
 
 def _weights(Sigma: Array) -> tuple[Array, Array]:

@@ -206,15 +206,18 @@ def _add_image_columns(
     first = sequence.task.sightings.silhouettes
     vertex = np.maximum(first.offsets[:-1, None, None] + errors.tangency[:, :, :2], 0)
     for effect, part in zip(model.effects, model.slices, strict=True):
-        alone, corrects = Model((effect,)), overrides(effect, "correct")
+        alone, corrects, silent = Model((effect,)), overrides(effect, "correct"), effect.silent(theta[part])
         for number, step in enumerate(alone.steps):
+            if silent[number]:
+                continue
             up, down = effect.slope_at(theta[part]).copy(), effect.slope_at(theta[part]).copy()
             up[number], down[number] = up[number] + step, down[number] - step
             column = N_PARAMETERS + part.start + number
             moved = _corrected_points(sequence, alone, up, owner) - _corrected_points(sequence, alone, down, owner) if corrects else None
             if moved is not None and moved.any():
                 growth = _magnification(first, owner, moved) / size
-                J[..., column] += np.sum(places.normal * moved[vertex], axis=-1) / (2.0 * step * size[:, None, None])
+                along = places.normal[..., 0] * moved[vertex, 0] + places.normal[..., 1] * moved[vertex, 1]
+                J[..., column] += along / (2.0 * step * size[:, None, None])
                 J[..., column] -= errors.error[:, :, :2] * (growth / (2.0 * step * size))[:, None, None]
             high, low = effect.shift(up, places, sequence.setting), effect.shift(down, places, sequence.setting)
             if high is not None and low is not None:
