@@ -5,6 +5,7 @@ energy (at most 1) and of Coulomb friction (at least 0).
 """
 
 import math
+from dataclasses import dataclass
 
 from datasets.errors import InputError
 
@@ -37,3 +38,15 @@ def require_positive(value: float, what: str, unit: str) -> None:
     """Raise :class:`InputError` unless ``value`` is finite and above 0."""
     if not math.isfinite(value) or value <= 0.0:
         raise InputError(f"{what}: expected a finite number above 0 {unit}, got {value:g}")
+
+
+@dataclass(frozen=True)
+class RestitutionAndFriction:
+    """The constants of a rigid law with friction: ``restitution`` (0 to 1) and Coulomb's ``friction`` (from 0)."""
+
+    restitution: float
+    friction: float
+
+    def __post_init__(self) -> None:
+        require_restitution(self.restitution)
+        require_friction(self.friction)

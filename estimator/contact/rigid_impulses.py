@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,6 +10,7 @@ from numpy.typing import NDArray
 from datasets.errors import InputError, TumbleError
 from datasets.vocabulary.plate import Plate
 from estimator.contact.collision_matrix import after_impulse, collision_matrix, contact_axes, contact_velocity
+from estimator.contact.constants import RestitutionAndFriction
 from estimator.contact.laws import Struck
 from estimator.contact.sliding_kernel import REVERSES, SLIPS, STICKS, follow_many
 from estimator.contact.solid import BodyState, Solid
@@ -71,3 +73,17 @@ def strike_by(follow: Callable[[Array, Array], Impulses], state: BodyState, soli
         normal_j=float(found.normal_j[0]),
         sliding=found.sliding[0],
     )
+
+
+class SlidingImpulse(RestitutionAndFriction):
+    """A law that follows the sliding contact to the end that ``ends_by`` names."""
+
+    ends_by: ClassVar[int]
+
+    def strike(self, state: BodyState, solid: Solid, contact_world: Array, plate: Plate) -> Struck:
+        """One impact at ``contact_world`` (3,) m; see :class:`estimator.contact.laws.ImpulseLaw`."""
+        return strike_by(self.follow, state, solid, contact_world, plate)
+
+    def follow(self, matrices: Array, velocities: Array) -> Impulses:
+        """Impacts given by their collision matrices (n, 3, 3) 1/kg and velocities before (n, 3) m/s, axes (tangent, tangent, normal)."""
+        return follow_impulses(matrices, velocities, self.restitution, self.friction, self.ends_by)

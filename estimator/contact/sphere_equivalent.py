@@ -4,14 +4,12 @@ Sphere on plane: it slips throughout where |u_t| ≥ 3.5 μ (1 + e) |uₙ|, with
 P_t = -(2m/7) u_t [Maw, Barber & Fawcett 1976 in the rigid limit]. The contact lies below the centre, whatever point the shape touches with.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
 from datasets.vocabulary.plate import Plate
 from estimator.contact.collision_matrix import after_impulse, contact_velocity
-from estimator.contact.constants import require_friction, require_restitution
+from estimator.contact.constants import RestitutionAndFriction
 from estimator.contact.laws import Struck
 from estimator.contact.rigid_impulses import require_approach
 from estimator.contact.solid import BodyState, Solid
@@ -19,16 +17,8 @@ from estimator.contact.solid import BodyState, Solid
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class SphereEquivalent:
+class SphereEquivalent(RestitutionAndFriction):
     """``restitution``: normal velocity after over before (0 to 1); ``friction``: Coulomb's (from 0)."""
-
-    restitution: float
-    friction: float
-
-    def __post_init__(self) -> None:
-        require_restitution(self.restitution)
-        require_friction(self.friction)
 
     @property
     def name(self) -> str:
