@@ -4,6 +4,7 @@ from pathlib import Path
 
 from datasets.estimate_files import read_estimate
 from datasets.observation_files import read_observation
+from datasets.trajectory_files import trajectories_in
 from datasets.truth_files import FILE as TRUTH_FILE
 from datasets.truth_files import read_truth
 from tumble.output_directory import read_run
@@ -13,10 +14,13 @@ from tumble.result_files import estimates_in, observations_in
 
 
 def source_of(estimates: Path) -> Path | None:
-    """Where the observations of a folder of estimates were read from, as its ``run.json`` says, if they are still there."""
+    """Where the observations of a folder of estimates were read from, as its ``run.json`` says, if they are still there.
+
+    ``None`` for trajectories as well: there is no picture to show.
+    """
     run = read_run(estimates)
     source = Path(run["configuration"]["observations"]) if run and "observations" in run["configuration"] else None
-    return source if source is not None and source.exists() else None
+    return source if source is not None and source.exists() and not trajectories_in(source) else None
 
 
 def collect(estimates: Path, observations: Path | None, truth: Path | None) -> list[Record]:

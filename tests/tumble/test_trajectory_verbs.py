@@ -1,6 +1,7 @@
 """The verbs on trajectories, end to end: what they write, what they refuse."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ from datasets.estimate_files import read_estimate
 from datasets.json_documents import read_document
 from datasets.trajectory import Trajectory
 from tests.estimator.made_trajectories import Hidden, Tracker, campaign
+from tests.estimator.trajectories.struck_tosses import toss
 from tumble.cli.main import main
 from tumble.reports.words import rms_ete_px
 
@@ -91,6 +93,29 @@ def test_estimate_of_poses_without_effects(tosses: Path, tmp_path: Path) -> None
     estimate = read_estimate(tmp_path / "out" / "toss_1.estimate.json")
     assert len(estimate.frames) == 20
     assert json.loads((tmp_path / "out" / "campaign.json").read_text())["effects"] == []
+
+
+def test_estimate_of_poses_that_strike_something_has_the_impacts(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    rng = np.random.default_rng(5)
+    folder = tmp_path / "struck"
+    folder.mkdir()
+    known = [toss(rng) for _ in range(2)]
+    for number, each in enumerate(known):
+        write_csv(replace(each.trajectory, name=f"toss_{number}"), folder)
+    (folder / "trajectory.toml").write_text("gravity_world = [0.0, 0.0, -9.81]\ninertia_ratios = [0.6, 0.8, 1.0]\n")
+    command = ["estimate", str(folder), "--out", str(tmp_path / "out")]
+    assert main([*command, "--json"]) == 0
+    assert [each["status"] for each in json.loads(capsys.readouterr().out)] == ["converged", "converged"]
+    estimate = read_estimate(tmp_path / "out" / "toss_1.estimate.json")
+    assert abs(estimate.impacts[0].time_s - known[1].hits[0].time_s) < 1e-3
+    assert not (tmp_path / "out" / "campaign.json").exists()
+    assert main(["report", str(tmp_path / "out"), "--out", str(tmp_path / "report"), "-q"]) == 0
+    assert "2 free flights" in (tmp_path / "report" / "report.html").read_text()
+    (folder / "broken.csv").write_text("t_s,x_m\n0,0\n")
+    assert main([*command, "--force"]) == 1
+    told = capsys.readouterr()
+    assert "broken.csv is left out" in told.err
+    assert "1 impact, 2 free flights" in told.out
 
 
 def test_a_broken_file_is_left_out_and_named(tosses: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -12,6 +12,7 @@ from datasets.estimate import Estimate, Status
 from datasets.estimate_files import read_estimate
 from datasets.trajectory_files import trajectories_in
 from tumble.cli.estimate_campaign import estimate_campaign
+from tumble.cli.estimate_impacts import estimate_with_impacts
 from tumble.cli.options import add_configuration, add_jobs, add_known, add_output, verb_parser
 from tumble.cli.outcomes import exit_code, report_failures
 from tumble.configuring import load_configuration
@@ -29,7 +30,8 @@ def parser() -> argparse.ArgumentParser:
         description="Measure poses, trajectory and velocities. OBSERVATIONS is a dataset, a folder of observations, or one observation;\n"
         "only pictures or outlines, cameras, clock, gravity and calibrated views are read. With --effects all observations of the folder\n"
         "are one campaign, fitted jointly with these effects in the model; campaign.json has their values. Trajectories\n"
-        "(*.csv, *.tum, *.txt) always are one campaign.",
+        "(*.csv, *.tum, *.txt) are one campaign of free flights; poses that strike something are free flights with impacts between, each\n"
+        "by itself.",
         example="tumble estimate out/dataset --out out/estimates",
     )
     verb.add_argument("observations", type=Path, metavar="OBSERVATIONS", help="a dataset or an observation folder")
@@ -45,6 +47,10 @@ def parser() -> argparse.ArgumentParser:
 
 def run(arguments: argparse.Namespace) -> int:
     """Estimate; exit code 1 when an observation failed, 2 when all did. A status other than converged is a result, not a failure."""
+    if not arguments.effects and trajectories_in(arguments.observations):
+        code = estimate_with_impacts(arguments, tell)
+        if code is not None:
+            return code
     if arguments.effects or trajectories_in(arguments.observations):
         return estimate_campaign(arguments, say_estimates)
     configuration = load_configuration(arguments.config, arguments.settings)
@@ -53,7 +59,12 @@ def run(arguments: argparse.Namespace) -> int:
     with output_directory(arguments.out, described, resume=arguments.resume, force=arguments.force) as out:
         outcomes = estimate_all(arguments.observations, configuration, out, jobs=arguments.jobs, quiet=arguments.quiet)
         report_failures(out, outcomes)
-    estimates = [read_estimate(path) for path in sorted(arguments.out.glob(f"*{SUFFIX}"))]
+    tell(arguments, [read_estimate(path) for path in sorted(arguments.out.glob(f"*{SUFFIX}"))])
+    return exit_code(outcomes)
+
+
+def tell(arguments: argparse.Namespace, estimates: list[Estimate]) -> None:
+    """Estimates as JSON or for people, and what to do next."""
     if arguments.json:
         print(json.dumps([_brief(estimate) for estimate in estimates]))
     elif not arguments.quiet:
@@ -61,7 +72,6 @@ def run(arguments: argparse.Namespace) -> int:
         truth = arguments.observations / "truth"
         after = f"tumble score {arguments.out} --truth {truth}" if truth.is_dir() else f"tumble report {arguments.out}"
         Console().print(f"next: {after}", soft_wrap=True, highlight=False)
-    return exit_code(outcomes)
 
 
 def say_estimates(estimates: list[Estimate]) -> None:

@@ -1,0 +1,129 @@
+"""Which rows of a trajectory are free flight: found by what gravity does to the path, with nothing known of what is touched.
+
+Rows are split into flights and rows in contact so that the sum of their costs is least, over all splits (dynamic programming). A flight
+costs the squared residuals of a parabola over their variance, its acceleration held near gravity, and ``FLIGHT_COST``; a row that is in no
+flight costs ``ROW_COST``. So a sharp impact ends one flight and begins the next between two rows, one that lasts leaves rows out, and what
+lies, rolls or slides does not fall with gravity and is in no flight. The segmentation looks at positions alone: what strikes is stopped as
+well as turned.
+
+Noise of the path is taken from rows that move, since trackers at rest repeat themselves, and from the quieter of their neighbourhoods,
+since those with impacts are not noise. A flight needs so many rows that gravity bends its path by far more than noise; one in contact
+for as long as ``MOST_CONTACT`` rows is no impact any more but rolling or resting.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import chi2
+
+Array = NDArray[np.float64]
+LEAST_ROWS = 5
+MOST_CONTACT = 3
+"""Rows between two flights that one impact may last."""
+FLIGHT_COST, ROW_COST = 30.0, 60.0
+TAILS = 2.0
+"""Standard deviations count as so many times as large: trackers' noise has tails and is alike in neighbouring rows."""
+ACCELERATION_SIGMA_MS2 = 0.5
+"""How far accelerations of flights may be from gravity: air, a scale or a clock that is 2% wrong."""
+MOST_MEAN_SQUARE, MOST_OFF_MS2 = 2.0, 1.5
+LEAST_SAG = 8.0
+"""Of what gravity bends the path by, over the noise."""
+WINDOW, CUBIC, MOVING, QUIET = 7, 4, 0.2, 0.3
+
+
+@dataclass(frozen=True)
+class Run:
+    """A free flight in rows ``first`` to ``last``, the latter not among them."""
+
+    first: int
+    last: int
+
+
+def path_noise(paths: list[tuple[Array, Array]]) -> float:
+    """Standard deviation (m) of a coordinate, from times (n,) s and positions (n, 3) m of several paths; 0 where nothing moves."""
+    squares = np.concatenate([_window_squares(times, x) for times, x in paths])
+    degrees = 3 * (WINDOW - CUBIC)
+    return float(np.sqrt(np.quantile(squares, QUIET) / chi2.ppf(QUIET, degrees))) if len(squares) else 0.0
+
+
+def _window_squares(times_s: Array, x: Array) -> Array:
+    """Squared residuals of a cubic in every window of rows that moves."""
+    if len(x) < WINDOW:
+        return np.zeros(0)
+    starts = np.arange(len(x) - WINDOW + 1)
+    rows = starts[:, None] + np.arange(WINDOW)
+    t = times_s[rows] - times_s[rows].mean(axis=1, keepdims=True)
+    t = t / np.abs(t).max(axis=1, keepdims=True)
+    Q = np.linalg.qr(t[:, :, None] ** np.arange(CUBIC))[0]
+    left = x[rows] - Q @ (np.swapaxes(Q, 1, 2) @ x[rows])
+    speed = np.linalg.norm(x[rows[:, -1]] - x[rows[:, 0]], axis=1) / (times_s[rows[:, -1]] - times_s[rows[:, 0]])
+    return np.asarray(np.sum(left**2, axis=(1, 2))[speed > MOVING * speed.max()])
+
+
+def free_flights(times_s: Array, x: Array, gravity: Array, sigma: float) -> tuple[Run, ...]:
+    """The flights of a path: times (n,) s, positions (n, 3) m, ``gravity`` (3,) m/s², noise ``sigma`` (m) of a coordinate."""
+    noise = TAILS * sigma
+    least = least_rows(times_s, float(np.linalg.norm(gravity)), noise)
+    fallen = x - 0.5 * gravity * (times_s - times_s[0])[:, None] ** 2
+    n = len(x)
+    best, chosen = np.full(n + 1, np.inf), np.full(n + 1, -1, dtype=np.int64)
+    best[0] = 0.0
+    for first in range(n):
+        if best[first] + ROW_COST < best[first + 1]:
+            best[first + 1], chosen[first + 1] = best[first] + ROW_COST, -1
+        if n - first < least:
+            continue
+        ends = np.arange(first + least, n + 1)
+        total = best[first] + FLIGHT_COST + flight_costs(times_s[first:], fallen[first:], noise, least)
+        better = total < best[ends]
+        best[ends[better]], chosen[ends[better]] = total[better], first
+    runs, last = [], n
+    while last > 0:
+        if chosen[last] >= 0:
+            runs.append(Run(int(chosen[last]), last))
+        last = int(chosen[last]) if chosen[last] >= 0 else last - 1
+    return tuple(run for run in reversed(runs) if flies(times_s[run.first : run.last], fallen[run.first : run.last], noise))
+
+
+def least_rows(times_s: Array, gravity: float, noise: float) -> int:
+    """How many rows a flight needs."""
+    interval = float(np.median(np.diff(times_s)))
+    longest = np.sqrt(8.0 * LEAST_SAG * noise / gravity) if gravity > 0.0 else 0.0
+    return max(LEAST_ROWS, int(np.ceil(longest / interval)) + 1)
+
+
+def _parabolas(times_s: Array, fallen: Array) -> tuple[Array, Array, Array]:
+    """Normal matrices (n, 3, 3), right-hand sides (n, 3, 3) and squares (n,) of parabolas through the first 1, 2 … n rows."""
+    t = times_s - times_s[0]
+    y = fallen - fallen[0]
+    A = np.column_stack([np.ones_like(t), t, 0.5 * t**2])
+    return (
+        np.cumsum(A[:, :, None] * A[:, None, :], axis=0),
+        np.cumsum(A[:, :, None] * y[:, None, :], axis=0),
+        np.cumsum(np.sum(y**2, axis=1)),
+    )
+
+
+def flight_costs(times_s: Array, fallen: Array, noise: float, least: int) -> Array:
+    """Squared residuals over their variance of flights through the first ``least``, ``least`` + 1 … n rows.
+
+    ``fallen`` (n, 3) m is the path without what gravity adds.
+    """
+    normal, right, square = (sums[least - 1 :] for sums in _parabolas(times_s, fallen))
+    held = normal + np.diag([0.0, 0.0, (noise / ACCELERATION_SIGMA_MS2) ** 2])
+    scale = np.sqrt(np.einsum("nii->ni", held))
+    solved = np.linalg.solve(held / scale[:, :, None] / scale[:, None, :], right / scale[:, :, None]) / scale[:, :, None]
+    return np.asarray(np.maximum(square - np.sum(right * solved, axis=(1, 2)), 0.0) / noise**2)
+
+
+def flies(times_s: Array, fallen: Array, noise: float) -> bool:
+    """Whether rows are those of a free flight: a parabola fits, and falls with gravity."""
+    n = len(times_s)
+    if flight_costs(times_s, fallen, noise, n)[-1] > MOST_MEAN_SQUARE * (3 * n - 6):
+        return False
+    normal, right, _ = _parabolas(times_s, fallen)
+    scale = np.sqrt(np.diag(normal[-1]))
+    inverse = np.linalg.inv(normal[-1] / np.outer(scale, scale)) / np.outer(scale, scale)
+    off, sigma = (inverse @ right[-1])[2], noise * float(np.sqrt(inverse[2, 2]))
+    return bool(np.linalg.norm(off) <= MOST_OFF_MS2 + 3.0 * sigma)

@@ -1,0 +1,29 @@
+"""``tumble estimate`` of trajectories that strike something: each is measured by itself, as free flights with impacts between them."""
+
+import argparse
+import sys
+from collections.abc import Callable
+
+from datasets.estimate import Estimate
+from datasets.estimate_files import read_estimate
+from tumble.cli.campaign_options import question_of
+from tumble.estimating_impacts import estimate_impacts, trajectories_with_impacts
+from tumble.output_directory import Run, note_failures, output_directory
+from tumble.result_files import SUFFIX, estimate_path
+
+
+def estimate_with_impacts(arguments: argparse.Namespace, tell: Callable[[argparse.Namespace, list[Estimate]], None]) -> int | None:
+    """Measure and print; ``None`` where no trajectory strikes anything. Exit code 1 when a file was left out."""
+    question = question_of(arguments)
+    trajectories, left_out = trajectories_with_impacts(question.source, question.known)
+    if not trajectories:
+        return None
+    described = Run("estimate", {"observations": str(question.source.resolve()), "impacts": True, "known": question.known.words.strip()})
+    with output_directory(arguments.out, described, resume=arguments.resume, force=arguments.force) as out:
+        if not all(estimate_path(out, t.name).exists() for t in trajectories):
+            estimate_impacts(trajectories, out)
+        for name, reason in left_out.items():
+            print(f"tumble: {name} is left out: {reason}", file=sys.stderr)
+        note_failures(out, left_out)
+    tell(arguments, [read_estimate(path) for path in sorted(arguments.out.glob(f"*{SUFFIX}"))])
+    return int(bool(left_out))
