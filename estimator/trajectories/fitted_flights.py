@@ -5,7 +5,8 @@ per cent or two wrong bend flights in this way, and velocities at the end of a f
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
@@ -16,9 +17,8 @@ from estimator.effects.link import Setting
 from estimator.effects.model import Model
 from estimator.effects.uniform_acceleration import UniformAcceleration
 from estimator.fitting.campaign import CampaignFit, CampaignState, fit_campaign
-from estimator.fitting.forced_velocities import velocities_under
-from estimator.fitting.prediction import predict
-from estimator.motion.flight import Flight
+from estimator.motion.flight import N_PARAMETERS, OMEGA, STEPS, Flight, FlightPoses, X, inertia_matrix, pose_differences, states
+from estimator.motion.rigid_body import States, angular_velocity, rotation_matrices
 from estimator.registration import Registered
 from estimator.trajectories.free_flights import Run
 from estimator.trajectories.registering import register_trajectories
@@ -34,6 +34,14 @@ class LooseGravity(UniformAcceleration):
 
 
 MODEL = Model((LooseGravity(),))
+COLUMNS = N_PARAMETERS + MODEL.size
+TIME_STEP_S = 1e-4
+_VARIED = np.arange(X.start, OMEGA.stop)
+_WIDTHS = 2.0 * STEPS[_VARIED]
+_STEPS = np.zeros((1 + 2 * len(_VARIED), N_PARAMETERS))
+_STEPS[1 + 2 * np.arange(len(_VARIED)), _VARIED] = STEPS[_VARIED]
+_STEPS[2 + 2 * np.arange(len(_VARIED)), _VARIED] = -STEPS[_VARIED]
+"""No step, then each of a flight's state forth and back."""
 
 
 @dataclass(frozen=True)
@@ -52,11 +60,32 @@ class FittedFlight:
     sigma: Array
     row_misfit: Array
 
+    @cached_property
+    def falling(self) -> Flight:
+        """The flight with its own acceleration in the place of gravity."""
+        return replace(self.flight, gravity_world=self.flight.gravity_world + self.theta)
+
     def at(self, time_s: float) -> "Reached":
         """The motion at a time, also beyond the flight's rows."""
-        there = predict(self.flight, MODEL, self.theta, self.setting, np.array([time_s]))
-        velocity, J = velocities_under(self.flight, MODEL, self.theta, self.setting, time_s)
-        return Reached(there.poses.centre[0, 0], there.poses.R[0, 0], velocity, there.sensitivity[0], J)
+        reached, omega = self._reached(_STEPS, time_s)
+        every = FlightPoses(reached.x[:1], rotation_matrices(reached.q[:1]))
+        velocity = np.hstack([reached.v[0], omega])
+        pose_J, velocity_J = np.zeros((6, COLUMNS)), np.zeros((6, COLUMNS))
+        pose_J[:, _VARIED] = pose_differences(every, _WIDTHS)[0]
+        velocity_J[:, _VARIED] = ((velocity[1::2] - velocity[2::2]) / _WIDTHS[:, None]).T
+        elapsed = time_s - self.flight.time_s
+        pose_J[:3, N_PARAMETERS:], velocity_J[:3, N_PARAMETERS:] = 0.5 * elapsed**2 * np.eye(3), elapsed * np.eye(3)
+        return Reached(every.centre[0, 0], every.R[0, 0], velocity[0], pose_J, velocity_J)
+
+    def change_at(self, time_s: float) -> Array:
+        """Rate (6,) of v and omega at a time."""
+        later, sooner = (self._reached(_STEPS[:1], time_s + h)[1][0] for h in (TIME_STEP_S, -TIME_STEP_S))
+        return np.concatenate([self.falling.gravity_world, (later - sooner) / (2.0 * TIME_STEP_S)])
+
+    def _reached(self, steps: Array, time_s: float) -> tuple[States, Array]:
+        reached = states(self.falling, steps, np.array([time_s]))
+        inverse = np.linalg.inv(inertia_matrix(self.flight, self.flight.inertia[None]))
+        return reached, angular_velocity(reached.q[0], reached.L[0], np.broadcast_to(inverse, (len(steps), 3, 3)))
 
 
 @dataclass(frozen=True)

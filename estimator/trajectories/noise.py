@@ -12,6 +12,7 @@ apart. The estimate is shared by all sequences of a campaign whose noise nobody 
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.polynomial import legendre
@@ -41,9 +42,8 @@ class ChannelNoise:
 
 def channel_noise(residuals: Sequence[Array]) -> ChannelNoise:
     """Noise of one channel from the residuals (n,) of several sequences."""
-    projectors = [_projector(len(r)) for r in residuals]
-    left = [P @ r for P, r in zip(projectors, residuals, strict=True)]
-    expected = np.array([_expected(projectors, rho) for rho in RHOS])
+    left = [_projector(len(r)) @ r for r in residuals]
+    expected = np.sum([_expected(len(r)) for r in residuals], axis=0)
     noise = ChannelNoise(float(np.median(np.abs(np.concatenate(left)))) / MEDIAN_OVER_SIGMA, 0.0)
     for _ in range(ROUNDS):
         noise = _matched([np.clip(r, -CLIP * noise.sigma, CLIP * noise.sigma) for r in left], expected)
@@ -59,6 +59,7 @@ def _matched(left: Sequence[Array], expected: Array) -> ChannelNoise:
     return ChannelNoise(float(np.sqrt(max(square, 1e-300) / max(float(expected[best, 0]), 1e-12))), float(RHOS[best]))
 
 
+@lru_cache(maxsize=256)
 def _projector(n: int) -> Array:
     """What takes polynomials off n rows (n, n)."""
     degree = min(DEGREE, max(n // ROWS_PER_DEGREE, 1) + 1)
@@ -66,11 +67,9 @@ def _projector(n: int) -> Array:
     return np.asarray(np.eye(n) - Q @ Q.T)
 
 
-def _expected(projectors: Sequence[Array], rho: float) -> tuple[float, float]:
-    """Expected sum of squares and of products with the next row, for noise of variance 1."""
-    square = product = 0.0
-    for P in projectors:
-        covariance = P @ toeplitz(rho ** np.arange(len(P))) @ P
-        square += float(np.trace(covariance))
-        product += float(np.trace(covariance, offset=1))
-    return square, product
+@lru_cache(maxsize=256)
+def _expected(n: int) -> Array:
+    """Expected sum of squares and of products with the next row (k, 2) for each of ``RHOS``, for n rows of noise of variance 1."""
+    P = _projector(n)
+    covariances = [P @ toeplitz(rho ** np.arange(n)) @ P for rho in RHOS]
+    return np.array([[np.trace(C), np.trace(C, offset=1)] for C in covariances])
