@@ -13,7 +13,12 @@ from estimator.geometry.visual_hull import HullMesh
 
 
 def body_from_mesh(path: Path) -> Body:
-    """Centre of mass, principal axes and inertia ratios of a mesh.
+    """Centre of mass, principal axes and inertia ratios of a mesh, which is read by :func:`read_mesh`."""
+    return body_of(read_mesh(path))
+
+
+def read_mesh(path: Path) -> HullMesh:
+    """A closed mesh in metres.
 
     Raises
     ------
@@ -31,4 +36,4 @@ def body_from_mesh(path: Path) -> Body:
     extent = float(mesh.extents.max())
     if extent > FARTHEST_M:
         raise InputError(f"{path}: expected metres, came a body of {extent:g} m; is it in millimetres?")
-    return body_of(HullMesh(np.asarray(mesh.vertices, dtype=np.float64), np.asarray(mesh.faces, dtype=np.int64)))
+    return HullMesh(np.asarray(mesh.vertices, dtype=np.float64), np.asarray(mesh.faces, dtype=np.int64))

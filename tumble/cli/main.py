@@ -25,6 +25,7 @@ VERBS: tuple[tuple[str, str], ...] = (
     ("explain", "add what is missing, step by step, until only noise is left"),
     ("ladder", "show the error on data not fitted fall, effect by effect"),
     ("effect", "list the catalogue of effects; check an effect of your own"),
+    ("validate-contact", "judge contact models by measured impacts, and say which contact physics is missing"),
     ("score", "compare estimates with the truth"),
     ("report", "write one self-contained HTML page from saved results"),
     ("bench", "time the kernel, a whole estimate and the renderer"),
@@ -53,7 +54,7 @@ def usage() -> str:
 
 def run_verb(name: str, arguments: Sequence[str]) -> int:
     """Run one verb with its arguments; its exit code."""
-    module = importlib.import_module(f"tumble.cli.{name}")
+    module = importlib.import_module(f"tumble.cli.{name.replace('-', '_')}")
     parsed = module.parser().parse_args(arguments)
     return int(module.run(parsed))
 

@@ -2,7 +2,7 @@
 
 import io
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import matplotlib as mpl
@@ -109,9 +109,14 @@ KIND = {"offset": "outwards", "along_v": "along v", "along_x": "along x", "along
 
 def svg(draw: Any, *, width: float, height: float) -> str:
     """The picture as an SVG element in the page's colours."""
+    return figure_svg(lambda figure: draw(figure.add_subplot()), width=width, height=height)
+
+
+def figure_svg(draw: Callable[[Figure], None], *, width: float, height: float) -> str:
+    """A picture of several parts, alike."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(width, height), layout="constrained")
-        draw(figure.add_subplot())
+        draw(figure)
         text = io.StringIO()
         figure.savefig(text, format="svg", transparent=True, metadata={"Date": None, "Creator": None, "Type": None, "Format": None})
     element = text.getvalue()

@@ -1,0 +1,139 @@
+"""Free parameters of a contact model from a set of impacts, and what an impact says of a prediction.
+
+An impact counts by its squared Mahalanobis distance d² between measured and predicted (v, omega), six numbers, under the covariance of
+their difference; its cost is that of Student's t distribution with :data:`FREEDOM` degrees of freedom, ``(ν+6) ln(1 + d²/ν)``, which is
+d² near zero and keeps one odd impact from deciding [Lange, Little & Taylor 1989]. Half the cost is the negative log score.
+
+Restitution scatters from impact to impact by more than what is measured explains: which corner, how sharp, how many. Every model has such
+a scatter, a standard deviation of e that is fitted with its parameters, ``C + s² g gᵀ`` with g what e does to (v, omega), and its cost
+``ln |C + s² g gᵀ|``: a model that misses something pays by the scatter it needs.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+
+from estimator.contact_validation.measured import MeasuredImpact
+from estimator.contact_validation.models import ContactModel
+
+Array = NDArray[np.float64]
+FREEDOM = 6.0
+NUMBERS = 6
+"""That an impact gives: v and omega after it."""
+MOST_EVALUATIONS = 40
+FIRST_SCATTER = 0.02
+SCATTERS = np.concatenate([[0.0], np.geomspace(5e-4, 0.3, 28)])
+ROUNDS = 2
+"""Of fitting values and scatter in turn."""
+
+
+@dataclass(frozen=True)
+class Impacts:
+    """Impacts with the matrices (n, 6, 6) that whiten what is measured less what is predicted.
+
+    ``scattering`` (n, 6): what a restitution that is higher by one does to (v, omega), whitened.
+    """
+
+    measured: tuple[MeasuredImpact, ...]
+    whitening: Float[NDArray[np.float64], "impact 6 6"]
+    scattering: Float[NDArray[np.float64], "impact 6"]
+
+    def __len__(self) -> int:
+        return len(self.measured)
+
+    def take(self, rows: Sequence[int]) -> "Impacts":
+        """Some of them."""
+        return Impacts(tuple(self.measured[k] for k in rows), self.whitening[list(rows)], self.scattering[list(rows)])
+
+    @property
+    def after(self) -> Float[NDArray[np.float64], "impact 6"]:
+        """Measured v and omega."""
+        return np.stack([impact.after for impact in self.measured])
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """Values of a model's parameters, their covariance, the scatter of restitution, and the cost of all impacts there."""
+
+    model: ContactModel
+    values: Array
+    covariance: Array
+    scatter: float
+    cost: float
+
+    @property
+    def sigmas(self) -> Array:
+        """Standard deviations (p,) of the values."""
+        return np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
+
+
+def whitening_of(covariances: Array) -> Float[NDArray[np.float64], "impact 6 6"]:
+    """Inverse Cholesky factors of covariances (n, 6, 6)."""
+    return np.asarray(np.linalg.inv(np.linalg.cholesky(covariances)))
+
+
+def whitened(impacts: Impacts, model: ContactModel, values: Array) -> Float[NDArray[np.float64], "impact 6"]:
+    """Measured less predicted, in standard deviations, no scatter counted."""
+    return np.einsum("nij,nj->ni", impacts.whitening, impacts.after - model.predict(impacts.measured, values))
+
+
+def with_scatter(impacts: Impacts, z: Array, scatter: float) -> Float[NDArray[np.float64], "impact 6"]:
+    """Residuals ``z`` (n, 6) whitened for ``scatter`` of restitution, too."""
+    size2 = (impacts.scattering**2).sum(axis=1)
+    shrink = 1.0 - 1.0 / np.sqrt(1.0 + scatter**2 * size2)
+    along = (impacts.scattering * z).sum(axis=1) / np.maximum(size2, 1e-300)
+    return np.asarray(z - (shrink * along)[:, None] * impacts.scattering)
+
+
+def costs_of(impacts: Impacts, z: Array, scatter: float) -> Float[NDArray[np.float64], " impact"]:
+    """Cost of each impact with residuals ``z`` (n, 6) that are whitened but for ``scatter``."""
+    volume = np.log1p(scatter**2 * (impacts.scattering**2).sum(axis=1))
+    return np.asarray(_bounded((with_scatter(impacts, z, scatter) ** 2).sum(axis=1)) + volume)
+
+
+def _bounded(distances2: Array) -> Array:
+    return np.asarray((FREEDOM + NUMBERS) * np.log1p(distances2 / FREEDOM))
+
+
+def fit(impacts: Impacts, model: ContactModel, known: Sequence[Array] = (), scatter: float = FIRST_SCATTER) -> Fitted:
+    """The values of least cost, from every combination of the parameters' starts, or from the starts ``known``."""
+    starts = [np.array(s) for s in product(*(p.starts for p in model.parameters))] if not known else list(known)
+    values, _, jacobian = min((_descended(impacts, model, start, scatter) for start in starts), key=lambda found: found[1])
+    for _ in range(ROUNDS):
+        scatter = best_scatter(impacts, whitened(impacts, model, values))
+        values, _, jacobian = _descended(impacts, model, values, scatter)
+    cost = float(costs_of(impacts, whitened(impacts, model, values), scatter).sum())
+    return Fitted(model, values, np.asarray(np.linalg.pinv(jacobian.T @ jacobian), dtype=np.float64), scatter, cost)
+
+
+def best_scatter(impacts: Impacts, z: Array) -> float:
+    """The scatter of restitution under which residuals ``z`` (n, 6) cost least."""
+    return float(SCATTERS[int(np.argmin([costs_of(impacts, z, s).sum() for s in SCATTERS]))])
+
+
+def _descended(impacts: Impacts, model: ContactModel, start: Array, scatter: float) -> tuple[Array, float, Array]:
+    """Values of least cost at a given scatter, that cost, and the derivatives of its residuals."""
+    low, high = (np.array([p.bounds[k] for p in model.parameters]) for k in (0, 1))
+
+    def residuals(values: Array) -> Array:
+        z = with_scatter(impacts, whitened(impacts, model, values), scatter)
+        d2 = (z**2).sum(axis=1)
+        return np.asarray((z * np.sqrt(_bounded(d2) / np.maximum(d2, 1e-12))[:, None]).ravel())
+
+    def jacobian(values: Array) -> Array:
+        base = residuals(values)
+        steps = np.where(values + size > high, -size, size)
+        moved = [residuals(values + step * unit) for step, unit in zip(steps, np.eye(len(values)), strict=True)]
+        return np.stack([(m - base) / step for m, step in zip(moved, steps, strict=True)], axis=1)
+
+    size = np.array([p.step for p in model.parameters])
+    inside = np.clip(start, low + 1e-6 * (high - low), high - 1e-6 * (high - low))
+    result = least_squares(
+        residuals, inside, jac=jacobian, bounds=(low, high), x_scale=100.0 * size, max_nfev=MOST_EVALUATIONS, xtol=1e-6, ftol=1e-6
+    )
+    return np.asarray(result.x), float(result.cost), np.asarray(result.jac)

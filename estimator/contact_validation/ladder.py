@@ -1,0 +1,114 @@
+"""The ladder: frictionless, Coulomb friction, then whatever physics explains most, each rung accepted on held-out impacts alone."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+
+from estimator.contact_validation.fitting import Fitted, Impacts, fit
+from estimator.contact_validation.held_out import Gain, Judged, gain, judge
+from estimator.contact_validation.models import ADDITIONS, FRICTIONLESS, RIGID, Physics, impulse_model
+
+MOST_ADDED = 3
+JUDGED = 3
+"""Candidates of a rung that are judged on held-out impacts, those that fit best."""
+NEARLY_NONE = 0.01
+"""Part of a parameter's range at which the search for an addition starts besides its own starts."""
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """Physics on trial on a rung: the fit with it, how it was judged on held-out impacts, and its gain over the rung before."""
+
+    physics: Physics
+    fitted: Fitted
+    judged: Judged | None
+    gained: Gain | None
+
+
+@dataclass(frozen=True)
+class Rung:
+    """A model of the ladder; ``added``: title of what is new in it. ``gained``: over the rung before; ``candidates`` tried after it."""
+
+    added: str
+    key: str
+    judged: Judged
+    gained: Gain | None
+    accepted: bool
+    candidates: tuple[Candidate, ...] = ()
+
+
+@dataclass(frozen=True)
+class Ladder:
+    """All rungs, the last of which may be one that was tried and refused; ``alike``: per accepted addition others that did as well."""
+
+    rungs: tuple[Rung, ...]
+    alike: dict[str, tuple[str, ...]]
+
+    @property
+    def accepted(self) -> tuple[Rung, ...]:
+        """The rungs that stand."""
+        return tuple(r for r in self.rungs if r.accepted)
+
+    @property
+    def missing(self) -> tuple[str, ...]:
+        """Keys of the physics that the rigid impulse with friction misses."""
+        return tuple(r.key for r in self.accepted if r.key in {p.key for p in ADDITIONS})
+
+
+def climb(impacts: Impacts, rng: np.random.Generator, told: Callable[[str], None]) -> Ladder:
+    """Climb as long as held-out impacts agree."""
+    smooth = judge(impacts, fit(impacts, FRICTIONLESS))
+    rigid = judge(impacts, fit(impacts, RIGID))
+    told("frictionless and Coulomb friction")
+    first = Rung("frictionless impulse", FRICTIONLESS.key, smooth, None, True)
+    rubbing = gain(impacts, smooth, rigid, rng)
+    rungs = [first, Rung("Coulomb friction", RIGID.key, rigid, rubbing, rubbing.beyond_chance)]
+    alike: dict[str, tuple[str, ...]] = {}
+    added: list[str] = []
+    while len(added) < MOST_ADDED:
+        candidates = tried(impacts, rungs[-1].judged, added, rng)
+        told(f"{len(added) + 1}. addition")
+        best = candidates[0]
+        if best.judged is None or best.gained is None:
+            break
+        rungs.append(Rung(best.physics.title, best.physics.key, best.judged, best.gained, best.gained.beyond_chance, candidates))
+        if not best.gained.beyond_chance:
+            break
+        added.append(best.physics.key)
+        alike[best.physics.key] = _alike(impacts, candidates, rng)
+    return Ladder(tuple(rungs), alike)
+
+
+def tried(impacts: Impacts, before: Judged, added: list[str], rng: np.random.Generator) -> tuple[Candidate, ...]:
+    """Every addition that is not yet in the model, the best on held-out impacts first, those not judged last."""
+    rest = [p for p in ADDITIONS if p.key not in added]
+    fits = sorted(((p, _fitted_with(impacts, before.fitted, [*added, p.key])) for p in rest), key=lambda pair: pair[1].cost)
+    found = []
+    for number, (physics, fitted) in enumerate(fits):
+        judged = judge(impacts, fitted) if number < JUDGED else None
+        found.append(Candidate(physics, fitted, judged, None if judged is None else gain(impacts, before, judged, rng)))
+    return tuple(sorted(found, key=lambda c: -c.gained.total if c.gained is not None else np.inf))
+
+
+def _fitted_with(impacts: Impacts, before: Fitted, added: list[str]) -> Fitted:
+    """The fit with ``added``, from the values of the fit before it and several of what is new."""
+    model = impulse_model(added)
+    known = dict(zip(before.model.names, before.values.tolist(), strict=True))
+    choices = []
+    for p in model.parameters:
+        if p.name in known:
+            choices.append((known[p.name],))
+        else:
+            little = (NEARLY_NONE * p.bounds[1],) if p.bounds[0] == 0.0 else ()
+            choices.append((*p.starts, *little))
+    return fit(impacts, model, known=[np.array(start) for start in product(*choices)])
+
+
+def _alike(impacts: Impacts, candidates: tuple[Candidate, ...], rng: np.random.Generator) -> tuple[str, ...]:
+    """Keys of candidates that the best one does not beat beyond chance."""
+    best = candidates[0].judged
+    assert best is not None
+    rivals = [(c.physics.key, c.judged) for c in candidates[1:] if c.judged is not None and c.gained is not None and c.gained.beyond_chance]
+    return tuple(key for key, judged in rivals if not gain(impacts, judged, best, rng).beyond_chance)

@@ -1,0 +1,89 @@
+"""One contact with springs in both directions, followed in time: compiled code, dimensionless.
+
+Stronge's lumped-parameter contact [Stronge, Impact Mechanics (2000), chapter 5] at one point of a body that does not move while it touches:
+
+    u' = K (T, F),   δ' = -uₙ,   T' = -κ u_t  with |T| ≤ μF,
+    F = δ while δ is at its deepest, F = (δ - (1-e²) δ_m) / e² below its deepest δ_m,
+
+so the normal spring gives back e² of the work of its compression. Springs are linear: what comes out depends on their ratio κ alone.
+Time is in units of the half period's 1/π, K in units of Kₙₙ. Runge and Kutta's fourth order in fixed steps.
+"""
+
+import math
+
+import numba
+import numpy as np
+
+STEPS_PER_PERIOD = 250
+"""Steps over a half period of the faster of the two springs."""
+MOST_STEPS = 40000
+LEAST_RESTITUTION = 0.03
+
+
+@numba.njit(cache=True)
+def _force(depth, deepest, share):  # type: ignore[no-untyped-def]
+    """Normal force."""
+    if depth >= deepest:
+        return depth
+    return max(depth - (1.0 - share) * deepest, 0.0) / share
+
+
+@numba.njit(cache=True)
+def _rates(y, deepest, share, K, friction, stiffness, out):  # type: ignore[no-untyped-def]  # noqa: PLR0917
+    """Derivatives of y = (u, δ, T)."""
+    normal = _force(y[3], deepest, share)
+    size, limit = math.hypot(y[4], y[5]), friction * normal
+    cut = limit / size if size > limit else 1.0
+    for i in range(3):
+        out[i] = K[i, 0] * cut * y[4] + K[i, 1] * cut * y[5] + K[i, 2] * normal
+    out[3] = -y[2]
+    out[4], out[5] = -stiffness * y[0], -stiffness * y[1]
+
+
+@numba.njit(cache=True)
+def _step(y, h, deepest, share, K, friction, stiffness, k, new):  # type: ignore[no-untyped-def]  # noqa: PLR0917
+    """One Runge–Kutta step from ``y`` into ``new``."""
+    for stage in range(4):
+        part = 0.0 if stage == 0 else (h if stage == 3 else 0.5 * h)
+        for i in range(6):
+            new[i] = y[i] + part * k[max(stage - 1, 0), i]
+        _rates(new, max(deepest, new[3]), share, K, friction, stiffness, k[stage])
+    for i in range(6):
+        new[i] = y[i] + h / 6.0 * (k[0, i] + 2.0 * k[1, i] + 2.0 * k[2, i] + k[3, i])
+
+
+@numba.njit(cache=True)
+def spring(K, u, e, friction, stiffness, out):  # type: ignore[no-untyped-def]  # noqa: PLR0917
+    """Follow one contact to its end; ``out`` (3,) gets the velocity after. K (3, 3) and u (3,) with Kₙₙ and |u| about 1."""
+    y, new, k = np.zeros(6), np.zeros(6), np.zeros((4, 6))
+    y[:3] = u
+    e = max(e, LEAST_RESTITUTION)
+    share, deepest = e * e, 0.0
+    fastest = max(1.0, math.sqrt(stiffness * 0.5 * (K[0, 0] + K[1, 1] + math.hypot(K[0, 0] - K[1, 1], 2.0 * K[0, 1]))))
+    slow, quick = math.pi / STEPS_PER_PERIOD / fastest, math.pi / STEPS_PER_PERIOD * min(e, 1.0 / fastest)
+    for _ in range(MOST_STEPS):
+        h = slow if y[3] >= deepest else quick
+        _step(y, h, deepest, share, K, friction, stiffness, k, new)
+        deepest = max(deepest, new[3])
+        now, before = new[3] - (1.0 - share) * deepest, y[3] - (1.0 - share) * deepest
+        if now <= 0.0:
+            part = before / (before - now) if before > now else 1.0
+            for i in range(3):
+                out[i] = y[i] + part * (new[i] - y[i])
+            return
+        limit, size = friction * _force(new[3], deepest, share), math.hypot(new[4], new[5])
+        if size > limit:
+            new[4], new[5] = new[4] * limit / size, new[5] * limit / size
+        y[:] = new
+    out[:] = y[:3]
+
+
+@numba.njit(cache=True)
+def spring_many(K, u, e, friction, stiffness):  # type: ignore[no-untyped-def]
+    """:func:`spring` for K (n, 3, 3), u (n, 3) and e (n,), made dimensionless first; velocities after (n, 3)."""
+    after = np.empty((u.shape[0], 3))
+    for i in range(u.shape[0]):
+        size = math.sqrt(u[i, 0] ** 2 + u[i, 1] ** 2 + u[i, 2] ** 2)
+        spring(K[i] / K[i, 2, 2], u[i] / size, e[i], friction, stiffness, after[i])
+        after[i] *= size
+    return after

@@ -1,0 +1,85 @@
+"""How far prediction and measurement may lie apart although the model is right: the covariance of the residual of each impact.
+
+The state before an impact is measured, so a prediction has the uncertainty of that measurement, sent through the law; the velocities after
+it have their own, and both belong to one fit and are correlated. Corners of the hull and the plate's normal are uncertain, too. All of
+it is drawn jointly and sent through the contact, so that another corner that may have touched, or a contact that may have stuck, counts.
+
+One law (the rigid impulse with friction) carries the uncertainty for all models: no model can buy itself slack by being wild.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from estimator.contact_validation.contacts import Draws, drawn
+from estimator.contact_validation.fitting import Impacts, fit, whitening_of
+from estimator.contact_validation.measured import OMEGA_AFTER, V_AFTER, MeasuredImpact
+from estimator.contact_validation.models import RIGID
+from estimator.contact_validation.point_contact import PointContact
+
+Array = NDArray[np.float64]
+DRAWS = 160
+SMALL_CHANGE = 0.01
+ROUNDS = 2
+START = PointContact(0.6, 0.2)
+"""Constants that carry the uncertainty before any are fitted."""
+FLOOR = 1e-9
+"""Over the largest variance of a residual's component, so that no direction counts as known exactly."""
+
+
+def draws_of(impact: MeasuredImpact, rng: np.random.Generator, count: int = DRAWS) -> Draws:
+    """Errors of one impact as its covariance has them, in pairs of opposite sign."""
+    values, vectors = np.linalg.eigh(impact.covariance)
+    half = count // 2
+    errors = rng.normal(size=(half, 18)) * np.sqrt(np.maximum(values, 0.0)) @ vectors.T
+    corners = impact.corner_sigma_m * rng.normal(size=(half, len(impact.low_corners), 3))
+    normal = impact.plate.normal_sigma_rad * rng.normal(size=(half, 2))
+    return Draws(*(np.concatenate([part, -part]) for part in (errors, corners, normal)))
+
+
+def residual_covariances(
+    impacts: Sequence[MeasuredImpact], law: PointContact, rng: np.random.Generator
+) -> Float[NDArray[np.float64], "impact 6 6"]:
+    """Covariance of measured less predicted (v, omega) after each impact, if ``law`` were nature's."""
+    return np.stack([_covariance(residual_draws(impact, law, draws_of(impact, rng))) for impact in impacts])
+
+
+def scattering_of(impacts: Sequence[MeasuredImpact], law: PointContact) -> Float[NDArray[np.float64], "impact 6"]:
+    """What a restitution that is higher by one does to v and omega after each impact, by a difference."""
+    low = max(0.0, min(law.restitution, 1.0 - SMALL_CHANGE) - SMALL_CHANGE)
+    lower, higher = (replace(law, restitution=e).after(impacts) for e in (low, low + 2.0 * SMALL_CHANGE))
+    return np.asarray((higher - lower) / (2.0 * SMALL_CHANGE))
+
+
+def prepared(impacts: Sequence[MeasuredImpact], rng_seed: int) -> Impacts:
+    """Impacts with their whitening, under the rigid impulse with friction that fits them best."""
+    law = START
+    for _ in range(ROUNDS):
+        covariances = residual_covariances(impacts, law, np.random.default_rng(rng_seed))
+        whitening = whitening_of(covariances)
+        scattering = np.einsum("nij,nj->ni", whitening, scattering_of(impacts, law))
+        ready = Impacts(tuple(impacts), whitening, scattering)
+        law = PointContact(*fit(ready, RIGID).values.tolist())
+    return ready
+
+
+def predicted_covariance(impact: MeasuredImpact, law: PointContact, draws: Draws) -> Float[NDArray[np.float64], "6 6"]:
+    """Covariance of what ``law`` predicts, from the uncertainty of the state before, the corners and the plate alone."""
+    return _covariance(law.after_contacts(drawn(impact, draws)) - law.after([impact])[0])
+
+
+def residual_draws(impact: MeasuredImpact, law: PointContact, draws: Draws) -> Float[NDArray[np.float64], "draw 6"]:
+    """Errors of what is measured after the impact less those of what is predicted."""
+    predicted = law.after_contacts(drawn(impact, draws))
+    measured = np.concatenate([draws.errors[:, V_AFTER], draws.errors[:, OMEGA_AFTER]], axis=1)
+    return np.asarray(measured - (predicted - law.after([impact])[0]))
+
+
+def _covariance(draws: Array) -> Array:
+    """About zero: where another corner may have touched the mean of the draws is off, and that is uncertainty, too."""
+    matrix = draws.T @ draws / len(draws)
+    scale = np.sqrt(np.diag(matrix))
+    return np.asarray(matrix + FLOOR * np.diag(scale**2))

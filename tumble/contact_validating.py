@@ -1,0 +1,182 @@
+"""Measured impacts from a folder of estimates and the observations they were made from, and what could not be used, named.
+
+An estimate has poses and velocities, not the particle's shape: that comes from the calibrated views of its observation (or from a mesh),
+and so does the plate. A run is left out where its estimate is not a converged one with impacts, where no plate is known, and where
+the pictures after an impact fit the particle worse than those before it: then it broke.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from datasets.errors import InputError
+from datasets.estimate import Estimate, Status
+from datasets.estimate_files import read_estimate
+from datasets.observation import Observation
+from datasets.observation_files import read_observation
+from datasets.vocabulary.plate import Plate
+from estimator.configuration import configuration_from_dict
+from estimator.contact.constants import require_positive
+from estimator.contact.solid import Solid, SolidHull, solid_hull_of
+from estimator.contact_validation.measured import MeasuredImpact, measured_impact
+from estimator.pipeline import observed_particle
+from estimator.predicted_bias import hull_vertices
+from tumble.reporting import source_of
+from tumble.result_files import estimates_in, observations_in
+from tumble.tracked_bodies import read_mesh
+
+Array = NDArray[np.float64]
+DIAMOND_KG_M3 = 3515.0
+CLEAR_FRAMES = 6
+"""Frames next to an impact that do not count when pictures before and after are compared."""
+BROKEN_RATIO = 1.25
+"""RMS whitened error after the impacts over that before, from which on the particle counts as broken; 0.95 to 1.05 where it is whole."""
+
+
+@dataclass(frozen=True)
+class Known:
+    """What is stated on the command line: the plate's ``normal_world``, ``density_kg_m3`` where nothing was weighed, a ``mesh`` file."""
+
+    normal_world: tuple[float, ...] | None = None
+    density_kg_m3: float = DIAMOND_KG_M3
+    mesh: Path | None = None
+
+    def __post_init__(self) -> None:
+        require_positive(self.density_kg_m3, "density", "kg/m³")
+        if self.normal_world is not None and not np.linalg.norm(self.normal_world) > 0.0:
+            raise InputError(f"--plate: expected the plate's normal, not all zero, came {self.normal_world}")
+
+
+@dataclass(frozen=True)
+class Collected:
+    """Impacts that can be used, and why runs are left out."""
+
+    impacts: tuple[MeasuredImpact, ...]
+    left_out: Mapping[str, str] = field(default_factory=dict)
+    broken: tuple[str, ...] = ()
+
+
+def collected(estimates: Path, observations: Path | None, known: Known) -> Collected:
+    """Impacts of every estimate.
+
+    Raises
+    ------
+    InputError
+        Where there are no estimates, no observations beside them, or no impact in any of them.
+    """
+    source = observations if observations is not None else source_of(estimates)
+    if source is None:
+        raise InputError(f"{estimates}: expected --observations FOLDER, the observations that the estimates were made from; came none.")
+    folders = {folder.name: folder for folder in observations_in(source)}
+    impacts: list[MeasuredImpact] = []
+    left_out: dict[str, str] = {}
+    broken: list[str] = []
+    shapes: dict[bytes, SolidHull] = {}
+    for path in estimates_in(estimates):
+        estimate = read_estimate(path)
+        reason = unusable(estimate)
+        if reason is None and estimate.name not in folders:
+            reason = f"no observation of that name in {source}"
+        if reason is None:
+            observation = read_observation(folders[estimate.name])
+            worse = worse_after(estimate, observation.clock.times_s)
+            if worse is not None:
+                broken.append(estimate.name)
+                reason = worse
+            else:
+                reason = _add(impacts, estimate, observation, known, shapes)
+        if reason is not None:
+            left_out[estimate.name] = reason
+    if not impacts:
+        reasons = "\n".join(f"  {name}: {reason}" for name, reason in left_out.items())
+        raise InputError(f"{estimates}: expected estimates with impacts on a plate, came none that can be used:\n{reasons}")
+    return Collected(tuple(impacts), left_out, tuple(broken))
+
+
+def unusable(estimate: Estimate) -> str | None:
+    """Why an estimate has no impact to use; ``None`` where it has."""
+    if estimate.status is Status.SECOND_CONTACT and estimate.impacts:
+        return f"second contact: {estimate.message}"
+    if estimate.status is not Status.CONVERGED:
+        return f"{estimate.status.value}: {estimate.message}"
+    if not estimate.impacts:
+        return "there is no impact in it"
+    return None
+
+
+def worse_after(estimate: Estimate, times_s: Array) -> str | None:
+    """What to say of a run whose pictures after the first impact fit the particle worse than those before it."""
+    frame_s = float(np.median(np.diff(times_s)))
+    used = [f for f in estimate.frames if f.used and f.rms_whitened > 0.0]
+    away = np.array([(times_s[f.frame] - estimate.impacts[0].time_s) / frame_s for f in used])
+    squares = np.array([f.rms_whitened**2 for f in used])
+    before, after = squares[away < -CLEAR_FRAMES], squares[away > CLEAR_FRAMES]
+    if len(before) == 0 or len(after) == 0:
+        return None
+    ratio = float(np.sqrt(after.mean() / before.mean()))
+    if ratio < BROKEN_RATIO:
+        return None
+    return f"the particle broke, or touched again unseen: its pictures fit {ratio:.2f} times worse after the impact than before it"
+
+
+def _add(
+    impacts: list[MeasuredImpact], estimate: Estimate, observation: Observation, known: Known, shapes: dict[bytes, SolidHull]
+) -> str | None:
+    """Append the impacts of one estimate; why not, where they cannot be used."""
+    if observation.plate is None and known.normal_world is None:
+        return "no plate is stated; give its normal with --plate=X,Y,Z"
+    if estimate.body is None:
+        return "the estimate has no body"
+    key = _key(observation)
+    if key not in shapes:
+        shapes[key] = shape_of(observation, estimate, known)
+    hull = fitted_hull(shapes[key], estimate)
+    for number, found in enumerate(estimate.impacts):
+        impacts.append(measured_impact(estimate.name, number, found, hull, _plate(observation, known, found.x_world)))
+    return None
+
+
+def _plate(observation: Observation, known: Known, place: Array) -> Plate:
+    stated = observation.plate
+    if known.normal_world is None:
+        assert stated is not None
+        return stated
+    normal = np.array(known.normal_world) / np.linalg.norm(known.normal_world)
+    return Plate(place, normal) if stated is None else replace(stated, normal_world=normal)
+
+
+def _key(observation: Observation) -> bytes:
+    """The same for observations with the same calibrated views, whose shape is made once."""
+    outlines = observation.view_recording
+    parts = [v.t_cam_particle.tobytes() for v in observation.views]
+    if isinstance(outlines, tuple | list):
+        parts += [np.asarray(o.points_px).tobytes() for o in outlines]
+    else:
+        parts.append(observation.name.encode())
+    return b"".join(parts)
+
+
+def shape_of(observation: Observation, estimate: Estimate, known: Known) -> SolidHull:
+    """The particle in its own frame (vertices in the particle frame): the mesh, or what the calibrated views show."""
+    if known.mesh is not None:
+        mesh = read_mesh(known.mesh)
+        vertices = np.asarray(mesh.vertices)
+    else:
+        particle = observed_particle(observation, configuration_from_dict(estimate.configuration))
+        mesh, vertices = particle.hull, hull_vertices(particle)
+    filled = solid_hull_of(mesh, known.density_kg_m3)
+    scale = 1.0 if observation.mass_kg is None else observation.mass_kg / filled.solid.mass_kg
+    solid = Solid(filled.solid.mass_kg * scale, filled.solid.volume_m3, filled.solid.inertia_body * scale)
+    return SolidHull(solid, vertices)
+
+
+def fitted_hull(shape: SolidHull, estimate: Estimate) -> SolidHull:
+    """``shape`` (vertices in the particle frame) in the body frame of the estimate, with the inertia ratios that the flight showed."""
+    body = estimate.body
+    assert body is not None
+    largest = float(np.linalg.eigvalsh(shape.solid.inertia_body)[2])
+    solid = Solid(shape.solid.mass_kg, shape.solid.volume_m3, np.diag(largest * body.inertia_ratios))
+    return SolidHull(solid, (shape.vertices_body - body.com_particle) @ body.R_particle_body)
