@@ -22,6 +22,9 @@ from estimator.contact_validation.point_contact import PointContact
 
 Array = NDArray[np.float64]
 DRAWS = 160
+ALIKE_SHARE = 0.1
+"""Part of the hull's extent over which errors of its corners are alike."""
+WAVES = 24
 SMALL_CHANGE = 0.01
 ROUNDS = 2
 START = PointContact(0.6, 0.2)
@@ -35,9 +38,19 @@ def draws_of(impact: MeasuredImpact, rng: np.random.Generator, count: int = DRAW
     values, vectors = np.linalg.eigh(impact.covariance)
     half = count // 2
     errors = rng.normal(size=(half, 18)) * np.sqrt(np.maximum(values, 0.0)) @ vectors.T
-    corners = impact.corner_sigma_m * rng.normal(size=(half, len(impact.low_corners), 3))
+    corners = impact.corner_sigma_m * smooth_fields(impact.low_corners / (ALIKE_SHARE * impact.extent_m), half, rng)
     normal = impact.plate.normal_sigma_rad * rng.normal(size=(half, 2))
     return Draws(*(np.concatenate([part, -part]) for part in (errors, corners, normal)))
+
+
+def smooth_fields(places: Array, count: int, rng: np.random.Generator) -> Float[NDArray[np.float64], "count place 3"]:
+    """``count`` random vector fields of variance one at ``places`` (n, 3), alike within a length of one [Rahimi & Recht 2007].
+
+    Neighbouring corners of a hull are off together: they were carved by the same views.
+    """
+    waves = rng.normal(size=(3, WAVES))
+    features = np.concatenate([np.cos(places @ waves), np.sin(places @ waves)], axis=1) / np.sqrt(WAVES)
+    return np.einsum("pw,cwk->cpk", features, rng.normal(size=(count, 2 * WAVES, 3)))
 
 
 def residual_covariances(

@@ -72,8 +72,8 @@ def _nearest(ladder: Ladder) -> str:
     if last.gained is None or last.accepted:
         return ""
     return (
-        f" The nearest, {TITLES[last.key]}, changes the held-out log score by {last.gained.total / 2:+.1f}; "
-        f"chance gives {last.gained.chance / 2:.1f}."
+        f" The nearest, {TITLES[last.key]}, changes the held-out log score by {last.gained.total / 2:+.1f} (95% of resampled sets of runs: "
+        f"{last.gained.low / 2:.1f} to {last.gained.high / 2:.1f}; chance gives {last.gained.chance / 2:.1f})."
     )
 
 

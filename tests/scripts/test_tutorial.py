@@ -31,7 +31,7 @@ def test_the_page_is_that_of_its_result() -> None:
 def test_every_command_is_one_that_the_program_takes(command: str) -> None:
     verb, *words = shlex.split(command)[1:]
     assert verb in dict(VERBS)
-    parsed = importlib.import_module(f"tumble.cli.{verb}").parser().parse_args(words)
+    parsed = importlib.import_module(f"tumble.cli.{verb.replace('-', '_')}").parser().parse_args(words)
     assert parsed is not None
 
 

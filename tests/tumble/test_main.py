@@ -23,7 +23,7 @@ def test_every_help_ends_in_an_example(verb: str, capsys: pytest.CaptureFixture[
 
 def test_the_example_of_every_help_parses() -> None:
     for verb, _ in command_line.VERBS:
-        parser = importlib.import_module(f"tumble.cli.{verb}").parser()
+        parser = importlib.import_module(f"tumble.cli.{verb.replace('-', '_')}").parser()
         words = (parser.epilog or "").splitlines()[-1].split()
         parser.parse_args(words[2:])
 

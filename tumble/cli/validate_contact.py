@@ -155,6 +155,6 @@ def ladder_table(rungs: list[dict[str, Any]]) -> Table:
 
 
 def constants_words(model: dict[str, Any]) -> str:
-    """Fitted constants in a line."""
+    """Fitted constants, a line each."""
     units = {v["name"]: "" if v["unit"] == "1" else f" {v['unit']}" for v in model["values"]}
-    return ", ".join(f"{v['name'].replace('_', ' ')} {compact(v['value'], v['sigma'])}{units[v['name']]}" for v in model["values"])
+    return "\n".join(f"{v['name'].replace('_', ' ')} {compact(v['value'], v['sigma'])}{units[v['name']]}" for v in model["values"])
