@@ -22,7 +22,7 @@ from estimator.contact.solid import BodyState
 from estimator.contact.stronge_impulse import StrongeImpulse
 from estimator.contact.velocity_impulse import NewtonImpulse, PoissonImpulse
 from scripts.contact_lammps import Throw, available, thrown
-from scripts.contact_measured import Comparison, compared
+from scripts.contact_measured import Comparison, compared, fitted, read_measured
 from scripts.contact_reference_cases import (
     CLAMPED_RESTITUTION,
     ELASTIC_SPHERES,
@@ -209,6 +209,7 @@ def main() -> int:
         "speeds": speeds(),
         "clump": clump_errors(),
         "measured": [asdict(entry) for entry in measured],
+        "fitted": [asdict(entry) for entry in fitted(read_measured(arguments.measured))] if arguments.measured else [],
         "law_of_the_clump": asdict(DIAMOND_ON_STEEL),
     }
     _say(rows, result["speeds"])

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from datasets.errors import InputError
-from scripts.contact_measured import predicted, read_measured
+from estimator.contact.stronge_impulse import StrongeImpulse
+from scripts.contact_measured import QUANTITIES, by_impulse, fitted, predicted, read_measured
 from scripts.contact_reference import Row
 from scripts.contact_reference_page import PAGE, RESULT, page
 
@@ -35,6 +36,22 @@ def test_a_number_that_is_off_is_said_to_be() -> None:
 def test_sliding_measured_at_60_degrees_is_the_closed_form() -> None:
     for quantity, value in (("tangential_restitution", 0.895), ("rebound_spin_rad_per_s", 355.0)):
         np.testing.assert_allclose(predicted(quantity, 60.0), value, rtol=1e-3)
+
+
+def test_constants_that_are_fitted_are_those_of_the_law_that_made_the_points() -> None:
+    made = {q: np.array([[a, by_impulse(StrongeImpulse(0.96, 0.12), q, a)] for a in (20.0, 45.0)]) for q in QUANTITIES}
+    impulse, compliant = fitted(made)
+    assert abs(impulse.restitution[0] - 0.96) < 0.01
+    assert abs(impulse.friction[0] - 0.12) < 0.002
+    assert impulse.rms["rebound_spin_rad_per_s"] < 5.0 < compliant.rms["rebound_spin_rad_per_s"]
+
+
+def test_the_stored_fits_leave_what_the_page_says() -> None:
+    assert [f["model"] for f in STORED["fitted"]] == ["Mirtich–Stronge impulse", "Hertz–Mindlin, no slip"]
+    for entry in STORED["fitted"]:
+        assert 0.9 <= entry["restitution"][0] <= 1.0
+        assert abs(entry["friction"][0] - 0.092) < 2.0 * entry["friction"][1]
+        assert f"{entry['rms']['rebound_spin_rad_per_s']:.3g}" in page(STORED)
 
 
 def test_a_file_that_is_no_measurement_is_refused(tmp_path: Path) -> None:
