@@ -5,7 +5,7 @@ and so does the plate. A run is left out where its estimate is not a converged o
 the pictures after an impact fit the particle worse than those before it: then it broke.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -32,8 +32,12 @@ Array = NDArray[np.float64]
 DIAMOND_KG_M3 = 3515.0
 CLEAR_FRAMES = 6
 """Frames next to an impact that do not count when pictures before and after are compared."""
-BROKEN_RATIO = 1.25
-"""RMS whitened error after the impacts over that before, from which on the particle counts as broken; 0.95 to 1.05 where it is whole."""
+BROKEN_RATIO = 1.5
+"""RMS whitened error after the impacts over that before, from which on the particle counts as broken: 0.95 to 1.05 where it is whole,
+2.1 to 3.7 where a tenth or a fifth of a corner was lost."""
+
+
+ObservationOf = Callable[[str], Observation | None]
 
 
 @dataclass(frozen=True)
@@ -71,35 +75,47 @@ def collected(estimates: Path, observations: Path | None, known: Known) -> Colle
     if source is None:
         raise InputError(f"{estimates}: expected --observations FOLDER, the observations that the estimates were made from; came none.")
     folders = {folder.name: folder for folder in observations_in(source)}
-    impacts: list[MeasuredImpact] = []
-    left_out: dict[str, str] = {}
-    broken: list[str] = []
-    shapes: dict[bytes, SolidHull] = {}
-    for path in estimates_in(estimates):
-        estimate = read_estimate(path)
-        reason = unusable(estimate)
-        if reason is None and estimate.name not in folders:
-            reason = f"no observation of that name in {source}"
-        if reason is None:
-            observation = read_observation(folders[estimate.name])
-            worse = worse_after(estimate, observation.clock.times_s)
-            if worse is not None:
-                broken.append(estimate.name)
-                reason = worse
-            else:
-                reason = _add(impacts, estimate, observation, known, shapes)
-        if reason is not None:
-            left_out[estimate.name] = reason
-    if not impacts:
-        reasons = "\n".join(f"  {name}: {reason}" for name, reason in left_out.items())
+
+    def observation_of(name: str) -> Observation | None:
+        return read_observation(folders[name]) if name in folders else None
+
+    found = collected_from(((read_estimate(path), observation_of) for path in estimates_in(estimates)), known)
+    if not found.impacts and not found.broken:
+        reasons = "\n".join(f"  {name}: {reason}" for name, reason in found.left_out.items())
         raise InputError(f"{estimates}: expected estimates with impacts on a plate, came none that can be used:\n{reasons}")
-    return Collected(tuple(impacts), left_out, tuple(broken))
+    return found
+
+
+def collected_from(runs: Iterable[tuple[Estimate, ObservationOf]], known: Known) -> Collected:
+    """Impacts of estimates, each with what finds an observation by its name."""
+    found = Collected((), {}, ())
+    shapes: dict[bytes, SolidHull] = {}
+    for estimate, observation_of in runs:
+        found = _with(found, estimate, observation_of, (known, shapes))
+    return found
+
+
+def _with(found: Collected, estimate: Estimate, observation_of: ObservationOf, by: tuple[Known, dict[bytes, SolidHull]]) -> Collected:
+    """What was collected, and one run more."""
+    reason = unusable(estimate)
+    observation = observation_of(estimate.name) if reason is None or may_have_broken(estimate) else None
+    if reason is None and observation is None:
+        reason = "its observation is not beside the others"
+    broken = found.broken
+    if observation is not None:
+        worse = worse_after(estimate, observation.clock.times_s)
+        if worse is not None:
+            reason, broken = worse, (*broken, estimate.name)
+    if reason is None and observation is not None:
+        try:
+            return replace(found, impacts=(*found.impacts, *impacts_of(estimate, observation, *by)))
+        except InputError as error:
+            reason = str(error)
+    return replace(found, left_out={**found.left_out, estimate.name: reason or ""}, broken=broken)
 
 
 def unusable(estimate: Estimate) -> str | None:
     """Why an estimate has no impact to use; ``None`` where it has."""
-    if estimate.status is Status.SECOND_CONTACT and estimate.impacts:
-        return f"second contact: {estimate.message}"
     if estimate.status is not Status.CONVERGED:
         return f"{estimate.status.value}: {estimate.message}"
     if not estimate.impacts:
@@ -122,21 +138,29 @@ def worse_after(estimate: Estimate, times_s: Array) -> str | None:
     return f"the particle broke, or touched again unseen: its pictures fit {ratio:.2f} times worse after the impact than before it"
 
 
-def _add(
-    impacts: list[MeasuredImpact], estimate: Estimate, observation: Observation, known: Known, shapes: dict[bytes, SolidHull]
-) -> str | None:
-    """Append the impacts of one estimate; why not, where they cannot be used."""
+def may_have_broken(estimate: Estimate) -> bool:
+    """Whether the estimate has impacts and no more than a second contact speaks against it: a chipped particle often looks like one."""
+    return bool(estimate.impacts) and estimate.status in {Status.CONVERGED, Status.SECOND_CONTACT}
+
+
+def impacts_of(estimate: Estimate, observation: Observation, known: Known, shapes: dict[bytes, SolidHull]) -> tuple[MeasuredImpact, ...]:
+    """The impacts of one estimate; ``shapes`` keeps particles that several runs share.
+
+    Raises
+    ------
+    InputError
+        Where no plate is known, or the particle has no volume.
+    """
     if observation.plate is None and known.normal_world is None:
-        return "no plate is stated; give its normal with --plate=X,Y,Z"
-    if estimate.body is None:
-        return "the estimate has no body"
+        raise InputError("no plate is stated; give its normal with --plate=X,Y,Z")
     key = _key(observation)
     if key not in shapes:
         shapes[key] = shape_of(observation, estimate, known)
     hull = fitted_hull(shapes[key], estimate)
-    for number, found in enumerate(estimate.impacts):
-        impacts.append(measured_impact(estimate.name, number, found, hull, _plate(observation, known, found.x_world)))
-    return None
+    return tuple(
+        measured_impact(estimate.name, number, impact, hull, _plate(observation, known, impact.x_world))
+        for number, impact in enumerate(estimate.impacts)
+    )
 
 
 def _plate(observation: Observation, known: Known, place: Array) -> Plate:

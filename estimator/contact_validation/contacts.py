@@ -20,6 +20,8 @@ Array = NDArray[np.float64]
 VIEWING = np.array([0.0, 0.0, 1.0])
 """Of the first camera, whose frame the world frame is."""
 UNTILTED = (0.0, 0.0)
+FOLLOWING, BEFORE = [1, 2, 0], [2, 0, 1]
+"""Of each coordinate, the next and the one before."""
 
 
 @dataclass(frozen=True)
@@ -50,22 +52,22 @@ class Contacts:
 
     def matrices(self) -> Float[NDArray[np.float64], "n 3 3"]:
         """Collision matrices, contact axes: what an impulse over mass adds to the contact's velocity."""
-        across = np.cross(self.lever[:, None, :], self.axes)
+        across = crossed(self.lever[:, None, :], self.axes)
         return np.eye(3) + np.einsum("nia,nab,njb->nij", across, self.turning, across)
 
     def velocities(self) -> Float[NDArray[np.float64], "n 3"]:
         """Velocity of the contact point as seen from the plate, contact axes."""
-        return np.einsum("nij,nj->ni", self.axes, self.v + np.cross(self.omega, self.lever) - self.plate_velocity)
+        return np.einsum("nij,nj->ni", self.axes, self.v + crossed(self.omega, self.lever) - self.plate_velocity)
 
     def after(self, impulses: Float[NDArray[np.float64], "n 3"]) -> Float[NDArray[np.float64], "n 6"]:
         """V and omega after ``impulses`` over mass (m/s, contact axes)."""
         push = np.einsum("nij,ni->nj", self.axes, impulses)
-        turn = np.einsum("nij,nj->ni", self.turning, np.cross(self.lever, push))
+        turn = np.einsum("nij,nj->ni", self.turning, crossed(self.lever, push))
         return np.concatenate([self.v + push, self.omega + turn], axis=1)
 
     def responses(self) -> Float[NDArray[np.float64], "n 6 3"]:
         """What an impulse over mass, world axes, adds to v and omega: ``[1; I⁻¹ [r]ₓ]``."""
-        across = np.cross(self.lever[:, None, :], np.eye(3)[None])
+        across = crossed(self.lever[:, None, :], np.eye(3)[None])
         return np.concatenate([np.broadcast_to(np.eye(3), self.turning.shape), np.einsum("nij,nkj->nik", self.turning, across)], axis=1)
 
 
@@ -77,7 +79,7 @@ def nominal(impacts: Sequence[MeasuredImpact], tilt: tuple[float, float] = UNTIL
 def drawn(impact: MeasuredImpact, draws: Draws) -> Contacts:
     """One contact per draw."""
     turns = Rotation.from_rotvec(draws.errors[:, TURN]).as_matrix()
-    axes = np.stack([contact_axes(tilted(impact.plate.normal_world, (a, b))) for a, b in draws.normal])
+    axes = _turned_axes(impact, draws.normal)
     arms = np.einsum("sij,scj->sci", turns, impact.low_corners + draws.corners)
     lowest = np.einsum("sci,si->sc", arms, axes[:, 2]).argmin(axis=1)
     state, count = impact.state, len(turns)
@@ -107,6 +109,18 @@ def tilted(normal: Array, tilt: tuple[float, float]) -> Float[NDArray[np.float64
     across = across / np.linalg.norm(across)
     along = np.cross(across, normal)
     return np.asarray(Rotation.from_rotvec(tilt[0] * along).apply(Rotation.from_rotvec(tilt[1] * across).apply(normal)))
+
+
+def crossed(a: Array, b: Array) -> Float[NDArray[np.float64], "*batch 3"]:
+    """``a × b`` along the last axis, without the generality of NumPy's."""
+    return np.asarray(a[..., FOLLOWING] * b[..., BEFORE] - a[..., BEFORE] * b[..., FOLLOWING])
+
+
+def _turned_axes(impact: MeasuredImpact, turns: Array) -> Array:
+    """Contact axes (s, 3, 3) of the plate turned by small angles (s, 2) about its tangents."""
+    axes = contact_axes(impact.plate.normal_world)
+    vectors = turns[:, :1] * axes[0] + turns[:, 1:] * axes[1]
+    return np.asarray(np.einsum("ij,skj->sik", axes, Rotation.from_rotvec(vectors).as_matrix()))
 
 
 @lru_cache(maxsize=4096)

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from estimator.contact_validation.fitting import Fitted, Impacts, costs_of, fit, whitened, with_scatter
+from estimator.contact_validation.fitting import FREEDOM, Fitted, Impacts, costs_of, fit, whitened, with_scatter
 
 Array = NDArray[np.float64]
 FOLDS = 5
@@ -37,8 +37,9 @@ class Judged:
 
     @property
     def dispersion(self) -> float:
-        """Median squared distance over what it is for errors as stated; at least 1."""
-        return max(1.0, float(np.median(self.distances2)) / MEDIAN_DISTANCE2)
+        """How much more than for errors as stated a change of the median residual changes its cost; 1 to 2.1, since costs flatten."""
+        median = float(np.median(self.distances2))
+        return max(1.0, median / MEDIAN_DISTANCE2 * (FREEDOM + MEDIAN_DISTANCE2) / (FREEDOM + median))
 
 
 @dataclass(frozen=True)

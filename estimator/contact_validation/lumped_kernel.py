@@ -14,7 +14,7 @@ import math
 import numba
 import numpy as np
 
-STEPS_PER_PERIOD = 250
+STEPS_PER_PERIOD = 120
 """Steps over a half period of the faster of the two springs."""
 MOST_STEPS = 40000
 LEAST_RESTITUTION = 0.03
@@ -68,8 +68,8 @@ def spring(K, u, e, friction, stiffness, out):  # type: ignore[no-untyped-def]  
         now, before = new[3] - (1.0 - share) * deepest, y[3] - (1.0 - share) * deepest
         if now <= 0.0:
             part = before / (before - now) if before > now else 1.0
-            for i in range(3):
-                out[i] = y[i] + part * (new[i] - y[i])
+            _step(y, part * h, deepest, share, K, friction, stiffness, k, new)
+            out[:] = new[:3]
             return
         limit, size = friction * _force(new[3], deepest, share), math.hypot(new[4], new[5])
         if size > limit:

@@ -21,6 +21,7 @@ from estimator.contact_validation.spread import draws_of
 
 Array = NDArray[np.float64]
 BISECTIONS = 18
+DRAWS = 60
 ONE_CONTACT_P = 1e-4
 """Below it the jumps of velocity and spin do not belong to one contact at the corner that touched."""
 
@@ -51,7 +52,7 @@ class Contact:
 
 def contact_of(impact: MeasuredImpact, friction: float, rng: np.random.Generator) -> Contact:
     """The contact of one impact; ``friction`` that of the fitted impulse model."""
-    draws = draws_of(impact, rng)
+    draws = draws_of(impact, rng, DRAWS)
     here, there = nominal([impact]), drawn(impact, draws)
     jumps = _jump(impact.after[None], here)
     errors = np.concatenate([draws.errors[:, V_AFTER], draws.errors[:, OMEGA_AFTER]], axis=1)

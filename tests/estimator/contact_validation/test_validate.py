@@ -1,0 +1,152 @@
+"""Fitting, held-out judgement, the ladder and the verdict on impacts whose law is known."""
+
+import numpy as np
+import pytest
+
+from datasets.errors import InputError
+from estimator.contact_validation.fitting import fit
+from estimator.contact_validation.force_models import Materials, hertz_mindlin_at_corner, hertz_mindlin_clump
+from estimator.contact_validation.held_out import folds_of, judge
+from estimator.contact_validation.measured import experiment_of
+from estimator.contact_validation.models import RIGID
+from estimator.contact_validation.point_contact import PointContact
+from estimator.contact_validation.quantities import contact_of, inconsistent
+from estimator.contact_validation.spread import draws_of, prepared, residual_covariances, smooth_fields
+from estimator.contact_validation.validate import Question, validate
+from estimator.contact_validation.verdict import broken_verdict
+from tests.estimator.contact_validation.made_impacts import SIGMAS, made_impacts
+
+PLAIN = PointContact(0.6, 0.15)
+IMPULSE_ALONE = Question(models=("stronge_impulse",))
+
+
+def silent(_: str) -> None:
+    """Nothing is told."""
+
+
+def test_constants_come_back_within_their_uncertainty() -> None:
+    impacts = prepared(made_impacts(PLAIN, 8, 5), 0)
+    found = fit(impacts, RIGID)
+    off = (found.values - [0.6, 0.15]) / found.sigmas
+    assert np.abs(off).max() < 3.5
+    assert found.sigmas.max() < 0.01
+
+
+def test_errors_alone_leave_distances_of_six() -> None:
+    impacts = prepared(made_impacts(PLAIN, 10, 6), 0)
+    judged = judge(impacts, fit(impacts, RIGID))
+    assert 2.0 < float(np.median(judged.distances2)) < 12.0
+    assert judged.fitted.scatter < 0.01
+
+
+def test_the_covariance_of_a_residual_is_that_of_its_draws() -> None:
+    """With a state known exactly only the errors after the impact are left."""
+    impact = made_impacts(PLAIN, 1, 7, corner_sigma_m=0.0)[0]
+    covariance = np.diag(np.concatenate([np.zeros(12), SIGMAS[12:] ** 2]))
+    exact = type(impact)(impact.run, impact.experiment, 0, impact.state, impact.after, covariance, impact.plate, impact.particle, 0.0)
+    found = residual_covariances([exact], PLAIN, np.random.default_rng(0))[0]
+    np.testing.assert_allclose(np.sqrt(np.diag(found)), SIGMAS[12:], rtol=0.25)
+
+
+def test_errors_of_neighbouring_corners_are_alike() -> None:
+    places = np.array([[0.0, 0.0, 0.0], [0.05, 0.0, 0.0], [6.0, 0.0, 0.0]])
+    fields = smooth_fields(places, 4000, np.random.default_rng(1))[:, :, 0]
+    correlation = np.corrcoef(fields.T)
+    assert correlation[0, 1] > 0.98
+    assert abs(correlation[0, 2]) < 0.35
+    np.testing.assert_allclose(fields.std(axis=0), 1.0, atol=0.05)
+
+
+def test_draws_come_in_pairs_of_opposite_sign() -> None:
+    draws = draws_of(made_impacts(PLAIN, 1, 8)[0], np.random.default_rng(2), count=10)
+    np.testing.assert_allclose(draws.errors.sum(axis=0), 0.0, atol=1e-12)
+
+
+def test_runs_stay_together_in_folds() -> None:
+    impacts = made_impacts(PLAIN, 6, 9)
+    again = [type(i)(i.run, i.experiment, 1, i.state, i.after, i.covariance, i.plate, i.particle, i.corner_sigma_m) for i in impacts]
+    ready = prepared([*impacts, *again], 0)
+    for rows in folds_of(ready):
+        inside = {ready.measured[k].run for k in rows}
+        outside = {ready.measured[k].run for k in range(len(ready)) if k not in rows}
+        assert not inside & outside
+
+
+def test_a_contact_says_its_restitution_and_ratio() -> None:
+    contact = contact_of(made_impacts(PLAIN, 1, 10, noise=0.0)[0], 0.15, np.random.default_rng(0))
+    assert contact.restitution[0] == pytest.approx(0.6, abs=1e-3)
+    assert contact.ratio[0] <= 0.15 + 1e-6
+    assert contact.u_after[2] > 0.0 > contact.u_before[2]
+    assert contact.one_contact_p > 0.99
+
+
+def test_jumps_of_two_contacts_are_told() -> None:
+    impact = made_impacts(PLAIN, 1, 11)[0]
+    struck_twice = impact.after + np.array([0.0, 0.0, 0.0, 150.0, -90.0, 60.0])
+    odd = type(impact)("odd", "odd", 0, impact.state, struck_twice, impact.covariance, impact.plate, impact.particle, impact.corner_sigma_m)
+    contacts = [contact_of(i, 0.15, np.random.default_rng(0)) for i in (impact, odd)]
+    assert inconsistent(contacts) == ("odd",)
+
+
+def test_nothing_is_missing_where_the_rigid_impulse_is_true() -> None:
+    found = validate(made_impacts(PLAIN, 6, 12), IMPULSE_ALONE, silent)
+    assert found.verdict.kind == "nothing missing"
+    assert found.ladder.missing == ()
+    assert len(found.maps) == 12
+    assert found.spread.shape == (6, 6)
+
+
+@pytest.mark.parametrize(
+    ("law", "key"),
+    [
+        (PointContact(0.6, 0.15, compliance=1.1), "tangential_compliance"),
+        (PointContact(0.6, 0.15, slowing=0.25), "velocity_dependent_restitution"),
+    ],
+)
+def test_what_is_hidden_is_named_and_held_out_errors_fall(law: PointContact, key: str) -> None:
+    found = validate(made_impacts(law, 6, 13), IMPULSE_ALONE, silent)
+    assert found.verdict.missing[0] == key
+    rung = found.ladder.accepted[2]
+    assert rung.judged.cost < found.ladder.rungs[1].judged.cost - 12.0
+    assert found.ranking[0].model.key.endswith(key)
+
+
+def test_hertz_mindlin_is_behind_where_the_rigid_impulse_is_true() -> None:
+    impacts = prepared(made_impacts(PLAIN, 5, 14), 0)
+    rigid, springs = fit(impacts, RIGID), fit(impacts, hertz_mindlin_at_corner(Materials()))
+    assert rigid.cost < springs.cost
+    assert springs.values[0] == pytest.approx(0.6, abs=0.1)
+
+
+def test_a_clump_predicts_as_many_impacts_as_there_are() -> None:
+    impacts = made_impacts(PLAIN, 2, 15)
+    model = hertz_mindlin_clump(Materials(), impacts, 12)
+    after = model.predict(impacts, np.array([0.6, 0.15]))
+    assert after.shape == (2, 6)
+    rebound = [row[:3] @ i.plate.normal_world for row, i in zip(after, impacts, strict=True)]
+    assert min(rebound) > min(i.state.v_world @ i.plate.normal_world for i in impacts)
+
+
+def test_bad_questions_are_refused() -> None:
+    with pytest.raises(InputError, match="at least 4 runs, got 2"):
+        validate(made_impacts(PLAIN, 2, 16), Question(), silent)
+    with pytest.raises(InputError, match=r"contact models: .* came glue"):
+        Question(models=("glue",))
+    with pytest.raises(InputError, match="Poisson's ratio of the particle"):
+        Materials(poisson_particle=0.6)
+    with pytest.raises(InputError, match="Young's modulus of the plate"):
+        Materials(young_plate_pa=-1.0)
+
+
+def test_a_particle_that_broke_in_most_runs_is_the_verdict() -> None:
+    verdict = broken_verdict(["a", "b", "c"], 4)
+    assert verdict is not None
+    assert verdict.missing == ("chip",)
+    assert "3 of 4 runs" in verdict.sentence
+    assert broken_verdict(["a"], 4) is None
+
+
+def test_experiments_are_read_from_names() -> None:
+    assert experiment_of("stone-e03-r07") == "stone-e03"
+    assert experiment_of("toss") == "toss"
+    assert experiment_of("left-right") == "left-right"
