@@ -160,8 +160,8 @@ def _limits(r: Result) -> list[str]:
         "reason the poses do not say. They are in all figures above; far residuals have a bounded say in fits, and the medians hardly any.",
         "- Noise is taken to be the same in all tosses; it is not quite. Its tails make p-values of weak effects too small, so the "
         "small steps "
-        "(centre of mass, inertia ratios) are not findings here. The impacts of the same tosses, however, put the centre of mass on the same "
-        "axis: see [real impacts](real_impacts.md).",
+        "(centre of mass, inertia ratios) are not findings here. The impacts of the same tosses, however, put the centre of mass on the "
+        "same axis: see [real impacts](real_impacts.md).",
         "- Drag of such a cube in air (about 0.03 m/s² at 1.3 m/s) hides below the scatter from toss to toss: it is not measured.",
         "- A controlled trial of the same machinery on made trajectories with hidden drag, gravity or centre of mass is in the "
         "tests, with its "
