@@ -25,7 +25,7 @@ from estimator.motion.rigid_body import rotation_matrices
 from estimator.motion.rotation import quaternion
 from estimator.reporting import versions
 from estimator.trajectories.fitted_flights import MODEL, FittedFlight, fitted_flights
-from estimator.trajectories.free_flights import LEAST_ROWS, MOST_CONTACT, Run, free_flights, path_noise
+from estimator.trajectories.free_flights import LEAST_ROWS, MOST_CONTACT, TAILS, Run, free_flights, least_rows, path_noise
 from estimator.trajectories.meeting_flights import Meeting, meeting
 
 Array = NDArray[np.float64]
@@ -58,12 +58,23 @@ def may_have_impacts(trajectories: Sequence[Trajectory]) -> bool:
 
 def all_runs(trajectories: Sequence[Trajectory]) -> list[tuple[Run, ...]]:
     """The free flights of every trajectory, their noise taken to be the same where it is not stated."""
-    paths = [(t.times_s, centre_path(t)) for t in trajectories]
-    shared = path_noise(paths)
-    sigmas = [shared if t.sigma_x is None else float(np.median(t.sigma_x)) for t in trajectories]
     return [
-        free_flights(times, x, t.surroundings.gravity_world, sigma)
-        for t, (times, x), sigma in zip(trajectories, paths, sigmas, strict=True)
+        free_flights(t.times_s, centre_path(t), t.surroundings.gravity_world, sigma)
+        for t, sigma in zip(trajectories, _noise(trajectories), strict=True)
+    ]
+
+
+def _noise(trajectories: Sequence[Trajectory]) -> list[float]:
+    """Noise (m) of each path: as stated, or that of all."""
+    shared = path_noise([(t.times_s, centre_path(t)) for t in trajectories])
+    return [shared if t.sigma_x is None else float(np.median(t.sigma_x)) for t in trajectories]
+
+
+def least_flights(trajectories: Sequence[Trajectory]) -> list[int]:
+    """How many rows a flight of each trajectory needs for gravity to show over its noise."""
+    return [
+        least_rows(t.times_s, float(np.linalg.norm(t.surroundings.gravity_world)), TAILS * sigma)
+        for t, sigma in zip(trajectories, _noise(trajectories), strict=True)
     ]
 
 
@@ -90,12 +101,15 @@ def measure_impacts(trajectories: Sequence[Trajectory]) -> tuple[Estimate, ...]:
     """
     runs = all_runs(trajectories)
     fitted = iter(fitted_flights([(t, run) for t, own in zip(trajectories, runs, strict=True) for run in own]))
-    return tuple(_estimate(t, [next(fitted) for _ in own]) for t, own in zip(trajectories, runs, strict=True))
+    return tuple(
+        _estimate(t, [next(fitted) for _ in own], least)
+        for t, own, least in zip(trajectories, runs, least_flights(trajectories), strict=True)
+    )
 
 
-def _estimate(trajectory: Trajectory, flights: list[FittedFlight]) -> Estimate:
+def _estimate(trajectory: Trajectory, flights: list[FittedFlight], least: int) -> Estimate:
     struck = impacts_between(flights)
-    status, message = judged(len(trajectory.times_s), flights, struck, trajectory)
+    status, message = judged(trajectory, flights, struck, least)
     told: dict[str, Any] = {
         "name": trajectory.name,
         "status": status,
@@ -131,8 +145,14 @@ def impacts_between(flights: Sequence[FittedFlight]) -> list[Struck]:
     return found
 
 
-def judged(rows: int, flights: Sequence[FittedFlight], struck: Sequence[Struck], trajectory: Trajectory) -> tuple[Status, str]:
-    """The status that a trajectory deserves, and why."""
+def judged(trajectory: Trajectory, flights: Sequence[FittedFlight], struck: Sequence[Struck], least: int) -> tuple[Status, str]:
+    """The status that a trajectory deserves, and why; a flight needs ``least`` rows."""
+    rows = len(trajectory.times_s)
+    if rows < least:
+        return Status.NOT_ENOUGH_FRAMES, (
+            f"{rows} rows, where gravity shows over the noise only in {least}: neither flights nor what is none can be told. Track "
+            "longer, or state a smaller sigma_x_m where it is known."
+        )
     if not flights:
         return Status.RESTING, f"in none of {rows} rows a free flight: it rests, rolls, slides or is held; {CUT}"
     held = _held(rows, flights)

@@ -130,6 +130,13 @@ def test_poses_are_needed(tosses: list[Toss]) -> None:
         measure_impacts([bare])
 
 
+def test_too_few_rows_for_gravity_to_show_are_told(tosses: list[Toss]) -> None:
+    trajectory = _rows(tosses[0], slice(0, 12))
+    (estimate,) = measure_impacts([replace(trajectory, sigma_x=np.full((12, 3), 0.01))])
+    assert estimate.status is Status.NOT_ENOUGH_FRAMES
+    assert "12 rows, where gravity shows over the noise only in" in estimate.message
+
+
 def test_a_resting_thing_is_in_no_flight() -> None:
     times = np.arange(60) / RATE_HZ
     rng = np.random.default_rng(1)
