@@ -16,12 +16,14 @@ from scipy.stats import chi2
 
 from estimator.contact.sliding_kernel import STRONGE, follow_many
 from estimator.contact_validation.contacts import Contacts, drawn, nominal
-from estimator.contact_validation.measured import OMEGA_AFTER, V_AFTER, MeasuredImpact
+from estimator.contact_validation.measured import CANDIDATE_SHARE, OMEGA_AFTER, V_AFTER, MeasuredImpact
 from estimator.contact_validation.spread import draws_of
 
 Array = NDArray[np.float64]
 BISECTIONS = 18
 DRAWS = 60
+APART_SHARE = 0.05
+"""Corners nearer than this part of the extent are one place: hulls of many views have many."""
 ONE_CONTACT_P = 1e-4
 """Below it the jumps of velocity and spin do not belong to one contact at the corner that touched."""
 
@@ -30,9 +32,10 @@ ONE_CONTACT_P = 1e-4
 class Contact:
     """One impact as its measurement shows it.
 
-    ``point_body`` (3,) m, ``corner_clearance_m``: how much higher the next corner is. ``u_before`` and ``u_after`` (3,) m/s of the corner
-    in (tangent, tangent, normal), with ``sigma`` each. ``normal_impulse`` and ``tangential_impulse`` over mass (m/s), their ``ratio``,
-    ``restitution``; ``angle_rad`` between the corner's velocity and the normal. ``one_contact_p``: of a misfit at least this large.
+    ``point_body`` (3,) m; ``corner_clearance_m``: how much higher the next place that might touch is. ``u_before`` and ``u_after`` (3,)
+    m/s of the corner in (tangent, tangent, normal), with ``sigma`` each. ``normal_impulse`` and ``tangential_impulse`` over mass (m/s),
+    their ``ratio``, ``restitution``; ``angle_rad`` between the corner's velocity and the normal. ``one_contact_p``: of a misfit at
+    least this large.
     """
 
     name: str
@@ -64,11 +67,10 @@ def contact_of(impact: MeasuredImpact, friction: float, rng: np.random.Generator
     u, us = here.velocities(), there.velocities()
     w, ws = _after(here, impulse), _after(there, impulses)
     tangential, tangentials = (np.linalg.norm(p[:, :2], axis=1) for p in (impulse, impulses))
-    heights = np.sort(impact.low_corners @ impact.plate.normal_world)
     return Contact(
         name=impact.name,
         point_body=impact.state.R_world_body.T @ here.lever[0],
-        corner_clearance_m=float(heights[1] - heights[0]) if len(heights) > 1 else float(impact.extent_m),
+        corner_clearance_m=clearance_m(impact),
         u_before=u[0],
         u_before_sigma=_about(us, u[0]),
         u_after=w[0],
@@ -95,6 +97,14 @@ def restitutions(contacts: Contacts, impulses: Array, friction: float) -> Float[
         more = normal < impulses[:, 2]
         low, high = np.where(more, middle, low), np.where(more, high, middle)
     return np.asarray(0.5 * (low + high))
+
+
+def clearance_m(impact: MeasuredImpact) -> float:
+    """How much higher (m) than the corner that touches the next place of the hull is, one well away from it."""
+    heights = impact.low_corners @ impact.plate.normal_world
+    lowest = int(np.argmin(heights))
+    away = np.linalg.norm(impact.low_corners - impact.low_corners[lowest], axis=1) > APART_SHARE * impact.extent_m
+    return float(heights[away].min() - heights[lowest]) if away.any() else CANDIDATE_SHARE * impact.extent_m
 
 
 def inconsistent(contacts: Sequence[Contact]) -> tuple[str, ...]:

@@ -17,7 +17,7 @@ from estimator.contact_validation.verdict import broken_verdict
 from tumble.cli.options import add_output, positive, three_numbers, verb_parser
 from tumble.contact_documents import FILE, KIND, broken_document, validation_document
 from tumble.contact_validating import DIAMOND_KG_M3, Collected, Known, collected
-from tumble.numbers import compact
+from tumble.numbers import compact, with_sigma
 from tumble.output_directory import Run, note_failures, output_directory
 from tumble.reports.contact_page import write_contact_page
 
@@ -157,4 +157,5 @@ def ladder_table(rungs: list[dict[str, Any]]) -> Table:
 def constants_words(model: dict[str, Any]) -> str:
     """Fitted constants, a line each."""
     units = {v["name"]: "" if v["unit"] == "1" else f" {v['unit']}" for v in model["values"]}
-    return "\n".join(f"{v['name'].replace('_', ' ')} {compact(v['value'], v['sigma'])}{units[v['name']]}" for v in model["values"])
+    texts = {v["name"]: with_sigma(v["value"], v["sigma"]) if v["sigma"] > 0 else compact(v["value"], 0) for v in model["values"]}
+    return "\n".join(f"{name.replace('_', ' ')} {text}{units[name]}" for name, text in texts.items())

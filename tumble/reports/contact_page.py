@@ -10,7 +10,7 @@ from markupsafe import Markup
 from datasets.atomic_files import written_whole
 from datasets.json_documents import revived
 from estimator.contact_validation.verdict import NOTHING
-from tumble.numbers import compact
+from tumble.numbers import compact, with_sigma
 from tumble.reports.contact_charts import contact_ladder_chart, contact_map_chart, experiment_chart, experiments_of, map_sentence
 from tumble.versions import versions
 
@@ -44,8 +44,8 @@ def render_contact(document: Mapping[str, Any]) -> str:
 
 def _value(entry: Mapping[str, Any]) -> str:
     unit = "" if entry["unit"] == "1" else f" {entry['unit']}"
-    return f"{entry['name'].replace('_', ' ')} {compact(entry['value'], entry['sigma'])}{unit}"
+    return f"{entry['name'].replace('_', ' ')} {_plus_minus([entry['value'], entry['sigma']])}{unit}"
 
 
 def _plus_minus(pair: list[float]) -> str:
-    return compact(pair[0], pair[1])
+    return with_sigma(pair[0], pair[1]) if pair[1] > 0 else compact(pair[0], 0)
