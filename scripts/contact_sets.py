@@ -47,7 +47,7 @@ def drop_recipe(seed: int, hidden: tuple[EffectRecipe, ...] = ()) -> Recipe:
         same_particle=True,
         particle=ParticleRecipe(irregularity=0.7, size_mm=(5.0, 7.0)),
         plate=PlateRecipe(tilt_deg=(10.0, 30.0)),
-        dropper=DropperRecipe(runs=1, height_mm=(50.0, 200.0)),
+        dropper=DropperRecipe(runs=1, height_mm=(40.0, 400.0)),
         contact_physics=hidden,
     )
 
@@ -66,14 +66,15 @@ def measured_set(recipe: Recipe, runs: int, rng: np.random.Generator) -> list[Me
             continue
         truth = truth_of(plan)
         hull = _believed(truth, rng) if hull is None else hull
-        if plan.setting is not None and plan.setting.stated is not None and _apart(truth, recipe.motion.frame_rate_hz):
+        if plan.setting is not None and plan.setting.stated is not None and touches_once(truth, recipe.motion.frame_rate_hz):
             found.append(_measured(truth.name, truth.impacts[0], hull, plan.setting.stated, rng))
         if len(found) == runs:
             break
     return found
 
 
-def _apart(truth: Truth, frame_rate_hz: float) -> bool:
+def touches_once(truth: Truth, frame_rate_hz: float) -> bool:
+    """Whether the first impact can be measured by itself: no other follows within :data:`LEAST_APART_FRAMES`."""
     times = [impact.time_s for impact in truth.impacts]
     return len(times) == 1 or (times[1] - times[0]) * frame_rate_hz >= LEAST_APART_FRAMES
 

@@ -19,16 +19,15 @@ from datasets.recipes.recipe import Recipe, RigRecipe
 from datasets.truth import Truth
 from estimator.configuration import Configuration
 from scripts.acceptance_contact import summary
-from scripts.contact_sets import SIGMAS, drop_recipe
-from synth.sequence import build_silhouette_sequence
+from scripts.contact_sets import SIGMAS, drop_recipe, touches_once
+from synth.sequence import build_silhouette_sequence, plan_sequence, truth_of
 from tests.tumble.made_up import made_up_estimate
 from tumble.cli.main import main
 from tumble.contact_documents import FILE, KIND
 from tumble.contact_validating import Known, collected_from, shape_of, worse_after
 from tumble.reports.contact_page import render_contact
 
-RUNS = (2, 3, 6, 8, 9)
-"""Of the falls of the recipe: those that touch once, or again only seven frames later."""
+RUNS = 5
 
 
 def estimate_of(observation: Observation, truth: Truth, seed: int) -> Estimate:
@@ -51,7 +50,10 @@ def estimate_of(observation: Observation, truth: Truth, seed: int) -> Estimate:
 @pytest.fixture(scope="module")
 def campaign() -> list[tuple[Observation, Truth, Estimate]]:
     recipe: Recipe = replace(drop_recipe(2024), rig=RigRecipe(drops=1))
-    pairs = [build_silhouette_sequence(recipe, index) for index in RUNS]
+    plans = {index: truth_of(plan_sequence(recipe, index)) for index in range(2 * RUNS)}
+    single = [index for index, truth in plans.items() if touches_once(truth, recipe.motion.frame_rate_hz)][:RUNS]
+    pairs = [build_silhouette_sequence(recipe, index) for index in single]
+    assert len(pairs) == RUNS
     return [(observation, truth, estimate_of(observation, truth, k)) for k, (observation, truth) in enumerate(pairs)]
 
 
