@@ -48,6 +48,11 @@ class Known:
     density_kg_m3: float = DIAMOND_KG_M3
     mesh: Path | None = None
 
+    @property
+    def enough(self) -> bool:
+        """Whether shape and plate are stated, so that no observation is needed: trajectories have none."""
+        return self.mesh is not None and self.normal_world is not None
+
     def __post_init__(self) -> None:
         require_positive(self.density_kg_m3, "density", "kg/m³")
         if self.normal_world is not None and not np.linalg.norm(self.normal_world) > 0.0:
@@ -72,9 +77,12 @@ def collected(estimates: Path, observations: Path | None, known: Known) -> Colle
         Where there are no estimates, no observations beside them, or no impact in any of them.
     """
     source = observations if observations is not None else source_of(estimates)
-    if source is None:
-        raise InputError(f"{estimates}: expected --observations FOLDER, the observations that the estimates were made from; came none.")
-    folders = {folder.name: folder for folder in observations_in(source)}
+    if source is None and not known.enough:
+        raise InputError(
+            f"{estimates}: expected --observations FOLDER, the observations that the estimates were made from; came none. Estimates of "
+            "trajectories have none: give --mesh FILE and --plate=X,Y,Z."
+        )
+    folders = {} if source is None else {folder.name: folder for folder in observations_in(source)}
 
     def observation_of(name: str) -> Observation | None:
         return read_observation(folders[name]) if name in folders else None
@@ -99,14 +107,14 @@ def _with(found: Collected, estimate: Estimate, observation_of: ObservationOf, b
     """What was collected, and one run more."""
     reason = unusable(estimate)
     observation = observation_of(estimate.name) if reason is None or may_have_broken(estimate) else None
-    if reason is None and observation is None:
+    if reason is None and observation is None and not by[0].enough:
         reason = "its observation is not beside the others"
     broken = found.broken
     if observation is not None:
         worse = worse_after(estimate, observation.clock.times_s)
         if worse is not None:
             reason, broken = worse, (*broken, estimate.name)
-    if reason is None and observation is not None:
+    if reason is None:
         try:
             return replace(found, impacts=(*found.impacts, *impacts_of(estimate, observation, *by)))
         except InputError as error:
@@ -143,17 +151,19 @@ def may_have_broken(estimate: Estimate) -> bool:
     return bool(estimate.impacts) and estimate.status in {Status.CONVERGED, Status.SECOND_CONTACT}
 
 
-def impacts_of(estimate: Estimate, observation: Observation, known: Known, shapes: dict[bytes, SolidHull]) -> tuple[MeasuredImpact, ...]:
-    """The impacts of one estimate; ``shapes`` keeps particles that several runs share.
+def impacts_of(
+    estimate: Estimate, observation: Observation | None, known: Known, shapes: dict[bytes, SolidHull]
+) -> tuple[MeasuredImpact, ...]:
+    """The impacts of one estimate; ``shapes`` keeps particles that several runs share. Without an observation ``known`` is enough.
 
     Raises
     ------
     InputError
         Where no plate is known, or the particle has no volume.
     """
-    if observation.plate is None and known.normal_world is None:
+    if known.normal_world is None and (observation is None or observation.plate is None):
         raise InputError("no plate is stated; give its normal with --plate=X,Y,Z")
-    key = _key(observation)
+    key = b"" if observation is None else _key(observation)
     if key not in shapes:
         shapes[key] = shape_of(observation, estimate, known)
     hull = fitted_hull(shapes[key], estimate)
@@ -163,8 +173,8 @@ def impacts_of(estimate: Estimate, observation: Observation, known: Known, shape
     )
 
 
-def _plate(observation: Observation, known: Known, place: Array) -> Plate:
-    stated = observation.plate
+def _plate(observation: Observation | None, known: Known, place: Array) -> Plate:
+    stated = None if observation is None else observation.plate
     if known.normal_world is None:
         assert stated is not None
         return stated
@@ -183,16 +193,17 @@ def _key(observation: Observation) -> bytes:
     return b"".join(parts)
 
 
-def shape_of(observation: Observation, estimate: Estimate, known: Known) -> SolidHull:
+def shape_of(observation: Observation | None, estimate: Estimate, known: Known) -> SolidHull:
     """The particle in its own frame (vertices in the particle frame): the mesh, or what the calibrated views show."""
     if known.mesh is not None:
         mesh = read_mesh(known.mesh)
         vertices = np.asarray(mesh.vertices)
     else:
+        assert observation is not None
         particle = observed_particle(observation, configuration_from_dict(estimate.configuration))
         mesh, vertices = particle.hull, hull_vertices(particle)
     filled = solid_hull_of(mesh, known.density_kg_m3)
-    scale = 1.0 if observation.mass_kg is None else observation.mass_kg / filled.solid.mass_kg
+    scale = 1.0 if observation is None or observation.mass_kg is None else observation.mass_kg / filled.solid.mass_kg
     solid = Solid(filled.solid.mass_kg * scale, filled.solid.volume_m3, filled.solid.inertia_body * scale)
     return SolidHull(solid, vertices)
 

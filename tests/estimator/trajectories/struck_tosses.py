@@ -13,8 +13,8 @@ from datasets.vocabulary.body import Body
 Array = NDArray[np.float64]
 GRAVITY, RATE_HZ = np.array([0.0, 0.0, -9.81]), 148.0
 RATIOS = np.array([0.6, 0.8, 1.0])
-RADIUS2 = 0.003
-"""Largest moment of inertia over mass, m²."""
+RADIUS2 = 0.01 / 6.0
+"""Largest moment of inertia over mass, m²: that of a solid cube with these corners."""
 CORNERS = 0.05 * np.array([[a, b, c] for a in (-1, 1) for b in (-1, 1) for c in (-1, 1)], dtype=np.float64)
 SIGMA_X, SIGMA_THETA = 3e-5, 1e-3
 
