@@ -16,7 +16,7 @@ from datasets.observation import CalibratedView, Observation
 from estimator.configuration import Configuration
 from estimator.effects.link import Setting
 from estimator.fitting.campaign import Campaign, CampaignState
-from estimator.fitting.model_errors import SequenceTask, seen_hulls
+from estimator.fitting.model_errors import SequenceTask, seen_outlines
 from estimator.fitting.pose_refinement import Views
 from estimator.fitting.rim import rim_of
 from estimator.geometry.outline_shape import outline_shape
@@ -112,7 +112,7 @@ def _one(
     )
     vertices = (particle.hull.vertices - particle.body.com_particle) @ particle.body.R_particle_body
     flight = candidates[0].solution.state
-    shape = outline_shape(seen_hulls(task, flight, particle.hull.vertices))
+    shape = outline_shape(seen_outlines(task, flight, particle.hull))
     task = biased_task(observation, task, particle, flight, configuration)
     return SequenceTask(observation.name, task, setting, rim_of(vertices), shape), flight, views
 

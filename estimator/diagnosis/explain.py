@@ -134,7 +134,7 @@ def _steps(
         if not chosen:
             continue
         errors = [error, *(held_out(campaign, each.fit.state, each.fit.model) for each in chosen)]
-        last = max((i for i, each in enumerate(errors) if each.rms_px < error.rms_px), default=0)
+        last = min(range(len(errors)), key=lambda i: errors[i].rms_px)
         steps = tuple(
             Step(each.test.effect.entry.key, each.group, each.test.p, tuple(tests), ranking, before, after, last > 0, each.fit)
             for each, before, after in zip(chosen[: last or None], errors[:-1], errors[1:], strict=False)

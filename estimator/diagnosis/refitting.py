@@ -19,6 +19,8 @@ from estimator.fitting.campaign import Campaign, CampaignFit, fit_campaign
 Array = NDArray[np.float64]
 FEWEST = np.exp(np.e)
 """Measurements, of which the penalty is Akaike's 2."""
+FEWEST_REFITTED = 3
+"""Where effects are large the linear look says little of those behind the first."""
 MANY = 4
 """Parameters, beyond which an effect may imitate two others of fewer."""
 Found = tuple[list[ScoreTest], EfficientScores, Ranking]
@@ -77,8 +79,9 @@ class Refitted:
 def contenders(campaign: Campaign, fit: CampaignFit, found: Found, rules: Rules) -> tuple[Refitted, ...]:
     """The effect to add, refitted; or two, where one alone does not explain what both do: the larger one, then both."""
     tests, _, ranking = found
-    known = [h for h in ranking.hypotheses if not tests[h.effect].random]
-    close = [h for h in known if h.criterion <= known[0].criterion + rules.window][: rules.shortlist]
+    known = [h for h in ranking.hypotheses if not tests[h.effect].random and tests[h.effect].counts]
+    window = known[0].criterion + rules.window
+    close = [h for i, h in enumerate(known[: rules.shortlist]) if i < FEWEST_REFITTED or h.criterion <= window]
     refitted = _judged([_refit(campaign, fit, tests, h) for h in close], penalty_of(campaign))
     chosen = refitted[0]
     if chosen.parameters > MANY or chi2.sf(chosen.left, max(chosen.columns, 1)) < rules.alpha:

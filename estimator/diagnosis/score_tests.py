@@ -80,7 +80,8 @@ class ScoreTest:
     """One effect on trial.
 
     ``theta`` (c,) one-step values of its ``columns`` and ``covariance`` (c, c); ``statistic`` and its p-value ``p``, corrected for the
-    starts tried; ``explained``: fall of the weighted sum of squares; ``start`` [sequence or None] the best start.
+    starts tried; ``explained``: fall of the weighted sum of squares; ``start`` [sequence or None] the best start. ``counts``: false where
+    an effect that comes in whole numbers has none.
     """
 
     effect: EffectModel
@@ -91,6 +92,7 @@ class ScoreTest:
     p: float
     explained: float
     starts: dict[int | None, Array]
+    counts: bool = True
 
     @property
     def random(self) -> bool:
@@ -259,8 +261,7 @@ def _test(scores: EfficientScores, candidates: Candidates, number: int, chosen: 
     sequences = {c.sequence for c in part.columns}
     p = float(chi2.sf(statistic, len(rows))) * float(tried) ** len(sequences) if len(rows) else 1.0
     theta = -inverse @ part.g
-    if _counts_nothing(candidates.effects[number], part.columns, theta):
-        p = 1.0
+    counts = not _counts_nothing(candidates.effects[number], part.columns, theta)
     starts = {sequence: candidates.starts[number][start] for (effect, sequence), start in chosen.items() if effect == number}
     return ScoreTest(
         effect=candidates.effects[number],
@@ -268,9 +269,10 @@ def _test(scores: EfficientScores, candidates: Candidates, number: int, chosen: 
         theta=theta,
         covariance=inverse @ part.M @ inverse,
         statistic=statistic,
-        p=min(p, 1.0),
+        p=min(p, 1.0) if counts else 1.0,
         explained=float(part.g @ inverse @ part.g),
         starts=starts,
+        counts=counts,
     )
 
 

@@ -4,6 +4,7 @@ import numpy as np
 
 from datasets.vocabulary.effects import EFFECTS
 from estimator.effects.link import Array, EffectModel, Places, Setting
+from estimator.effects.receding import moved_outline
 
 
 class Blooming(EffectModel):
@@ -16,4 +17,4 @@ class Blooming(EffectModel):
         del setting
         middle = 0.5 * np.array([places.camera.width_px - 1, places.camera.height_px - 1])
         r2 = np.sum((places.point_px - middle) ** 2, axis=-1)
-        return np.asarray(-theta[0] * (1.0 - r2 / (middle @ middle)))
+        return moved_outline(-theta[0] * (1.0 - r2 / (middle @ middle)), places)

@@ -4,14 +4,15 @@ import numpy as np
 
 from datasets.vocabulary.effects import EFFECTS
 from estimator.effects.link import Array, EffectModel, Places, Setting
+from estimator.effects.receding import moved_outline
 
 
 class OutlineOffset(EffectModel):
-    """A constant displacement along the normal."""
+    """A constant displacement along the normal; outlines that recede lose more at corners."""
 
     entry = EFFECTS["outline_offset"]
 
     def shift(self, theta: Array, places: Places, setting: Setting) -> Array | None:
         """The constant."""
         del setting
-        return np.full(places.radius_px.shape, float(theta[0]))
+        return moved_outline(np.full(places.radius_px.shape, float(theta[0])), places)

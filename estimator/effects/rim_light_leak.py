@@ -4,10 +4,9 @@
 within 3 px: a corner recedes with the facets that meet in it.
 """
 
-import numpy as np
-
 from datasets.vocabulary.effects import EFFECTS
 from estimator.effects.link import Array, EffectModel, Places, Setting
+from estimator.effects.receding import moved_outline
 
 
 class RimLightLeak(EffectModel):
@@ -18,5 +17,5 @@ class RimLightLeak(EffectModel):
     def shift(self, theta: Array, places: Places, setting: Setting) -> Array | None:
         """Recession by the flatness of the outline."""
         del setting
-        flatness = places.flattest_px / places.mean_radius_px[:, None, None]
-        return np.asarray(-theta[0] * flatness / (1.0 + flatness))
+        flatness = places.flattest_px / places.perimeter_radius_px[:, None, None]
+        return moved_outline(-theta[0] * flatness / (1.0 + flatness), places)

@@ -16,10 +16,12 @@ from estimator.effects.model import Model, overrides
 from estimator.fitting.prediction import Prediction, predict
 from estimator.fitting.rim import Rim
 from estimator.fitting.trajectory import FitTask, body_normals, particle_poses
+from estimator.geometry.cast_outline import cast_outline, casting_mesh
 from estimator.geometry.epipolar_tangency import TangencyErrors, tangency_errors
 from estimator.geometry.outline_bias import without_bias
 from estimator.geometry.outline_shape import ANGLES, OutlineShape
 from estimator.geometry.silhouettes import Silhouettes
+from estimator.geometry.visual_hull import HullMesh
 from estimator.motion.flight import N_PARAMETERS, OFFSET, Flight, FlightPoses, poses
 
 Array = NDArray[np.float64]
@@ -73,6 +75,14 @@ def seen_hulls_at(task: FitTask, flight: Flight, predicted: FlightPoses, vertice
         pixels = task.sightings.cameras[int(c)].intrinsics.project(vertices @ R.T + t)
         outlines.append(pixels[ConvexHull(pixels).vertices])
     return outlines
+
+
+def seen_outlines(task: FitTask, flight: Flight, mesh: HullMesh) -> list[Array]:
+    """Outlines (px) that a body's ``mesh``, particle frame, would cast under a flight, hollows included."""
+    casting = casting_mesh(mesh)
+    placed = particle_poses(flight, poses(flight, np.zeros((1, N_PARAMETERS)), task.sightings.times_s), task.sightings)
+    cameras = [task.sightings.cameras[int(c)].intrinsics for c in task.sightings.camera]
+    return [cast_outline(casting, camera, R, t) for camera, R, t in zip(cameras, placed.R, placed.t, strict=True)]
 
 
 def model_errors(sequence: SequenceTask, flight: Flight, model: Model, theta: Array) -> ModelErrors:
@@ -155,9 +165,11 @@ def _places(sequence: SequenceTask, prediction: Prediction, errors: TangencyErro
         normal_body=normals,
         velocity_px=_image_velocity(sequence, prediction, normals, centre_cam),
         radius_px=shape.radius_px[rows, bins],
+        perimeter_radius_px=np.maximum(shape.perimeter_radius_px, 1e-6),
         mean_radius_px=np.maximum(shape.radius_px.mean(axis=1), 1e-6),
         flattest_px=shape.flattest_px[rows, bins],
         recession=shape.recession[rows, bins],
+        erosion=shape.erosion[rows, bins],
         depth_m=centre_cam[:, 2],
         first_depth_m=float(centre_cam[first_frame, 2]),
         view_ratio=errors.jacobian[:, :, :2, 7],

@@ -20,11 +20,12 @@ from datasets.vocabulary.state import Motion
 from estimator.effects.link import Setting
 from estimator.effects.model import Model
 from estimator.effects.registry import MODELS
-from estimator.fitting.model_errors import ModelErrors, SequenceTask, model_errors, seen_hulls
+from estimator.fitting.model_errors import ModelErrors, SequenceTask, model_errors, seen_outlines
 from estimator.fitting.pose_refinement import Views
 from estimator.fitting.rim import rim_of
 from estimator.fitting.trajectory import FitTask, Prior, Sightings
 from estimator.geometry.outline_shape import outline_shape
+from estimator.geometry.visual_hull import HullMesh
 from estimator.motion.flight import Flight
 from synth.frame_outlines import frame_outlines
 from synth.plan import SequencePlan
@@ -129,7 +130,7 @@ def task_of(sequence: Made) -> SequenceTask:
     views = Views(seen, pose_set(plan.views), sequence.nominal.com_particle)
     task = FitTask(sightings, views, Prior(1e-4, 0.1, 0.01, 1.0), 10.0, np.ones((count, len(plan.views))))
     vertices = (plan.view_vertices - sequence.nominal.com_particle) @ sequence.nominal.R_particle_body
-    shape = outline_shape(seen_hulls(task, true_flight(sequence, 0.0), plan.view_vertices))
+    shape = outline_shape(seen_outlines(task, true_flight(sequence, 0.0), HullMesh(plan.view_vertices, plan.faces)))
     return SequenceTask("exact", task, setting_of(sequence), rim_of(vertices), shape)
 
 

@@ -17,7 +17,7 @@ from estimator.effects.model import Model, ModelForces
 from estimator.effects.registry import MODELS
 from estimator.fitting.prediction import Prediction, predict
 from estimator.fitting.time_shifts import gain_of
-from estimator.geometry.outline_shape import BLURS_PX
+from estimator.geometry.outline_shape import BLURS_PX, DEPTHS_PX
 from estimator.motion.flight import N_PARAMETERS, Flight, inertia_matrix, states
 from estimator.motion.rigid_body import States, angular_velocity, rotation_matrices
 
@@ -63,8 +63,10 @@ def places() -> Places:
         velocity_px=rng.normal(scale=2e4, size=(*shape, 2)),
         radius_px=rng.uniform(5.0, 60.0, shape),
         mean_radius_px=rng.uniform(20.0, 40.0, 5),
+        perimeter_radius_px=rng.uniform(20.0, 40.0, 5),
         flattest_px=rng.uniform(60.0, 90.0, shape),
         recession=rng.uniform(0.005, 0.1, (*shape, len(BLURS_PX))),
+        erosion=np.ones((*shape, len(DEPTHS_PX))),
         depth_m=np.linspace(0.6, 0.63, 5),
         first_depth_m=0.6,
         view_ratio=rng.uniform(-0.3, -0.1, shape),
@@ -281,7 +283,7 @@ def rim_light_leak(key: str) -> None:
     """Half the loss on a circle of any size, all of it on a long flat stretch, none at a corner far from any."""
     at = places()
     for size in (1.0, 30.0):
-        disk = replace(at, flattest_px=np.full(at.radius_px.shape, size), mean_radius_px=np.full(5, size))
+        disk = replace(at, flattest_px=np.full(at.radius_px.shape, size), perimeter_radius_px=np.full(5, size))
         np.testing.assert_allclose(shift(key, 1.0, disk), -0.5, rtol=1e-14)
     np.testing.assert_allclose(shift(key, 1.0, replace(at, flattest_px=np.full(at.radius_px.shape, 1e9))), -1.0, rtol=1e-6)
     corner = MODELS[key].shift(np.array([1.0]), replace(at, flattest_px=np.zeros(at.radius_px.shape)), SETTING)

@@ -47,3 +47,20 @@ def test_what_is_no_polygon_has_no_shape() -> None:
     shape = outline_shape([SQUARE[:2], SQUARE])
     assert not shape.radius_px[0].any()
     assert shape.take(np.array([1])).radius_px[0, 0] > 0
+
+
+def test_corners_recede_further_than_sides_where_an_outline_is_drawn_too_tight() -> None:
+    shape = outline_shape([SQUARE, circle(40.0)])
+    side, corner = 0, ANGLES // 8
+    np.testing.assert_allclose(shape.erosion[0, side], 1.0, atol=1e-9)
+    np.testing.assert_allclose(shape.erosion[0, corner], np.sqrt(2.0), rtol=1e-6)
+    np.testing.assert_allclose(shape.erosion[1], 1.0, atol=2e-3)
+
+
+def test_a_spike_recedes_as_its_own_sides_do_and_not_as_its_hull() -> None:
+    spike = np.array([[0.0, 0.0], [80.0, 0.0], [80.0, 40.0], [50.0, 40.0], [40.0, 60.0], [30.0, 40.0], [0.0, 40.0]])
+    tip = ANGLES // 4
+    half = np.arctan2(10.0, 20.0)
+    shape = outline_shape([spike])
+    np.testing.assert_allclose(shape.erosion[0, tip, :3], 1.0 / np.sin(half), rtol=1e-6)
+    assert shape.perimeter_radius_px[0] == pytest.approx((80 + 2 * 40 + 2 * 30 + 2 * np.hypot(10, 20)) / (2 * np.pi))

@@ -1,0 +1,71 @@
+"""The outline that a mesh casts in a picture, hollows between its spikes included.
+
+Edges between a face that looks at the camera and one that looks away are the mesh's contour generator; the outer boundary of their picture
+is the outline [Cipolla and Giblin, Visual Motion of Curves and Surfaces, 2000]. They are drawn sixteen times finer than the pixels. Of the
+convex outline, which the projected corners give exactly, hollows deeper than a quarter of a pixel are cut out; shallower ones are the
+roughness of a carved hull.
+"""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+import shapely
+import trimesh
+from numpy.typing import NDArray
+from scipy.spatial import ConvexHull
+
+from datasets.vocabulary.camera import Intrinsics
+from estimator.geometry.visual_hull import HullMesh
+
+Array = NDArray[np.float64]
+FINER = 16
+MARGIN_PX = 2.0
+SHALLOW_PX = 0.25
+"""Depth of a hollow that is none."""
+SIMPLER_PX = 0.05
+
+
+@dataclass(frozen=True)
+class CastingMesh:
+    """A mesh's ``vertices`` (v, 3) m, ``faces`` (f, 3), and of every edge its ``ends`` (e, 2) and the two faces ``beside`` it (e, 2)."""
+
+    vertices: Array
+    faces: NDArray[np.int64]
+    ends: NDArray[np.int64]
+    beside: NDArray[np.int64]
+
+
+def casting_mesh(mesh: HullMesh) -> CastingMesh:
+    """The mesh with its edges; faces turn the same way round."""
+    known = trimesh.Trimesh(mesh.vertices, mesh.faces, process=False)
+    return CastingMesh(mesh.vertices, mesh.faces, np.asarray(known.face_adjacency_edges), np.asarray(known.face_adjacency))
+
+
+def cast_outline(mesh: CastingMesh, camera: Intrinsics, R_cam_particle: Array, t_cam_particle: Array) -> Array:
+    """The outline (n, 2) px of the mesh, its largest part where it falls apart; hollows that are shallow are filled."""
+    pixels = camera.project(mesh.vertices @ R_cam_particle.T + t_cam_particle)
+    convex = shapely.Polygon(pixels[ConvexHull(pixels).vertices])
+    pockets = np.array(shapely.get_parts(convex.difference(shapely.Polygon(_drawn_rim(mesh, pixels)).buffer(0.0).simplify(SIMPLER_PX))))
+    rest = convex.difference(shapely.union_all([p for p in pockets if _depth_px(p, convex) > SHALLOW_PX]))
+    largest = max(shapely.get_parts(rest), key=shapely.area)
+    return np.asarray(shapely.get_coordinates(largest.exterior)[:-1])
+
+
+def _depth_px(pocket: shapely.Polygon, convex: shapely.Polygon) -> float:
+    """How far a hollow reaches in from the convex outline."""
+    return float(shapely.distance(shapely.points(shapely.get_coordinates(pocket)), convex.exterior).max())
+
+
+def _drawn_rim(mesh: CastingMesh, pixels: Array) -> Array:
+    """The outer boundary (n, 2) px of the drawn contour generator."""
+    corner = pixels.min(axis=0) - MARGIN_PX
+    a, b, c = np.moveaxis(pixels[mesh.faces], 1, 0)
+    turn = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
+    seen = turn[mesh.beside] > 0.0
+    rim = mesh.ends[seen[:, 0] != seen[:, 1]]
+    width, height = np.ceil((pixels.max(axis=0) + MARGIN_PX - corner) * FINER).astype(int)
+    drawn = np.zeros((height, width), np.uint8)
+    cv2.polylines(drawn, list(np.round((pixels[rim] - corner) * FINER).astype(np.int32)), isClosed=False, color=255)
+    contours, _ = cv2.findContours(drawn, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+    return np.asarray(max(contours, key=cv2.contourArea)[:, 0] / FINER + corner)
