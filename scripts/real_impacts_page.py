@@ -15,6 +15,8 @@ AXES = {
 }
 QUANTITIES = {"restitution": "e", "impulse_ratio": "impulse ratio"}
 TELLING_P = 1e-3
+MEDIAN_DISTANCE2 = 5.348
+"""Median of chi-squared with six degrees of freedom."""
 
 
 def page(r: Result) -> list[str]:
@@ -69,26 +71,28 @@ def _cube(r: Result) -> list[str]:
     first, last = r["passes"][0], r["passes"][-1]
     side2 = (2.0 * r["half_width_m"]) ** 2
     centre = 1e3 * (np.array(last["centre_m"]) + np.array(last["shift_m"]))
+    before, after = r["falls"][0], r["falls"][-1]
+    below = "below" if last["board_m"] < 0 else "above"
     return [
         "## What the impacts say of the cube itself",
         "",
-        f"- **Its edges are round.** Where flights meet, the lowest corner of a sharp cube would be up to 4 mm inside the "
-        f"board, that of an "
-        f"edge half as deep. A radius of {1e3 * last['rounding_m']:.1f} mm on all edges explains it to {1e3 * last['height_rms_m']:.2f} mm "
-        f"(RMS), with a board {1e3 * abs(last['board_m']):.1f} mm {'below' if last['board_m'] < 0 else 'above'} where resting "
-        f"cubes have it. "
+        "- **Its edges are round.** Where flights meet, the lowest corner of a sharp cube would be up to 4 mm inside the board, that of "
+        f"an edge half as deep. A radius of {1e3 * last['rounding_m']:.1f} mm on all edges explains it to "
+        f"{1e3 * last['height_rms_m']:.2f} mm (RMS), with a board {1e3 * abs(last['board_m']):.1f} mm {below} where resting cubes have it. "
         "Such a cube touches a plane with one of eight spheres, whatever its orientation: contact points below are theirs.",
-        f"- **Its centre of mass is not in its middle.** Spin changes by lever × impulse only if it lies at "
-        f"({centre[0]:.1f}, {centre[1]:.1f}, {centre[2]:.1f}) ± {1e3 * last['shift_sigma_m'][2]:.1f} mm in the tags' frame. The "
-        f"study of free "
-        "flight had named a centre of mass at 6.8 mm along the same axis, and dared not believe it: two ways that share no row of data "
-        f"agree. With it the noise of flights falls from {1e3 * np.mean(first['noise'][:3]):.3f} to "
-        f"{1e3 * np.mean(last['noise'][:3]):.3f} mm, "
-        f"and that of kappa below from {1e6 * first['kappa_sigma_m2']:.0f} to {1e6 * last['kappa_sigma_m2']:.0f} mm².",
+        "- **Its centre of mass is not in its middle.** Spin changes by lever × impulse only if it lies at "
+        f"({centre[0]:.1f}, {centre[1]:.1f}, {centre[2]:.1f}) ± {1e3 * last['shift_sigma_m'][2]:.1f} mm in the tags' frame. Free flight "
+        f"agrees, which knows nothing of impacts: that point falls with {after['median_ms2']:.3f} m/s², with a scatter of "
+        f"{after['scatter_ms2']:.3f} from toss to toss; the cube's middle with {before['median_ms2']:.3f} and a scatter of "
+        f"{before['scatter_ms2']:.3f}. So a good part of what [real tosses](real_tosses.md) left to an acceleration of each toss's own was "
+        f"this; it had named a centre of mass at {1e3 * r['centre_of_free_flight_m']:.1f} mm along the same axis, and did not dare to "
+        "believe it.",
         f"- **It is neither solid nor a shell.** Inertia over mass is {1e6 * last['kappa_m2']:.0f} ± "
-        f"{1e6 * last['kappa_sigma_m2']:.0f} mm²; a "
-        f"solid cube would have {1e6 * side2 / 6:.0f}, a thin shell {1e6 * side2 * 5 / 18:.0f}. Angular impulse and lever × impulse then "
-        f"correlate by {last['agreement']:.3f} over all clear impacts.",
+        f"{1e6 * last['kappa_sigma_m2']:.0f} mm² "
+        f"(± {1e6 * first['kappa_sigma_m2']:.0f} before the centre of mass was known); a solid cube would have "
+        f"{1e6 * side2 / 6:.0f}, a thin "
+        f"shell {1e6 * side2 * 5 / 18:.0f}. Angular impulse and lever × impulse then correlate by {last['agreement']:.3f} over all clear "
+        "impacts.",
         "",
     ]
 
@@ -132,11 +136,11 @@ def _contacts(r: Result) -> list[str]:
 
 def _models(r: Result) -> list[str]:
     whole = r["changes"]["clear"]
-    rows = [
-        f"| {m['model']} | {', '.join(f'{_name(n)} {v:.3f} ± {s:.3f}' for n, v, s in m['values'])} | {m['held_out']['v_rms']:.3f} "
-        f"({m['held_out']['v_rms'] / whole['v_rms']:.0%}) | {m['held_out']['omega_rms']:.2f} "
-        f"({m['held_out']['omega_rms'] / whole['omega_rms']:.0%}) | {np.sqrt(m['median_distance2'] / 5.348):.1f} | {_behind(m)} |"
+    rows = [f"| {m['model']} | {_values(m)} | {_of(m['held_out'], whole)} | {_misfit(m):.1f} | {_behind(m)} |" for m in r["models"]]
+    kinds = [
+        f"| {m['model']} | {_of(m['by_kind']['corner'], whole)} | {_of(m['by_kind']['edge'], whole)} |"
         for m in r["models"]
+        if {"corner", "edge"} <= set(m["by_kind"])
     ]
     rungs = [
         f"| {rung['added']} | {_gain(rung['gain'])} | {'yes' if rung['accepted'] else 'no'} | "
@@ -156,6 +160,12 @@ def _models(r: Result) -> list[str]:
         "| --- | --- | --- | --- | --- | --- |",
         *rows,
         "",
+        "The same for corners that strike and for the few clear impacts of an edge that lies flatter than 1.6°:",
+        "",
+        "| model | corners: v, m/s | ω, rad/s | edges: v, m/s | ω, rad/s |",
+        "| --- | --- | --- | --- | --- |",
+        *kinds,
+        "",
         "The ladder (`tumble validate-contact`): what physics has to be added to a frictionless impulse?",
         "",
         "| added | gain of the log score (95%; chance) | accepted | values |",
@@ -165,6 +175,20 @@ def _models(r: Result) -> list[str]:
         f"**{r['verdict']['sentence']}**",
         "",
     ]
+
+
+def _values(model: Result) -> str:
+    return ", ".join(f"{_name(n)} {v:.3f} ± {s:.3f}" for n, v, s in model["values"])
+
+
+def _of(errors: Result, whole: Result) -> str:
+    """Two cells: RMS errors and what they are of the changes."""
+    v, omega = errors["v_rms"], errors["omega_rms"]
+    return f"{v:.3f} ({v / whole['v_rms']:.0%}) | {omega:.2f} ({omega / whole['omega_rms']:.0%})"
+
+
+def _misfit(model: Result) -> float:
+    return float(np.sqrt(model["median_distance2"] / MEDIAN_DISTANCE2))
 
 
 def _name(parameter: str) -> str:
@@ -185,60 +209,85 @@ def _gain(gain: Sequence[float] | None) -> str:
     return f"{total:+.1f} ({low:+.1f} to {high:+.1f}; {chance:.1f})"
 
 
-def _model(r: Result, start: str) -> Result:
-    return next(m for m in r["models"] if m["model"].startswith(start))
+def _model(r: Result, title: str) -> Result:
+    return next(m for m in r["models"] if m["model"] == title)
+
+
+RIGID, SOFT, SPHERE, SMOOTH = (
+    "Mirtich–Stronge impulse",
+    "Hertz–Mindlin at the corner",
+    "sphere of the same volume",
+    "frictionless impulse",
+)
+
+
+def _ladder_words(r: Result) -> str:
+    """What the ladder added to Coulomb friction, and how much that is in errors."""
+    first, later = (np.median([e["restitution"][0] for e in r["clear"] if (e["number"] == 0) == at]) for at in (True, False))
+    seen = f"e is {first:.2f} in the first, fast impacts of a toss and {later:.2f} in later, slower ones (medians)"
+    added = [rung["added"] for rung in r["ladder"][2:] if rung["accepted"]]
+    if not added:
+        return f"- {seen[0].upper()}{seen[1:]}; no addition of the ladder predicts held-out tosses better for it."
+    rigid, best = _model(r, RIGID)["held_out"]["v_rms"], r["models"][0]["held_out"]["v_rms"]
+    return (
+        f"- The ladder adds {' and '.join(added)} to the rigid impulse. What it has seen is that {seen}: a board that recoils, "
+        f"an e that falls "
+        f"with speed, and edges that touch at a second corner would each do that. It is a small matter: the RMS error of v goes from "
+        f"{rigid:.3f} to {best:.3f} m/s, while the misfit stays."
+    )
 
 
 def _failures(r: Result) -> list[str]:
-    rigid, soft = _model(r, "Mirtich–Stronge impulse"), _model(r, "Hertz–Mindlin")
-    ball, smooth = _model(r, "sphere"), _model(r, "frictionless")
+    rigid, soft, ball, smooth = (_model(r, title) for title in (RIGID, SOFT, SPHERE, SMOOTH))
     whole = r["changes"]["clear"]
     odd = sum(e["one_contact_p"] < 1e-4 for e in r["clear"])
+    missed = [f"{smooth['held_out'][k] / whole[k]:.0%}" for k in ("v_rms", "omega_rms")]
+    corners = [f"{m['by_kind']['corner']['v_rms']:.3f} m/s and {m['by_kind']['corner']['omega_rms']:.2f} rad/s" for m in (rigid, soft)]
     return [
         "## Where each fails",
         "",
-        f"- **Frictionless**: misses {smooth['held_out']['v_rms'] / whole['v_rms']:.0%} of the change of v and "
-        f"{smooth['held_out']['omega_rms'] / whole['omega_rms']:.0%} of that of ω. The cube slides through most impacts, and "
-        f"friction turns it.",
-        f"- **Sphere of the same volume**: worse than a frictionless cube in ω ({ball['held_out']['omega_rms']:.2f} against "
-        f"{smooth['held_out']['omega_rms']:.2f} rad/s): a sphere has no lever for the normal impulse, which is what spins a cube up.",
-        f"- **Mirtich–Stronge impulse** and **Hertz–Mindlin** on the rounded corner: {rigid['held_out']['v_rms']:.3f} and "
-        f"{soft['held_out']['v_rms']:.3f} m/s, {rigid['held_out']['omega_rms']:.2f} and {soft['held_out']['omega_rms']:.2f} "
-        f"rad/s. One e and one "
-        f"μ carry over from toss to toss. Neither is right to the precision of the measurement: misfits are "
-        f"{np.sqrt(rigid['median_distance2'] / 5.348):.1f} and {np.sqrt(soft['median_distance2'] / 5.348):.1f} times it.",
+        f"- **Frictionless**: misses {missed[0]} of the change of v and {missed[1]} of that of ω, and its e goes to the lower "
+        f"bound to make "
+        "up for it. The cube slides through most impacts, and friction turns it.",
+        f"- **Sphere of the same volume**: in ω {ball['held_out']['omega_rms'] / whole['omega_rms']:.0%} of the change itself "
+        f"({ball['held_out']['omega_rms']:.2f} rad/s; a frictionless cube {smooth['held_out']['omega_rms']:.2f}): a sphere has "
+        f"no lever for "
+        "the normal impulse, which is what spins a cube up.",
+        f"- **Mirtich–Stronge impulse** and **Hertz–Mindlin** at the rounded corner leave {corners[0]}, and {corners[1]}, where corners "
+        "strike: one e and one μ carry over from toss to toss, and the two laws hardly differ where contacts slide to their "
+        "end. Neither is "
+        "right to the precision of the measurement: they miss by "
+        f"{_misfit(rigid):.1f} and {_misfit(soft):.1f} times what it leaves open.",
+        "- **Where an edge lands nearly flat** one point is the wrong picture: an edge gets its impulse at both ends, the "
+        "models give it all "
+        "to one of them (table above).",
         f"- In {odd} of {r['clear_impacts']} clear impacts the jumps of v and ω do not belong to one impulse at the point of contact "
-        "(p < 1e-4): no choice of e and μ, nor any law of one contact, can mend that. Either the point is elsewhere, by a millimetre or "
-        "so (tags stick out, faces are not at right angles to 0.5°, the board is not even to 0.3 mm), or an impulse has a "
-        "moment of its own.",
+        "(p < 1e-4): no choice of e and μ, nor any law of one contact, can mend that. Either the point is elsewhere, by a "
+        "millimetre or so, "
+        f"or an impulse has a moment of its own. Cubes at rest have tracked axes that are {r['rest']['tilt_deg']:.1f}° off the "
+        f"board (RMS), "
+        f"and heights that scatter by {1e3 * r['rest']['height_sigma_m']:.1f} mm: shape, board and tags are not known better.",
+        _ladder_words(r),
         "",
     ]
 
 
 def _several(r: Result) -> list[str]:
-    whole = r["changes"]["several_contacts"]
-    rows = [(m["model"], m["several_contacts"]) for m in r["models"]] + [
-        ("Hertz–Mindlin, eight spheres, until all is quiet", r["rounded_cube"]["several_contacts"])
-    ]
+    clear, rest = r["changes"]["clear"], r["changes"]["several_contacts"]
     kinds = {kind: sum(e["kind"] == kind for e in r["unclear"]) for kind in ("corner", "edge", "face")}
+    next_mm = 1e3 * np.median([e["next_corner_m"] for e in r["unclear"] if e["kind"] == "corner"])
+    rows = [f"| {m['model']} | {_values(m)} | {_of(m['clear'], clear)} | {_of(m['several_contacts'], rest)} |" for m in r["all"]]
     return [
         "## Several contacts in one impact",
         "",
-        f"The {len(r['unclear'])} impacts that are not clear ({kinds['edge']} with an edge nearly flat on the board, "
-        f"{kinds['face']} with a "
-        f"face, {kinds['corner']} with a corner, the next one "
-        f"{1e3 * np.median([e['next_corner_m'] for e in r['unclear'] if e['kind'] == 'corner']):.0f} mm higher in the median), "
-        f"with the values "
-        f"fitted to clear ones; median errors, and over the median change ({whole['v_median']:.2f} m/s, "
-        f"{whole['omega_median']:.1f} rad/s):",
+        f"{len(r['unclear'])} impacts are not clear: {kinds['edge']} of an edge nearly flat on the board, {kinds['face']} of a face, "
+        f"{kinds['corner']} of a corner with the next one {next_mm:.0f} mm higher in the median. All {r['impacts']} impacts together, held "
+        "out by toss as before, RMS and over the RMS change of each kind. The last model is Hertz–Mindlin on the eight spheres that the "
+        "rounded cube touches with, followed until none has touched for 30 ms:",
         "",
-        "| model | v, m/s | ω, rad/s |",
-        "| --- | --- | --- |",
-        *(
-            f"| {name} | {e['v_median']:.3f} ({e['v_median'] / whole['v_median']:.0%}) | "
-            f"{e['omega_median']:.2f} ({e['omega_median'] / whole['omega_median']:.0%}) |"
-            for name, e in rows
-        ),
+        "| model | values | clear: v, m/s | ω, rad/s | several contacts: v, m/s | ω, rad/s |",
+        "| --- | --- | --- | --- | --- | --- |",
+        *rows,
         "",
         _verdict_on_several(r),
         "",
@@ -246,14 +295,18 @@ def _several(r: Result) -> list[str]:
 
 
 def _verdict_on_several(r: Result) -> str:
-    single, several = _model(r, "Hertz–Mindlin")["several_contacts"], r["rounded_cube"]["several_contacts"]
-    clear = _model(r, "Hertz–Mindlin")["held_out"]
-    worse = single["omega_median"] / clear["omega_median"]
-    verb = "helps" if several["omega_median"] < 0.8 * single["omega_median"] else "does not help much"
+    one, eight = r["all"][1], r["all"][-1]
+    ratio = one["several_contacts"]["omega_rms"] / eight["several_contacts"]["omega_rms"]
+    medians = [one["several_contacts"][k] for k in ("v_median", "omega_median")]
+    better = [eight["several_contacts"][k] for k in ("v_median", "omega_median")]
     return (
-        f"A law of one contact is {worse:.0f} times as wrong in ω here as in clear impacts: it stops when the first corner leaves, while "
-        f"in truth the spin it made brings the next one down within a frame. Following all eight corners with the same e and μ {verb} "
-        f"({several['omega_median']:.2f} against {single['omega_median']:.2f} rad/s)."
+        f"**This is where shape matters most.** A law of one contact stops when the first corner leaves, while the spin that it "
+        f"made brings "
+        f"the next one down within a frame or two: half of these impacts are missed by more than {medians[0]:.2f} m/s and "
+        f"{medians[1]:.1f} rad/s. The same law on all corners, with one e and one μ for everything, has medians of {better[0]:.3f} m/s and "
+        f"{better[1]:.2f} rad/s, and an RMS {ratio:.1f} times smaller in ω. What it misses still are impacts that last two or "
+        f"three frames, "
+        "in which gravity acts as well, and whose pose at the impact is not one pose."
     )
 
 
