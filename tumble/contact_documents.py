@@ -105,6 +105,7 @@ def _gain(gained: Gain | None) -> Entry | None:
         "log_score": 0.5 * gained.total,
         "interval": [0.5 * gained.low, 0.5 * gained.high],
         "chance": 0.5 * gained.chance,
+        "agreement": gained.agreement,
         "beyond_chance": gained.beyond_chance,
     }
 

@@ -79,7 +79,7 @@ def _nearest(ladder: Ladder) -> str:
 
 def _more(ladder: Ladder) -> str:
     scatter = ladder.accepted[-1].judged.fitted.scatter
-    scattered = f"; restitution scatters by {scatter:.3f} from impact to impact" if scatter > 0.0 else ""
+    scattered = f"; restitution scatters by {scatter:.3f} from impact to impact"
     return f"use these constants{scattered}. More runs, heights and tilts would show smaller effects"
 
 

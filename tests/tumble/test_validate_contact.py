@@ -3,6 +3,7 @@
 import dataclasses
 import json
 from dataclasses import replace
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -20,7 +21,7 @@ from datasets.truth import Truth
 from estimator.configuration import Configuration
 from scripts.acceptance_contact import summary
 from scripts.contact_sets import SIGMAS, drop_recipe, touches_once
-from synth.sequence import build_silhouette_sequence, plan_sequence, truth_of
+from synth.sequence import build_silhouette_sequence
 from tests.tumble.made_up import made_up_estimate
 from tumble.cli.main import main
 from tumble.contact_documents import FILE, KIND
@@ -50,10 +51,8 @@ def estimate_of(observation: Observation, truth: Truth, seed: int) -> Estimate:
 @pytest.fixture(scope="module")
 def campaign() -> list[tuple[Observation, Truth, Estimate]]:
     recipe: Recipe = replace(drop_recipe(2024), rig=RigRecipe(drops=1))
-    plans = {index: truth_of(plan_sequence(recipe, index)) for index in range(2 * RUNS)}
-    single = [index for index, truth in plans.items() if touches_once(truth, recipe.motion.frame_rate_hz)][:RUNS]
-    pairs = [build_silhouette_sequence(recipe, index) for index in single]
-    assert len(pairs) == RUNS
+    made = (build_silhouette_sequence(recipe, index) for index in range(3 * RUNS))
+    pairs = list(islice((pair for pair in made if touches_once(pair[1], recipe.motion.frame_rate_hz)), RUNS))
     return [(observation, truth, estimate_of(observation, truth, k)) for k, (observation, truth) in enumerate(pairs)]
 
 
