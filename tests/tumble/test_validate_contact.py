@@ -26,6 +26,7 @@ from tests.tumble.made_up import made_up_estimate
 from tumble.cli.main import main
 from tumble.contact_documents import FILE, KIND
 from tumble.contact_validating import Known, collected_from, shape_of, worse_after
+from tumble.reports.contact_charts import experiments_of
 from tumble.reports.contact_page import render_contact
 
 RUNS = 5
@@ -188,6 +189,12 @@ def test_a_page_with_markup_in_a_name_stays_a_page() -> None:
     page = render_contact({**document, "left_out": {"<script>": "broke"}, "broken": ["<script>"]})
     assert "<script>" not in page
     assert "&lt;script&gt;" in page
+
+
+def test_experiments_of_several_runs_have_a_picture_each() -> None:
+    runs = [{"experiment": e, "run": f"{e}-r{k:02d}"} for e in ("s-e00", "s-e01") for k in range(3)]
+    assert experiments_of(runs) == [("s-e00", [0, 1, 2]), ("s-e01", [3, 4, 5])]
+    assert experiments_of([runs[0], runs[3]]) == [("all runs", [0, 1])]
 
 
 def test_the_study_counts_what_was_named_and_what_was_accused() -> None:
