@@ -4,6 +4,8 @@ A kink is only a reason to look. Where the fit finds no jump of the velocities a
 measured as one free flight, in the same way as one without kinks.
 """
 
+import numpy as np
+
 from datasets.estimate import Estimate, Status
 from datasets.observation import Observation
 from estimator.configuration import Configuration
@@ -35,7 +37,7 @@ def measure(observation: Observation, configuration: Configuration) -> Estimate:
     whole = estimate_free_flight(observation, tracks, seen.particle, configuration)
     if not _doubtful(whole):
         return whole
-    resting = resting_sentence(seen, kinks)
+    resting = resting_sentence(seen, kinks, None if whole.middle is None else float(np.linalg.norm(whole.middle.omega_world)))
     if resting is not None:
         return without_numbers(whole, Status.RESTING, resting)
     return pieces if pieces is not None and whole.status is Status.NO_CONVERGENCE else whole

@@ -7,13 +7,13 @@ import pytest
 
 from datasets.estimate import Estimate, Status
 from datasets.observation import Observation
-from datasets.recipes.recipe import DropperRecipe, ParticleRecipe, PlateRecipe, Recipe, RigRecipe
+from datasets.recipes.recipe import DropperRecipe, EffectRecipe, ParticleRecipe, PlateRecipe, Recipe, RigRecipe
 from datasets.truth import Truth
 from datasets.vocabulary.clock import Clock
 from estimator.configuration import Configuration
 from estimator.fitting.impact_search import centroid_path, find_kinks
 from estimator.impact_pipeline import edge_kink
-from estimator.measuring import measure
+from estimator.measuring import HEALTHY_MEAN_SQUARE, measure
 from estimator.motion.rotation import rotation_from_vector
 from estimator.pipeline import estimate, tracks_of
 from synth.sequence import build_silhouette_sequence
@@ -149,6 +149,17 @@ def test_a_particle_that_rolls_is_refused(sequence: tuple[Observation, Truth]) -
     rolling = replace(observation, recordings=(tuple(seen),), clock=Clock(times, observation.clock.exposure_s), plate=None)
     result = measure(rolling, QUICK)
     assert (result.status, result.motion) == (Status.RESTING, None)
+
+
+def test_a_particle_that_drags_so_much_that_it_hardly_falls_is_measured() -> None:
+    """Nothing is told of the drag, and the free flight leaves large errors: which is what the user then wants to have explained."""
+    recipe = replace(
+        FREE, motion=replace(FREE.motion, frames=60), effects=(EffectRecipe("gravity", {"dg_x": 0.0, "dg_y": -9.9, "dg_z": 0.0}),)
+    )
+    observation = build_silhouette_sequence(recipe, 0)[0]
+    result = measure(observation, QUICK)
+    assert result.statistics["noise_mean_square"] > HEALTHY_MEAN_SQUARE
+    assert result.status is Status.CONVERGED
 
 
 def test_a_sequence_without_an_impact_is_measured_as_before() -> None:
