@@ -16,6 +16,7 @@ from estimator.geometry.epipolar_tangency import N_COLUMNS, PoseSet, TangencyErr
 from estimator.geometry.outline_bias import OutlineBias, without_bias
 from estimator.geometry.silhouettes import Silhouettes
 from estimator.motion.flight import COM, INERTIA, N_PARAMETERS, OFFSET, Flight, FlightPoses, moved, poses, poses_and_sensitivity
+from estimator.motion.rigid_body import RanAway
 
 Array = NDArray[np.float64]
 
@@ -190,7 +191,10 @@ def prior_values(flight: Flight) -> Array:
 
 
 def _cost(task: FitTask, flight: Flight) -> float:
-    predicted = poses(flight, np.zeros((1, N_PARAMETERS)), task.sightings.times_s)
+    try:
+        predicted = poses(flight, np.zeros((1, N_PARAMETERS)), task.sightings.times_s)
+    except RanAway:
+        return np.inf
     return data_cost(task, errors_of(task, flight, predicted)) + prior_cost(task, flight)
 
 

@@ -31,6 +31,10 @@ class States:
     L: Array
 
 
+class RanAway(ValueError):
+    """A flight whose spin is no longer a number: its inertia is impossible, or its steps were too far."""
+
+
 Rate = Callable[[float, States, Array], Array]
 """A rate (m, 3) at a time (s) in m states with the angular velocities (m, 3) rad/s, world frame: acceleration (m/s²) of the centre of
 mass, or torque per largest moment (rad/s²)."""
@@ -129,6 +133,8 @@ def _advance(state: States, body: _Body, span: tuple[float, float]) -> States:
     if end == time:
         return state
     spin = float(np.linalg.norm(angular_velocity(state.q, state.L, body.inverse_inertia), axis=1).max())
+    if not np.isfinite(spin):
+        raise RanAway("a flight ran away: its spin is no longer a number")
     steps = max(1, int(np.ceil(abs(end - time) * spin / MAX_TURN_RAD)))
     h = (end - time) / steps
     for _ in range(steps):

@@ -8,9 +8,10 @@ from numpy.typing import NDArray
 
 from estimator.fitting import refinement
 from estimator.fitting.refinement import Refined, Refinement, refine_flight
-from estimator.fitting.trajectory import FitTask
+from estimator.fitting.trajectory import FitTask, _cost
 from estimator.fitting.viewing_angles import with_clear_angles
-from estimator.motion.flight import N_PARAMETERS, OMEGA, THETA, V, X, moved
+from estimator.motion.flight import N_PARAMETERS, OMEGA, THETA, V, X, moved, poses
+from estimator.motion.rigid_body import RanAway
 from tests.estimator.fitting.test_within_sequence import seen_by_two, spinning
 
 Array = NDArray[np.float64]
@@ -64,3 +65,13 @@ def test_after_the_fine_steps_a_steady_one_is_enough(task: FitTask, near: Refine
     monkeypatch.setattr(refinement, "SETTLED", 0.0)
     refine_flight(task, near.flight, SETTINGS)
     assert len(taken) == refinement.FINE_STEPS
+
+
+def test_a_flight_that_cannot_be_flown_costs_more_than_any_other(task: FitTask) -> None:
+    """Its spin overflows: a step that leads there is refused instead of ending the fit."""
+    runaway = replace(spinning(), omega=np.full(3, 1e300))
+    with np.errstate(over="ignore", invalid="ignore"):
+        with pytest.raises(RanAway):
+            poses(runaway, np.zeros((1, N_PARAMETERS)), task.sightings.times_s)
+        assert _cost(task, runaway) == np.inf
+    assert np.isfinite(_cost(task, spinning()))
