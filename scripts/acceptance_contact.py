@@ -11,7 +11,6 @@ whose row is written when it is done: a killed run goes on where it was. ``--res
 
 import argparse
 import json
-import secrets
 import time
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
@@ -29,11 +28,11 @@ from estimator.configuration import Configuration
 from estimator.contact_validation.validate import LEAST_RUNS, Question, Validation, validate
 from estimator.contact_validation.verdict import broken_verdict
 from estimator.measuring import measure
+from scripts.acceptance_runs import acceptance_parser, run_missing, seed_of, write_figures
 from scripts.contact_sets import MOST_RUNS, drop_recipe, measured_set
 from synth.sequence import build_silhouette_sequence
 from tumble.contact_validating import Collected, Known, collected_from
-from tumble.engine import Item, failures, run
-from tumble.progress import progress
+from tumble.engine import Item
 
 RUNS = 10
 HIDDEN: dict[str, EffectRecipe] = {
@@ -195,32 +194,18 @@ def rows_of(items: Iterable[Item]) -> list[dict[str, Any]]:
 
 def main() -> int:
     """Run what is missing, print and write the result."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--out", type=Path, default=Path("out/acceptance_contact"))
+    parser = acceptance_parser(__doc__, "out/acceptance_contact")
     parser.add_argument("--mode", choices=("fast", "full"), default="fast")
-    parser.add_argument("--result", type=Path, help="where to write the figures as JSON")
-    parser.add_argument("--page", type=Path, help="where to write them as a page")
     parser.add_argument("--sets", type=int, default=20, help="of compliant and of rigid truth")
     parser.add_argument("--hidden-sets", type=int, default=10, help="of each hidden option")
     parser.add_argument("--cases", default=",".join(CASES))
-    parser.add_argument("--seed", type=int, help="drawn anew where it is left out")
-    parser.add_argument("--jobs", type=int, default=2)
     arguments = parser.parse_args()
-    seed = secrets.randbelow(10**8) if arguments.seed is None else arguments.seed
-    print(f"seed {seed}", flush=True)
-    arguments.out.mkdir(parents=True, exist_ok=True)
+    seed = seed_of(arguments)
     items = items_of(arguments, seed)
-    with progress("sets", len(items), quiet=False) as advance:
-        outcomes = run(one_set, items, jobs=arguments.jobs, advance=advance)
-    for outcome in failures(outcomes):
-        print(f"{outcome.name} failed: {outcome.message}")
+    run_missing(one_set, items, arguments, "sets")
     result = summary(rows_of(items), {"seed": seed, "mode": arguments.mode, "goals": GOALS})
-    text = json.dumps(result, indent=1, allow_nan=False) + "\n"
     print(json.dumps(result["cases"], indent=1))
-    for path, content in ((arguments.result, text), (arguments.page, page(result))):
-        if path is not None:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text(content, encoding="utf-8")
+    write_figures(result, page(result), arguments)
     return 0
 
 

@@ -7,9 +7,7 @@ the error of their times, errors of the velocities after them, and how often 95%
 of each sequence. ``--result FILE.json`` writes these; ``--page FILE.md`` a page of them.
 """
 
-import argparse
 import json
-import secrets
 import time
 from pathlib import Path
 from typing import Any
@@ -22,9 +20,9 @@ from datasets.recipes.recipe import DropperRecipe, ParticleRecipe, PlateRecipe, 
 from datasets.scoring.impacts import impact_summary, impact_table, score_impacts
 from estimator.configuration import Configuration
 from estimator.measuring import measure
+from scripts.acceptance_runs import acceptance_parser, run_missing, seed_of, write_figures
 from synth.sequence import build_silhouette_sequence
-from tumble.engine import Item, failures, run
-from tumble.progress import progress
+from tumble.engine import Item
 
 
 def recipe_of(seed: int, sequences: int) -> Recipe:
@@ -101,35 +99,21 @@ def _cell(told: dict[str, Any], key: str, form: str) -> str:
 
 def main() -> int:
     """Run what is missing, print and write the result."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--out", type=Path, default=Path("out/acceptance_impacts"))
-    parser.add_argument("--result", type=Path, help="where to write the figures as JSON")
-    parser.add_argument("--page", type=Path, help="where to write them as a page")
+    parser = acceptance_parser(__doc__, "out/acceptance_impacts")
     parser.add_argument("--sequences", type=int, default=100)
-    parser.add_argument("--seed", type=int, help="drawn anew where it is left out")
-    parser.add_argument("--jobs", type=int, default=2)
     arguments = parser.parse_args()
-    seed = secrets.randbelow(10**8) if arguments.seed is None else arguments.seed
-    print(f"seed {seed}", flush=True)
-    arguments.out.mkdir(parents=True, exist_ok=True)
+    seed = seed_of(arguments)
     items = []
     for index in range(arguments.sequences):
         product = arguments.out / f"{seed}-{index:04d}.json"
         payload = {"seed": seed, "sequences": arguments.sequences, "index": index, "product": str(product)}
         items.append(Item(product.stem, payload, product))
-    with progress("sequences", len(items), quiet=False) as advance:
-        outcomes = run(one_sequence, items, jobs=arguments.jobs, advance=advance)
-    for outcome in failures(outcomes):
-        print(f"{outcome.name} failed: {outcome.message}")
+    run_missing(one_sequence, items, arguments, "sequences")
     table = impact_table([row for item in items if item.product.exists() for row in json.loads(item.product.read_text())])
     table.to_csv(arguments.out / "table.csv", index=False)
     result = summary(table, seed)
-    text = json.dumps(result, indent=1, allow_nan=False) + "\n"
-    print(text)
-    for path, content in ((arguments.result, text), (arguments.page, page(result))):
-        if path is not None:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text(content, encoding="utf-8")
+    print(json.dumps(result, indent=1, allow_nan=False))
+    write_figures(result, page(result), arguments)
     return 0
 
 

@@ -7,7 +7,6 @@
 The first pass takes the tracked point for the centre of mass; its impacts say where that is, and the next pass uses it.
 """
 
-import argparse
 import json
 import time
 from collections import Counter
@@ -49,11 +48,11 @@ from scripts.real_impacts_cube import (
 )
 from scripts.real_impacts_page import page
 from scripts.real_tosses import RATE_HZ, free_flights
-from scripts.study_pages import COLOURS, figure, write_figure, write_page
+from scripts.study_pages import COLOURS, figure
+from scripts.toss_study import DOCS, TossStudy, toss_command
 from tumble.result_files import estimate_path
 
 Array = NDArray[np.float64]
-DOCS = Path("docs")
 ACRYLIC_ON_WOOD = Materials(3.2e9, 0.37, 11e9, 0.3)
 PASSES = 3
 ONE_CONTACT = ("frictionless", "sphere_equivalent", "stronge_impulse", "hertz_mindlin")
@@ -336,21 +335,7 @@ def drawn(result: dict[str, Any]) -> Figure:
 
 def main() -> int:
     """Run, or take the result that is there, and write page and picture."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--tosses", type=Path, help="folder with cube_tosses.npz")
-    parser.add_argument("--work", type=Path, default=Path("out/real_impacts"), help="where the estimates are kept")
-    parser.add_argument("--result", type=Path, default=DOCS / "results" / "real_impacts.json")
-    parser.add_argument("--page", action="store_true", help="write page and picture from the result that is there")
-    arguments = parser.parse_args()
-    if not arguments.page:
-        if arguments.tosses is None:
-            parser.error("expected --tosses FOLDER, or --page")
-        result = study(arguments.tosses / "cube_tosses.npz", arguments.work)
-        arguments.result.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
-    result = json.loads(arguments.result.read_text(encoding="utf-8"))
-    write_figure(drawn(result), DOCS / "studies" / "real_impacts.png")
-    write_page(page(result), DOCS / "studies" / "real_impacts.md")
-    return 0
+    return toss_command(TossStudy("real_impacts", "the estimates are kept", study, drawn, page), __doc__)
 
 
 if __name__ == "__main__":

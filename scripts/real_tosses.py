@@ -6,8 +6,6 @@ lowest corner comes near the board are used. Velocities in the file were filtere
 alone.
 """
 
-import argparse
-import json
 import time
 from collections.abc import Sequence
 from itertools import pairwise
@@ -36,7 +34,7 @@ from estimator.fitting.held_out import held_out
 from estimator.registration import Registered
 from estimator.trajectories.registering import register_trajectories
 from scripts.real_tosses_page import page
-from scripts.study_pages import write_figure, write_page
+from scripts.toss_study import TossStudy, toss_command
 from tumble.diagnosis_documents import value_entries
 
 Array = NDArray[np.float64]
@@ -46,7 +44,6 @@ CLEAR_M, LEAST_ROWS = 0.003, 8
 ENDS = 2
 """Rows left out at both ends, to see whether a hand or the board has a part in it."""
 ALONE = ("length_scale", "frame_rate", "gravity", "linear_drag", "quadratic_drag", "magnus_lift", "centre_of_mass", "spin_damping")
-DOCS = Path("docs")
 
 
 def free_flights(path: Path) -> list[tuple[Array, Array]]:
@@ -187,21 +184,7 @@ def drawn(result: dict[str, Any]) -> Figure:
 
 def main() -> int:
     """Run, or take the result that is there, and write page and picture."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--tosses", type=Path, help="folder with cube_tosses.npz")
-    parser.add_argument("--work", type=Path, default=Path("out/real_tosses"), help="where the trajectories are written")
-    parser.add_argument("--result", type=Path, default=DOCS / "results" / "real_tosses.json")
-    parser.add_argument("--page", action="store_true", help="write page and picture from the result that is there")
-    arguments = parser.parse_args()
-    if not arguments.page:
-        if arguments.tosses is None:
-            parser.error("expected --tosses FOLDER, or --page")
-        result = study(arguments.tosses / "cube_tosses.npz", arguments.work)
-        arguments.result.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
-    result = json.loads(arguments.result.read_text(encoding="utf-8"))
-    write_figure(drawn(result), DOCS / "studies" / "real_tosses.png")
-    write_page(page(result), DOCS / "studies" / "real_tosses.md")
-    return 0
+    return toss_command(TossStudy("real_tosses", "the trajectories are written", study, drawn, page), __doc__)
 
 
 if __name__ == "__main__":

@@ -80,6 +80,8 @@ def contenders(campaign: Campaign, fit: CampaignFit, found: Found, rules: Rules)
     """The effect to add, refitted; or two, where one alone does not explain what both do: the larger one, then both."""
     tests, _, ranking = found
     known = [h for h in ranking.hypotheses if not tests[h.effect].random and tests[h.effect].counts]
+    if not known:
+        return ()
     window = known[0].criterion + rules.window
     close = [h for i, h in enumerate(known[: rules.shortlist]) if i < FEWEST_REFITTED or h.criterion <= window]
     refitted = _judged([_refit(campaign, fit, tests, h) for h in close], penalty_of(campaign))
@@ -95,7 +97,7 @@ def random_contender(campaign: Campaign, fit: CampaignFit, found: Found, rules: 
     """The effect drawn anew in every frame that leads the linear look, refitted; nothing where none does."""
     del rules
     tests, _, ranking = found
-    first = ranking.hypotheses[0]
+    first = next(h for h in ranking.hypotheses if tests[h.effect].counts)
     return (_refit(campaign, fit, tests, first),) if tests[first.effect].random else ()
 
 

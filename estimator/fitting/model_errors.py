@@ -62,13 +62,8 @@ class ModelErrors:
         return np.repeat(self.tangency.valid[:, :, None], 2, axis=2)
 
 
-def seen_hulls(task: FitTask, flight: Flight, vertices: Array) -> list[Array]:
-    """Convex outlines (px) that a hull with ``vertices`` (v, 3) m, particle frame, would cast under a flight."""
-    return seen_hulls_at(task, flight, poses(flight, np.zeros((1, N_PARAMETERS)), task.sightings.times_s), vertices)
-
-
 def seen_hulls_at(task: FitTask, flight: Flight, predicted: FlightPoses, vertices: Array) -> list[Array]:
-    """The same at ``predicted`` poses of the body of ``flight``."""
+    """Convex outlines (px) that a hull with ``vertices`` (v, 3) m, particle frame, casts at ``predicted`` poses of a flight's body."""
     placed = particle_poses(flight, predicted, task.sightings)
     outlines = []
     for R, t, c in zip(placed.R, placed.t, task.sightings.camera, strict=True):

@@ -1,0 +1,35 @@
+"""What a step refits: effects that come in whole numbers, and have none, are no candidates."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from estimator.diagnosis import refitting
+from estimator.diagnosis.ranking import Hypothesis, Ranking
+from estimator.diagnosis.refitting import Rules, contenders, random_contender
+from estimator.diagnosis.score_tests import EfficientScores, ScoreTest
+from estimator.effects.registry import MODELS
+
+NO_SCORES = EfficientScores((), np.zeros(0), np.zeros((0, 0)), np.zeros((0, 0)))
+
+
+def trial(key: str, *, counts: bool) -> ScoreTest:
+    return ScoreTest(MODELS[key], (), np.zeros(1), np.zeros((1, 1)), 9.0, 1e-4, 9.0, {None: np.zeros(2)}, counts)
+
+
+GAP, JITTER = trial("dropped_frames", counts=False), trial("trigger_jitter", counts=True)
+LEADING_GAP = Ranking((Hypothesis(0, 1, 1.0, 5.0), Hypothesis(1, 1, 4.0, 8.0)), 20.0, 2)
+NOTHING: Any = None
+
+
+def test_a_gap_of_no_frames_is_no_contender() -> None:
+    assert contenders(NOTHING, NOTHING, ([GAP, JITTER], NO_SCORES, LEADING_GAP), Rules()) == ()
+
+
+def test_jitter_behind_a_gap_of_no_frames_leads(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(refitting, "_refit", lambda _campaign, _fit, tests, hypothesis: tests[hypothesis.effect].effect.entry.key)
+    assert random_contender(NOTHING, NOTHING, ([GAP, JITTER], NO_SCORES, LEADING_GAP), Rules()) == ("trigger_jitter",)
+    whole = [replace(GAP, counts=True), JITTER]
+    assert random_contender(NOTHING, NOTHING, (whole, NO_SCORES, LEADING_GAP), Rules()) == ()
