@@ -3,17 +3,17 @@
 import numpy as np
 import trimesh
 
-from datasets.vocabulary.body import Body
+from datasets.vocabulary.body import Body, signed_axes
 from estimator.geometry.visual_hull import HullMesh
 
 
 def body_of(mesh: HullMesh) -> Body:
-    """The rigid body that fills ``mesh`` uniformly; principal moments ascending, axes right-handed."""
+    """The rigid body that fills ``mesh`` uniformly; principal moments ascending, axes signed as :func:`signed_axes` says."""
     solid = solid_of(mesh)
     moments, axes = np.linalg.eigh(np.asarray(solid.moment_inertia, dtype=np.float64))
     return Body(
         com_particle=np.asarray(solid.center_mass, dtype=np.float64),
-        R_particle_body=right_handed(axes),
+        R_particle_body=signed_axes(axes),
         inertia_ratios=moments / moments[2],
     )
 
@@ -30,8 +30,3 @@ def solid_of(mesh: HullMesh) -> trimesh.Trimesh:
     if solid.volume < 0:
         solid.invert()
     return solid
-
-
-def right_handed(axes: np.ndarray) -> np.ndarray:
-    """Columns of ``axes`` (3, 3) with the last turned so that the determinant is +1."""
-    return axes if np.linalg.det(axes) > 0 else axes * np.array([1.0, 1.0, -1.0])

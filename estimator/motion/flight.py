@@ -22,8 +22,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.vocabulary.body import Body
-from estimator.geometry.mass_properties import right_handed
+from datasets.vocabulary.body import Body, signed_axes
 from estimator.motion.rigid_body import (
     Rate,
     States,
@@ -195,7 +194,7 @@ def velocity_sensitivity(flight: Flight, time_s: float) -> Array:
 def fitted_body(flight: Flight) -> Body:
     """The body with its fitted centre of mass and inertia, principal axes anew."""
     moments, axes = np.linalg.eigh(inertia_matrix(flight, flight.inertia[None])[0])
-    axes = right_handed(axes)
+    axes = signed_axes(axes)
     nominal = flight.body
     return Body(
         com_particle=nominal.com_particle + nominal.R_particle_body @ flight.com,

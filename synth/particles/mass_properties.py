@@ -12,7 +12,7 @@ import trimesh
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from datasets.vocabulary.body import Body
+from datasets.vocabulary.body import Body, signed_axes
 
 Array = NDArray[np.float64]
 
@@ -36,16 +36,10 @@ def mass_properties(vertices: Float[NDArray[np.float64], "v 3"], faces: NDArray[
     return MassProperties(
         body=Body(
             com_particle=np.asarray(unit.center_mass) * size + centre,
-            R_particle_body=_right_handed(axes),
+            R_particle_body=signed_axes(axes),
             inertia_ratios=moments / moments[-1],
         ),
         mass_kg=float(unit.volume) * size**3 * density_kgm3,
         inertia_kgm2=moments * size**5 * density_kgm3,
         volume_m3=float(unit.volume) * size**3,
     )
-
-
-def _right_handed(axes: Array) -> Array:
-    """Make the largest component of the first two axes positive and the third their cross product."""
-    first, second = (axes[:, k] * np.sign(axes[np.argmax(np.abs(axes[:, k])), k]) for k in (0, 1))
-    return np.column_stack([first, second, np.cross(first, second)])

@@ -15,7 +15,7 @@ from estimator.effects.curvature_bias import CurvatureBias
 from estimator.fitting.campaign import Campaign, CampaignFit
 from estimator.fitting.campaign_covariance import CampaignCovariance, campaign_covariance
 from estimator.fitting.held_out import HeldOut
-from estimator.motion.flight import N_PARAMETERS, OMEGA, V
+from estimator.motion.flight import N_PARAMETERS, OMEGA, Flight, V
 from estimator.registration import Registered
 from tumble.challenge.information import all_information
 
@@ -48,6 +48,7 @@ def answer(registered: Registered, explained: Explanation) -> dict[str, Any]:
         "tests": [_test(test) for test in first],
         "information": {key: matrix.tolist() for key, matrix in all_information(campaign, explained.base, first).items()},
         "parameters": _with_random(parameters(campaign, explained.fit, explained.covariance), explained),
+        "axes": {sequence.name: flight.body.R_particle_body.tolist() for sequence, flight in _flights(campaign, explained.fit)},
         "velocities": {
             "base": velocities(campaign, explained.base, campaign_covariance(campaign, explained.base)),
             "final": velocities(campaign, explained.fit, explained.covariance),
@@ -121,10 +122,14 @@ def velocities(campaign: Campaign, fit: CampaignFit, covariance: CampaignCovaria
     """State at the reference time of every sequence: v (m/s), omega (rad/s), world frame, with the covariance (6, 6)."""
     columns = np.r_[np.arange(N_PARAMETERS)[V], np.arange(N_PARAMETERS)[OMEGA]]
     rows: list[dict[str, Any]] = []
-    for number, (sequence, flight) in enumerate(zip(campaign.sequences, fit.state.flights, strict=True)):
+    for number, (sequence, flight) in enumerate(_flights(campaign, fit)):
         state = {"v_world": flight.v.tolist(), "omega_world": flight.omega.tolist()}
         rows.append({"sequence": sequence.name, "time_s": flight.time_s, **state, "covariance": covariance.of(number, columns).tolist()})
     return rows
+
+
+def _flights(campaign: Campaign, fit: CampaignFit) -> list[tuple[Any, Flight]]:
+    return list(zip(campaign.sequences, fit.state.flights, strict=True))
 
 
 def no_answer(reasons: Sequence[str]) -> dict[str, Any]:

@@ -58,7 +58,7 @@ def score_cases(cases: Sequence[Case], root: Path, answers: Path, oracles: Path,
             continue
         answer = answer or no_answer(["no answer"])
         rows.append({**named(case, answer), **_errors(answer, oracle), "own_ratio": own_ratio(case, answer, table), **_cpu(answer)})
-        parameters += [{"case": case.name, **row} for row in pulls(case, answer)]
+        parameters += [{"case": case.name, **row} for row in pulls(case, answer, axes_apart(case, root, answer))]
         velocities += velocity_rows(case, root, answer, oracle)
     if not rows:
         raise InputError(f"{answers}: expected answers (*.answer.json) to the campaigns of {root}, found none.")
@@ -154,15 +154,26 @@ def own_ratio(case: Case, answer: Answer, table: LimitTable) -> float:
     return min(ratios, default=math.nan)
 
 
-def pulls(case: Case, answer: Answer) -> list[dict[str, Any]]:
-    """Value, truth and pull of every size of every hidden effect in the last model."""
+def axes_apart(case: Case, root: Path, answer: Answer) -> Array:
+    """``R_found_true``: the true body's principal axes seen in those of the body that the solver carved; hulls can turn them."""
+    for sequence, found in answer.get("axes", {}).items():
+        true = read_truth(case_folder(root, case.name) / sequence).body.R_particle_body
+        return np.asarray(np.array(found).T @ true)
+    return np.eye(3)
+
+
+def pulls(case: Case, answer: Answer, R_found_true: Array) -> list[dict[str, Any]]:
+    """Value, truth and pull of every size of every hidden effect in the last model; a centre of mass along the axes that were found."""
     rows = []
     numbers = {sequence_name(case.name, i): i for i in range(case.recipe.sequences)}
     hidden = {effect.key: effect for effect in case.recipe.effects}
     for row in answer["parameters"]:
         if row["effect"] not in hidden or not row["is_size"]:
             continue
-        true = values_in_sequence(hidden[row["effect"]], numbers[row["sequence"]] if row["sequence"] else 0)[row["parameter"]]
+        sizes_there = values_in_sequence(hidden[row["effect"]], numbers[row["sequence"]] if row["sequence"] else 0)
+        if row["effect"] == "centre_of_mass":
+            sizes_there = dict(zip(sizes_there, R_found_true @ list(sizes_there.values()), strict=True))
+        true = sizes_there[row["parameter"]]
         if row["effect"] == "dropped_frames" and true == 0.0:
             continue  # where no frame is missing the place of the gap is arbitrary
         value = abs(row["value"]) if row["effect"] == "defocus_growth" else row["value"]

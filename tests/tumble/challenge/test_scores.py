@@ -64,9 +64,16 @@ def test_pulls_are_errors_over_their_standard_deviations() -> None:
     hidden = Case("c001", "single", Recipe(sequences=2, effects=(EffectRecipe("uniform_acceleration", {"a_x": (1.0, 2.0)}),)), 40, {})
     row = {"effect": "uniform_acceleration", "parameter": "a_x", "sequence": "c001-2", "value": 2.3, "sigma": 0.1, "is_size": True}
     other = {**row, "effect": "gravity", "parameter": "dg_x", "sequence": None}
-    (found,) = pulls(hidden, {"parameters": [row, other]})
+    (found,) = pulls(hidden, {"parameters": [row, other]}, np.eye(3))
     assert found["true"] == 2.0
     assert found["pull"] == pytest.approx(3.0)
+
+
+def test_a_centre_of_mass_is_judged_along_the_axes_that_were_found() -> None:
+    hidden = Case("c001", "single", Recipe(effects=(EffectRecipe("centre_of_mass", {"c1": 1.0, "c2": 2.0, "c3": 3.0}),)), 40, {})
+    row = {"effect": "centre_of_mass", "parameter": "c2", "sequence": None, "value": -2.0, "sigma": 0.1, "is_size": True}
+    (found,) = pulls(hidden, {"parameters": [row]}, np.diag([1.0, -1.0, -1.0]))
+    assert found["pull"] == pytest.approx(0.0)
 
 
 def table(hits: int, misses: int, alarms: int) -> Scored:
