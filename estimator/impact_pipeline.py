@@ -27,11 +27,13 @@ from estimator.impact_discovery import LEAST_TRACKED, kinks_of_poses
 from estimator.impact_reporting import impacts_estimate
 from estimator.motion.flight import N_PARAMETERS, Flight, poses
 from estimator.motion.piecewise import PiecewiseFlight, touch_and_sensitivity
+from estimator.motion.rigid_body import RanAway
 from estimator.outlines.result import OutlineTrack
 from estimator.particle import Particle, views_like
 from estimator.pipeline import (
     GOOD_COST,
     LOST_RMS_PX,
+    RAN_AWAY,
     RIVAL_TRACK,
     Candidate,
     NoMeasurement,
@@ -97,6 +99,8 @@ def estimate_with_impacts(seen: Seen, kinks: list[Kink], configuration: Configur
         chains, refined = _with_jumps_alone(seen, task, chains, configuration)
     except NoMeasurement as failure:
         return empty_estimate(seen.observation, seen.tracks, seen.particle, configuration, (failure.status, failure.message))
+    except RanAway:
+        return empty_estimate(seen.observation, seen.tracks, seen.particle, configuration, (Status.NO_CONVERGENCE, RAN_AWAY))
     if refined is None:
         return None
     outcome = judge_chain(chains, refined, configuration)

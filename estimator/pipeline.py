@@ -26,6 +26,7 @@ from estimator.fitting.trajectory import FitTask, Prior, Sightings, errors_of, f
 from estimator.fitting.viewing_angles import with_clear_angles
 from estimator.geometry.silhouettes import silhouettes
 from estimator.motion.flight import N_PARAMETERS, Flight, poses
+from estimator.motion.rigid_body import RanAway
 from estimator.outlines.recording import outlines_of, view_outlines_of
 from estimator.outlines.result import FrameStatus, OutlineTrack
 from estimator.particle import Particle, particle_of, views_like
@@ -39,6 +40,9 @@ GOOD_COST = 4.0
 """Cost per pair (1 is expected) of a trajectory that fits: no other starts are tried for it."""
 RIVAL_POSE, RIVAL_TRACK = 25.0, 3.0
 """A pose minimum or a track that costs more than this many times the best is no rival once a trajectory fits."""
+
+
+RAN_AWAY = "no flight fits the outlines: every fit ran away to spins that no particle has."
 
 
 class NoMeasurement(Exception):
@@ -95,6 +99,8 @@ def estimate_free_flight(
         refined, focal = refined_flight(biased_task(observation, task, particle, flight, configuration), flight, configuration)
     except NoMeasurement as failure:
         return empty_estimate(observation, tracks, particle, configuration, (failure.status, failure.message))
+    except RanAway:
+        return empty_estimate(observation, tracks, particle, configuration, (Status.NO_CONVERGENCE, RAN_AWAY))
     status, message = judge(candidates, refined, configuration)
     return converged_estimate(observation, tracks, (particle, found), refined, (status, message), configuration=configuration, focal=focal)
 
@@ -265,6 +271,8 @@ def _misses(task: FitTask, candidate: Candidate) -> bool:
     """Whether a trajectory leaves errors so far above the outlines' noise that it is no measurement."""
     if _good(task, candidate.solution):
         return False
+    if not np.isfinite(candidate.solution.equations.cost):
+        return True
     flight = candidate.solution.state
     errors = errors_of(task, flight, poses(flight, np.zeros((1, N_PARAMETERS)), task.sightings.times_s))
     return measured_noise(errors).mean_square > MOST_MEAN_SQUARE

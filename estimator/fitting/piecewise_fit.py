@@ -27,6 +27,7 @@ from estimator.fitting.refinement import (
 from estimator.fitting.trajectory import FitTask, data_cost, errors_of, pose_map, prior_cost, prior_values, unbiased_errors
 from estimator.motion.flight import N_PARAMETERS, FlightPoses
 from estimator.motion.piecewise import PiecewiseFlight, moved_piecewise, piecewise_poses, piecewise_sensitivity
+from estimator.motion.rigid_body import RanAway
 
 Array = NDArray[np.float64]
 
@@ -59,7 +60,11 @@ def fit_piecewise(task: FitTask, start: PiecewiseFlight, *, max_steps: int = 25,
 def _cost(task: FitTask, flight: PiecewiseFlight) -> float:
     if not in_order(flight):
         return float("inf")
-    return data_cost(task, errors_of(task, flight.first, flown(flight, task.sightings.times_s))) + prior_cost(task, flight.first)
+    try:
+        predicted = flown(flight, task.sightings.times_s)
+    except RanAway:
+        return float("inf")
+    return data_cost(task, errors_of(task, flight.first, predicted)) + prior_cost(task, flight.first)
 
 
 def in_order(flight: PiecewiseFlight) -> bool:
@@ -91,8 +96,12 @@ def refine_piecewise(task: FitTask, flight: PiecewiseFlight, settings: Refinemen
         moved = moved_piecewise(flight, step)
         if not in_order(moved):
             break
-        flight = moved
-        at = linearised(task, flight.first, piecewise_sensitivity(flight, times), settings)
+        try:
+            motion = piecewise_sensitivity(moved, times)
+        except RanAway:
+            settled = False
+            break
+        flight, at = moved, linearised(task, moved.first, motion, settings)
         size = float(np.max(np.abs(step) / np.sqrt(np.diag(inverse))))
         settled = size < STEADY
         if size < SETTLED or (settled and count >= FINE_STEPS):

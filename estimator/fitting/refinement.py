@@ -12,6 +12,7 @@ from estimator.fitting.trajectory import FitTask, body_normals, pose_map, prior_
 from estimator.fitting.within_sequence import WithinEquations, within_equations
 from estimator.geometry.epipolar_tangency import TangencyErrors
 from estimator.motion.flight import N_PARAMETERS, Flight, FlightPoses, moved, poses_and_sensitivity
+from estimator.motion.rigid_body import RanAway
 
 Array = NDArray[np.float64]
 MOST_STEPS, FINE_STEPS = 24, 8
@@ -74,8 +75,13 @@ def refine_flight(task: FitTask, flight: Flight, settings: Refinement) -> Refine
     for count in range(1, MOST_STEPS + 1):
         inverse = scaled_inverse(at.H)
         step = -inverse @ at.g
-        flight = moved(flight, step)
-        at = linearise(task, flight, settings)
+        further = moved(flight, step)
+        try:
+            at = linearise(task, further, settings)
+        except RanAway:
+            settled = False
+            break
+        flight = further
         size = float(np.max(np.abs(step) / np.sqrt(np.diag(inverse))))
         settled = size < STEADY
         if size < SETTLED or (settled and count >= FINE_STEPS):

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.vocabulary.camera import HsvCamera
-from estimator.fitting.levenberg_marquardt import NormalEquations, Problem, Solution, minimise
+from estimator.fitting.levenberg_marquardt import NormalEquations, Outcome, Problem, Solution, minimise
 from estimator.fitting.pose_refinement import Views
 from estimator.geometry.epipolar_tangency import N_COLUMNS, PoseSet, TangencyErrors, tangency_errors
 from estimator.geometry.outline_bias import OutlineBias, without_bias
@@ -153,13 +153,16 @@ def restricted(task: FitTask, rows: NDArray[np.int64]) -> FitTask:
 
 
 def fit(task: FitTask, start: Flight, *, max_steps: int = 25, tolerance: float = 1e-5) -> Solution[Flight]:
-    """Levenberg-Marquardt from ``start``."""
+    """Levenberg-Marquardt from ``start``; of infinite cost where that cannot be flown."""
     problem = Problem(
         cost=lambda flight: _cost(task, flight),
         linearise=lambda flight: _linearise(task, flight),
         move=moved,
     )
-    return minimise(problem, start, max_steps=max_steps, tolerance=tolerance)
+    try:
+        return minimise(problem, start, max_steps=max_steps, tolerance=tolerance)
+    except RanAway:
+        return Solution(start, NormalEquations(np.eye(N_PARAMETERS), np.zeros(N_PARAMETERS), np.inf), Outcome.STALLED, 0)
 
 
 def pose_map(sensitivity: Array) -> Array:

@@ -16,6 +16,8 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 MAX_TURN_RAD = 0.12
+FASTEST_RADS = 1e6
+"""A spin above it is no flight of a particle that a camera can follow: a fit has gone astray, and its steps would have no end."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +34,7 @@ class States:
 
 
 class RanAway(ValueError):
-    """A flight whose spin is no longer a number: its inertia is impossible, or its steps were too far."""
+    """A flight whose spin is no longer a number, or none that can be followed: its inertia is impossible, or its steps were too far."""
 
 
 Rate = Callable[[float, States, Array], Array]
@@ -133,8 +135,8 @@ def _advance(state: States, body: _Body, span: tuple[float, float]) -> States:
     if end == time:
         return state
     spin = float(np.linalg.norm(angular_velocity(state.q, state.L, body.inverse_inertia), axis=1).max())
-    if not np.isfinite(spin):
-        raise RanAway("a flight ran away: its spin is no longer a number")
+    if not spin <= FASTEST_RADS:
+        raise RanAway(f"a flight ran away: it spins with {spin:g} rad/s")
     steps = max(1, int(np.ceil(abs(end - time) * spin / MAX_TURN_RAD)))
     h = (end - time) / steps
     for _ in range(steps):

@@ -10,8 +10,10 @@ from datasets.observation import Observation
 from datasets.recipes.recipe import DropperRecipe, EffectRecipe, ParticleRecipe, PlateRecipe, Recipe, RigRecipe
 from datasets.truth import Truth
 from datasets.vocabulary.clock import Clock
+from estimator import pipeline
 from estimator.configuration import Configuration
 from estimator.fitting.impact_search import centroid_path, find_kinks
+from estimator.fitting.trajectory import fit
 from estimator.impact_pipeline import edge_kink
 from estimator.measuring import HEALTHY_MEAN_SQUARE, measure
 from estimator.motion.rotation import rotation_from_vector
@@ -160,6 +162,14 @@ def test_a_particle_that_drags_so_much_that_it_hardly_falls_is_measured() -> Non
     result = measure(observation, QUICK)
     assert result.statistics["noise_mean_square"] > HEALTHY_MEAN_SQUARE
     assert result.status is Status.CONVERGED
+
+
+def test_fits_that_all_run_away_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As happened to a particle that lost a corner: no flight of the whole one fits, and fits may end anywhere."""
+    monkeypatch.setattr(pipeline, "fit_growing", lambda _task, start: fit(_task, replace(start, omega=np.full(3, 1e7))))
+    result = measure(build_silhouette_sequence(FREE, 0)[0], QUICK)
+    assert (result.status, result.motion) == (Status.NO_CONVERGENCE, None)
+    assert "ran away" in result.message
 
 
 def test_a_sequence_without_an_impact_is_measured_as_before() -> None:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from estimator.fitting import refinement
 from estimator.fitting.refinement import Refined, Refinement, refine_flight
-from estimator.fitting.trajectory import FitTask, _cost
+from estimator.fitting.trajectory import FitTask, _cost, fit
 from estimator.fitting.viewing_angles import with_clear_angles
 from estimator.motion.flight import N_PARAMETERS, OMEGA, THETA, V, X, moved, poses
 from estimator.motion.rigid_body import RanAway
@@ -75,3 +75,17 @@ def test_a_flight_that_cannot_be_flown_costs_more_than_any_other(task: FitTask) 
             poses(runaway, np.zeros((1, N_PARAMETERS)), task.sightings.times_s)
         assert _cost(task, runaway) == np.inf
     assert np.isfinite(_cost(task, spinning()))
+
+
+def test_a_fit_that_starts_where_nothing_can_be_flown_ends_with_infinite_cost(task: FitTask) -> None:
+    """So that any other start is better; spins beyond what a camera follows count as run away before they overflow."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        for spin in (1e300, 1e7):
+            assert fit(task, replace(spinning(), omega=np.full(3, spin))).equations.cost == np.inf
+
+
+def test_a_refinement_whose_step_runs_away_stays_where_it_is(task: FitTask, near: Refined, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(refinement, "moved", lambda flight, _step: replace(flight, omega=np.full(3, 1e7)))
+    stayed = refine_flight(task, near.flight, SETTINGS)
+    assert not stayed.settled
+    np.testing.assert_array_equal(stayed.flight.omega, near.flight.omega)
