@@ -5,6 +5,7 @@ belongs to; every other link is the identity. Parameters come as an array in the
 derivatives are central differences of the link alone, in steps of the entry, so a plug-in needs none.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar
@@ -61,6 +62,29 @@ class BodyChange:
 
 
 @dataclass(frozen=True, eq=False)
+class Moving:
+    """The body in n sightings, camera axes: where it is, how it moves, and which of its points an outline shows.
+
+    ``furthest``: points (..., 3) m that lie furthest along normals (..., 3), body axes about the centre of mass; ``R_cam_body`` (n, 3, 3),
+    ``centre_cam`` (n, 3) m, ``v_cam`` (n, 3) m/s, ``omega_cam`` (n, 3) rad/s.
+    """
+
+    furthest: Callable[[Array], Array]
+    R_cam_body: Array
+    centre_cam: Array
+    v_cam: Array
+    omega_cam: Array
+
+    def arms(self, normals_body: Array) -> Array:
+        """From the centre to the points (n, k, 2, 3) m of the outline whose outward normals are ``normals_body`` (n, k, 2, 3)."""
+        return np.einsum("nij,nkmj->nkmi", self.R_cam_body, self.furthest(normals_body))
+
+    def velocity(self, arms: Array) -> Array:
+        """Velocity (n, k, 2, 3) m/s of the body's points there."""
+        return np.asarray(self.v_cam[:, None, None] + np.cross(self.omega_cam[:, None, None], arms))
+
+
+@dataclass(frozen=True, eq=False)
 class Places:
     """Where on the picture and on the outline the tangencies lie: n sightings, k views, two tangencies each.
 
@@ -71,7 +95,7 @@ class Places:
     ``recession`` (n, k, 2, S) px⁻¹ that under a blur over its square, at the tabled blurs, ``erosion`` (n, k, 2, D) that of an inner
     parallel curve over its depth, at the tabled depths;
     ``depth_m`` (n,) of the particle, ``first_depth_m`` its depth in the first frame; ``view_ratio`` (n, k, 2) px of error per px of a
-    view's outline; ``camera`` the intrinsics, ``times_s`` (n,) since the first frame.
+    view's outline; ``camera`` the intrinsics, ``times_s`` (n,) since the first frame; ``moving`` the body's movement.
     """
 
     point_px: Array
@@ -89,6 +113,7 @@ class Places:
     view_ratio: Array
     camera: Intrinsics
     times_s: Array
+    moving: Moving
 
 
 LEAST_COUNT = 0.4

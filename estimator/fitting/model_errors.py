@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
-from estimator.effects.link import Places, Setting
+from estimator.effects.link import Moving, Places, Setting
 from estimator.effects.model import Model, overrides
 from estimator.fitting.prediction import Prediction, predict
 from estimator.fitting.rim import Rim
@@ -153,12 +153,12 @@ def _places(sequence: SequenceTask, prediction: Prediction, errors: TangencyErro
     u = errors.direction[:, :, :2]
     bins = np.round(np.arctan2(u[..., 1], u[..., 0]) / (2.0 * np.pi) * ANGLES).astype(np.int64) % ANGLES
     rows, shape = np.arange(len(sightings))[:, None, None], sequence.shape
-    first_frame = int(np.argmin(sightings.times_s))
+    first_frame, moving = int(np.argmin(sightings.times_s)), _moving(sequence, prediction, centre_cam)
     return Places(
         point_px=point,
         normal=u,
         normal_body=normals,
-        velocity_px=_image_velocity(sequence, prediction, normals, centre_cam),
+        velocity_px=_image_velocity(sequence, moving, normals),
         radius_px=shape.radius_px[rows, bins],
         perimeter_radius_px=np.maximum(shape.perimeter_radius_px, 1e-6),
         mean_radius_px=np.maximum(shape.radius_px.mean(axis=1), 1e-6),
@@ -170,20 +170,27 @@ def _places(sequence: SequenceTask, prediction: Prediction, errors: TangencyErro
         view_ratio=errors.jacobian[:, :, :2, 7],
         camera=sightings.cameras[0].intrinsics,
         times_s=sightings.times_s - sequence.setting.times_s[0],
+        moving=moving,
     )
 
 
-def _image_velocity(sequence: SequenceTask, prediction: Prediction, normals: Array, centre_cam: Array) -> Array:
+def _moving(sequence: SequenceTask, prediction: Prediction, centre_cam: Array) -> Moving:
+    R_cw = sequence.task.sightings.R_cam_world
+    return Moving(
+        sequence.rim.furthest,
+        R_cw @ prediction.poses.R[:, 0],
+        centre_cam,
+        np.einsum("nij,nj->ni", R_cw, prediction.velocity),
+        np.einsum("nij,nj->ni", R_cw, prediction.omega),
+    )
+
+
+def _image_velocity(sequence: SequenceTask, moving: Moving, normals: Array) -> Array:
     """Velocity (n, k, 2, 2) px/s in the picture of the rim's points whose outward normals are ``normals``."""
-    sightings = sequence.task.sightings
-    R_cw = sightings.R_cam_world
-    arm = np.einsum("nij,nkmj->nkmi", R_cw @ prediction.poses.R[:, 0], sequence.rim.furthest(normals))
-    v = np.einsum("nij,nj->ni", R_cw, prediction.velocity)[:, None, None]
-    w = np.einsum("nij,nj->ni", R_cw, prediction.omega)[:, None, None]
-    moving = v + np.cross(np.broadcast_to(w, arm.shape), arm)
-    place = centre_cam[:, None, None] + arm
-    focal = sightings.silhouettes.focal_px[:, None, None, :]
-    return np.asarray(focal * (moving[..., :2] - place[..., :2] / place[..., 2:] * moving[..., 2:]) / place[..., 2:])
+    arms = moving.arms(normals)
+    velocity, place = moving.velocity(arms), moving.centre_cam[:, None, None] + arms
+    focal = sequence.task.sightings.silhouettes.focal_px[:, None, None, :]
+    return np.asarray(focal * (velocity[..., :2] - place[..., :2] / place[..., 2:] * velocity[..., 2:]) / place[..., 2:])
 
 
 def _jacobian(task: FitTask, model: Model, at: tuple[Array, float], seen: tuple[TangencyErrors, Prediction, Array]) -> Array:

@@ -12,7 +12,7 @@ import pytest
 from datasets.vocabulary.body import Body
 from datasets.vocabulary.camera import Intrinsics
 from datasets.vocabulary.effects import EFFECTS
-from estimator.effects.link import Places, Setting
+from estimator.effects.link import Moving, Places, Setting
 from estimator.effects.model import Model, ModelForces
 from estimator.effects.registry import MODELS
 from estimator.fitting.prediction import Prediction, predict
@@ -28,6 +28,7 @@ RATIOS = np.array([0.6, 0.8, 1.0])
 CAMERA = Intrinsics(1024, 768, 6000.0, 6100.0, 500.0, 390.0)
 CENTRE = np.array([500.0, 390.0])
 POINTS = CENTRE + np.random.default_rng(2).uniform(-300.0, 300.0, (30, 2))
+DEPTHS_M, RADIUS_M = np.linspace(0.6, 0.63, 5), 3e-3
 SETTING = Setting(TIMES, 1e-4, GRAVITY, RATIOS)
 
 
@@ -55,11 +56,12 @@ def places() -> Places:
     """Made-up tangencies of five sightings with seven views."""
     rng = np.random.default_rng(4)
     angle = rng.uniform(0.0, 2 * np.pi, (5, 7, 2))
-    shape = angle.shape
+    shape, normal = angle.shape, np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    centre = np.column_stack([rng.uniform(-0.04, 0.04, (5, 2)), DEPTHS_M])
     return Places(
         point_px=rng.uniform(0.0, 700.0, (*shape, 2)),
-        normal=np.stack([np.cos(angle), np.sin(angle)], axis=-1),
-        normal_body=np.zeros((*shape, 3)),
+        normal=normal,
+        normal_body=np.concatenate([normal, np.zeros((*shape, 1))], axis=-1),
         velocity_px=rng.normal(scale=2e4, size=(*shape, 2)),
         radius_px=rng.uniform(5.0, 60.0, shape),
         mean_radius_px=rng.uniform(20.0, 40.0, 5),
@@ -67,12 +69,18 @@ def places() -> Places:
         flattest_px=rng.uniform(60.0, 90.0, shape),
         recession=rng.uniform(0.005, 0.1, (*shape, len(BLURS_PX))),
         erosion=np.ones((*shape, len(DEPTHS_PX))),
-        depth_m=np.linspace(0.6, 0.63, 5),
+        depth_m=DEPTHS_M,
         first_depth_m=0.6,
         view_ratio=rng.uniform(-0.3, -0.1, shape),
         camera=CAMERA,
         times_s=np.arange(5) / 4000,
+        moving=Moving(ball, np.tile(np.eye(3), (5, 1, 1)), centre, rng.normal(size=(5, 3)), rng.normal(scale=100.0, size=(5, 3))),
     )
+
+
+def ball(normals: Array) -> Array:
+    """Points furthest along normals (..., 3) on a ball."""
+    return np.asarray(RADIUS_M * normals / np.linalg.norm(normals, axis=-1, keepdims=True))
 
 
 def shift(key: str, theta: float, at: Places) -> Array:
@@ -246,14 +254,19 @@ def motion_blur_threshold(key: str) -> None:
 
 
 def rolling_shutter(key: str) -> None:
-    """Odd in the motion and about the middle row, where there is none."""
-    at, middle = places(), (CAMERA.height_px - 1) / 2
-    there = shift(key, 2e-7, at)
-    np.testing.assert_allclose(shift(key, 2e-7, replace(at, velocity_px=-at.velocity_px)), -there, atol=1e-14)
-    across = at.point_px * [1.0, -1.0] + [0.0, 2 * middle]
-    np.testing.assert_allclose(shift(key, 2e-7, replace(at, point_px=across)), -there, atol=1e-12)
-    on_it = at.point_px * [1.0, 0.0] + [0.0, middle]
-    np.testing.assert_array_equal(MODELS[key].shift(np.array([2e-7]), replace(at, point_px=on_it), SETTING), 0.0)
+    """Backwards and read from the other end it is the same; a ball that moves across the rows is sheared into an ellipse."""
+    at, line_time = places(), 2e-7
+    there = shift(key, line_time, at)
+    back = replace(at, moving=replace(at.moving, v_cam=-at.moving.v_cam, omega_cam=-at.moving.omega_cam))
+    np.testing.assert_allclose(shift(key, -line_time, back), there, atol=1e-11)
+    across = np.tile([4.0, 0.0, 0.0], (5, 1))
+    moved = shift(key, line_time, replace(at, moving=replace(at.moving, v_cam=across, omega_cam=np.zeros((5, 3)))))
+    z = at.moving.centre_cam[:, None, None, 2]
+    shear = line_time * CAMERA.fx_px / z * 4.0
+    rows = CAMERA.cy_px + CAMERA.fy_px * at.moving.centre_cam[:, None, None, 1] / z - (CAMERA.height_px - 1) / 2
+    u, r = at.normal, RADIUS_M * CAMERA.fx_px / z
+    reach = r * np.hypot(u[..., 0], u[..., 1] + shear * u[..., 0]) - r
+    np.testing.assert_allclose(moved, u[..., 0] * shear * rows + reach, atol=0.02 * np.abs(moved).max())
 
 
 def outline_offset(key: str) -> None:
