@@ -22,8 +22,9 @@ class Configuration:
     from which the bias of an outline given as such is predicted for the last refinement; 0 compares views in the camera's likeness instead.
     ``momentum_starts``: angular velocities drawn when tracking fails, within ``largest_spin_rads``. ``focal_prior``: relative standard
     deviation of the high-speed camera's focal length; 0 means that it is known, otherwise it is measured with the flight, from the camera's
-    as a start. ``minimum_frames``: fewer usable frames give no measurement. ``seed`` feeds the drawn starts and the drawn noise of the
-    views' likeness.
+    as a start. ``minimum_frames``: fewer usable frames give no measurement. ``keep_out_of_plate``: 1 requires that the
+    particle does not reach into the plate it falls on; ``estimate_plate``: 1 measures the plate's plane with the flight, from what is
+    stated of it or from the impacts alone. ``seed`` feeds the drawn starts and the drawn noise of the views' likeness.
     """
 
     hull_resolution: int = 64
@@ -47,7 +48,13 @@ class Configuration:
     within_pairs: int = 600
     bias_pairs: int = 8
     foreign_view_ratio: float = 4.0
+    keep_out_of_plate: int = 0
+    estimate_plate: int = 0
     seed: int = 0
+
+
+SWITCHES = ("keep_out_of_plate", "estimate_plate")
+"""Settings that are 0 or 1."""
 
 
 def configuration_from_dict(values: Mapping[str, Any]) -> Configuration:
@@ -56,7 +63,7 @@ def configuration_from_dict(values: Mapping[str, Any]) -> Configuration:
     Raises
     ------
     InputError
-        Where a name is unknown, a type is wrong or a number is negative.
+        Where a name is unknown, a type is wrong, a number is negative or a switch is neither 0 nor 1.
     """
     fields = {field.name: field for field in dataclasses.fields(Configuration)}
     checked: dict[str, Any] = {}
@@ -72,5 +79,7 @@ def configuration_from_dict(values: Mapping[str, Any]) -> Configuration:
             raise InputError(f"estimator configuration: expected {name} to be of type {wanted.__name__}, got {value!r}")
         if value < 0:
             raise InputError(f"estimator configuration: expected {name} >= 0, got {value!r}")
+        if name in SWITCHES and value > 1:
+            raise InputError(f"estimator configuration: expected {name} to be 0 or 1, got {value!r}")
         checked[name] = wanted(value)
     return Configuration(**checked)

@@ -18,6 +18,7 @@ from estimator.fitting.impact_search import Kink
 from estimator.fitting.levenberg_marquardt import Outcome, Solution
 from estimator.fitting.noise_model import measured_noise
 from estimator.fitting.piecewise_fit import PiecewiseRefined, fit_piecewise, flown, in_order, refine_piecewise
+from estimator.fitting.plate_contact import PlateTask
 from estimator.fitting.pose_refinement import Poses, refine
 from estimator.fitting.pose_search import FoundPoses, rms_ete_px
 from estimator.fitting.segments import joined, meeting_time, segment_rows
@@ -44,6 +45,8 @@ from estimator.pipeline import (
     same_flight,
     usable_sightings,
 )
+from estimator.plate_gap import plate_gaps
+from estimator.plate_holding import plate_task
 from estimator.predicted_bias import with_bias_at
 from estimator.reporting import empty_estimate
 
@@ -103,9 +106,19 @@ def estimate_with_impacts(seen: Seen, kinks: list[Kink], configuration: Configur
         return empty_estimate(seen.observation, seen.tracks, seen.particle, configuration, (Status.NO_CONVERGENCE, RAN_AWAY))
     if refined is None:
         return None
+    plate = _plate_of(seen, refined, configuration)
+    if plate is not None:
+        refined = refined_chain(seen, task, refined.flight, configuration, plate)
     outcome = judge_chain(chains, refined, configuration)
     fitted = (seen.particle, chains[0].found)
-    return impacts_estimate(seen.observation, seen.tracks, fitted, refined, outcome, configuration=configuration)
+    return impacts_estimate(seen.observation, seen.tracks, fitted, refined, outcome, configuration=configuration, plate=plate)
+
+
+def _plate_of(seen: Seen, refined: PiecewiseRefined, configuration: Configuration) -> PlateTask | None:
+    """The plate to hold the flight to: none where that is not asked for, nor where the impacts contradict the one that is stated."""
+    if any(gap is not None and not gap.agrees for gap in plate_gaps(refined, seen.observation, seen.particle)):
+        return None
+    return plate_task(seen.observation, seen.particle, refined, configuration)
 
 
 def _with_missing_impacts(seen: Seen, task: FitTask, kinks: list[Kink], configuration: Configuration) -> list[Chain]:
@@ -236,13 +249,15 @@ def _joint(task: FitTask, flights: list[Flight], impacts_s: Array) -> Solution[P
     return fit_piecewise(task, start)
 
 
-def refined_chain(seen: Seen, task: FitTask, flight: PiecewiseFlight, configuration: Configuration) -> PiecewiseRefined:
-    """The last refinement, with the outlines' bias predicted and without pairs seen from nearly one line."""
+def refined_chain(
+    seen: Seen, task: FitTask, flight: PiecewiseFlight, configuration: Configuration, plate: PlateTask | None = None
+) -> PiecewiseRefined:
+    """The last refinement, with the outlines' bias predicted and without pairs seen from nearly one line, held to ``plate``."""
     at = flown(flight, task.sightings.times_s)
     if not any(isinstance(r, Frames) for r in seen.observation.recordings):
         rng = np.random.default_rng(configuration.seed)
         task = with_bias_at(task, seen.particle, (flight.first, at), pairs=configuration.bias_pairs, rng=rng)
-    return refine_piecewise(with_clear_angles_at(task, flight.first, at), flight, refinement_settings(configuration))
+    return refine_piecewise(with_clear_angles_at(task, flight.first, at), flight, refinement_settings(configuration), plate)
 
 
 def jumps(refined: PiecewiseRefined) -> list[float]:

@@ -12,6 +12,7 @@ from estimator.configuration import Configuration
 from estimator.fitting.impact_search import Kink, centroid_path, clear_kinks, find_kinks
 from estimator.impact_pipeline import Seen, estimate_with_impacts
 from estimator.pipeline import check_focal_prior, estimate_free_flight, observed_particle, tracks_of
+from estimator.plate_holding import check_plate_settings
 from estimator.resting import resting_sentence
 
 HEALTHY_MEAN_SQUARE = 1.0
@@ -25,9 +26,11 @@ def measure(observation: Observation, configuration: Configuration) -> Estimate:
     Raises
     ------
     datasets.errors.InputError
-        Where the observation contradicts itself: sizes, numbers of pictures, views that do not agree.
+        Where the observation contradicts itself: sizes, numbers of pictures, views that do not agree; or where it states no plate and
+        the configuration needs one.
     """
     check_focal_prior(observation, configuration)
+    check_plate_settings(observation, configuration)
     tracks = tracks_of(observation)
     seen = Seen(observation, tracks, observed_particle(observation, configuration))
     kinks = kinks_of(seen)

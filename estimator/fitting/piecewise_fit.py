@@ -13,11 +13,13 @@ from numpy.typing import NDArray
 
 from estimator.fitting.levenberg_marquardt import NormalEquations, Problem, Solution, minimise
 from estimator.fitting.noise_model import measured_noise, with_noise
+from estimator.fitting.plate_contact import PlateHeld, PlateTask, held_by_plate
 from estimator.fitting.refinement import (
     FINE_STEPS,
     MOST_STEPS,
     SETTLED,
     STEADY,
+    Linearised,
     Refined,
     Refinement,
     covariance_and_bound,
@@ -36,12 +38,13 @@ Array = NDArray[np.float64]
 class PiecewiseRefined:
     """The refined flight; ``refined`` holds its errors, noise, ``covariance`` and ``bound`` (p, p), and the first segment's flight.
 
-    ``times_s`` (n,): of its sightings.
+    ``times_s`` (n,): of its sightings. ``held``: what a plate added, where the flight was held to one.
     """
 
     flight: PiecewiseFlight
     refined: Refined
     times_s: Array
+    held: PlateHeld | None = None
 
 
 def flown(flight: PiecewiseFlight, times_s: Array) -> FlightPoses:
@@ -84,12 +87,16 @@ def linearise_piecewise(task: FitTask, flight: PiecewiseFlight) -> NormalEquatio
     return NormalEquations(H=H, g=g, cost=data_cost(task, errors) + prior_cost(task, flight.first))
 
 
-def refine_piecewise(task: FitTask, flight: PiecewiseFlight, settings: Refinement) -> PiecewiseRefined:
-    """Gauss-Newton steps with refreshed weights until they are small, as :func:`estimator.fitting.refinement.refine_flight`."""
+def refine_piecewise(task: FitTask, flight: PiecewiseFlight, settings: Refinement, plate: PlateTask | None = None) -> PiecewiseRefined:
+    """Gauss-Newton steps with refreshed weights until they are small, as :func:`estimator.fitting.refinement.refine_flight`.
+
+    With ``plate``, the flight is held to it; what that says counts as known, like the prior, in the covariance.
+    """
     times, settled = task.sightings.times_s, False
     noise = measured_noise(unbiased_errors(task, flight.first, flown(flight, times)))
     task = replace(task, sightings=replace(task.sightings, silhouettes=with_noise(task.sightings.silhouettes, noise)))
-    at = linearised(task, flight.first, piecewise_sensitivity(flight, times), settings)
+    held = None if plate is None else held_by_plate(plate, flight, times)
+    at = _with_plate(linearised(task, flight.first, piecewise_sensitivity(flight, times), settings), held)
     for count in range(1, MOST_STEPS + 1):
         inverse = scaled_inverse(at.H)
         step = -inverse @ at.g
@@ -98,16 +105,22 @@ def refine_piecewise(task: FitTask, flight: PiecewiseFlight, settings: Refinemen
             break
         try:
             motion = piecewise_sensitivity(moved, times)
+            held = None if plate is None else held_by_plate(plate, moved, times)
         except RanAway:
             settled = False
             break
-        flight, at = moved, linearised(task, moved.first, motion, settings)
+        flight, at = moved, _with_plate(linearised(task, moved.first, motion, settings), held)
         size = float(np.max(np.abs(step) / np.sqrt(np.diag(inverse))))
         settled = size < STEADY
         if size < SETTLED or (settled and count >= FINE_STEPS):
             break
     known = np.diag(np.pad(task.prior.precision, (0, flight.size - N_PARAMETERS)))
+    known = known if held is None else known + held.equations.H
     covariance, bound = covariance_and_bound(task, at, known, settings)
     places = np.column_stack([task.sightings.camera, task.sightings.frame])
     refined = Refined(flight.first, at.predicted, covariance, bound, at.errors, at.frames, at.within, settled, noise, places)
-    return PiecewiseRefined(flight, refined, times)
+    return PiecewiseRefined(flight, refined, times, held)
+
+
+def _with_plate(at: Linearised, held: PlateHeld | None) -> Linearised:
+    return at if held is None else replace(at, H=at.H + held.equations.H, g=at.g + held.equations.g)
