@@ -94,13 +94,56 @@ class ImpactEstimate:
 
 
 @dataclass(frozen=True)
+class Measured:
+    """A number and its standard deviation, in one unit."""
+
+    value: float
+    sigma: float
+
+
+@dataclass(frozen=True)
+class CollisionEstimate:
+    """What a collision of two particles was, from their motions and hulls at the one pose that each has at the impact.
+
+    ``time_s`` (continuous, shared by both). ``point_world`` (3,) m and ``normal_world`` (3,), unit, into the first particle, with
+    ``normal_sigma_rad`` about each of two axes: where the two hulls are nearest. ``gap_m``: between the hulls there, negative where they
+    overlap. Relative velocity of first against second at the point, along the normal: ``approach_ms`` (negative) and ``separation_ms``;
+    ``restitution`` is minus their ratio. ``impulse_per_mass`` (3,) m/s: the impulse on the first over its mass; ``impulse_ratio``: its
+    tangential over its normal part.
+
+    ``mass_ratio``: first over second, by ``mass_source``: ``"weighed"``, or ``"volumes"`` of the hulls at equal density.
+    ``momentum_mass_ratio`` is what the two jumps of velocity make of it. ``momentum_change_ms`` (3,) m/s with ``momentum_sigma_ms`` (3,):
+    the pair's change of momentum over the second mass, gravity aside, and ``momentum_kept``: whether it is nought within its uncertainty.
+    """
+
+    time_s: float
+    time_sigma_s: float
+    point_world: Array
+    normal_world: Array
+    normal_sigma_rad: float
+    gap_m: Measured
+    approach_ms: Measured
+    separation_ms: Measured
+    restitution: Measured
+    impulse_per_mass: Array
+    impulse_ratio: Measured
+    mass_ratio: Measured
+    mass_source: str
+    momentum_mass_ratio: Measured
+    momentum_change_ms: Array
+    momentum_sigma_ms: Array
+    momentum_kept: bool
+
+
+@dataclass(frozen=True)
 class Estimate:
     """The result for one sequence.
 
     ``start`` and ``middle`` are the velocities at the first and at the middle time of the sequence.
     ``parameters`` names the rows of ``values`` (p,), ``covariance`` and ``bound`` (p, p).
     Everything that is a measurement is ``None`` when ``status`` says that there is none.
-    ``segments`` and ``impacts``, in order of time, only where the motion has impacts.
+    ``segments`` and ``impacts``, in order of time, only where the motion has impacts. ``companion``: the same of a second particle in the
+    pictures; ``collision``: that of the two, of which ``impacts`` are then the two sides.
     """
 
     name: str
@@ -120,3 +163,5 @@ class Estimate:
     versions: dict[str, str] = field(default_factory=dict)
     segments: tuple[SegmentEstimate, ...] = ()
     impacts: tuple[ImpactEstimate, ...] = ()
+    companion: "Estimate | None" = None
+    collision: CollisionEstimate | None = None

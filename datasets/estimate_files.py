@@ -22,7 +22,12 @@ def write_estimate(estimate: Estimate, path: Path) -> None:
     TumbleError
         When the disk does not take it.
     """
-    content: Document = {
+    write_document(path, "estimate", _content(estimate))
+
+
+def _content(estimate: Estimate) -> Document:
+    companion = {} if estimate.companion is None else {"companion": _content(estimate.companion)}
+    return {
         "name": estimate.name,
         "status": estimate.status.value,
         "message": estimate.message,
@@ -39,8 +44,8 @@ def write_estimate(estimate: Estimate, path: Path) -> None:
         "configuration": estimate.configuration,
         "versions": estimate.versions,
         **measured_entries.entries(estimate),
+        **companion,
     }
-    write_document(path, "estimate", content)
 
 
 def read_estimate(path: Path) -> Estimate:
@@ -51,7 +56,10 @@ def read_estimate(path: Path) -> Estimate:
     InputError
         Naming the file, what was expected and what came.
     """
-    document = read_document(path, "estimate")
+    return _estimate(read_document(path, "estimate"), path)
+
+
+def _estimate(document: Document, path: Path) -> Estimate:
     _check(document, path)
     motion, body = document["motion"], document["body"]
     return Estimate(
@@ -72,6 +80,8 @@ def read_estimate(path: Path) -> Estimate:
         versions=document["versions"],
         segments=measured_entries.segments(document),
         impacts=measured_entries.impacts(document),
+        companion=_estimate(document["companion"], path) if "companion" in document else None,
+        collision=measured_entries.collision(document),
     )
 
 

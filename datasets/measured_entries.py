@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from datasets import state_entries
-from datasets.estimate import Estimate, ImpactEstimate, PlateGap, SegmentEstimate, VelocityEstimate
+from datasets.estimate import CollisionEstimate, Estimate, ImpactEstimate, Measured, PlateGap, SegmentEstimate, VelocityEstimate
 
 Entry = dict[str, Any]
 
@@ -28,10 +28,12 @@ def _velocity(entry: Entry) -> VelocityEstimate:
 
 
 def entries(estimate: Estimate) -> Entry:
-    """Segments and impacts as entries of a document; nothing where there is no impact."""
+    """Segments, impacts and the collision as entries of a document; nothing where there is no impact."""
     if not estimate.impacts:
         return {}
+    struck = {} if estimate.collision is None else {"collision": _collision_entry(estimate.collision)}
     return {
+        **struck,
         "segments": [{**vars(s), "velocity": velocity_entry(s.velocity)} for s in estimate.segments],
         "impacts": [_impact_entry(impact) for impact in estimate.impacts],
     }
@@ -40,6 +42,24 @@ def entries(estimate: Estimate) -> Entry:
 def _impact_entry(impact: ImpactEstimate) -> Entry:
     plate = None if impact.plate is None else dict(vars(impact.plate))
     return {**vars(impact), "before": velocity_entry(impact.before), "after": velocity_entry(impact.after), "plate": plate}
+
+
+def _collision_entry(collision: CollisionEstimate) -> Entry:
+    return {key: dict(vars(value)) if isinstance(value, Measured) else value for key, value in vars(collision).items()}
+
+
+def collision(document: Entry) -> CollisionEstimate | None:
+    """The collision of a document; ``None`` where it names none."""
+    entry = document.get("collision")
+    if entry is None:
+        return None
+    return CollisionEstimate(**{key: _collision_value(value) for key, value in entry.items()})
+
+
+def _collision_value(value: Any) -> Any:
+    if isinstance(value, dict):
+        return Measured(float(value["value"]), float(value["sigma"]))
+    return np.array(value, dtype=np.float64) if isinstance(value, list) else value
 
 
 def segments(document: Entry) -> tuple[SegmentEstimate, ...]:

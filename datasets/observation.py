@@ -58,6 +58,15 @@ class CalibratedView:
 
 
 @dataclass(frozen=True)
+class Companion:
+    """A second particle in the same pictures: its calibrated ``views``, their recording, and its mass (kg) where it was weighed."""
+
+    views: tuple[CalibratedView, ...]
+    view_recording: Recording
+    mass_kg: float | None = None
+
+
+@dataclass(frozen=True)
 class Observation:
     """Everything an estimator gets.
 
@@ -65,6 +74,10 @@ class Observation:
     ``view_recording`` has one entry per view. ``gravity_world`` in m/s². ``mass_kg`` only where it was weighed.
     ``plate``: the plate that the particle falls on, where its plane was measured. ``plate_outlines``: where the plate is seen in each
     camera's background (one per camera, ``None`` where it is not; no entries: nowhere); within it no outline can be told.
+
+    ``companion``: a second particle. Pictures then show two outlines where the two are apart and one where they are not:
+    ``further_recordings[c]`` has the smaller outline of each picture of ``recordings[c]``, empty where there is but one. Whose an outline
+    is, is not told.
     """
 
     name: str
@@ -77,3 +90,5 @@ class Observation:
     mass_kg: float | None = None
     plate: Plate | None = None
     plate_outlines: tuple[Outline | None, ...] = ()
+    companion: Companion | None = None
+    further_recordings: tuple[Recording, ...] = ()

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from datasets import state_entries
 from datasets.errors import InputError
 from datasets.json_documents import Document, read_document, write_document
-from datasets.observation import CalibratedView, Frames, Observation, Recording
+from datasets.observation import CalibratedView, Companion, Frames, Observation, Recording
 from datasets.outline_files import read_outlines, write_outlines
 from datasets.plausibility import check_observation
 from datasets.tiff_frames import FrameStackWriter, Picture, TiffFrames, write_stack
@@ -53,9 +53,15 @@ def write_observation(obs: Observation, folder: Path) -> None:
     """
     folder.mkdir(parents=True, exist_ok=True)
     plates = obs.plate_outlines or (None,) * len(obs.cameras)
+    further = obs.further_recordings or (None,) * len(obs.cameras)
     cameras = [
-        {**_camera_entry(camera), "recording": _store_camera(camera.name, recording, folder), **_plate_outline_entry(outline)}
-        for camera, recording, outline in zip(obs.cameras, obs.recordings, plates, strict=True)
+        {
+            **_camera_entry(camera),
+            "recording": _store_camera(camera.name, recording, folder),
+            **_plate_outline_entry(outline),
+            **_further_entry(camera.name, other, folder),
+        }
+        for camera, recording, outline, other in zip(obs.cameras, obs.recordings, plates, further, strict=True)
     ]
     views = {"recording": _store_views(obs, folder), "cameras": [_view_entry(view) for view in obs.views]}
     content: Document = {
@@ -68,6 +74,8 @@ def write_observation(obs: Observation, folder: Path) -> None:
     }
     if obs.plate is not None:
         content["plate"] = state_entries.plate_entry(obs.plate)
+    if obs.companion is not None:
+        content["companion"] = _companion_entry(obs.companion, folder)
     check_observation(obs, folder / FILE)
     write_document(folder / FILE, "observation", content)
 
@@ -94,6 +102,8 @@ def read_observation(folder: Path) -> Observation:
         mass_kg=document.get("mass_kg"),
         plate=state_entries.plate(document["plate"]) if "plate" in document else None,
         plate_outlines=_plate_outlines(document["cameras"]),
+        companion=_companion(document["companion"], folder) if "companion" in document else None,
+        further_recordings=_further_recordings(document, folder),
     )
     check_observation(obs, folder / FILE)
     return obs
@@ -155,6 +165,34 @@ def _plate_outlines(cameras: list[Document]) -> tuple[Outline | None, ...]:
     if not any(found):
         return ()
     return tuple(None if points is None else Outline(oriented(_array(points))) for points in found)
+
+
+def _further_entry(name: str, recording: Recording | None, folder: Path) -> Document:
+    """Left out where there is one particle."""
+    return {} if recording is None else {"further_recording": _store_outlines(recording, folder / f"further_outlines_{name}.npz")}
+
+
+def _further_recordings(document: Document, folder: Path) -> tuple[Recording, ...]:
+    """Those of all cameras; a companion needs them, and nothing else does."""
+    found = [camera["further_recording"] for camera in document["cameras"] if "further_recording" in camera]
+    wanted = len(document["cameras"]) if "companion" in document else 0
+    if len(found) != wanted:
+        raise InputError(
+            f"{folder / FILE}: expected a further_recording of {'every' if wanted else 'no'} camera, since there is "
+            f"{'a' if wanted else 'no'} companion, came {len(found)} of {len(document['cameras'])} cameras with one."
+        )
+    return tuple(_load(entry, folder) for entry in found)
+
+
+def _companion_entry(companion: Companion, folder: Path) -> Document:
+    views = [_view_entry(view) for view in companion.views]
+    recording = _store_outlines(companion.view_recording, folder / "companion_view_outlines.npz")
+    return {"mass_kg": companion.mass_kg, "views": {"recording": recording, "cameras": views}}
+
+
+def _companion(entry: Document, folder: Path) -> Companion:
+    views = tuple(_view(view) for view in entry["views"]["cameras"])
+    return Companion(views, _load(entry["views"]["recording"], folder), entry.get("mass_kg"))
 
 
 def _view_entry(view: CalibratedView) -> Document:

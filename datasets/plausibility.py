@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.errors import InputError
-from datasets.observation import Frames, Observation, Recording
+from datasets.observation import CalibratedView, Frames, Observation, Recording
 from datasets.tiff_frames import TiffFrames
 from datasets.vocabulary.camera import Intrinsics
 from datasets.vocabulary.frames import is_rotation
@@ -57,13 +57,24 @@ def check_observation(obs: Observation, path: Path) -> None:
         _check_pose(camera.R_cam_world, camera.t_cam_world, f"{path}: at {where}", "world")
         _check_intrinsics(camera.intrinsics, f"{path}: at {where}.intrinsics")
         _check_recording(recording, [camera.intrinsics] * times, path, f'camera "{camera.name}"')
-    for v, view in enumerate(obs.views):
-        where = f"{path}: at $.views.cameras[{v}]"
-        _check_pose(view.R_cam_particle, view.t_cam_particle, where, "particle")
-        _check_intrinsics(view.intrinsics, f"{where}.intrinsics")
+    for camera, recording in zip(obs.cameras, obs.further_recordings, strict=bool(obs.further_recordings)):
+        _check_recording(recording, [camera.intrinsics] * times, path, f'camera "{camera.name}", further outlines')
+    _check_views(obs.views, f"{path}: at $.views")
+    if obs.companion is not None:
+        _check_views(obs.companion.views, f"{path}: at $.companion.views")
+        _check_recording(
+            obs.companion.view_recording, [v.intrinsics for v in obs.companion.views], path, "the companion's calibrated views"
+        )
     if obs.plate is not None:
         check_plate(obs.plate, f"{path}: at $.plate")
     _check_recording(obs.view_recording, [view.intrinsics for view in obs.views], path, "calibrated views")
+
+
+def _check_views(views: tuple[CalibratedView, ...], place: str) -> None:
+    for v, view in enumerate(views):
+        where = f"{place}.cameras[{v}]"
+        _check_pose(view.R_cam_particle, view.t_cam_particle, where, "particle")
+        _check_intrinsics(view.intrinsics, f"{where}.intrinsics")
 
 
 def _check_clock(obs: Observation, path: Path) -> None:

@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Impact:
-    """One contact with the plate, from first touch to parting; vectors in the world frame, at the centre of mass.
+    """One contact with the plate, or with another particle, from first touch to parting; world frame, at the centre of mass.
 
     The body is the one that flies at the time: after it broke, what is left, about its own centre and axes.
 
@@ -27,6 +27,9 @@ class Impact:
     ``compression_work_J`` (negative) that of the normal forces at its least, ``normal_work_J`` and ``tangential_work_J`` at parting.
     ``energy_lost_J``: of the kinetic energy, against a plate at rest what the works took less what gravity gave. ``deepest_m``: the
     largest overlap of body and undeformed plate.
+
+    Of a collision each particle has its own: ``normal_world`` points into it, ``plate_velocity_world`` is that of the other one at
+    ``point_world`` at first touch, the works are those of the pair's forces, the energy its own.
     """
 
     time_s: float
@@ -76,7 +79,8 @@ class Truth:
     ``mesh_vertices`` (v, 3) m in the particle frame, ``mesh_faces`` (f, 3). ``inertia_kgm2`` principal moments (3,).
     ``symmetries`` (s, 3, 3): rotations in the particle frame, about the centre of mass, that map the body on to itself
     (identity included). ``masks``: path-backed silhouettes of the rendered tier, or ``None``. ``plate``: the true plate; ``impacts``: every
-    contact with it, in order; ``remnant``: the particle after it broke.
+    contact with it, in order; ``remnant``: the particle after it broke. ``companion``: the same of a second particle in the pictures, with
+    which the first collides; then ``impacts`` are their collisions.
     """
 
     name: str
@@ -94,3 +98,4 @@ class Truth:
     plate: Plate | None = None
     impacts: tuple[Impact, ...] = ()
     remnant: Remnant | None = None
+    companion: "Truth | None" = None

@@ -1,7 +1,7 @@
 """The truth of a sequence as a folder: ``truth.json``, ``mesh.ply``, ``motion.npz`` and, in the rendered tier, ``masks.tif``.
 
-Where the particle broke, ``mesh_remnant.ply`` is what is left of it. A mesh is a binary PLY with float64 vertices, which any mesh
-viewer opens and which loses nothing. Closed to the estimator.
+Where the particle broke, ``mesh_remnant.ply`` is what is left of it. A second particle has the folder ``companion`` within.
+A mesh is a binary PLY with float64 vertices, which any mesh viewer opens and which loses nothing. Closed to the estimator.
 """
 
 import struct
@@ -27,6 +27,7 @@ MESH_FILE = "mesh.ply"
 MOTION_FILE = "motion.npz"
 MASKS_FILE = "masks.tif"
 REMNANT_FILE = "mesh_remnant.ply"
+COMPANION_FOLDER = "companion"
 MASK_BITS = 1
 
 
@@ -58,7 +59,12 @@ def write_truth(truth: Truth, folder: Path) -> None:
         "notes": truth.notes,
     }
     if truth.plate is not None:
-        content |= {"plate": state_entries.plate_entry(truth.plate), "impacts": [impact_entry(impact) for impact in truth.impacts]}
+        content["plate"] = state_entries.plate_entry(truth.plate)
+    if truth.plate is not None or truth.impacts:
+        content["impacts"] = [impact_entry(impact) for impact in truth.impacts]
+    if truth.companion is not None:
+        write_truth(truth.companion, folder / COMPANION_FOLDER)
+        content["companion"] = COMPANION_FOLDER
     if truth.remnant is not None:
         write_mesh(folder / REMNANT_FILE, truth.remnant.mesh_vertices, truth.mesh_faces)
         content["remnant"] = remnant_entry(truth.remnant, REMNANT_FILE)
@@ -86,7 +92,7 @@ def read_truth(folder: Path) -> Truth:
     odd = next((k for k, S in enumerate(symmetries) if not is_rotation(S)), None)
     if odd is not None:
         raise InputError(f"{folder / FILE}: at $.symmetries[{odd}]: expected a rotation, came another matrix.")
-    masks, plate, remnant = (document.get(key) for key in ("masks", "plate", "remnant"))
+    masks, plate, remnant, companion = (document.get(key) for key in ("masks", "plate", "remnant", "companion"))
     return Truth(
         name=document["name"],
         motion=state_entries.motion(arrays),
@@ -103,6 +109,7 @@ def read_truth(folder: Path) -> Truth:
         plate=None if plate is None else state_entries.plate(plate),
         impacts=tuple(impact(entry) for entry in document.get("impacts", ())),
         remnant=None if remnant is None else _remnant(remnant, folder, len(vertices)),
+        companion=None if companion is None else read_truth(folder / companion),
     )
 
 

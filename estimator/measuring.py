@@ -11,6 +11,7 @@ from datasets.observation import Observation
 from estimator.configuration import Configuration
 from estimator.fitting.impact_search import Kink, centroid_path, clear_kinks, find_kinks
 from estimator.impact_pipeline import Seen, estimate_with_impacts
+from estimator.pairs.measuring import measure_pair
 from estimator.pipeline import check_focal_prior, estimate_free_flight, observed_particle, tracks_of
 from estimator.plate_holding import check_plate_settings
 from estimator.resting import resting_sentence
@@ -31,6 +32,8 @@ def measure(observation: Observation, configuration: Configuration) -> Estimate:
     """
     check_focal_prior(observation, configuration)
     check_plate_settings(observation, configuration)
+    if observation.companion is not None:
+        return measure_pair(observation, configuration)
     tracks = tracks_of(observation)
     seen = Seen(observation, tracks, observed_particle(observation, configuration))
     kinks = kinks_of(seen)

@@ -18,6 +18,7 @@ from datasets.vocabulary.outline import Outline
 from synth.drops import Drop, frame_counts, planned_drop, random_experiment
 from synth.effects import EffectsInForce, FlyingBody, effects_in_force
 from synth.frame_outlines import frame_outlines
+from synth.pair_sequence import pair_sequence
 from synth.particles.particle import Particle, particle
 from synth.plan import SequencePlan
 from synth.planned_flight import Course, planned_flight
@@ -37,6 +38,8 @@ def build_silhouette_sequence(recipe: Recipe, index: int) -> tuple[Observation, 
     InputError
         Where a mesh is bad or no flight fits the picture.
     """
+    if recipe.pair is not None:
+        return pair_sequence(recipe, index, hsv_camera(recipe.hsv))
     plan = plan_sequence(recipe, index)
     return silhouette_observation(plan, recipe, index), truth_of(plan)
 
@@ -49,7 +52,7 @@ def build_silhouette_campaign(recipe: Recipe) -> list[tuple[Observation, Truth]]
     InputError
         Where a mesh is bad or no flight fits the picture.
     """
-    if not recipe.same_particle:
+    if not recipe.same_particle or recipe.pair is not None:
         return [build_silhouette_sequence(recipe, index) for index in range(recipe.sequences)]
     plans = [plan_sequence(recipe, index) for index in range(recipe.sequences)]
     views = view_outlines(plans[0], recipe.noise, np.random.default_rng(streams_of(recipe, 0).rig_noise))

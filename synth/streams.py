@@ -20,6 +20,9 @@ class Streams:
     effects: np.random.SeedSequence
     experiment: np.random.SeedSequence
     release: np.random.SeedSequence
+    second_particle: np.random.SeedSequence
+    second_rig: np.random.SeedSequence
+    second_rig_noise: np.random.SeedSequence
 
 
 def streams(seed: int, index: int, *, same_particle: bool = False) -> Streams:
@@ -27,11 +30,12 @@ def streams(seed: int, index: int, *, same_particle: bool = False) -> Streams:
 
     With ``same_particle``, those of the particle, the rig and the rig's noise are those of sequence 0.
     """
-    own = Streams(*np.random.SeedSequence([seed, index]).spawn(9))
+    own = Streams(*np.random.SeedSequence([seed, index]).spawn(12))
     if not same_particle:
         return own
     shared = streams(seed, 0)
-    return replace(own, particle=shared.particle, rig=shared.rig, rig_noise=shared.rig_noise)
+    second = {"second_particle": shared.second_particle, "second_rig": shared.second_rig, "second_rig_noise": shared.second_rig_noise}
+    return replace(own, particle=shared.particle, rig=shared.rig, rig_noise=shared.rig_noise, **second)
 
 
 def streams_of(recipe: Recipe, index: int) -> Streams:

@@ -75,8 +75,16 @@ def prepare(
     return found
 
 
+def _read_alone(folder: Path) -> Observation:
+    """An observation of one particle."""
+    observation = read_observation(folder)
+    if observation.companion is not None:
+        raise InputError(f"{folder}: expected one particle, since campaigns are of one, came two.")
+    return observation
+
+
 def _of_pictures(source: Path, configuration: Configuration, effects: Sequence[EffectModel], *, quiet: bool) -> Prepared:
-    observations, left_out = _read(observations_in(source), read_observation)
+    observations, left_out = _read(observations_in(source), _read_alone)
     refuse_without_gravity([e.entry.key for e in effects], [o.gravity_world for o in observations.values()])
     names = list(observations)
     with progress("register", len(names), quiet=quiet) as advance:

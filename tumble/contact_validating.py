@@ -128,6 +128,8 @@ def unusable(estimate: Estimate) -> str | None:
         return f"{estimate.status.value}: {estimate.message}"
     if not estimate.impacts:
         return "there is no impact in it"
+    if estimate.collision is not None:
+        return "two particles collide in it, and none hits a plate"
     return None
 
 

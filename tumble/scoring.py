@@ -7,6 +7,7 @@ import pandas as pd
 
 from datasets.atomic_files import written_whole
 from datasets.estimate_files import read_estimate
+from datasets.scoring.collisions import parts_of, score_collision
 from datasets.scoring.impacts import impact_table, score_impacts
 from datasets.scoring.score import Row, score
 from datasets.scoring.table import aggregate, coverage, score_table, status_counts, worse_sequences
@@ -16,30 +17,40 @@ from tumble.result_files import estimates_in
 TABLE_FILE = "scores.csv"
 SUMMARY_FILE = "scores.json"
 IMPACTS_FILE = "impacts.csv"
+COLLISIONS_FILE = "collisions.csv"
 GROUPS = ("n_frames", "n_views", "irregularity", "particle")
 
 
 def score_all(estimates: Path, truth: Path) -> pd.DataFrame:
-    """One row per estimate; ``truth`` is the truth tree of the dataset."""
-    return score_table([score_one(path, truth) for path in estimates_in(estimates)])
+    """One row per estimated particle; ``truth`` is the truth tree of the dataset."""
+    return score_table([row for path in estimates_in(estimates) for row in score_one(path, truth)])
 
 
-def score_one(estimate: Path, truth: Path) -> Row:
-    """The row of one estimate."""
+def score_one(estimate: Path, truth: Path) -> list[Row]:
+    """The row of one estimate, and of its second particle."""
     measured = read_estimate(estimate)
-    return score(measured, read_truth(truth / measured.name))
+    parts = parts_of(measured, read_truth(truth / measured.name))
+    return [{**score(part, true), "sequence": name} for name, part, true in parts]
 
 
 def score_all_impacts(estimates: Path, truth: Path) -> pd.DataFrame:
     """One row per true impact of the sequences that were estimated; no rows where nothing was hit."""
     measured = [read_estimate(path) for path in estimates_in(estimates)]
-    return impact_table([row for estimate in measured for row in score_impacts(estimate, read_truth(truth / estimate.name))])
+    parts = [part for estimate in measured for part in parts_of(estimate, read_truth(truth / estimate.name))]
+    return impact_table([{**row, "sequence": name} for name, part, true in parts for row in score_impacts(part, true)])
 
 
-def write_impacts(impacts: pd.DataFrame, out: Path) -> None:
-    """``impacts.csv``, one tidy row per impact."""
-    with written_whole(out / IMPACTS_FILE) as temporary:
-        impacts.to_csv(temporary, index=False)
+def score_all_collisions(estimates: Path, truth: Path) -> pd.DataFrame:
+    """One row per sequence of two particles that collide; no rows where there are none."""
+    measured = [read_estimate(path) for path in estimates_in(estimates)]
+    return pd.DataFrame([row for estimate in measured for row in score_collision(estimate, read_truth(truth / estimate.name))])
+
+
+def write_rows(rows: pd.DataFrame, path: Path) -> None:
+    """``impacts.csv`` or ``collisions.csv``: one tidy row each; no file where there are none."""
+    if len(rows):
+        with written_whole(path) as temporary:
+            rows.to_csv(temporary, index=False)
 
 
 def write_scores(table: pd.DataFrame, out: Path) -> None:

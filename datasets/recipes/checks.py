@@ -76,6 +76,12 @@ BOUNDS = (
     Bounds("dropper.spin_scatter_rads", 0, 1e4),
     Bounds("dropper.frames_before", 1, 100_000),
     Bounds("dropper.frames_after", 1, 100_000),
+    Bounds("pair.closing_ms", 0.01, 100, "it looks like millimetres per second"),
+    Bounds("pair.impact_parameter", 0, 1, "the centres pass each other within the sum of the radii"),
+    Bounds("pair.out_of_plane_deg", 0, 90),
+    Bounds("pair.drift_ms", 0, 100, "it looks like millimetres per second"),
+    Bounds("pair.frames_before", 1, 100_000),
+    Bounds("pair.frames_after", 1, 100_000),
     Bounds("contact.restitution", 0.05, 1, "no contact gives back more than it took; below 0.05 particles stay on the plate"),
     Bounds("contact.friction", 0, 2),
     Bounds("contact.youngs_gpa", 1e-3, 2000, "gigapascals are meant: 1143 for diamond"),
@@ -95,8 +101,12 @@ SCATTERS = 4.0
 DARKEST_SHARE = 0.5
 """Of full scale: a larger dark offset leaves no range for light."""
 
-OF_A_PLATE = ("dropper", "contact", "contact_physics")
-"""What means nothing without a plate."""
+OF_A_PLATE = ("dropper",)
+OF_A_CONTACT = ("contact", "contact_physics")
+"""What means nothing without a plate, and without a plate or a pair."""
+
+OF_A_PAIR = ("adhesion", "tangential_compliance", "velocity_dependent_restitution")
+"""The contact physics of two particles; the rest is a plate's."""
 
 NOT_BESIDE_A_PLATE = (Stage.OPTICS, Stage.EXPOSURE, Stage.SEGMENTATION)
 """Stages whose effects act on particles, not on the still picture of a plate."""
@@ -104,6 +114,7 @@ NOT_BESIDE_A_PLATE = (Stage.OPTICS, Stage.EXPOSURE, Stage.SEGMENTATION)
 RANGES = (
     *("particle.size_mm", "motion.speed_ms", "motion.spin_rads", "motion.out_of_plane_ms", "rig.focal_px"),
     *("plate.tilt_deg", "dropper.height_mm", "dropper.spin_rads", "dropper.frames_before", "dropper.frames_after"),
+    *("pair.closing_ms", "pair.impact_parameter", "pair.out_of_plane_deg", "pair.drift_ms", "pair.frames_before", "pair.frames_after"),
 )
 """Pairs that have to be given lowest first."""
 
@@ -187,8 +198,34 @@ def _lens(recipe: Recipe) -> Intrinsics:
     return Intrinsics(hsv.width_px, hsv.height_px, focal_px, focal_px, (hsv.width_px - 1) / 2, (hsv.height_px - 1) / 2, hsv.distortion)
 
 
+def without_meaning(recipe: Recipe) -> tuple[str, ...]:
+    """The tables of a recipe that mean nothing in it."""
+    dropper = () if recipe.plate is not None else OF_A_PLATE
+    return dropper if recipe.plate is not None or recipe.pair is not None else (*dropper, *OF_A_CONTACT)
+
+
 def _plate_where_needed(recipe: Recipe) -> bool:
-    return recipe.plate is not None or all(getattr(recipe, part) == getattr(Recipe(), part) for part in OF_A_PLATE)
+    return all(getattr(recipe, part) == getattr(Recipe(), part) for part in without_meaning(recipe))
+
+
+def _plate_or_pair(recipe: Recipe) -> bool:
+    return recipe.plate is None or recipe.pair is None
+
+
+def _pair_in_outlines(recipe: Recipe) -> bool:
+    return recipe.pair is None or (recipe.tier == "silhouette" and not recipe.rig.rendered)
+
+
+def _pair_without_effects(recipe: Recipe) -> bool:
+    return recipe.pair is None or not recipe.effects
+
+
+def _pair_of_corners(recipe: Recipe) -> bool:
+    return recipe.pair is None or bool(recipe.particle.files) or recipe.particle.family in {"cut_stone", "jagged"}
+
+
+def _pair_physics(recipe: Recipe) -> bool:
+    return recipe.pair is None or all(option.key in OF_A_PAIR for option in recipe.contact_physics)
 
 
 def _plate_can_be_drawn(recipe: Recipe) -> bool:
@@ -243,7 +280,33 @@ RELATIONS: tuple[tuple[Callable[[Recipe], bool], Callable[[Recipe], str]], ...] 
             f"{recipe.sensor.bit_depth} bit), came {recipe.sensor.dark_offset_dn:g}."
         ),
     ),
-    (_plate_where_needed, lambda _: f"plate: expected the table of a plate, since {', '.join(OF_A_PLATE)} need one, came none."),
+    (
+        _plate_where_needed,
+        lambda recipe: (
+            f"plate: expected the table of a plate, since {', '.join((*OF_A_PLATE, *OF_A_CONTACT))} need one, came "
+            f"{'a pair: a dropper is for a plate' if recipe.pair is not None else 'none'}."
+        ),
+    ),
+    (_plate_or_pair, lambda _: "pair: expected particles that fall on a plate or two that collide, came both tables."),
+    (
+        _pair_in_outlines,
+        lambda recipe: f'tier: expected "silhouette" for a pair, whose pictures are not rendered, came "{recipe.tier}" or a rendered rig.',
+    ),
+    (
+        _pair_without_effects,
+        lambda recipe: f"effects: expected none on a pair, came {', '.join(effect.key for effect in recipe.effects)}.",
+    ),
+    (
+        _pair_of_corners,
+        lambda recipe: f'particle.family: expected bodies with edges for a pair, "cut_stone" or "jagged", came "{recipe.particle.family}".',
+    ),
+    (
+        _pair_physics,
+        lambda recipe: (
+            f"contact_physics: expected {', '.join(OF_A_PAIR)} for a pair, came "
+            f"{', '.join(option.key for option in recipe.contact_physics)}."
+        ),
+    ),
     (
         _plate_can_be_drawn,
         lambda recipe: (

@@ -165,8 +165,25 @@ class DropperRecipe:
 
 
 @dataclass(frozen=True)
+class PairRecipe:
+    """Two particles of ``[particle]`` that collide once in flight, near the middle of the picture.
+
+    ``closing_ms``: range of their relative speed, ``out_of_plane_deg`` of its angle against the picture: the larger, the longer one hides
+    the other. ``impact_parameter``: how far from one another their centres' paths would pass, as a share of the sum of the two mean radii.
+    ``drift_ms``: speed of the common centre of mass. ``frames_before`` and ``frames_after`` the collision are whole.
+    """
+
+    closing_ms: tuple[float, float] = (0.6, 1.5)
+    impact_parameter: tuple[float, float] = (0.0, 0.6)
+    out_of_plane_deg: tuple[float, float] = (0.0, 25.0)
+    drift_ms: tuple[float, float] = (0.0, 0.5)
+    frames_before: tuple[int, int] = (40, 50)
+    frames_after: tuple[int, int] = (40, 50)
+
+
+@dataclass(frozen=True)
 class ContactRecipe:
-    """The contact with the plate: Stronge's ``restitution``, Coulomb's ``friction``, the particle's elasticity and corners' radius."""
+    """The contact with a plate or of two particles: Stronge's ``restitution``, Coulomb's ``friction``, elasticity, rounded corners."""
 
     restitution: float = 0.6
     friction: float = 0.15
@@ -181,7 +198,8 @@ class Recipe:
 
     ``same_particle``: all sequences are of one particle, seen with one set of calibrated views (a campaign); otherwise each
     sequence draws its own. With a ``plate``, particles are dropped on it instead of flying at random (``motion`` then says only
-    frame rate and gravity); ``contact_physics``: what is hidden in the contact (``datasets/vocabulary/contact_physics.py``).
+    frame rate and gravity); ``contact_physics``: what is hidden in the contact (``datasets/vocabulary/contact_physics.py``). With a
+    ``pair``, two of them collide in flight (``motion`` says frame rate, gravity and spin).
     """
 
     name: str = "benchmark"
@@ -198,6 +216,7 @@ class Recipe:
     sensor: SensorRecipe = field(default_factory=SensorRecipe)
     effects: tuple[EffectRecipe, ...] = ()
     plate: PlateRecipe | None = None
+    pair: PairRecipe | None = None
     dropper: DropperRecipe = field(default_factory=DropperRecipe)
     contact: ContactRecipe = field(default_factory=ContactRecipe)
     contact_physics: tuple[EffectRecipe, ...] = ()

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
 from datasets.errors import InputError
-from datasets.recipes.checks import OF_A_PLATE, check_recipe
+from datasets.recipes.checks import check_recipe, without_meaning
 from datasets.recipes.recipe import Recipe
 
 Table = dict[str, Any]
@@ -44,9 +44,9 @@ def recipe_from_dict(table: Table, source: str) -> Recipe:
 
 
 def recipe_to_dict(recipe: Recipe) -> Table:
-    """The resolved recipe as plain values; what is ``None`` is left out, and without a plate what belongs to one."""
+    """The resolved recipe as plain values; what is ``None`` is left out, and what belongs to a plate or a contact where there is none."""
     table = {key: value for key, value in _plain(recipe).items() if value is not None}
-    return table if recipe.plate is not None else {key: value for key, value in table.items() if key not in OF_A_PLATE}
+    return {key: value for key, value in table.items() if key not in without_meaning(recipe)}
 
 
 def recipe_to_toml(recipe: Recipe) -> str:

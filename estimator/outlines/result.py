@@ -21,6 +21,8 @@ class FrameStatus(StrEnum):
     OVEREXPOSED = "overexposed picture"
     SEVERAL = "several objects"
     NO_EDGE = "no closed edge"
+    MERGED = "merged with the other particle's outline"
+    BRIEFLY_APART = "apart from the other particle too briefly to be followed"
     UNEVENLY_LIT = "unevenly lit: more of the particle outside of the half level"
 
 

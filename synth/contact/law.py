@@ -39,11 +39,14 @@ class ContactLaw:
     inverse_plate_mass: float = 0.0
 
 
-def contact_law(contact: ContactRecipe, plate: PlateRecipe, hidden: Mapping[str, Mapping[str, float]]) -> ContactLaw:
-    """The law of a recipe, with what is ``hidden`` in it (``datasets/vocabulary/contact_physics.py``: key, parameters)."""
+def contact_law(contact: ContactRecipe, other: PlateRecipe | ContactRecipe, hidden: Mapping[str, Mapping[str, float]]) -> ContactLaw:
+    """The law of a recipe, with what is ``hidden`` in it (``datasets/vocabulary/contact_physics.py``: key, parameters).
+
+    ``other`` is what is hit: the plate, or a particle of the same make.
+    """
     root = math.sqrt(contact.corner_radius_mm * 1e-3)
-    normal = sum((1 - side.poisson**2) / (side.youngs_gpa * 1e9) for side in (contact, plate))
-    shear = sum(2 * (2 - side.poisson) * (1 + side.poisson) / (side.youngs_gpa * 1e9) for side in (contact, plate))
+    normal = sum((1 - side.poisson**2) / (side.youngs_gpa * 1e9) for side in (contact, other))
+    shear = sum(2 * (2 - side.poisson) * (1 + side.poisson) / (side.youngs_gpa * 1e9) for side in (contact, other))
     adhesion = hidden.get("adhesion", {})
     return ContactLaw(
         stiffness=4 / 3 * root / normal,

@@ -10,11 +10,22 @@ from rich.console import Console
 from rich.table import Table
 
 from datasets.errors import InputError
+from datasets.scoring.collisions import collision_summary
 from datasets.scoring.impacts import impact_summary
 from datasets.scoring.table import aggregate, status_counts, worse_sequences
 from tumble.cli.options import add_output, verb_parser
 from tumble.output_directory import Run, output_directory
-from tumble.scoring import TABLE_FILE, score_all, score_all_impacts, summary, write_impacts, write_scores
+from tumble.scoring import (
+    COLLISIONS_FILE,
+    IMPACTS_FILE,
+    TABLE_FILE,
+    score_all,
+    score_all_collisions,
+    score_all_impacts,
+    summary,
+    write_rows,
+    write_scores,
+)
 
 SHOWN = (
     "middle_in_plane_percent",
@@ -33,7 +44,7 @@ def parser() -> argparse.ArgumentParser:
     verb = verb_parser(
         "score",
         description="Compare estimates with the truth: scores.csv has one tidy row per sequence, scores.json the aggregates.\n"
-        "Where the particles hit a plate, impacts.csv has one row per impact.\n"
+        "Where the particles hit a plate or one another, impacts.csv has one row per impact; collisions.csv one per pair that collides.\n"
         "Each sequence that is worse is named with its cause.",
         example="tumble score out/estimates --truth out/dataset/truth --out out/scores",
     )
@@ -52,14 +63,19 @@ def run(arguments: argparse.Namespace) -> int:
         table = score_all(arguments.estimates, arguments.truth)
         write_scores(table, out)
         impacts = score_all_impacts(arguments.estimates, arguments.truth)
-        if len(impacts):
-            write_impacts(impacts, out)
+        collisions = score_all_collisions(arguments.estimates, arguments.truth)
+        write_rows(impacts, out / IMPACTS_FILE)
+        write_rows(collisions, out / COLLISIONS_FILE)
+    struck = {"impacts": impact_summary(impacts)} if len(impacts) else {}
+    struck |= {"collisions": collision_summary(collisions)} if len(collisions) else {}
     if arguments.json:
-        print(json.dumps({**summary(table), "impacts": impact_summary(impacts)} if len(impacts) else summary(table)))
+        print(json.dumps({**summary(table), **struck}))
     elif not arguments.quiet:
         say_scores(table)
         if len(impacts):
             say_impacts(impact_summary(impacts))
+        if len(collisions):
+            say_collisions(collision_summary(collisions))
         Console().print(f"table: {arguments.out / TABLE_FILE}", soft_wrap=True, highlight=False)
     return 0
 
@@ -102,6 +118,21 @@ def say_impacts(told: dict[str, Any]) -> None:
     console.print(
         f"95% intervals that hold truth: time {told['coverage_time']:.0%}, after the impact v {told['coverage_after_v']:.0%}, "
         f"ω {told['coverage_after_omega']:.0%}",
+        soft_wrap=True,
+        highlight=False,
+    )
+
+
+def say_collisions(told: dict[str, Any]) -> None:
+    """How collisions of two particles fared, for people."""
+    console = Console()
+    console.print(f"{told['collisions']} collisions of two particles: {told['found']} found", highlight=False)
+    if told["found"] == 0:
+        return
+    console.print(
+        f"medians of errors: normal {told['median_normal_error_deg']:.1f}°, e {told['median_restitution_error']:.3f}, impulse ratio "
+        f"{told['median_impulse_ratio_error']:.3f}, mass ratio by volumes {told['median_mass_ratio_error']:.4f}, by momentum "
+        f"{told['median_momentum_mass_ratio_error']:.4f}; momentum kept in {told['momentum_kept']} of {told['found']}",
         soft_wrap=True,
         highlight=False,
     )

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from datasets.errors import InputError
 from datasets.recipes.checks import BOUNDS, check_recipe, value_of
-from datasets.recipes.recipe import MotionRecipe, NoiseRecipe, ParticleRecipe, PlateRecipe, Recipe
+from datasets.recipes.recipe import MotionRecipe, NoiseRecipe, PairRecipe, ParticleRecipe, PlateRecipe, Recipe
 from datasets.recipes.toml_files import load_recipe, recipe_from_dict, recipe_to_dict, recipe_to_toml
 
 
@@ -101,7 +101,7 @@ def test_bad_files(tmp_path):
 def test_every_number_of_a_recipe_has_bounds():
     bounded = {bounds.key for bounds in BOUNDS}
     numbers = set()
-    whole = Recipe(plate=PlateRecipe())
+    whole = Recipe(plate=PlateRecipe(), pair=PairRecipe())
     for field in fields(Recipe):
         value = getattr(whole, field.name)
         parts = fields(value) if is_dataclass(value) else ()

@@ -1,0 +1,180 @@
+"""The joint fit of two flights that collide: each has its poses, velocities and body, and both share the time of the impact.
+
+Each flight's normal equations are those of a flight with one impact (:mod:`estimator.fitting.piecewise_fit`); the parameters of the pair
+are those of the first and, apart from the time, those of the second. With ``M_k`` picking flight k's parameters from the pair's, the pair's
+matrix is ``sum M_k' H_k M_k``, and so is what lies between the inverses of the sandwich covariance: the two see different outlines and
+different calibrated views.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.fitting.levenberg_marquardt import NormalEquations, Problem, Solution, minimise
+from estimator.fitting.noise_model import MeasuredNoise, measured_noise, with_noise
+from estimator.fitting.piecewise_fit import PiecewiseRefined, fit_piecewise, flown, in_order, linearise_piecewise
+from estimator.fitting.refinement import (
+    FINE_STEPS,
+    MOST_STEPS,
+    SETTLED,
+    STEADY,
+    Linearised,
+    Refined,
+    Refinement,
+    covariance_and_bound,
+    linearised,
+    scaled_inverse,
+)
+from estimator.fitting.trajectory import FitTask, data_cost, errors_of, prior_cost, unbiased_errors
+from estimator.motion.flight import N_PARAMETERS
+from estimator.motion.piecewise import PER_IMPACT, Bounce, PiecewiseFlight, moved_piecewise, piecewise_sensitivity
+
+Array = NDArray[np.float64]
+ONE = N_PARAMETERS + PER_IMPACT
+"""Parameters of a flight with one impact."""
+TIME = N_PARAMETERS
+PAIR = 2 * ONE - 1
+Two = tuple[FitTask, FitTask]
+
+
+@dataclass(frozen=True)
+class PairFlight:
+    """Two flights with one impact each, at one time."""
+
+    first: PiecewiseFlight
+    second: PiecewiseFlight
+
+    @property
+    def both(self) -> tuple[PiecewiseFlight, PiecewiseFlight]:
+        """The two."""
+        return self.first, self.second
+
+
+@dataclass(frozen=True)
+class PairRefined:
+    """The two refined flights, each with its own part of the joint ``covariance`` (p, p)."""
+
+    first: PiecewiseRefined
+    second: PiecewiseRefined
+    covariance: Array
+
+    @property
+    def both(self) -> tuple[PiecewiseRefined, PiecewiseRefined]:
+        """The two."""
+        return self.first, self.second
+
+
+def parameter_maps() -> tuple[Array, Array]:
+    """``M`` (28, 55) of each flight: its own parameters from the pair's."""
+    first, second = np.eye(ONE, PAIR), np.zeros((ONE, PAIR))
+    own = [k for k in range(ONE) if k != TIME]
+    second[TIME, TIME] = 1.0
+    second[own, np.arange(ONE, PAIR)] = 1.0
+    return first, second
+
+
+def at_one_time(first: PiecewiseFlight, second: PiecewiseFlight, shares: tuple[float, float]) -> PairFlight:
+    """Two flights with their impacts moved to the mean of both times, weighed by ``shares``."""
+    time_s = float(np.average([first.bounces[0].time_s, second.bounces[0].time_s], weights=shares))
+    moved = [PiecewiseFlight(f.first, (Bounce(time_s, f.bounces[0].v, f.bounces[0].omega),)) for f in (first, second)]
+    return PairFlight(moved[0], moved[1])
+
+
+def moved_pair(pair: PairFlight, step: Array) -> PairFlight:
+    """The pair after a parameter step (55,)."""
+    first, second = (moved_piecewise(flight, M @ step) for flight, M in zip(pair.both, parameter_maps(), strict=True))
+    return PairFlight(first, second)
+
+
+def fit_pair(tasks: Two, start: PairFlight, *, max_steps: int = 25, tolerance: float = 1e-5) -> Solution[PairFlight]:
+    """Levenberg-Marquardt from ``start``."""
+    problem = Problem(cost=lambda pair: _cost(tasks, pair), linearise=lambda pair: _linearise(tasks, pair), move=moved_pair)
+    return minimise(problem, start, max_steps=max_steps, tolerance=tolerance)
+
+
+def own_fits(tasks: Two, pair: PairFlight) -> tuple[Solution[PiecewiseFlight], Solution[PiecewiseFlight]]:
+    """Each fitted by itself, with an impact time of its own."""
+    first, second = (fit_piecewise(task, flight) for task, flight in zip(tasks, pair.both, strict=True))
+    return first, second
+
+
+def _cost(tasks: Two, pair: PairFlight) -> float:
+    return sum(_cost_of(task, flight) for task, flight in zip(tasks, pair.both, strict=True))
+
+
+def _cost_of(task: FitTask, flight: PiecewiseFlight) -> float:
+    if not in_order(flight):
+        return float("inf")
+    return data_cost(task, errors_of(task, flight.first, flown(flight, task.sightings.times_s))) + prior_cost(task, flight.first)
+
+
+def _linearise(tasks: Two, pair: PairFlight) -> NormalEquations:
+    parts = [linearise_piecewise(task, flight) for task, flight in zip(tasks, pair.both, strict=True)]
+    H, g = _together([p.H for p in parts], [p.g for p in parts])
+    return NormalEquations(H=H, g=g, cost=sum(p.cost for p in parts))
+
+
+def _together(H: list[Array], g: list[Array]) -> tuple[Array, Array]:
+    maps = parameter_maps()
+    return (
+        np.asarray(sum(M.T @ part @ M for M, part in zip(maps, H, strict=True))),
+        np.asarray(sum(M.T @ part for M, part in zip(maps, g, strict=True))),
+    )
+
+
+def refine_pair(tasks: Two, pair: PairFlight, settings: Refinement) -> PairRefined:
+    """Gauss-Newton steps with refreshed weights until they are small, as :func:`estimator.fitting.piecewise_fit.refine_piecewise`."""
+    noises = [measured_noise(unbiased_errors(t, f.first, flown(f, t.sightings.times_s))) for t, f in zip(tasks, pair.both, strict=True)]
+    noisy = [
+        replace(t, sightings=replace(t.sightings, silhouettes=with_noise(t.sightings.silhouettes, n)))
+        for t, n in zip(tasks, noises, strict=True)
+    ]
+    at, settled = _both_linearised(noisy, pair, settings), False
+    for count in range(1, MOST_STEPS + 1):
+        H, g = _together([a.H for a in at], [a.g for a in at])
+        inverse = scaled_inverse(H)
+        step = -inverse @ g
+        moved = moved_pair(pair, step)
+        if not all(in_order(flight) for flight in moved.both):
+            break
+        pair, at = moved, _both_linearised(noisy, moved, settings)
+        size = float(np.max(np.abs(step) / np.sqrt(np.diag(inverse))))
+        settled = size < STEADY
+        if size < SETTLED or (settled and count >= FINE_STEPS):
+            break
+    return _with_covariance(noisy, pair, at, (noises, settled), settings)
+
+
+def _both_linearised(tasks: list[FitTask], pair: PairFlight, settings: Refinement) -> list[Linearised]:
+    return [linearised(t, f.first, piecewise_sensitivity(f, t.sightings.times_s), settings) for t, f in zip(tasks, pair.both, strict=True)]
+
+
+def _with_covariance(
+    tasks: list[FitTask], pair: PairFlight, at: list[Linearised], how: tuple[list[MeasuredNoise], bool], settings: Refinement
+) -> PairRefined:
+    """The sandwich of the pair from those of the two: between the inverses lies the sum of what lies there in each."""
+    spreads, known = [], []
+    for task, a in zip(tasks, at, strict=True):
+        prior = np.diag(np.pad(task.prior.precision, (0, ONE - N_PARAMETERS)))
+        covariance, bound = covariance_and_bound(task, a, prior, settings)
+        spreads.append(a.H @ covariance @ a.H)
+        known.append(scaled_inverse(bound))
+    nothing = [np.zeros(ONE), np.zeros(ONE)]
+    inverse = scaled_inverse(_together([a.H for a in at], nothing)[0])
+    joint = inverse @ _together(spreads, nothing)[0] @ inverse
+    bound = scaled_inverse(_together(known, nothing)[0])
+    refined = [
+        _refined_part(task, flight, a, (M @ joint @ M.T, M @ bound @ M.T), (noise, how[1]))
+        for task, flight, a, M, noise in zip(tasks, pair.both, at, parameter_maps(), how[0], strict=True)
+    ]
+    return PairRefined(refined[0], refined[1], 0.5 * (joint + joint.T))
+
+
+def _refined_part(
+    task: FitTask, flight: PiecewiseFlight, at: Linearised, spread: tuple[Array, Array], how: tuple[MeasuredNoise, bool]
+) -> PiecewiseRefined:
+    places = np.column_stack([task.sightings.camera, task.sightings.frame])
+    covariance, bound = (0.5 * (matrix + matrix.T) for matrix in spread)
+    refined = Refined(flight.first, at.predicted, covariance, bound, at.errors, at.frames, at.within, how[1], how[0], places)
+    return PiecewiseRefined(flight, refined, task.sightings.times_s)
