@@ -6,6 +6,7 @@ matrix is ``sum M_k' H_k M_k``, and so is what lies between the inverses of the 
 different calibrated views.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 
 from estimator.fitting.levenberg_marquardt import NormalEquations, Problem, Solution, minimise
 from estimator.fitting.noise_model import MeasuredNoise, measured_noise, with_noise
-from estimator.fitting.piecewise_fit import PiecewiseRefined, fit_piecewise, flown, in_order, linearise_piecewise
+from estimator.fitting.piecewise_fit import PiecewiseRefined, flown, in_order, linearise_piecewise
 from estimator.fitting.refinement import (
     FINE_STEPS,
     MOST_STEPS,
@@ -29,6 +30,7 @@ from estimator.fitting.refinement import (
 from estimator.fitting.trajectory import FitTask, data_cost, errors_of, prior_cost, unbiased_errors
 from estimator.motion.flight import N_PARAMETERS
 from estimator.motion.piecewise import PER_IMPACT, Bounce, PiecewiseFlight, moved_piecewise, piecewise_sensitivity
+from estimator.motion.rigid_body import RanAway
 
 Array = NDArray[np.float64]
 ONE = N_PARAMETERS + PER_IMPACT
@@ -36,6 +38,8 @@ ONE = N_PARAMETERS + PER_IMPACT
 TIME = N_PARAMETERS
 PAIR = 2 * ONE - 1
 Two = tuple[FitTask, FitTask]
+Contact = Callable[["PairFlight"], NormalEquations]
+"""What is known of a pair from the contact itself, as normal equations (55, 55)."""
 
 
 @dataclass(frozen=True)
@@ -93,12 +97,6 @@ def fit_pair(tasks: Two, start: PairFlight, *, max_steps: int = 25, tolerance: f
     return minimise(problem, start, max_steps=max_steps, tolerance=tolerance)
 
 
-def own_fits(tasks: Two, pair: PairFlight) -> tuple[Solution[PiecewiseFlight], Solution[PiecewiseFlight]]:
-    """Each fitted by itself, with an impact time of its own."""
-    first, second = (fit_piecewise(task, flight) for task, flight in zip(tasks, pair.both, strict=True))
-    return first, second
-
-
 def _cost(tasks: Two, pair: PairFlight) -> float:
     return sum(_cost_of(task, flight) for task, flight in zip(tasks, pair.both, strict=True))
 
@@ -106,7 +104,11 @@ def _cost(tasks: Two, pair: PairFlight) -> float:
 def _cost_of(task: FitTask, flight: PiecewiseFlight) -> float:
     if not in_order(flight):
         return float("inf")
-    return data_cost(task, errors_of(task, flight.first, flown(flight, task.sightings.times_s))) + prior_cost(task, flight.first)
+    try:
+        predicted = flown(flight, task.sightings.times_s)
+    except RanAway:
+        return float("inf")
+    return data_cost(task, errors_of(task, flight.first, predicted)) + prior_cost(task, flight.first)
 
 
 def _linearise(tasks: Two, pair: PairFlight) -> NormalEquations:
@@ -123,27 +125,35 @@ def _together(H: list[Array], g: list[Array]) -> tuple[Array, Array]:
     )
 
 
-def refine_pair(tasks: Two, pair: PairFlight, settings: Refinement) -> PairRefined:
-    """Gauss-Newton steps with refreshed weights until they are small, as :func:`estimator.fitting.piecewise_fit.refine_piecewise`."""
+def refine_pair(tasks: Two, pair: PairFlight, settings: Refinement, contact: Contact) -> PairRefined:
+    """Gauss-Newton steps with refreshed weights until they are small, as :func:`estimator.fitting.piecewise_fit.refine_piecewise`.
+
+    What ``contact`` says of the pair's parameters counts as known, like a prior, in the covariance.
+    """
     noises = [measured_noise(unbiased_errors(t, f.first, flown(f, t.sightings.times_s))) for t, f in zip(tasks, pair.both, strict=True)]
     noisy = [
         replace(t, sightings=replace(t.sightings, silhouettes=with_noise(t.sightings.silhouettes, n)))
         for t, n in zip(tasks, noises, strict=True)
     ]
-    at, settled = _both_linearised(noisy, pair, settings), False
+    at, known, settled = _both_linearised(noisy, pair, settings), contact(pair), False
     for count in range(1, MOST_STEPS + 1):
         H, g = _together([a.H for a in at], [a.g for a in at])
-        inverse = scaled_inverse(H)
-        step = -inverse @ g
+        inverse = scaled_inverse(H + known.H)
+        step = -inverse @ (g + known.g)
         moved = moved_pair(pair, step)
         if not all(in_order(flight) for flight in moved.both):
             break
-        pair, at = moved, _both_linearised(noisy, moved, settings)
+        try:
+            at, known = _both_linearised(noisy, moved, settings), contact(moved)
+        except RanAway:
+            settled = False
+            break
+        pair = moved
         size = float(np.max(np.abs(step) / np.sqrt(np.diag(inverse))))
         settled = size < STEADY
         if size < SETTLED or (settled and count >= FINE_STEPS):
             break
-    return _with_covariance(noisy, pair, at, (noises, settled), settings)
+    return _with_covariance(noisy, pair, (at, known.H), (noises, settled), settings)
 
 
 def _both_linearised(tasks: list[FitTask], pair: PairFlight, settings: Refinement) -> list[Linearised]:
@@ -151,19 +161,23 @@ def _both_linearised(tasks: list[FitTask], pair: PairFlight, settings: Refinemen
 
 
 def _with_covariance(
-    tasks: list[FitTask], pair: PairFlight, at: list[Linearised], how: tuple[list[MeasuredNoise], bool], settings: Refinement
+    tasks: list[FitTask],
+    pair: PairFlight,
+    found: tuple[list[Linearised], Array],
+    how: tuple[list[MeasuredNoise], bool],
+    settings: Refinement,
 ) -> PairRefined:
     """The sandwich of the pair from those of the two: between the inverses lies the sum of what lies there in each."""
-    spreads, known = [], []
+    (at, contact), spreads, known = found, [], []
     for task, a in zip(tasks, at, strict=True):
         prior = np.diag(np.pad(task.prior.precision, (0, ONE - N_PARAMETERS)))
         covariance, bound = covariance_and_bound(task, a, prior, settings)
         spreads.append(a.H @ covariance @ a.H)
         known.append(scaled_inverse(bound))
     nothing = [np.zeros(ONE), np.zeros(ONE)]
-    inverse = scaled_inverse(_together([a.H for a in at], nothing)[0])
-    joint = inverse @ _together(spreads, nothing)[0] @ inverse
-    bound = scaled_inverse(_together(known, nothing)[0])
+    inverse = scaled_inverse(_together([a.H for a in at], nothing)[0] + contact)
+    joint = inverse @ (_together(spreads, nothing)[0] + contact) @ inverse
+    bound = scaled_inverse(_together(known, nothing)[0] + contact)
     refined = [
         _refined_part(task, flight, a, (M @ joint @ M.T, M @ bound @ M.T), (noise, how[1]))
         for task, flight, a, M, noise in zip(tasks, pair.both, at, parameter_maps(), how[0], strict=True)

@@ -16,13 +16,13 @@ from scipy.stats import chi2
 
 from datasets.estimate import CollisionEstimate, Measured
 from datasets.observation import Observation
-from estimator.fitting.pair_fit import TIME, PairRefined, parameter_maps
+from estimator.fitting.pair_fit import TIME, PairFlight, PairRefined, parameter_maps
 from estimator.geometry.mass_properties import solid_of
 from estimator.motion.piecewise import Touch, touch_and_sensitivity
 from estimator.motion.rotation import rotation_from_vector
-from estimator.pairs.nearest import Nearest, nearest
+from estimator.pairs.nearest import Nearest
+from estimator.pairs.touching import Hulls, hulls_of, nearest_at
 from estimator.particle import Particle
-from estimator.predicted_bias import hull_vertices
 
 Array = NDArray[np.float64]
 DRAWS = 100
@@ -30,8 +30,6 @@ STATE = 18
 """Of one particle: position, rotation, v and omega before, v and omega after."""
 VOLUME_SHARE = 0.02
 """Standard deviation of the ratio of two hulls' volumes, relative: each is too large by a few per cent, much alike."""
-HULL_SHARE = 0.005
-"""That of a hull's surface, as a share of the particle's extent, as :mod:`estimator.impact_reporting` has it for a plate."""
 WEIGHED_SHARE = 1e-3
 KEPT_PROBABILITY = 0.999
 """A change of momentum as large as the observed one, or larger, is rarer than one in a thousand where it is none."""
@@ -60,11 +58,12 @@ def collision_of(refined: PairRefined, particles: tuple[Particle, Particle], obs
     """The collision of two refined flights."""
     touches, J = _touches(refined)
     ratio, source = mass_ratio(particles, observation)
-    bodies = [_hull_in_body(p, part.flight.first.com) for p, part in zip(particles, refined.both, strict=True)]
+    bodies = hulls_of(particles)
+    pair = PairFlight(refined.first.flight, refined.second.flight)
     state = np.concatenate([np.concatenate([t.before[0], t.after[0]]) for t in touches])
-    struck = _struck(touches, bodies, (np.zeros(2 * STATE), state), ratio.value)
+    struck = _struck((pair, touches), bodies, (np.zeros(2 * STATE), state), ratio.value)
     covariance = J @ refined.covariance @ J.T
-    drawn, ratios = _drawn(touches, bodies, (covariance, state), ratio, particles)
+    drawn, ratios = _drawn((pair, touches), bodies, (covariance, state), ratio)
     kept = _momentum(state, covariance, ratio)
     return CollisionEstimate(
         time_s=refined.first.flight.bounces[0].time_s,
@@ -104,19 +103,12 @@ def _touches(refined: PairRefined) -> tuple[tuple[Touch, Touch], Array]:
     return (found[0][0], found[1][0]), J
 
 
-def _hull_in_body(particle: Particle, com: Array) -> Array:
-    """Vertices (v, 3) m of the hull in nominal body axes, about the fitted centre of mass."""
-    nominal = particle.body
-    return np.asarray((hull_vertices(particle) - nominal.com_particle) @ nominal.R_particle_body - com)
-
-
-def _struck(touches: tuple[Touch, Touch], bodies: list[Array], at: tuple[Array, Array], ratio: float) -> _Struck:
+def _struck(found: tuple[PairFlight, tuple[Touch, Touch]], hulls: Hulls, at: tuple[Array, Array], ratio: float) -> _Struck:
     """The collision for poses shifted and turned by ``at[0]`` (36,) and velocities ``at[1]`` (24,)."""
-    shift, v = at
+    (shift, v), (pair, touches) = at, found
     places = [t.x[0] + shift[STATE * k : STATE * k + 3] for k, t in enumerate(touches)]
     turns = [rotation_from_vector(shift[None, STATE * k + 3 : STATE * k + 6])[0] @ t.R[0] for k, t in enumerate(touches)]
-    first, second = (place + body @ R.T for place, body, R in zip(places, bodies, turns, strict=True))
-    near = nearest(first, second)
+    near = nearest_at(pair, hulls, places, turns)
     rates = [[v[12 * k + 6 * s : 12 * k + 6 * s + 6] for k in (0, 1)] for s in (0, 1)]
     moving = [[r[:3] + np.cross(r[3:], near.point - x) for r, x in zip(side, places, strict=True)] for side in rates]
     approach, separation = (float((side[0] - side[1]) @ near.normal) for side in moving)
@@ -125,20 +117,21 @@ def _struck(touches: tuple[Touch, Touch], bodies: list[Array], at: tuple[Array, 
 
 
 def _drawn(
-    touches: tuple[Touch, Touch], bodies: list[Array], about: tuple[Array, Array], ratio: Measured, particles: tuple[Particle, Particle]
+    found: tuple[PairFlight, tuple[Touch, Touch]], hulls: Hulls, about: tuple[Array, Array], ratio: Measured
 ) -> tuple[list[_Struck], list[float]]:
     """Collisions of drawn states, and the mass ratio that each one's momentum shows."""
     covariance, state = about
     rng = np.random.default_rng(DRAWS)
     root = _root(covariance)
     rates = np.r_[6:STATE, STATE + 6 : 2 * STATE]
-    surface = [HULL_SHARE * p.extent_m for p in particles]
     drawn, ratios = [], []
     for _ in range(DRAWS):
         shift = root @ rng.standard_normal(2 * STATE)
-        swollen = [b * (1.0 + s * rng.standard_normal() / np.abs(b).max()) for b, s in zip(bodies, surface, strict=True)]
+        swollen = [b * (1.0 + s * rng.standard_normal() / np.abs(b).max()) for b, s in zip(hulls.vertices, hulls.sigma_m, strict=True)]
         v = state + shift[rates]
-        drawn.append(_struck(touches, swollen, (shift, v), ratio.value + ratio.sigma * rng.standard_normal()))
+        drawn.append(
+            _struck(found, Hulls((swollen[0], swollen[1]), hulls.sigma_m), (shift, v), ratio.value + ratio.sigma * rng.standard_normal())
+        )
         ratios.append(_momentum_ratio(v, covariance))
     return drawn, ratios
 

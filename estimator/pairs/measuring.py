@@ -27,6 +27,7 @@ from estimator.outlines.result import OutlineTrack
 from estimator.pairs.apart import Run, joint_kink, runs_apart, track_of
 from estimator.pairs.associating import LEAST_RATIO, Assigned, assigned, best_miss_px
 from estimator.pairs.collision import collision_of
+from estimator.pairs.touching import hulls_of, touching
 from estimator.particle import Particle, particle_of, views_like
 from estimator.pipeline import LOST_RMS_PX, NoMeasurement, fit_task, refinement_settings, usable_sightings
 from estimator.predicted_bias import with_bias_at
@@ -186,7 +187,8 @@ def _joint(
     start = at_one_time(own[0].state, own[1].state, (max(knowledge[0], 1e-9), max(knowledge[1], 1e-9)))
     solution = fit_pair(tasks, start)
     ready = [_ready(one, task, flight, configuration) for one, task, flight in zip(seen.both, tasks, solution.state.both, strict=True)]
-    return refine_pair((ready[0], ready[1]), solution.state, refinement_settings(configuration))
+    hulls = hulls_of((seen.both[0].particle, seen.both[1].particle))
+    return refine_pair((ready[0], ready[1]), solution.state, refinement_settings(configuration), lambda pair: touching(pair, hulls))
 
 
 def _ready(seen: Seen, task: FitTask, flight: PiecewiseFlight, configuration: Configuration) -> FitTask:

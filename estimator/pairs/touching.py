@@ -1,0 +1,65 @@
+"""What it says of two flights that the bodies touch when their velocities jump: the gap between their hulls is nought there.
+
+One camera hardly sees depth, and where two particles touch depends on it. So at the shared time the signed gap of the two hulls
+(:mod:`estimator.pairs.nearest`) counts as one more measurement of nought, with the hulls' own error: cost ``gap² / 2 sigma²``. Its
+derivative is that of the two nearest places along the common normal. It ties the two depths where the contact faces the camera, and says
+little where the normal lies in the picture.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.fitting.levenberg_marquardt import NormalEquations
+from estimator.fitting.pair_fit import PAIR, PairFlight, parameter_maps
+from estimator.motion.flight import COM
+from estimator.motion.piecewise import touch_and_sensitivity
+from estimator.pairs.nearest import Nearest, nearest
+from estimator.particle import Particle
+from estimator.predicted_bias import hull_vertices
+
+Array = NDArray[np.float64]
+HULL_SHARE = 0.005
+"""Standard deviation of a hull's surface as a share of the particle's extent, as :mod:`estimator.plate_gap` has it for a plate."""
+
+
+@dataclass(frozen=True)
+class Hulls:
+    """Vertices of both hulls, (v, 3) and (w, 3) m in nominal body axes from the nominal centres, and ``sigma_m`` (2,) of their surfaces."""
+
+    vertices: tuple[Array, Array]
+    sigma_m: Array
+
+
+def hulls_of(particles: tuple[Particle, Particle]) -> Hulls:
+    """Both hulls as the calibrated views show them."""
+    first, second = ((hull_vertices(p) - p.body.com_particle) @ p.body.R_particle_body for p in particles)
+    return Hulls((first, second), np.array([HULL_SHARE * p.extent_m for p in particles]))
+
+
+def touching(pair: PairFlight, hulls: Hulls) -> NormalEquations:
+    """Normal equations (55,) of the gap at the impact."""
+    gap, J = gap_and_derivative(pair, hulls)
+    variance = float(hulls.sigma_m @ hulls.sigma_m)
+    return NormalEquations(H=np.outer(J, J) / variance, g=J * gap / variance, cost=0.5 * gap**2 / variance)
+
+
+def gap_and_derivative(pair: PairFlight, hulls: Hulls) -> tuple[float, Array]:
+    """The gap (m) and its derivative (55,) by the pair's parameters."""
+    touches = [touch_and_sensitivity(flight, 0) for flight in pair.both]
+    near = nearest_at(pair, hulls, [t.x[0] for t, _ in touches], [t.R[0] for t, _ in touches])
+    J = np.zeros(PAIR)
+    for (touch, S), M, sign in zip(touches, parameter_maps(), (1.0, -1.0), strict=True):
+        own = near.normal @ S[:3] + np.cross(near.point - touch.x[0], near.normal) @ S[3:6]
+        own[COM] -= near.normal @ touch.R[0]
+        J += sign * own @ M
+    return near.gap_m, J
+
+
+def nearest_at(pair: PairFlight, hulls: Hulls, places: list[Array], turns: list[Array]) -> Nearest:
+    """The nearest features for centres of mass at ``places`` (m) and orientations ``turns`` (world from nominal body axes)."""
+    first, second = (
+        place + (body - flight.first.com) @ R.T for place, body, R, flight in zip(places, hulls.vertices, turns, pair.both, strict=True)
+    )
+    return nearest(first, second)
