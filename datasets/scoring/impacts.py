@@ -3,6 +3,9 @@
 An impact is found where a converged estimate has one within a frame of it. Velocities are scored as those of a sequence are
 (:mod:`datasets.scoring.score`), against the truth at first touch and at parting; the time against first touch. A contact that lasts
 ``d`` looks like an instant up to ``d`` later.
+
+Contacts of the truth less than a frame apart, as when a second corner comes down at once, are one impact: its velocities are those before
+the first and after the last of them, and a time between them is right.
 """
 
 from typing import Any
@@ -21,33 +24,54 @@ SIDES = ("before", "after")
 
 
 def score_impacts(estimate: Estimate, truth: Truth) -> list[Row]:
-    """A row per impact of the truth that lies within the frames, in order of time."""
+    """A row per impact of the truth that lies within the frames, in order of time; ``contacts`` says of how many."""
     times = truth.motion.times_s
     frame_s = float(np.median(np.diff(times)))
-    inside = [(k, i) for k, i in enumerate(truth.impacts) if times[0] <= i.time_s <= times[-1]]
-    return [{"sequence": truth.name, "impact": k + 1, **_row(_match(estimate, i, frame_s), i, frame_s)} for k, i in inside]
+    inside = [i for i in truth.impacts if times[0] <= i.time_s <= times[-1]]
+    events = at_once(inside, LARGEST_ERROR_FRAMES * frame_s)
+    return [{"sequence": truth.name, "impact": k + 1, **_row(_match(estimate, e, frame_s), e, frame_s)} for k, e in enumerate(events)]
 
 
-def _match(estimate: Estimate, impact: Impact, frame_s: float) -> ImpactEstimate | None:
-    if estimate.status is not Status.CONVERGED:
+def at_once(impacts: list[Impact], apart_s: float) -> list[list[Impact]]:
+    """Contacts in order of time, those that follow one another in less than ``apart_s`` together."""
+    events: list[list[Impact]] = []
+    for impact in impacts:
+        if events and impact.time_s - events[-1][-1].time_s < apart_s:
+            events[-1].append(impact)
+        else:
+            events.append([impact])
+    return events
+
+
+def _match(estimate: Estimate, event: list[Impact], frame_s: float) -> tuple[ImpactEstimate, ImpactEstimate] | None:
+    """The measured impacts at the first and the last contact of an event, mostly one and the same."""
+    if estimate.status is not Status.CONVERGED or not estimate.impacts:
         return None
-    nearest = min(estimate.impacts, key=lambda i: abs(i.time_s - impact.time_s), default=None)
-    near = nearest is not None and abs(nearest.time_s - impact.time_s) <= LARGEST_ERROR_FRAMES * frame_s
-    return nearest if near else None
+    first, last = (_nearest(estimate, contact, LARGEST_ERROR_FRAMES * frame_s) for contact in (event[0], event[-1]))
+    return None if first is None or last is None else (first, last)
 
 
-def _row(found: ImpactEstimate | None, impact: Impact, frame_s: float) -> Row:
+def _nearest(estimate: Estimate, contact: Impact, most_s: float) -> ImpactEstimate | None:
+    nearest = min(estimate.impacts, key=lambda i: abs(i.time_s - contact.time_s))
+    return nearest if abs(nearest.time_s - contact.time_s) <= most_s else None
+
+
+def _row(found: tuple[ImpactEstimate, ImpactEstimate] | None, event: list[Impact], frame_s: float) -> Row:
     if found is None:
-        return {"found": False}
-    error, sigma = found.time_s - impact.time_s, found.time_sigma_s
+        return {"found": False, "contacts": len(event)}
+    first, last = event[0], event[-1]
+    latest_s = last.time_s - first.time_s if found[0] is found[1] else 0.0
+    late, sigma = found[0].time_s - first.time_s, found[0].time_sigma_s
+    error = max(late - latest_s, 0.0) if late > 0.0 else late
     row: Row = {
         "found": True,
+        "contacts": len(event),
         "time_error_frames": abs(error) / frame_s,
         "time_sigma_frames": sigma / frame_s,
-        "time_inside95": float(-INTERVAL_95 * sigma <= error <= INTERVAL_95 * sigma + impact.duration_s),
+        "time_inside95": float(-INTERVAL_95 * sigma <= error <= INTERVAL_95 * sigma + last.duration_s),
     }
-    before = velocity_errors(found.before, impact.v_before, impact.omega_before)
-    after = velocity_errors(found.after, impact.v_after, impact.omega_after)
+    before = velocity_errors(found[0].before, first.v_before, first.omega_before)
+    after = velocity_errors(found[1].after, last.v_after, last.omega_after)
     for side, errors in zip(SIDES, (before, after), strict=True):
         row |= {f"{side}_{key}": value for key, value in errors.items()}
     return row

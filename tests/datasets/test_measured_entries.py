@@ -93,3 +93,19 @@ def test_an_impact_estimated_elsewhere_is_not_found(truth, estimate_of):
     assert [row["found"] for row in rows] == [False]
     assert impact_summary(impact_table(rows)) == {"impacts": 1, "found": 0}
     assert impact_summary(impact_table([])) == {"impacts": 0, "found": 0}
+
+
+def test_contacts_within_a_frame_are_one_impact(truth, estimate_of):
+    """Velocities are those before the first and after the last; a time between them is right."""
+    first, last = impact_at(truth, 0.0005), replace(impact_at(truth, 0.00058), v_after=np.array([0.3, -0.2, 0.1]))
+    true = replace(truth, impacts=(first, last))
+    between = with_impact(estimate_of(truth, np.zeros(6)), replace(last, v_before=first.v_before), late_s=-3e-5)
+    (row,) = score_impacts(between, true)
+    assert (row["found"], row["contacts"]) == (True, 2)
+    assert row["time_error_frames"] == 0.0
+    assert row["after_in_plane_percent"] == pytest.approx(0.1 * np.hypot(0.3, 0.2) / np.linalg.norm(last.v_after))
+    (late,) = score_impacts(with_impact(estimate_of(truth, np.zeros(6)), last, late_s=5e-6), true)
+    assert late["time_error_frames"] == pytest.approx(0.02)
+    apart = replace(estimate_of(truth, np.zeros(6)), impacts=(*between.impacts, *with_impact(between, last).impacts))
+    assert score_impacts(apart, true)[0]["found"]
+    assert [row["contacts"] for row in score_impacts(between, replace(true, impacts=(first, replace(last, time_s=0.00076))))] == [1, 1]
