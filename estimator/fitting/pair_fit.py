@@ -68,6 +68,16 @@ class PairRefined:
         """The two."""
         return self.first, self.second
 
+    @property
+    def flights(self) -> PairFlight:
+        """The flights alone."""
+        return PairFlight(self.first.flight, self.second.flight)
+
+
+def nothing_known(_pair: PairFlight) -> NormalEquations:
+    """Of the contact."""
+    return NormalEquations(H=np.zeros((PAIR, PAIR)), g=np.zeros(PAIR), cost=0.0)
+
 
 def parameter_maps() -> tuple[Array, Array]:
     """``M`` (28, 55) of each flight: its own parameters from the pair's."""

@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 
 from datasets.vocabulary.camera import HsvCamera
 from estimator.configuration import Configuration
+from estimator.fitting.pose_refinement import Views
 from estimator.fitting.pose_search import SearchEffort, search_pose
-from estimator.geometry.silhouettes import silhouettes
-from estimator.outlines.result import FrameOutline
+from estimator.geometry.silhouettes import Silhouettes, silhouettes
+from estimator.outlines.result import FrameOutline, OutlineTrack
 from estimator.pairs.apart import Run
 from estimator.particle import Particle, views_like
 
@@ -27,6 +28,16 @@ LEAST_RATIO = 1.5
 
 
 @dataclass(frozen=True)
+class Sought:
+    """A particle, its views in the likeness of the ``camera``'s outlines, whosever these are, and how hard to search."""
+
+    particle: Particle
+    views: Views
+    camera: HsvCamera
+    effort: SearchEffort
+
+
+@dataclass(frozen=True)
 class Assigned:
     """Which of a run's two followed outlines is the first particle's, and the ``ratio`` of what the other way round leaves to this."""
 
@@ -34,25 +45,34 @@ class Assigned:
     ratio: float
 
 
-def assigned(run: Run, particles: tuple[Particle, Particle], camera: HsvCamera, configuration: Configuration) -> Assigned:
+def sought(particle: Particle, track: OutlineTrack, camera: HsvCamera, configuration: Configuration) -> Sought:
+    """A particle to be looked for among outlines like those of ``track``, of which at least one can be used."""
+    used = np.flatnonzero(track.used)
+    some = used[np.unique(np.linspace(0, len(used) - 1, LOOKED_AT).round().astype(int))]
+    views = views_like(particle, _seen([track.frames[k] for k in some], camera), np.random.default_rng(configuration.seed))
+    return Sought(particle, views, camera, SearchEffort(starts=configuration.pose_starts, candidates=2))
+
+
+def assigned(run: Run, particles: tuple[Sought, Sought]) -> Assigned:
     """Decide a run."""
-    misses = np.array([[_missed(outlines, particle, camera, configuration) for outlines in run.outlines] for particle in particles])
+    misses = np.array([[_missed(outlines, particle) for outlines in run.outlines] for particle in particles])
     straight, crossed = misses[0, 0] + misses[1, 1], misses[0, 1] + misses[1, 0]
     first = 0 if straight <= crossed else 1
     return Assigned(first, float(max(straight, crossed) / max(min(straight, crossed), 1e-12)))
 
 
-def _missed(outlines: tuple[FrameOutline, ...], particle: Particle, camera: HsvCamera, configuration: Configuration) -> float:
+def _missed(outlines: tuple[FrameOutline, ...], particle: Sought) -> float:
     """Mean square (px²) that the best poses of a particle leave of some outlines."""
     chosen = np.unique(np.linspace(0, len(outlines) - 1, LOOKED_AT + 2).round().astype(int)[1:-1])
-    return float(np.mean([best_miss_px(outlines[k], particle, camera, configuration) ** 2 for k in chosen]))
+    return float(np.mean([best_miss_px(outlines[k], particle) ** 2 for k in chosen]))
 
 
-def best_miss_px(outline: FrameOutline, particle: Particle, camera: HsvCamera, configuration: Configuration) -> float:
+def best_miss_px(outline: FrameOutline, particle: Sought) -> float:
     """RMS ETE (px) of the best pose of a particle for one outline."""
-    seen = silhouettes([outline.outline], [camera.intrinsics])
-    if len(seen.xy) == 0:
-        return NOWHERE_PX
-    views = views_like(particle, seen, np.random.default_rng(configuration.seed))
-    found = search_pose(seen, views, particle.catalogue, SearchEffort(starts=configuration.pose_starts, candidates=2))
-    return float(found.rms_px[0]) if len(found.rms_px) else NOWHERE_PX
+    seen = _seen([outline], particle.camera)
+    found = search_pose(seen, particle.views, particle.particle.catalogue, particle.effort) if len(seen.xy) else None
+    return float(found.rms_px[0]) if found is not None and len(found.rms_px) else NOWHERE_PX
+
+
+def _seen(outlines: list[FrameOutline], camera: HsvCamera) -> Silhouettes:
+    return silhouettes([o.outline for o in outlines], [camera.intrinsics] * len(outlines))

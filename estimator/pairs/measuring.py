@@ -15,7 +15,7 @@ from datasets.estimate import CollisionEstimate, Estimate, Measured, Status
 from datasets.observation import Frames, Observation
 from estimator.configuration import Configuration
 from estimator.fitting.impact_search import LEAST_JUMP_PX
-from estimator.fitting.pair_fit import TIME, PairRefined, at_one_time, fit_pair, refine_pair
+from estimator.fitting.pair_fit import TIME, PairRefined, at_one_time, fit_pair, nothing_known, refine_pair
 from estimator.fitting.piecewise_fit import flown
 from estimator.fitting.trajectory import FitTask
 from estimator.fitting.viewing_angles import with_clear_angles_at
@@ -25,9 +25,9 @@ from estimator.motion.piecewise import PiecewiseFlight
 from estimator.outlines.recording import outlines_of, view_outlines_of
 from estimator.outlines.result import OutlineTrack
 from estimator.pairs.apart import Run, joint_kink, runs_apart, track_of
-from estimator.pairs.associating import LEAST_RATIO, Assigned, assigned, best_miss_px
+from estimator.pairs.associating import LEAST_RATIO, Assigned, Sought, assigned, best_miss_px, sought
 from estimator.pairs.collision import collision_of
-from estimator.pairs.touching import hulls_of, touching
+from estimator.pairs.touching import Hulls, hulls_of, touching
 from estimator.particle import Particle, particle_of, views_like
 from estimator.pipeline import LOST_RMS_PX, NoMeasurement, fit_task, refinement_settings, usable_sightings
 from estimator.predicted_bias import with_bias_at
@@ -49,6 +49,15 @@ class SeenPair:
     runs: tuple[Run, ...]
 
 
+@dataclass(frozen=True)
+class Fitted:
+    """Both at one time of impact: ``free``, and ``held`` such that their ``hulls`` touch then."""
+
+    free: PairRefined
+    held: PairRefined
+    hulls: Hulls
+
+
 def measure_pair(observation: Observation, configuration: Configuration) -> Estimate:
     """Measure two particles that collide once; the second one's estimate is the ``companion`` of the first one's.
 
@@ -66,11 +75,11 @@ def measure_pair(observation: Observation, configuration: Configuration) -> Esti
         for one in seen.both:
             tasks.append(_task(one, configuration))
             chains.append(fitted_chains(one, tasks[-1], np.array([impact_s]), configuration))
-        refined = _joint(seen, (tasks[0], tasks[1]), (chains[0], chains[1]), configuration)
+        fitted = _joint(seen, (tasks[0], tasks[1]), (chains[0], chains[1]), configuration)
     except NoMeasurement as failure:
         return _without(seen, configuration, (failure.status, failure.message))
-    _check_jumps(observation, refined)
-    return _told(observation, seen, (chains[0], chains[1]), refined, configuration)
+    _check_jumps(observation, fitted.free)
+    return _told(observation, seen, (chains[0], chains[1]), fitted, configuration)
 
 
 def seen_pair(observation: Observation, configuration: Configuration) -> SeenPair:
@@ -89,6 +98,9 @@ def seen_pair(observation: Observation, configuration: Configuration) -> SeenPai
             f"got {len(observation.cameras)} cameras{' with pictures' if isinstance(observation.recordings[0], Frames) else ''}"
         )
     camera = observation.cameras[0]
+    for which, views in zip(NAMES, (observation.views, companion.views), strict=True):
+        if not views:
+            raise InputError(f"{observation.name}: expected calibrated views of both particles, got none of the {which} one")
     particles = tuple(
         _particle(replace(observation, views=views, view_recording=recording), which, configuration)
         for which, views, recording in zip(
@@ -98,18 +110,19 @@ def seen_pair(observation: Observation, configuration: Configuration) -> SeenPai
     larger, smaller = (
         outlines_of(r[0], camera.intrinsics, name=observation.name) for r in (observation.recordings, observation.further_recordings)
     )
+    if not larger.used.any():
+        raise InputError(f"{observation.name}: expected outlines that can be used, got none")
+    looked_for = [sought(particle, larger, camera, configuration) for particle in particles]
     runs = runs_apart(larger, smaller)
     if not runs:
-        raise InputError(_never_apart(observation, larger, (particles[0], particles[1]), configuration))
-    decided = [assigned(run, (particles[0], particles[1]), camera, configuration) for run in runs]
+        raise InputError(_never_apart(observation, larger, (looked_for[0], looked_for[1])))
+    decided = [assigned(run, (looked_for[0], looked_for[1])) for run in runs]
     both = [_alone(observation, particles[k], _own(runs, decided, k, (larger, smaller))) for k in (0, 1)]
     return SeenPair((both[0], both[1]), min(d.ratio for d in decided), tuple(runs))
 
 
 def _particle(observation: Observation, which: str, configuration: Configuration) -> Particle:
     name = f"{observation.name}: the {which} particle"
-    if not observation.views:
-        raise InputError(f"{name}: expected calibrated views of both particles, got none of this one")
     seen = view_outlines_of(observation.view_recording, observation.views, name=f"{name}, calibrated views")
     try:
         return particle_of(seen.outlines, observation.views, configuration)
@@ -126,17 +139,15 @@ def _alone(observation: Observation, particle: Particle, track: OutlineTrack) ->
     return Seen(replace(observation, recordings=(track.outlines,), companion=None, further_recordings=()), (track,), particle)
 
 
-def _never_apart(observation: Observation, larger: OutlineTrack, particles: tuple[Particle, Particle], configuration: Configuration) -> str:
+def _never_apart(observation: Observation, larger: OutlineTrack, particles: tuple[Sought, Sought]) -> str:
     """What to say of pictures without two outlines: only one of the particles is there, or they never separate."""
     used = np.flatnonzero(larger.used)
-    expected = f"{observation.name}: expected pictures with two outlines, before and after a collision, got none with two"
-    if len(used) == 0:
-        return f"{expected}, and none with one that can be used"
+    expected = f"{observation.name}: expected pictures with two outlines, before and after a collision, got none in a row"
     frame = larger.frames[int(used[len(used) // 2])]
-    misses = [best_miss_px(frame, particle, observation.cameras[0], configuration) for particle in particles]
+    misses = [best_miss_px(frame, particle) for particle in particles]
     if min(misses) < LOST_RMS_PX:
         return f"{expected}: only the {NAMES[int(np.argmin(misses))]} particle is seen"
-    return f"{expected}: the particles never separate, or only one is there and it is neither of the two"
+    return f"{expected}: the particles never separate, or what is seen is neither of them"
 
 
 def collision_time(observation: Observation, seen: SeenPair) -> float:
@@ -178,17 +189,17 @@ def _task(seen: Seen, configuration: Configuration) -> FitTask:
     return fit_task(seen.observation, seen.particle, sightings, views, configuration)
 
 
-def _joint(
-    seen: SeenPair, tasks: tuple[FitTask, FitTask], chains: tuple[list[Chain], list[Chain]], configuration: Configuration
-) -> PairRefined:
-    """Both at one time of impact: fitted, then refined with the outlines' bias predicted."""
+def _joint(seen: SeenPair, tasks: tuple[FitTask, FitTask], chains: tuple[list[Chain], list[Chain]], configuration: Configuration) -> Fitted:
+    """Both at one time of impact: fitted, then refined with the outlines' bias predicted, then held together."""
     own = [chain[0].solution for chain in chains]
     knowledge = [1.0 / float(np.linalg.pinv(s.equations.H, hermitian=True)[TIME, TIME]) for s in own]
     start = at_one_time(own[0].state, own[1].state, (max(knowledge[0], 1e-9), max(knowledge[1], 1e-9)))
     solution = fit_pair(tasks, start)
     ready = [_ready(one, task, flight, configuration) for one, task, flight in zip(seen.both, tasks, solution.state.both, strict=True)]
-    hulls = hulls_of((seen.both[0].particle, seen.both[1].particle))
-    return refine_pair((ready[0], ready[1]), solution.state, refinement_settings(configuration), lambda pair: touching(pair, hulls))
+    hulls, settings = hulls_of((seen.both[0].particle, seen.both[1].particle)), refinement_settings(configuration)
+    free = refine_pair((ready[0], ready[1]), solution.state, settings, nothing_known)
+    held = refine_pair((ready[0], ready[1]), free.flights, settings, lambda pair: touching(pair, hulls))
+    return Fitted(free, held, hulls)
 
 
 def _ready(seen: Seen, task: FitTask, flight: PiecewiseFlight, configuration: Configuration) -> FitTask:
@@ -206,12 +217,12 @@ def _check_jumps(observation: Observation, refined: PairRefined) -> None:
 
 
 def _told(
-    observation: Observation, seen: SeenPair, chains: tuple[list[Chain], list[Chain]], refined: PairRefined, configuration: Configuration
+    observation: Observation, seen: SeenPair, chains: tuple[list[Chain], list[Chain]], fitted: Fitted, configuration: Configuration
 ) -> Estimate:
-    outcomes = [judge_chain(chain, part, configuration) for chain, part in zip(chains, refined.both, strict=True)]
+    outcomes = [judge_chain(chain, part, configuration) for chain, part in zip(chains, fitted.held.both, strict=True)]
     status, message = _together(outcomes, seen.ratio)
     parts = []
-    for one, chain, part in zip(seen.both, chains, refined.both, strict=True):
+    for one, chain, part in zip(seen.both, chains, fitted.held.both, strict=True):
         parts.append(
             impacts_estimate(
                 one.observation, one.tracks, (one.particle, chain[0].found), part, (status, message), configuration=configuration
@@ -220,7 +231,7 @@ def _told(
     if status is Status.NO_CONVERGENCE:
         return replace(parts[0], companion=parts[1])
     particles = (seen.both[0].particle, seen.both[1].particle)
-    collision = collision_of(refined, particles, observation)
+    collision = collision_of(fitted.free, fitted.held, fitted.hulls, particles, observation)
     first = replace(parts[0], statistics={**parts[0].statistics, "assignment_ratio": seen.ratio})
     return replace(first, companion=parts[1], collision=collision, message=f"{first.message} {sentence(collision)}")
 
