@@ -108,8 +108,8 @@ class CollisionEstimate:
     ``time_s`` (continuous, shared by both). ``point_world`` (3,) m and ``normal_world`` (3,), unit, into the first particle, with
     ``normal_sigma_rad`` about each of two axes: where the two hulls are nearest. ``gap_m``: between the hulls where the motions alone put
     them, negative where they overlap. Relative velocity of first against second at the point, along the normal: ``approach_ms`` (negative)
-    and ``separation_ms``; ``restitution`` is minus their ratio. ``impulse_per_mass`` (3,) m/s: the impulse on the first over its mass; ``impulse_ratio``: its
-    tangential over its normal part.
+    and ``separation_ms``; ``restitution`` is minus their ratio. ``impulse_per_mass`` (3,) m/s: the impulse on the first over its mass;
+    ``impulse_ratio``: its tangential over its normal part.
 
     ``mass_ratio``: first over second, by ``mass_source``: ``"weighed"``, or ``"volumes"`` of the hulls at equal density.
     ``momentum_mass_ratio`` is what the two jumps of velocity make of it. ``momentum_change_ms`` (3,) m/s with ``momentum_sigma_ms`` (3,):

@@ -1,6 +1,6 @@
 """What a collision was: contact point and normal from the hulls at the shared pose, restitution, impulse, and whether momentum was kept.
 
-With ``r`` the mass ratio, first over second: the jumps of velocity are ``D_1 = J / m_1`` and ``D_2 = -r J / m_1``; both together, each by its
+With ``r`` the mass ratio, first over second, the jumps of velocity are ``D_1 = J / m_1`` and ``D_2 = -r J / m_1``; both together, by their
 covariance, give the impulse, and ``r D_1 + D_2`` is nought where momentum is kept. The least-squares ``r`` of that is the mass ratio that
 momentum itself shows. Along the normal ``n`` at the contact point the relative velocity is ``u``, and ``e = -u_n after / u_n before``.
 
