@@ -5,7 +5,7 @@ impact, and is searched from nothing only where that leads nowhere. Competing mi
 segments: what a slow first flight leaves open, the tumbling after the impact usually decides.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -16,14 +16,16 @@ from datasets.observation import Frames, Observation
 from estimator.configuration import Configuration
 from estimator.fitting.impact_search import Kink
 from estimator.fitting.levenberg_marquardt import Outcome, Solution
+from estimator.fitting.loose_contact import LooseContact
 from estimator.fitting.noise_model import measured_noise
-from estimator.fitting.piecewise_fit import PiecewiseRefined, fit_piecewise, flown, in_order, refine_piecewise
+from estimator.fitting.piecewise_fit import PiecewiseRefined, fit_piecewise, flown, in_order, piecewise_cost, refine_piecewise
 from estimator.fitting.plate_contact import PlateTask
 from estimator.fitting.pose_refinement import Poses, refine
 from estimator.fitting.pose_search import FoundPoses, rms_ete_px
 from estimator.fitting.segments import joined, meeting_time, segment_rows
 from estimator.fitting.trajectory import FitTask, errors_of, particle_poses, restricted
 from estimator.fitting.viewing_angles import with_clear_angles_at
+from estimator.impact_contacts import ToldApart, contact_sentences, contacts_told_apart
 from estimator.impact_discovery import LEAST_TRACKED, kinks_of_poses
 from estimator.impact_reporting import impacts_estimate
 from estimator.motion.flight import N_PARAMETERS, Flight, poses
@@ -106,12 +108,54 @@ def estimate_with_impacts(seen: Seen, kinks: list[Kink], configuration: Configur
         return empty_estimate(seen.observation, seen.tracks, seen.particle, configuration, (Status.NO_CONVERGENCE, RAN_AWAY))
     if refined is None:
         return None
-    plate = _plate_of(seen, refined, configuration)
+    chains, told = _with_contacts(seen, task, (chains, refined), configuration)
+    plate = _plate_of(seen, told.refined, configuration)
     if plate is not None:
-        refined = refined_chain(seen, task, refined.flight, configuration, plate)
-    outcome = judge_chain(chains, refined, configuration)
+        told = replace(told, refined=refined_chain(seen, task, told.refined.flight, configuration, (plate, told.loose)))
+    status, message = judge_chain(chains, told.refined, configuration)
+    outcome = (status, " ".join([message, *contact_sentences(told, _frame_s(seen))]))
     fitted = (seen.particle, chains[0].found)
-    return impacts_estimate(seen.observation, seen.tracks, fitted, refined, outcome, configuration=configuration, plate=plate)
+    estimate = impacts_estimate(seen.observation, seen.tracks, fitted, told.refined, outcome, configuration=configuration, plate=plate)
+    return replace(estimate, statistics={**estimate.statistics, "impacts": [dict(vars(s)) for s in told.spreads]})
+
+
+def _frame_s(seen: Seen) -> float:
+    return float(np.median(np.diff(seen.observation.clock.times_s)))
+
+
+def _with_contacts(
+    seen: Seen, task: FitTask, known: tuple[list[Chain], PiecewiseRefined], configuration: Configuration
+) -> tuple[list[Chain], ToldApart]:
+    """The chains with impacts that were several contacts told apart, in those too that had fitted nearly as well, and the best of them."""
+    chains, refined = known
+    told = _told_apart(seen, task, refined, configuration)
+    if len(told.refined.flight.bounces) == len(refined.flight.bounces):
+        return chains, told
+    found = [(_told_chain(task, chains[0], told), told)]
+    for rival in _rivals(chains, configuration):
+        other = _told_apart(seen, task, refined_chain(seen, task, rival.solution.state, configuration), configuration)
+        found.append((_told_chain(task, rival, other), other))
+    found.sort(key=lambda each: each[0].solution.equations.cost)
+    return [chain for chain, _ in found], found[0][1]
+
+
+def _told_chain(task: FitTask, chain: Chain, told: ToldApart) -> Chain:
+    cost = piecewise_cost(task, told.refined.flight)
+    return Chain(chain.found, replace(chain.solution, state=told.refined.flight, equations=replace(chain.solution.equations, cost=cost)))
+
+
+def _rivals(chains: list[Chain], configuration: Configuration) -> list[Chain]:
+    """Those that fit nearly as well as the first, and are another trajectory."""
+    best = chains[0].solution
+    near = [c for c in chains[1:] if c.solution.equations.cost < configuration.ambiguity * best.equations.cost]
+    return [c for c in near if not same_flight(c.solution.state.first, best.state.first)]
+
+
+def _told_apart(seen: Seen, task: FitTask, refined: PiecewiseRefined, configuration: Configuration) -> ToldApart:
+    def prepared(flight: PiecewiseFlight) -> FitTask:
+        return prepared_task(seen, task, flight, configuration)
+
+    return contacts_told_apart(task, refined, prepared, refinement_settings(configuration), frame_s=_frame_s(seen))
 
 
 def _plate_of(seen: Seen, refined: PiecewiseRefined, configuration: Configuration) -> PlateTask | None:
@@ -175,7 +219,7 @@ def impact_times(observation: Observation, kinks: list[Kink]) -> Array:
 
 def fitted_chains(seen: Seen, task: FitTask, impacts_s: Array, configuration: Configuration) -> list[Chain]:
     """The joint fits from the competing minima of the longest segment, by ascending cost."""
-    frame_s = float(np.median(np.diff(seen.observation.clock.times_s)))
+    frame_s = _frame_s(seen)
     rows = segment_rows(task.sightings.times_s, impacts_s, clear_s=UNCLEAR_FRAMES * frame_s)
     if min(map(len, rows)) < LEAST_TRACKED:
         rows = segment_rows(task.sightings.times_s, impacts_s, clear_s=0.0)
@@ -250,14 +294,23 @@ def _joint(task: FitTask, flights: list[Flight], impacts_s: Array) -> Solution[P
 
 
 def refined_chain(
-    seen: Seen, task: FitTask, flight: PiecewiseFlight, configuration: Configuration, plate: PlateTask | None = None
+    seen: Seen,
+    task: FitTask,
+    flight: PiecewiseFlight,
+    configuration: Configuration,
+    known: tuple[PlateTask | None, tuple[LooseContact, ...]] = (None, ()),
 ) -> PiecewiseRefined:
-    """The last refinement, with the outlines' bias predicted and without pairs seen from nearly one line, held to ``plate``."""
+    """The last refinement; ``known``: a plate it is held to, and impacts that were more than one contact."""
+    return refine_piecewise(prepared_task(seen, task, flight, configuration), flight, refinement_settings(configuration), *known)
+
+
+def prepared_task(seen: Seen, task: FitTask, flight: PiecewiseFlight, configuration: Configuration) -> FitTask:
+    """The task with the outlines' bias predicted under a flight and without pairs seen from nearly one line."""
     at = flown(flight, task.sightings.times_s)
     if not any(isinstance(r, Frames) for r in seen.observation.recordings):
         rng = np.random.default_rng(configuration.seed)
         task = with_bias_at(task, seen.particle, (flight.first, at), pairs=configuration.bias_pairs, rng=rng)
-    return refine_piecewise(with_clear_angles_at(task, flight.first, at), flight, refinement_settings(configuration), plate)
+    return with_clear_angles_at(task, flight.first, at)
 
 
 def jumps(refined: PiecewiseRefined) -> list[float]:
@@ -286,10 +339,10 @@ def judge_chain(chains: list[Chain], refined: PiecewiseRefined, configuration: C
         return Status.NO_CONVERGENCE, missed
     if not fit.settled:
         return Status.NO_CONVERGENCE, "the last refinement of the flight with impacts did not settle."
-    for other in chains[1:]:
-        ratio = other.solution.equations.cost / best.equations.cost
-        if ratio < configuration.ambiguity and not same_flight(other.solution.state.first, best.state.first):
-            return Status.AMBIGUOUS, f"another trajectory fits nearly as well (cost ratio {ratio:.3f}): more frames or views would decide."
+    rivals = _rivals(chains, configuration)
+    if rivals:
+        ratio = rivals[0].solution.equations.cost / best.equations.cost
+        return Status.AMBIGUOUS, f"another trajectory fits nearly as well (cost ratio {ratio:.3f}): more frames or views would decide."
     count = len(refined.flight.bounces)
     told = f"converged, piecewise: {count} impact{'s' if count > 1 else ''} between {count + 1} free flights."
     return Status.CONVERGED, " ".join([told, *_near_one_another(refined)])

@@ -1,8 +1,8 @@
 """One row of scores for every true impact: found or not, its time, and the velocities right before and after it.
 
-An impact is found where a converged estimate has one within a frame of it. Velocities are scored as those of a sequence are
-(:mod:`datasets.scoring.score`), against the truth at first touch and at parting; the time against first touch. A contact that lasts
-``d`` looks like an instant up to ``d`` later.
+An impact is found where a converged estimate has one within a frame of it that is nearer to no other. Velocities are scored as those of a
+sequence are (:mod:`datasets.scoring.score`), against the truth at first touch and at parting; the time against first touch. A contact that
+lasts ``d`` looks like an instant up to ``d`` later.
 
 Contacts of the truth less than a frame apart, as when a second corner comes down at once, are one impact: its velocities are those before
 the first and after the last of them, and a time between them is right.
@@ -29,7 +29,8 @@ def score_impacts(estimate: Estimate, truth: Truth) -> list[Row]:
     frame_s = float(np.median(np.diff(times)))
     inside = [i for i in truth.impacts if times[0] <= i.time_s <= times[-1]]
     events = at_once(inside, LARGEST_ERROR_FRAMES * frame_s)
-    return [{"sequence": truth.name, "impact": k + 1, **_row(_match(estimate, e, frame_s), e, frame_s)} for k, e in enumerate(events)]
+    found = _matches(estimate, events, frame_s)
+    return [{"sequence": truth.name, "impact": k + 1, **_row(f, e, frame_s)} for k, (f, e) in enumerate(zip(found, events, strict=True))]
 
 
 def at_once(impacts: list[Impact], apart_s: float) -> list[list[Impact]]:
@@ -43,17 +44,25 @@ def at_once(impacts: list[Impact], apart_s: float) -> list[list[Impact]]:
     return events
 
 
-def _match(estimate: Estimate, event: list[Impact], frame_s: float) -> tuple[ImpactEstimate, ImpactEstimate] | None:
-    """The measured impacts at the first and the last contact of an event, mostly one and the same."""
-    if estimate.status is not Status.CONVERGED or not estimate.impacts:
-        return None
-    first, last = (_nearest(estimate, contact, LARGEST_ERROR_FRAMES * frame_s) for contact in (event[0], event[-1]))
-    return None if first is None or last is None else (first, last)
+def _matches(estimate: Estimate, events: list[list[Impact]], frame_s: float) -> list[tuple[ImpactEstimate, ImpactEstimate] | None]:
+    """The first and the last measured impact, mostly one and the same, of each event; each measured impact belongs to the nearest event."""
+    mine: list[list[ImpactEstimate]] = [[] for _ in events]
+    for impact in estimate.impacts if estimate.status is Status.CONVERGED else ():
+        away = [_away_s(impact, event) for event in events]
+        if away and min(away) <= LARGEST_ERROR_FRAMES * frame_s:
+            mine[int(np.argmin(away))].append(impact)
+    return [_ends(found, event) if found else None for found, event in zip(mine, events, strict=True)]
 
 
-def _nearest(estimate: Estimate, contact: Impact, most_s: float) -> ImpactEstimate | None:
-    nearest = min(estimate.impacts, key=lambda i: abs(i.time_s - contact.time_s))
-    return nearest if abs(nearest.time_s - contact.time_s) <= most_s else None
+def _away_s(impact: ImpactEstimate, event: list[Impact]) -> float:
+    return max(event[0].time_s - impact.time_s, impact.time_s - event[-1].time_s, 0.0)
+
+
+def _ends(found: list[ImpactEstimate], event: list[Impact]) -> tuple[ImpactEstimate, ImpactEstimate]:
+    if len(event) > 1:
+        return found[0], found[-1]
+    nearest = min(found, key=lambda i: _away_s(i, event))
+    return nearest, nearest
 
 
 def _row(found: tuple[ImpactEstimate, ImpactEstimate] | None, event: list[Impact], frame_s: float) -> Row:

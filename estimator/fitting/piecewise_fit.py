@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.fitting.levenberg_marquardt import NormalEquations, Problem, Solution, minimise
-from estimator.fitting.noise_model import measured_noise, with_noise
+from estimator.fitting.loose_contact import LONGEST_SPREAD_S, LooseContact, loose_contact, loose_sensitivity, moved_loose, spread_equations
+from estimator.fitting.noise_model import MeasuredNoise, measured_noise, with_noise
 from estimator.fitting.plate_contact import PlateHeld, PlateTask, held_by_plate
 from estimator.fitting.refinement import (
     FINE_STEPS,
@@ -55,12 +56,13 @@ def flown(flight: PiecewiseFlight, times_s: Array) -> FlightPoses:
 def fit_piecewise(task: FitTask, start: PiecewiseFlight, *, max_steps: int = 25, tolerance: float = 1e-5) -> Solution[PiecewiseFlight]:
     """Levenberg-Marquardt from ``start``."""
     problem = Problem(
-        cost=lambda flight: _cost(task, flight), linearise=lambda flight: linearise_piecewise(task, flight), move=moved_piecewise
+        cost=lambda flight: piecewise_cost(task, flight), linearise=lambda flight: linearise_piecewise(task, flight), move=moved_piecewise
     )
     return minimise(problem, start, max_steps=max_steps, tolerance=tolerance)
 
 
-def _cost(task: FitTask, flight: PiecewiseFlight) -> float:
+def piecewise_cost(task: FitTask, flight: PiecewiseFlight) -> float:
+    """What the fit minimises; infinite for flights that cannot be flown."""
     if not in_order(flight):
         return float("inf")
     try:
@@ -87,40 +89,74 @@ def linearise_piecewise(task: FitTask, flight: PiecewiseFlight) -> NormalEquatio
     return NormalEquations(H=H, g=g, cost=data_cost(task, errors) + prior_cost(task, flight.first))
 
 
-def refine_piecewise(task: FitTask, flight: PiecewiseFlight, settings: Refinement, plate: PlateTask | None = None) -> PiecewiseRefined:
+def refine_piecewise(
+    task: FitTask,
+    flight: PiecewiseFlight,
+    settings: Refinement,
+    plate: PlateTask | None = None,
+    loose: tuple[LooseContact, ...] = (),
+) -> PiecewiseRefined:
     """Gauss-Newton steps with refreshed weights until they are small, as :func:`estimator.fitting.refinement.refine_flight`.
 
-    With ``plate``, the flight is held to it; what that says counts as known, like the prior, in the covariance.
+    With ``plate``, the flight is held to it; what that says counts as known, like the prior, in the covariance. The impacts of ``loose``
+    may have a pose before and another one after them; covariance and bound are those of the other parameters.
     """
     times, settled = task.sightings.times_s, False
-    noise = measured_noise(unbiased_errors(task, flight.first, flown(flight, times)))
-    task = replace(task, sightings=replace(task.sightings, silhouettes=with_noise(task.sightings.silhouettes, noise)))
-    held = None if plate is None else held_by_plate(plate, flight, times)
-    at = _with_plate(linearised(task, flight.first, piecewise_sensitivity(flight, times), settings), held)
+    task, noise = with_noise_at(task, flight)
+    known, held = _known(task, flight, plate, loose)
+    at = _with_known(linearised(task, flight.first, loose_sensitivity(flight, times, loose), settings), known)
     for count in range(1, MOST_STEPS + 1):
         inverse = scaled_inverse(at.H)
         step = -inverse @ at.g
-        moved = moved_piecewise(flight, step)
+        moved = moved_loose(flight, step, loose)
         if not in_order(moved):
             break
         try:
-            motion = piecewise_sensitivity(moved, times)
-            held = None if plate is None else held_by_plate(plate, moved, times)
+            motion = loose_sensitivity(moved, times, loose)
+            known, held = _known(task, moved, plate, loose)
         except RanAway:
             settled = False
             break
-        flight, at = moved, _with_plate(linearised(task, moved.first, motion, settings), held)
+        flight, at = moved, _with_known(linearised(task, moved.first, motion, settings), known)
         size = float(np.max(np.abs(step) / np.sqrt(np.diag(inverse))))
         settled = size < STEADY
         if size < SETTLED or (settled and count >= FINE_STEPS):
             break
-    known = np.diag(np.pad(task.prior.precision, (0, flight.size - N_PARAMETERS)))
-    known = known if held is None else known + held.equations.H
-    covariance, bound = covariance_and_bound(task, at, known, settings)
+    prior = np.diag(np.pad(task.prior.precision, (0, len(at.g) - N_PARAMETERS)))
+    covariance, bound = (c[: flight.size, : flight.size] for c in covariance_and_bound(task, at, prior + known.H, settings))
     places = np.column_stack([task.sightings.camera, task.sightings.frame])
     refined = Refined(flight.first, at.predicted, covariance, bound, at.errors, at.frames, at.within, settled, noise, places)
     return PiecewiseRefined(flight, refined, times, held)
 
 
-def _with_plate(at: Linearised, held: PlateHeld | None) -> Linearised:
-    return at if held is None else replace(at, H=at.H + held.equations.H, g=at.g + held.equations.g)
+def with_noise_at(task: FitTask, flight: PiecewiseFlight) -> tuple[FitTask, MeasuredNoise]:
+    """The task with the noise that its errors under a flight show, and that noise."""
+    noise = measured_noise(unbiased_errors(task, flight.first, flown(flight, task.sightings.times_s)))
+    return replace(task, sightings=replace(task.sightings, silhouettes=with_noise(task.sightings.silhouettes, noise))), noise
+
+
+def spread_at(task: FitTask, flight: PiecewiseFlight, number: int, settings: Refinement) -> tuple[Array, Array]:
+    """What the outlines say of a shift at impact ``number`` of a refined flight: z (5,) s, from one step, and its covariance."""
+    task, _ = with_noise_at(task, flight)
+    loose = (loose_contact(flight, number, LONGEST_SPREAD_S),)
+    at = linearised(task, flight.first, loose_sensitivity(flight, task.sightings.times_s, loose), settings)
+    prior = np.diag(np.pad(task.prior.precision, (0, len(at.g) - N_PARAMETERS)))
+    covariance, _ = covariance_and_bound(task, at, prior, settings)
+    return -(scaled_inverse(at.H) @ at.g)[flight.size :], covariance[flight.size :, flight.size :]
+
+
+def _known(
+    task: FitTask, flight: PiecewiseFlight, plate: PlateTask | None, loose: tuple[LooseContact, ...]
+) -> tuple[NormalEquations, PlateHeld | None]:
+    """What is known besides outlines and prior: how far loose contacts may spread, and where the plate is."""
+    known = spread_equations(flight, loose)
+    if plate is None:
+        return known, None
+    held = held_by_plate(plate, flight, task.sightings.times_s)
+    more = (0, len(known.g) - flight.size)
+    H, g = np.pad(held.equations.H, more), np.pad(held.equations.g, more)
+    return NormalEquations(known.H + H, known.g + g, known.cost + held.equations.cost), held
+
+
+def _with_known(at: Linearised, known: NormalEquations) -> Linearised:
+    return replace(at, H=at.H + known.H, g=at.g + known.g)

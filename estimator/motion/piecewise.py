@@ -11,7 +11,7 @@ derivative jumps, and gets that of the second segment.
 Not meant for contacts that last longer than a small part of a frame, nor for particles that rest or roll.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from jaxtyping import Float
@@ -32,7 +32,15 @@ from estimator.motion.flight import (
 )
 from estimator.motion.flight import NAMES as FLIGHT_NAMES
 from estimator.motion.flight import states as flight_states
-from estimator.motion.rigid_body import States, angular_momentum, angular_velocity, propagate, rotation_matrices
+from estimator.motion.rigid_body import (
+    States,
+    angular_momentum,
+    angular_velocity,
+    propagate,
+    quaternion_product,
+    rotation_matrices,
+)
+from estimator.motion.rotation import quaternion_from_vector
 
 Array = NDArray[np.float64]
 PER_IMPACT = 7
@@ -42,11 +50,16 @@ IMPACT_STEPS = np.array([TIME_STEP_S, *STEPS[V], *STEPS[OMEGA]])
 
 @dataclass(frozen=True)
 class Bounce:
-    """An impact at ``time_s`` and the velocities that a particle leaves it with: ``v`` (3,) m/s, ``omega`` (3,) rad/s, world frame."""
+    """An impact at ``time_s`` and the velocities that a particle leaves it with: ``v`` (3,) m/s, ``omega`` (3,) rad/s, world frame.
+
+    ``shift`` (6,): by how much (m, rad as a left rotation vector) the pose it leaves with is off the one it came with, where the impact was
+    more than one contact and the particle moved on between them.
+    """
 
     time_s: float
     v: Float[NDArray[np.float64], "3"]
     omega: Float[NDArray[np.float64], "3"]
+    shift: Float[NDArray[np.float64], "6"] = field(default_factory=lambda: np.zeros(6))
 
 
 @dataclass(frozen=True)
@@ -88,7 +101,7 @@ def moved_piecewise(flight: PiecewiseFlight, step: Array) -> PiecewiseFlight:
     bounces = []
     for number, bounce in enumerate(flight.bounces):
         part = step[impact_slice(number)]
-        bounces.append(Bounce(bounce.time_s + float(part[0]), bounce.v + part[1:4], bounce.omega + part[4:7]))
+        bounces.append(Bounce(bounce.time_s + float(part[0]), bounce.v + part[1:4], bounce.omega + part[4:7], bounce.shift))
     return PiecewiseFlight(moved(flight.first, step[:N_PARAMETERS]), tuple(bounces))
 
 
@@ -140,13 +153,20 @@ def _struck(before: _Leg, lanes: _Lanes, bounce: Bounce, number: int) -> _Leg:
         rows = np.flatnonzero(part[:, 0] == shift)
         group, time_s = lanes.take(rows), bounce.time_s + float(shift)
         lane = _Leg(_row(before.start, rows), before.time_s)  # type: ignore[arg-type]
-        touched = _row(_flown(lane, group, np.array([time_s])), 0)
+        touched = _shifted(_row(_flown(lane, group, np.array([time_s])), 0), bounce.shift)
         L = angular_momentum(touched.q, bounce.omega + part[rows, 4:7], group.inertia)
         after = States(touched.x, touched.q, bounce.v + part[rows, 1:4], L)
         if shift != 0.0:
             after = _row(_flown(_Leg(after, time_s), group, np.array([bounce.time_s])), 0)
         start.x[rows], start.q[rows], start.v[rows], start.L[rows] = after.x, after.q, after.v, after.L
     return _Leg(start, bounce.time_s)
+
+
+def _shifted(states: States, shift: Array) -> States:
+    if not shift.any():
+        return states
+    turn = np.broadcast_to(quaternion_from_vector(shift[3:]), states.q.shape)
+    return States(states.x + shift[:3], quaternion_product(turn, states.q), states.v, states.L)
 
 
 def _legs(flight: PiecewiseFlight, lanes: _Lanes) -> list[_Leg]:

@@ -109,6 +109,27 @@ def test_a_second_impact_hidden_by_wobble_is_found_by_tracked_poses() -> None:
         assert np.linalg.norm(impact.after.omega_world - true.omega_after) < 0.15 * np.linalg.norm(true.omega_after)
 
 
+@pytest.mark.parametrize(("seed", "apart", "impacts"), [(132, 1.05, 2), (109, 0.55, 1)])
+def test_contacts_less_than_two_frames_apart_are_told(seed: int, apart: float, impacts: int) -> None:
+    """One by one where a picture lies between them, as one impact that was more than a contact otherwise; what comes after is right."""
+    observation, truth = build_silhouette_sequence(replace(RECIPE, seed=seed), 0)
+    first, last = truth.impacts[:2]
+    frame_s = float(np.diff(observation.clock.times_s)[0])
+    assert (last.time_s - first.time_s) / frame_s == pytest.approx(apart, abs=0.01)
+    found = measure(observation, QUICK)
+    assert (found.status, len(found.impacts)) == (Status.CONVERGED, impacts)
+    assert ("was more than one contact" in found.message) == (impacts == 1)
+    assert ("frames apart; velocities between them are loose" in found.message) == (impacts == 2)
+    assert len(found.statistics["impacts"]) == impacts
+    for velocity, v, omega in (
+        (found.impacts[0].before, first.v_before, first.omega_before),
+        (found.impacts[-1].after, last.v_after, last.omega_after),
+    ):
+        error = np.concatenate([velocity.v_world - v, velocity.omega_world - omega])
+        assert np.all(np.abs(error) < 4.0 * np.sqrt(np.diag(velocity.covariance)))
+    assert np.linalg.norm(found.impacts[-1].after.omega_world - last.omega_after) < 0.1 * np.linalg.norm(last.omega_after)
+
+
 def test_an_impact_in_the_last_three_frames_is_named(sequence: tuple[Observation, Truth]) -> None:
     observation, truth = sequence
     at = int(np.searchsorted(observation.clock.times_s, truth.impacts[0].time_s))

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from datasets.vocabulary.camera import HsvCamera
 from estimator.fitting.levenberg_marquardt import NormalEquations
-from estimator.fitting.piecewise_fit import _cost, fit_piecewise, flown, linearise_piecewise, refine_piecewise
+from estimator.fitting.piecewise_fit import fit_piecewise, flown, linearise_piecewise, piecewise_cost, refine_piecewise
 from estimator.fitting.refinement import Refinement
 from estimator.fitting.segments import joined, meeting_time, segment_rows
 from estimator.fitting.trajectory import FitTask, Prior, Sightings, errors_of, prior_cost
@@ -107,4 +107,4 @@ def test_rows_beside_an_impact_belong_to_no_segment() -> None:
 def test_a_bounce_that_cannot_be_flown_costs_more_than_any_other() -> None:
     truth = bouncing()
     runaway = replace(truth, bounces=(replace(truth.bounces[0], omega=np.full(3, 1e7)),))
-    assert _cost(seen(truth), runaway) == np.inf
+    assert piecewise_cost(seen(truth), runaway) == np.inf
