@@ -23,6 +23,7 @@ from datasets.vocabulary.camera import Intrinsics
 from synth.contact.law import contact_law
 from synth.contact.pair_collision import Two, collide_pair, first_touch_of_pair
 from synth.contact.polytopes import Polytope, polytope_of, signed_gap
+from synth.contact.touching import Flight
 from synth.effects.links import FlyingBody
 from synth.motion import Start, fly
 from synth.motion.free_flight import FreeFlight
@@ -36,6 +37,7 @@ LATEST_FRAMES = 8.0
 """How many frames from where it should be a collision may lie."""
 NEARER = 200
 """Steps in which bodies are moved together until they overlap."""
+LEAVES = "one leaves the picture; lower pair.closing_ms, pair.drift_ms, pair.frames_before or pair.frames_after"
 
 
 @dataclass(frozen=True)
@@ -91,6 +93,9 @@ def _drawn(recipe: Recipe, course: PairCourse, shapes: tuple[Polytope, Polytope]
         fly(start, body.inertia_kgm2, gravity, earliest_s=-course.impact_s - margin, latest_s=LATEST_FRAMES * frame_s)
         for start, body in zip(meeting, course.bodies, strict=True)
     )
+    early = course.stamps_s[course.stamps_s <= course.impact_s]
+    if not all(_in_view(course, flight, body, early - course.impact_s) for flight, body in zip(before, course.bodies, strict=True)):
+        return LEAVES
     touch = first_touch_of_pair((before[0], before[1]), shapes, from_s=-course.impact_s, to_s=LATEST_FRAMES * frame_s)
     if touch is None or abs(touch) > LATEST_FRAMES * frame_s:
         return "they meet at another time, since they turn; lower motion.spin_rads"
@@ -108,8 +113,8 @@ def _drawn(recipe: Recipe, course: PairCourse, shapes: tuple[Polytope, Polytope]
     if first_touch_of_pair((after[0], after[1]), shapes, from_s=0.0, to_s=span[1]) is not None:
         return "they touch again; raise contact.restitution or pair.closing_ms, or lower pair.frames_after"
     flights = tuple(_two_legs(course, (before[k], after[k]), (course.impact_s + touch, struck.parting_s), course.bodies[k]) for k in (0, 1))
-    if not all(_in_view(course, flight, body) for flight, body in zip(flights, course.bodies, strict=True)):
-        return "one leaves the picture; lower pair.closing_ms, pair.drift_ms, pair.frames_before or pair.frames_after"
+    if not all(_in_view(course, flight, body, course.stamps_s) for flight, body in zip(flights, course.bodies, strict=True)):
+        return LEAVES
     return FlownPair((flights[0], flights[1]), struck.impacts)
 
 
@@ -171,6 +176,6 @@ def _two_legs(course: PairCourse, flights: tuple[FreeFlight, FreeFlight], when: 
     return PiecewiseFlight(legs, body.body)
 
 
-def _in_view(course: PairCourse, flight: PiecewiseFlight, body: FlyingBody) -> bool:
+def _in_view(course: PairCourse, flight: Flight, body: FlyingBody, times_s: Array) -> bool:
     radius = float(np.linalg.norm(body.vertices - body.body.com_particle, axis=1).max())
-    return ball_in_view(flight.at(course.stamps_s).x_world, Stage(course.camera, 0.0, radius, course.stamps_s))
+    return ball_in_view(flight.at(times_s).x_world, Stage(course.camera, 0.0, radius, times_s))
