@@ -47,6 +47,7 @@ from estimator.pipeline import (
     same_flight,
     usable_sightings,
 )
+from estimator.plate_edge import edge_sentence
 from estimator.plate_gap import plate_gaps
 from estimator.plate_holding import plate_task
 from estimator.predicted_bias import with_bias_at
@@ -159,8 +160,10 @@ def _told_apart(seen: Seen, task: FitTask, refined: PiecewiseRefined, configurat
 
 
 def _plate_of(seen: Seen, refined: PiecewiseRefined, configuration: Configuration) -> PlateTask | None:
-    """The plate to hold the flight to: none where that is not asked for, nor where the impacts contradict the one that is stated."""
-    if any(gap is not None and not gap.agrees for gap in plate_gaps(refined, seen.observation, seen.particle)):
+    """The plate to hold the flight to: none where that is not asked for, nor where impacts or picture contradict the one that is stated."""
+    place = touch_and_sensitivity(refined.flight, 0)[0].x[0]
+    contradicted = any(gap is not None and not gap.agrees for gap in plate_gaps(refined, seen.observation, seen.particle))
+    if contradicted or edge_sentence(seen.observation, place) is not None:
         return None
     return plate_task(seen.observation, seen.particle, refined, configuration)
 

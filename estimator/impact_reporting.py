@@ -28,6 +28,7 @@ from estimator.motion.rigid_body import rotation_matrices
 from estimator.motion.rotation import quaternion
 from estimator.outlines.result import OutlineTrack
 from estimator.particle import Particle
+from estimator.plate_edge import edge_sentence
 from estimator.plate_gap import plate_gaps, plate_sentences, spread_by
 from estimator.plate_holding import plate_told
 from estimator.reporting import fit_statistics, flight_values, frame_reports, sighting_errors, versions, view_statistics, with_views
@@ -61,11 +62,12 @@ def impacts_estimate(
     if status is Status.NO_CONVERGENCE:
         return Estimate(name=observation.name, status=status, message=with_views(message, particle), **told)
     impacts = tuple(_impact(refined, number, gap) for number, gap in enumerate(plate_gaps(refined, observation, particle)))
+    edge = edge_sentence(observation, impacts[0].x_world)
     held, told["statistics"] = plate_told(plate, refined, told["statistics"])
     return Estimate(
         name=observation.name,
         status=status,
-        message=with_views(" ".join([message, *plate_sentences(impacts), *held]), particle),
+        message=with_views(" ".join([message, *plate_sentences(impacts), *([edge] if edge else []), *held]), particle),
         body=fitted_body(flight.first),
         motion=piecewise_motion(flight, times),
         start=_velocity(refined, float(times[0])),

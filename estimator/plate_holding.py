@@ -8,7 +8,6 @@ plate, the nearest edge of its outline lies in the plane, to :data:`EDGE_RAD`, w
 One impact pins the plane's place along its normal, no tilt; two pin a tilt along the line between them.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,20 +16,17 @@ from numpy.typing import NDArray
 
 from datasets.errors import InputError
 from datasets.observation import Observation
-from datasets.vocabulary.camera import HsvCamera
-from datasets.vocabulary.outline import Outline
 from datasets.vocabulary.plate import Plate
 from estimator.configuration import Configuration
 from estimator.fitting.piecewise_fit import PiecewiseRefined
 from estimator.fitting.plate_contact import PlateTask, stated_spread, tangents
 from estimator.motion.piecewise import touch_and_sensitivity
 from estimator.particle import Particle
+from estimator.plate_edge import EDGE_RAD, edge_direction
 from estimator.plate_gap import HULL_SHARE, hull_in_body
 
 Array = NDArray[np.float64]
 FRICTION_RAD = 0.15
-EDGE_RAD = 0.01
-"""Standard deviation of an outline's edge from the direction of the plane's own, in the picture."""
 UNKNOWN_M = 1.0
 """Standard deviation of the place of a plate of which nothing is known."""
 
@@ -97,26 +93,6 @@ def _guessed_spread(normal: Array, edge: Array | None, friction_rad: float) -> A
     across = np.array([-along[1], along[0]])
     spread[1:, 1:] = np.column_stack([friction_rad * along, EDGE_RAD * across])
     return spread
-
-
-def edge_direction(cameras: Sequence[HsvCamera], outlines: Sequence[Outline | None], place_world: Array) -> Array | None:
-    """Direction (3,), unit, world frame, of the plate's edge nearest to where the particle is seen; ``None`` where no camera sees a plate.
-
-    The edge is taken to lie across the viewing direction, as that of a plate seen from its side does.
-    """
-    for camera, outline in zip(cameras, outlines, strict=False):
-        if outline is None or len(outline.points_px) < 3:
-            continue
-        points = camera.intrinsics.normalise(outline.points_px)
-        seen = camera.R_cam_world @ place_world + camera.t_cam_world
-        a, b = points, np.roll(points, -1, axis=0)
-        along = b - a
-        length = np.linalg.norm(along, axis=1)
-        share = np.clip(np.sum((seen[:2] / seen[2] - a) * along, axis=1) / np.maximum(length, 1e-12) ** 2, 0.0, 1.0)
-        away = np.linalg.norm(a + share[:, None] * along - seen[:2] / seen[2], axis=1)
-        nearest = int(np.argmin(np.where(length > 0.0, away, np.inf)))
-        return np.asarray(camera.R_cam_world.T @ np.append(along[nearest] / length[nearest], 0.0))
-    return None
 
 
 def estimated_plate(task: PlateTask, refined: PiecewiseRefined) -> PlateEstimate | None:

@@ -16,7 +16,9 @@ from datasets.vocabulary.camera import HsvCamera, Intrinsics
 from datasets.vocabulary.outline import Outline
 from estimator.configuration import Configuration, configuration_from_dict
 from estimator.measuring import measure
-from estimator.plate_holding import check_plate_settings, edge_direction
+from estimator.motion.rotation import rotation_from_vector
+from estimator.plate_edge import edge_direction, edge_sentence
+from estimator.plate_holding import check_plate_settings
 from synth.sequence import build_silhouette_sequence
 from tests.estimator.test_measuring import QUICK, RECIPE
 from tumble.cli.main import main
@@ -113,3 +115,32 @@ def test_the_edge_nearest_to_the_particle_counts() -> None:
     np.testing.assert_allclose(np.abs(edge), np.array([400.0, 40.0, 0.0]) / np.hypot(400.0, 40.0), atol=1e-12)
     assert edge_direction((camera,), (None,), np.zeros(3)) is None
     assert edge_direction((camera,), (), np.zeros(3)) is None
+
+
+def turned(observation: Observation, place: np.ndarray, axis: np.ndarray, angle_rad: float) -> Observation:
+    """With the stated plate turned about an axis through ``place``."""
+    plate = observation.plate
+    assert plate is not None
+    turn = rotation_from_vector(angle_rad * axis[None])[0]
+    return replace(observation, plate=replace(plate, point_world=place, normal_world=turn @ plate.normal_world))
+
+
+def test_a_plane_turned_about_the_very_contact_is_contradicted_by_the_plates_edge(
+    sequence: tuple[Observation, Truth], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """No gap shows it; the command line says it."""
+    observation, truth = sequence
+    view, place = np.array([0.0, 0.0, 1.0]), truth.impacts[0].point_world
+    for sign in (1.0, -1.0):
+        told = str(edge_sentence(turned(observation, place, view, sign * np.radians(10.0)), place))
+        degrees = float(told.split("turned by ")[1].split(" ", maxsplit=1)[0])
+        assert 9.0 < degrees < 11.0
+    assert edge_sentence(observation, place) is None
+    assert edge_sentence(turned(observation, place, view, np.radians(1.0)), place) is None
+    assert edge_sentence(replace(observation, plate_outlines=()), place) is None
+    write_observation(turned(observation, place, view, np.radians(10.0)), tmp_path / "drop")
+    words = ["estimate", str(tmp_path / "drop"), "--out", str(tmp_path / "e"), "--jobs", "1"]
+    assert main([*words, "--set", "momentum_starts=0", "--set", "trajectory_candidates=1", "--set", "keep_out_of_plate=1"]) == 0
+    out = capsys.readouterr().out
+    assert "the stated plate contradicts the picture: its plane is turned by" in out
+    assert "kept out" not in out
