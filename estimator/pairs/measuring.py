@@ -25,7 +25,7 @@ from estimator.motion.piecewise import PiecewiseFlight
 from estimator.outlines.recording import outlines_of, view_outlines_of
 from estimator.outlines.result import OutlineTrack
 from estimator.pairs.apart import Run, joint_kink, runs_apart, track_of
-from estimator.pairs.associating import LEAST_RATIO, Assigned, Sought, assigned, best_miss_px, sought
+from estimator.pairs.associating import LEAST_RATIO, LOOKED_AT, Assigned, Sought, assigned, best_miss_px, sought
 from estimator.pairs.collision import collision_of
 from estimator.pairs.touching import Hulls, hulls_of, touching
 from estimator.particle import Particle, particle_of, views_like
@@ -143,8 +143,8 @@ def _never_apart(observation: Observation, larger: OutlineTrack, particles: tupl
     """What to say of pictures without two outlines: only one of the particles is there, or they never separate."""
     used = np.flatnonzero(larger.used)
     expected = f"{observation.name}: expected pictures with two outlines, before and after a collision, got none in a row"
-    frame = larger.frames[int(used[len(used) // 2])]
-    misses = [best_miss_px(frame, particle) for particle in particles]
+    some = used[np.unique(np.linspace(0, len(used) - 1, LOOKED_AT).round().astype(int))]
+    misses = [float(np.median([best_miss_px(larger.frames[k], particle) for k in some])) for particle in particles]
     if min(misses) < LOST_RMS_PX:
         return f"{expected}: only the {NAMES[int(np.argmin(misses))]} particle is seen"
     return f"{expected}: the particles never separate, or what is seen is neither of them"
