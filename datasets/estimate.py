@@ -13,6 +13,10 @@ from datasets.vocabulary.state import Motion
 Array = NDArray[np.float64]
 
 
+COMPANION = " (companion)"
+"""What follows a sequence's name in tables, in the rows of its second particle."""
+
+
 class Status(StrEnum):
     """How a fit ended. Only ``CONVERGED`` is a measurement to rely on."""
 
@@ -24,6 +28,7 @@ class Status(StrEnum):
     IMPACT_AT_EDGE = "impact at the edge"
     SECOND_CONTACT = "second contact"
     RESTING = "resting or rolling"
+    BROKEN = "broken"
 
 
 @dataclass(frozen=True)

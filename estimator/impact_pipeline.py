@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from datasets.estimate import Estimate, Status
 from datasets.observation import Frames, Observation
+from estimator.breakage import worse_after
 from estimator.configuration import Configuration
 from estimator.fitting.impact_search import Kink
 from estimator.fitting.levenberg_marquardt import Outcome, Solution
@@ -117,7 +118,15 @@ def estimate_with_impacts(seen: Seen, kinks: list[Kink], configuration: Configur
     outcome = (status, " ".join([message, *contact_sentences(told, _frame_s(seen))]))
     fitted = (seen.particle, chains[0].found)
     estimate = impacts_estimate(seen.observation, seen.tracks, fitted, told.refined, outcome, configuration=configuration, plate=plate)
-    return replace(estimate, statistics={**estimate.statistics, "impacts": [dict(vars(s)) for s in told.spreads]})
+    estimate = replace(estimate, statistics={**estimate.statistics, "impacts": [dict(vars(s)) for s in told.spreads]})
+    return _unless_broken(estimate, seen.observation.clock.times_s)
+
+
+def _unless_broken(estimate: Estimate, times_s: Array) -> Estimate:
+    if estimate.status not in (Status.CONVERGED, Status.SECOND_CONTACT):
+        return estimate
+    worse = worse_after(estimate, times_s)
+    return estimate if worse is None else replace(estimate, status=Status.BROKEN, message=f"{worse}. {estimate.message}")
 
 
 def _frame_s(seen: Seen) -> float:

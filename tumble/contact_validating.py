@@ -18,6 +18,7 @@ from datasets.estimate_files import read_estimate
 from datasets.observation import Observation
 from datasets.observation_files import read_observation
 from datasets.vocabulary.plate import Plate
+from estimator.breakage import worse_after
 from estimator.configuration import configuration_from_dict
 from estimator.contact.constants import require_positive
 from estimator.contact.solid import Solid, SolidHull, solid_hull_of
@@ -30,11 +31,6 @@ from tumble.tracked_bodies import read_mesh
 
 Array = NDArray[np.float64]
 DIAMOND_KG_M3 = 3515.0
-CLEAR_FRAMES = 6
-"""Frames next to an impact that do not count when pictures before and after are compared."""
-BROKEN_RATIO = 1.5
-"""RMS whitened error after the impacts over that before, from which on the particle counts as broken: 0.95 to 1.05 where it is whole,
-2.1 to 3.7 where a tenth or a fifth of a corner was lost."""
 
 
 ObservationOf = Callable[[str], Observation | None]
@@ -133,24 +129,9 @@ def unusable(estimate: Estimate) -> str | None:
     return None
 
 
-def worse_after(estimate: Estimate, times_s: Array) -> str | None:
-    """What to say of a run whose pictures after the first impact fit the particle worse than those before it."""
-    frame_s = float(np.median(np.diff(times_s)))
-    used = [f for f in estimate.frames if f.used and f.rms_whitened > 0.0]
-    away = np.array([(times_s[f.frame] - estimate.impacts[0].time_s) / frame_s for f in used])
-    squares = np.array([f.rms_whitened**2 for f in used])
-    before, after = squares[away < -CLEAR_FRAMES], squares[away > CLEAR_FRAMES]
-    if len(before) == 0 or len(after) == 0:
-        return None
-    ratio = float(np.sqrt(after.mean() / before.mean()))
-    if ratio < BROKEN_RATIO:
-        return None
-    return f"the particle broke, or touched again unseen: its pictures fit {ratio:.2f} times worse after the impact than before it"
-
-
 def may_have_broken(estimate: Estimate) -> bool:
     """Whether the estimate has impacts and no more than a second contact speaks against it: a chipped particle often looks like one."""
-    return bool(estimate.impacts) and estimate.status in {Status.CONVERGED, Status.SECOND_CONTACT}
+    return bool(estimate.impacts) and estimate.status in {Status.CONVERGED, Status.SECOND_CONTACT, Status.BROKEN}
 
 
 def impacts_of(

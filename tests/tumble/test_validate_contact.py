@@ -18,6 +18,7 @@ from datasets.observation import Observation
 from datasets.observation_files import write_observation
 from datasets.recipes.recipe import Recipe, RigRecipe
 from datasets.truth import Truth
+from estimator.breakage import worse_after
 from estimator.configuration import Configuration
 from scripts.acceptance_contact import summary
 from scripts.contact_sets import SIGMAS, drop_recipe, touches_once
@@ -25,7 +26,7 @@ from synth.sequence import build_silhouette_sequence
 from tests.tumble.made_up import made_up_estimate
 from tumble.cli.main import main
 from tumble.contact_documents import FILE, KIND
-from tumble.contact_validating import Known, collected_from, shape_of, worse_after
+from tumble.contact_validating import Known, collected_from, shape_of
 from tumble.reports.contact_charts import experiments_of
 from tumble.reports.contact_page import render_contact
 

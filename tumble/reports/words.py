@@ -11,6 +11,7 @@ MEANING: dict[Status, str] = {
     Status.IMPACT_AT_EDGE: "The particle hits something within three frames of the recording's start or end.",
     Status.SECOND_CONTACT: "The particle touched twice within a few frames. Velocities near there are not to be relied on.",
     Status.RESTING: "The particle rests or rolls: it is not in free flight.",
+    Status.BROKEN: "After an impact the pictures show another shape than the calibrated views. Do not rely on velocities after it.",
 }
 
 NEXT: dict[Status, str] = {
@@ -22,6 +23,7 @@ NEXT: dict[Status, str] = {
     Status.IMPACT_AT_EDGE: "Cut the recording at the impact, or record more frames on either side of it.",
     Status.SECOND_CONTACT: "Record with a higher frame rate, so that there are frames between the contacts, or cut the recording there.",
     Status.RESTING: "Cut the recording to the frames in which the particle flies.",
+    Status.BROKEN: "Look at the particle. Cut the recording at the impact, and calibrate what is left anew to measure the rest.",
 }
 
 
