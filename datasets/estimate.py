@@ -13,10 +13,6 @@ from datasets.vocabulary.state import Motion
 Array = NDArray[np.float64]
 
 
-COMPANION = " (companion)"
-"""What follows a sequence's name in tables, in the rows of its second particle."""
-
-
 class Status(StrEnum):
     """How a fit ended. Only ``CONVERGED`` is a measurement to rely on."""
 

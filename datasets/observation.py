@@ -15,6 +15,10 @@ from datasets.vocabulary.plate import Plate
 Array = NDArray[np.float64]
 
 
+COMPANION = " (companion)"
+"""What follows a sequence's name in tables, in the rows of its second particle."""
+
+
 @runtime_checkable
 class Frames(Protocol):
     """Pictures read lazily, one at a time."""

@@ -23,10 +23,15 @@ GROUPS = ("n_frames", "n_views", "irregularity", "particle")
 
 def score_all(estimates: Path, truth: Path) -> pd.DataFrame:
     """One row per estimated particle; ``truth`` is the truth tree of the dataset."""
-    return score_table([row for path in estimates_in(estimates) for row in score_one(path, truth)])
+    return score_table([row for path in estimates_in(estimates) for row in score_particles(path, truth)])
 
 
-def score_one(estimate: Path, truth: Path) -> list[Row]:
+def score_one(estimate: Path, truth: Path) -> Row:
+    """The row of one estimate; of its first particle where it has two."""
+    return score_particles(estimate, truth)[0]
+
+
+def score_particles(estimate: Path, truth: Path) -> list[Row]:
     """The row of one estimate, and of its second particle."""
     measured = read_estimate(estimate)
     parts = parts_of(measured, read_truth(truth / measured.name))

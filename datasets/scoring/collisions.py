@@ -12,14 +12,13 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from datasets.estimate import CollisionEstimate, Estimate, Measured, Status
+from datasets.observation import COMPANION
 from datasets.scoring.score import INTERVAL_95
 from datasets.truth import Impact, Truth
 
 Array = NDArray[np.float64]
 Row = dict[str, Any]
 MEASURED = ("approach_ms", "separation_ms", "restitution", "impulse_ratio", "mass_ratio", "momentum_mass_ratio")
-COMPANION = " (companion)"
-"""What follows a sequence's name in rows of its second particle."""
 
 
 def parts_of(estimate: Estimate, truth: Truth) -> list[tuple[str, Estimate, Truth]]:

@@ -207,3 +207,11 @@ def test_files_that_do_not_fit_one_another(observation: Observation, tmp_path: P
     (folder / "observation.json").write_text(json.dumps({**document, "companion": {"views": {}}}))
     with pytest.raises(InputError, match=r"\$\.companion\.views"):
         read_observation(folder)
+
+
+def test_the_table_has_both_particles(made: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    again = ["estimate", str(made / "data"), "--out", str(made / "estimates"), "--jobs", "1", "--resume", "--json", *FAST]
+    assert main(again) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert [row["sequence"] for row in told] == [NAME, f"{NAME} (companion)"]
+    assert {row["status"] for row in told} == {"converged"}

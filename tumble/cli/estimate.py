@@ -3,6 +3,7 @@
 import argparse
 import json
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 
 from rich.console import Console
@@ -10,6 +11,7 @@ from rich.table import Table
 
 from datasets.estimate import Estimate, Status
 from datasets.estimate_files import read_estimate
+from datasets.observation import COMPANION
 from datasets.trajectory_files import trajectories_in
 from tumble.cli.estimate_campaign import estimate_campaign
 from tumble.cli.estimate_impacts import estimate_with_impacts
@@ -66,7 +68,7 @@ def run(arguments: argparse.Namespace) -> int:
 def tell(arguments: argparse.Namespace, estimates: list[Estimate]) -> None:
     """Estimates as JSON or for people, and what to do next."""
     if arguments.json:
-        print(json.dumps([_brief(estimate) for estimate in estimates]))
+        print(json.dumps([_brief(part) for estimate in estimates for part in particles_of(estimate)]))
     elif not arguments.quiet:
         say_estimates(estimates)
         truth = arguments.observations / "truth"
@@ -79,11 +81,17 @@ def say_estimates(estimates: list[Estimate]) -> None:
     table = Table(box=None, pad_edge=False)
     for heading in ("sequence", "status", "v x, y, z (m/s)", "ω x, y, z (rad/s)", "RMS ETE (px)"):
         table.add_column(heading, overflow="fold")
-    for estimate in estimates:
-        table.add_row(estimate.name, estimate.status.value, *_velocity_cells(estimate), _rms_cell(estimate))
+    for part in (part for estimate in estimates for part in particles_of(estimate)):
+        table.add_row(part.name, part.status.value, *_velocity_cells(part), _rms_cell(part))
     Console().print(table)
     for sentence in (sentence for estimate in estimates for sentence in remarks(estimate)):
         Console().print(sentence, soft_wrap=True, highlight=False)
+
+
+def particles_of(estimate: Estimate) -> list[Estimate]:
+    """The estimate and, where there are two particles, that of the second under a name of its own."""
+    second = estimate.companion
+    return [estimate] if second is None else [estimate, replace(second, name=estimate.name + COMPANION)]
 
 
 def remarks(estimate: Estimate) -> list[str]:
