@@ -137,6 +137,9 @@ Medians of errors over the two impacts of every pair:
 Share of 95% intervals that hold the truth: time {_number(impacts, "coverage_time", "{:.0%}")}, v after
 {_number(impacts, "coverage_after_v", "{:.0%}")}, ω after {_number(impacts, "coverage_after_omega", "{:.0%}")}; {held}.
 
+Out-of-plane velocities are loose, as one camera sees them, and with them the direction of the impulse. {result["pairs"]} pairs say little
+about how often intervals hold.
+
 What each collision was, measured and (true). The mass ratio is by the volumes of the hulls, with one density taken for granted, and by the
 two jumps of velocity; momentum is kept where they agree.
 
