@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from datasets.vocabulary.outline import Outline
 from estimator.outlines.background import Background
-from estimator.outlines.beyond import share_beyond
+from estimator.outlines.beyond import before_scenery_px, share_beyond
 from estimator.outlines.component import Place, particle_mask, place_of
 from estimator.outlines.contour import PIXEL_VARIANCE, Edge, Points, edge_blur, half_level_contour, refined, roughness
 from estimator.outlines.occupancy import Departure, departure_from, occupancy_of, plain_occupancy
@@ -74,7 +74,11 @@ def _measured(departure: Departure, mask: Mask, place: Place, context: tuple[Win
     seen = _reported(edge, window, departure.noise_dn / contrast, contrast / background.full_scale)
     least = max(settings.beyond_sigmas * departure.noise_dn, settings.beyond_contrast * contrast)
     uneven = share_beyond(edge, departure, least) > settings.beyond_share
-    return Sighting(replace(seen, status=FrameStatus.UNEVENLY_LIT) if uneven else seen, place, edge.blur_px)
+    left, top, right, bottom = window
+    status = FrameStatus.UNEVENLY_LIT if uneven else seen.status
+    if background.bright and before_scenery_px(edge, background.level[top:bottom, left:right]) > settings.most_before_scenery_px:
+        status = FrameStatus.BEFORE_SCENERY
+    return Sighting(replace(seen, status=status), place, edge.blur_px)
 
 
 def _half_level(departure: Departure, mask: Mask) -> tuple[Points, float, Picture, float] | None:

@@ -16,7 +16,8 @@ class OutlineSettings:
     ``widest_edge``: out of focus when the 10-90% edge width exceeds this multiple of the sequence's sharpest quarter
     (and ``least_blur_px``), or ``widest_edge_share`` of the particle's diameter. ``beyond_sigmas``, ``beyond_contrast``,
     ``beyond_share``: unevenly lit when just beyond this share of the outline the picture departs from the background by so many standard
-    deviations of a pixel and by this share of the particle's contrast.
+    deviations of a pixel and by this share of the particle's contrast. ``most_before_scenery_px``: length of outline (px) just beyond which
+    the background may be dark; a plate's edge is blurred, and moves the half level of what comes near it.
     """
 
     least_contrast: float = 0.05
@@ -31,6 +32,7 @@ class OutlineSettings:
     beyond_sigmas: float = 3.0
     beyond_contrast: float = 0.004
     beyond_share: float = 0.1
+    most_before_scenery_px: float = 2.0
     crop_margin_px: int = 16
     background_samples: int = 24
     spacing_px: float = 1.0

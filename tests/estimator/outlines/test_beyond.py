@@ -66,3 +66,20 @@ def test_light_through_a_clear_body_is_no_reason(darkroom, rng):
     window = darkroom.draw(darkroom.ellipse(8, 6, CENTRE), SHAPE, 0.7)
     pictures = [darkroom.expose(darkroom.panel(SHAPE) * (1 - body + 0.9 * window), rng) for _ in range(3)]
     assert extract_outlines(darkroom.frames(pictures, darkroom.expose(darkroom.panel(SHAPE), rng))).used.all()
+
+
+def before_a_plate(darkroom, rng, gap_px: float):
+    """An ellipse over a dark plate whose edge is blurred; the background without it."""
+    body = darkroom.draw(darkroom.ellipse(24, 20, CENTRE), SHAPE, 0.7)
+    top = CENTRE[1] + 20 + gap_px
+    open_share = 0.02 + 0.98 / (1.0 + np.exp((np.arange(SHAPE[0]) - top) / 0.8))[:, None]
+    light = darkroom.panel(SHAPE) * open_share
+    return [darkroom.expose(light * (1 - body), rng) for _ in range(3)], darkroom.expose(light, rng)
+
+
+@pytest.mark.parametrize(
+    ("gap_px", "reason"), [(-1.0, FrameStatus.BEFORE_SCENERY), (1.5, FrameStatus.BEFORE_SCENERY), (10.0, FrameStatus.USED)]
+)
+def test_a_particle_about_to_touch_a_plate_is_left_out(darkroom, rng, gap_px, reason):
+    track = extract_outlines(darkroom.frames(*before_a_plate(darkroom, rng, gap_px)))
+    assert track.reasons == (str(reason),) * 3
