@@ -19,7 +19,7 @@ from estimator.fitting.pair_fit import TIME, PairRefined, at_one_time, fit_pair,
 from estimator.fitting.piecewise_fit import flown
 from estimator.fitting.trajectory import FitTask
 from estimator.fitting.viewing_angles import with_clear_angles_at
-from estimator.impact_pipeline import LEAST_JUMP, Chain, Seen, fitted_chains, judge_chain, jumps
+from estimator.impact_pipeline import EDGE_FRAMES, LEAST_JUMP, Chain, Seen, fitted_chains, judge_chain, jumps
 from estimator.impact_reporting import impacts_estimate
 from estimator.motion.piecewise import PiecewiseFlight
 from estimator.outlines.recording import outlines_of, view_outlines_of
@@ -72,6 +72,7 @@ def measure_pair(observation: Observation, configuration: Configuration) -> Esti
     tasks: list[FitTask] = []
     chains: list[list[Chain]] = []
     try:
+        _check_edges(observation, seen, impact_s)
         for one in seen.both:
             tasks.append(_task(one, configuration))
             chains.append(fitted_chains(one, tasks[-1], np.array([impact_s]), configuration))
@@ -181,6 +182,21 @@ def collision_time(observation: Observation, seen: SeenPair) -> float:
 
 def _no_collision(observation: Observation, found: str) -> str:
     return f"{observation.name}: expected two particles that collide, got two that pass one another: {found}"
+
+
+def _check_edges(observation: Observation, seen: SeenPair, impact_s: float) -> None:
+    """Refuse to measure where a side of the collision has three pictures or fewer of a particle."""
+    times = observation.clock.times_s
+    frame = float(np.interp(impact_s, times, np.arange(len(times))))
+    for which, one in zip(NAMES, seen.both, strict=True):
+        used = np.flatnonzero(one.tracks[0].used)
+        counts = {"before": int(np.sum(used < frame)), "after": int(np.sum(used > frame))}
+        side = min(counts, key=lambda name: counts[name])
+        if counts[side] <= EDGE_FRAMES:
+            raise NoMeasurement(
+                Status.IMPACT_AT_EDGE,
+                f"the {which} particle is apart in {counts[side]} pictures {side} the collision (frame {frame:.1f}): too few to measure.",
+            )
 
 
 def _task(seen: Seen, configuration: Configuration) -> FitTask:

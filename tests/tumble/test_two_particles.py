@@ -1,6 +1,7 @@
 """Two particles from recipe to score, by the verbs a person types; and what is refused where there is no collision to measure."""
 
 import json
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -215,3 +216,23 @@ def test_the_table_has_both_particles(made: Path, capsys: pytest.CaptureFixture[
     told = json.loads(capsys.readouterr().out)
     assert [row["sequence"] for row in told] == [NAME, f"{NAME} (companion)"]
     assert {row["status"] for row in told} == {"converged"}
+
+
+def test_too_few_pictures_after_the_collision(observation: Observation) -> None:
+    larger, smaller = outlines(observation)
+    last = max(k for k, outline in enumerate(smaller) if outline.empty)
+    cut = slice(0, last + 4)
+    short = replace(
+        observation,
+        recordings=(tuple(larger[cut]),),
+        further_recordings=(tuple(smaller[cut]),),
+        clock=replace(observation.clock, times_s=observation.clock.times_s[cut]),
+    )
+    found = measure(short, Configuration(**EFFORT))  # type: ignore[arg-type]
+    assert found.status is Status.IMPACT_AT_EDGE
+    assert re.search(
+        r"the first particle is apart in 3 pictures after the collision \(frame \d+\.\d\): too few to measure", found.message
+    )
+    assert found.companion is not None
+    assert found.companion.status is Status.IMPACT_AT_EDGE
+    assert found.collision is None
