@@ -230,9 +230,7 @@ def test_too_few_pictures_after_the_collision(observation: Observation) -> None:
     )
     found = measure(short, Configuration(**EFFORT))  # type: ignore[arg-type]
     assert found.status is Status.IMPACT_AT_EDGE
-    assert re.search(
-        r"the first particle is apart in 3 pictures after the collision \(frame \d+\.\d\): too few to measure", found.message
-    )
+    assert re.search(r"the first particle is apart in 3 pictures after the collision \(frame \d+\.\d\): too few to measure", found.message)
     assert found.companion is not None
     assert found.companion.status is Status.IMPACT_AT_EDGE
     assert found.collision is None
