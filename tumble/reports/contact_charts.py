@@ -32,14 +32,19 @@ def experiment_chart(document: Mapping[str, Any], rows: Sequence[int]) -> str:
 
     def draw(figure: Figure) -> None:
         top, bottom = figure.subplots(2, 1, sharex=True)
-        _speeds(top, document, rows, slice(0, 3))
-        _speeds(bottom, document, rows, slice(3, 6))
-        top.set_ylabel("|v| after, m/s")
-        bottom.set_ylabel("|ω| after, rad/s")
+        draw_experiment(top, bottom, document, rows)
         bottom.set_xticks(range(len(rows)), [_short(document["impacts"][k]["name"]) for k in rows], rotation=0 if len(rows) < 8 else 30)
         top.legend(frameon=False, ncols=3, loc="lower center", bbox_to_anchor=(0.5, 1.0))
 
     return figure_svg(draw, width=figure_size[0], height=figure_size[1])
+
+
+def draw_experiment(linear: Axes, angular: Axes, document: Mapping[str, Any], rows: Sequence[int]) -> None:
+    """Linear and angular speeds after the impacts ``rows`` of one experiment."""
+    _speeds(linear, document, rows, slice(0, 3))
+    _speeds(angular, document, rows, slice(3, 6))
+    linear.set_ylabel("|v| after, m/s")
+    angular.set_ylabel("|ω| after, rad/s")
 
 
 def _speeds(axes: Axes, document: Mapping[str, Any], rows: Sequence[int], part: slice) -> None:
