@@ -4,7 +4,7 @@
 * **world**: the frame of the first HSV camera.
 * **particle**: the frame in which the calibrated views of the particle are given; arbitrary.
 * **body**: origin at the centre of mass, axes along the principal axes of inertia in ascending order
-  of the principal moments, right-handed.
+  of the principal moments, right-handed, signed as :func:`datasets.vocabulary.body.signed_axes` says.
 
 ``R_a_b, t_a_b`` map coordinates in ``b`` to coordinates in ``a``: ``x_a = R_a_b @ x_b + t_a_b``.
 Quaternions are scalar-last and unit, as in :class:`scipy.spatial.transform.Rotation`.
