@@ -27,6 +27,7 @@ from estimator.fitting.viewing_angles import with_clear_angles
 from estimator.geometry.silhouettes import silhouettes
 from estimator.motion.flight import N_PARAMETERS, Flight, poses
 from estimator.motion.rigid_body import RanAway
+from estimator.outlines.behind_plate import beside_plate
 from estimator.outlines.recording import outlines_of, view_outlines_of
 from estimator.outlines.result import FrameStatus, OutlineTrack
 from estimator.particle import Particle, particle_of, views_like
@@ -106,11 +107,12 @@ def estimate_free_flight(
 
 
 def tracks_of(observation: Observation) -> tuple[OutlineTrack, ...]:
-    """The outlines that each high-speed camera recorded."""
-    return tuple(
+    """The outlines that each high-speed camera recorded, without frames of which a plate hides a part."""
+    tracks = (
         outlines_of(r, c.intrinsics, name=f"{observation.name}, camera {c.name}")
         for r, c in zip(observation.recordings, observation.cameras, strict=True)
     )
+    return tuple(beside_plate(track, observation, number) for number, track in enumerate(tracks))
 
 
 def observed_particle(observation: Observation, configuration: Configuration) -> Particle:

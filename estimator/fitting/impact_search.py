@@ -124,13 +124,13 @@ def _best_kink(path: CentroidPath) -> Kink | None:
 
 
 def _kink_near(path: CentroidPath, i: int, angle: float, window: int) -> Kink | None:
-    """The hinge with its time within a frame of centroid ``i``, where it explains the path far better than a cubic."""
+    """The hinge with its time between the neighbours of centroid ``i``, where it explains the path far better than a cubic."""
     rows = np.flatnonzero(np.abs(path.frame - path.frame[i]) <= window)
     t, c = (path.frame[rows] - path.frame[i]).astype(np.float64), path.c[rows]
     if len(t) < LEAST_AROUND:
         return None
     smooth = _residual(np.vander(t / window, 4), c)[1]
-    fits = [(_residual(_hinge(t, at), c), at) for at in np.linspace(-1.0, 1.0, 17) if t[0] < at < t[-1]]
+    fits = [(_residual(_hinge(t, at), c), at) for at in _hinge_times(path.frame, i) if t[0] < at < t[-1]]
     if not fits:
         return None
     (coefficients, left), at = min(fits, key=lambda fit: fit[0][1])
@@ -139,6 +139,13 @@ def _kink_near(path: CentroidPath, i: int, angle: float, window: int) -> Kink | 
     if ratio < LEAST_RATIO or jump < LEAST_JUMP_PX:
         return None
     return Kink(float(path.frame[i] + at), angle, jump, ratio)
+
+
+def _hinge_times(frame: NDArray[np.int64], i: int) -> Array:
+    """Times (frames) against frame ``i`` every eighth of a frame, a frame to either side, or up to its neighbours over a gap."""
+    low = min(-1.0, float(frame[max(i - 1, 0)] - frame[i]))
+    high = max(1.0, float(frame[min(i + 1, len(frame) - 1)] - frame[i]))
+    return np.linspace(low, high, round(8.0 * (high - low)) + 1)
 
 
 FINEST_PX = 0.02

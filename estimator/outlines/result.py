@@ -15,6 +15,7 @@ class FrameStatus(StrEnum):
 
     USED = "used"
     CUT_OFF = "cut off by the picture's edge"
+    HIDDEN = "partly hidden by the plate"
     BEFORE_SCENERY = "too near a plate's edge or other dark scenery"
     OUT_OF_FOCUS = "out of focus"
     ABSENT = "absent"

@@ -169,7 +169,9 @@ def test_a_particle_that_rolls_is_refused(sequence: tuple[Observation, Truth]) -
         place = np.array([0.4 * t, 0.1 * t, 0.6]) - R @ truth.body.com_particle
         exact = exact_outline(mesh, observation.cameras[0].intrinsics, R, place)
         seen.append(noisy_outline(exact, spacing_px=1.0, sigma_px=0.2, rng=rng))
-    rolling = replace(observation, recordings=(tuple(seen),), clock=Clock(times, observation.clock.exposure_s), plate=None)
+    rolling = replace(
+        observation, recordings=(tuple(seen),), clock=Clock(times, observation.clock.exposure_s), plate=None, plate_outlines=()
+    )
     result = measure(rolling, QUICK)
     assert (result.status, result.motion) == (Status.RESTING, None)
 

@@ -65,3 +65,11 @@ def test_kinks_far_weaker_than_the_strongest_are_left_to_tracked_poses() -> None
     strong, weak, second = Kink(40.0, 2.0, 5.0, 60.0), Kink(55.0, 0.3, 0.8, 14.0), Kink(60.0, 1.0, 2.0, 40.0)
     assert clear_kinks([strong, weak, second]) == [strong, second]
     assert clear_kinks([]) == []
+
+
+def test_an_impact_in_a_gap_is_placed_within_it() -> None:
+    """Frames near it are left out where a plate hides the particle's foot."""
+    whole = path([44.3], wobble_px=1.0)
+    kept = (whole.frame < 41) | (whole.frame > 48)
+    (kink,) = find_kinks(CentroidPath(whole.frame[kept], whole.c[kept]))
+    assert kink.frame == pytest.approx(44.3, abs=0.5)
