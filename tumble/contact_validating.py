@@ -23,6 +23,7 @@ from estimator.configuration import configuration_from_dict
 from estimator.contact.constants import require_positive
 from estimator.contact.solid import Solid, SolidHull, solid_hull_of
 from estimator.contact_validation.measured import MeasuredImpact, measured_impact
+from estimator.impact_contacts import CLEAR_CHI_SQUARE
 from estimator.pipeline import observed_particle
 from estimator.predicted_bias import hull_vertices
 from tumble.reporting import source_of
@@ -142,7 +143,7 @@ def impacts_of(
     Raises
     ------
     InputError
-        Where no plate is known, or the particle has no volume.
+        Where no plate is known, the particle has no volume, or no impact was a single contact.
     """
     if known.normal_world is None and (observation is None or observation.plate is None):
         raise InputError("no plate is stated; give its normal with --plate=X,Y,Z")
@@ -150,10 +151,17 @@ def impacts_of(
     if key not in shapes:
         shapes[key] = shape_of(observation, estimate, known)
     hull = fitted_hull(shapes[key], estimate)
-    return tuple(
-        measured_impact(estimate.name, number, impact, hull, _plate(observation, known, impact.x_world))
-        for number, impact in enumerate(estimate.impacts)
-    )
+    single = [number for number in range(len(estimate.impacts)) if not several_contacts(estimate, number)]
+    if not single:
+        raise InputError("each of its impacts was more than one contact")
+    chosen = [(number, estimate.impacts[number]) for number in single]
+    return tuple(measured_impact(estimate.name, k, impact, hull, _plate(observation, known, impact.x_world)) for k, impact in chosen)
+
+
+def several_contacts(estimate: Estimate, number: int) -> bool:
+    """Whether an impact was measured to be more than one contact, of which a contact model says nothing."""
+    told = estimate.statistics.get("impacts", [])
+    return number < len(told) and told[number].get("chi_square", 0.0) > CLEAR_CHI_SQUARE
 
 
 def _plate(observation: Observation | None, known: Known, place: Array) -> Plate:

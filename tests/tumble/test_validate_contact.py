@@ -211,6 +211,15 @@ def test_the_study_counts_what_was_named_and_what_was_accused() -> None:
     assert (cases["rigid"]["ranked_right"], cases["rigid"]["accused"]) == (2, 1)
 
 
+def test_impacts_of_several_contacts_are_left_out(campaign) -> None:
+    observation, _, estimate = campaign[0]
+    several = replace(estimate, statistics={**estimate.statistics, "impacts": [{"chi_square": 80.0, "spread_s": 5e-5}]})
+    found = collected_from([(several, lambda _: observation)], Known())
+    assert found.left_out[estimate.name] == "each of its impacts was more than one contact"
+    single = replace(estimate, statistics={**estimate.statistics, "impacts": [{"chi_square": 4.0, "spread_s": 0.0}]})
+    assert len(collected_from([(single, lambda _: observation)], Known()).impacts) == len(estimate.impacts)
+
+
 def test_an_impact_needs_a_whole_covariance(campaign) -> None:
     observation, _, estimate = campaign[0]
     bad = replace(estimate, impacts=(replace(estimate.impacts[0], covariance=np.eye(6)),))
