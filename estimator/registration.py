@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from datasets.errors import InputError
@@ -19,6 +20,8 @@ from estimator.fitting.campaign import Campaign, CampaignState
 from estimator.fitting.model_errors import SequenceTask, seen_outlines
 from estimator.fitting.pose_refinement import Views
 from estimator.fitting.rim import rim_of
+from estimator.fitting.time_gaps import longest_stretch
+from estimator.fitting.trajectory import FitTask, restricted
 from estimator.geometry.outline_shape import outline_shape
 from estimator.measurements.silhouettes import SILHOUETTES
 from estimator.motion.flight import Flight
@@ -103,7 +106,8 @@ def _one(
     if views is None:
         views = views_like(particle, sightings.silhouettes, np.random.default_rng(configuration.seed))
     task = fit_task(observation, particle, sightings, views, configuration)
-    candidates = candidate_flights(observation, task, particle, first_pose(task, particle, configuration), configuration)
+    stretch = _without_jump(task)
+    candidates = candidate_flights(observation, stretch, particle, first_pose(stretch, particle, configuration), configuration)
     setting = Setting(
         times_s=observation.clock.times_s,
         exposure_s=observation.clock.exposure_s,
@@ -115,6 +119,22 @@ def _one(
     shape = outline_shape(seen_outlines(task, flight, particle.hull))
     task = biased_task(observation, task, particle, flight, configuration)
     return SequenceTask(observation.name, task, setting, rim_of(vertices), shape), flight, views
+
+
+def _without_jump(task: FitTask) -> FitTask:
+    """The task without the sightings beyond a jump; those of several cameras are left as they are."""
+    sightings = task.sightings
+    if len(sightings.cameras) > 1:
+        return task
+    silhouettes = sightings.silhouettes
+    centres = np.array([_centre_px(silhouettes.points_px[silhouettes.slice_of(i)]) for i in range(len(sightings))])
+    rows = longest_stretch(centres, sightings.times_s)
+    return task if rows == slice(0, len(sightings)) else restricted(task, np.arange(len(sightings))[rows])
+
+
+def _centre_px(polygon: Array) -> tuple[float, float]:
+    centre = shapely.Polygon(polygon).centroid
+    return float(centre.x), float(centre.y)
 
 
 def _digest(views: Sequence[CalibratedView]) -> str:
