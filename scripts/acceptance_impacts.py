@@ -13,14 +13,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from datasets.atomic_files import written_whole
 from datasets.recipes.recipe import DropperRecipe, ParticleRecipe, PlateRecipe, Recipe
-from datasets.scoring.impacts import impact_summary, impact_table, score_impacts
+from datasets.scoring.impacts import impact_table, score_impacts
 from estimator.configuration import Configuration
 from estimator.measuring import measure
 from scripts.acceptance_runs import acceptance_parser, run_missing, seed_of, write_figures
+from scripts.impact_figures import impact_figures, impacts_table, not_found, statuses_of
 from synth.sequence import build_silhouette_sequence
 from tumble.engine import Item
 
@@ -49,52 +49,19 @@ def _plain(value: Any) -> Any:
     return value.item() if isinstance(value, np.generic) else value
 
 
-def summary(table: pd.DataFrame, seed: int) -> dict[str, Any]:
-    """The figures a reader asks for first."""
-    sequences = table.drop_duplicates("sequence")
-    missed = table[~table["found"].astype(bool)]
-    return {
-        "seed": seed,
-        "sequences": len(sequences),
-        "statuses": {str(k): int(v) for k, v in sequences["status"].value_counts().items()},
-        "all_impacts": impact_summary(table),
-        "first_impacts": impact_summary(table[table["impact"] == 1]),
-        "median_cpu_s": float(sequences["cpu_s"].median()),
-        "missed": missed[["sequence", "impact", "status", "message"]].to_dict("records"),
-    }
-
-
 def page(result: dict[str, Any]) -> str:
     """The figures as a page."""
-    first, every = result["first_impacts"], result["all_impacts"]
-    rows = [("impacts", "impacts", "{:d}"), ("found", "found", "{:d}")]
-    rows += [("error of the time, median (frames)", "median_time_error_frames", "{:.3f}")]
-    for key, name in (("in_plane", "in-plane v"), ("out_of_plane", "out-of-plane v"), ("angular", "ω")):
-        rows.append((f"{name} after the impact, median error (%)", f"median_after_{key}_percent", "{:.3f}"))
-    for key, name in (("time", "time"), ("after_v", "v after"), ("after_omega", "ω after"), ("before_v", "v before")):
-        rows.append((f"95% intervals of {name} that hold the truth", f"coverage_{key}", "{:.1%}"))
-    table = "\n".join(f"| {name} | {_cell(first, key, form)} | {_cell(every, key, form)} |" for name, key, form in rows)
-    statuses = ", ".join(f"{count} {status}" for status, count in result["statuses"].items())
-    missed = "\n".join(f"- {m['sequence']}, impact {m['impact']}: {m['status']}. {m['message']}" for m in result["missed"]) or "None."
     return f"""# Impacts in the silhouette tier
 
 {result["sequences"]} particles dropped on an inclined plate, 40–60 frames before and after the first impact, 0.2 px boundary noise,
 started from nothing. Seed {result["seed"]}; written by `python -m scripts.acceptance_impacts`.
 
-| | first impacts | all impacts |
-| --- | --- | --- |
-{table}
+{impacts_table(result)}
 
-Statuses: {statuses}. Median computing time {result["median_cpu_s"]:.1f} s.
+Statuses: {statuses_of(result)}. Median computing time {result["median_cpu_s"]:.1f} s.
 
-Not found:
-
-{missed}
+{not_found(result)}
 """
-
-
-def _cell(told: dict[str, Any], key: str, form: str) -> str:
-    return form.format(told[key]) if key in told else "–"
 
 
 def main() -> int:
@@ -111,7 +78,7 @@ def main() -> int:
     run_missing(one_sequence, items, arguments, "sequences")
     table = impact_table([row for item in items if item.product.exists() for row in json.loads(item.product.read_text())])
     table.to_csv(arguments.out / "table.csv", index=False)
-    result = summary(table, seed)
+    result = {"seed": seed, **impact_figures(table)}
     print(json.dumps(result, indent=1, allow_nan=False))
     write_figures(result, page(result), arguments)
     return 0

@@ -27,7 +27,7 @@ from datasets.json_documents import plain
 from datasets.observation import Observation
 from datasets.observation_files import read_observation, write_observation
 from datasets.recipes.recipe import DropperRecipe, EffectRecipe, ParticleRecipe, PlateRecipe, Recipe
-from datasets.scoring.impacts import impact_summary, impact_table, score_impacts
+from datasets.scoring.impacts import impact_table, score_impacts
 from datasets.truth_files import read_truth
 from estimator.configuration import Configuration
 from estimator.contact_validation.validate import Question, validate
@@ -35,6 +35,7 @@ from estimator.measuring import measure
 from estimator.outlines.recording import view_outlines_of
 from estimator.pipeline import tracks_of
 from scripts.acceptance_runs import acceptance_parser, run_missing, seed_of, write_figures
+from scripts.impact_figures import impact_figures, impacts_table, not_found, statuses_of
 from synth.rendering.sequence import render_sequence
 from tumble.contact_documents import validation_document
 from tumble.contact_validating import Known, collected
@@ -91,17 +92,12 @@ def summary(table: pd.DataFrame, document: Mapping[str, Any], asked: Mapping[str
     """The figures that are asked for."""
     runs = table.drop_duplicates("sequence")
     accepted = runs[runs["status"] == "converged"]
-    missed = table[~table["found"].astype(bool)]
     return {
         **asked,
-        "statuses": {str(k): int(v) for k, v in runs["status"].value_counts().items()},
-        "all_impacts": impact_summary(table),
-        "first_impacts": impact_summary(table[table["impact"] == 1]),
+        **impact_figures(table),
         "accepted": len(accepted),
         "largest_ete_px": float(accepted["rms_ete_px"].max()),
         "median_ete_px": float(accepted["rms_ete_px"].median()),
-        "median_cpu_s": float(runs["cpu_s"].median()),
-        "missed": missed[["sequence", "impact", "status", "message"]].to_dict("records"),
         "verdict": document["verdict"],
         "models": [_model(model, document["impacts"]) for model in document["models"]],
         "validation": {key: document[key] for key in ("impacts", "models", "left_out", "broken")},
@@ -136,16 +132,6 @@ def picture(document: Mapping[str, Any], path: Path) -> None:
 
 def page(result: Mapping[str, Any], picture_name: str) -> str:
     """The figures as a page."""
-    first, every = result["first_impacts"], result["all_impacts"]
-    rows = [("impacts", "impacts", "{:d}"), ("found", "found", "{:d}")]
-    rows += [("error of the time, median (frames)", "median_time_error_frames", "{:.3f}")]
-    for key, name in (("in_plane", "in-plane v"), ("out_of_plane", "out-of-plane v"), ("angular", "ω")):
-        rows.append((f"{name} after the impact, median error (%)", f"median_after_{key}_percent", "{:.3f}"))
-    for key, name in (("time", "time"), ("after_v", "v after"), ("after_omega", "ω after"), ("before_v", "v before")):
-        rows.append((f"95% intervals of {name} that hold the truth", f"coverage_{key}", "{:.1%}"))
-    table = "\n".join(f"| {name} | {_cell(first, key, form)} | {_cell(every, key, form)} |" for name, key, form in rows)
-    statuses = ", ".join(f"{count} {status}" for status, count in result["statuses"].items())
-    missed = "\n".join(f"- {m['sequence']}, impact {m['impact']}: {m['status']}. {m['message']}" for m in result["missed"]) or "None."
     models = "\n".join(
         f"| {m['title']} | {m['v_ms']:.4f} | {m['omega_rads']:.2f} | {m['held_out_log_score']:.1f} |" for m in result["models"]
     )
@@ -155,11 +141,9 @@ def page(result: Mapping[str, Any], picture_name: str) -> str:
 {result["experiments"]} particles of the project's own, {result["runs"]} drops each, on an inclined plate in the picture; rendered, started
 from nothing. Seed {result["seed"]}; written by `python -m scripts.acceptance_rendered_drops`.
 
-| | first impacts | all impacts |
-| --- | --- | --- |
-{table}
+{impacts_table(result)}
 
-Statuses: {statuses}. RMS ETE of the {result["accepted"]} runs that converged: {result["median_ete_px"]:.3f} px in the median,
+Statuses: {statuses_of(result)}. RMS ETE of the {result["accepted"]} runs that converged: {result["median_ete_px"]:.3f} px in the median,
 {result["largest_ete_px"]:.3f} px at most (asked: below {LARGEST_ETE_PX:g} px). Median computing time {result["median_cpu_s"]:.1f} s.
 
 ![Speeds after each impact, measured and predicted, five experiments]({picture_name})
@@ -172,14 +156,8 @@ Speeds after each impact: high-speed video with 95% intervals beside what contac
 
 The contact was made with Mindlin's tangential compliance; the verdict: {", ".join((verdict["kind"], *verdict["missing"]))}.
 
-Not found:
-
-{missed}
+{not_found(result)}
 """
-
-
-def _cell(told: Mapping[str, Any], key: str, form: str) -> str:
-    return form.format(told[key]) if key in told else "–"
 
 
 def items_of(arguments: argparse.Namespace, seed: int) -> list[Item]:
