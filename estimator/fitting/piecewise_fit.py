@@ -33,6 +33,8 @@ from estimator.motion.piecewise import PiecewiseFlight, moved_piecewise, piecewi
 from estimator.motion.rigid_body import RanAway
 
 Array = NDArray[np.float64]
+FAR_MEAN_SQUARE, MOST_AGAIN = 2.0, 2
+"""Of errors over their stated variance: above it the noise is read again, so many times at most."""
 
 
 @dataclass(frozen=True)
@@ -100,7 +102,24 @@ def refine_piecewise(
 
     With ``plate``, the flight is held to it; what that says counts as known, like the prior, in the covariance. The impacts of ``loose``
     may have a pose before and another one after them; covariance and bound are those of the other parameters.
+
+    The size of the noise is read off the errors of the flight that came. Where these are far above it, because frames around an impact were
+    left out and the flight after it was not yet found, it is read again where the steps led.
     """
+    refined = _refined_once(task, flight, settings, plate, loose)
+    for _ in range(MOST_AGAIN):
+        if refined.refined.noise.mean_square <= FAR_MEAN_SQUARE:
+            break
+        again = _refined_once(task, refined.flight, settings, plate, loose)
+        if again.refined.noise.mean_square >= refined.refined.noise.mean_square:
+            break
+        refined = again
+    return refined
+
+
+def _refined_once(
+    task: FitTask, flight: PiecewiseFlight, settings: Refinement, plate: PlateTask | None, loose: tuple[LooseContact, ...]
+) -> PiecewiseRefined:
     times, settled = task.sightings.times_s, False
     task, noise = with_noise_at(task, flight)
     known, held = _known(task, flight, plate, loose)
