@@ -19,6 +19,7 @@ from estimator.fitting.piecewise_fit import PiecewiseRefined, fit_piecewise, ref
 from estimator.fitting.refinement import Refinement
 from estimator.fitting.trajectory import FitTask
 from estimator.motion.piecewise import PiecewiseFlight, impact_slice
+from estimator.motion.rigid_body import RanAway
 
 CLEAR_CHI_SQUARE = 30.0
 """Of 5: above it an impact was more than one contact."""
@@ -70,9 +71,14 @@ def contacts_told_apart(task: FitTask, refined: PiecewiseRefined, prepared: Prep
     found = []
     for start in (flight, refined.flight):
         loose, wider = _loose(start, spreads, numbers)
-        found.append(ToldApart(refine_piecewise(prepared(start), start, settings, loose=loose), wider, loose))
+        try:
+            found.append(ToldApart(refine_piecewise(prepared(start), start, settings, loose=loose), wider, loose))
+        except RanAway:
+            continue
         if _fits(found[-1].refined, refined):
             break
+    if not found:
+        return ToldApart(refined, spreads, ())
     return min(found, key=lambda told: told.refined.refined.noise.mean_square)
 
 

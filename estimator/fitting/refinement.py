@@ -107,9 +107,18 @@ def covariance_and_bound(task: FitTask, at: Linearised, prior: Array, settings: 
 
 
 def scaled_inverse(H: Array) -> Array:
-    """Inverse of a normal matrix whose parameters have units far apart."""
+    """Inverse of a normal matrix whose parameters have units far apart.
+
+    Raises
+    ------
+    RanAway
+        Where it has none: the sightings say nothing of some parameter there.
+    """
     scale = 1.0 / np.sqrt(np.maximum(np.diag(H), 1e-300))
-    return np.asarray(np.linalg.inv(H * scale[:, None] * scale) * scale[:, None] * scale)
+    try:
+        return np.asarray(np.linalg.inv(H * scale[:, None] * scale) * scale[:, None] * scale)
+    except np.linalg.LinAlgError:
+        raise RanAway("nothing is seen of a parameter where the fit has come to") from None
 
 
 def linearise(task: FitTask, flight: Flight, settings: Refinement) -> Linearised:

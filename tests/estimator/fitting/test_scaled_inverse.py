@@ -1,0 +1,18 @@
+"""Normal matrices in units far apart are inverted; one that says nothing of a parameter is told from them."""
+
+import numpy as np
+import pytest
+
+from estimator.fitting.refinement import scaled_inverse
+from estimator.motion.rigid_body import RanAway
+
+
+def test_units_far_apart() -> None:
+    scale = np.array([1e-8, 1.0, 1e9])
+    H = np.array([[2.0, 0.5, 0.0], [0.5, 1.0, 0.2], [0.0, 0.2, 3.0]]) * scale[:, None] * scale
+    np.testing.assert_allclose(scaled_inverse(H) @ H, np.eye(3), atol=1e-9)
+
+
+def test_a_parameter_that_nothing_says_anything_of() -> None:
+    with pytest.raises(RanAway, match="nothing is seen of a parameter"):
+        scaled_inverse(np.diag([1.0, 0.0, 2.0]))
