@@ -121,7 +121,7 @@ def picture(document: Mapping[str, Any], path: Path) -> None:
         axes[0, column].set_title(name, fontsize=9)
         axes[1, column].set_xlabel("run")
         for row in axes[:, column]:
-            row.set_xticks(range(len(rows)), [str(k + 1) for k in range(len(rows))])
+            row.set_xticks(range(len(rows)), [str(document["impacts"][k]["name"]).rsplit("-r")[-1] for k in rows])
             if column:
                 row.set_ylabel("")
     handles, labels = axes[0, 0].get_legend_handles_labels()
