@@ -33,7 +33,7 @@ from estimator.motion.piecewise import PiecewiseFlight, moved_piecewise, piecewi
 from estimator.motion.rigid_body import RanAway
 
 Array = NDArray[np.float64]
-FAR_MEAN_SQUARE, MOST_AGAIN = 2.0, 2
+FAR_MEAN_SQUARE, MOST_AGAIN = 4.0, 2
 """Of errors over their stated variance: above it the noise is read again, so many times at most."""
 
 
