@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 from estimator.fitting.composite_likelihood import weigh
 from estimator.fitting.focal_search import LONGEST_STEP, FocalPrior, with_focal_column
-from estimator.fitting.noise_model import measured_noise, with_noise
 from estimator.fitting.refinement import (
     SETTLED,
     STEADY,
@@ -26,6 +25,7 @@ from estimator.fitting.refinement import (
     linearise,
     refine_flight,
     scaled_inverse,
+    with_noise_of,
 )
 from estimator.fitting.trajectory import FitTask, particle_poses, unbiased_errors
 from estimator.geometry.focal_derivative import focal_derivative, with_focal
@@ -91,8 +91,7 @@ def _at_focal(task: FitTask, silhouettes: Silhouettes, log_factor: float) -> Fit
 
 def _with_noise(task: FitTask, flight: Flight) -> FitTask:
     predicted, _ = poses_and_sensitivity(flight, task.sightings.times_s)
-    noise = measured_noise(unbiased_errors(task, flight, predicted))
-    return replace(task, sightings=replace(task.sightings, silhouettes=with_noise(task.sightings.silhouettes, noise)))
+    return with_noise_of(task, unbiased_errors(task, flight, predicted))[0]
 
 
 def _with_column(task: FitTask, flight: Flight, settings: Refinement, prior: FocalPrior, log_factor: float) -> Linearised:

@@ -6,31 +6,19 @@ matrix is ``sum M_k' H_k M_k``, and so is what lies between the inverses of the 
 different calibrated views.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from estimator.fitting.levenberg_marquardt import NormalEquations, Problem, Solution, minimise
-from estimator.fitting.noise_model import MeasuredNoise, measured_noise, with_noise
-from estimator.fitting.piecewise_fit import PiecewiseRefined, flown, in_order, linearise_piecewise
-from estimator.fitting.refinement import (
-    FINE_STEPS,
-    MOST_STEPS,
-    SETTLED,
-    STEADY,
-    Linearised,
-    Refined,
-    Refinement,
-    covariance_and_bound,
-    linearised,
-    scaled_inverse,
-)
-from estimator.fitting.trajectory import FitTask, data_cost, errors_of, prior_cost, unbiased_errors
+from estimator.fitting.noise_model import MeasuredNoise
+from estimator.fitting.piecewise_fit import PiecewiseRefined, in_order, linearise_piecewise, piecewise_cost, with_noise_at
+from estimator.fitting.refinement import Linearised, Refined, Refinement, covariance_and_bound, linearised, scaled_inverse, stepped
+from estimator.fitting.trajectory import FitTask
 from estimator.motion.flight import N_PARAMETERS
 from estimator.motion.piecewise import PER_IMPACT, Bounce, PiecewiseFlight, moved_piecewise, piecewise_sensitivity
-from estimator.motion.rigid_body import RanAway
 
 Array = NDArray[np.float64]
 ONE = N_PARAMETERS + PER_IMPACT
@@ -40,6 +28,9 @@ PAIR = 2 * ONE - 1
 Two = tuple[FitTask, FitTask]
 Contact = Callable[["PairFlight"], NormalEquations]
 """What is known of a pair from the contact itself, as normal equations (55, 55)."""
+
+Seen = tuple[list[Linearised], NormalEquations]
+"""The equations of both flights, and what the contact says."""
 
 
 @dataclass(frozen=True)
@@ -108,17 +99,7 @@ def fit_pair(tasks: Two, start: PairFlight, *, max_steps: int = 25, tolerance: f
 
 
 def _cost(tasks: Two, pair: PairFlight) -> float:
-    return sum(_cost_of(task, flight) for task, flight in zip(tasks, pair.both, strict=True))
-
-
-def _cost_of(task: FitTask, flight: PiecewiseFlight) -> float:
-    if not in_order(flight):
-        return float("inf")
-    try:
-        predicted = flown(flight, task.sightings.times_s)
-    except RanAway:
-        return float("inf")
-    return data_cost(task, errors_of(task, flight.first, predicted)) + prior_cost(task, flight.first)
+    return sum(piecewise_cost(task, flight) for task, flight in zip(tasks, pair.both, strict=True))
 
 
 def _linearise(tasks: Two, pair: PairFlight) -> NormalEquations:
@@ -140,41 +121,33 @@ def refine_pair(tasks: Two, pair: PairFlight, settings: Refinement, contact: Con
 
     What ``contact`` says of the pair's parameters counts as known, like a prior, in the covariance.
     """
-    noises = [measured_noise(unbiased_errors(t, f.first, flown(f, t.sightings.times_s))) for t, f in zip(tasks, pair.both, strict=True)]
-    noisy = [
-        replace(t, sightings=replace(t.sightings, silhouettes=with_noise(t.sightings.silhouettes, n)))
-        for t, n in zip(tasks, noises, strict=True)
-    ]
-    at, known, settled = _both_linearised(noisy, pair, settings), contact(pair), False
-    for count in range(1, MOST_STEPS + 1):
+    noisy, noises = zip(*(with_noise_at(t, f) for t, f in zip(tasks, pair.both, strict=True)), strict=True)
+
+    def seen_at(pair: PairFlight) -> Seen:
+        return _both_linearised(noisy, pair, settings), contact(pair)
+
+    def system(seen: Seen) -> tuple[Array, Array]:
+        at, known = seen
         H, g = _together([a.H for a in at], [a.g for a in at])
-        inverse = scaled_inverse(H + known.H)
-        step = -inverse @ (g + known.g)
-        moved = moved_pair(pair, step)
-        if not all(in_order(flight) for flight in moved.both):
-            break
-        try:
-            at, known = _both_linearised(noisy, moved, settings), contact(moved)
-        except RanAway:
-            settled = False
-            break
-        pair = moved
-        size = float(np.max(np.abs(step) / np.sqrt(np.diag(inverse))))
-        settled = size < STEADY
-        if size < SETTLED or (settled and count >= FINE_STEPS):
-            break
+        return H + known.H, g + known.g
+
+    def further(pair: PairFlight, step: Array) -> tuple[PairFlight, Seen] | None:
+        there = moved_pair(pair, step)
+        return (there, seen_at(there)) if all(in_order(flight) for flight in there.both) else None
+
+    pair, (at, known), settled = stepped((pair, seen_at(pair)), system, further)
     return _with_covariance(noisy, pair, (at, known.H), (noises, settled), settings)
 
 
-def _both_linearised(tasks: list[FitTask], pair: PairFlight, settings: Refinement) -> list[Linearised]:
+def _both_linearised(tasks: Sequence[FitTask], pair: PairFlight, settings: Refinement) -> list[Linearised]:
     return [linearised(t, f.first, piecewise_sensitivity(f, t.sightings.times_s), settings) for t, f in zip(tasks, pair.both, strict=True)]
 
 
 def _with_covariance(
-    tasks: list[FitTask],
+    tasks: Sequence[FitTask],
     pair: PairFlight,
     found: tuple[list[Linearised], Array],
-    how: tuple[list[MeasuredNoise], bool],
+    how: tuple[Sequence[MeasuredNoise], bool],
     settings: Refinement,
 ) -> PairRefined:
     """The sandwich of the pair from those of the two: between the inverses lies the sum of what lies there in each."""

@@ -13,19 +13,17 @@ from numpy.typing import NDArray
 
 from estimator.fitting.levenberg_marquardt import NormalEquations, Problem, Solution, minimise
 from estimator.fitting.loose_contact import LONGEST_SPREAD_S, LooseContact, loose_contact, loose_sensitivity, moved_loose, spread_equations
-from estimator.fitting.noise_model import MeasuredNoise, measured_noise, with_noise
+from estimator.fitting.noise_model import MeasuredNoise
 from estimator.fitting.plate_contact import PlateHeld, PlateTask, held_by_plate
 from estimator.fitting.refinement import (
-    FINE_STEPS,
-    MOST_STEPS,
-    SETTLED,
-    STEADY,
     Linearised,
     Refined,
     Refinement,
     covariance_and_bound,
     linearised,
     scaled_inverse,
+    stepped,
+    with_noise_of,
 )
 from estimator.fitting.trajectory import FitTask, data_cost, errors_of, pose_map, prior_cost, prior_values, unbiased_errors
 from estimator.motion.flight import N_PARAMETERS, FlightPoses
@@ -35,6 +33,9 @@ from estimator.motion.rigid_body import RanAway
 Array = NDArray[np.float64]
 FAR_MEAN_SQUARE, MOST_AGAIN = 4.0, 2
 """Of errors over their stated variance: above it the noise is read again, so many times at most."""
+
+Seen = tuple[Linearised, NormalEquations, PlateHeld | None]
+"""The equations at a flight, what is known in them besides outlines and prior, and what a plate added."""
 
 
 @dataclass(frozen=True)
@@ -120,27 +121,19 @@ def refine_piecewise(
 def _refined_once(
     task: FitTask, flight: PiecewiseFlight, settings: Refinement, plate: PlateTask | None, loose: tuple[LooseContact, ...]
 ) -> PiecewiseRefined:
-    times, settled = task.sightings.times_s, False
+    times = task.sightings.times_s
     task, noise = with_noise_at(task, flight)
-    known, held = _known(task, flight, plate, loose)
-    at = _with_known(linearised(task, flight.first, loose_sensitivity(flight, times, loose), settings), known)
-    for count in range(1, MOST_STEPS + 1):
-        inverse = scaled_inverse(at.H)
-        step = -inverse @ at.g
-        moved = moved_loose(flight, step, loose)
-        if not in_order(moved):
-            break
-        try:
-            motion = loose_sensitivity(moved, times, loose)
-            known, held = _known(task, moved, plate, loose)
-        except RanAway:
-            settled = False
-            break
-        flight, at = moved, _with_known(linearised(task, moved.first, motion, settings), known)
-        size = float(np.max(np.abs(step) / np.sqrt(np.diag(inverse))))
-        settled = size < STEADY
-        if size < SETTLED or (settled and count >= FINE_STEPS):
-            break
+
+    def seen_at(flight: PiecewiseFlight) -> Seen:
+        motion = loose_sensitivity(flight, times, loose)
+        known, held = _known(task, flight, plate, loose)
+        return _with_known(linearised(task, flight.first, motion, settings), known), known, held
+
+    def further(flight: PiecewiseFlight, step: Array) -> tuple[PiecewiseFlight, Seen] | None:
+        there = moved_loose(flight, step, loose)
+        return (there, seen_at(there)) if in_order(there) else None
+
+    flight, (at, known, held), settled = stepped((flight, seen_at(flight)), lambda seen: (seen[0].H, seen[0].g), further)
     prior = np.diag(np.pad(task.prior.precision, (0, len(at.g) - N_PARAMETERS)))
     covariance, bound = (c[: flight.size, : flight.size] for c in covariance_and_bound(task, at, prior + known.H, settings))
     places = np.column_stack([task.sightings.camera, task.sightings.frame])
@@ -150,8 +143,7 @@ def _refined_once(
 
 def with_noise_at(task: FitTask, flight: PiecewiseFlight) -> tuple[FitTask, MeasuredNoise]:
     """The task with the noise that its errors under a flight show, and that noise."""
-    noise = measured_noise(unbiased_errors(task, flight.first, flown(flight, task.sightings.times_s)))
-    return replace(task, sightings=replace(task.sightings, silhouettes=with_noise(task.sightings.silhouettes, noise))), noise
+    return with_noise_of(task, unbiased_errors(task, flight.first, flown(flight, task.sightings.times_s)))
 
 
 def spread_at(task: FitTask, flight: PiecewiseFlight, number: int, settings: Refinement) -> tuple[Array, Array]:

@@ -1,6 +1,8 @@
 """The last refinement of a flight: composite likelihood, pairs within the sequence, covariance and bound."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +23,8 @@ SETTLED, STEADY = 0.1, 0.3
 
 So after ``FINE_STEPS`` steps the second is enough. A first fit in other weights may be ten standard deviations off, and takes more steps.
 """
+State = TypeVar("State")
+Known = TypeVar("Known")
 
 
 @dataclass(frozen=True)
@@ -67,28 +71,53 @@ class Refinement:
 
 def refine_flight(task: FitTask, flight: Flight, settings: Refinement) -> Refined:
     """Gauss-Newton steps with refreshed weights until they are small against the standard deviations."""
-    settled = False
     predicted, _ = poses_and_sensitivity(flight, task.sightings.times_s)
-    noise = measured_noise(unbiased_errors(task, flight, predicted))
-    task = replace(task, sightings=replace(task.sightings, silhouettes=with_noise(task.sightings.silhouettes, noise)))
-    at = linearise(task, flight, settings)
+    task, noise = with_noise_of(task, unbiased_errors(task, flight, predicted))
+
+    def further(flight: Flight, step: Array) -> tuple[Flight, Linearised]:
+        there = moved(flight, step)
+        return there, linearise(task, there, settings)
+
+    flight, at, settled = stepped((flight, linearise(task, flight, settings)), lambda at: (at.H, at.g), further)
+    covariance, bound = covariance_and_bound(task, at, np.diag(task.prior.precision), settings)
+    places = np.column_stack([task.sightings.camera, task.sightings.frame])
+    return Refined(flight, at.predicted, covariance, bound, at.errors, at.frames, at.within, settled, noise, places)
+
+
+def with_noise_of(task: FitTask, errors: TangencyErrors) -> tuple[FitTask, MeasuredNoise]:
+    """The task with the noise that ``errors`` of a flight show, and that noise."""
+    noise = measured_noise(errors)
+    return replace(task, sightings=replace(task.sightings, silhouettes=with_noise(task.sightings.silhouettes, noise))), noise
+
+
+def stepped(
+    start: tuple[State, Known],
+    system: Callable[[Known], tuple[Array, Array]],
+    further: Callable[[State, Array], tuple[State, Known] | None],
+) -> tuple[State, Known, bool]:
+    """Gauss-Newton steps from a state and what is known there until they are small; the last of both, and whether they became so.
+
+    ``system``: the normal matrix and gradient of what is known. ``further``: the state after a step and what is known there; ``None`` where
+    the steps end before it.
+    """
+    (state, known), settled = start, False
     for count in range(1, MOST_STEPS + 1):
-        inverse = scaled_inverse(at.H)
-        step = -inverse @ at.g
-        further = moved(flight, step)
+        H, g = system(known)
+        inverse = scaled_inverse(H)
+        step = -inverse @ g
         try:
-            at = linearise(task, further, settings)
+            reached = further(state, step)
         except RanAway:
             settled = False
             break
-        flight = further
+        if reached is None:
+            break
+        state, known = reached
         size = float(np.max(np.abs(step) / np.sqrt(np.diag(inverse))))
         settled = size < STEADY
         if size < SETTLED or (settled and count >= FINE_STEPS):
             break
-    covariance, bound = covariance_and_bound(task, at, np.diag(task.prior.precision), settings)
-    places = np.column_stack([task.sightings.camera, task.sightings.frame])
-    return Refined(flight, at.predicted, covariance, bound, at.errors, at.frames, at.within, settled, noise, places)
+    return state, known, settled
 
 
 def covariance_and_bound(task: FitTask, at: Linearised, prior: Array, settings: Refinement) -> tuple[Array, Array]:

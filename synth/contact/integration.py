@@ -112,6 +112,16 @@ def rates(state, corners, places, deepest, c, d_state, d_corners):  # type: igno
 
 
 @numba.njit(cache=True)
+def cut_to_cone(spring, overlap, deepest, share, c):  # type: ignore[no-untyped-def]
+    """Shorten a tangential ``spring`` (2,), in place, to the friction that its corner's load allows; ``share`` of :func:`restitution2`."""
+    effective = overlap if overlap >= deepest else max(overlap - (1 - share) * deepest, 0.0) / share
+    cap = c[FRICTION] * c[STIFFNESS] * effective**1.5
+    size = np.hypot(spring[0], spring[1])
+    if size > cap:
+        spring[:] *= cap / size
+
+
+@numba.njit(cache=True)
 def settle(state, corners, places, deepest, c):  # type: ignore[no-untyped-def]
     """After a step: note the deepest overlaps, cut the springs to the cone, forget corners that have parted; how many have not."""
     R = turn(state[Q : Q + 4])
@@ -126,11 +136,7 @@ def settle(state, corners, places, deepest, c):  # type: ignore[no-untyped-def]
             corners[i, SPRING : SPRING + 2] = 0.0
             continue
         touching += 1
-        effective = overlap if overlap >= deepest[i] else max(overlap - zero, 0.0) / share
-        cap = c[FRICTION] * c[STIFFNESS] * effective**1.5
-        size = np.hypot(corners[i, SPRING], corners[i, SPRING + 1])
-        if size > cap:
-            corners[i, SPRING : SPRING + 2] *= cap / size
+        cut_to_cone(corners[i, SPRING : SPRING + 2], overlap, deepest[i], share, c)
     return touching
 
 

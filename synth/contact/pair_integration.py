@@ -13,7 +13,7 @@ Coordinates are those of the world. Springs turn with the contact's axes.
 import numba
 import numpy as np
 
-from synth.contact.integration import FEWEST, FRICTION, REACH, STIFFNESS, corner_force, restitution2, turn
+from synth.contact.integration import FEWEST, REACH, corner_force, cut_to_cone, restitution2, turn
 
 SIZE = 28
 BODY = 13
@@ -145,11 +145,7 @@ def settle(state, contacts, keys, deepest, armed, A, B, c, margin):  # type: ign
             contacts[i, SPRING : SPRING + 2] = 0.0
             continue
         touching += 1
-        effective = overlap if overlap >= deepest[i] else max(overlap - zero, 0.0) / share
-        cap = c[FRICTION] * c[STIFFNESS] * effective**1.5
-        size = np.hypot(contacts[i, SPRING], contacts[i, SPRING + 1])
-        if size > cap:
-            contacts[i, SPRING : SPRING + 2] *= cap / size
+        cut_to_cone(contacts[i, SPRING : SPRING + 2], overlap, deepest[i], share, c)
     return touching
 
 
