@@ -29,7 +29,10 @@ class Status(StrEnum):
 
 @dataclass(frozen=True)
 class FrameReport:
-    """What became of one picture: used or not and why, its ETE (RMS, px in the HSV image) and whitened RMS."""
+    """What became of one picture: used or not, its ETE (RMS, px in the HSV image) and whitened RMS.
+
+    ``reason``: why it is left out or used in part; empty where it is used whole.
+    """
 
     camera: int
     frame: int

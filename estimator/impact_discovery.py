@@ -27,8 +27,10 @@ def kinks_of_poses(task: FitTask, flight: PiecewiseFlight) -> list[Kink]:
     task = restricted(task, np.flatnonzero(task.sightings.camera == camera))
     segment = segment_of(flight, task.sightings.times_s)
     cost = errors_of(task, flight.first, flown(flight, task.sightings.times_s)).cost
+    whole = task.sightings.silhouettes.whole
     parts = [np.flatnonzero(segment == number) for number in np.unique(segment)]
-    tracked = [_tracked(restricted(task, rows), flight, int(np.argmin(cost[rows]))) for rows in parts if len(rows) >= LEAST_TRACKED]
+    best = [int(np.lexsort([cost[rows], ~whole[rows]])[0]) for rows in parts]
+    tracked = [_tracked(restricted(task, r), flight, at) for r, at in zip(parts, best, strict=True) if len(r) >= LEAST_TRACKED]
     frame = np.concatenate([f for f, _ in tracked]) if tracked else np.zeros(0, dtype=np.int64)
     place = np.concatenate([p for _, p in tracked]) if tracked else np.zeros((0, 2))
     return find_kinks(CentroidPath(frame, place))

@@ -99,7 +99,7 @@ def estimate_with_impacts(seen: Seen, kinks: list[Kink], configuration: Configur
         edge = edge_kink(seen.tracks, kinks)
         if edge is not None:
             raise NoMeasurement(Status.IMPACT_AT_EDGE, edge)
-        sightings = usable_sightings(seen.observation, seen.tracks, configuration)
+        sightings = usable_sightings(seen.observation, seen.tracks, configuration, in_part=True)
         views = views_like(seen.particle, sightings.silhouettes, np.random.default_rng(configuration.seed))
         task = fit_task(seen.observation, seen.particle, sightings, views, configuration)
         chains = _with_missing_impacts(seen, task, kinks, configuration)
@@ -211,7 +211,7 @@ def _with_jumps_alone(
 
 def edge_kink(tracks: tuple[OutlineTrack, ...], kinks: list[Kink]) -> str | None:
     """What to say of an impact with fewer than three used frames before or after it."""
-    frames = np.unique(np.concatenate([np.flatnonzero(t.used) for t in tracks]))
+    frames = np.unique(np.concatenate([np.flatnonzero(t.seen) for t in tracks]))
     for kink in kinks:
         before, after = int(np.sum(frames < kink.frame)), int(np.sum(frames > kink.frame))
         if min(before, after) <= EDGE_FRAMES:
@@ -339,7 +339,7 @@ def jumps(refined: PiecewiseRefined) -> list[float]:
 def judge_chain(chains: list[Chain], refined: PiecewiseRefined, configuration: Configuration) -> tuple[Status, str]:
     """The status that the result deserves, and why."""
     fit, best = refined.refined, chains[0].solution
-    rms = float(np.sqrt(np.mean(fit.errors.error[fit.errors.valid][:, :2] ** 2))) if fit.errors.valid.any() else np.inf
+    rms = fit.errors.rms_px
     if not np.all(np.isfinite(np.diag(fit.covariance))) or (best.outcome is Outcome.STALLED and rms > LOST_RMS_PX):
         return Status.NO_CONVERGENCE, "the fit with impacts found no step that lowers its error."
     near = second_contact(refined)

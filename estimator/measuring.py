@@ -36,14 +36,16 @@ def measure(observation: Observation, configuration: Configuration) -> Estimate:
         return measure_pair(observation, configuration)
     tracks = tracks_of(observation)
     seen = Seen(observation, tracks, observed_particle(observation, configuration))
-    kinks = kinks_of(seen)
-    pieces = estimate_with_impacts(seen, kinks, configuration) if kinks else None
-    if pieces is not None and pieces.status not in WITHOUT_MEASUREMENT:
-        return pieces
+    nominated, pieces = nominations(seen), None
+    for kinks in nominated:
+        pieces = estimate_with_impacts(seen, kinks, configuration)
+        if pieces is not None and pieces.status not in WITHOUT_MEASUREMENT:
+            return pieces
     whole = estimate_free_flight(observation, tracks, seen.particle, configuration)
     if not _doubtful(whole):
         return whole
-    resting = resting_sentence(seen, kinks, None if whole.middle is None else float(np.linalg.norm(whole.middle.omega_world)))
+    spin = None if whole.middle is None else float(np.linalg.norm(whole.middle.omega_world))
+    resting = resting_sentence(seen, nominated[-1] if nominated else [], spin)
     if resting is not None:
         return without_numbers(whole, Status.RESTING, resting)
     return pieces if pieces is not None and whole.status is Status.NO_CONVERGENCE else whole
@@ -67,6 +69,11 @@ def without_numbers(estimate: Estimate, status: Status, message: str) -> Estimat
     )
 
 
-def kinks_of(seen: Seen) -> list[Kink]:
-    """Kinks of the camera that has most usable outlines."""
-    return clear_kinks(find_kinks(centroid_path(max(seen.tracks, key=lambda t: int(t.used.sum())))))
+def nominations(seen: Seen) -> list[list[Kink]]:
+    """Where impacts may be, in the order to try: kinks that the camera with most outlines saw, and those without outlines used in part.
+
+    The latter fill the gap at an impact, but what is hidden of them may bend the path of their centroids.
+    """
+    track = max(seen.tracks, key=lambda t: int(t.seen.sum()))
+    found = [clear_kinks(find_kinks(centroid_path(track, in_part=in_part))) for in_part in (True, False)]
+    return [kinks for k, kinks in enumerate(found) if kinks and kinks not in found[:k]]

@@ -144,23 +144,24 @@ def refinement_settings(configuration: Configuration) -> Refinement:
     return Refinement(floor_px=configuration.floor_px, body_noise_px=configuration.body_noise_px, within_pairs=configuration.within_pairs)
 
 
-def usable_sightings(observation: Observation, tracks: tuple[OutlineTrack, ...], configuration: Configuration) -> Sightings:
-    """The silhouettes of all cameras that are used, in the order of time within each camera.
+def usable_sightings(
+    observation: Observation, tracks: tuple[OutlineTrack, ...], configuration: Configuration, *, in_part: bool = False
+) -> Sightings:
+    """The silhouettes of all cameras that are used, in the order of time within each camera; ``in_part``: those too that are used in part.
 
     Raises
     ------
     NoMeasurement
         Where there are fewer than the configuration asks for.
     """
-    places = [(c, int(f)) for c, t in enumerate(tracks) for f in np.flatnonzero(t.used)]
-    hulls = (
-        silhouettes([tracks[c].frames[f].outline for c, f in places], [observation.cameras[c].intrinsics for c, _ in places])
-        if places
-        else None
-    )
+    places = [(c, int(f)) for c, t in enumerate(tracks) for f in np.flatnonzero(t.seen if in_part else t.used)]
+    shown = [tracks[c].frames[f] for c, f in places]
+    cameras = [observation.cameras[c].intrinsics for c, _ in places]
+    hulls = silhouettes([s.outline for s in shown], cameras, unsure=[s.unsure for s in shown]) if places else None
     usable = np.flatnonzero(np.diff(hulls.offsets) > 0) if hulls is not None else np.zeros(0, dtype=np.int64)
-    if hulls is None or len(usable) < configuration.minimum_frames:
-        raise _too_few(tracks, len(usable), configuration.minimum_frames)
+    whole = sum(shown[i].used for i in usable)
+    if hulls is None or whole < configuration.minimum_frames:
+        raise _too_few(tracks, whole, configuration.minimum_frames)
     camera = np.array([places[i][0] for i in usable], dtype=np.int64)
     frame = np.array([places[i][1] for i in usable], dtype=np.int64)
     return Sightings(hulls.take(usable.tolist()), camera, frame, observation.clock.times_s[frame], observation.cameras)
@@ -210,10 +211,12 @@ def first_pose(task: FitTask, particle: Particle, configuration: Configuration) 
 
 
 def _references(task: FitTask) -> list[int]:
-    """Sightings worth a pose search, those nearest the middle first."""
-    n = len(task.sightings)
+    """Sightings worth a pose search, those nearest the middle first; whole ones where there are any."""
+    whole = np.flatnonzero(task.sightings.silhouettes.whole)
+    rows = whole if len(whole) else np.arange(len(task.sightings))
+    n = len(rows)
     order = np.unique(np.linspace(0, n - 1, SEARCHED_FRAMES + 2).round().astype(int)[1:-1])
-    return [int(reference) for reference in order[np.argsort(np.abs(order - n // 2), kind="stable")]]
+    return [int(reference) for reference in rows[order[np.argsort(np.abs(order - n // 2), kind="stable")]]]
 
 
 def _found(task: FitTask, particle: Particle, reference: int, configuration: Configuration) -> FoundPoses:
@@ -301,7 +304,7 @@ def judge(candidates: list[Candidate], refined: Refined, configuration: Configur
     """The status that the result deserves, and why."""
     best = candidates[0].solution
     numbers = np.concatenate([refined.flight.x, refined.flight.v, refined.flight.omega, np.diag(refined.covariance)])
-    rms = float(np.sqrt(np.mean(refined.errors.error[refined.errors.valid][:, :2] ** 2))) if refined.errors.valid.any() else np.inf
+    rms = refined.errors.rms_px
     if not np.all(np.isfinite(numbers)) or (best.outcome is Outcome.STALLED and rms > LOST_RMS_PX):
         return Status.NO_CONVERGENCE, "the trajectory fit found no step that lowers its error."
     if refined.noise.mean_square > MOST_MEAN_SQUARE:

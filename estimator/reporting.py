@@ -179,7 +179,7 @@ def fit_statistics(refined: Refined, found: FoundPoses) -> dict[str, Any]:
     return {
         "n_pairs": int(errors.valid.sum()),
         "pairs_without_tangents": int((~errors.valid).sum()),
-        "rms_ete_px": float(np.sqrt(np.mean(errors.error[errors.valid][:, :2] ** 2))),
+        "rms_ete_px": errors.rms_px,
         "whitened_mean_square": refined.frames.mean_square,
         "noise_scale": refined.noise.scale,
         "noise_mean_square": refined.noise.mean_square,
@@ -193,8 +193,9 @@ def fit_statistics(refined: Refined, found: FoundPoses) -> dict[str, Any]:
 def sighting_errors(refined: Refined) -> dict[tuple[int, int], tuple[float, float]]:
     """Plain RMS ETE (px) and whitened RMS of each (camera, frame) that was fitted."""
     errors = refined.errors
-    squares = np.where(errors.valid[:, :, None], errors.error[:, :, :2] ** 2, 0.0).sum(axis=(1, 2))
-    rms = np.sqrt(squares / np.maximum(2 * errors.valid.sum(axis=1), 1))
+    told = errors.told[:, :, :2]
+    squares = np.where(told, errors.error[:, :, :2] ** 2, 0.0).sum(axis=(1, 2))
+    rms = np.sqrt(squares / np.maximum(told.sum(axis=(1, 2)), 1))
     whitened = np.sqrt(refined.frames.chi2 / np.maximum(refined.frames.count, 1))
     return {(int(c), int(f)): (float(a), float(b)) for (c, f), a, b in zip(refined.places, rms, whitened, strict=True)}
 
@@ -203,10 +204,11 @@ def frame_reports(tracks: tuple[OutlineTrack, ...], errors: dict[tuple[int, int]
     """What became of every picture; ``errors``: those of the fitted ones, ``None`` where nothing was fitted."""
     reports = []
     for c, t in enumerate(tracks):
-        for f, (used, reason) in enumerate(zip(t.used, t.reasons, strict=True)):
+        for f, frame in enumerate(t.frames):
             rms, whitened = (errors or {}).get((c, f), (0.0, 0.0))
-            fitted = bool(used) and (errors is None or (c, f) in errors)
-            reports.append(FrameReport(c, f, fitted, "" if fitted else reason if not used else NO_HULL, rms, whitened))
+            fitted = frame.used if errors is None else frame.seen and (c, f) in errors
+            reason = NO_HULL if frame.used else str(frame.status)
+            reports.append(FrameReport(c, f, fitted, "" if fitted and frame.used else reason, rms, whitened))
     return tuple(reports)
 
 

@@ -171,7 +171,7 @@ def sighting(
     linear: tuple[Array, Array], errors: TangencyErrors, first: Silhouettes, i: int | np.integer, *, floor_px: float, huber: float
 ) -> Sighting:
     """Errors of sighting ``i``, their derivatives and covariance; arguments as in :func:`weigh`."""
-    view, side = np.argwhere(np.repeat(errors.valid[i][:, None], 2, axis=1)).T
+    view, side = np.argwhere(errors.told[i, :, :2]).T
     e, J = linear[0][i, view, side], linear[1][i, view, side]
     own = first.sigma_px[first.offsets[i] + errors.tangency[i, view, side]]
     K = tangent_correlation(errors.direction[i, view, side], float(first.correlation_rad[i]))

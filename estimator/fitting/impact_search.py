@@ -49,9 +49,12 @@ class Kink:
     ratio: float
 
 
-def centroid_path(track: OutlineTrack) -> CentroidPath:
-    """Centroids of the used outlines; one whose area differs by a quarter from that of its neighbours is left out."""
-    frames = np.flatnonzero(track.used)
+def centroid_path(track: OutlineTrack, *, in_part: bool = False) -> CentroidPath:
+    """Centroids of the used outlines; one whose area differs by a quarter from that of its neighbours is left out.
+
+    ``in_part``: of those too that are used in part.
+    """
+    frames = np.flatnonzero(track.seen if in_part else track.used)
     outlines = [track.frames[f].outline.points_px for f in frames]
     kept = [i for i, points in enumerate(outlines) if len(points) >= 3]
     moments = np.array([_moments(outlines[i]) for i in kept]).reshape(-1, 3)

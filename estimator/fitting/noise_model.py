@@ -49,10 +49,11 @@ def measured_noise(errors: TangencyErrors) -> MeasuredNoise:
     square, everything, counted = 0.0, 0.0, 0
     product, pairs = np.zeros(len(LAGS_RAD) - 1), np.zeros(len(LAGS_RAD) - 1)
     for i in np.flatnonzero(errors.valid.any(axis=1)):
-        z = (errors.error[i, :, :2] / np.sqrt(errors.variance[i, :, :2]))[errors.valid[i]].ravel()
+        told = errors.told[i, :, :2]
+        z = (errors.error[i, :, :2] / np.sqrt(errors.variance[i, :, :2]))[told]
         everything += float(z @ z)
         z = np.clip(z, -4.0, 4.0)
-        u = errors.direction[i, :, :2][errors.valid[i]].reshape(-1, 2)
+        u = errors.direction[i, :, :2][told]
         apart = np.arccos(np.clip(u @ u.T, -1.0, 1.0))
         bins = np.digitize(apart, LAGS_RAD) - 1
         inside = (bins >= 0) & (bins < len(product))

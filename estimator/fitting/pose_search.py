@@ -54,8 +54,9 @@ def search_pose(silhouette: Silhouettes, views: Views, catalogue: StartCatalogue
 def rms_ete_px(first: Silhouettes, poses: Poses, views: Views) -> Array:
     """Plain RMS ETE (n,) px in the searched picture over all its valid pairs."""
     errors = pose_errors(first, poses, views)
-    squares = np.where(errors.valid[:, :, None], errors.error[:, :, :2] ** 2, 0.0).sum(axis=(1, 2))
-    return np.asarray(np.sqrt(squares / np.maximum(2 * errors.valid.sum(axis=1), 1)))
+    told = errors.told[:, :, :2]
+    squares = np.where(told, errors.error[:, :, :2] ** 2, 0.0).sum(axis=(1, 2))
+    return np.asarray(np.sqrt(squares / np.maximum(told.sum(axis=(1, 2)), 1)))
 
 
 def _spread(count: int, wanted: int) -> list[int]:

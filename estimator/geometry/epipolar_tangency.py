@@ -21,7 +21,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.geometry.silhouettes import Silhouettes
+from estimator.geometry.silhouettes import SURE_PX, Silhouettes
 
 Array = NDArray[np.float64]
 
@@ -58,6 +58,17 @@ class TangencyErrors:
     normal: Array
     gradient: Array
     cost: Array
+
+    @property
+    def told(self) -> NDArray[np.bool_]:
+        """Errors (n, k, 4) that say something: those of pairs with tangent planes, at no unsure vertex."""
+        return np.asarray(self.valid[:, :, None] & (self.variance < SURE_PX**2))
+
+    @property
+    def rms_px(self) -> float:
+        """RMS (px) of the errors in the first pictures; infinite where there is none."""
+        told = self.told[:, :, :2]
+        return float(np.sqrt(np.mean(self.error[:, :, :2][told] ** 2))) if told.any() else float("inf")
 
 
 @numba.njit(cache=True, inline="always")

@@ -1,16 +1,21 @@
 """Silhouettes as the tangency error needs them: convex hulls of rays, packed, each vertex with its expected noise."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from datasets.vocabulary.camera import Intrinsics
 from datasets.vocabulary.outline import Outline
 from estimator.geometry.tangent_hull import WINDOW, Likeness, TangentHull, degraded_hull, tangent_hull
 
 Array = NDArray[np.float64]
+UNSURE_REACH_PX = 3.0
+"""How near an unsure point of an outline a vertex is unsure as well: half the smoothing window and the blur of an edge."""
+UNSURE_PX, SURE_PX = 1e5, 1e3
+"""Standard deviation of an unsure vertex, and the largest of one that is not."""
 
 
 @dataclass(frozen=True)
@@ -34,6 +39,11 @@ class Silhouettes:
     def __len__(self) -> int:
         return len(self.offsets) - 1
 
+    @property
+    def whole(self) -> NDArray[np.bool_]:
+        """Hulls (n,) without an unsure vertex."""
+        return np.array([not np.any(self.sigma_px[self.slice_of(i)] > SURE_PX) for i in range(len(self))], dtype=bool)
+
     def slice_of(self, index: int) -> slice:
         """Where hull ``index`` lies in the packed arrays."""
         return slice(int(self.offsets[index]), int(self.offsets[index + 1]))
@@ -55,9 +65,27 @@ class Silhouettes:
         )
 
 
-def silhouettes(outlines: Sequence[Outline], intrinsics: Sequence[Intrinsics], *, window: int = WINDOW) -> Silhouettes:
-    """Smooth each outline, take its hull and turn its vertices into rays; an empty outline gives an empty hull."""
-    return pack([tangent_hull(o.points_px, window=window) for o in outlines], intrinsics)
+def silhouettes(
+    outlines: Sequence[Outline],
+    intrinsics: Sequence[Intrinsics],
+    *,
+    window: int = WINDOW,
+    unsure: Sequence[NDArray[np.bool_]] | None = None,
+) -> Silhouettes:
+    """Smooth each outline, take its hull and turn its vertices into rays; an empty outline gives an empty hull.
+
+    ``unsure``: for each outline which of its points may not be the body's edge, or none. A tangent at one of them says nothing. One at
+    another point is right even where a part of the body is hidden beyond a line, since what lies on that line is among the unsure points.
+    """
+    hulls = [tangent_hull(o.points_px, window=window) for o in outlines]
+    if unsure is not None:
+        hulls = [_with_unsure(h, o, u) if u.any() else h for h, o, u in zip(hulls, outlines, unsure, strict=True)]
+    return pack(hulls, intrinsics)
+
+
+def _with_unsure(hull: TangentHull, outline: Outline, unsure: NDArray[np.bool_]) -> TangentHull:
+    near = cKDTree(outline.points_px[unsure]).query(hull.points_px)[0] <= UNSURE_REACH_PX
+    return replace(hull, sigma_px=np.where(near, UNSURE_PX, hull.sigma_px))
 
 
 def like_silhouettes(

@@ -9,10 +9,11 @@ Not seen are facets whose light is the background's to within the noise.
 
 Where the background itself is dark just beyond the outline (a plate that the particle is about to touch) there is no contrast to tell the
 particle by, and the blurred edge of what is there moves the half level: a frame or two at an impact, ten times as wrong as the others.
+The rest of such an outline is as good as any.
 """
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
@@ -26,17 +27,19 @@ OPEN_SHARE, OPEN_QUANTILE = 0.8, 0.9
 """Of the light around a particle (the brightest tenth of its window) what counts as open background; lamps fall off more slowly."""
 
 
-def share_beyond(edge: Edge, departure: Departure, least_dn: float) -> float:
-    """Share of the outline beyond which the picture departs from its background by ``least_dn`` (DN)."""
+def share_beyond(edge: Edge, departure: Departure, least_dn: float, scenery: Bool[NDArray[np.bool_], " n"]) -> float:
+    """Share of the outline beyond which the picture departs from its background by ``least_dn`` (DN).
+
+    Points before ``scenery`` do not count: a particle casts its shadow and its mirror image on what it is about to touch.
+    """
     offsets = max(edge.reach_px, NEAREST_PX) + ACROSS_PX
     outside = profiles(departure.amount, edge.points_px, outward_normals(edge.points_px), offsets).mean(axis=1)
-    smooth = gaussian_filter1d(outside, ALONG_SAMPLES, mode="wrap")
-    return float(np.mean(np.abs(smooth) > least_dn))
+    smooth = gaussian_filter1d(np.where(scenery, 0.0, outside), ALONG_SAMPLES, mode="wrap")
+    return float(np.sum(np.abs(smooth[~scenery]) > least_dn)) / max(int(np.sum(~scenery)), 1)
 
 
-def before_scenery_px(edge: Edge, level: Float[NDArray[np.float32], "height width"]) -> float:
-    """Length (px) of the outline just beyond which the background's ``level`` is not open: a plate's edge, a needle."""
-    offsets = np.concatenate([[0.0], max(edge.reach_px, NEAREST_PX) + ACROSS_PX[:1]])
+def before_scenery(edge: Edge, level: Float[NDArray[np.float32], "height width"], far: int = 1) -> Bool[NDArray[np.bool_], " n"]:
+    """Outline points (n,) beyond which, at the first ``far`` distances, the background's ``level`` is not open: a plate, a needle."""
+    offsets = np.concatenate([[0.0], max(edge.reach_px, NEAREST_PX) + ACROSS_PX[:far]])
     least = profiles(level, edge.points_px, outward_normals(edge.points_px), offsets).min(axis=1)
-    steps = np.linalg.norm(np.roll(edge.points_px, -1, axis=0) - edge.points_px, axis=1)
-    return float(steps[least < OPEN_SHARE * np.quantile(level, OPEN_QUANTILE)].sum())
+    return np.asarray(least < OPEN_SHARE * np.quantile(level, OPEN_QUANTILE))

@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from datasets.vocabulary.outline import Outline
 from estimator.outlines.background import Background
-from estimator.outlines.beyond import before_scenery_px, share_beyond
+from estimator.outlines.beyond import ACROSS_PX, before_scenery, share_beyond
 from estimator.outlines.component import Place, particle_mask, place_of
 from estimator.outlines.contour import PIXEL_VARIANCE, Edge, Points, edge_blur, half_level_contour, refined, roughness
 from estimator.outlines.occupancy import Departure, departure_from, occupancy_of, plain_occupancy
-from estimator.outlines.result import FrameOutline, FrameStatus, left_out
+from estimator.outlines.result import FrameOutline, FrameStatus, in_part, left_out
 from estimator.outlines.settings import OutlineSettings
 
 Picture = Float[NDArray[np.float32], "height width"]
@@ -73,12 +73,14 @@ def _measured(departure: Departure, mask: Mask, place: Place, context: tuple[Win
     edge = refined(contour, occupancy, blur_px=blur, spacing_px=settings.spacing_px, rounds=settings.refinements)
     seen = _reported(edge, window, departure.noise_dn / contrast, contrast / background.full_scale)
     least = max(settings.beyond_sigmas * departure.noise_dn, settings.beyond_contrast * contrast)
-    uneven = share_beyond(edge, departure, least) > settings.beyond_share
     left, top, right, bottom = window
-    status = FrameStatus.UNEVENLY_LIT if uneven else seen.status
-    if background.bright and before_scenery_px(edge, background.level[top:bottom, left:right]) > settings.most_before_scenery_px:
-        status = FrameStatus.BEFORE_SCENERY
-    return Sighting(replace(seen, status=status), place, edge.blur_px)
+    level = background.level[top:bottom, left:right]
+    scenery = before_scenery(edge, level, len(ACROSS_PX)) if background.bright else np.zeros(len(edge.points_px), dtype=bool)
+    if share_beyond(edge, departure, least, scenery) > settings.beyond_share:
+        seen = replace(seen, status=FrameStatus.UNEVENLY_LIT)
+    if scenery.any():
+        seen = in_part(seen, before_scenery(edge, level), FrameStatus.BEFORE_SCENERY, most_px=settings.most_before_scenery_px)
+    return Sighting(seen, place, edge.blur_px)
 
 
 def _half_level(departure: Departure, mask: Mask) -> tuple[Points, float, Picture, float] | None:

@@ -1,6 +1,6 @@
 """What is seen in one frame, and in a sequence of them: an outline or the reason why there is none to use."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
 import numpy as np
@@ -11,9 +11,10 @@ from datasets.vocabulary.outline import Outline
 
 
 class FrameStatus(StrEnum):
-    """Whether a frame's outline is used; every other value is the reason why it is left out."""
+    """Whether a frame's outline is used, or a part of it; every other value is the reason why it is left out."""
 
     USED = "used"
+    IN_PART = "partly beside a plate or other dark scenery"
     CUT_OFF = "cut off by the picture's edge"
     HIDDEN = "partly hidden by the plate"
     BEFORE_SCENERY = "too near a plate's edge or other dark scenery"
@@ -31,6 +32,10 @@ class FrameStatus(StrEnum):
 EMPTY = Outline(np.zeros((0, 2)))
 
 
+def _none() -> NDArray[np.bool_]:
+    return np.zeros(0, dtype=bool)
+
+
 @dataclass(frozen=True)
 class FrameOutline:
     """One frame: its outline (px) and how well it could be seen.
@@ -43,6 +48,7 @@ class FrameOutline:
     the outline's own roughness shows where that is more (grain, specks, detail finer than a pixel).
     ``misfit``: RMS difference between the picture and the re-imaged outline near the edge, as a share of the contrast;
     much above ``noise`` the edge is not that of an opaque body (light leaking through facets, glare).
+    ``unsure``: which outline points (n,) are not the particle's edge or may not be; empty where all are.
     """
 
     outline: Outline
@@ -52,11 +58,17 @@ class FrameOutline:
     noise: float = float("nan")
     sigma_px: float = float("nan")
     misfit: float = float("nan")
+    unsure: Bool[NDArray[np.bool_], " n"] = field(default_factory=_none)
 
     @property
     def used(self) -> bool:
-        """Whether the outline is fit for measuring."""
+        """Whether the whole outline is fit for measuring."""
         return self.status is FrameStatus.USED
+
+    @property
+    def seen(self) -> bool:
+        """Whether the outline or a part of it is fit for measuring."""
+        return self.status in (FrameStatus.USED, FrameStatus.IN_PART)
 
 
 @dataclass(frozen=True)
@@ -75,8 +87,13 @@ class OutlineTrack:
 
     @property
     def used(self) -> Bool[NDArray[np.bool_], " frame"]:
-        """Which frames are used."""
+        """Which frames are used whole."""
         return np.array([f.used for f in self.frames], dtype=bool)
+
+    @property
+    def seen(self) -> Bool[NDArray[np.bool_], " frame"]:
+        """Which frames are used, whole or in part."""
+        return np.array([f.seen for f in self.frames], dtype=bool)
 
     @property
     def reasons(self) -> tuple[str, ...]:
@@ -92,6 +109,24 @@ class OutlineTrack:
     def sigmas_px(self) -> Float[NDArray[np.float64], " frame"]:
         """Per frame the expected standard deviation of an outline point along the normal (px), NaN where unknown."""
         return np.array([f.sigma_px for f in self.frames])
+
+
+LEAST_CLEAR, DIRECTIONS = 0.5, 72
+"""Share of the directions in which the outermost point of an outline has to be clear of scenery for it to be used; of so many."""
+
+
+def in_part(frame: FrameOutline, unsure: Bool[NDArray[np.bool_], " n"], otherwise: FrameStatus, *, most_px: float) -> FrameOutline:
+    """The frame with a part of its outline ``unsure``, or left out for the reason ``otherwise``; as it is up to ``most_px`` of length."""
+    points = frame.outline.points_px
+    steps = np.linalg.norm(np.roll(points, -1, axis=0) - points, axis=1)
+    length = float(steps[unsure].sum())
+    if length <= most_px:
+        return frame
+    unsure = unsure | frame.unsure if len(frame.unsure) else unsure
+    angles = 2.0 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
+    outermost = np.argmax(points @ np.array([np.cos(angles), np.sin(angles)]), axis=0)
+    used = frame.seen and float(np.mean(~unsure[outermost])) >= LEAST_CLEAR
+    return replace(frame, status=FrameStatus.IN_PART if used else otherwise, unsure=unsure)
 
 
 def left_out(status: FrameStatus) -> FrameOutline:

@@ -94,7 +94,7 @@ def without_blurred(seen: tuple[FrameOutline, ...], settings: OutlineSettings) -
     sharp = float(np.percentile(widths, 25)) if len(widths) else 0.0
     limit = max(settings.widest_edge * sharp, settings.least_blur_px)
     return tuple(
-        replace(f, status=FrameStatus.OUT_OF_FOCUS) if f.used and f.edge_width_px > min(limit, _widest(f, settings)) else f for f in seen
+        replace(f, status=FrameStatus.OUT_OF_FOCUS) if f.seen and f.edge_width_px > min(limit, _widest(f, settings)) else f for f in seen
     )
 
 

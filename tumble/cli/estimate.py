@@ -102,10 +102,11 @@ def remarks(estimate: Estimate) -> list[str]:
         said.append(f"{estimate.name}: {estimate.message} {next_steps(estimate)[0]}")
     elif views or estimate.impacts:
         said.append(f"{estimate.name}: {estimate.message}")
-    reasons = Counter(frame.reason for frame in estimate.frames if not frame.used)
-    if reasons:
-        named = ", ".join(f"{count} {reason}" for reason, count in reasons.items())
-        said.append(f"{estimate.name}: {reasons.total()} of {len(estimate.frames)} frames left out: {named}.")
+    for used, done in ((False, "left out"), (True, "used in part")):
+        reasons = Counter(frame.reason for frame in estimate.frames if frame.reason and frame.used is used)
+        if reasons:
+            named = ", ".join(f"{count} {reason}" for reason, count in reasons.items())
+            said.append(f"{estimate.name}: {reasons.total()} of {len(estimate.frames)} frames {done}: {named}.")
     return said
 
 

@@ -7,10 +7,12 @@ import pytest
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
+from shapely import Polygon, box
 
 from datasets.vocabulary.camera import Intrinsics
+from datasets.vocabulary.outline import Outline
 from estimator.geometry.epipolar_tangency import PoseSet, TangencyErrors, tangency_errors
-from estimator.geometry.silhouettes import Silhouettes, pack
+from estimator.geometry.silhouettes import Silhouettes, pack, silhouettes
 from estimator.geometry.tangent_hull import TangentHull
 
 Array = NDArray[np.float64]
@@ -140,3 +142,38 @@ def test_normal_matrices_are_the_whitened_sums(points: Array) -> None:
     np.testing.assert_allclose(errors.normal, np.einsum("nkma,nkm,nkmb->nab", errors.jacobian, w, errors.jacobian), rtol=1e-9)
     np.testing.assert_allclose(errors.gradient, np.einsum("nkma,nkm->na", errors.jacobian, w * errors.error), rtol=1e-6, atol=1e-6)
     np.testing.assert_allclose(errors.cost, 0.5 * np.sum(w * errors.error**2, axis=(1, 2)), rtol=1e-12)
+
+
+def sampled(polygon: Polygon, count: int = 150) -> Array:
+    """Evenly spaced points (count, 2) of a convex outline, of positive area."""
+    ring = polygon.exterior
+    points = np.array([ring.interpolate(k / count, normalized=True).coords[0] for k in range(count)])
+    return points if Polygon(points).exterior.is_ccw else points[::-1].copy()
+
+
+def test_what_a_line_hides_leaves_the_tangents_elsewhere_as_they_are(points: Array) -> None:
+    """Of a convex silhouette cut along a line whose points are unsure, the tangents that say something are those of the whole."""
+    rng = np.random.default_rng(11)
+    poses, others = poses_around(rng, 5, 0.3), poses_around(rng, 30, 0.6)
+    wholes, cuts, unsure = [], [], []
+    for R, t in zip(poses.R, poses.t, strict=True):
+        image = HSV.project(points @ R.T + t)
+        whole = Polygon(image[ConvexHull(image).vertices])
+        edge = image[:, 1].max() - 0.3 * np.ptp(image[:, 1])
+        cut = sampled(whole.intersection(box(image[:, 0].min() - 1.0, image[:, 1].min() - 1.0, image[:, 0].max() + 1.0, edge)), 600)
+        wholes.append(Outline(sampled(whole, 600)))
+        cuts.append(Outline(cut))
+        unsure.append(cut[:, 1] > edge - 0.5)
+    views = seen(points, others, RIG)
+    complete, left = (
+        tangency_errors(silhouettes(o, [HSV] * 5, unsure=u), poses, views, others, pivot_particle=CENTRE)
+        for o, u in ((wholes, None), (cuts, unsure))
+    )
+    assert complete.told[complete.valid].all()
+    own = left.told[:, :, :2]
+    assert 0.55 < own[left.valid].mean() < 0.85
+    np.testing.assert_allclose(left.error[:, :, :2][own], complete.error[:, :, :2][own], atol=0.15)
+    lost = np.abs(left.error - complete.error)[left.valid[:, :, None] & ~left.told]
+    assert np.median(lost) > 1.0
+    assert not silhouettes(cuts, [HSV] * 5, unsure=unsure).whole.any()
+    assert silhouettes(wholes, [HSV] * 5).whole.all()

@@ -1,15 +1,19 @@
-"""Frames of which a plate hides a part are left out, and others are not."""
+"""Of frames of which a plate hides a part the rest is used, and others are used whole."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from datasets.estimate import Status
 from datasets.observation import Observation
+from datasets.scoring.impacts import score_impacts
 from datasets.truth import Truth
 from datasets.vocabulary.outline import Outline
 from datasets.vocabulary.plate import Plate
-from estimator.outlines.behind_plate import along_px, moved_px
+from estimator.configuration import Configuration
+from estimator.measuring import measure
+from estimator.outlines.behind_plate import along, moved_px
 from estimator.outlines.result import FrameStatus
 from estimator.pipeline import tracks_of
 from synth.sequence import build_silhouette_sequence
@@ -29,26 +33,40 @@ def seen_from_below() -> tuple[Observation, Truth]:
     return build_silhouette_sequence(BELOW, 0)
 
 
-def test_the_length_beside_a_plate_is_counted() -> None:
+def test_the_points_beside_a_plate_are_found() -> None:
     plate = np.array([[-50.0, 20.5], [70.0, 20.5], [70.0, 60.0], [-50.0, 60.0]])
-    assert along_px(fine(SQUARE), plate) == pytest.approx(20.0, abs=2.0)
-    assert along_px(fine(SQUARE - [0.0, 5.0]), plate) == 0.0
+    assert along(fine(SQUARE), plate).sum() == pytest.approx(20.0, abs=2.0)
+    assert not along(fine(SQUARE - [0.0, 5.0]), plate).any()
     corner = fine((SQUARE - 10.0) @ (np.array([[1.0, 1.0], [-1.0, 1.0]]) / np.sqrt(2.0)) + [10.0, 20.5 - 10.0 * np.sqrt(2.0)])
-    assert along_px(corner, plate) < 4.0
+    assert along(corner, plate).sum() < 4.0
 
 
-def test_frames_whose_foot_is_hidden_are_left_out_with_the_reason(seen_from_below: tuple[Observation, Truth]) -> None:
+def test_frames_are_used_as_far_as_the_plate_does_not_hide_them(seen_from_below: tuple[Observation, Truth]) -> None:
     observation, truth = seen_from_below
     (track,) = tracks_of(observation)
-    hidden = np.array([reason == FrameStatus.HIDDEN for reason in track.reasons])
+    hidden = np.array([reason == FrameStatus.IN_PART for reason in track.reasons])
+    assert all(track.seen)
     away = np.abs(observation.clock.times_s - truth.impacts[0].time_s) * 4000.0
     assert hidden[away < 1.0].any()
     assert 1 <= hidden.sum() <= 8
     assert not hidden[away > 6.0].any()
     plain = build_silhouette_sequence(RECIPE, 0)[0]
-    assert sum(reason == FrameStatus.HIDDEN for reason in tracks_of(plain)[0].reasons) <= 2
+    assert sum(reason == FrameStatus.IN_PART for reason in tracks_of(plain)[0].reasons) <= 2
     whole = replace(observation, plate_outlines=())
     assert all(tracks_of(whole)[0].used)
+
+
+def test_an_impact_is_measured_with_what_the_plate_leaves_of_the_outlines(seen_from_below: tuple[Observation, Truth]) -> None:
+    observation, truth = seen_from_below
+    found = measure(observation, Configuration())
+    assert found.status is Status.CONVERGED
+    reasons = {frame.reason for frame in found.frames if frame.used}
+    assert reasons == {"", str(FrameStatus.IN_PART)}
+    assert all(frame.rms_ete_px < 0.5 for frame in found.frames)
+    (row,) = score_impacts(found, truth)
+    assert row["found"]
+    assert row["time_error_frames"] < 0.2
+    assert row["after_in_plane_percent"] < 1.0
 
 
 def test_a_plate_that_moves_is_followed_in_the_picture() -> None:

@@ -78,8 +78,24 @@ def before_a_plate(darkroom, rng, gap_px: float):
 
 
 @pytest.mark.parametrize(
-    ("gap_px", "reason"), [(-1.0, FrameStatus.BEFORE_SCENERY), (1.5, FrameStatus.BEFORE_SCENERY), (10.0, FrameStatus.USED)]
+    ("gap_px", "reason"),
+    [(-25.0, FrameStatus.BEFORE_SCENERY), (-1.0, FrameStatus.IN_PART), (1.5, FrameStatus.IN_PART), (10.0, FrameStatus.USED)],
 )
-def test_a_particle_about_to_touch_a_plate_is_left_out(darkroom, rng, gap_px, reason):
+def test_a_particle_about_to_touch_a_plate_is_used_where_it_is_clear_of_it(darkroom, rng, gap_px, reason):
     track = extract_outlines(darkroom.frames(*before_a_plate(darkroom, rng, gap_px)))
     assert track.reasons == (str(reason),) * 3
+    if reason is FrameStatus.IN_PART:
+        for frame in track.frames:
+            below = frame.outline.points_px[:, 1] - CENTRE[1]
+            assert below[frame.unsure].min() > 10.0
+            assert frame.unsure[below > 18.0].all()
+            sure = frame.outline.points_px[~frame.unsure] - CENTRE
+            np.testing.assert_allclose(np.hypot(sure[:, 0] / 24.0, sure[:, 1] / 20.0), 1.0, atol=0.02)
+
+
+def test_a_shadow_on_the_plate_is_no_more_of_the_particle(darkroom, rng):
+    (first, *_), background = before_a_plate(darkroom, rng, 5.0)
+    below = 1.0 / (1.0 + np.exp(-(np.arange(SHAPE[0]) - CENTRE[1] - 24.0) / 0.8))[:, None]
+    beneath = np.exp(-(((np.arange(SHAPE[1]) - CENTRE[0]) / 9.0) ** 2))
+    track = extract_outlines(darkroom.frames([first * (1.0 - 0.3 * below * beneath)] * 3, background))
+    assert track.reasons == (str(FrameStatus.USED),) * 3

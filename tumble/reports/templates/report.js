@@ -111,7 +111,7 @@ function labelFrame() {
   const parts = ["Frame " + shown.frame];
   if (report && report.time_ms !== null) parts.push(report.time_ms.toFixed(2) + " ms");
   if (report && report.used && report.rms !== null) parts.push("RMS ETE " + report.rms.toFixed(2) + " px");
-  if (report && !report.used) parts.push("left out: " + report.reason);
+  if (report && report.reason) parts.push((report.used ? "used in part: " : "left out: ") + report.reason);
   label.textContent = parts.join(" · ");
 }
 
