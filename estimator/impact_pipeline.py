@@ -6,7 +6,6 @@ segments: what a slow first flight leaves open, the tumbling after the impact us
 """
 
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,18 +15,19 @@ from datasets.observation import Frames, Observation
 from estimator.breakage import worse_after
 from estimator.configuration import Configuration
 from estimator.fitting.impact_search import Kink
-from estimator.fitting.levenberg_marquardt import Outcome, Solution
+from estimator.fitting.levenberg_marquardt import Solution
 from estimator.fitting.loose_contact import LooseContact
 from estimator.fitting.noise_model import measured_noise
 from estimator.fitting.piecewise_fit import PiecewiseRefined, fit_piecewise, flown, in_order, piecewise_cost, refine_piecewise
 from estimator.fitting.plate_contact import PlateTask
 from estimator.fitting.pose_refinement import Poses, refine
 from estimator.fitting.pose_search import FoundPoses, rms_ete_px
-from estimator.fitting.segments import joined, meeting_time, segment_rows
+from estimator.fitting.segments import joined, meeting_time, reversed_turns, segment_rows
 from estimator.fitting.trajectory import FitTask, errors_of, particle_poses, restricted
 from estimator.fitting.viewing_angles import with_clear_angles_at
 from estimator.impact_contacts import ToldApart, contact_sentences, contacts_told_apart
 from estimator.impact_discovery import LEAST_TRACKED, kinks_of_poses
+from estimator.impact_judging import Chain, judge_chain, jumps, rivals_of
 from estimator.impact_reporting import impacts_estimate
 from estimator.motion.flight import N_PARAMETERS, Flight, poses
 from estimator.motion.piecewise import PiecewiseFlight, touch_and_sensitivity
@@ -36,7 +36,6 @@ from estimator.outlines.result import OutlineTrack
 from estimator.particle import Particle, views_like
 from estimator.pipeline import (
     GOOD_COST,
-    LOST_RMS_PX,
     RAN_AWAY,
     RIVAL_TRACK,
     Candidate,
@@ -64,16 +63,8 @@ UNCLEAR_FRAMES = 0.6
 """Sightings this near to a kink are left to the joint fit."""
 LEAST_JUMP = 60.0
 """Squared Mahalanobis length of the jump of v and omega: below it there was no impact."""
-IMPACTS_MEAN_SQUARE = 4.0
-"""Mean square of the errors over their variance that flights with impacts may leave, 0.7 to 1.5 where all impacts are known.
-
-Stricter than for one free flight: an impact that was overlooked bends the whole segment a little and its velocities a lot.
-"""
 SEARCHED_MEAN_SQUARE = 1.2
 """Above this impacts may be missing, and are searched for."""
-CONTACT_FRAMES, NEAR_FRAMES, CONTACT_RATIO, CONTACT_MEAN_SQUARE = 6, 2.0, 3.0, 2.0
-"""Impacts within so many frames are told. A contact that was overlooked leaves mean squares of errors near an impact so many times those
-elsewhere, and larger than noise does."""
 
 
 @dataclass(frozen=True)
@@ -83,14 +74,6 @@ class Seen:
     observation: Observation
     tracks: tuple[OutlineTrack, ...]
     particle: Particle
-
-
-@dataclass(frozen=True)
-class Chain:
-    """All segments fitted jointly from one minimum of the longest."""
-
-    found: FoundPoses
-    solution: Solution[PiecewiseFlight]
 
 
 def estimate_with_impacts(seen: Seen, kinks: list[Kink], configuration: Configuration) -> Estimate | None:
@@ -110,6 +93,7 @@ def estimate_with_impacts(seen: Seen, kinks: list[Kink], configuration: Configur
         return empty_estimate(seen.observation, seen.tracks, seen.particle, configuration, (Status.NO_CONVERGENCE, RAN_AWAY))
     if refined is None:
         return None
+    chains = _without_the_same(seen, task, (chains, refined), configuration)
     chains, told = _with_contacts(seen, task, (chains, refined), configuration)
     plate = _plate_of(seen, told.refined, configuration)
     if plate is not None:
@@ -142,7 +126,7 @@ def _with_contacts(
     if len(told.refined.flight.bounces) == len(refined.flight.bounces):
         return chains, told
     found = [(_told_chain(task, chains[0], told), told)]
-    for rival in _rivals(chains, configuration):
+    for rival in rivals_of(chains, configuration):
         other = _told_apart(seen, task, refined_chain(seen, task, rival.solution.state, configuration), configuration)
         found.append((_told_chain(task, rival, other), other))
     found.sort(key=lambda each: each[0].solution.equations.cost)
@@ -154,11 +138,17 @@ def _told_chain(task: FitTask, chain: Chain, told: ToldApart) -> Chain:
     return Chain(chain.found, replace(chain.solution, state=told.refined.flight, equations=replace(chain.solution.equations, cost=cost)))
 
 
-def _rivals(chains: list[Chain], configuration: Configuration) -> list[Chain]:
-    """Those that fit nearly as well as the first, and are another trajectory."""
-    best = chains[0].solution
-    near = [c for c in chains[1:] if c.solution.equations.cost < configuration.ambiguity * best.equations.cost]
-    return [c for c in near if not same_flight(c.solution.state.first, best.state.first)]
+def _without_the_same(seen: Seen, task: FitTask, known: tuple[list[Chain], PiecewiseRefined], configuration: Configuration) -> list[Chain]:
+    """The chains without rivals of the first that the last refinement brings to where it has brought the first: they were on the way."""
+    chains, refined = known
+    for rival in rivals_of(chains, configuration):
+        try:
+            other = refined_chain(seen, task, rival.solution.state, configuration)
+        except RanAway:
+            continue
+        if same_flight(other.flight.first, refined.flight.first):
+            chains = [chain for chain in chains if chain is not rival]
+    return chains
 
 
 def _told_apart(seen: Seen, task: FitTask, refined: PiecewiseRefined, configuration: Configuration) -> ToldApart:
@@ -302,7 +292,16 @@ def _joint(task: FitTask, flights: list[Flight], impacts_s: Array) -> Solution[P
     start = joined(flights, times, 0.5 * (float(task.sightings.times_s.min()) + times[0]))
     if not in_order(start):
         start = joined(flights, impacts_s.tolist(), 0.5 * (float(task.sightings.times_s.min()) + float(impacts_s[0])))
-    return fit_piecewise(task, start)
+    return _best_sense(task, fit_piecewise(task, start), viewing)
+
+
+def _best_sense(task: FitTask, solution: Solution[PiecewiseFlight], viewing: Array) -> Solution[PiecewiseFlight]:
+    """The best of a solution and those in which a segment that turns little turns the other way across the line of sight."""
+    if len(task.sightings.cameras) > 1:
+        return solution
+    ends = (float(task.sightings.times_s.min()), float(task.sightings.times_s.max()))
+    others = [fit_piecewise(task, other) for other in reversed_turns(solution.state, ends, viewing)]
+    return min((solution, *others), key=lambda s: s.equations.cost)
 
 
 def refined_chain(
@@ -323,77 +322,3 @@ def prepared_task(seen: Seen, task: FitTask, flight: PiecewiseFlight, configurat
         rng = np.random.default_rng(configuration.seed)
         task = with_bias_at(task, seen.particle, (flight.first, at), pairs=configuration.bias_pairs, rng=rng)
     return with_clear_angles_at(task, flight.first, at)
-
-
-def jumps(refined: PiecewiseRefined) -> list[float]:
-    """Squared Mahalanobis length of the jump of (v, omega) at each impact."""
-    found = []
-    for number in range(len(refined.flight.bounces)):
-        touch, J = touch_and_sensitivity(refined.flight, number)
-        D = J[12:18] - J[6:12]
-        jump = touch.after[0] - touch.before[0]
-        found.append(float(jump @ np.linalg.solve(D @ refined.refined.covariance @ D.T, jump)))
-    return found
-
-
-def judge_chain(chains: list[Chain], refined: PiecewiseRefined, configuration: Configuration) -> tuple[Status, str]:
-    """The status that the result deserves, and why."""
-    fit, best = refined.refined, chains[0].solution
-    rms = fit.errors.rms_px
-    if not np.all(np.isfinite(np.diag(fit.covariance))) or (best.outcome is Outcome.STALLED and rms > LOST_RMS_PX):
-        return Status.NO_CONVERGENCE, "the fit with impacts found no step that lowers its error."
-    near = second_contact(refined)
-    if near is not None:
-        return Status.SECOND_CONTACT, near
-    if fit.noise.mean_square > IMPACTS_MEAN_SQUARE:
-        times = np.sqrt(fit.noise.mean_square)
-        missed = f"the best flight with impacts misses the outlines by {rms:.2f} px RMS, {times:.1f} times their noise."
-        return Status.NO_CONVERGENCE, missed
-    if not fit.settled:
-        return Status.NO_CONVERGENCE, "the last refinement of the flight with impacts did not settle."
-    rivals = _rivals(chains, configuration)
-    if rivals:
-        ratio = rivals[0].solution.equations.cost / best.equations.cost
-        return Status.AMBIGUOUS, f"another trajectory fits nearly as well (cost ratio {ratio:.3f}): more frames or views would decide."
-    count = len(refined.flight.bounces)
-    told = f"converged, piecewise: {count} impact{'s' if count > 1 else ''} between {count + 1} free flights."
-    return Status.CONVERGED, " ".join([told, *_near_one_another(refined)])
-
-
-def _near_one_another(refined: PiecewiseRefined) -> list[str]:
-    """Sentences on impacts that follow one another within a few frames."""
-    frames = [_frame_of(refined, float(t)) for t in refined.flight.times_s]
-    return [
-        f"Impacts {k + 1} and {k + 2} (frames {a:.1f} and {b:.1f}) are {b - a:.1f} frames apart; velocities between them are loose."
-        for k, (a, b) in enumerate(pairwise(frames))
-        if b - a <= CONTACT_FRAMES
-    ]
-
-
-def second_contact(refined: PiecewiseRefined) -> str | None:
-    """What to say where errors near an impact are far larger than elsewhere: the particle touched again within a few frames."""
-    fit = refined.refined
-    frames, counted = fit.places[:, 1], fit.frames.count > 0
-    mean_square = fit.frames.chi2 / np.maximum(fit.frames.count, 1)
-    for number, time_s in enumerate(refined.flight.times_s):
-        frame = _frame_of(refined, float(time_s))
-        near = (np.abs(frames - frame) <= NEAR_FRAMES) & counted
-        far = (np.abs(frames - frame) > CONTACT_FRAMES) & counted
-        if not near.any() or not far.any():
-            continue
-        here, there = float(mean_square[near].mean()), float(np.median(mean_square[far]))
-        if here > CONTACT_MEAN_SQUARE and here > CONTACT_RATIO * there:
-            return (
-                f"errors within {NEAR_FRAMES:g} frames of impact {number + 1} (frame {frame:.1f}) are {np.sqrt(here / there):.1f} times "
-                "those elsewhere: the particle touched again there, which one impact does not describe."
-            )
-    return None
-
-
-def _frame_of(refined: PiecewiseRefined, time_s: float) -> float:
-    return float(np.interp(time_s, *_frame_times(refined)))
-
-
-def _frame_times(refined: PiecewiseRefined) -> tuple[Array, Array]:
-    order = np.argsort(refined.times_s, kind="stable")
-    return refined.times_s[order], refined.refined.places[order, 1].astype(np.float64)

@@ -98,15 +98,18 @@ def stepped(
     """Gauss-Newton steps from a state and what is known there until they are small; the last of both, and whether they became so.
 
     ``system``: the normal matrix and gradient of what is known. ``further``: the state after a step and what is known there; ``None`` where
-    the steps end before it.
+    the steps end before it. After ``FINE_STEPS`` a step that turns back from the one before is halved: weights that change from
+    step to step can throw the state from one side of its end to the other for ever.
     """
-    (state, known), settled = start, False
+    (state, known), settled, last = start, False, None
     for count in range(1, MOST_STEPS + 1):
         H, g = system(known)
         inverse = scaled_inverse(H)
         step = -inverse @ g
+        back = last is not None and count > FINE_STEPS and float(last @ H @ step) < 0.0
+        last = step
         try:
-            reached = further(state, step)
+            reached = further(state, 0.5 * step if back else step)
         except RanAway:
             settled = False
             break

@@ -4,6 +4,8 @@ The collision frame is where the simulated first segment and the second one are 
 camera, so nearness is judged across its viewing direction; between frames the relative motion is straight.
 """
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,6 +17,8 @@ Array = NDArray[np.float64]
 MEETING_STEPS = 4
 DEPTH_WEIGHT = 0.05
 """Of a distance along the viewing direction against one across it."""
+LARGEST_REVERSIBLE_RAD = 0.6
+"""Turn across the line of sight within a segment, above which outlines tell its sense."""
 
 
 def segment_rows(times_s: Array, impacts_s: Array, *, clear_s: float) -> list[NDArray[np.int64]]:
@@ -45,3 +49,27 @@ def joined(flights: list[Flight], impacts_s: list[float], start_s: float) -> Pie
         there = at_time(flight, time_s)
         bounces.append(Bounce(time_s, there.v, there.omega))
     return PiecewiseFlight(at_time(flights[0], start_s), tuple(bounces))
+
+
+def reversed_turns(flight: PiecewiseFlight, ends_s: tuple[float, float], viewing: Array) -> list[PiecewiseFlight]:
+    """The flight with the turn of one segment reversed across the line of sight ``viewing`` (3,), unit, for each segment that turns little.
+
+    A body seen from afar shows how far it turns about an axis across the line of sight, and only by perspective and by what comes into
+    sight at its rim which way (the reversal of depth [Koenderink and van Doorn 1991]). Where its pose is known from the flight on the
+    other side of an impact, both senses start from that pose and both may be minima. ``ends_s``: first and last time of the sightings (s).
+    """
+    found = []
+    edges = [ends_s[0], *flight.times_s.tolist(), ends_s[1]]
+    spins = [at_time(flight.first, edges[1]).omega, *(bounce.omega for bounce in flight.bounces)]
+    for number, omega in enumerate(spins):
+        along = viewing * float(viewing @ omega)
+        if float(np.linalg.norm(omega - along)) * (edges[number + 1] - edges[number]) > LARGEST_REVERSIBLE_RAD:
+            continue
+        other = 2.0 * along - omega
+        if number == 0:
+            first = replace(at_time(flight.first, edges[1]), omega=other)
+            found.append(replace(flight, first=at_time(first, flight.first.time_s)))
+        else:
+            bounces = [replace(b, omega=other) if k == number - 1 else b for k, b in enumerate(flight.bounces)]
+            found.append(replace(flight, bounces=tuple(bounces)))
+    return found

@@ -19,7 +19,8 @@ from estimator.fitting.pair_fit import TIME, PairRefined, at_one_time, fit_pair,
 from estimator.fitting.piecewise_fit import flown
 from estimator.fitting.trajectory import FitTask
 from estimator.fitting.viewing_angles import with_clear_angles_at
-from estimator.impact_pipeline import EDGE_FRAMES, LEAST_JUMP, Chain, Seen, fitted_chains, judge_chain, jumps
+from estimator.impact_judging import Chain, judge_chain, jumps
+from estimator.impact_pipeline import EDGE_FRAMES, LEAST_JUMP, Seen, fitted_chains
 from estimator.impact_reporting import impacts_estimate
 from estimator.motion.piecewise import PiecewiseFlight
 from estimator.outlines.recording import outlines_of, view_outlines_of

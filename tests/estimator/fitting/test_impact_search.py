@@ -56,7 +56,9 @@ def test_a_blotted_outline_is_left_out() -> None:
     square = np.array([[0.0, 0.0], [10.0, 0.0], [10.0, 10.0], [0.0, 10.0]])
     frames = [FrameOutline(Outline(square * (2.0 if k == 5 else 1.0) + k), FrameStatus.USED) for k in range(12)]
     frames[8] = FrameOutline(Outline(np.zeros((0, 2))), FrameStatus.ABSENT)
-    found = centroid_path(OutlineTrack(tuple(frames)))
+    frames[10] = FrameOutline(frames[10].outline, FrameStatus.IN_PART)
+    assert centroid_path(OutlineTrack(tuple(frames))).frame.tolist() == [0, 1, 2, 3, 4, 6, 7, 9, 11]
+    found = centroid_path(OutlineTrack(tuple(frames)), in_part=True)
     assert found.frame.tolist() == [0, 1, 2, 3, 4, 6, 7, 9, 10, 11]
     np.testing.assert_allclose(found.c, 5.0 + np.repeat(found.frame[:, None], 2, axis=1))
 

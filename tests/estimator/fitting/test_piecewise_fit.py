@@ -6,10 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.vocabulary.camera import HsvCamera
+from estimator.fitting.flight_starts import at_time
 from estimator.fitting.levenberg_marquardt import NormalEquations
 from estimator.fitting.piecewise_fit import fit_piecewise, flown, linearise_piecewise, piecewise_cost, refine_piecewise
 from estimator.fitting.refinement import Refinement
-from estimator.fitting.segments import joined, meeting_time, segment_rows
+from estimator.fitting.segments import joined, meeting_time, reversed_turns, segment_rows
 from estimator.fitting.trajectory import FitTask, Prior, Sightings, errors_of, prior_cost
 from estimator.motion.flight import OMEGA, THETA, V, X
 from estimator.motion.piecewise import Bounce, PiecewiseFlight, moved_piecewise
@@ -108,3 +109,22 @@ def test_a_bounce_that_cannot_be_flown_costs_more_than_any_other() -> None:
     truth = bouncing()
     runaway = replace(truth, bounces=(replace(truth.bounces[0], omega=np.full(3, 1e7)),))
     assert piecewise_cost(seen(truth), runaway) == np.inf
+
+
+def test_slow_turns_are_reversed_across_the_line_of_sight_and_fast_ones_are_not() -> None:
+    """About the pose at the impact; what turns about the line of sight is seen, and stays."""
+    viewing = np.array([0.0, 0.0, 1.0])
+    slow = replace(bouncing(), first=replace(spinning(), time_s=0.002, omega=np.array([9.0, -4.0, 300.0])))
+    (other,) = reversed_turns(slow, (0.0, 0.008), viewing)
+    before, after = (flown(f, np.array([IMPACT_S])) for f in (slow, other))
+    np.testing.assert_allclose(after.R, before.R, atol=1e-6)
+    np.testing.assert_allclose(after.centre, before.centre, atol=1e-9)
+    spin, turned = (at_time(f.first, IMPACT_S).omega for f in (slow, other))
+    np.testing.assert_allclose(turned, spin * [-1.0, -1.0, 1.0], atol=1e-3)
+    assert other.bounces == slow.bounces
+    assert reversed_turns(bouncing(), (0.0, 0.008), viewing) == []
+    late = PiecewiseFlight(slow.first, (Bounce(IMPACT_S, np.zeros(3), np.array([5.0, 6.0, 7.0])),))
+    first, last = reversed_turns(late, (0.0, 0.008), viewing)
+    assert first.bounces == late.bounces
+    assert last.first == late.first
+    np.testing.assert_allclose(last.bounces[0].omega, [-5.0, -6.0, 7.0])

@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from estimator.fitting import refinement
-from estimator.fitting.refinement import Refined, Refinement, refine_flight
+from estimator.fitting.refinement import Refined, Refinement, refine_flight, stepped
 from estimator.fitting.trajectory import FitTask, _cost, fit
 from estimator.fitting.viewing_angles import with_clear_angles
 from estimator.motion.flight import N_PARAMETERS, OMEGA, THETA, V, X, moved, poses
@@ -65,6 +65,23 @@ def test_after_the_fine_steps_a_steady_one_is_enough(task: FitTask, near: Refine
     monkeypatch.setattr(refinement, "SETTLED", 0.0)
     refine_flight(task, near.flight, SETTINGS)
     assert len(taken) == refinement.FINE_STEPS
+
+
+def test_steps_that_turn_back_for_ever_are_halved() -> None:
+    """Weights that change with the state throw it from one side of its end to the other."""
+    taken: list[float] = []
+
+    def further(state: float, step: Array) -> tuple[float, float]:
+        taken.append(float(step[0]))
+        return state + float(step[0]), state + float(step[0])
+
+    def overshooting(x: float) -> tuple[Array, Array]:
+        return np.eye(1), np.array([2.0 * x])
+
+    end, _, settled = stepped((5.0, 5.0), overshooting, further)
+    assert settled
+    assert end == pytest.approx(0.0, abs=1e-12)
+    assert [abs(step) for step in taken] == [10.0] * refinement.FINE_STEPS + [5.0, 0.0]
 
 
 def test_a_flight_that_cannot_be_flown_costs_more_than_any_other(task: FitTask) -> None:
