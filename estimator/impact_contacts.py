@@ -15,9 +15,10 @@ import numpy as np
 
 from estimator.fitting.contact_split import loosened, parted, split_starts
 from estimator.fitting.loose_contact import LooseContact, loose_contact, spread_needed, spread_of
-from estimator.fitting.piecewise_fit import PiecewiseRefined, fit_piecewise, refine_piecewise, spread_at
+from estimator.fitting.piecewise_fit import PiecewiseRefined, fit_piecewise, refine_piecewise, spread_at, widened_by
 from estimator.fitting.refinement import Refinement
 from estimator.fitting.trajectory import FitTask
+from estimator.impact_judging import unfit
 from estimator.motion.piecewise import PiecewiseFlight, impact_slice
 from estimator.motion.rigid_body import RanAway
 
@@ -46,11 +47,15 @@ class Spread:
 
 @dataclass(frozen=True)
 class ToldApart:
-    """A flight whose contacts were looked at: ``spreads`` of its impacts, and the ``loose`` ones that were more than one contact."""
+    """A flight whose contacts were looked at: ``spreads`` of its impacts, and the ``loose`` ones that were more than one contact.
+
+    ``widened``: these are held to one pose all the same, since the outlines speak against the flight without, and only widen the intervals.
+    """
 
     refined: PiecewiseRefined
     spreads: tuple[Spread, ...]
     loose: tuple[LooseContact, ...]
+    widened: bool = False
 
 
 def contacts_told_apart(task: FitTask, refined: PiecewiseRefined, prepared: Prepared, settings: Refinement, *, frame_s: float) -> ToldApart:
@@ -77,9 +82,12 @@ def contacts_told_apart(task: FitTask, refined: PiecewiseRefined, prepared: Prep
             continue
         if _fits(found[-1].refined, refined):
             break
-    if not found:
-        return ToldApart(refined, spreads, ())
-    return min(found, key=lambda told: told.refined.refined.noise.mean_square)
+    found = [told for told in found if unfit(told.refined) is None] or found
+    best = min(found, key=lambda told: told.refined.refined.noise.mean_square, default=None)
+    if best is not None and (unfit(best.refined) is None or unfit(refined) is not None):
+        return best
+    loose, told = _loose(refined.flight, spreads, numbers)
+    return ToldApart(widened_by(prepared(refined.flight), refined, settings, loose), told, loose, widened=True)
 
 
 def _fits(loose: PiecewiseRefined, held: PiecewiseRefined) -> bool:

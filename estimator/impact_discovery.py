@@ -8,7 +8,7 @@ kinks: it has none of the wobble.
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.fitting.impact_search import CentroidPath, Kink, find_kinks
+from estimator.fitting.impact_search import LEAST_RATIO, CentroidPath, Kink, find_kinks
 from estimator.fitting.piecewise_fit import flown
 from estimator.fitting.pose_refinement import Poses, refine
 from estimator.fitting.tracking import track
@@ -21,8 +21,8 @@ LOST_COST = 10.0
 """A tracked pose whose cost is so many times the median has lost the body."""
 
 
-def kinks_of_poses(task: FitTask, flight: PiecewiseFlight) -> list[Kink]:
-    """Kinks of the tracked path of the centre of mass in the first camera that saw the particle."""
+def kinks_of_poses(task: FitTask, flight: PiecewiseFlight, *, least_ratio: float = LEAST_RATIO) -> list[Kink]:
+    """Kinks of the tracked path of the centre of mass in the first camera that saw the particle; ``least_ratio`` of :func:`find_kinks`."""
     camera = int(task.sightings.camera[0])
     task = restricted(task, np.flatnonzero(task.sightings.camera == camera))
     segment = segment_of(flight, task.sightings.times_s)
@@ -33,7 +33,7 @@ def kinks_of_poses(task: FitTask, flight: PiecewiseFlight) -> list[Kink]:
     tracked = [_tracked(restricted(task, r), flight, at) for r, at in zip(parts, best, strict=True) if len(r) >= LEAST_TRACKED]
     frame = np.concatenate([f for f, _ in tracked]) if tracked else np.zeros(0, dtype=np.int64)
     place = np.concatenate([p for _, p in tracked]) if tracked else np.zeros((0, 2))
-    return find_kinks(CentroidPath(frame, place))
+    return find_kinks(CentroidPath(frame, place), least_ratio=least_ratio)
 
 
 def _tracked(task: FitTask, flight: PiecewiseFlight, reference: int) -> tuple[NDArray[np.int64], Array]:

@@ -57,15 +57,9 @@ def judge_chain(chains: list[Chain], refined: PiecewiseRefined, configuration: C
     rms = fit.errors.rms_px
     if not np.all(np.isfinite(np.diag(fit.covariance))) or (best.outcome is Outcome.STALLED and rms > LOST_RMS_PX):
         return Status.NO_CONVERGENCE, "the fit with impacts found no step that lowers its error."
-    near = second_contact(refined)
-    if near is not None:
-        return Status.SECOND_CONTACT, near
-    if fit.noise.mean_square > IMPACTS_MEAN_SQUARE:
-        times = np.sqrt(fit.noise.mean_square)
-        missed = f"the best flight with impacts misses the outlines by {rms:.2f} px RMS, {times:.1f} times their noise."
-        return Status.NO_CONVERGENCE, missed
-    if not fit.settled:
-        return Status.NO_CONVERGENCE, "the last refinement of the flight with impacts did not settle."
+    why = unfit(refined)
+    if why is not None:
+        return why
     rivals = rivals_of(chains, configuration)
     if rivals:
         ratio = rivals[0].solution.equations.cost / best.equations.cost
@@ -73,6 +67,21 @@ def judge_chain(chains: list[Chain], refined: PiecewiseRefined, configuration: C
     count = len(refined.flight.bounces)
     told = f"converged, piecewise: {count} impact{'s' if count > 1 else ''} between {count + 1} free flights."
     return Status.CONVERGED, " ".join([told, *_near_one_another(refined)])
+
+
+def unfit(refined: PiecewiseRefined) -> tuple[Status, str] | None:
+    """Why flights with impacts are no measurement, where the outlines speak against them or the refinement did not end."""
+    fit = refined.refined
+    near = second_contact(refined)
+    if near is not None:
+        return Status.SECOND_CONTACT, near
+    if fit.noise.mean_square > IMPACTS_MEAN_SQUARE:
+        times = np.sqrt(fit.noise.mean_square)
+        missed = f"the best flight with impacts misses the outlines by {fit.errors.rms_px:.2f} px RMS, {times:.1f} times their noise."
+        return Status.NO_CONVERGENCE, missed
+    if not fit.settled:
+        return Status.NO_CONVERGENCE, "the last refinement of the flight with impacts did not settle."
+    return None
 
 
 def _near_one_another(refined: PiecewiseRefined) -> list[str]:

@@ -27,7 +27,7 @@ from estimator.fitting.trajectory import FitTask, errors_of, particle_poses, res
 from estimator.fitting.viewing_angles import with_clear_angles_at
 from estimator.impact_contacts import ToldApart, contact_sentences, contacts_told_apart
 from estimator.impact_discovery import LEAST_TRACKED, kinks_of_poses
-from estimator.impact_judging import Chain, judge_chain, jumps, rivals_of
+from estimator.impact_judging import IMPACTS_MEAN_SQUARE, Chain, judge_chain, jumps, rivals_of
 from estimator.impact_reporting import impacts_estimate
 from estimator.motion.flight import N_PARAMETERS, Flight, poses
 from estimator.motion.piecewise import PiecewiseFlight, touch_and_sensitivity
@@ -65,6 +65,8 @@ LEAST_JUMP = 60.0
 """Squared Mahalanobis length of the jump of v and omega: below it there was no impact."""
 SEARCHED_MEAN_SQUARE = 1.2
 """Above this impacts may be missing, and are searched for."""
+WEAK_RATIO = 3.0
+"""Of the residuals at a kink where impacts must be missing; nothing jumps at those that are none."""
 
 
 @dataclass(frozen=True)
@@ -95,7 +97,7 @@ def estimate_with_impacts(seen: Seen, kinks: list[Kink], configuration: Configur
         return None
     chains = _without_the_same(seen, task, (chains, refined), configuration)
     chains, told = _with_contacts(seen, task, (chains, refined), configuration)
-    plate = _plate_of(seen, told.refined, configuration)
+    plate = None if told.widened else _plate_of(seen, told.refined, configuration)
     if plate is not None:
         told = replace(told, refined=refined_chain(seen, task, told.refined.flight, configuration, (plate, told.loose)))
     status, message = judge_chain(chains, told.refined, configuration)
@@ -173,9 +175,12 @@ def _with_missing_impacts(seen: Seen, task: FitTask, kinks: list[Kink], configur
     for _ in range(MOST_ROUNDS):
         flight = chains[0].solution.state
         errors = errors_of(task, flight.first, flown(flight, task.sightings.times_s))
-        if measured_noise(errors).mean_square <= SEARCHED_MEAN_SQUARE:
+        mean_square = measured_noise(errors).mean_square
+        if mean_square <= SEARCHED_MEAN_SQUARE:
             break
         found = kinks_of_poses(task, flight)
+        if len(found) <= len(flight.bounces) and mean_square > IMPACTS_MEAN_SQUARE:
+            found = kinks_of_poses(task, flight, least_ratio=WEAK_RATIO)
         if len(found) <= len(flight.bounces):
             break
         edge = edge_kink(seen.tracks, found)

@@ -18,7 +18,7 @@ from datasets.recipes.recipe import DropperRecipe, Recipe
 from datasets.truth import Impact, Remnant
 from datasets.vocabulary.plate import Plate
 from synth.contact import chipped, collide, contact_law, first_touch
-from synth.contact.chipping import state_of_remnant
+from synth.contact.chipping import Chip, chip_of, state_of_part
 from synth.contact.law import ContactLaw
 from synth.effects.links import FlyingBody
 from synth.motion import Start, fly, fly_pushed
@@ -54,12 +54,13 @@ class Experiment:
 
 @dataclass(frozen=True)
 class Drop:
-    """One run: ``flight`` over the recording, the plate, what happened on it, and what is left where the particle broke."""
+    """One run: ``flight`` over the recording, the plate, what happened on it, and where the particle broke what is left and what is not."""
 
     flight: PiecewiseFlight
     setting: PlateSetting
     impacts: tuple[Impact, ...]
     remnant: Remnant | None
+    chip: Chip | None = None
 
 
 def frame_counts(recipe: DropperRecipe, rng: np.random.Generator) -> tuple[int, int]:
@@ -199,7 +200,7 @@ class _Fall:
     def bounced(self, leg: Leg, setting: PlateSetting, law: ContactLaw) -> Drop:
         """Impact and flight in turn, from the first leg to the end of the recording."""
         end_s = max(float(self.course.true_times_s[-1]), float(self.course.stamps_s[-1])) + self.margin_s
-        legs, remnant, body = [leg], None, self.course.flying
+        legs, remnant, chip, body = [leg], None, None, self.course.flying
         impacts: list[Impact] = []
         touch_s: float | None = self.impact_s
         while touch_s is not None:
@@ -213,14 +214,22 @@ class _Fall:
             after, parting_s = collision.after, collision.parting_s
             if len(impacts) == 1 and "chip" in self.hidden:
                 rest = self.broken(body, collision.impact)
-                after, body = state_of_remnant(after, body, rest), rest
+                chip = self.flown_chip(after, (body, rest), (parting_s, end_s))
+                after, body = state_of_part(after, body, rest), rest
                 remnant = Remnant(parting_s, rest.vertices, rest.body, rest.mass_kg, rest.inertia_kgm2)
             span = (-(parting_s - touch_s), max(end_s - parting_s, 1e-6))
             legs.append(Leg((touch_s + parting_s) / 2, parting_s, self.flown(after, body, span), body.body))
             plate = moved(setting, setting.plate.velocity_world * parting_s).plate
             found = first_touch(legs[-1].flight, body, plate, from_s=0.0, to_s=span[1]) if end_s > parting_s else None
             touch_s = None if found is None else parting_s + found
-        return Drop(PiecewiseFlight(tuple(legs), self.course.flying.body), setting, tuple(impacts), remnant)
+        return Drop(PiecewiseFlight(tuple(legs), self.course.flying.body), setting, tuple(impacts), remnant, chip)
+
+    def flown_chip(self, state: Start, bodies: tuple[FlyingBody, FlyingBody], span_s: tuple[float, float]) -> Chip:
+        """What broke off of a body in ``state``, given the body and its rest, and its flight within ``span_s``."""
+        chip, faces = chip_of(*bodies, self.faces)
+        start, (from_s, end_s) = state_of_part(state, bodies[0], chip), span_s
+        flight = self.flown(start, chip, (-self.margin_s, max(end_s - from_s, 1e-6)))
+        return Chip(chip, faces, PiecewiseFlight((Leg(-np.inf, from_s, flight, chip.body),), chip.body), from_s)
 
     def broken(self, body: FlyingBody, impact: Impact) -> FlyingBody:
         """What is left after the corner that was hit has broken off."""

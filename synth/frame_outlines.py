@@ -6,13 +6,15 @@ they move an edge by less than 0.7 of their width times the threshold's bias.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from datasets.vocabulary.camera import Intrinsics
+from synth.contact.chipping import Chip
+from synth.pair_outlines import outlines_of_two
 from synth.plan import SequencePlan, particle_poses_in_camera
 from synth.plate_setting import beside_plate, plate_outline
 from synth.row_by_row import LONGEST_EDGE_PX, refined, row_by_row_outline
@@ -34,17 +36,27 @@ REACH = 5.0
 def frame_outlines(plan: SequencePlan, mesh: OutlineMesh) -> Iterator[Array]:
     """The outline (n, 2) px of every frame, as a segmentation without noise draws it; ``mesh`` is that of ``plan.vertices``.
 
-    Where a plate hides part of the particle, its outline ends there; (0, 2) where nothing is seen.
+    Where a plate hides part of the particle, its outline ends there; (0, 2) where nothing is seen. A chip is part of the outline of what it
+    broke off as long as they are one in the picture.
     """
     scene, whole = _Scene(plan, mesh), len(plan.true_times_s)
     if plan.remnant is not None:
         broken = _Scene(plan, outline_mesh(plan.remnant.mesh_vertices, plan.faces))
         whole = int(np.searchsorted(plan.true_times_s, plan.remnant.time_s))
+    chip = None if plan.chip is None else _scene_of_chip(plan, plan.chip)
     for number, time_s in enumerate(plan.true_times_s):
-        shown = scene if number < whole else broken
-        outline = shown.blurred_outline(number) if plan.effects.blurred else shown.outline(number, 0.0)
+        outline = (scene if number < whole else broken).seen(number)
+        if chip is not None and number >= whole:
+            outline = outlines_of_two(outline, chip.seen(number))[0]
         segmented = plan.effects.segmented(outline, plan.true_camera)
         yield segmented if plan.setting is None else beside_plate(segmented, _plate_px(plan, float(time_s)))
+
+
+def _scene_of_chip(plan: SequencePlan, chip: Chip) -> "_Scene":
+    """The chip before the camera of a plan; frames before it broke off show it where it did."""
+    motion = replace(chip.flight.at(np.maximum(plan.true_times_s, chip.from_s)), times_s=plan.motion.times_s)
+    alone = replace(plan, body=chip.body.body, motion=motion, flight=chip.flight)
+    return _Scene(alone, outline_mesh(chip.body.vertices, chip.faces))
 
 
 def _plate_px(plan: SequencePlan, time_s: float) -> Array:
@@ -77,6 +89,10 @@ class _Scene:
     def poses(self) -> tuple[Array, Array]:
         """Poses at the frames' true times."""
         return particle_poses_in_camera(self.plan.body, self.plan.motion, self.plan.hsv)
+
+    def seen(self, number: int) -> Array:
+        """The outline of frame ``number`` before segmentation."""
+        return self.blurred_outline(number) if self.plan.effects.blurred else self.outline(number, 0.0)
 
     def outline(self, number: int, after_s: float) -> Array:
         """The outline of frame ``number`` before segmentation, as it is at one instant."""

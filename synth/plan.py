@@ -14,6 +14,7 @@ from datasets.vocabulary.body import Body
 from datasets.vocabulary.camera import HsvCamera, Intrinsics
 from datasets.vocabulary.clock import Clock
 from datasets.vocabulary.state import Motion
+from synth.contact.chipping import Chip
 from synth.effects import EffectsInForce
 from synth.plate_setting import PlateSetting
 
@@ -41,7 +42,7 @@ class SequencePlan:
     body that flies, ``view_vertices`` (v, 3) m those that the calibrated views show.
 
     ``setting``: the plate, where there is one; ``impacts`` on it; ``hidden_in_contact``: its physics
-    besides the plain law; ``remnant``: what is left where the particle broke.
+    besides the plain law; ``remnant``: what is left where the particle broke, and the ``chip`` that is not.
     """
 
     name: str
@@ -67,6 +68,7 @@ class SequencePlan:
     impacts: tuple[Impact, ...] = ()
     hidden_in_contact: dict[str, dict[str, float]] = field(default_factory=dict)
     remnant: Remnant | None = None
+    chip: Chip | None = None
     particle_name: str = ""
     notes: dict[str, str | int] = field(default_factory=dict)
 

@@ -104,6 +104,7 @@ def plan_sequence(recipe: Recipe, index: int) -> SequencePlan:
         impacts=() if drop is None else drop.impacts,
         hidden_in_contact=hidden_in_contact(recipe.contact_physics),
         remnant=None if drop is None else drop.remnant,
+        chip=None if drop is None else drop.chip,
         particle_name=grain.name,
         notes={**grain.notes, **_experiment_note(recipe, index)},
     )

@@ -87,10 +87,13 @@ def step_angles(path: CentroidPath) -> Array:
     return angles
 
 
-def find_kinks(path: CentroidPath) -> list[Kink]:
-    """All kinks of a path in the order of time; of two within ``LEAST_APART`` frames the stronger."""
+def find_kinks(path: CentroidPath, *, least_ratio: float = LEAST_RATIO) -> list[Kink]:
+    """All kinks of a path in the order of time; of two within ``LEAST_APART`` frames the stronger.
+
+    ``least_ratio``: of the squared residuals of the cubic and of the hinge.
+    """
     kept: list[Kink] = []
-    for kink in sorted(_all_kinks(path), key=_strength, reverse=True):
+    for kink in sorted(_all_kinks(path, least_ratio), key=_strength, reverse=True):
         if all(abs(kink.frame - other.frame) >= LEAST_APART for other in kept):
             kept.append(kink)
     return sorted(kept, key=lambda k: k.frame)
@@ -106,24 +109,24 @@ def _strength(kink: Kink) -> float:
     return kink.ratio * kink.jump_px**2
 
 
-def _all_kinks(path: CentroidPath) -> list[Kink]:
+def _all_kinks(path: CentroidPath, least_ratio: float) -> list[Kink]:
     n = len(path.frame)
     if n < LEAST_AROUND:
         return []
-    kink = _best_kink(path)
+    kink = _best_kink(path, least_ratio)
     if kink is None:
         return []
     before, after = path.frame < kink.frame, path.frame >= kink.frame
     parts = [CentroidPath(path.frame[rows], path.c[rows]) for rows in (before, after)]
-    return [*_all_kinks(parts[0]), kink, *_all_kinks(parts[1])]
+    return [*_all_kinks(parts[0], least_ratio), kink, *_all_kinks(parts[1], least_ratio)]
 
 
-def _best_kink(path: CentroidPath) -> Kink | None:
+def _best_kink(path: CentroidPath, least_ratio: float) -> Kink | None:
     angles = step_angles(path)
     near = np.array([angles[max(0, i - 1) : i + 2].max() for i in range(len(angles))])
     nominated = np.flatnonzero(near >= LEAST_ANGLE_RAD)
     found = [k for i in nominated for window in WINDOWS if (k := _kink_near(path, int(i), float(near[i]), window)) is not None]
-    return max(found, key=_strength, default=None)
+    return max((k for k in found if k.ratio >= least_ratio), key=_strength, default=None)
 
 
 def _kink_near(path: CentroidPath, i: int, angle: float, window: int) -> Kink | None:
@@ -139,7 +142,7 @@ def _kink_near(path: CentroidPath, i: int, angle: float, window: int) -> Kink | 
     (coefficients, left), at = min(fits, key=lambda fit: fit[0][1])
     jump = float(np.linalg.norm(coefficients[2] - coefficients[1]))
     ratio = smooth / max(left, len(t) * FINEST_PX**2)
-    if ratio < LEAST_RATIO or jump < LEAST_JUMP_PX:
+    if jump < LEAST_JUMP_PX:
         return None
     return Kink(float(path.frame[i] + at), angle, jump, ratio)
 

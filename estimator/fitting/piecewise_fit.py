@@ -118,6 +118,20 @@ def refine_piecewise(
     return refined
 
 
+def widened_by(task: FitTask, refined: PiecewiseRefined, settings: Refinement, loose: tuple[LooseContact, ...]) -> PiecewiseRefined:
+    """A refined flight, not moved, with intervals that allow for impacts of several contacts.
+
+    The covariance is the one with the impacts of ``loose`` loosened, and the step to where that would lead, times itself.
+    """
+    noisy, flight = with_noise_at(task, refined.flight)[0], refined.flight
+    known = _known(noisy, flight, None, loose)[0]
+    at = _with_known(linearised(noisy, flight.first, loose_sensitivity(flight, refined.times_s, loose), settings), known)
+    prior = np.diag(np.pad(noisy.prior.precision, (0, len(at.g) - N_PARAMETERS)))
+    covariance, bound = (c[: flight.size, : flight.size] for c in covariance_and_bound(noisy, at, prior + known.H, settings))
+    step = (scaled_inverse(at.H) @ at.g)[: flight.size]
+    return replace(refined, refined=replace(refined.refined, covariance=covariance + np.outer(step, step), bound=bound))
+
+
 def _refined_once(
     task: FitTask, flight: PiecewiseFlight, settings: Refinement, plate: PlateTask | None, loose: tuple[LooseContact, ...]
 ) -> PiecewiseRefined:

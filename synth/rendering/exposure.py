@@ -15,12 +15,11 @@ from datasets.vocabulary.camera import Intrinsics
 from synth.rendering.camera import IdealFilm, ThinLens, is_ideal
 from synth.rendering.distortion import OVERSAMPLING, bend, ideal_film, needed_window, sample_points
 from synth.rendering.light import Lighting, background_radiance
+from synth.rendering.scene import Pose
 from synth.rendering.tracer import Traced, Tracer
 from synth.rendering.window import Window, pixel_grid, whole_picture
 
 Array = NDArray[np.float64]
-Pose = tuple[Array, Array]
-"""``R_cam_particle`` (3, 3) and ``t_cam_particle`` (3,) m."""
 
 
 @dataclass(frozen=True)
@@ -59,18 +58,21 @@ def expose(
     samples: int,
     seeds: Sequence[int],
     cameras: Sequence[Intrinsics] = (),
+    chips: Sequence[Pose] = (),
 ) -> Traced:
     """The mean over the sub-frames of the particle's light and coverage in a window of the picture.
 
-    ``cameras``, one per sub-frame, are those of a moving picture; ``optics.moving`` says that there are.
+    ``cameras``, one per sub-frame, are those of a moving picture; ``optics.moving`` says that there are. ``chips``, one per sub-frame, are
+    poses of a chip that has broken off.
     """
     if window.empty:
         nothing = np.zeros((max(window.height, 0), max(window.width, 0)))
         return Traced(nothing, nothing)
     through = cameras or (optics.intrinsics,) * len(poses)
+    places = zip(poses, chips or (None,) * len(poses), strict=True)
     traced = [
-        _trace_real(tracer, replace(optics, intrinsics=camera), window, pose, samples=samples, seed=seed, film=film_of(optics))
-        for pose, seed, camera in zip(poses, seeds, through, strict=True)
+        _trace_real(tracer, replace(optics, intrinsics=camera), window, place, samples=samples, seed=seed, film=film_of(optics))
+        for place, seed, camera in zip(places, seeds, through, strict=True)
     ]
     return Traced(
         np.asarray(np.mean([part.radiance for part in traced], axis=0)), np.asarray(np.mean([part.coverage for part in traced], axis=0))
@@ -82,13 +84,16 @@ def _direct(optics: Optics) -> bool:
     return is_ideal(optics.intrinsics) and not optics.moving
 
 
-def _trace_real(tracer: Tracer, optics: Optics, window: Window, pose: Pose, *, samples: int, seed: int, film: IdealFilm) -> Traced:
+def _trace_real(
+    tracer: Tracer, optics: Optics, window: Window, place: tuple[Pose, Pose | None], *, samples: int, seed: int, film: IdealFilm
+) -> Traced:
+    pose, chip = place
     if _direct(optics):
-        return tracer.trace(window, *pose, samples=samples, seed=seed)
+        return tracer.trace(window, *pose, samples=samples, seed=seed, chip=chip)
     points = sample_points(window, optics.intrinsics, film)
     fine = needed_window(points)
     finer = max(1, samples // OVERSAMPLING**2)
-    return bend(tracer.trace(fine, *pose, samples=finer, seed=seed), fine, points)
+    return bend(tracer.trace(fine, *pose, samples=finer, seed=seed, chip=chip), fine, points)
 
 
 def background_light(optics: Optics) -> Float[NDArray[np.float64], "height width"]:

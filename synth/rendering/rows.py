@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from datasets.vocabulary.camera import Intrinsics
 from synth.plan import SequencePlan, particle_poses_in_camera
-from synth.rendering.exposure import Pose
+from synth.rendering.scene import Pose
 from synth.rendering.window import Window
 
 Array = NDArray[np.float64]

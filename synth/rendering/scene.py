@@ -16,6 +16,8 @@ from synth.rendering.light import Lighting, environment_map
 from synth.rendering.materials import Material
 
 Array = NDArray[np.float64]
+Pose = tuple[Array, Array]
+"""``R_cam_particle`` (3, 3) and ``t_cam_particle`` (3,) m."""
 
 NO_ROULETTE = 1000
 """Path depth from which paths may end at random; beyond all depths, since it would only add noise."""
@@ -32,11 +34,16 @@ class ParticleModel:
 
 @dataclass(frozen=True)
 class Surroundings:
-    """What stands still before the camera: ``light``, computed for the place ``at_cam`` (3,) m, and a ``plate`` in the camera frame."""
+    """What there is besides the particle.
+
+    ``light``, computed for the place ``at_cam`` (3,) m; a ``plate`` that stands still, in the camera frame; a ``chip`` that moves, in the
+    particle frame of its own poses.
+    """
 
     light: Lighting
     at_cam: Float[NDArray[np.float64], "3"]
     plate: ParticleModel | None = None
+    chip: ParticleModel | None = None
 
     def depth(self, surface: Material) -> int:
         """Longest path, in segments."""
@@ -51,12 +58,16 @@ def scene_dictionary(mi: Any, particle: ParticleModel, around: Surroundings) -> 
         "particle": _mesh(mi, particle, "particle"),
         "light": {"type": "envmap", "bitmap": mi.Bitmap(radiance)},
     }
-    return scene if around.plate is None else {**scene, "plate": _mesh(mi, around.plate, "plate")}
+    others = {"plate": around.plate, "chip": around.chip}
+    return {**scene, **{name: _mesh(mi, model, name) for name, model in others.items() if model is not None}}
 
 
-def plate_positions(plate: ParticleModel, R_cam_particle: Float[NDArray[np.float64], "3 3"], t_cam_particle: Array) -> NDArray[np.float32]:
-    """The plate's vertices, flat, in the particle frame of a pose."""
-    return ((plate.vertices - t_cam_particle) @ R_cam_particle).astype(np.float32).ravel()
+def positions_of_others(around: Surroundings, pose: Pose, chip: Pose | None) -> dict[str, NDArray[np.float32]]:
+    """Vertices, flat, of plate and chip in the particle frame of a ``pose``; ``chip``: that of the chip."""
+    seen = {} if around.plate is None else {"plate": around.plate.vertices}
+    if around.chip is not None and chip is not None:
+        seen["chip"] = around.chip.vertices @ chip[0].T + chip[1]
+    return {f"{name}.vertex_positions": ((points - pose[1]) @ pose[0]).astype(np.float32).ravel() for name, points in seen.items()}
 
 
 def integrator_dictionary(depth: int) -> dict[str, Any]:

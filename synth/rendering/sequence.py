@@ -111,6 +111,7 @@ class Studio:
         self._flying = ParticleModel(plan.vertices, plan.faces, surface)
         rest = plan.vertices if plan.remnant is None else plan.remnant.mesh_vertices
         self._broken = ParticleModel(rest, plan.faces, surface)
+        self._chip = None if plan.chip is None else ParticleModel(plan.chip.body.vertices, plan.chip.faces, surface)
         self._seen_in_rig = ParticleModel(plan.view_vertices, plan.faces, surface)
         hsv, rig = hsv_optics(plan, recipe), rig_optics(plan, recipe)
         middle = plan.hsv.R_cam_world @ plan.motion.x_world[len(plan.motion.times_s) // 2] + plan.hsv.t_cam_world
@@ -123,14 +124,14 @@ class Studio:
         """The tracer and the optics of a camera."""
         optics, at_cam = self._places[key]
         if key not in self._tracers:
-            particle, plate = self._bodies.get(key, (self._seen_in_rig, None))
-            self._tracers[key] = make_tracer(self._mi, particle, film_of(optics), optics.light, at_cam, plate=plate)
+            particle, plate, chip = self._bodies.get(key, (self._seen_in_rig, None, None))
+            self._tracers[key] = make_tracer(self._mi, particle, film_of(optics), optics.light, at_cam, plate=plate, chip=chip)
         return self._tracers[key], optics
 
     @property
-    def _bodies(self) -> dict[str, tuple[ParticleModel, ParticleModel | None]]:
-        """What stands before the high-speed camera: the particle or its remnant, and the plate."""
-        return {"hsv": (self._flying, self._plate), REMNANT: (self._broken, self._plate)}
+    def _bodies(self) -> dict[str, tuple[ParticleModel, ParticleModel | None, ParticleModel | None]]:
+        """What is before the high-speed camera: the particle, or its remnant and the chip, and the plate."""
+        return {"hsv": (self._flying, self._plate, None), REMNANT: (self._broken, self._plate, self._chip)}
 
     def empty(self) -> Traced | None:
         """The plate's light and coverage in the whole picture of the high-speed camera; ``None`` without a plate."""

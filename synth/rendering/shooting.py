@@ -52,7 +52,9 @@ def toned(light: Array, background: Array, effects: EffectsInForce, optics: Opti
 
 def _exposed(tracer: Tracer, optics: Optics, shot: Shot) -> Traced:
     if not shot.strips:
-        return expose(tracer, optics, shot.window, shot.poses, samples=shot.samples, seeds=shot.seeds, cameras=shot.cameras)
+        return expose(
+            tracer, optics, shot.window, shot.poses, samples=shot.samples, seeds=shot.seeds, cameras=shot.cameras, chips=shot.chips
+        )
     parts = [
         expose(tracer, optics, strip.window, strip.poses, samples=shot.samples, seeds=shot.seeds, cameras=strip.cameras)
         for strip in shot.strips

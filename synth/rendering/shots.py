@@ -16,11 +16,12 @@ from scipy.spatial import ConvexHull
 from datasets.observation import CalibratedView
 from datasets.recipes.recipe import Recipe
 from datasets.vocabulary.camera import Intrinsics
-from synth.plan import SequencePlan
+from synth.plan import SequencePlan, particle_poses_in_camera
 from synth.rendering.camera import blur_radius_px, thin_lens
-from synth.rendering.exposure import Optics, Pose, subframe_times
+from synth.rendering.exposure import Optics, subframe_times
 from synth.rendering.light import lighting
 from synth.rendering.rows import Strip, cameras_at, delays_in, poses_at, strips
+from synth.rendering.scene import Pose
 from synth.rendering.window import Window, whole_picture, window_around
 from synth.streams import streams
 
@@ -42,7 +43,7 @@ class Shot:
     """One picture: ``camera`` is the key of its optics; ``poses`` one per sub-frame, ``seeds`` for the rays of each.
 
     ``cameras``, one per sub-frame, where the picture moves; ``strips`` where rows are exposed one after the other; ``blur_px`` the
-    standard deviation of the blur that effects add.
+    standard deviation of the blur that effects add; ``chips``, one per sub-frame, poses of a chip that has broken off.
     """
 
     kind: Kind
@@ -55,6 +56,7 @@ class Shot:
     cameras: tuple[Intrinsics, ...] = ()
     strips: tuple[Strip, ...] = ()
     blur_px: float = 0.0
+    chips: tuple[Pose, ...] = ()
 
 
 def picture_stream(recipe: Recipe, index: int, what: str, number: int, part: int) -> np.random.SeedSequence:
@@ -93,10 +95,8 @@ def widest_slope(camera: Intrinsics) -> float:
 def frame_shots(plan: SequencePlan, recipe: Recipe, index: int) -> Iterator[Shot]:
     """The frames of the high-speed camera."""
     optics, hull = hsv_optics(plan, recipe), hull_points(plan.vertices)
-    for number, time_s in enumerate(plan.true_times_s):
-        shot = _frame_shot(plan, recipe, number, picture_stream(recipe, index, "frame", number, EXPOSURE), (optics, hull))
-        broken = plan.remnant is not None and time_s >= plan.remnant.time_s
-        yield replace(shot, camera=REMNANT) if broken else shot
+    for number in range(len(plan.true_times_s)):
+        yield _frame_shot(plan, recipe, number, picture_stream(recipe, index, "frame", number, EXPOSURE), (optics, hull))
 
 
 def _frame_shot(plan: SequencePlan, recipe: Recipe, number: int, stream: np.random.SeedSequence, seen: tuple[Optics, Array]) -> Shot:
@@ -104,10 +104,24 @@ def _frame_shot(plan: SequencePlan, recipe: Recipe, number: int, stream: np.rand
     instants = subframe_times(time, plan.clock.exposure_s, rendering.subframes, np.random.default_rng(stream))
     stamps = instants - time + (plan.clock.times_s[number] - plan.clock.times_s[0])
     poses, cameras, blur = poses_at(plan, instants), cameras_at(plan, stamps), _blur_px(plan, number)
-    window = _window(hull, poses, optics, recipe, Extra(cameras, blur))
-    seeds = ray_seeds(stream, len(poses))
-    shot = Shot("frame", number, "hsv", window, poses, rendering.samples_per_subframe, seeds, cameras, blur_px=blur)
+    seeds, chips = ray_seeds(stream, len(poses)), _chip_poses(plan, time, instants)
+    window = _window(hull, poses, optics, recipe, Extra(cameras, blur, _chip_points(plan, chips)))
+    key = "hsv" if plan.remnant is None or time < plan.remnant.time_s else REMNANT
+    shot = Shot("frame", number, key, window, poses, rendering.samples_per_subframe, seeds, cameras, blur_px=blur, chips=chips)
     return _row_by_row(shot, plan, recipe, seen, (instants, stamps)) if plan.effects.rolling else shot
+
+
+def _chip_poses(plan: SequencePlan, time_s: float, instants_s: Array) -> tuple[Pose, ...]:
+    """Poses of a chip at instants (n,) s of the frame at ``time_s``; none before it has broken off."""
+    if plan.chip is None or time_s < plan.chip.from_s:
+        return ()
+    R, t = particle_poses_in_camera(plan.chip.body.body, plan.chip.flight.at(instants_s), plan.hsv)
+    return tuple(zip(R, t, strict=True))
+
+
+def _chip_points(plan: SequencePlan, poses: tuple[Pose, ...]) -> tuple[Array, ...]:
+    """Places (v, 3) m, camera frame, of the chip's vertices in each pose."""
+    return () if plan.chip is None else tuple(plan.chip.body.vertices @ R.T + t for R, t in poses)
 
 
 def _row_by_row(shot: Shot, plan: SequencePlan, recipe: Recipe, seen: tuple[Optics, Array], times_s: tuple[Array, Array]) -> Shot:
@@ -153,16 +167,18 @@ def hull_points(vertices: Float[NDArray[np.float64], "v 3"]) -> Float[NDArray[np
 
 @dataclass(frozen=True)
 class Extra:
-    """What effects add to a window: the ``cameras`` of a moving picture, one per pose, and ``blur_px``."""
+    """What else decides a window: the ``cameras`` of a moving picture, one per pose, ``blur_px``, and ``chips`` (v, 3) m, one per pose."""
 
     cameras: tuple[Intrinsics, ...] = ()
     blur_px: float = 0.0
+    chips: tuple[Array, ...] = ()
 
 
 def _window(hull: Array, poses: tuple[Pose, ...], optics: Optics, recipe: Recipe, extra: Extra = Extra()) -> Window:
     if recipe.rendering.full_frames:
         return whole_picture(optics.intrinsics)
     seen = [hull @ R.T + t for R, t in poses]
+    seen = [np.concatenate(both) for both in zip(seen, extra.chips, strict=True)] if extra.chips else seen
     points = np.concatenate(seen)
     near, far = max(points[:, 2].min(), 1e-3), max(points[:, 2].max(), 1e-3)
     blur = max(blur_radius_px(optics.lens, optics.intrinsics.fx_px, depth) for depth in (near, far)) + REACH * extra.blur_px

@@ -18,10 +18,11 @@ from synth.rendering.light import Lighting
 from synth.rendering.scene import (
     COVERAGE_ONLY,
     ParticleModel,
+    Pose,
     Surroundings,
     integrator_dictionary,
     light_to_particle,
-    plate_positions,
+    positions_of_others,
     rays_per_shaded_one,
     scene_dictionary,
 )
@@ -47,8 +48,10 @@ class Traced:
 class Tracer(Protocol):
     """A scene and a film; poses, windows and seeds come with each call."""
 
-    def trace(self, window: Window, R_cam_particle: Array, t_cam_particle: Array, *, samples: int, seed: int) -> Traced:
-        """The particle at ``x_cam = R_cam_particle @ x + t_cam_particle`` (m), ``samples`` rays per pixel."""
+    def trace(
+        self, window: Window, R_cam_particle: Array, t_cam_particle: Array, *, samples: int, seed: int, chip: Pose | None = None
+    ) -> Traced:
+        """The particle at ``x_cam = R_cam_particle @ x + t_cam_particle`` (m), ``samples`` rays per pixel; ``chip``: where that is."""
         ...
 
 
@@ -60,13 +63,14 @@ def make_tracer(
     at_cam: Float[NDArray[np.float64], "3"],
     *,
     plate: ParticleModel | None = None,
+    chip: ParticleModel | None = None,
 ) -> Tracer:
     """The tracer for the variant that is switched on; ``at_cam`` (m) is about where the particle is, ``plate`` in the camera frame.
 
     Where there is a plate, radiance and coverage are those of particle and plate together, and every ray is shaded, since steel mirrors.
     """
     kind = WavefrontTracer if mi.variant().startswith("llvm") else ScalarTracer
-    return kind(mi, particle, film, Surroundings(light, at_cam, plate))
+    return kind(mi, particle, film, Surroundings(light, at_cam, plate, chip))
 
 
 def _rays_per_shaded_one(particle: ParticleModel, around: Surroundings) -> int:
@@ -77,7 +81,7 @@ class ScalarTracer:
     """Mitsuba's thin lens, one ray after the other."""
 
     def __init__(self, mi: Any, particle: ParticleModel, film: IdealFilm, around: Surroundings) -> None:
-        self._mi, self._film, self._plate = mi, film, around.plate
+        self._mi, self._film, self._around = mi, film, around
         self._rays_per_shaded_one = _rays_per_shaded_one(particle, around)
         self._coverage_only = mi.load_dict(COVERAGE_ONLY)
         centre = np.array([film.cx_px, film.cy_px]) + 0.5
@@ -107,7 +111,9 @@ class ScalarTracer:
         self._scene = mi.load_dict(scene)
         self._parameters = mi.traverse(self._scene)
 
-    def trace(self, window: Window, R_cam_particle: Array, t_cam_particle: Array, *, samples: int, seed: int) -> Traced:
+    def trace(
+        self, window: Window, R_cam_particle: Array, t_cam_particle: Array, *, samples: int, seed: int, chip: Pose | None = None
+    ) -> Traced:
         """See :class:`Tracer`."""
         mi, parameters = self._mi, self._parameters
         corner = np.array([window.x0, window.y0]) + FILM_REACH_PX - self._whole
@@ -116,8 +122,8 @@ class ScalarTracer:
         camera = camera_to_particle(R_cam_particle, t_cam_particle, shear=self._shear)
         parameters["sensor.to_world"] = mi.ScalarTransform4f(camera)
         parameters["light.to_world"] = mi.ScalarTransform4f(light_to_particle(R_cam_particle))
-        if self._plate is not None:
-            parameters["plate.vertex_positions"] = plate_positions(self._plate, R_cam_particle, t_cam_particle)
+        for name, positions in positions_of_others(self._around, (R_cam_particle, t_cam_particle), chip).items():
+            parameters[name] = positions
         parameters.update()
         shaded = np.array(mi.render(self._scene, seed=seed, spp=max(1, samples // self._rays_per_shaded_one)), dtype=np.float64)
         if self._rays_per_shaded_one == 1:
@@ -130,19 +136,21 @@ class WavefrontTracer:
     """All rays of a window at once."""
 
     def __init__(self, mi: Any, particle: ParticleModel, film: IdealFilm, around: Surroundings) -> None:
-        self._mi, self._film, self._plate = mi, film, around.plate
+        self._mi, self._film, self._around = mi, film, around
         self._rays_per_shaded_one = _rays_per_shaded_one(particle, around)
         self._coverage_only = mi.load_dict(COVERAGE_ONLY)
         self._scene = mi.load_dict(scene_dictionary(mi, particle, around))
         self._integrator = mi.load_dict(integrator_dictionary(around.depth(particle.material)))
         self._parameters = mi.traverse(self._scene)
 
-    def trace(self, window: Window, R_cam_particle: Array, t_cam_particle: Array, *, samples: int, seed: int) -> Traced:
+    def trace(
+        self, window: Window, R_cam_particle: Array, t_cam_particle: Array, *, samples: int, seed: int, chip: Pose | None = None
+    ) -> Traced:
         """See :class:`Tracer`."""
         mi = self._mi
         self._parameters["light.to_world"] = mi.Transform4f(mi.ScalarTransform4f(light_to_particle(R_cam_particle)))
-        if self._plate is not None:
-            self._parameters["plate.vertex_positions"] = mi.Float(plate_positions(self._plate, R_cam_particle, t_cam_particle))
+        for name, positions in positions_of_others(self._around, (R_cam_particle, t_cam_particle), chip).items():
+            self._parameters[name] = mi.Float(positions)
         self._parameters.update()
         to_world = camera_to_particle(R_cam_particle, t_cam_particle, shear=(0.0, 0.0))
         rows = max(1, LARGEST_WAVEFRONT // (samples * window.width))

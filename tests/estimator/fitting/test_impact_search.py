@@ -75,3 +75,11 @@ def test_an_impact_in_a_gap_is_placed_within_it() -> None:
     kept = (whole.frame < 41) | (whole.frame > 48)
     (kink,) = find_kinks(CentroidPath(whole.frame[kept], whole.c[kept]))
     assert kink.frame == pytest.approx(44.3, abs=0.5)
+
+
+def test_a_weak_kink_is_found_where_one_must_be() -> None:
+    velocities = [np.array([0.3, 1.0]), np.array([0.55, 0.6])]
+    weak = path([44.0], velocities=velocities)
+    noisy = CentroidPath(weak.frame, weak.c + np.random.default_rng(1).normal(scale=0.22, size=weak.c.shape))
+    assert find_kinks(noisy) == []
+    assert 44.0 == pytest.approx(find_kinks(noisy, least_ratio=3.0)[0].frame, abs=1.5)

@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 from datasets.vocabulary.camera import HsvCamera
 from estimator.fitting.flight_starts import at_time
 from estimator.fitting.levenberg_marquardt import NormalEquations
-from estimator.fitting.piecewise_fit import fit_piecewise, flown, linearise_piecewise, piecewise_cost, refine_piecewise
+from estimator.fitting.loose_contact import loose_contact
+from estimator.fitting.piecewise_fit import fit_piecewise, flown, linearise_piecewise, piecewise_cost, refine_piecewise, widened_by
 from estimator.fitting.refinement import Refinement
 from estimator.fitting.segments import joined, meeting_time, reversed_turns, segment_rows
 from estimator.fitting.trajectory import FitTask, Prior, Sightings, errors_of, prior_cost
@@ -128,3 +129,18 @@ def test_slow_turns_are_reversed_across_the_line_of_sight_and_fast_ones_are_not(
     assert first.bounces == late.bounces
     assert last.first == late.first
     np.testing.assert_allclose(last.bounces[0].omega, [-5.0, -6.0, 7.0])
+
+
+def test_intervals_that_allow_for_several_contacts_hold_the_way_to_them() -> None:
+    """The flight stays; the further its pose after the impact is from where its pictures have it, the wider are the intervals."""
+    truth = bouncing()
+    task = seen(truth)
+    held = refine_piecewise(task, truth, SETTINGS)
+    loose = (loose_contact(truth, 0, 1e-4),)
+    wide = widened_by(task, held, SETTINGS, loose)
+    assert wide.flight == held.flight
+    assert wide.refined.settled
+    assert np.all(np.diag(wide.refined.covariance)[21:] > np.diag(held.refined.covariance)[21:])
+    shifted = replace(truth, bounces=(replace(truth.bounces[0], shift=loose[0].basis @ np.array([1e-4, 0.0, 0.0, 0.0, 0.0])),))
+    off = widened_by(seen(shifted), held, SETTINGS, loose)
+    assert np.all(np.diag(off.refined.covariance)[21:] > 4.0 * np.diag(wide.refined.covariance)[21:])

@@ -11,7 +11,7 @@ from datasets.errors import InputError
 from datasets.recipes.recipe import ContactRecipe, PlateRecipe
 from datasets.vocabulary.plate import Plate
 from synth.contact import ContactLaw, chipped, collide, contact_law
-from synth.contact.chipping import state_of_remnant
+from synth.contact.chipping import chip_of, state_of_part
 from synth.contact.collision import kinetic_energy
 from synth.contact.touching import lowest, places_of
 from synth.effects.links import FlyingBody
@@ -169,10 +169,30 @@ def test_a_chip_leaves_a_smaller_closed_body_that_moves_on() -> None:
     assert rest.mass_kg == pytest.approx(2650 * mesh.volume)
     assert 0.8 < rest.mass_kg / body.mass_kg < 1
     state = touching(body, FLAT, np.random.default_rng(0))
-    after = state_of_remnant(state, body, rest)
+    after = state_of_part(state, body, rest)
     shared = np.setdiff1d(np.arange(len(body.vertices)), np.flatnonzero(np.any(rest.vertices != body.vertices, axis=1)))[:3]
     for whole, part in zip(*(placed(b, s, shared) for b, s in ((body, state), (rest, after))), strict=True):
         np.testing.assert_allclose(whole, part, atol=1e-12)
+
+
+def test_a_chip_and_what_is_left_are_the_whole() -> None:
+    """Mass, momentum and angular momentum go on, and the chip's surface is closed."""
+    body, faces = stone(2)
+    rest = chipped(body, faces, body.vertices[0], 0.2)
+    chip, chip_faces = chip_of(body, rest, faces)
+    assert trimesh.Trimesh(chip.vertices, chip_faces, process=False).is_watertight
+    state = touching(body, FLAT, np.random.default_rng(0))
+    parts = [(part, state_of_part(state, body, part)) for part in (rest, chip)]
+    assert sum(part.mass_kg for part, _ in parts) == pytest.approx(body.mass_kg, rel=1e-9)
+    np.testing.assert_allclose(sum(momenta(part, s, state.x_world) for part, s in parts), momenta(body, state, state.x_world), rtol=1e-7)
+
+
+def momenta(body: FlyingBody, state: Start, about: np.ndarray) -> np.ndarray:
+    """Momentum (kg m/s) and angular momentum (kg m²/s) about a point, world frame."""
+    R = Rotation.from_quat(state.q_world_body).as_matrix()
+    p = body.mass_kg * state.v_world
+    spin = R @ (body.inertia_kgm2 * (R.T @ state.omega_world))
+    return np.concatenate([p, np.cross(state.x_world - about, p) + spin])
 
 
 def placed(body: FlyingBody, state: Start, which: np.ndarray) -> np.ndarray:

@@ -21,11 +21,14 @@ from datasets.recipes.recipe import (
     Recipe,
     RigRecipe,
 )
+from datasets.vocabulary.outline import signed_area
 from synth.contact.touching import lowest, places_of
 from synth.effects.links import FlyingBody
+from synth.frame_outlines import frame_outlines
 from synth.plan import SequencePlan
 from synth.plate_setting import plate_setting, random_stand
 from synth.sequence import build_silhouette_sequence, plan_sequence
+from synth.silhouette import outline_mesh
 
 RECIPE = Recipe(
     seed=3,
@@ -130,6 +133,22 @@ def test_a_chip_changes_the_mesh_after_the_impact() -> None:
     before = int(np.sum(observation.clock.times_s < truth.remnant.time_s))
     for number, (a, b) in enumerate(zip(observation.recordings[0], whole.recordings[0], strict=True)):
         assert (len(a.points_px) == len(b.points_px) and np.array_equal(a.points_px, b.points_px)) == (number < before)
+
+
+def test_a_chip_is_seen_with_the_particle_until_they_are_apart() -> None:
+    recipe = with_hidden("chip", depth=0.25)
+    plan = plan_sequence(recipe, 0)
+    assert plan.chip is not None
+    assert plan.remnant is not None
+    after = np.flatnonzero(plan.true_times_s >= plan.remnant.time_s)
+    rest_alone = list(frame_outlines(replace(plan, chip=None), outline_mesh(plan.vertices, plan.faces)))
+    both = list(frame_outlines(plan, outline_mesh(plan.vertices, plan.faces)))
+    larger = np.array([abs(signed_area(both[k])) - abs(signed_area(rest_alone[k])) for k in after])
+    assert larger[0] > 5.0
+    assert larger.min() > -0.5
+    assert np.abs(larger[-5:]).max() < 1e-9
+    assert not any(np.array_equal(both[k], rest_alone[k]) for k in after[:2])
+    assert all(np.array_equal(both[k], rest_alone[k]) for k in range(after[0]))
 
 
 @pytest.mark.parametrize(

@@ -10,10 +10,10 @@ from scipy.spatial.transform import Rotation
 
 from datasets.vocabulary.camera import Intrinsics
 from synth.rendering.camera import ThinLens
-from synth.rendering.exposure import Optics, Pose, expose, film_of
+from synth.rendering.exposure import Optics, expose, film_of
 from synth.rendering.light import lighting
 from synth.rendering.materials import material
-from synth.rendering.scene import ParticleModel
+from synth.rendering.scene import ParticleModel, Pose
 from synth.rendering.tracer import Traced, Tracer, make_tracer
 from synth.rendering.variant import activate, available_variants
 from synth.rendering.window import Window, whole_picture
@@ -29,11 +29,13 @@ class Room:
     tracer: Tracer
     optics: Optics
 
-    def take(self, poses: Sequence[Pose], *, samples: int, window: Window | None = None, seed: int = 1) -> Traced:
+    def take(
+        self, poses: Sequence[Pose], *, samples: int, window: Window | None = None, seed: int = 1, chips: Sequence[Pose] = ()
+    ) -> Traced:
         """The particle's light and coverage in ``window`` (the whole picture)."""
         where = whole_picture(self.optics.intrinsics) if window is None else window
         seeds = range(seed, seed + len(poses))
-        return expose(self.tracer, self.optics, where, poses, samples=samples, seeds=list(seeds))
+        return expose(self.tracer, self.optics, where, poses, samples=samples, seeds=list(seeds), chips=chips)
 
 
 def pebble() -> trimesh.Trimesh:
@@ -56,13 +58,14 @@ def camera(**changes: object) -> Intrinsics:
 
 
 def room(mesh: trimesh.Trimesh, *, intrinsics: Intrinsics | None = None, **changes: object) -> Room:
-    """A room with a back light; ``changes``: ``lens``, ``light`` ("back" or "front"), ``surface``."""
+    """A room with a back light; ``changes``: ``lens``, ``light`` ("back" or "front"), ``surface``, ``chip``."""
     lens = changes.get("lens", PINHOLE)
     light = lighting(changes.get("light", "back"), focus_m=lens.focus_m, widest_slope=0.1, falloff=0.2)
     optics = Optics(camera() if intrinsics is None else intrinsics, lens, light, 0.1)
     particle = ParticleModel(mesh.vertices, mesh.faces, material(changes.get("surface", "matte")))
     mi = activate(changes.get("variant", "scalar_rgb"))
-    return Room(make_tracer(mi, particle, film_of(optics), light, np.array([0.0, 0.0, lens.focus_m])), optics)
+    chip = ParticleModel(*changes["chip"], particle.material) if "chip" in changes else None
+    return Room(make_tracer(mi, particle, film_of(optics), light, np.array([0.0, 0.0, lens.focus_m]), chip=chip), optics)
 
 
 def pose(x_mm: float = 0.0, y_mm: float = 0.0, z_m: float = FOCUS_M, turn: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Pose:

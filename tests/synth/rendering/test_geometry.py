@@ -58,3 +58,23 @@ def test_windows_are_cut_off_at_the_edges(camera) -> None:
     window = window_around(np.array([[-20.0, 10.2], [5.5, 30.7]]), 3, camera())
     assert (window.x0, window.y0, window.width, window.height) == (0, 7, 10, 28)
     assert window_around(np.array([[-50.0, 10.0], [-40.0, 20.0]]), 3, camera()).empty
+
+
+@pytest.mark.parametrize("variant", ["scalar_rgb", "llvm"])
+def test_a_chip_lies_where_its_own_poses_put_it(room, pose, camera, pebble, llvm, variant) -> None:
+    """In each sub-frame, however the particle turns."""
+    vertices, faces = 0.4 * pebble.vertices, pebble.faces
+    seen = room(pebble, chip=(vertices, faces), variant=llvm() if variant == "llvm" else variant)
+    poses = [pose(-2.0, 0.5, turn=(0.3, -0.8, 0.5)), pose(-1.9, 0.5, turn=(0.4, -0.8, 0.5))]
+    chips = [pose(2.5, -1.0, turn=(-0.5, 0.2, 1.0)), pose(2.9, -1.2, turn=(-0.2, 0.2, 1.0))]
+    coverage = seen.take(poses, samples=64, chips=chips).coverage
+    right = np.arange(coverage.shape[1]) > 50
+    assert coverage[:, 44:51].max() == 0.0
+    mesh, centres, areas = outline_mesh(vertices, faces), [], []
+    for R, t in chips:
+        polygon = shapely.Polygon(exact_outline(mesh, camera(), R, t))
+        centres.append(np.array(polygon.centroid.coords[0]) * polygon.area)
+        areas.append(polygon.area)
+    weights = (coverage * right).ravel()
+    np.testing.assert_allclose(weights.sum(), np.mean(areas), rtol=0.02)
+    np.testing.assert_allclose(weights @ pixel_grid(whole_picture(camera())) / weights.sum(), sum(centres) / sum(areas), atol=0.03)
