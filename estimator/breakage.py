@@ -7,7 +7,7 @@ that was overlooked after the first one looks the same.
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.estimate import Estimate
+from datasets.estimate import Estimate, Status
 
 Array = NDArray[np.float64]
 CLEAR_FRAMES = 6
@@ -15,6 +15,9 @@ CLEAR_FRAMES = 6
 BROKEN_RATIO = 1.5
 """RMS whitened error after the impacts over that before, from which on the particle counts as broken: 0.95 to 1.05 where it is whole,
 1.6 to 3.7 where a tenth or a fifth of a corner was lost."""
+BROKE = "the particle broke, or touched again unseen"
+HEALTHY_MEAN_SQUARE = 2.0
+"""Mean square of the errors over their variance up to which a flight is that of the particle in the calibrated views."""
 
 
 def worse_after(estimate: Estimate, times_s: Array) -> str | None:
@@ -29,4 +32,18 @@ def worse_after(estimate: Estimate, times_s: Array) -> str | None:
     ratio = float(np.sqrt(after.mean() / before.mean()))
     if ratio < BROKEN_RATIO:
         return None
-    return f"the particle broke, or touched again unseen: its pictures fit {ratio:.2f} times worse after the impact than before it"
+    return f"{BROKE}: its pictures fit {ratio:.2f} times worse after the impact than before it"
+
+
+def worse_part(before: Estimate, after: Estimate, frame: float) -> str | None:
+    """What to say where the flights before and after an impact at ``frame`` were measured apart, and only the first fits the particle."""
+    noise, other = (float(part.statistics.get("noise_mean_square", np.inf)) for part in (before, after))
+    if before.status is not Status.CONVERGED or noise > HEALTHY_MEAN_SQUARE:
+        return None
+    if after.status not in (Status.CONVERGED, Status.NO_CONVERGENCE):
+        return None
+    if after.status is Status.CONVERGED and other < BROKEN_RATIO**2 * noise:
+        return None
+    told = f"{np.sqrt(other):.1f} times it" if np.isfinite(other) else "no flight fits"
+    fits = f"its pictures fit within {np.sqrt(noise):.1f} times their noise"
+    return f"{BROKE}: before the impact at frame {frame:.1f} {fits}, after it {told}"

@@ -4,13 +4,17 @@ A kink is only a reason to look. Where the fit finds no jump of the velocities a
 measured as one free flight, in the same way as one without kinks.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from datasets.estimate import Estimate, Status
 from datasets.observation import Observation
+from estimator.breakage import worse_part
 from estimator.configuration import Configuration
 from estimator.fitting.impact_search import Kink, centroid_path, clear_kinks, find_kinks
 from estimator.impact_pipeline import Seen, estimate_with_impacts
+from estimator.outlines.result import FrameStatus, OutlineTrack, left_out
 from estimator.pairs.measuring import measure_pair
 from estimator.pipeline import check_focal_prior, estimate_free_flight, observed_particle, tracks_of
 from estimator.plate_holding import check_plate_settings
@@ -18,6 +22,8 @@ from estimator.resting import resting_sentence
 
 HEALTHY_MEAN_SQUARE = 1.0
 """Mean square of the errors over their variance; a free flight that leaves more is worth the question whether the particle falls at all."""
+CLEAR_FRAMES = 2.0
+"""How far from a kink frames are taken where the flights before and after it are measured apart."""
 WITHOUT_MEASUREMENT = (Status.NO_CONVERGENCE, Status.IMPACT_AT_EDGE)
 
 
@@ -48,7 +54,27 @@ def measure(observation: Observation, configuration: Configuration) -> Estimate:
     resting = resting_sentence(seen, nominated[-1] if nominated else [], spin)
     if resting is not None:
         return without_numbers(whole, Status.RESTING, resting)
-    return pieces if pieces is not None and whole.status is Status.NO_CONVERGENCE else whole
+    if pieces is None or whole.status is not Status.NO_CONVERGENCE:
+        return whole
+    broke = _broke(seen, nominated[0], configuration) if pieces.status is Status.NO_CONVERGENCE else None
+    return pieces if broke is None else without_numbers(whole, Status.BROKEN, broke)
+
+
+def _broke(seen: Seen, kinks: list[Kink], configuration: Configuration) -> str | None:
+    """What to say where the flight up to the strongest kink is that of the particle, and the one after it is not."""
+    kink = max(kinks, key=lambda k: k.jump_px)
+    quick = replace(configuration, trajectory_candidates=1, momentum_starts=0)
+    parts = _only(seen.tracks, kink.frame - CLEAR_FRAMES, before=True), _only(seen.tracks, kink.frame + CLEAR_FRAMES, before=False)
+    before, after = (estimate_free_flight(seen.observation, part, seen.particle, quick) for part in parts)
+    return worse_part(before, after, kink.frame)
+
+
+def _only(tracks: tuple[OutlineTrack, ...], frame: float, *, before: bool) -> tuple[OutlineTrack, ...]:
+    """The tracks without the frames on the other side of ``frame``."""
+    return tuple(
+        OutlineTrack(tuple(f if (number < frame) is before else left_out(FrameStatus.ABSENT) for number, f in enumerate(track.frames)))
+        for track in tracks
+    )
 
 
 def _doubtful(estimate: Estimate) -> bool:

@@ -107,6 +107,8 @@ def _with(found: Collected, estimate: Estimate, observation_of: ObservationOf, b
     if reason is None and observation is None and not by[0].enough:
         reason = "its observation is not beside the others"
     broken = found.broken
+    if estimate.status is Status.BROKEN and not estimate.impacts:
+        broken = (*broken, estimate.name)
     if observation is not None:
         worse = worse_after(estimate, observation.clock.times_s)
         if worse is not None:

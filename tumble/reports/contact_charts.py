@@ -33,7 +33,7 @@ def experiment_chart(document: Mapping[str, Any], rows: Sequence[int]) -> str:
     def draw(figure: Figure) -> None:
         top, bottom = figure.subplots(2, 1, sharex=True)
         draw_experiment(top, bottom, document, rows)
-        bottom.set_xticks(range(len(rows)), [_short(document["impacts"][k]["name"]) for k in rows], rotation=0 if len(rows) < 8 else 30)
+        bottom.set_xticks(range(len(rows)), [run_label(document["impacts"][k]["name"]) for k in rows], rotation=0 if len(rows) < 12 else 60)
         top.legend(frameon=False, ncols=3, loc="lower center", bbox_to_anchor=(0.5, 1.0))
 
     return figure_svg(draw, width=figure_size[0], height=figure_size[1])
@@ -62,8 +62,15 @@ def _speeds(axes: Axes, document: Mapping[str, Any], rows: Sequence[int], part: 
         spread = Z95 * _along(predicted, np.array([i["predicted_sigma"][part] for i in impacts])) if number == 0 else None
         face = colour if filled else "none"
         axes.errorbar(at, values, yerr=spread, fmt=marker, color=colour, markerfacecolor=face, markersize=4, label=model["title"])
-    axes.set_ylim(bottom=0.0)
+    axes.set_ylim(0.0, _top(size, bars, document["models"], rows, part))
     axes.margins(x=0.03)
+
+
+def _top(size: Any, bars: Any, models: Sequence[Mapping[str, Any]], rows: Sequence[int], part: slice) -> float:
+    """Upper end of an axis: above all that is predicted or known to better than half of itself; bars of the rest leave the frame."""
+    known = np.where(bars < 0.5 * size, size + bars, 0.0)
+    predicted = [np.linalg.norm(np.array([model["predicted"][k][part] for k in rows]), axis=1).max() for model in models[:SHOWN]]
+    return 1.08 * float(max(known.max(initial=0.0), *predicted, 1e-9))
 
 
 def _along(vectors: Any, sigmas: Any) -> Any:
@@ -72,9 +79,11 @@ def _along(vectors: Any, sigmas: Any) -> Any:
     return np.linalg.norm(unit * sigmas, axis=1)
 
 
-def _short(name: str) -> str:
-    """The run alone: particle and experiment stand in the title."""
-    return "-".join(name.split("-")[-2:]) if "-r" in name else name
+def run_label(name: str) -> str:
+    """The run of an impact alone, and its number in that run from the second on: particle and experiment stand in the title."""
+    run, _, number = name.partition(", impact ")
+    run = run.rsplit("-r")[-1] if "-r" in run else run
+    return f"{run}·{number}" if number else run
 
 
 def contact_ladder_chart(rungs: Sequence[Mapping[str, Any]], impacts: int) -> str:
