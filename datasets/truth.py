@@ -58,6 +58,21 @@ class Impact:
         return float(np.sqrt(max(0.0, 1 - self.normal_work_J / self.compression_work_J)))
 
 
+AT_ONCE_FRAMES = 1.0
+"""Contacts that follow one another in fewer frames are one impact to whoever sees pictures."""
+
+
+def at_once(impacts: list[Impact], apart_s: float) -> list[list[Impact]]:
+    """Contacts in order of time, those that follow one another in less than ``apart_s`` together."""
+    events: list[list[Impact]] = []
+    for impact in impacts:
+        if events and impact.time_s - events[-1][-1].time_s < apart_s:
+            events[-1].append(impact)
+        else:
+            events.append([impact])
+    return events
+
+
 @dataclass(frozen=True)
 class Remnant:
     """What is left of a particle from ``time_s`` on, where it broke: (v, 3) m in the particle frame, the faces (f, 3) those of the truth.

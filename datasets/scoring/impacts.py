@@ -16,7 +16,7 @@ import pandas as pd
 from datasets.estimate import Estimate, ImpactEstimate, Status
 from datasets.scoring.metrics import COMPONENTS
 from datasets.scoring.score import INTERVAL_95, velocity_errors
-from datasets.truth import Impact, Truth
+from datasets.truth import AT_ONCE_FRAMES, Impact, Truth, at_once
 
 Row = dict[str, Any]
 LARGEST_ERROR_FRAMES = 1.0
@@ -28,20 +28,9 @@ def score_impacts(estimate: Estimate, truth: Truth) -> list[Row]:
     times = truth.motion.times_s
     frame_s = float(np.median(np.diff(times)))
     inside = [i for i in truth.impacts if times[0] <= i.time_s <= times[-1]]
-    events = at_once(inside, LARGEST_ERROR_FRAMES * frame_s)
+    events = at_once(inside, AT_ONCE_FRAMES * frame_s)
     found = _matches(estimate, events, frame_s)
     return [{"sequence": truth.name, "impact": k + 1, **_row(f, e, frame_s)} for k, (f, e) in enumerate(zip(found, events, strict=True))]
-
-
-def at_once(impacts: list[Impact], apart_s: float) -> list[list[Impact]]:
-    """Contacts in order of time, those that follow one another in less than ``apart_s`` together."""
-    events: list[list[Impact]] = []
-    for impact in impacts:
-        if events and impact.time_s - events[-1][-1].time_s < apart_s:
-            events[-1].append(impact)
-        else:
-            events.append([impact])
-    return events
 
 
 def _matches(estimate: Estimate, events: list[list[Impact]], frame_s: float) -> list[tuple[ImpactEstimate, ImpactEstimate] | None]:

@@ -9,12 +9,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from datasets.estimate import Estimate, Status
+from datasets.estimate import Estimate, ImpactEstimate, Status
 from datasets.observation import Observation
 from datasets.truth import Truth
 from datasets.vocabulary.outline import Outline
 from synth.sequence import build_silhouette_sequence
+from tests.datasets.test_truth_files import impact
 from tests.tumble.made_up import made_up_estimate, small_recipe
+from tumble.cli.estimate import impact_sentence
 from tumble.environment import find_chromium
 from tumble.numbers import with_sigma
 from tumble.reports.overlay import estimated_outlines, hull_of
@@ -95,6 +97,33 @@ def test_no_pull_is_minus_nothing(sequences: list[tuple[Observation, Truth]]) ->
     truth = sequences[0][1]
     payload = sequence_payload(Record(made_up_estimate(*sequences[0], off=-0.001), None, truth), most_frames=8)
     assert {row["pull"] for row in payload["velocities"][0]["rows"][:6]} == {"0.0"}
+
+
+def test_both_sides_of_an_impact_are_told_beside_the_true_one(
+    sequences: list[tuple[Observation, Truth]], estimates: list[Estimate]
+) -> None:
+    (_, truth), estimate = sequences[0], estimates[0]
+    assert estimate.start is not None
+    assert estimate.middle is not None
+    states = truth.motion
+    time_s = float(states.times_s[3])
+    sides = [replace(side, time_s=time_s) for side in (estimate.start, estimate.middle)]
+    measured = ImpactEstimate(time_s, 2e-6, states.x_world[3], states.q_world_body[3], sides[0], sides[1], np.eye(18))
+    true = replace(impact(time_s=time_s + 1e-5), v_before=sides[0].v_world + 0.01, omega_after=sides[1].omega_world + 1.0)
+    record = Record(replace(estimate, impacts=(measured,)), None, replace(truth, impacts=(true, impact(time_s=9.0))))
+    payload = sequence_payload(record, most_frames=8)
+    when = with_sigma(1e3 * time_s, 2e-3)
+    first, before, after, last = payload["velocities"]
+    assert [first["heading"][:23], last["heading"][:24]] == ["Velocities at the start", "Velocities at the middle"]
+    assert before["heading"] == f"Velocities right before impact 1 ({when} ms)"
+    assert after["heading"] == "Velocities right after impact 1"
+    assert [row["true"] for row in before["rows"][:3]] == pytest.approx(true.v_before.tolist())
+    assert [row["true"] for row in after["rows"][3:6]] == pytest.approx(true.omega_after.tolist())
+    assert "right before impact 1" in render([payload], title="t")
+    said = impact_sentence(1, measured)
+    assert when in said
+    assert before["rows"][6]["text"] in said
+    assert after["rows"][7]["text"] in said
 
 
 def test_parameters_have_no_more_digits_than_their_spread(estimates: list[Estimate]) -> None:

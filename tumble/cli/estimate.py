@@ -9,7 +9,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from datasets.estimate import Estimate, Status
+from datasets.estimate import Estimate, ImpactEstimate, Status
 from datasets.estimate_files import read_estimate
 from datasets.observation import COMPANION
 from datasets.trajectory_files import trajectories_in
@@ -19,6 +19,7 @@ from tumble.cli.options import add_configuration, add_jobs, add_known, add_outpu
 from tumble.cli.outcomes import exit_code, report_failures
 from tumble.configuring import load_configuration
 from tumble.estimating import estimate_all
+from tumble.numbers import with_sigma
 from tumble.output_directory import Run, output_directory
 from tumble.reports.velocities import rows
 from tumble.reports.words import next_steps, rms_ete_px
@@ -102,12 +103,20 @@ def remarks(estimate: Estimate) -> list[str]:
         said.append(f"{estimate.name}: {estimate.message} {next_steps(estimate)[0]}")
     elif views or estimate.impacts:
         said.append(f"{estimate.name}: {estimate.message}")
+    said += [f"{estimate.name}: {impact_sentence(number, impact)}" for number, impact in enumerate(estimate.impacts, start=1)]
     for used, done in ((False, "left out"), (True, "used in part")):
         reasons = Counter(frame.reason for frame in estimate.frames if frame.reason and frame.used is used)
         if reasons:
             named = ", ".join(f"{count} {reason}" for reason, count in reasons.items())
             said.append(f"{estimate.name}: {reasons.total()} of {len(estimate.frames)} frames {done}: {named}.")
     return said
+
+
+def impact_sentence(number: int, impact: ImpactEstimate) -> str:
+    """When an impact was, and speed and spin on both sides of it."""
+    (speed, spin), (speed_after, spin_after) = ([row["text"] for row in rows(side, None)[6:]] for side in (impact.before, impact.after))
+    when = with_sigma(impact.time_s * 1e3, impact.time_sigma_s * 1e3)
+    return f"impact {number} at {when} ms: speed {speed}, then {speed_after} m/s; spin {spin}, then {spin_after} rad/s."
 
 
 def _velocity_cells(estimate: Estimate) -> tuple[str, str]:

@@ -11,7 +11,7 @@ from datasets.vocabulary.state import Motion
 from tumble.numbers import decimals, rounded
 from tumble.reports.pictures import Window, crop_uri, follow
 from tumble.reports.record import Record
-from tumble.reports.velocities import velocity_tables
+from tumble.reports.velocity_tables import velocity_tables
 from tumble.reports.words import MEANING, next_steps, rms_ete_px
 
 Array = NDArray[np.float64]

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.estimate import Estimate, VelocityEstimate
+from datasets.estimate import VelocityEstimate
 from datasets.truth import Truth
 from tumble.numbers import rounded, with_sigma
 
@@ -16,16 +16,14 @@ UNITS = ("m/s",) * 3 + ("rad/s",) * 3
 Z95 = 1.959964
 
 
-def velocity_tables(estimate: Estimate, truth: Truth | None) -> list[dict[str, Any]]:
-    """The table of the start and that of the middle of the sequence; those the estimate lacks are left out."""
-    named = (("start of the sequence", estimate.start), ("middle of the sequence", estimate.middle))
-    return [{"title": title, "time_ms": v.time_s * 1e3, "rows": rows(v, truth)} for title, v in named if v is not None]
-
-
 def rows(velocity: VelocityEstimate, truth: Truth | None) -> list[dict[str, Any]]:
-    """Six components, then speed and spin."""
+    """Six components, then speed and spin, beside the truth at that time."""
+    return rows_beside(velocity, true_velocities(truth, velocity.time_s) if truth is not None else None)
+
+
+def rows_beside(velocity: VelocityEstimate, true: Array | None) -> list[dict[str, Any]]:
+    """Six components, then speed and spin, beside ``true`` (6,)."""
     values = np.concatenate([velocity.v_world, velocity.omega_world])
-    true = true_velocities(truth, velocity.time_s) if truth is not None else None
     sigma = np.sqrt(np.maximum(np.diag(velocity.covariance), 0.0))
     table = [_row(LABELS[k], UNITS[k], values[k], sigma[k], None if true is None else float(true[k])) for k in range(6)]
     for label, unit, part in (("speed", "m/s", slice(0, 3)), ("spin", "rad/s", slice(3, 6))):

@@ -309,7 +309,7 @@ function fillVelocities() {
       const cells = [row.label + ", " + row.unit, row.text, row.interval, element("div", { class: "interval" }, intervalPicture(row))];
       return withTruth ? [...cells, row.true_text, row.pull] : cells;
     });
-    section.append(element("h2", {}, "Velocities at the " + part.title + " (" + part.time_ms.toFixed(3) + " ms)"), table(heads, rows));
+    section.append(element("h2", {}, part.heading), table(heads, rows));
   }
   if (section.childElementCount) section.append(element("p", { class: "caption" }, "World frame, which is the first camera's. Angular velocity is given in the world frame too."));
 }
