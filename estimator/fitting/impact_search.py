@@ -130,7 +130,10 @@ def _best_kink(path: CentroidPath, least_ratio: float) -> Kink | None:
 
 
 def _kink_near(path: CentroidPath, i: int, angle: float, window: int) -> Kink | None:
-    """The hinge with its time between the neighbours of centroid ``i``, where it explains the path far better than a cubic."""
+    """The hinge with its time between the neighbours of centroid ``i``, where it explains the path far better than a cubic.
+
+    With one centroid alone on one side of it every time fits as well: the one that claims the smallest jump is taken.
+    """
     rows = np.flatnonzero(np.abs(path.frame - path.frame[i]) <= window)
     t, c = (path.frame[rows] - path.frame[i]).astype(np.float64), path.c[rows]
     if len(t) < LEAST_AROUND:
@@ -139,8 +142,8 @@ def _kink_near(path: CentroidPath, i: int, angle: float, window: int) -> Kink | 
     fits = [(_residual(_hinge(t, at), c), at) for at in _hinge_times(path.frame, i) if t[0] < at < t[-1]]
     if not fits:
         return None
-    (coefficients, left), at = min(fits, key=lambda fit: fit[0][1])
-    jump = float(np.linalg.norm(coefficients[2] - coefficients[1]))
+    least = min(left for (_, left), _ in fits) * (1.0 + TIE) + TIE
+    jump, left, at = min((_jump(coefficients), left, at) for (coefficients, left), at in fits if left <= least)
     ratio = smooth / max(left, len(t) * FINEST_PX**2)
     if jump < LEAST_JUMP_PX:
         return None
@@ -156,6 +159,15 @@ def _hinge_times(frame: NDArray[np.int64], i: int) -> Array:
 
 FINEST_PX = 0.02
 """Residual below which a better fit proves nothing."""
+
+
+TIE = 1e-9
+"""Difference of residuals, relative and in px², that is rounding."""
+
+
+def _jump(coefficients: Array) -> float:
+    """Change of velocity (px per frame) of a hinge with ``coefficients`` (4, 2)."""
+    return float(np.linalg.norm(coefficients[2] - coefficients[1]))
 
 
 def _hinge(t: Array, at: float) -> Array:

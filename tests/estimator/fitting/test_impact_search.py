@@ -48,6 +48,16 @@ def test_two_impacts_are_found_in_order() -> None:
     assert [k.frame for k in kinks] == pytest.approx([30.4, 52.7], abs=0.4)
 
 
+def test_with_one_picture_after_it_a_kink_claims_the_smallest_jump() -> None:
+    """Any time after the last but one picture fits as well, and the later it is the larger a jump it needs."""
+    t = np.arange(21, dtype=np.float64)[:, None]
+    c = 3.0 * t + 0.5 * FALL * t**2
+    c[-1] += [4.0, -3.0]
+    (kink,) = find_kinks(CentroidPath(np.arange(21), c))
+    assert kink.frame == 19.0
+    assert kink.jump_px == pytest.approx(5.0, rel=1e-6)
+
+
 def test_too_few_frames_say_nothing() -> None:
     assert find_kinks(path([3.5], frames=6)) == []
 
