@@ -16,7 +16,7 @@ BROKEN_RATIO = 1.5
 """RMS whitened error after the impacts over that before, from which on the particle counts as broken: 0.95 to 1.05 where it is whole,
 1.6 to 3.7 where a tenth or a fifth of a corner was lost."""
 BROKE = "the particle broke, or touched again unseen"
-HEALTHY_MEAN_SQUARE = 2.0
+FITTING_MEAN_SQUARE = 2.0
 """Mean square of the errors over their variance up to which a flight is that of the particle in the calibrated views."""
 
 
@@ -38,7 +38,7 @@ def worse_after(estimate: Estimate, times_s: Array) -> str | None:
 def worse_part(before: Estimate, after: Estimate, frame: float) -> str | None:
     """What to say where the flights before and after an impact at ``frame`` were measured apart, and only the first fits the particle."""
     noise, other = (float(part.statistics.get("noise_mean_square", np.inf)) for part in (before, after))
-    if before.status is not Status.CONVERGED or noise > HEALTHY_MEAN_SQUARE:
+    if before.status is not Status.CONVERGED or noise > FITTING_MEAN_SQUARE:
         return None
     if after.status not in (Status.CONVERGED, Status.NO_CONVERGENCE):
         return None

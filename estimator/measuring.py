@@ -22,7 +22,7 @@ from estimator.resting import resting_sentence
 
 HEALTHY_MEAN_SQUARE = 1.0
 """Mean square of the errors over their variance; a free flight that leaves more is worth the question whether the particle falls at all."""
-CLEAR_FRAMES = 2.0
+APART_FRAMES = 2.0
 """How far from a kink frames are taken where the flights before and after it are measured apart."""
 WITHOUT_MEASUREMENT = (Status.NO_CONVERGENCE, Status.IMPACT_AT_EDGE)
 
@@ -64,7 +64,7 @@ def _broke(seen: Seen, kinks: list[Kink], configuration: Configuration) -> str |
     """What to say where the flight up to the strongest kink is that of the particle, and the one after it is not."""
     kink = max(kinks, key=lambda k: k.jump_px)
     quick = replace(configuration, trajectory_candidates=1, momentum_starts=0)
-    parts = _only(seen.tracks, kink.frame - CLEAR_FRAMES, before=True), _only(seen.tracks, kink.frame + CLEAR_FRAMES, before=False)
+    parts = _only(seen.tracks, kink.frame - APART_FRAMES, before=True), _only(seen.tracks, kink.frame + APART_FRAMES, before=False)
     before, after = (estimate_free_flight(seen.observation, part, seen.particle, quick) for part in parts)
     return worse_part(before, after, kink.frame)
 

@@ -123,11 +123,9 @@ def widened_by(task: FitTask, refined: PiecewiseRefined, settings: Refinement, l
 
     The covariance is the one with the impacts of ``loose`` loosened, and the step to where that would lead, times itself.
     """
-    noisy, flight = with_noise_at(task, refined.flight)[0], refined.flight
-    known = _known(noisy, flight, None, loose)[0]
-    at = _with_known(linearised(noisy, flight.first, loose_sensitivity(flight, refined.times_s, loose), settings), known)
-    prior = np.diag(np.pad(noisy.prior.precision, (0, len(at.g) - N_PARAMETERS)))
-    covariance, bound = (c[: flight.size, : flight.size] for c in covariance_and_bound(noisy, at, prior + known.H, settings))
+    task, flight = with_noise_at(task, refined.flight)[0], refined.flight
+    at, known, _ = _seen_at(task, flight, settings, (None, loose))
+    covariance, bound = (c[: flight.size, : flight.size] for c in _covariance_and_bound(task, at, known.H, settings))
     step = (scaled_inverse(at.H) @ at.g)[: flight.size]
     return replace(refined, refined=replace(refined.refined, covariance=covariance + np.outer(step, step), bound=bound))
 
@@ -135,24 +133,32 @@ def widened_by(task: FitTask, refined: PiecewiseRefined, settings: Refinement, l
 def _refined_once(
     task: FitTask, flight: PiecewiseFlight, settings: Refinement, plate: PlateTask | None, loose: tuple[LooseContact, ...]
 ) -> PiecewiseRefined:
-    times = task.sightings.times_s
     task, noise = with_noise_at(task, flight)
-
-    def seen_at(flight: PiecewiseFlight) -> Seen:
-        motion = loose_sensitivity(flight, times, loose)
-        known, held = _known(task, flight, plate, loose)
-        return _with_known(linearised(task, flight.first, motion, settings), known), known, held
 
     def further(flight: PiecewiseFlight, step: Array) -> tuple[PiecewiseFlight, Seen] | None:
         there = moved_loose(flight, step, loose)
-        return (there, seen_at(there)) if in_order(there) else None
+        return (there, _seen_at(task, there, settings, (plate, loose))) if in_order(there) else None
 
-    flight, (at, known, held), settled = stepped((flight, seen_at(flight)), lambda seen: (seen[0].H, seen[0].g), further)
-    prior = np.diag(np.pad(task.prior.precision, (0, len(at.g) - N_PARAMETERS)))
-    covariance, bound = (c[: flight.size, : flight.size] for c in covariance_and_bound(task, at, prior + known.H, settings))
+    start = (flight, _seen_at(task, flight, settings, (plate, loose)))
+    flight, (at, known, held), settled = stepped(start, lambda seen: (seen[0].H, seen[0].g), further)
+    covariance, bound = (c[: flight.size, : flight.size] for c in _covariance_and_bound(task, at, known.H, settings))
     places = np.column_stack([task.sightings.camera, task.sightings.frame])
     refined = Refined(flight.first, at.predicted, covariance, bound, at.errors, at.frames, at.within, settled, noise, places)
-    return PiecewiseRefined(flight, refined, times, held)
+    return PiecewiseRefined(flight, refined, task.sightings.times_s, held)
+
+
+def _seen_at(
+    task: FitTask, flight: PiecewiseFlight, settings: Refinement, besides: tuple[PlateTask | None, tuple[LooseContact, ...]]
+) -> Seen:
+    motion = loose_sensitivity(flight, task.sightings.times_s, besides[1])
+    known, held = _known(task, flight, *besides)
+    return _with_known(linearised(task, flight.first, motion, settings), known), known, held
+
+
+def _covariance_and_bound(task: FitTask, at: Linearised, known: Array | float, settings: Refinement) -> tuple[Array, Array]:
+    """Of all parameters that ``at`` has; ``known``: the normal matrix of what is known besides outlines and prior."""
+    prior = np.diag(np.pad(task.prior.precision, (0, len(at.g) - N_PARAMETERS)))
+    return covariance_and_bound(task, at, prior + known, settings)
 
 
 def with_noise_at(task: FitTask, flight: PiecewiseFlight) -> tuple[FitTask, MeasuredNoise]:
@@ -165,8 +171,7 @@ def spread_at(task: FitTask, flight: PiecewiseFlight, number: int, settings: Ref
     task, _ = with_noise_at(task, flight)
     loose = (loose_contact(flight, number, LONGEST_SPREAD_S),)
     at = linearised(task, flight.first, loose_sensitivity(flight, task.sightings.times_s, loose), settings)
-    prior = np.diag(np.pad(task.prior.precision, (0, len(at.g) - N_PARAMETERS)))
-    covariance, _ = covariance_and_bound(task, at, prior, settings)
+    covariance, _ = _covariance_and_bound(task, at, 0.0, settings)
     return -(scaled_inverse(at.H) @ at.g)[flight.size :], covariance[flight.size :, flight.size :]
 
 
