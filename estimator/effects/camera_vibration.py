@@ -28,5 +28,7 @@ class CameraVibration(EffectModel):
     def correct(self, theta: Array, points_px: Array, camera: Intrinsics, times_s: Array) -> Array:
         """Points with the movement taken off."""
         del camera
+        if not theta[:4].any():
+            return points_px
         phase = 2.0 * np.pi * theta[4] * times_s
         return np.asarray(points_px - np.sin(phase)[:, None] * theta[:2] - np.cos(phase)[:, None] * theta[2:4])

@@ -18,6 +18,7 @@ from functools import cache
 import numpy as np
 from jaxtyping import Bool, Float, Int
 from numpy.typing import NDArray
+from scipy.spatial import KDTree
 
 from estimator.geometry.sphere import fibonacci_sphere
 
@@ -56,9 +57,14 @@ def body_places(
     normals: Float[NDArray[np.float64], "n k 2 3"], viewing: Float[NDArray[np.float64], "n 3"], grid: Grid = FINE
 ) -> BodyPlaces:
     """Places of tangencies with outward ``normals`` seen along ``viewing``, unit vectors in body axes."""
-    place = np.argmax(normals @ fibonacci_sphere(grid.normals).T, axis=-1)
+    place: Index = np.asarray(_nearest_normal(grid).query(normals)[1], dtype=np.int64)
     side = np.argmax(np.abs(viewing @ fibonacci_sphere(grid.viewing).T), axis=-1)
-    return BodyPlaces(place.astype(np.int64), side.astype(np.int64), grid)
+    return BodyPlaces(place, side.astype(np.int64), grid)
+
+
+@cache
+def _nearest_normal(grid: Grid) -> KDTree:
+    return KDTree(fibonacci_sphere(grid.normals))
 
 
 @cache

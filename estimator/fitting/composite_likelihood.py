@@ -66,7 +66,8 @@ class WeighedFrames:
 
     def combined(self, change: Array) -> tuple[Array, Array]:
         """Weights (n, k, 2, c) and gradient's covariance (c, c) of combinations ``change`` (p, c) of the parameters."""
-        along = self.weighted @ change
+        n, k, sides, p = self.weighted.shape
+        along = (self.weighted.reshape(-1, p) @ change).reshape(n, k, sides, -1)
         return along, change.T @ self.known @ change + self._spread(along)
 
     def _spread(self, along: Array) -> Array:
@@ -171,7 +172,7 @@ def sighting(
     linear: tuple[Array, Array], errors: TangencyErrors, first: Silhouettes, i: int | np.integer, *, floor_px: float, huber: float
 ) -> Sighting:
     """Errors of sighting ``i``, their derivatives and covariance; arguments as in :func:`weigh`."""
-    view, side = np.argwhere(errors.told[i, :, :2]).T
+    view, side = np.argwhere(errors.told_in(i)[:, :2]).T
     e, J = linear[0][i, view, side], linear[1][i, view, side]
     own = first.sigma_px[first.offsets[i] + errors.tangency[i, view, side]]
     K = tangent_correlation(errors.direction[i, view, side], float(first.correlation_rad[i]))

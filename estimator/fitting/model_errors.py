@@ -110,9 +110,9 @@ def model_errors(sequence: SequenceTask, flight: Flight, model: Model, theta: Ar
     J = _jacobian(task, model, (theta, scale), (errors, prediction, centre_cam))
     _add_image_columns(J, sequence, model, theta, (errors, places, corrected, size))
     J[..., N_PARAMETERS + np.flatnonzero(model.frozen)] = 0.0
-    seen = errors.valid[:, :, None]
-    e, J = np.where(seen, e, 0.0), np.where(seen[..., None], J, 0.0)
-    return ModelErrors(e, J, errors, normals, viewing, np.where(seen, shift, 0.0), places, prediction)
+    e, shift = (np.where(errors.valid[:, :, None], values, 0.0) for values in (e, shift))
+    J[~errors.valid] = 0.0
+    return ModelErrors(e, J, errors, normals, viewing, shift, places, prediction)
 
 
 def _corrected(sequence: SequenceTask, model: Model, theta: Array) -> tuple[Silhouettes, NDArray[np.int64]]:
@@ -206,7 +206,8 @@ def _jacobian(task: FitTask, model: Model, at: tuple[Array, float], seen: tuple[
             up[column], down[column] = up[column] + steps[column], down[column] - steps[column]
             growth = (model.scale(up) - model.scale(down)) / (2.0 * steps[column])
             S[:, :3, N_PARAMETERS + column] -= np.einsum("nji,nj->ni", task.sightings.R_cam_world, centre_cam) * growth / scale
-    J = errors.jacobian[:, :, :2, :6] @ S[:, None]
+    n, k = errors.valid.shape
+    J = (errors.jacobian[:, :, :2, :6].reshape(n, 2 * k, 6) @ S).reshape(n, k, 2, -1)
     J[..., OFFSET.start] -= errors.jacobian[:, :, :2, 6]
     return np.asarray(J)
 

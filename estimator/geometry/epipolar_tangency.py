@@ -62,13 +62,21 @@ class TangencyErrors:
     @property
     def told(self) -> NDArray[np.bool_]:
         """Errors (n, k, 4) that say something: those of pairs with tangent planes, at no unsure vertex."""
-        return np.asarray(self.valid[:, :, None] & (self.variance < SURE_PX**2))
+        return _told(self.valid, self.variance)
+
+    def told_in(self, i: int | np.integer) -> NDArray[np.bool_]:
+        """Those (k, 4) of the first silhouette ``i``."""
+        return _told(self.valid[i], self.variance[i])
 
     @property
     def rms_px(self) -> float:
         """RMS (px) of the errors in the first pictures; infinite where there is none."""
         told = self.told[:, :, :2]
         return float(np.sqrt(np.mean(self.error[:, :, :2][told] ** 2))) if told.any() else float("inf")
+
+
+def _told(valid: NDArray[np.bool_], variance: Array) -> NDArray[np.bool_]:
+    return np.asarray(valid[..., None] & (variance < SURE_PX**2))
 
 
 @numba.njit(cache=True, inline="always")

@@ -28,6 +28,7 @@ from estimator.motion.rigid_body import (
     States,
     angular_momentum,
     angular_velocity,
+    fall,
     propagate,
     quaternion_product,
     rotation_matrices,
@@ -130,10 +131,9 @@ def states(flight: Flight, steps: Array, times_s: Array, forces: Forces | None =
         v=flight.v + steps[:, V],
         L=angular_momentum(q, flight.omega + steps[:, OMEGA], inertia),
     )
-    gravity = np.broadcast_to(flight.gravity_world, start.x.shape)
-    inverse = _inverse(inertia)
+    gravity, inverse = flight.gravity_world, _inverse(inertia)
     if forces is None:
-        return propagate(start, inverse, times_s, start_time_s=flight.time_s, acceleration=lambda _t, _s, _w: gravity)
+        return fall(start, inverse, times_s, start_time_s=flight.time_s, gravity=gravity)
 
     def acceleration(time_s: float, state: States, omega: Array) -> Array:
         return gravity + forces.acceleration(time_s, state, omega)

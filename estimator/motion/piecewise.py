@@ -36,7 +36,7 @@ from estimator.motion.rigid_body import (
     States,
     angular_momentum,
     angular_velocity,
-    propagate,
+    fall,
     quaternion_product,
     rotation_matrices,
 )
@@ -132,8 +132,7 @@ def _lanes(flight: PiecewiseFlight, steps: Array) -> _Lanes:
 
 
 def _flown(leg: _Leg, lanes: _Lanes, times_s: Array) -> States:
-    gravity = np.broadcast_to(lanes.gravity, leg.start.x.shape)
-    return propagate(leg.start, lanes.inverse, times_s, start_time_s=leg.time_s, acceleration=lambda _t, _s, _w: gravity)
+    return fall(leg.start, lanes.inverse, times_s, start_time_s=leg.time_s, gravity=lanes.gravity)
 
 
 def _first_leg(flight: PiecewiseFlight, lanes: _Lanes) -> _Leg:

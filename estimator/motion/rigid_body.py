@@ -37,6 +37,7 @@ class RanAway(ValueError):
     """A flight whose spin is no longer a number, or none that can be followed: its inertia is impossible, or its steps were too far."""
 
 
+RAN_AWAY = "a flight ran away: it spins with {:g} rad/s"
 Rate = Callable[[float, States, Array], Array]
 """A rate (m, 3) at a time (s) in m states with the angular velocities (m, 3) rad/s, world frame: acceleration (m/s²) of the centre of
 mass, or torque per largest moment (rad/s²)."""
@@ -131,13 +132,60 @@ def propagate(
     return out
 
 
+def fall(start: States, inverse_inertia: Array, times_s: Array, *, start_time_s: float, gravity: Array) -> States:
+    """What :func:`propagate` does under a constant ``gravity`` (3,) m/s² alone: positions and velocities are known in closed form."""
+    times = np.asarray(times_s, dtype=np.float64)
+    shape = (len(times), len(start.x))
+    t = (times - start_time_s)[:, None, None]
+    q = np.empty((*shape, 4))
+    after = np.flatnonzero(times >= start_time_s)
+    before = np.flatnonzero(times < start_time_s)[::-1]
+    L, inverse = np.ascontiguousarray(start.L), np.ascontiguousarray(inverse_inertia)
+    for order in (after, before):
+        spin = _turned((np.ascontiguousarray(start.q), L, inverse), np.concatenate([[start_time_s], times[order]]), order, q)
+        if not spin <= FASTEST_RADS:
+            raise RanAway(RAN_AWAY.format(spin))
+    return States(
+        x=start.x + start.v * t + 0.5 * gravity * t**2,
+        q=q,
+        v=start.v + gravity * t,
+        L=np.broadcast_to(start.L, (*shape, 3)),
+    )
+
+
+@numba.njit(cache=True)
+def _turned(start, times, order, out):  # type: ignore[no-untyped-def]
+    """Attitudes at ``times[1:]``, written into the rows ``order`` of ``out``; returns a spin that ran away, where it stops, or 0."""
+    q, L, inverse_inertia = start
+    k1, k2, k3, k4, omega = np.empty_like(q), np.empty_like(q), np.empty_like(q), np.empty_like(q), np.empty_like(L)
+    for i in range(len(order)):
+        duration = times[i + 1] - times[i]
+        _attitude_rates(q, L, inverse_inertia, omega, k1)
+        spin = np.sqrt(np.max(np.sum(omega**2, axis=1)))
+        if not spin <= FASTEST_RADS:
+            return spin
+        steps = max(1, int(np.ceil(abs(duration) * spin / MAX_TURN_RAD)))
+        h = duration / steps
+        for step in range(steps if duration != 0.0 else 0):
+            if step > 0:
+                _attitude_rates(q, L, inverse_inertia, omega, k1)
+            _attitude_rates(q + (h / 2) * k1, L, inverse_inertia, omega, k2)
+            _attitude_rates(q + (h / 2) * k2, L, inverse_inertia, omega, k3)
+            _attitude_rates(q + h * k3, L, inverse_inertia, omega, k4)
+            q = q + h * ((k1 + 2 * k2 + 2 * k3 + k4) / 6)
+            for m in range(len(q)):
+                q[m] /= np.sqrt(np.sum(q[m] ** 2))
+        out[order[i]] = q
+    return 0.0
+
+
 def _advance(state: States, body: _Body, span: tuple[float, float]) -> States:
     time, end = span
     if end == time:
         return state
     spin = float(np.linalg.norm(angular_velocity(state.q, state.L, body.inverse_inertia), axis=1).max())
     if not spin <= FASTEST_RADS:
-        raise RanAway(f"a flight ran away: it spins with {spin:g} rad/s")
+        raise RanAway(RAN_AWAY.format(spin))
     steps = max(1, int(np.ceil(abs(end - time) * spin / MAX_TURN_RAD)))
     h = (end - time) / steps
     for _ in range(steps):

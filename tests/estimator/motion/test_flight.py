@@ -19,7 +19,7 @@ from estimator.motion.flight import (
     velocities,
     velocity_sensitivity,
 )
-from estimator.motion.rigid_body import States, angular_momentum, angular_velocity, propagate, rotation_matrices
+from estimator.motion.rigid_body import RanAway, States, angular_momentum, angular_velocity, fall, propagate, rotation_matrices
 
 Array = NDArray[np.float64]
 TIMES = np.linspace(0.0, 0.025, 101)
@@ -54,6 +54,27 @@ def test_free_rotation_matches_the_reference(start: tuple[float, ...], end: tupl
     reached = propagate(begin, np.linalg.inv(inertia), fine, start_time_s=0.0, acceleration=lambda _t, s, _w: np.zeros_like(s.x))
     body = rotation_matrices(reached.q[-1])[0].T @ angular_velocity(reached.q[-1], reached.L[-1], np.linalg.inv(inertia))[0]
     np.testing.assert_allclose(body, end, atol=1e-8)
+
+
+@pytest.mark.parametrize("start_s", [-0.001, 0.0, 0.0101, 0.03])
+def test_falling_is_what_propagation_under_gravity_alone_does(start_s: float) -> None:
+    """Forwards and backwards, with flights side by side that need several steps a frame."""
+    rng, gravity = np.random.default_rng(0), np.array([0.3, -9.81, 0.1])
+    q = rng.normal(size=(7, 4))
+    begin = States(
+        rng.normal(size=(7, 3)), q / np.linalg.norm(q, axis=1, keepdims=True), rng.normal(size=(7, 3)), 600.0 * rng.normal(size=(7, 3))
+    )
+    inverse = np.tile(np.diag([2.0, 1.5, 1.0]), (7, 1, 1))
+    fallen = fall(begin, inverse, TIMES, start_time_s=start_s, gravity=gravity)
+    reached = propagate(begin, inverse, TIMES, start_time_s=start_s, acceleration=lambda _t, s, _w: np.broadcast_to(gravity, s.x.shape))
+    for name in ("x", "q", "v", "L"):
+        np.testing.assert_allclose(getattr(fallen, name), getattr(reached, name), atol=1e-12)
+
+
+def test_a_fall_that_runs_away_is_refused() -> None:
+    begin = States(np.zeros((1, 3)), np.array([[0.0, 0.0, 0.0, 1.0]]), np.zeros((1, 3)), np.array([[np.nan, 0.0, 0.0]]))
+    with pytest.raises(RanAway):
+        fall(begin, np.eye(3)[None], TIMES, start_time_s=0.0, gravity=np.zeros(3))
 
 
 def test_one_step_a_frame_is_enough(flight: Flight) -> None:
