@@ -20,6 +20,8 @@ Advance = Callable[[str], None]
 PULSE = ".pulse"
 EVERY_S = 0.5
 LINE_EVERY_S = 10.0
+RESUMED_S = 0.5
+"""What is done so early was done by an earlier run, and says nothing of the time left."""
 
 
 @contextmanager
@@ -92,14 +94,16 @@ def _bar(what: str, total: int) -> Iterator[Update]:
 @contextmanager
 def _lines(what: str, total: int) -> Iterator[Update]:
     began = time.monotonic()
-    last = [began]
+    last, before = [began], [0.0]
 
     def update(done: float, name: str) -> None:
         now = time.monotonic()
-        if now - last[0] < LINE_EVERY_S or not 0 < done < total:
+        if now - began < RESUMED_S:
+            before[0] = done
+        if now - last[0] < LINE_EVERY_S or not before[0] < done < total:
             return
         last[0] = now
-        left = (now - began) / done * (total - done)
+        left = (now - began) / (done - before[0]) * (total - done)
         print(f"{what}: {done / total:.0%} of {total}, about {left:.0f} s left", file=sys.stderr, flush=True)
 
     yield update

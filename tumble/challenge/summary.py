@@ -1,6 +1,6 @@
-"""The result of a scored challenge as one document and tidy tables."""
+"""The result of scored challenges as one document and tidy tables; several challenges, each with its own seed, may be pooled."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -8,16 +8,23 @@ import numpy as np
 import pandas as pd
 
 from datasets.atomic_files import written_whole
+from datasets.errors import InputError
 from tumble.challenge.acceptance import acceptance, figure_to_dict, velocity_gain
 from tumble.challenge.detection import detection_table
 from tumble.challenge.limits import LimitTable
 from tumble.challenge.scoring import NOTHING, Scored
+
+TABLES = ("cases", "parameters", "velocities")
+CHALLENGE = "challenge"
+"""Column of every table: the seed of the challenge that a row comes from."""
+WORDS = ("hidden", "particle", "first", "found", "group", "stage", "law", "true_stage", "reasons")
 
 
 def summary(scored: Scored, table: LimitTable) -> dict[str, Any]:
     """Everything that the page shows."""
     cases = scored.cases
     return {
+        "challenges": {str(k): int(v) for k, v in cases[CHALLENGE].value_counts(sort=False).items()} if CHALLENGE in cases else {},
         "campaign": dict(table.campaign),
         "tiers": sorted(str(tier) for tier in cases["tier"].unique()),
         "counts": {str(k): int(v) for k, v in cases["kind"].value_counts().items()},
@@ -70,9 +77,59 @@ def _pulls(parameters: pd.DataFrame, key: str) -> Any:
     return pulls[np.isfinite(pulls)]
 
 
-def write_tables(scored: Scored, out: Path) -> None:
-    """``cases.csv``, ``parameters.csv`` and ``velocities.csv``."""
-    tables: Mapping[str, pd.DataFrame] = {"cases": scored.cases, "parameters": scored.parameters, "velocities": scored.velocities}
-    for name, table in tables.items():
-        with written_whole(out / f"{name}.csv") as temporary:
-            table.to_csv(temporary, index=False, float_format="%.6g")
+def of_challenge(scored: Scored, seed: int) -> Scored:
+    """The same tables, told apart from those of other challenges by the seed; it tells nothing any more once answers are scored."""
+    return Scored(*(_tagged(table, seed) for table in _tables(scored).values()))
+
+
+def _tagged(table: pd.DataFrame, seed: int) -> pd.DataFrame:
+    return table.assign(case=[f"{seed}/{name}" for name in table["case"]], **{CHALLENGE: seed}) if len(table) else table
+
+
+def pooled(scores: Sequence[Scored]) -> Scored:
+    """All rows of several scored challenges."""
+    every = [[table for scored in scores if len(table := _tables(scored)[name])] for name in TABLES]
+    return Scored(*(pd.concat(tables, ignore_index=True) if tables else pd.DataFrame() for tables in every))
+
+
+def table_path(result: Path, name: str) -> Path:
+    """Where a table of the result file ``result`` lies."""
+    return result.with_name(f"{result.stem}_{name}.csv")
+
+
+def read_tables(result: Path, *, without: int) -> Scored:
+    """The tables beside a result file.
+
+    Raises
+    ------
+    InputError
+        Where one is missing, is none of these, or holds cases of the challenge of the seed ``without``.
+    """
+    tables = []
+    for name in TABLES:
+        path = table_path(result, name)
+        try:
+            tables.append(pd.read_csv(path, dtype=dict.fromkeys(WORDS, str)))
+        except FileNotFoundError:
+            raise InputError(f"{path}: expected a table that `tumble challenge score --result {result}` writes, found none.") from None
+        except (pd.errors.EmptyDataError, pd.errors.ParserError):
+            tables.append(pd.DataFrame())
+    cases = tables[0]
+    if not {"case", CHALLENGE} <= set(cases):
+        came = ", ".join(cases.columns) or "none"
+        raise InputError(f"{table_path(result, 'cases')}: expected columns case and {CHALLENGE}, came {came}.")
+    if (cases[CHALLENGE] == without).any():
+        raise InputError(f"{result}: expected other challenges than the one to be scored, came cases of its own seed ({without}).")
+    return Scored(cases.fillna(dict.fromkeys(WORDS, "")), tables[1], tables[2])
+
+
+def write_tables(scored: Scored, paths: Mapping[str, Path]) -> None:
+    """Every table of ``paths``."""
+    for name, path in paths.items():
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with written_whole(path) as temporary:
+            _tables(scored)[name].to_csv(temporary, index=False, float_format="%.6g")
+
+
+def _tables(scored: Scored) -> Mapping[str, pd.DataFrame]:
+    return {name: getattr(scored, name) for name in TABLES}

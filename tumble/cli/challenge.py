@@ -20,7 +20,7 @@ from tumble.challenge.making import make_campaigns
 from tumble.challenge.oracle import ask_oracle
 from tumble.challenge.scoring import read_answer, score_cases
 from tumble.challenge.solving import answer_path, campaigns_in, solve_campaigns
-from tumble.challenge.summary import summary, write_tables
+from tumble.challenge.summary import TABLES, of_challenge, pooled, read_tables, summary, table_path, write_tables
 from tumble.cli.hidden import show_hidden
 from tumble.cli.options import add_configuration, add_jobs, add_output, positive, verb_parser
 from tumble.cli.outcomes import exit_code, report_failures
@@ -156,7 +156,10 @@ def _score_options(part: argparse.ArgumentParser) -> None:
     part.add_argument("answers", type=Path, metavar="ANSWERS", help="what `tumble challenge solve` wrote")
     part.add_argument("--limits", type=Path, default=TABLE, metavar="FILE", help="table of detection limits")
     part.add_argument("--no-oracle", action="store_true", help="leave out the fits with the true effects")
-    part.add_argument("--result", type=Path, metavar="FILE.json", help="write the summary here, too, and its cases to FILE_cases.csv")
+    part.add_argument("--result", type=Path, metavar="FILE.json", help="write the summary here, too, and its tables to FILE_cases.csv etc.")
+    part.add_argument(
+        "--with", type=Path, metavar="FILE.json", dest="earlier", nargs="+", default=[], help="pool with such results of other challenges"
+    )
     add_configuration(part, what="the estimator's configuration, for the oracle")
     add_output(part, default="out/challenge_score")
     add_jobs(part)
@@ -164,7 +167,8 @@ def _score_options(part: argparse.ArgumentParser) -> None:
 
 def _score(arguments: argparse.Namespace) -> int:
     configuration, table = load_configuration(arguments.config, arguments.settings), read_table(arguments.limits)
-    cases = read_cases(arguments.challenge)
+    cases, seed = read_cases(arguments.challenge), _seed_of(arguments.challenge)
+    earlier = [read_tables(path, without=seed) for path in arguments.earlier]
     answered = [case for case in cases if answer_path(arguments.answers, case.name).is_file()]
     asked = [] if arguments.no_oracle else [case for case in answered if case.kind != "control"]
     wanted = [(case, not read_answer(arguments.answers, case.name).get("held_out")) for case in asked]
@@ -173,18 +177,26 @@ def _score(arguments: argparse.Namespace) -> int:
         outcomes = ask_oracle(wanted, arguments.challenge, configuration, out, jobs=arguments.jobs, quiet=arguments.quiet)
         report_failures(out, outcomes)
         scored = score_cases(cases, arguments.challenge, arguments.answers, out, table)
-        write_tables(scored, out)
+        if earlier or arguments.result:
+            scored = pooled([*earlier, of_challenge(scored, seed)])
+        write_tables(scored, {name: out / f"{name}.csv" for name in TABLES})
         text = json.dumps(plain(summary(scored, table)), indent=1) + "\n"
         _write_text(out / "summary.json", text)
         if arguments.result:
             _write_text(arguments.result, text)
-            cases_file = arguments.result.with_name(f"{arguments.result.stem}_cases.csv")
-            _write_text(cases_file, (out / "cases.csv").read_text(encoding="utf-8"))
+            write_tables(scored, {name: table_path(arguments.result, name) for name in TABLES})
     if not arguments.quiet:
         if len(answered) < len(cases):
             print(f"{len(cases) - len(answered)} of {len(cases)} campaigns have no answer")
         print("\n".join(line_of(figure) for figure in acceptance(scored)))
     return exit_code(outcomes) if outcomes else 0
+
+
+def _seed_of(challenge: Path) -> int:
+    made = read_run(challenge / TRUTH)
+    if made is None or made.get("seed") is None:
+        raise InputError(f"{challenge / TRUTH}: expected run.json of `tumble challenge make` with the seed in it, came none.")
+    return int(made["seed"])
 
 
 def _hidden_options(part: argparse.ArgumentParser) -> None:

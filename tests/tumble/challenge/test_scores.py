@@ -1,17 +1,20 @@
 """Scores of made-up answers: what is right counts as right, and each figure can be missed."""
 
 import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
 
+from datasets.errors import InputError
 from datasets.recipes.recipe import EffectRecipe, Recipe
 from tumble.challenge.acceptance import HELD, MISSED, NOT_ASKED, TOO_FEW, acceptance, line_of, share
 from tumble.challenge.cases import Case, Kind
 from tumble.challenge.detection import detection_table
 from tumble.challenge.scoring import Scored, named, pulls
+from tumble.challenge.summary import TABLES, of_challenge, pooled, read_tables, table_path, write_tables
 
 
 def case(kind: Kind, *keys: str) -> Case:
@@ -176,3 +179,22 @@ def test_detection_against_size_is_recovered() -> None:
     for key in rows.index:
         assert rows.loc[key, "half_low"] < 0.8 < rows.loc[key, "half_high"]
     assert rows.loc["all", "in_95_percent"] == pytest.approx(0.8 * np.exp(1.645 * 0.35), rel=0.15)
+
+
+def test_challenges_are_pooled_from_their_files(tmp_path: Path) -> None:
+    """What two challenges give together, one of them read back, are the figures of all their cases."""
+    first, second = table(150, 10, 2), table(100, 20, 0)
+    result = tmp_path / "first.json"
+    parameters = first.parameters.assign(case="c001")
+    tagged = of_challenge(Scored(first.cases, parameters, first.velocities), 11)
+    write_tables(tagged, {name: table_path(result, name) for name in TABLES})
+    both = pooled([read_tables(result, without=12), of_challenge(Scored(second.cases, parameters, second.velocities), 12)])
+    found = {figure.what: figure for figure in acceptance(both)}
+    right = found["true effect first or in its alias group"]
+    assert (right.n, right.value) == (280, pytest.approx(100 * 250 / 280))
+    assert found["false alarms on controls"].value == pytest.approx(100 * 2 / 220)
+    assert both.velocities["case"].nunique() == 80
+    with pytest.raises(InputError, match="expected other challenges"):
+        read_tables(result, without=11)
+    with pytest.raises(InputError, match="expected a table"):
+        read_tables(tmp_path / "other.json", without=1)
