@@ -7,7 +7,7 @@ all effects and families say is left, less what chance leaves, plus a penalty pe
 says less than an effect.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,15 +16,20 @@ from datasets.vocabulary.effects import Scope
 from estimator.diagnosis.extending import extended
 from estimator.diagnosis.ranking import by_remainder
 from estimator.diagnosis.score_tests import Candidates, ScoreTest, score_tests
-from estimator.diagnosis.unknown import Unknown, families
+from estimator.diagnosis.unknown import ALPHA, Unknown, families
+from estimator.effects.empirical import EMPIRICAL, ForceField
 from estimator.effects.link import EffectModel
-from estimator.fitting.campaign import Campaign, CampaignFit, fit_campaign
+from estimator.effects.model import Model
+from estimator.effects.plane_field import PlaneField, plane_field_like
+from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState, fit_campaign
 
 MARGIN = 10.0
 """Of the criterion, by which an unknown must be better: very strong evidence [Kass and Raftery 1995]."""
 WORTH_A_FIT = 0.25
 """Largest share of the misfit that a family may leave in a linear look and still be refitted."""
 REFITTED = 2
+FEWEST = min(len(entry.parameters) for entry in (PlaneField.entry, *(family.entry for family in EMPIRICAL.values())))
+"""Parameters of the smallest family."""
 
 
 @dataclass(frozen=True)
@@ -39,28 +44,55 @@ def better_unknown(
     campaign: Campaign, before: Sequence[CampaignFit], last: CampaignFit, catalogue: Mapping[str, EffectModel], *, penalty: float
 ) -> Simpler | None:
     """The best family in place of what was added after one of the fits ``before``, or ``None`` where the ``last`` fit is better."""
-    found, beaten = None, _criterion(campaign, last, catalogue, penalty) - MARGIN
     n = len(campaign.sequences)
+    criterion = _criterion(campaign, last, catalogue, penalty)
+    found, beaten = None, criterion - MARGIN
+    # what a model that is right may leave, less its degrees of freedom: noise is counted with caution
+    chance = min(criterion - penalty * parameters_of(last.model.effects, n), 0.0)
     for fit in before:
-        if penalty * (parameters_of(fit.model.effects, n) + min(parameters_of((e,), n) for e in families(fit))) >= beaten:
+        if penalty * (parameters_of(fit.model.effects, n) + FEWEST) + chance >= beaten:
             continue  # the least of them would not win if it left no more than chance does
         for test, tests, p in _likely(campaign, fit, catalogue, penalty):
-            if penalty * parameters_of((*fit.model.effects, test.effect), n) >= beaten:
+            if p > ALPHA or penalty * (parameters_of(fit.model.effects, n) + _fewest(test.effect, n)) + chance >= beaten:
                 continue
-            try:
-                model, start = extended(fit, test)
-                criterion = _criterion(campaign, fit_campaign(campaign, start, model), catalogue, penalty)
-            except (ValueError, np.linalg.LinAlgError):  # flights under it run away: what cannot be flown explains nothing
-                continue
-            if criterion < beaten:
-                found, beaten = Simpler(fit, Unknown(test, p, tests)), criterion
+            for refitted in _refits(campaign, fit, test):
+                criterion = _criterion(campaign, refitted, catalogue, penalty)
+                if criterion < beaten:
+                    found, beaten = Simpler(fit, Unknown(test, p, tests)), criterion
     return found
+
+
+def _fewest(family: EffectModel, sequences: int) -> int:
+    """Parameters of a family, or of the narrower one that may stand for it."""
+    return parameters_of((PlaneField,), sequences) if isinstance(family, ForceField) else parameters_of((family,), sequences)
+
+
+def _refits(campaign: Campaign, fit: CampaignFit, test: ScoreTest) -> Iterator[CampaignFit]:
+    """The refits with a family: a field of force also as one that points one way; none that cannot be flown, which explains nothing."""
+    try:
+        model, start = extended(fit, test)
+        refitted = fit_campaign(campaign, start, model)
+        yield refitted
+        if isinstance(test.effect, ForceField):
+            yield _one_way(campaign, fit, refitted, test.effect)
+    except (ValueError, np.linalg.LinAlgError):
+        return
+
+
+def _one_way(campaign: Campaign, fit: CampaignFit, refitted: CampaignFit, field: ForceField) -> CampaignFit:
+    """The refit with a plane field in place of a field that is linear in the place."""
+    place = np.concatenate([each.errors.prediction.poses.centre[:, 0] for each in refitted.equations])
+    theta = refitted.state.theta[0][refitted.model.slices[-1]]
+    plane, values = plane_field_like(field.force(np.tile(theta, (len(place), 1)), place), place)
+    own = refitted.model.slices[-1].start
+    state = CampaignState(refitted.state.flights, tuple(np.concatenate([t[:own], values]) for t in refitted.state.theta))
+    return fit_campaign(campaign, state, Model((*fit.model.effects, plane)))
 
 
 def _others(campaign: Campaign, fit: CampaignFit, catalogue: Mapping[str, EffectModel]) -> tuple[Candidates, int]:
     """Everything that is not in a model, the catalogue's first, and how many of those there are."""
     known = Candidates.of(campaign, (e for key, e in catalogue.items() if key not in fit.model.keys and not e.random))
-    wide = Candidates.of(campaign, (e for e in families(fit) if e.entry.key not in fit.model.keys))
+    wide = Candidates.of(campaign, (e for e in families(campaign, fit) if e.entry.key not in fit.model.keys))
     return Candidates(known.effects + wide.effects, known.starts + wide.starts), len(known.effects)
 
 
@@ -72,7 +104,7 @@ def _criterion(campaign: Campaign, fit: CampaignFit, catalogue: Mapping[str, Eff
     return left.nothing - left.columns + penalty * parameters_of(fit.model.effects, len(campaign.sequences))
 
 
-def parameters_of(effects: Iterable[EffectModel], sequences: int) -> int:
+def parameters_of(effects: Iterable[EffectModel | type[EffectModel]], sequences: int) -> int:
     """Free parameters of effects in a campaign."""
     free = (e for e in effects if e.held is None)
     return sum(len(e.entry.parameters) * (sequences if e.entry.scope is Scope.SEQUENCE else 1) for e in free)

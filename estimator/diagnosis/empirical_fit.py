@@ -108,7 +108,10 @@ def _held(effect: EffectModel) -> EffectModel:
     size = LARGEST.get(effect.entry.key)
     if size is None:
         return effect
-    return type(type(effect).__name__, (type(effect),), {"held": (size,) * len(effect.entry.parameters), "__doc__": type(effect).__doc__})()
+    kind = type(effect)
+    held = type(kind.__name__, (kind,), {"held": (size,) * len(effect.entry.parameters), "__doc__": kind.__doc__})()
+    vars(held).update(vars(effect))
+    return held
 
 
 def _with_terms(campaign: Campaign, fit: CampaignFit, terms: tuple[EffectModel, ...]) -> CampaignFit:

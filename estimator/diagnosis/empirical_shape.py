@@ -122,7 +122,7 @@ def _time_shift(effect: SmoothTimeShift, number: int | None, sequence: SequenceT
 def _zoom(effect: ZoomInTime, sequence: SequenceTask, coefficients: Coefficients) -> Shape:
     stamps = sequence.setting.times_s
     times = np.linspace(0.0, stamps[-1] - stamps[0], IN_TIME)
-    A = effect.powers(times)[:, None]
+    A = effect.growth(times)[:, None]
     return _shape(_Names("magnification minus 1", "1", ("time_s",), ("larger",)), times[:, None], A, coefficients)
 
 

@@ -1,6 +1,7 @@
 """The whole loop: test every effect, add the one that explains most, refit, drop what became superfluous, stop at the noise floor.
 
-A step is accepted only if the error of held-out frames of held-out sequences falls; two effects that explain only together are judged
+A step is accepted only if the error of held-out frames of held-out sequences falls (where an effect is drawn anew in every frame, only if
+those frames become likelier); two effects that explain only together are judged
 together. Which effect a step adds is decided by refits (:mod:`estimator.diagnosis.refitting`). In the end what was found competes with one
 unknown in its place (:mod:`estimator.diagnosis.contest`).
 """
@@ -24,6 +25,7 @@ from estimator.effects.model import Model
 from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState, fit_campaign
 from estimator.fitting.campaign_covariance import CampaignCovariance, campaign_covariance
 from estimator.fitting.held_out import HeldOut, held_out
+from estimator.fitting.time_shifts import held_out_gain
 from estimator.motion.flight import N_PARAMETERS
 
 
@@ -125,7 +127,7 @@ def _steps(
     """The step to one effect more, or the two to a pair, which is accepted as a whole or with its larger member alone.
 
     An effect drawn anew in every frame comes first where it explains most, but imitates what moves frames apart: where held-out frames
-    refuse it, the others get their chance.
+    refuse it, the others get their chance. It lowers no error, since nobody can predict it; it has to make the held-out errors likelier.
     """
     tests, _, ranking = found
     steps: tuple[Step, ...] = ()
@@ -134,7 +136,10 @@ def _steps(
         if not chosen:
             continue
         errors = [error, *(held_out(campaign, each.fit.state, each.fit.model) for each in chosen)]
-        last = min(range(len(errors)), key=lambda i: errors[i].rms_px)
+        if chosen[0].test.random:
+            last = int(held_out_gain([campaign.kind.time_shifts(campaign, i, each) for i, each in enumerate(fit.equations)]) > 0.0)
+        else:
+            last = min(range(len(errors)), key=lambda i: errors[i].rms_px)
         steps = tuple(
             Step(each.test.effect.entry.key, each.group, each.test.p, tuple(tests), ranking, before, after, last > 0, each.fit)
             for each, before, after in zip(chosen[: last or None], errors[:-1], errors[1:], strict=False)

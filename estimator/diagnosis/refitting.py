@@ -133,9 +133,20 @@ def _pair(campaign: Campaign, fit: CampaignFit, found: Found, singles: Sequence[
         return ()
     known = {_key(r): r for r in singles}
     members = [h for h in ranking.hypotheses if h.effect in pair.effects]
-    larger = _judged([known.get(_key_of(tests, h)) or _refit(campaign, fit, tests, h) for h in members], penalty)[0]
-    other = next(tests[e] for e in pair.effects if tests[e] is not larger.test)
-    return larger, replace(best, test=other, group=(other.effect.entry.key,))
+    larger, smaller = _judged([known.get(_key_of(tests, h)) or _refit(campaign, fit, tests, h) for h in members], penalty)
+    groups = [_mates(campaign, beside.fit, tests, member.test, rules) for member, beside in ((larger, smaller), (smaller, larger))]
+    return replace(larger, group=groups[0]), replace(best, test=smaller.test, group=groups[1])
+
+
+def _mates(campaign: Campaign, beside: CampaignFit, tests: Sequence[ScoreTest], member: ScoreTest, rules: Rules) -> tuple[str, ...]:
+    """The alias group of one of a pair, itself first: what a linear look cannot tell from it where the other one is in the model."""
+    others = [t for t in tests if t.effect.entry.key not in beside.model.keys and not t.random]
+    _, scores = score_tests(campaign, beside, _at_their_best(others))
+    ranking = by_remainder(scores, penalty=penalty_of(campaign))
+    found = {others[h.effect].effect.entry.key: h.criterion for h in ranking.hypotheses}
+    own = member.effect.entry.key
+    near = sorted((key for key in found if key != own and abs(found[key] - found[own]) <= rules.margin), key=lambda key: found[key])
+    return (own, *near)
 
 
 def _key_of(tests: Sequence[ScoreTest], hypothesis: Hypothesis) -> str:
@@ -166,10 +177,14 @@ def _refit(campaign: Campaign, fit: CampaignFit, tests: Sequence[ScoreTest], hyp
 def _left(campaign: Campaign, new: CampaignFit, tests: Sequence[ScoreTest], added: tuple[int, ...]) -> tuple[float, int]:
     """Chi-squared of the scores of all effects but those ``added``, and its degrees of freedom."""
     others = [t for i, t in enumerate(tests) if i not in added and not t.random]
-    candidates = Candidates(tuple(t.effect for t in others), tuple(np.unique(np.stack(list(t.starts.values())), axis=0) for t in others))
-    _, scores = score_tests(campaign, new, candidates)
+    _, scores = score_tests(campaign, new, _at_their_best(others))
     ranking = by_remainder(scores, penalty=0.0)
     return ranking.nothing, ranking.columns
+
+
+def _at_their_best(tests: Sequence[ScoreTest]) -> Candidates:
+    """The effects of tests, each at its best starts alone."""
+    return Candidates(tuple(t.effect for t in tests), tuple(np.unique(np.stack(list(t.starts.values())), axis=0) for t in tests))
 
 
 def _values(fit: CampaignFit, test: ScoreTest) -> Array:

@@ -12,7 +12,7 @@ import numpy as np
 from datasets.vocabulary.effects import Stage
 from estimator.diagnosis.ranking import by_remainder
 from estimator.diagnosis.score_tests import Candidates, ScoreTest, score_tests
-from estimator.effects.empirical import EMPIRICAL, ForceField
+from estimator.effects.empirical import EMPIRICAL, ForceField, ZoomInTime
 from estimator.effects.link import EffectModel
 from estimator.fitting.campaign import Campaign, CampaignFit
 
@@ -40,15 +40,22 @@ class Unknown:
         return self.test.effect.entry.stage
 
 
-def families(fit: CampaignFit) -> tuple[EffectModel, ...]:
-    """The empirical families, the field of force about the middle of the flights."""
+def families(campaign: Campaign, fit: CampaignFit) -> tuple[EffectModel, ...]:
+    """The empirical families: the field of force about the middle of the flights, the zoom over the longest sequence."""
     middle = np.mean([flight.x for flight in fit.state.flights], axis=0)
-    return tuple(e.about(middle) if isinstance(e, ForceField) else e for e in EMPIRICAL.values())
+    longest = max(float(np.ptp(sequence.setting.times_s)) for sequence in campaign.sequences)
+
+    def adapted(family: EffectModel) -> EffectModel:
+        if isinstance(family, ForceField):
+            return family.about(middle)
+        return family.over(longest) if isinstance(family, ZoomInTime) else family
+
+    return tuple(adapted(family) for family in EMPIRICAL.values())
 
 
 def unknown(campaign: Campaign, fit: CampaignFit) -> Unknown:
     """Test what a fit leaves against every empirical family."""
-    tests, scores = score_tests(campaign, fit, Candidates.of(campaign, families(fit)))
+    tests, scores = score_tests(campaign, fit, Candidates.of(campaign, families(campaign, fit)))
     p = np.array([min(1.0, t.p * len(tests)) for t in tests])
     outstanding = {i for i in range(len(tests)) if p[i] <= ALPHA}
     order = [h.effect for h in by_remainder(scores, penalty=PENALTY).hypotheses if h.effect in outstanding]

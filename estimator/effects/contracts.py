@@ -125,7 +125,7 @@ def _derivatives(effect: EffectModel, sequence: SequenceTask, flight: Flight) ->
         change = np.zeros(len(theta))
         change[number] = parameter
         high, low = (_errors(effect, theta + sign * change, sequence, flight) for sign in (1.0, -1.0))
-        share = _agreeing(there, (high, low, parameter), N_PARAMETERS + 2 + number)
+        share = _agreeing(there, (high, low, parameter), N_PARAMETERS + len(CurvatureBias.entry.parameters) + number)
         if share < worst or told == NOTHING:
             name = effect.entry.parameters[number].name
             worst, told = (

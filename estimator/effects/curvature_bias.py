@@ -11,7 +11,9 @@ from datasets.vocabulary.effects import EffectEntry, Parameter, Scope, Stage
 from estimator.effects.link import Array, EffectModel, Places, Setting
 
 RADIUS_PX = 3.0
-HELD_PX = 0.1
+HELD_PX, HELD_PX2 = 0.1, 0.1
+SMALL_BLUR = 1
+"""Which of the tabled blurs: one pixel."""
 
 
 class CurvatureBias(EffectModel):
@@ -24,14 +26,16 @@ class CurvatureBias(EffectModel):
         (
             Parameter("flat", "px", (-0.3, 0.3), 1e-3, "on flat places"),
             Parameter("sharp", "px", (-0.3, 0.3), 1e-3, "on sharp places"),
+            Parameter("cut", "px2", (-0.3, 0.3), 1e-3, "at corners, as a blur cuts them"),
         ),
-        "delta = flat (f / (1 + f) - 1/2) + sharp / (1 + rho / 3 px)",
+        "delta = flat (f / (1 + f) - 1/2) + sharp / (1 + rho / 3 px) - cut r, r the recession under a small blur over its square",
         "Kennedy and O'Hagan, J. R. Stat. Soc. B 63 (2001) 425: model discrepancy",
     )
-    held = (HELD_PX, HELD_PX)
+    held = (HELD_PX, HELD_PX, HELD_PX2)
 
     def shift(self, theta: Array, places: Places, setting: Setting) -> Array | None:
         """The bias on the outline."""
         del setting
         flatness = places.radius_px / places.mean_radius_px[:, None, None]
-        return np.asarray(theta[0] * (flatness / (1.0 + flatness) - 0.5) + theta[1] / (1.0 + places.radius_px / RADIUS_PX))
+        smooth = theta[0] * (flatness / (1.0 + flatness) - 0.5) + theta[1] / (1.0 + places.radius_px / RADIUS_PX)
+        return np.asarray(smooth - theta[2] * places.recession[..., SMALL_BLUR])

@@ -5,7 +5,6 @@ family; the one that stands out most from noise names the stage. ``P_j`` are Leg
 image coordinates, scaled to [-1, 1].
 """
 
-from typing import ClassVar
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -41,6 +40,8 @@ def curve_at(theta: Array, moment: Moment, setting: Setting) -> Array:
 
 
 FORCE_DEGREES, TORQUE_DEGREES, TIME_DEGREES, WARP_DEGREE = range(4), range(3), range(2, 6), 3
+ZOOM_DEGREES = range(1, 8)
+"""Enough to follow a relaxation whose time constant is a seventh of the recording within a thousandth."""
 
 
 class SmoothForce(EffectModel):
@@ -121,8 +122,12 @@ class ForceField(EffectModel):
     def acceleration(self, theta: Array, moment: Moment, setting: Setting) -> Array | None:
         """The field where the bodies are."""
         del setting
+        return self.force(theta, moment.x)
+
+    def force(self, theta: Array, x: Array) -> Array:
+        """The acceleration (m, 3) m/s² at places ``x`` (m, 3)."""
         G = theta[:, [[3, 6, 7], [6, 4, 8], [7, 8, 5]]]
-        return np.asarray(theta[:, :3] + np.einsum("mij,mj->mi", G, moment.x - self.middle))
+        return np.asarray(theta[:, :3] + np.einsum("mij,mj->mi", G, x - self.middle))
 
 
 class SmoothTimeShift(EffectModel):
@@ -175,27 +180,33 @@ class ImageWarp(EffectModel):
 class ZoomInTime(EffectModel):
     """A magnification about the picture's centre that changes within the recording, the same way in all sequences."""
 
-    degrees: ClassVar[range] = range(1, 4)
     entry = EffectEntry(
         "zoom_in_time",
         Stage.OPTICS,
         Scope.CAMERA,
-        tuple(Parameter(f"z{j}", "1", (-np.inf, np.inf), 1e-5, f"coefficient of (t / T)^{j}") for j in range(1, 4)),
-        "the picture is magnified by 1 + sum z_j (t / T)^j about its principal point, T = 10 ms",
+        tuple(Parameter(f"z{j}", "1", (-np.inf, np.inf), 1e-5, f"coefficient of P_{j}") for j in ZOOM_DEGREES),
+        "the picture is magnified by 1 + sum z_j (P_j(t) - P_j(0)) about its principal point, t from the first frame of each sequence",
         REFERENCE,
     )
+    length_s = 0.02
+    """Time (s) over which the polynomials are scaled to [-1, 1]; the zoom stands still after it."""
 
-    def powers(self, times_s: Array) -> Array:
-        """Powers (n, 3) of the time."""
-        return np.stack([(times_s / ZOOM_TIME_S) ** j for j in self.degrees], axis=1)
+    def over(self, length_s: float) -> "ZoomInTime":
+        """The same over another time (s): that of the longest sequence."""
+        changed = ZoomInTime()
+        changed.length_s = length_s
+        return changed
+
+    def growth(self, times_s: Array) -> Array:
+        """What each coefficient adds (n, 7) to the magnification."""
+        share = np.concatenate([[0.0], np.clip(times_s / self.length_s, 0.0, 1.0)])
+        basis = legendre.legvander(2.0 * share - 1.0, ZOOM_DEGREES[-1])[:, ZOOM_DEGREES[0] :]
+        return np.asarray(basis[1:] - basis[0])
 
     def correct(self, theta: Array, points_px: Array, camera: Intrinsics, times_s: Array) -> Array:
         """Points with the magnification taken off."""
         centre = np.array([camera.cx_px, camera.cy_px])
-        return np.asarray(centre + (points_px - centre) / (1.0 + self.powers(times_s) @ theta)[:, None])
-
-
-ZOOM_TIME_S = 0.01
+        return np.asarray(centre + (points_px - centre) / (1.0 + self.growth(times_s) @ theta)[:, None])
 
 
 _HARMONICS = tuple((d, m) for d in (2, 3) for m in range(-d, d + 1))

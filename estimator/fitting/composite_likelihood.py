@@ -66,8 +66,8 @@ class WeighedFrames:
 
     def combined(self, change: Array) -> tuple[Array, Array]:
         """Weights (n, k, 2, c) and gradient's covariance (c, c) of combinations ``change`` (p, c) of the parameters."""
-        n, k, sides, p = self.weighted.shape
-        along = (self.weighted.reshape(-1, p) @ change).reshape(n, k, sides, -1)
+        *places, p = self.weighted.shape
+        along = (self.weighted.reshape(-1, p) @ change).reshape(*places, -1)
         return along, change.T @ self.known @ change + self._spread(along)
 
     def _spread(self, along: Array) -> Array:

@@ -53,6 +53,7 @@ def held_out(campaign: Campaign, state: CampaignState, model: Model) -> HeldOut:
         shared = fit_campaign(_part(campaign, learned_from), _state_of(state, learned_from), model, most_steps=6).state
         for i in judged:
             squares[i], counts[i] = _judge(campaign, int(i), (state, shared), model)
+    squares[counts == 0] = np.inf  # the flight has left all outlines behind
     per_sequence = np.sqrt(squares / np.maximum(counts, 1))
     return HeldOut(float(np.sqrt(squares.sum() / max(counts.sum(), 1))), per_sequence, int(counts.sum()))
 

@@ -95,7 +95,7 @@ def test_a_law_of_every_term_sums_forces_and_torques(tmp_path: Path) -> None:
 def test_an_unknown_without_a_law_becomes_its_empirical_term(tmp_path: Path) -> None:
     effect = written(tmp_path, "--from", str(diagnosis(tmp_path / "diagnosis.json", None, family="zoom_in_time")))
     assert effect.entry.key == "my_law"
-    assert effect.entry.names == ("z1", "z2", "z3")
+    assert effect.entry.names == ("z1", "z2", "z3", "z4", "z5", "z6", "z7")
 
 
 @pytest.mark.parametrize("kind", KINDS)
