@@ -236,7 +236,7 @@ def _noise(campaign: Campaign, fit: CampaignFit, linear: Linear, which: tuple[_P
     layout = fit.layout
     precision, _ = shared_prior(campaign, layout, fit.model, fit.state)
     total = projection.shared[:, kept].T @ (precision[:, None] * projection.shared[:, kept])
-    weighted = []
+    weighted, more = [], campaign.kind.noise_ratio(campaign, linear.equations)
     position = {int(column): i for i, column in enumerate(kept)}
     for each, place, own, number, A in zip(linear.equations, layout.place, linear.local, linear.number, projection.local, strict=True):
         change = np.zeros((each.frames.weighted.shape[-1], len(kept)))
@@ -245,7 +245,7 @@ def _noise(campaign: Campaign, fit: CampaignFit, linear: Linear, which: tuple[_P
         for column, n in zip(own, number, strict=True):
             if int(n) in position:
                 change[column, position[int(n)]] += 1.0
-        along, spread = each.frames.combined(change)
+        along, spread = each.frames.combined(change, more)
         weighted.append(along)
         total += spread
     total += campaign.kind.repeated_noise(campaign, [e.errors for e in linear.equations], weighted)

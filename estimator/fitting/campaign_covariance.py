@@ -44,10 +44,10 @@ def campaign_covariance(campaign: Campaign, fit: CampaignFit) -> CampaignCovaria
     precision, _ = shared_prior(campaign, layout, fit.model, fit.state)
     H = np.diag(np.concatenate([np.zeros(n * own), precision]))
     M = H.copy()
-    weighted = []
+    weighted, more = [], campaign.kind.noise_ratio(campaign, fit.equations)
     for each, rows in zip(fit.equations, place, strict=True):
         H[np.ix_(rows, rows)] += each.frames.H
-        M[np.ix_(rows, rows)] += each.frames.meat
+        M[np.ix_(rows, rows)] += each.frames.noisier(more)
         wide = np.zeros((*each.frames.weighted.shape[:-1], size))
         wide[..., rows] = each.frames.weighted
         weighted.append(wide)

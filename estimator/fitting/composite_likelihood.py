@@ -64,11 +64,18 @@ class WeighedFrames:
         """The gradient's covariance (p, p) within sightings."""
         return self.known + self._spread(self.weighted)
 
-    def combined(self, change: Array) -> tuple[Array, Array]:
-        """Weights (n, k, 2, c) and gradient's covariance (c, c) of combinations ``change`` (p, c) of the parameters."""
+    def noisier(self, more: float) -> Array:
+        """The gradient's covariance (p, p) where the sightings' noise is ``more`` times what its model says."""
+        return self.known + more * (self.meat - self.known)
+
+    def combined(self, change: Array, more: float = 1.0) -> tuple[Array, Array]:
+        """Weights (n, k, 2, c) and gradient's covariance (c, c) of combinations ``change`` (p, c) of the parameters.
+
+        ``more``: the sightings' noise over what its model says.
+        """
         *places, p = self.weighted.shape
         along = (self.weighted.reshape(-1, p) @ change).reshape(*places, -1)
-        return along, change.T @ self.known @ change + self._spread(along)
+        return along, change.T @ self.known @ change + more * self._spread(along)
 
     def _spread(self, along: Array) -> Array:
         total = np.zeros((along.shape[-1],) * 2)

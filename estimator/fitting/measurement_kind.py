@@ -63,6 +63,10 @@ class MeasurementKind(Protocol):
         """Shifts of the sightings' times, in the order of time."""
         ...
 
+    def noise_ratio(self, campaign: "Campaign", equations: Sequence["SequenceEquations"]) -> float:
+        """Noise of the sightings over what its model says, 1 at least."""
+        ...
+
     def independent(self, campaign: "Campaign") -> float:
         """Roughly how many independent numbers were measured, for penalties."""
         ...

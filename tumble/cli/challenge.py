@@ -167,7 +167,8 @@ def _score_options(part: argparse.ArgumentParser) -> None:
 
 def _score(arguments: argparse.Namespace) -> int:
     configuration, table = load_configuration(arguments.config, arguments.settings), read_table(arguments.limits)
-    cases, seed = read_cases(arguments.challenge), _seed_of(arguments.challenge)
+    cases = read_cases(arguments.challenge)
+    seed = _seed_of(arguments.challenge) if arguments.earlier or arguments.result else 0
     earlier = [read_tables(path, without=seed) for path in arguments.earlier]
     answered = [case for case in cases if answer_path(arguments.answers, case.name).is_file()]
     asked = [] if arguments.no_oracle else [case for case in answered if case.kind != "control"]
