@@ -28,8 +28,6 @@ MARGIN = 10.0
 WORTH_A_FIT = 0.25
 """Largest share of the misfit that a family may leave in a linear look and still be refitted."""
 REFITTED = 2
-FEWEST = min(len(entry.parameters) for entry in (PlaneField.entry, *(family.entry for family in EMPIRICAL.values())))
-"""Parameters of the smallest family."""
 
 
 @dataclass(frozen=True)
@@ -50,15 +48,14 @@ def better_unknown(
     # what a model that is right may leave, less its degrees of freedom: noise is counted with caution
     chance = min(criterion - penalty * parameters_of(last.model.effects, n), 0.0)
     for fit in before:
-        if penalty * (parameters_of(fit.model.effects, n) + FEWEST) + chance >= beaten:
+        if penalty * (parameters_of(fit.model.effects, n) + min(_fewest(e, n) for e in EMPIRICAL.values())) + chance >= beaten:
             continue  # the least of them would not win if it left no more than chance does
         for test, tests, p in _likely(campaign, fit, catalogue, penalty):
             if p > ALPHA or penalty * (parameters_of(fit.model.effects, n) + _fewest(test.effect, n)) + chance >= beaten:
                 continue
-            for refitted in _refits(campaign, fit, test):
-                criterion = _criterion(campaign, refitted, catalogue, penalty)
-                if criterion < beaten:
-                    found, beaten = Simpler(fit, Unknown(test, p, tests)), criterion
+            criterion = min(_criteria(campaign, fit, test, catalogue, penalty), default=np.inf)
+            if criterion < beaten:
+                found, beaten = Simpler(fit, Unknown(test, p, tests)), criterion
     return found
 
 
@@ -67,14 +64,16 @@ def _fewest(family: EffectModel, sequences: int) -> int:
     return parameters_of((PlaneField,), sequences) if isinstance(family, ForceField) else parameters_of((family,), sequences)
 
 
-def _refits(campaign: Campaign, fit: CampaignFit, test: ScoreTest) -> Iterator[CampaignFit]:
-    """The refits with a family: a field of force also as one that points one way; none that cannot be flown, which explains nothing."""
+def _criteria(
+    campaign: Campaign, fit: CampaignFit, test: ScoreTest, catalogue: Mapping[str, EffectModel], penalty: float
+) -> Iterator[float]:
+    """The criteria of refits with a family: a field of force also as one that points one way; none of what cannot be flown."""
     try:
         model, start = extended(fit, test)
         refitted = fit_campaign(campaign, start, model)
-        yield refitted
+        yield _criterion(campaign, refitted, catalogue, penalty)
         if isinstance(test.effect, ForceField):
-            yield _one_way(campaign, fit, refitted, test.effect)
+            yield _criterion(campaign, _one_way(campaign, fit, refitted, test.effect), catalogue, penalty)
     except (ValueError, np.linalg.LinAlgError):
         return
 

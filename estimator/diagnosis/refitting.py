@@ -145,6 +145,8 @@ def _mates(campaign: Campaign, beside: CampaignFit, tests: Sequence[ScoreTest], 
     ranking = by_remainder(scores, penalty=penalty_of(campaign))
     found = {others[h.effect].effect.entry.key: h.criterion for h in ranking.hypotheses}
     own = member.effect.entry.key
+    if own not in found:  # the data say nothing of it there
+        return (own,)
     near = sorted((key for key in found if key != own and abs(found[key] - found[own]) <= rules.margin), key=lambda key: found[key])
     return (own, *near)
 

@@ -1,8 +1,9 @@
 """What outlines of noisy samples do by themselves: hulls stand out where a body is flat and are cut where it is sharp.
 
 Not an effect of nature but a known discrepancy of the instrument, always in the model and held near zero by a prior [Kennedy and O'Hagan,
-J. R. Stat. Soc. B 63 (2001) 425]: ``delta = b1 (f / (1 + f) - 1/2) + b2 / (1 + rho / RADIUS_PX)``, f the flatness and rho the radius of
-curvature of the outline. Without it, every effect that follows curvature would be found in data that have none.
+J. R. Stat. Soc. B 63 (2001) 425]: ``delta = b1 (f / (1 + f) - 1/2) + b2 / (1 + rho / RADIUS_PX) - b3 r``, f the flatness and rho the radius
+of curvature of the convex outline, r the recession of its tangents under a small blur over the blur's square, hollows and spikes included.
+Without it, every effect that follows curvature would be found in data that have none.
 """
 
 import numpy as np
@@ -17,7 +18,7 @@ SMALL_BLUR = 1
 
 
 class CurvatureBias(EffectModel):
-    """Bias of smoothed, noisy outlines on flat and on sharp places."""
+    """Bias of smoothed, noisy outlines on flat and on sharp places and at corners."""
 
     entry = EffectEntry(
         "curvature_bias",

@@ -120,9 +120,7 @@ def propagate(
     start = States(*(np.ascontiguousarray(a) for a in (start.x, start.q, start.v, start.L)))
     shape = (len(times_s), len(start.x))
     out = States(*(np.empty((*shape, a.shape[1])) for a in (start.x, start.q, start.v, start.L)))
-    after = np.flatnonzero(times_s >= start_time_s)
-    before = np.flatnonzero(times_s < start_time_s)[::-1]
-    for order in (after, before):
+    for order in _outwards(times_s, start_time_s):
         state, time = start, start_time_s
         for i in order:
             with np.errstate(over="ignore", invalid="ignore"):  # of trial steps that run away
@@ -132,16 +130,19 @@ def propagate(
     return out
 
 
+def _outwards(times_s: Array, start_time_s: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Rows of the times from the start on, and of those before it, the nearest first."""
+    return np.flatnonzero(times_s >= start_time_s), np.flatnonzero(times_s < start_time_s)[::-1]
+
+
 def fall(start: States, inverse_inertia: Array, times_s: Array, *, start_time_s: float, gravity: Array) -> States:
     """What :func:`propagate` does under a constant ``gravity`` (3,) m/s² alone: positions and velocities are known in closed form."""
     times = np.asarray(times_s, dtype=np.float64)
     shape = (len(times), len(start.x))
     t = (times - start_time_s)[:, None, None]
     q = np.empty((*shape, 4))
-    after = np.flatnonzero(times >= start_time_s)
-    before = np.flatnonzero(times < start_time_s)[::-1]
     L, inverse = np.ascontiguousarray(start.L), np.ascontiguousarray(inverse_inertia)
-    for order in (after, before):
+    for order in _outwards(times, start_time_s):
         spin = _turned((np.ascontiguousarray(start.q), L, inverse), np.concatenate([[start_time_s], times[order]]), order, q)
         if not spin <= FASTEST_RADS:
             raise RanAway(RAN_AWAY.format(spin))
