@@ -2,8 +2,8 @@
 
 Not an effect of nature but a known discrepancy of the instrument, always in the model and held near zero by a prior [Kennedy and O'Hagan,
 J. R. Stat. Soc. B 63 (2001) 425]: ``delta = b1 (f / (1 + f) - 1/2) + b2 / (1 + rho / RADIUS_PX) - b3 r``, f the flatness and rho the radius
-of curvature of the convex outline, r the recession of its tangents under a small blur over the blur's square, hollows and spikes included.
-Without it, every effect that follows curvature would be found in data that have none.
+of curvature of the convex outline, r (px⁻¹) the recession of its tangents under a small blur over the blur's square, hollows and spikes
+included. Without it, every effect that follows curvature would be found in data that have none.
 """
 
 import numpy as np

@@ -1,13 +1,15 @@
 """Blur that grows with the distance from the focal plane: half-level contours recede where they are curved.
 
 The recession of every tangent under a blur is tabled from the outlines that the body casts (:mod:`estimator.geometry.outline_shape`), over
-the blur's square, and interpolated [Verbeek and van Vliet 1994]. Zero blur and small blur differ by a square.
+the blur, and interpolated [Verbeek and van Vliet 1994]: linear in the blur, as a smooth stretch's share is, or constant, as a corner's.
+Below the smallest blur of the table it falls to zero with the blur: zero blur and small blur differ by a square.
 """
 
 import numpy as np
 
 from datasets.vocabulary.effects import EFFECTS
 from estimator.effects.link import Array, EffectModel, Places, Setting
+from estimator.effects.receding import tabled
 from estimator.geometry.outline_shape import BLURS_PX
 
 SMALLEST = 15.0
@@ -28,12 +30,8 @@ class DefocusGrowth(EffectModel):
         return np.sqrt(np.maximum(2.0 * SMALLEST * theta, SMALLEST**2))
 
     def shift(self, theta: Array, places: Places, setting: Setting) -> Array | None:
-        """The tabled recession, times the square of the blur."""
+        """The tabled recession, times the blur."""
         del setting
-        s = np.abs(theta[0] * (places.depth_m - places.first_depth_m))
-        last = len(BLURS_PX) - 1
-        place = np.interp(s, BLURS_PX, np.arange(last + 1.0))
-        low = np.minimum(place.astype(np.int64), last - 1)
-        share, rows = (place - low)[:, None, None], np.arange(len(s))
-        near, far = places.recession[rows, ..., low], places.recession[rows, ..., low + 1]
-        return np.asarray(-(s[:, None, None] ** 2) * ((1.0 - share) * near + share * far))
+        s = np.abs(theta[0] * (places.depth_m - places.first_depth_m))[:, None, None]
+        share = tabled(places.recession, np.broadcast_to(s, places.radius_px.shape), BLURS_PX)
+        return np.asarray(-s * np.minimum(s / BLURS_PX[0], 1.0) * share)

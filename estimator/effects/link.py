@@ -91,9 +91,8 @@ class Places:
     ``point_px`` (n, k, 2, 2), ``normal`` (n, k, 2, 2) outward unit normals and ``normal_body``
     (n, k, 2, 3) those of the tangent planes in body axes, ``velocity_px`` (n, k, 2, 2) px/s of the body's point there,
     ``radius_px`` (n, k, 2) radius of curvature of the outline, ``mean_radius_px`` (n,) its mean over directions,
-    ``perimeter_radius_px`` (n,) the outline's length over 2 pi, hollows included, ``flattest_px`` (n, k, 2) the largest radius nearby,
-    ``recession`` (n, k, 2, S) px⁻¹ that under a blur over its square, at the tabled blurs, ``erosion`` (n, k, 2, D) that of an inner
-    parallel curve over its depth, at the tabled depths;
+    ``recession`` (n, k, 2, S) of the tangents under a blur over the blur, at the tabled blurs, ``erosion`` (n, k, 2, D) that of an inner
+    parallel curve over its depth, ``leak`` (n, k, 2, D) that under a leak of light over its loss, both at the tabled depths;
     ``depth_m`` (n,) of the particle, ``first_depth_m`` its depth in the first frame; ``view_ratio`` (n, k, 2) px of error per px of a
     view's outline; ``camera`` the intrinsics, ``times_s`` (n,) since the first frame; ``moving`` the body's movement.
     """
@@ -104,10 +103,9 @@ class Places:
     velocity_px: Array
     radius_px: Array
     mean_radius_px: Array
-    perimeter_radius_px: Array
-    flattest_px: Array
     recession: Array
     erosion: Array
+    leak: Array
     depth_m: Array
     first_depth_m: float
     view_ratio: Array

@@ -11,8 +11,13 @@ def moved_outline(delta_px: Array, places: Places) -> Array:
 
     The recession at corners is tabled by depth (:mod:`estimator.geometry.outline_shape`) and interpolated.
     """
-    last = len(DEPTHS_PX) - 1
-    place = np.interp(-delta_px, DEPTHS_PX, np.arange(last + 1.0))
+    return np.asarray(np.where(delta_px < 0.0, tabled(places.erosion, -delta_px, DEPTHS_PX), 1.0) * delta_px)
+
+
+def tabled(table: Array, at_px: Array, knots_px: Array) -> Array:
+    """What a ``table`` (n, k, 2, D) at ``knots_px`` (D,) tells of depths or blurs (n, k, 2), linear between knots and constant beyond."""
+    last = len(knots_px) - 1
+    place = np.interp(at_px, knots_px, np.arange(last + 1.0))
     low = np.minimum(place.astype(np.int64), last - 1)
-    near, far = (np.take_along_axis(places.erosion, each[..., None], axis=-1)[..., 0] for each in (low, low + 1))
-    return np.asarray(np.where(delta_px < 0.0, near + (place - low) * (far - near), 1.0) * delta_px)
+    near, far = (np.take_along_axis(table, each[..., None], axis=-1)[..., 0] for each in (low, low + 1))
+    return np.asarray(near + (place - low) * (far - near))

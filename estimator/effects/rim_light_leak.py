@@ -1,12 +1,16 @@
 """Light through facets that lie along the line of sight: the outline recedes where it is flat, ``delta = -a f / (1 + f)``.
 
 ``f`` is the length of outline whose normals lie within 10 degrees, over the same of a circle of equal perimeter, of the flattest stretch
-within 3 px: a corner recedes with the facets that meet in it.
+within 3 px: a corner recedes with the facets that meet in it. What the tangents recede is tabled by ``a`` from the outlines that the body
+casts (:mod:`estimator.geometry.outline_shape`).
 """
+
+import numpy as np
 
 from datasets.vocabulary.effects import EFFECTS
 from estimator.effects.link import Array, EffectModel, Places, Setting
-from estimator.effects.receding import moved_outline
+from estimator.effects.receding import tabled
+from estimator.geometry.outline_shape import DEPTHS_PX
 
 
 class RimLightLeak(EffectModel):
@@ -15,7 +19,6 @@ class RimLightLeak(EffectModel):
     entry = EFFECTS["rim_light_leak"]
 
     def shift(self, theta: Array, places: Places, setting: Setting) -> Array | None:
-        """Recession by the flatness of the outline."""
+        """The tabled recession, times the loss."""
         del setting
-        flatness = places.flattest_px / places.perimeter_radius_px[:, None, None]
-        return moved_outline(-theta[0] * flatness / (1.0 + flatness), places)
+        return np.asarray(-theta[0] * tabled(places.leak, np.full(places.radius_px.shape, float(theta[0])), DEPTHS_PX))

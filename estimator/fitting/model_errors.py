@@ -19,7 +19,7 @@ from estimator.fitting.trajectory import FitTask, body_normals, particle_poses
 from estimator.geometry.cast_outline import cast_outline, casting_mesh
 from estimator.geometry.epipolar_tangency import TangencyErrors, tangency_errors
 from estimator.geometry.outline_bias import without_bias
-from estimator.geometry.outline_shape import ANGLES, OutlineShape
+from estimator.geometry.outline_shape import OutlineShape
 from estimator.geometry.silhouettes import Silhouettes
 from estimator.geometry.visual_hull import HullMesh
 from estimator.motion.flight import N_PARAMETERS, OFFSET, Flight, FlightPoses, poses
@@ -151,20 +151,18 @@ def _places(sequence: SequenceTask, prediction: Prediction, errors: TangencyErro
     vertex = np.maximum(first.offsets[:-1, None, None] + errors.tangency[:, :, :2], 0)
     point = sightings.silhouettes.points_px[vertex]
     u = errors.direction[:, :, :2]
-    bins = np.round(np.arctan2(u[..., 1], u[..., 0]) / (2.0 * np.pi) * ANGLES).astype(np.int64) % ANGLES
-    rows, shape = np.arange(len(sightings))[:, None, None], sequence.shape
+    there = sequence.shape.towards(u)
     first_frame, moving = int(np.argmin(sightings.times_s)), _moving(sequence, prediction, centre_cam)
     return Places(
         point_px=point,
         normal=u,
         normal_body=normals,
         velocity_px=_image_velocity(sequence, moving, normals),
-        radius_px=shape.radius_px[rows, bins],
-        perimeter_radius_px=np.maximum(shape.perimeter_radius_px, 1e-6),
-        mean_radius_px=np.maximum(shape.radius_px.mean(axis=1), 1e-6),
-        flattest_px=shape.flattest_px[rows, bins],
-        recession=shape.recession[rows, bins],
-        erosion=shape.erosion[rows, bins],
+        radius_px=there.radius_px,
+        mean_radius_px=np.maximum(sequence.shape.radius_px.mean(axis=1), 1e-6),
+        recession=there.recession,
+        erosion=there.erosion,
+        leak=there.leak,
         depth_m=centre_cam[:, 2],
         first_depth_m=float(centre_cam[first_frame, 2]),
         view_ratio=errors.jacobian[:, :, :2, 7],

@@ -3,59 +3,78 @@
 Taken from the outlines that the fitted body would cast: those of a noisy outline depend on its noise, and would explain it.
 
 A blur of standard deviation ``s`` moves the half level of a silhouette as curvature does: a smooth stretch by ``s² / (2 rho)`` [Verbeek and
-van Vliet 1994], a corner that turns by ``phi`` by about ``0.4 s phi``. Smoothing the outline's points along the arc with a Gaussian of the
-same ``s`` does both (``0.8 s sin(phi / 2)`` at a corner; a right angle's true value is 0.77 s instead of 0.56 s), and that is tabled.
+van Vliet 1994], a corner by a share of ``s`` (a right angle by 0.77 s), a spike by more. The filled outline is drawn and blurred, and what
+the tangents of its half level recede is tabled.
 
 An outline drawn too tight by ``d`` is the inner parallel curve. Along a smooth stretch its tangents recede by ``d``, at a corner by more:
 its sides move by ``d`` and their intersection by ``d / cos(phi / 2)`` [Serra 1982, erosion]. An outline drawn too wide is round at the
 corners, and all its tangents move by ``d``.
+
+Light that leaks through facets along the line of sight moves each point of an outline by its own depth, ``d f / (1 + f)`` with the
+flatness ``f`` of the catalogue (``rim_light_leak``): those points are moved, loops cut off, and what the tangents recede is tabled.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 import shapely
 from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter1d
 from scipy.spatial import ConvexHull
 
 from datasets.vocabulary.effects import FLATNESS_HALF_ANGLE_DEG, FLATNESS_REACH_PX
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
-ANGLES = 72
-"""Directions of the normal, every five degrees from the picture's x axis."""
+ANGLES = 144
+"""Directions of the normal, every two and a half degrees from the picture's x axis; what a tangent recedes is continuous in between."""
 BLURS_PX = np.array([0.5, 1.0, 2.0, 4.0, 8.0])
 """Standard deviations (S,) of the tabled blurs."""
 DEPTHS_PX = np.array([0.25, 0.5, 1.0, 2.0, 4.0])
-"""Depths (D,) of the tabled inner parallel curves."""
-SAMPLES = 512
+"""Depths (D,) of the tabled inner parallel curves, and losses of light that are tabled."""
 MINIMUM_VERTICES = 3
+DRAWN_PX, LINES = 0.5, 32
+"""Side of a drawing's pixels, and how many lines through each find what of it is filled."""
+BLURS_BESIDE = 3
+"""Margin of the drawing, in blurs."""
 MITRE_LIMIT = 20.0
+LEAK_STEP_PX, FEWEST_POINTS = 0.5, 64
+"""Distance of the points that a leak of light moves, and their least number."""
 HALF_ANGLE = np.radians(FLATNESS_HALF_ANGLE_DEG)
 
 
 @dataclass(frozen=True)
 class OutlineShape:
-    """Of n outlines in 72 directions of the normal.
+    """Of n outlines in A directions of the normal.
 
-    ``radius_px`` (n, 72) radius of curvature: the length of outline within 10 degrees over 20 degrees. ``flattest_px`` (n, 72) the largest
-    radius within 3 px of outline from where the tangent touches. ``recession`` (n, 72, S) px⁻¹: recession under a blur over its square.
-    ``erosion`` (n, 72, D): recession of the tangents of an inner parallel curve over its depth, 1 where the outline is smooth.
-    ``perimeter_radius_px`` (n,): the outline's length over 2 pi. ``radius_px`` is that of the convex hull; hollows count in all others.
+    ``radius_px`` (n, A) radius of curvature of the convex hull: the length of outline within 10 degrees over 20 degrees. The others are of
+    the outline with its hollows. ``recession`` (n, A, S): recession under a blur over the blur. ``erosion`` (n, A, D): recession of the
+    tangents of an inner parallel curve over its depth, 1 where the outline is smooth. ``leak`` (n, A, D): that under a leak of
+    light over its loss.
     """
 
     radius_px: Array
-    flattest_px: Array
     recession: Array
     erosion: Array
-    perimeter_radius_px: Array
+    leak: Array
 
     def take(self, rows: Index) -> "OutlineShape":
         """The outlines ``rows`` alone."""
-        return OutlineShape(
-            self.radius_px[rows], self.flattest_px[rows], self.recession[rows], self.erosion[rows], self.perimeter_radius_px[rows]
-        )
+        return OutlineShape(self.radius_px[rows], self.recession[rows], self.erosion[rows], self.leak[rows])
+
+    def towards(self, normals: Array) -> "OutlineShape":
+        """The tables (n, k, 2, ...) at unit normals (n, k, 2, 2), linear between directions; the radius is that of the nearest."""
+        place = np.arctan2(normals[..., 1], normals[..., 0]) / (2.0 * np.pi) * ANGLES
+        low, rows = np.floor(place).astype(np.int64), np.arange(len(normals))[:, None, None]
+        share = (place - low)[..., None]
+        nearest = np.round(place).astype(np.int64) % ANGLES
+
+        def between(table: Array) -> Array:
+            return np.asarray((1.0 - share) * table[rows, low % ANGLES] + share * table[rows, (low + 1) % ANGLES])
+
+        return OutlineShape(self.radius_px[rows, nearest], between(self.recession), between(self.erosion), between(self.leak))
 
 
 def outline_shape(polygons: Sequence[Array]) -> OutlineShape:
@@ -63,19 +82,17 @@ def outline_shape(polygons: Sequence[Array]) -> OutlineShape:
     n = len(polygons)
     shape = OutlineShape(
         np.zeros((n, ANGLES)),
-        np.zeros((n, ANGLES)),
         np.zeros((n, ANGLES, len(BLURS_PX))),
         np.ones((n, ANGLES, len(DEPTHS_PX))),
-        np.zeros(n),
+        np.ones((n, ANGLES, len(DEPTHS_PX))),
     )
     for i, polygon in enumerate(polygons):
         if len(polygon) >= MINIMUM_VERTICES:
             points = _positive(polygon)
             shape.radius_px[i] = _radii(_positive(points[ConvexHull(points).vertices]))
-            shape.flattest_px[i] = _flattest(points, _radii(points))
             shape.recession[i] = _recession(points)
             shape.erosion[i] = _erosion(points)
-            shape.perimeter_radius_px[i] = _edges(points)[0].sum() / (2.0 * np.pi)
+            shape.leak[i] = _leak(points)
     return shape
 
 
@@ -87,7 +104,7 @@ def _positive(points: Array) -> Array:
 
 
 def outward() -> Array:
-    """The directions (72, 2) of the tables."""
+    """The directions (A, 2) of the tables."""
     angle = 2.0 * np.pi * np.arange(ANGLES) / ANGLES
     return np.column_stack([np.cos(angle), np.sin(angle)])
 
@@ -105,35 +122,61 @@ def _radii(points: Array) -> Array:
     return np.asarray(np.where(apart <= HALF_ANGLE, length, 0.0).sum(axis=1) / (2.0 * HALF_ANGLE))
 
 
-def _flattest(points: Array, radius_px: Array) -> Array:
-    """The largest radius of any edge that comes within reach of the corner that a tangent touches."""
-    length, normal = _edges(points)
+def _evenly(points: Array, count: int) -> tuple[Array, float]:
+    """``count`` points at equal steps along the outline, and their distance (px)."""
+    length, _ = _edges(points)
     start = np.concatenate([[0.0], np.cumsum(length)])
-    perimeter, start = start[-1], start[:-1]
-    at = start[np.argmax(points @ outward().T, axis=0)]
-    ahead = (start - at[:, None]) % perimeter
-    distance = np.where(ahead + length >= perimeter, 0.0, np.minimum(ahead, perimeter - ahead - length))
-    own = radius_px[np.round(normal / (2.0 * np.pi) * ANGLES).astype(np.int64) % ANGLES]
-    near = np.where(distance <= FLATNESS_REACH_PX, own, 0.0).max(axis=1)
-    return np.asarray(np.maximum(near, radius_px))
+    step_px = float(start[-1]) / count
+    closed, place = np.vstack([points, points[:1]]), np.arange(count) * step_px
+    return np.column_stack([np.interp(place, start, closed[:, axis]) for axis in range(2)]), step_px
 
 
 def _recession(points: Array) -> Array:
-    """Recession (72, S) of the tangents under each blur, over the blur's square."""
-    length, _ = _edges(points)
-    start = np.concatenate([[0.0], np.cumsum(length)])
-    place = np.arange(SAMPLES) * (start[-1] / SAMPLES)
-    closed = np.vstack([points, points[:1]])
-    ring = np.interp(place, start, closed[:, 0]) + 1j * np.interp(place, start, closed[:, 1])
-    frequency = 2.0 * np.pi * np.fft.fftfreq(SAMPLES, d=start[-1] / SAMPLES)
-    blurred = np.fft.ifft(np.fft.fft(ring) * np.exp(-0.5 * (BLURS_PX[:, None] * frequency) ** 2), axis=1)
-    u = outward()
-    reach = (blurred.real[:, :, None] * u[:, 0] + blurred.imag[:, :, None] * u[:, 1]).max(axis=1)
-    return np.asarray((((points @ u.T).max(axis=0) - reach) / BLURS_PX[:, None] ** 2).T)
+    """Recession (A, S) of the tangents under each blur, over the blur; 0 where the blur leaves less than a half of everything."""
+    drawn, first = _drawing(points)
+    reach = (points @ outward().T).max(axis=0)
+    ratio = np.zeros((ANGLES, len(BLURS_PX)))
+    for i, blur_px in enumerate(BLURS_PX):
+        margin = int(np.ceil(BLURS_BESIDE * blur_px / DRAWN_PX))
+        padded = cv2.copyMakeBorder(drawn, margin, margin, margin, margin, cv2.BORDER_CONSTANT, value=0.0)
+        level = cv2.GaussianBlur(padded, (0, 0), blur_px / DRAWN_PX, borderType=cv2.BORDER_CONSTANT) - 0.5
+        contour = first + (np.concatenate([_crossings(level), _crossings(level.T)[:, ::-1]]) - margin) * DRAWN_PX
+        if len(contour):
+            ratio[:, i] = (reach - (contour @ outward().T).max(axis=0)) / blur_px
+    return ratio
+
+
+def _drawing(points: Array) -> tuple[NDArray[np.float32], Array]:
+    """What share of each pixel the filled outline covers, and where (2,) px the middle of the first pixel is.
+
+    Exact along lines of pixels: every edge that crosses a line adds or takes away all that lies beyond it.
+    """
+    corner = points.min(axis=0) - DRAWN_PX
+    width, height = (int(n) for n in np.ceil((points.max(axis=0) + DRAWN_PX - corner) / DRAWN_PX) + 1)
+    x, y = ((points - corner) / DRAWN_PX).T
+    x_after, y_after = np.roll(x, -1), np.roll(y, -1)
+    first, last = (np.ceil(end * LINES - 0.5).astype(np.int64) for end in (np.minimum(y, y_after), np.maximum(y, y_after)))
+    edge = np.repeat(np.arange(len(x)), last - first)
+    line = np.arange(len(edge)) - np.repeat(np.cumsum(last - first) - (last - first), last - first) + first[edge]
+    crossing = x[edge] + ((line + 0.5) / LINES - y[edge]) * (x_after - x)[edge] / (y_after - y)[edge]
+    row, column, sign = line // LINES, np.floor(crossing).astype(np.int64), np.sign(y - y_after)[edge]
+    share = crossing - column
+    cells = np.concatenate([row * width + column, row * width + column + 1])
+    begun = np.bincount(cells, np.concatenate([sign * (1.0 - share), sign * share]), minlength=height * width) / LINES
+    covered = np.abs(np.cumsum(begun.reshape(height, width), axis=1))
+    return covered.astype(np.float32), corner + 0.5 * DRAWN_PX
+
+
+def _crossings(level: NDArray[np.float32]) -> Array:
+    """Where rows of a picture change their sign: (m, 2) column and row, in pixels."""
+    before, after = level[:, :-1], level[:, 1:]
+    row, column = np.nonzero((before >= 0.0) != (after >= 0.0))
+    share = before[row, column] / (before[row, column] - after[row, column])
+    return np.column_stack([column + share, row]).astype(np.float64)
 
 
 def _erosion(points: Array) -> Array:
-    """Recession (72, D) of the tangents of the inner parallel curves over their depths; the last one's where nothing is left."""
+    """Recession (A, D) of the tangents of the inner parallel curves over their depths; the last one's where nothing is left."""
     u = outward()
     reach = (points @ u.T).max(axis=0)
     ratio = np.ones((ANGLES, len(DEPTHS_PX)))
@@ -142,4 +185,26 @@ def _erosion(points: Array) -> Array:
             ratio[:, i:] = ratio[:, max(i - 1, 0)][:, None]
             break
         ratio[:, i] = (reach - (shapely.get_coordinates(inner) @ u.T).max(axis=0)) / DEPTHS_PX[i]
+    return ratio
+
+
+def _leak(points: Array) -> Array:
+    """Recession (A, D) of the tangents under a leak of light over its loss; the last one's where nothing is left."""
+    around_px = float(_edges(points)[0].sum())
+    even, step_px = _evenly(points, max(round(around_px / LEAK_STEP_PX), FEWEST_POINTS))
+    chord = np.roll(even, -1, axis=0) - np.roll(even, 1, axis=0)
+    normal = np.column_stack([chord[:, 1], -chord[:, 0]]) / np.maximum(np.linalg.norm(chord, axis=1), 1e-9)[:, None]
+    alike = np.count_nonzero(normal @ normal.T >= np.cos(HALF_ANGLE), axis=1)
+    flatness = maximum_filter1d(alike * np.pi / (HALF_ANGLE * len(even)), 2 * round(FLATNESS_REACH_PX / step_px) + 1, mode="wrap")
+    moved = even - (DEPTHS_PX[:, None] * (flatness / (1.0 + flatness)))[..., None] * normal
+    u = outward()
+    reach = (points @ u.T).max(axis=0)
+    ratio = np.ones((ANGLES, len(DEPTHS_PX)))
+    for i, left in enumerate(shapely.make_valid(shapely.polygons(moved), method="structure", keep_collapsed=False)):
+        parts = shapely.get_parts(left)
+        if len(parts) == 0:
+            ratio[:, i:] = ratio[:, max(i - 1, 0)][:, None]
+            break
+        largest = parts[np.argmax(shapely.area(parts))]
+        ratio[:, i] = (reach - (shapely.get_coordinates(largest) @ u.T).max(axis=0)) / DEPTHS_PX[i]
     return ratio

@@ -1,7 +1,7 @@
 """Both realisations on a cut stone, whose outline has corners, and on a jagged body, whose outline has spikes and hollows.
 
 What acts through poses, the lens or a constant displacement is as exact as on a smooth body; a displacement that varies along the outline
-moves tangents off a corner, and is held to a few per cent, what follows the outline's curvature to a quarter.
+moves tangents off a corner, and is held to a few per cent, a blur to some ten.
 """
 
 from dataclasses import replace
@@ -17,10 +17,10 @@ ALONG_THE_OUTLINE = {
     "blooming": 0.04,
     "rolling_shutter": 0.012,
     "motion_blur_threshold": 0.1,
-    "rim_light_leak": 0.13,
-    "defocus_growth": 0.25,
+    "rim_light_leak": 0.02,
+    "defocus_growth": 0.13,
 }
-"""2.1%, 0.8%, 6.5%, 10.5% and 21.7% seen: a blurred corner is rounder than the smoothed outline that stands for it."""
+"""2.1%, 0.8%, 6.5%, 1.3% and 10.4% seen."""
 
 
 @pytest.mark.parametrize("key", [key for key in SIZES if key != "trigger_jitter"])
@@ -33,15 +33,14 @@ def test_the_model_undoes_what_nature_does_to_a_stone(key: str) -> None:
 
 JAGGED = replace(RECIPE, particle=replace(RECIPE.particle, family="jagged", irregularity=0.5))
 AT_SPIKES = {
-    "outline_offset": 0.08,
-    "blooming": 0.11,
-    "rim_light_leak": 0.14,
-    "defocus_growth": 0.35,
+    "outline_offset": 0.05,
+    "blooming": 0.10,
+    "rim_light_leak": 0.08,
+    "defocus_growth": 0.17,
     "rolling_shutter": 0.012,
     "view_outline_offset": 0.22,
 }
-"""5.9%, 8.6%, 11.2%, 30.4% and 0.7% seen; 20.0%, 15.6%, 17.5%, 74.7% and 1.2% where the convex hull stands for the outline. Outlines of the
-calibrated views are moved by a constant: 18.6%."""
+"""3.4%, 7.6%, 6.0%, 13.7% and 0.7% seen. Outlines of the calibrated views are moved by a constant: 18.6%."""
 
 
 @pytest.mark.parametrize("key", AT_SPIKES)

@@ -17,7 +17,7 @@ from estimator.effects.model import Model, ModelForces
 from estimator.effects.registry import MODELS
 from estimator.fitting.prediction import Prediction, predict
 from estimator.fitting.time_shifts import gain_of
-from estimator.geometry.outline_shape import BLURS_PX, DEPTHS_PX
+from estimator.geometry.outline_shape import ANGLES, BLURS_PX, DEPTHS_PX, outline_shape
 from estimator.motion.flight import N_PARAMETERS, Flight, inertia_matrix, states
 from estimator.motion.rigid_body import States, angular_velocity, rotation_matrices
 
@@ -65,10 +65,9 @@ def places() -> Places:
         velocity_px=rng.normal(scale=2e4, size=(*shape, 2)),
         radius_px=rng.uniform(5.0, 60.0, shape),
         mean_radius_px=rng.uniform(20.0, 40.0, 5),
-        perimeter_radius_px=rng.uniform(20.0, 40.0, 5),
-        flattest_px=rng.uniform(60.0, 90.0, shape),
         recession=rng.uniform(0.005, 0.1, (*shape, len(BLURS_PX))),
         erosion=np.ones((*shape, len(DEPTHS_PX))),
+        leak=rng.uniform(0.5, 0.9, (*shape, len(DEPTHS_PX))),
         depth_m=DEPTHS_M,
         first_depth_m=0.6,
         view_ratio=rng.uniform(-0.3, -0.1, shape),
@@ -238,10 +237,10 @@ def defocus_growth(key: str) -> None:
     assert np.all(behind[1:] < 0.0)
     small = MODELS[key].shift(np.array([1e-3]), at, SETTING)
     s2 = (1e-3 * (at.depth_m - at.first_depth_m)) ** 2
-    np.testing.assert_allclose(small, -s2[:, None, None] * at.recession[..., 0], rtol=1e-12)
+    np.testing.assert_allclose(small, -s2[:, None, None] / BLURS_PX[0] * at.recession[..., 0], rtol=1e-12)
     for s, tabled in zip(BLURS_PX, np.moveaxis(at.recession, -1, 0), strict=True):
         theta = s / (at.depth_m[-1] - at.first_depth_m)
-        np.testing.assert_allclose(shift(key, theta, at)[-1], -(s**2) * tabled[-1], rtol=1e-9)
+        np.testing.assert_allclose(shift(key, theta, at)[-1], -s * tabled[-1], rtol=1e-9)
 
 
 def motion_blur_threshold(key: str) -> None:
@@ -293,14 +292,18 @@ def blooming(key: str) -> None:
 
 
 def rim_light_leak(key: str) -> None:
-    """Half the loss on a circle of any size, all of it on a long flat stretch, none at a corner far from any."""
-    at = places()
-    for size in (1.0, 30.0):
-        disk = replace(at, flattest_px=np.full(at.radius_px.shape, size), perimeter_radius_px=np.full(5, size))
-        np.testing.assert_allclose(shift(key, 1.0, disk), -0.5, rtol=1e-14)
-    np.testing.assert_allclose(shift(key, 1.0, replace(at, flattest_px=np.full(at.radius_px.shape, 1e9))), -1.0, rtol=1e-6)
-    corner = MODELS[key].shift(np.array([1.0]), replace(at, flattest_px=np.zeros(at.radius_px.shape)), SETTING)
-    np.testing.assert_array_equal(corner, 0.0)
+    """Half the loss on a circle of any size, and on each side of a rectangle what its length over the perimeter says."""
+    at, angle = places(), np.linspace(0.0, 2 * np.pi, 720, endpoint=False)
+    for radius in (20.0, 60.0):
+        circle = outline_shape([radius * np.column_stack([np.cos(angle), np.sin(angle)])]).leak[0]
+        np.testing.assert_allclose(shift(key, 1.0, replace(at, leak=np.broadcast_to(circle[7], at.leak.shape))), -0.5, rtol=0.05)
+    long, short = 160.0, 40.0
+    sides = outline_shape([np.array([[0.0, 0.0], [long, 0.0], [long, short], [0.0, short]])]).leak[0]
+    for length, normal in ((short, 0), (long, ANGLES // 4)):
+        f = length / (2 * np.deg2rad(10.0) * (2 * long + 2 * short) / (2 * np.pi))
+        receding = shift(key, 1.0, replace(at, leak=np.broadcast_to(sides[normal], at.leak.shape)))
+        np.testing.assert_allclose(receding, -f / (1 + f), rtol=0.02)
+    assert not MODELS[key].shift(np.zeros(1), at, SETTING).any()
 
 
 LAWS: dict[str, Callable[[str], None]] = {

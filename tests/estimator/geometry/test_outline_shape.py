@@ -1,7 +1,7 @@
 """Shapes of outlines against closed forms: circles, flats and corners."""
 
 import numpy as np
-import pytest
+from scipy.stats import norm
 
 from estimator.geometry.outline_shape import ANGLES, BLURS_PX, outline_shape
 
@@ -18,9 +18,7 @@ SQUARE = np.array([[0.0, 0.0], [80.0, 0.0], [80.0, 80.0], [0.0, 80.0]])
 def test_a_circle_has_its_radius_everywhere_and_recedes_by_half_the_square_over_it() -> None:
     shape = outline_shape([circle(40.0)])
     np.testing.assert_allclose(shape.radius_px, 40.0, rtol=0.03)
-    np.testing.assert_allclose(shape.flattest_px, 40.0, rtol=0.03)
-    exact = 40.0 * (1.0 - np.exp(-0.5 * (BLURS_PX / 40.0) ** 2)) / BLURS_PX**2
-    np.testing.assert_allclose(shape.recession[0, :, 2:], np.broadcast_to(exact[2:], (ANGLES, 3)), rtol=0.03)
+    np.testing.assert_allclose(shape.recession[0, :, 1:], np.broadcast_to(BLURS_PX[1:] / 80.0, (ANGLES, 4)), rtol=0.03, atol=5e-3)
 
 
 def test_which_way_round_does_not_matter() -> None:
@@ -32,15 +30,23 @@ def test_which_way_round_does_not_matter() -> None:
 def test_a_flat_side_stays_and_a_corner_recedes_with_the_blur() -> None:
     shape = outline_shape([SQUARE])
     side, corner = 0, ANGLES // 8
-    assert np.all(shape.recession[0, side] * BLURS_PX**2 < 1e-3)
-    seen = shape.recession[0, corner] * BLURS_PX**2
-    np.testing.assert_allclose(seen[1:], np.sqrt(2.0 / np.pi) * np.sin(np.pi / 4) * BLURS_PX[1:], rtol=0.05)
+    assert np.all(np.abs(shape.recession[0, side]) < 1e-3)
+    half = np.sqrt(2.0) * norm.ppf(np.sqrt(0.5))
+    np.testing.assert_allclose(shape.recession[0, corner, 2:], half, rtol=0.01)
 
 
 def test_a_corner_knows_the_sides_that_meet_in_it() -> None:
     shape = outline_shape([SQUARE])
     assert shape.radius_px[0, ANGLES // 8] == 0.0
-    assert shape.flattest_px[0, ANGLES // 8] == pytest.approx(shape.radius_px[0, 0])
+    np.testing.assert_allclose(shape.leak[0, ANGLES // 8, 2:], np.sqrt(2.0) * shape.leak[0, 0, 2:], rtol=0.02)
+
+
+def test_between_directions_a_table_is_linear() -> None:
+    shape = outline_shape([SQUARE])
+    angle = 2.0 * np.pi * (ANGLES // 8 + np.array([0.0, 0.25, 1.0])) / ANGLES
+    at = shape.towards(np.stack([np.cos(angle), np.sin(angle)], axis=-1)[None, :, None])
+    np.testing.assert_allclose(at.erosion[0, 1, 0], 0.75 * at.erosion[0, 0, 0] + 0.25 * at.erosion[0, 2, 0])
+    np.testing.assert_allclose(at.recession[0, 0, 0], shape.recession[0, ANGLES // 8])
 
 
 def test_what_is_no_polygon_has_no_shape() -> None:
@@ -63,4 +69,3 @@ def test_a_spike_recedes_as_its_own_sides_do_and_not_as_its_hull() -> None:
     half = np.arctan2(10.0, 20.0)
     shape = outline_shape([spike])
     np.testing.assert_allclose(shape.erosion[0, tip, :3], 1.0 / np.sin(half), rtol=1e-6)
-    assert shape.perimeter_radius_px[0] == pytest.approx((80 + 2 * 40 + 2 * 30 + 2 * np.hypot(10, 20)) / (2 * np.pi))
