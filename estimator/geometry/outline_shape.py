@@ -30,13 +30,15 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 ANGLES = 144
 """Directions of the normal, every two and a half degrees from the picture's x axis; what a tangent recedes is continuous in between."""
-BLURS_PX = np.array([0.5, 1.0, 2.0, 4.0, 8.0])
+BLURS_PX = np.array([0.5, 1.0, 2.0, 4.0, 8.0, 16.0])
 """Standard deviations (S,) of the tabled blurs."""
 DEPTHS_PX = np.array([0.25, 0.5, 1.0, 2.0, 4.0])
 """Depths (D,) of the tabled inner parallel curves, and losses of light that are tabled."""
 MINIMUM_VERTICES = 3
 DRAWN_PX, LINES = 0.5, 32
 """Side of a drawing's pixels, and how many lines through each find what of it is filled."""
+PER_BLUR = 4
+"""Pixels in a blur, about: a wide one is applied to a drawing of larger pixels."""
 BLURS_BESIDE = 3
 """Margin of the drawing, in blurs."""
 MITRE_LIMIT = 20.0
@@ -132,18 +134,26 @@ def _evenly(points: Array, count: int) -> tuple[Array, float]:
 
 
 def _recession(points: Array) -> Array:
-    """Recession (A, S) of the tangents under each blur, over the blur; 0 where the blur leaves less than a half of everything."""
+    """Recession (A, S) of the tangents under each blur, over the blur; the last one's where all that is left is less than a half."""
     drawn, first = _drawing(points)
     reach = (points @ outward().T).max(axis=0)
     ratio = np.zeros((ANGLES, len(BLURS_PX)))
     for i, blur_px in enumerate(BLURS_PX):
-        margin = int(np.ceil(BLURS_BESIDE * blur_px / DRAWN_PX))
-        padded = cv2.copyMakeBorder(drawn, margin, margin, margin, margin, cv2.BORDER_CONSTANT, value=0.0)
-        level = cv2.GaussianBlur(padded, (0, 0), blur_px / DRAWN_PX, borderType=cv2.BORDER_CONSTANT) - 0.5
-        contour = first + (np.concatenate([_crossings(level), _crossings(level.T)[:, ::-1]]) - margin) * DRAWN_PX
-        if len(contour):
-            ratio[:, i] = (reach - (contour @ outward().T).max(axis=0)) / blur_px
+        contour = first + DRAWN_PX * _half_level(drawn, blur_px / DRAWN_PX)
+        ratio[:, i] = (reach - (contour @ outward().T).max(axis=0)) / blur_px if len(contour) else ratio[:, i - 1]
     return ratio
+
+
+def _half_level(drawn: NDArray[np.float32], blur: float) -> Array:
+    """Column and row (m, 2) of points on the half level of a drawing under a Gaussian blur, all in its pixels; none where all is below."""
+    larger = max(1, round(blur / PER_BLUR))
+    margin = larger * int(np.ceil(BLURS_BESIDE * blur / larger))
+    height, width = drawn.shape
+    padded = cv2.copyMakeBorder(drawn, margin, margin + -height % larger, margin, margin + -width % larger, cv2.BORDER_CONSTANT, value=0.0)
+    coarse = cv2.resize(padded, (padded.shape[1] // larger, padded.shape[0] // larger), interpolation=cv2.INTER_AREA)
+    level = cv2.GaussianBlur(coarse, (0, 0), blur / larger, borderType=cv2.BORDER_CONSTANT) - np.float32(0.5)
+    crossings = np.concatenate([_crossings(level), _crossings(level.T)[:, ::-1]])
+    return np.asarray((crossings + 0.5) * larger - 0.5 - margin)
 
 
 def _drawing(points: Array) -> tuple[NDArray[np.float32], Array]:
