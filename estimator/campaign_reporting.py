@@ -55,9 +55,9 @@ def effect_values(registered: Registered, fit: CampaignFit, covariance: Campaign
             alone = effect.entry.scope is Scope.CAMPAIGN or len(_representatives(effect, campaign.particle, campaign.camera)) == 1
             name = None if alone else campaign.sequences[sequence].name
             variance = np.diag(covariance.of(sequence, N_PARAMETERS + np.arange(part.start, part.stop)))
-            values = fit.state.theta[sequence][part]
-            for parameter, value, square in zip(effect.entry.parameters, values, variance, strict=True):
-                found.append(EffectValue(effect.entry.key, parameter, name, float(value), float(np.sqrt(max(square, 0.0)))))
+            reported = effect.reported(fit.state.theta[sequence][part], variance)
+            for parameter, value, sigma in zip(effect.entry.parameters, *reported, strict=True):
+                found.append(EffectValue(effect.entry.key, parameter, name, float(value), float(sigma)))
     return tuple(found)
 
 

@@ -11,6 +11,7 @@ class Blooming(EffectModel):
     """Outlines that recede towards the picture's centre."""
 
     entry = EFFECTS["blooming"]
+    accuracy = 0.05
 
     def shift(self, theta: Array, places: Places, setting: Setting) -> Array | None:
         """Recession by the brightness of the back-light."""

@@ -20,6 +20,7 @@ class DefocusGrowth(EffectModel):
     """Receding outlines away from the focal plane."""
 
     entry = EFFECTS["defocus_growth"]
+    accuracy = 0.1
 
     def slope_at(self, theta: Array) -> Array:
         """At least ``SMALLEST``: zero blur has no slope."""

@@ -1,7 +1,7 @@
 """Frames that are missing though the time stamps do not show it: frames after ``after_frame`` are ``count`` intervals later.
 
-The number of missing frames is fitted as a real number; that it comes out whole is a check, and less than one is none. The place of the
-gap is searched for.
+The number of missing frames is fitted as a real number; that it comes out whole is a check, less than one is none, and the whole number is
+reported. The place of the gap is searched for.
 """
 
 import numpy as np

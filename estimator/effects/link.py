@@ -116,6 +116,8 @@ class Places:
 
 LEAST_COUNT = 0.4
 """Less than a half, since a linear step falls short of the number it steps to."""
+NEARLY_WHOLE = 0.25
+"""A fitted count this near a whole number is that; one further off is reported as it is, for it counts nothing."""
 
 
 class EffectModel:
@@ -139,6 +141,9 @@ class EffectModel:
     """Parameters that a search finds and a fit leaves as they are."""
     whole: ClassVar[tuple[str, ...]] = ()
     """Parameters that count something: where a test finds all of them below ``LEAST_COUNT``, it found nothing."""
+    accuracy: ClassVar[float] = 0.0
+    """How far the reduced model's sizes are off nature's: a standard deviation as a share of the size, beside that of noise. Bounded by
+    the share of an effect that its model leaves on bodies with corners, ``tests/agreement/test_corners.py``."""
     random: ClassVar[bool] = False
     """Whether the effect is drawn anew in every frame: its one parameter is a standard deviation, known to the fit as variance."""
 
@@ -149,6 +154,14 @@ class EffectModel:
     def first_guess(self, theta: Array) -> Array:
         """Where a fit starts, given the values of one linear step."""
         return theta
+
+    def reported(self, theta: Array, variance: Array) -> tuple[Array, Array]:
+        """Values and standard deviations (q,) to report of fitted ones: counts as the whole number they are near, accuracy included."""
+        counts = np.array([p.name in self.whole for p in self.entry.parameters])
+        near = np.abs(theta - np.round(theta)) < NEARLY_WHOLE
+        sized = np.array([p.name not in self.entry.searched for p in self.entry.parameters])
+        off = np.where(sized & ~counts, self.accuracy * theta, 0.0)
+        return np.where(counts & near, np.round(theta), theta), np.sqrt(np.maximum(variance, 0.0) + off**2)
 
     def times(self, theta: Array, setting: Setting, times_s: Array) -> Array:
         """True times (f,) s of frames whose nominal times are ``times_s``."""

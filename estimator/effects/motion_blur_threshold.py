@@ -10,6 +10,7 @@ class MotionBlurThreshold(EffectModel):
     """``delta = bias |u . w| T``."""
 
     entry = EFFECTS["motion_blur_threshold"]
+    accuracy = 0.1
 
     def shift(self, theta: Array, places: Places, setting: Setting) -> Array | None:
         """Outline displacement by the blur."""

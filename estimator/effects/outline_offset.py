@@ -11,6 +11,7 @@ class OutlineOffset(EffectModel):
     """A constant displacement along the normal; outlines that recede lose more at corners."""
 
     entry = EFFECTS["outline_offset"]
+    accuracy = 0.03
 
     def shift(self, theta: Array, places: Places, setting: Setting) -> Array | None:
         """The constant."""

@@ -17,6 +17,7 @@ class RimLightLeak(EffectModel):
     """Receding flat stretches of a transparent particle's outline."""
 
     entry = EFFECTS["rim_light_leak"]
+    accuracy = 0.1
 
     def shift(self, theta: Array, places: Places, setting: Setting) -> Array | None:
         """The tabled recession, times the loss."""

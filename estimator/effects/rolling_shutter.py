@@ -16,6 +16,7 @@ class RollingShutter(EffectModel):
     """Outline displacement by the movement since the middle row."""
 
     entry = EFFECTS["rolling_shutter"]
+    accuracy = 0.01
 
     def shift(self, theta: Array, places: Places, setting: Setting) -> Array | None:
         """How much further along ``u`` the body reaches as it appears than at the frame's time; points are tabled, so both are tried."""

@@ -12,6 +12,7 @@ class ViewOutlineOffset(EffectModel):
     """A constant offset of the calibrated views' outlines."""
 
     entry = EFFECTS["view_outline_offset"]
+    accuracy = 0.1
 
     def shift(self, theta: Array, places: Places, setting: Setting) -> Array | None:
         """The views' offset seen through the pairs."""

@@ -37,7 +37,7 @@ DEPTHS_PX = np.array([0.25, 0.5, 1.0, 2.0, 4.0])
 MINIMUM_VERTICES = 3
 DRAWN_PX, LINES = 0.5, 32
 """Side of a drawing's pixels, and how many lines through each find what of it is filled."""
-PER_BLUR = 4
+PER_BLUR = 8
 """Pixels in a blur, about: a wide one is applied to a drawing of larger pixels."""
 BLURS_BESIDE = 3
 """Margin of the drawing, in blurs."""
@@ -151,7 +151,8 @@ def _half_level(drawn: NDArray[np.float32], blur: float) -> Array:
     height, width = drawn.shape
     padded = cv2.copyMakeBorder(drawn, margin, margin + -height % larger, margin, margin + -width % larger, cv2.BORDER_CONSTANT, value=0.0)
     coarse = cv2.resize(padded, (padded.shape[1] // larger, padded.shape[0] // larger), interpolation=cv2.INTER_AREA)
-    level = cv2.GaussianBlur(coarse, (0, 0), blur / larger, borderType=cv2.BORDER_CONSTANT) - np.float32(0.5)
+    left = np.sqrt((blur / larger) ** 2 - 1.0 / 12.0)  # a pixel is a blur by itself
+    level = cv2.GaussianBlur(coarse, (0, 0), left, borderType=cv2.BORDER_CONSTANT) - np.float32(0.5)
     crossings = np.concatenate([_crossings(level), _crossings(level.T)[:, ::-1]])
     return np.asarray((crossings + 0.5) * larger - 0.5 - margin)
 

@@ -152,13 +152,19 @@ def _after(scored: Scored, cases: pd.DataFrame) -> list[Figure]:
     judged = cases[np.isfinite(cases["oracle_px"].astype(float)) & np.isfinite(cases["final_px"].astype(float))]
     near = judged["final_px"] <= NEAR_ORACLE * judged["oracle_px"]
     table = scored.parameters
-    pulls = table["pull"].to_numpy(dtype=np.float64) if len(table) else np.zeros(0)
-    pulls = pulls[np.isfinite(pulls)]
+    pulls, of_noise = (_inside(table, column) for column in ("pull", "pull_of_noise"))
     return [
         share("5", "held-out RMS ETE within 5% of the oracle's", near, least=95.0, needed=240),
         velocity_gain(scored.velocities, "final"),
-        share("5", "effect parameters inside their 95% interval", pd.Series(np.abs(pulls) <= 1.96), least=90.0, most=99.0, needed=100),
+        share("5", "effect parameters inside their 95% interval", pulls, least=90.0, most=99.0, needed=100),
+        share("5", "the same by noise alone, without the models' own accuracy", of_noise),
     ]
+
+
+def _inside(table: pd.DataFrame, column: str) -> "pd.Series[bool]":
+    """Which pulls lie in their 95% interval; those of no interval are left out."""
+    pulls = table[column].to_numpy(dtype=np.float64) if len(table) else np.zeros(0)
+    return pd.Series(np.abs(pulls[np.isfinite(pulls)]) <= 1.96)
 
 
 def velocity_gain(table: pd.DataFrame, model: str) -> Figure:

@@ -92,15 +92,17 @@ def parameters(campaign: Campaign, fit: CampaignFit, covariance: CampaignCovaria
         own = effect.entry.scope is Scope.SEQUENCE
         for sequence in range(len(fit.state.theta)) if own else (0,):
             columns = N_PARAMETERS + np.arange(part.start, part.stop)
-            sigma = np.sqrt(np.diag(covariance.of(sequence, columns)))
+            variance = np.diag(covariance.of(sequence, columns))
+            value, sigma = effect.reported(fit.state.theta[sequence][part], variance)
             for i, name in enumerate(effect.entry.names):
                 rows.append(
                     {
                         "effect": effect.entry.key,
                         "parameter": name,
                         "sequence": campaign.sequences[sequence].name if own else None,
-                        "value": float(fit.state.theta[sequence][part][i]),
+                        "value": float(value[i]),
                         "sigma": float(sigma[i]),
+                        "sigma_of_noise": float(np.sqrt(max(variance[i], 0.0))),
                         "is_size": name in sizes(effect.entry),
                     }
                 )

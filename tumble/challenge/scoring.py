@@ -177,9 +177,10 @@ def pulls(case: Case, answer: Answer, R_found_true: Array) -> list[dict[str, Any
         if row["effect"] == "dropped_frames" and true == 0.0:
             continue  # where no frame is missing the place of the gap is arbitrary
         value = abs(row["value"]) if row["effect"] == "defocus_growth" else row["value"]
-        pull = (value - true) / row["sigma"] if row["sigma"] > 0 else math.nan
+        sigmas = {key: row[key] for key in ("sigma", "sigma_of_noise")}
+        pull, of_noise = ((value - true) / sigma if sigma > 0 else math.nan for sigma in sigmas.values())
         named_row = {key: row[key] for key in ("effect", "parameter", "sequence")}
-        rows.append({**named_row, "true": true, "value": value, "sigma": row["sigma"], "pull": pull})
+        rows.append({**named_row, "true": true, "value": value, **sigmas, "pull": pull, "pull_of_noise": of_noise})
     return rows
 
 

@@ -65,16 +65,18 @@ def test_outside_of_the_catalogue() -> None:
 
 def test_pulls_are_errors_over_their_standard_deviations() -> None:
     hidden = Case("c001", "single", Recipe(sequences=2, effects=(EffectRecipe("uniform_acceleration", {"a_x": (1.0, 2.0)}),)), 40, {})
-    row = {"effect": "uniform_acceleration", "parameter": "a_x", "sequence": "c001-2", "value": 2.3, "sigma": 0.1, "is_size": True}
+    row = {"effect": "uniform_acceleration", "parameter": "a_x", "sequence": "c001-2", "value": 2.3, "is_size": True}
+    row |= {"sigma": 0.1, "sigma_of_noise": 0.05}
     other = {**row, "effect": "gravity", "parameter": "dg_x", "sequence": None}
     (found,) = pulls(hidden, {"parameters": [row, other]}, np.eye(3))
     assert found["true"] == 2.0
-    assert found["pull"] == pytest.approx(3.0)
+    assert (found["pull"], found["pull_of_noise"]) == pytest.approx((3.0, 6.0))
 
 
 def test_a_centre_of_mass_is_judged_along_the_axes_that_were_found() -> None:
     hidden = Case("c001", "single", Recipe(effects=(EffectRecipe("centre_of_mass", {"c1": 1.0, "c2": 2.0, "c3": 3.0}),)), 40, {})
-    row = {"effect": "centre_of_mass", "parameter": "c2", "sequence": None, "value": -2.0, "sigma": 0.1, "is_size": True}
+    row = {"effect": "centre_of_mass", "parameter": "c2", "sequence": None, "value": -2.0, "is_size": True}
+    row |= {"sigma": 0.1, "sigma_of_noise": 0.1}
     (found,) = pulls(hidden, {"parameters": [row]}, np.diag([1.0, -1.0, -1.0]))
     assert found["pull"] == pytest.approx(0.0)
 
@@ -96,7 +98,7 @@ def table(hits: int, misses: int, alarms: int) -> Scored:
     rows += [{**base, **named(case("single", "gravity"), answer(("blooming",))), "final_px": 0.3, "ratio": 3.0}] * misses
     rows += [{**base, **named(case("control"), answer()), "ratio": math.nan}] * (110 - alarms)
     rows += [{**base, **named(case("control"), answer(("gravity",))), "ratio": math.nan}] * alarms
-    parameters = pd.DataFrame({"effect": "gravity", "pull": np.linspace(-2.05, 2.05, 200)})
+    parameters = pd.DataFrame({"effect": "gravity", "pull": np.linspace(-2.05, 2.05, 200), "pull_of_noise": np.linspace(-2.5, 2.5, 200)})
     velocities = pd.DataFrame(
         [
             {"case": f"c{i}", "kind": "single", "v_base": 0.1, "v_final": 0.01 + 1e-4 * i, "v_bias_chi2": 50.0, "omega_bias_chi2": 1.0}
@@ -113,6 +115,7 @@ def verdicts(scored: Scored) -> dict[str, str]:
 def test_a_perfect_solver_holds_every_line_that_has_cases() -> None:
     found = verdicts(table(250, 0, 0))
     assert found.pop("both effects of a pair found") == TOO_FEW
+    assert found.pop("the same by noise alone, without the models' own accuracy") == NOT_ASKED
     outside = [what for what in found if "outside" in what or "stage" in what or "empirical" in what or "law" in what]
     assert all(found.pop(what) == TOO_FEW for what in outside)
     assert set(found.values()) == {HELD}

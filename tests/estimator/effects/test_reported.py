@@ -1,0 +1,29 @@
+"""What is reported of fitted values: whole numbers, and how accurate a reduced model is."""
+
+import numpy as np
+
+from estimator.effects.registry import MODELS
+
+
+def test_a_count_is_reported_as_the_whole_number_it_is_near() -> None:
+    gap = MODELS["dropped_frames"]
+    value, sigma = gap.reported(np.array([1.94, 31.0]), np.array([0.02**2, 0.0]))
+    assert value.tolist() == [2.0, 31.0]
+    np.testing.assert_allclose(sigma, [0.02, 0.0])
+
+
+def test_what_is_no_whole_number_is_reported_as_it_is() -> None:
+    value, _ = MODELS["dropped_frames"].reported(np.array([1.6, 31.0]), np.zeros(2))
+    assert value[0] == 1.6
+
+
+def test_a_models_accuracy_adds_to_the_noise() -> None:
+    leak = MODELS["rim_light_leak"]
+    value, sigma = leak.reported(np.array([2.0]), np.array([0.1**2]))
+    assert value[0] == 2.0
+    np.testing.assert_allclose(sigma, np.hypot(0.1, leak.accuracy * 2.0))
+
+
+def test_an_exact_model_reports_its_noise() -> None:
+    _, sigma = MODELS["frame_rate"].reported(np.array([0.1]), np.array([4e-6]))
+    np.testing.assert_allclose(sigma, 2e-3)
