@@ -2,6 +2,7 @@
 
 from datasets.vocabulary.effects import EFFECTS, EffectEntry, Parameter, Stage
 from estimator.effects.choosing import catalogue
+from estimator.effects.registry import MODELS
 
 COMMAND = "tumble effect list --write docs/effects.md"
 HEAD = f"""# The catalogue of effects
@@ -41,8 +42,15 @@ def _section(entry: EffectEntry) -> str:
     rows = "\n".join(_row(p, entry) for p in entry.parameters)
     return (
         f"### `{entry.key}`\n\n{_sentence(entry.meaning)} One value per {entry.scope.value}.{fitted}\n\n"
-        f"| parameter | unit | plausible | meaning |\n| --- | --- | --- | --- |\n{rows}\n\nSource: {entry.reference.rstrip('.')}."
+        f"| parameter | unit | plausible | meaning |\n| --- | --- | --- | --- |\n{rows}\n\n"
+        f"{_accuracy(entry)}Source: {entry.reference.rstrip('.')}."
     )
+
+
+def _accuracy(entry: EffectEntry) -> str:
+    """How far the fitted sizes may be off for the model's own sake."""
+    share = MODELS[entry.key].accuracy if entry.key in MODELS else 0.0
+    return f"Fitted sizes are accurate to {100 * share:g}% (one standard deviation beside that of noise).\n\n" if share else ""
 
 
 def _row(parameter: Parameter, entry: EffectEntry) -> str:

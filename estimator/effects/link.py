@@ -159,7 +159,8 @@ class EffectModel:
         """Values and standard deviations (q,) to report of fitted ones: counts as the whole number they are near, accuracy included."""
         counts = np.array([p.name in self.whole for p in self.entry.parameters])
         near = np.abs(theta - np.round(theta)) < NEARLY_WHOLE
-        sized = np.array([p.name not in self.entry.searched for p in self.entry.parameters])
+        searched = np.array([p.name in self.entry.searched for p in self.entry.parameters])
+        sized = ~searched if not searched.all() else searched
         off = np.where(sized & ~counts, self.accuracy * theta, 0.0)
         return np.where(counts & near, np.round(theta), theta), np.sqrt(np.maximum(variance, 0.0) + off**2)
 

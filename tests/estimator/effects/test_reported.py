@@ -18,10 +18,19 @@ def test_what_is_no_whole_number_is_reported_as_it_is() -> None:
 
 
 def test_a_models_accuracy_adds_to_the_noise() -> None:
-    leak = MODELS["rim_light_leak"]
-    value, sigma = leak.reported(np.array([2.0]), np.array([0.1**2]))
-    assert value[0] == 2.0
-    np.testing.assert_allclose(sigma, np.hypot(0.1, leak.accuracy * 2.0))
+    for key in ("rim_light_leak", "defocus_growth"):
+        value, sigma = MODELS[key].reported(np.array([2.0]), np.array([0.1**2]))
+        assert value[0] == 2.0
+        assert MODELS[key].accuracy > 0.0
+        np.testing.assert_allclose(sigma, np.hypot(0.1, MODELS[key].accuracy * 2.0))
+
+
+def test_what_is_searched_beside_a_size_has_no_accuracy_of_its_own() -> None:
+    class Rough(type(MODELS["camera_vibration"])):  # type: ignore[misc]
+        accuracy = 0.1
+
+    _, sigma = Rough().reported(np.array([1.0, 0.0, 0.0, 0.0, 200.0]), np.zeros(5))
+    np.testing.assert_allclose(sigma, [0.1, 0.0, 0.0, 0.0, 0.0])
 
 
 def test_an_exact_model_reports_its_noise() -> None:
