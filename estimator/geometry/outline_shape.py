@@ -205,8 +205,7 @@ def _leak(points: Array) -> Array:
     even, step_px = _evenly(points, max(round(around_px / LEAK_STEP_PX), FEWEST_POINTS))
     chord = np.roll(even, -1, axis=0) - np.roll(even, 1, axis=0)
     normal = np.column_stack([chord[:, 1], -chord[:, 0]]) / np.maximum(np.linalg.norm(chord, axis=1), 1e-9)[:, None]
-    alike = np.count_nonzero(normal @ normal.T >= np.cos(HALF_ANGLE), axis=1)
-    flatness = maximum_filter1d(alike * np.pi / (HALF_ANGLE * len(even)), 2 * round(FLATNESS_REACH_PX / step_px) + 1, mode="wrap")
+    flatness = maximum_filter1d(_alike(normal) * np.pi / (HALF_ANGLE * len(even)), 2 * round(FLATNESS_REACH_PX / step_px) + 1, mode="wrap")
     moved = even - (DEPTHS_PX[:, None] * (flatness / (1.0 + flatness)))[..., None] * normal
     u = outward()
     reach = (points @ u.T).max(axis=0)
@@ -219,3 +218,11 @@ def _leak(points: Array) -> Array:
         largest = parts[np.argmax(shapely.area(parts))]
         ratio[:, i] = (reach - (shapely.get_coordinates(largest) @ u.T).max(axis=0)) / DEPTHS_PX[i]
     return ratio
+
+
+def _alike(normals: Array) -> Index:
+    """How many (n,) of the unit normals (n, 2) lie within ``HALF_ANGLE`` of each."""
+    angle = np.arctan2(normals[:, 1], normals[:, 0])
+    around = np.sort(angle)
+    around = np.concatenate([around - 2.0 * np.pi, around, around + 2.0 * np.pi])
+    return np.searchsorted(around, angle + HALF_ANGLE, side="right") - np.searchsorted(around, angle - HALF_ANGLE, side="left")
