@@ -17,11 +17,12 @@ RATE_HZ = 148.0
 
 @dataclass(frozen=True)
 class Hidden:
-    """What really happens: quadratic drag (1/m), gravity too strong (m/s²), centre of mass beside the tracked point (m)."""
+    """What really happens: quadratic drag (1/m), gravity too strong (m/s²), centre of mass beside the tracked point (m), spin (rad/s)."""
 
     drag: float = 0.0
     more_gravity: float = 0.0
     com: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    spin_rads: float = 4.0
 
 
 @dataclass(frozen=True)
@@ -52,7 +53,7 @@ def flown(rng: np.random.Generator, hidden: Hidden, tracker: Tracker) -> tuple[A
         rng.uniform(-0.3, 0.3, 3),
         [*rng.uniform(-2.0, 2.0, 2), rng.uniform(0.0, 2.0)],
         Rotation.random(rng=rng).as_quat(),
-        rng.normal(0, 4, 3),
+        rng.normal(0, hidden.spin_rads, 3),
     ]
     solved = solve_ivp(rate, (0.0, times[-1]), np.concatenate(start), method="DOP853", t_eval=times, rtol=1e-11, atol=1e-12)
     R = Rotation.from_quat(solved.y[6:10].T)
