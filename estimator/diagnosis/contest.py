@@ -25,8 +25,8 @@ from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState, fit
 
 MARGIN = 10.0
 """Of the criterion, by which an unknown must be better: very strong evidence [Kass and Raftery 1995]."""
-WORTH_A_FIT = 0.25
-"""Largest share of the misfit that a family may leave in a linear look and still be refitted."""
+WORTH_A_FIT = 0.5
+"""Largest share of the misfit that a family may leave in a linear look and still be refitted: a look at a large effect is a poor one."""
 REFITTED = 2
 
 
