@@ -193,7 +193,7 @@ def model_entries(found: Validation, others: Sequence[MeasuredImpact], kinds: Se
             {
                 "model": model.title,
                 "values": [[name, value, sigma] for name, value, sigma, _ in values_of(judged.fitted)],
-                **dict(zip(("scatter", "tangential_scatter"), judged.fitted.scatter.tolist(), strict=True)),
+                "scatter": judged.fitted.scatter,
                 "held_out_cost": judged.cost,
                 "median_distance2": float(np.median(judged.distances2)),
                 "behind": None if ranked.behind is None else [ranked.behind.total, ranked.behind.low, ranked.behind.high],

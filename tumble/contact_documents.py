@@ -82,7 +82,7 @@ def _model(ranked: Ranked, impacts: Impacts) -> Entry:
 def _judged(judged: Judged) -> Entry:
     return {
         "values": values(judged.fitted),
-        **dict(zip(("scatter", "tangential_scatter"), judged.fitted.scatter.tolist(), strict=True)),
+        "scatter": judged.fitted.scatter,
         "fitted_log_score": -0.5 * judged.fitted.cost,
         "held_out_log_score": -0.5 * judged.cost,
         "held_out_distance2": float(np.median(judged.distances2)),

@@ -4,10 +4,9 @@ An impact counts by its squared Mahalanobis distance d² between measured and pr
 their difference; its cost is that of Student's t distribution with :data:`FREEDOM` degrees of freedom, ``(ν+6) ln(1 + d²/ν)``, which is
 d² near zero and keeps one odd impact from deciding [Lange, Little & Taylor 1989]. Half the cost is the negative log score.
 
-Impulses scatter from impact to impact by more than what is measured explains: which corner, how sharp, how many. Every model has such a
-scatter along the normal, a standard deviation of e, and one along the plate, a share of the tangential impulse; both are fitted with its
-parameters, ``C + G diag(s²) Gᵀ`` with the columns of G what each does to (v, omega), and cost ``ln |C + G diag(s²) Gᵀ|``: a model that
-misses something pays by the scatter it needs.
+Restitution scatters from impact to impact by more than what is measured explains: which corner, how sharp, how many. Every model has such
+a scatter, a standard deviation of e that is fitted with its parameters, ``C + s² g gᵀ`` with g what e does to (v, omega), and its cost
+``ln |C + s² g gᵀ|``: a model that misses something pays by the scatter it needs.
 """
 
 from collections.abc import Sequence
@@ -27,11 +26,9 @@ FREEDOM = 6.0
 NUMBERS = 6
 """That an impact gives: v and omega after it."""
 MOST_EVALUATIONS = 40
-FIRST_SCATTER = np.array([0.02, 0.02])
+FIRST_SCATTER = 0.02
 SCATTERS = np.geomspace(0.01, 0.3, 24)
 """The least is what corners that share an impact make of one restitution; a few runs that agree by luck must not promise less."""
-TRIED = np.stack(np.meshgrid(SCATTERS, SCATTERS, indexing="ij"), axis=-1).reshape(-1, 2)
-"""Pairs of scatters: of restitution, and of the tangential impulse over itself."""
 ROUNDS = 2
 """Of fitting values and scatter in turn."""
 
@@ -40,13 +37,12 @@ ROUNDS = 2
 class Impacts:
     """Impacts with the matrices (n, 6, 6) that whiten what is measured less what is predicted.
 
-    ``scattering`` (n, 6, 2): what a restitution that is higher by one, and a tangential impulse that is larger by itself, do to (v, omega),
-    whitened.
+    ``scattering`` (n, 6): what a restitution that is higher by one does to (v, omega), whitened.
     """
 
     measured: tuple[MeasuredImpact, ...]
     whitening: Float[NDArray[np.float64], "impact 6 6"]
-    scattering: Float[NDArray[np.float64], "impact 6 2"]
+    scattering: Float[NDArray[np.float64], "impact 6"]
 
     def __len__(self) -> int:
         return len(self.measured)
@@ -63,12 +59,12 @@ class Impacts:
 
 @dataclass(frozen=True)
 class Fitted:
-    """Values of a model's parameters, their covariance, the scatters of restitution and tangential impulse, and the cost of all impacts."""
+    """Values of a model's parameters, their covariance, the scatter of restitution, and the cost of all impacts there."""
 
     model: ContactModel
     values: Array
     covariance: Array
-    scatter: Float[NDArray[np.float64], "2"]
+    scatter: float
     cost: float
 
     @property
@@ -87,36 +83,25 @@ def whitened(impacts: Impacts, model: ContactModel, values: Array) -> Float[NDAr
     return np.einsum("nij,nj->ni", impacts.whitening, impacts.after - model.predict(impacts.measured, values))
 
 
-def with_scatter(impacts: Impacts, z: Array, scatter: Array) -> Float[NDArray[np.float64], "impact 6"]:
-    """Residuals ``z`` (n, 6) whitened for the scatters (2,), too."""
-    return np.einsum("nij,nj->ni", np.linalg.inv(np.linalg.cholesky(np.eye(NUMBERS) + _spread(impacts, scatter))), z)
+def with_scatter(impacts: Impacts, z: Array, scatter: float) -> Float[NDArray[np.float64], "impact 6"]:
+    """Residuals ``z`` (n, 6) whitened for ``scatter`` of restitution, too."""
+    size2 = (impacts.scattering**2).sum(axis=1)
+    shrink = 1.0 - 1.0 / np.sqrt(1.0 + scatter**2 * size2)
+    along = (impacts.scattering * z).sum(axis=1) / np.maximum(size2, 1e-300)
+    return np.asarray(z - (shrink * along)[:, None] * impacts.scattering)
 
 
-def _spread(impacts: Impacts, scatter: Array) -> Float[NDArray[np.float64], "impact 6 6"]:
-    """What the scatters add to the whitened covariance."""
-    part = impacts.scattering * scatter
-    return np.asarray(part @ np.swapaxes(part, 1, 2))
-
-
-def costs_of(impacts: Impacts, z: Array, scatter: Array) -> Float[NDArray[np.float64], " impact"]:
-    """Cost of each impact with residuals ``z`` (n, 6) that are whitened but for the scatters (2,)."""
-    return np.asarray(_costs(impacts, z, scatter[None])[0])
-
-
-def _costs(impacts: Impacts, z: Array, scatters: Array) -> Float[NDArray[np.float64], "pair impact"]:
-    """The same for pairs of scatters (m, 2), by Woodbury's identity: ``d² = zᵀ z - zᵀ P (1 + Pᵀ P)⁻¹ Pᵀ z`` and ``|1 + Pᵀ P|``."""
-    P = impacts.scattering * scatters[:, None, None, :]
-    inner = np.eye(2) + np.swapaxes(P, -1, -2) @ P
-    along = np.einsum("mnik,ni->mnk", P, z)
-    taken = (along * np.linalg.solve(inner, along[..., None])[..., 0]).sum(axis=-1)
-    return np.asarray(_bounded(np.maximum((z**2).sum(axis=1) - taken, 0.0)) + np.log(np.linalg.det(inner)))
+def costs_of(impacts: Impacts, z: Array, scatter: float) -> Float[NDArray[np.float64], " impact"]:
+    """Cost of each impact with residuals ``z`` (n, 6) that are whitened but for ``scatter``."""
+    volume = np.log1p(scatter**2 * (impacts.scattering**2).sum(axis=1))
+    return np.asarray(_bounded((with_scatter(impacts, z, scatter) ** 2).sum(axis=1)) + volume)
 
 
 def _bounded(distances2: Array) -> Array:
     return np.asarray((FREEDOM + NUMBERS) * np.log1p(distances2 / FREEDOM))
 
 
-def fit(impacts: Impacts, model: ContactModel, known: Sequence[Array] = (), scatter: Array = FIRST_SCATTER) -> Fitted:
+def fit(impacts: Impacts, model: ContactModel, known: Sequence[Array] = (), scatter: float = FIRST_SCATTER) -> Fitted:
     """The values of least cost, from every combination of the parameters' starts, or from the starts ``known``."""
     starts = [np.array(s) for s in product(*(p.starts for p in model.parameters))] if not known else list(known)
     values, _, jacobian = min((_descended(impacts, model, start, scatter) for start in starts), key=lambda found: found[1])
@@ -127,19 +112,17 @@ def fit(impacts: Impacts, model: ContactModel, known: Sequence[Array] = (), scat
     return Fitted(model, values, np.asarray(np.linalg.pinv(jacobian.T @ jacobian), dtype=np.float64), scatter, cost)
 
 
-def best_scatter(impacts: Impacts, z: Array) -> Float[NDArray[np.float64], "2"]:
-    """The scatters of restitution and tangential impulse under which residuals ``z`` (n, 6) cost least."""
-    return np.asarray(TRIED[int(np.argmin(_costs(impacts, z, TRIED).sum(axis=1)))])
+def best_scatter(impacts: Impacts, z: Array) -> float:
+    """The scatter of restitution under which residuals ``z`` (n, 6) cost least."""
+    return float(SCATTERS[int(np.argmin([costs_of(impacts, z, s).sum() for s in SCATTERS]))])
 
 
-def _descended(impacts: Impacts, model: ContactModel, start: Array, scatter: Array) -> tuple[Array, float, Array]:
-    """Values of least cost at given scatters, that cost, and the derivatives of its residuals."""
+def _descended(impacts: Impacts, model: ContactModel, start: Array, scatter: float) -> tuple[Array, float, Array]:
+    """Values of least cost at a given scatter, that cost, and the derivatives of its residuals."""
     low, high = (np.array([p.bounds[k] for p in model.parameters]) for k in (0, 1))
 
-    loosened = np.linalg.inv(np.linalg.cholesky(np.eye(NUMBERS) + _spread(impacts, scatter)))
-
     def residuals(values: Array) -> Array:
-        z = np.einsum("nij,nj->ni", loosened, whitened(impacts, model, values))
+        z = with_scatter(impacts, whitened(impacts, model, values), scatter)
         d2 = (z**2).sum(axis=1)
         return np.asarray((z * np.sqrt(_bounded(d2) / np.maximum(d2, 1e-12))[:, None]).ravel())
 

@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from estimator.contact_validation.contacts import Draws, drawn, nominal
+from estimator.contact_validation.contacts import Draws, drawn
 from estimator.contact_validation.fitting import Impacts, fit, whitening_of
 from estimator.contact_validation.measured import OMEGA_AFTER, V_AFTER, MeasuredImpact
 from estimator.contact_validation.models import RIGID
@@ -60,13 +60,11 @@ def residual_covariances(
     return np.stack([_covariance(residual_draws(impact, law, draws_of(impact, rng))) for impact in impacts])
 
 
-def scattering_of(impacts: Sequence[MeasuredImpact], law: PointContact) -> Float[NDArray[np.float64], "impact 6 2"]:
-    """What a restitution that is higher by one (by a difference), and a tangential impulse larger by itself, do to v and omega after."""
+def scattering_of(impacts: Sequence[MeasuredImpact], law: PointContact) -> Float[NDArray[np.float64], "impact 6"]:
+    """What a restitution that is higher by one does to v and omega after each impact, by a difference."""
     low = max(0.0, min(law.restitution, 1.0 - SMALL_CHANGE) - SMALL_CHANGE)
     lower, higher = (replace(law, restitution=e).after(impacts) for e in (low, low + 2.0 * SMALL_CHANGE))
-    contacts = nominal(impacts)
-    along = law.impulses(contacts) * np.array([1.0, 1.0, 0.0])
-    return np.stack([(higher - lower) / (2.0 * SMALL_CHANGE), contacts.after(along) - contacts.after(0.0 * along)], axis=-1)
+    return np.asarray((higher - lower) / (2.0 * SMALL_CHANGE))
 
 
 def prepared(impacts: Sequence[MeasuredImpact], rng_seed: int) -> Impacts:
@@ -75,7 +73,7 @@ def prepared(impacts: Sequence[MeasuredImpact], rng_seed: int) -> Impacts:
     for _ in range(ROUNDS):
         covariances = residual_covariances(impacts, law, np.random.default_rng(rng_seed))
         whitening = whitening_of(covariances)
-        scattering = whitening @ scattering_of(impacts, law)
+        scattering = np.einsum("nij,nj->ni", whitening, scattering_of(impacts, law))
         ready = Impacts(tuple(impacts), whitening, scattering)
         law = PointContact(*fit(ready, RIGID).values.tolist())
     return ready

@@ -78,8 +78,8 @@ def _nearest(ladder: Ladder) -> str:
 
 
 def _more(ladder: Ladder) -> str:
-    restitution, tangential = ladder.accepted[-1].judged.fitted.scatter
-    scattered = f"; from impact to impact restitution scatters by {restitution:.3f} and tangential impulses by {100 * tangential:.0f}%"
+    scatter = ladder.accepted[-1].judged.fitted.scatter
+    scattered = f"; restitution scatters by {scatter:.3f} from impact to impact"
     return f"use these constants{scattered}. More runs, heights and tilts would show smaller effects"
 
 
