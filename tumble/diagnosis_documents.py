@@ -130,7 +130,7 @@ def _searched(test: ScoreTest, names: Sequence[str]) -> list[Entry]:
         }
         for sequence, start in test.starts.items()
         for i, p in enumerate(parameters)
-        if p.name in test.effect.entry.searched and len(parameters) > 1
+        if p.name not in test.effect.entry.sizes
     ]
 
 

@@ -46,7 +46,7 @@ def check_contact_physics(options: Sequence[EffectRecipe], sequences: int, sourc
 def hidden_in_contact(options: Sequence[EffectRecipe]) -> dict[str, dict[str, float]]:
     """Every parameter (catalogue's units) of what is hidden in the contact; entries whose sizes are all 0 are left out."""
     values = {option.key: _values(option, CONTACT_PHYSICS[option.key], 0) for option in options}
-    return {key: found for key, found in values.items() if any(found[name] for name in sizes(CONTACT_PHYSICS[key]))}
+    return {key: found for key, found in values.items() if any(found[name] for name in CONTACT_PHYSICS[key].sizes)}
 
 
 def _check_list(effects: Sequence[EffectRecipe], known: Mapping[str, EffectEntry], sequences: int, where: str) -> None:
@@ -79,11 +79,6 @@ def _values(effect: EffectRecipe, entry: EffectEntry, index: int) -> dict[str, f
             raise InputError(f"effects ({effect.key}): {name}: expected a number for sequence {index}, came {len(value)} numbers.")
         found[name] = float(value[index] if isinstance(value, tuple) else value)
     return found
-
-
-def sizes(entry: EffectEntry) -> tuple[str, ...]:
-    """The parameters that say how strong an effect is: where all are 0 there is no effect."""
-    return tuple(name for name in entry.names if name not in entry.searched) or entry.names
 
 
 def _check_parameters(effect: EffectRecipe, entry: EffectEntry, where: str) -> None:

@@ -67,6 +67,11 @@ class EffectEntry:
         return tuple(p.name for p in self.parameters)
 
     @property
+    def sizes(self) -> tuple[str, ...]:
+        """The parameters that say how strong an effect is: where all are 0 there is no effect."""
+        return tuple(name for name in self.names if name not in self.searched) or self.names
+
+    @property
     def title(self) -> str:
         """The name in words."""
         return self.key.replace("_", " ")

@@ -171,7 +171,7 @@ def wald_p(fit: CampaignFit, covariance: CampaignCovariance, number: int) -> flo
     """p-value of effect ``number`` being zero; parameters that are searched for do not count."""
     effect, part = fit.model.effects[number], fit.model.slices[number]
     parameters = effect.entry.parameters
-    counted = [i for i, p in enumerate(parameters) if p.name not in effect.entry.searched or len(parameters) == 1]
+    counted = [i for i, p in enumerate(parameters) if p.name in effect.entry.sizes]
     columns = part.start + np.array(counted)
     sequences = range(len(fit.state.theta)) if effect.entry.scope is Scope.SEQUENCE else range(1)
     rows = np.concatenate([covariance.place[s][N_PARAMETERS + columns] for s in sequences])

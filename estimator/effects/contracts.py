@@ -87,7 +87,7 @@ def _plausible(effect: EffectModel, sequence: SequenceTask) -> Array:
     """A value within the plausible range, away from zero, that moves outlines by no more than some pixels."""
     theta = _zeros(effect, sequence)
     for i, parameter in enumerate(effect.entry.parameters):
-        if parameter.name not in effect.entry.searched or len(effect.entry.parameters) == 1:
+        if parameter.name in effect.entry.sizes:
             low, high = parameter.plausible
             end = high if abs(high) >= abs(low) else low
             theta[i] += np.sign(end) * min(PLAUSIBLE_SHARE * abs(end), 50.0 * parameter.step)
@@ -138,7 +138,7 @@ def _derivatives(effect: EffectModel, sequence: SequenceTask, flight: Flight) ->
 def _smooth(effect: EffectModel) -> Iterable[tuple[int, float]]:
     """Parameters in which an effect is smooth, with a step."""
     for number, parameter in enumerate(effect.entry.parameters):
-        if parameter.name not in effect.entry.searched or len(effect.entry.parameters) == 1:
+        if parameter.name in effect.entry.sizes:
             yield number, parameter.step
 
 

@@ -134,8 +134,8 @@ class EffectModel:
 
     def silent(self, theta: Array) -> NDArray[np.bool_]:
         """Parameters (q,) without an effect: those that are searched for, a frequency or a place, while every amplitude is zero."""
-        searched = np.array([p.name in self.entry.searched for p in self.entry.parameters])
-        return np.asarray(searched & (not searched.all()) & (not theta[~searched].any()))
+        sized = np.array([name in self.entry.sizes for name in self.entry.names])
+        return np.asarray(~sized & (not theta[sized].any()))
 
     frozen: ClassVar[tuple[str, ...]] = ()
     """Parameters that a search finds and a fit leaves as they are."""
@@ -157,10 +157,9 @@ class EffectModel:
 
     def reported(self, theta: Array, variance: Array) -> tuple[Array, Array]:
         """Values and standard deviations (q,) to report of fitted ones: counts as the whole number they are near, accuracy included."""
-        counts = np.array([p.name in self.whole for p in self.entry.parameters])
+        counts = np.array([name in self.whole for name in self.entry.names])
         near = np.abs(theta - np.round(theta)) < NEARLY_WHOLE
-        searched = np.array([p.name in self.entry.searched for p in self.entry.parameters])
-        sized = ~searched if not searched.all() else searched
+        sized = np.array([name in self.entry.sizes for name in self.entry.names])
         off = np.where(sized & ~counts, self.accuracy * theta, 0.0)
         return np.where(counts & near, np.round(theta), theta), np.sqrt(np.maximum(variance, 0.0) + off**2)
 

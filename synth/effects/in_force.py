@@ -8,7 +8,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.recipes.effects import KNOWN, sizes, values_in_sequence
+from datasets.recipes.effects import KNOWN, values_in_sequence
 from datasets.recipes.recipe import EffectRecipe
 from datasets.vocabulary.camera import Intrinsics
 from synth.effects.links import (
@@ -137,4 +137,4 @@ class EffectsInForce:
 def effects_in_force(effects: Sequence[EffectRecipe], index: int) -> EffectsInForce:
     """The effects of a recipe in sequence ``index``; those whose sizes are all 0 change nothing and are left out."""
     resolved = {effect.key: values_in_sequence(effect, index) for effect in effects}
-    return EffectsInForce({key: values for key, values in resolved.items() if any(values[name] for name in sizes(KNOWN[key]))})
+    return EffectsInForce({key: values for key, values in resolved.items() if any(values[name] for name in KNOWN[key].sizes)})

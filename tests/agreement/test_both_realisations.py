@@ -50,7 +50,7 @@ def turned(key: str, name: str, values: Values) -> dict[str, float]:
 def without(key: str, name: str, values: Values) -> dict[str, float]:
     """Without what one parameter does; without the effect where the parameter has no size of its own."""
     entry = EFFECTS[key]
-    if name in entry.searched and len(entry.names) > 1:
+    if name not in entry.sizes:
         return dict.fromkeys(values, 0.0)
     return {**values, name: 0.0}
 
@@ -96,7 +96,7 @@ def test_optics_on_top_of_a_stated_distortion(key: str) -> None:
 @pytest.mark.parametrize("key", IN_CHAIN)
 def test_nature_without_size_is_undisturbed(key: str) -> None:
     """A hundredth of each size does at most three hundredths as much; pictures on a grid of 1/8 px are exact to 8e-3 px."""
-    values = {name: v if name in EFFECTS[key].searched and len(SIZES[key]) > 1 else 0.01 * v for name, v in SIZES[key].items()}
+    values = {name: v if name not in EFFECTS[key].sizes else 0.01 * v for name, v in SIZES[key].items()}
     nothing = dict.fromkeys(values, 0.0)
     grid = 8e-3 if key in ("motion_blur_threshold", "defocus_growth") else 0.0
     size = rms(errors_at(made(key, SIZES[key]), key, nothing))

@@ -28,9 +28,9 @@ def solved(key: str) -> np.ndarray:
     """Parameters found; what is searched for elsewhere begins, and stays, at its place."""
     sequence, model = made(key, SIZES[key]), MODELS[key]
     entry = model.entry
-    searched = {name: v if name in entry.searched and len(entry.names) > 1 else 0.0 for name, v in SIZES[key].items()}
+    searched = {name: v if name not in entry.sizes else 0.0 for name, v in SIZES[key].items()}
     flight, theta = true_flight(sequence, 0.0), theta_of(key, searched)
-    free = np.array([name not in entry.searched or len(entry.names) == 1 for name in entry.names])
+    free = np.array([name in entry.sizes for name in entry.names])
     count = 0 if key in FLIGHT_KNOWN else COM.start
     columns = np.concatenate([np.arange(count), N_PARAMETERS + np.flatnonzero(free)])
     guessed = not np.array_equal(model.slope_at(theta), theta)

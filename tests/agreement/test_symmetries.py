@@ -29,7 +29,7 @@ VECTORS = ("gravity", "uniform_acceleration")
 def of(key: str) -> tuple[SequenceTask, Flight, Array]:
     """A sequence with the effect, its true flight, and two thirds of the effect's sizes, so that errors are left to compare."""
     sequence = made(key, SIZES[key])
-    shares = {n: v if n in MODELS[key].entry.searched and len(SIZES[key]) > 1 else 2 / 3 * v for n, v in SIZES[key].items()}
+    shares = {n: v if n not in MODELS[key].entry.sizes else 2 / 3 * v for n, v in SIZES[key].items()}
     return task_of(sequence), true_flight(sequence, 0.0), theta_of(key, shares)
 
 

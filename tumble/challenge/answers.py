@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.recipes.effects import sizes
 from datasets.vocabulary.effects import Scope
 from estimator.diagnosis.empirical_fit import fit_empirical
 from estimator.diagnosis.explain import Explanation
@@ -103,7 +102,7 @@ def parameters(campaign: Campaign, fit: CampaignFit, covariance: CampaignCovaria
                         "value": float(value[i]),
                         "sigma": float(sigma[i]),
                         "sigma_of_noise": float(np.sqrt(max(variance[i], 0.0))),
-                        "is_size": name in sizes(effect.entry),
+                        "is_size": name in effect.entry.sizes,
                     }
                 )
     return rows

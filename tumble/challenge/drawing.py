@@ -12,7 +12,7 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.recipes.effects import KNOWN, sizes
+from datasets.recipes.effects import KNOWN
 from datasets.recipes.recipe import EffectRecipe, MotionRecipe, ParticleRecipe, Recipe, RigRecipe
 from datasets.recipes.synth_only import SYNTH_ONLY
 from datasets.vocabulary.effects import EFFECTS, EffectEntry, Scope
@@ -176,7 +176,7 @@ def draw_effect(plan: Plan, key: str, span: tuple[float, float], rng: np.random.
     entry = EFFECTS[key]
     amounts, ratio = _dropped(plan, rng) if key == "dropped_frames" else _amounts(plan, entry, span, rng)
     values: dict[str, float | tuple[float, ...]] = {}
-    for name, column in zip(sizes(entry), amounts.T, strict=True):
+    for name, column in zip(entry.sizes, amounts.T, strict=True):
         values[name] = tuple(float(v) for v in column) if entry.scope is Scope.SEQUENCE else float(column[0])
     return EffectRecipe(key, {**values, **_searched(plan, entry, rng)}), ratio
 
@@ -204,7 +204,7 @@ def can_reach_limit(table: LimitTable, key: str) -> bool:
 
 def _direction(entry: EffectEntry, rows: int, rng: np.random.Generator) -> Array:
     """Isotropic in units of the plausible ranges; positive where only positive values make sense."""
-    low = np.array([p.plausible[0] for p in entry.parameters if p.name in sizes(entry)])
+    low = np.array([p.plausible[0] for p in entry.parameters if p.name in entry.sizes])
     direction = rng.normal(size=(rows, len(low)))
     direction = np.where(low >= 0, np.abs(direction), direction)
     return np.asarray(direction / np.linalg.norm(direction) * _half_ranges(entry))
@@ -227,7 +227,7 @@ def is_plausible(effect: EffectRecipe) -> bool:
 
 
 def _half_ranges(entry: EffectEntry) -> Array:
-    return np.array([p.plausible[1] for p in entry.parameters if p.name in sizes(entry)])
+    return np.array([p.plausible[1] for p in entry.parameters if p.name in entry.sizes])
 
 
 def _dropped(plan: Plan, rng: np.random.Generator) -> tuple[Array, float]:

@@ -5,7 +5,6 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.recipes.effects import sizes
 from datasets.vocabulary.effects import EFFECTS, EffectEntry, Parameter, Scope, Stage
 from estimator.diagnosis.score_tests import ScoreTest
 from estimator.effects.defocus_growth import SMALLEST
@@ -22,7 +21,7 @@ POWERS = {"defocus_growth": 2, "trigger_jitter": 2}
 def information_of(test: ScoreTest) -> Array:
     """Information (q, q) on the sizes of an effect, to the power of ``POWERS``; of the average sequence where each has sizes of its own."""
     entry = test.effect.entry
-    wanted = [entry.names.index(name) for name in sizes(entry)]
+    wanted = [entry.names.index(name) for name in entry.sizes]
     full = stable_inverse(test.covariance)
     blocks = []
     for sequence in sorted({c.sequence for c in test.columns}, key=lambda s: -1 if s is None else s):

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from datasets.atomic_files import written_whole
-from datasets.recipes.effects import sizes
 from datasets.recipes.recipe import EffectRecipe
 from datasets.vocabulary.effects import EFFECTS, Scope
 from estimator.configuration import Configuration
@@ -105,7 +104,7 @@ def table_of(products: Sequence[Path], shape: Shape, seed: int) -> LimitTable:
     for key, entry in EFFECTS.items():
         matrices = tuple(np.array(each[key]) for each in found if key in each)
         if matrices:
-            effects[key] = EffectInformation(key, sizes(entry), matrices, len(MODELS[key].starts(setting)), POWERS.get(key, 1))
+            effects[key] = EffectInformation(key, entry.sizes, matrices, len(MODELS[key].starts(setting)), POWERS.get(key, 1))
     described: dict[str, Any] = {"controls": len(found), "seed": seed}
     described |= {"sequences": shape.sequences, "frames": shape.frames, "views": shape.views}
     bodies = "scanned" if shape.particles else "procedural"

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from datasets.errors import InputError
 from datasets.json_documents import revived
-from datasets.recipes.effects import KNOWN, sizes, values_in_sequence
+from datasets.recipes.effects import KNOWN, values_in_sequence
 from datasets.truth import Truth
 from datasets.truth_files import read_truth
 from datasets.vocabulary.effects import EFFECTS, Scope, Stage
@@ -135,7 +135,7 @@ def true_sizes(case: Case, key: str) -> Array:
     """Sizes (sequences or 1, q) of a hidden effect."""
     effect = next(each for each in case.recipe.effects if each.key == key)
     rows = case.recipe.sequences if EFFECTS[key].scope is Scope.SEQUENCE else 1
-    return np.array([[values_in_sequence(effect, i)[name] for name in sizes(EFFECTS[key])] for i in range(rows)])
+    return np.array([[values_in_sequence(effect, i)[name] for name in EFFECTS[key].sizes] for i in range(rows)])
 
 
 def own_ratio(case: Case, answer: Answer, table: LimitTable) -> float:

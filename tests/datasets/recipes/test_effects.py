@@ -5,7 +5,7 @@ import re
 import pytest
 
 from datasets.errors import InputError
-from datasets.recipes.effects import KNOWN, sizes, values_in_sequence
+from datasets.recipes.effects import KNOWN, values_in_sequence
 from datasets.recipes.recipe import EffectRecipe
 from datasets.recipes.toml_files import load_recipe, recipe_from_dict, recipe_to_dict, recipe_to_toml
 from datasets.vocabulary.effects import EFFECTS
@@ -60,9 +60,9 @@ def test_values_of_each_sequence(path) -> None:
 
 
 def test_every_effect_has_a_size() -> None:
-    assert all(sizes(entry) for entry in KNOWN.values())
-    assert sizes(EFFECTS["camera_vibration"]) == ("sine_x", "sine_y", "cosine_x", "cosine_y")
-    assert sizes(EFFECTS["trigger_jitter"]) == ("sigma",)
+    assert all(entry.sizes for entry in KNOWN.values())
+    assert EFFECTS["camera_vibration"].sizes == ("sine_x", "sine_y", "cosine_x", "cosine_y")
+    assert EFFECTS["trigger_jitter"].sizes == ("sigma",)
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ import pytest
 import shapely
 
 from datasets.observation import Observation
-from datasets.recipes.effects import KNOWN, sizes
+from datasets.recipes.effects import KNOWN
 from datasets.recipes.recipe import EffectRecipe, MotionRecipe, NoiseRecipe, Recipe, RigRecipe
 from datasets.truth import Truth
 from datasets.vocabulary.effects import EFFECTS
@@ -63,14 +63,14 @@ def test_every_effect_is_realised() -> None:
 
 @pytest.mark.parametrize("key", REALISATIONS)
 def test_an_effect_of_no_size_changes_nothing(key: str, plain: str) -> None:
-    recipe = with_effect(key, **dict.fromkeys(sizes(KNOWN[key]), 0.0))
+    recipe = with_effect(key, **dict.fromkeys(KNOWN[key].sizes, 0.0))
     assert everything(*build_silhouette_sequence(recipe, 0)) == plain
 
 
 @pytest.mark.parametrize("key", REALISATIONS)
 def test_an_effect_changes_the_outlines_and_is_recorded(key: str, plain: str) -> None:
     """Ten times the step that is said to move outlines visibly; truth names the effect and its values."""
-    recipe = with_effect(key, **{p.name: 10 * p.step for p in KNOWN[key].parameters if p.name in sizes(KNOWN[key])})
+    recipe = with_effect(key, **{p.name: 10 * p.step for p in KNOWN[key].parameters if p.name in KNOWN[key].sizes})
     observation, truth = build_silhouette_sequence(recipe, 0)
     unperturbed, _ = build_silhouette_sequence(BASE, 0)
     assert everything(observation, truth) != plain

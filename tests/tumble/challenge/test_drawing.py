@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from datasets.recipes.effects import check_effects, sizes
+from datasets.recipes.effects import check_effects
 from datasets.recipes.synth_only import SYNTH_ONLY
 from datasets.vocabulary.effects import EFFECTS, Scope, Stage
 from synth.effects.registry import REALISATIONS
@@ -71,7 +71,7 @@ def test_sizes_are_the_ratio_times_the_limit() -> None:
     for case in of_kind("single"):
         (effect,) = case.recipe.effects
         entry = EFFECTS[effect.key]
-        columns = [np.atleast_1d(np.array(effect.values[name], dtype=np.float64)) for name in sizes(entry)]
+        columns = [np.atleast_1d(np.array(effect.values[name], dtype=np.float64)) for name in entry.sizes]
         ratio = 1.0 / limit_along(TABLE_READ, effect.key, np.stack(columns, axis=1))
         assert ratio == pytest.approx(case.ratios[effect.key])
         assert effect.key == "dropped_frames" or ratio <= 10.0 + 1e-9

@@ -8,7 +8,6 @@ import pytest
 from scipy.stats import chi2, ncx2
 
 from datasets.errors import InputError
-from datasets.recipes.effects import sizes
 from datasets.vocabulary.effects import EFFECTS
 from tumble.challenge.limits import (
     TABLE,
@@ -98,7 +97,7 @@ def test_the_committed_table_has_every_effect_of_the_catalogue() -> None:
     table = read_table(TABLE)
     assert set(table.effects) == set(EFFECTS)
     for key, effect in table.effects.items():
-        assert effect.parameters == sizes(EFFECTS[key])
+        assert effect.parameters == EFFECTS[key].sizes
         assert all(np.all(np.linalg.eigvalsh(matrix) > 0) for matrix in effect.information)
 
 
