@@ -3,8 +3,8 @@
 Effects that are free in every sequence, or several together, can imitate something that the catalogue lacks: a thrust that turns with the
 body looks like another draught in every sequence. Empirical families (:mod:`estimator.effects.empirical`) therefore compete with the
 last model for what each step of it had still to explain. All are refitted and compared by Schwarz's criterion [1978]: what the scores of
-all effects and families say is left, less what chance leaves, plus a penalty per parameter. A family has to win by a margin, since it
-says less than an effect.
+all effects and families say is left, less what chance leaves, plus a penalty per parameter: the logarithm of the measurements that tell
+of it, all of them or those of its own sequence [Pauler 1998]. A family has to win by a margin, since it says less than an effect.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -39,41 +39,49 @@ class Simpler:
 
 
 def better_unknown(
-    campaign: Campaign, before: Sequence[CampaignFit], last: CampaignFit, catalogue: Mapping[str, EffectModel], *, penalty: float
+    campaign: Campaign, before: Sequence[CampaignFit], last: CampaignFit, catalogue: Mapping[str, EffectModel]
 ) -> Simpler | None:
     """The best family in place of what was added after one of the fits ``before``, or ``None`` where the ``last`` fit is better."""
-    n = len(campaign.sequences)
-    criterion = _criterion(campaign, last, catalogue, penalty)
+    criterion = _criterion(campaign, last, catalogue)
     found, beaten = None, criterion - MARGIN
     # what a model that is right may leave, less its degrees of freedom: noise is counted with caution
-    chance = min(criterion - penalty * parameters_of(last.model.effects, n), 0.0)
+    chance = min(criterion - penalty_of(campaign, last.model.effects), 0.0)
     for fit in before:
-        if penalty * (parameters_of(fit.model.effects, n) + min(_fewest(e, n) for e in EMPIRICAL.values())) + chance >= beaten:
+        own = penalty_of(campaign, fit.model.effects)
+        if own + min(_least_penalty(campaign, family) for family in EMPIRICAL.values()) + chance >= beaten:
             continue  # the least of them would not win if it left no more than chance does
-        for test, tests, p in _likely(campaign, fit, catalogue, penalty):
-            if p > ALPHA or penalty * (parameters_of(fit.model.effects, n) + _fewest(test.effect, n)) + chance >= beaten:
+        for test, tests, p in _likely(campaign, fit, catalogue):
+            if p > ALPHA or own + _least_penalty(campaign, test.effect) + chance >= beaten:
                 continue
-            criterion = min(_criteria(campaign, fit, test, catalogue, penalty), default=np.inf)
+            criterion = min(_criteria(campaign, fit, test, catalogue), default=np.inf)
             if criterion < beaten:
                 found, beaten = Simpler(fit, Unknown(test, p, tests)), criterion
     return found
 
 
-def _fewest(family: EffectModel, sequences: int) -> int:
-    """Parameters of a family, or of the narrower one that may stand for it."""
-    return parameters_of((PlaneField,), sequences) if isinstance(family, ForceField) else parameters_of((family,), sequences)
+def penalty_of(campaign: Campaign, effects: Iterable[EffectModel | type[EffectModel]]) -> float:
+    """Schwarz's penalty of the free parameters of ``effects``."""
+    sequences = len(campaign.sequences)
+    n = campaign.kind.independent(campaign)
+    free = [e for e in effects if e.held is None]
+    of_all = sum(len(e.entry.parameters) for e in free if e.entry.scope is not Scope.SEQUENCE)
+    of_one = sum(len(e.entry.parameters) for e in free if e.entry.scope is Scope.SEQUENCE)
+    return float(of_all * np.log(n) + sequences * of_one * np.log(n / sequences))
 
 
-def _criteria(
-    campaign: Campaign, fit: CampaignFit, test: ScoreTest, catalogue: Mapping[str, EffectModel], penalty: float
-) -> Iterator[float]:
+def _least_penalty(campaign: Campaign, family: EffectModel) -> float:
+    """Penalty of a family, or of the narrower one that may stand for it."""
+    return penalty_of(campaign, (PlaneField if isinstance(family, ForceField) else family,))
+
+
+def _criteria(campaign: Campaign, fit: CampaignFit, test: ScoreTest, catalogue: Mapping[str, EffectModel]) -> Iterator[float]:
     """The criteria of refits with a family: a field of force also as one that points one way; none of what cannot be flown."""
     try:
         model, start = extended(fit, test)
         refitted = fit_campaign(campaign, start, model)
-        yield _criterion(campaign, refitted, catalogue, penalty)
+        yield _criterion(campaign, refitted, catalogue)
         if isinstance(test.effect, ForceField):
-            yield _criterion(campaign, _one_way(campaign, fit, refitted, test.effect), catalogue, penalty)
+            yield _criterion(campaign, _one_way(campaign, fit, refitted, test.effect), catalogue)
     except (ValueError, np.linalg.LinAlgError):
         return
 
@@ -95,26 +103,21 @@ def _others(campaign: Campaign, fit: CampaignFit, catalogue: Mapping[str, Effect
     return Candidates(known.effects + wide.effects, known.starts + wide.starts), len(known.effects)
 
 
-def _criterion(campaign: Campaign, fit: CampaignFit, catalogue: Mapping[str, EffectModel], penalty: float) -> float:
+def _criterion(campaign: Campaign, fit: CampaignFit, catalogue: Mapping[str, EffectModel]) -> float:
     """What is left at a fit, less its degrees of freedom, plus the penalty of the model's parameters."""
     others, _ = _others(campaign, fit, catalogue)
     _, scores = score_tests(campaign, fit, others)
-    left = by_remainder(scores, penalty=penalty)
-    return left.nothing - left.columns + penalty * parameters_of(fit.model.effects, len(campaign.sequences))
-
-
-def parameters_of(effects: Iterable[EffectModel | type[EffectModel]], sequences: int) -> int:
-    """Free parameters of effects in a campaign."""
-    free = (e for e in effects if e.held is None)
-    return sum(len(e.entry.parameters) * (sequences if e.entry.scope is Scope.SEQUENCE else 1) for e in free)
+    left = by_remainder(scores, penalty=0.0)
+    return left.nothing - left.columns + penalty_of(campaign, fit.model.effects)
 
 
 def _likely(
-    campaign: Campaign, fit: CampaignFit, catalogue: Mapping[str, EffectModel], penalty: float
+    campaign: Campaign, fit: CampaignFit, catalogue: Mapping[str, EffectModel]
 ) -> list[tuple[ScoreTest, tuple[ScoreTest, ...], float]]:
     """The families that explain most of a misfit in a linear look, all families' tests, and the corrected p-value."""
     others, known = _others(campaign, fit, catalogue)
     tests, scores = score_tests(campaign, fit, others)
-    ranking, wide = by_remainder(scores, penalty=penalty), tuple(tests[known:])
+    ranking, wide = by_remainder(scores, penalty=0.0), tuple(tests[known:])
     worth = [h for h in ranking.hypotheses if h.effect >= known and h.remainder < WORTH_A_FIT * ranking.nothing + ranking.columns]
+    worth.sort(key=lambda h: h.criterion + penalty_of(campaign, (tests[h.effect].effect,)))
     return [(tests[h.effect], wide, min(1.0, tests[h.effect].p * len(wide))) for h in worth[:REFITTED]]

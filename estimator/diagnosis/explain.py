@@ -15,7 +15,7 @@ from scipy.stats import chi2
 from datasets.vocabulary.effects import Scope
 from estimator.diagnosis.contest import better_unknown
 from estimator.diagnosis.ranking import Ranking, rank
-from estimator.diagnosis.refitting import Rules, contenders, penalty_of, random_contender, severe_penalty_of
+from estimator.diagnosis.refitting import Rules, contenders, penalty_of, random_contender
 from estimator.diagnosis.score_tests import Candidates, EfficientScores, ScoreTest, score_tests
 from estimator.diagnosis.tested_values import p_words
 from estimator.diagnosis.unknown import Unknown, unknown
@@ -108,7 +108,7 @@ def explain(
     fit, superfluous = _pruned(campaign, fit, rules)
     dropped += superfluous
     before = (base, *(step.fit for step in steps if step.accepted))[:-1]
-    simpler = better_unknown(campaign, before, fit, catalogue, penalty=severe_penalty_of(campaign)) if steps and steps[0].accepted else None
+    simpler = better_unknown(campaign, before, fit, catalogue) if steps and steps[0].accepted else None
     if simpler is not None:
         told(f"something unknown ({simpler.unknown.stage}) explains it in fewer words than {', '.join(_keys(fit))}")
         dropped += tuple(key for key in _keys(fit) if key not in simpler.fit.model.keys)

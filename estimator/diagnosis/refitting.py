@@ -51,11 +51,6 @@ def penalty_of(campaign: Campaign) -> float:
     return float(2.0 * np.log(np.log(max(campaign.kind.independent(campaign), FEWEST))))
 
 
-def severe_penalty_of(campaign: Campaign) -> float:
-    """Penalty per parameter where something unknown competes, which says less than an effect: ``ln n`` [Schwarz 1978]."""
-    return float(np.log(campaign.kind.independent(campaign)))
-
-
 @dataclass(frozen=True)
 class Refitted:
     """A refit with an effect more, of ``parameters`` in the whole campaign.

@@ -25,6 +25,8 @@ from scipy.ndimage import maximum_filter1d
 from scipy.spatial import ConvexHull
 
 from datasets.vocabulary.effects import FLATNESS_HALF_ANGLE_DEG, FLATNESS_REACH_PX
+from estimator.geometry.closed_curves import resampled
+from estimator.geometry.coverage import coverage
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -35,8 +37,8 @@ BLURS_PX = np.array([0.5, 1.0, 2.0, 4.0, 8.0, 16.0])
 DEPTHS_PX = np.array([0.25, 0.5, 1.0, 2.0, 4.0])
 """Depths (D,) of the tabled inner parallel curves, and losses of light that are tabled."""
 MINIMUM_VERTICES = 3
-DRAWN_PX, LINES = 0.5, 32
-"""Side of a drawing's pixels, and how many lines through each find what of it is filled."""
+DRAWN_PX = 0.5
+"""Side of a drawing's pixels."""
 PER_BLUR = 8
 """Pixels in a blur, about: a wide one is applied to a drawing of larger pixels."""
 BLURS_BESIDE = 3
@@ -124,15 +126,6 @@ def _radii(points: Array) -> Array:
     return np.asarray(np.where(apart <= HALF_ANGLE, length, 0.0).sum(axis=1) / (2.0 * HALF_ANGLE))
 
 
-def _evenly(points: Array, count: int) -> tuple[Array, float]:
-    """``count`` points at equal steps along the outline, and their distance (px)."""
-    length, _ = _edges(points)
-    start = np.concatenate([[0.0], np.cumsum(length)])
-    step_px = float(start[-1]) / count
-    closed, place = np.vstack([points, points[:1]]), np.arange(count) * step_px
-    return np.column_stack([np.interp(place, start, closed[:, axis]) for axis in range(2)]), step_px
-
-
 def _recession(points: Array) -> Array:
     """Recession (A, S) of the tangents under each blur, over the blur; the last one's where all that is left is less than a half."""
     drawn, first = _drawing(points)
@@ -158,24 +151,10 @@ def _half_level(drawn: NDArray[np.float32], blur: float) -> Array:
 
 
 def _drawing(points: Array) -> tuple[NDArray[np.float32], Array]:
-    """What share of each pixel the filled outline covers, and where (2,) px the middle of the first pixel is.
-
-    Exact along lines of pixels: every edge that crosses a line adds or takes away all that lies beyond it.
-    """
-    corner = points.min(axis=0) - DRAWN_PX
-    width, height = (int(n) for n in np.ceil((points.max(axis=0) + DRAWN_PX - corner) / DRAWN_PX) + 1)
-    x, y = ((points - corner) / DRAWN_PX).T
-    x_after, y_after = np.roll(x, -1), np.roll(y, -1)
-    first, last = (np.ceil(end * LINES - 0.5).astype(np.int64) for end in (np.minimum(y, y_after), np.maximum(y, y_after)))
-    edge = np.repeat(np.arange(len(x)), last - first)
-    line = np.arange(len(edge)) - np.repeat(np.cumsum(last - first) - (last - first), last - first) + first[edge]
-    crossing = x[edge] + ((line + 0.5) / LINES - y[edge]) * (x_after - x)[edge] / (y_after - y)[edge]
-    row, column, sign = line // LINES, np.floor(crossing).astype(np.int64), np.sign(y - y_after)[edge]
-    share = crossing - column
-    cells = np.concatenate([row * width + column, row * width + column + 1])
-    begun = np.bincount(cells, np.concatenate([sign * (1.0 - share), sign * share]), minlength=height * width) / LINES
-    covered = np.abs(np.cumsum(begun.reshape(height, width), axis=1))
-    return covered.astype(np.float32), corner + 0.5 * DRAWN_PX
+    """What share of each pixel the filled outline covers, and where (2,) px the middle of the first pixel is."""
+    first = points.min(axis=0) - 0.5 * DRAWN_PX
+    width, height = (int(n) for n in np.ceil(np.ptp(points, axis=0) / DRAWN_PX) + 2)
+    return coverage((points - first) / DRAWN_PX, (height, width)), first
 
 
 def _crossings(level: NDArray[np.float32]) -> Array:
@@ -201,11 +180,11 @@ def _erosion(points: Array) -> Array:
 
 def _leak(points: Array) -> Array:
     """Recession (A, D) of the tangents under a leak of light over its loss; the last one's where nothing is left."""
-    around_px = float(_edges(points)[0].sum())
-    even, step_px = _evenly(points, max(round(around_px / LEAK_STEP_PX), FEWEST_POINTS))
+    even = resampled(points, LEAK_STEP_PX, fewest=FEWEST_POINTS)
     chord = np.roll(even, -1, axis=0) - np.roll(even, 1, axis=0)
     normal = np.column_stack([chord[:, 1], -chord[:, 0]]) / np.maximum(np.linalg.norm(chord, axis=1), 1e-9)[:, None]
-    flatness = maximum_filter1d(_alike(normal) * np.pi / (HALF_ANGLE * len(even)), 2 * round(FLATNESS_REACH_PX / step_px) + 1, mode="wrap")
+    reach_points = round(FLATNESS_REACH_PX * len(even) / float(_edges(points)[0].sum()))
+    flatness = maximum_filter1d(_alike(normal) * np.pi / (HALF_ANGLE * len(even)), 2 * reach_points + 1, mode="wrap")
     moved = even - (DEPTHS_PX[:, None] * (flatness / (1.0 + flatness)))[..., None] * normal
     u = outward()
     reach = (points @ u.T).max(axis=0)

@@ -19,6 +19,8 @@ from scipy.signal import savgol_coeffs, savgol_filter
 from scipy.spatial import ConvexHull
 from scipy.stats import median_abs_deviation
 
+from estimator.geometry.closed_curves import resampled
+
 Array = NDArray[np.float64]
 
 SPACING_PX = 1.0
@@ -150,10 +152,7 @@ def _evenly_spaced(points: Array) -> Array:
     uneven = float(np.percentile(steps, 95)) > 2.0 * typical
     if not uneven and 0.5 * SPACING_PX <= typical <= 1.5 * SPACING_PX:
         return points
-    arc = np.concatenate([[0.0], np.cumsum(steps)])
-    count = max(3, round(float(arc[-1]) / SPACING_PX))
-    where = np.arange(count) * (arc[-1] / count)
-    return np.column_stack([np.interp(where, arc, closed[:, i]) for i in range(2)])
+    return resampled(points, SPACING_PX, fewest=3)
 
 
 def _normals(smooth: Array) -> Array:

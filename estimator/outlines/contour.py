@@ -19,14 +19,17 @@ from numpy.typing import NDArray
 from skimage.measure import find_contours
 
 from datasets.vocabulary.outline import oriented
+from estimator.geometry.closed_curves import resampled
+from estimator.geometry.coverage import coverage
 from estimator.outlines.blur import LEAST_VARIANCE, Covariance, blurred, bounded, fitted_blur, isotropic, narrowest
-from estimator.outlines.coverage import coverage
 
 Points = Float[NDArray[np.float64], "n 2"]
 Picture = Float[NDArray[np.float32], "height width"]
 
 PIXEL_VARIANCE = 1.0 / 12.0
 _STEP_PX = 0.5
+_FEWEST = 8
+"""Points of an outline."""
 
 
 @dataclass(frozen=True)
@@ -50,15 +53,6 @@ def half_level_contour(occupancy: Picture) -> Points | None:
     if not closed:
         return None
     return oriented(max(closed, key=len)[:-1, ::-1].astype(np.float64))
-
-
-def resampled(points: Points, spacing_px: float) -> Points:
-    """The closed polygon sampled at equal arc lengths of about ``spacing_px``."""
-    closed = np.vstack([points, points[:1]])
-    arc = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(closed, axis=0).T))])
-    number = max(round(arc[-1] / spacing_px), 8)
-    at = np.arange(number) * (arc[-1] / number)
-    return np.column_stack([np.interp(at, arc, closed[:, 0]), np.interp(at, arc, closed[:, 1])])
 
 
 def outward_normals(points: Points) -> Points:
@@ -88,7 +82,7 @@ def roughness(points: Points) -> float:
 
 def refined(points: Points, occupancy: Picture, *, blur_px: float, spacing_px: float, rounds: int) -> Edge:
     """Move the outline until its image agrees with ``occupancy``; the blur is fitted along, starting from ``blur_px``."""
-    outline = resampled(points, spacing_px)
+    outline = resampled(points, spacing_px, fewest=_FEWEST)
     blur = isotropic(blur_px)
     for number in range(rounds):
         step = _compared(outline, occupancy, blur)

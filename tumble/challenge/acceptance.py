@@ -82,6 +82,7 @@ def _drawn(scored: Scored, cases: pd.DataFrame) -> list[Figure]:
     """Cases of which every outline was projected."""
     kinds = {kind: cases[cases["kind"] == kind] for kind in ("single", "control", "pair", "outside")}
     above = kinds["single"][kinds["single"]["ratio"] >= 1.0]
+    pairs_certain = kinds["pair"][kinds["pair"]["certain"].astype(bool)]
     grouped = cases[(cases["group_size"] > 0) & (cases["kind"] != "outside")]
     sizes = grouped["group_size"].to_numpy(dtype=np.float64)
     return [
@@ -101,6 +102,7 @@ def _drawn(scored: Scored, cases: pd.DataFrame) -> list[Figure]:
         ),
         share("2", "false alarms on controls", kinds["control"]["false_alarm"], most=3.0, needed=100),
         share("3", "both effects of a pair found", kinds["pair"]["all_found"], least=85.0, needed=60),
+        share("3", "the same where a fit that knows of both is certain of each", pairs_certain["all_found"]),
         *_outside(kinds["outside"]),
         *_after(scored, cases[cases["kind"].isin(["single", "pair"])]),
     ]

@@ -116,7 +116,8 @@ def _with_random(rows: list[dict[str, Any]], explained: Explanation) -> list[dic
         for test in step.tests
         if test.effect.random and test.effect.entry.key == step.added
     }
-    return [{**row, "sigma": sigmas.get(row["effect"], row["sigma"])} for row in rows]
+    both = {key: dict.fromkeys(("sigma", "sigma_of_noise"), sigma) for key, sigma in sigmas.items()}
+    return [{**row, **both.get(row["effect"], {})} for row in rows]
 
 
 def velocities(campaign: Campaign, fit: CampaignFit, covariance: CampaignCovariance) -> list[dict[str, Any]]:

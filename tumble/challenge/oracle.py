@@ -17,6 +17,7 @@ from datasets.json_documents import plain
 from datasets.recipes.effects import values_in_sequence
 from estimator.configuration import configuration_from_dict
 from estimator.diagnosis.explain import start_with
+from estimator.diagnosis.score_tests import Candidates, score_tests
 from estimator.effects.choosing import catalogue
 from estimator.effects.model import Model
 from estimator.fitting.campaign import CampaignFit, CampaignState, fit_campaign
@@ -82,9 +83,20 @@ def _inside(case: Case, payload: Mapping[str, Any]) -> dict[str, Any]:
         "base_px": held_out(campaign, base.state, base.model).rms_px if base else None,
         "oracle_px": held_out(campaign, fit.state, fit.model).rms_px,
         "settled": fit.settled,
+        "p_weakest": _p_weakest(case, registered),
         "velocities": velocities(campaign, fit, covariance),
         "parameters": parameters(campaign, fit, covariance),
     }
+
+
+def _p_weakest(case: Case, registered: Registered) -> float:
+    """The largest p-value of the effects that are hidden together, of each where the others are in the model."""
+    found = []
+    for effect in case.recipe.effects if len(case.keys) > 1 else ():
+        others = replace(case, recipe=replace(case.recipe, effects=tuple(e for e in case.recipe.effects if e is not effect)))
+        asked = Candidates.of(registered.campaign, [catalogue()[effect.key]])
+        found += [test.p for test in score_tests(registered.campaign, true_fit(others, registered), asked)[0]]
+    return max(found, default=0.0)
 
 
 def _outside(case: Case, payload: Mapping[str, Any]) -> dict[str, Any]:

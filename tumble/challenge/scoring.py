@@ -57,7 +57,9 @@ def score_cases(cases: Sequence[Case], root: Path, answers: Path, oracles: Path,
         if not answer and not finished:
             continue
         answer = answer or no_answer(["no answer"])
-        rows.append({**named(case, answer), **_errors(answer, oracle), "own_ratio": own_ratio(case, answer, table), **_cpu(answer)})
+        certain = oracle.get("p_weakest", 0.0) <= table.alpha / table.tests
+        sizes = {"own_ratio": own_ratio(case, answer, table), "certain": certain}
+        rows.append({**named(case, answer), **_errors(answer, oracle), **sizes, **_cpu(answer)})
         parameters += [{"case": case.name, **row} for row in pulls(case, answer, axes_apart(case, root, answer))]
         velocities += velocity_rows(case, root, answer, oracle)
     if not rows:

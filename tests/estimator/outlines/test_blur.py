@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from datasets.vocabulary.outline import oriented
+from estimator.geometry.coverage import coverage
 from estimator.outlines import extract_outlines
 from estimator.outlines.blur import blurred, bounded, fitted_blur, gaussian_kernel, isotropic, narrowest
-from estimator.outlines.coverage import coverage
 
 
 @pytest.mark.parametrize("blur", [0.25, 0.5, 0.62, 0.65, 0.8, 1.5, 4.0])

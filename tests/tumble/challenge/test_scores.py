@@ -93,7 +93,7 @@ def table(hits: int, misses: int, alarms: int) -> Scored:
         "stage": "",
         "true_stage": "",
     }
-    base |= {"cpu_register_s": 1.0, "cpu_diagnose_s": 10.0, "cpu_explain_s": 50.0, "unknown": False}
+    base |= {"cpu_register_s": 1.0, "cpu_diagnose_s": 10.0, "cpu_explain_s": 50.0, "unknown": False, "certain": True}
     rows = [{**base, **named(case("single", "gravity"), answer(("gravity",))), "ratio": 3.0}] * hits
     rows += [{**base, **named(case("single", "gravity"), answer(("blooming",))), "final_px": 0.3, "ratio": 3.0}] * misses
     rows += [{**base, **named(case("control"), answer()), "ratio": math.nan}] * (110 - alarms)
@@ -115,6 +115,7 @@ def verdicts(scored: Scored) -> dict[str, str]:
 def test_a_perfect_solver_holds_every_line_that_has_cases() -> None:
     found = verdicts(table(250, 0, 0))
     assert found.pop("both effects of a pair found") == TOO_FEW
+    assert found.pop("the same where a fit that knows of both is certain of each") == TOO_FEW
     assert found.pop("the same by noise alone, without the models' own accuracy") == NOT_ASKED
     outside = [what for what in found if "outside" in what or "stage" in what or "empirical" in what or "law" in what]
     assert all(found.pop(what) == TOO_FEW for what in outside)

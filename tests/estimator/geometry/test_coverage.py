@@ -5,14 +5,14 @@ import pytest
 import shapely
 
 from datasets.vocabulary.outline import oriented
-from estimator.outlines.coverage import coverage
+from estimator.geometry.coverage import coverage
 
 
-def test_coverage_is_the_exact_area_of_each_pixel(rng):
+def test_coverage_is_the_exact_area_of_each_pixel():
     polygon = oriented(np.array([[10.2, 10.0], [22.7, 12.0], [30.5, 25.4], [20.0, 20.0], [12.0, 27.9]]))
     seen = coverage(polygon, (34, 36))
     region = shapely.Polygon(polygon)
-    for i, j in rng.integers(0, 34, (200, 2)):
+    for i, j in np.random.default_rng(5).integers(0, 34, (200, 2)):
         pixel = shapely.box(j - 0.5, i - 0.5, j + 0.5, i + 0.5)
         assert seen[i, j] == pytest.approx(region.intersection(pixel).area, abs=1e-6)
 

@@ -1,0 +1,14 @@
+"""Closed curves as the points of a polygon."""
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+
+def resampled(points: Float[NDArray[np.float64], "n 2"], spacing: float, *, fewest: int) -> Float[NDArray[np.float64], "m 2"]:
+    """The closed polygon sampled at equal arc lengths of about ``spacing``, in ``fewest`` points at least; the first point stays."""
+    closed = np.vstack([points, points[:1]])
+    arc = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(closed, axis=0).T))])
+    number = max(round(float(arc[-1]) / spacing), fewest)
+    at = np.arange(number) * (arc[-1] / number)
+    return np.column_stack([np.interp(at, arc, closed[:, axis]) for axis in range(2)])

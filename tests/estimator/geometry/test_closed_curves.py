@@ -1,0 +1,18 @@
+"""Closed curves sampled evenly."""
+
+import numpy as np
+
+from estimator.geometry.closed_curves import resampled
+
+SQUARE = np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0]])
+
+
+def test_steps_are_equal_around_the_whole_curve() -> None:
+    found = resampled(SQUARE, 0.5, fewest=3)
+    assert len(found) == 32
+    np.testing.assert_allclose(np.linalg.norm(np.roll(found, -1, axis=0) - found, axis=1), 0.5)
+    np.testing.assert_allclose(found[0], SQUARE[0])
+
+
+def test_there_are_enough_points() -> None:
+    assert len(resampled(SQUARE, 10.0, fewest=8)) == 8
