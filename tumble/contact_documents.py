@@ -29,6 +29,7 @@ def validation_document(source: str, found: Validation, left_out: Mapping[str, s
         "models": [_model(ranked, impacts) for ranked in found.ranking],
         "ladder": _ladder(found.ladder),
         "maps": [_map(entry) for entry in found.maps],
+        "detectable": [vars(entry) for entry in found.detectable],
         "left_out": dict(left_out),
         "broken": list(broken),
     }
@@ -36,7 +37,7 @@ def validation_document(source: str, found: Validation, left_out: Mapping[str, s
 
 def broken_document(source: str, left_out: Mapping[str, str], broken: Sequence[str], verdict: ContactVerdict) -> Document:
     """What is left to say where most runs broke."""
-    nothing: Entry = {"impacts": [], "models": [], "ladder": {"rungs": [], "alike": {}, "missing": []}, "maps": []}
+    nothing: Entry = {"impacts": [], "models": [], "ladder": {"rungs": [], "alike": {}, "missing": []}, "maps": [], "detectable": []}
     return {"source": source, "verdict": vars(verdict), **nothing, "left_out": dict(left_out), "broken": list(broken)}
 
 

@@ -8,6 +8,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from datasets.errors import InputError
+from estimator.contact_validation.detection import Detectable, detectable
 from estimator.contact_validation.fitting import Fitted, Impacts, fit
 from estimator.contact_validation.force_models import Materials, hertz_mindlin_at_corner, hertz_mindlin_clump
 from estimator.contact_validation.held_out import Gain, Judged, gain, judge
@@ -38,7 +39,11 @@ class Ranked:
 
 @dataclass(frozen=True)
 class Validation:
-    """Everything that was found. ``spread`` (n, 6): standard deviations of predictions, from the state measured before each impact."""
+    """Everything that was found.
+
+    ``spread`` (n, 6): standard deviations of predictions, from the state measured before each impact. ``detectable``: how large what was
+    not added would have to be to be found.
+    """
 
     impacts: Impacts
     contacts: tuple[Contact, ...]
@@ -46,6 +51,7 @@ class Validation:
     ladder: Ladder
     maps: tuple[ResidualMap, ...]
     spread: Float[NDArray[np.float64], "impact 6"]
+    detectable: tuple[Detectable, ...]
     verdict: ContactVerdict
 
 
@@ -86,7 +92,10 @@ def validate(measured: Sequence[MeasuredImpact], question: Question, told: Calla
     spread = np.stack([np.sqrt(np.diag(predicted_covariance(i, law, draws_of(i, rng)))) for i in measured])
     last = ladder.accepted[-1].judged
     maps = residual_maps(impacts, last)
-    return Validation(impacts, contacts, ranking, ladder, maps, spread, contact_verdict(ladder, ranking[0].model.title, contacts))
+    sizes = detectable(impacts, last, ladder.missing, rng)
+    told("what these impacts could have shown")
+    verdict = contact_verdict(ladder, ranking[0].model.title, contacts)
+    return Validation(impacts, contacts, ranking, ladder, maps, spread, sizes, verdict)
 
 
 def _judged_models(impacts: Impacts, question: Question, ladder: Ladder, told: Callable[[str], None]) -> list[tuple[ContactModel, Judged]]:

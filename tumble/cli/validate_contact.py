@@ -128,9 +128,18 @@ def say_validation(document: Document) -> None:
         console.print(models_table(document["models"]))
         console.print(ladder_table(document["ladder"]["rungs"]))
     say(document["verdict"]["sentence"])
+    if document["detectable"]:
+        say(f"Found in 95% of sets like this one would be {'; '.join(detectable_words(each) for each in document['detectable'])}.")
     for remark in document["verdict"]["remarks"]:
         say(remark)
     say(f"next: {document['verdict']['next']}")
+
+
+def detectable_words(entry: dict[str, Any]) -> str:
+    """How large physics that is not in the model would have to be to be found."""
+    unit = "" if entry["unit"] == "1" else f" {entry['unit']}"
+    size = "at no size that is tried" if entry["nearly_all"] is None else f"from {entry['nearly_all']:.2g}{unit} upwards"
+    return f"{entry['title']} ({entry['parameter'].replace('_', ' ')}) {size}"
 
 
 def models_table(models: list[dict[str, Any]]) -> Table:

@@ -27,7 +27,7 @@ def write_contact_page(document: Mapping[str, Any], path: Path) -> None:
 def render_contact(document: Mapping[str, Any]) -> str:
     """The page's text."""
     environment = Environment(loader=PackageLoader("tumble.reports"), autoescape=True, undefined=StrictUndefined, trim_blocks=True)
-    environment.filters.update(value=_value, pm=_plus_minus)
+    environment.filters.update(value=_value, pm=_plus_minus, size=_size)
     found = revived(dict(document))
     maps = [{**m, "chart": Markup(contact_map_chart(m)), "sentence": map_sentence(m)} for m in found["maps"]]
     rungs = found["ladder"]["rungs"]
@@ -49,3 +49,7 @@ def _value(entry: Mapping[str, Any]) -> str:
 
 def _plus_minus(pair: list[float]) -> str:
     return with_sigma(pair[0], pair[1]) if pair[1] > 0 else compact(pair[0], 0)
+
+
+def _size(size: float | None) -> str:
+    return "no size tried" if size is None else f"{size:.2g}"
