@@ -3,11 +3,10 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
-from datasets.errors import InputError
 from estimator.diagnosis.expected_difference import Expected
 from estimator.diagnosis.separation import Prospect, Separation
 from estimator.diagnosis.verdict import Verdict
-from estimator.effects.choosing import refuse_contradictions
+from estimator.effects.choosing import contradiction
 
 MOST_NAMED = 2
 
@@ -62,8 +61,4 @@ def _would_not(recordings: Sequence[Prospect]) -> str:
 
 
 def _one_at_a_time(pair: tuple[str, str]) -> str:
-    try:
-        refuse_contradictions(pair)
-    except InputError:
-        return " Either way only one of them can be in a model."
-    return ""
+    return " Either way only one of them can be in a model." if contradiction(pair) is not None else ""

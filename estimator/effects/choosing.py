@@ -79,18 +79,26 @@ def refuse_contradictions(keys: Sequence[str]) -> None:
     InputError
         With the reason.
     """
+    reason = contradiction(keys)
+    if reason is not None:
+        raise InputError(f"--effects: {reason} Take one of them.")
+
+
+def contradiction(keys: Sequence[str]) -> str | None:
+    """Why no data can tell effects apart; ``None`` where some can."""
     scales = [key for key in keys if key in SCALES]
     if len(scales) > 1:
-        raise InputError(
-            "--effects: frame_rate and length_scale contradict each other: both only change how large gravity looks, "
-            "g (1 + r)^-2 / (1 + s), so that one number would have to give two. Take one of them."
+        return (
+            "frame_rate and length_scale contradict each other: both only change how large gravity looks, "
+            "g (1 + r)^-2 / (1 + s), so that one number would have to give two."
         )
     free = [key for key in keys if key in FREE_ACCELERATIONS]
     if scales and free:
-        raise InputError(
-            f"--effects: {scales[0]} and {free[0]} contradict each other: {scales[0]} only shows in how large gravity looks, and "
-            f"{free[0]} makes that free. Take one of them."
+        return (
+            f"{scales[0]} and {free[0]} contradict each other: {scales[0]} only shows in how large gravity looks, "
+            f"and {free[0]} makes that free."
         )
+    return None
 
 
 def refuse_without_gravity(keys: Sequence[str], gravity_world: Sequence[Array]) -> None:

@@ -16,6 +16,7 @@ from datasets.recipes.effects import KNOWN
 from datasets.recipes.recipe import EffectRecipe, MotionRecipe, ParticleRecipe, Recipe, RigRecipe
 from datasets.recipes.synth_only import SYNTH_ONLY
 from datasets.vocabulary.effects import EFFECTS, EffectEntry, Scope
+from estimator.effects.choosing import contradiction
 from estimator.effects.link import Setting
 from estimator.effects.registry import MODELS
 from tumble.challenge.cases import Case, Kind
@@ -53,6 +54,8 @@ WALL_REFERENCE_M = 0.05
 THRUST_ARM_M = (2e-4, 1e-3)
 DRIFT_TIME_S = (0.003, 0.01)
 """Less than a recording lasts: the rest of a slower drift is a parabola in time, which the pictures cannot tell from gravity."""
+CONTAINED = {"gravity", "uniform_acceleration"}
+"""An acceleration of its own in every sequence is any change of gravity, too."""
 LARGEST_OUTSIDE = {"wall_attraction": 100.0, "outgassing_thrust": 100.0, "thermal_focus_drift": 0.3}
 """m/s², m/s² and relative change of the focal length."""
 
@@ -112,7 +115,7 @@ def draw_cases(plan: Plan, seed: int) -> tuple[Case, ...]:
     rng = np.random.default_rng([seed, 0])
     chosen: list[tuple[Kind, tuple[str, ...]]] = [("control", ())] * plan.counts.controls
     chosen += [("single", keys) for keys in _single(plan, rng)]
-    chosen += [("pair", keys) for keys in _in_turn(list(combinations(plan.keys, 2)), plan.counts.pairs, rng)]
+    chosen += [("pair", keys) for keys in _in_turn(pairs_of(plan.keys), plan.counts.pairs, rng)]
     chosen += [("outside", keys) for keys in _in_turn([(key,) for key in SYNTH_ONLY], plan.counts.outside, rng)]
     order = rng.permutation(len(chosen))
     width = max(3, len(str(len(chosen))))
@@ -120,6 +123,11 @@ def draw_cases(plan: Plan, seed: int) -> tuple[Case, ...]:
         draw_case(plan, chosen[which], f"c{number + 1:0{width}d}", np.random.default_rng([seed, 1, number]))
         for number, which in enumerate(order)
     )
+
+
+def pairs_of(keys: Sequence[str]) -> list[tuple[str, ...]]:
+    """All pairs but those that no data resolve: what the estimator refuses to fit together, and an acceleration with what it contains."""
+    return [pair for pair in combinations(keys, 2) if contradiction(pair) is None and set(pair) != CONTAINED]
 
 
 def _single(plan: Plan, rng: np.random.Generator) -> list[tuple[str, ...]]:

@@ -80,13 +80,14 @@ def _shown(case: Case, made: Sequence[tuple[Observation, Truth]]) -> list[tuple[
 
 
 def _made(case: Case, out: Path) -> tuple[Case, list[tuple[Observation, Truth]]]:
-    """The sequences, and the case with the seed that gave flights that stay in the picture."""
+    """The sequences, and the case with the seed that gave flights that can be flown, stay in the picture and leave an outline."""
     seeds = np.random.SeedSequence(case.recipe.seed).generate_state(ATTEMPTS)
+    failure: Exception
     for seed in (case.recipe.seed, *(int(s >> 1) for s in seeds)):
         tried = replace(case, recipe=replace(case.recipe, seed=seed))
         try:
             return tried, build_in(tried, _staging(case, out))
-        except InputError as error:
+        except (InputError, ArithmeticError, ValueError) as error:
             failure = error
     raise failure
 

@@ -2,6 +2,7 @@
 
 from collections import Counter
 from dataclasses import replace
+from itertools import combinations, product
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from datasets.recipes.synth_only import SYNTH_ONLY
 from datasets.vocabulary.effects import EFFECTS, Scope, Stage
 from synth.effects.registry import REALISATIONS
 from tumble.challenge.cases import Case, case_from_dict, case_to_dict
-from tumble.challenge.drawing import MOST_DROPPED, RENDERED, Counts, Plan, Shape, Sizes, can_reach_limit, draw_cases, is_plausible
+from tumble.challenge.drawing import MOST_DROPPED, RENDERED, Counts, Plan, Shape, Sizes, can_reach_limit, draw_cases, is_plausible, pairs_of
 from tumble.challenge.limits import TABLE, limit_along, read_table
 
 TABLE_READ = read_table(TABLE)
@@ -82,6 +83,14 @@ def test_sizes_are_the_ratio_times_the_limit() -> None:
 def test_pairs_are_above_their_limits_unless_nature_forbids() -> None:
     ratios = [ratio for case in of_kind("pair") for ratio in case.ratios.values()]
     assert np.mean(np.array(ratios) >= 1.0) > 0.7
+
+
+def test_pairs_that_no_data_resolve_are_not_drawn() -> None:
+    pairs = {frozenset(pair) for pair in pairs_of(tuple(EFFECTS))}
+    scales, free = ("frame_rate", "length_scale"), ("gravity", "uniform_acceleration")
+    refused = {frozenset(pair) for pair in (*product(scales, free), scales, free)}
+    assert len(refused) == 6
+    assert pairs == {frozenset(pair) for pair in combinations(EFFECTS, 2)} - refused
 
 
 def test_sizes_stay_plausible_where_that_is_asked_for() -> None:
