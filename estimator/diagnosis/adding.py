@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 from estimator.diagnosis.explain import start_with
-from estimator.diagnosis.extending import extended
+from estimator.diagnosis.extending import fit_extended
 from estimator.diagnosis.score_tests import Candidates, score_tests
 from estimator.effects.link import EffectModel
 from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState, fit_campaign
@@ -24,8 +24,7 @@ def base_fit(campaign: Campaign, start: CampaignState) -> CampaignFit:
 def with_effect(campaign: Campaign, fit: CampaignFit, effect: EffectModel) -> CampaignFit:
     """The campaign fitted with one effect more."""
     tests, _ = score_tests(campaign, fit, Candidates.of(campaign, (effect,)))
-    model, start = extended(fit, tests[0])
-    return fit_campaign(campaign, start, model)
+    return fit_extended(campaign, fit, tests[0])
 
 
 def fit_with(campaign: Campaign, start: CampaignState, effects: Sequence[EffectModel]) -> CampaignFit:

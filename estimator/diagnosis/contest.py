@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from datasets.vocabulary.effects import Scope
-from estimator.diagnosis.extending import extended
+from estimator.diagnosis.extending import fit_extended
 from estimator.diagnosis.ranking import by_remainder
 from estimator.diagnosis.score_tests import Candidates, ScoreTest, score_tests
 from estimator.diagnosis.unknown import ALPHA, Unknown, families
@@ -77,8 +77,7 @@ def _least_penalty(campaign: Campaign, family: EffectModel) -> float:
 def _criteria(campaign: Campaign, fit: CampaignFit, test: ScoreTest, catalogue: Mapping[str, EffectModel]) -> Iterator[float]:
     """The criteria of refits with a family: a field of force also as one that points one way; none of what cannot be flown."""
     try:
-        model, start = extended(fit, test)
-        refitted = fit_campaign(campaign, start, model)
+        refitted = fit_extended(campaign, fit, test)
         yield _criterion(campaign, refitted, catalogue)
         if isinstance(test.effect, ForceField):
             yield _criterion(campaign, _one_way(campaign, fit, refitted, test.effect), catalogue)

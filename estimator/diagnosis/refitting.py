@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
-from estimator.diagnosis.extending import extended
+from estimator.diagnosis.extending import fit_extended
 from estimator.diagnosis.ranking import IMPLAUSIBLE, Hypothesis, Pair, Ranking, by_remainder, misfit_unit, pairs_by_remainder, plausible
 from estimator.diagnosis.score_tests import Candidates, EfficientScores, ScoreTest, score_tests
-from estimator.fitting.campaign import Campaign, CampaignFit, fit_campaign
+from estimator.fitting.campaign import Campaign, CampaignFit
 
 Array = NDArray[np.float64]
 FEWEST = np.exp(np.e)
@@ -152,9 +152,8 @@ def _key_of(tests: Sequence[ScoreTest], hypothesis: Hypothesis) -> str:
 
 def _refit_pair(campaign: Campaign, fit: CampaignFit, tests: Sequence[ScoreTest], pair: Pair) -> Refitted | None:
     """Refit with both of a pair; ``None`` where flights under it run away: what cannot be flown explains nothing."""
-    model, start = extended(fit, *(tests[e] for e in pair.effects))
     try:
-        new = fit_campaign(campaign, start, model)
+        new = fit_extended(campaign, fit, *(tests[e] for e in pair.effects))
     except (ValueError, np.linalg.LinAlgError):
         return None
     left, columns = _left(campaign, new, tests, pair.effects)
@@ -164,8 +163,7 @@ def _refit_pair(campaign: Campaign, fit: CampaignFit, tests: Sequence[ScoreTest]
 def _refit(campaign: Campaign, fit: CampaignFit, tests: Sequence[ScoreTest], hypothesis: Hypothesis) -> Refitted:
     """Refit with one effect more, and what the scores of all the others say is left."""
     test = tests[hypothesis.effect]
-    model, start = extended(fit, test)
-    new = fit_campaign(campaign, start, model)
+    new = fit_extended(campaign, fit, test)
     left, columns = _left(campaign, new, tests, (hypothesis.effect,))
     odd = not plausible(test, _values(new, test))
     return Refitted(test, (test.effect.entry.key,), new, left, columns, hypothesis.parameters, odd=odd)
