@@ -25,6 +25,9 @@ from datasets.json_documents import plain
 from datasets.observation import Observation
 from datasets.recipes.recipe import EffectRecipe
 from estimator.configuration import Configuration
+from estimator.contact_validation.detection import power
+from estimator.contact_validation.fitting import fit
+from estimator.contact_validation.models import impulse_model
 from estimator.contact_validation.validate import LEAST_RUNS, Question, Validation, validate
 from estimator.contact_validation.verdict import broken_verdict
 from estimator.measuring import measure
@@ -70,11 +73,21 @@ def one_set(payload: dict[str, Any]) -> dict[str, Any]:
     elif runs < LEAST_RUNS:
         row |= {"verdict": "too few runs", "missing": [], "alike": [], "gained": 0.0}
     else:
-        row |= row_of(validate(found.impacts, Question(models=models, seed=seed), lambda _: None))
+        judged = validate(found.impacts, Question(models=models, seed=seed), lambda _: None)
+        row |= row_of(judged) | {"power": _power(judged, case)}
     row["cpu_s"] = time.process_time() - began
     with written_whole(Path(payload["product"])) as path:
         path.write_text(json.dumps(plain(row)))
     return {"verdict": row["verdict"]}
+
+
+def _power(found: Validation, case: str) -> float | None:
+    """Share of sets like this one in which what is hidden would be accepted, were the ladder's own law for it nature's."""
+    (hidden,) = hidden_in(case) or (None,)
+    if hidden is None:
+        return None
+    law = fit(found.impacts, impulse_model([hidden.key]))
+    return power(found.impacts, found.ladder.rungs[1].judged, law, np.random.default_rng(0))
 
 
 def row_of(found: Validation) -> dict[str, Any]:
@@ -131,6 +144,7 @@ def summary(rows: Sequence[dict[str, Any]], asked: dict[str, Any]) -> dict[str, 
         else:
             told["named_right"] = sum(row["missing"][:1] == [key] for row in mine)
             told["named_with_rivals"] = sum(row["missing"][:1] == [key] and bool(row["alike"]) for row in mine)
+            told["expected"] = float(sum(row.get("power") or 0.0 for row in mine))
             told["median_gain"] = float(np.median([row["gained"] for row in mine]))
         told["median_cpu_s"] = float(np.median([row["cpu_s"] for row in mine]))
         found["cases"][case] = told
@@ -152,12 +166,14 @@ def page(result: dict[str, Any]) -> str:
 Sets of {result["runs_per_set"]} runs, every run a fall of the same stone from a height and in an orientation of its own; impacts are {how}.
 Runs that touch the plate again within a few frames are repeated. Seed {result["seed"]}; written by `python -m scripts.acceptance_contact`.
 
-| truth | sets | the better model first | named right | wrongly accused | log score gained, median |
-| --- | --- | --- | --- | --- | --- |
+| truth | sets | the better model first | named right | expected | wrongly accused | log score gained, median |
+| --- | --- | --- | --- | --- | --- | --- |
 {body}
 
 "The better model" is Hertz–Mindlin where the truth is compliant and the rigid impulse where it is rigid, by log score on held-out runs.
-A set is named right when the first physics that the ladder adds is the hidden one. What is hidden: {sizes}.
+A set is named right when the first physics that the ladder adds is the hidden one. Expected: in how many sets these impacts can show
+what is hidden at all, if the ladder's own law for it, at the values fitted to the set, were nature's (see
+`estimator.contact_validation.detection`). What is hidden: {sizes}.
 """
 
 
@@ -166,9 +182,9 @@ def _line(case: str, told: dict[str, Any]) -> str:
         return f"{told[key]} of {told['sets']}" if key in told else ""
 
     gained = f"{told['median_gain']:.1f}" if "median_gain" in told else ""
-    return (
-        f"| {case.replace('_', ' ')} | {told['sets']} | {share('ranked_right')} | {share('named_right')} | {share('accused')} | {gained} |"
-    )
+    expected = f"{told['expected']:.1f}" if told.get("expected") else ""
+    cells = (case.replace("_", " "), told["sets"], share("ranked_right"), share("named_right"), expected, share("accused"), gained)
+    return f"| {' | '.join(map(str, cells))} |"
 
 
 def items_of(arguments: argparse.Namespace, seed: int) -> list[Item]:

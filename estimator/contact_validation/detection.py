@@ -5,6 +5,7 @@ impacts' own; the size that the judgement of the ladder would then have accepted
 held-out impacts decide only the loss for one more fitted constant is counted, a unit of the cost per fold that it is fitted to.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,7 +13,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 from scipy.stats import norm
 
-from estimator.contact_validation.fitting import SCATTERS, Impacts, costs_of, fit, whitened
+from estimator.contact_validation.fitting import SCATTERS, Fitted, Impacts, costs_of, fit, whitened
 from estimator.contact_validation.held_out import CHANCE, FOLDS, LEAST_AGREEMENT, Judged
 from estimator.contact_validation.models import ADDITIONS, ContactModel, FreeParameter, Physics, impulse_model
 
@@ -40,26 +41,31 @@ class Detectable:
 
 def detectable(impacts: Impacts, last: Judged, added: tuple[str, ...], rng: np.random.Generator) -> tuple[Detectable, ...]:
     """The limits of all physics that is not ``added`` to the ``last`` model."""
-    noise = (
-        rng.normal(size=(NOISES, len(impacts), 6)) + last.fitted.scatter * rng.normal(size=(NOISES, len(impacts), 1)) * impacts.scattering
-    )
+    trial = _Trial(impacts, last, _noise(impacts, last.fitted.scatter, rng))
     found = []
     for physics in (p for p in ADDITIONS if p.key not in added):
         model = impulse_model((*added, physics.key))
-        for parameter in physics.parameters:
-            trial = _Trial(impacts, last, model, parameter, noise)
-            found.append(_limits(physics, parameter, trial))
+        found += [_limits(trial, physics, parameter, model) for parameter in physics.parameters]
     return tuple(found)
+
+
+def power(impacts: Impacts, before: Judged, law: Fitted, rng: np.random.Generator) -> float:
+    """Share of sets like this one in which ``law``, were it nature's with its values and scatter, would be accepted after ``before``."""
+    return _Trial(impacts, before, _noise(impacts, law.scatter, rng)).power(law.model, law.values)
+
+
+def _noise(impacts: Impacts, scatter: float, rng: np.random.Generator) -> Float[NDArray[np.float64], "draw impact 6"]:
+    """Whitened errors of impacts whose restitution scatters."""
+    scattered = scatter * rng.normal(size=(NOISES, len(impacts), 1)) * impacts.scattering
+    return np.asarray(rng.normal(size=(NOISES, len(impacts), 6)) + scattered)
 
 
 @dataclass(frozen=True)
 class _Trial:
-    """One parameter on trial: the ``last`` model against ``model``, which has the parameter, under ``noise`` [draw, impact] (6,)."""
+    """The ``last`` model of ``impacts`` against others that are nature's under ``noise`` [draw, impact] (6,)."""
 
     impacts: Impacts
     last: Judged
-    model: ContactModel
-    parameter: FreeParameter
     noise: Float[NDArray[np.float64], "draw impact 6"]
 
     @property
@@ -70,18 +76,17 @@ class _Trial:
             rows.setdefault(impact.run, []).append(k)
         return list(rows.values())
 
-    def power(self, size: float) -> float:
-        """Share of draws in which a parameter of this ``size`` would have been accepted."""
-        gains = self._costs(self.noise + self._left(size)) - self._costs(self.noise)
+    def power(self, model: ContactModel, values: Array) -> float:
+        """Share of draws in which ``model``, nature's at ``values``, would have been accepted."""
+        gains = self._costs(self.noise + self._left(model, values)) - self._costs(self.noise)
         per_run = np.stack([gains[:, rows].sum(axis=1) for rows in self.runs], axis=1)
         total = per_run.sum(axis=1) - REFITTED
         spread = np.sqrt(per_run.shape[1]) * per_run.std(axis=1)
         return float(np.mean((total > CHANCE * self.last.dispersion) & (total > norm.ppf(LEAST_AGREEMENT) * spread)))
 
-    def _left(self, size: float) -> Float[NDArray[np.float64], "impact 6"]:
-        """What the last model, fitted anew, leaves of impacts as the parameter makes them; whitened."""
-        known = dict(zip(self.last.fitted.model.names, self.last.fitted.values.tolist(), strict=True)) | {self.parameter.name: size}
-        after = self.model.predict(self.impacts.measured, np.array([known.get(p.name, 0.0) for p in self.model.parameters]))
+    def _left(self, model: ContactModel, values: Array) -> Float[NDArray[np.float64], "impact 6"]:
+        """What the last model, fitted anew, leaves of impacts as ``model`` makes them; whitened."""
+        after = model.predict(self.impacts.measured, values)
         made = tuple(replace(impact, after=row) for impact, row in zip(self.impacts.measured, after, strict=True))
         there = replace(self.impacts, measured=made)
         fitted = fit(there, self.last.fitted.model, known=(self.last.fitted.values,), scatter=self.last.fitted.scatter)
@@ -94,20 +99,27 @@ class _Trial:
         return np.asarray(costs[np.argmin(costs.sum(axis=2), axis=0), np.arange(len(z))])
 
 
-def _limits(physics: Physics, parameter: FreeParameter, trial: _Trial) -> Detectable:
-    most = parameter.bounds[1]
-    low, high = np.log(SMALLEST * most), np.log(most)
-    half, nearly_all = (_reached(trial, low, high, share) for share in (HALF, NEARLY_ALL))
+def _limits(trial: _Trial, physics: Physics, parameter: FreeParameter, model: ContactModel) -> Detectable:
+    """Limits of one parameter of ``model``, beside the last model's values."""
+    known = dict(zip(trial.last.fitted.model.names, trial.last.fitted.values.tolist(), strict=True))
+
+    def found(logarithm: float) -> float:
+        values = known | {parameter.name: float(np.exp(logarithm))}
+        return trial.power(model, np.array([values.get(p.name, 0.0) for p in model.parameters]))
+
+    most = float(np.log(parameter.bounds[1]))
+    half, nearly_all = (_reached(found, (most + np.log(SMALLEST), most), share) for share in (HALF, NEARLY_ALL))
     return Detectable(physics.key, physics.title, parameter.name, parameter.unit, half, nearly_all)
 
 
-def _reached(trial: _Trial, low: float, high: float, share: float) -> float | None:
+def _reached(found: Callable[[float], float], span: tuple[float, float], share: float) -> float | None:
     """The size, between logarithms, at which the power passes ``share``; it grows with the size but for chance."""
-    if trial.power(float(np.exp(high))) < share:
+    low, high = span
+    if found(high) < share:
         return None
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
-        if trial.power(float(np.exp(middle))) < share:
+        if found(middle) < share:
             low = middle
         else:
             high = middle
