@@ -3,11 +3,11 @@
 Effects that are free in every sequence, or several together, can imitate something that the catalogue lacks: a thrust that turns with the
 body looks like another draught in every sequence. Empirical families (:mod:`estimator.effects.empirical`) therefore compete with the
 last model for what each step of it had still to explain. All are refitted and compared by Schwarz's criterion [1978]: what the scores of
-all effects and families say is left, less what chance leaves, plus a penalty per parameter: the logarithm of the measurements that tell
-of it, all of them or those of its own sequence [Pauler 1998]. A family has to win by a margin, since it says less than an effect.
+all effects and families say is left, less what chance leaves, plus a penalty per parameter (:func:`penalty_of`). A family has to win by
+a margin, since it says less than an effect.
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,6 +22,8 @@ from estimator.effects.link import EffectModel
 from estimator.effects.model import Model
 from estimator.effects.plane_field import PlaneField, plane_field_like
 from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState, fit_campaign
+from estimator.fitting.campaign_covariance import CampaignCovariance, campaign_covariance
+from estimator.motion.flight import N_PARAMETERS
 
 MARGIN = 10.0
 """Of the criterion, by which an unknown must be better: very strong evidence [Kass and Raftery 1995]."""
@@ -42,12 +44,12 @@ def better_unknown(
     campaign: Campaign, before: Sequence[CampaignFit], last: CampaignFit, catalogue: Mapping[str, EffectModel]
 ) -> Simpler | None:
     """The best family in place of what was added after one of the fits ``before``, or ``None`` where the ``last`` fit is better."""
-    criterion = _criterion(campaign, last, catalogue)
+    criterion = criterion_of(campaign, last, catalogue)
     found, beaten = None, criterion - MARGIN
     # what a model that is right may leave, less its degrees of freedom: noise is counted with caution
-    chance = min(criterion - penalty_of(campaign, last.model.effects), 0.0)
+    chance = min(criterion - penalty_of(campaign, last), 0.0)
     for fit in before:
-        own = penalty_of(campaign, fit.model.effects)
+        own = penalty_of(campaign, fit)
         if own + min(_least_penalty(campaign, family) for family in EMPIRICAL.values()) + chance >= beaten:
             continue  # the least of them would not win if it left no more than chance does
         for test, tests, p in _likely(campaign, fit, catalogue):
@@ -59,28 +61,57 @@ def better_unknown(
     return found
 
 
-def penalty_of(campaign: Campaign, effects: Iterable[EffectModel | type[EffectModel]]) -> float:
-    """Schwarz's penalty of the free parameters of ``effects``."""
-    sequences = len(campaign.sequences)
-    n = campaign.kind.independent(campaign)
-    free = [e for e in effects if e.held is None]
-    of_all = sum(len(e.entry.parameters) for e in free if e.entry.scope is not Scope.SEQUENCE)
-    of_one = sum(len(e.entry.parameters) for e in free if e.entry.scope is Scope.SEQUENCE)
-    return float(of_all * np.log(n) + sequences * of_one * np.log(n / sequences))
+def penalty_of(campaign: Campaign, fit: CampaignFit) -> float:
+    """Penalty of the free parameters of a fit.
+
+    ``ln n`` for each that all sequences share [Schwarz 1978]. Of an effect that every sequence has for itself, one such for the spread of
+    its values and, for each value, what that spread is worth: ``ln z²`` with the mean square of values over their errors [George and
+    Foster 2000]; the logarithm of the sequence's own measurements at most.
+    """
+    covariance = None
+    total = 0.0
+    for effect, part in zip(fit.model.effects, fit.model.slices, strict=True):
+        if effect.held is not None:
+            continue
+        most = _most_penalty(campaign, effect)
+        if effect.entry.scope is Scope.SEQUENCE:
+            covariance = covariance or campaign_covariance(campaign, fit)
+            most = min(most, _spread_penalty(campaign, fit, covariance, part))
+        total += most
+    return total
+
+
+def _spread_penalty(campaign: Campaign, fit: CampaignFit, covariance: CampaignCovariance, part: slice) -> float:
+    """Penalty of the values of one effect, counted by their spread."""
+    values = np.stack([theta[part] for theta in fit.state.theta])
+    columns = N_PARAMETERS + np.arange(part.start, part.stop)
+    variance = np.stack([np.diag(covariance.of(s, columns)) for s in range(len(values))])
+    seen = variance > 0.0
+    z2 = np.sum(np.where(seen, values**2 / np.where(seen, variance, 1.0), 0.0), axis=0) / np.maximum(seen.sum(axis=0), 1)
+    return float(np.log(campaign.kind.independent(campaign)) + len(values) * np.sum(np.log(np.maximum(z2, 1.0))))
+
+
+def _most_penalty(campaign: Campaign, effect: EffectModel | type[EffectModel]) -> float:
+    """Penalty of an effect, each of whose values is counted for itself."""
+    n, sequences, count = campaign.kind.independent(campaign), len(campaign.sequences), len(effect.entry.parameters)
+    own = effect.entry.scope is Scope.SEQUENCE
+    return float(sequences * count * np.log(n / sequences) if own else count * np.log(n))
 
 
 def _least_penalty(campaign: Campaign, family: EffectModel) -> float:
-    """Penalty of a family, or of the narrower one that may stand for it."""
-    return penalty_of(campaign, (PlaneField if isinstance(family, ForceField) else family,))
+    """The least that a family may cost, or the narrower one that may stand for it."""
+    if family.entry.scope is Scope.SEQUENCE:
+        return float(np.log(campaign.kind.independent(campaign)))
+    return _most_penalty(campaign, PlaneField if isinstance(family, ForceField) else family)
 
 
 def _criteria(campaign: Campaign, fit: CampaignFit, test: ScoreTest, catalogue: Mapping[str, EffectModel]) -> Iterator[float]:
     """The criteria of refits with a family: a field of force also as one that points one way; none of what cannot be flown."""
     try:
         refitted = fit_extended(campaign, fit, test)
-        yield _criterion(campaign, refitted, catalogue)
+        yield criterion_of(campaign, refitted, catalogue)
         if isinstance(test.effect, ForceField):
-            yield _criterion(campaign, _one_way(campaign, fit, refitted, test.effect), catalogue)
+            yield criterion_of(campaign, _one_way(campaign, fit, refitted, test.effect), catalogue)
     except (ValueError, np.linalg.LinAlgError):
         return
 
@@ -102,12 +133,12 @@ def _others(campaign: Campaign, fit: CampaignFit, catalogue: Mapping[str, Effect
     return Candidates(known.effects + wide.effects, known.starts + wide.starts), len(known.effects)
 
 
-def _criterion(campaign: Campaign, fit: CampaignFit, catalogue: Mapping[str, EffectModel]) -> float:
+def criterion_of(campaign: Campaign, fit: CampaignFit, catalogue: Mapping[str, EffectModel]) -> float:
     """What is left at a fit, less its degrees of freedom, plus the penalty of the model's parameters."""
     others, _ = _others(campaign, fit, catalogue)
     _, scores = score_tests(campaign, fit, others)
     left = by_remainder(scores, penalty=0.0)
-    return left.nothing - left.columns + penalty_of(campaign, fit.model.effects)
+    return left.nothing - left.columns + penalty_of(campaign, fit)
 
 
 def _likely(
@@ -118,5 +149,5 @@ def _likely(
     tests, scores = score_tests(campaign, fit, others)
     ranking, wide = by_remainder(scores, penalty=0.0), tuple(tests[known:])
     worth = [h for h in ranking.hypotheses if h.effect >= known and h.remainder < WORTH_A_FIT * ranking.nothing + ranking.columns]
-    worth.sort(key=lambda h: h.criterion + penalty_of(campaign, (tests[h.effect].effect,)))
+    worth.sort(key=lambda h: h.criterion + _most_penalty(campaign, tests[h.effect].effect))
     return [(tests[h.effect], wide, min(1.0, tests[h.effect].p * len(wide))) for h in worth[:REFITTED]]

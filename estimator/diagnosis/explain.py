@@ -13,7 +13,8 @@ import numpy as np
 from scipy.stats import chi2
 
 from datasets.vocabulary.effects import Scope
-from estimator.diagnosis.contest import better_unknown
+from estimator.diagnosis.contest import better_unknown, criterion_of
+from estimator.diagnosis.extending import fit_extended
 from estimator.diagnosis.ranking import Ranking, rank
 from estimator.diagnosis.refitting import Rules, contenders, penalty_of, random_contender
 from estimator.diagnosis.score_tests import Candidates, EfficientScores, ScoreTest, score_tests
@@ -27,6 +28,9 @@ from estimator.fitting.campaign_covariance import CampaignCovariance, campaign_c
 from estimator.fitting.held_out import HeldOut, held_out
 from estimator.fitting.time_shifts import held_out_gain
 from estimator.motion.flight import N_PARAMETERS
+
+STILL_AS_GOOD = 1.01
+"""Held-out errors over those before, within which a simpler effect takes the place of one that contains it."""
 
 
 @dataclass(frozen=True)
@@ -107,6 +111,11 @@ def explain(
         dropped += superfluous
     fit, superfluous = _pruned(campaign, fit, rules)
     dropped += superfluous
+    simplified = _simplified(campaign, fit, catalogue, error)
+    if simplified is not None:
+        told(f"{simplified.added} explains as much as {simplified.group[1]}")
+        dropped += (simplified.group[1],)
+        steps, fit = [*steps, simplified], simplified.fit
     before = (base, *(step.fit for step in steps if step.accepted))[:-1]
     simpler = better_unknown(campaign, before, fit, catalogue) if steps and steps[0].accepted else None
     if simpler is not None:
@@ -160,17 +169,42 @@ def _pruned(campaign: Campaign, fit: CampaignFit, rules: Rules) -> tuple[Campaig
         )
         if weakest[0] <= rules.superfluous:
             return fit, tuple(dropped)
-        part = fit.model.slices[weakest[1]]
         dropped.append(fit.model.effects[weakest[1]].entry.key)
-        model = Model(tuple(e for i, e in enumerate(fit.model.effects) if i != weakest[1]))
-        state = CampaignState(fit.state.flights, tuple(np.delete(t, np.r_[part]) for t in fit.state.theta))
-        fit = fit_campaign(campaign, state, model)
+        fit = _without(campaign, fit, weakest[1])
+
+
+def _without(campaign: Campaign, fit: CampaignFit, number: int) -> CampaignFit:
+    """The fit without effect ``number``."""
+    model = Model(tuple(e for i, e in enumerate(fit.model.effects) if i != number))
+    state = CampaignState(fit.state.flights, tuple(np.delete(t, np.r_[fit.model.slices[number]]) for t in fit.state.theta))
+    return fit_campaign(campaign, state, model)
+
+
+def _simplified(campaign: Campaign, fit: CampaignFit, catalogue: Mapping[str, EffectModel], error: HeldOut) -> Step | None:
+    """A step that puts what an effect contains in its place, where the criterion falls and held-out errors stay."""
+    for number, effect in enumerate(fit.model.effects):
+        for key in effect.contains:
+            if key not in catalogue or key in fit.model.keys:
+                continue
+            without = _without(campaign, fit, number)
+            tests, scores = _tests(campaign, without, {key: catalogue[key]})
+            new = fit_extended(campaign, without, tests[0])
+            if criterion_of(campaign, new, catalogue) >= criterion_of(campaign, fit, catalogue):
+                continue
+            after = held_out(campaign, new.state, new.model)
+            if after.rms_px <= STILL_AS_GOOD * error.rms_px:
+                ranking = rank(scores, tests, penalty=penalty_of(campaign))
+                return Step(key, (key, effect.entry.key), tests[0].p, tuple(tests), ranking, error, after, True, new)
+    return None
 
 
 def wald_p(fit: CampaignFit, covariance: CampaignCovariance, number: int) -> float:
-    """p-value of effect ``number`` being zero; parameters that are searched for do not count."""
+    """p-value of effect ``number`` being zero; parameters that are searched for do not count, and numbers of nothing are zero."""
     effect, part = fit.model.effects[number], fit.model.slices[number]
     parameters = effect.entry.parameters
+    whole = [part.start + i for i, p in enumerate(parameters) if p.name in effect.whole]
+    if whole and not any(np.rint(theta[whole]).any() for theta in fit.state.theta):
+        return 1.0
     counted = [i for i, p in enumerate(parameters) if p.name in effect.entry.sizes]
     columns = part.start + np.array(counted)
     sequences = range(len(fit.state.theta)) if effect.entry.scope is Scope.SEQUENCE else range(1)

@@ -16,19 +16,24 @@ from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState, fit
 ALPHA = 1e-3
 """Corrected p-value of a sequence's test below which its place is moved, if that lowers the cost."""
 ROUNDS = 3
+SHARES = (1.0, 0.0)
+"""Of one-step values at which a fit starts; an effect that leaves a larger cost than no effect at all was not found from there."""
 
 
-def extended(fit: CampaignFit, *tests: ScoreTest) -> tuple[Model, CampaignState]:
-    """The model with the tested effects, and where its fit starts: their best starts moved by the one-step values."""
+def extended(fit: CampaignFit, *tests: ScoreTest, share: float = 1.0) -> tuple[Model, CampaignState]:
+    """The model with the tested effects, and where its fit starts: their best starts moved by a ``share`` of the one-step values."""
     model = Model((*fit.model.effects, *(test.effect for test in tests)))
-    thetas = [np.concatenate([theta, *(_first(test, i) for test in tests)]) for i, theta in enumerate(fit.state.theta)]
+    thetas = [np.concatenate([theta, *(_first(test, i, share) for test in tests)]) for i, theta in enumerate(fit.state.theta)]
     return model, CampaignState(fit.state.flights, tuple(thetas))
 
 
 def fit_extended(campaign: Campaign, fit: CampaignFit, *tests: ScoreTest) -> CampaignFit:
-    """The fit with the tested effects, whose places are searched for again."""
-    model, start = extended(fit, *tests)
-    new = fit_campaign(campaign, start, model)
+    """The fit with the tested effects, whose places are searched for again; a step that led astray is taken again, shorter."""
+    for share in SHARES:
+        model, start = extended(fit, *tests, share=share)
+        new = fit_campaign(campaign, start, model)
+        if new.cost <= fit.cost:
+            break
     for number in range(len(fit.model.effects), len(model.effects)):
         effect = model.effects[number]
         if effect.entry.scope is Scope.SEQUENCE and set(effect.entry.searched) & set(effect.frozen):
@@ -63,11 +68,11 @@ def _worth_moving(test: ScoreTest) -> list[int]:
     return sorted((sequence for sequence in found if found[sequence] > level), key=lambda sequence: -found[sequence])
 
 
-def _first(test: ScoreTest, sequence: int) -> NDArray[np.float64]:
-    """Parameters of a tested effect in a sequence."""
+def _first(test: ScoreTest, sequence: int, share: float = 1.0) -> NDArray[np.float64]:
+    """Parameters of a tested effect in a sequence, at a ``share`` of the one-step values."""
     key = sequence if test.effect.entry.scope is Scope.SEQUENCE else None
     value = test.starts.get(key, next(iter(test.starts.values()))).copy()
     for column, size in zip(test.columns, test.theta[: len(test.columns)], strict=True):
         if column.sequence == key:
-            value[column.parameter] += size
+            value[column.parameter] += share * size
     return test.effect.first_guess(value)

@@ -6,8 +6,8 @@ as many degrees of freedom as there are columns less those of E [Aitken 1936]. H
 per parameter [Hannan and Quinn 1979]; those that leave nearly the same cannot be told apart by these data. Two effects together are a
 hypothesis like one: where two are missing, a third that is neither may leave less than each alone.
 
-A value that nature does not produce (negative drag) counts against an effect, and an effect that is random in every frame is compared by
-what it gains in likelihood, since it leaves no mean in the scores.
+A value that nature does not produce (negative drag), or hardly, counts against an effect, and an effect that is random in every frame is
+compared by what it gains in likelihood, since it leaves no mean in the scores.
 """
 
 from collections.abc import Iterable, Sequence
@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from estimator.diagnosis.score_tests import EfficientScores, ScoreTest
-from estimator.effects.parameter_values import is_plausible
+from estimator.effects.parameter_values import surprise
 
 Array = NDArray[np.float64]
 SMALLEST_SHARE = 1e-3
@@ -50,19 +50,15 @@ class Ranking:
         return float(chi2.sf(self.nothing, max(self.columns, 1)))
 
 
-IMPLAUSIBLE = 30.0
-"""Added to the criterion of an effect whose best value lies outside its plausible range by more than ``BEYOND`` standard deviations."""
 BEYOND = 2.0
+"""Standard deviations around a value of which some has to lie in the plausible range, or its surprise is added to the criterion."""
 
 
 def rank(scores: EfficientScores, tests: Sequence[ScoreTest], *, penalty: float) -> Ranking:
     """Order the effects; ``tests`` are theirs, in the order of their numbers in ``scores``; ``penalty`` per parameter."""
     plain = by_remainder(scores, penalty=penalty)
     rivals = max((t.explained - penalty * len(t.columns) for t in tests if not t.random), default=0.0)
-    found = [
-        replace(h, criterion=h.criterion + (0.0 if plausible(tests[h.effect], tests[h.effect].theta) else IMPLAUSIBLE))
-        for h in plain.hypotheses
-    ]
+    found = [replace(h, criterion=h.criterion + surprise_of(tests[h.effect], tests[h.effect].theta)) for h in plain.hypotheses]
     best = min((h.criterion for h in found), default=plain.nothing)
     for number, test in enumerate(tests):
         if test.random:
@@ -71,13 +67,14 @@ def rank(scores: EfficientScores, tests: Sequence[ScoreTest], *, penalty: float)
     return replace(plain, hypotheses=tuple(sorted(found, key=lambda h: h.criterion)))
 
 
-def plausible(test: ScoreTest, theta: Array) -> bool:
-    """Whether values (c,) of a test's columns are ones that nature or a laboratory is expected to produce."""
+def surprise_of(test: ScoreTest, theta: Array) -> float:
+    """The largest surprise at values (c,) of a test's columns, each within ``BEYOND`` standard deviations."""
     deviation = np.sqrt(np.maximum(np.diag(test.covariance), 0.0))[: len(test.columns)]
-    for column, value, sigma in zip(test.columns, theta[: len(test.columns)], deviation, strict=True):
-        if not is_plausible((value - BEYOND * sigma, value + BEYOND * sigma), test.effect.entry.parameters[column.parameter]):
-            return False
-    return True
+    found = [
+        surprise((value - BEYOND * sigma, value + BEYOND * sigma), test.effect.entry.parameters[column.parameter])
+        for column, value, sigma in zip(test.columns, theta[: len(test.columns)], deviation, strict=True)
+    ]
+    return max(found, default=0.0)
 
 
 def by_remainder(scores: EfficientScores, *, penalty: float) -> Ranking:

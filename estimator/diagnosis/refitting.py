@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
+from estimator.diagnosis.contest import criterion_of
 from estimator.diagnosis.extending import fit_extended
-from estimator.diagnosis.ranking import IMPLAUSIBLE, Hypothesis, Pair, Ranking, by_remainder, misfit_unit, pairs_by_remainder, plausible
+from estimator.diagnosis.ranking import Hypothesis, Pair, Ranking, by_remainder, misfit_unit, pairs_by_remainder, surprise_of
 from estimator.diagnosis.score_tests import Candidates, EfficientScores, ScoreTest, score_tests
 from estimator.fitting.campaign import Campaign, CampaignFit
 
@@ -56,8 +57,8 @@ class Refitted:
     """A refit with an effect more, of ``parameters`` in the whole campaign.
 
     ``group``: keys of the effects that it cannot be told from, its own first. ``left``: chi-squared of what the scores of all others say
-    is left, of ``columns`` degrees of freedom. ``odd``: whether its value is one that nature does not produce. ``evidence`` is what the
-    data say against it among others, ``criterion`` that with a surcharge where it is odd.
+    is left, of ``columns`` degrees of freedom. ``surprise`` at its value, where nature hardly produces it. ``evidence`` is what the data
+    say against it among others, ``criterion`` that with the surprise.
     """
 
     test: ScoreTest
@@ -66,7 +67,7 @@ class Refitted:
     left: float
     columns: int
     parameters: int
-    odd: bool = False
+    surprise: float = 0.0
     evidence: float = np.inf
     criterion: float = np.inf
 
@@ -79,13 +80,26 @@ def contenders(campaign: Campaign, fit: CampaignFit, found: Found, rules: Rules)
         return ()
     window = known[0].criterion + rules.window
     close = [h for i, h in enumerate(known[: rules.shortlist]) if i < FEWEST_REFITTED or h.criterion <= window]
-    refitted = _judged([_refit(campaign, fit, tests, h) for h in close], penalty_of(campaign))
+    refits = [_refit(campaign, fit, tests, h) for h in close]
+    better = [r for r in refits if r.fit.cost <= fit.cost]
+    refitted = _judged(better or refits, penalty_of(campaign))
     chosen = refitted[0]
     if chosen.parameters > MANY or chi2.sf(chosen.left, max(chosen.columns, 1)) < rules.alpha:
         both = _pair(campaign, fit, found, refitted, rules)
         if both:
             return both
-    return (replace(chosen, group=tuple(_key(r) for r in refitted if r.evidence <= chosen.evidence + rules.margin)),)
+    group = [r for r in refitted if r.evidence <= chosen.evidence + rules.margin]
+    leader = _simplest(campaign, chosen, group, tests)
+    return (replace(leader, group=(_key(leader), *(_key(r) for r in group if r is not leader))),)
+
+
+def _simplest(campaign: Campaign, chosen: Refitted, group: Sequence[Refitted], tests: Sequence[ScoreTest]) -> Refitted:
+    """The chosen effect, or what it contains where that cannot be told from it and explains it in fewer words."""
+    contained = [r for r in group if _key(r) in chosen.test.effect.contains]
+    if not contained:
+        return chosen
+    known = {t.effect.entry.key: t.effect for t in tests}
+    return min((chosen, *contained), key=lambda r: criterion_of(campaign, r.fit, known))
 
 
 def random_contender(campaign: Campaign, fit: CampaignFit, found: Found, rules: Rules) -> tuple[Refitted, ...]:
@@ -103,7 +117,7 @@ def _judged(refits: Sequence[Refitted], penalty: float) -> list[Refitted]:
     """
     unit = misfit_unit((r.left, r.columns) for r in refits)
     found = [replace(r, evidence=r.left / unit + penalty * r.parameters) for r in refits]
-    return sorted((replace(r, criterion=r.evidence + (IMPLAUSIBLE if r.odd else 0.0)) for r in found), key=lambda r: r.criterion)
+    return sorted((replace(r, criterion=r.evidence + r.surprise) for r in found), key=lambda r: r.criterion)
 
 
 def _key(refitted: Refitted) -> str:
@@ -165,8 +179,8 @@ def _refit(campaign: Campaign, fit: CampaignFit, tests: Sequence[ScoreTest], hyp
     test = tests[hypothesis.effect]
     new = fit_extended(campaign, fit, test)
     left, columns = _left(campaign, new, tests, (hypothesis.effect,))
-    odd = not plausible(test, _values(new, test))
-    return Refitted(test, (test.effect.entry.key,), new, left, columns, hypothesis.parameters, odd=odd)
+    found = surprise_of(test, _values(new, test))
+    return Refitted(test, (test.effect.entry.key,), new, left, columns, hypothesis.parameters, surprise=found)
 
 
 def _left(campaign: Campaign, new: CampaignFit, tests: Sequence[ScoreTest], added: tuple[int, ...]) -> tuple[float, int]:

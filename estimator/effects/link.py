@@ -1,7 +1,8 @@
 """The protocol of an effect: the links of the forward chain that it may touch.
 
-``times -> body -> acceleration, torque -> scale -> (poses) -> correct -> (tangency errors) -> shift``. An effect overrides the one link it
-belongs to; every other link is the identity. Parameters come as an array in the order of the effect's entry in the catalogue;
+``times, delays -> body -> acceleration, torque -> scale -> (poses) -> correct -> (tangency errors) -> shift``. An effect overrides the
+link it belongs to (a rolling shutter two: it delays outlines, and shears them); every other link is the identity. Parameters come as an
+array in the order of the effect's entry in the catalogue;
 derivatives are central differences of the link alone, in steps of the entry, so a plug-in needs none.
 """
 
@@ -79,6 +80,11 @@ class Moving:
         """From the centre to the points (n, k, 2, 3) m of the outline whose outward normals are ``normals_body`` (n, k, 2, 3)."""
         return np.einsum("nij,nkmj->nkmi", self.R_cam_body, self.furthest(normals_body))
 
+    def arms_towards(self, u: Array) -> Array:
+        """From the centre to the points (n, a, 3) m of the outline that lie furthest along directions ``u`` (a, 2) in the picture."""
+        normals = np.einsum("nij,aj->nai", self.R_cam_body.transpose(0, 2, 1)[:, :, :2], u)
+        return np.einsum("nij,naj->nai", self.R_cam_body, self.furthest(normals))
+
     def velocity(self, arms: Array) -> Array:
         """Velocity (n, k, 2, 3) m/s of the body's points there."""
         return np.asarray(self.v_cam[:, None, None] + np.cross(self.omega_cam[:, None, None], arms))
@@ -93,8 +99,10 @@ class Places:
     ``radius_px`` (n, k, 2) radius of curvature of the outline, ``mean_radius_px`` (n,) its mean over directions,
     ``recession`` (n, k, 2, S) of the tangents under a blur over the blur, at the tabled blurs, ``erosion`` (n, k, 2, D) that of an inner
     parallel curve over its depth, ``leak`` (n, k, 2, D) that under a leak of light over its loss, both at the tabled depths;
-    ``depth_m`` (n,) of the particle, ``first_depth_m`` its depth in the first frame; ``view_ratio`` (n, k, 2) px of error per px of a
-    view's outline; ``camera`` the intrinsics, ``times_s`` (n,) since the first frame; ``moving`` the body's movement.
+    ``outline_px`` (n, a, 2) the points of the outline that lie furthest along ``outward`` (a, 2), ``rows_px`` (n,) the middle of its rows
+    below the camera's middle row; ``depth_m`` (n,) of the particle, ``first_depth_m`` its depth in the first frame; ``view_ratio``
+    (n, k, 2) px of error per px of a view's outline; ``camera`` the intrinsics, ``times_s`` (n,) since the first frame; ``moving`` the
+    body's movement.
     """
 
     point_px: Array
@@ -106,6 +114,9 @@ class Places:
     recession: Array
     erosion: Array
     leak: Array
+    outline_px: Array
+    outward: Array
+    rows_px: Array
     depth_m: Array
     first_depth_m: float
     view_ratio: Array
@@ -144,6 +155,8 @@ class EffectModel:
     accuracy: ClassVar[float] = 0.0
     """How far the reduced model's sizes are off nature's: a standard deviation as a share of the size, beside that of noise. Bounded by
     the share of an effect that its model leaves on bodies with corners, ``tests/agreement/test_corners.py``."""
+    contains: ClassVar[tuple[str, ...]] = ()
+    """Keys of effects of fewer parameters that this one can be, too: where they explain as much, they are what is there."""
     random: ClassVar[bool] = False
     """Whether the effect is drawn anew in every frame: its one parameter is a standard deviation, known to the fit as variance."""
 
@@ -167,6 +180,11 @@ class EffectModel:
         """True times (f,) s of frames whose nominal times are ``times_s``."""
         del theta, setting
         return times_s
+
+    def delays(self, theta: Array, rows_px: Array) -> Array | None:
+        """How much later (n,) s than its stamp an outline is seen whose middle is ``rows_px`` (n,) below the middle row; ``None``: not."""
+        del theta, rows_px
+        return None
 
     def body(self, theta: Array, setting: Setting) -> BodyChange:
         """What the effect does to the body."""

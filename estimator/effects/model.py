@@ -72,6 +72,14 @@ class Model:
             times_s = effect.times(theta[part], setting, times_s)
         return times_s
 
+    def delays(self, theta: Array, rows_px: Array) -> Array:
+        """Sum of the delays (n,) s of outlines."""
+        total = np.zeros(len(rows_px))
+        for effect, part in zip(self.effects, self.slices, strict=True):
+            delays = effect.delays(theta[part], rows_px)
+            total = total if delays is None else total + delays
+        return total
+
     def body(self, theta: Array, setting: Setting) -> BodyChange:
         """Sum of the changes to the body."""
         com, inertia = np.zeros(3), np.zeros(5)

@@ -15,7 +15,7 @@ from estimator.effects.link import Moving, Places, Setting
 from estimator.effects.model import Model, overrides
 from estimator.fitting.prediction import Prediction, predict
 from estimator.fitting.rim import Rim
-from estimator.fitting.trajectory import FitTask, body_normals, particle_poses
+from estimator.fitting.trajectory import OUTWARD, FitTask, body_normals, particle_poses
 from estimator.geometry.cast_outline import cast_outline, casting_mesh
 from estimator.geometry.epipolar_tangency import TangencyErrors, tangency_errors
 from estimator.geometry.outline_bias import without_bias
@@ -86,7 +86,7 @@ def model_errors(sequence: SequenceTask, flight: Flight, model: Model, theta: Ar
     Errors are those of the corrected picture in pixels of the recorded one: an effect that shrinks the picture explains nothing by that.
     """
     task, setting = sequence.task, sequence.setting
-    prediction = predict(flight, model, theta, setting, task.sightings.times_s)
+    prediction = predict(flight, model, theta, setting, task.sightings.times_s, rows_px=task.sightings.rows_px)
     scale = model.scale(theta)
     first, corrected = _corrected(sequence, model, theta)
     placed = particle_poses(flight, prediction.poses, task.sightings, scale=scale)
@@ -163,6 +163,9 @@ def _places(sequence: SequenceTask, prediction: Prediction, errors: TangencyErro
         recession=there.recession,
         erosion=there.erosion,
         leak=there.leak,
+        outline_px=sightings.furthest_px,
+        outward=OUTWARD,
+        rows_px=sightings.rows_px,
         depth_m=centre_cam[:, 2],
         first_depth_m=float(centre_cam[first_frame, 2]),
         view_ratio=errors.jacobian[:, :, :2, 7],

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.effects.link import EffectModel, Setting
+from estimator.effects.link import Setting
 from estimator.effects.model import Model, ModelForces, overrides
 from estimator.motion.flight import COM, INERTIA, N_PARAMETERS, STEPS, Flight, FlightPoses, inertia_matrix, pose_differences, states
 from estimator.motion.rigid_body import States, angular_velocity, rotation_matrices
@@ -31,11 +31,12 @@ class Prediction:
     sensitivity: Array
 
 
-def predict(flight: Flight, model: Model, theta: Array, setting: Setting, times_s: Array) -> Prediction:
-    """Poses at nominal times ``times_s`` (n,) and their derivatives; ``theta`` (q,)."""
+def predict(flight: Flight, model: Model, theta: Array, setting: Setting, times_s: Array, *, rows_px: Array | None = None) -> Prediction:
+    """Poses at nominal times ``times_s`` (n,) and their derivatives; ``theta`` (q,), ``rows_px`` (n,) of outlines, if there are any."""
+    rows_px = np.zeros(len(times_s)) if rows_px is None else rows_px
     change = model.body(theta, setting)
     flight = replace(flight, com=flight.com + change.com, inertia=flight.inertia + change.inertia)
-    true_times = model.times(theta, setting, times_s)
+    true_times = model.times(theta, setting, times_s) + model.delays(theta, rows_px)
     forced = _forced(model)
     steps, thetas, widths = _perturbations(model, theta, forced)
     forces = ModelForces(model, thetas, setting) if forced.any() else None
@@ -47,9 +48,9 @@ def predict(flight: Flight, model: Model, theta: Array, setting: Setting, times_
     S[:, :, columns] = pose_differences(FlightPoses(centre, R), widths)
     velocity, omega = _velocities(flight, reached, R[:, 0])
     for effect, part in zip(model.effects, model.slices, strict=True):
-        if overrides(effect, "times", "body"):
+        if overrides(effect, "times", "delays", "body"):
             S[:, :, N_PARAMETERS + part.start : N_PARAMETERS + part.stop] += _unforced(
-                effect, theta[part], setting, times_s, (S, velocity, omega)
+                Model((effect,)), theta[part], setting, (times_s, rows_px), (S, velocity, omega)
             )
     return Prediction(FlightPoses(centre[:, :1], R[:, :1]), velocity, omega, S)
 
@@ -82,16 +83,17 @@ def _velocities(flight: Flight, reached: States, R: Array) -> tuple[Array, Array
     return np.asarray(reached.v[:, 0] - np.cross(omega, R @ flight.com)), omega
 
 
-def _unforced(effect: EffectModel, theta: Array, setting: Setting, times_s: Array, at: tuple[Array, Array, Array]) -> Array:
+def _unforced(alone: Model, theta: Array, setting: Setting, when: tuple[Array, Array], at: tuple[Array, Array, Array]) -> Array:
     """Columns (n, 6, q) of one effect through clock and body."""
-    S, velocity, omega = at
+    (times_s, rows_px), (S, velocity, omega) = when, at
     result = np.zeros((len(times_s), 6, len(theta)))
-    for column, parameter in enumerate(effect.entry.parameters):
+    for column, step in enumerate(alone.steps):
         up, down = theta.copy(), theta.copy()
-        up[column], down[column] = up[column] + parameter.step, down[column] - parameter.step
-        width = 2.0 * parameter.step
-        later = (effect.times(up, setting, times_s) - effect.times(down, setting, times_s)) / width
-        high, low = effect.body(up, setting), effect.body(down, setting)
+        up[column], down[column] = up[column] + step, down[column] - step
+        width = 2.0 * step
+        later = (alone.times(up, setting, times_s) - alone.times(down, setting, times_s)) / width
+        later = later + (alone.delays(up, rows_px) - alone.delays(down, rows_px)) / width
+        high, low = alone.body(up, setting), alone.body(down, setting)
         result[:, :, column] = np.hstack([velocity, omega]) * later[:, None]
         result[:, :, column] += S[:, :, COM] @ ((high.com - low.com) / width) + S[:, :, INERTIA] @ ((high.inertia - low.inertia) / width)
     return result

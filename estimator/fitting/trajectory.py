@@ -5,6 +5,7 @@ fit's is ``sum S_iᵀ H_i S_i``. The cost of a step is thus independent of the n
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +20,9 @@ from estimator.motion.flight import COM, INERTIA, N_PARAMETERS, OFFSET, Flight, 
 from estimator.motion.rigid_body import RanAway
 
 Array = NDArray[np.float64]
+DIRECTIONS = 720
+OUTWARD: Array = np.stack([trig(2.0 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS) for trig in (np.cos, np.sin)], axis=1)
+"""Directions (720, 2) in the picture, half a degree apart, from the x axis on: an arc of 100 px is known to 0.001 px."""
 
 
 @dataclass(frozen=True)
@@ -33,6 +37,19 @@ class Sightings:
 
     def __len__(self) -> int:
         return len(self.frame)
+
+    @cached_property
+    def furthest_px(self) -> Array:
+        """Points (n, a, 2) px of the outlines that lie furthest along :data:`OUTWARD`."""
+        outlines = (self.silhouettes.points_px[self.silhouettes.slice_of(i)] for i in range(len(self)))
+        return np.stack([points[np.argmax(points @ OUTWARD.T, axis=0)] for points in outlines])
+
+    @cached_property
+    def rows_px(self) -> Array:
+        """Middle (n,) of the rows that the outlines cover, px below the camera's middle row."""
+        y = self.furthest_px[..., 1]
+        middle = np.array([(c.intrinsics.height_px - 1) / 2 for c in self.cameras])[self.camera]
+        return np.asarray(0.5 * (y.min(axis=1) + y.max(axis=1)) - middle)
 
     @property
     def R_cam_world(self) -> Array:

@@ -18,6 +18,8 @@ from tests.agreement.sizes import SIZES
 
 AGREE = 2e-3
 """Of a column's RMS."""
+AT_CORNERS = {"rolling_shutter": 2e-2}
+"""Where another of the outline's points takes over within a step; elsewhere these are as good."""
 FEWEST = 0.5
 SMOOTH = [(key, name) for key, entry in EFFECTS.items() for name in entry.names if name not in (*MODELS[key].frozen, "sigma")]
 THROUGH_MOTION = [key for key in EFFECTS if EFFECTS[key].stage in ("clock", "body", "dynamics")]
@@ -27,14 +29,16 @@ def errors(key: str, flight: Flight, theta: Array) -> ModelErrors:
     return model_errors(task_of(made(key, SIZES[key])), flight, Model((MODELS[key],)), theta)
 
 
-def agrees(column: Array, ends: tuple[ModelErrors, ModelErrors], width: float) -> None:
+def agrees(column: Array, ends: tuple[ModelErrors, ModelErrors], width: float, agree: float = AGREE) -> None:
     high, low = ends
     stays = (high.tangency.tangency == low.tangency.tangency)[:, :, :2] & high.seen & low.seen
     assert stays.mean() > FEWEST
     slope = (high.e - low.e)[stays] / width
     size = float(np.sqrt(np.mean(slope**2)))
     assert size > 0.0
-    assert np.abs(column[stays] - slope).max() <= AGREE * size
+    apart = np.abs(column[stays] - slope)
+    assert apart.max() <= agree * size
+    assert np.quantile(apart, 0.95) <= AGREE * size
 
 
 @pytest.mark.parametrize(("key", "name"), SMOOTH)
@@ -45,7 +49,7 @@ def test_columns_of_an_effect(key: str, name: str) -> None:
     step[number] = 0.1 * entry.parameters[number].step
     there = errors_at(made(key, SIZES[key]), key, SIZES[key])
     ends = errors(key, flight, theta + step), errors(key, flight, theta - step)
-    agrees(there.J[..., N_PARAMETERS + number], ends, 2.0 * step[number])
+    agrees(there.J[..., N_PARAMETERS + number], ends, 2.0 * step[number], AT_CORNERS.get(key, AGREE))
 
 
 @pytest.mark.parametrize("key", THROUGH_MOTION)

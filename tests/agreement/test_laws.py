@@ -17,6 +17,7 @@ from estimator.effects.model import Model, ModelForces
 from estimator.effects.registry import MODELS
 from estimator.fitting.prediction import Prediction, predict
 from estimator.fitting.time_shifts import gain_of
+from estimator.fitting.trajectory import OUTWARD
 from estimator.geometry.outline_shape import ANGLES, BLURS_PX, DEPTHS_PX, outline_shape
 from estimator.motion.flight import N_PARAMETERS, Flight, inertia_matrix, states
 from estimator.motion.rigid_body import States, angular_velocity, rotation_matrices
@@ -68,6 +69,9 @@ def places() -> Places:
         recession=rng.uniform(0.005, 0.1, (*shape, len(BLURS_PX))),
         erosion=np.ones((*shape, len(DEPTHS_PX))),
         leak=rng.uniform(0.5, 0.9, (*shape, len(DEPTHS_PX))),
+        outline_px=CAMERA.project((centre[:, None] + RADIUS_M * np.pad(OUTWARD, ((0, 0), (0, 1)))).reshape(-1, 3)).reshape(5, -1, 2),
+        outward=OUTWARD,
+        rows_px=np.zeros(5),
         depth_m=DEPTHS_M,
         first_depth_m=0.6,
         view_ratio=rng.uniform(-0.3, -0.1, shape),
@@ -253,19 +257,20 @@ def motion_blur_threshold(key: str) -> None:
 
 
 def rolling_shutter(key: str) -> None:
-    """Backwards and read from the other end it is the same; a ball that moves across the rows is sheared into an ellipse."""
+    """Backwards and read from the other end it is the same; a ball that moves across the rows and is seen round was an ellipse."""
     at, line_time = places(), 2e-7
     there = shift(key, line_time, at)
     back = replace(at, moving=replace(at.moving, v_cam=-at.moving.v_cam, omega_cam=-at.moving.omega_cam))
     np.testing.assert_allclose(shift(key, -line_time, back), there, atol=1e-11)
-    across = np.tile([4.0, 0.0, 0.0], (5, 1))
-    moved = shift(key, line_time, replace(at, moving=replace(at.moving, v_cam=across, omega_cam=np.zeros((5, 3)))))
-    z = at.moving.centre_cam[:, None, None, 2]
-    shear = line_time * CAMERA.fx_px / z * 4.0
-    rows = CAMERA.cy_px + CAMERA.fy_px * at.moving.centre_cam[:, None, None, 1] / z - (CAMERA.height_px - 1) / 2
-    u, r = at.normal, RADIUS_M * CAMERA.fx_px / z
-    reach = r * np.hypot(u[..., 0], u[..., 1] + shear * u[..., 0]) - r
-    np.testing.assert_allclose(moved, u[..., 0] * shear * rows + reach, atol=0.02 * np.abs(moved).max())
+    y, z = at.moving.centre_cam[:, 1:].T
+    rows = CAMERA.cy_px + CAMERA.fy_px * y / z - (CAMERA.height_px - 1) / 2
+    np.testing.assert_allclose(MODELS[key].delays(np.array([line_time]), rows), line_time * rows)
+    across = replace(at.moving, v_cam=np.tile([4.0, 0.0, 0.0], (5, 1)), omega_cam=np.zeros((5, 3)))
+    moved = shift(key, line_time, replace(at, moving=across, rows_px=rows))
+    shear = (line_time * CAMERA.fx_px / z * 4.0)[:, None, None]
+    u, rx, ry = at.normal, *(RADIUS_M * focal / z[:, None, None] for focal in (CAMERA.fx_px, CAMERA.fy_px))
+    reach = np.hypot(rx * u[..., 0], ry * u[..., 1]) - np.hypot(rx * u[..., 0], ry * (u[..., 1] - shear * u[..., 0]))
+    np.testing.assert_allclose(moved, reach, atol=0.02 * np.abs(moved).max())
 
 
 def outline_offset(key: str) -> None:

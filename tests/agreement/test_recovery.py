@@ -2,9 +2,6 @@
 
 A few Gauss-Newton steps of the chain's own derivatives, from no effect and the true state of the first frame; so they also say that these
 derivatives lead there. Sizes are found to the share of them that the reduced model leaves out.
-
-The rolling shutter is the exception: in one flight's pictures velocity takes all but a hundredth of it, less than the two hundredths that
-the reduced model leaves out. There the size is found where the flight is known.
 """
 
 import numpy as np
@@ -19,7 +16,6 @@ from tests.agreement.exact_sequences import made, task_of, theta_of, true_flight
 from tests.agreement.sizes import SIZES
 
 STEPS = 8
-FLIGHT_KNOWN = ("rolling_shutter",)
 EXACT = 5e-3
 REDUCED = {"motion_blur_threshold": 0.06, "rolling_shutter": 0.03, "blooming": 0.02, "rim_light_leak": 0.06, "defocus_growth": 0.1}
 
@@ -31,15 +27,14 @@ def solved(key: str) -> np.ndarray:
     searched = {name: v if name not in entry.sizes else 0.0 for name, v in SIZES[key].items()}
     flight, theta = true_flight(sequence, 0.0), theta_of(key, searched)
     free = np.array([name in entry.sizes for name in entry.names])
-    count = 0 if key in FLIGHT_KNOWN else COM.start
-    columns = np.concatenate([np.arange(count), N_PARAMETERS + np.flatnonzero(free)])
+    columns = np.concatenate([np.arange(COM.start), N_PARAMETERS + np.flatnonzero(free)])
     guessed = not np.array_equal(model.slope_at(theta), theta)
     for _ in range(STEPS):
         step = least_squares_step(model_errors(task_of(sequence), flight, Model((model,)), theta), columns)
         whole = np.zeros(N_PARAMETERS)
-        whole[:count] = step[:count]
+        whole[: COM.start] = step[: COM.start]
         flight = moved(flight, whole)
-        theta[free] += step[count:]
+        theta[free] += step[COM.start :]
         theta, guessed = (model.first_guess(theta), False) if guessed else (theta, False)
     return theta
 

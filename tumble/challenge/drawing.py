@@ -54,8 +54,6 @@ WALL_REFERENCE_M = 0.05
 THRUST_ARM_M = (2e-4, 1e-3)
 DRIFT_TIME_S = (0.003, 0.01)
 """Less than a recording lasts: the rest of a slower drift is a parabola in time, which the pictures cannot tell from gravity."""
-CONTAINED = {"gravity", "uniform_acceleration"}
-"""An acceleration of its own in every sequence is any change of gravity, too."""
 LARGEST_OUTSIDE = {"wall_attraction": 100.0, "outgassing_thrust": 100.0, "thermal_focus_drift": 0.3}
 """m/s², m/s² and relative change of the focal length."""
 
@@ -127,7 +125,11 @@ def draw_cases(plan: Plan, seed: int) -> tuple[Case, ...]:
 
 def pairs_of(keys: Sequence[str]) -> list[tuple[str, ...]]:
     """All pairs but those that no data resolve: what the estimator refuses to fit together, and an acceleration with what it contains."""
-    return [pair for pair in combinations(keys, 2) if contradiction(pair) is None and set(pair) != CONTAINED]
+    return [pair for pair in combinations(keys, 2) if contradiction(pair) is None and not _nested(pair)]
+
+
+def _nested(pair: tuple[str, ...]) -> bool:
+    return any(other in MODELS[key].contains for key in pair for other in pair)
 
 
 def _single(plan: Plan, rng: np.random.Generator) -> list[tuple[str, ...]]:
