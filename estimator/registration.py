@@ -22,7 +22,7 @@ from estimator.fitting.pose_refinement import Views
 from estimator.fitting.rim import rim_of
 from estimator.fitting.time_gaps import longest_stretch
 from estimator.fitting.trajectory import FitTask, restricted
-from estimator.geometry.outline_shape import outline_shape
+from estimator.geometry.outline_shape import as_of_a_hull, outline_shape
 from estimator.measurements.silhouettes import SILHOUETTES
 from estimator.motion.flight import Flight
 from estimator.particle import Particle, views_like
@@ -116,7 +116,8 @@ def _one(
     )
     vertices = (particle.hull.vertices - particle.body.com_particle) @ particle.body.R_particle_body
     flight = candidates[0].solution.state
-    shape = outline_shape(seen_outlines(task, flight, particle.hull))
+    outlines = seen_outlines(task, flight, particle.hull)
+    shape = as_of_a_hull(outline_shape(outlines), outlines)
     task = biased_task(observation, task, particle, flight, configuration)
     return SequenceTask(observation.name, task, setting, rim_of(vertices), shape), flight, views
 

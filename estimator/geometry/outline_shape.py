@@ -15,7 +15,7 @@ flatness ``f`` of the catalogue (``rim_light_leak``): those points are moved, lo
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -79,6 +79,26 @@ class OutlineShape:
             return np.asarray((1.0 - share) * table[rows, low % ANGLES] + share * table[rows, (low + 1) % ANGLES])
 
         return OutlineShape(self.radius_px[rows, nearest], between(self.recession), between(self.erosion), between(self.leak))
+
+
+RELIABLE, HOLLOW = 0.9, 0.035
+"""How much of what a hull's leaks vary by is nature's where its outlines are convex, and the hollow share of them that halves it."""
+
+
+def as_of_a_hull(shape: OutlineShape, polygons: Sequence[Array]) -> OutlineShape:
+    """What the outlines of a visual hull, of this ``shape``, say of those of the body inside it.
+
+    A hull has the body's hollows in part only, so which stretches are flat it knows of convex bodies and hardly of jagged ones. Leaks are
+    drawn towards their mean by what bodies of both kinds showed, lest an error of the hull count as knowledge [regression calibration,
+    Carroll, Ruppert, Stefanski and Crainiceanu 2006, ch. 4].
+    """
+    whole = [i for i, polygon in enumerate(polygons) if len(polygon) >= MINIMUM_VERTICES]
+    if not whole:
+        return shape
+    filled = [shapely.polygons(polygons[i]) for i in whole]
+    hollow = 1.0 - np.mean([shapely.area(f) / max(shapely.area(shapely.convex_hull(f)), 1e-9) for f in filled])
+    mean = shape.leak[whole].mean(axis=(0, 1))
+    return replace(shape, leak=mean + RELIABLE / (1.0 + hollow / HOLLOW) * (shape.leak - mean))
 
 
 def outline_shape(polygons: Sequence[Array]) -> OutlineShape:
