@@ -1,0 +1,58 @@
+"""What a model pays for its parameters in the contest with something unknown, and which of two nested effects stands."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from estimator.diagnosis import refitting
+from estimator.diagnosis.adding import with_effect
+from estimator.diagnosis.contest import penalty_of
+from estimator.diagnosis.refitting import Refitted
+from estimator.diagnosis.score_tests import ScoreTest
+from estimator.effects.registry import MODELS
+from estimator.fitting.campaign import CampaignState
+from tests.estimator.small_campaign import fitted, registered
+
+
+def one_number() -> float:
+    return float(np.log(registered().campaign.kind.independent(registered().campaign)))
+
+
+def test_a_shared_parameter_costs_what_all_measurements_say() -> None:
+    campaign = registered().campaign
+    assert penalty_of(campaign, with_effect(campaign, fitted(), MODELS["gravity"])) == pytest.approx(3 * one_number())
+
+
+def test_values_of_sequences_cost_by_their_spread_and_never_more_than_for_themselves() -> None:
+    campaign, fit = registered().campaign, with_effect(registered().campaign, fitted(), MODELS["uniform_acceleration"])
+    part = fit.model.slices[-1]
+
+    def at(size: float) -> float:
+        thetas = tuple(np.where(np.isin(np.arange(len(t)), np.r_[part]), size, t) for t in fit.state.theta)
+        return penalty_of(campaign, replace(fit, state=CampaignState(fit.state.flights, thetas)))
+
+    none, some, much = at(0.0), at(20.0), at(1e6)
+    assert none == pytest.approx(one_number())
+    assert none < some < much
+    assert much == pytest.approx(6 * (one_number() - np.log(2)))
+
+
+def trial(key: str) -> Refitted:
+    test = ScoreTest(MODELS[key], (), np.zeros(1), np.zeros((1, 1)), 9.0, 1e-4, 9.0, {None: np.zeros(3)})
+    return Refitted(test, (key,), replace(fitted(), cost=1.0 if key == "gravity" else 2.0), 10.0, 5, 3)
+
+
+@pytest.mark.parametrize(("better", "stands"), [("gravity", "gravity"), ("uniform_acceleration", "uniform_acceleration")])
+def test_what_an_effect_contains_stands_where_it_is_the_better_model(monkeypatch: pytest.MonkeyPatch, better: str, stands: str) -> None:
+    costs = {1.0: 0.0 if better == "gravity" else 9.0, 2.0: 5.0}
+    monkeypatch.setattr(refitting, "criterion_of", lambda _campaign, fit, _known: costs[fit.cost])
+    wide, narrow = trial("uniform_acceleration"), trial("gravity")
+    found = refitting._simplest(registered().campaign, wide, [wide, narrow], [wide.test, narrow.test])
+    assert found.test.effect.entry.key == stands
+
+
+def test_effects_that_contain_nothing_stand_without_a_contest(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(refitting, "criterion_of", None)
+    narrow = trial("gravity")
+    assert refitting._simplest(registered().campaign, narrow, [narrow, trial("linear_drag")], []) is narrow
