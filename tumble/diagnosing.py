@@ -25,7 +25,7 @@ from estimator.diagnosis.separation import Separation, separations
 from estimator.diagnosis.separation_words import advised
 from estimator.diagnosis.unknown import unknown
 from estimator.diagnosis.verdict import Verdict, verdict_of
-from estimator.effects.choosing import catalogue
+from estimator.effects.choosing import catalogue, contradiction
 from estimator.effects.link import EffectModel
 from estimator.fitting.campaign import Campaign, CampaignFit
 from estimator.fitting.campaign_covariance import CampaignCovariance, campaign_covariance
@@ -238,9 +238,13 @@ def _lowers(before: Rung, rung: Rung) -> bool:
     return rung.held_out.rms_px < before.held_out.rms_px
 
 
-def not_applicable(campaign: Campaign, candidates: Mapping[str, EffectModel]) -> dict[str, str]:
-    """Why some candidates cannot be on trial."""
-    reasons = {key: campaign.kind.why_not(campaign, effect) for key, effect in candidates.items()}
+def not_applicable(campaign: Campaign, candidates: Mapping[str, EffectModel], model: Sequence[str]) -> dict[str, str]:
+    """Why some candidates cannot be on trial beside the effects of a ``model``."""
+    reasons = {
+        key: campaign.kind.why_not(campaign, effect) or contradiction((*model, key))
+        for key, effect in candidates.items()
+        if key not in model
+    }
     return {key: reason for key, reason in reasons.items() if reason is not None}
 
 
@@ -259,7 +263,7 @@ def _content(verb: str, question: Question, campaign: Prepared, at: tuple[Campai
         "verb": verb,
         "source": str(question.source.resolve()),
         "unit": campaign.registered.campaign.kind.unit,
-        "not_applicable": not_applicable(campaign.registered.campaign, question.candidates),
+        "not_applicable": not_applicable(campaign.registered.campaign, question.candidates, keys_of(fit)),
         "sequences": list(campaign.names),
         "left_out": campaign.left_out,
         "model": keys_of(fit),

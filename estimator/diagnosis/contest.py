@@ -17,6 +17,7 @@ from estimator.diagnosis.extending import fit_extended
 from estimator.diagnosis.ranking import by_remainder
 from estimator.diagnosis.score_tests import Candidates, ScoreTest, score_tests
 from estimator.diagnosis.unknown import ALPHA, Unknown, families
+from estimator.effects.choosing import beside
 from estimator.effects.empirical import EMPIRICAL, ForceField
 from estimator.effects.link import EffectModel
 from estimator.effects.model import Model
@@ -128,7 +129,7 @@ def _one_way(campaign: Campaign, fit: CampaignFit, refitted: CampaignFit, field:
 
 def _others(campaign: Campaign, fit: CampaignFit, catalogue: Mapping[str, EffectModel]) -> tuple[Candidates, int]:
     """Everything that is not in a model, the catalogue's first, and how many of those there are."""
-    known = Candidates.of(campaign, (e for key, e in catalogue.items() if key not in fit.model.keys and not e.random))
+    known = Candidates.of(campaign, (e for e in beside(fit.model.keys, catalogue) if not e.random))
     wide = Candidates.of(campaign, (e for e in families(campaign, fit) if e.entry.key not in fit.model.keys))
     return Candidates(known.effects + wide.effects, known.starts + wide.starts), len(known.effects)
 

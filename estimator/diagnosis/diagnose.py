@@ -15,6 +15,7 @@ from estimator.diagnosis.ranking import Ranking, rank
 from estimator.diagnosis.refitting import penalty_of
 from estimator.diagnosis.score_tests import Candidates, ScoreTest, score_tests
 from estimator.diagnosis.tested_values import tested_values
+from estimator.effects.choosing import beside
 from estimator.effects.link import EffectModel
 from estimator.fitting.campaign import Campaign, CampaignFit
 
@@ -52,8 +53,7 @@ class Diagnosis:
 
 def diagnose(campaign: Campaign, fit: CampaignFit, candidates: Mapping[str, EffectModel], *, margin: float) -> Diagnosis:
     """Test every candidate that is not in the model; ``margin``: difference of the criterion within which effects are one group."""
-    effects = (e for key, e in candidates.items() if key not in fit.model.keys)
-    tests, scores = score_tests(campaign, fit, Candidates.of(campaign, effects))
+    tests, scores = score_tests(campaign, fit, Candidates.of(campaign, beside(fit.model.keys, candidates)))
     return diagnosis_of(tests, rank(scores, tests, penalty=penalty_of(campaign)), margin=margin)
 
 

@@ -20,6 +20,7 @@ from estimator.diagnosis.refitting import Rules, contenders, penalty_of, random_
 from estimator.diagnosis.score_tests import Candidates, EfficientScores, ScoreTest, score_tests
 from estimator.diagnosis.tested_values import p_words
 from estimator.diagnosis.unknown import Unknown, unknown
+from estimator.effects.choosing import beside
 from estimator.effects.curvature_bias import CurvatureBias
 from estimator.effects.link import EffectModel
 from estimator.effects.model import Model
@@ -99,6 +100,8 @@ def explain(
             break
         told(f"the fit misses something ({p_words(p)}); refitting the likeliest effects")
         new = _steps(campaign, fit, (tests, scores, ranking), rules, error)
+        if not new:
+            break
         after, superfluous = _pruned(campaign, new[-1].fit, rules) if steps and new[-1].accepted else (new[-1].fit, ())
         if {step.added for step in new} & set(superfluous):  # compatible with zero: nothing would be gained
             new = tuple(replace(step, accepted=False) for step in new)
@@ -127,7 +130,7 @@ def explain(
 
 
 def _tests(campaign: Campaign, fit: CampaignFit, catalogue: Mapping[str, EffectModel]) -> tuple[list[ScoreTest], EfficientScores]:
-    return score_tests(campaign, fit, Candidates.of(campaign, (e for key, e in catalogue.items() if key not in fit.model.keys)))
+    return score_tests(campaign, fit, Candidates.of(campaign, beside(fit.model.keys, catalogue)))
 
 
 def _steps(

@@ -15,6 +15,7 @@ from estimator.diagnosis.contest import criterion_of
 from estimator.diagnosis.extending import fit_extended
 from estimator.diagnosis.ranking import Hypothesis, Pair, Ranking, by_remainder, misfit_unit, pairs_by_remainder, surprise_of
 from estimator.diagnosis.score_tests import Candidates, EfficientScores, ScoreTest, score_tests
+from estimator.effects.choosing import contradiction
 from estimator.fitting.campaign import Campaign, CampaignFit
 
 Array = NDArray[np.float64]
@@ -80,9 +81,10 @@ def contenders(campaign: Campaign, fit: CampaignFit, found: Found, rules: Rules)
         return ()
     window = known[0].criterion + rules.window
     close = [h for i, h in enumerate(known[: rules.shortlist]) if i < FEWEST_REFITTED or h.criterion <= window]
-    refits = [_refit(campaign, fit, tests, h) for h in close]
-    better = [r for r in refits if r.fit.cost <= fit.cost]
-    refitted = _judged(better or refits, penalty_of(campaign))
+    refits = [r for r in (_refit(campaign, fit, tests, h) for h in close) if np.isfinite(r.left)]
+    if not refits:
+        return ()
+    refitted = _judged(refits, penalty_of(campaign))
     chosen = refitted[0]
     if chosen.parameters > MANY or chi2.sf(chosen.left, max(chosen.columns, 1)) < rules.alpha:
         both = _pair(campaign, fit, found, refitted, rules)
@@ -131,6 +133,7 @@ def _pair(campaign: Campaign, fit: CampaignFit, found: Found, singles: Sequence[
     looked = pairs_by_remainder(scores, penalty=penalty)
     unit = misfit_unit((p.remainder, len(scores.columns) - p.parameters) for p in looked)
     alone = min(h.remainder / unit + penalty * h.parameters for h in ranking.hypotheses if not tests[h.effect].random)
+    looked = tuple(p for p in looked if contradiction([tests[e].effect.entry.key for e in p.effects]) is None)
     likely = sorted(looked, key=lambda p: p.remainder / unit + penalty * p.parameters)[: rules.pairs]
     likely = [p for p in likely if p.remainder / unit + penalty * p.parameters < alone - rules.margin]
     refits = [(refit, pair) for pair in likely if (refit := _refit_pair(campaign, fit, tests, pair)) is not None]
@@ -175,12 +178,18 @@ def _refit_pair(campaign: Campaign, fit: CampaignFit, tests: Sequence[ScoreTest]
 
 
 def _refit(campaign: Campaign, fit: CampaignFit, tests: Sequence[ScoreTest], hypothesis: Hypothesis) -> Refitted:
-    """Refit with one effect more, and what the scores of all the others say is left."""
+    """Refit with one effect more, and what the scores of all the others say is left: infinitely much where the fit was led astray."""
     test = tests[hypothesis.effect]
     new = fit_extended(campaign, fit, test)
-    left, columns = _left(campaign, new, tests, (hypothesis.effect,))
-    found = surprise_of(test, _values(new, test))
-    return Refitted(test, (test.effect.entry.key,), new, left, columns, hypothesis.parameters, surprise=found)
+    astray = Refitted(test, (test.effect.entry.key,), new, np.inf, 0, hypothesis.parameters)
+    if new.cost > fit.cost:
+        return astray
+    try:
+        with np.errstate(over="ignore", invalid="ignore"):  # of effects that cannot be flown from there
+            left, columns = _left(campaign, new, tests, (hypothesis.effect,))
+    except (ValueError, np.linalg.LinAlgError):
+        return astray
+    return replace(astray, left=left, columns=columns, surprise=surprise_of(test, _values(new, test)))
 
 
 def _left(campaign: Campaign, new: CampaignFit, tests: Sequence[ScoreTest], added: tuple[int, ...]) -> tuple[float, int]:

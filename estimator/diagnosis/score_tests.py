@@ -115,7 +115,7 @@ def efficient_scores(campaign: Campaign, fit: CampaignFit, linear: "Linear") -> 
     """Scores of the best start of every effect with their noise, and which start that is, by effect and sequence."""
     scores, projection, seen = _projected(campaign, fit, linear)
     chosen = _best_starts(scores)
-    kept = np.array([i for i, c in enumerate(scores.columns) if chosen[c.effect, c.sequence] == c.start and seen[i]], dtype=np.int64)
+    kept = np.array([i for i, c in enumerate(scores.columns) if chosen.get((c.effect, c.sequence)) == c.start and seen[i]], dtype=np.int64)
     scores = scores.take(kept)
     scores = replace(scores, M=_noise(campaign, fit, linear, (projection, kept)))
     return scores.take(np.flatnonzero(np.diag(scores.M) > LEAST_NOISE * np.diag(scores.H))), chosen

@@ -9,7 +9,7 @@ refusal does not look at the cameras: one scale at a time, as long as no campaig
 """
 
 import difflib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -99,6 +99,11 @@ def contradiction(keys: Sequence[str]) -> str | None:
             f"and {free[0]} makes that free."
         )
     return None
+
+
+def beside(keys: Sequence[str], candidates: Mapping[str, EffectModel]) -> tuple[EffectModel, ...]:
+    """The candidates that a model with the effects ``keys`` can have, too: not there yet, and none that contradicts one of them."""
+    return tuple(effect for key, effect in candidates.items() if key not in keys and contradiction((*keys, key)) is None)
 
 
 def refuse_without_gravity(keys: Sequence[str], gravity_world: Sequence[Array]) -> None:

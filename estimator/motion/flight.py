@@ -166,10 +166,11 @@ def pose_differences(every: FlightPoses, widths: Array) -> Array:
     """Central differences (f, 6, w) of poses: the first flight is the unperturbed one, then come pairs that are ``widths`` (w,) apart."""
     plus, minus = slice(1, None, 2), slice(2, None, 2)
     S = np.empty((len(every.R), 6, len(widths)))
-    S[:, :3] = np.swapaxes((every.centre[:, plus] - every.centre[:, minus]) / widths[None, :, None], 1, 2)
-    turned = every.R[:, plus] @ np.swapaxes(every.R[:, minus], -1, -2)
-    vectors = rotation_vector(turned.reshape(-1, 3, 3)).reshape(len(every.R), len(widths), 3)
-    S[:, 3:] = np.swapaxes(vectors / widths[None, :, None], 1, 2)
+    with np.errstate(over="ignore", invalid="ignore"):  # of trial steps that run away
+        S[:, :3] = np.swapaxes((every.centre[:, plus] - every.centre[:, minus]) / widths[None, :, None], 1, 2)
+        turned = every.R[:, plus] @ np.swapaxes(every.R[:, minus], -1, -2)
+        vectors = rotation_vector(turned.reshape(-1, 3, 3)).reshape(len(every.R), len(widths), 3)
+        S[:, 3:] = np.swapaxes(vectors / widths[None, :, None], 1, 2)
     return S
 
 

@@ -124,7 +124,7 @@ def say_diagnosis(document: Document) -> None:
     if document["ladder"]:
         console.print(ladder_table(document["ladder"], document.get("unit", "px")))
     if document["diagnosis"] is not None and document.get("not_applicable"):
-        say(f"not on trial, since such measurements cannot show them: {', '.join(document['not_applicable'])}.")
+        say(f"not on trial, since such measurements cannot show them beside the model: {', '.join(document['not_applicable'])}.")
     say(document["verdict"]["sentence"])
     for remark in document["verdict"]["remarks"]:
         say(remark)

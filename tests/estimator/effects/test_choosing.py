@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from datasets.errors import InputError
-from estimator.effects.choosing import catalogue, chosen_effects, refuse_without_gravity
+from estimator.effects.choosing import beside, catalogue, chosen_effects, refuse_without_gravity
 from estimator.effects.registry import MODELS
 
 
@@ -67,3 +67,8 @@ def test_what_is_refused_is_degenerate_indeed() -> None:
     assert left("gravity,frame_rate") < 0.02 * left("frame_rate")
     assert left("gravity,length_scale") < 0.02 * left("length_scale")
     assert left("length_scale,frame_rate") < 0.1 * left("frame_rate")
+
+
+def test_what_contradicts_a_model_is_not_beside_it() -> None:
+    keys = {effect.entry.key for effect in beside(["uniform_acceleration"], catalogue())}
+    assert set(catalogue()) - keys == {"uniform_acceleration", "frame_rate", "length_scale"}
