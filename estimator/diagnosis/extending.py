@@ -12,6 +12,7 @@ from datasets.vocabulary.effects import Scope
 from estimator.diagnosis.score_tests import Candidates, ScoreTest, score_tests
 from estimator.effects.model import Model
 from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState, fit_campaign
+from estimator.motion.rigid_body import RanAway
 
 ALPHA = 1e-3
 """Corrected p-value of a sequence's test below which its place is moved, if that lowers the cost."""
@@ -31,7 +32,12 @@ def fit_extended(campaign: Campaign, fit: CampaignFit, *tests: ScoreTest) -> Cam
     """The fit with the tested effects, whose places are searched for again; a step that led astray is taken again, shorter."""
     for share in SHARES:
         model, start = extended(fit, *tests, share=share)
-        new = fit_campaign(campaign, start, model)
+        try:
+            new = fit_campaign(campaign, start, model)
+        except RanAway:
+            if share == SHARES[-1]:
+                raise
+            continue
         if new.cost <= fit.cost:
             break
     for number in range(len(fit.model.effects), len(model.effects)):

@@ -18,6 +18,7 @@ from estimator.fitting.composite_likelihood import WeighedFrames
 from estimator.fitting.measurement_kind import MeasurementKind
 from estimator.fitting.stable_inverse import stable_inverse
 from estimator.motion.flight import COM, INERTIA, N_PARAMETERS, OFFSET, Flight, moved
+from estimator.motion.rigid_body import RanAway
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -198,11 +199,14 @@ def fit_campaign(campaign: Campaign, start: CampaignState, model: Model, *, most
         share = 1.0
         for _ in range(HALVINGS):
             trial = stepped(state, layout, solution, share)
-            new = _linearised(campaign, trial, model)
+            share *= 0.3
+            try:
+                new = _linearised(campaign, trial, model)
+            except RanAway:
+                continue
             new_cost = _cost(campaign, layout, model, (trial, new))
             if new_cost <= cost * (1.0 + STILL_SHARE):
                 break
-            share *= 0.3
         else:
             break
         settled = size < SETTLED or (size < STILL and abs(cost - new_cost) < max(STILL_COST, STILL_SHARE * cost))
