@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.stats import norm
 
 from estimator.contact_validation.fitting import SCATTERS, Fitted, Impacts, costs_of, fit, whitened
-from estimator.contact_validation.held_out import CHANCE, FOLDS, LEAST_AGREEMENT, Judged
+from estimator.contact_validation.held_out import CHANCE, FOLDS, LEAST_AGREEMENT, Judged, by_run
 from estimator.contact_validation.models import ADDITIONS, ContactModel, FreeParameter, Physics, impulse_model
 
 Array = NDArray[np.float64]
@@ -68,18 +68,10 @@ class _Trial:
     last: Judged
     noise: Float[NDArray[np.float64], "draw impact 6"]
 
-    @property
-    def runs(self) -> list[list[int]]:
-        """Rows of the impacts of each run."""
-        rows: dict[str, list[int]] = {}
-        for k, impact in enumerate(self.impacts.measured):
-            rows.setdefault(impact.run, []).append(k)
-        return list(rows.values())
-
     def power(self, model: ContactModel, values: Array) -> float:
         """Share of draws in which ``model``, nature's at ``values``, would have been accepted."""
         gains = self._costs(self.noise + self._left(model, values)) - self._costs(self.noise)
-        per_run = np.stack([gains[:, rows].sum(axis=1) for rows in self.runs], axis=1)
+        per_run = by_run(self.impacts, gains)
         total = per_run.sum(axis=1) - REFITTED
         spread = np.sqrt(per_run.shape[1]) * per_run.std(axis=1)
         return float(np.mean((total > CHANCE * self.last.dispersion) & (total > norm.ppf(LEAST_AGREEMENT) * spread)))

@@ -1,6 +1,5 @@
 """Models judged on impacts that they were not fitted to: folds over runs, and the gain of one model over another beyond chance."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -92,7 +91,7 @@ def gain(impacts: Impacts, before: Judged, after: Judged, rng: np.random.Generat
     return Gain(float(per_run.sum()), low, high, CHANCE * after.dispersion, float(np.mean(sums > 0.0)))
 
 
-def by_run(impacts: Impacts, values: Array) -> Float[NDArray[np.float64], " run"]:
-    """Sums of ``values`` (n,) over the impacts of each run."""
-    runs: Sequence[str] = [impact.run for impact in impacts.measured]
-    return np.array([sum(v for v, r in zip(values.tolist(), runs, strict=True) if r == run) for run in sorted(set(runs))])
+def by_run(impacts: Impacts, values: Array) -> Float[NDArray[np.float64], "... run"]:
+    """Sums of ``values`` (..., n) over the impacts of each run."""
+    runs = np.array([impact.run for impact in impacts.measured])
+    return np.stack([values[..., runs == run].sum(axis=-1) for run in sorted(set(runs.tolist()))], axis=-1)

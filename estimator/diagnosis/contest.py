@@ -3,8 +3,8 @@
 Effects that are free in every sequence, or several together, can imitate something that the catalogue lacks: a thrust that turns with the
 body looks like another draught in every sequence. Empirical families (:mod:`estimator.effects.empirical`) therefore compete with the
 last model for what each step of it had still to explain. All are refitted and compared by Schwarz's criterion [1978]: what the scores of
-all effects and families say is left, less what chance leaves, plus a penalty per parameter (:func:`penalty_of`). A family has to win by
-a margin, since it says less than an effect.
+all effects and families say is left, less what chance leaves, plus a penalty per parameter (:func:`schwarz_penalty`). A family has to
+win by a margin, since it says less than an effect.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -48,9 +48,9 @@ def better_unknown(
     criterion = criterion_of(campaign, last, catalogue)
     found, beaten = None, criterion - MARGIN
     # what a model that is right may leave, less its degrees of freedom: noise is counted with caution
-    chance = min(criterion - penalty_of(campaign, last), 0.0)
+    chance = min(criterion - schwarz_penalty(campaign, last), 0.0)
     for fit in before:
-        own = penalty_of(campaign, fit)
+        own = schwarz_penalty(campaign, fit)
         if own + min(_least_penalty(campaign, family) for family in EMPIRICAL.values()) + chance >= beaten:
             continue  # the least of them would not win if it left no more than chance does
         for test, tests, p in _likely(campaign, fit, catalogue):
@@ -62,7 +62,7 @@ def better_unknown(
     return found
 
 
-def penalty_of(campaign: Campaign, fit: CampaignFit) -> float:
+def schwarz_penalty(campaign: Campaign, fit: CampaignFit) -> float:
     """Penalty of the free parameters of a fit.
 
     ``ln n`` for each that all sequences share [Schwarz 1978]. Of an effect that every sequence has for itself, one such for the spread of
@@ -139,7 +139,7 @@ def criterion_of(campaign: Campaign, fit: CampaignFit, catalogue: Mapping[str, E
     others, _ = _others(campaign, fit, catalogue)
     _, scores = score_tests(campaign, fit, others)
     left = by_remainder(scores, penalty=0.0)
-    return left.nothing - left.columns + penalty_of(campaign, fit)
+    return left.nothing - left.columns + schwarz_penalty(campaign, fit)
 
 
 def _likely(

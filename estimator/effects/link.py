@@ -77,17 +77,27 @@ class Moving:
     omega_cam: Array
 
     def arms(self, normals_body: Array) -> Array:
-        """From the centre to the points (n, k, 2, 3) m of the outline whose outward normals are ``normals_body`` (n, k, 2, 3)."""
-        return np.einsum("nij,nkmj->nkmi", self.R_cam_body, self.furthest(normals_body))
+        """From the centre to the points (n, ..., 3) m of the outline whose outward normals are ``normals_body`` (n, ..., 3)."""
+        return np.einsum("nij,n...j->n...i", self.R_cam_body, self.furthest(normals_body))
 
     def arms_towards(self, u: Array) -> Array:
         """From the centre to the points (n, a, 3) m of the outline that lie furthest along directions ``u`` (a, 2) in the picture."""
-        normals = np.einsum("nij,aj->nai", self.R_cam_body.transpose(0, 2, 1)[:, :, :2], u)
-        return np.einsum("nij,naj->nai", self.R_cam_body, self.furthest(normals))
+        return self.arms(np.einsum("nji,aj->nai", self.R_cam_body[:, :2], u))
 
     def velocity(self, arms: Array) -> Array:
-        """Velocity (n, k, 2, 3) m/s of the body's points there."""
-        return np.asarray(self.v_cam[:, None, None] + np.cross(self.omega_cam[:, None, None], arms))
+        """Velocity (n, ..., 3) m/s of the body's points at the ends of ``arms`` (n, ..., 3)."""
+        return np.asarray(_along(self.v_cam, arms) + np.cross(_along(self.omega_cam, arms), arms))
+
+    def velocity_px(self, arms: Array, focal_px: Array) -> Array:
+        """Their velocity (n, ..., 2) px/s in the picture of a camera with focal lengths ``focal_px`` (n, 2) or (2,)."""
+        velocity, place = self.velocity(arms), _along(self.centre_cam, arms) + arms
+        focal = _along(focal_px, arms) if focal_px.ndim > 1 else focal_px
+        return np.asarray(focal * (velocity[..., :2] - place[..., :2] / place[..., 2:] * velocity[..., 2:]) / place[..., 2:])
+
+
+def _along(values: Array, arms: Array) -> Array:
+    """Values (n, c) of sightings beside ``arms`` (n, ..., 3)."""
+    return values.reshape(len(values), *[1] * (arms.ndim - 2), -1)
 
 
 @dataclass(frozen=True, eq=False)

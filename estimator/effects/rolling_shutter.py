@@ -50,8 +50,6 @@ def _velocity_px(places: Places) -> Array:
     """Velocity (n, a, 2) px/s in the picture of the body's points at the outline's."""
     moving, camera = places.moving, places.camera
     focal, middle = np.array([camera.fx_px, camera.fy_px]), np.array([camera.cx_px, camera.cy_px])
-    xy = (places.outline_px - middle) / focal
     depth = moving.centre_cam[:, None, 2:] + moving.arms_towards(places.outward)[..., 2:]
-    arms = np.concatenate([xy * depth, depth], axis=-1) - moving.centre_cam[:, None]
-    velocity = moving.v_cam[:, None] + np.cross(moving.omega_cam[:, None], arms)
-    return np.asarray(focal * (velocity[..., :2] - xy * velocity[..., 2:]) / depth)
+    place = np.concatenate([(places.outline_px - middle) / focal * depth, depth], axis=-1)
+    return moving.velocity_px(place - moving.centre_cam[:, None], focal)

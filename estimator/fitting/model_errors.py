@@ -157,7 +157,7 @@ def _places(sequence: SequenceTask, prediction: Prediction, errors: TangencyErro
         point_px=point,
         normal=u,
         normal_body=normals,
-        velocity_px=_image_velocity(sequence, moving, normals),
+        velocity_px=moving.velocity_px(moving.arms(normals), sightings.silhouettes.focal_px),
         radius_px=there.radius_px,
         mean_radius_px=np.maximum(sequence.shape.radius_px.mean(axis=1), 1e-6),
         recession=there.recession,
@@ -184,14 +184,6 @@ def _moving(sequence: SequenceTask, prediction: Prediction, centre_cam: Array) -
         np.einsum("nij,nj->ni", R_cw, prediction.velocity),
         np.einsum("nij,nj->ni", R_cw, prediction.omega),
     )
-
-
-def _image_velocity(sequence: SequenceTask, moving: Moving, normals: Array) -> Array:
-    """Velocity (n, k, 2, 2) px/s in the picture of the rim's points whose outward normals are ``normals``."""
-    arms = moving.arms(normals)
-    velocity, place = moving.velocity(arms), moving.centre_cam[:, None, None] + arms
-    focal = sequence.task.sightings.silhouettes.focal_px[:, None, None, :]
-    return np.asarray(focal * (velocity[..., :2] - place[..., :2] / place[..., 2:] * velocity[..., 2:]) / place[..., 2:])
 
 
 def _jacobian(task: FitTask, model: Model, at: tuple[Array, float], seen: tuple[TangencyErrors, Prediction, Array]) -> Array:

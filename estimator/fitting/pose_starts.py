@@ -14,6 +14,7 @@ from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
 from estimator.fitting.pose_refinement import Poses
+from estimator.geometry.closed_curves import unit_circle
 from estimator.geometry.sphere import fibonacci_sphere
 from estimator.motion.rotation import rotation_from_vector
 
@@ -81,8 +82,7 @@ def distinct(poses: Poses, *, separation_rad: float) -> Poses:
 
 
 def _outward() -> Array:
-    theta = 2.0 * np.pi * np.arange(ANGLES) / ANGLES
-    return np.column_stack([np.cos(theta), np.sin(theta)])
+    return unit_circle(ANGLES)
 
 
 def _steiner(support: Array) -> Array:

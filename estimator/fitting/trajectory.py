@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from datasets.vocabulary.camera import HsvCamera
 from estimator.fitting.levenberg_marquardt import NormalEquations, Outcome, Problem, Solution, minimise
 from estimator.fitting.pose_refinement import Views
+from estimator.geometry.closed_curves import unit_circle
 from estimator.geometry.epipolar_tangency import N_COLUMNS, PoseSet, TangencyErrors, tangency_errors
 from estimator.geometry.outline_bias import OutlineBias, without_bias
 from estimator.geometry.silhouettes import Silhouettes
@@ -20,8 +21,7 @@ from estimator.motion.flight import COM, INERTIA, N_PARAMETERS, OFFSET, Flight, 
 from estimator.motion.rigid_body import RanAway
 
 Array = NDArray[np.float64]
-DIRECTIONS = 720
-OUTWARD: Array = np.stack([trig(2.0 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS) for trig in (np.cos, np.sin)], axis=1)
+OUTWARD: Array = unit_circle(720)
 """Directions (720, 2) in the picture, half a degree apart, from the x axis on: an arc of 100 px is known to 0.001 px."""
 
 

@@ -1,4 +1,4 @@
-"""Closed curves as the points of a polygon."""
+"""Closed curves as the points of a polygon, and the directions of their normals."""
 
 import numpy as np
 from jaxtyping import Float
@@ -12,3 +12,9 @@ def resampled(points: Float[NDArray[np.float64], "n 2"], spacing: float, *, fewe
     number = max(round(float(arc[-1]) / spacing), fewest)
     at = np.arange(number) * (arc[-1] / number)
     return np.column_stack([np.interp(at, arc, closed[:, axis]) for axis in range(2)])
+
+
+def unit_circle(count: int) -> Float[NDArray[np.float64], "count 2"]:
+    """Unit vectors in equal steps, from the first axis on towards the second."""
+    angle = 2.0 * np.pi * np.arange(count) / count
+    return np.column_stack([np.cos(angle), np.sin(angle)])

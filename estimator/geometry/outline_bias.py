@@ -21,6 +21,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 from scipy.signal import savgol_coeffs
 
+from estimator.geometry.closed_curves import unit_circle
 from estimator.geometry.epipolar_tangency import TangencyErrors
 from estimator.geometry.silhouettes import Silhouettes
 from estimator.geometry.tangent_hull import MINIMUM_POINTS, WINDOW
@@ -97,8 +98,7 @@ def supports(silhouettes: Silhouettes) -> Float[NDArray[np.float64], "n 180"]:
 
 def outward_directions() -> Float[NDArray[np.float64], "180 2"]:
     """Unit normals in the picture, from the first axis on in equal steps."""
-    angle = 2.0 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
-    return np.column_stack([np.cos(angle), np.sin(angle)])
+    return unit_circle(DIRECTIONS)
 
 
 def curve_at(curves: Array, row: Rows, direction: Array) -> Array:

@@ -25,7 +25,7 @@ from scipy.ndimage import maximum_filter1d
 from scipy.spatial import ConvexHull
 
 from datasets.vocabulary.effects import FLATNESS_HALF_ANGLE_DEG, FLATNESS_REACH_PX
-from estimator.geometry.closed_curves import resampled
+from estimator.geometry.closed_curves import resampled, unit_circle
 from estimator.geometry.coverage import coverage
 
 Array = NDArray[np.float64]
@@ -129,8 +129,7 @@ def _positive(points: Array) -> Array:
 
 def outward() -> Array:
     """The directions (A, 2) of the tables."""
-    angle = 2.0 * np.pi * np.arange(ANGLES) / ANGLES
-    return np.column_stack([np.cos(angle), np.sin(angle)])
+    return unit_circle(ANGLES)
 
 
 def _edges(points: Array) -> tuple[Array, Array]:

@@ -19,7 +19,7 @@ from scipy.signal import savgol_coeffs, savgol_filter
 from scipy.spatial import ConvexHull
 from scipy.stats import median_abs_deviation
 
-from estimator.geometry.closed_curves import resampled
+from estimator.geometry.closed_curves import resampled, unit_circle
 
 Array = NDArray[np.float64]
 
@@ -102,8 +102,7 @@ def degraded_hull(points_px: Float[NDArray[np.float64], "n 2"], likeness: Likene
 
 def _mean_support_points(fine: Array, spacing: float, extra_px: float, likeness: Likeness, rng: np.random.Generator) -> Array:
     """Support points (direction, 2) of the Minkowski mean of the degraded outlines' hulls."""
-    angle = 2.0 * np.pi * np.arange(likeness.directions) / likeness.directions
-    outward = np.column_stack([np.cos(angle), np.sin(angle)])
+    outward = unit_circle(likeness.directions)
     count = max(MINIMUM_POINTS, round(len(fine) / max(spacing, 1.0)))
     total = np.zeros((likeness.directions, 2))
     for draw in range(likeness.draws):

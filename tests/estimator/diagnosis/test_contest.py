@@ -7,7 +7,7 @@ import pytest
 
 from estimator.diagnosis import refitting
 from estimator.diagnosis.adding import with_effect
-from estimator.diagnosis.contest import penalty_of
+from estimator.diagnosis.contest import schwarz_penalty
 from estimator.diagnosis.refitting import Refitted
 from estimator.diagnosis.score_tests import ScoreTest
 from estimator.effects.registry import MODELS
@@ -21,7 +21,7 @@ def one_number() -> float:
 
 def test_a_shared_parameter_costs_what_all_measurements_say() -> None:
     campaign = registered().campaign
-    assert penalty_of(campaign, with_effect(campaign, fitted(), MODELS["gravity"])) == pytest.approx(3 * one_number())
+    assert schwarz_penalty(campaign, with_effect(campaign, fitted(), MODELS["gravity"])) == pytest.approx(3 * one_number())
 
 
 def test_values_of_sequences_cost_by_their_spread_and_never_more_than_for_themselves() -> None:
@@ -30,7 +30,7 @@ def test_values_of_sequences_cost_by_their_spread_and_never_more_than_for_themse
 
     def at(size: float) -> float:
         thetas = tuple(np.where(np.isin(np.arange(len(t)), np.r_[part]), size, t) for t in fit.state.theta)
-        return penalty_of(campaign, replace(fit, state=CampaignState(fit.state.flights, thetas)))
+        return schwarz_penalty(campaign, replace(fit, state=CampaignState(fit.state.flights, thetas)))
 
     none, some, much = at(0.0), at(20.0), at(1e6)
     assert none == pytest.approx(one_number())

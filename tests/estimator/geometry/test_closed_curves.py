@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from estimator.geometry.closed_curves import resampled
+from estimator.geometry.closed_curves import resampled, unit_circle
 
 SQUARE = np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0]])
 
@@ -16,3 +16,7 @@ def test_steps_are_equal_around_the_whole_curve() -> None:
 
 def test_there_are_enough_points() -> None:
     assert len(resampled(SQUARE, 10.0, fewest=8)) == 8
+
+
+def test_directions_go_round_once() -> None:
+    np.testing.assert_allclose(unit_circle(4), [[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]], atol=1e-15)
