@@ -22,7 +22,7 @@ from estimator.effects.link import BodyChange, EffectModel, Moment, Places, Sett
 from estimator.effects.model import overrides
 
 Array = NDArray[np.float64]
-LINKS = ("times", "body", "acceleration", "torque", "scale", "correct", "shift")
+LINKS = ("times", "delays", "body", "acceleration", "torque", "scale", "correct", "shift")
 """What an effect may override to act."""
 
 
@@ -183,6 +183,15 @@ class _Watch:
         bad = np.flatnonzero(~np.isfinite(array))
         if len(bad):
             raise self._refuse("times", theta, _frame(float(times_s[bad[0]] - setting.times_s[0]), setting))
+        return array
+
+    def delays(self, answer: Any, theta: Array, rows_px: Array) -> Array | None:
+        """As many as outlines, or nothing."""
+        if answer is None:
+            return None
+        array = self._shaped("delays", answer, rows_px.shape)
+        if not np.all(np.isfinite(array)):
+            raise self._refuse("delays", theta, "")
         return array
 
     def body(self, answer: Any, theta: Array, setting: Setting) -> BodyChange:

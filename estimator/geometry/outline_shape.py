@@ -90,15 +90,19 @@ def as_of_a_hull(shape: OutlineShape, polygons: Sequence[Array]) -> OutlineShape
 
     A hull has the body's hollows in part only, so which stretches are flat it knows of convex bodies and hardly of jagged ones. Leaks are
     drawn towards their mean by what bodies of both kinds showed, lest an error of the hull count as knowledge [regression calibration,
-    Carroll, Ruppert, Stefanski and Crainiceanu 2006, ch. 4].
+    Carroll, Ruppert, Stefanski and Crainiceanu 2006, ch. 4]; ``scripts/study_hull_leaks.py`` measures how well.
     """
     whole = [i for i, polygon in enumerate(polygons) if len(polygon) >= MINIMUM_VERTICES]
     if not whole:
         return shape
-    filled = [shapely.polygons(polygons[i]) for i in whole]
-    hollow = 1.0 - np.mean([shapely.area(f) / max(shapely.area(shapely.convex_hull(f)), 1e-9) for f in filled])
     mean = shape.leak[whole].mean(axis=(0, 1))
-    return replace(shape, leak=mean + RELIABLE / (1.0 + hollow / HOLLOW) * (shape.leak - mean))
+    return replace(shape, leak=mean + RELIABLE / (1.0 + hollow_share([polygons[i] for i in whole]) / HOLLOW) * (shape.leak - mean))
+
+
+def hollow_share(polygons: Sequence[Array]) -> float:
+    """Mean share of the outlines' convex hulls that they leave empty."""
+    filled = shapely.polygons([shapely.linearrings(polygon) for polygon in polygons])
+    return float(1.0 - np.mean(shapely.area(filled) / np.maximum(shapely.area(shapely.convex_hull(filled)), 1e-9)))
 
 
 def outline_shape(polygons: Sequence[Array]) -> OutlineShape:

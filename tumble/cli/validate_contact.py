@@ -139,7 +139,8 @@ def detectable_words(entry: dict[str, Any]) -> str:
     """How large physics that is not in the model would have to be to be found."""
     unit = "" if entry["unit"] == "1" else f" {entry['unit']}"
     size = "at no size that is tried" if entry["nearly_all"] is None else f"from {entry['nearly_all']:.2g}{unit} upwards"
-    return f"{entry['title']} ({entry['parameter'].replace('_', ' ')}) {size}"
+    name = entry["parameter"].replace("_", " ")
+    return f"{entry['title']}{'' if name in entry['title'] else f' ({name})'} {size}"
 
 
 def models_table(models: list[dict[str, Any]]) -> Table:

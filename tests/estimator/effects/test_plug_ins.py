@@ -87,6 +87,8 @@ def test_what_is_no_effect_is_refused_when_it_is_loaded(tmp_path: Path, body: st
             ("expected acceleration() to give an array of shape", "came (1,)"),
         ),
         (link("torque", "theta, moment, setting", "return 'strong'"), ("expected torque() to give numbers, came str",)),
+        (link("delays", "theta, rows_px", "return rows_px[1:]"), ("expected delays() to give an array of shape",)),
+        (link("delays", "theta, rows_px", "return np.nan * rows_px"), ("delays() gave a number that is not finite", "push = ")),
         (link("times", "theta, setting, times_s", "return times_s[1:]"), ("expected times() to give an array of shape (30,), came (29,)",)),
         (
             link("times", "theta, setting, times_s", "return np.where(np.arange(30) == 7, np.inf, times_s)"),
