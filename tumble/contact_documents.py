@@ -21,11 +21,12 @@ Entry = dict[str, Any]
 
 def validation_document(source: str, found: Validation, left_out: Mapping[str, str], broken: Sequence[str]) -> Document:
     """Everything that was found."""
-    impacts = found.impacts
+    impacts, contacts = found.impacts, {contact.name: contact for contact in found.contacts}
     return {
         "source": source,
         "verdict": vars(found.verdict),
-        "impacts": [_impact(impacts, k, contact, found) for k, contact in enumerate(found.contacts)],
+        "impacts": [_impact(impacts, k, contacts[impact.name], found) for k, impact in enumerate(impacts.measured)],
+        "shared": list(found.shared),
         "models": [_model(ranked, impacts) for ranked in found.ranking],
         "ladder": _ladder(found.ladder),
         "maps": [_map(entry) for entry in found.maps],
@@ -37,7 +38,8 @@ def validation_document(source: str, found: Validation, left_out: Mapping[str, s
 
 def broken_document(source: str, left_out: Mapping[str, str], broken: Sequence[str], verdict: ContactVerdict) -> Document:
     """What is left to say where most runs broke."""
-    nothing: Entry = {"impacts": [], "models": [], "ladder": {"rungs": [], "alike": {}, "missing": []}, "maps": [], "detectable": []}
+    empty: dict[str, list[Entry]] = {key: [] for key in ("impacts", "shared", "models", "maps", "detectable")}
+    nothing: Entry = {**empty, "ladder": {"rungs": [], "alike": {}, "missing": []}}
     return {"source": source, "verdict": vars(verdict), **nothing, "left_out": dict(left_out), "broken": list(broken)}
 
 

@@ -80,7 +80,7 @@ def drawn(impact: MeasuredImpact, draws: Draws) -> Contacts:
     """One contact per draw."""
     turns = Rotation.from_rotvec(draws.errors[:, TURN]).as_matrix()
     axes = _turned_axes(impact, draws.normal)
-    arms = np.einsum("sij,scj->sci", turns, impact.low_corners + draws.corners)
+    arms = drawn_corners(impact, draws)
     lowest = np.einsum("sci,si->sc", arms, axes[:, 2]).argmin(axis=1)
     state, count = impact.state, len(turns)
     inverse = impact.turning
@@ -92,6 +92,12 @@ def drawn(impact: MeasuredImpact, draws: Draws) -> Contacts:
         omega=state.omega_world + draws.errors[:, OMEGA],
         plate_velocity=np.tile(impact.plate.velocity_world, (count, 1)),
     )
+
+
+def drawn_corners(impact: MeasuredImpact, draws: Draws) -> Float[NDArray[np.float64], "draw corner 3"]:
+    """The low corners of each draw, m from its centre of mass, world axes."""
+    turns = Rotation.from_rotvec(draws.errors[:, TURN]).as_matrix()
+    return np.asarray(np.einsum("sij,scj->sci", turns, impact.low_corners + draws.corners))
 
 
 def joined(parts: Sequence[Contacts]) -> Contacts:

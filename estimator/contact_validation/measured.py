@@ -1,7 +1,8 @@
 """One measured impact as contact models see it: the state before, the velocities after, their joint covariance, the plate and the body.
 
 The corner that touches is the lowest of the hull towards the plate. Corners that lie higher than it by more than
-:data:`CANDIDATE_SHARE` of the hull's extent cannot become the lowest within the uncertainty of pose, hull and plate, and are dropped here.
+:data:`CANDIDATE_SHARE` of the hull's extent can neither be the lowest within the uncertainty of pose, hull and plate, nor strike right
+after it, and are dropped here.
 """
 
 from dataclasses import dataclass
@@ -19,7 +20,7 @@ from datasets.vocabulary.plate import Plate
 from estimator.contact.solid import BodyState, SolidHull
 
 Array = NDArray[np.float64]
-CANDIDATE_SHARE = 0.15
+CANDIDATE_SHARE = 0.35
 HULL_SHARE = 0.003
 """Standard deviation of a corner's place, as a share of the hull's extent."""
 X, TURN, V, OMEGA, V_AFTER, OMEGA_AFTER = (slice(k, k + 3) for k in range(0, 18, 3))
@@ -63,7 +64,7 @@ class MeasuredImpact:
 
     @cached_property
     def low_corners(self) -> Float[NDArray[np.float64], "corner 3"]:
-        """Corners (m, from the centre of mass, world axes) that may be the one that touches."""
+        """Corners (m, from the centre of mass, world axes) that may be the one that touches, or the next."""
         arms = self.particle.vertices_body @ self.state.R_world_body.T
         heights = arms @ self.plate.normal_world
         return np.asarray(arms[heights <= heights.min() + CANDIDATE_SHARE * self.extent_m])

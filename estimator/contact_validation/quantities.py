@@ -17,13 +17,12 @@ from scipy.stats import chi2
 from estimator.contact.sliding_kernel import STRONGE, follow_many
 from estimator.contact_validation.contacts import Contacts, drawn, nominal
 from estimator.contact_validation.measured import CANDIDATE_SHARE, OMEGA_AFTER, V_AFTER, MeasuredImpact
+from estimator.contact_validation.next_contacts import APART_SHARE
 from estimator.contact_validation.spread import draws_of
 
 Array = NDArray[np.float64]
 BISECTIONS = 18
 DRAWS = 60
-APART_SHARE = 0.05
-"""Corners nearer than this part of the extent are one place: hulls of many views have many."""
 ONE_CONTACT_P = 1e-4
 """Below it the jumps of velocity and spin do not belong to one contact at the corner that touched."""
 

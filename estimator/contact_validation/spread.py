@@ -2,7 +2,8 @@
 
 The state before an impact is measured, so a prediction has the uncertainty of that measurement, sent through the law; the velocities after
 it have their own, and both belong to one fit and are correlated. Corners of the hull and the plate's normal are uncertain, too. All of
-it is drawn jointly and sent through the contact, so that another corner that may have touched, or a contact that may have stuck, counts.
+it is drawn jointly and sent through the contact, so that another corner that may have touched, first or right after the first, or a
+contact that may have stuck, counts.
 
 One law (the rigid impulse with friction) carries the uncertainty for all models: no model can buy itself slack by being wild.
 """
@@ -14,10 +15,11 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from estimator.contact_validation.contacts import Draws, drawn
+from estimator.contact_validation.contacts import Draws, drawn, drawn_corners
 from estimator.contact_validation.fitting import Impacts, fit, whitening_of
 from estimator.contact_validation.measured import OMEGA_AFTER, V_AFTER, MeasuredImpact
 from estimator.contact_validation.models import RIGID
+from estimator.contact_validation.next_contacts import next_contacts
 from estimator.contact_validation.point_contact import PointContact
 
 Array = NDArray[np.float64]
@@ -81,14 +83,23 @@ def prepared(impacts: Sequence[MeasuredImpact], rng_seed: int) -> Impacts:
 
 def predicted_covariance(impact: MeasuredImpact, law: PointContact, draws: Draws) -> Float[NDArray[np.float64], "6 6"]:
     """Covariance of what ``law`` predicts, from the uncertainty of the state before, the corners and the plate alone."""
-    return _covariance(law.after_contacts(drawn(impact, draws)) - law.after([impact])[0])
+    return _covariance(_predicted(impact, law, draws) - law.after([impact])[0])
 
 
 def residual_draws(impact: MeasuredImpact, law: PointContact, draws: Draws) -> Float[NDArray[np.float64], "draw 6"]:
     """Errors of what is measured after the impact less those of what is predicted."""
-    predicted = law.after_contacts(drawn(impact, draws))
+    predicted = _predicted(impact, law, draws)
     measured = np.concatenate([draws.errors[:, V_AFTER], draws.errors[:, OMEGA_AFTER]], axis=1)
     return np.asarray(measured - (predicted - law.after([impact])[0]))
+
+
+def _predicted(impact: MeasuredImpact, law: PointContact, draws: Draws) -> Float[NDArray[np.float64], "draw 6"]:
+    """V and omega after the impact of each draw: of one contact, and of the next where it follows at once."""
+    first = drawn(impact, draws)
+    after = law.after_contacts(first)
+    following = next_contacts(first, after, drawn_corners(impact, draws), impact.extent_m)
+    after[following.struck] = law.after_contacts(following.contacts)
+    return after
 
 
 def _covariance(draws: Array) -> Array:

@@ -15,7 +15,8 @@ from estimator.contact_validation.held_out import Gain, Judged, gain, judge
 from estimator.contact_validation.ladder import Ladder, climb
 from estimator.contact_validation.measured import MeasuredImpact
 from estimator.contact_validation.models import FRICTIONLESS, RIGID, SPHERE, ContactModel, impulse_model
-from estimator.contact_validation.point_contact import point_contact
+from estimator.contact_validation.next_contacts import shared_by_corners
+from estimator.contact_validation.point_contact import PointContact, point_contact
 from estimator.contact_validation.quantities import Contact, contact_of
 from estimator.contact_validation.residual_maps import ResidualMap, residual_maps
 from estimator.contact_validation.spread import draws_of, predicted_covariance, prepared
@@ -41,11 +42,13 @@ class Ranked:
 class Validation:
     """Everything that was found.
 
-    ``spread`` (n, 6): standard deviations of predictions, from the state measured before each impact. ``detectable``: how large what was
-    not added would have to be to be found.
+    ``impacts``: the n that models are judged by; ``shared``: names of those that two corners share, by which none is judged;
+    ``contacts`` of all of them. ``spread`` (n, 6): standard deviations of predictions, from the state measured before each impact.
+    ``detectable``: how large what was not added would have to be to be found.
     """
 
     impacts: Impacts
+    shared: tuple[str, ...]
     contacts: tuple[Contact, ...]
     ranking: tuple[Ranked, ...]
     ladder: Ladder
@@ -81,7 +84,8 @@ def validate(measured: Sequence[MeasuredImpact], question: Question, told: Calla
     runs = {impact.run for impact in measured}
     if len(runs) < LEAST_RUNS:
         raise InputError(f"contact validation: expected measured impacts of at least {LEAST_RUNS} runs, got {len(runs)}")
-    impacts, rng = prepared(measured, question.seed), np.random.default_rng(question.seed)
+    impacts, shared = single_contacts(measured, question.seed)
+    rng = np.random.default_rng(question.seed)
     told("uncertainty of predictions")
     ladder = climb(impacts, rng, told)
     rigid = ladder.rungs[1].judged
@@ -89,13 +93,26 @@ def validate(measured: Sequence[MeasuredImpact], question: Question, told: Calla
     contacts = tuple(contact_of(impact, law.friction, rng) for impact in measured)
     told("contacts")
     ranking = ranked(impacts, _judged_models(impacts, question, ladder, told), rng)
-    spread = np.stack([np.sqrt(np.diag(predicted_covariance(i, law, draws_of(i, rng)))) for i in measured])
+    spread = np.stack([np.sqrt(np.diag(predicted_covariance(i, law, draws_of(i, rng)))) for i in impacts.measured])
     last = ladder.accepted[-1].judged
     maps = residual_maps(impacts, last)
     sizes = detectable(impacts, last, ladder.missing, rng)
     told("what these impacts could have shown")
-    verdict = contact_verdict(ladder, ranking[0].model.title, contacts)
-    return Validation(impacts, contacts, ranking, ladder, maps, spread, sizes, verdict)
+    verdict = contact_verdict(ladder, ranking[0].model.title, contacts, shared)
+    return Validation(impacts, shared, contacts, ranking, ladder, maps, spread, sizes, verdict)
+
+
+def single_contacts(measured: Sequence[MeasuredImpact], seed: int) -> tuple[Impacts, tuple[str, ...]]:
+    """The impacts that one contact makes, under the rigid impulse that fits best, and the names of the others.
+
+    All are kept where otherwise fewer than :data:`LEAST_RUNS` runs were left.
+    """
+    impacts = prepared(measured, seed)
+    shared = shared_by_corners(measured, PointContact(*fit(impacts, RIGID).values.tolist()))
+    single = [impact for impact, several in zip(measured, shared, strict=True) if not several]
+    if not shared.any() or len({impact.run for impact in single}) < LEAST_RUNS:
+        return impacts, ()
+    return prepared(single, seed), tuple(impact.name for impact, several in zip(measured, shared, strict=True) if several)
 
 
 def _judged_models(impacts: Impacts, question: Question, ladder: Ladder, told: Callable[[str], None]) -> list[tuple[ContactModel, Judged]]:

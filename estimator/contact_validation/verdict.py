@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from estimator.contact_validation.ladder import Ladder, Rung
 from estimator.contact_validation.models import ADDITIONS
+from estimator.contact_validation.next_contacts import TOGETHER_S
 from estimator.contact_validation.quantities import Contact, inconsistent
 
 NOTHING, FOUND, ALIKE, FRICTIONLESS = "nothing missing", "found", "found, cannot be told apart", "no friction seen"
@@ -32,9 +33,9 @@ class ContactVerdict:
     next: str
 
 
-def contact_verdict(ladder: Ladder, best: str, contacts: Sequence[Contact]) -> ContactVerdict:
-    """The verdict of a ladder; ``best``: title of the model that predicts held-out impacts best."""
-    remarks = (*_odd(contacts), f"Of the models compared, {best} predicts held-out impacts best.")
+def contact_verdict(ladder: Ladder, best: str, contacts: Sequence[Contact], shared: Sequence[str]) -> ContactVerdict:
+    """The verdict of a ladder; ``best``: title of the model that predicts held-out impacts best; ``shared``: by corners, not judged by."""
+    remarks = (*_odd(contacts), *_shared(shared), f"Of the models compared, {best} predicts held-out impacts best.")
     if not ladder.rungs[1].accepted:
         sentence = "These impacts do not show friction: a frictionless impulse predicts held-out impacts as well as one with friction."
         return ContactVerdict(FRICTIONLESS, sentence, (), remarks, "drop with more tangential speed or spin; then validate again")
@@ -90,6 +91,13 @@ def _odd(contacts: Sequence[Contact]) -> tuple[str, ...]:
     many = len(odd) > BAD_SHARE * len(contacts)
     why = "several corners touched, the hull or the plate is wrong there" + (", or the particle broke" if many else "")
     return (f"The jumps of velocity and spin do not belong to one contact at the lowest corner in {', '.join(odd)}: {why}.",)
+
+
+def _shared(names: Sequence[str]) -> tuple[str, ...]:
+    if not names:
+        return ()
+    within = f"within {1e3 * TOGETHER_S:g} ms of the first"
+    return (f"Another corner strikes the plate {within} in {', '.join(names)}: models of one contact are not judged by these.",)
 
 
 def broken_verdict(broken: Sequence[str], runs: int) -> ContactVerdict | None:

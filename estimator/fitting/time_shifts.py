@@ -2,8 +2,8 @@
 
 One step of each sighting's time alone gives ``tau_i = (d' D e) / (d' D d)``, ``d`` the errors' derivative by the sighting's time and
 ``D`` the weights. A smooth misfit makes neighbouring shifts alike, jitter does not; so their variance is judged by second differences,
-which a smooth misfit does not enter. The likelihood's gain is that of the random-effects model [Laird and Ware 1982]: what the shifts
-explain, less the logarithm of what their freedom costs.
+which a smooth misfit does not enter, each by as much as jitter can show in it: fast sequences count most. The likelihood's gain is that
+of the random-effects model [Laird and Ware 1982]: what the shifts explain, less the logarithm of what their freedom costs.
 """
 
 from collections.abc import Callable, Sequence
@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
-from scipy.stats import norm
+from scipy.stats import chi2
 
 from estimator.fitting.composite_likelihood import WeighedFrames, sighting
 from estimator.fitting.model_errors import ModelErrors
@@ -95,17 +95,28 @@ class JitterTest:
 def jitter_test(shifts: Sequence[TimeShifts]) -> JitterTest:
     """Judge the shifts of the sequences of a campaign, each in the order of time."""
     shifts = calibrated(shifts)
-    joined = np.concatenate([np.zeros(0), *(np.divide(*_differences(each.tau_s, each.noise)) for each in shifts)])
-    if not len(joined):
+    squares, noises = (np.concatenate(parts) for parts in zip(*(_differences(each.tau_s, each.noise) for each in shifts), strict=True))
+    if not len(squares):
         return JitterTest(0.0, 0.0, 1.0, 0.0)
-    z = (joined.mean() - 1.0) / np.sqrt(DIFFERENCE_VARIANCE / len(joined))
+    p = _excess_p(squares / noises, 1.0 / noises)
     tau, h = (np.concatenate([getattr(s, name) for s in shifts]) for name in ("tau_s", "h"))
     largest = 10.0 * float(np.sqrt(np.mean(tau**2)))
     sigma = _likeliest(lambda sigma: gain_of(tau, h, sigma), largest)
     gain = max(gain_of(tau, h, sigma), 0.0)
     sigma = sigma if gain > 0.0 else 0.0
     error = float(np.sum(0.5 * (h / (1.0 + sigma**2 * h)) ** 2 * (2.0 * sigma) ** 2)) ** -0.5 if sigma else 0.0
-    return JitterTest(sigma, error, float(norm.sf(z)), gain)
+    return JitterTest(sigma, error, p, gain)
+
+
+def _excess_p(ratios: Array, weights: Array) -> float:
+    """Of a weighted mean of squared second differences over their variances that is as large, where there is noise alone.
+
+    Jitter adds to a ratio in proportion to the weight: no weighted mean shows little of it better [Neyman 1959]. The mean is as a
+    chi-squared of as many degrees of freedom as give its variance [Satterthwaite 1946].
+    """
+    mean = float(weights @ ratios / weights.sum())
+    freedom = 2.0 * float(weights.sum() ** 2 / (weights @ weights)) / DIFFERENCE_VARIANCE
+    return float(chi2.sf(freedom * mean, freedom))
 
 
 def _likeliest(gain: Callable[[float], float], largest: float) -> float:

@@ -7,6 +7,7 @@ from scipy.spatial.transform import Rotation
 from datasets.vocabulary.plate import Plate
 from estimator.contact.solid import BodyState, SolidHull, solid_hull_of
 from estimator.contact_validation.measured import MeasuredImpact
+from estimator.contact_validation.next_contacts import shared_by_corners
 from estimator.contact_validation.point_contact import PointContact
 from estimator.geometry.visual_hull import HullMesh
 
@@ -24,7 +25,7 @@ def stone() -> SolidHull:
 
 
 def made_impacts(law: PointContact, count: int, seed: int, *, corner_sigma_m: float = 2e-6, noise: float = 1.0) -> list[MeasuredImpact]:
-    """``count`` runs of one impact each: ``law`` is what happens, ``noise`` times :data:`SIGMAS` are the errors of what is measured."""
+    """``count`` runs of one impact at one corner: ``law`` is what happens, ``noise`` times :data:`SIGMAS` errs what is measured."""
     rng, particle = np.random.default_rng(seed), stone()
     found: list[MeasuredImpact] = []
     while len(found) < count:
@@ -34,7 +35,7 @@ def made_impacts(law: PointContact, count: int, seed: int, *, corner_sigma_m: fl
         v, omega = np.array([0.1, rng.uniform(0.8, 2.2), 0.05]) + 0.1 * rng.normal(size=3), 20.0 * rng.normal(size=3)
         true = _impact(f"stone-e00-r{len(found):02d}", BodyState(np.zeros(3), R, v, omega), np.zeros(6), plate, particle, corner_sigma_m)
         heights = np.sort(true.low_corners @ plate.normal_world)
-        if len(heights) > 1 and heights[1] - heights[0] < 1e-4:
+        if (len(heights) > 1 and heights[1] - heights[0] < 1e-4) or shared_by_corners([true], law)[0]:
             continue
         after = law.after([true])[0]
         errors = noise * SIGMAS * rng.normal(size=18)

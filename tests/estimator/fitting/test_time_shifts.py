@@ -8,11 +8,11 @@ from estimator.fitting.time_shifts import TimeShifts, held_out_gain, jitter_test
 NOISE_S = 2e-6
 
 
-def shifts(jitter_s: float, seed: int = 5, n: int = 200) -> TimeShifts:
+def shifts(jitter_s: float, seed: int = 5, n: int = 200, noise_s: float = NOISE_S) -> TimeShifts:
     """Shifts on a smooth misfit ten times their noise, with errors of the measurement and jitter of their own."""
     rng = np.random.default_rng(seed)
-    smooth = 10 * NOISE_S * np.sin(np.linspace(0.0, 3.0, n))
-    return TimeShifts(smooth + rng.normal(0.0, np.hypot(NOISE_S, jitter_s), n), np.full(n, NOISE_S**-2), np.full(n, NOISE_S**2))
+    smooth = 10 * noise_s * np.sin(np.linspace(0.0, 3.0, n))
+    return TimeShifts(smooth + rng.normal(0.0, np.hypot(noise_s, jitter_s), n), np.full(n, noise_s**-2), np.full(n, noise_s**2))
 
 
 def test_a_smooth_misfit_is_no_jitter() -> None:
@@ -21,6 +21,15 @@ def test_a_smooth_misfit_is_no_jitter() -> None:
 
 def test_jitter_is_seen_through_a_smooth_misfit() -> None:
     assert jitter_test([shifts(5e-6), shifts(5e-6, 6)]).p < 1e-6
+
+
+def test_slow_sequences_do_not_hide_the_jitter_that_a_fast_one_shows() -> None:
+    def campaign(jitter_s: float, seed: int) -> list[TimeShifts]:
+        return [shifts(jitter_s, seed, 80), *(shifts(jitter_s, seed + k, 80, noise_s=10 * NOISE_S) for k in (1, 2, 3))]
+
+    assert np.median([jitter_test(campaign(3e-6, 10 * seed)).p for seed in range(10)]) < 1e-6
+    small = [jitter_test(campaign(0.0, 10 * seed)).p for seed in range(200)]
+    assert 0.01 < np.mean(np.array(small) < 0.05) < 0.1
 
 
 def test_size_of_jitter_without_misfit() -> None:
