@@ -82,12 +82,14 @@ def _drawn(scored: Scored, cases: pd.DataFrame) -> list[Figure]:
     """Cases of which every outline was projected."""
     kinds = {kind: cases[cases["kind"] == kind] for kind in ("single", "control", "pair", "outside")}
     above = kinds["single"][kinds["single"]["ratio"] >= 1.0]
+    own = kinds["single"][kinds["single"]["own_ratio"] >= 1.0]
     pairs_certain = kinds["pair"][kinds["pair"]["certain"].astype(bool)]
     grouped = cases[(cases["group_size"] > 0) & (cases["kind"] != "outside")]
     sizes = grouped["group_size"].to_numpy(dtype=np.float64)
     return [
         share("1", "true effect first or in its alias group", above["within_group"] | above["named_first"], least=95.0, needed=240),
         share("1", "true effect alone and first", above["alone_first"], least=85.0, needed=240),
+        share("1", "first or in its group, of those above the limit in their very campaign", own["within_group"] | own["named_first"]),
         typical("1", "members of an alias group, mean", sizes, np.mean, most=1.5, needed=100, unit="members"),
         Figure(
             "1",

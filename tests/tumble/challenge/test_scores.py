@@ -84,6 +84,7 @@ def test_a_centre_of_mass_is_judged_along_the_axes_that_were_found() -> None:
 def table(hits: int, misses: int, alarms: int) -> Scored:
     base = {
         "ratio": 3.0,
+        "own_ratio": 2.0,
         "base_px": 0.3,
         "final_px": 0.2,
         "oracle_px": 0.2,
@@ -116,6 +117,7 @@ def test_a_perfect_solver_holds_every_line_that_has_cases() -> None:
     found = verdicts(table(250, 0, 0))
     assert found.pop("both effects of a pair found") == TOO_FEW
     assert found.pop("the same where a fit that knows of both is certain of each") == TOO_FEW
+    assert found.pop("first or in its group, of those above the limit in their very campaign") == NOT_ASKED
     assert found.pop("the same by noise alone, without the models' own accuracy") == NOT_ASKED
     outside = [what for what in found if "outside" in what or "stage" in what or "empirical" in what or "law" in what]
     assert all(found.pop(what) == TOO_FEW for what in outside)
@@ -130,6 +132,16 @@ def test_a_poor_solver_misses() -> None:
         "false alarms on controls",
         "held-out RMS ETE within 5% of the oracle's",
     }
+
+
+def test_what_a_campaign_cannot_show_is_counted_apart() -> None:
+    drawn = table(90, 10, 0)
+    missed = ~drawn.cases["named_first"] & (drawn.cases["kind"] == "single")
+    weak = drawn.cases.assign(own_ratio=np.where(missed & (missed.cumsum() <= 5), 0.9, 2.0))
+    found = {f.what: f for f in acceptance(Scored(weak, drawn.parameters, drawn.velocities))}
+    own = found["first or in its group, of those above the limit in their very campaign"]
+    assert (own.n, own.value) == (95, pytest.approx(100 * 90 / 95))
+    assert found["true effect first or in its alias group"].value == pytest.approx(90.0)
 
 
 def test_rendered_cases_are_counted_apart() -> None:
