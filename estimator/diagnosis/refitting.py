@@ -4,7 +4,7 @@ Those that leave the same remainder are one alias group. Where two effects are m
 best effect leaves something unexplained or has many parameters, the likeliest pairs are therefore refitted too, and a better one is added.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -156,11 +156,18 @@ def _mates(campaign: Campaign, beside: CampaignFit, tests: Sequence[ScoreTest], 
     _, scores = score_tests(campaign, beside, _at_their_best(others))
     ranking = by_remainder(scores, penalty=penalty_of(campaign))
     found = {others[h.effect].effect.entry.key: h.criterion for h in ranking.hypotheses}
-    own = member.effect.entry.key
-    if own not in found:  # the data say nothing of it there
+    return alike(found, member.effect.entry.key, ranking.nothing, rules.margin)
+
+
+def alike(criteria: Mapping[str, float], own: str, nothing: float, margin: float) -> tuple[str, ...]:
+    """``own`` and the keys whose criteria are within ``margin`` of its; itself alone where it is no better than ``nothing`` by that much.
+
+    A linear look may say nothing of an effect (a blur has no slope at zero); whatever else it says nothing of is no mate of it.
+    """
+    if own not in criteria or criteria[own] > nothing - margin:
         return (own,)
-    near = sorted((key for key in found if key != own and abs(found[key] - found[own]) <= rules.margin), key=lambda key: found[key])
-    return (own, *near)
+    near = (key for key in criteria if key != own and abs(criteria[key] - criteria[own]) <= margin)
+    return (own, *sorted(near, key=lambda key: criteria[key]))
 
 
 def _key_of(tests: Sequence[ScoreTest], hypothesis: Hypothesis) -> str:

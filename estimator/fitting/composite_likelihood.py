@@ -126,7 +126,7 @@ def weigh_linear(
     H, g, noise = np.zeros((p, p)), np.zeros(p), []
     weighted, weights = np.zeros((n, k, 2, p)), np.zeros((n, k, 2))
     chi2, count = np.zeros(n), np.zeros(n, dtype=np.int64)
-    for i in np.flatnonzero(errors.valid.any(axis=1)):
+    for i in errors.telling:
         plain = shift is None or shift.sigma == 0.0
         seen = sighting(linear, errors, first, i, floor_px=floor_px, huber=huber if plain else np.inf)
         variance, weight = _weights(seen.Sigma)
@@ -218,7 +218,7 @@ def information(errors: TangencyErrors, S: Array, first: Silhouettes, body: tupl
     present, cells = np.unique(places.cell, return_inverse=True)
     cells = cells.reshape(places.normal.shape)
     total = np.zeros((p + len(present), p + len(present)))
-    for i in np.flatnonzero(errors.valid.any(axis=1)):
+    for i in errors.telling:
         seen = sighting(linear, errors, first, i, floor_px=0.0, huber=huber)
         here, column = np.unique(cells[i, seen.view, seen.side], return_inverse=True)
         X = np.hstack([seen.J, np.eye(len(here))[column]])

@@ -48,7 +48,7 @@ def measured_noise(errors: TangencyErrors) -> MeasuredNoise:
     """Size and correlation of the errors within each sighting's picture, as a first fit left them."""
     square, everything, counted = 0.0, 0.0, 0
     product, pairs = np.zeros(len(LAGS_RAD) - 1), np.zeros(len(LAGS_RAD) - 1)
-    for i in np.flatnonzero(errors.valid.any(axis=1)):
+    for i in errors.telling:
         told = errors.told[i, :, :2]
         z = (errors.error[i, :, :2] / np.sqrt(errors.variance[i, :, :2]))[told]
         everything += float(z @ z)

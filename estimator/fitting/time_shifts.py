@@ -71,7 +71,7 @@ def time_shifts(errors: ModelErrors, frames: WeighedFrames, first: Silhouettes, 
     by_pose, rate = errors.tangency.jacobian[:, :, :2, :6], np.hstack([errors.prediction.velocity, errors.prediction.omega])
     n = len(rate)
     h, s, noise, still = np.full(n, 1e-150), np.zeros(n), np.zeros(n), np.zeros((n, 6))
-    for i in np.flatnonzero(errors.tangency.valid.any(axis=1)):
+    for i in errors.tangency.telling:
         seen = sighting((errors.e, by_pose), errors.tangency, first, i, floor_px=floor_px, huber=np.inf)
         W = frames.weight[i, seen.view, seen.side][:, None] * seen.J
         A, B, score = W.T @ seen.J, W.T @ seen.Sigma @ W, W.T @ seen.e

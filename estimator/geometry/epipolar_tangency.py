@@ -69,6 +69,11 @@ class TangencyErrors:
         return _told(self.valid[i], self.variance[i])
 
     @property
+    def telling(self) -> NDArray[np.int64]:
+        """Numbers of the first silhouettes whose own tangencies say something."""
+        return np.flatnonzero(self.told[:, :, :2].any(axis=(1, 2)))
+
+    @property
     def rms_px(self) -> float:
         """RMS (px) of the errors in the first pictures; infinite where there is none."""
         told = self.told[:, :, :2]

@@ -11,6 +11,7 @@ from shapely import Polygon, box
 
 from datasets.vocabulary.camera import Intrinsics
 from datasets.vocabulary.outline import Outline
+from estimator.fitting.composite_likelihood import weigh
 from estimator.geometry.epipolar_tangency import PoseSet, TangencyErrors, tangency_errors
 from estimator.geometry.silhouettes import Silhouettes, pack, silhouettes
 from estimator.geometry.tangent_hull import TangentHull
@@ -177,3 +178,22 @@ def test_what_a_line_hides_leaves_the_tangents_elsewhere_as_they_are(points: Arr
     assert np.median(lost) > 1.0
     assert not silhouettes(cuts, [HSV] * 5, unsure=unsure).whole.any()
     assert silhouettes(wholes, [HSV] * 5).whole.all()
+
+
+def test_a_silhouette_that_is_unsure_all_round_has_no_part(points: Array) -> None:
+    """Its pairs have tangent planes, but nothing is told: the sums are those of the others."""
+    rng = np.random.default_rng(12)
+    poses, others = poses_around(rng, 3, 0.3), poses_around(rng, 12, 0.6)
+    images = [HSV.project(points @ R.T + t) for R, t in zip(poses.R, poses.t, strict=True)]
+    outlines = [Outline(sampled(Polygon(image[ConvexHull(image).vertices]), 300)) for image in images]
+    blind = [np.zeros(300, dtype=bool), np.ones(300, dtype=bool), np.zeros(300, dtype=bool)]
+    views = seen(points, others, RIG)
+    first = silhouettes(outlines, [HSV] * 3, unsure=blind)
+    errors = tangency_errors(first, poses, views, others, pivot_particle=CENTRE)
+    S = np.tile(np.eye(8), (3, 1, 1))
+    frames = weigh(errors, S, first, floor_px=0.04, huber=4.0)
+    assert errors.telling.tolist() == [0, 2]
+    assert errors.valid[1].any()
+    assert frames.count[1] == 0
+    assert min(frames.count[[0, 2]]) > 0
+    assert np.isfinite(frames.H).all()
