@@ -11,7 +11,7 @@ from scipy.stats import chi2
 from datasets.vocabulary.effects import Scope
 from estimator.diagnosis.score_tests import Candidates, ScoreTest, score_tests
 from estimator.effects.model import Model
-from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState, fit_campaign
+from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState, cost_like, fit_campaign
 from estimator.motion.rigid_body import RanAway
 
 ALPHA = 1e-3
@@ -38,7 +38,7 @@ def fit_extended(campaign: Campaign, fit: CampaignFit, *tests: ScoreTest) -> Cam
             if share == SHARES[-1]:
                 raise
             continue
-        if new.cost <= fit.cost:
+        if cost_like(campaign, new, fit) <= fit.cost:
             break
     for number in range(len(fit.model.effects), len(model.effects)):
         effect = model.effects[number]

@@ -16,7 +16,7 @@ from estimator.diagnosis.extending import fit_extended
 from estimator.diagnosis.ranking import Hypothesis, Pair, Ranking, by_remainder, misfit_unit, pairs_by_remainder, surprise_of
 from estimator.diagnosis.score_tests import Candidates, EfficientScores, ScoreTest, score_tests
 from estimator.effects.choosing import contradiction
-from estimator.fitting.campaign import Campaign, CampaignFit
+from estimator.fitting.campaign import Campaign, CampaignFit, cost_like
 
 Array = NDArray[np.float64]
 FEWEST = np.exp(np.e)
@@ -189,7 +189,7 @@ def _refit(campaign: Campaign, fit: CampaignFit, tests: Sequence[ScoreTest], hyp
     test = tests[hypothesis.effect]
     new = fit_extended(campaign, fit, test)
     astray = Refitted(test, (test.effect.entry.key,), new, np.inf, 0, hypothesis.parameters)
-    if new.cost > fit.cost:
+    if cost_like(campaign, new, fit) > fit.cost:
         return astray
     try:
         with np.errstate(over="ignore", invalid="ignore"):  # of effects that cannot be flown from there

@@ -238,11 +238,26 @@ def _agreed(state: CampaignState, layout: Layout) -> CampaignState:
     return CampaignState(tuple(flights), tuple(thetas))
 
 
-def _cost(campaign: Campaign, layout: Layout, model: Model, at: tuple[CampaignState, Sequence[SequenceEquations]]) -> float:
+def cost_like(campaign: Campaign, fit: CampaignFit, reference: CampaignFit) -> float:
+    """The fit's cost with the noise that its errors had in ``reference``, of another model: the two costs can then be compared.
+
+    A magnification changes the noise that calibrated views bring into a picture; each fit's own cost tells nothing of that.
+    """
+    return _cost(campaign, fit.layout, fit.model, (fit.state, fit.equations), reference.equations)
+
+
+def _cost(
+    campaign: Campaign,
+    layout: Layout,
+    model: Model,
+    at: tuple[CampaignState, Sequence[SequenceEquations]],
+    like: Sequence[SequenceEquations] | None = None,
+) -> float:
     """Half the mean Huber cost per error times the number of sightings' independent errors, plus the prior's."""
     state, equations = at
     precision, values = shared_prior(campaign, layout, model, state)
-    data = sum(campaign.kind.cost(sequence, each) for each, sequence in zip(equations, campaign.sequences, strict=True))
+    noise: Sequence[SequenceEquations | None] = like or [None] * len(equations)
+    data = sum(campaign.kind.cost(sequence, each, by) for sequence, each, by in zip(campaign.sequences, equations, noise, strict=True))
     own = sum(float(theta @ (_own_precision(model) * theta)) for theta in state.theta)
     return float(data + 0.5 * values @ (precision * values) + 0.5 * own)
 

@@ -43,8 +43,8 @@ class MeasurementKind(Protocol):
         """Information (21,) that is there of the flight's parameters beside the measurement."""
         ...
 
-    def cost(self, sequence: Any, equations: "SequenceEquations") -> float:
-        """Robust cost on the scale of minus the logarithm of a likelihood."""
+    def cost(self, sequence: Any, equations: "SequenceEquations", like: "SequenceEquations | None" = None) -> float:
+        """Robust cost on the scale of minus the logarithm of a likelihood; with the noise that the errors had in ``like``, if given."""
         ...
 
     def repeated_noise(self, campaign: "Campaign", errors: Sequence[Any], weighted: Sequence[Array]) -> Array:

@@ -58,10 +58,13 @@ class Silhouettes:
         """What the hull says of the body, and what is believed of outlines."""
         return sequence.task.prior.precision
 
-    def cost(self, sequence: SequenceTask, equations: SequenceEquations) -> float:
+    def cost(self, sequence: SequenceTask, equations: SequenceEquations, like: SequenceEquations | None = None) -> float:
         """Huber cost on the scale of the weights: each sighting's mean error counts as often as it is independent."""
         errors, huber = equations.errors, sequence.task.huber
-        z = np.abs(errors.e) / np.sqrt(errors.tangency.variance[:, :, :2])
+        variance = errors.tangency.variance[:, :, :2]
+        if like is not None:
+            variance = np.where(like.errors.seen, like.errors.tangency.variance[:, :, :2], variance)
+        z = np.abs(errors.e) / np.sqrt(variance)
         rho = np.where(z <= huber, 0.5 * z**2, huber * z - 0.5 * huber**2)
         return float((rho * errors.seen).sum() / max(errors.seen.sum(axis=(1, 2)).mean(), 1.0) * INDEPENDENT_TANGENTS)
 

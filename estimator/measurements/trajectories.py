@@ -50,8 +50,9 @@ class Trajectories:
         del sequence
         return np.zeros(N_PARAMETERS)
 
-    def cost(self, sequence: TrajectoryTask, equations: SequenceEquations) -> float:
-        """Huber cost."""
+    def cost(self, sequence: TrajectoryTask, equations: SequenceEquations, like: SequenceEquations | None = None) -> float:
+        """Huber cost; noise does not depend on the fit."""
+        del like
         z = np.abs(equations.errors.e)
         rho = np.where(z <= HUBER, 0.5 * z**2, HUBER * z - 0.5 * HUBER**2)
         return float((rho / sequence.repeats).sum())
