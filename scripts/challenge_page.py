@@ -1,6 +1,6 @@
 """The page of the hidden-effect challenge, copied from the committed result of a full run.
 
-``python -m scripts.challenge_page [--result docs/results/challenge.json] [--page docs/studies/challenge.md]``: reads what
+``python -m scripts.challenge_page [--result docs/results/challenge.json] [--page docs/studies/challenge.md] [--remark TEXT]``: reads what
 ``tumble challenge score --result`` wrote (the summary and, beside it, ``..._cases.csv``) and the table of detection limits; writes the page
 and its figure: how often effects were found against their size, and what was named where each was hidden.
 """
@@ -117,14 +117,15 @@ def draw_confusion(axes: Axes, result: Row) -> None:
     axes.set(title="Hidden (rows) and named first (columns)")
 
 
-def page_lines(result: Row, cases: pd.DataFrame, limits: Mapping[str, list[dict[str, Any]]], picture: str) -> list[str]:
-    """The page."""
+def page_lines(result: Row, cases: pd.DataFrame, limits: Mapping[str, list[dict[str, Any]]], picture: str, remark: str = "") -> list[str]:
+    """The page; ``remark``: what else is to be known of this run."""
     rendered = result["tiers"] == ["rendered"]
     cpu = ", ".join(f"{name} {number(value)} s" for name, value in result["cpu_s"].items() if _finite(value))
     return [
         "# The hidden-effect challenge" + (" on rendered pictures" if rendered else ""),
         "",
         *intro_lines(result, cases, rendered=rendered),
+        *(["", remark] if remark else []),
         "",
         f"![Found against size, and what was named]({picture})",
         "",
@@ -154,13 +155,14 @@ def intro_lines(result: Row, cases: pd.DataFrame, *, rendered: bool) -> list[str
     counts, shape = result["counts"], result["campaign"]
     campaign = f"{shape['sequences']} sequences × {shape['frames']} frames × {shape['views']} calibrated views"
     kinds = ", ".join(f"{counts[kind]} {words}" for kind, words in KINDS if kind in counts)
+    ratios = cases.loc[cases["kind"] == "single", "ratio"].astype(float)
     if not rendered:
         return [
             f"Campaigns of one particle, {campaign}, silhouette tier, 0.2 px boundary noise; {kinds}. What is hidden, and how large it is, "
-            "was drawn from a seed that the solver never sees; sizes are log-uniform from half the 95% detection limit to ten times (each "
-            "of a pair: from once). The solver reads observations alone."
+            "was drawn from a seed that the solver never sees; sizes of single effects run from "
+            f"{number(ratios.min())} to {number(ratios.max())} times the 95% detection limit of the table, those of pairs from once. The "
+            "solver reads observations alone."
         ]
-    ratios = cases.loc[cases["kind"] == "single", "ratio"].astype(float)
     return [
         f"Campaigns of one particle, {campaign} (shown in whole drops of six); {kinds}. Every frame and every view is rendered: a matte "
         "particle before a back light, a thin lens, the exposure cut into sub-frames, sensor noise, 12 bit; the effect acts on light and "
@@ -217,6 +219,7 @@ def main() -> int:
     parser.add_argument("--result", type=Path, default=Path("docs/results/challenge.json"))
     parser.add_argument("--page", type=Path, default=Path("docs/studies/challenge.md"))
     parser.add_argument("--limits", type=Path, default=TABLE)
+    parser.add_argument("--remark", default="", help="what else is to be known of this run, as a paragraph of the page")
     arguments = parser.parse_args()
     result = json.loads(arguments.result.read_text(encoding="utf-8"))
     cases = pd.read_csv(arguments.result.with_name(f"{arguments.result.stem}_cases.csv"))
@@ -229,7 +232,7 @@ def main() -> int:
     drawn.tight_layout()
     picture = arguments.page.with_suffix(".png")
     write_figure(drawn, picture)
-    write_page(page_lines(result, cases, limits, picture.name), arguments.page)
+    write_page(page_lines(result, cases, limits, picture.name, arguments.remark), arguments.page)
     print(arguments.page)
     return 0
 

@@ -35,9 +35,12 @@ def test_the_page_copies_the_result(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     cases = pd.DataFrame({"kind": "single", "ratio": [0.6, 1.1, 4.0], "all_found": [False, True, True]})
     cases.to_csv(tmp_path / "challenge_cases.csv", index=False)
     page = tmp_path / "page.md"
-    monkeypatch.setattr(sys, "argv", ["page", "--result", str(tmp_path / "challenge.json"), "--page", str(page)])
+    told = ["--remark", "Half of the cases."]
+    monkeypatch.setattr(sys, "argv", ["page", "--result", str(tmp_path / "challenge.json"), "--page", str(page), *told])
     assert challenge_page.main() == 0
     text = page.read_text()
+    assert "single effects run from 0.6 to 4 times" in text
+    assert "\n\nHalf of the cases.\n\n" in text
     assert "| 1 | named first | 96.2 (91.5 to 98.2) % | 260 | ≥ 95 % | HELD |" in text
     assert "| 1 | not judged | – | 260 | ≥ 95 % | TOO FEW CASES |" in text
     assert "| gravity | 9 | 7 | linear drag 2 |" in text
