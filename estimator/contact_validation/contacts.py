@@ -6,7 +6,7 @@ particle. A *draw* of an impact moves its turn, velocities, corners and plate by
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 from jaxtyping import Float
@@ -31,6 +31,11 @@ class Draws:
     errors: Float[NDArray[np.float64], "draw 18"]
     corners: Float[NDArray[np.float64], "draw corner 3"]
     normal: Float[NDArray[np.float64], "draw 2"]
+
+    @cached_property
+    def turns(self) -> Float[NDArray[np.float64], "draw 3 3"]:
+        """What each draw turns the body by, world axes."""
+        return np.asarray(Rotation.from_rotvec(self.errors[:, TURN]).as_matrix())
 
 
 @dataclass(frozen=True)
@@ -78,8 +83,7 @@ def nominal(impacts: Sequence[MeasuredImpact], tilt: tuple[float, float] = UNTIL
 
 def drawn(impact: MeasuredImpact, draws: Draws) -> Contacts:
     """One contact per draw."""
-    turns = Rotation.from_rotvec(draws.errors[:, TURN]).as_matrix()
-    axes = _turned_axes(impact, draws.normal)
+    turns, axes = draws.turns, _turned_axes(impact, draws.normal)
     arms = drawn_corners(impact, draws)
     lowest = np.einsum("sci,si->sc", arms, axes[:, 2]).argmin(axis=1)
     state, count = impact.state, len(turns)
@@ -96,8 +100,7 @@ def drawn(impact: MeasuredImpact, draws: Draws) -> Contacts:
 
 def drawn_corners(impact: MeasuredImpact, draws: Draws) -> Float[NDArray[np.float64], "draw corner 3"]:
     """The low corners of each draw, m from its centre of mass, world axes."""
-    turns = Rotation.from_rotvec(draws.errors[:, TURN]).as_matrix()
-    return np.asarray(np.einsum("sij,scj->sci", turns, impact.low_corners + draws.corners))
+    return np.asarray(np.einsum("sij,scj->sci", draws.turns, impact.low_corners + draws.corners))
 
 
 def joined(parts: Sequence[Contacts]) -> Contacts:

@@ -49,7 +49,7 @@ def measured_noise(errors: TangencyErrors) -> MeasuredNoise:
     square, everything, counted = 0.0, 0.0, 0
     product, pairs = np.zeros(len(LAGS_RAD) - 1), np.zeros(len(LAGS_RAD) - 1)
     for i in errors.telling:
-        told = errors.told[i, :, :2]
+        told = errors.told_in(i)[:, :2]
         z = (errors.error[i, :, :2] / np.sqrt(errors.variance[i, :, :2]))[told]
         everything += float(z @ z)
         z = np.clip(z, -4.0, 4.0)
