@@ -1,8 +1,8 @@
 """The outline of every frame of the high-speed camera, with the effects in force; without any, the exact one of the exposure's middle.
 
-Where the outline is that of a blurred picture, the silhouettes of many instants of the exposure are averaged on a fine grid, blurred where
-the lens is out of focus, and the curve of the threshold's level is drawn. The cells of the grid are themselves a blur: off the half level
-they move an edge by less than 0.7 of their width times the threshold's bias.
+Where the outline is that of a picture that moved during its exposure, the silhouettes of many of its instants are drawn on a fine grid, and
+the curve is drawn that as many of them enclose as the threshold's level says. Where the lens is out of focus, too, their mean is blurred,
+and the curve is that of the level; the blur is wide against the grid's cells, which are a blur themselves.
 """
 
 from collections.abc import Iterator
@@ -18,14 +18,22 @@ from synth.pair_outlines import outlines_of_two
 from synth.plan import SequencePlan, particle_poses_in_camera
 from synth.plate_setting import beside_plate, plate_outline
 from synth.row_by_row import LONGEST_EDGE_PX, refined, row_by_row_outline
-from synth.silhouette import Grid, OutlineMesh, blurred, exact_outline, grid_around, level_outline, mean_coverage, outline_mesh
+from synth.silhouette import (
+    Grid,
+    OutlineMesh,
+    blurred,
+    exact_outline,
+    grid_around,
+    level_outline,
+    mean_coverage,
+    outline_mesh,
+    quantile_coverage,
+)
 
 Array = NDArray[np.float64]
 
 FEWEST_SUBFRAMES, MOST_SUBFRAMES = 16, 256
 CELLS_PER_PX = 8
-FINER_CELLS_PER_PX = 16
-"""Where the particle moves by less than a pixel, and a cell is not small against its way."""
 HALF = 0.5
 MOST_CELLS = 2048
 """Along one side of a picture; larger particles get a coarser grid."""
@@ -110,26 +118,25 @@ class _Scene:
     def blurred_outline(self, number: int) -> Array:
         """The outline of the picture of a whole exposure, or of its middle where only the lens blurs."""
         plan, level = self.plan, self.plan.effects.level
-        cells, count = (CELLS_PER_PX, 1) if level is None else self.fineness(number)
+        count = 1 if level is None else self.instants(number)
         after = plan.clock.exposure_s * ((np.arange(count) + 0.5) / count - 0.5)
         outlines = [self.outline(number, float(instant)) for instant in after]
         sigma = float(plan.effects.sigma_px(self.depths_m[[number]] - self.depths_m[0])[0])
         if count == 1 and sigma == 0:
             return outlines[0]
-        grid = _grid(np.vstack(outlines), sigma, cells)
-        picture = mean_coverage(outlines, grid)
-        if sigma > 0:
-            picture = blurred(picture, sigma * grid.cells_per_px)
-        return level_outline(picture, grid, HALF if level is None else level)
+        grid = _grid(np.vstack(outlines), sigma)
+        level = HALF if level is None else level
+        if sigma == 0:
+            return level_outline(quantile_coverage(outlines, grid, level), grid, HALF)
+        return level_outline(blurred(mean_coverage(outlines, grid), sigma * grid.cells_per_px), grid, level)
 
-    def fineness(self, number: int) -> tuple[int, int]:
-        """Cells per pixel, and so many sub-frames that the particle moves by no more than a cell from one to the next."""
+    def instants(self, number: int) -> int:
+        """So many that the particle moves by no more than a cell from one to the next."""
         half = self.plan.clock.exposure_s / 2
         R, t = self.pose(number, np.array([-half, half]))
         before, after = (self.plan.true_camera.project(self.mesh.vertices @ R[k].T + t[k]) for k in (0, 1))
         moved = float(np.linalg.norm(after - before, axis=1).max())
-        cells = FINER_CELLS_PER_PX if moved < 1 else CELLS_PER_PX
-        return cells, int(np.clip(np.ceil(moved * cells), FEWEST_SUBFRAMES, MOST_SUBFRAMES))
+        return int(np.clip(np.ceil(moved * CELLS_PER_PX), FEWEST_SUBFRAMES, MOST_SUBFRAMES))
 
     def pose(self, number: int, after_s: Array) -> tuple[Array, Array]:
         """Poses at instants (n,) s."""
@@ -147,8 +154,8 @@ class _Scene:
         return self.plan.effects.camera_at(self.plan.true_camera, stamp_s)
 
 
-def _grid(points_px: Array, sigma_px: float, cells_per_px: int) -> Grid:
+def _grid(points_px: Array, sigma_px: float) -> Grid:
     """A grid that holds the blurred particle."""
     margin = REACH * sigma_px + 2
     extent = float(np.ptp(points_px, axis=0).max()) + 2 * margin
-    return grid_around(points_px, margin, int(np.clip(MOST_CELLS // extent, 2, cells_per_px)))
+    return grid_around(points_px, margin, int(np.clip(MOST_CELLS // extent, 2, CELLS_PER_PX)))

@@ -1,6 +1,6 @@
 """Outlines of meshes: exact, with stated boundary noise, or those of blurred pictures."""
 
-from synth.silhouette.coverage import Grid, blurred, grid_around, level_outline, mean_coverage
+from synth.silhouette.coverage import Grid, blurred, grid_around, level_outline, mean_coverage, quantile_coverage
 from synth.silhouette.exact_outline import OutlineMesh, contour_segments, exact_outline, outline_mesh
 from synth.silhouette.noisy_outline import noisy_outline
 
@@ -15,4 +15,5 @@ __all__ = [
     "mean_coverage",
     "noisy_outline",
     "outline_mesh",
+    "quantile_coverage",
 ]
