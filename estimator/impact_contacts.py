@@ -121,12 +121,15 @@ def _with_one_split(
     """The refined flight with its clearest impact as two contacts, where that fits better."""
     refined, spreads = known
     for number in sorted(range(len(spreads)), key=lambda k: -spreads[k].chi_square):
-        sides = parted(task, refined.flight, number, frame_s) if spreads[number].clear else None
-        starts = [] if sides is None else split_starts(task, refined.flight, sides, frame_s)
-        if not starts:
+        try:
+            sides = parted(task, refined.flight, number, frame_s) if spreads[number].clear else None
+            starts = [] if sides is None else split_starts(task, refined.flight, sides, frame_s)
+            if not starts:
+                continue
+            flight = min((fit_piecewise(task, start) for start in starts), key=lambda s: s.equations.cost).state
+            split = refine_piecewise(prepared(flight), flight, settings)
+        except RanAway:
             continue
-        flight = min((fit_piecewise(task, start) for start in starts), key=lambda s: s.equations.cost).state
-        split = refine_piecewise(prepared(flight), flight, settings)
         if _told(split, number, frame_s) and split.refined.noise.mean_square < refined.refined.noise.mean_square:
             return split
     return None

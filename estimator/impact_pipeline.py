@@ -81,18 +81,22 @@ class Seen:
 def estimate_with_impacts(seen: Seen, kinks: list[Kink], configuration: Configuration) -> Estimate | None:
     """The estimate of a sequence with impacts near ``kinks``; ``None`` where the fit finds no jump of the velocities."""
     try:
-        edge = edge_kink(seen.tracks, kinks)
-        if edge is not None:
-            raise NoMeasurement(Status.IMPACT_AT_EDGE, edge)
-        sightings = usable_sightings(seen.observation, seen.tracks, configuration, in_part=True)
-        views = views_like(seen.particle, sightings.silhouettes, np.random.default_rng(configuration.seed))
-        task = fit_task(seen.observation, seen.particle, sightings, views, configuration)
-        chains = _with_missing_impacts(seen, task, kinks, configuration)
-        chains, refined = _with_jumps_alone(seen, task, chains, configuration)
+        return _estimated(seen, kinks, configuration)
     except NoMeasurement as failure:
         return empty_estimate(seen.observation, seen.tracks, seen.particle, configuration, (failure.status, failure.message))
     except RanAway:
         return empty_estimate(seen.observation, seen.tracks, seen.particle, configuration, (Status.NO_CONVERGENCE, RAN_AWAY))
+
+
+def _estimated(seen: Seen, kinks: list[Kink], configuration: Configuration) -> Estimate | None:
+    edge = edge_kink(seen.tracks, kinks)
+    if edge is not None:
+        raise NoMeasurement(Status.IMPACT_AT_EDGE, edge)
+    sightings = usable_sightings(seen.observation, seen.tracks, configuration, in_part=True)
+    views = views_like(seen.particle, sightings.silhouettes, np.random.default_rng(configuration.seed))
+    task = fit_task(seen.observation, seen.particle, sightings, views, configuration)
+    chains = _with_missing_impacts(seen, task, kinks, configuration)
+    chains, refined = _with_jumps_alone(seen, task, chains, configuration)
     if refined is None:
         return None
     chains = _without_the_same(seen, task, (chains, refined), configuration)
@@ -239,9 +243,15 @@ def fitted_chains(seen: Seen, task: FitTask, impacts_s: Array, configuration: Co
     best = starts[0].solution.equations.cost
     chains = []
     for start in starts:
-        if start.solution.equations.cost <= RIVAL_TRACK * max(best, tasks[longest].weight.size):
+        if start.solution.equations.cost > RIVAL_TRACK * max(best, tasks[longest].weight.size):
+            continue
+        try:
             flights = _neighbours(seen, tasks, (longest, start.solution.state), impacts_s, configuration)
-            chains.append(Chain(found, _joint(task, flights, impacts_s)))
+        except RanAway:
+            continue
+        chains.append(Chain(found, _joint(task, flights, impacts_s)))
+    if not chains:
+        raise NoMeasurement(Status.NO_CONVERGENCE, RAN_AWAY)
     return sorted(chains, key=lambda c: c.solution.equations.cost)
 
 
@@ -280,9 +290,17 @@ def _fits(task: FitTask, candidate: Candidate) -> bool:
 
 
 def _shared_pose(task: FitTask, neighbour: Flight, impact_s: float, reference: int) -> FoundPoses:
-    """The neighbour's pose at the impact, refined on the nearest sighting of the segment."""
+    """The neighbour's pose at the impact, refined on the nearest sighting of the segment.
+
+    Raises
+    ------
+    RanAway
+        Where the neighbour has no pose then.
+    """
     one = task.sightings.take(np.array([reference]))
     pose = particle_poses(neighbour, poses(neighbour, np.zeros((1, N_PARAMETERS)), np.array([impact_s])), one)
+    if not np.isfinite(pose.R).all():
+        raise RanAway("the flight on the other side of an impact ran away")
     guess = Poses(pose.R, pose.t + pose.R @ neighbour.body.com_particle, np.full(1, np.inf))
     refined = refine(one.silhouettes, guess, task.views, iterations=40)
     return FoundPoses(refined, rms_ete_px(one.silhouettes, refined, task.views))

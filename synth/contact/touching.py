@@ -50,7 +50,7 @@ def first_touch(flight: Flight, body: FlyingBody, plate: Plate, *, from_s: float
     motion = flight.at(times)
     near = np.flatnonzero(_centre_heights(motion, plate) <= reach)
     heights = np.full(len(times), np.inf)
-    for part in np.array_split(near, max(1, len(near) // AT_ONCE)):
+    for part in np.array_split(near, max(1, len(near) // AT_ONCE)) if len(near) else ():
         heights[part] = lowest(flight.at(times[part]), corners, plate)
     above = np.flatnonzero(heights > 0)
     if len(above) == 0 or above[0] > LATE:
