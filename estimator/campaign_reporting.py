@@ -55,7 +55,8 @@ def effect_values(registered: Registered, fit: CampaignFit, covariance: Campaign
             alone = effect.entry.scope is Scope.CAMPAIGN or len(_representatives(effect, campaign.particle, campaign.camera)) == 1
             name = None if alone else campaign.sequences[sequence].name
             variance = np.diag(covariance.of(sequence, N_PARAMETERS + np.arange(part.start, part.stop)))
-            reported = effect.reported(fit.state.theta[sequence][part], variance)
+            hollow = campaign.kind.hollow(campaign.sequences[sequence])
+            reported = effect.reported(fit.state.theta[sequence][part], variance, hollow)
             for parameter, value, sigma in zip(effect.entry.parameters, *reported, strict=True):
                 found.append(EffectValue(effect.entry.key, parameter, name, float(value), float(sigma)))
     return tuple(found)

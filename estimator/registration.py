@@ -13,22 +13,23 @@ import shapely
 from numpy.typing import NDArray
 
 from datasets.errors import InputError
-from datasets.observation import CalibratedView, Observation
+from datasets.observation import CalibratedView, Frames, Observation
 from estimator.configuration import Configuration
 from estimator.effects.link import Setting
+from estimator.effects.model import Model
 from estimator.fitting.campaign import Campaign, CampaignState
-from estimator.fitting.model_errors import SequenceTask, seen_outlines
+from estimator.fitting.model_errors import SequenceTask
 from estimator.fitting.pose_refinement import Views
 from estimator.fitting.rim import rim_of
 from estimator.fitting.time_gaps import longest_stretch
 from estimator.fitting.trajectory import FitTask, restricted
-from estimator.geometry.outline_shape import as_of_a_hull, outline_shape
+from estimator.geometry.outline_shape import outline_shape
 from estimator.measurements.silhouettes import SILHOUETTES
 from estimator.motion.flight import Flight
+from estimator.outline_tables import OutlineTables, with_tables
 from estimator.particle import Particle, views_like
 from estimator.pipeline import (
     NoMeasurement,
-    biased_task,
     candidate_flights,
     first_pose,
     fit_task,
@@ -116,10 +117,10 @@ def _one(
     )
     vertices = (particle.hull.vertices - particle.body.com_particle) @ particle.body.R_particle_body
     flight = candidates[0].solution.state
-    outlines = seen_outlines(task, flight, particle.hull)
-    shape = as_of_a_hull(outline_shape(outlines), outlines)
-    task = biased_task(observation, task, particle, flight, configuration)
-    return SequenceTask(observation.name, task, setting, rim_of(vertices), shape), flight, views
+    pairs = 0 if any(isinstance(r, Frames) for r in observation.recordings) else configuration.bias_pairs
+    tables = OutlineTables(particle, views, pairs, configuration.seed)
+    sequence = SequenceTask(observation.name, task, setting, rim_of(vertices), outline_shape([]), tables)
+    return with_tables(sequence, flight, Model(), np.zeros(0)), flight, views
 
 
 def _without_jump(task: FitTask) -> FitTask:

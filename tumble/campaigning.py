@@ -51,6 +51,10 @@ class Prepared:
         """The sequences of the campaign."""
         return tuple(s.name for s in self.registered.campaign.sequences)
 
+    def at(self, campaign: Campaign) -> "Prepared":
+        """The same with the campaign as it is at a fit."""
+        return replace(self, registered=replace(self.registered, campaign=campaign))
+
 
 def prepare(
     source: Path, configuration: Configuration, effects: Sequence[EffectModel], *, quiet: bool, known: Known | None = None

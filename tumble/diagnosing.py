@@ -88,14 +88,16 @@ def prepared(question: Question, *, quiet: bool) -> Prepared:
     return prepare(question.source, configuration, (*question.effects, *question.also), quiet=quiet, known=question.known)
 
 
-def fitted(campaign: Prepared, effects: Sequence[EffectModel]) -> CampaignFit:
-    """The campaign fitted with ``effects``."""
-    return fit_with(campaign.registered.campaign, campaign.registered.start, effects)
+def fitted(campaign: Prepared, effects: Sequence[EffectModel]) -> tuple[Prepared, CampaignFit]:
+    """The campaign fitted with ``effects``, and as it is at that fit."""
+    followed, fit = fit_with(campaign.registered.campaign, campaign.registered.start, effects)
+    return campaign.at(followed), fit
 
 
 def estimated(question: Question, campaign: Prepared, out: Path, *, fit: CampaignFit | None = None) -> Document:
     """Fit with the question's effects (or take ``fit``), write an estimate per sequence and ``campaign.json``; its content."""
-    fit = fitted(campaign, question.effects) if fit is None else fit
+    if fit is None:
+        campaign, fit = fitted(campaign, question.effects)
     covariance = campaign_covariance(campaign.registered.campaign, fit)
     configuration = configuration_from_dict(question.configuration)
     for estimate in campaign_estimates(campaign.registered, campaign.observations, fit, covariance, configuration):
@@ -114,8 +116,9 @@ def estimated(question: Question, campaign: Prepared, out: Path, *, fit: Campaig
 
 def compared(question: Question, campaign: Prepared, told: Told) -> Document:
     """Model against measurement: the noise floor, maps of the residuals, and whether any effect would fit."""
-    registered, rules = campaign.registered, Rules()
-    fit = fitted(campaign, question.effects)
+    rules = Rules()
+    campaign, fit = fitted(campaign, question.effects)
+    registered = campaign.registered
     told("fit")
     maps = residual_maps(registered.campaign, fit)
     found = diagnose(registered.campaign, fit, question.candidates, margin=rules.margin)
@@ -140,7 +143,7 @@ def _floor(campaign: Campaign, fit: CampaignFit) -> NoiseFloor:
 
 def diagnosed(question: Question, campaign: Prepared, out: Path, told: Told) -> Document:
     """Every effect that is not in the model on trial."""
-    fit = fitted(campaign, question.effects)
+    campaign, fit = fitted(campaign, question.effects)
     told("fit")
     rules = Rules()
     found = diagnose(campaign.registered.campaign, fit, question.candidates, margin=rules.margin)
@@ -183,8 +186,9 @@ def _step_entries(explanation: Explanation, campaign: Prepared) -> tuple[list[Do
 def explained(question: Question, campaign: Prepared, out: Path, told: Told) -> Document:
     """The whole loop; also writes the estimates of the last model."""
     rules, names = Rules(), campaign.names
+    explanation = explain(campaign.registered.campaign, campaign.registered.start, question.candidates, rules, told=told)
+    campaign = campaign.at(explanation.campaign)
     registered = campaign.registered
-    explanation = explain(registered.campaign, registered.start, question.candidates, rules, told=told)
     last = diagnosis_of(list(explanation.tests), explanation.ranking, margin=rules.margin)
     estimated(question, campaign, out, fit=explanation.fit)
     accepted = [step.accepted for step in explanation.steps]
@@ -213,9 +217,9 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told) -> 
 
 def climbed(question: Question, campaign: Prepared, told: Told, errors: VelocityErrors | None) -> Document:
     """The held-out error with one effect more on every rung; those of the velocities, too, where ``errors`` knows the truth."""
+    rungs = list(ladder(campaign.registered.campaign, campaign.registered.start, question.effects, told=told))
+    last, campaign = rungs[-1].fit, campaign.at(rungs[-1].campaign)
     registered = campaign.registered
-    rungs = list(ladder(registered.campaign, registered.start, question.effects, told=told))
-    last = rungs[-1].fit
     first, final = rungs[0].held_out.rms_px, rungs[-1].held_out.rms_px
     unit = registered.campaign.kind.unit
     sentence = (

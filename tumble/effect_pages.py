@@ -2,6 +2,7 @@
 
 from datasets.vocabulary.effects import EFFECTS, EffectEntry, Parameter, Stage
 from estimator.effects.choosing import catalogue
+from estimator.effects.link import HOLLOW
 from estimator.effects.registry import MODELS
 
 COMMAND = "tumble effect list --write docs/effects.md"
@@ -49,8 +50,11 @@ def _section(entry: EffectEntry) -> str:
 
 def _accuracy(entry: EffectEntry) -> str:
     """How far the fitted sizes may be off for the model's own sake."""
-    share = MODELS[entry.key].accuracy if entry.key in MODELS else 0.0
-    return f"Fitted sizes are accurate to {100 * share:g}% (one standard deviation beside that of noise).\n\n" if share else ""
+    model = MODELS.get(entry.key)
+    if model is None or not model.accuracy:
+        return ""
+    on_spikes = f", {100 * model.accuracy_on(HOLLOW):.0f}% on bodies with hollows" if model.accuracy_at_spikes else ""
+    return f"Fitted sizes are accurate to {100 * model.accuracy:g}%{on_spikes} (one standard deviation beside that of noise).\n\n"
 
 
 def _row(parameter: Parameter, entry: EffectEntry) -> str:

@@ -12,6 +12,7 @@ from estimator.diagnosis.extending import fit_extended
 from estimator.diagnosis.score_tests import Candidates, score_tests
 from estimator.effects.link import EffectModel
 from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState, fit_campaign
+from estimator.fitting.following import following
 from estimator.fitting.held_out import HeldOut, held_out
 
 
@@ -27,19 +28,23 @@ def with_effect(campaign: Campaign, fit: CampaignFit, effect: EffectModel) -> Ca
     return fit_extended(campaign, fit, tests[0])
 
 
-def fit_with(campaign: Campaign, start: CampaignState, effects: Sequence[EffectModel]) -> CampaignFit:
-    """Free flight with all of ``effects``."""
-    fit = base_fit(campaign, start)
+def fit_with(campaign: Campaign, start: CampaignState, effects: Sequence[EffectModel]) -> tuple[Campaign, CampaignFit]:
+    """Free flight with all of ``effects``, and the campaign as it is at that fit (:mod:`estimator.fitting.following`)."""
+    campaign, fit = following(campaign, base_fit(campaign, start))
     for effect in effects:
-        fit = with_effect(campaign, fit, effect)
-    return fit
+        campaign, fit = following(campaign, with_effect(campaign, fit, effect))
+    return campaign, fit
 
 
 @dataclass(frozen=True)
 class Rung:
-    """One step of a ladder: what was ``added`` (``None``: the base), the fit, and its errors on what it was not fitted to."""
+    """One step of a ladder: what was ``added`` (``None``: the base), the fit, and its errors on what it was not fitted to.
+
+    ``campaign`` is as it is at the fit (:mod:`estimator.fitting.following`).
+    """
 
     added: str | None
+    campaign: Campaign
     fit: CampaignFit
     held_out: HeldOut
 
@@ -52,10 +57,10 @@ def ladder(
     told: Callable[[str], None] = lambda _added: None,
 ) -> Iterator[Rung]:
     """The base and then one effect more on every rung."""
-    fit = base_fit(campaign, start)
-    yield Rung(None, fit, held_out(campaign, fit.state, fit.model))
+    campaign, fit = following(campaign, base_fit(campaign, start))
+    yield Rung(None, campaign, fit, held_out(campaign, fit.state, fit.model))
     told("base")
     for effect in effects:
-        fit = with_effect(campaign, fit, effect)
-        yield Rung(effect.entry.key, fit, held_out(campaign, fit.state, fit.model))
+        campaign, fit = following(campaign, with_effect(campaign, fit, effect))
+        yield Rung(effect.entry.key, campaign, fit, held_out(campaign, fit.state, fit.model))
         told(effect.entry.key)

@@ -26,6 +26,7 @@ from estimator.effects.link import EffectModel
 from estimator.effects.model import Model
 from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState, fit_campaign
 from estimator.fitting.campaign_covariance import CampaignCovariance, campaign_covariance
+from estimator.fitting.following import following
 from estimator.fitting.held_out import HeldOut, held_out
 from estimator.fitting.time_shifts import held_out_gain
 from estimator.motion.flight import N_PARAMETERS
@@ -51,8 +52,12 @@ class Step:
 
 @dataclass(frozen=True)
 class Explanation:
-    """What was found: the steps, the last fit and its covariance, the tests that found nothing more, and what is left unknown."""
+    """What was found: the steps, the last fit and its covariance, the tests that found nothing more, and what is left unknown.
 
+    ``campaign`` is as it is at the last fit (:mod:`estimator.fitting.following`).
+    """
+
+    campaign: Campaign
     steps: tuple[Step, ...]
     base: CampaignFit
     fit: CampaignFit
@@ -88,7 +93,8 @@ def explain(
 ) -> Explanation:
     """Add effects of ``catalogue`` to the base model until nothing more is found."""
     model = campaign.kind.base
-    base = fit = fit_campaign(campaign, start_with(start, model.size), model)
+    campaign, fit = following(campaign, fit_campaign(campaign, start_with(start, model.size), model))
+    base = fit
     steps: list[Step] = []
     dropped: tuple[str, ...] = ()
     error = held_out(campaign, fit.state, fit.model)
@@ -110,8 +116,12 @@ def explain(
             told(f"{step.added}: held-out RMS {step.before.rms_px:.4f} -> {step.after.rms_px:.4f} {campaign.kind.unit}")
         if not new[-1].accepted:
             break
-        fit, error = after, new[-1].after
         dropped += superfluous
+        before, error = campaign, new[-1].after
+        campaign, fit = following(campaign, after)
+        if campaign is not before:
+            error = held_out(campaign, fit.state, fit.model)
+            steps[-1] = replace(steps[-1], after=error)
     fit, superfluous = _pruned(campaign, fit, rules)
     dropped += superfluous
     simplified = _simplified(campaign, fit, catalogue, error)
@@ -119,14 +129,14 @@ def explain(
         told(f"{simplified.added} explains as much as {simplified.group[1]}")
         dropped += (simplified.group[1],)
         steps, fit = [*steps, simplified], simplified.fit
-    before = (base, *(step.fit for step in steps if step.accepted))[:-1]
-    simpler = better_unknown(campaign, before, fit, catalogue) if steps and steps[0].accepted else None
+    fits = (base, *(step.fit for step in steps if step.accepted))[:-1]
+    simpler = better_unknown(campaign, fits, fit, catalogue) if steps and steps[0].accepted else None
     if simpler is not None:
         told(f"something unknown ({simpler.unknown.stage}) explains it in fewer words than {', '.join(_keys(fit))}")
         dropped += tuple(key for key in _keys(fit) if key not in simpler.fit.model.keys)
         fit = simpler.fit
     left = simpler.unknown if simpler is not None else unknown(campaign, fit)
-    return Explanation(tuple(steps), base, fit, campaign_covariance(campaign, fit), tuple(tests), ranking, dropped, left)
+    return Explanation(campaign, tuple(steps), base, fit, campaign_covariance(campaign, fit), tuple(tests), ranking, dropped, left)
 
 
 def _tests(campaign: Campaign, fit: CampaignFit, catalogue: Mapping[str, EffectModel]) -> tuple[list[ScoreTest], EfficientScores]:

@@ -108,7 +108,8 @@ class Places:
     (n, k, 2, 3) those of the tangent planes in body axes, ``velocity_px`` (n, k, 2, 2) px/s of the body's point there,
     ``radius_px`` (n, k, 2) radius of curvature of the outline, ``mean_radius_px`` (n,) its mean over directions,
     ``recession`` (n, k, 2, S) of the tangents under a blur over the blur, at the tabled blurs, ``erosion`` (n, k, 2, D) that of an inner
-    parallel curve over its depth, ``leak`` (n, k, 2, D) that under a leak of light over its loss, both at the tabled depths;
+    parallel curve over its depth, ``leak`` (n, k, 2, D) that under a leak of light over its loss, both at the tabled depths, ``smear``
+    (n, k, 2, L) px that of a picture smeared during its exposure beyond what the tangent's own movement says, at the tabled levels;
     ``outline_px`` (n, a, 2) the points of the outline that lie furthest along ``outward`` (a, 2), ``rows_px`` (n,) the middle of its rows
     below the camera's middle row; ``depth_m`` (n,) of the particle, ``first_depth_m`` its depth in the first frame; ``view_ratio``
     (n, k, 2) px of error per px of a view's outline; ``camera`` the intrinsics, ``times_s`` (n,) since the first frame; ``moving`` the
@@ -124,6 +125,7 @@ class Places:
     recession: Array
     erosion: Array
     leak: Array
+    smear: Array
     outline_px: Array
     outward: Array
     rows_px: Array
@@ -134,11 +136,24 @@ class Places:
     times_s: Array
     moving: Moving
 
+    @cached_property
+    def outline_velocity_px(self) -> Array:
+        """Velocity (n, a, 2) px/s in the picture of the body's points at the outline's."""
+        moving, camera = self.moving, self.camera
+        focal, middle = np.array([camera.fx_px, camera.fy_px]), np.array([camera.cx_px, camera.cy_px])
+        depth = moving.centre_cam[:, None, 2:] + moving.arms_towards(self.outward)[..., 2:]
+        place = np.concatenate([(self.outline_px - middle) / focal * depth, depth], axis=-1)
+        return moving.velocity_px(place - moving.centre_cam[:, None], focal)
+
 
 LEAST_COUNT = 0.4
 """Less than a half, since a linear step falls short of the number it steps to."""
 NEARLY_WHOLE = 0.25
 """A fitted count this near a whole number is that; one further off is reported as it is, for it counts nothing."""
+
+
+HOLLOW = 0.05
+"""Share of outlines' convex hulls that is empty, from which on a body counts as one with hollows throughout."""
 
 
 class EffectModel:
@@ -165,6 +180,8 @@ class EffectModel:
     accuracy: ClassVar[float] = 0.0
     """How far the reduced model's sizes are off nature's: a standard deviation as a share of the size, beside that of noise. Bounded by
     the share of an effect that its model leaves on bodies with corners, ``tests/agreement/test_corners.py``."""
+    accuracy_at_spikes: ClassVar[float] = 0.0
+    """What is added in squares on bodies with hollows, whose corners a carved hull shows in part (``scripts/study_sizes_at_spikes.py``)."""
     contains: ClassVar[tuple[str, ...]] = ()
     """Keys of effects of fewer parameters that this one can be, too: where they explain as much, they are what is there."""
     random: ClassVar[bool] = False
@@ -178,12 +195,16 @@ class EffectModel:
         """Where a fit starts, given the values of one linear step."""
         return theta
 
-    def reported(self, theta: Array, variance: Array) -> tuple[Array, Array]:
+    def accuracy_on(self, hollow: float) -> float:
+        """The accuracy on bodies of whose outlines' convex hulls the share ``hollow`` is empty."""
+        return float(np.hypot(self.accuracy, self.accuracy_at_spikes * min(hollow / HOLLOW, 1.0)))
+
+    def reported(self, theta: Array, variance: Array, hollow: float = 0.0) -> tuple[Array, Array]:
         """Values and standard deviations (q,) to report of fitted ones: counts as the whole number they are near, accuracy included."""
         counts = np.array([name in self.whole for name in self.entry.names])
         near = np.abs(theta - np.round(theta)) < NEARLY_WHOLE
         sized = np.array([name in self.entry.sizes for name in self.entry.names])
-        off = np.where(sized & ~counts, self.accuracy * theta, 0.0)
+        off = np.where(sized & ~counts, self.accuracy_on(hollow) * theta, 0.0)
         return np.where(counts & near, np.round(theta), theta), np.sqrt(np.maximum(variance, 0.0) + off**2)
 
     def times(self, theta: Array, setting: Setting, times_s: Array) -> Array:

@@ -6,8 +6,8 @@ the one at the middle row's time. What the hull says of the body enters through 
 not decide which corner a tangent touches.
 """
 
+import numba
 import numpy as np
-from numpy.typing import NDArray
 
 from datasets.vocabulary.effects import EFFECTS
 from estimator.effects.link import Array, EffectModel, Places, Setting
@@ -29,27 +29,26 @@ class RollingShutter(EffectModel):
     def shift(self, theta: Array, places: Places, setting: Setting) -> Array | None:
         """How much further along ``u`` the outline reaches as it was seen than if all of it were exposed at its middle row's time."""
         del setting
-        seen = places.outline_px
+        seen, normal = places.outline_px, places.normal
         row = seen[..., 1] - (places.camera.height_px - 1) / 2 - places.rows_px[:, None]
-        still = seen - theta[0] * row[..., None] * _velocity_px(places)
-        near = _near(places)
-        sighting = np.arange(len(seen))[:, None, None, None]
-        reach = [np.einsum("nkmi,nkmai->nkma", places.normal, points[sighting, near]).max(axis=-1) for points in (seen, still)]
-        return np.asarray(reach[0] - reach[1])
+        still = seen - theta[0] * row[..., None] * places.outline_velocity_px
+        number = len(places.outward)
+        towards = np.rint(np.arctan2(normal[..., 1], normal[..., 0]) / (2.0 * np.pi) * number).astype(np.int64)
+        beside = int(np.ceil(TURNED / (2.0 * np.pi) * number))
+        return np.asarray(_reach(seen, normal, towards, beside) - _reach(still, normal, towards, beside))
 
 
-def _near(places: Places) -> NDArray[np.int64]:
-    """Which of the outline's points (n, k, 2, a) may touch the tangents, before and after."""
-    number = len(places.outward)
-    reach = int(np.ceil(TURNED / (2.0 * np.pi) * number))
-    towards = np.rint(np.arctan2(places.normal[..., 1], places.normal[..., 0]) / (2.0 * np.pi) * number).astype(np.int64)
-    return np.asarray((towards[..., None] + np.arange(-reach, reach + 1)) % number)
-
-
-def _velocity_px(places: Places) -> Array:
-    """Velocity (n, a, 2) px/s in the picture of the body's points at the outline's."""
-    moving, camera = places.moving, places.camera
-    focal, middle = np.array([camera.fx_px, camera.fy_px]), np.array([camera.cx_px, camera.cy_px])
-    depth = moving.centre_cam[:, None, 2:] + moving.arms_towards(places.outward)[..., 2:]
-    place = np.concatenate([(places.outline_px - middle) / focal * depth, depth], axis=-1)
-    return moving.velocity_px(place - moving.centre_cam[:, None], focal)
+@numba.njit(cache=True)
+def _reach(points, normal, towards, beside):  # type: ignore[no-untyped-def]
+    """How far (n, k, 2) px points (n, a, 2) reach along unit normals (n, k, 2, 2), of those ``beside`` the direction ``towards``."""
+    n, k, two, _ = normal.shape
+    number = points.shape[1]
+    reach = np.full((n, k, two), -np.inf)
+    for i in range(n):
+        for j in range(k):
+            for side in range(two):
+                ux, uy = normal[i, j, side, 0], normal[i, j, side, 1]
+                for step in range(-beside, beside + 1):
+                    a = (towards[i, j, side] + step) % number
+                    reach[i, j, side] = max(reach[i, j, side], ux * points[i, a, 0] + uy * points[i, a, 1])
+    return reach

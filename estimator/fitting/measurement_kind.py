@@ -59,6 +59,14 @@ class MeasurementKind(Protocol):
         """The sequence with the sightings ``kept`` (n,) alone carrying weight."""
         ...
 
+    def followed(self, sequence: Any, flight: Flight, model: Model, theta: Array) -> Any:
+        """The sequence with all that was made of it at an earlier flight made at this one; itself where nothing changes."""
+        ...
+
+    def hollow(self, sequence: Any) -> float:
+        """How much of the convex hulls of a body's outlines is empty, 0 where there are none."""
+        ...
+
     def time_shifts(self, campaign: "Campaign", number: int, equations: "SequenceEquations") -> "TimeShifts":
         """Shifts of the sightings' times, in the order of time."""
         ...

@@ -6,6 +6,7 @@ measurements seen a second time.
 """
 
 from dataclasses import dataclass, replace
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +18,7 @@ from estimator.fitting.prediction import Prediction, predict
 from estimator.fitting.rim import Rim
 from estimator.fitting.trajectory import OUTWARD, FitTask, body_normals, particle_poses
 from estimator.geometry.cast_outline import cast_outline, casting_mesh
-from estimator.geometry.epipolar_tangency import TangencyErrors, tangency_errors
+from estimator.geometry.epipolar_tangency import PoseSet, TangencyErrors, tangency_errors
 from estimator.geometry.outline_bias import without_bias
 from estimator.geometry.outline_shape import OutlineShape
 from estimator.geometry.silhouettes import Silhouettes
@@ -27,15 +28,30 @@ from estimator.motion.flight import N_PARAMETERS, OFFSET, Flight, FlightPoses, p
 Array = NDArray[np.float64]
 
 
+class TableMaker(Protocol):
+    """Makes what is tabled of a sequence's outlines, the ``shape`` of those that are cast and their predicted bias, at a flight."""
+
+    def followed(self, sequence: "SequenceTask", flight: Flight, prediction: Prediction) -> "SequenceTask":
+        """The sequence with its tables made at ``prediction``; as it is where those are of nearly the same poses."""
+        ...
+
+
 @dataclass(frozen=True)
 class SequenceTask:
-    """One sequence of a campaign: its fit task, setting, the particle's rim, and the shape of the n outlines its hull casts."""
+    """One sequence of a campaign: its fit task, setting, the particle's rim, and the shape of the n outlines its hull casts.
+
+    ``tables`` makes that shape and the bias in the task anew where a fit has left ``made_at``, the rotations (n, 3, 3) from particle to
+    camera that they belong to; ``None``: they stay. ``hollow``: mean share of the outlines' convex hulls that is empty.
+    """
 
     name: str
     task: FitTask
     setting: Setting
     rim: Rim
     shape: OutlineShape
+    tables: TableMaker | None = None
+    made_at: Array | None = None
+    hollow: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -73,9 +89,14 @@ def seen_hulls_at(task: FitTask, flight: Flight, predicted: FlightPoses, vertice
 
 
 def seen_outlines(task: FitTask, flight: Flight, mesh: HullMesh) -> list[Array]:
-    """Outlines (px) that a body's ``mesh``, particle frame, would cast under a flight, hollows included."""
-    casting = casting_mesh(mesh)
+    """Outlines (px) that a body's ``mesh``, particle frame, would cast under a free flight, hollows included."""
     placed = particle_poses(flight, poses(flight, np.zeros((1, N_PARAMETERS)), task.sightings.times_s), task.sightings)
+    return cast_outlines(task, placed, mesh)
+
+
+def cast_outlines(task: FitTask, placed: PoseSet, mesh: HullMesh) -> list[Array]:
+    """Those that it would cast at poses of the sightings."""
+    casting = casting_mesh(mesh)
     cameras = [task.sightings.cameras[int(c)].intrinsics for c in task.sightings.camera]
     return [cast_outline(casting, camera, R, t) for camera, R, t in zip(cameras, placed.R, placed.t, strict=True)]
 
@@ -90,7 +111,7 @@ def model_errors(sequence: SequenceTask, flight: Flight, model: Model, theta: Ar
     scale = model.scale(theta)
     first, corrected = _corrected(sequence, model, theta)
     placed = particle_poses(flight, prediction.poses, task.sightings, scale=scale)
-    centre_cam = placed.t + placed.R @ flight.body.com_particle
+    centre_cam = centres_cam(flight, placed)
     errors = tangency_errors(
         first,
         placed,
@@ -152,7 +173,7 @@ def _places(sequence: SequenceTask, prediction: Prediction, errors: TangencyErro
     point = sightings.silhouettes.points_px[vertex]
     u = errors.direction[:, :, :2]
     there = sequence.shape.towards(u)
-    first_frame, moving = int(np.argmin(sightings.times_s)), _moving(sequence, prediction, centre_cam)
+    first_frame, moving = int(np.argmin(sightings.times_s)), moving_at(sequence, prediction, centre_cam)
     return Places(
         point_px=point,
         normal=u,
@@ -163,6 +184,7 @@ def _places(sequence: SequenceTask, prediction: Prediction, errors: TangencyErro
         recession=there.recession,
         erosion=there.erosion,
         leak=there.leak,
+        smear=there.smear,
         outline_px=sightings.furthest_px,
         outward=OUTWARD,
         rows_px=sightings.rows_px,
@@ -175,7 +197,13 @@ def _places(sequence: SequenceTask, prediction: Prediction, errors: TangencyErro
     )
 
 
-def _moving(sequence: SequenceTask, prediction: Prediction, centre_cam: Array) -> Moving:
+def centres_cam(flight: Flight, placed: PoseSet) -> Array:
+    """The nominal centre of mass (n, 3) m in every sighting, camera axes."""
+    return np.asarray(placed.t + placed.R @ flight.body.com_particle)
+
+
+def moving_at(sequence: SequenceTask, prediction: Prediction, centre_cam: Array) -> Moving:
+    """How the body moves in every sighting."""
     R_cw = sequence.task.sightings.R_cam_world
     return Moving(
         sequence.rim.furthest,

@@ -27,6 +27,7 @@ from scipy.spatial import ConvexHull
 from datasets.vocabulary.effects import FLATNESS_HALF_ANGLE_DEG, FLATNESS_REACH_PX
 from estimator.geometry.closed_curves import resampled, unit_circle
 from estimator.geometry.coverage import coverage
+from estimator.geometry.outline_smear import LEVELS, smear_losses
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -56,17 +57,19 @@ class OutlineShape:
     ``radius_px`` (n, A) radius of curvature of the convex hull: the length of outline within 10 degrees over 20 degrees. The others are of
     the outline with its hollows. ``recession`` (n, A, S): recession under a blur over the blur. ``erosion`` (n, A, D): recession of the
     tangents of an inner parallel curve over its depth, 1 where the outline is smooth. ``leak`` (n, A, D): that under a leak of
-    light over its loss.
+    light over its loss. ``smear`` (n, A, L) px: that of a picture that moved during its exposure, beyond what the tangent's own movement
+    says (:mod:`estimator.geometry.outline_smear`).
     """
 
     radius_px: Array
     recession: Array
     erosion: Array
     leak: Array
+    smear: Array
 
     def take(self, rows: Index) -> "OutlineShape":
         """The outlines ``rows`` alone."""
-        return OutlineShape(self.radius_px[rows], self.recession[rows], self.erosion[rows], self.leak[rows])
+        return OutlineShape(self.radius_px[rows], self.recession[rows], self.erosion[rows], self.leak[rows], self.smear[rows])
 
     def towards(self, normals: Array) -> "OutlineShape":
         """The tables (n, k, 2, ...) at unit normals (n, k, 2, 2), linear between directions; the radius is that of the nearest."""
@@ -78,7 +81,8 @@ class OutlineShape:
         def between(table: Array) -> Array:
             return np.asarray((1.0 - share) * table[rows, low % ANGLES] + share * table[rows, (low + 1) % ANGLES])
 
-        return OutlineShape(self.radius_px[rows, nearest], between(self.recession), between(self.erosion), between(self.leak))
+        tables = (between(table) for table in (self.recession, self.erosion, self.leak, self.smear))
+        return OutlineShape(self.radius_px[rows, nearest], *tables)
 
 
 RELIABLE, HOLLOW = 0.9, 0.035
@@ -105,14 +109,18 @@ def hollow_share(polygons: Sequence[Array]) -> float:
     return float(1.0 - np.mean(shapely.area(filled) / np.maximum(shapely.area(shapely.convex_hull(filled)), 1e-9)))
 
 
-def outline_shape(polygons: Sequence[Array]) -> OutlineShape:
-    """The shape of outlines (v, 2) px, either way round; zeros where there are fewer than three corners."""
+def outline_shape(polygons: Sequence[Array], motions: Array | None = None) -> OutlineShape:
+    """The shape of outlines (v, 2) px, either way round; zeros where there are fewer than three corners.
+
+    ``motions`` (n, 3, 2): how each moves during the exposure (:func:`estimator.geometry.outline_smear.smear_losses`), if it does.
+    """
     n = len(polygons)
     shape = OutlineShape(
         np.zeros((n, ANGLES)),
         np.zeros((n, ANGLES, len(BLURS_PX))),
         np.ones((n, ANGLES, len(DEPTHS_PX))),
         np.ones((n, ANGLES, len(DEPTHS_PX))),
+        np.zeros((n, ANGLES, len(LEVELS))),
     )
     for i, polygon in enumerate(polygons):
         if len(polygon) >= MINIMUM_VERTICES:
@@ -121,6 +129,8 @@ def outline_shape(polygons: Sequence[Array]) -> OutlineShape:
             shape.recession[i] = _recession(points)
             shape.erosion[i] = _erosion(points)
             shape.leak[i] = _leak(points)
+            if motions is not None:
+                shape.smear[i] = smear_losses(points, motions[i], outward())
     return shape
 
 

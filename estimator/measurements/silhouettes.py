@@ -20,6 +20,7 @@ from estimator.fitting.composite_likelihood import RandomShift, weigh_linear
 from estimator.fitting.model_errors import ModelErrors, SequenceTask, model_errors
 from estimator.fitting.time_shifts import TimeShifts, noise_ratio, time_derivative, time_shifts
 from estimator.motion.flight import Flight
+from estimator.outline_tables import with_tables
 
 Array = NDArray[np.float64]
 INDEPENDENT_TANGENTS = 12.0
@@ -80,6 +81,14 @@ class Silhouettes:
         """Pairs of the other sightings get no weight."""
         weight = np.where(kept[:, None], sequence.task.weight, 0.0)
         return replace(sequence, task=replace(sequence.task, weight=weight))
+
+    def followed(self, sequence: SequenceTask, flight: Flight, model: Model, theta: Array) -> SequenceTask:
+        """Shape and bias of the outlines."""
+        return with_tables(sequence, flight, model, theta)
+
+    def hollow(self, sequence: SequenceTask) -> float:
+        """Of the outlines that the hull casts."""
+        return sequence.hollow
 
     def time_shifts(self, campaign: Campaign, number: int, equations: SequenceEquations) -> TimeShifts:
         """From the residuals, with each silhouette's own noise."""

@@ -70,6 +70,16 @@ class Trajectories:
         """Other rows have no residuals."""
         return replace(sequence, kept=sequence.kept & kept)
 
+    def followed(self, sequence: TrajectoryTask, flight: Flight, model: Model, theta: Array) -> TrajectoryTask:
+        """Nothing is made of it."""
+        del flight, model, theta
+        return sequence
+
+    def hollow(self, sequence: TrajectoryTask) -> float:
+        """No outlines."""
+        del sequence
+        return 0.0
+
     def time_shifts(self, campaign: Campaign, number: int, equations: SequenceEquations) -> TimeShifts:
         """From the residuals along the motion."""
         errors, weight = equations.errors, equations.frames.weight

@@ -18,11 +18,11 @@ EXACT = 1e-3
 ALONG_THE_OUTLINE = {
     "blooming": 0.04,
     "rolling_shutter": 0.012,
-    "motion_blur_threshold": 0.1,
+    "motion_blur_threshold": 0.06,
     "rim_light_leak": 0.02,
     "defocus_growth": 0.13,
 }
-"""2.1%, 0.8%, 6.5%, 1.3% and 10.6% seen."""
+"""2.1%, 0.8%, 4.6%, 1.3% and 10.6% seen."""
 
 
 @pytest.mark.parametrize("key", [key for key in SIZES if key != "trigger_jitter"])
@@ -39,28 +39,20 @@ AT_SPIKES = {
     "blooming": 0.10,
     "rim_light_leak": 0.08,
     "defocus_growth": 0.17,
+    "motion_blur_threshold": 0.18,
     "rolling_shutter": 0.012,
     "view_outline_offset": 0.22,
 }
-"""3.4%, 7.6%, 6.0%, 13.9% and 0.7% seen. Outlines of the calibrated views are moved by a constant: 18.6%."""
+"""3.4%, 7.6%, 6.0%, 13.9%, 16.5% and 0.7% seen. Outlines of the calibrated views are moved by a constant: 18.6%."""
 
 
 @pytest.mark.parametrize("recipe", [STONE, JAGGED], ids=["stone", "jagged"])
-@pytest.mark.parametrize("key", [key for key in sorted({*ALONG_THE_OUTLINE, *AT_SPIKES}) if key != "motion_blur_threshold"])
+@pytest.mark.parametrize("key", sorted({*ALONG_THE_OUTLINE, *AT_SPIKES}))
 def test_what_a_model_leaves_is_within_the_accuracy_that_it_claims(key: str, recipe: Recipe) -> None:
     values = {name: -value if key.endswith("outline_offset") else value for name, value in SIZES[key].items()}
     sequence = made(key, values, recipe)
     left = rms(errors_at(sequence, key, values)) / rms(errors_at(sequence, key, dict.fromkeys(values, 0.0)))
     assert left <= 2.0 * MODELS[key].accuracy
-
-
-def test_a_biased_threshold_is_less_accurate_at_spikes_than_it_claims() -> None:
-    """Their two sides move at other rates than the tangent between them: 37% is left, 6.5% on a stone."""
-    values = SIZES["motion_blur_threshold"]
-    for recipe, most in ((STONE, 2.0 * MODELS["motion_blur_threshold"].accuracy), (JAGGED, 0.45)):
-        sequence = made("motion_blur_threshold", values, recipe)
-        nothing = rms(errors_at(sequence, "motion_blur_threshold", dict.fromkeys(values, 0.0)))
-        assert rms(errors_at(sequence, "motion_blur_threshold", values)) <= most * nothing
 
 
 @pytest.mark.parametrize("key", AT_SPIKES)

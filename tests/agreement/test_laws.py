@@ -19,6 +19,7 @@ from estimator.fitting.prediction import Prediction, predict
 from estimator.fitting.time_shifts import gain_of
 from estimator.fitting.trajectory import OUTWARD
 from estimator.geometry.outline_shape import ANGLES, BLURS_PX, DEPTHS_PX, outline_shape
+from estimator.geometry.outline_smear import LEVELS
 from estimator.motion.flight import N_PARAMETERS, Flight, inertia_matrix, states
 from estimator.motion.rigid_body import States, angular_velocity, rotation_matrices
 
@@ -69,6 +70,7 @@ def places() -> Places:
         recession=rng.uniform(0.005, 0.1, (*shape, len(BLURS_PX))),
         erosion=np.ones((*shape, len(DEPTHS_PX))),
         leak=rng.uniform(0.5, 0.9, (*shape, len(DEPTHS_PX))),
+        smear=np.zeros((*shape, len(LEVELS))),
         outline_px=CAMERA.project((centre[:, None] + RADIUS_M * np.pad(OUTWARD, ((0, 0), (0, 1)))).reshape(-1, 3)).reshape(5, -1, 2),
         outward=OUTWARD,
         rows_px=np.zeros(5),

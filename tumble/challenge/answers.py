@@ -15,15 +15,14 @@ from estimator.fitting.campaign import Campaign, CampaignFit
 from estimator.fitting.campaign_covariance import CampaignCovariance, campaign_covariance
 from estimator.fitting.held_out import HeldOut
 from estimator.motion.flight import N_PARAMETERS, OMEGA, Flight, V
-from estimator.registration import Registered
 from tumble.challenge.information import all_information
 
 Array = NDArray[np.float64]
 
 
-def answer(registered: Registered, explained: Explanation) -> dict[str, Any]:
+def answer(explained: Explanation) -> dict[str, Any]:
     """The whole answer to one campaign."""
-    campaign = registered.campaign
+    campaign = explained.campaign
     accepted = [step for step in explained.steps if step.accepted]
     errors = {"base": explained.steps[0].before, "final": explained.steps[0].before} if explained.steps else {}
     if accepted:
@@ -92,7 +91,8 @@ def parameters(campaign: Campaign, fit: CampaignFit, covariance: CampaignCovaria
         for sequence in range(len(fit.state.theta)) if own else (0,):
             columns = N_PARAMETERS + np.arange(part.start, part.stop)
             variance = np.diag(covariance.of(sequence, columns))
-            value, sigma = effect.reported(fit.state.theta[sequence][part], variance)
+            hollow = campaign.kind.hollow(campaign.sequences[sequence])
+            value, sigma = effect.reported(fit.state.theta[sequence][part], variance, hollow)
             for i, name in enumerate(effect.entry.names):
                 rows.append(
                     {

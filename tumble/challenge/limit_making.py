@@ -21,6 +21,7 @@ from estimator.effects.choosing import catalogue
 from estimator.effects.link import Setting
 from estimator.effects.registry import MODELS
 from estimator.fitting.campaign import fit_campaign
+from estimator.fitting.following import following
 from estimator.registration import register
 from tumble.challenge.cases import Case, case_from_dict, case_to_dict
 from tumble.challenge.drawing import Counts, Plan, Shape, Sizes, draw_cases, outside_effect
@@ -70,7 +71,7 @@ def measure_item(payload: dict[str, Any]) -> dict[str, Any]:
     with TemporaryDirectory(dir=product.parent) as folder:
         registered = register([observation for observation, _ in build_in(case, Path(folder))], Configuration())
     campaign, model = registered.campaign, registered.campaign.kind.base
-    fit = fit_campaign(campaign, start_with(registered.start, model.size), model)
+    campaign, fit = following(campaign, fit_campaign(campaign, start_with(registered.start, model.size), model))
     tests, scores = score_tests(campaign, fit, Candidates.of(campaign, catalogue().values()))
     if case.keys:
         left, columns = left_by_shared(scores, tests)

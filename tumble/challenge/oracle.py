@@ -20,8 +20,9 @@ from estimator.diagnosis.explain import start_with
 from estimator.diagnosis.score_tests import Candidates, score_tests
 from estimator.effects.choosing import catalogue
 from estimator.effects.model import Model
-from estimator.fitting.campaign import CampaignFit, CampaignState, fit_campaign
+from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState, fit_campaign
 from estimator.fitting.campaign_covariance import campaign_covariance
+from estimator.fitting.following import following
 from estimator.fitting.held_out import held_out
 from estimator.registration import Registered, register
 from tumble.challenge.answers import parameters, velocities
@@ -76,11 +77,14 @@ def _inside(case: Case, payload: Mapping[str, Any]) -> dict[str, Any]:
         return {"left_out": [each.name for each in registered.left_out]}
     campaign, start = registered.campaign, registered.start
     free = campaign.kind.base
-    base = fit_campaign(campaign, start_with(start, free.size), free) if payload["base"] else None
-    fit = true_fit(case, registered)
+    base_px = None
+    if payload["base"]:
+        begun, base = following(campaign, fit_campaign(campaign, start_with(start, free.size), free))
+        base_px = held_out(begun, base.state, base.model).rms_px
+    campaign, fit = true_fit(case, registered)
     covariance = campaign_covariance(campaign, fit)
     return {
-        "base_px": held_out(campaign, base.state, base.model).rms_px if base else None,
+        "base_px": base_px,
         "oracle_px": held_out(campaign, fit.state, fit.model).rms_px,
         "settled": fit.settled,
         "p_weakest": _p_weakest(case, registered),
@@ -95,7 +99,7 @@ def _p_weakest(case: Case, registered: Registered) -> float:
     for effect in case.recipe.effects if len(case.keys) > 1 else ():
         others = replace(case, recipe=replace(case.recipe, effects=tuple(e for e in case.recipe.effects if e is not effect)))
         asked = Candidates.of(registered.campaign, [catalogue()[effect.key]])
-        found += [test.p for test in score_tests(registered.campaign, true_fit(others, registered), asked)[0]]
+        found += [test.p for test in score_tests(*true_fit(others, registered), asked)[0]]
     return max(found, default=0.0)
 
 
@@ -104,12 +108,12 @@ def _outside(case: Case, payload: Mapping[str, Any]) -> dict[str, Any]:
     twin = replace(case, recipe=replace(case.recipe, effects=(), tier="silhouette"))
     registered = register([observation for observation, _ in build(twin)], configuration_from_dict(payload["configuration"]))
     campaign, model = registered.campaign, registered.campaign.kind.base
-    fit = fit_campaign(campaign, start_with(registered.start, model.size), model)
+    campaign, fit = following(campaign, fit_campaign(campaign, start_with(registered.start, model.size), model))
     return {"oracle_px": held_out(campaign, fit.state, fit.model).rms_px, "settled": fit.settled}
 
 
-def true_fit(case: Case, registered: Registered) -> CampaignFit:
-    """The fit of the model with the effects in force, started from their true values."""
+def true_fit(case: Case, registered: Registered) -> tuple[Campaign, CampaignFit]:
+    """The fit of the model with the effects in force, started from their true values, and the campaign as it is there."""
     known = catalogue()
     hidden = [effect for effect in case.recipe.effects if effect.key in known]
     model = Model((*registered.campaign.kind.base.effects, *(known[effect.key] for effect in hidden)))
@@ -119,4 +123,5 @@ def true_fit(case: Case, registered: Registered) -> CampaignFit:
         true = [values_in_sequence(effect, numbers[sequence.name]) for effect in hidden]
         values = [v[name] for v, effect in zip(true, hidden, strict=True) for name in known[effect.key].entry.names]
         thetas.append(np.concatenate([np.zeros(registered.campaign.kind.base.size), values]))
-    return fit_campaign(registered.campaign, CampaignState(registered.start.flights, tuple(thetas)), model)
+    start = CampaignState(registered.start.flights, tuple(thetas))
+    return following(registered.campaign, fit_campaign(registered.campaign, start, model))

@@ -36,3 +36,11 @@ def test_what_is_searched_beside_a_size_has_no_accuracy_of_its_own() -> None:
 def test_an_exact_model_reports_its_noise() -> None:
     _, sigma = MODELS["frame_rate"].reported(np.array([0.1]), np.array([4e-6]))
     np.testing.assert_allclose(sigma, 2e-3)
+
+
+def test_corners_that_a_hull_does_not_show_widen_what_is_reported_on_bodies_with_hollows() -> None:
+    model, value, variance = MODELS["blooming"], np.array([2.0]), np.array([0.1**2])
+    assert model.accuracy_on(0.0) == model.accuracy
+    whole, half, hollow, most = (model.reported(value, variance, share)[1][0] for share in (0.0, 0.025, 0.05, 0.2))
+    assert whole < half < hollow == most
+    np.testing.assert_allclose(hollow, np.hypot(0.1, 2.0 * np.hypot(model.accuracy, model.accuracy_at_spikes)))

@@ -1,0 +1,85 @@
+"""What is made of a sequence's outlines once a flight is known: the shape of those that the body casts there, and their predicted bias.
+
+Both follow the flight: where an effect that was missing turns the body by degrees, tables made without it belong to other outlines, and
+what they are wrong by looks like a smaller effect. They are made anew once a fit has turned the body by more than ``MOST_TURNED_DEG``.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.effects.link import Moving
+from estimator.effects.model import Model
+from estimator.fitting.model_errors import SequenceTask, cast_outlines, centres_cam, moving_at
+from estimator.fitting.pose_refinement import Views
+from estimator.fitting.prediction import Prediction, predict
+from estimator.fitting.trajectory import particle_poses
+from estimator.geometry.closed_curves import unit_circle
+from estimator.geometry.outline_shape import MINIMUM_VERTICES, as_of_a_hull, hollow_share, outline_shape
+from estimator.motion.flight import Flight
+from estimator.particle import Particle
+from estimator.predicted_bias import with_bias_at
+
+Array = NDArray[np.float64]
+MOST_TURNED_DEG = 0.4
+"""Root mean square over the sightings; free flights fitted one by one and together differ by some 0.3 degrees."""
+RIM_POINTS = 72
+
+
+@dataclass(frozen=True, eq=False)
+class OutlineTables:
+    """Makes the tables of sequences of one particle.
+
+    ``likeness``: the calibrated views as the camera would have seen them; ``pairs`` of draws for the bias of every outline, 0 where it is
+    not predicted; ``seed`` of those draws.
+    """
+
+    particle: Particle
+    likeness: Views
+    pairs: int
+    seed: int
+
+    def followed(self, sequence: SequenceTask, flight: Flight, prediction: Prediction) -> SequenceTask:
+        """The sequence with its tables made at ``prediction``; as it is where those are of nearly the same poses."""
+        placed = particle_poses(flight, prediction.poses, sequence.task.sightings)
+        if _turned_deg(sequence.made_at, placed.R) < MOST_TURNED_DEG:
+            return sequence
+        outlines = cast_outlines(sequence.task, placed, self.particle.hull)
+        motions = picture_motions(sequence, moving_at(sequence, prediction, centres_cam(flight, placed)))
+        task = replace(sequence.task, views=self.likeness, bias=None)
+        if self.pairs:
+            rng = np.random.default_rng(self.seed)
+            task = with_bias_at(task, self.particle, (flight, prediction.poses), pairs=self.pairs, rng=rng)
+        shape = as_of_a_hull(outline_shape(outlines, motions), outlines)
+        hollow = hollow_share([o for o in outlines if len(o) >= MINIMUM_VERTICES])
+        return replace(sequence, task=task, shape=shape, made_at=placed.R, hollow=hollow)
+
+
+def with_tables(sequence: SequenceTask, flight: Flight, model: Model, theta: Array) -> SequenceTask:
+    """The sequence with the tables of a flight and effect parameters ``theta`` (q,); as it is where nothing is known to make them from."""
+    if sequence.tables is None:
+        return sequence
+    sightings = sequence.task.sightings
+    prediction = predict(flight, model, theta, sequence.setting, sightings.times_s, rows_px=sightings.rows_px)
+    return sequence.tables.followed(sequence, flight, prediction)
+
+
+def _turned_deg(before: Array | None, R: Array) -> float:
+    """Root mean square angle between rotations (n, 3, 3); infinite where there were none."""
+    if before is None:
+        return float("inf")
+    cosine = 0.5 * (np.einsum("nij,nij->n", before, R) - 1.0)
+    return float(np.degrees(np.sqrt(np.mean(np.arccos(np.clip(cosine, -1.0, 1.0)) ** 2))))
+
+
+def picture_motions(sequence: SequenceTask, moving: Moving) -> Array:
+    """Affine maps (n, 3, 2) from a picture's ``x, y, 1`` (px) to its displacement (px) during the exposure, fitted to the body's rim."""
+    sightings = sequence.task.sightings
+    arms = moving.arms_towards(unit_circle(RIM_POINTS))
+    displacement = moving.velocity_px(arms, sightings.silhouettes.focal_px) * sequence.setting.exposure_s
+    motions = np.zeros((len(sightings), 3, 2))
+    for i, points in enumerate(moving.centre_cam[:, None] + arms):
+        pixels = sightings.cameras[int(sightings.camera[i])].intrinsics.project(points)
+        motions[i] = np.linalg.lstsq(np.column_stack([pixels, np.ones(RIM_POINTS)]), displacement[i], rcond=None)[0]
+    return motions
