@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.estimate import Estimate, Status
-from datasets.observation import Frames, Observation
+from datasets.observation import Observation
 from estimator.breakage import worse_after
 from estimator.configuration import Configuration
 from estimator.fitting.impact_search import Kink
@@ -40,6 +40,7 @@ from estimator.pipeline import (
     RIVAL_TRACK,
     Candidate,
     NoMeasurement,
+    bias_pairs,
     candidate_flights,
     first_pose,
     fit_task,
@@ -341,7 +342,6 @@ def refined_chain(
 def prepared_task(seen: Seen, task: FitTask, flight: PiecewiseFlight, configuration: Configuration) -> FitTask:
     """The task with the outlines' bias predicted under a flight and without pairs seen from nearly one line."""
     at = flown(flight, task.sightings.times_s)
-    if not any(isinstance(r, Frames) for r in seen.observation.recordings):
-        rng = np.random.default_rng(configuration.seed)
-        task = with_bias_at(task, seen.particle, (flight.first, at), pairs=configuration.bias_pairs, rng=rng)
+    pairs, rng = bias_pairs(seen.observation, configuration), np.random.default_rng(configuration.seed)
+    task = with_bias_at(task, seen.particle, (flight.first, at), pairs=pairs, rng=rng)
     return with_clear_angles_at(task, flight.first, at)

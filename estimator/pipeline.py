@@ -123,10 +123,13 @@ def observed_particle(observation: Observation, configuration: Configuration) ->
 
 def biased_task(observation: Observation, task: FitTask, particle: Particle, flight: Flight, configuration: Configuration) -> FitTask:
     """The task with the outlines' bias predicted under a first flight, where outlines are given as such."""
-    if any(isinstance(r, Frames) for r in observation.recordings):
-        return task
     rng = np.random.default_rng(configuration.seed)
-    return with_predicted_bias(task, particle, flight, pairs=configuration.bias_pairs, rng=rng)
+    return with_predicted_bias(task, particle, flight, pairs=bias_pairs(observation, configuration), rng=rng)
+
+
+def bias_pairs(observation: Observation, configuration: Configuration) -> int:
+    """Pairs of draws from which the outlines' bias is predicted; 0 where they come from pictures, whose blur is not described."""
+    return 0 if any(isinstance(r, Frames) for r in observation.recordings) else configuration.bias_pairs
 
 
 def refined_flight(task: FitTask, flight: Flight, configuration: Configuration) -> tuple[Refined, FocalRefined | None]:

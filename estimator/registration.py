@@ -13,7 +13,7 @@ import shapely
 from numpy.typing import NDArray
 
 from datasets.errors import InputError
-from datasets.observation import CalibratedView, Frames, Observation
+from datasets.observation import CalibratedView, Observation
 from estimator.configuration import Configuration
 from estimator.effects.link import Setting
 from estimator.effects.model import Model
@@ -30,6 +30,7 @@ from estimator.outline_tables import OutlineTables, with_tables
 from estimator.particle import Particle, views_like
 from estimator.pipeline import (
     NoMeasurement,
+    bias_pairs,
     candidate_flights,
     first_pose,
     fit_task,
@@ -117,8 +118,7 @@ def _one(
     )
     vertices = (particle.hull.vertices - particle.body.com_particle) @ particle.body.R_particle_body
     flight = candidates[0].solution.state
-    pairs = 0 if any(isinstance(r, Frames) for r in observation.recordings) else configuration.bias_pairs
-    tables = OutlineTables(particle, views, pairs, configuration.seed)
+    tables = OutlineTables(particle, views, bias_pairs(observation, configuration), configuration.seed)
     sequence = SequenceTask(observation.name, task, setting, rim_of(vertices), outline_shape([]), tables)
     return with_tables(sequence, flight, Model(), np.zeros(0)), flight, views
 
