@@ -105,10 +105,14 @@ def _simplest(campaign: Campaign, chosen: Refitted, group: Sequence[Refitted], t
 
 
 def random_contender(campaign: Campaign, fit: CampaignFit, found: Found, rules: Rules) -> tuple[Refitted, ...]:
-    """The effect drawn anew in every frame that leads the linear look, refitted; nothing where none does."""
-    del rules
+    """The effect drawn anew in every frame, refitted, where it leads the linear look or is all that is significant; else nothing.
+
+    Second differences show it where sums over smooth misfits, by which the others are ranked, show hardly anything.
+    """
     tests, _, ranking = found
     first = next(h for h in ranking.hypotheses if tests[h.effect].counts)
+    if not tests[first.effect].random and min((t.p for t in tests if not t.random), default=1.0) * len(tests) > rules.alpha:
+        first = next((h for h in ranking.hypotheses if tests[h.effect].random), first)
     return (_refit(campaign, fit, tests, first),) if tests[first.effect].random else ()
 
 

@@ -35,6 +35,13 @@ def test_jitter_behind_a_gap_of_no_frames_leads(monkeypatch: pytest.MonkeyPatch)
     assert random_contender(NOTHING, NOTHING, (whole, NO_SCORES, LEADING_GAP), Rules()) == ()
 
 
+def test_jitter_that_alone_is_significant_leads(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One fast sequence among slow ones shows it in its second differences; sums over misfits hardly do."""
+    monkeypatch.setattr(refitting, "_refit", lambda _campaign, _fit, tests, hypothesis: tests[hypothesis.effect].effect.entry.key)
+    chance = [replace(GAP, counts=True, p=0.3), JITTER]
+    assert random_contender(NOTHING, NOTHING, (chance, NO_SCORES, LEADING_GAP), Rules()) == ("trigger_jitter",)
+
+
 @pytest.mark.parametrize(
     ("criteria", "group"),
     [

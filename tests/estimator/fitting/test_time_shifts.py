@@ -57,3 +57,9 @@ def test_held_out_frames_are_likelier_under_jitter_that_is_there(parts: int) -> 
     gains = [held_out_gain([shifts(0.0, 10 * draw + seed) for seed in range(parts)]) for draw in range(20)]
     assert np.mean(gains) < 0.5
     assert held_out_gain([TimeShifts(np.zeros(2), np.full(2, 1e-150), np.zeros(2))] * parts) == 0.0
+
+
+def test_one_fast_sequence_among_slow_ones_is_enough() -> None:
+    """The slow ones' noise of time is fifty times the jitter: they say nothing for it and nothing against it."""
+    slow = [TimeShifts(50.0 * s.tau_s, s.h / 2500.0, s.noise * 2500.0) for s in (shifts(0.0, seed) for seed in range(1, 4))]
+    assert held_out_gain([shifts(2e-6, 0), *slow]) > 5.0
