@@ -221,11 +221,11 @@ def _write_text(path: Path, text: str) -> None:
 def _limits_options(part: argparse.ArgumentParser) -> None:
     _shape_options(part)
     _tier_option(part)
-    part.add_argument("--controls", type=positive, default=24, metavar="N", help="campaigns with nothing hidden (default: %(default)s)")
+    part.add_argument("--controls", type=positive, default=48, metavar="N", help="campaigns with nothing hidden (default: %(default)s)")
     part.add_argument(
-        "--outside", type=positive, default=8, metavar="N", help="campaigns of each kind outside of the catalogue (default: %(default)s)"
+        "--outside", type=positive, default=12, metavar="N", help="campaigns of each kind outside of the catalogue (default: %(default)s)"
     )
-    part.add_argument("--seed", type=int, default=1, help="of these controls (default: %(default)s)")
+    part.add_argument("--seed", type=int, default=4, help="of these controls (default: %(default)s)")
     part.add_argument("--table", type=Path, default=TABLE, metavar="FILE", help="where to write the table")
     add_output(part, default="out/detection_limits")
     add_jobs(part)
