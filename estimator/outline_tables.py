@@ -16,7 +16,8 @@ from estimator.fitting.pose_refinement import Views
 from estimator.fitting.prediction import Prediction, predict
 from estimator.fitting.trajectory import particle_poses
 from estimator.geometry.closed_curves import unit_circle
-from estimator.geometry.outline_shape import MINIMUM_VERTICES, as_of_a_hull, hollow_share, outline_shape
+from estimator.geometry.outline_shape import OutlineShape, as_of_a_hull, hollow_share, outline_shape
+from estimator.geometry.visual_hull import HullMesh
 from estimator.motion.flight import Flight
 from estimator.particle import Particle
 from estimator.predicted_bias import with_bias_at
@@ -45,15 +46,20 @@ class OutlineTables:
         placed = particle_poses(flight, prediction.poses, sequence.task.sightings)
         if _turned_deg(sequence.made_at, placed.R) < MOST_TURNED_DEG:
             return sequence
-        outlines = cast_outlines(sequence.task, placed, self.particle.hull)
-        motions = picture_motions(sequence, moving_at(sequence, prediction, centres_cam(flight, placed)))
+        outlines, shape = shape_at(sequence, flight, prediction, self.particle.hull)
         task = replace(sequence.task, views=self.likeness, bias=None)
-        if self.pairs:
-            rng = np.random.default_rng(self.seed)
-            task = with_bias_at(task, self.particle, (flight, prediction.poses), pairs=self.pairs, rng=rng)
-        shape = as_of_a_hull(outline_shape(outlines, motions), outlines)
-        hollow = hollow_share([o for o in outlines if len(o) >= MINIMUM_VERTICES])
-        return replace(sequence, task=task, shape=shape, made_at=placed.R, hollow=hollow)
+        rng = np.random.default_rng(self.seed)
+        task = with_bias_at(task, self.particle, (flight, prediction.poses), pairs=self.pairs, rng=rng)
+        shape = as_of_a_hull(shape, outlines)
+        return replace(sequence, task=task, shape=shape, made_at=placed.R, hollow=hollow_share(outlines))
+
+
+def shape_at(sequence: SequenceTask, flight: Flight, prediction: Prediction, mesh: HullMesh) -> tuple[list[Array], OutlineShape]:
+    """The outlines (v, 2) px that a body's ``mesh``, particle frame, casts at ``prediction``, and their shape, in motion as there."""
+    placed = particle_poses(flight, prediction.poses, sequence.task.sightings)
+    outlines = cast_outlines(sequence.task, placed, mesh)
+    motions = picture_motions(sequence, moving_at(sequence, prediction, centres_cam(flight, placed)))
+    return outlines, outline_shape(outlines, motions)
 
 
 def with_tables(sequence: SequenceTask, flight: Flight, model: Model, theta: Array) -> SequenceTask:

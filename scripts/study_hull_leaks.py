@@ -5,23 +5,19 @@ Every body is calibrated and filmed once in the silhouette tier; the tables of i
 are compared with those of its true outlines in the same frames. Seeds are drawn unless one is given.
 """
 
-import argparse
 import json
-import secrets
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.atomic_files import written_whole
 from datasets.recipes.recipe import MotionRecipe, ParticleRecipe, Recipe, RigRecipe
 from estimator.configuration import Configuration
 from estimator.fitting.model_errors import seen_outlines
 from estimator.geometry.outline_shape import DEPTHS_PX, as_of_a_hull, hollow_share, outline_shape
 from estimator.registration import register
-from scripts.study_pages import write_page
+from scripts.study_pages import LARGEST_SEED, body_study_arguments, write_body_study
 from synth.sequence import build_silhouette_sequence
 
 Array = NDArray[np.float64]
@@ -29,7 +25,6 @@ RECIPE = Recipe(motion=MotionRecipe(frames=24, speed_ms=(1.0, 2.0), spin_rads=(1
 DEPTH = 1
 """Number of the loss that is looked at."""
 FAMILIES, IRREGULARITY = ("cut_stone", "jagged"), (0.3, 0.8)
-LARGEST_SEED = 2**31
 
 
 def body_row(family: str, irregularity: float, seed: int) -> dict[str, Any]:
@@ -89,27 +84,17 @@ def _cells(row: dict[str, Any]) -> list[str]:
 
 def main() -> int:
     """Measure the bodies, print and write what was found."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--bodies", type=int, default=24)
-    parser.add_argument("--seed", type=int, default=None)
-    parser.add_argument("--result", type=Path)
-    parser.add_argument("--page", type=Path)
-    arguments = parser.parse_args()
-    seed = secrets.randbelow(LARGEST_SEED) if arguments.seed is None else arguments.seed
-    rng = np.random.default_rng(seed)
+    arguments = body_study_arguments(__doc__, 24)
+    rng = np.random.default_rng(arguments.seed)
     bodies = []
     for number in range(arguments.bodies):
         bodies.append(body_row(FAMILIES[number % 2], float(rng.uniform(*IRREGULARITY)), int(rng.integers(LARGEST_SEED))))
         print(json.dumps(bodies[-1]), flush=True)
     kept = {family: [b for b in bodies if b["family"] == family] for family in FAMILIES}
     medians = {f: {k: float(np.median([b[k] for b in rows])) for k in ("slope", "slope_drawn_in")} for f, rows in kept.items() if rows}
-    result = {"seed": seed, "loss_px": float(DEPTHS_PX[DEPTH]), "medians": medians, "bodies": bodies}
+    result = {"seed": arguments.seed, "loss_px": float(DEPTHS_PX[DEPTH]), "medians": medians, "bodies": bodies}
     print(json.dumps(medians))
-    if arguments.result:
-        with written_whole(arguments.result) as path:
-            path.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
-    if arguments.page:
-        write_page(page(result), arguments.page)
+    write_body_study(result, page, arguments)
     return 0
 
 

@@ -1,7 +1,10 @@
 """What the pages and figures of the studies share: tables with intervals, failures in words, one look, and how they are written."""
 
+import argparse
 import io
-from collections.abc import Mapping, Sequence
+import json
+import secrets
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -24,6 +27,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 COLOURS = ("#0b5d8f", "#c2571a", "#3b7d3b", "#7a4b94")
 DPI = 100
+LARGEST_SEED = 2**31
 MOST_NAMED = 6
 LOOK: dict[Any, Any] = {
     "font.size": 9,
@@ -216,6 +220,28 @@ def write_page(lines: Sequence[str], path: Path) -> None:
     """Write a page."""
     with written_whole(path) as temporary:
         temporary.write_text("\n".join(lines).rstrip("\n") + "\n", encoding="utf-8")
+
+
+def body_study_arguments(description: str | None, bodies: int) -> argparse.Namespace:
+    """The arguments of a study on ``bodies`` drawn ones; its seed is drawn unless one is given."""
+    parser = argparse.ArgumentParser(description=description, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--bodies", type=int, default=bodies)
+    parser.add_argument("--seed", type=int, default=None)
+    parser.add_argument("--result", type=Path)
+    parser.add_argument("--page", type=Path)
+    arguments = parser.parse_args()
+    if arguments.seed is None:
+        arguments.seed = secrets.randbelow(LARGEST_SEED)
+    return arguments
+
+
+def write_body_study(result: Mapping[str, Any], page: Callable[[Any], Sequence[str]], arguments: argparse.Namespace) -> None:
+    """Write the figures and their page where they are asked for."""
+    if arguments.result:
+        with written_whole(arguments.result) as temporary:
+            temporary.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+    if arguments.page:
+        write_page(page(result), arguments.page)
 
 
 def write_figure(drawn: Figure, path: Path) -> None:

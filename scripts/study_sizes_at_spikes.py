@@ -5,16 +5,12 @@
 fitted with that effect from its true value. Seeds are drawn unless one is given.
 """
 
-import argparse
 import json
-import secrets
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from datasets.atomic_files import written_whole
 from datasets.recipes.recipe import EffectRecipe, HsvRecipe, MotionRecipe, ParticleRecipe, Recipe, RigRecipe
 from estimator.configuration import Configuration
 from estimator.effects.model import Model
@@ -24,7 +20,7 @@ from estimator.fitting.campaign_covariance import campaign_covariance
 from estimator.fitting.following import following
 from estimator.motion.flight import N_PARAMETERS
 from estimator.registration import register
-from scripts.study_pages import write_page
+from scripts.study_pages import LARGEST_SEED, body_study_arguments, write_body_study
 from synth.sequence import build_silhouette_sequence
 
 RECIPE = Recipe(
@@ -41,7 +37,6 @@ SIZES = {
     "rim_light_leak": ("loss", (0.5, 1.0)),
 }
 IRREGULARITY = (0.3, 0.8)
-LARGEST_SEED = 2**31
 
 
 def one_fit(recipe: Recipe, key: str, size: float) -> dict[str, Any]:
@@ -99,14 +94,8 @@ def page(result: dict[str, Any]) -> list[str]:
 
 def main() -> int:
     """Fit the campaigns, print and write what was found."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--bodies", type=int, default=6)
-    parser.add_argument("--seed", type=int, default=None)
-    parser.add_argument("--result", type=Path)
-    parser.add_argument("--page", type=Path)
-    arguments = parser.parse_args()
-    seed = secrets.randbelow(LARGEST_SEED) if arguments.seed is None else arguments.seed
-    rng = np.random.default_rng(seed)
+    arguments = body_study_arguments(__doc__, 6)
+    rng = np.random.default_rng(arguments.seed)
     rows: list[dict[str, Any]] = []
     for _ in range(arguments.bodies):
         particle = ParticleRecipe(family="jagged", irregularity=float(rng.uniform(*IRREGULARITY)))
@@ -114,13 +103,9 @@ def main() -> int:
         for key, (_, sizes) in SIZES.items():
             rows.append(one_fit(recipe, key, float(rng.choice(sizes))))
             print(json.dumps(rows[-1]), flush=True)
-    result = {"seed": seed, "bodies": arguments.bodies, "summary": summary(rows), "campaigns": rows}
+    result = {"seed": arguments.seed, "bodies": arguments.bodies, "summary": summary(rows), "campaigns": rows}
     print(json.dumps(result["summary"], indent=1))
-    if arguments.result:
-        with written_whole(arguments.result) as path:
-            path.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
-    if arguments.page:
-        write_page(page(result), arguments.page)
+    write_body_study(result, page, arguments)
     return 0
 
 

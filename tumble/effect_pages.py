@@ -2,7 +2,7 @@
 
 from datasets.vocabulary.effects import EFFECTS, EffectEntry, Parameter, Stage
 from estimator.effects.choosing import catalogue
-from estimator.effects.link import HOLLOW
+from estimator.effects.link import HOLLOW_THROUGHOUT
 from estimator.effects.registry import MODELS
 
 COMMAND = "tumble effect list --write docs/effects.md"
@@ -53,7 +53,7 @@ def _accuracy(entry: EffectEntry) -> str:
     model = MODELS.get(entry.key)
     if model is None or not model.accuracy:
         return ""
-    on_spikes = f", {100 * model.accuracy_on(HOLLOW):.0f}% on bodies with hollows" if model.accuracy_at_spikes else ""
+    on_spikes = f", {100 * model.accuracy_on(HOLLOW_THROUGHOUT):.0f}% on bodies with hollows" if model.accuracy_at_spikes else ""
     return f"Fitted sizes are accurate to {100 * model.accuracy:g}%{on_spikes} (one standard deviation beside that of noise).\n\n"
 
 

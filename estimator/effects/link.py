@@ -152,7 +152,7 @@ NEARLY_WHOLE = 0.25
 """A fitted count this near a whole number is that; one further off is reported as it is, for it counts nothing."""
 
 
-HOLLOW = 0.05
+HOLLOW_THROUGHOUT = 0.05
 """Share of outlines' convex hulls that is empty, from which on a body counts as one with hollows throughout."""
 
 
@@ -197,7 +197,7 @@ class EffectModel:
 
     def accuracy_on(self, hollow: float) -> float:
         """The accuracy on bodies of whose outlines' convex hulls the share ``hollow`` is empty."""
-        return float(np.hypot(self.accuracy, self.accuracy_at_spikes * min(hollow / HOLLOW, 1.0)))
+        return float(np.hypot(self.accuracy, self.accuracy_at_spikes * min(hollow / HOLLOW_THROUGHOUT, 1.0)))
 
     def reported(self, theta: Array, variance: Array, hollow: float = 0.0) -> tuple[Array, Array]:
         """Values and standard deviations (q,) to report of fitted ones: counts as the whole number they are near, accuracy included."""

@@ -100,12 +100,15 @@ def as_of_a_hull(shape: OutlineShape, polygons: Sequence[Array]) -> OutlineShape
     if not whole:
         return shape
     mean = shape.leak[whole].mean(axis=(0, 1))
-    return replace(shape, leak=mean + RELIABLE / (1.0 + hollow_share([polygons[i] for i in whole]) / HOLLOW) * (shape.leak - mean))
+    return replace(shape, leak=mean + RELIABLE / (1.0 + hollow_share(polygons) / HOLLOW) * (shape.leak - mean))
 
 
 def hollow_share(polygons: Sequence[Array]) -> float:
-    """Mean share of the outlines' convex hulls that they leave empty."""
-    filled = shapely.polygons([shapely.linearrings(polygon) for polygon in polygons])
+    """Mean share of the outlines' convex hulls that they leave empty; those of fewer than three corners do not count."""
+    whole = [polygon for polygon in polygons if len(polygon) >= MINIMUM_VERTICES]
+    if not whole:
+        return 0.0
+    filled = shapely.polygons([shapely.linearrings(polygon) for polygon in whole])
     return float(1.0 - np.mean(shapely.area(filled) / np.maximum(shapely.area(shapely.convex_hull(filled)), 1e-9)))
 
 

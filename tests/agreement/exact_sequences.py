@@ -20,15 +20,15 @@ from datasets.vocabulary.state import Motion
 from estimator.effects.link import Setting
 from estimator.effects.model import Model
 from estimator.effects.registry import MODELS
-from estimator.fitting.model_errors import ModelErrors, SequenceTask, cast_outlines, centres_cam, model_errors, moving_at
+from estimator.fitting.model_errors import ModelErrors, SequenceTask, model_errors
 from estimator.fitting.pose_refinement import Views
 from estimator.fitting.prediction import predict
 from estimator.fitting.rim import rim_of
-from estimator.fitting.trajectory import FitTask, Prior, Sightings, particle_poses
+from estimator.fitting.trajectory import FitTask, Prior, Sightings
 from estimator.geometry.outline_shape import outline_shape
 from estimator.geometry.visual_hull import HullMesh
 from estimator.motion.flight import Flight
-from estimator.outline_tables import picture_motions
+from estimator.outline_tables import shape_at
 from synth.frame_outlines import frame_outlines
 from synth.plan import SequencePlan
 from synth.sequence import plan_sequence
@@ -135,10 +135,8 @@ def task_of(sequence: Made) -> SequenceTask:
     flight, setting = true_flight(sequence, 0.0), setting_of(sequence)
     made = SequenceTask("exact", task, setting, rim_of(vertices), outline_shape([]))
     prediction = predict(flight, Model(), np.zeros(0), setting, sightings.times_s)
-    placed = particle_poses(flight, prediction.poses, sightings)
-    outlines = cast_outlines(task, placed, HullMesh(plan.view_vertices, plan.faces))
-    motions = picture_motions(made, moving_at(made, prediction, centres_cam(flight, placed)))
-    return replace(made, shape=outline_shape(outlines, motions))
+    _, shape = shape_at(made, flight, prediction, HullMesh(plan.view_vertices, plan.faces))
+    return replace(made, shape=shape)
 
 
 def theta_of(key: str, values: Values) -> Array:
