@@ -90,7 +90,8 @@ def _words(key: str) -> str:
 def draw_detection(axes: Axes, cases: pd.DataFrame, everything: Row) -> None:
     """Share found in bins of size, and the fitted curve of all effects together."""
     singles = cases[(cases["kind"] == "single") & (cases["ratio"] > 0)]
-    edges = np.geomspace(0.3, 12.0, 9)
+    least, most = 0.3, max(12.0, 1.01 * float(singles["ratio"].max()))
+    edges = np.geomspace(least, most, 9)
     for low, high in pairwise(edges):
         part = singles[(singles["ratio"] >= low) & (singles["ratio"] < high)]
         if len(part):
@@ -99,7 +100,7 @@ def draw_detection(axes: Axes, cases: pd.DataFrame, everything: Row) -> None:
             axes.errorbar(
                 np.sqrt(low * high), share, yerr=[[share - exact.low], [exact.high - share]], fmt="o", ms=4, capsize=2.5, color=COLOURS[0]
             )
-    x = np.geomspace(0.3, 12.0, 200)
+    x = np.geomspace(least, most, 200)
     width = np.log(everything["in_95_percent"] / everything["half"]) / Z95
     axes.plot(x, norm.cdf(np.log(x / everything["half"]) / width), color=COLOURS[1], lw=1.4)
     axes.set(xscale="log", xlabel="size over the 95% detection limit", ylabel="share found", ylim=(-0.05, 1.05), title="Found against size")
@@ -129,7 +130,7 @@ def page_lines(result: Row, cases: pd.DataFrame, limits: Mapping[str, list[dict[
         "",
         f"![Found against size, and what was named]({picture})",
         "",
-        f"## Acceptance\n\nShares {INTERVAL}, medians and means with bootstrap intervals.\n",
+        f"## Acceptance\n\nShares {INTERVAL} (parameters: a bootstrap over cases), medians and means with bootstrap intervals.\n",
         *acceptance_lines(result),
         "",
         *(["## Every case", "", *case_lines(cases), ""] if rendered else []),

@@ -56,6 +56,22 @@ def share(line: str, what: str, hits: "pd.Series[bool]", **bounds: Any) -> Figur
     return Figure(line, what, 100 * k / n if n else math.nan, low, high, n, **bounds)
 
 
+def share_of_rows(line: str, what: str, hits: "pd.Series[bool]", cases: "pd.Series[str]", **bounds: Any) -> Figure:
+    """A share in percent of rows that several to a case depend on one another: its interval is a bootstrap over cases."""
+    counts = hits.groupby(cases.to_numpy()).agg(["sum", "size"]).to_numpy(dtype=np.float64)
+    k, n = counts.sum(axis=0) if len(counts) else (0.0, 0.0)
+    low = high = math.nan
+    if len(counts) > 2 and 0.0 < k < n:
+        rng = np.random.default_rng(0)
+        interval = bootstrap(tuple(counts.T), _percent, paired=True, n_resamples=2000, method="percentile", rng=rng).confidence_interval
+        low, high = float(interval.low), float(interval.high)
+    return Figure(line, what, float(100 * k / n) if n else math.nan, low, high, int(n), **bounds)
+
+
+def _percent(hits: Array, rows: Array, axis: int = -1) -> Array:
+    return np.asarray(100 * hits.sum(axis=axis) / rows.sum(axis=axis))
+
+
 def typical(line: str, what: str, values: Array, of: Callable[..., Any], **bounds: Any) -> Figure:
     """A median or mean with its bootstrap interval [Efron and Tibshirani 1993]."""
     values = values[np.isfinite(values)]
@@ -155,20 +171,21 @@ def _removed(cases: pd.DataFrame, model: str) -> Array:
 def _after(scored: Scored, cases: pd.DataFrame) -> list[Figure]:
     judged = cases[np.isfinite(cases["oracle_px"].astype(float)) & np.isfinite(cases["final_px"].astype(float))]
     near = judged["final_px"] <= NEAR_ORACLE * judged["oracle_px"]
-    table = scored.parameters
-    pulls, of_noise = (_inside(table, column) for column in ("pull", "pull_of_noise"))
+    within = {column: _inside(scored.parameters, column) for column in ("pull", "pull_of_noise")}
     return [
         share("5", "held-out RMS ETE within 5% of the oracle's", near, least=95.0, needed=240),
         velocity_gain(scored.velocities, "final"),
-        share("5", "effect parameters inside their 95% interval", pulls, least=90.0, most=99.0, needed=100),
-        share("5", "the same by noise alone, without the models' own accuracy", of_noise),
+        share_of_rows("5", "effect parameters inside their 95% interval", *within["pull"], least=90.0, most=99.0, needed=100),
+        share_of_rows("5", "the same by noise alone, without the models' own accuracy", *within["pull_of_noise"]),
     ]
 
 
-def _inside(table: pd.DataFrame, column: str) -> "pd.Series[bool]":
-    """Which pulls lie in their 95% interval; those of no interval are left out."""
+def _inside(table: pd.DataFrame, column: str) -> "tuple[pd.Series[bool], pd.Series[str]]":
+    """Which pulls lie in their 95% interval, and the case of each; those of no interval are left out."""
     pulls = table[column].to_numpy(dtype=np.float64) if len(table) else np.zeros(0)
-    return pd.Series(np.abs(pulls[np.isfinite(pulls)]) <= 1.96)
+    kept = np.isfinite(pulls)
+    cases = table["case"][kept] if len(table) else pd.Series(dtype=str)
+    return pd.Series(np.abs(pulls[kept]) <= 1.96), cases
 
 
 def velocity_gain(table: pd.DataFrame, model: str) -> Figure:

@@ -10,7 +10,7 @@ import pytest
 
 from datasets.errors import InputError
 from datasets.recipes.recipe import EffectRecipe, Recipe
-from tumble.challenge.acceptance import HELD, MISSED, NOT_ASKED, TOO_FEW, acceptance, line_of, share
+from tumble.challenge.acceptance import HELD, MISSED, NOT_ASKED, TOO_FEW, acceptance, line_of, share, share_of_rows
 from tumble.challenge.cases import Case, Kind
 from tumble.challenge.detection import detection_table
 from tumble.challenge.scoring import Scored, named, pulls
@@ -99,7 +99,8 @@ def table(hits: int, misses: int, alarms: int) -> Scored:
     rows += [{**base, **named(case("single", "gravity"), answer(("blooming",))), "final_px": 0.3, "ratio": 3.0}] * misses
     rows += [{**base, **named(case("control"), answer()), "ratio": math.nan}] * (110 - alarms)
     rows += [{**base, **named(case("control"), answer(("gravity",))), "ratio": math.nan}] * alarms
-    parameters = pd.DataFrame({"effect": "gravity", "pull": np.linspace(-2.05, 2.05, 200), "pull_of_noise": np.linspace(-2.5, 2.5, 200)})
+    pulls = {"pull": np.linspace(-2.05, 2.05, 200), "pull_of_noise": np.linspace(-2.5, 2.5, 200)}
+    parameters = pd.DataFrame({"case": [f"c{i // 4}" for i in range(200)], "effect": "gravity", **pulls})
     velocities = pd.DataFrame(
         [
             {"case": f"c{i}", "kind": "single", "v_base": 0.1, "v_final": 0.01 + 1e-4 * i, "v_bias_chi2": 50.0, "omega_bias_chi2": 1.0}
@@ -183,6 +184,15 @@ def test_a_share_has_an_exact_interval_and_is_printed_with_its_number() -> None:
     assert figure.high == pytest.approx(5.446, abs=1e-2)
     assert "n = 100" in line_of(figure)
     assert line_of(figure).endswith("HELD")
+
+
+def test_rows_of_one_case_count_as_one_another() -> None:
+    """Forty cases whose four rows agree: the interval is that of forty draws, not of a hundred and sixty."""
+    right = pd.Series(np.repeat(np.arange(40) % 5 > 0, 4))
+    figure = share_of_rows("5", "inside", right, pd.Series(np.repeat([f"c{i}" for i in range(40)], 4)), least=90.0)
+    assert (figure.value, figure.n, figure.verdict) == (pytest.approx(80.0), 160, MISSED)
+    assert figure.high - figure.low == pytest.approx(2 * 196 * (0.8 * 0.2 / 40) ** 0.5, rel=0.15)
+    assert share_of_rows("5", "inside", right[:0], pd.Series(dtype=str)).verdict == TOO_FEW
 
 
 def test_detection_against_size_is_recovered() -> None:
