@@ -13,7 +13,6 @@ from datasets.observation import Observation
 from datasets.trajectory import Trajectory
 from datasets.vocabulary.effects import Parameter, Scope
 from estimator.configuration import Configuration
-from estimator.effects.link import EffectModel
 from estimator.effects.parameter_values import WithInterval
 from estimator.fitting.campaign import CampaignFit, shared_prior, solve_arrow
 from estimator.fitting.campaign_covariance import CampaignCovariance
@@ -51,8 +50,9 @@ def effect_values(registered: Registered, fit: CampaignFit, covariance: Campaign
     for effect, part in zip(fit.model.effects, fit.model.slices, strict=True):
         if effect.held is not None:
             continue
-        for sequence in _representatives(effect, campaign.particle, campaign.camera):
-            alone = effect.entry.scope is Scope.CAMPAIGN or len(_representatives(effect, campaign.particle, campaign.camera)) == 1
+        groups = sorted(set(campaign.sharing(effect.entry.scope)))
+        for sequence in groups:
+            alone = effect.entry.scope is Scope.CAMPAIGN or len(groups) == 1
             name = None if alone else campaign.sequences[sequence].name
             variance = np.diag(covariance.of(sequence, N_PARAMETERS + np.arange(part.start, part.stop)))
             hollow = campaign.kind.hollow(campaign.sequences[sequence])
@@ -60,18 +60,6 @@ def effect_values(registered: Registered, fit: CampaignFit, covariance: Campaign
             for parameter, value, sigma in zip(effect.entry.parameters, *reported, strict=True):
                 found.append(EffectValue(effect.entry.key, parameter, name, float(value), float(sigma)))
     return tuple(found)
-
-
-def _representatives(effect: EffectModel, particle: tuple[int, ...], camera: tuple[int, ...]) -> list[int]:
-    """One sequence of each group that shares an effect's parameters."""
-    n = len(particle)
-    groups = {
-        Scope.SEQUENCE: tuple(range(n)),
-        Scope.PARTICLE: particle,
-        Scope.CAMERA: camera,
-        Scope.CAMPAIGN: (0,) * n,
-    }[effect.entry.scope]
-    return [groups.index(group) for group in dict.fromkeys(groups)]
 
 
 def campaign_estimates(

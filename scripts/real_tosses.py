@@ -24,7 +24,7 @@ from estimator.diagnosis.diagnose import Diagnosis, diagnose
 from estimator.diagnosis.explain import Explanation, explain
 from estimator.diagnosis.map_words import sentence_of
 from estimator.diagnosis.noise_floor import noise_floor
-from estimator.diagnosis.refitting import Rules
+from estimator.diagnosis.refits import Rules
 from estimator.diagnosis.residual_maps import residual_maps, shown
 from estimator.diagnosis.tested_values import tested_values
 from estimator.effects.choosing import catalogue

@@ -24,7 +24,7 @@ from estimator.configuration import Configuration
 from estimator.diagnosis.adding import base_fit
 from estimator.diagnosis.candidate_recordings import FARTHER, RECORDINGS
 from estimator.diagnosis.diagnose import Diagnosis, diagnose
-from estimator.diagnosis.refitting import Rules
+from estimator.diagnosis.refits import Rules
 from estimator.diagnosis.separation import Prospect, separations
 from estimator.effects.choosing import catalogue
 from estimator.effects.link import EffectModel

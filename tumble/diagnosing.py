@@ -18,7 +18,7 @@ from estimator.diagnosis.diagnose import diagnose, diagnosis_of
 from estimator.diagnosis.explain import Explanation, explain
 from estimator.diagnosis.map_words import sentence_of
 from estimator.diagnosis.noise_floor import NoiseFloor, noise_floor
-from estimator.diagnosis.refitting import Rules
+from estimator.diagnosis.refits import Rules
 from estimator.diagnosis.residual_maps import residual_maps, shown
 from estimator.diagnosis.score_tests import ScoreTest
 from estimator.diagnosis.separation import Separation, separations

@@ -67,18 +67,18 @@ def unknown_entry(
         **_removed_entry(found.removed, names),
         "shapes": [_shape_entry(shape, names) for shape in empirical_shapes(campaign, found)],
         "law": None if found.law is None else law_entry(found.law, names),
-        "superfluous": list(superfluous(found)),
-        "sentences": list(_sentences(left, found)),
+        "superfluous": list(superfluous(campaign, found)),
+        "sentences": list(_sentences(left, found, superfluous(campaign, found))),
     }
 
 
-def superfluous(found: EmpiricalFit) -> tuple[str, ...]:
+def superfluous(campaign: Campaign, found: EmpiricalFit) -> tuple[str, ...]:
     """Effects of the model that are compatible with zero once the law is in it."""
     if found.law is None:
         return ()
     fit, covariance = found.law.fit, found.law.covariance
     free = [(e, effect) for e, effect in enumerate(fit.model.effects[:-1]) if effect.held is None and not effect.random]
-    return tuple(effect.entry.key for e, effect in free if wald_p(fit, covariance, e) > SUPERFLUOUS)
+    return tuple(effect.entry.key for e, effect in free if wald_p(campaign, fit, covariance, e) > SUPERFLUOUS)
 
 
 def _removed_entry(removed: Removed, names: Sequence[str]) -> Entry:
@@ -155,7 +155,7 @@ def law_words(terms: Sequence[Term]) -> str:
     return " and ".join(t.words for t in terms)
 
 
-def _sentences(left: Unknown, found: EmpiricalFit) -> list[str]:
+def _sentences(left: Unknown, found: EmpiricalFit, needless: Sequence[str]) -> list[str]:
     """What was found, for people."""
     words = " and ".join(FAMILY_WORDS[effect.entry.key] for effect in found.terms)
     removed = found.removed
@@ -176,8 +176,8 @@ def _sentences(left: Unknown, found: EmpiricalFit) -> list[str]:
     others = [law_words([t.term for t in each.terms]) for each in law.law.alternatives[:MOST_OTHERS]]
     if others:
         said.append(f"These data do not rule out: {'; '.join(others)}.")
-    if superfluous(found):
-        said.append(f"Beside this law nothing is left for {', '.join(key.replace('_', ' ') for key in superfluous(found))}: leave it out.")
+    if needless:
+        said.append(f"Beside this law nothing is left for {', '.join(key.replace('_', ' ') for key in needless)}: leave it out.")
     return said
 
 

@@ -7,6 +7,9 @@ begins where an effect is flat.
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
+from datasets.errors import InputError
 from estimator.diagnosis.explain import start_with
 from estimator.diagnosis.extending import fit_extended
 from estimator.diagnosis.score_tests import Candidates, score_tests
@@ -23,8 +26,19 @@ def base_fit(campaign: Campaign, start: CampaignState) -> CampaignFit:
 
 
 def with_effect(campaign: Campaign, fit: CampaignFit, effect: EffectModel) -> CampaignFit:
-    """The campaign fitted with one effect more."""
-    tests, _ = score_tests(campaign, fit, Candidates.of(campaign, (effect,)))
+    """The campaign fitted with one effect more.
+
+    Raises
+    ------
+    InputError
+        Where no sequence is long enough to show it.
+    """
+    asked = Candidates.of(campaign, (effect,))
+    if not asked.effects:
+        longest = max((each.setting.times_s for each in campaign.sequences), key=len)
+        came = f"{len(longest)} frames over {1e3 * float(np.ptp(longest)):.3g} ms"
+        raise InputError(f"{effect.entry.key}: expected a sequence long enough to show it, came {came} at most.")
+    tests, _ = score_tests(campaign, fit, asked)
     return fit_extended(campaign, fit, tests[0])
 
 

@@ -42,17 +42,25 @@ class Simpler:
 
 
 def better_unknown(
-    campaign: Campaign, before: Sequence[CampaignFit], last: CampaignFit, catalogue: Mapping[str, EffectModel]
+    campaign: Campaign, before: Sequence[CampaignFit], last: CampaignFit, catalogue: Mapping[str, EffectModel], *, again: bool = False
 ) -> Simpler | None:
-    """The best family in place of what was added after one of the fits ``before``, or ``None`` where the ``last`` fit is better."""
+    """The best family in place of what was added after one of the fits ``before``, or ``None`` where the ``last`` fit is better.
+
+    ``again``: fits ``before`` were made with other tables of outlines than those of the campaign.
+    """
+    if not before:
+        return None
     criterion = criterion_of(campaign, last, catalogue)
     found, beaten = None, criterion - MARGIN
     # what a model that is right may leave, less its degrees of freedom: noise is counted with caution
     chance = min(criterion - schwarz_penalty(campaign, last), 0.0)
-    for fit in before:
+    for known in before:
+        fit = known
         own = schwarz_penalty(campaign, fit)
         if own + min(_least_penalty(campaign, family) for family in EMPIRICAL.values()) + chance >= beaten:
             continue  # the least of them would not win if it left no more than chance does
+        if again:
+            fit = fit_campaign(campaign, known.state, known.model)
         for test, tests, p in _likely(campaign, fit, catalogue):
             if p > ALPHA or own + _least_penalty(campaign, test.effect) + chance >= beaten:
                 continue

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from estimator.diagnosis.ranking import Ranking, rank
-from estimator.diagnosis.refitting import penalty_of
+from estimator.diagnosis.refits import penalty_of
 from estimator.diagnosis.score_tests import Candidates, ScoreTest, score_tests
 from estimator.diagnosis.tested_values import tested_values
 from estimator.effects.choosing import beside
@@ -65,6 +65,7 @@ def diagnosis_of(tests: list[ScoreTest], ranking: Ranking, *, margin: float) -> 
     for hypothesis, fall in zip(ranking.hypotheses, gained, strict=True):
         test = tests[hypothesis.effect]
         findings.append(Finding(test, min(1.0, test.p * len(tests)), float(np.clip(fall / excess, 0.0, 1.0)), hypothesis.criterion))
+    findings.sort(key=lambda finding: not finding.test.counts)  # a gap of no frames explains nothing
     best = findings[0].criterion if findings else 0.0
     group = tuple(f.key for f in findings if f.criterion <= best + margin)
     p = min((f.p for f in findings), default=1.0)

@@ -12,11 +12,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import chi2
 
-from datasets.vocabulary.effects import Scope
 from estimator.diagnosis.contest import better_unknown, criterion_of
 from estimator.diagnosis.extending import fit_extended
 from estimator.diagnosis.ranking import Ranking, rank
-from estimator.diagnosis.refitting import Rules, contenders, penalty_of, random_contender
+from estimator.diagnosis.refits import Rules, penalty_of
+from estimator.diagnosis.refitting import contenders, random_contender
 from estimator.diagnosis.score_tests import Candidates, EfficientScores, ScoreTest, score_tests
 from estimator.diagnosis.tested_values import p_words
 from estimator.diagnosis.unknown import Unknown, unknown
@@ -54,9 +54,11 @@ class Step:
 class Explanation:
     """What was found: the steps, the last fit and its covariance, the tests that found nothing more, and what is left unknown.
 
-    ``campaign`` is as it is at the last fit (:mod:`estimator.fitting.following`).
+    ``campaign`` is as it is where the flights were last followed (:mod:`estimator.fitting.following`), ``begun`` as it is at the fit of the
+    ``base`` model. ``held_out``: errors of the last fit, which may lack what a step added and another made superfluous.
     """
 
+    begun: Campaign
     campaign: Campaign
     steps: tuple[Step, ...]
     base: CampaignFit
@@ -66,6 +68,7 @@ class Explanation:
     ranking: Ranking
     dropped: tuple[str, ...]
     left: Unknown
+    held_out: HeldOut
 
     @property
     def found(self) -> tuple[str, ...]:
@@ -94,7 +97,7 @@ def explain(
     """Add effects of ``catalogue`` to the base model until nothing more is found."""
     model = campaign.kind.base
     campaign, fit = following(campaign, fit_campaign(campaign, start_with(start, model.size), model))
-    base = fit
+    begun, base = campaign, fit
     steps: list[Step] = []
     dropped: tuple[str, ...] = ()
     error = held_out(campaign, fit.state, fit.model)
@@ -119,24 +122,28 @@ def explain(
         dropped += superfluous
         before, error = campaign, new[-1].after
         campaign, fit = following(campaign, after)
-        if campaign is not before:
+        if campaign is not before or superfluous:
             error = held_out(campaign, fit.state, fit.model)
             steps[-1] = replace(steps[-1], after=error)
     fit, superfluous = _pruned(campaign, fit, rules)
     dropped += superfluous
+    if superfluous:
+        error = held_out(campaign, fit.state, fit.model)
     simplified = _simplified(campaign, fit, catalogue, error)
     if simplified is not None:
         told(f"{simplified.added} explains as much as {simplified.group[1]}")
         dropped += (simplified.group[1],)
-        steps, fit = [*steps, simplified], simplified.fit
-    fits = (base, *(step.fit for step in steps if step.accepted))[:-1]
-    simpler = better_unknown(campaign, fits, fit, catalogue) if steps and steps[0].accepted else None
+        steps, fit, error = [*steps, simplified], simplified.fit, simplified.after
+    fits = (base, *(step.fit for step in steps if step.accepted))[:-1]  # none where nothing was added
+    simpler = better_unknown(campaign, fits, fit, catalogue, again=campaign is not begun)
     if simpler is not None:
         told(f"something unknown ({simpler.unknown.stage}) explains it in fewer words than {', '.join(_keys(fit))}")
         dropped += tuple(key for key in _keys(fit) if key not in simpler.fit.model.keys)
         fit = simpler.fit
+        error = held_out(campaign, fit.state, fit.model)
     left = simpler.unknown if simpler is not None else unknown(campaign, fit)
-    return Explanation(campaign, tuple(steps), base, fit, campaign_covariance(campaign, fit), tuple(tests), ranking, dropped, left)
+    covariance = campaign_covariance(campaign, fit)
+    return Explanation(begun, campaign, tuple(steps), base, fit, covariance, tuple(tests), ranking, dropped, left, error)
 
 
 def _tests(campaign: Campaign, fit: CampaignFit, catalogue: Mapping[str, EffectModel]) -> tuple[list[ScoreTest], EfficientScores]:
@@ -176,8 +183,9 @@ def _pruned(campaign: Campaign, fit: CampaignFit, rules: Rules) -> tuple[Campaig
     dropped: list[str] = []
     while True:
         covariance = campaign_covariance(campaign, fit)
+        free = [e for e, effect in enumerate(fit.model.effects) if effect.held is None and not effect.random]
         weakest = max(
-            ((wald_p(fit, covariance, e), e) for e, effect in enumerate(fit.model.effects) if effect.held is None and not effect.random),
+            ((wald_p(campaign, fit, covariance, e), e) for e in free),
             default=(0.0, -1),
         )
         if weakest[0] <= rules.superfluous:
@@ -211,7 +219,7 @@ def _simplified(campaign: Campaign, fit: CampaignFit, catalogue: Mapping[str, Ef
     return None
 
 
-def wald_p(fit: CampaignFit, covariance: CampaignCovariance, number: int) -> float:
+def wald_p(campaign: Campaign, fit: CampaignFit, covariance: CampaignCovariance, number: int) -> float:
     """p-value of effect ``number`` being zero; parameters that are searched for do not count, and numbers of nothing are zero."""
     effect, part = fit.model.effects[number], fit.model.slices[number]
     parameters = effect.entry.parameters
@@ -220,7 +228,7 @@ def wald_p(fit: CampaignFit, covariance: CampaignCovariance, number: int) -> flo
         return 1.0
     counted = [i for i, p in enumerate(parameters) if p.name in effect.entry.sizes]
     columns = part.start + np.array(counted)
-    sequences = range(len(fit.state.theta)) if effect.entry.scope is Scope.SEQUENCE else range(1)
+    sequences = sorted(set(campaign.sharing(effect.entry.scope)))
     rows = np.concatenate([covariance.place[s][N_PARAMETERS + columns] for s in sequences])
     theta = np.concatenate([fit.state.theta[s][columns] for s in sequences])
     C = covariance.covariance[np.ix_(rows, rows)]

@@ -76,7 +76,7 @@ def _worth_moving(test: ScoreTest) -> list[int]:
 
 def _first(test: ScoreTest, sequence: int, share: float = 1.0) -> NDArray[np.float64]:
     """Parameters of a tested effect in a sequence, at a ``share`` of the one-step values."""
-    key = sequence if test.effect.entry.scope is Scope.SEQUENCE else None
+    key = test.owner(sequence)
     value = test.starts.get(key, next(iter(test.starts.values()))).copy()
     for column, size in zip(test.columns, test.theta[: len(test.columns)], strict=True):
         if column.sequence == key:

@@ -31,7 +31,10 @@ Index = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Column:
-    """One candidate column: which effect, at which of its starts, which parameter, and for effects of a sequence which sequence."""
+    """One candidate column: which effect, at which of its starts, which parameter, and the first sequence of those that share it.
+
+    ``sequence`` is ``None`` where all share it; an effect of a sequence is not shared.
+    """
 
     effect: int
     start: int
@@ -48,10 +51,14 @@ class Candidates:
 
     @classmethod
     def of(cls, campaign: Campaign, effects: Iterable[EffectModel]) -> "Candidates":
-        """Those of the effects that apply to such measurements, with the starts that they give themselves."""
-        effects = tuple(campaign.kind.adapted(e) for e in effects if campaign.kind.why_not(campaign, e) is None)
-        setting = campaign.sequences[0].setting
-        return cls(effects, tuple(e.starts(setting) for e in effects))
+        """Those of the effects that apply to such measurements, with the starts that they give themselves in the longest sequence.
+
+        An effect without any is left out: no sequence is long enough to show it.
+        """
+        setting = max((each.setting for each in campaign.sequences), key=lambda each: len(each.times_s))
+        adapted = (campaign.kind.adapted(e) for e in effects if campaign.kind.why_not(campaign, e) is None)
+        found = [(e, starts) for e in adapted if len(starts := e.starts(setting))]
+        return cls(tuple(e for e, _ in found), tuple(starts for _, starts in found))
 
     @property
     def tried(self) -> list[tuple[int, int]]:
@@ -81,7 +88,7 @@ class ScoreTest:
 
     ``theta`` (c,) one-step values of its ``columns`` and ``covariance`` (c, c); ``statistic`` and its p-value ``p``, corrected for the
     starts tried; ``explained``: fall of the weighted sum of squares; ``start`` [sequence or None] the best start. ``counts``: false where
-    an effect that comes in whole numbers has none.
+    an effect that comes in whole numbers has none. ``sharing``: see :meth:`Campaign.sharing`.
     """
 
     effect: EffectModel
@@ -93,6 +100,13 @@ class ScoreTest:
     explained: float
     starts: dict[int | None, Array]
     counts: bool = True
+    sharing: tuple[int, ...] = ()
+
+    def owner(self, sequence: int) -> int | None:
+        """The ``sequence`` of the columns that a sequence has."""
+        if self.effect.entry.scope is Scope.SEQUENCE:
+            return sequence
+        return self.sharing[sequence] if len(set(self.sharing)) > 1 else None
 
     @property
     def random(self) -> bool:
@@ -102,13 +116,13 @@ class ScoreTest:
 
 def score_tests(campaign: Campaign, fit: CampaignFit, candidates: Candidates) -> tuple[list[ScoreTest], EfficientScores]:
     """Test every candidate against the fit; also the scores of the columns that were kept, for comparing effects with one another."""
-    linear = arranged(candidate_equations(campaign, fit, candidates), fit.model, candidates)
+    linear = arranged(campaign, candidate_equations(campaign, fit, candidates), fit.model, candidates)
     scores, chosen = efficient_scores(campaign, fit, linear)
     tests = [
         _random_test(campaign, linear, effect) if effect.random else _test(scores, candidates, number, chosen)
         for number, effect in enumerate(candidates.effects)
     ]
-    return tests, scores
+    return [replace(test, sharing=campaign.sharing(test.effect.entry.scope)) for test in tests], scores
 
 
 def efficient_scores(campaign: Campaign, fit: CampaignFit, linear: "Linear") -> tuple[EfficientScores, dict[tuple[int, int | None], int]]:
@@ -145,12 +159,13 @@ def candidate_equations(campaign: Campaign, fit: CampaignFit, candidates: Candid
     return tuple(sequence_equations(campaign, i, state, model) for i in range(len(campaign.sequences)))
 
 
-def arranged(equations: tuple[SequenceEquations, ...], model: Model, candidates: Candidates) -> Linear:
+def arranged(campaign: Campaign, equations: tuple[SequenceEquations, ...], model: Model, candidates: Candidates) -> Linear:
     """Where each candidate's columns lie in the equations of the sequences; ``model`` is the fit's own."""
     extra, first = candidates.tried, N_PARAMETERS + model.size
     names: list[tuple[int, int, int]] = []
     for e, s in extra:
         names += [(e, s, p) for p in range(len(candidates.effects[e].entry.parameters))]
+    sharing = {scope: campaign.sharing(scope) for scope in Scope}
     searched = [candidates.effects[e].entry.parameters[p].name in candidates.effects[e].entry.searched for e, _, p in names]
     columns: list[Column] = []
     lookup: dict[Column, int] = {}
@@ -161,8 +176,9 @@ def arranged(equations: tuple[SequenceEquations, ...], model: Model, candidates:
             flat = searched[j] and not equations[i].errors.J[..., first + j].any()
             if flat:
                 continue
-            own = candidates.effects[e].entry.scope is Scope.SEQUENCE
-            column = Column(e, s, p, i if own else None)
+            scope = candidates.effects[e].entry.scope
+            own = scope is Scope.SEQUENCE or len(set(sharing[scope])) > 1
+            column = Column(e, s, p, sharing[scope][i] if own else None)
             if column not in lookup:
                 lookup[column] = len(columns)
                 columns.append(column)
@@ -256,10 +272,7 @@ def _test(scores: EfficientScores, candidates: Candidates, number: int, chosen: 
     rows = np.array([i for i, c in enumerate(scores.columns) if c.effect == number], dtype=np.int64)
     part = scores.take(rows)
     inverse = stable_inverse(part.H, 1e-10)
-    statistic = float(part.g @ stable_inverse(part.M, 1e-10) @ part.g)
-    tried = len(candidates.starts[number])
-    sequences = {c.sequence for c in part.columns}
-    p = float(chi2.sf(statistic, len(rows))) * float(tried) ** len(sequences) if len(rows) else 1.0
+    statistic = _statistic(part)
     theta = -inverse @ part.g
     counts = not _counts_nothing(candidates.effects[number], part.columns, theta)
     starts = {sequence: candidates.starts[number][start] for (effect, sequence), start in chosen.items() if effect == number}
@@ -269,11 +282,32 @@ def _test(scores: EfficientScores, candidates: Candidates, number: int, chosen: 
         theta=theta,
         covariance=inverse @ part.M @ inverse,
         statistic=statistic,
-        p=min(p, 1.0) if counts else 1.0,
+        p=p_of(part, len(candidates.starts[number])) if counts else 1.0,
         explained=float(part.g @ inverse @ part.g),
         starts=starts,
         counts=counts,
     )
+
+
+def _statistic(part: EfficientScores) -> float:
+    return float(part.g @ stable_inverse(part.M, 1e-10) @ part.g)
+
+
+def p_of(part: EfficientScores, tried: int) -> float:
+    """The p-value of an effect of which the best of ``tried`` starts was taken, in each sequence where it has its own.
+
+    All sequences together count every combination of starts, which is too much where one of many shows the effect; then that one
+    counts, out of all. The better of both is taken, twice as likely by chance.
+    """
+    if not part.columns:
+        return 1.0
+    sequences = sorted({c.sequence for c in part.columns if c.sequence is not None})
+    jointly = float(chi2.logsf(_statistic(part), len(part.columns)) + max(len(sequences), 1) * np.log(tried))
+    if tried == 1 or len(sequences) < 2:
+        return float(np.exp(min(jointly, 0.0)))
+    rows = [np.array([i for i, c in enumerate(part.columns) if c.sequence == s], dtype=np.int64) for s in sequences]
+    singly = min(float(chi2.logsf(_statistic(part.take(each)), len(each))) for each in rows) + np.log(tried * len(sequences))
+    return float(np.exp(min(min(jointly, singly) + np.log(2.0), 0.0)))
 
 
 def _counts_nothing(effect: EffectModel, columns: tuple[Column, ...], theta: Array) -> bool:

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.vocabulary.effects import Stage
+from datasets.vocabulary.effects import Scope, Stage
 from estimator.diagnosis.candidate_recordings import (
     MEASUREMENTS,
     RECORDINGS,
@@ -28,7 +28,7 @@ from estimator.diagnosis.expected_difference import Expected, expected
 from estimator.diagnosis.imagined_sequences import Drop, Imagination, Pictures, counted, hull_of
 from estimator.diagnosis.imagined_trajectories import Tracks
 from estimator.diagnosis.imagined_views import with_more_views
-from estimator.diagnosis.refitting import penalty_of
+from estimator.diagnosis.refits import penalty_of
 from estimator.diagnosis.score_tests import (
     Candidates,
     EfficientScores,
@@ -145,7 +145,7 @@ def _present(registered: Registered, fit: CampaignFit, tests: Sequence[ScoreTest
     candidates = Candidates(tuple(t.effect for t in tests), starts)
     stands_for = tuple(count for _, count in few)
     equations = _counted_equations(campaign, fit, candidates, stands_for)
-    scores, _ = efficient_scores(campaign, fit, arranged(equations, fit.model, candidates))
+    scores, _ = efficient_scores(campaign, fit, arranged(campaign, equations, fit.model, candidates))
     return _Present(whole, campaign, stands_for, fit, tuple(tests), candidates, equations, scores, template, like)
 
 
@@ -214,7 +214,7 @@ def _with_drops(present: _Present, new: tuple[Any, Flight, SequenceEquations], d
     )
     state = CampaignState((*fit.state.flights, *[flight] * drops), (*fit.state.theta, *[fit.state.theta[t]] * drops))
     extended = replace(fit, state=state, layout=layout_of(more, fit.model))
-    linear = arranged((*present.equations, *[equations] * drops), fit.model, present.candidates)
+    linear = arranged(more, (*present.equations, *[equations] * drops), fit.model, present.candidates)
     scores, _ = efficient_scores(more, extended, linear)
     return scores
 
@@ -231,7 +231,7 @@ def _of_views(present: _Present, particles: Sequence[Particle], pairs: Sequence[
     ]
     campaign = replace(campaign, sequences=tuple(more))
     equations = _counted_equations(campaign, present.fit, present.candidates, present.stands_for)
-    scores, _ = efficient_scores(campaign, present.fit, arranged(equations, present.fit.model, present.candidates))
+    scores, _ = efficient_scores(campaign, present.fit, arranged(campaign, equations, present.fit.model, present.candidates))
     return {pair: Prospect("views", MORE_VIEWS, 0, 0, _expected(scores, present, pair, margin)) for pair in asked}
 
 
@@ -244,7 +244,7 @@ def _of_measurement(present: _Present, measurement: CandidateMeasurement, pair: 
     numbers = [present.number(key) for key in pair]
     precision = np.zeros(len(present.scores.columns))
     for row, column in enumerate(present.scores.columns):
-        if column.effect in numbers and column.sequence is None:
+        if column.effect in numbers and present.candidates.effects[column.effect].entry.scope is not Scope.SEQUENCE:
             precision[row] = _precision(present, measurement, (column.effect, column.start, column.parameter))
     if not precision.any():
         return None

@@ -43,6 +43,12 @@ class Campaign:
     body_noise_px: float
     kind: MeasurementKind
 
+    def sharing(self, scope: Scope) -> tuple[int, ...]:
+        """Of every sequence, the first one with which it shares what is of a ``scope``."""
+        n = len(self.sequences)
+        of = {Scope.SEQUENCE: tuple(range(n)), Scope.PARTICLE: self.particle, Scope.CAMERA: self.camera, Scope.CAMPAIGN: (0,) * n}[scope]
+        return tuple(of.index(group) for group in of)
+
 
 @dataclass(frozen=True)
 class Layout:
@@ -58,10 +64,15 @@ class Layout:
     size: int
 
 
+def scopes_of(model: Model) -> tuple[Scope, ...]:
+    """What shares each of a sequence's 21 + q columns."""
+    nominal = (*[Scope.SEQUENCE] * STATE, *[Scope.PARTICLE] * 8, Scope.CAMERA)
+    return (*nominal, *(e.entry.scope for e in model.effects for _ in e.entry.parameters))
+
+
 def layout_of(campaign: Campaign, model: Model) -> Layout:
     """The layout of a campaign's parameters under a model."""
-    scopes = [Scope.SEQUENCE] * STATE + [Scope.PARTICLE] * 8 + [Scope.CAMERA]
-    scopes += [e.entry.scope for e in model.effects for _ in e.entry.parameters]
+    scopes = scopes_of(model)
     local = np.array([i for i, s in enumerate(scopes) if s is Scope.SEQUENCE], dtype=np.int64)
     shared = np.array([i for i, s in enumerate(scopes) if s is not Scope.SEQUENCE], dtype=np.int64)
     number: dict[tuple[int, int], int] = {}

@@ -17,6 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from datasets.vocabulary.effects import Scope
 from estimator.effects.model import Model
 from estimator.fitting.campaign import (
     ArrowSolution,
@@ -27,6 +28,7 @@ from estimator.fitting.campaign import (
     SequenceEquations,
     fit_campaign,
     layout_of,
+    scopes_of,
     sequence_equations,
     shared_prior,
     solve_arrow,
@@ -34,6 +36,7 @@ from estimator.fitting.campaign import (
 )
 from estimator.fitting.stable_inverse import stable_inverse
 from estimator.motion.flight import COM, INERTIA, N_PARAMETERS, OFFSET
+from estimator.motion.rigid_body import RanAway
 
 Array = NDArray[np.float64]
 QUARTERS = 4
@@ -53,38 +56,67 @@ class HeldOut:
 def held_out(campaign: Campaign, state: CampaignState, model: Model) -> HeldOut:
     """Judge a model on frames and sequences that it was not fitted to; ``state`` is where fits start."""
     n = len(campaign.sequences)
-    halves = [np.arange(start, n, 2) for start in range(2)] if n > 1 else [np.arange(1)]
+    halves = _halves(campaign) if n > 1 else [np.arange(1)]
     squares, counts = np.zeros(n), np.zeros(n)
     for number, judged in enumerate(halves):
         learned_from = halves[1 - number] if n > 1 else judged
         half = _part(campaign, learned_from)
         learned = _learned(half, fit_campaign(half, _state_of(state, learned_from), model, most_steps=6), alone=n == 1)
         for i in judged:
-            squares[i], counts[i] = _judge(campaign, int(i), (state, learned), model)
+            squares[i], counts[i] = _judge(campaign, int(i), state, learned)
     squares[counts == 0] = np.inf  # the flight has left all outlines behind
     per_sequence = np.sqrt(squares / np.maximum(counts, 1))
     return HeldOut(float(np.sqrt(squares.sum() / max(counts.sum(), 1))), per_sequence, int(counts.sum()))
 
 
+def _halves(campaign: Campaign) -> list[NDArray[np.int64]]:
+    """The sequences in two parts, each of which has some of every particle and camera that has several."""
+    dealt = sorted(range(len(campaign.sequences)), key=lambda i: (campaign.particle[i], campaign.camera[i], i))
+    return [np.array(sorted(dealt[start::2]), dtype=np.int64) for start in range(2)]
+
+
 @dataclass(frozen=True)
 class _Learned:
-    """What other sequences tell: their ``state``, and the ``information`` (c, c) they have on ``columns`` (c,) of effects that are free."""
+    """The ``fit`` to a part of the sequences, that ``campaign``, and the covariance of all that its sequences share.
 
-    state: CampaignState
-    columns: NDArray[np.int64]
-    information: Array
+    There is no covariance where the fit is to what it judges, and tells nothing.
+    """
+
+    campaign: Campaign
+    fit: CampaignFit
+    covariance: Array | None
+
+    def like(self, scope: Scope, particle: int, camera: int) -> int | None:
+        """A sequence among these that shares what is of a ``scope`` with one of a particle and a camera."""
+        if scope is Scope.CAMPAIGN:
+            return 0
+        of, wanted = (self.campaign.particle, particle) if scope is Scope.PARTICLE else (self.campaign.camera, camera)
+        return of.index(wanted) if wanted in of else None
+
+    def told(self, particle: int, camera: int) -> NDArray[np.int64]:
+        """Of every column (21 + q,), the sequence of these that tells of it; -1 where none does."""
+        found = [None if scope is Scope.SEQUENCE else self.like(scope, particle, camera) for scope in scopes_of(self.fit.model)]
+        return np.array([-1 if each is None else each for each in found], dtype=np.int64)
+
+    def information(self, columns: NDArray[np.int64], teller: NDArray[np.int64]) -> Array:
+        """What is known here of shared ``columns`` (c,) that sequences ``teller`` tell of: (c, c), nothing of those that none does."""
+        total = np.zeros((len(columns), len(columns)))
+        known = np.flatnonzero(teller[columns] >= 0)
+        if self.covariance is None or not len(known):
+            return total
+        layout = self.fit.layout
+        row = {int(column): i for i, column in enumerate(layout.shared)}
+        place = np.array([layout.place[teller[columns[i]]][row[int(columns[i])]] for i in known], dtype=np.int64)
+        total[np.ix_(known, known)] = stable_inverse(self.covariance[np.ix_(place, place)])
+        return total
 
 
 def _learned(campaign: Campaign, fit: CampaignFit, *, alone: bool) -> _Learned:
     """What a fit to a part of the sequences tells of the others; ``alone``: it is fitted to what it judges, and tells nothing."""
-    model, layout = fit.model, fit.layout
-    free = np.concatenate([np.zeros(N_PARAMETERS, dtype=np.bool_), model.precision == 0.0])
-    rows = np.flatnonzero(free[layout.shared])
-    if alone or not len(rows):
-        return _Learned(fit.state, layout.shared[rows], np.zeros((len(rows), len(rows))))
-    schur = solve_arrow(fit.equations, layout, shared_prior(campaign, layout, model, fit.state)).schur
-    place = layout.place[0][rows]
-    return _Learned(fit.state, layout.shared[rows], stable_inverse(stable_inverse(schur)[np.ix_(place, place)]))
+    if alone:
+        return _Learned(campaign, fit, None)
+    schur = solve_arrow(fit.equations, fit.layout, shared_prior(campaign, fit.layout, fit.model, fit.state)).schur
+    return _Learned(campaign, fit, stable_inverse(schur))
 
 
 def _part(campaign: Campaign, rows: NDArray[np.int64]) -> Campaign:
@@ -100,32 +132,49 @@ def _state_of(state: CampaignState, rows: NDArray[np.int64]) -> CampaignState:
     return CampaignState(tuple(state.flights[i] for i in rows), tuple(state.theta[i] for i in rows))
 
 
-def _judge(campaign: Campaign, number: int, known: tuple[CampaignState, _Learned], model: Model) -> tuple[float, float]:
-    """Sum of squares and number of the errors of one sequence, each frame's predicted from the frames of the other quarters."""
-    own, learned = known
+def _judge(campaign: Campaign, number: int, own: CampaignState, learned: _Learned) -> tuple[float, float]:
+    """Sum of squares and number of the errors of one sequence, each frame's predicted from the frames of the other quarters.
+
+    Where a flight runs away from there, nothing is predicted, and the sum is infinite.
+    """
+    model = learned.fit.model
     sequence = campaign.sequences[number]
     layout = layout_of(campaign, model)
     alone = replace(_part(campaign, np.array([number])), sequences=(sequence,))
-    state = _with_shared(_state_of(own, np.array([number])), learned.state, layout)
+    teller = learned.told(campaign.particle[number], campaign.camera[number])
+    state = _with_shared(_state_of(own, np.array([number])), learned.fit.state, teller)
     state = _within_priors(state, campaign.kind.precision(sequence), model)
-    columns = np.concatenate([layout.local, learned.columns])
-    rest = np.setdiff1d(layout.shared, learned.columns)
+    free = np.concatenate([np.zeros(N_PARAMETERS, dtype=np.bool_), model.precision == 0.0])
+    open_ = layout.shared[free[layout.shared]]
+    columns = np.concatenate([layout.local, open_])
+    rest = np.setdiff1d(layout.shared, open_)
     one = Layout(columns, rest, (np.arange(len(rest)),), len(rest))
     prior = np.zeros((len(columns), len(columns)))
-    prior[len(layout.local) :, len(layout.local) :] = learned.information
+    prior[len(layout.local) :, len(layout.local) :] = learned.information(open_, teller)
+    try:
+        equations, normal = _settled(alone, state, one, prior, model)
+    except RanAway:
+        return np.inf, 1.0
+    e = np.concatenate([_left_out(equations, columns, normal, start) for start in range(QUARTERS)])
+    return float(np.sum(e**2)), float(equations.errors.seen.sum())
+
+
+def _settled(
+    alone: Campaign, state: CampaignState, one: Layout, prior: Array, model: Model
+) -> tuple[SequenceEquations, tuple[Array, Array]]:
+    """The equations of one sequence where its own columns have settled under a ``prior``, and their normal matrix and gradient."""
+    columns = one.local
     began = state.theta[0]
     equations = sequence_equations(alone, 0, state, model)
     for _ in range(LOCAL_STEPS):
         H, g = _with_prior(equations, columns, prior, state.theta[0] - began)
         inverse = stable_inverse(H)
         step = -inverse @ g
-        state = stepped(state, one, ArrowSolution((step,), np.zeros(len(rest)), np.zeros((0, 0))))
+        state = stepped(state, one, ArrowSolution((step,), np.zeros(one.size), np.zeros((0, 0))))
         equations = sequence_equations(alone, 0, state, model)
         if np.max(np.abs(step) / np.sqrt(np.maximum(np.diag(inverse), 1e-300))) < SETTLED:
             break
-    normal = _with_prior(equations, columns, prior, state.theta[0] - began)
-    e = np.concatenate([_left_out(equations, columns, normal, start) for start in range(QUARTERS)])
-    return float(np.sum(e**2)), float(equations.errors.seen.sum())
+    return equations, _with_prior(equations, columns, prior, state.theta[0] - began)
 
 
 def _with_prior(equations: SequenceEquations, columns: NDArray[np.int64], prior: Array, gone: Array) -> tuple[Array, Array]:
@@ -146,13 +195,16 @@ def _left_out(equations: SequenceEquations, columns: NDArray[np.int64], normal: 
     return np.asarray(e + J @ step)
 
 
-def _with_shared(own: CampaignState, learned: CampaignState, layout: Layout) -> CampaignState:
-    """One sequence's own state with what sequences share taken from others (of the same particle and camera)."""
+def _with_shared(own: CampaignState, learned: CampaignState, teller: NDArray[np.int64]) -> CampaignState:
+    """One sequence's own state with every column (21 + q,) that a sequence of others tells of taken from there."""
     flight, theta = own.flights[0], own.theta[0].copy()
-    other, values = learned.flights[0], learned.theta[0]
-    shared = layout.shared[layout.shared >= N_PARAMETERS] - N_PARAMETERS
-    theta[shared] = values[shared]
-    flight = replace(flight, com=other.com, inertia=other.inertia, offset_px=other.offset_px)
+    for column in np.flatnonzero(teller[N_PARAMETERS:] >= 0):
+        theta[column] = learned.theta[teller[N_PARAMETERS + column]][column]
+    body, camera = int(teller[COM][0]), int(teller[OFFSET][0])
+    if body >= 0:
+        flight = replace(flight, com=learned.flights[body].com, inertia=learned.flights[body].inertia)
+    if camera >= 0:
+        flight = replace(flight, offset_px=learned.flights[camera].offset_px)
     return CampaignState((flight,), (theta,))
 
 

@@ -23,10 +23,7 @@ Array = NDArray[np.float64]
 def answer(explained: Explanation) -> dict[str, Any]:
     """The whole answer to one campaign."""
     campaign = explained.campaign
-    accepted = [step for step in explained.steps if step.accepted]
-    errors = {"base": explained.steps[0].before, "final": explained.steps[0].before} if explained.steps else {}
-    if accepted:
-        errors["final"] = accepted[-1].after
+    errors = {"base": explained.steps[0].before, "final": explained.held_out} if explained.steps else {}
     first = explained.steps[0].tests if explained.steps else explained.tests
     return {
         "found": list(explained.found),
@@ -44,11 +41,11 @@ def answer(explained: Explanation) -> dict[str, Any]:
             for s in explained.steps
         ],
         "tests": [_test(test) for test in first],
-        "information": {key: matrix.tolist() for key, matrix in all_information(campaign, explained.base, first).items()},
+        "information": {key: matrix.tolist() for key, matrix in all_information(explained.begun, explained.base, first).items()},
         "parameters": _with_random(parameters(campaign, explained.fit, explained.covariance), explained),
         "axes": {sequence.name: flight.body.R_particle_body.tolist() for sequence, flight in _flights(campaign, explained.fit)},
         "velocities": {
-            "base": velocities(campaign, explained.base, campaign_covariance(campaign, explained.base)),
+            "base": velocities(explained.begun, explained.base, campaign_covariance(explained.begun, explained.base)),
             "final": velocities(campaign, explained.fit, explained.covariance),
         },
         "held_out": {name: _held_out(value) for name, value in errors.items()},
@@ -87,8 +84,9 @@ def parameters(campaign: Campaign, fit: CampaignFit, covariance: CampaignCovaria
     for effect, part in zip(fit.model.effects, fit.model.slices, strict=True):
         if effect.entry.key == CurvatureBias.entry.key:
             continue
-        own = effect.entry.scope is Scope.SEQUENCE
-        for sequence in range(len(fit.state.theta)) if own else (0,):
+        groups = sorted(set(campaign.sharing(effect.entry.scope)))
+        own = effect.entry.scope is Scope.SEQUENCE or len(groups) > 1
+        for sequence in groups:
             columns = N_PARAMETERS + np.arange(part.start, part.stop)
             variance = np.diag(covariance.of(sequence, columns))
             hollow = campaign.kind.hollow(campaign.sequences[sequence])

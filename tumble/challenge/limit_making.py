@@ -15,7 +15,7 @@ from datasets.vocabulary.effects import EFFECTS, Scope
 from estimator.configuration import Configuration
 from estimator.diagnosis.explain import start_with
 from estimator.diagnosis.ranking import by_remainder
-from estimator.diagnosis.refitting import Rules
+from estimator.diagnosis.refits import Rules
 from estimator.diagnosis.score_tests import Candidates, EfficientScores, ScoreTest, score_tests
 from estimator.effects.choosing import catalogue
 from estimator.effects.link import Setting

@@ -11,7 +11,7 @@ from datasets.json_documents import plain
 from datasets.observation_files import read_observation
 from estimator.configuration import configuration_from_dict
 from estimator.diagnosis.explain import explain
-from estimator.diagnosis.refitting import Rules
+from estimator.diagnosis.refits import Rules
 from estimator.effects.choosing import catalogue
 from estimator.registration import Registered, register
 from tumble.challenge.answers import answer, no_answer

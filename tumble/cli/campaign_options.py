@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.table import Table
 
 from datasets.json_documents import Document, plain, read_document, write_document
-from estimator.diagnosis.refitting import Rules
+from estimator.diagnosis.refits import Rules
 from estimator.diagnosis.tested_values import p_words
 from estimator.effects.choosing import chosen_effects
 from tumble.campaigning import Known, Prepared

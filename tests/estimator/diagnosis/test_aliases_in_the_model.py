@@ -15,7 +15,7 @@ def scores_beside_frame_rate() -> EfficientScores:
     campaign = registered().campaign
     fit = with_effect(campaign, fitted(), catalogue()["frame_rate"])
     candidates = Candidates.of(campaign, [catalogue()[k] for k in ("length_scale", "gravity", "linear_drag")])
-    return efficient_scores(campaign, fit, arranged(candidate_equations(campaign, fit, candidates), fit.model, candidates))[0]
+    return efficient_scores(campaign, fit, arranged(campaign, candidate_equations(campaign, fit, candidates), fit.model, candidates))[0]
 
 
 def test_what_is_left_of_an_alias_does_not_count() -> None:

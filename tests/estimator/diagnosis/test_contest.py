@@ -8,7 +8,7 @@ import pytest
 from estimator.diagnosis import refitting
 from estimator.diagnosis.adding import with_effect
 from estimator.diagnosis.contest import schwarz_penalty
-from estimator.diagnosis.refitting import Refitted
+from estimator.diagnosis.refits import Refitted
 from estimator.diagnosis.score_tests import ScoreTest
 from estimator.effects.registry import MODELS
 from estimator.fitting.campaign import CampaignState

@@ -8,7 +8,8 @@ import pytest
 
 from estimator.diagnosis import refitting
 from estimator.diagnosis.ranking import Hypothesis, Ranking
-from estimator.diagnosis.refitting import Rules, alike, contenders, random_contender
+from estimator.diagnosis.refits import Rules
+from estimator.diagnosis.refitting import contenders, random_contender
 from estimator.diagnosis.score_tests import EfficientScores, ScoreTest
 from estimator.effects.registry import MODELS
 
@@ -29,7 +30,7 @@ def test_a_gap_of_no_frames_is_no_contender() -> None:
 
 
 def test_jitter_behind_a_gap_of_no_frames_leads(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(refitting, "_refit", lambda _campaign, _fit, tests, hypothesis: tests[hypothesis.effect].effect.entry.key)
+    monkeypatch.setattr(refitting, "refit", lambda _campaign, _fit, tests, number: tests[number].effect.entry.key)
     assert random_contender(NOTHING, NOTHING, ([GAP, JITTER], NO_SCORES, LEADING_GAP), Rules()) == ("trigger_jitter",)
     whole = [replace(GAP, counts=True), JITTER]
     assert random_contender(NOTHING, NOTHING, (whole, NO_SCORES, LEADING_GAP), Rules()) == ()
@@ -37,19 +38,6 @@ def test_jitter_behind_a_gap_of_no_frames_leads(monkeypatch: pytest.MonkeyPatch)
 
 def test_jitter_that_alone_is_significant_leads(monkeypatch: pytest.MonkeyPatch) -> None:
     """One fast sequence among slow ones shows it in its second differences; sums over misfits hardly do."""
-    monkeypatch.setattr(refitting, "_refit", lambda _campaign, _fit, tests, hypothesis: tests[hypothesis.effect].effect.entry.key)
+    monkeypatch.setattr(refitting, "refit", lambda _campaign, _fit, tests, number: tests[number].effect.entry.key)
     chance = [replace(GAP, counts=True, p=0.3), JITTER]
     assert random_contender(NOTHING, NOTHING, (chance, NO_SCORES, LEADING_GAP), Rules()) == ("trigger_jitter",)
-
-
-@pytest.mark.parametrize(
-    ("criteria", "group"),
-    [
-        ({"blooming": 10.0, "gravity": 12.0, "magnus_lift": 40.0}, ("blooming", "gravity")),
-        ({"blooming": 12.0, "gravity": 10.0, "magnus_lift": 40.0}, ("blooming", "gravity")),
-        ({"blooming": 98.0, "gravity": 99.0, "magnus_lift": 101.0}, ("blooming",)),
-        ({"gravity": 10.0}, ("blooming",)),
-    ],
-)
-def test_what_a_linear_look_says_nothing_of_has_no_mates(criteria: dict[str, float], group: tuple[str, ...]) -> None:
-    assert alike(criteria, "blooming", nothing=100.0, margin=6.0) == group

@@ -5,7 +5,10 @@ from dataclasses import replace
 import numpy as np
 
 from estimator.diagnosis.adding import base_fit, with_effect
+from estimator.diagnosis.explain import wald_p
+from estimator.diagnosis.score_tests import Candidates, score_tests
 from estimator.effects.choosing import catalogue
+from estimator.fitting.campaign_covariance import campaign_covariance
 from estimator.fitting.held_out import held_out
 from estimator.registration import Registered
 from estimator.trajectories.registering import register_trajectories
@@ -45,3 +48,28 @@ def test_what_others_tell_of_an_effect_is_used() -> None:
 def test_an_effect_that_is_not_there_lowers_nothing() -> None:
     before, after = before_and_after(of_spins(8.0, 1e-3), "quadratic_drag")
     assert np.all(after > 0.97 * before)
+
+
+def of_two_bodies() -> Registered:
+    """Bodies in turn: of the first the point that is followed is the centre of mass, of the second it is not."""
+    rng = np.random.default_rng(3)
+    bodies = (Hidden(spin_rads=8.0), replace(OFF_CENTRE, spin_rads=8.0))
+    registered = register_trajectories([measured(f"toss_{i}", rng, bodies[i % 2], Tracker(rows=40)) for i in range(4)])
+    return replace(registered, campaign=replace(registered.campaign, particle=(0, 1, 0, 1)))
+
+
+def test_every_body_is_judged_by_what_is_known_of_itself() -> None:
+    registered = of_two_bodies()
+    before, after = before_and_after(registered, "centre_of_mass")
+    assert np.all(after < 1.3)
+    assert np.all(before[1::2] > 2.0)
+
+
+def test_what_one_of_two_bodies_has_is_no_superfluous_effect() -> None:
+    registered = of_two_bodies()
+    campaign = registered.campaign
+    fit = with_effect(campaign, base_fit(campaign, registered.start), catalogue()["centre_of_mass"])
+    assert [np.linalg.norm(theta) > 0.01 for theta in fit.state.theta] == [False, True, False, True]
+    assert wald_p(campaign, fit, campaign_covariance(campaign, fit), 0) < 1e-9
+    tests, _ = score_tests(campaign, base_fit(campaign, registered.start), Candidates.of(campaign, (catalogue()["centre_of_mass"],)))
+    assert sorted({column.sequence for column in tests[0].columns}) == [0, 1]

@@ -9,14 +9,15 @@ from estimator.diagnosis.adding import base_fit, with_effect
 from estimator.diagnosis.diagnose import Diagnosis, diagnose
 from estimator.diagnosis.explain import explain
 from estimator.diagnosis.noise_floor import noise_floor
-from estimator.diagnosis.refitting import Rules
+from estimator.diagnosis.refits import Rules
 from estimator.diagnosis.residual_maps import residual_maps
+from estimator.diagnosis.score_tests import Candidates, Column, EfficientScores, p_of
 from estimator.effects.choosing import catalogue
 from estimator.fitting.campaign_covariance import campaign_covariance
 from estimator.motion.flight import N_PARAMETERS
 from estimator.registration import Registered
 from estimator.trajectories.registering import register_trajectories
-from tests.estimator.made_trajectories import Hidden, Tracker, campaign
+from tests.estimator.made_trajectories import Hidden, Tracker, campaign, measured
 
 RULES = Rules()
 CONTROLS, MOST_ALARMS = 40, 3
@@ -113,3 +114,30 @@ def test_explaining_adds_the_drag_and_stops() -> None:
     told = explain(registered.campaign, registered.start, catalogue(), RULES)
     assert told.found == ("quadratic_drag",)
     assert told.steps[0].after.rms_px < 0.9 * told.steps[0].before.rms_px
+
+
+def test_places_are_looked_for_in_the_longest_flight_whichever_comes_first() -> None:
+    """The first flight is too short for a gap; what the others show is found all the same."""
+    made = campaign(11, Hidden(drag=0.3), Tracker(), sequences=3)
+    short = measured("short", np.random.default_rng(3), Hidden(drag=0.3), Tracker(rows=5))
+    found = []
+    for order in ((short, *made), (*made, short)):
+        registered = register_trajectories(order)
+        candidates = Candidates.of(registered.campaign, catalogue().values())
+        assert all(len(starts) for starts in candidates.starts)
+        found.append((explain(registered.campaign, registered.start, catalogue(), RULES).found, [len(s) for s in candidates.starts]))
+    assert found[0] == found[1]
+    assert found[0][0] == ("quadratic_drag",)
+
+
+def test_one_gap_among_many_flights_is_not_drowned_by_all_places_of_all_flights() -> None:
+    """Twenty flights of eighty frames: the one that shows a gap by ten standard deviations counts for itself, and never overflows."""
+    columns = tuple(Column(0, 3, 1, i) for i in range(20))
+    silent, gap = np.full(20, 3.0) ** 0.5, np.zeros(20)
+    gap[7] = 10.0
+    for seen, found in ((silent, False), (np.maximum(silent, gap), True)):
+        p = p_of(EfficientScores(columns, seen, np.eye(20), np.eye(20)), 78)
+        assert (p < 1e-15) == found
+        assert p <= 1.0
+    many = EfficientScores(tuple(Column(0, 3, 1, i) for i in range(300)), np.ones(300), np.eye(300), np.eye(300))
+    assert p_of(many, 78) == 1.0

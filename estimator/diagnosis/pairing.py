@@ -1,0 +1,176 @@
+"""Two effects that explain together what neither does alone.
+
+Pairs are proposed by a linear look at the fit without both, and by looks beside each effect that was refitted alone: large effects are far
+from linear, and what one does to the other (a displaced principal point to a distortion) has no slope where neither is there. What a look
+cannot tell from one of a pair beside the other is refitted in its place; where effects are large such a look is off by a share of
+what they explain, and would take twins for strangers.
+"""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from estimator.diagnosis.ranking import Hypothesis, by_remainder, misfit_unit, pairs_by_remainder
+from estimator.diagnosis.refits import Refitted, Rules, judged, key_of, penalty_of, refit, refit_pair
+from estimator.diagnosis.score_tests import EfficientScores, ScoreTest
+from estimator.effects.choosing import contradiction
+from estimator.fitting.campaign import Campaign, CampaignFit
+
+NEAR = 0.02
+"""Share of what an effect explains, by which a linear look at it may be off."""
+Keys = frozenset[str]
+
+
+@dataclass(frozen=True)
+class Proposed:
+    """A pair, the fit from which both are refitted (one of them may be there), and what a linear look says that they leave."""
+
+    fit: CampaignFit
+    tests: tuple[ScoreTest, ScoreTest]
+    remainder: float
+    columns: int
+
+    @property
+    def keys(self) -> Keys:
+        """The two effects."""
+        return frozenset(test.effect.entry.key for test in self.tests)
+
+    @property
+    def parameters(self) -> int:
+        """Those of both in the whole campaign."""
+        return sum(len(test.columns) for test in self.tests)
+
+
+@dataclass(frozen=True)
+class Pairs:
+    """The search: the ``campaign``, the ``fit`` without both, ``tests`` and ``scores`` of all effects there."""
+
+    campaign: Campaign
+    fit: CampaignFit
+    tests: Sequence[ScoreTest]
+    scores: EfficientScores
+    rules: Rules
+
+    @property
+    def penalty(self) -> float:
+        """Per parameter."""
+        return penalty_of(self.campaign)
+
+    def better(self, singles: Sequence[Refitted]) -> tuple[Refitted, ...]:
+        """The larger member of a pair that explains more than any of ``singles``, and both together; nothing where there is none."""
+        refits = self._refitted((*self._beside_nothing(), *self._beside_one(singles)), {})
+        best = self._best(singles, refits)
+        if best is None:
+            return ()
+        alone = {key_of(single): single for single in singles}
+        for beside in sorted(best):
+            (member,) = best - {beside}
+            refits |= self._refitted(self._in_place_of(member, self._alone(alone, beside)), refits)
+        best = self._best(singles, refits) or best
+        larger, smaller = judged([self._alone(alone, key) for key in sorted(best)], self.penalty)
+        near = _near(refits, best, self.rules.margin, self.penalty)
+        groups = [_group(near, best, key_of(member)) for member in (larger, smaller)]
+        return replace(larger, group=groups[0]), replace(refits[best], test=smaller.test, group=groups[1])
+
+    def _beside_nothing(self) -> list[Proposed]:
+        """The likeliest pairs of a look at the fit without both."""
+        looked = [
+            Proposed(self.fit, (self.tests[p.effects[0]], self.tests[p.effects[1]]), p.remainder, len(self.scores.columns) - p.parameters)
+            for p in pairs_by_remainder(self.scores, penalty=self.penalty)
+        ]
+        alone = by_remainder(self.scores, penalty=self.penalty).hypotheses
+        return self._likeliest(looked, [(h.remainder, h.parameters) for h in alone])
+
+    def _beside_one(self, singles: Sequence[Refitted]) -> list[Proposed]:
+        """The likeliest second beside each effect that was refitted alone."""
+        looked = [
+            Proposed(single.fit, (single.test, test), h.remainder, len(single.scores.columns) - h.parameters)
+            for single in singles
+            if (best := next(_allowed_beside(single, _looked_at(single, self.penalty)), None)) is not None
+            for h, test in (best,)
+        ]
+        return self._likeliest(looked, [(single.left, single.parameters) for single in singles])
+
+    def _likeliest(self, looked: Sequence[Proposed], alone: Iterable[tuple[float, int]]) -> list[Proposed]:
+        """The proposed pairs that leave least, where that is less than what any effect ``alone`` leaves with its parameters."""
+        unit = misfit_unit((p.remainder, p.columns) for p in looked)
+        beaten = min((left / unit + self.penalty * n for left, n in alone), default=0.0) - self.rules.margin
+        found = [(p.remainder / unit + self.penalty * p.parameters, i) for i, p in enumerate(looked) if _allowed(*p.tests)]
+        return [looked[i] for criterion, i in sorted(found)[: self.rules.pairs] if criterion < beaten]
+
+    def _refitted(self, proposed: Iterable[Proposed], known: Mapping[Keys, Refitted]) -> dict[Keys, Refitted]:
+        """Refits of the pairs that are not ``known`` yet."""
+        wanted = {pair.keys: pair for pair in proposed if pair.keys not in known}
+        refits = {keys: refit_pair(self.campaign, pair.fit, pair.tests, self.tests) for keys, pair in wanted.items()}
+        return {keys: new for keys, new in refits.items() if new is not None}
+
+    def _best(self, singles: Sequence[Refitted], refits: Mapping[Keys, Refitted]) -> Keys | None:
+        """The pair that nature likeliest produces among those that the data like best; ``None`` where an effect alone does as well."""
+        if not refits:
+            return None
+        ranked = {id(r.fit): r for r in judged([*singles, *refits.values()], self.penalty)}
+        pairs = {keys: ranked[id(r.fit)] for keys, r in refits.items()}
+        least = min(r.evidence for r in pairs.values())
+        if least > min((ranked[id(single.fit)].evidence for single in singles), default=float("inf")) - self.rules.margin:
+            return None
+        return min((keys for keys, r in pairs.items() if r.evidence <= least + self.rules.margin), key=lambda keys: pairs[keys].criterion)
+
+    def _alone(self, alone: dict[str, Refitted], key: str) -> Refitted:
+        """The refit with one effect, made where it is not among those that are there."""
+        if key not in alone:
+            number = next(i for i, test in enumerate(self.tests) if test.effect.entry.key == key)
+            alone[key] = refit(self.campaign, self.fit, self.tests, number)
+        return alone[key]
+
+    def _in_place_of(self, member: str, beside: Refitted) -> list[Proposed]:
+        """Pairs with what a look cannot tell from ``member`` beside the other of its pair.
+
+        Where the look says nothing of the member (a blur has no slope at zero), whatever else it says nothing of is no mate of it.
+        """
+        looked = _looked_at(beside, self.penalty)
+        own = next((h for h, test in looked if test.effect.entry.key == member), None)
+        if own is None:
+            return []
+        columns = len(beside.scores.columns)
+        unit = misfit_unit((h.remainder, columns - h.parameters) for h, _ in looked)
+        explained = (by_remainder(beside.scores, penalty=0.0).nothing - own.remainder) / unit
+        if explained < self.penalty * own.parameters + self.rules.margin:
+            return []
+        reach = self.rules.margin + NEAR * explained
+        near = [
+            (abs(h.criterion - own.criterion), Proposed(beside.fit, (test, beside.test), h.remainder, columns - h.parameters))
+            for h, test in _allowed_beside(beside, looked)
+            if test.effect.entry.key != member and abs(h.criterion - own.criterion) <= reach
+        ]
+        return [proposed for _, proposed in sorted(near, key=lambda each: each[0])[: self.rules.mates]]
+
+
+def _looked_at(single: Refitted, penalty: float) -> list[tuple[Hypothesis, ScoreTest]]:
+    """All effects beside one, by what they leave."""
+    return [(h, single.others[h.effect]) for h in by_remainder(single.scores, penalty=penalty).hypotheses]
+
+
+def _allowed_beside(single: Refitted, looked: Iterable[tuple[Hypothesis, ScoreTest]]) -> Iterator[tuple[Hypothesis, ScoreTest]]:
+    """Those that are there at all and can be in a model with it."""
+    return ((h, test) for h, test in looked if test.counts and _allowed(single.test, test))
+
+
+def _allowed(first: ScoreTest, second: ScoreTest) -> bool:
+    """Whether data could tell two effects apart: neither contradicts the other, or contains it."""
+    keys = (first.effect.entry.key, second.effect.entry.key)
+    return contradiction(keys) is None and keys[1] not in first.effect.contains and keys[0] not in second.effect.contains
+
+
+def _near(refits: Mapping[Keys, Refitted], best: Keys, margin: float, penalty: float) -> list[Keys]:
+    """The pairs that cannot be told from the best, the likeliest first."""
+    ranked = judged(list(refits.values()), penalty)
+    order = [next(keys for keys, r in refits.items() if r.fit is each.fit) for each in ranked]
+    least = next(each.evidence for keys, each in zip(order, ranked, strict=True) if keys == best)
+    return [keys for keys, each in zip(order, ranked, strict=True) if each.evidence <= least + margin]
+
+
+def _group(near: Sequence[Keys], best: Keys, key: str) -> tuple[str, ...]:
+    """The alias group of one of the best pair, itself first: what does as well beside the other, or beside one of the other's own mates."""
+    (other,) = best - {key}
+    others = {other, *(mate for keys in near if key in keys for mate in keys - {key})}
+    mates = [mate for keys in near for partner in keys & others for mate in keys - {partner} if mate not in others]
+    return (key, *dict.fromkeys(mate for mate in mates if mate != key))
