@@ -1,7 +1,7 @@
 """The challenge's acceptance: each figure with its number of cases, its interval, what was asked for, and whether it held."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -12,12 +12,17 @@ from scipy.stats import binomtest, bootstrap, chi2
 
 from datasets.recipes.synth_only import SYNTH_ONLY
 from datasets.vocabulary.effects import Stage
+from estimator.effects.registry import MODELS
 from tumble.challenge.scoring import Scored
 
 Array = NDArray[np.float64]
 BIASED = float(chi2.isf(0.0027, 3))
 """Chi-squared of three components that is as rare as three standard deviations of one."""
 NEAR_ORACLE = 1.05
+RESAMPLES = 2000
+WHOLE = tuple(key for key, effect in MODELS.items() if effect.whole)
+"""Effects that come in whole numbers, which are right or wrong and have no interval."""
+INSIDE = float(chi2.isf(0.05, 3))
 LAWS = {"outgassing_thrust": {"body_fixed", "torque_body_fixed"}, "wall_attraction": {"towards_plane", "towards_point"}}
 """Terms of :mod:`estimator.effects.law_terms` of which a law for a hidden force should have one."""
 HELD, MISSED, TOO_FEW, NOT_ASKED = "HELD", "MISSED", "TOO FEW CASES", "NOT ASKED FOR"
@@ -57,19 +62,19 @@ def share(line: str, what: str, hits: "pd.Series[bool]", **bounds: Any) -> Figur
 
 
 def share_of_rows(line: str, what: str, hits: "pd.Series[bool]", cases: "pd.Series[str]", **bounds: Any) -> Figure:
-    """A share in percent of rows that several to a case depend on one another: its interval is a bootstrap over cases."""
-    counts = hits.groupby(cases.to_numpy()).agg(["sum", "size"]).to_numpy(dtype=np.float64)
-    k, n = counts.sum(axis=0) if len(counts) else (0.0, 0.0)
+    """A share in percent of rows of which several are of one case and depend on one another."""
+    return of_rows(line, what, np.asarray(100.0 * hits.to_numpy(dtype=np.float64), dtype=np.float64), cases.tolist(), np.mean, **bounds)
+
+
+def of_rows(line: str, what: str, values: Array, cases: Sequence[str], of: Callable[[Array], Any], **bounds: Any) -> Figure:
+    """A mean or median of rows of which several are of one case: its interval is a bootstrap over cases [Davison and Hinkley 1997]."""
+    grouped = pd.Series(values).groupby(list(cases)) if len(values) else ()
+    rows = [part.to_numpy() for _, part in grouped]
     low = high = math.nan
-    if len(counts) > 2 and 0.0 < k < n:
-        rng = np.random.default_rng(0)
-        interval = bootstrap(tuple(counts.T), _percent, paired=True, n_resamples=2000, method="percentile", rng=rng).confidence_interval
-        low, high = float(interval.low), float(interval.high)
-    return Figure(line, what, float(100 * k / n) if n else math.nan, low, high, int(n), **bounds)
-
-
-def _percent(hits: Array, rows: Array, axis: int = -1) -> Array:
-    return np.asarray(100 * hits.sum(axis=axis) / rows.sum(axis=axis))
+    if len(rows) > 2 and np.ptp(values) > 0:
+        drawn = np.random.default_rng(0).integers(len(rows), size=(RESAMPLES, len(rows)))
+        low, high = np.quantile([of(np.concatenate([rows[i] for i in each])) for each in drawn], [0.025, 0.975]).tolist()
+    return Figure(line, what, float(of(values)) if len(values) else math.nan, low, high, len(values), **bounds)
 
 
 def typical(line: str, what: str, values: Array, of: Callable[..., Any], **bounds: Any) -> Figure:
@@ -78,7 +83,7 @@ def typical(line: str, what: str, values: Array, of: Callable[..., Any], **bound
     value = float(of(values)) if len(values) else math.nan
     low = high = math.nan
     if len(values) > 2 and np.ptp(values) > 0:
-        interval = bootstrap((values,), of, n_resamples=2000, method="percentile", rng=np.random.default_rng(0)).confidence_interval
+        interval = bootstrap((values,), of, n_resamples=RESAMPLES, method="percentile", rng=np.random.default_rng(0)).confidence_interval
         low, high = float(interval.low), float(interval.high)
     return Figure(line, what, value, low, high, len(values), **bounds)
 
@@ -162,26 +167,41 @@ def _outside(cases: pd.DataFrame) -> list[Figure]:
 
 
 def _removed(cases: pd.DataFrame, model: str) -> Array:
-    """Share (%) of the excess of held-out squares over the oracle's that a model removes."""
+    """Share (%) of the excess of held-out squares over the oracle's that a model removes; nothing where no model was proposed."""
     squares = cases[["base_px", model, "oracle_px"]].to_numpy(dtype=np.float64) ** 2
     excess = squares[:, 0] - squares[:, 2]
-    return np.asarray(100 * (squares[:, 0] - squares[:, 1]) / np.where(excess > 0, excess, np.nan))
+    removed = np.where(cases["unknown"].to_numpy(dtype=np.bool_), squares[:, 0] - squares[:, 1], 0.0)
+    return np.asarray(100 * removed / np.where(excess > 0, excess, np.nan))
 
 
 def _after(scored: Scored, cases: pd.DataFrame) -> list[Figure]:
-    judged = cases[np.isfinite(cases["oracle_px"].astype(float)) & np.isfinite(cases["final_px"].astype(float))]
+    judged = cases[np.isfinite(cases["oracle_px"].astype(float)) | ~cases["answered"].astype(bool)]
     near = judged["final_px"] <= NEAR_ORACLE * judged["oracle_px"]
     within = {column: _inside(scored.parameters, column) for column in ("pull", "pull_of_noise")}
+    whole = scored.parameters[scored.parameters["effect"].isin(WHOLE)] if len(scored.parameters) else pd.DataFrame({"pull": [], "case": []})
     return [
         share("5", "held-out RMS ETE within 5% of the oracle's", near, least=95.0, needed=240),
         velocity_gain(scored.velocities, "final"),
         share_of_rows("5", "effect parameters inside their 95% interval", *within["pull"], least=90.0, most=99.0, needed=100),
         share_of_rows("5", "the same by noise alone, without the models' own accuracy", *within["pull_of_noise"]),
+        share_of_rows("5", "numbers of missing frames right", whole["pull"] == 0.0, whole["case"]),
+        *_honest(scored.velocities),
+    ]
+
+
+def _honest(velocities: pd.DataFrame) -> list[Figure]:
+    """Whether velocities where nothing is hidden lie in the ellipsoids that are reported with them."""
+    controls = velocities[velocities["kind"] == "control"] if len(velocities) else velocities
+    return [
+        share_of_rows("5", f"{words} of controls inside their 95% ellipsoid", controls[column].astype(float) <= INSIDE, controls["case"])
+        for column, words in (("v_final_chi2", "velocities"), ("omega_final_chi2", "angular velocities"))
+        if column in controls
     ]
 
 
 def _inside(table: pd.DataFrame, column: str) -> "tuple[pd.Series[bool], pd.Series[str]]":
-    """Which pulls lie in their 95% interval, and the case of each; those of no interval are left out."""
+    """Which pulls lie in their 95% interval, and the case of each; whole numbers and what has no interval are left out."""
+    table = table[~table["effect"].isin(WHOLE)] if len(table) else table
     pulls = table[column].to_numpy(dtype=np.float64) if len(table) else np.zeros(0)
     kept = np.isfinite(pulls)
     cases = table["case"][kept] if len(table) else pd.Series(dtype=str)
@@ -191,18 +211,21 @@ def _inside(table: pd.DataFrame, column: str) -> "tuple[pd.Series[bool], pd.Seri
 def velocity_gain(table: pd.DataFrame, model: str) -> Figure:
     """How many times smaller velocity errors became where the effect had biased them by more than three sigma, per case and v or omega."""
     ratios: list[float] = []
+    of_case: list[str] = []
     wanted = table[table["kind"].isin(["single", "pair"])] if len(table) else table
     for name in ("v", "omega"):
         if f"{name}_{model}" not in wanted or f"{name}_bias_chi2" not in wanted:
             continue
         biased = wanted[wanted[f"{name}_bias_chi2"] > BIASED]
-        for _, rows in biased.groupby("case"):
+        for case, rows in biased.groupby("case"):
             before, after = (float(np.sqrt((rows[f"{name}_{m}"].astype(float) ** 2).sum())) for m in ("base", model))
             ratios.append(before / after)
-    return typical(
+            of_case.append(str(case))
+    return of_rows(
         "5",
         "fall of velocity errors that the effect had biased beyond 3 sigma, median",
         np.array(ratios),
+        of_case,
         np.median,
         least=5.0,
         needed=20,

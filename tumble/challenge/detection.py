@@ -4,12 +4,13 @@
 nothing was found. Where no effect was hidden far enough below its limit, the size found in half of the cases is an upper bound.
 """
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
-from scipy.optimize import minimize
+from scipy.optimize import minimize, minimize_scalar
 from scipy.stats import norm
 
 Array = NDArray[np.float64]
@@ -25,12 +26,22 @@ def detection_table(cases: pd.DataFrame) -> pd.DataFrame:
     if singles.empty:
         return pd.DataFrame()
     x, y = np.log(singles["ratio"].to_numpy(dtype=np.float64)), singles["all_found"].to_numpy(dtype=np.float64)
-    _, width = _fitted(x, y, None)
-    rows = [{"effect": "all", **_row(x, y, width)}]
-    for key in sorted(singles["hidden"].unique()):
-        rows_of = (singles["hidden"] == key).to_numpy()
-        rows.append({"effect": key, **_row(x[rows_of], y[rows_of], width)})
-    return pd.DataFrame(rows)
+    of = {key: (singles["hidden"] == key).to_numpy() for key in sorted(singles["hidden"].unique())}
+    width = _common_width([(x[rows], y[rows]) for rows in of.values()])
+    rows = [{"effect": "all", **_row(x, y, _fitted(x, y, None)[1])}]  # all together are spread by their middles, too
+    return pd.DataFrame([*rows, *({"effect": key, **_row(x[own], y[own], width)} for key, own in of.items())])
+
+
+def _common_width(groups: Sequence[tuple[Array, Array]]) -> float:
+    """The width with which all groups, each about a middle of its own, are likeliest; its prior counts once."""
+
+    def cost(log_width: float) -> float:
+        width = float(np.exp(log_width))
+        each = sum(_cost(x, y, _fitted(x, y, width)[0], width) for x, y in groups)
+        return each - (len(groups) - 1) * _prior_of(width)
+
+    found = minimize_scalar(cost, bounds=(np.log(0.02), np.log(4.0)), method="bounded", options={"xatol": 0.01})
+    return float(np.exp(found.x))
 
 
 def _row(x: Array, y: Array, width: float) -> dict[str, Any]:
@@ -52,12 +63,16 @@ def _row(x: Array, y: Array, width: float) -> dict[str, Any]:
 def _cost(x: Array, y: Array, middle: float, width: float) -> float:
     z = (x - middle) / width
     likelihood = y @ norm.logcdf(z) + (1.0 - y) @ norm.logcdf(-z)
-    return float(-likelihood + 0.5 * (middle / PRIOR) ** 2 + 0.5 * (np.log(width / TYPICAL_WIDTH) / PRIOR) ** 2)
+    return float(-likelihood + 0.5 * (middle / PRIOR) ** 2 + _prior_of(width))
+
+
+def _prior_of(width: float) -> float:
+    return float(0.5 * (np.log(width / TYPICAL_WIDTH) / PRIOR) ** 2)
 
 
 def _fitted(x: Array, y: Array, width: float | None) -> tuple[float, float]:
     if width is not None:
-        grid = np.linspace(-4.0, 4.0, 1601)
+        grid = np.linspace(-4.0, 4.0, 401)
         return float(grid[np.argmin([_cost(x, y, m, width) for m in grid])]), width
 
     def cost(at: Array) -> float:

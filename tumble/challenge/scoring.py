@@ -27,7 +27,7 @@ from tumble.output_directory import UNFINISHED, read_run
 
 Array = NDArray[np.float64]
 Answer = Mapping[str, Any]
-NOTHING, UNKNOWN = "nothing", "unknown"
+NOTHING, UNKNOWN, NO_ANSWER = "nothing", "unknown", "no answer"
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class Scored:
 
 
 def score_cases(cases: Sequence[Case], root: Path, answers: Path, oracles: Path, table: LimitTable) -> Scored:
-    """Score every case; where a finished run left no answer (it crashed there), nothing was found.
+    """Score every case; where a finished run left no answer (it crashed there), that counts as an error of its kind.
 
     Raises
     ------
@@ -56,7 +56,7 @@ def score_cases(cases: Sequence[Case], root: Path, answers: Path, oracles: Path,
         answer, oracle = read_answer(answers, case.name), _read(oracle_path(oracles, case.name))
         if not answer and not finished:
             continue
-        answer = answer or no_answer(["no answer"])
+        answer = answer or no_answer([NO_ANSWER])
         certain = oracle.get("p_weakest", 0.0) <= table.alpha / table.tests
         sizes = {"own_ratio": own_ratio(case, answer, table), "certain": certain}
         rows.append({**named(case, answer), **_errors(answer, oracle), **sizes, **_cpu(answer)})
@@ -77,9 +77,8 @@ def _read(path: Path) -> dict[str, Any]:
 
 
 def named(case: Case, answer: Answer) -> dict[str, Any]:
-    """What was named against what is hidden."""
-    replaced = answer["unknown"] and not answer["found"]  # by something that is not in the catalogue
-    accepted = [step for step in answer["steps"] if step["accepted"] and not replaced]
+    """What was named against what is hidden; a step counts whose effect is in the last model. Without an answer nothing is right."""
+    accepted = [step for step in answer["steps"] if step["accepted"] and step["added"] in answer["found"]]
     first = accepted[0]["added"] if accepted else (UNKNOWN if answer["unknown"] else NOTHING)
     group = accepted[0]["group"] if accepted else []
     called = {key for step in accepted for key in step["group"]} | set(answer["found"])
@@ -101,7 +100,8 @@ def named(case: Case, answer: Answer) -> dict[str, Any]:
         "within_group": bool(hidden & set(group)),
         "alone_first": first in hidden and len(group) == 1,
         "all_found": bool(hidden) and hidden <= called,
-        "false_alarm": not hidden and bool(answer["found"] or answer["unknown"]),
+        "answered": NO_ANSWER not in answer["left_out"],
+        "false_alarm": not hidden and bool(answer["found"] or answer["unknown"] or NO_ANSWER in answer["left_out"]),
         "unknown": bool(answer["unknown"]),
         "stage": answer["stage"],
         "law": "+".join(answer.get("law", [])),

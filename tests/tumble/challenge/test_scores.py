@@ -11,9 +11,10 @@ import pytest
 from datasets.errors import InputError
 from datasets.recipes.recipe import EffectRecipe, Recipe
 from tumble.challenge.acceptance import HELD, MISSED, NOT_ASKED, TOO_FEW, acceptance, line_of, share, share_of_rows
+from tumble.challenge.answers import no_answer
 from tumble.challenge.cases import Case, Kind
 from tumble.challenge.detection import detection_table
-from tumble.challenge.scoring import Scored, named, pulls
+from tumble.challenge.scoring import NO_ANSWER, Scored, named, pulls
 from tumble.challenge.summary import TABLES, of_challenge, pooled, read_tables, table_path, write_tables
 
 
@@ -56,6 +57,24 @@ def test_false_alarms() -> None:
     assert not named(case("control"), answer())["false_alarm"]
     assert named(case("control"), answer(("gravity",)))["false_alarm"]
     assert named(case("control"), answer(unknown=True))["false_alarm"]
+
+
+def test_where_the_solver_crashed_nothing_is_right() -> None:
+    crashed = no_answer([NO_ANSWER])
+    assert named(case("control"), crashed)["false_alarm"]
+    assert not named(case("single", "gravity"), crashed)["all_found"]
+    drawn = table(250, 0, 0)
+    lost = {**drawn.cases.iloc[0].to_dict(), **named(case("single", "gravity"), crashed), "oracle_px": math.nan, "final_px": math.nan}
+    figures = {
+        f.what: f for f in acceptance(Scored(pd.DataFrame([*drawn.cases.to_dict("records"), lost]), drawn.parameters, drawn.velocities))
+    }
+    assert figures["held-out RMS ETE within 5% of the oracle's"].value == pytest.approx(100 * 250 / 251)
+
+
+def test_a_step_whose_effect_was_dropped_in_the_end_names_nothing() -> None:
+    said = {**answer(("gravity",)), "found": []}
+    assert named(case("single", "gravity"), said)["first"] == "nothing"
+    assert not named(case("control"), said)["false_alarm"]
 
 
 def test_outside_of_the_catalogue() -> None:
@@ -120,6 +139,7 @@ def test_a_perfect_solver_holds_every_line_that_has_cases() -> None:
     assert found.pop("the same where a fit that knows of both is certain of each") == TOO_FEW
     assert found.pop("first or in its group, of those above the limit in their very campaign") == NOT_ASKED
     assert found.pop("the same by noise alone, without the models' own accuracy") == NOT_ASKED
+    assert found.pop("numbers of missing frames right") == TOO_FEW
     outside = [what for what in found if "outside" in what or "stage" in what or "empirical" in what or "law" in what]
     assert all(found.pop(what) == TOO_FEW for what in outside)
     assert set(found.values()) == {HELD}
@@ -169,8 +189,12 @@ def test_laws_of_unknown_forces() -> None:
     """Excess of 0.3² over 0.1²; the empirical term leaves 0.02, the law 0.05; of three laws two are of the right kind."""
     drawn = table(250, 0, 0)
     base = {**drawn.cases.iloc[0].to_dict(), "kind": "outside", "base_px": 0.3, "oracle_px": 0.1, "empirical_px": 0.02**0.5}
+    base["unknown"] = True
     laws = (("outgassing_thrust", "body_fixed"), ("wall_attraction", "against_spin+towards_plane"), ("wall_attraction", "body_fixed"))
     rows = [{**base, "hidden": hidden, "law": law, "law_px": 0.05**0.5} for hidden, law in laws]
+    missed = {**base, "hidden": "wall_attraction", "unknown": False, "law": "", "empirical_px": np.nan, "law_px": np.nan}
+    removed = {f.what: f for f in acceptance(Scored(pd.DataFrame([*rows, *[missed] * 4]), drawn.parameters, drawn.velocities))}
+    assert removed["excess of held-out squares that the empirical force removes, median"].value == 0.0  # four of seven were missed
     figures = {f.what: f for f in acceptance(Scored(pd.DataFrame(rows), drawn.parameters, drawn.velocities))}
     assert figures["excess of held-out squares that the empirical force removes, median"].value == pytest.approx(100 * 7 / 8)
     assert figures["the same, that the proposed law removes, median"].value == pytest.approx(50.0)
@@ -205,6 +229,17 @@ def test_detection_against_size_is_recovered() -> None:
     for key in rows.index:
         assert rows.loc[key, "half_low"] < 0.8 < rows.loc[key, "half_high"]
     assert rows.loc["all", "in_95_percent"] == pytest.approx(0.8 * np.exp(1.645 * 0.35), rel=0.15)
+
+
+def test_effects_that_are_found_at_different_sizes_do_not_widen_the_curve_of_each() -> None:
+    rng = np.random.default_rng(4)
+    middles = {"a": 0.3, "b": 0.8, "c": 1.6, "d": 4.0}
+    hidden = np.repeat(list(middles), 200)
+    ratio = np.exp(rng.uniform(np.log(0.2), np.log(10.0), size=hidden.size))
+    found = np.log(ratio / [middles[key] for key in hidden]) / 0.2 + rng.normal(size=ratio.size) > 0
+    rows = detection_table(pd.DataFrame({"kind": "single", "hidden": hidden, "ratio": ratio, "all_found": found})).set_index("effect")
+    for key, middle in middles.items():
+        assert rows.loc[key, "in_95_percent"] == pytest.approx(middle * np.exp(1.645 * 0.2), rel=0.2)
 
 
 def test_challenges_are_pooled_from_their_files(tmp_path: Path) -> None:
