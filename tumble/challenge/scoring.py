@@ -79,6 +79,7 @@ def _read(path: Path) -> dict[str, Any]:
 def named(case: Case, answer: Answer) -> dict[str, Any]:
     """What was named against what is hidden; a step counts whose effect is in the last model. Without an answer nothing is right."""
     accepted = [step for step in answer["steps"] if step["accepted"] and step["added"] in answer["found"]]
+    answered = NO_ANSWER not in answer.get("reasons", [])
     first = accepted[0]["added"] if accepted else (UNKNOWN if answer["unknown"] else NOTHING)
     group = accepted[0]["group"] if accepted else []
     called = {key for step in accepted for key in step["group"]} | set(answer["found"])
@@ -100,8 +101,8 @@ def named(case: Case, answer: Answer) -> dict[str, Any]:
         "within_group": bool(hidden & set(group)),
         "alone_first": first in hidden and len(group) == 1,
         "all_found": bool(hidden) and hidden <= called,
-        "answered": NO_ANSWER not in answer["left_out"],
-        "false_alarm": not hidden and bool(answer["found"] or answer["unknown"] or NO_ANSWER in answer["left_out"]),
+        "answered": answered,
+        "false_alarm": not hidden and bool(answer["found"] or answer["unknown"] or not answered),
         "unknown": bool(answer["unknown"]),
         "stage": answer["stage"],
         "law": "+".join(answer.get("law", [])),
