@@ -144,7 +144,8 @@ def _told(split: PiecewiseRefined, number: int, frame_s: float) -> bool:
 def contact_sentences(told: ToldApart, frame_s: float) -> list[str]:
     """What to say of impacts that were more than one contact and could not be told apart."""
     return [
-        f"impact {contact.number + 1} was more than one contact, parts of it some {told.spreads[contact.number].spread_s / frame_s:.1f} "
-        "frames apart without a picture that tells them apart: the velocities before and after it are measured, and widened by that."
+        f"impact {contact.number + 1} was more than one contact: its pose would have to jump as far as it flies in "
+        f"{told.spreads[contact.number].spread_s / frame_s:.1f} frames. Another contact is near that pictures do not tell apart from it: "
+        "the velocities before and after are measured, and widened by that."
         for contact in told.loose
     ]

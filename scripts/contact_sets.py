@@ -13,7 +13,7 @@ from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
 from datasets.errors import InputError
-from datasets.recipes.recipe import DropperRecipe, EffectRecipe, ParticleRecipe, PlateRecipe, Recipe
+from datasets.recipes.recipe import ContactRecipe, DropperRecipe, EffectRecipe, ParticleRecipe, PlateRecipe, Recipe
 from datasets.truth import Impact, Truth
 from datasets.vocabulary.plate import Plate
 from estimator.contact.solid import BodyState, Solid, SolidHull
@@ -34,13 +34,19 @@ SIGMAS = np.concatenate(
 """Standard deviations of position (m), turn (rad), v (m/s) and omega (rad/s) before, both after; the third of each is the viewing axis."""
 CORNER_ERROR_SHARE, INERTIA_ERROR, CENTRE_ERROR_SHARE = 0.002, 0.005, 0.001
 """Errors of the hull's corners and of the centre of mass over the extent, and of the moments of inertia, shared by a set."""
+RESTITUTION, FRICTION = (0.4, 0.8), (0.08, 0.5)
+"""Ranges that a set's constants are drawn from."""
 MOST_RUNS = 60
 LEAST_APART_FRAMES = 7.0
 """Impacts nearer to one another are told as a second contact, and not measured."""
 
 
 def drop_recipe(seed: int, hidden: tuple[EffectRecipe, ...] = ()) -> Recipe:
-    """Falls of one particle, each from a height and in an orientation of its own, on a plate of its own tilt."""
+    """Falls of one particle, each from a height and in an orientation of its own, on a plate of its own tilt.
+
+    Restitution and friction are drawn once.
+    """
+    rng = np.random.default_rng([seed, 7])
     return Recipe(
         seed=seed,
         sequences=MOST_RUNS,
@@ -48,6 +54,7 @@ def drop_recipe(seed: int, hidden: tuple[EffectRecipe, ...] = ()) -> Recipe:
         particle=ParticleRecipe(irregularity=0.7, size_mm=(5.0, 7.0)),
         plate=PlateRecipe(tilt_deg=(10.0, 30.0)),
         dropper=DropperRecipe(runs=1, height_mm=(40.0, 400.0)),
+        contact=ContactRecipe(restitution=float(rng.uniform(*RESTITUTION)), friction=float(rng.uniform(*FRICTION))),
         contact_physics=hidden,
     )
 

@@ -18,6 +18,7 @@ def impact_figures(table: pd.DataFrame) -> dict[str, Any]:
         "all_impacts": impact_summary(table),
         "first_impacts": impact_summary(table[table["impact"] == 1]),
         "median_cpu_s": float(sequences["cpu_s"].median()),
+        "unmatched": int(sequences["unmatched"].sum()),
         "missed": missed[["sequence", "impact", "status", "message"]].to_dict("records"),
     }
 
@@ -27,9 +28,11 @@ def impacts_table(result: Mapping[str, Any]) -> str:
     first, every = result["first_impacts"], result["all_impacts"]
     rows = [("impacts", "impacts", "{:d}"), ("found", "found", "{:d}")]
     rows += [("error of the time, median (frames)", "median_time_error_frames", "{:.3f}")]
-    for key, name in (("in_plane", "in-plane v"), ("out_of_plane", "out-of-plane v"), ("angular", "ω")):
-        rows.append((f"{name} after the impact, median error (%)", f"median_after_{key}_percent", "{:.3f}"))
-    for key, name in (("time", "time"), ("after_v", "v after"), ("after_omega", "ω after"), ("before_v", "v before")):
+    for side in ("before", "after"):
+        for key, name in (("in_plane", "in-plane v"), ("out_of_plane", "out-of-plane v"), ("angular", "ω")):
+            rows.append((f"{name} {side} the impact, median error (%)", f"median_{side}_{key}_percent", "{:.3f}"))
+    coverages = ("time", "before_v", "before_omega", "after_v", "after_omega")
+    for key, name in zip(coverages, ("time", "v before", "ω before", "v after", "ω after"), strict=True):
         rows.append((f"95% intervals of {name} that hold the truth", f"coverage_{key}", "{:.1%}"))
     body = "\n".join(f"| {name} | {_cell(first, key, form)} | {_cell(every, key, form)} |" for name, key, form in rows)
     return f"| | first impacts | all impacts |\n| --- | --- | --- |\n{body}"
@@ -47,4 +50,5 @@ def statuses_of(result: Mapping[str, Any]) -> str:
 def not_found(result: Mapping[str, Any]) -> str:
     """The impacts that were missed, and what was said of their sequences."""
     missed = "\n".join(f"- {m['sequence']}, impact {m['impact']}: {m['status']}. {m['message']}" for m in result["missed"])
-    return f"Not found:\n\n{missed or 'None.'}"
+    invented = f"\n\nMeasured impacts that are none: {result['unmatched']}." if "unmatched" in result else ""
+    return f"Not found:\n\n{missed or 'None.'}{invented}"

@@ -88,6 +88,7 @@ def _judged(judged: Judged) -> Entry:
         "scatter": judged.fitted.scatter,
         "fitted_log_score": -0.5 * judged.fitted.cost,
         "held_out_log_score": -0.5 * judged.cost,
+        "errors_alone_log_score": -0.5 * judged.expected_cost,
         "held_out_distance2": float(np.median(judged.distances2)),
     }
 

@@ -5,7 +5,7 @@ and so does the plate. A run is left out where its estimate is not a converged o
 the pictures after an impact fit the particle worse than those before it: then it broke.
 """
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -22,6 +22,7 @@ from estimator.breakage import worse_after
 from estimator.configuration import configuration_from_dict
 from estimator.contact.constants import require_positive
 from estimator.contact.solid import Solid, SolidHull, solid_hull_of
+from estimator.contact_validation.contacts import nominal
 from estimator.contact_validation.measured import MeasuredImpact, measured_impact
 from estimator.impact_contacts import CLEAR_CHI_SQUARE
 from estimator.pipeline import observed_particle
@@ -65,6 +66,10 @@ class Collected:
     broken: tuple[str, ...] = ()
 
 
+MOST_AWAY = 0.5
+"""Share of the impacts that may not strike the plate; turned tangents and errors make some of them."""
+
+
 def collected(estimates: Path, observations: Path | None, known: Known) -> Collected:
     """Impacts of every estimate.
 
@@ -88,7 +93,31 @@ def collected(estimates: Path, observations: Path | None, known: Known) -> Colle
     if not found.impacts and not found.broken:
         reasons = "\n".join(f"  {name}: {reason}" for name, reason in found.left_out.items())
         raise InputError(f"{estimates}: expected estimates with impacts on a plate, came none that can be used:\n{reasons}")
+    _refuse_the_other_side(found.impacts, known)
     return found
+
+
+def _refuse_the_other_side(impacts: Sequence[MeasuredImpact], known: Known) -> None:
+    """Refuse a plate from whose other side the particles come.
+
+    Raises
+    ------
+    InputError
+        Where most impacts do not strike it.
+    """
+    if not impacts:
+        return
+    approaching = nominal(impacts).velocities()[:, 2] < 0.0
+    pushed = np.array([(i.after[:3] - i.state.v_world) @ i.plate.normal_world > 0.0 for i in impacts])
+    missing = int(np.sum(~(approaching & pushed)))
+    if missing > MOST_AWAY * len(impacts):
+        way = "--plate" if known.normal_world is not None else "the plate of the observations"
+        normal = ", ".join(f"{x:.3g}" for x in impacts[0].plate.normal_world)
+        raise InputError(
+            f"{way}: expected a normal that points to the side from which particles come, away from the plate, came ({normal}): "
+            f"in {missing} of {len(impacts)} impacts the particle moves away from the plate before, or into it after. The world's y axis "
+            "points down."
+        )
 
 
 def collected_from(runs: Iterable[tuple[Estimate, ObservationOf]], known: Known) -> Collected:
@@ -163,7 +192,7 @@ def impacts_of(
 def several_contacts(estimate: Estimate, number: int) -> bool:
     """Whether an impact was measured to be more than one contact, of which a contact model says nothing."""
     told = estimate.statistics.get("impacts", [])
-    return number < len(told) and told[number].get("chi_square", 0.0) > CLEAR_CHI_SQUARE
+    return number < len(told) and (told[number].get("chi_square", 0.0) > CLEAR_CHI_SQUARE or not told[number].get("clear", True))
 
 
 def _plate(observation: Observation | None, known: Known, place: Array) -> Plate:

@@ -24,23 +24,34 @@ SIDES = ("before", "after")
 
 
 def score_impacts(estimate: Estimate, truth: Truth) -> list[Row]:
-    """A row per impact of the truth that lies within the frames, in order of time; ``contacts`` says of how many."""
+    """A row per impact of the truth that lies within the frames, in order of time; ``contacts`` says of how many.
+
+    ``unmatched``: measured impacts of the whole sequence that belong to none of the truth's, in every row of it.
+    """
     times = truth.motion.times_s
     frame_s = float(np.median(np.diff(times)))
     inside = [i for i in truth.impacts if times[0] <= i.time_s <= times[-1]]
     events = at_once(inside, AT_ONCE_FRAMES * frame_s)
-    found = _matches(estimate, events, frame_s)
-    return [{"sequence": truth.name, "impact": k + 1, **_row(f, e, frame_s)} for k, (f, e) in enumerate(zip(found, events, strict=True))]
+    found, unmatched = _matches(estimate, events, frame_s)
+    told = {"sequence": truth.name, "unmatched": unmatched}
+    return [{**told, "impact": k + 1, **_row(f, e, frame_s)} for k, (f, e) in enumerate(zip(found, events, strict=True))]
 
 
-def _matches(estimate: Estimate, events: list[list[Impact]], frame_s: float) -> list[tuple[ImpactEstimate, ImpactEstimate] | None]:
-    """The first and the last measured impact, mostly one and the same, of each event; each measured impact belongs to the nearest event."""
+def _matches(
+    estimate: Estimate, events: list[list[Impact]], frame_s: float
+) -> tuple[list[tuple[ImpactEstimate, ImpactEstimate] | None], int]:
+    """The first and the last measured impact, mostly one and the same, of each event, and how many measured ones belong to none.
+
+    Each measured impact belongs to the nearest event; a second one beside an event of one contact belongs to none.
+    """
     mine: list[list[ImpactEstimate]] = [[] for _ in events]
     for impact in estimate.impacts if estimate.status is Status.CONVERGED else ():
         away = [_away_s(impact, event) for event in events]
         if away and min(away) <= LARGEST_ERROR_FRAMES * frame_s:
             mine[int(np.argmin(away))].append(impact)
-    return [_ends(found, event) if found else None for found, event in zip(mine, events, strict=True)]
+    taken = [min(len(found), len(event)) for found, event in zip(mine, events, strict=True)]
+    measured = len(estimate.impacts) if estimate.status is Status.CONVERGED else 0
+    return [_ends(found, event) if found else None for found, event in zip(mine, events, strict=True)], measured - sum(taken)
 
 
 def _away_s(impact: ImpactEstimate, event: list[Impact]) -> float:

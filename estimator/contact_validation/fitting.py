@@ -1,22 +1,25 @@
 """Free parameters of a contact model from a set of impacts, and what an impact says of a prediction.
 
 An impact counts by its squared Mahalanobis distance d² between measured and predicted (v, omega), six numbers, under the covariance of
-their difference; its cost is that of Student's t distribution with :data:`FREEDOM` degrees of freedom, ``(ν+6) ln(1 + d²/ν)``, which is
-d² near zero and keeps one odd impact from deciding [Lange, Little & Taylor 1989]. Half the cost is the negative log score.
+their difference; its cost is that of Student's t distribution with :data:`FREEDOM` degrees of freedom, ``(ν+6) ln(1 + d²/ν)``, which keeps
+one odd impact from deciding [Lange, Little & Taylor 1989]. Half the cost is the negative log score. Errors are as good as normal all the
+same, so the covariance of what is fitted is that of this M-estimator under normal errors [Huber 1981, section 6.3].
 
 Restitution scatters from impact to impact by more than what is measured explains: which corner, how sharp, how many. Every model has such
 a scatter, a standard deviation of e that is fitted with its parameters, ``C + s² g gᵀ`` with g what e does to (v, omega), and its cost
 ``ln |C + s² g gᵀ|``: a model that misses something pays by the scatter it needs.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cache
 from itertools import product
 
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
+from scipy.stats import chi2
 
 from estimator.contact_validation.measured import MeasuredImpact
 from estimator.contact_validation.models import ContactModel
@@ -93,8 +96,12 @@ def with_scatter(impacts: Impacts, z: Array, scatter: float) -> Float[NDArray[np
 
 def costs_of(impacts: Impacts, z: Array, scatter: float) -> Float[NDArray[np.float64], " impact"]:
     """Cost of each impact with residuals ``z`` (n, 6) that are whitened but for ``scatter``."""
-    volume = np.log1p(scatter**2 * (impacts.scattering**2).sum(axis=1))
-    return np.asarray(_bounded((with_scatter(impacts, z, scatter) ** 2).sum(axis=1)) + volume)
+    return np.asarray(_bounded((with_scatter(impacts, z, scatter) ** 2).sum(axis=1)) + volumes_of(impacts, scatter))
+
+
+def volumes_of(impacts: Impacts, scatter: float) -> Float[NDArray[np.float64], " impact"]:
+    """Part of each impact's cost that is the scatter's own, ``ln |C + s² g gᵀ| - ln |C|``."""
+    return np.asarray(np.log1p(scatter**2 * (impacts.scattering**2).sum(axis=1)))
 
 
 def _bounded(distances2: Array) -> Array:
@@ -104,12 +111,47 @@ def _bounded(distances2: Array) -> Array:
 def fit(impacts: Impacts, model: ContactModel, known: Sequence[Array] = (), scatter: float = FIRST_SCATTER) -> Fitted:
     """The values of least cost, from every combination of the parameters' starts, or from the starts ``known``."""
     starts = [np.array(s) for s in product(*(p.starts for p in model.parameters))] if not known else list(known)
-    values, _, jacobian = min((_descended(impacts, model, start, scatter) for start in starts), key=lambda found: found[1])
+    values, cost = min((_descended(impacts, model, start, scatter) for start in starts), key=lambda found: found[1])
+    for number, parameter in enumerate(model.parameters):
+        if parameter.scan:
+            values, cost = min((values, cost), _scanned(impacts, model, (values, number), scatter), key=lambda found: found[1])
     for _ in range(ROUNDS):
         scatter = best_scatter(impacts, whitened(impacts, model, values))
-        values, _, jacobian = _descended(impacts, model, values, scatter)
+        values, _ = _descended(impacts, model, values, scatter)
     cost = float(costs_of(impacts, whitened(impacts, model, values), scatter).sum())
-    return Fitted(model, values, np.asarray(np.linalg.pinv(jacobian.T @ jacobian), dtype=np.float64), scatter, cost)
+    return Fitted(model, values, _covariance(impacts, model, values, scatter), scatter, cost)
+
+
+def _covariance(impacts: Impacts, model: ContactModel, values: Array, scatter: float) -> Array:
+    """Covariance (p, p) of fitted values: that of least squares, as much larger as the cost that flattens costs in precision."""
+    J = _differences(lambda v: with_scatter(impacts, whitened(impacts, model, v), scatter).ravel(), model, values)
+    return np.asarray(_loss_of_precision() * np.linalg.pinv(J.T @ J), dtype=np.float64)
+
+
+@cache
+def _loss_of_precision() -> float:
+    """Variance of Student's t estimates under normal errors over that of least squares: ``E[w² d²]/6 / E[w (1 - d²/3/(ν+d²))]²``."""
+    normal = chi2(NUMBERS)
+    scores = normal.expect(lambda d2: ((FREEDOM + NUMBERS) / (FREEDOM + d2)) ** 2 * d2 / NUMBERS)
+    slope = normal.expect(lambda d2: (FREEDOM + NUMBERS) / (FREEDOM + d2) * (1.0 - 2.0 * d2 / NUMBERS / (FREEDOM + d2)))
+    return float(scores / slope**2)
+
+
+def _differences(of: Callable[[Array], Array], model: ContactModel, values: Array) -> Array:
+    """Derivatives (n, p) by differences that stay within the parameters' bounds."""
+    size, high = np.array([p.step for p in model.parameters]), np.array([p.bounds[1] for p in model.parameters])
+    base, steps = of(values), np.where(values + size > high, -size, size)
+    moved = [of(values + step * unit) for step, unit in zip(steps, np.eye(len(values)), strict=True)]
+    return np.stack([(m - base) / step for m, step in zip(moved, steps, strict=True)], axis=1)
+
+
+def _scanned(impacts: Impacts, model: ContactModel, at: tuple[Array, int], scatter: float) -> tuple[Array, float]:
+    """The minimum beside the likeliest of the values that one parameter is scanned at, the others as they are."""
+    values, number = at
+    tried = np.repeat(values[None], len(model.parameters[number].scan), axis=0)
+    tried[:, number] = model.parameters[number].scan
+    costs = [costs_of(impacts, whitened(impacts, model, each), scatter).sum() for each in tried]
+    return _descended(impacts, model, tried[int(np.argmin(costs))], scatter)
 
 
 def best_scatter(impacts: Impacts, z: Array) -> float:
@@ -117,8 +159,8 @@ def best_scatter(impacts: Impacts, z: Array) -> float:
     return float(SCATTERS[int(np.argmin([costs_of(impacts, z, s).sum() for s in SCATTERS]))])
 
 
-def _descended(impacts: Impacts, model: ContactModel, start: Array, scatter: float) -> tuple[Array, float, Array]:
-    """Values of least cost at a given scatter, that cost, and the derivatives of its residuals."""
+def _descended(impacts: Impacts, model: ContactModel, start: Array, scatter: float) -> tuple[Array, float]:
+    """Values of least cost at a given scatter, and that cost."""
     low, high = (np.array([p.bounds[k] for p in model.parameters]) for k in (0, 1))
 
     def residuals(values: Array) -> Array:
@@ -127,14 +169,11 @@ def _descended(impacts: Impacts, model: ContactModel, start: Array, scatter: flo
         return np.asarray((z * np.sqrt(_bounded(d2) / np.maximum(d2, 1e-12))[:, None]).ravel())
 
     def jacobian(values: Array) -> Array:
-        base = residuals(values)
-        steps = np.where(values + size > high, -size, size)
-        moved = [residuals(values + step * unit) for step, unit in zip(steps, np.eye(len(values)), strict=True)]
-        return np.stack([(m - base) / step for m, step in zip(moved, steps, strict=True)], axis=1)
+        return _differences(residuals, model, values)
 
     size = np.array([p.step for p in model.parameters])
     inside = np.clip(start, low + 1e-6 * (high - low), high - 1e-6 * (high - low))
     result = least_squares(
         residuals, inside, jac=jacobian, bounds=(low, high), x_scale=100.0 * size, max_nfev=MOST_EVALUATIONS, xtol=1e-6, ftol=1e-6
     )
-    return np.asarray(result.x), float(result.cost), np.asarray(result.jac)
+    return np.asarray(result.x), float(result.cost)

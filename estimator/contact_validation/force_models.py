@@ -27,7 +27,7 @@ CORNER_SHARE = 0.02
 """Radius of the sphere at the corner over the hull's extent."""
 SMALLEST_SHARE = 0.01
 """Smallest radius of a clump's spheres over the hull's extent."""
-PARAMETERS = (FreeParameter("restitution", (0.6,), (0.05, 1.0)), FreeParameter("friction", (0.15,), (0.0, 2.0)))
+PARAMETERS = (FreeParameter("restitution", (0.6,), (0.05, 1.0)), FreeParameter("friction", (0.15, 0.6), (0.0, 2.0)))
 ClumpOf = Callable[[MeasuredImpact], Clump]
 
 

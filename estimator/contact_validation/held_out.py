@@ -1,12 +1,13 @@
 """Models judged on impacts that they were not fitted to: folds over runs, and the gain of one model over another beyond chance."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from estimator.contact_validation.fitting import FREEDOM, Fitted, Impacts, costs_of, fit, whitened, with_scatter
+from estimator.contact_validation.fitting import FREEDOM, Fitted, Impacts, costs_of, fit, volumes_of, whitened, with_scatter
 
 Array = NDArray[np.float64]
 FOLDS = 5
@@ -16,19 +17,28 @@ MEDIAN_DISTANCE2 = 5.348
 CHANCE = 10.0
 """Gain in cost that chance may give, where errors are as stated: 150 to 1 in likelihood, since many additions are tried."""
 LEAST_AGREEMENT = 0.9
+EXPECTED_COST = 7.86
+"""Mean of ``(ν+6) ln(1 + d²/ν)`` where d² is chi-squared with six degrees of freedom."""
 
 
 @dataclass(frozen=True)
 class Judged:
     """A fit to all impacts, and each impact (n,) judged by fits to the other runs: ``costs``, and squared ``distances2``.
 
-    Half a cost is the negative log score. ``residuals`` (n, 6): measured less predicted by those fits, m/s and rad/s.
+    Half a cost is the negative log score. ``residuals`` (n, 6): measured less predicted by those fits, m/s and rad/s. ``volumes`` (n,):
+    what the scatter of restitution adds to costs.
     """
 
     fitted: Fitted
     costs: Float[NDArray[np.float64], " impact"]
     distances2: Float[NDArray[np.float64], " impact"]
     residuals: Float[NDArray[np.float64], "impact 6"]
+    volumes: Float[NDArray[np.float64], " impact"]
+
+    @property
+    def expected_cost(self) -> float:
+        """Cost of all impacts where the model and its scatter are right, and errors as stated."""
+        return float(EXPECTED_COST * len(self.volumes) + self.volumes.sum())
 
     @property
     def cost(self) -> float:
@@ -69,18 +79,22 @@ def folds_of(impacts: Impacts) -> list[list[int]]:
     return [part for part in parts if part]
 
 
-def judge(impacts: Impacts, fitted: Fitted) -> Judged:
-    """Refit without each fold in turn, from the values of the fit to all."""
-    costs, distances, residuals = np.zeros(len(impacts)), np.zeros(len(impacts)), np.zeros((len(impacts), 6))
+def judge(impacts: Impacts, fitted: Fitted, starts: Sequence[Array] = ()) -> Judged:
+    """Refit without each fold in turn, from the values of the fit to all and from other ``starts``.
+
+    A fit that is compared with another should have had the other's chances: a fold may have several minima.
+    """
+    (costs, distances, volumes), residuals = np.zeros((3, len(impacts))), np.zeros((len(impacts), 6))
     for rows in folds_of(impacts):
         held = impacts.take(rows)
         rest = impacts.take([k for k in range(len(impacts)) if k not in rows])
-        refitted = fit(rest, fitted.model, known=(fitted.values,), scatter=fitted.scatter)
+        refitted = fit(rest, fitted.model, known=(fitted.values, *starts), scatter=fitted.scatter)
         z = whitened(held, fitted.model, refitted.values)
         costs[rows] = costs_of(held, z, refitted.scatter)
         distances[rows] = (with_scatter(held, z, refitted.scatter) ** 2).sum(axis=1)
+        volumes[rows] = volumes_of(held, refitted.scatter)
         residuals[rows] = held.after - fitted.model.predict(held.measured, refitted.values)
-    return Judged(fitted, costs, distances, residuals)
+    return Judged(fitted, costs, distances, residuals, volumes)
 
 
 def gain(impacts: Impacts, before: Judged, after: Judged, rng: np.random.Generator) -> Gain:

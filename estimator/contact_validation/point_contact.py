@@ -29,7 +29,7 @@ Array = NDArray[np.float64]
 REFERENCE_SPEED_MS = 1.0
 """Speed of compression at which ``restitution`` is stated."""
 STIFFEST = 0.02
-"""Tangential compliance below which the contact counts as rigid."""
+"""Tangential compliance below which springs are too stiff to be followed; from there to the rigid contact at 0 goes a straight line."""
 SLOWEST_MS = 1e-6
 
 
@@ -89,9 +89,13 @@ class PointContact:
 
     def _velocities_after(self, K: Array, u: Array) -> Array:
         e = np.full(len(u), self.restitution) if self.slowing == 0.0 else self.restitutions(compression_work(K, u, self.friction))
-        if self.compliance > STIFFEST:
+        if self.compliance >= STIFFEST:
             return np.asarray(spring_many(K, u, e, self.friction, 1.0 / self.compliance))
-        return np.asarray(follow_many(K, u, e, np.full(len(u), self.friction), STRONGE)[:, :3])
+        rigid = np.asarray(follow_many(K, u, e, np.full(len(u), self.friction), STRONGE)[:, :3])
+        if self.compliance == 0.0:
+            return rigid
+        stiffest = np.asarray(spring_many(K, u, e, self.friction, 1.0 / STIFFEST))
+        return rigid + self.compliance / STIFFEST * (stiffest - rigid)
 
     def restitutions(self, work: Array) -> Float[NDArray[np.float64], " n"]:
         """Stronge's e of contacts whose compression took ``work`` (n,) over mass, m²/s², above 0."""

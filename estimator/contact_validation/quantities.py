@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.stats import f as fisher
 
 from estimator.contact.sliding_kernel import STRONGE, follow_many
 from estimator.contact_validation.contacts import Contacts, drawn, nominal
@@ -22,7 +22,9 @@ from estimator.contact_validation.spread import draws_of
 
 Array = NDArray[np.float64]
 BISECTIONS = 18
-DRAWS = 60
+DRAWS = 200
+LEFT = 3
+"""Numbers that an impulse leaves of the six of a jump."""
 ONE_CONTACT_P = 1e-4
 """Below it the jumps of velocity and spin do not belong to one contact at the corner that touched."""
 
@@ -79,8 +81,14 @@ def contact_of(impact: MeasuredImpact, friction: float, rng: np.random.Generator
         ratio=_pair(tangential[0] / max(impulse[0, 2], 1e-12), tangentials / np.maximum(impulses[:, 2], 1e-12)),
         restitution=_pair(e[0], es),
         angle_rad=float(np.arctan2(np.linalg.norm(u[0, :2]), -u[0, 2])),
-        one_contact_p=float(chi2.sf(misfit[0], 3)),
+        one_contact_p=_one_contact_p(float(misfit[0])),
     )
+
+
+def _one_contact_p(misfit: float) -> float:
+    """Probability of a misfit of three numbers whose covariance is known from draws, in pairs of opposite sign [Hotelling 1931]."""
+    known = DRAWS // 2
+    return float(fisher.sf(misfit * (known - LEFT + 1) / (known * LEFT), LEFT, known - LEFT + 1))
 
 
 def restitutions(contacts: Contacts, impulses: Array, friction: float) -> Float[NDArray[np.float64], " n"]:

@@ -18,6 +18,8 @@ ADVICE = {
     "plate_tilt": "measure the plate's plane anew and give it with --plate",
     "yielding_plate": "clamp the plate or use a heavier one, or give its mass to the model",
 }
+AT_A_BOUND = 1e-3
+"""Part of a parameter's range: a value as near to an end of it lies there."""
 BAD_SHARE = 0.3
 """Part of the impacts whose jumps do not belong to one contact, above which that is the first thing to look at."""
 
@@ -35,8 +37,8 @@ class ContactVerdict:
 
 def contact_verdict(ladder: Ladder, best: str, contacts: Sequence[Contact], shared: Sequence[str]) -> ContactVerdict:
     """The verdict of a ladder; ``best``: title of the model that predicts held-out impacts best; ``shared``: by corners, not judged by."""
-    remarks = (*_odd(contacts), *_shared(shared), f"Of the models compared, {best} predicts held-out impacts best.")
-    if not ladder.rungs[1].accepted:
+    remarks = (*_odd(contacts), *_shared(shared), *_at_a_bound(ladder), f"Of the models compared, {best} predicts held-out impacts best.")
+    if not ladder.rungs[1].accepted and not ladder.missing:
         sentence = "These impacts do not show friction: a frictionless impulse predicts held-out impacts as well as one with friction."
         return ContactVerdict(FRICTIONLESS, sentence, (), remarks, "drop with more tangential speed or spin; then validate again")
     if not ladder.missing:
@@ -52,6 +54,18 @@ def contact_verdict(ladder: Ladder, best: str, contacts: Sequence[Contact], shar
     sentence = f"Missing from the rigid impulse with friction: {words}.{told}"
     advice = "; ".join(ADVICE[r.key] for r in added)
     return ContactVerdict(ALIKE if rivals else FOUND, sentence, ladder.missing, remarks, advice)
+
+
+def _at_a_bound(ladder: Ladder) -> tuple[str, ...]:
+    """Constants of the last model that lie where their search ends."""
+    fitted = ladder.accepted[-1].judged.fitted
+    found = [
+        f"{p.name.replace('_', ' ')} = {v:.3g}"
+        for p, v in zip(fitted.model.parameters, fitted.values, strict=True)
+        if min(abs(v - bound) for bound in p.bounds if bound != 0.0) < AT_A_BOUND * (p.bounds[1] - p.bounds[0])
+    ]
+    words = "these lie where the search ends, so the impacts do not tell them" if len(found) > 1 else "it lies where the search ends"
+    return (f"{', '.join(found)}: {words}; look at the plate's normal and the impacts that fit worst.",) if found else ()
 
 
 def _step(rung: Rung) -> str:

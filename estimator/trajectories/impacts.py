@@ -160,9 +160,8 @@ def judged(trajectory: Trajectory, flights: Sequence[FittedFlight], struck: Sequ
         return _without_impact(rows, flights, held)
     count = len(struck)
     said = [f"converged, piecewise: {count} impact{'s' if count > 1 else ''}, {len(flights)} free flights."]
-    interval = float(np.median(np.diff(trajectory.times_s)))
     for number, each in enumerate(struck):
-        if each.meeting.spread_s > CLEAR_SPREAD * interval:
+        if not _clear(trajectory, each):
             said.append(
                 f"impact {number + 1}: parts of it are {1e3 * each.meeting.spread_s:.1f} ms apart in time: a second contact at once, or "
                 "one that lasts; its uncertainties are widened by that."
@@ -253,6 +252,11 @@ def _rows(trajectory: Trajectory, flights: Sequence[FittedFlight]) -> tuple[Fram
     )
 
 
+def _clear(trajectory: Trajectory, each: Struck) -> bool:
+    """Whether an impact looks like one contact of no duration."""
+    return each.meeting.spread_s <= CLEAR_SPREAD * float(np.median(np.diff(trajectory.times_s)))
+
+
 def _statistics(trajectory: Trajectory, flights: Sequence[FittedFlight], struck: Sequence[Struck]) -> dict[str, Any]:
     return {
         "rows": len(trajectory.times_s),
@@ -263,6 +267,7 @@ def _statistics(trajectory: Trajectory, flights: Sequence[FittedFlight], struck:
                 "between_flights": [each.before, each.before + 1],
                 "rows_in_contact": each.rows_in_contact,
                 "spread_s": each.meeting.spread_s,
+                "clear": _clear(trajectory, each),
                 "gap_m": float(np.linalg.norm(each.meeting.gap[:3])),
                 "gap_rad": float(np.linalg.norm(each.meeting.gap[3:])),
                 "jump": each.meeting.jump,

@@ -91,6 +91,7 @@ def test_an_impact_estimated_elsewhere_is_not_found(truth, estimate_of):
     true = replace(truth, impacts=(impact_at(truth, 0.0005),))
     rows = score_impacts(with_impact(estimate_of(truth, np.zeros(6)), true.impacts[0], late_s=3e-4), true)
     assert [row["found"] for row in rows] == [False]
+    assert [row["unmatched"] for row in rows] == [1]
     assert impact_summary(impact_table(rows)) == {"impacts": 1, "found": 0}
     assert impact_summary(impact_table([])) == {"impacts": 0, "found": 0}
 
@@ -107,5 +108,6 @@ def test_contacts_within_a_frame_are_one_impact(truth, estimate_of):
     (late,) = score_impacts(with_impact(estimate_of(truth, np.zeros(6)), last, late_s=5e-6), true)
     assert late["time_error_frames"] == pytest.approx(0.02)
     apart = replace(estimate_of(truth, np.zeros(6)), impacts=(*between.impacts, *with_impact(between, last).impacts))
-    assert score_impacts(apart, true)[0]["found"]
+    assert (score_impacts(apart, true)[0]["found"], score_impacts(apart, true)[0]["unmatched"]) == (True, 0)
+    assert score_impacts(apart, replace(true, impacts=(last,)))[0]["unmatched"] == 1
     assert [row["contacts"] for row in score_impacts(between, replace(true, impacts=(first, replace(last, time_s=0.00076))))] == [1, 1]

@@ -20,17 +20,19 @@ from datasets.recipes.recipe import Recipe, RigRecipe
 from datasets.truth import Truth
 from estimator.breakage import worse_after
 from estimator.configuration import Configuration
-from scripts.acceptance_contact import summary
+from scripts.acceptance_contact import powers_of, rows_of, summary
 from scripts.contact_sets import SIGMAS, drop_recipe, touches_once
 from synth.sequence import build_silhouette_sequence
 from tests.tumble.made_up import made_up_estimate
 from tumble.cli.main import main
 from tumble.contact_documents import FILE, KIND
 from tumble.contact_validating import Known, collected_from, shape_of
+from tumble.engine import Item
 from tumble.reports.contact_charts import experiments_of
 from tumble.reports.contact_page import render_contact
 
 RUNS = 5
+RECIPE: Recipe = replace(drop_recipe(2024), rig=RigRecipe(drops=1))
 
 
 def estimate_of(observation: Observation, truth: Truth, seed: int) -> Estimate:
@@ -52,7 +54,7 @@ def estimate_of(observation: Observation, truth: Truth, seed: int) -> Estimate:
 
 @pytest.fixture(scope="module")
 def campaign() -> list[tuple[Observation, Truth, Estimate]]:
-    recipe: Recipe = replace(drop_recipe(2024), rig=RigRecipe(drops=1))
+    recipe = RECIPE
     made = (build_silhouette_sequence(recipe, index) for index in range(3 * RUNS))
     pairs = list(islice((pair for pair in made if touches_once(pair[1], recipe.motion.frame_rate_hz)), RUNS))
     return [(observation, truth, estimate_of(observation, truth, k)) for k, (observation, truth) in enumerate(pairs)]
@@ -87,14 +89,23 @@ def test_a_rigid_truth_misses_nothing_and_its_constants_come_back(folder, capsys
     document = read_document(folder / "out" / FILE, KIND)
     values = {v["name"]: v["value"] for v in document["models"][0]["values"]}
     assert document["verdict"]["missing"] == []
-    assert values["restitution"] == pytest.approx(0.6, abs=0.03)
-    assert values["friction"] == pytest.approx(0.15, abs=0.02)
+    assert values["restitution"] == pytest.approx(RECIPE.contact.restitution, abs=0.03)
+    assert values["friction"] == pytest.approx(RECIPE.contact.friction, abs=0.02)
     page = (folder / "out" / "report.html").read_text(encoding="utf-8")
     assert "no contact physics is missing" in page
     assert page.count("<svg") >= 8
     assert "http" not in page.replace("http://www.w3.org", "").replace("http-equiv", "")
     assert main(words(folder, "-q")) == 2
     assert main(words(folder, "-q", "--resume")) == 0
+
+
+def test_a_plate_seen_from_its_other_side_is_refused(folder, campaign, capsys) -> None:
+    """The world's y axis points down: 0,1,0 is an easy mistake, of which constants of no contact would come."""
+    assert main(words(folder, "-q", "--plate=0,1,0")) == 2
+    said = capsys.readouterr().err
+    assert f"in {RUNS} of {RUNS} impacts" in said
+    assert "came (0, 1, 0)" in said
+    assert not (folder / "out" / FILE).exists()
 
 
 def test_runs_without_use_are_left_out_and_named(folder, campaign, capsys) -> None:
@@ -209,6 +220,20 @@ def test_the_study_counts_what_was_named_and_what_was_accused() -> None:
     cases = summary(rows, {"seed": 1, "mode": "fast"})["cases"]
     assert (cases["compliant"]["ranked_right"], cases["compliant"]["named_right"]) == (1, 1)
     assert (cases["rigid"]["ranked_right"], cases["rigid"]["accused"]) == (2, 1)
+    assert cases["compliant"]["accused"] == 1
+
+
+def test_what_can_be_expected_is_told_by_all_sets_together(tmp_path: Path) -> None:
+    """A set that shows nothing does not excuse itself: the law of its case is the median of all sets."""
+    items = []
+    for number, pull in enumerate((0.0, 0.02, 0.04)):
+        product = tmp_path / f"set-{number}.json"
+        product.write_text(json.dumps({"case": "adhesion", "law": {"adhesion": pull}}))
+        items.append(Item(product.stem, {"case": "adhesion", "seed": number, "mode": "fast", "product": str(product)}, product))
+    wanted = powers_of(items)
+    assert [item.payload["law"] for item in wanted] == [{"adhesion": 0.02}] * 3
+    wanted[1].product.write_text('{"power": 0.7}')
+    assert [row.get("power") for row in rows_of(items)] == [None, 0.7, None]
 
 
 def test_impacts_of_several_contacts_are_left_out(campaign) -> None:

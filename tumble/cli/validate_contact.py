@@ -35,7 +35,8 @@ def parser() -> argparse.ArgumentParser:
     )
     verb.add_argument("estimates", type=Path, metavar="ESTIMATES", help="a folder of estimates with impacts")
     verb.add_argument("--observations", type=Path, metavar="FOLDER", help="what the estimates were made from (default: as they say)")
-    verb.add_argument("--plate", type=three_numbers, metavar="X,Y,Z", help="the plate's normal, world frame, in place of the stated one")
+    normal = "the plate's normal, world frame, towards the side that particles come from, in place of the stated one"
+    verb.add_argument("--plate", type=three_numbers, metavar="X,Y,Z", help=normal)
     verb.add_argument("--mesh", type=Path, metavar="FILE", help="the particle as a closed mesh in metres, in place of the calibrated views")
     verb.add_argument("--models", default=",".join(DEFAULT_MODELS), metavar="LIST", help=f"of {', '.join(MODELS)} (default: %(default)s)")
     verb.add_argument("--spheres", type=positive, default=50, metavar="N", help="spheres of a clump, at most (default: %(default)s)")

@@ -14,8 +14,6 @@ Z95 = 1.96
 MARKS = (("D", BAD, True), ("s", INK, False), ("^", SOFT, False), ("v", INK, False), ("x", SOFT, False), ("+", INK, False))
 """Marker, colour and whether it is filled, of the models from the best on."""
 SHOWN = 4
-EXPECTED_COST = 7.86
-"""Mean cost of an impact whose six errors are as stated."""
 
 
 def experiments_of(impacts: Sequence[Mapping[str, Any]]) -> list[tuple[str, list[int]]]:
@@ -92,8 +90,10 @@ def contact_ladder_chart(rungs: Sequence[Mapping[str, Any]], impacts: int) -> st
     def draw(axes: Axes) -> None:
         values = [-rung["held_out_log_score"] / impacts for rung in rungs]
         places = list(range(len(rungs)))
-        axes.axhspan(0.1, EXPECTED_COST / 2, color=NOISE, alpha=0.25, linewidth=0)
-        axes.annotate("measurement errors alone", (-0.35, EXPECTED_COST / 2), xytext=(0, -11), textcoords="offset points", color=SOFT)
+        last = [rung for rung in rungs if rung["accepted"]][-1]
+        alone = -last["errors_alone_log_score"] / impacts
+        axes.axhspan(0.1, alone, color=NOISE, alpha=0.25, linewidth=0)
+        axes.annotate("errors and scatter alone", (-0.35, alone), xytext=(0, -11), textcoords="offset points", color=SOFT)
         standing = [k for k in places if rungs[k]["accepted"]]
         axes.plot(standing, [values[k] for k in standing], "o-", color=MEASURED, linewidth=2, label="accepted")
         refused = [k for k in places if not rungs[k]["accepted"]]
@@ -101,7 +101,7 @@ def contact_ladder_chart(rungs: Sequence[Mapping[str, Any]], impacts: int) -> st
         for place, value in zip(places, values, strict=True):
             axes.annotate(f"{value:.2f}", (place, value), xytext=(0, 7), textcoords="offset points", ha="center")
         axes.set_yscale("log")
-        axes.set_ylim(EXPECTED_COST / 4, 2.0 * max(values))
+        axes.set_ylim(alone / 2, 2.0 * max(values))
         axes.set_xticks(places, [_wrapped(("" if k == 0 else "+ ") + rung["added"]) for k, rung in enumerate(rungs)])
         axes.set_xlim(-0.4, len(rungs) - 0.6)
         axes.set_ylabel("−log score per held-out impact")
