@@ -67,6 +67,8 @@ class Pairs:
             refits |= self._refitted(self._in_place_of(member, self._alone(alone, beside)), refits)
         best = self._best(singles, refits) or best
         larger, smaller = judged([self._alone(alone, key) for key in sorted(best)], self.penalty)
+        if not larger.holds_it:
+            return ()
         near = _near(refits, best, self.rules.margin, self.penalty)
         groups = [_group(near, best, key_of(member)) for member in (larger, smaller)]
         return replace(larger, group=groups[0]), replace(refits[best], test=smaller.test, group=groups[1])

@@ -70,6 +70,11 @@ class Refitted:
         """Whether the fit was not led astray."""
         return bool(np.isfinite(self.left))
 
+    @property
+    def holds_it(self) -> bool:
+        """Whether there is a fit with the effect at all: flights under it did not run away."""
+        return key_of(self) in self.fit.model.keys
+
 
 def key_of(refitted: Refitted) -> str:
     """The added effect."""
@@ -92,10 +97,11 @@ def refit(campaign: Campaign, fit: CampaignFit, tests: Sequence[ScoreTest], numb
     astray = Refitted(test, (test.effect.entry.key,), fit, np.inf, 0, len(test.columns))
     try:
         new = fit_extended(campaign, fit, test)
+        astray = replace(astray, fit=new)
         if cost_like(campaign, new, fit) > fit.cost:
             return astray
         with np.errstate(over="ignore", invalid="ignore"):  # of effects that cannot be flown from there
-            found = _looked(campaign, replace(astray, fit=new), [t for i, t in enumerate(tests) if i != number])
+            found = _looked(campaign, astray, [t for i, t in enumerate(tests) if i != number])
     except (RanAway, np.linalg.LinAlgError):
         return astray
     return replace(found, surprise=surprise_of(test, _values(new, test)))

@@ -65,4 +65,7 @@ def random_contender(campaign: Campaign, fit: CampaignFit, found: Found, rules: 
     first = next(h for h in ranking.hypotheses if tests[h.effect].counts)
     if not tests[first.effect].random and min((t.p for t in tests if not t.random), default=1.0) * len(tests) > rules.alpha:
         first = next((h for h in ranking.hypotheses if tests[h.effect].random), first)
-    return (refit(campaign, fit, tests, first.effect),) if tests[first.effect].random else ()
+    if not tests[first.effect].random:
+        return ()
+    refitted = refit(campaign, fit, tests, first.effect)
+    return (refitted,) if refitted.holds_it else ()

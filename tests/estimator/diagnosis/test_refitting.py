@@ -1,6 +1,7 @@
 """What a step refits: effects that come in whole numbers, and have none, are no candidates."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -23,6 +24,11 @@ def trial(key: str, *, counts: bool) -> ScoreTest:
 GAP, JITTER = trial("dropped_frames", counts=False), trial("trigger_jitter", counts=True)
 LEADING_GAP = Ranking((Hypothesis(0, 1, 1.0, 5.0), Hypothesis(1, 1, 4.0, 8.0)), 20.0, 2)
 NOTHING: Any = None
+JITTERED = SimpleNamespace(key="trigger_jitter", holds_it=True)
+
+
+def refit_of(_campaign: object, _fit: object, tests: list[ScoreTest], number: int) -> SimpleNamespace:
+    return SimpleNamespace(key=tests[number].effect.entry.key, holds_it=True)
 
 
 def test_a_gap_of_no_frames_is_no_contender() -> None:
@@ -30,14 +36,19 @@ def test_a_gap_of_no_frames_is_no_contender() -> None:
 
 
 def test_jitter_behind_a_gap_of_no_frames_leads(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(refitting, "refit", lambda _campaign, _fit, tests, number: tests[number].effect.entry.key)
-    assert random_contender(NOTHING, NOTHING, ([GAP, JITTER], NO_SCORES, LEADING_GAP), Rules()) == ("trigger_jitter",)
+    monkeypatch.setattr(refitting, "refit", refit_of)
+    assert random_contender(NOTHING, NOTHING, ([GAP, JITTER], NO_SCORES, LEADING_GAP), Rules()) == (JITTERED,)
     whole = [replace(GAP, counts=True), JITTER]
     assert random_contender(NOTHING, NOTHING, (whole, NO_SCORES, LEADING_GAP), Rules()) == ()
 
 
 def test_jitter_that_alone_is_significant_leads(monkeypatch: pytest.MonkeyPatch) -> None:
     """One fast sequence among slow ones shows it in its second differences; sums over misfits hardly do."""
-    monkeypatch.setattr(refitting, "refit", lambda _campaign, _fit, tests, number: tests[number].effect.entry.key)
+    monkeypatch.setattr(refitting, "refit", refit_of)
     chance = [replace(GAP, counts=True, p=0.3), JITTER]
-    assert random_contender(NOTHING, NOTHING, (chance, NO_SCORES, LEADING_GAP), Rules()) == ("trigger_jitter",)
+    assert random_contender(NOTHING, NOTHING, (chance, NO_SCORES, LEADING_GAP), Rules()) == (JITTERED,)
+
+
+def test_jitter_under_which_flights_run_away_is_no_contender(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(refitting, "refit", lambda *_given: SimpleNamespace(key="trigger_jitter", holds_it=False))
+    assert random_contender(NOTHING, NOTHING, ([GAP, JITTER], NO_SCORES, LEADING_GAP), Rules()) == ()
