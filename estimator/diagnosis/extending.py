@@ -17,6 +17,8 @@ from estimator.motion.rigid_body import RanAway
 ALPHA = 1e-3
 """Corrected p-value of a sequence's test below which its place is moved, if that lowers the cost."""
 ROUNDS = 3
+PROMISE = 0.25
+"""Of the fall of the cost that a test lets expect: a fit that has less found another minimum."""
 SHARES = (1.0, 0.0)
 """Of one-step values at which a fit starts; an effect that leaves a larger cost than no effect at all was not found from there."""
 
@@ -29,17 +31,27 @@ def extended(fit: CampaignFit, *tests: ScoreTest, share: float = 1.0) -> tuple[M
 
 
 def fit_extended(campaign: Campaign, fit: CampaignFit, *tests: ScoreTest) -> CampaignFit:
-    """The fit with the tested effects, whose places are searched for again; a step that led astray is taken again, shorter."""
+    """The fit with the tested effects, whose places are searched for again.
+
+    A step that led astray, to a larger cost or to one that fell by much less than the tests promise, is taken again, shorter; the least
+    cost counts, or the last one where none is less than before.
+    """
+    promised = PROMISE * 0.5 * max(test.explained for test in tests)
+    found: list[tuple[float, CampaignFit]] = []
     for share in SHARES:
         model, start = extended(fit, *tests, share=share)
         try:
             new = fit_campaign(campaign, start, model)
         except RanAway:
-            if share == SHARES[-1]:
+            if share == SHARES[-1] and not found:
                 raise
             continue
-        if cost_like(campaign, new, fit) <= fit.cost:
+        found.append((cost_like(campaign, new, fit), new))
+        if found[-1][0] <= fit.cost - promised:
             break
+    lower = [each for each in found if each[0] <= fit.cost]
+    new = min(lower, key=lambda each: each[0])[1] if lower else found[-1][1]
+    model = new.model
     for number in range(len(fit.model.effects), len(model.effects)):
         effect = model.effects[number]
         if effect.entry.scope is Scope.SEQUENCE and set(effect.entry.searched) & set(effect.frozen):
