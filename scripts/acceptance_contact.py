@@ -102,8 +102,9 @@ def one_power(payload: dict[str, Any]) -> dict[str, Any]:
     impacts = prepared(_collected(payload["case"], payload["seed"], payload["mode"]).impacts, payload["seed"])
     before = judge(impacts, fit(impacts, RIGID_MODEL))
     model = impulse_model([hidden.key for hidden in hidden_in(payload["case"])])
-    values = dict(zip(RIGID_MODEL.names, before.fitted.values.tolist(), strict=True)) | payload["law"]
-    law = replace(before.fitted, model=model, values=np.array([values[name] for name in model.names]))
+    own = fit(impacts, model)  # its scatter: that of the rigid impulse stands for what is missing there, too
+    values = dict(zip(model.names, own.values.tolist(), strict=True)) | payload["law"]
+    law = replace(own, values=np.array([values[name] for name in model.names]))
     found = power(impacts, before, law, np.random.default_rng(0))
     with written_whole(Path(payload["product"])) as path:
         path.write_text(json.dumps({"power": found}))
