@@ -85,7 +85,7 @@ def _step(rung: Rung) -> str:
 def _nearest(ladder: Ladder) -> str:
     last = ladder.rungs[-1]
     if last.gained is None or last.accepted:
-        return ""
+        return " None fits even the impacts that it is fitted to better than chance lets one more number do."
     return (
         f" The nearest, {TITLES[last.key]}, changes the held-out log score by {last.gained.total / 2:+.1f} (95% of resampled sets of runs: "
         f"{last.gained.low / 2:.1f} to {last.gained.high / 2:.1f}; chance gives {last.gained.chance / 2:.1f})."

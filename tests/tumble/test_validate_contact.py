@@ -28,7 +28,7 @@ from tumble.cli.main import main
 from tumble.contact_documents import FILE, KIND
 from tumble.contact_validating import Known, collected_from, shape_of
 from tumble.engine import Item
-from tumble.reports.contact_charts import experiments_of
+from tumble.reports.contact_charts import experiments_of, run_labels
 from tumble.reports.contact_page import render_contact
 
 RUNS = 5
@@ -207,6 +207,11 @@ def test_experiments_of_several_runs_have_a_picture_each() -> None:
     runs = [{"experiment": e, "run": f"{e}-r{k:02d}"} for e in ("s-e00", "s-e01") for k in range(3)]
     assert experiments_of(runs) == [("s-e00", [0, 1, 2]), ("s-e01", [3, 4, 5])]
     assert experiments_of([runs[0], runs[3]]) == [("all runs", [0, 1])]
+
+
+def test_labels_tell_impacts_apart() -> None:
+    assert run_labels(["s-e00-r00", "s-e00-r01", "s-e00-r01, impact 2"]) == ["00", "01", "01·2"]
+    assert run_labels(["s-e00-r00", "s-e01-r00", "s-e02-r00"]) == ["0-r00", "1-r00", "2-r00"]
 
 
 def test_the_study_counts_what_was_named_and_what_was_accused() -> None:

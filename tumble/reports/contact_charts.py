@@ -1,6 +1,7 @@
 """Pictures of a validation of contact models: measured against predicted per experiment, the ladder, residuals over what an impact is."""
 
 import math
+import os
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -31,7 +32,9 @@ def experiment_chart(document: Mapping[str, Any], rows: Sequence[int]) -> str:
     def draw(figure: Figure) -> None:
         top, bottom = figure.subplots(2, 1, sharex=True)
         draw_experiment(top, bottom, document, rows)
-        bottom.set_xticks(range(len(rows)), [run_label(document["impacts"][k]["name"]) for k in rows], rotation=0 if len(rows) < 12 else 60)
+        bottom.set_xticks(
+            range(len(rows)), run_labels([document["impacts"][k]["name"] for k in rows]), rotation=0 if len(rows) < 12 else 60
+        )
         top.legend(frameon=False, ncols=3, loc="lower center", bbox_to_anchor=(0.5, 1.0))
 
     return figure_svg(draw, width=figure_size[0], height=figure_size[1])
@@ -75,6 +78,15 @@ def _along(vectors: Any, sigmas: Any) -> Any:
     """Standard deviation of the length of vectors (n, 3) whose components have ``sigmas`` (n, 3)."""
     unit = vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-12)
     return np.linalg.norm(unit * sigmas, axis=1)
+
+
+def run_labels(names: Sequence[str]) -> list[str]:
+    """Labels of impacts that stand side by side: of runs, or of what their names differ in where runs are numbered alike."""
+    labels = [run_label(name) for name in names]
+    if len(set(labels)) == len(labels):
+        return labels
+    common = len(os.path.commonprefix(list(names)))
+    return [name[common:] for name in names]
 
 
 def run_label(name: str) -> str:
