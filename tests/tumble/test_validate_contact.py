@@ -211,7 +211,7 @@ def test_experiments_of_several_runs_have_a_picture_each() -> None:
 
 def test_labels_tell_impacts_apart() -> None:
     assert run_labels(["s-e00-r00", "s-e00-r01", "s-e00-r01, impact 2"]) == ["00", "01", "01·2"]
-    assert run_labels(["s-e00-r00", "s-e01-r00", "s-e02-r00"]) == ["0-r00", "1-r00", "2-r00"]
+    assert run_labels(["s-e00-r00", "s-e01-r00", "s-e02-r00"]) == ["e00 00", "e01 00", "e02 00"]
 
 
 def test_the_study_counts_what_was_named_and_what_was_accused() -> None:

@@ -1,7 +1,6 @@
 """Pictures of a validation of contact models: measured against predicted per experiment, the ladder, residuals over what an impact is."""
 
 import math
-import os
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -81,12 +80,11 @@ def _along(vectors: Any, sigmas: Any) -> Any:
 
 
 def run_labels(names: Sequence[str]) -> list[str]:
-    """Labels of impacts that stand side by side: of runs, or of what their names differ in where runs are numbered alike."""
+    """Labels of impacts that stand side by side: of runs, with their experiments where those number runs alike."""
     labels = [run_label(name) for name in names]
     if len(set(labels)) == len(labels):
         return labels
-    common = len(os.path.commonprefix(list(names)))
-    return [name[common:] for name in names]
+    return [f"{name.rpartition('-r')[0].rpartition('-')[2]} {label}" for name, label in zip(names, labels, strict=True)]
 
 
 def run_label(name: str) -> str:
