@@ -90,7 +90,7 @@ def _law_of(found: Validation, case: str) -> dict[str, float]:
     values: dict[str, float] = {}
     for hidden in hidden_in(case):
         law = fit(found.impacts, impulse_model([hidden.key]))
-        values |= dict(zip(law.model.names[len(RIGID_MODEL.names) :], law.values[len(RIGID_MODEL.names) :].tolist(), strict=True))
+        values |= {name: value for name, value in law.by_name.items() if name not in RIGID_MODEL.names}
     return values
 
 
@@ -103,7 +103,7 @@ def one_power(payload: dict[str, Any]) -> dict[str, Any]:
     before = judge(impacts, fit(impacts, RIGID_MODEL))
     model = impulse_model([hidden.key for hidden in hidden_in(payload["case"])])
     own = fit(impacts, model)  # its scatter: that of the rigid impulse stands for what is missing there, too
-    values = dict(zip(model.names, own.values.tolist(), strict=True)) | payload["law"]
+    values = own.by_name | payload["law"]
     law = replace(own, values=np.array([values[name] for name in model.names]))
     found = power(impacts, before, law, np.random.default_rng(0))
     with written_whole(Path(payload["product"])) as path:
@@ -135,9 +135,7 @@ def row_of(found: Validation) -> dict[str, Any]:
         "tried": [rung.key for rung in tried],
         "gained": 0.5 * tried[0].gained.total if tried and tried[0].gained is not None else 0.0,
         "hertz_mindlin_ahead": scores["hertz_mindlin"] - scores["stronge_impulse"] if "hertz_mindlin" in scores else None,
-        "constants": dict(
-            zip(found.ladder.accepted[-1].judged.fitted.model.names, found.ladder.accepted[-1].judged.fitted.values.tolist(), strict=True)
-        ),
+        "constants": found.ladder.accepted[-1].judged.fitted.by_name,
     }
 
 

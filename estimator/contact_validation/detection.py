@@ -93,7 +93,7 @@ class _Trial:
 
 def _limits(trial: _Trial, physics: Physics, parameter: FreeParameter, model: ContactModel) -> Detectable:
     """Limits of one parameter of ``model``, beside the last model's values."""
-    known = dict(zip(trial.last.fitted.model.names, trial.last.fitted.values.tolist(), strict=True))
+    known = trial.last.fitted.by_name
 
     def found(logarithm: float) -> float:
         values = known | {parameter.name: float(np.exp(logarithm))}

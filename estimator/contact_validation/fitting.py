@@ -75,6 +75,16 @@ class Fitted:
         """Standard deviations (p,) of the values."""
         return np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
 
+    @property
+    def by_name(self) -> dict[str, float]:
+        """The values by the parameters' names."""
+        return dict(zip(self.model.names, self.values.tolist(), strict=True))
+
+    def for_model(self, model: ContactModel) -> Array:
+        """The values of a larger or smaller ``model`` as they are here, with nothing of what this one lacks."""
+        known = self.by_name
+        return np.array([known.get(name, 0.0) for name in model.names])
+
 
 def whitening_of(covariances: Array) -> Float[NDArray[np.float64], "impact 6 6"]:
     """Inverse Cholesky factors of covariances (n, 6, 6)."""

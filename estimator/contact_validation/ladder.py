@@ -5,13 +5,11 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
 from estimator.contact_validation.fitting import Fitted, Impacts, fit
 from estimator.contact_validation.held_out import Gain, Judged, gain, judge
 from estimator.contact_validation.models import ADDITIONS, FRICTIONLESS, RIGID, Physics, impulse_model
 
-Array = NDArray[np.float64]
 MOST_ADDED = 3
 JUDGED = 3
 """Candidates of a rung that are judged on held-out impacts, those that fit best."""
@@ -91,9 +89,9 @@ def tried(impacts: Impacts, before: Judged, added: list[str], rng: np.random.Gen
     fits = sorted(((p, _fitted_with(impacts, before.fitted, [*added, p.key])) for p in rest), key=lambda pair: pair[1].cost)
     found = []
     worth = [fitted for _, fitted in fits[:JUDGED] if before.fitted.cost - fitted.cost > LEAST_GAIN]
-    before = judge(impacts, before.fitted, [_shared(before.fitted, fitted) for fitted in worth]) if worth else before
+    before = judge(impacts, before.fitted, [fitted.for_model(before.fitted.model) for fitted in worth]) if worth else before
     for physics, fitted in fits:
-        judged = judge(impacts, fitted, [_completed(fitted, before.fitted)]) if any(fitted is each for each in worth) else None
+        judged = judge(impacts, fitted, [before.fitted.for_model(fitted.model)]) if any(fitted is each for each in worth) else None
         found.append(Candidate(physics, fitted, judged, None if judged is None else gain(impacts, before, judged, rng)))
     return tuple(sorted(found, key=lambda c: -c.gained.total if c.gained is not None else np.inf))
 
@@ -101,7 +99,7 @@ def tried(impacts: Impacts, before: Judged, added: list[str], rng: np.random.Gen
 def _fitted_with(impacts: Impacts, before: Fitted, added: list[str]) -> Fitted:
     """The fit with ``added``, from the values of the fit before it and several of what is new."""
     model = impulse_model(added)
-    known = dict(zip(before.model.names, before.values.tolist(), strict=True))
+    known = before.by_name
     choices = []
     for p in model.parameters:
         if p.name in known:
@@ -110,18 +108,6 @@ def _fitted_with(impacts: Impacts, before: Fitted, added: list[str]) -> Fitted:
             little = (NEARLY_NONE * p.bounds[1],) if p.bounds[0] == 0.0 else ()
             choices.append(tuple(dict.fromkeys((*p.starts, *little, 0.0))))
     return fit(impacts, model, known=[np.array(start) for start in product(*choices)], scatter=before.scatter)
-
-
-def _shared(small: Fitted, large: Fitted) -> Array:
-    """Values of a model within a larger one as the larger one's fit has them."""
-    known = dict(zip(large.model.names, large.values.tolist(), strict=True))
-    return np.array([known[name] for name in small.model.names])
-
-
-def _completed(large: Fitted, small: Fitted) -> Array:
-    """Values of a model as the fit of a smaller one within it has them, with nothing of what that lacks."""
-    known = dict(zip(small.model.names, small.values.tolist(), strict=True))
-    return np.array([known.get(name, 0.0) for name in large.model.names])
 
 
 def _alike(impacts: Impacts, candidates: tuple[Candidate, ...], rng: np.random.Generator) -> tuple[str, ...]:

@@ -8,6 +8,9 @@ what they explain, and would take twins for strangers.
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import islice
+
+import numpy as np
 
 from estimator.diagnosis.ranking import Hypothesis, by_remainder, misfit_unit, pairs_by_remainder
 from estimator.diagnosis.refits import Refitted, Rules, judged, key_of, penalty_of, refit, refit_pair
@@ -84,12 +87,10 @@ class Pairs:
 
     def _beside_one(self, singles: Sequence[Refitted]) -> list[Proposed]:
         """The likeliest second beside each effect that was refitted alone."""
-        looked = [
-            Proposed(single.fit, (single.test, test), h.remainder, len(single.scores.columns) - h.parameters)
-            for single in singles
-            if (best := next(_allowed_beside(single, _looked_at(single, self.penalty)), None)) is not None
-            for h, test in (best,)
-        ]
+        looked = []
+        for single in singles:
+            for h, test in islice(_allowed_beside(single, _looked_at(single, self.penalty)), 1):
+                looked.append(Proposed(single.fit, (single.test, test), h.remainder, len(single.scores.columns) - h.parameters))
         return self._likeliest(looked, [(single.left, single.parameters) for single in singles])
 
     def _likeliest(self, looked: Sequence[Proposed], alone: Iterable[tuple[float, int]]) -> list[Proposed]:
@@ -109,10 +110,10 @@ class Pairs:
         """The pair that nature likeliest produces among those that the data like best; ``None`` where an effect alone does as well."""
         if not refits:
             return None
-        ranked = {id(r.fit): r for r in judged([*singles, *refits.values()], self.penalty)}
+        ranked = _by_fit([*singles, *refits.values()], self.penalty)
         pairs = {keys: ranked[id(r.fit)] for keys, r in refits.items()}
         least = min(r.evidence for r in pairs.values())
-        if least > min((ranked[id(single.fit)].evidence for single in singles), default=float("inf")) - self.rules.margin:
+        if least > min((ranked[id(single.fit)].evidence for single in singles), default=np.inf) - self.rules.margin:
             return None
         return min((keys for keys, r in pairs.items() if r.evidence <= least + self.rules.margin), key=lambda keys: pairs[keys].criterion)
 
@@ -164,10 +165,15 @@ def _allowed(first: ScoreTest, second: ScoreTest) -> bool:
 
 def _near(refits: Mapping[Keys, Refitted], best: Keys, margin: float, penalty: float) -> list[Keys]:
     """The pairs that cannot be told from the best, the likeliest first."""
-    ranked = judged(list(refits.values()), penalty)
-    order = [next(keys for keys, r in refits.items() if r.fit is each.fit) for each in ranked]
-    least = next(each.evidence for keys, each in zip(order, ranked, strict=True) if keys == best)
-    return [keys for keys, each in zip(order, ranked, strict=True) if each.evidence <= least + margin]
+    ranked = _by_fit(list(refits.values()), penalty)
+    pairs = {keys: ranked[id(r.fit)] for keys, r in refits.items()}
+    order = sorted(pairs, key=lambda keys: pairs[keys].criterion)
+    return [keys for keys in order if pairs[keys].evidence <= pairs[best].evidence + margin]
+
+
+def _by_fit(refits: Sequence[Refitted], penalty: float) -> dict[int, Refitted]:
+    """Refits with their criteria, by the identity of their fits."""
+    return {id(r.fit): r for r in judged(refits, penalty)}
 
 
 def _group(near: Sequence[Keys], best: Keys, key: str) -> tuple[str, ...]:

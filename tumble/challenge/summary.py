@@ -115,9 +115,9 @@ def read_tables(result: Path, *, without: int) -> Scored:
         except (pd.errors.EmptyDataError, pd.errors.ParserError):
             tables.append(pd.DataFrame())
     cases = tables[0]
-    if not {"case", CHALLENGE} <= set(cases):
+    if not {"case", CHALLENGE, "answered"} <= set(cases):
         came = ", ".join(cases.columns) or "none"
-        raise InputError(f"{table_path(result, 'cases')}: expected columns case and {CHALLENGE}, came {came}.")
+        raise InputError(f"{table_path(result, 'cases')}: expected columns case, {CHALLENGE} and answered, came {came}.")
     if (cases[CHALLENGE] == without).any():
         raise InputError(f"{result}: expected other challenges than the one to be scored, came cases of its own seed ({without}).")
     return Scored(cases.fillna(dict.fromkeys(WORDS, "")), tables[1], tables[2])
