@@ -8,12 +8,11 @@ what they explain, and would take twins for strangers.
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import islice
 
 import numpy as np
 
 from estimator.diagnosis.ranking import Hypothesis, by_remainder, misfit_unit, pairs_by_remainder
-from estimator.diagnosis.refits import Refitted, Rules, judged, key_of, penalty_of, refit, refit_pair
+from estimator.diagnosis.refits import Refitted, Rules, judged, key_of, looked, penalty_of, refit, refit_pair
 from estimator.diagnosis.score_tests import EfficientScores, ScoreTest
 from estimator.effects.choosing import contradiction
 from estimator.fitting.campaign import Campaign, CampaignFit
@@ -60,51 +59,68 @@ class Pairs:
 
     def better(self, singles: Sequence[Refitted]) -> tuple[Refitted, ...]:
         """The larger member of a pair that explains more than any of ``singles``, and both together; nothing where there is none."""
-        refits = self._refitted((*self._beside_nothing(), *self._beside_one(singles)), {})
-        best = self._best(singles, refits)
+        alone, pairs = self._compared({key_of(single): single for single in singles}, self._refitted(self._likely(singles)))
+        rivals = list(alone)
+        best = self._best([alone[key] for key in rivals], pairs)
         if best is None:
             return ()
-        alone = {key_of(single): single for single in singles}
-        for beside in sorted(best):
-            (member,) = best - {beside}
-            refits |= self._refitted(self._in_place_of(member, self._alone(alone, beside)), refits)
-        best = self._best(singles, refits) or best
-        larger, smaller = judged([self._alone(alone, key) for key in sorted(best)], self.penalty)
+        alone, pairs = self._compared(self._with_members(alone, best), pairs)
+        mates = [mate for member in sorted(best) for mate in self._in_place_of(member, alone[next(iter(best - {member}))])]
+        alone, pairs = self._compared(alone, pairs | self._refitted(mate for mate in mates if mate.keys not in pairs))
+        best = self._best([alone[key] for key in rivals], pairs) or best
+        alone, pairs = self._compared(self._with_members(alone, best), pairs)
+        larger, smaller = judged([alone[key] for key in sorted(best)], self.penalty)
         if not larger.holds_it:
             return ()
-        near = _near(refits, best, self.rules.margin, self.penalty)
+        near = _near(pairs, best, self.rules.margin, self.penalty)
         groups = [_group(near, best, key_of(member)) for member in (larger, smaller)]
-        return replace(larger, group=groups[0]), replace(refits[best], test=smaller.test, group=groups[1])
+        return replace(larger, group=groups[0]), replace(pairs[best], test=smaller.test, group=groups[1])
+
+    def _likely(self, singles: Sequence[Refitted]) -> list[Proposed]:
+        """The pairs that looks propose."""
+        return [*self._beside_nothing(), *self._beside_one(singles)]
 
     def _beside_nothing(self) -> list[Proposed]:
         """The likeliest pairs of a look at the fit without both."""
-        looked = [
+        proposed = [
             Proposed(self.fit, (self.tests[p.effects[0]], self.tests[p.effects[1]]), p.remainder, len(self.scores.columns) - p.parameters)
             for p in pairs_by_remainder(self.scores, penalty=self.penalty)
         ]
         alone = by_remainder(self.scores, penalty=self.penalty).hypotheses
-        return self._likeliest(looked, [(h.remainder, h.parameters) for h in alone])
+        return self._likeliest(proposed, [(h.remainder, h.parameters) for h in alone])
 
     def _beside_one(self, singles: Sequence[Refitted]) -> list[Proposed]:
-        """The likeliest second beside each effect that was refitted alone."""
-        looked = []
+        """The likeliest second beside each effect that was refitted alone, and the pair that promises the least cost.
+
+        What an effect explains is judged in a noise that its own absence has made too large, the more so the more it explains.
+        """
+        proposed: list[Proposed] = []
+        promised: list[tuple[float, int, Proposed]] = []
         for single in singles:
-            for h, test in islice(_allowed_beside(single, _looked_at(single, self.penalty)), 1):
-                looked.append(Proposed(single.fit, (single.test, test), h.remainder, len(single.scores.columns) - h.parameters))
-        return self._likeliest(looked, [(single.left, single.parameters) for single in singles])
+            for i, (h, test) in enumerate(_allowed_beside(single, _looked_at(single, self.penalty))):
+                pair = Proposed(single.fit, (single.test, test), h.remainder, len(single.scores.columns) - h.parameters)
+                proposed += [pair] if i == 0 else []
+                promised.append((2.0 * single.cost - test.explained + self.penalty * pair.parameters, len(promised), pair))
+        cheapest = [pair for *_, pair in sorted(promised)[:1]]
+        return self._likeliest(proposed, [(single.left, single.parameters) for single in singles]) + cheapest
 
-    def _likeliest(self, looked: Sequence[Proposed], alone: Iterable[tuple[float, int]]) -> list[Proposed]:
+    def _likeliest(self, proposed: Sequence[Proposed], alone: Iterable[tuple[float, int]]) -> list[Proposed]:
         """The proposed pairs that leave least, where that is less than what any effect ``alone`` leaves with its parameters."""
-        unit = misfit_unit((p.remainder, p.columns) for p in looked)
+        unit = misfit_unit((p.remainder, p.columns) for p in proposed)
         beaten = min((left / unit + self.penalty * n for left, n in alone), default=0.0) - self.rules.margin
-        found = [(p.remainder / unit + self.penalty * p.parameters, i) for i, p in enumerate(looked) if _allowed(*p.tests)]
-        return [looked[i] for criterion, i in sorted(found)[: self.rules.pairs] if criterion < beaten]
+        found = [(p.remainder / unit + self.penalty * p.parameters, i) for i, p in enumerate(proposed) if _allowed(*p.tests)]
+        return [proposed[i] for criterion, i in sorted(found)[: self.rules.pairs] if criterion < beaten]
 
-    def _refitted(self, proposed: Iterable[Proposed], known: Mapping[Keys, Refitted]) -> dict[Keys, Refitted]:
-        """Refits of the pairs that are not ``known`` yet."""
-        wanted = {pair.keys: pair for pair in proposed if pair.keys not in known}
-        refits = {keys: refit_pair(self.campaign, pair.fit, pair.tests, self.tests) for keys, pair in wanted.items()}
-        return {keys: new for keys, new in refits.items() if new is not None}
+    def _refitted(self, proposed: Iterable[Proposed]) -> dict[Keys, Refitted]:
+        """Refits of pairs."""
+        wanted = {pair.keys: pair for pair in proposed}
+        return {keys: refit_pair(self.campaign, self.fit, pair.fit, pair.tests) for keys, pair in wanted.items()}
+
+    def _compared(self, alone: Mapping[str, Refitted], pairs: Mapping[Keys, Refitted]) -> tuple[dict[str, Refitted], dict[Keys, Refitted]]:
+        """Effects ``alone`` and ``pairs``, all with what is left in the noise of the best of them; no pairs that were led astray."""
+        found = looked(self.campaign, [*alone.values(), *pairs.values()], self.tests)
+        together = zip(pairs, found[len(alone) :], strict=True)
+        return dict(zip(alone, found, strict=False)), {keys: r for keys, r in together if r.flew}
 
     def _best(self, singles: Sequence[Refitted], refits: Mapping[Keys, Refitted]) -> Keys | None:
         """The pair that nature likeliest produces among those that the data like best; ``None`` where an effect alone does as well."""
@@ -117,12 +133,10 @@ class Pairs:
             return None
         return min((keys for keys, r in pairs.items() if r.evidence <= least + self.rules.margin), key=lambda keys: pairs[keys].criterion)
 
-    def _alone(self, alone: dict[str, Refitted], key: str) -> Refitted:
-        """The refit with one effect, made where it is not among those that are there."""
-        if key not in alone:
-            number = next(i for i, test in enumerate(self.tests) if test.effect.entry.key == key)
-            alone[key] = refit(self.campaign, self.fit, self.tests, number)
-        return alone[key]
+    def _with_members(self, alone: Mapping[str, Refitted], pair: Keys) -> dict[str, Refitted]:
+        """Effects ``alone`` with the members of a pair, refitted where they are not among them."""
+        tests = {test.effect.entry.key: test for test in self.tests}
+        return {**alone, **{key: refit(self.campaign, self.fit, tests[key]) for key in sorted(pair - alone.keys())}}
 
     def _in_place_of(self, member: str, beside: Refitted) -> list[Proposed]:
         """Pairs with what a look cannot tell from ``member`` beside the other of its pair.

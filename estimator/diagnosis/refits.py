@@ -1,4 +1,7 @@
-"""Refits of a campaign with one effect more, or two, and what the scores of all other effects say is left then."""
+"""Refits of a campaign with one effect more, or two, and what the scores of all other effects say is left then.
+
+What is left is counted in the noise that the refit of least cost shows. A poorer one shows more, and would be forgiven for it.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -48,27 +51,30 @@ def penalty_of(campaign: Campaign) -> float:
 class Refitted:
     """A refit with an effect more, of ``parameters`` in the whole campaign.
 
-    ``group``: keys of the effects that it cannot be told from, its own first. ``others`` and ``scores``: the tests of all other effects
-    beside it; ``left``: chi-squared of what those scores say is left, of ``columns`` degrees of freedom. ``surprise`` at its value, where
-    nature hardly produces it. ``evidence`` is what the data say against it among others, ``criterion`` that with the surprise.
+    ``cost``: with the noise of the fit before, infinite where the fit was led astray. ``surprise`` at its value, where nature hardly
+    produces it. ``others`` and ``scores``: the tests of all other effects beside it, with the noise of the fit ``like``; ``left``:
+    chi-squared of what those scores say is left, of ``columns`` degrees of freedom. ``evidence`` is what the data say against it among
+    others, ``criterion`` that with the surprise; ``group``: keys of the effects that it cannot be told from, its own first.
     """
 
     test: ScoreTest
-    group: tuple[str, ...]
     fit: CampaignFit
-    left: float
-    columns: int
     parameters: int
+    cost: float = np.inf
+    surprise: float = 0.0
+    like: CampaignFit | None = None
     others: tuple[ScoreTest, ...] = ()
     scores: EfficientScores = NO_SCORES
-    surprise: float = 0.0
+    left: float = np.inf
+    columns: int = 0
     evidence: float = np.inf
     criterion: float = np.inf
+    group: tuple[str, ...] = ()
 
     @property
     def flew(self) -> bool:
-        """Whether the fit was not led astray."""
-        return bool(np.isfinite(self.left))
+        """Whether neither the fit was led astray nor the look at it."""
+        return bool(np.isfinite(self.cost) and np.isfinite(self.left))
 
     @property
     def holds_it(self) -> bool:
@@ -91,42 +97,52 @@ def judged(refits: Sequence[Refitted], penalty: float) -> list[Refitted]:
     return sorted((replace(r, criterion=r.evidence + r.surprise) for r in found), key=lambda r: r.criterion)
 
 
-def refit(campaign: Campaign, fit: CampaignFit, tests: Sequence[ScoreTest], number: int) -> Refitted:
-    """Refit with effect ``number`` of ``tests``, and what the scores of all the others say is left: infinitely much if led astray."""
-    test = tests[number]
-    astray = Refitted(test, (test.effect.entry.key,), fit, np.inf, 0, len(test.columns))
+def refit(campaign: Campaign, fit: CampaignFit, test: ScoreTest) -> Refitted:
+    """Refit with a tested effect, not looked at yet."""
+    astray = Refitted(test, fit, len(test.columns), group=(test.effect.entry.key,))
     try:
         new = fit_extended(campaign, fit, test)
-        astray = replace(astray, fit=new)
-        if cost_like(campaign, new, fit) > fit.cost:
-            return astray
-        with np.errstate(over="ignore", invalid="ignore"):  # of effects that cannot be flown from there
-            found = _looked(campaign, astray, [t for i, t in enumerate(tests) if i != number])
+        cost = cost_like(campaign, new, fit)
     except (RanAway, np.linalg.LinAlgError):
         return astray
-    return replace(found, surprise=surprise_of(test, _values(new, test)))
+    if cost > fit.cost:
+        return replace(astray, fit=new)
+    return replace(astray, fit=new, cost=cost, surprise=surprise_of(test, _values(new, test)))
 
 
-def refit_pair(campaign: Campaign, fit: CampaignFit, pair: tuple[ScoreTest, ScoreTest], tests: Sequence[ScoreTest]) -> Refitted | None:
-    """Refit with those of a pair that ``fit`` lacks; ``None`` where flights under it run away: what cannot be flown explains nothing.
+def refit_pair(campaign: Campaign, before: CampaignFit, fit: CampaignFit, pair: tuple[ScoreTest, ScoreTest]) -> Refitted:
+    """Refit with those of a pair that ``fit`` lacks, not looked at yet; the fit ``before`` lacks both.
 
     Its surprise is that of both values.
     """
-    keys = [test.effect.entry.key for test in pair]
+    astray = Refitted(pair[1], fit, sum(len(test.columns) for test in pair))
     try:
-        new = fit_extended(campaign, fit, *(test for test, key in zip(pair, keys, strict=True) if key not in fit.model.keys))
-        both = Refitted(pair[1], (), new, np.inf, 0, sum(len(test.columns) for test in pair))
-        found = _looked(campaign, both, [t for t in tests if t.effect.entry.key not in keys])
+        new = fit_extended(campaign, fit, *(test for test in pair if test.effect.entry.key not in fit.model.keys))
+        cost = cost_like(campaign, new, before)
     except (RanAway, np.linalg.LinAlgError):
-        return None
-    return replace(found, surprise=sum(surprise_of(test, _values(new, test)) for test in pair))
+        return astray
+    return replace(astray, fit=new, cost=cost, surprise=sum(surprise_of(test, _values(new, test)) for test in pair))
 
 
-def _looked(campaign: Campaign, refitted: Refitted, tests: Sequence[ScoreTest]) -> Refitted:
-    """With what the scores of ``tests`` say is left at the fit."""
-    others, scores = score_tests(campaign, refitted.fit, _at_their_best(tests))
-    ranking = by_remainder(scores, penalty=0.0)
-    return replace(refitted, left=ranking.nothing, columns=ranking.columns, others=tuple(others), scores=scores)
+def looked(campaign: Campaign, refits: Sequence[Refitted], tests: Sequence[ScoreTest]) -> list[Refitted]:
+    """Refits with what the scores of all other effects say is left, in the noise of the one of least cost.
+
+    Those that were led astray leave infinitely much: what cannot be flown explains nothing.
+    """
+    like = min(refits, key=lambda r: r.cost, default=None)
+    return [r if like is None or r.like is like.fit or np.isinf(r.cost) else _looked(campaign, r, tests, like.fit) for r in refits]
+
+
+def _looked(campaign: Campaign, refitted: Refitted, tests: Sequence[ScoreTest], like: CampaignFit) -> Refitted:
+    """With what the scores say is left at the refit; infinitely much where flights run away."""
+    asked = _at_their_best([t for t in tests if t.effect.entry.key not in refitted.fit.model.keys])
+    try:
+        with np.errstate(over="ignore", invalid="ignore"):  # of effects that cannot be flown from there
+            others, scores = score_tests(campaign, refitted.fit, asked, like=like)
+            ranking = by_remainder(scores, penalty=0.0)
+    except (RanAway, np.linalg.LinAlgError):
+        return replace(refitted, like=like, left=np.inf)
+    return replace(refitted, like=like, left=ranking.nothing, columns=ranking.columns, others=tuple(others), scores=scores)
 
 
 def _at_their_best(tests: Sequence[ScoreTest]) -> Candidates:

@@ -12,8 +12,8 @@ from scipy.stats import chi2
 
 from estimator.diagnosis.contest import criterion_of
 from estimator.diagnosis.pairing import Pairs
-from estimator.diagnosis.ranking import Ranking
-from estimator.diagnosis.refits import Refitted, Rules, judged, key_of, penalty_of, refit
+from estimator.diagnosis.ranking import Hypothesis, Ranking
+from estimator.diagnosis.refits import Refitted, Rules, judged, key_of, looked, penalty_of, refit
 from estimator.diagnosis.score_tests import EfficientScores, ScoreTest
 from estimator.fitting.campaign import Campaign, CampaignFit
 
@@ -31,9 +31,7 @@ def contenders(campaign: Campaign, fit: CampaignFit, found: Found, rules: Rules)
     known = [h for h in ranking.hypotheses if not tests[h.effect].random and tests[h.effect].counts]
     if not known:
         return ()
-    window = known[0].criterion + rules.window
-    close = [h for i, h in enumerate(known[: rules.shortlist]) if i < FEWEST_REFITTED or h.criterion <= window]
-    refits = [r for r in (refit(campaign, fit, tests, h.effect) for h in close) if r.flew]
+    refits = [r for r in looked(campaign, [refit(campaign, fit, test) for test in _shortlist(known, tests, rules)], tests) if r.flew]
     if not refits:
         return ()
     refitted = judged(refits, penalty_of(campaign))
@@ -45,6 +43,14 @@ def contenders(campaign: Campaign, fit: CampaignFit, found: Found, rules: Rules)
     group = [r for r in refitted if r.evidence <= chosen.evidence + rules.margin]
     leader = _simplest(campaign, chosen, group, tests)
     return (replace(leader, group=(key_of(leader), *(key_of(r) for r in group if r is not leader))),)
+
+
+def _shortlist(known: Sequence[Hypothesis], tests: Sequence[ScoreTest], rules: Rules) -> list[ScoreTest]:
+    """The likeliest effects of a look, and the one that explains most: the noise it is judged in may be its own absence."""
+    window = known[0].criterion + rules.window
+    close = [h.effect for i, h in enumerate(known[: rules.shortlist]) if i < FEWEST_REFITTED or h.criterion <= window]
+    most = max((h.effect for h in known), key=lambda number: tests[number].explained)
+    return [tests[number] for number in dict.fromkeys((*close, most))]
 
 
 def _simplest(campaign: Campaign, chosen: Refitted, group: Sequence[Refitted], tests: Sequence[ScoreTest]) -> Refitted:
@@ -67,5 +73,5 @@ def random_contender(campaign: Campaign, fit: CampaignFit, found: Found, rules: 
         first = next((h for h in ranking.hypotheses if tests[h.effect].random), first)
     if not tests[first.effect].random:
         return ()
-    refitted = refit(campaign, fit, tests, first.effect)
+    refitted = refit(campaign, fit, tests[first.effect])
     return (refitted,) if refitted.holds_it else ()

@@ -10,7 +10,7 @@ An effect that is not linear in a parameter (a frequency, the place of a gap) is
 corrected for their number.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -114,10 +114,15 @@ class ScoreTest:
         return self.effect.random
 
 
-def score_tests(campaign: Campaign, fit: CampaignFit, candidates: Candidates) -> tuple[list[ScoreTest], EfficientScores]:
-    """Test every candidate against the fit; also the scores of the columns that were kept, for comparing effects with one another."""
+def score_tests(
+    campaign: Campaign, fit: CampaignFit, candidates: Candidates, *, like: CampaignFit | None = None
+) -> tuple[list[ScoreTest], EfficientScores]:
+    """Test every candidate against the fit; also the scores of the columns that were kept, for comparing effects with one another.
+
+    ``like``: another fit, of which the size of the noise is measured. A poor fit shows more noise than there is.
+    """
     linear = arranged(campaign, candidate_equations(campaign, fit, candidates), fit.model, candidates)
-    scores, chosen = efficient_scores(campaign, fit, linear)
+    scores, chosen = efficient_scores(campaign, fit, linear, like=like)
     tests = [
         _random_test(campaign, linear, effect) if effect.random else _test(scores, candidates, number, chosen)
         for number, effect in enumerate(candidates.effects)
@@ -125,13 +130,15 @@ def score_tests(campaign: Campaign, fit: CampaignFit, candidates: Candidates) ->
     return [replace(test, sharing=campaign.sharing(test.effect.entry.scope)) for test in tests], scores
 
 
-def efficient_scores(campaign: Campaign, fit: CampaignFit, linear: "Linear") -> tuple[EfficientScores, dict[tuple[int, int | None], int]]:
+def efficient_scores(
+    campaign: Campaign, fit: CampaignFit, linear: "Linear", *, like: CampaignFit | None = None
+) -> tuple[EfficientScores, dict[tuple[int, int | None], int]]:
     """Scores of the best start of every effect with their noise, and which start that is, by effect and sequence."""
     scores, projection, seen = _projected(campaign, fit, linear)
     chosen = _best_starts(scores)
     kept = np.array([i for i, c in enumerate(scores.columns) if chosen.get((c.effect, c.sequence)) == c.start and seen[i]], dtype=np.int64)
     scores = scores.take(kept)
-    scores = replace(scores, M=_noise(campaign, fit, linear, (projection, kept)))
+    scores = replace(scores, M=_noise(campaign, fit, linear, (projection, kept), linear.equations if like is None else like.equations))
     return scores.take(np.flatnonzero(np.diag(scores.M) > LEAST_NOISE * np.diag(scores.H))), chosen
 
 
@@ -246,13 +253,15 @@ def _best_starts(scores: EfficientScores) -> dict[tuple[int, int | None], int]:
     return {key: start for key, (_, start) in best.items()}
 
 
-def _noise(campaign: Campaign, fit: CampaignFit, linear: Linear, which: tuple[_Projection, Index]) -> Array:
-    """Covariance (c, c) of the efficient scores of the columns kept."""
+def _noise(
+    campaign: Campaign, fit: CampaignFit, linear: Linear, which: tuple[_Projection, Index], like: Sequence[SequenceEquations]
+) -> Array:
+    """Covariance (c, c) of the efficient scores of the columns kept, of noise as large as in ``like``."""
     projection, kept = which
     layout = fit.layout
     precision, _ = shared_prior(campaign, layout, fit.model, fit.state)
     total = projection.shared[:, kept].T @ (precision[:, None] * projection.shared[:, kept])
-    weighted, more = [], campaign.kind.noise_ratio(campaign, linear.equations)
+    weighted, more = [], campaign.kind.noise_ratio(campaign, like)
     position = {int(column): i for i, column in enumerate(kept)}
     for each, place, own, number, A in zip(linear.equations, layout.place, linear.local, linear.number, projection.local, strict=True):
         change = np.zeros((each.frames.weighted.shape[-1], len(kept)))
@@ -264,7 +273,7 @@ def _noise(campaign: Campaign, fit: CampaignFit, linear: Linear, which: tuple[_P
         along, spread = each.frames.combined(change, more)
         weighted.append(along)
         total += spread
-    total += campaign.kind.repeated_noise(campaign, [e.errors for e in linear.equations], weighted)
+    total += campaign.kind.repeated_noise(campaign, [e.errors for e in linear.equations], weighted, [e.errors for e in like])
     return np.asarray(0.5 * (total + total.T))
 
 

@@ -22,16 +22,24 @@ INEXACT = 0.1
 """Share of a displacement of the outline that its reduced model may leave, at corners and on spikes, and that counts as body-fixed."""
 
 
-def repeated_noise(campaign: Campaign, errors: Sequence[ModelErrors], weighted: Sequence[Array]) -> Array:
-    """What views and the body add to the covariance (p, p) of ``sum weightedᵀ e``; ``weighted`` [sequence] (n, k, 2, p)."""
+def repeated_noise(
+    campaign: Campaign, errors: Sequence[ModelErrors], weighted: Sequence[Array], like: Sequence[ModelErrors] | None = None
+) -> Array:
+    """What views and the body add to the covariance (p, p) of ``sum weightedᵀ e``; ``weighted`` [sequence] (n, k, 2, p).
+
+    ``like`` [sequence]: errors of another fit, of which the body-fixed part is measured; these ``errors`` if ``None``.
+    """
     total = np.zeros((weighted[0].shape[-1],) * 2)
+    body_px = body_noise_px(campaign, errors if like is None else like)
     for particle in sorted(set(campaign.particle)):
         rows = [i for i, p in enumerate(campaign.particle) if p == particle]
-        total += _of_particle(campaign, rows, [errors[i] for i in rows], [weighted[i] for i in rows])
+        total += _of_particle(campaign, [errors[i] for i in rows], [weighted[i] for i in rows], (rows[0], float(body_px[rows[0]])))
     return total
 
 
-def _of_particle(campaign: Campaign, rows: Sequence[int], errors: Sequence[ModelErrors], weighted: Sequence[Array]) -> Array:
+def _of_particle(campaign: Campaign, errors: Sequence[ModelErrors], weighted: Sequence[Array], of: tuple[int, float]) -> Array:
+    """Of one particle; ``of``: its first sequence, whose views all of it share, and its body-fixed error (px)."""
+    first, sigma_px = of
     valid = np.concatenate([e.tangency.valid for e in errors])
     joined = replace(
         errors[0].tangency,
@@ -40,10 +48,8 @@ def _of_particle(campaign: Campaign, rows: Sequence[int], errors: Sequence[Model
         direction=np.concatenate([e.tangency.direction for e in errors]),
         jacobian=np.concatenate([e.tangency.jacobian for e in errors]),
     )
-    W, views = np.concatenate(weighted), campaign.sequences[rows[0]].task.views.silhouettes
-    places = places_of(errors)
-    sigma_px = _of_body(campaign, errors, places)
-    return shared_view_noise(joined, W, views) + body_noise(valid, W, places, sigma_px=sigma_px)
+    W, views = np.concatenate(weighted), campaign.sequences[first].task.views.silhouettes
+    return shared_view_noise(joined, W, views) + body_noise(valid, W, places_of(errors), sigma_px=sigma_px)
 
 
 def places_of(errors: Sequence[ModelErrors]) -> BodyPlaces:

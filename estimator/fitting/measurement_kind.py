@@ -47,8 +47,10 @@ class MeasurementKind(Protocol):
         """Robust cost on the scale of minus the logarithm of a likelihood; with the noise that the errors had in ``like``, if given."""
         ...
 
-    def repeated_noise(self, campaign: "Campaign", errors: Sequence[Any], weighted: Sequence[Array]) -> Array:
-        """Covariance (p, p) of ``sum weightedᵀ e`` from noise that enters more than one sighting."""
+    def repeated_noise(
+        self, campaign: "Campaign", errors: Sequence[Any], weighted: Sequence[Array], like: Sequence[Any] | None = None
+    ) -> Array:
+        """Covariance (p, p) of ``sum weightedᵀ e`` from noise that enters more than one sighting; as large as in ``like``, if given."""
         ...
 
     def sightings(self, sequence: Any) -> int:

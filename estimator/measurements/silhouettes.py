@@ -69,9 +69,11 @@ class Silhouettes:
         rho = np.where(z <= huber, 0.5 * z**2, huber * z - 0.5 * huber**2)
         return float((rho * errors.seen).sum() / max(errors.seen.sum(axis=(1, 2)).mean(), 1.0) * INDEPENDENT_TANGENTS)
 
-    def repeated_noise(self, campaign: Campaign, errors: Sequence[ModelErrors], weighted: Sequence[Array]) -> Array:
+    def repeated_noise(
+        self, campaign: Campaign, errors: Sequence[ModelErrors], weighted: Sequence[Array], like: Sequence[ModelErrors] | None = None
+    ) -> Array:
         """That of the calibrated views and of the body."""
-        return repeated_noise(campaign, errors, weighted)
+        return repeated_noise(campaign, errors, weighted, like)
 
     def sightings(self, sequence: SequenceTask) -> int:
         """Outlines in use."""

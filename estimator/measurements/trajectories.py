@@ -57,9 +57,15 @@ class Trajectories:
         rho = np.where(z <= HUBER, 0.5 * z**2, HUBER * z - 0.5 * HUBER**2)
         return float((rho / sequence.repeats).sum())
 
-    def repeated_noise(self, campaign: Campaign, errors: Sequence[TrajectoryErrors], weighted: Sequence[Array]) -> Array:
+    def repeated_noise(
+        self,
+        campaign: Campaign,
+        errors: Sequence[TrajectoryErrors],
+        weighted: Sequence[Array],
+        like: Sequence[TrajectoryErrors] | None = None,
+    ) -> Array:
         """None: every row has its own."""
-        del campaign, errors
+        del campaign, errors, like
         return np.zeros((weighted[0].shape[-1],) * 2)
 
     def sightings(self, sequence: TrajectoryTask) -> int:

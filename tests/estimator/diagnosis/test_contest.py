@@ -40,7 +40,7 @@ def test_values_of_sequences_cost_by_their_spread_and_never_more_than_for_themse
 
 def trial(key: str) -> Refitted:
     test = ScoreTest(MODELS[key], (), np.zeros(1), np.zeros((1, 1)), 9.0, 1e-4, 9.0, {None: np.zeros(3)})
-    return Refitted(test, (key,), replace(fitted(), cost=1.0 if key == "gravity" else 2.0), 10.0, 5, 3)
+    return Refitted(test, replace(fitted(), cost=1.0 if key == "gravity" else 2.0), 3)
 
 
 @pytest.mark.parametrize(("better", "stands"), [("gravity", "gravity"), ("uniform_acceleration", "uniform_acceleration")])

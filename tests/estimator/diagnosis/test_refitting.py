@@ -27,8 +27,8 @@ NOTHING: Any = None
 JITTERED = SimpleNamespace(key="trigger_jitter", holds_it=True)
 
 
-def refit_of(_campaign: object, _fit: object, tests: list[ScoreTest], number: int) -> SimpleNamespace:
-    return SimpleNamespace(key=tests[number].effect.entry.key, holds_it=True)
+def refit_of(_campaign: object, _fit: object, test: ScoreTest) -> SimpleNamespace:
+    return SimpleNamespace(key=test.effect.entry.key, holds_it=True)
 
 
 def test_a_gap_of_no_frames_is_no_contender() -> None:
@@ -52,3 +52,11 @@ def test_jitter_that_alone_is_significant_leads(monkeypatch: pytest.MonkeyPatch)
 def test_jitter_under_which_flights_run_away_is_no_contender(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(refitting, "refit", lambda *_given: SimpleNamespace(key="trigger_jitter", holds_it=False))
     assert random_contender(NOTHING, NOTHING, ([GAP, JITTER], NO_SCORES, LEADING_GAP), Rules()) == ()
+
+
+def test_what_explains_most_is_refitted_even_if_a_look_leaves_more() -> None:
+    keys = ("radial_distortion", "gravity", "spin_damping", "quadratic_drag", "focal_length", "rolling_shutter")
+    tests = [replace(trial(key, counts=True), explained=600.0 if key == "rolling_shutter" else 100.0) for key in keys]
+    known = [Hypothesis(number, 1, 60.0 + number, 70.0 + number) for number in range(len(keys))]
+    chosen = refitting._shortlist(known, tests, Rules())
+    assert [test.effect.entry.key for test in chosen] == [*keys[:4], "rolling_shutter"]
