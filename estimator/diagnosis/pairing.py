@@ -65,8 +65,7 @@ class Pairs:
         if best is None:
             return ()
         alone, pairs = self._compared(self._with_members(alone, best), pairs)
-        mates = [mate for member in sorted(best) for mate in self._in_place_of(member, alone[next(iter(best - {member}))])]
-        alone, pairs = self._compared(alone, pairs | self._refitted(mate for mate in mates if mate.keys not in pairs))
+        alone, pairs = self._compared(alone, self._with_mates(alone, pairs, best))
         best = self._best([alone[key] for key in rivals], pairs) or best
         alone, pairs = self._compared(self._with_members(alone, best), pairs)
         larger, smaller = judged([alone[key] for key in sorted(best)], self.penalty)
@@ -137,6 +136,13 @@ class Pairs:
         """Effects ``alone`` with the members of a pair, refitted where they are not among them."""
         tests = {test.effect.entry.key: test for test in self.tests}
         return {**alone, **{key: refit(self.campaign, self.fit, tests[key]) for key in sorted(pair - alone.keys())}}
+
+    def _with_mates(self, alone: Mapping[str, Refitted], pairs: Mapping[Keys, Refitted], best: Keys) -> dict[Keys, Refitted]:
+        """Pairs with those of the best one's mates; one that a refit from another side put far off counts if its cost is less from here."""
+        near = _near(pairs, best, self.rules.margin, self.penalty)
+        mates = [mate for member in sorted(best) for mate in self._in_place_of(member, alone[next(iter(best - {member}))])]
+        found = self._refitted(mate for mate in mates if mate.keys not in near)
+        return {**pairs, **{keys: r for keys, r in found.items() if keys not in pairs or r.cost < pairs[keys].cost}}
 
     def _in_place_of(self, member: str, beside: Refitted) -> list[Proposed]:
         """Pairs with what a look cannot tell from ``member`` beside the other of its pair.

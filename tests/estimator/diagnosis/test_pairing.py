@@ -80,3 +80,21 @@ def test_the_pair_that_promises_the_least_cost_is_refitted_whatever_a_look_leave
     single = beside(("blooming", "rolling_shutter", "magnus_lift"), np.eye(3), np.array([70.0, 5.0, 4.0]))
     hidden = replace(single, others=(single.others[0], replace(single.others[1], explained=600.0), single.others[2]), cost=2600.0)
     assert [sorted(pair.keys) for pair in search._beside_one([hidden])] == [["blooming", "gravity"], ["gravity", "rolling_shutter"]]
+
+
+@pytest.mark.parametrize(("cost", "counts"), [(1548.0, 1548.0), (6000.0, 5270.0)])
+def test_a_mate_that_was_led_astray_from_one_side_is_tried_from_the_other(
+    search: Pairs, monkeypatch: pytest.MonkeyPatch, cost: float, counts: float
+) -> None:
+    keys = ("blooming", "outline_offset", "magnus_lift")
+    single = beside(keys, np.array([[1.0, 0.99, 0.0], [0.99, 1.0, 0.0], [0.0, 0.0, 1.0]]), np.array([60.0, 0.0, 0.0]))
+    best, mate = frozenset(("gravity", "blooming")), frozenset(("gravity", "outline_offset"))
+    fits: list[Any] = [object(), object(), object()]
+    pairs = {
+        best: Refitted(single.test, fits[0], 5, cost=1547.0, left=40.0, columns=44),
+        mate: Refitted(single.test, fits[1], 5, cost=5270.0, left=3750.0, columns=44),
+    }
+    monkeypatch.setattr(pairing, "refit_pair", lambda *_given: Refitted(single.test, fits[2], 5, cost=cost))
+    found = search._with_mates({"gravity": single, "blooming": single}, pairs, best)
+    assert found[mate].cost == counts
+    assert found[best] is pairs[best]
