@@ -209,7 +209,7 @@ def step_entry(step: Step, names: Sequence[str], margin: float, apart: Sequence[
 
 
 def explanation_ladder(explanation: Explanation, names: Sequence[str]) -> list[Entry]:
-    """The steps that were accepted as rungs of a ladder."""
+    """The steps that were accepted as rungs of a ladder, and the last model where it lacks an effect that one of them added."""
     steps = explanation.steps
     if not steps:
         return []
@@ -219,6 +219,11 @@ def explanation_ladder(explanation: Explanation, names: Sequence[str]) -> list[E
         if step.accepted:
             rung: Entry = {"added": step.added, "model": keys_of(step.fit), "settled": step.fit.settled, "fitted_rms_px": rms_px(step.fit)}
             rungs.append({**rung, "held_out": held_out_entry(step.after, names), "velocity": None})
+    dropped = [key for key in rungs[-1]["model"] if key not in keys_of(explanation.fit)]
+    if dropped:
+        last: Entry = {"added": None, "dropped": dropped, "model": keys_of(explanation.fit), "settled": explanation.fit.settled}
+        held = held_out_entry(explanation.held_out, names)
+        rungs.append({**last, "fitted_rms_px": rms_px(explanation.fit), "held_out": held, "velocity": None})
     return rungs
 
 

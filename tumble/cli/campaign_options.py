@@ -23,7 +23,7 @@ from tumble.numbers import compact
 from tumble.output_directory import Run, note_failures, output_directory
 from tumble.progress import progress
 from tumble.reports.campaign_page import write_campaign_page
-from tumble.reports.words import rms_word
+from tumble.reports.words import rms_word, rung_name
 
 REPORT_FILE = "report.html"
 SHOWN = 8
@@ -175,8 +175,7 @@ def ladder_table(rungs: list[Mapping[str, Any]], unit: str) -> Table:
     for rung in rungs:
         value = rung["held_out"]["rms_px"]
         change = "" if before is None else f"{value / before - 1.0:+.1%}"
-        name = "free flight" if rung["added"] is None else f"+ {rung['added']}"
         velocity = [f"{rung['velocity'][key]:.2f}%" for key in ("v_percent", "omega_percent")] if rung["velocity"] else []
-        table.add_row(name, f"{rung['fitted_rms_px']:.4f}", f"{value:.4f}", change, *velocity)
+        table.add_row(rung_name(rung), f"{rung['fitted_rms_px']:.4f}", f"{value:.4f}", change, *velocity)
         before = value
     return table

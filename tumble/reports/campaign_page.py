@@ -14,7 +14,7 @@ from tumble.numbers import compact
 from tumble.reports.charts import autocorrelation_chart, ladder_chart, map_chart
 from tumble.reports.payload import flat
 from tumble.reports.shape_charts import shape_chart
-from tumble.reports.words import rms_word
+from tumble.reports.words import rms_word, rung_name
 from tumble.versions import versions
 
 TITLES = {
@@ -76,7 +76,7 @@ def _ladder(rungs: Sequence[Mapping[str, Any]] | None, floor: Mapping[str, Any] 
         value = rung["held_out"]["rms_px"]
         change = "" if before is None else f"{value / before - 1.0:+.1%}"
         above = f"{value / floor['floor_px'] - 1.0:+.0%}"
-        rows.append({**rung, "change": change, "above": above})
+        rows.append({**rung, "name": rung_name(rung), "change": change, "above": above})
         before = value
     return {
         "rows": rows,

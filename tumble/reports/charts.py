@@ -9,7 +9,7 @@ import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from tumble.reports.words import rms_word
+from tumble.reports.words import rms_word, rung_name
 
 INK, SOFT, MEASURED, NOISE, BAD = "#010203", "#010204", "#010205", "#010206", "#010207"
 """Stand-ins that become the page's colours."""
@@ -47,7 +47,7 @@ def ladder_chart(rungs: Sequence[Mapping[str, Any]], floor_px: float, unit: str 
         axes.plot(places, held, "o-", color=MEASURED, label="not fitted", linewidth=2)
         for place, value in zip(places, held, strict=True):
             axes.annotate(f"{value:.4f}", (place, value), xytext=(0, 7), textcoords="offset points", ha="center")
-        axes.set_xticks(list(places), ["free flight" if r["added"] is None else f"+ {r['added']}".replace("_", " ") for r in rungs])
+        axes.set_xticks(list(places), [rung_name(rung).replace("_", " ") for rung in rungs])
         axes.set_xlim(-0.4, len(rungs) - 0.6)
         axes.set_ylim(0, 1.2 * max(*held, floor_px))
         axes.set_ylabel(f"RMS {rms_word(unit)}, {unit}")

@@ -1,5 +1,8 @@
 """What a status means, and what a person may do next, in plain words."""
 
+from collections.abc import Mapping
+from typing import Any
+
 from datasets.estimate import Estimate, Status
 
 MEANING: dict[Status, str] = {
@@ -30,6 +33,14 @@ NEXT: dict[Status, str] = {
 def rms_word(unit: str) -> str:
     """What residuals of a campaign in ``unit`` are."""
     return "ETE" if unit == "px" else "residual"
+
+
+def rung_name(rung: Mapping[str, Any]) -> str:
+    """What a rung of a ladder changes: the effect it adds, or those that turned out superfluous."""
+    if rung["added"] is not None:
+        return f"+ {rung['added']}"
+    dropped = rung.get("dropped") or ()
+    return f"without {', '.join(dropped)}" if dropped else "free flight"
 
 
 MANY_LEFT_OUT = 0.2
