@@ -1,7 +1,7 @@
 """The ladder: frictionless, Coulomb friction, then whatever physics explains most, each rung accepted on held-out impacts alone."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
@@ -9,6 +9,7 @@ import numpy as np
 from estimator.contact_validation.fitting import Fitted, Impacts, fit
 from estimator.contact_validation.held_out import Gain, Judged, gain, judge
 from estimator.contact_validation.models import ADDITIONS, FRICTIONLESS, RIGID, Physics, impulse_model
+from estimator.contact_validation.spread import carried
 
 MOST_ADDED = 3
 JUDGED = 3
@@ -31,7 +32,10 @@ class Candidate:
 
 @dataclass(frozen=True)
 class Rung:
-    """A model of the ladder; ``added``: title of what is new in it. ``gained``: over the rung before; ``candidates`` tried after it."""
+    """A model of the ladder; ``added``: title of what is new in it. ``gained``: over the rung before; ``candidates`` tried after it.
+
+    An addition that was accepted is judged under the uncertainty that it carries itself; what it gained, under that of the rung before.
+    """
 
     added: str
     key: str
@@ -43,10 +47,14 @@ class Rung:
 
 @dataclass(frozen=True)
 class Ladder:
-    """All rungs, the last of which may be one that was tried and refused; ``alike``: per accepted addition others that did as well."""
+    """All rungs, the last of which may be one that was tried and refused; ``alike``: per accepted addition others that did as well.
+
+    ``impacts``: with the uncertainty that the last accepted rung carries.
+    """
 
     rungs: tuple[Rung, ...]
     alike: dict[str, tuple[str, ...]]
+    impacts: Impacts
 
     @property
     def accepted(self) -> tuple[Rung, ...]:
@@ -59,8 +67,9 @@ class Ladder:
         return tuple(r.key for r in self.accepted if r.key in {p.key for p in ADDITIONS})
 
 
-def climb(impacts: Impacts, rng: np.random.Generator, told: Callable[[str], None]) -> Ladder:
-    """Climb as long as held-out impacts agree."""
+def climb(impacts: Impacts, seed: int, told: Callable[[str], None]) -> Ladder:
+    """Climb as long as held-out impacts agree; ``seed`` of the draws."""
+    rng = np.random.default_rng(seed)
     smooth = judge(impacts, fit(impacts, FRICTIONLESS))
     rigid = judge(impacts, fit(impacts, RIGID))
     told("frictionless and Coulomb friction")
@@ -80,7 +89,9 @@ def climb(impacts: Impacts, rng: np.random.Generator, told: Callable[[str], None
             break
         added.append(best.physics.key)
         alike[best.physics.key] = _alike(impacts, candidates, rng)
-    return Ladder(tuple(rungs), alike)
+        impacts, fitted = carried(impacts, best.fitted, seed)
+        rungs[-1] = replace(rungs[-1], judged=judge(impacts, fitted))
+    return Ladder(tuple(rungs), alike, impacts)
 
 
 def tried(impacts: Impacts, before: Judged, added: list[str], rng: np.random.Generator) -> tuple[Candidate, ...]:

@@ -1,12 +1,16 @@
 """One contact with springs in both directions, followed in time: compiled code, dimensionless.
 
-Stronge's lumped-parameter contact [Stronge, Impact Mechanics (2000), chapter 5] at one point of a body that does not move while it touches:
+A lumped-parameter contact [Stronge, Impact Mechanics (2000), chapter 5] at one point of a body that does not move while it touches, with
+the springs of round bodies, Hertz's along the normal and Mindlin's along the plate:
 
-    u' = K (T, F),   δ' = -uₙ,   T' = -κ u_t  with |T| ≤ μF,
-    F = δ while δ is at its deepest, F = (δ - (1-e²) δ_m) / e² below its deepest δ_m,
+    u' = K (T, F),   δ' = -uₙ,   T' = -S u_t  with |T| ≤ μF,   S = κ dF/dδₑ = 3/2 κ √δₑ,   F = δₑ^(3/2),
+    δₑ = δ while δ is at its deepest, δₑ = (δ - (1-e²) δ_m) / e² below its deepest δ_m,
 
-so the normal spring gives back e² of the work of its compression. Springs are linear: what comes out depends on their ratio κ alone.
-Time is in units of the half period's 1/π, K in units of Kₙₙ. Runge and Kutta's fourth order in fixed steps.
+so the normal spring gives back e² of the work of its compression [Walton & Braun 1986]. Where the contact opens, T falls with S, or it
+would make energy [Thornton, Cummins & Cleary, Powder Technol. 233 (2013) 30]. What comes out depends on the ratio κ alone, neither on
+speed nor on stiffness. Linear springs leave velocities wrong by 0.6% of their jump in the median of
+nature's impacts (these: 0.2%), and find 0.91 for a compliance of 1.15 (``tests/agreement/test_contact_physics.py``).
+Time is in units of (m / k)^(2/5) v^(-1/5), K in units of Kₙₙ. Runge and Kutta's fourth order in fixed steps.
 """
 
 import math
@@ -14,30 +18,37 @@ import math
 import numba
 import numpy as np
 
-STEPS_PER_PERIOD = 120
-"""Steps over a half period of the faster of the two springs."""
+STEPS_PER_PERIOD = 160
+"""Steps over a half period of the faster of the two springs, where they are stiffest."""
+STIFFEST_NORMAL = 1.57
+"""dF/dδ at the deepest point of an impact with K and u of one: 3/2 (5/4)^(1/5)."""
 MOST_STEPS = 40000
 LEAST_RESTITUTION = 0.03
+LEAST_OVERLAP = 1e-9
 
 
 @numba.njit(cache=True)
-def _force(depth, deepest, share):  # type: ignore[no-untyped-def]
-    """Normal force."""
+def _overlap(depth, deepest, share):  # type: ignore[no-untyped-def]
+    """What the springs feel of a depth."""
     if depth >= deepest:
-        return depth
+        return max(depth, 0.0)
     return max(depth - (1.0 - share) * deepest, 0.0) / share
 
 
 @numba.njit(cache=True)
 def _rates(y, deepest, share, K, friction, stiffness, out):  # type: ignore[no-untyped-def]  # noqa: PLR0917
     """Derivatives of y = (u, δ, T)."""
-    normal = _force(y[3], deepest, share)
+    overlap = _overlap(y[3], deepest, share)
+    normal = overlap**1.5
     size, limit = math.hypot(y[4], y[5]), friction * normal
     cut = limit / size if size > limit else 1.0
     for i in range(3):
         out[i] = K[i, 0] * cut * y[4] + K[i, 1] * cut * y[5] + K[i, 2] * normal
     out[3] = -y[2]
-    out[4], out[5] = -stiffness * y[0], -stiffness * y[1]
+    S = 1.5 * stiffness * math.sqrt(overlap)
+    opening = y[2] / share / (2.0 * max(overlap, LEAST_OVERLAP)) if y[2] > 0.0 else 0.0
+    for i in range(2):
+        out[4 + i] = -S * y[i] - opening * cut * y[4 + i]
 
 
 @numba.njit(cache=True)
@@ -59,11 +70,15 @@ def spring(K, u, e, friction, stiffness, out):  # type: ignore[no-untyped-def]  
     y[:3] = u
     e = max(e, LEAST_RESTITUTION)
     share, deepest = e * e, 0.0
-    fastest = max(1.0, math.sqrt(stiffness * 0.5 * (K[0, 0] + K[1, 1] + math.hypot(K[0, 0] - K[1, 1], 2.0 * K[0, 1]))))
+    across = 0.5 * (K[0, 0] + K[1, 1] + math.hypot(K[0, 0] - K[1, 1], 2.0 * K[0, 1]))
+    fastest = math.sqrt(STIFFEST_NORMAL * max(1.0, stiffness * across))
     slow, quick = math.pi / STEPS_PER_PERIOD / fastest, math.pi / STEPS_PER_PERIOD * min(e, 1.0 / fastest)
     for _ in range(MOST_STEPS):
-        h = slow if y[3] >= deepest else quick
+        h = slow if y[3] >= deepest and y[2] < 0.0 else quick
         _step(y, h, deepest, share, K, friction, stiffness, k, new)
+        if y[3] >= deepest and y[2] < 0.0 < new[2]:  # the deepest point ends a step
+            _step(y, h * y[2] / (y[2] - new[2]), deepest, share, K, friction, stiffness, k, new)
+            new[2] = max(new[2], 0.0)
         deepest = max(deepest, new[3])
         now, before = new[3] - (1.0 - share) * deepest, y[3] - (1.0 - share) * deepest
         if now <= 0.0:
@@ -71,7 +86,7 @@ def spring(K, u, e, friction, stiffness, out):  # type: ignore[no-untyped-def]  
             _step(y, part * h, deepest, share, K, friction, stiffness, k, new)
             out[:] = new[:3]
             return
-        limit, size = friction * _force(new[3], deepest, share), math.hypot(new[4], new[5])
+        limit, size = friction * _overlap(new[3], deepest, share) ** 1.5, math.hypot(new[4], new[5])
         if size > limit:
             new[4], new[5] = new[4] * limit / size, new[5] * limit / size
         y[:] = new

@@ -14,7 +14,7 @@ from estimator.contact_validation.force_models import Materials, hertz_mindlin_a
 from estimator.contact_validation.held_out import Gain, Judged, gain, judge
 from estimator.contact_validation.ladder import Ladder, climb
 from estimator.contact_validation.measured import MeasuredImpact
-from estimator.contact_validation.models import FRICTIONLESS, RIGID, SPHERE, ContactModel, impulse_model
+from estimator.contact_validation.models import FRICTIONLESS, RIGID, SPHERE, ContactModel
 from estimator.contact_validation.next_contacts import shared_by_corners
 from estimator.contact_validation.point_contact import PointContact, point_contact
 from estimator.contact_validation.quantities import Contact, contact_of
@@ -87,7 +87,7 @@ def validate(measured: Sequence[MeasuredImpact], question: Question, told: Calla
     impacts, shared = single_contacts(measured, question.seed)
     rng = np.random.default_rng(question.seed)
     told("uncertainty of predictions")
-    ladder = climb(impacts, rng, told)
+    ladder = climb(impacts, question.seed, told)
     rigid = ladder.rungs[1].judged
     law = point_contact(dict(zip(RIGID.names, rigid.fitted.values.tolist(), strict=True)))
     contacts = tuple(contact_of(impact, law.friction, rng) for impact in measured)
@@ -95,8 +95,8 @@ def validate(measured: Sequence[MeasuredImpact], question: Question, told: Calla
     ranking = ranked(impacts, _judged_models(impacts, question, ladder, told), rng)
     spread = np.stack([np.sqrt(np.diag(predicted_covariance(i, law, draws_of(i, rng)))) for i in impacts.measured])
     last = ladder.accepted[-1].judged
-    maps = residual_maps(impacts, last)
-    sizes = detectable(impacts, last, ladder.missing, rng)
+    maps = residual_maps(ladder.impacts, last)
+    sizes = detectable(ladder.impacts, last, ladder.missing, rng)
     told("what these impacts could have shown")
     verdict = contact_verdict(ladder, ranking[0].model.title, contacts, shared)
     return Validation(impacts, shared, contacts, ranking, ladder, maps, spread, sizes, verdict)
@@ -124,8 +124,8 @@ def _judged_models(impacts: Impacts, question: Question, ladder: Ladder, told: C
         found.append((model, known[key] if key in known else judge(impacts, fit(impacts, model))))
         told(model.title)
     if ladder.missing:
-        model = impulse_model(ladder.missing)
-        found.append((model, ladder.accepted[-1].judged))
+        last = ladder.accepted[-1].judged.fitted
+        found.append((last.model, judge(impacts, fit(impacts, last.model, known=(last.values,), scatter=last.scatter))))
     return found
 
 

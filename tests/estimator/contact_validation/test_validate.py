@@ -9,10 +9,10 @@ from estimator.contact_validation.force_models import Materials, hertz_mindlin_a
 from estimator.contact_validation.held_out import folds_of, judge
 from estimator.contact_validation.ladder import _fitted_with
 from estimator.contact_validation.measured import experiment_of
-from estimator.contact_validation.models import ADDITIONS, RIGID
+from estimator.contact_validation.models import ADDITIONS, RIGID, impulse_model
 from estimator.contact_validation.point_contact import STIFFEST, PointContact
 from estimator.contact_validation.quantities import contact_of, inconsistent
-from estimator.contact_validation.spread import draws_of, prepared, residual_covariances, smooth_fields
+from estimator.contact_validation.spread import carried, draws_of, prepared, residual_covariances, smooth_fields
 from estimator.contact_validation.validate import Question, validate
 from estimator.contact_validation.verdict import broken_verdict
 from tests.estimator.contact_validation.made_impacts import SIGMAS, made_impacts
@@ -191,3 +191,22 @@ def test_experiments_are_read_from_names() -> None:
     assert experiment_of("stone-e03-r07") == "stone-e03"
     assert experiment_of("toss") == "toss"
     assert experiment_of("left-right") == "left-right"
+
+
+def test_what_a_compliant_contact_makes_of_errors_counts_once_it_is_accepted() -> None:
+    law = PointContact(0.6, 0.2, compliance=1.1)
+    rigid = prepared(made_impacts(law, 8, 41), 0)
+    found = fit(rigid, impulse_model(["tangential_compliance"]))
+    impacts, fitted = carried(rigid, found, 0)
+    assert fitted.by_name["compliance"] == pytest.approx(1.1, abs=0.1)
+    volume = np.linalg.slogdet(rigid.whitening)[1] - np.linalg.slogdet(impacts.whitening)[1]
+    assert np.abs(volume).max() > 0.3
+    again, _ = carried(impacts, fitted, 0)
+    np.testing.assert_allclose(again.whitening, impacts.whitening, rtol=0.05)
+
+
+def test_a_tilt_that_is_in_the_model_is_no_uncertainty() -> None:
+    impacts = prepared(made_impacts(PointContact(0.6, 0.15, tilt=0.05, tilt_across=-0.05), 8, 42), 0)
+    tilted, fitted = carried(impacts, fit(impacts, impulse_model(["plate_tilt"])), 0)
+    assert fitted.by_name["tilt"] == pytest.approx(0.05, abs=5e-3)
+    assert np.abs(np.linalg.slogdet(tilted.whitening)[1] - np.linalg.slogdet(impacts.whitening)[1]).max() < 1.5
