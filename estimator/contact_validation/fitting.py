@@ -114,6 +114,11 @@ def volumes_of(impacts: Impacts, scatter: float) -> Float[NDArray[np.float64], "
     return np.asarray(np.log1p(scatter**2 * (impacts.scattering**2).sum(axis=1)))
 
 
+def log_volumes(impacts: Impacts) -> Float[NDArray[np.float64], " impact"]:
+    """``ln |C|`` of each impact's covariance without scatter."""
+    return np.asarray(-2.0 * np.linalg.slogdet(impacts.whitening)[1])
+
+
 def _bounded(distances2: Array) -> Array:
     return np.asarray((FREEDOM + NUMBERS) * np.log1p(distances2 / FREEDOM))
 

@@ -26,7 +26,7 @@ class Judged:
     """A fit to all impacts, and each impact (n,) judged by fits to the other runs: ``costs``, and squared ``distances2``.
 
     Half a cost is the negative log score. ``residuals`` (n, 6): measured less predicted by those fits, m/s and rad/s. ``volumes`` (n,):
-    what the scatter of restitution adds to costs.
+    what the scatter of restitution adds to costs, and an uncertainty that is not that of the rigid impulse.
     """
 
     fitted: Fitted

@@ -5,12 +5,14 @@ from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
+from numpy.typing import NDArray
 
-from estimator.contact_validation.fitting import Fitted, Impacts, fit
+from estimator.contact_validation.fitting import Fitted, Impacts, fit, log_volumes
 from estimator.contact_validation.held_out import Gain, Judged, gain, judge
 from estimator.contact_validation.models import ADDITIONS, FRICTIONLESS, RIGID, Physics, impulse_model
 from estimator.contact_validation.spread import carried
 
+Array = NDArray[np.float64]
 MOST_ADDED = 3
 JUDGED = 3
 """Candidates of a rung that are judged on held-out impacts, those that fit best."""
@@ -34,7 +36,8 @@ class Candidate:
 class Rung:
     """A model of the ladder; ``added``: title of what is new in it. ``gained``: over the rung before; ``candidates`` tried after it.
 
-    An addition that was accepted is judged under the uncertainty that it carries itself; what it gained, under that of the rung before.
+    An addition that was accepted is judged under the uncertainty that it carries itself, whose volume counts in its costs; what it gained,
+    under that of the rung before.
     """
 
     added: str
@@ -78,20 +81,29 @@ def climb(impacts: Impacts, seed: int, told: Callable[[str], None]) -> Ladder:
     rungs = [first, Rung("Coulomb friction", RIGID.key, rigid, rubbing, rubbing.beyond_chance)]
     alike: dict[str, tuple[str, ...]] = {}
     added: list[str] = []
+    volume = np.zeros(len(impacts))
     while len(added) < MOST_ADDED:
         candidates = tried(impacts, rungs[-1].judged, added, rng)
         told(f"{len(added) + 1}. addition")
         best = candidates[0]
         if best.judged is None or best.gained is None:
             break
-        rungs.append(Rung(best.physics.title, best.physics.key, best.judged, best.gained, best.gained.beyond_chance, candidates))
+        judged = _with_volume(best.judged, volume)
+        rungs.append(Rung(best.physics.title, best.physics.key, judged, best.gained, best.gained.beyond_chance, candidates))
         if not best.gained.beyond_chance:
             break
         added.append(best.physics.key)
         alike[best.physics.key] = _alike(impacts, candidates, rng)
+        before = impacts
         impacts, fitted = carried(impacts, best.fitted, seed)
-        rungs[-1] = replace(rungs[-1], judged=judge(impacts, fitted))
+        volume = volume + log_volumes(impacts) - log_volumes(before)
+        rungs[-1] = replace(rungs[-1], judged=_with_volume(judge(impacts, fitted), volume))
     return Ladder(tuple(rungs), alike, impacts)
+
+
+def _with_volume(judged: Judged, volume: Array) -> Judged:
+    """With the ``volume`` (n,) of an uncertainty over that of the rigid impulse, as part of the costs."""
+    return replace(judged, costs=judged.costs + volume, volumes=judged.volumes + volume)
 
 
 def tried(impacts: Impacts, before: Judged, added: list[str], rng: np.random.Generator) -> tuple[Candidate, ...]:

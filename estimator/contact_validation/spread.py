@@ -83,7 +83,7 @@ def prepared(impacts: Sequence[MeasuredImpact], rng_seed: int) -> Impacts:
 def carried(impacts: Impacts, fitted: Fitted, rng_seed: int) -> tuple[Impacts, Fitted]:
     """The impacts with their whitening under an impulse model with additions, and its fit to them.
 
-    A tilted plate only turns what is drawn; the turn is left out of the draws.
+    What a tilt of the plate changes of the uncertainty (another corner, a contact that sticks) is neglected.
     """
     for _ in range(ROUNDS):
         law = replace(point_contact(fitted.by_name), tilt=0.0, tilt_across=0.0)

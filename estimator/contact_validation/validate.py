@@ -1,7 +1,7 @@
 """From measured impacts to an answer: contacts, models fitted and ranked on held-out impacts, the ladder, residual maps, the verdict."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from jaxtyping import Float
@@ -93,8 +93,9 @@ def validate(measured: Sequence[MeasuredImpact], question: Question, told: Calla
     contacts = tuple(contact_of(impact, law.friction, rng) for impact in measured)
     told("contacts")
     ranking = ranked(impacts, _judged_models(impacts, question, ladder, told), rng)
-    spread = np.stack([np.sqrt(np.diag(predicted_covariance(i, law, draws_of(i, rng)))) for i in impacts.measured])
     last = ladder.accepted[-1].judged
+    carrier = replace(point_contact(last.fitted.by_name), tilt=0.0, tilt_across=0.0)
+    spread = np.stack([np.sqrt(np.diag(predicted_covariance(i, carrier, draws_of(i, rng)))) for i in impacts.measured])
     maps = residual_maps(ladder.impacts, last)
     sizes = detectable(ladder.impacts, last, ladder.missing, rng)
     told("what these impacts could have shown")

@@ -36,7 +36,7 @@ def rms_word(unit: str) -> str:
 
 
 def rung_name(rung: Mapping[str, Any]) -> str:
-    """What a rung of a ladder changes: the effect it adds, or those that turned out superfluous."""
+    """What a rung of a ladder changes: the effect it adds, or those that the last model lacks."""
     if rung["added"] is not None:
         return f"+ {rung['added']}"
     dropped = rung.get("dropped") or ()

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from datasets.errors import InputError
-from estimator.contact_validation.fitting import fit
+from estimator.contact_validation.fitting import fit, log_volumes
 from estimator.contact_validation.force_models import Materials, hertz_mindlin_at_corner, hertz_mindlin_clump
 from estimator.contact_validation.held_out import folds_of, judge
 from estimator.contact_validation.ladder import _fitted_with
@@ -199,8 +199,10 @@ def test_what_a_compliant_contact_makes_of_errors_counts_once_it_is_accepted() -
     found = fit(rigid, impulse_model(["tangential_compliance"]))
     impacts, fitted = carried(rigid, found, 0)
     assert fitted.by_name["compliance"] == pytest.approx(1.1, abs=0.1)
-    volume = np.linalg.slogdet(rigid.whitening)[1] - np.linalg.slogdet(impacts.whitening)[1]
-    assert np.abs(volume).max() > 0.3
+    volume = log_volumes(impacts) - log_volumes(rigid)
+    assert np.abs(volume).max() > 0.6
+    covariance = np.linalg.inv(impacts.whitening[0].T @ impacts.whitening[0])
+    assert log_volumes(impacts)[0] == pytest.approx(np.log(np.linalg.eigvalsh(covariance)).sum(), rel=1e-6)
     again, _ = carried(impacts, fitted, 0)
     np.testing.assert_allclose(again.whitening, impacts.whitening, rtol=0.05)
 
