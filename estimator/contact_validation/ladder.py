@@ -81,23 +81,21 @@ def climb(impacts: Impacts, seed: int, told: Callable[[str], None]) -> Ladder:
     rungs = [first, Rung("Coulomb friction", RIGID.key, rigid, rubbing, rubbing.beyond_chance)]
     alike: dict[str, tuple[str, ...]] = {}
     added: list[str] = []
-    volume = np.zeros(len(impacts))
+    rigid_volumes = log_volumes(impacts)
     while len(added) < MOST_ADDED:
         candidates = tried(impacts, rungs[-1].judged, added, rng)
         told(f"{len(added) + 1}. addition")
         best = candidates[0]
         if best.judged is None or best.gained is None:
             break
-        judged = _with_volume(best.judged, volume)
+        judged = _with_volume(best.judged, log_volumes(impacts) - rigid_volumes)
         rungs.append(Rung(best.physics.title, best.physics.key, judged, best.gained, best.gained.beyond_chance, candidates))
         if not best.gained.beyond_chance:
             break
         added.append(best.physics.key)
         alike[best.physics.key] = _alike(impacts, candidates, rng)
-        before = impacts
         impacts, fitted = carried(impacts, best.fitted, seed)
-        volume = volume + log_volumes(impacts) - log_volumes(before)
-        rungs[-1] = replace(rungs[-1], judged=_with_volume(judge(impacts, fitted), volume))
+        rungs[-1] = replace(rungs[-1], judged=_with_volume(judge(impacts, fitted), log_volumes(impacts) - rigid_volumes))
     return Ladder(tuple(rungs), alike, impacts)
 
 

@@ -98,7 +98,8 @@ class Pairs:
         for single in singles:
             for i, (h, test) in enumerate(_allowed_beside(single, _looked_at(single, self.penalty))):
                 pair = Proposed(single.fit, (single.test, test), h.remainder, len(single.scores.columns) - h.parameters)
-                proposed += [pair] if i == 0 else []
+                if i == 0:
+                    proposed.append(pair)
                 promised.append((2.0 * single.cost - test.explained + self.penalty * pair.parameters, len(promised), pair))
         cheapest = [pair for *_, pair in sorted(promised)[:1]]
         return self._likeliest(proposed, [(single.left, single.parameters) for single in singles]) + cheapest
@@ -149,19 +150,19 @@ class Pairs:
 
         Where the look says nothing of the member (a blur has no slope at zero), whatever else it says nothing of is no mate of it.
         """
-        looked = _looked_at(beside, self.penalty)
-        own = next((h for h, test in looked if test.effect.entry.key == member), None)
+        seen = _looked_at(beside, self.penalty)
+        own = next((h for h, test in seen if test.effect.entry.key == member), None)
         if own is None:
             return []
         columns = len(beside.scores.columns)
-        unit = misfit_unit((h.remainder, columns - h.parameters) for h, _ in looked)
+        unit = misfit_unit((h.remainder, columns - h.parameters) for h, _ in seen)
         explained = (by_remainder(beside.scores, penalty=0.0).nothing - own.remainder) / unit
         if explained < self.penalty * own.parameters + self.rules.margin:
             return []
         reach = self.rules.margin + NEAR * explained
         near = [
             (abs(h.criterion - own.criterion), Proposed(beside.fit, (test, beside.test), h.remainder, columns - h.parameters))
-            for h, test in _allowed_beside(beside, looked)
+            for h, test in _allowed_beside(beside, seen)
             if test.effect.entry.key != member and abs(h.criterion - own.criterion) <= reach
         ]
         return [proposed for _, proposed in sorted(near, key=lambda each: each[0])[: self.rules.mates]]
@@ -172,9 +173,9 @@ def _looked_at(single: Refitted, penalty: float) -> list[tuple[Hypothesis, Score
     return [(h, single.others[h.effect]) for h in by_remainder(single.scores, penalty=penalty).hypotheses]
 
 
-def _allowed_beside(single: Refitted, looked: Iterable[tuple[Hypothesis, ScoreTest]]) -> Iterator[tuple[Hypothesis, ScoreTest]]:
+def _allowed_beside(single: Refitted, seen: Iterable[tuple[Hypothesis, ScoreTest]]) -> Iterator[tuple[Hypothesis, ScoreTest]]:
     """Those that are there at all and can be in a model with it."""
-    return ((h, test) for h, test in looked if test.counts and _allowed(single.test, test))
+    return ((h, test) for h, test in seen if test.counts and _allowed(single.test, test))
 
 
 def _allowed(first: ScoreTest, second: ScoreTest) -> bool:

@@ -30,16 +30,17 @@ def repeated_noise(
     ``like`` [sequence]: errors of another fit, of which the body-fixed part is measured; these ``errors`` if ``None``.
     """
     total = np.zeros((weighted[0].shape[-1],) * 2)
-    body_px = body_noise_px(campaign, errors if like is None else like)
     for particle in sorted(set(campaign.particle)):
         rows = [i for i, p in enumerate(campaign.particle) if p == particle]
-        total += _of_particle(campaign, [errors[i] for i in rows], [weighted[i] for i in rows], (rows[0], float(body_px[rows[0]])))
+        own, other = [errors[i] for i in rows], None if like is None else [like[i] for i in rows]
+        total += _of_particle(campaign, rows[0], own, [weighted[i] for i in rows], other)
     return total
 
 
-def _of_particle(campaign: Campaign, errors: Sequence[ModelErrors], weighted: Sequence[Array], of: tuple[int, float]) -> Array:
-    """Of one particle; ``of``: its first sequence, whose views all of it share, and its body-fixed error (px)."""
-    first, sigma_px = of
+def _of_particle(
+    campaign: Campaign, first: int, errors: Sequence[ModelErrors], weighted: Sequence[Array], like: Sequence[ModelErrors] | None
+) -> Array:
+    """Of one particle; ``first``: its first sequence, whose views all of it share."""
     valid = np.concatenate([e.tangency.valid for e in errors])
     joined = replace(
         errors[0].tangency,
@@ -49,7 +50,9 @@ def _of_particle(campaign: Campaign, errors: Sequence[ModelErrors], weighted: Se
         jacobian=np.concatenate([e.tangency.jacobian for e in errors]),
     )
     W, views = np.concatenate(weighted), campaign.sequences[first].task.views.silhouettes
-    return shared_view_noise(joined, W, views) + body_noise(valid, W, places_of(errors), sigma_px=sigma_px)
+    places = places_of(errors)
+    sigma_px = _of_body(campaign, errors, places) if like is None else _of_body(campaign, like, places_of(like))
+    return shared_view_noise(joined, W, views) + body_noise(valid, W, places, sigma_px=sigma_px)
 
 
 def places_of(errors: Sequence[ModelErrors]) -> BodyPlaces:
