@@ -1,6 +1,7 @@
-"""Do the right contact models win, is hidden contact physics named, are controls left alone? Sets of ten runs each.
+"""Do the right contact models win, is hidden contact physics named, are controls left alone? Sets of ten runs each, or of ``--runs``.
 
-``python -m scripts.acceptance_contact --out out/acceptance_contact [--mode fast|full] [--sets 20] [--hidden-sets 10] [--cases LIST]``.
+``python -m scripts.acceptance_contact --out out/acceptance_contact [--mode fast|full] [--sets 20] [--hidden-sets 10] [--runs 10]
+[--cases LIST]``.
 
 Cases: ``compliant`` (truth with Mindlin's tangential compliance: Hertz–Mindlin should beat the rigid impulse, and the compliance be named),
 ``rigid`` (the other way; these sets are the controls, too), and one per hidden contact option. In ``fast`` mode impacts are nature's own
@@ -67,7 +68,7 @@ def one_set(payload: dict[str, Any]) -> dict[str, Any]:
     """Make, measure and judge one set; writes its row."""
     case, seed = payload["case"], payload["seed"]
     began = time.process_time()
-    found = _collected(case, seed, payload["mode"])
+    found = _collected(case, seed, payload["mode"], payload["runs"])
     models = ("stronge_impulse", "hertz_mindlin") if case in {COMPLIANT, RIGID} else ("stronge_impulse",)
     row: dict[str, Any] = {"case": case, "seed": seed, "impacts": len(found.impacts), "left_out": len(found.left_out)}
     runs = len({i.run for i in found.impacts})
@@ -99,7 +100,7 @@ def one_power(payload: dict[str, Any]) -> dict[str, Any]:
 
     The law has the median values of all sets of its case: those of a set in which nothing is seen would say that nothing can be.
     """
-    impacts = prepared(_collected(payload["case"], payload["seed"], payload["mode"]).impacts, payload["seed"])
+    impacts = prepared(_collected(payload["case"], payload["seed"], payload["mode"], payload["runs"]).impacts, payload["seed"])
     before = judge(impacts, fit(impacts, RIGID_MODEL))
     model = impulse_model([hidden.key for hidden in hidden_in(payload["case"])])
     own = fit(impacts, model)  # its scatter: that of the rigid impulse stands for what is missing there, too
@@ -139,10 +140,10 @@ def row_of(found: Validation) -> dict[str, Any]:
     }
 
 
-def _collected(case: str, seed: int, mode: str) -> Collected:
+def _collected(case: str, seed: int, mode: str, runs: int) -> Collected:
     recipe = drop_recipe(seed, hidden_in(case))
     if mode == "fast":
-        return Collected(tuple(measured_set(recipe, RUNS, np.random.default_rng(seed))))
+        return Collected(tuple(measured_set(recipe, runs, np.random.default_rng(seed))))
     measured: list[tuple[Estimate, Callable[[str], Observation | None]]] = []
     usable = 0
     for index in range(MOST_RUNS):
@@ -153,7 +154,7 @@ def _collected(case: str, seed: int, mode: str) -> Collected:
         measured.append((measure(observation, Configuration()), lambda _, seen=observation: seen))
         found = collected_from(measured[-1:], Known())
         usable += bool(found.impacts or found.broken)
-        if usable == RUNS:
+        if usable == runs:
             break
     return collected_from(measured, Known())
 
@@ -161,7 +162,7 @@ def _collected(case: str, seed: int, mode: str) -> Collected:
 def summary(rows: Sequence[dict[str, Any]], asked: dict[str, Any]) -> dict[str, Any]:
     """The figures that are asked for, of the sets that ran."""
     cases = {case: [row for row in rows if row["case"] == case] for case in CASES}
-    found: dict[str, Any] = {**asked, "runs_per_set": RUNS, "hidden": {key: dict(e.values) for key, e in HIDDEN.items()}, "cases": {}}
+    found: dict[str, Any] = {**asked, "hidden": {key: dict(e.values) for key, e in HIDDEN.items()}, "cases": {}}
     for case, mine in cases.items():
         if not mine:
             continue
@@ -231,8 +232,9 @@ def items_of(arguments: argparse.Namespace, seed: int) -> list[Item]:
             continue
         count = arguments.sets if case in {COMPLIANT, RIGID} else arguments.hidden_sets
         for number in range(count):
-            product = arguments.out / f"{arguments.mode}-{seed}-{case}-{number:03d}.json"
-            payload = {"case": case, "seed": seed + 1000 * CASES.index(case) + number, "mode": arguments.mode, "product": str(product)}
+            product = arguments.out / f"{arguments.mode}-{seed}-{arguments.runs}-{case}-{number:03d}.json"
+            payload = {"case": case, "seed": seed + 1000 * CASES.index(case) + number, "mode": arguments.mode, "runs": arguments.runs}
+            payload["product"] = str(product)
             found.append(Item(product.stem, payload, product))
     return found
 
@@ -253,6 +255,7 @@ def main() -> int:
     parser.add_argument("--mode", choices=("fast", "full"), default="fast")
     parser.add_argument("--sets", type=int, default=20, help="of compliant and of rigid truth")
     parser.add_argument("--hidden-sets", type=int, default=10, help="of each hidden option")
+    parser.add_argument("--runs", type=int, default=RUNS, help="in a set")
     parser.add_argument("--cases", default=",".join(CASES))
     arguments = parser.parse_args()
     seed = seed_of(arguments)
@@ -260,7 +263,7 @@ def main() -> int:
     run_missing(one_set, items, arguments, "sets")
     if arguments.mode == "fast":
         run_missing(one_power, powers_of(items), arguments, "powers")
-    result = summary(rows_of(items), {"seed": seed, "mode": arguments.mode, "goals": GOALS})
+    result = summary(rows_of(items), {"seed": seed, "mode": arguments.mode, "runs_per_set": arguments.runs, "goals": GOALS})
     print(json.dumps(result["cases"], indent=1))
     write_figures(result, page(result), arguments)
     return 0

@@ -5,11 +5,12 @@ from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
+from jaxtyping import Float
 from numpy.typing import NDArray
 
 from estimator.contact_validation.fitting import Fitted, Impacts, fit, log_volumes
 from estimator.contact_validation.held_out import Gain, Judged, gain, judge
-from estimator.contact_validation.models import ADDITIONS, FRICTIONLESS, RIGID, Physics, impulse_model
+from estimator.contact_validation.models import ADDITIONS, FRICTIONLESS, RIGID, ContactModel, Physics, impulse_model
 from estimator.contact_validation.spread import carried
 
 Array = NDArray[np.float64]
@@ -52,12 +53,13 @@ class Rung:
 class Ladder:
     """All rungs, the last of which may be one that was tried and refused; ``alike``: per accepted addition others that did as well.
 
-    ``impacts``: with the uncertainty that the last accepted rung carries.
+    ``impacts``: with the uncertainty that the last accepted rung carries, ``volumes`` (n,) larger in logarithm than the rigid impulse's.
     """
 
     rungs: tuple[Rung, ...]
     alike: dict[str, tuple[str, ...]]
     impacts: Impacts
+    volumes: Float[NDArray[np.float64], " impact"]
 
     @property
     def accepted(self) -> tuple[Rung, ...]:
@@ -68,6 +70,10 @@ class Ladder:
     def missing(self) -> tuple[str, ...]:
         """Keys of the physics that the rigid impulse with friction misses."""
         return tuple(r.key for r in self.accepted if r.key in {p.key for p in ADDITIONS})
+
+    def judged(self, model: ContactModel) -> Judged:
+        """Another ``model`` fitted and judged as the last accepted rung is: on the same impacts under the same uncertainty."""
+        return _with_volumes(judge(self.impacts, fit(self.impacts, model)), self.volumes)
 
 
 def climb(impacts: Impacts, seed: int, told: Callable[[str], None]) -> Ladder:
@@ -88,20 +94,20 @@ def climb(impacts: Impacts, seed: int, told: Callable[[str], None]) -> Ladder:
         best = candidates[0]
         if best.judged is None or best.gained is None:
             break
-        judged = _with_volume(best.judged, log_volumes(impacts) - rigid_volumes)
+        judged = _with_volumes(best.judged, log_volumes(impacts) - rigid_volumes)
         rungs.append(Rung(best.physics.title, best.physics.key, judged, best.gained, best.gained.beyond_chance, candidates))
         if not best.gained.beyond_chance:
             break
         added.append(best.physics.key)
         alike[best.physics.key] = _alike(impacts, candidates, rng)
         impacts, fitted = carried(impacts, best.fitted, seed)
-        rungs[-1] = replace(rungs[-1], judged=_with_volume(judge(impacts, fitted), log_volumes(impacts) - rigid_volumes))
-    return Ladder(tuple(rungs), alike, impacts)
+        rungs[-1] = replace(rungs[-1], judged=_with_volumes(judge(impacts, fitted), log_volumes(impacts) - rigid_volumes))
+    return Ladder(tuple(rungs), alike, impacts, log_volumes(impacts) - rigid_volumes)
 
 
-def _with_volume(judged: Judged, volume: Array) -> Judged:
-    """With the ``volume`` (n,) of an uncertainty over that of the rigid impulse, as part of the costs."""
-    return replace(judged, costs=judged.costs + volume, volumes=judged.volumes + volume)
+def _with_volumes(judged: Judged, volumes: Array) -> Judged:
+    """With the ``volumes`` (n,) of an uncertainty over that of the rigid impulse, as part of the costs."""
+    return replace(judged, costs=judged.costs + volumes, volumes=judged.volumes + volumes)
 
 
 def tried(impacts: Impacts, before: Judged, added: list[str], rng: np.random.Generator) -> tuple[Candidate, ...]:

@@ -11,7 +11,7 @@ from datasets.errors import InputError
 from estimator.contact_validation.detection import Detectable, detectable
 from estimator.contact_validation.fitting import Fitted, Impacts, fit
 from estimator.contact_validation.force_models import Materials, hertz_mindlin_at_corner, hertz_mindlin_clump
-from estimator.contact_validation.held_out import Gain, Judged, gain, judge
+from estimator.contact_validation.held_out import Gain, Judged, gain
 from estimator.contact_validation.ladder import Ladder, climb
 from estimator.contact_validation.measured import MeasuredImpact
 from estimator.contact_validation.models import FRICTIONLESS, RIGID, SPHERE, ContactModel
@@ -92,7 +92,7 @@ def validate(measured: Sequence[MeasuredImpact], question: Question, told: Calla
     law = point_contact(dict(zip(RIGID.names, rigid.fitted.values.tolist(), strict=True)))
     contacts = tuple(contact_of(impact, law.friction, rng) for impact in measured)
     told("contacts")
-    ranking = ranked(impacts, _judged_models(impacts, question, ladder, told), rng)
+    ranking = ranked(ladder.impacts, _judged_models(question, ladder, told), rng)
     last = ladder.accepted[-1].judged
     carrier = replace(point_contact(last.fitted.by_name), tilt=0.0, tilt_across=0.0)
     spread = np.stack([np.sqrt(np.diag(predicted_covariance(i, carrier, draws_of(i, rng)))) for i in impacts.measured])
@@ -116,17 +116,17 @@ def single_contacts(measured: Sequence[MeasuredImpact], seed: int) -> tuple[Impa
     return prepared(single, seed), tuple(impact.name for impact, several in zip(measured, shared, strict=True) if several)
 
 
-def _judged_models(impacts: Impacts, question: Question, ladder: Ladder, told: Callable[[str], None]) -> list[tuple[ContactModel, Judged]]:
-    """The models asked for, and the ladder's last where it has more than they."""
-    known = {rung.key: rung.judged for rung in ladder.rungs[:2]}
+def _judged_models(question: Question, ladder: Ladder, told: Callable[[str], None]) -> list[tuple[ContactModel, Judged]]:
+    """The models asked for, and the ladder's last where it has more than they; all under the uncertainty that the last one carries."""
+    last = ladder.accepted[-1]
+    known = {rung.key: rung.judged for rung in ladder.rungs[:2]} if not ladder.missing else {}
     found = []
     for key in question.models:
-        model = _model(key, impacts, question)
-        found.append((model, known[key] if key in known else judge(impacts, fit(impacts, model))))
+        model = _model(key, ladder.impacts, question)
+        found.append((model, known[key] if key in known else ladder.judged(model)))
         told(model.title)
     if ladder.missing:
-        last = ladder.accepted[-1].judged.fitted
-        found.append((last.model, judge(impacts, fit(impacts, last.model, known=(last.values,), scatter=last.scatter))))
+        found.append((last.judged.fitted.model, last.judged))
     return found
 
 

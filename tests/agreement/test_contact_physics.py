@@ -20,6 +20,8 @@ MOST_OFF = 3e-3
 HIDDEN = {
     "tangential_compliance": EffectRecipe("tangential_compliance", {"ratio": 1.0}),
     "velocity_dependent_restitution": EffectRecipe("velocity_dependent_restitution", {"yield_speed": 0.3}),
+    "adhesion": EffectRecipe("adhesion", {"pull_off": 0.6, "reach": 1e-5}),
+    "plate_tilt": EffectRecipe("plate_tilt", {"angle": 0.04, "angle_across": -0.03}),
     "yielding_plate": EffectRecipe("yielding_plate", {"inverse_mass": 1500.0}),
 }
 
