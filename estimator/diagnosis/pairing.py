@@ -66,8 +66,12 @@ class Pairs:
             return ()
         alone, pairs = self._compared(self._with_members(alone, best), pairs)
         alone, pairs = self._compared(alone, self._with_mates(alone, pairs, best))
-        best = self._best([alone[key] for key in rivals], pairs) or best
+        best = self._best([alone[key] for key in rivals], pairs)
+        if best is None:
+            return ()
         alone, pairs = self._compared(self._with_members(alone, best), pairs)
+        if best not in pairs:
+            return ()
         larger, smaller = judged([alone[key] for key in sorted(best)], self.penalty)
         if not larger.holds_it:
             return ()
@@ -112,9 +116,14 @@ class Pairs:
         return [proposed[i] for criterion, i in sorted(found)[: self.rules.pairs] if criterion < beaten]
 
     def _refitted(self, proposed: Iterable[Proposed]) -> dict[Keys, Refitted]:
-        """Refits of pairs."""
-        wanted = {pair.keys: pair for pair in proposed}
-        return {keys: refit_pair(self.campaign, self.fit, pair.fit, pair.tests) for keys, pair in wanted.items()}
+        """Refits of pairs; of one that was proposed beside several effects, the refit of least cost."""
+        wanted = {(pair.keys, id(pair.fit)): pair for pair in proposed}
+        found: dict[Keys, Refitted] = {}
+        for pair in wanted.values():
+            new = refit_pair(self.campaign, self.fit, pair.fit, pair.tests)
+            if pair.keys not in found or new.cost < found[pair.keys].cost:
+                found[pair.keys] = new
+        return found
 
     def _compared(self, alone: Mapping[str, Refitted], pairs: Mapping[Keys, Refitted]) -> tuple[dict[str, Refitted], dict[Keys, Refitted]]:
         """Effects ``alone`` and ``pairs``, all with what is left in the noise of the best of them; no pairs that were led astray."""

@@ -92,7 +92,7 @@ def judged(refits: Sequence[Refitted], penalty: float) -> list[Refitted]:
 
     See :func:`estimator.diagnosis.ranking.misfit_unit`.
     """
-    unit = misfit_unit((r.left, r.columns) for r in refits)
+    unit = misfit_unit((r.left, r.columns) for r in refits if np.isfinite(r.left))
     found = [replace(r, evidence=r.left / unit + penalty * r.parameters) for r in refits]
     return sorted((replace(r, criterion=r.evidence + r.surprise) for r in found), key=lambda r: r.criterion)
 
@@ -121,6 +121,8 @@ def refit_pair(campaign: Campaign, before: CampaignFit, fit: CampaignFit, pair: 
         cost = cost_like(campaign, new, before)
     except (RanAway, np.linalg.LinAlgError):
         return astray
+    if cost > before.cost:
+        return replace(astray, fit=new)
     return replace(astray, fit=new, cost=cost, surprise=sum(surprise_of(test, _values(new, test)) for test in pair))
 
 
