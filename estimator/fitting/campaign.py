@@ -27,6 +27,8 @@ MOST_STEPS, HALVINGS, SETTLED = 15, 5, 0.05
 STILL, STILL_COST, STILL_SHARE = 0.35, 0.1, 1e-4
 """A fit also ends where a step below ``STILL`` standard deviations changes the cost by less than ``STILL_COST``, a small fraction of what
 tells models apart, or than ``STILL_SHARE`` of it: tangents that jump from corner to corner keep large misfits from settling further."""
+PATIENCE = 3
+"""Steps that lower the cost by less than ``STILL_SHARE`` of it before a fit is given up where it was best: large misfits wander."""
 
 
 @dataclass(frozen=True)
@@ -198,12 +200,12 @@ class CampaignFit:
 
 
 def fit_campaign(campaign: Campaign, start: CampaignState, model: Model, *, most_steps: int = MOST_STEPS) -> CampaignFit:
-    """Gauss-Newton with step halving, weights refreshed at every step."""
+    """Gauss-Newton with step halving, weights refreshed at every step; ends, too, where :data:`PATIENCE` steps in a row gain nothing."""
     layout = layout_of(campaign, model)
     state = _agreed(start, layout)
     equations = _linearised(campaign, state, model)
     cost = _cost(campaign, layout, model, (state, equations))
-    settled = False
+    settled, least, in_vain = False, (cost, state, equations), 0
     for _ in range(most_steps):
         solution = solve_arrow(equations, layout, shared_prior(campaign, layout, model, state))
         size = _relative_size(equations, layout, solution)
@@ -222,8 +224,12 @@ def fit_campaign(campaign: Campaign, start: CampaignState, model: Model, *, most
             break
         settled = size < SETTLED or (size < STILL and abs(cost - new_cost) < max(STILL_COST, STILL_SHARE * cost))
         state, equations, cost = trial, new, new_cost
-        if settled:
+        in_vain = 0 if cost < least[0] * (1.0 - STILL_SHARE) else in_vain + 1
+        least = min(least, (cost, state, equations), key=lambda found: found[0])
+        if settled or in_vain == PATIENCE:
             break
+    if not settled:
+        cost, state, equations = least
     return CampaignFit(model, state, equations, layout, settled, cost)
 
 
