@@ -3,6 +3,7 @@
 import json
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,7 @@ from datasets.vocabulary.camera import HsvCamera
 from datasets.vocabulary.outline import Outline
 from estimator import pipeline
 from estimator.configuration import Configuration, configuration_from_dict
+from estimator.fitting.levenberg_marquardt import NormalEquations, Outcome, Solution
 from estimator.fitting.pose_refinement import Poses
 from estimator.fitting.pose_search import FoundPoses
 from estimator.motion.rotation import rotation_from_vector
@@ -79,6 +81,25 @@ def test_a_wrong_first_pose_is_left_for_other_sightings(
     assert measured.middle is not None
     sigma = np.sqrt(np.diag(measured.middle.covariance))
     assert np.all(np.abs(result.middle.omega_world - measured.middle.omega_world) < 0.5 * sigma[3:])
+
+
+@pytest.mark.parametrize(("share", "taken"), [(0.6, True), (0.9995, False), (1.2, False)])
+def test_starts_elsewhere_are_tried_for_good_solutions_too(share: float, taken: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Another minimum is taken, the same one reached from elsewhere is not."""
+
+    def solution(name: str, cost: float) -> Solution[Any]:
+        return Solution(SimpleNamespace(name=name), NormalEquations(np.eye(1), np.zeros(1), cost), Outcome.CONVERGED, 1)
+
+    cost = pipeline.GOOD_COST  # of a task with ten pairs: a tenth of what counts as poor
+    task = SimpleNamespace(weight=np.ones((2, 5)))
+    monkeypatch.setattr(pipeline, "starts_along", lambda *_: ["elsewhere"])
+    monkeypatch.setattr(pipeline, "best_start", lambda _task, starts: starts[0])
+    monkeypatch.setattr(pipeline, "fit_growing", lambda _task, start: solution(start, share * cost))
+    monkeypatch.setattr(pipeline, "at_time", lambda flight, _time: flight)
+    monkeypatch.setattr(pipeline, "fit", lambda _task, flight: solution(flight.name, share * cost))
+    first = (SimpleNamespace(body=None, gravity_world=None, time_s=0.0), solution("here", cost))
+    found = pipeline._from_other_starts(task, None, first, Configuration(), np.random.default_rng(0))
+    assert found.state.name == ("elsewhere" if taken else "here")
 
 
 def test_a_second_run_gives_the_same_bytes(sequence: tuple[Observation, Truth], measured: Estimate, tmp_path: Path) -> None:

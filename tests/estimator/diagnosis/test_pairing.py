@@ -66,6 +66,31 @@ def test_what_contradicts_or_contains_another_is_no_pair(search: Pairs) -> None:
     assert {pair.keys for pair in search._beside_one([single])} == {frozenset(("gravity", "magnus_lift"))}
 
 
+def test_a_pair_that_the_second_comparison_refuses_does_not_stand(search: Pairs, monkeypatch: pytest.MonkeyPatch) -> None:
+    answers = iter([frozenset(("gravity", "magnus_lift")), None])
+    monkeypatch.setattr(Pairs, "_likely", lambda *_: [])
+    monkeypatch.setattr(Pairs, "_compared", lambda _self, alone, pairs: (dict(alone), dict(pairs)))
+    monkeypatch.setattr(Pairs, "_with_members", lambda _self, alone, _pair: dict(alone))
+    monkeypatch.setattr(Pairs, "_with_mates", lambda _self, _alone, pairs, _best: dict(pairs))
+    monkeypatch.setattr(Pairs, "_best", lambda *_: next(answers))
+    assert search.better([]) == ()
+    assert next(answers, "asked twice") == "asked twice"
+
+
+def test_of_a_pair_proposed_from_two_sides_the_lower_cost_counts(search: Pairs, monkeypatch: pytest.MonkeyPatch) -> None:
+    tests = (trial(0, "gravity"), trial(1, "magnus_lift"))
+    proposed = [pairing.Proposed(fit, tests, 0.0, 1) for fit in ("low", "high", "low")]
+    asked: list[str] = []
+
+    def refit(_campaign: Any, _before: Any, fit: Any, pair: Any) -> Refitted:
+        asked.append(fit)
+        return Refitted(pair[1], fit, 4, cost=3.0 if fit == "low" else 7.0)
+
+    monkeypatch.setattr(pairing, "refit_pair", refit)
+    (found,) = search._refitted(proposed).values()
+    assert (found.fit, asked) == ("low", ["low", "high"])
+
+
 def test_groups_of_a_pair() -> None:
     """A twin of either member in place of it, with the other one or with the other's twin."""
     near = [frozenset(pair) for pair in (("a", "b"), ("a2", "b"), ("a2", "b2"), ("a3", "b2"))]

@@ -5,9 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.stats import chi2
 
 from estimator.diagnosis import refits
-from estimator.diagnosis.refits import Refitted, looked, refit
+from estimator.diagnosis.refits import Refitted, judged, looked, refit, refit_pair
 from estimator.diagnosis.score_tests import Candidates, ScoreTest, score_tests
 from estimator.effects.registry import MODELS
 from estimator.fitting.campaign import CampaignFit
@@ -75,4 +76,24 @@ def test_a_refit_that_nothing_asks_for_leaves_what_was_left() -> None:
     found = looked(campaign, [refit(campaign, fit, test) for test in tests], tests)
     assert all(r.flew for r in found)
     assert all(fit.cost - r.cost < 10.0 for r in found)
-    assert all(r.left < 5.0 * r.columns for r in found)
+    assert all(chi2.sf(r.left, r.columns) > 1e-3 for r in found)
+
+
+def test_a_pair_that_costs_more_than_nothing_is_astray(monkeypatch: pytest.MonkeyPatch) -> None:
+    campaign, fit = registered().campaign, fitted()
+    pair = (trials(None)[0][0], trials(None)[0][1])
+    monkeypatch.setattr(refits, "fit_extended", lambda *_: replace(fit, cost=0.0))
+    for risen, flew in ((-1.0, True), (1.0, False)):
+        monkeypatch.setattr(refits, "cost_like", lambda *_, risen=risen: fit.cost + risen)
+        monkeypatch.setattr(refits, "surprise_of", lambda *_: 0.0)
+        monkeypatch.setattr(refits, "_values", lambda *_: np.zeros(1))
+        assert np.isfinite(refit_pair(campaign, fit, fit, pair).cost) is np.bool_(flew)
+
+
+def test_what_was_led_astray_is_last_and_a_number_all_the_same() -> None:
+    """Where both were, the criterion of neither is a number that compares; that of the one that flew is."""
+    tests = trials(None)[0]
+    flew = Refitted(tests[0], fitted(), 1, cost=10.0, left=50.0, columns=10)
+    astray = [Refitted(test, fitted(), 1) for test in tests[1:]]
+    assert [r.criterion for r in judged(astray, 4.0)] == [np.inf, np.inf]
+    assert judged([*astray, flew], 4.0)[0].test is tests[0]

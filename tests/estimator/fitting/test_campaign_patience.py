@@ -1,0 +1,29 @@
+"""A fit of a campaign ends where steps gain nothing any more, at the best of what it saw."""
+
+import pytest
+
+from estimator.fitting import campaign
+from estimator.fitting.campaign import PATIENCE, CampaignFit, fit_campaign
+from tests.estimator.small_campaign import fitted, registered
+
+
+def fit_with_costs(costs: list[float], monkeypatch: pytest.MonkeyPatch) -> tuple[CampaignFit, int]:
+    """A fit whose every step is large and whose costs are given, and how many of them it asked for."""
+    observed, start = registered().campaign, fitted()
+    left = iter(costs)
+    monkeypatch.setattr(campaign, "_cost", lambda *_: next(left))
+    monkeypatch.setattr(campaign, "_relative_size", lambda *_: 40.0)
+    found = fit_campaign(observed, start.state, start.model)
+    return found, len(costs) - len(list(left))
+
+
+def test_a_fit_that_wanders_ends_where_it_was_best(monkeypatch: pytest.MonkeyPatch) -> None:
+    found, asked = fit_with_costs([100.0, 50.0, *(50.001 + 0.001 * i for i in range(40))], monkeypatch)
+    assert (found.cost, found.settled) == (50.0, False)
+    assert asked == 2 + PATIENCE
+
+
+def test_a_fit_that_still_gains_goes_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    found, asked = fit_with_costs([100.0 - i for i in range(40)], monkeypatch)
+    assert asked == 1 + campaign.MOST_STEPS
+    assert found.cost == 100.0 - campaign.MOST_STEPS
