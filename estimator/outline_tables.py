@@ -15,6 +15,7 @@ from estimator.fitting.model_errors import SequenceTask, cast_outlines, centres_
 from estimator.fitting.pose_refinement import Views
 from estimator.fitting.prediction import Prediction, predict
 from estimator.fitting.trajectory import particle_poses
+from estimator.geometry.cast_outline import with_hollows_seen
 from estimator.geometry.closed_curves import unit_circle
 from estimator.geometry.outline_shape import OutlineShape, as_of_a_hull, hollow_share, outline_shape
 from estimator.geometry.visual_hull import HullMesh
@@ -55,11 +56,18 @@ class OutlineTables:
 
 
 def shape_at(sequence: SequenceTask, flight: Flight, prediction: Prediction, mesh: HullMesh) -> tuple[list[Array], OutlineShape]:
-    """The outlines (v, 2) px that a body's ``mesh``, particle frame, casts at ``prediction``, and their shape, in motion as there."""
-    placed = particle_poses(flight, prediction.poses, sequence.task.sightings)
+    """The outlines (v, 2) px that a body's ``mesh``, particle frame, casts at ``prediction``, and their shape, in motion as there.
+
+    Hollows that the sightings show and the mesh lacks count in the shape, but for light that leaks: that asks for smooth outlines.
+    """
+    sightings = sequence.task.sightings
+    placed = particle_poses(flight, prediction.poses, sightings)
     outlines = cast_outlines(sequence.task, placed, mesh)
     motions = picture_motions(sequence, moving_at(sequence, prediction, centres_cam(flight, placed)))
-    return outlines, outline_shape(outlines, motions)
+    if not sightings.outlines_px:
+        return outlines, outline_shape(outlines, motions)
+    hollow = [with_hollows_seen(cast, seen) for cast, seen in zip(outlines, sightings.outlines_px, strict=True)]
+    return outlines, outline_shape(hollow, motions, flat=outlines)
 
 
 def with_tables(sequence: SequenceTask, flight: Flight, model: Model, theta: Array) -> SequenceTask:

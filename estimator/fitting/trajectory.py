@@ -27,13 +27,17 @@ OUTWARD: Array = unit_circle(720)
 
 @dataclass(frozen=True)
 class Sightings:
-    """The silhouettes of a sequence that are used: hull ``n`` was seen by camera ``camera[n]`` in frame ``frame[n]`` at ``times_s[n]``."""
+    """The silhouettes of a sequence that are used: hull ``n`` was seen by camera ``camera[n]`` in frame ``frame[n]`` at ``times_s[n]``.
+
+    ``outlines_px`` (v, 2) of each with its hollows, as seen; none where they are not known.
+    """
 
     silhouettes: Silhouettes
     camera: NDArray[np.int64]
     frame: NDArray[np.int64]
     times_s: Array
     cameras: tuple[HsvCamera, ...]
+    outlines_px: tuple[Array, ...] = ()
 
     def __len__(self) -> int:
         return len(self.frame)
@@ -63,7 +67,9 @@ class Sightings:
 
     def take(self, rows: NDArray[np.int64]) -> "Sightings":
         """The sightings ``rows`` alone."""
-        return Sightings(self.silhouettes.take(rows.tolist()), self.camera[rows], self.frame[rows], self.times_s[rows], self.cameras)
+        outlines = tuple(self.outlines_px[i] for i in rows) if self.outlines_px else ()
+        silhouettes = self.silhouettes.take(rows.tolist())
+        return Sightings(silhouettes, self.camera[rows], self.frame[rows], self.times_s[rows], self.cameras, outlines)
 
 
 @dataclass(frozen=True)

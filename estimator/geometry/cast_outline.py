@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
 from datasets.vocabulary.camera import Intrinsics
+from estimator.geometry.closed_curves import unit_circle
 from estimator.geometry.visual_hull import HullMesh
 
 Array = NDArray[np.float64]
@@ -24,6 +25,9 @@ MARGIN_PX = 2.0
 SHALLOW_PX = 0.25
 """Depth of a hollow that is none."""
 SIMPLER_PX = 0.05
+DIRECTIONS = 180
+SLACK_PX = 0.3
+"""By which a hollow is told from noise of the outline that shows it."""
 
 
 @dataclass(frozen=True)
@@ -50,6 +54,23 @@ def cast_outline(mesh: CastingMesh, camera: Intrinsics, R_cam_particle: Array, t
     rest = convex.difference(shapely.union_all([p for p in pockets if _depth_px(p, convex) > SHALLOW_PX]))
     largest = max(shapely.get_parts(rest), key=shapely.area)
     return np.asarray(shapely.get_coordinates(largest.exterior)[:-1])
+
+
+def with_hollows_seen(cast: Array, seen: Array) -> Array:
+    """A ``cast`` outline (n, 2) px without what the ``seen`` one (m, 2) px of the same body shows to be hollow.
+
+    A visual hull fills hollows that no calibrated view looks into, and the picture itself shows some of them: a body lies inside every cone
+    of its outlines [Laurentini, IEEE Trans. PAMI 16 (1994) 150]. The seen outline is moved out by as much as tangents of the cast one lie
+    beyond it at most, so that neither a pose that is off nor an effect that moves outlines cuts anything of a corner.
+    """
+    u = unit_circle(DIRECTIONS)
+    beyond = float(np.max((cast @ u.T).max(axis=0) - (seen @ u.T).max(axis=0)))
+    wide = shapely.Polygon(seen).buffer(0.0).buffer(max(beyond, 0.0) + SLACK_PX)
+    left = shapely.Polygon(cast).buffer(0.0).intersection(wide)
+    if left.is_empty:
+        return cast
+    largest = max(shapely.get_parts(left), key=shapely.area)
+    return np.asarray(shapely.get_coordinates(largest.simplify(SIMPLER_PX).exterior)[:-1])
 
 
 def _depth_px(pocket: shapely.Polygon, convex: shapely.Polygon) -> float:

@@ -112,10 +112,11 @@ def hollow_share(polygons: Sequence[Array]) -> float:
     return float(1.0 - np.mean(shapely.area(filled) / np.maximum(shapely.area(shapely.convex_hull(filled)), 1e-9)))
 
 
-def outline_shape(polygons: Sequence[Array], motions: Array | None = None) -> OutlineShape:
+def outline_shape(polygons: Sequence[Array], motions: Array | None = None, flat: Sequence[Array] | None = None) -> OutlineShape:
     """The shape of outlines (v, 2) px, either way round; zeros where there are fewer than three corners.
 
     ``motions`` (n, 3, 2): how each moves during the exposure (:func:`estimator.geometry.outline_smear.smear_losses`), if it does.
+    ``flat``: outlines of the same body that tell flat stretches, from which light leaks, where others are rough with noise.
     """
     n = len(polygons)
     shape = OutlineShape(
@@ -131,7 +132,7 @@ def outline_shape(polygons: Sequence[Array], motions: Array | None = None) -> Ou
             shape.radius_px[i] = _radii(_positive(points[ConvexHull(points).vertices]))
             shape.recession[i] = _recession(points)
             shape.erosion[i] = _erosion(points)
-            shape.leak[i] = _leak(points)
+            shape.leak[i] = _leak(points if flat is None else _positive(flat[i]))
             if motions is not None:
                 shape.smear[i] = smear_losses(points, motions[i], outward())
     return shape
