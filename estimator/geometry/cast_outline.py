@@ -27,7 +27,7 @@ SHALLOW_PX = 0.25
 SIMPLER_PX = 0.05
 DIRECTIONS = 180
 SLACK_PX = 0.3
-"""By which a hollow is told from noise of the outline that shows it."""
+"""Depth by which a hollow is told from noise of the outline that shows it."""
 
 
 @dataclass(frozen=True)
@@ -61,12 +61,14 @@ def with_hollows_seen(cast: Array, seen: Array) -> Array:
 
     A visual hull fills hollows that no calibrated view looks into, and the picture itself shows some of them: a body lies inside every cone
     of its outlines [Laurentini, IEEE Trans. PAMI 16 (1994) 150]. The seen outline is moved out by as much as tangents of the cast one lie
-    beyond it at most, so that neither a pose that is off nor an effect that moves outlines cuts anything of a corner.
+    beyond it at most, so that neither a pose that is off nor an effect that moves outlines cuts anything of a corner. Pockets shallower than
+    ``SLACK_PX`` are noise, deeper ones whole.
     """
     u = unit_circle(DIRECTIONS)
-    beyond = float(np.max((cast @ u.T).max(axis=0) - (seen @ u.T).max(axis=0)))
-    wide = shapely.Polygon(seen).buffer(0.0).buffer(max(beyond, 0.0) + SLACK_PX)
-    left = shapely.Polygon(cast).buffer(0.0).intersection(wide)
+    beyond = max(float(np.max((cast @ u.T).max(axis=0) - (seen @ u.T).max(axis=0))), 0.0)
+    body = shapely.Polygon(cast).buffer(0.0)
+    pockets = body.difference(shapely.Polygon(seen).buffer(0.0).buffer(beyond + SLACK_PX))
+    left = body.difference(pockets.buffer(SLACK_PX))
     if left.is_empty:
         return cast
     largest = max(shapely.get_parts(left), key=shapely.area)

@@ -4,11 +4,16 @@ import numpy as np
 import pytest
 import shapely
 import trimesh
+from numpy.typing import NDArray
+from scipy.spatial import ConvexHull
 
 from datasets.vocabulary.camera import Intrinsics
-from estimator.geometry.cast_outline import SHALLOW_PX, cast_outline, casting_mesh
+from estimator.geometry.cast_outline import SHALLOW_PX, cast_outline, casting_mesh, with_hollows_seen
+from estimator.geometry.closed_curves import unit_circle
+from estimator.geometry.outline_shape import outline_shape
 from estimator.geometry.visual_hull import HullMesh
 
+Array = NDArray[np.float64]
 CAMERA = Intrinsics(width_px=400, height_px=400, fx_px=5000.0, fy_px=5000.0, cx_px=200.0, cy_px=200.0)
 DEPTH = np.array([0.0, 0.0, 0.5])
 
@@ -54,3 +59,42 @@ def test_a_notch_is_cut_out_and_a_scratch_is_not() -> None:
         missing = 60.0 * 40.0 - seen.area
         expected = 0.5 * 20.0 * depth_m / 1e-4 if is_hollow else 0.0
         assert missing == pytest.approx(expected, abs=2.5)
+
+
+def star(points: int = 5, *, outer: float = 40.0, inner: float = 14.0) -> Array:
+    """A star (2 points, 2) px, spikes as bodies with hollows have them."""
+    angle = np.pi * np.arange(2 * points) / points
+    return np.where(np.arange(2 * points) % 2 == 0, outer, inner)[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
+
+
+def filled(outline: Array) -> Array:
+    """What a hull makes of it that no view looks into."""
+    return np.asarray(outline[ConvexHull(outline).vertices])
+
+
+def reach(outline: Array) -> Array:
+    return np.asarray((outline @ unit_circle(90).T).max(axis=0))
+
+
+@pytest.mark.parametrize("offset", [0.0, -0.6], ids=["as it is", "drawn too tight"])
+@pytest.mark.parametrize("shift", [0.0, 2.5], ids=["in place", "off"])
+def test_hollows_that_are_seen_are_cut_out_and_no_corner_is_touched(offset: float, shift: float) -> None:
+    seen = shapely.get_coordinates(shapely.Polygon(star()).buffer(offset, join_style="mitre", mitre_limit=20.0).exterior)[:-1]
+    cut = with_hollows_seen(filled(star()), seen + np.array([shift, 0.0]))
+    np.testing.assert_allclose(reach(cut), reach(star()), atol=1e-9)
+    hollow, known = (shapely.Polygon(filled(star())).area - shapely.Polygon(each).area for each in (cut, star()))
+    assert hollow > (0.9 if offset == shift == 0.0 else 0.5) * known
+    assert shapely.Polygon(star()).difference(shapely.Polygon(cut)).area < 0.01 * known
+
+
+def test_corners_between_hollows_that_are_seen_recede_as_they_do() -> None:
+    """A spike of 32 degrees recedes by 3.6 times the depth; the corner that a hull makes of it, a pentagon, by 1.2 times."""
+    cut = with_hollows_seen(filled(star()), star())
+    true, hull, seen = (outline_shape([each]).erosion[0, 0, 1] for each in (star(), filled(star()), cut))
+    assert hull < 0.5 * true
+    assert seen == pytest.approx(true, rel=0.15)
+
+
+def test_an_outline_elsewhere_cuts_nothing() -> None:
+    left = with_hollows_seen(filled(star()), 0.2 * star() + 300.0)
+    assert shapely.Polygon(left).area == pytest.approx(shapely.Polygon(filled(star())).area, rel=1e-3)
