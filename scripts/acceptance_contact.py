@@ -197,7 +197,8 @@ def page(result: dict[str, Any]) -> str:
     return f"""# Telling contact models apart
 
 Sets of {result["runs_per_set"]} runs, every run a fall of the same stone from a height and in an orientation of its own; impacts are {how}.
-Runs that touch the plate again within a few frames are repeated. Seed {result["seed"]}; written by `python -m scripts.acceptance_contact`.
+Runs that touch the plate again within a few frames are repeated. Seed {result["seed"]}; written by
+`{_command(result)}`.
 
 | truth | sets | the better model first | named right | expected | wrongly accused | log score gained, median |
 | --- | --- | --- | --- | --- | --- | --- |
@@ -210,6 +211,15 @@ after. Expected: in how many sets these impacts can show what is hidden at all, 
 fitted to the sets, were nature's (see
 `estimator.contact_validation.detection`). What is hidden: {sizes}.
 """
+
+
+def _command(result: dict[str, Any]) -> str:
+    """What to type for such a result."""
+    asked = [] if result["mode"] == "fast" else [f"--mode {result['mode']}"]
+    asked += [] if result["runs_per_set"] == RUNS else [f"--runs {result['runs_per_set']}"]
+    known = [case for case in CASES if case != "chip" or result["mode"] == "full"]
+    asked += [] if list(result["cases"]) == known else [f"--cases {','.join(result['cases'])}"]
+    return " ".join(["python -m scripts.acceptance_contact", *asked])
 
 
 def _line(case: str, told: dict[str, Any]) -> str:

@@ -20,7 +20,7 @@ from datasets.recipes.recipe import Recipe, RigRecipe
 from datasets.truth import Truth
 from estimator.breakage import worse_after
 from estimator.configuration import Configuration
-from scripts.acceptance_contact import powers_of, rows_of, summary
+from scripts.acceptance_contact import HIDDEN, page, powers_of, rows_of, summary
 from scripts.contact_sets import SIGMAS, drop_recipe, touches_once
 from synth.sequence import build_silhouette_sequence
 from tests.tumble.made_up import made_up_estimate
@@ -226,6 +226,17 @@ def test_the_study_counts_what_was_named_and_what_was_accused() -> None:
     assert (cases["compliant"]["ranked_right"], cases["compliant"]["named_right"]) == (1, 1)
     assert (cases["rigid"]["ranked_right"], cases["rigid"]["accused"]) == (2, 1)
     assert cases["compliant"]["accused"] == 1
+
+
+def test_the_page_says_what_to_type_for_it() -> None:
+    row = {"seed": 3, "impacts": 10, "missing": [], "alike": [], "gained": 0.0, "cpu_s": 1.0}
+    for cases, runs, mode, words in (
+        (["compliant", "rigid", *list(HIDDEN)[:-1]], 10, "fast", "scripts.acceptance_contact`"),
+        (["adhesion"], 20, "fast", "scripts.acceptance_contact --runs 20 --cases adhesion`"),
+        (["chip"], 10, "full", "scripts.acceptance_contact --mode full --cases chip`"),
+    ):
+        found = summary([{**row, "case": case} for case in cases], {"seed": 3, "mode": mode, "runs_per_set": runs})
+        assert words in page(found)
 
 
 def test_what_can_be_expected_is_told_by_all_sets_together(tmp_path: Path) -> None:
