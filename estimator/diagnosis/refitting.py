@@ -1,8 +1,8 @@
 """Which effect a step adds: the likeliest of a linear look are refitted and compared by what the scores of all others then say is left.
 
-Those that leave the same remainder are one alias group. Where two effects are missing, one that is neither may imitate their sum; if the
-best effect leaves something unexplained or has many parameters, pairs are therefore refitted too (:mod:`estimator.diagnosis.pairing`), and
-a better one is added.
+Those that leave the same remainder are one alias group, and one that the cost of the fit prefers belongs to it. Where two effects are
+missing, one that is neither may imitate their sum; if the best effect leaves something unexplained or has many parameters, pairs are
+therefore refitted too (:mod:`estimator.diagnosis.pairing`), and a better one is added.
 """
 
 from collections.abc import Sequence
@@ -42,7 +42,18 @@ def contenders(campaign: Campaign, fit: CampaignFit, found: Found, rules: Rules)
             return both
     group = [r for r in refitted if r.evidence <= chosen.evidence + rules.margin]
     leader = _simplest(campaign, chosen, group, tests)
+    group += [r for r in _liked_more(refitted, chosen, penalty_of(campaign), rules) if all(r is not each for each in group)]
     return (replace(leader, group=(key_of(leader), *(key_of(r) for r in group if r is not leader))),)
+
+
+def _liked_more(refitted: Sequence[Refitted], chosen: Refitted, penalty: float, rules: Rules) -> list[Refitted]:
+    """The effect of the least cost, if that is less than the chosen one's beyond the margin.
+
+    Where models are inexact, what scores say is left and what the fit costs may speak for different effects: then the data do not decide.
+    """
+    best = min(refitted, key=lambda r: 2.0 * r.cost + penalty * r.parameters)
+    gained = 2.0 * (chosen.cost - best.cost) + penalty * (chosen.parameters - best.parameters)
+    return [best] if gained > rules.margin else []
 
 
 def _shortlist(known: Sequence[Hypothesis], tests: Sequence[ScoreTest], rules: Rules) -> list[ScoreTest]:

@@ -9,7 +9,7 @@ import pytest
 
 from estimator.diagnosis import refitting
 from estimator.diagnosis.ranking import Hypothesis, Ranking
-from estimator.diagnosis.refits import Rules
+from estimator.diagnosis.refits import Refitted, Rules
 from estimator.diagnosis.refitting import contenders, random_contender
 from estimator.diagnosis.score_tests import EfficientScores, ScoreTest
 from estimator.effects.registry import MODELS
@@ -60,3 +60,19 @@ def test_what_explains_most_is_refitted_even_if_a_look_leaves_more() -> None:
     known = [Hypothesis(number, 1, 60.0 + number, 70.0 + number) for number in range(len(keys))]
     chosen = refitting._shortlist(known, tests, Rules())
     assert [test.effect.entry.key for test in chosen] == [*keys[:4], "rolling_shutter"]
+
+
+@pytest.mark.parametrize(("lower", "group"), [(-2.0, ("gravity",)), (40.0, ("gravity", "rim_light_leak"))])
+def test_what_the_cost_prefers_beyond_the_margin_is_in_the_group(
+    lower: float, group: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The scores leave less beside a gravity, three numbers, the fit with a leak, one number, costs less by ``lower``."""
+    tests = [trial(key, counts=True) for key in ("gravity", "rim_light_leak", "blooming")]
+    sizes = zip(tests, (3, 1, 1), (500.0, 500.0 - lower, 600.0), (50.0, 90.0, 95.0), strict=True)
+    refits = [Refitted(test, NOTHING, n, cost=cost, left=left, columns=46) for test, n, cost, left in sizes]
+    monkeypatch.setattr(refitting, "refit", lambda _campaign, _fit, test: next(r for r in refits if r.test is test))
+    monkeypatch.setattr(refitting, "looked", lambda _campaign, found, _tests: list(found))
+    monkeypatch.setattr(refitting, "penalty_of", lambda _campaign: 4.0)
+    look = Ranking(tuple(Hypothesis(i, 1, 1.0 + i, 5.0 + i) for i in range(3)), 20.0, 2)
+    (found,) = contenders(NOTHING, NOTHING, (tests, NO_SCORES, look), Rules())
+    assert found.group == group
