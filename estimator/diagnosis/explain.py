@@ -15,7 +15,7 @@ from scipy.stats import chi2
 from estimator.diagnosis.contest import better_unknown, criterion_of
 from estimator.diagnosis.extending import fit_extended
 from estimator.diagnosis.ranking import Ranking, rank
-from estimator.diagnosis.refits import Rules, penalty_of
+from estimator.diagnosis.refits import Refitted, Rules, key_of, penalty_of
 from estimator.diagnosis.refitting import contenders, random_contender
 from estimator.diagnosis.score_tests import Candidates, EfficientScores, ScoreTest, score_tests
 from estimator.diagnosis.tested_values import p_words
@@ -155,6 +155,8 @@ def _steps(
 ) -> tuple[Step, ...]:
     """The step to one effect more, or the two to a pair, which is accepted as a whole or with its larger member alone.
 
+    Where held-out frames refuse an effect, those that cannot be told from it get their chance.
+
     An effect drawn anew in every frame comes first where it explains most, but imitates what moves frames apart: where held-out frames
     refuse it, the others get their chance. It lowers no error, since nobody can predict it; it has to make the held-out errors likelier.
     """
@@ -169,6 +171,8 @@ def _steps(
             last = int(held_out_gain([campaign.kind.time_shifts(campaign, i, each) for i, each in enumerate(fit.equations)]) > 0.0)
         else:
             last = min(range(len(errors)), key=lambda i: errors[i].rms_px)
+            if last == 0:
+                chosen, errors, last = _rival(campaign, chosen, errors)
         steps = tuple(
             Step(each.test.effect.entry.key, each.group, each.test.p, tuple(tests), ranking, before, after, last > 0, each.fit)
             for each, before, after in zip(chosen[: last or None], errors[:-1], errors[1:], strict=False)
@@ -176,6 +180,17 @@ def _steps(
         if last > 0:
             break
     return steps
+
+
+def _rival(campaign: Campaign, chosen: tuple[Refitted, ...], errors: list[HeldOut]) -> tuple[tuple[Refitted, ...], list[HeldOut], int]:
+    """What cannot be told from the chosen effect, where held-out errors refuse that and not this; else all as it is, nothing accepted."""
+    first, group = chosen[0], chosen[0].group
+    for rival in first.rivals:
+        after = held_out(campaign, rival.fit.state, rival.fit.model)
+        if after.rms_px < errors[0].rms_px:
+            own = key_of(rival)
+            return (replace(rival, group=(own, *(key for key in group if key != own))),), [errors[0], after], 1
+    return chosen, errors, 0
 
 
 def _pruned(campaign: Campaign, fit: CampaignFit, rules: Rules) -> tuple[CampaignFit, tuple[str, ...]]:

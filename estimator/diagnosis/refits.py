@@ -54,7 +54,8 @@ class Refitted:
     ``cost``: with the noise of the fit before, infinite where the fit was led astray. ``surprise`` at its value, where nature hardly
     produces it. ``others`` and ``scores``: the tests of all other effects beside it, with the noise of the fit ``like``; ``left``:
     chi-squared of what those scores say is left, of ``columns`` degrees of freedom. ``evidence`` is what the data say against it among
-    others, ``criterion`` that with the surprise; ``group``: keys of the effects that it cannot be told from, its own first.
+    others, ``criterion`` that with the surprise; ``group``: keys of the effects that it cannot be told from, its own first; ``rivals``:
+    the refits of those.
     """
 
     test: ScoreTest
@@ -70,6 +71,7 @@ class Refitted:
     evidence: float = np.inf
     criterion: float = np.inf
     group: tuple[str, ...] = ()
+    rivals: tuple["Refitted", ...] = ()
 
     @property
     def flew(self) -> bool:

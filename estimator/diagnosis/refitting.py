@@ -43,7 +43,8 @@ def contenders(campaign: Campaign, fit: CampaignFit, found: Found, rules: Rules)
     group = [r for r in refitted if r.evidence <= chosen.evidence + rules.margin]
     leader = _simplest(campaign, chosen, group, tests)
     group += [r for r in _liked_more(refitted, chosen, penalty_of(campaign), rules) if all(r is not each for each in group)]
-    return (replace(leader, group=(key_of(leader), *(key_of(r) for r in group if r is not leader))),)
+    rivals = tuple(r for r in group if r is not leader)
+    return (replace(leader, group=(key_of(leader), *map(key_of, rivals)), rivals=rivals),)
 
 
 def _liked_more(refitted: Sequence[Refitted], chosen: Refitted, penalty: float, rules: Rules) -> list[Refitted]:
