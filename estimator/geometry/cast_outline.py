@@ -25,7 +25,7 @@ MARGIN_PX = 2.0
 SHALLOW_PX = 0.25
 """Depth of a hollow that is none."""
 SIMPLER_PX = 0.05
-DIRECTIONS = 180
+DIRECTIONS, FEWEST_CORNERS = 180, 3
 SLACK_PX = 0.3
 """Depth by which a hollow is told from noise of the outline that shows it."""
 
@@ -64,6 +64,8 @@ def with_hollows_seen(cast: Array, seen: Array) -> Array:
     beyond it at most, so that neither a pose that is off nor an effect that moves outlines cuts anything of a corner. Pockets shallower
     than ``SLACK_PX`` are noise, deeper ones whole.
     """
+    if min(len(cast), len(seen)) < FEWEST_CORNERS:
+        return cast
     u = unit_circle(DIRECTIONS)
     beyond = max(float(np.max((cast @ u.T).max(axis=0) - (seen @ u.T).max(axis=0))), 0.0)
     body = shapely.Polygon(cast).buffer(0.0)
