@@ -147,6 +147,8 @@ def _law(campaign: Campaign, fit: CampaignFit, wide: CampaignFit, at: tuple[Held
     return LawFit(law, tuple(t for t, _ in terms), refitted, covariance, removed)
 
 
+MOST_LAW_STEPS = 60
+"""Powers bend: where a law is far from linear, steps are short, and many."""
 Valued = tuple[Term, Array]
 """A term and values of all its parameters."""
 
@@ -166,7 +168,8 @@ def fit_terms(campaign: Campaign, fit: CampaignFit, terms: tuple[Valued, ...]) -
     effect = law_effect(LAW, tuple(t for t, _ in terms), tuple(values[t.amplitudes :] for t, values in terms))
     model = Model((*fit.model.effects, effect))
     values = np.concatenate([values for _, values in terms])
-    return fit_campaign(campaign, CampaignState(fit.state.flights, tuple(np.concatenate([t, values]) for t in fit.state.theta)), model)
+    state = CampaignState(fit.state.flights, tuple(np.concatenate([t, values]) for t in fit.state.theta))
+    return fit_campaign(campaign, state, model, most_steps=MOST_LAW_STEPS)
 
 
 def _wald(fit: CampaignFit, covariance: CampaignCovariance, terms: tuple[Valued, ...]) -> Array:
