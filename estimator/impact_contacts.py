@@ -16,7 +16,7 @@ import numpy as np
 from estimator.fitting.contact_split import loosened, parted, split_starts
 from estimator.fitting.loose_contact import LooseContact, loose_contact, spread_needed, spread_of
 from estimator.fitting.piecewise_fit import PiecewiseRefined, fit_piecewise, refine_piecewise, spread_at, widened_by
-from estimator.fitting.refinement import Refinement
+from estimator.fitting.refinement import NothingSeen, Refinement
 from estimator.fitting.trajectory import FitTask
 from estimator.impact_judging import unfit
 from estimator.motion.piecewise import PiecewiseFlight, impact_slice
@@ -71,12 +71,15 @@ def contacts_told_apart(task: FitTask, refined: PiecewiseRefined, prepared: Prep
         return ToldApart(refined, spreads, ())
     flight = refined.flight
     for number in numbers:
-        sides = parted(task, flight, number, frame_s)
-        flight = flight if sides is None else loosened(flight, sides)
+        try:
+            sides = parted(task, flight, number, frame_s)
+            flight = flight if sides is None else loosened(flight, sides)
+        except RanAway:
+            continue
     found = []
     for start in (flight, refined.flight):
-        loose, wider = _loose(start, spreads, numbers)
         try:
+            loose, wider = _loose(start, spreads, numbers)
             found.append(ToldApart(refine_piecewise(prepared(start), start, settings, loose=loose), wider, loose))
         except RanAway:
             continue
@@ -110,8 +113,11 @@ def _loose(flight: PiecewiseFlight, spreads: tuple[Spread, ...], numbers: list[i
 def _spreads(refined: PiecewiseRefined, prepared: Prepared, settings: Refinement) -> tuple[Spread, ...]:
     task, found = prepared(refined.flight), []
     for number in range(len(refined.flight.bounces)):
-        z, covariance = spread_at(task, refined.flight, number, settings)
-        found.append(Spread(max(float(z @ np.linalg.solve(covariance, z)), 0.0), spread_needed(z, covariance)))
+        try:
+            z, covariance = spread_at(task, refined.flight, number, settings)
+            found.append(Spread(max(float(z @ np.linalg.solve(covariance, z)), 0.0), spread_needed(z, covariance)))
+        except NothingSeen:  # whether there were several contacts
+            found.append(Spread(0.0, 0.0))
     return tuple(found)
 
 

@@ -22,6 +22,7 @@ from estimator.fitting.piecewise_fit import PiecewiseRefined, fit_piecewise, flo
 from estimator.fitting.plate_contact import PlateTask
 from estimator.fitting.pose_refinement import Poses, refine
 from estimator.fitting.pose_search import FoundPoses, rms_ete_px
+from estimator.fitting.refinement import NothingSeen
 from estimator.fitting.segments import joined, meeting_time, reversed_turns, segment_rows
 from estimator.fitting.trajectory import FitTask, errors_of, particle_poses, restricted
 from estimator.fitting.viewing_angles import with_clear_angles_at
@@ -42,6 +43,7 @@ from estimator.pipeline import (
     NoMeasurement,
     bias_pairs,
     candidate_flights,
+    failed,
     first_pose,
     fit_task,
     refinement_settings,
@@ -85,8 +87,8 @@ def estimate_with_impacts(seen: Seen, kinks: list[Kink], configuration: Configur
         return _estimated(seen, kinks, configuration)
     except NoMeasurement as failure:
         return empty_estimate(seen.observation, seen.tracks, seen.particle, configuration, (failure.status, failure.message))
-    except RanAway:
-        return empty_estimate(seen.observation, seen.tracks, seen.particle, configuration, (Status.NO_CONVERGENCE, RAN_AWAY))
+    except RanAway as failure:
+        return empty_estimate(seen.observation, seen.tracks, seen.particle, configuration, failed(failure))
 
 
 def _estimated(seen: Seen, kinks: list[Kink], configuration: Configuration) -> Estimate | None:
@@ -134,7 +136,10 @@ def _with_contacts(
         return chains, told
     found = [(_told_chain(task, chains[0], told), told)]
     for rival in rivals_of(chains, configuration):
-        other = _told_apart(seen, task, refined_chain(seen, task, rival.solution.state, configuration), configuration)
+        try:
+            other = _told_apart(seen, task, refined_chain(seen, task, rival.solution.state, configuration), configuration)
+        except RanAway:
+            continue
         found.append((_told_chain(task, rival, other), other))
     found.sort(key=lambda each: each[0].solution.equations.cost)
     return [chain for chain, _ in found], found[0][1]
@@ -198,15 +203,31 @@ def _with_missing_impacts(seen: Seen, task: FitTask, kinks: list[Kink], configur
 def _with_jumps_alone(
     seen: Seen, task: FitTask, chains: list[Chain], configuration: Configuration
 ) -> tuple[list[Chain], PiecewiseRefined | None]:
-    """The chains and their refinement without impacts at which nothing jumps, and ``None`` where none is left."""
+    """The chains and their refinement without impacts at which nothing jumps, and ``None`` where none is left.
+
+    Impacts between which no velocity is seen become one.
+    """
     while True:
-        refined = refined_chain(seen, task, chains[0].solution.state, configuration)
+        flight = chains[0].solution.state
+        try:
+            refined = refined_chain(seen, task, flight, configuration)
+        except NothingSeen:
+            if len(flight.bounces) == 1:
+                raise
+            chains = fitted_chains(seen, task, _nearest_as_one(flight.times_s), configuration)
+            continue
         jump = np.array(jumps(refined))
         if jump.min() >= LEAST_JUMP:
             return chains, refined
         if len(jump) == 1:
             return chains, None
         chains = fitted_chains(seen, task, np.delete(refined.flight.times_s, int(np.argmin(jump))), configuration)
+
+
+def _nearest_as_one(times_s: Array) -> Array:
+    """Times (k,) with the two that are nearest to one another as one (k - 1,)."""
+    first = int(np.argmin(np.diff(times_s)))
+    return np.concatenate([times_s[:first], [times_s[first : first + 2].mean()], times_s[first + 2 :]])
 
 
 def edge_kink(tracks: tuple[OutlineTrack, ...], kinks: list[Kink]) -> str | None:
@@ -248,9 +269,9 @@ def fitted_chains(seen: Seen, task: FitTask, impacts_s: Array, configuration: Co
             continue
         try:
             flights = _neighbours(seen, tasks, (longest, start.solution.state), impacts_s, configuration)
+            chains.append(Chain(found, _joint(task, flights, impacts_s)))
         except RanAway:
             continue
-        chains.append(Chain(found, _joint(task, flights, impacts_s)))
     if not chains:
         raise NoMeasurement(Status.NO_CONVERGENCE, RAN_AWAY)
     return sorted(chains, key=lambda c: c.solution.equations.cost)

@@ -20,7 +20,7 @@ from estimator.fitting.levenberg_marquardt import Outcome, Solution
 from estimator.fitting.noise_model import measured_noise
 from estimator.fitting.pose_refinement import Views
 from estimator.fitting.pose_search import FoundPoses, SearchEffort, search_pose
-from estimator.fitting.refinement import Refined, Refinement, refine_flight
+from estimator.fitting.refinement import NothingSeen, Refined, Refinement, refine_flight
 from estimator.fitting.tracking import Track, track
 from estimator.fitting.trajectory import FitTask, Prior, Sightings, errors_of, fit, fit_growing
 from estimator.fitting.viewing_angles import with_clear_angles
@@ -46,6 +46,7 @@ RIVAL_POSE, RIVAL_TRACK = 25.0, 3.0
 
 
 RAN_AWAY = "no flight fits the outlines: every fit ran away to spins that no particle has."
+UNDETERMINED = "the usable pictures do not determine the flight: of some combination of its numbers they say nothing."
 
 
 class NoMeasurement(Exception):
@@ -91,19 +92,28 @@ def estimate_free_flight(
 ) -> Estimate:
     """The estimate from what was seen, as one free flight."""
     try:
-        sightings = usable_sightings(observation, tracks, configuration)
-        views = views_like(particle, sightings.silhouettes, np.random.default_rng(configuration.seed))
-        task = fit_task(observation, particle, sightings, views, configuration)
-        found, reference = first_pose(task, particle, configuration)
-        candidates = candidate_flights(observation, task, particle, (found, reference), configuration)
-        if _misses(task, candidates[0]):
-            candidates = _with_other_references(observation, task, particle, (candidates, reference), configuration)
-        flight = candidates[0].solution.state
-        refined, focal = refined_flight(biased_task(observation, task, particle, flight, configuration), flight, configuration)
+        return _estimated(observation, tracks, particle, configuration)
     except NoMeasurement as failure:
         return empty_estimate(observation, tracks, particle, configuration, (failure.status, failure.message))
-    except RanAway:
-        return empty_estimate(observation, tracks, particle, configuration, (Status.NO_CONVERGENCE, RAN_AWAY))
+    except RanAway as failure:
+        return empty_estimate(observation, tracks, particle, configuration, failed(failure))
+
+
+def failed(failure: RanAway) -> tuple[Status, str]:
+    """Status and what to say of a fit that ended so."""
+    return (Status.NOT_ENOUGH_FRAMES, UNDETERMINED) if isinstance(failure, NothingSeen) else (Status.NO_CONVERGENCE, RAN_AWAY)
+
+
+def _estimated(observation: Observation, tracks: tuple[OutlineTrack, ...], particle: Particle, configuration: Configuration) -> Estimate:
+    sightings = usable_sightings(observation, tracks, configuration)
+    views = views_like(particle, sightings.silhouettes, np.random.default_rng(configuration.seed))
+    task = fit_task(observation, particle, sightings, views, configuration)
+    found, reference = first_pose(task, particle, configuration)
+    candidates = candidate_flights(observation, task, particle, (found, reference), configuration)
+    if _misses(task, candidates[0]):
+        candidates = _with_other_references(observation, task, particle, (candidates, reference), configuration)
+    flight = candidates[0].solution.state
+    refined, focal = refined_flight(biased_task(observation, task, particle, flight, configuration), flight, configuration)
     status, message = judge(candidates, refined, configuration)
     return converged_estimate(observation, tracks, (particle, found), refined, (status, message), configuration=configuration, focal=focal)
 
@@ -273,8 +283,11 @@ def _from_other_starts(
     one cost: what a poor solution is does not show in one sequence, so elsewhere is always tried.
     """
     flight, solution = first
-    elsewhere = best_start(task, starts_along(followed, flight.body, flight.gravity_world))
-    again = fit(task, at_time(fit_growing(task, elsewhere).state, flight.time_s))
+    try:
+        elsewhere = best_start(task, starts_along(followed, flight.body, flight.gravity_world))
+        again = fit(task, at_time(fit_growing(task, elsewhere).state, flight.time_s))
+    except RanAway:
+        again = solution
     if again.equations.cost < LOWER * solution.equations.cost:
         solution = again
     if _good(task, solution) or not configuration.momentum_starts:

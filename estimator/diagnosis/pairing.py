@@ -65,6 +65,8 @@ class Pairs:
         if best is None:
             return ()
         alone, pairs = self._compared(self._with_members(alone, best), pairs)
+        if best not in pairs:
+            return ()
         alone, pairs = self._compared(alone, self._with_mates(alone, pairs, best))
         best = self._best([alone[key] for key in rivals], pairs)
         if best is None:

@@ -13,7 +13,7 @@ from datasets.vocabulary.state import Motion
 from estimator.effects.link import Setting
 from estimator.effects.model import Model, ModelForces, overrides
 from estimator.motion.flight import INERTIA, N_PARAMETERS, STEPS, Flight, fitted_body, inertia_matrix, states
-from estimator.motion.rigid_body import States, angular_velocity, rotation_matrices
+from estimator.motion.rigid_body import States, angular_velocity, inverted, rotation_matrices
 from estimator.motion.rotation import quaternion
 
 Array = NDArray[np.float64]
@@ -32,7 +32,7 @@ def forced_states(flight: Flight, steps: Array, at: tuple[Model, Array, Setting]
     forced = any(overrides(e, "acceleration", "torque") for e in model.effects)
     forces = ModelForces(model, np.tile(theta, (len(steps), 1)), setting) if forced else None
     reached = states(own, steps, model.times(theta, setting, times_s), forces)
-    inverse = np.asarray(np.linalg.inv(inertia_matrix(own, own.inertia + steps[:, INERTIA])), dtype=np.float64)
+    inverse = inverted(inertia_matrix(own, own.inertia + steps[:, INERTIA]))
     omega = np.stack([angular_velocity(q, L, inverse) for q, L in zip(reached.q, reached.L, strict=True)])
     return reached, omega
 

@@ -17,6 +17,7 @@ from scipy.linalg import null_space
 from scipy.optimize import brentq
 
 from estimator.fitting.levenberg_marquardt import NormalEquations
+from estimator.fitting.refinement import NOTHING_SEEN, NothingSeen
 from estimator.motion.flight import FlightPoses, pose_differences
 from estimator.motion.piecewise import (
     Bounce,
@@ -101,7 +102,15 @@ def spread_equations(flight: PiecewiseFlight, loose: tuple[LooseContact, ...]) -
 
 
 def spread_needed(z: Array, covariance: Array) -> float:
-    """The spread (s) at which z is as large as expected; 0 where its covariance alone explains it."""
+    """The spread (s) at which z is as large as expected; 0 where its covariance alone explains it.
+
+    Raises
+    ------
+    NothingSeen
+        Where z or its covariance are no numbers.
+    """
+    if not (np.isfinite(z).all() and np.isfinite(covariance).all()):
+        raise NothingSeen(NOTHING_SEEN)
 
     def excess(spread: float) -> float:
         return float(z @ np.linalg.solve(covariance + spread**2 * np.eye(COORDINATES), z)) - COORDINATES

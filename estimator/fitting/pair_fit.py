@@ -15,7 +15,16 @@ from numpy.typing import NDArray
 from estimator.fitting.levenberg_marquardt import NormalEquations, Problem, Solution, minimise
 from estimator.fitting.noise_model import MeasuredNoise
 from estimator.fitting.piecewise_fit import PiecewiseRefined, in_order, linearise_piecewise, piecewise_cost, with_noise_at
-from estimator.fitting.refinement import Linearised, Refined, Refinement, covariance_and_bound, linearised, scaled_inverse, stepped
+from estimator.fitting.refinement import (
+    Linearised,
+    Refined,
+    Refinement,
+    covariance_and_bound,
+    determined,
+    linearised,
+    scaled_inverse,
+    stepped,
+)
 from estimator.fitting.trajectory import FitTask
 from estimator.motion.flight import N_PARAMETERS
 from estimator.motion.piecewise import PER_IMPACT, Bounce, PiecewiseFlight, moved_piecewise, piecewise_sensitivity
@@ -158,7 +167,7 @@ def _with_covariance(
         spreads.append(a.H @ covariance @ a.H)
         known.append(scaled_inverse(bound))
     nothing = [np.zeros(ONE), np.zeros(ONE)]
-    inverse = scaled_inverse(_together([a.H for a in at], nothing)[0] + contact)
+    inverse = scaled_inverse(determined(_together([a.H for a in at], nothing)[0] + contact))
     joint = inverse @ (_together(spreads, nothing)[0] + contact) @ inverse
     bound = scaled_inverse(_together(known, nothing)[0] + contact)
     refined = [

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from estimator.effects.link import Setting
 from estimator.effects.model import Model, ModelForces, overrides
 from estimator.motion.flight import COM, INERTIA, N_PARAMETERS, STEPS, Flight, FlightPoses, inertia_matrix, pose_differences, states
-from estimator.motion.rigid_body import States, angular_velocity, rotation_matrices
+from estimator.motion.rigid_body import States, angular_velocity, inverted, rotation_matrices
 
 Array = NDArray[np.float64]
 
@@ -78,7 +78,7 @@ def _perturbations(model: Model, theta: Array, forced: NDArray[np.bool_]) -> tup
 
 def _velocities(flight: Flight, reached: States, R: Array) -> tuple[Array, Array]:
     """Velocity of the nominal centre and angular velocity (n, 3) of the unperturbed flight."""
-    inverse = np.linalg.inv(inertia_matrix(flight, flight.inertia[None]))
+    inverse = inverted(inertia_matrix(flight, flight.inertia[None]))
     omega = angular_velocity(reached.q[:, 0], reached.L[:, 0], np.broadcast_to(inverse, (len(R), 3, 3)))
     return np.asarray(reached.v[:, 0] - np.cross(omega, R @ flight.com)), omega
 

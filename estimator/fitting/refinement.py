@@ -23,8 +23,17 @@ SETTLED, STEADY = 0.1, 0.3
 
 So after ``FINE_STEPS`` steps the second is enough. A first fit in other weights may be ten standard deviations off, and takes more steps.
 """
+LEAST_CURVATURE = 1e-12
+"""A normal matrix, scaled to a diagonal of ones, whose least eigenvalue is below has an inverse of rounding: variances may be negative."""
 State = TypeVar("State")
 Known = TypeVar("Known")
+
+
+class NothingSeen(RanAway):
+    """A fit that has come to where the sightings say nothing of some of its parameters."""
+
+
+NOTHING_SEEN = "nothing is seen of a parameter where the fit has come to"
 
 
 @dataclass(frozen=True)
@@ -124,8 +133,14 @@ def stepped(
 
 
 def covariance_and_bound(task: FitTask, at: Linearised, prior: Array, settings: Refinement) -> tuple[Array, Array]:
-    """Sandwich covariance and Cramér-Rao-type bound (p, p) each; ``prior`` (p, p) is the prior's information."""
-    inverse = scaled_inverse(at.H)
+    """Sandwich covariance and Cramér-Rao-type bound (p, p) each; ``prior`` (p, p) is the prior's information.
+
+    Raises
+    ------
+    NothingSeen
+        Where there is none: the sightings say nothing of some parameter, or of some combination of them.
+    """
+    inverse = scaled_inverse(determined(at.H))
     inflation = max(1.0, at.frames.mean_square)
     shared = shared_view_noise(at.errors, at.frames.weighted, task.views.silhouettes)
     viewing = (task.sightings.R_cam_world @ at.predicted.R[:, 0])[:, 2]
@@ -143,14 +158,27 @@ def scaled_inverse(H: Array) -> Array:
 
     Raises
     ------
-    RanAway
+    NothingSeen
         Where it has none: the sightings say nothing of some parameter there.
     """
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(H), 1e-300))
+    scale = _scale(H)
     try:
         return np.asarray(np.linalg.inv(H * scale[:, None] * scale) * scale[:, None] * scale)
     except np.linalg.LinAlgError:
-        raise RanAway("nothing is seen of a parameter where the fit has come to") from None
+        raise NothingSeen(NOTHING_SEEN) from None
+
+
+def determined(H: Array) -> Array:
+    """A normal matrix whose inverse is more than rounding."""
+    scale = _scale(H)
+    scaled = H * scale[:, None] * scale
+    if not (np.isfinite(scaled).all() and np.linalg.eigvalsh(scaled)[0] > LEAST_CURVATURE):
+        raise NothingSeen(NOTHING_SEEN)
+    return H
+
+
+def _scale(H: Array) -> Array:
+    return np.asarray(1.0 / np.sqrt(np.maximum(np.diag(H), 1e-300)))
 
 
 def linearise(task: FitTask, flight: Flight, settings: Refinement) -> Linearised:

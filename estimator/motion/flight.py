@@ -29,6 +29,7 @@ from estimator.motion.rigid_body import (
     angular_momentum,
     angular_velocity,
     fall,
+    inverted,
     propagate,
     quaternion_product,
     rotation_matrices,
@@ -131,7 +132,7 @@ def states(flight: Flight, steps: Array, times_s: Array, forces: Forces | None =
         v=flight.v + steps[:, V],
         L=angular_momentum(q, flight.omega + steps[:, OMEGA], inertia),
     )
-    gravity, inverse = flight.gravity_world, _inverse(inertia)
+    gravity, inverse = flight.gravity_world, inverted(inertia)
     if forces is None:
         return fall(start, inverse, times_s, start_time_s=flight.time_s, gravity=gravity)
 
@@ -177,7 +178,7 @@ def pose_differences(every: FlightPoses, widths: Array) -> Array:
 def velocities(flight: Flight, steps: Array, time_s: float) -> tuple[Array, Array]:
     """Velocity and angular velocity (m, 3) each, world frame, at one time."""
     reached = states(flight, steps, np.array([time_s]))
-    inverse = _inverse(inertia_matrix(flight, flight.inertia + steps[:, INERTIA]))
+    inverse = inverted(inertia_matrix(flight, flight.inertia + steps[:, INERTIA]))
     return reached.v[0], angular_velocity(reached.q[0], reached.L[0], inverse)
 
 
@@ -206,7 +207,3 @@ def fitted_body(flight: Flight) -> Body:
 
 def _unit(q: Array) -> Array:
     return np.asarray(q / np.linalg.norm(q))
-
-
-def _inverse(inertia: Array) -> Array:
-    return np.asarray(np.linalg.inv(inertia), dtype=np.float64)

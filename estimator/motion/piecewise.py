@@ -37,6 +37,7 @@ from estimator.motion.rigid_body import (
     angular_momentum,
     angular_velocity,
     fall,
+    inverted,
     quaternion_product,
     rotation_matrices,
 )
@@ -128,7 +129,7 @@ class _Lanes:
 
 def _lanes(flight: PiecewiseFlight, steps: Array) -> _Lanes:
     inertia = inertia_matrix(flight.first, flight.first.inertia + steps[:, INERTIA])
-    return _Lanes(steps, inertia, np.asarray(np.linalg.inv(inertia), dtype=np.float64), flight.first.gravity_world)
+    return _Lanes(steps, inertia, inverted(inertia), flight.first.gravity_world)
 
 
 def _flown(leg: _Leg, lanes: _Lanes, times_s: Array) -> States:

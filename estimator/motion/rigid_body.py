@@ -8,7 +8,7 @@ At 300 rad/s and 4000 frames/s one step per frame is wrong by 2e-8 rad a step; s
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numba
 import numpy as np
@@ -34,7 +34,7 @@ class States:
 
 
 class RanAway(ValueError):
-    """A flight whose spin is no longer a number, or none that can be followed: its inertia is impossible, or its steps were too far."""
+    """A flight whose spin or attitude is no number, or none that can be followed: its inertia is impossible, or its steps were too far."""
 
 
 RAN_AWAY = "a flight ran away: it spins with {:g} rad/s"
@@ -127,7 +127,7 @@ def propagate(
                 state = _advance(state, body, (time, float(times_s[i])))
             time = float(times_s[i])
             out.x[i], out.q[i], out.v[i], out.L[i] = state.x, state.q, state.v, state.L
-    return out
+    return replace(out, q=_attitudes(out.q))
 
 
 def _outwards(times_s: Array, start_time_s: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -140,7 +140,7 @@ def fall(start: States, inverse_inertia: Array, times_s: Array, *, start_time_s:
     times = np.asarray(times_s, dtype=np.float64)
     shape = (len(times), len(start.x))
     t = (times - start_time_s)[:, None, None]
-    q = np.empty((*shape, 4))
+    q = np.full((*shape, 4), np.nan)
     L, inverse = np.ascontiguousarray(start.L), np.ascontiguousarray(inverse_inertia)
     for order in _outwards(times, start_time_s):
         spin = _turned((np.ascontiguousarray(start.q), L, inverse), np.concatenate([[start_time_s], times[order]]), order, q)
@@ -148,10 +148,25 @@ def fall(start: States, inverse_inertia: Array, times_s: Array, *, start_time_s:
             raise RanAway(RAN_AWAY.format(spin))
     return States(
         x=start.x + start.v * t + 0.5 * gravity * t**2,
-        q=q,
+        q=_attitudes(q),
         v=start.v + gravity * t,
         L=np.broadcast_to(start.L, (*shape, 3)),
     )
+
+
+def inverted(inertia: Array) -> Array:
+    """Inverses (m, 3, 3) of inertias, which a flight that ran away may not have."""
+    try:
+        return np.asarray(np.linalg.inv(inertia), dtype=np.float64)
+    except np.linalg.LinAlgError:
+        raise RanAway("a flight ran away: its inertia has no inverse") from None
+
+
+def _attitudes(q: Array) -> Array:
+    """Attitudes that are numbers; within one interval a flight may run away from spins that were none too fast."""
+    if not np.isfinite(q).all():
+        raise RanAway("a flight ran away: its attitude is no number")
+    return q
 
 
 @numba.njit(cache=True)

@@ -23,6 +23,7 @@ from estimator.impact_judging import Chain, judge_chain, jumps
 from estimator.impact_pipeline import EDGE_FRAMES, LEAST_JUMP, Seen, fitted_chains
 from estimator.impact_reporting import impacts_estimate
 from estimator.motion.piecewise import PiecewiseFlight
+from estimator.motion.rigid_body import RanAway
 from estimator.outlines.recording import outlines_of, view_outlines_of
 from estimator.outlines.result import OutlineTrack
 from estimator.pairs.apart import Run, joint_kink, runs_apart, track_of
@@ -30,7 +31,7 @@ from estimator.pairs.associating import LEAST_RATIO, LOOKED_AT, Assigned, Sought
 from estimator.pairs.collision import collision_of
 from estimator.pairs.touching import Hulls, hulls_of, touching
 from estimator.particle import Particle, particle_of, views_like
-from estimator.pipeline import LOST_RMS_PX, NoMeasurement, fit_task, refinement_settings, usable_sightings
+from estimator.pipeline import LOST_RMS_PX, NoMeasurement, failed, fit_task, refinement_settings, usable_sightings
 from estimator.predicted_bias import with_bias_at
 from estimator.reporting import empty_estimate
 
@@ -80,6 +81,8 @@ def measure_pair(observation: Observation, configuration: Configuration) -> Esti
         fitted = _joint(seen, (tasks[0], tasks[1]), (chains[0], chains[1]), configuration)
     except NoMeasurement as failure:
         return _without(seen, configuration, (failure.status, failure.message))
+    except RanAway as failure:
+        return _without(seen, configuration, failed(failure))
     _check_jumps(observation, fitted.free)
     return _told(observation, seen, (chains[0], chains[1]), fitted, configuration)
 

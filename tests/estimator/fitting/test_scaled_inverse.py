@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from scipy.linalg import hilbert
 
-from estimator.fitting.refinement import scaled_inverse
-from estimator.motion.rigid_body import RanAway
+from estimator.fitting.refinement import NothingSeen, determined, scaled_inverse
 
 
 def test_units_far_apart() -> None:
@@ -15,5 +15,16 @@ def test_units_far_apart() -> None:
 
 
 def test_a_parameter_that_nothing_says_anything_of() -> None:
-    with pytest.raises(RanAway, match="nothing is seen of a parameter"):
+    with pytest.raises(NothingSeen, match="nothing is seen of a parameter"):
         scaled_inverse(np.diag([1.0, 0.0, 2.0]))
+    with pytest.raises(NothingSeen, match="nothing is seen of a parameter"):
+        determined(np.diag([1.0, np.nan, 2.0]))
+
+
+def test_a_matrix_that_is_singular_but_for_rounding() -> None:
+    """Its inverse exists, of rounding alone: variances may come out negative."""
+    H = hilbert(16)
+    assert np.diag(np.linalg.inv(H)).min() < 0.0
+    with pytest.raises(NothingSeen, match="nothing is seen of a parameter"):
+        determined(H)
+    np.testing.assert_array_equal(determined(H[:6, :6]), H[:6, :6])

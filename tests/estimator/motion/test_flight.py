@@ -1,5 +1,7 @@
 """Free flight: reference numbers, conservation, and sensitivities against differences."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -75,6 +77,25 @@ def test_a_fall_that_runs_away_is_refused() -> None:
     begin = States(np.zeros((1, 3)), np.array([[0.0, 0.0, 0.0, 1.0]]), np.zeros((1, 3)), np.array([[np.nan, 0.0, 0.0]]))
     with pytest.raises(RanAway):
         fall(begin, np.eye(3)[None], TIMES, start_time_s=0.0, gravity=np.zeros(3))
+
+
+@pytest.mark.parametrize("excess", [1e-4, 1e-6, 1e-8])
+def test_a_flight_that_runs_away_within_its_last_interval_is_refused(flight: Flight, excess: float) -> None:
+    """Its spin at the start of the interval is none too fast, but its inertia is nearly singular."""
+    odd = replace(flight, omega=np.array([10.0, 200.0, 30.0]), inertia=np.array([-1.0 - excess, 0.0, 0.0, 0.0, 0.0]))
+    with pytest.raises(RanAway, match="its attitude is no number"):
+        states(odd, np.zeros((1, N_PARAMETERS)), np.array([odd.time_s + 2e-3]))
+
+
+def test_an_inertia_without_inverse_is_refused(flight: Flight) -> None:
+    flat = replace(flight, inertia=np.array([-1.0, 0.0, 0.0, 0.0, 0.0]))
+    with pytest.raises(RanAway, match="its inertia has no inverse"):
+        states(flat, np.zeros((1, N_PARAMETERS)), np.array([flat.time_s]))
+
+
+def test_times_that_are_no_numbers_are_refused(flight: Flight) -> None:
+    with pytest.raises(RanAway):
+        states(flight, np.zeros((1, N_PARAMETERS)), np.array([flight.time_s, np.nan]))
 
 
 def test_one_step_a_frame_is_enough(flight: Flight) -> None:
