@@ -61,8 +61,8 @@ def with_hollows_seen(cast: Array, seen: Array) -> Array:
 
     A visual hull fills hollows that no calibrated view looks into, and the picture itself shows some of them: a body lies inside every cone
     of its outlines [Laurentini, IEEE Trans. PAMI 16 (1994) 150]. The seen outline is moved out by as much as tangents of the cast one lie
-    beyond it at most, so that neither a pose that is off nor an effect that moves outlines cuts anything of a corner. Pockets shallower
-    than ``SLACK_PX`` are noise, deeper ones whole.
+    beyond it at most, so that neither a pose that is off nor an effect that moves outlines cuts anything of a corner: of a pocket so much
+    stays, too. What is then shallower than ``SLACK_PX`` is noise.
     """
     if min(len(cast), len(seen)) < FEWEST_CORNERS:
         return cast
