@@ -176,7 +176,8 @@ def _step_entries(explanation: Explanation, campaign: Prepared) -> tuple[list[Do
     told: list[Separation] = []
     fit = explanation.base
     for step in explanation.steps:
-        apart = _apart(campaign, fit, step.tests, step.group)
+        at, tests = step.judged_at or (fit, step.tests)
+        apart = _apart(campaign, at, tests, step.group)
         entries.append(step_entry(step, campaign.names, Rules().margin, apart))
         told += apart if step.accepted else ()
         fit = step.fit

@@ -8,8 +8,8 @@ import numpy as np
 
 from estimator.diagnosis.empirical_fit import SUPERFLUOUS, EmpiricalFit, LawFit, Removed, fit_empirical
 from estimator.diagnosis.empirical_shape import Shape, empirical_shapes
-from estimator.diagnosis.explain import wald_p
 from estimator.diagnosis.law import Exponent, Regressed
+from estimator.diagnosis.pruning import wald_p
 from estimator.diagnosis.tested_values import p_words
 from estimator.diagnosis.unknown import Unknown
 from estimator.diagnosis.verdict import Verdict

@@ -148,7 +148,8 @@ def _law(campaign: Campaign, fit: CampaignFit, wide: CampaignFit, at: tuple[Held
 
 
 MOST_LAW_STEPS = 60
-"""Powers bend: where a law is far from linear, steps are short, and many."""
+LAW_DAMPINGS = (1e-4, 1e-3, 1e-2, 0.1, 1.0, 10.0)
+"""Powers bend: where a law is far from linear, steps are short, and many, and the direction of the undamped one may lead nowhere."""
 Valued = tuple[Term, Array]
 """A term and values of all its parameters."""
 
@@ -169,7 +170,7 @@ def fit_terms(campaign: Campaign, fit: CampaignFit, terms: tuple[Valued, ...]) -
     model = Model((*fit.model.effects, effect))
     values = np.concatenate([values for _, values in terms])
     state = CampaignState(fit.state.flights, tuple(np.concatenate([t, values]) for t in fit.state.theta))
-    return fit_campaign(campaign, state, model, most_steps=MOST_LAW_STEPS)
+    return fit_campaign(campaign, state, model, most_steps=MOST_LAW_STEPS, dampings=LAW_DAMPINGS)
 
 
 def _wald(fit: CampaignFit, covariance: CampaignCovariance, terms: tuple[Valued, ...]) -> Array:

@@ -10,34 +10,37 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import chi2
 
 from estimator.diagnosis.contest import better_unknown, criterion_of
 from estimator.diagnosis.extending import fit_extended
+from estimator.diagnosis.pruning import pruned, tests_at, without_effect
 from estimator.diagnosis.ranking import Ranking, rank
 from estimator.diagnosis.refits import Refitted, Rules, key_of, penalty_of
-from estimator.diagnosis.refitting import contenders, random_contender
-from estimator.diagnosis.score_tests import Candidates, EfficientScores, ScoreTest, score_tests
+from estimator.diagnosis.refitting import contenders, in_place, random_contender
+from estimator.diagnosis.score_tests import EfficientScores, ScoreTest
 from estimator.diagnosis.tested_values import p_words
 from estimator.diagnosis.unknown import Unknown, unknown
-from estimator.effects.choosing import beside
 from estimator.effects.curvature_bias import CurvatureBias
 from estimator.effects.link import EffectModel
-from estimator.effects.model import Model
 from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState, fit_campaign
 from estimator.fitting.campaign_covariance import CampaignCovariance, campaign_covariance
 from estimator.fitting.following import following
 from estimator.fitting.held_out import HeldOut, held_out
 from estimator.fitting.time_shifts import held_out_gain
-from estimator.motion.flight import N_PARAMETERS
 
+MOST_EXCHANGED = 3
+"""Effects beside one another, up to which each is looked at again beside the others: more than these imitate something else."""
+EXCHANGES = 2
 STILL_AS_GOOD = 1.01
 """Held-out errors over those before, within which a simpler effect takes the place of one that contains it."""
 
 
 @dataclass(frozen=True)
 class Step:
-    """One step: the effect added, the group it cannot be told from, tests and ranking before it, held-out errors before and after."""
+    """One step: the effect added, the group it cannot be told from, tests and ranking before it, held-out errors before and after.
+
+    ``judged_at``: the fit without the effect and the tests there that the group is from, where these are not those before the step.
+    """
 
     added: str
     group: tuple[str, ...]
@@ -48,6 +51,7 @@ class Step:
     after: HeldOut
     accepted: bool
     fit: CampaignFit
+    judged_at: tuple[CampaignFit, tuple[ScoreTest, ...]] | None = None
 
 
 @dataclass(frozen=True)
@@ -76,6 +80,21 @@ class Explanation:
         return _keys(self.fit)
 
 
+@dataclass(frozen=True)
+class Reached:
+    """Where the loop is: the last fit and its campaign, the steps that led there, what was dropped on the way, and its held-out errors."""
+
+    campaign: Campaign
+    fit: CampaignFit
+    steps: tuple[Step, ...]
+    dropped: tuple[str, ...]
+    error: HeldOut
+
+
+Told = Callable[[str], None]
+Tested = tuple[list[ScoreTest], Ranking]
+
+
 def _keys(fit: CampaignFit) -> tuple[str, ...]:
     """Effects of a model beside the instrument's own discrepancy."""
     return tuple(k for k in fit.model.keys if k != CurvatureBias.entry.key)
@@ -92,43 +111,18 @@ def explain(
     catalogue: Mapping[str, EffectModel],
     rules: Rules,
     *,
-    told: Callable[[str], None] = lambda _sentence: None,
+    told: Told = lambda _sentence: None,
 ) -> Explanation:
     """Add effects of ``catalogue`` to the base model until nothing more is found."""
     model = campaign.kind.base
-    campaign, fit = following(campaign, fit_campaign(campaign, start_with(start, model.size), model))
-    begun, base = campaign, fit
-    steps: list[Step] = []
-    dropped: tuple[str, ...] = ()
-    error = held_out(campaign, fit.state, fit.model)
-    while True:
-        tests, scores = _tests(campaign, fit, catalogue)
-        ranking = rank(scores, tests, penalty=penalty_of(campaign))
-        p = min((t.p for t in tests), default=1.0) * len(tests)
-        if p > rules.alpha or len(steps) >= rules.most_effects:
+    begun, base = following(campaign, fit_campaign(campaign, start_with(start, model.size), model))
+    found, (tests, ranking) = _climbed(Reached(begun, base, (), (), held_out(begun, base.state, base.model)), catalogue, rules, told)
+    for _ in range(EXCHANGES):
+        before, found = found.fit, _exchanged(found, catalogue, rules, told)
+        if found.fit is before:
             break
-        told(f"the fit misses something ({p_words(p)}); refitting the likeliest effects")
-        new = _steps(campaign, fit, (tests, scores, ranking), rules, error)
-        if not new:
-            break
-        after, superfluous = _pruned(campaign, new[-1].fit, rules) if steps and new[-1].accepted else (new[-1].fit, ())
-        if {step.added for step in new} & set(superfluous):  # compatible with zero: nothing would be gained
-            new = tuple(replace(step, accepted=False) for step in new)
-        steps += [replace(new[0], p=p), *new[1:]]
-        for step in new:
-            told(f"{step.added}: held-out RMS {step.before.rms_px:.4f} -> {step.after.rms_px:.4f} {campaign.kind.unit}")
-        if not new[-1].accepted:
-            break
-        dropped += superfluous
-        before, error = campaign, new[-1].after
-        campaign, fit = following(campaign, after)
-        if campaign is not before or superfluous:
-            error = held_out(campaign, fit.state, fit.model)
-            steps[-1] = replace(steps[-1], after=error)
-    fit, superfluous = _pruned(campaign, fit, rules)
-    dropped += superfluous
-    if superfluous:
-        error = held_out(campaign, fit.state, fit.model)
+        found, (tests, ranking) = _climbed(found, catalogue, rules, told)
+    campaign, fit, steps, dropped, error = found.campaign, found.fit, list(found.steps), found.dropped, found.error
     simplified = _simplified(campaign, fit, catalogue, error)
     if simplified is not None:
         told(f"{simplified.added} explains as much as {simplified.group[1]}")
@@ -146,8 +140,78 @@ def explain(
     return Explanation(begun, campaign, tuple(steps), base, fit, covariance, tuple(tests), ranking, dropped, left, error)
 
 
-def _tests(campaign: Campaign, fit: CampaignFit, catalogue: Mapping[str, EffectModel]) -> tuple[list[ScoreTest], EfficientScores]:
-    return score_tests(campaign, fit, Candidates.of(campaign, beside(fit.model.keys, catalogue)))
+def _climbed(
+    at: Reached, catalogue: Mapping[str, EffectModel], rules: Rules, told: Told
+) -> tuple[Reached, tuple[list[ScoreTest], Ranking]]:
+    """With effects added until nothing more is found and what became superfluous dropped; the tests that found nothing more."""
+    while True:
+        tests, scores = tests_at(at.campaign, at.fit, catalogue)
+        ranking = rank(scores, tests, penalty=penalty_of(at.campaign))
+        p = min((t.p for t in tests), default=1.0) * len(tests)
+        if p > rules.alpha or len(at.steps) >= rules.most_effects:
+            break
+        told(f"the fit misses something ({p_words(p)}); refitting the likeliest effects")
+        new = _steps(at.campaign, at.fit, (tests, scores, ranking), rules, at.error)
+        if not new:
+            break
+        after, superfluous = pruned(at.campaign, new[-1].fit, rules) if at.steps and new[-1].accepted else (new[-1].fit, ())
+        if {step.added for step in new} & set(superfluous):  # compatible with zero: nothing would be gained
+            new = tuple(replace(step, accepted=False) for step in new)
+        new = (replace(new[0], p=p), *new[1:])
+        for step in new:
+            told(f"{step.added}: held-out RMS {step.before.rms_px:.4f} -> {step.after.rms_px:.4f} {at.campaign.kind.unit}")
+        if not new[-1].accepted:
+            at = replace(at, steps=(*at.steps, *new))
+            break
+        at = _followed(at, new, after, superfluous)
+    fit, superfluous = pruned(at.campaign, at.fit, rules)
+    if superfluous:
+        at = replace(at, fit=fit, dropped=(*at.dropped, *superfluous), error=held_out(at.campaign, fit.state, fit.model))
+    return at, (tests, ranking)
+
+
+def _followed(at: Reached, new: tuple[Step, ...], fit: CampaignFit, superfluous: tuple[str, ...]) -> Reached:
+    """Where the steps ``new`` lead, to ``fit``: without what became superfluous, and with tables followed."""
+    campaign, fit = following(at.campaign, fit)
+    error = new[-1].after
+    if campaign is not at.campaign or superfluous:
+        error = held_out(campaign, fit.state, fit.model)
+        new = (*new[:-1], replace(new[-1], after=error))
+    return Reached(campaign, fit, (*at.steps, *new), (*at.dropped, *superfluous), error)
+
+
+def _exchanged(at: Reached, catalogue: Mapping[str, EffectModel], rules: Rules, told: Told) -> Reached:
+    """With one effect in another's place, where that explains more beside the others and held-out errors fall.
+
+    The first effect of several is chosen while the others are missing, and may be one that imitates a part of them. Where none is
+    exchanged, each has the group that it cannot be told from beside the others; what explains more there but makes held-out errors no
+    smaller belongs to it.
+    """
+    own = [key for key in _keys(at.fit) if key in {step.added for step in at.steps}]
+    if not 1 < len(own) <= MOST_EXCHANGED:
+        return at
+    steps = list(at.steps)
+    for key in own:
+        number = at.fit.model.keys.index(key)
+        if at.fit.model.effects[number].random:
+            continue
+        without = without_effect(at.campaign, at.fit, number)
+        tests, scores = tests_at(at.campaign, without, catalogue)
+        ranking = rank(scores, tests, penalty=penalty_of(at.campaign))
+        leader = in_place(at.campaign, without, at.fit, (tests, scores, ranking), rules, key)
+        if leader is None:
+            continue
+        if key not in leader.group:
+            after = held_out(at.campaign, leader.fit.state, leader.fit.model)
+            if after.rms_px < at.error.rms_px:
+                told(f"{key_of(leader)} explains more than {key} beside the others")
+                judged = (without, tuple(tests))
+                step = Step(key_of(leader), leader.group, leader.test.p, judged[1], ranking, at.error, after, True, leader.fit, judged)
+                return _followed(at, (step,), leader.fit, (key,))
+        last = max(i for i, step in enumerate(steps) if step.added == key)
+        group = (key, *(each for each in leader.group if each != key))
+        steps[last] = replace(steps[last], group=group, judged_at=(without, tuple(tests)))
+    return replace(at, steps=tuple(steps))
 
 
 def _steps(
@@ -183,37 +247,14 @@ def _steps(
 
 
 def _rival(campaign: Campaign, chosen: tuple[Refitted, ...], errors: list[HeldOut]) -> tuple[tuple[Refitted, ...], list[HeldOut], int]:
-    """What cannot be told from the chosen effect, where held-out errors refuse that and not this; else all as it is, nothing accepted."""
-    first, group = chosen[0], chosen[0].group
-    for rival in first.rivals:
-        after = held_out(campaign, rival.fit.state, rival.fit.model)
-        if after.rms_px < errors[0].rms_px:
-            own = key_of(rival)
-            return (replace(rival, group=(own, *(key for key in group if key != own))),), [errors[0], after], 1
-    return chosen, errors, 0
-
-
-def _pruned(campaign: Campaign, fit: CampaignFit, rules: Rules) -> tuple[CampaignFit, tuple[str, ...]]:
-    """The fit without effects whose parameters are compatible with zero once all are there."""
-    dropped: list[str] = []
-    while True:
-        covariance = campaign_covariance(campaign, fit)
-        free = [e for e, effect in enumerate(fit.model.effects) if effect.held is None and not effect.random]
-        weakest = max(
-            ((wald_p(campaign, fit, covariance, e), e) for e in free),
-            default=(0.0, -1),
-        )
-        if weakest[0] <= rules.superfluous:
-            return fit, tuple(dropped)
-        dropped.append(fit.model.effects[weakest[1]].entry.key)
-        fit = _without(campaign, fit, weakest[1])
-
-
-def _without(campaign: Campaign, fit: CampaignFit, number: int) -> CampaignFit:
-    """The fit without effect ``number``."""
-    model = Model(tuple(e for i, e in enumerate(fit.model.effects) if i != number))
-    state = CampaignState(fit.state.flights, tuple(np.delete(t, np.r_[fit.model.slices[number]]) for t in fit.state.theta))
-    return fit_campaign(campaign, state, model)
+    """Of what cannot be told from the chosen effect, which held-out errors refuse, what they like best; nothing is accepted without."""
+    group = chosen[0].group
+    found = [(held_out(campaign, rival.fit.state, rival.fit.model), rival) for rival in chosen[0].rivals]
+    after, rival = min(found, key=lambda each: each[0].rms_px, default=(errors[0], chosen[0]))
+    if after.rms_px >= errors[0].rms_px:
+        return chosen, errors, 0
+    own = key_of(rival)
+    return (replace(rival, group=(own, *(key for key in group if key != own))),), [errors[0], after], 1
 
 
 def _simplified(campaign: Campaign, fit: CampaignFit, catalogue: Mapping[str, EffectModel], error: HeldOut) -> Step | None:
@@ -222,8 +263,8 @@ def _simplified(campaign: Campaign, fit: CampaignFit, catalogue: Mapping[str, Ef
         for key in effect.contains:
             if key not in catalogue or key in fit.model.keys:
                 continue
-            without = _without(campaign, fit, number)
-            tests, scores = _tests(campaign, without, {key: catalogue[key]})
+            without = without_effect(campaign, fit, number)
+            tests, scores = tests_at(campaign, without, {key: catalogue[key]})
             new = fit_extended(campaign, without, tests[0])
             if criterion_of(campaign, new, catalogue) >= criterion_of(campaign, fit, catalogue):
                 continue
@@ -232,20 +273,3 @@ def _simplified(campaign: Campaign, fit: CampaignFit, catalogue: Mapping[str, Ef
                 ranking = rank(scores, tests, penalty=penalty_of(campaign))
                 return Step(key, (key, effect.entry.key), tests[0].p, tuple(tests), ranking, error, after, True, new)
     return None
-
-
-def wald_p(campaign: Campaign, fit: CampaignFit, covariance: CampaignCovariance, number: int) -> float:
-    """p-value of effect ``number`` being zero; parameters that are searched for do not count, and numbers of nothing are zero."""
-    effect, part = fit.model.effects[number], fit.model.slices[number]
-    parameters = effect.entry.parameters
-    whole = [part.start + i for i, p in enumerate(parameters) if p.name in effect.whole]
-    if whole and not any(np.rint(theta[whole]).any() for theta in fit.state.theta):
-        return 1.0
-    counted = [i for i, p in enumerate(parameters) if p.name in effect.entry.sizes]
-    columns = part.start + np.array(counted)
-    sequences = sorted(set(campaign.sharing(effect.entry.scope)))
-    rows = np.concatenate([covariance.place[s][N_PARAMETERS + columns] for s in sequences])
-    theta = np.concatenate([fit.state.theta[s][columns] for s in sequences])
-    C = covariance.covariance[np.ix_(rows, rows)]
-    statistic = float(theta @ np.linalg.pinv(C, rcond=1e-12, hermitian=True) @ theta)
-    return float(chi2.sf(statistic, len(rows)))

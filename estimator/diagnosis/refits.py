@@ -112,6 +112,12 @@ def refit(campaign: Campaign, fit: CampaignFit, test: ScoreTest) -> Refitted:
     return replace(astray, fit=new, cost=cost, surprise=surprise_of(test, _values(new, test)))
 
 
+def as_it_is(campaign: Campaign, without: CampaignFit, fit: CampaignFit, test: ScoreTest) -> Refitted:
+    """An effect that ``fit`` has and the fit ``without`` it lacks, where it was tested; not looked at yet."""
+    cost = cost_like(campaign, fit, without)
+    return Refitted(test, fit, len(test.columns), cost, surprise_of(test, _values(fit, test)), group=(test.effect.entry.key,))
+
+
 def refit_pair(campaign: Campaign, before: CampaignFit, fit: CampaignFit, pair: tuple[ScoreTest, ScoreTest]) -> Refitted:
     """Refit with those of a pair that ``fit`` lacks, not looked at yet; the fit ``before`` lacks both.
 

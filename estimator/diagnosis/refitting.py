@@ -13,7 +13,7 @@ from scipy.stats import chi2
 from estimator.diagnosis.contest import criterion_of
 from estimator.diagnosis.pairing import Pairs
 from estimator.diagnosis.ranking import Hypothesis, Ranking
-from estimator.diagnosis.refits import Refitted, Rules, judged, key_of, looked, penalty_of, refit
+from estimator.diagnosis.refits import Refitted, Rules, as_it_is, judged, key_of, looked, penalty_of, refit
 from estimator.diagnosis.score_tests import EfficientScores, ScoreTest
 from estimator.fitting.campaign import Campaign, CampaignFit
 
@@ -28,23 +28,47 @@ Found = tuple[list[ScoreTest], EfficientScores, Ranking]
 def contenders(campaign: Campaign, fit: CampaignFit, found: Found, rules: Rules) -> tuple[Refitted, ...]:
     """The effect to add, refitted; or two, where one alone does not explain what both do: the larger one, then both."""
     tests, scores, ranking = found
-    known = [h for h in ranking.hypotheses if not tests[h.effect].random and tests[h.effect].counts]
-    if not known:
+    refits = [refit(campaign, fit, test) for test in _shortlist(_known(tests, ranking), tests, rules)]
+    flown = [r for r in looked(campaign, refits, tests) if r.flew]
+    if not flown:
         return ()
-    refits = [r for r in looked(campaign, [refit(campaign, fit, test) for test in _shortlist(known, tests, rules)], tests) if r.flew]
-    if not refits:
-        return ()
-    refitted = judged(refits, penalty_of(campaign))
+    refitted = judged(flown, penalty_of(campaign))
     chosen = refitted[0]
     if chosen.parameters > MANY or chi2.sf(chosen.left, max(chosen.columns, 1)) < rules.alpha:
         both = Pairs(campaign, fit, tests, scores, rules).better(refitted)
         if both:
             return both
+    return (_leader(campaign, refitted, tests, rules),)
+
+
+def in_place(campaign: Campaign, without: CampaignFit, fit: CampaignFit, found: Found, rules: Rules, key: str) -> Refitted | None:  # noqa: PLR0917
+    """The likeliest effect in place of ``key``, which ``fit`` has beside others and the fit ``without`` it lacks; it may be ``key`` itself.
+
+    ``found`` at the fit without it. ``None`` where nothing can be said, since the effect cannot be tested there.
+    """
+    tests, _, ranking = found
+    own = next((t for t in tests if t.effect.entry.key == key and t.counts), None)
+    if own is None:
+        return None
+    others = [test for test in _shortlist(_known(tests, ranking), tests, rules) if test is not own]
+    refits = [as_it_is(campaign, without, fit, own), *(refit(campaign, without, test) for test in others)]
+    flown = [r for r in looked(campaign, refits, tests) if r.flew]
+    return _leader(campaign, judged(flown, penalty_of(campaign)), tests, rules) if flown else None
+
+
+def _known(tests: Sequence[ScoreTest], ranking: Ranking) -> list[Hypothesis]:
+    """Effects that have parameters which the data show."""
+    return [h for h in ranking.hypotheses if not tests[h.effect].random and tests[h.effect].counts]
+
+
+def _leader(campaign: Campaign, refitted: Sequence[Refitted], tests: Sequence[ScoreTest], rules: Rules) -> Refitted:
+    """The likeliest of refits, the first, or what it contains, with those that cannot be told from it."""
+    chosen = refitted[0]
     group = [r for r in refitted if r.evidence <= chosen.evidence + rules.margin]
     leader = _simplest(campaign, chosen, group, tests)
     group += [r for r in _liked_more(refitted, chosen, penalty_of(campaign), rules) if all(r is not each for each in group)]
     rivals = tuple(r for r in group if r is not leader)
-    return (replace(leader, group=(key_of(leader), *map(key_of, rivals)), rivals=rivals),)
+    return replace(leader, group=(key_of(leader), *map(key_of, rivals)), rivals=rivals)
 
 
 def _liked_more(refitted: Sequence[Refitted], chosen: Refitted, penalty: float, rules: Rules) -> list[Refitted]:
@@ -59,6 +83,8 @@ def _liked_more(refitted: Sequence[Refitted], chosen: Refitted, penalty: float, 
 
 def _shortlist(known: Sequence[Hypothesis], tests: Sequence[ScoreTest], rules: Rules) -> list[ScoreTest]:
     """The likeliest effects of a look, and the one that explains most: the noise it is judged in may be its own absence."""
+    if not known:
+        return []
     window = known[0].criterion + rules.window
     close = [h.effect for i, h in enumerate(known[: rules.shortlist]) if i < FEWEST_REFITTED or h.criterion <= window]
     most = max((h.effect for h in known), key=lambda number: tests[number].explained)

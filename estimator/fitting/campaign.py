@@ -7,6 +7,8 @@ section 6].
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import accumulate, chain, repeat
+from operator import mul
 from typing import Any
 
 import numpy as np
@@ -23,7 +25,7 @@ from estimator.motion.rigid_body import RanAway
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 STATE = 12
-MOST_STEPS, HALVINGS, SETTLED = 15, 5, 0.05
+MOST_STEPS, HALVINGS, SHORTER, SETTLED = 15, 5, 0.3, 0.05
 STILL, STILL_COST, STILL_SHARE = 0.35, 0.1, 1e-4
 """A fit also ends where a step below ``STILL`` standard deviations changes the cost by less than ``STILL_COST``, a small fraction of what
 tells models apart, or than ``STILL_SHARE`` of it: tangents that jump from corner to corner keep large misfits from settling further."""
@@ -155,13 +157,20 @@ class ArrowSolution:
     schur: Array
 
 
-def solve_arrow(equations: Sequence[SequenceEquations], layout: Layout, prior: tuple[Array, Array]) -> ArrowSolution:
-    """Eliminate the local blocks, solve for the shared parameters, substitute back."""
+def solve_arrow(
+    equations: Sequence[SequenceEquations], layout: Layout, prior: tuple[Array, Array], *, damping: float = 0.0
+) -> ArrowSolution:
+    """Eliminate the local blocks, solve for the shared parameters, substitute back.
+
+    ``damping``: of every normal matrix so much of its diagonal is added to it [Marquardt 1963].
+    """
     precision, values = prior
     H, g = np.diag(precision), precision * values
     inverses = []
     for each, place in zip(equations, layout.place, strict=True):
         full, gradient = each.frames.H, each.frames.g
+        if damping > 0.0:
+            full = full + damping * np.diag(np.diag(full))
         inverse = stable_inverse(full[np.ix_(layout.local, layout.local)])
         cross = full[np.ix_(layout.shared, layout.local)]
         H[np.ix_(place, place)] += full[np.ix_(layout.shared, layout.shared)] - cross @ inverse @ cross.T
@@ -199,38 +208,64 @@ class CampaignFit:
     cost: float
 
 
-def fit_campaign(campaign: Campaign, start: CampaignState, model: Model, *, most_steps: int = MOST_STEPS) -> CampaignFit:
-    """Gauss-Newton with step halving, weights refreshed at every step; ends, too, where :data:`PATIENCE` steps in a row gain nothing."""
+def fit_campaign(
+    campaign: Campaign, start: CampaignState, model: Model, *, most_steps: int = MOST_STEPS, dampings: Sequence[float] = ()
+) -> CampaignFit:
+    """Gauss-Newton with step halving, weights refreshed at every step; ends, too, where :data:`PATIENCE` steps in a row gain nothing.
+
+    ``dampings``: tried in turn where no share of a step lowers the cost.
+
+    Raises
+    ------
+    RanAway
+        Where ``start`` cannot be flown, or nothing is seen of it.
+    """
     layout = layout_of(campaign, model)
     state = _agreed(start, layout)
     equations = _linearised(campaign, state, model)
     cost = _cost(campaign, layout, model, (state, equations))
-    settled, least, in_vain = False, (cost, state, equations), 0
+    if not np.isfinite(cost):
+        raise RanAway("nothing is seen of the flights that a fit starts from")
+    settled, least, mark, in_vain = False, (cost, state, equations), cost, 0
     for _ in range(most_steps):
         solution = solve_arrow(equations, layout, shared_prior(campaign, layout, model, state))
         size = _relative_size(equations, layout, solution)
-        share = 1.0
-        for _ in range(HALVINGS):
-            trial = stepped(state, layout, solution, share)
-            share *= 0.3
-            try:
-                new = _linearised(campaign, trial, model)
-            except RanAway:
-                continue
-            new_cost = _cost(campaign, layout, model, (trial, new))
-            if new_cost <= cost * (1.0 + STILL_SHARE):
-                break
-        else:
+        lower = _lowered(campaign, (layout, model), (cost, state, equations), solution, dampings)
+        if lower is None:
             break
-        settled = size < SETTLED or (size < STILL and abs(cost - new_cost) < max(STILL_COST, STILL_SHARE * cost))
-        state, equations, cost = trial, new, new_cost
-        in_vain = 0 if cost < least[0] * (1.0 - STILL_SHARE) else in_vain + 1
+        (new_cost, state, equations), damped = lower
+        still = size < SETTLED or (size < STILL and abs(cost - new_cost) < max(STILL_COST, STILL_SHARE * cost))
+        settled, cost = still and not damped, new_cost
+        mark, in_vain = (cost, 0) if cost < mark * (1.0 - STILL_SHARE) else (mark, in_vain + 1)
         least = min(least, (cost, state, equations), key=lambda found: found[0])
         if settled or in_vain == PATIENCE:
             break
     if not settled:
         cost, state, equations = least
     return CampaignFit(model, state, equations, layout, settled, cost)
+
+
+_Costed = tuple[float, CampaignState, tuple[SequenceEquations, ...]]
+
+
+def _lowered(
+    campaign: Campaign, kind: tuple[Layout, Model], at: _Costed, solution: ArrowSolution, dampings: Sequence[float]
+) -> tuple[_Costed, bool] | None:
+    """The first of ever shorter steps, then of ever more damped ones, that does not raise the cost, and whether it is damped."""
+    (layout, model), (cost, state, equations) = kind, at
+    prior = shared_prior(campaign, layout, model, state)
+    shares = accumulate(repeat(SHORTER, HALVINGS - 1), mul, initial=1.0)
+    shorter = ((stepped(state, layout, solution, share), False) for share in shares)
+    damped = ((stepped(state, layout, solve_arrow(equations, layout, prior, damping=d)), True) for d in dampings)
+    for trial, is_damped in chain(shorter, damped):
+        try:
+            new = _linearised(campaign, trial, model)
+        except RanAway:
+            continue
+        new_cost = _cost(campaign, layout, model, (trial, new))
+        if new_cost <= cost * (1.0 + STILL_SHARE):
+            return (new_cost, trial, new), is_damped
+    return None
 
 
 def _linearised(campaign: Campaign, state: CampaignState, model: Model) -> tuple[SequenceEquations, ...]:

@@ -69,7 +69,7 @@ def with_hollows_seen(cast: Array, seen: Array) -> Array:
     u = unit_circle(DIRECTIONS)
     beyond = max(float(np.max((cast @ u.T).max(axis=0) - (seen @ u.T).max(axis=0))), 0.0)
     body = shapely.Polygon(cast).buffer(0.0)
-    pockets = body.difference(shapely.Polygon(seen).buffer(0.0).buffer(beyond + SLACK_PX))
+    pockets = body.difference(shapely.make_valid(shapely.Polygon(seen)).buffer(beyond + SLACK_PX))
     left = body.difference(pockets.buffer(SLACK_PX))
     if left.is_empty:
         return cast

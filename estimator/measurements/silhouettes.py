@@ -60,7 +60,12 @@ class Silhouettes:
         return sequence.task.prior.precision
 
     def cost(self, sequence: SequenceTask, equations: SequenceEquations, like: SequenceEquations | None = None) -> float:
-        """Huber cost on the scale of the weights: each sighting's mean error counts as often as it is independent."""
+        """Huber cost on the scale of the weights: each sighting's mean error counts as often as it is independent.
+
+        Infinite where no tangency is left, as of a body that a step put behind the camera: it would cost nothing.
+        """
+        if not equations.errors.seen.any():
+            return float("inf")
         errors, huber = equations.errors, sequence.task.huber
         variance = errors.tangency.variance[:, :, :2]
         if like is not None:

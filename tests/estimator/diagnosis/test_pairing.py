@@ -67,14 +67,24 @@ def test_what_contradicts_or_contains_another_is_no_pair(search: Pairs) -> None:
 
 
 def test_a_pair_that_the_second_comparison_refuses_does_not_stand(search: Pairs, monkeypatch: pytest.MonkeyPatch) -> None:
-    answers = iter([frozenset(("gravity", "magnus_lift")), None])
+    best = frozenset(("gravity", "magnus_lift"))
+    answers = iter([best, None])
     monkeypatch.setattr(Pairs, "_likely", lambda *_: [])
-    monkeypatch.setattr(Pairs, "_compared", lambda _self, alone, pairs: (dict(alone), dict(pairs)))
+    monkeypatch.setattr(Pairs, "_compared", lambda _self, alone, pairs: (dict(alone), {best: NOTHING, **pairs}))
     monkeypatch.setattr(Pairs, "_with_members", lambda _self, alone, _pair: dict(alone))
     monkeypatch.setattr(Pairs, "_with_mates", lambda _self, _alone, pairs, _best: dict(pairs))
     monkeypatch.setattr(Pairs, "_best", lambda *_: next(answers))
     assert search.better([]) == ()
     assert next(answers, "asked twice") == "asked twice"
+
+
+def test_a_pair_that_was_led_astray_beside_its_members_does_not_stand(search: Pairs, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its look failed in the noise of a member that costs less: it is no longer among the pairs, whose mates would be asked for."""
+    monkeypatch.setattr(Pairs, "_likely", lambda *_: [])
+    monkeypatch.setattr(Pairs, "_compared", lambda _self, alone, pairs: (dict(alone), dict(pairs)))
+    monkeypatch.setattr(Pairs, "_with_members", lambda _self, alone, _pair: dict(alone))
+    monkeypatch.setattr(Pairs, "_best", lambda *_: frozenset(("gravity", "magnus_lift")))
+    assert search.better([]) == ()
 
 
 def test_of_a_pair_proposed_from_two_sides_the_lower_cost_counts(search: Pairs, monkeypatch: pytest.MonkeyPatch) -> None:

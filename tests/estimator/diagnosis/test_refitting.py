@@ -10,7 +10,7 @@ import pytest
 from estimator.diagnosis import refitting
 from estimator.diagnosis.ranking import Hypothesis, Ranking
 from estimator.diagnosis.refits import Refitted, Rules
-from estimator.diagnosis.refitting import contenders, random_contender
+from estimator.diagnosis.refitting import contenders, in_place, random_contender
 from estimator.diagnosis.score_tests import EfficientScores, ScoreTest
 from estimator.effects.registry import MODELS
 
@@ -76,3 +76,30 @@ def test_what_the_cost_prefers_beyond_the_margin_is_in_the_group(
     look = Ranking(tuple(Hypothesis(i, 1, 1.0 + i, 5.0 + i) for i in range(3)), 20.0, 2)
     (found,) = contenders(NOTHING, NOTHING, (tests, NO_SCORES, look), Rules())
     assert found.group == group
+
+
+@pytest.mark.parametrize(
+    ("left", "leader"), [(40.0, ("gravity",)), (48.0, ("gravity", "blooming")), (53.0, ("blooming", "gravity")), (70.0, ("blooming",))]
+)
+def test_an_effect_beside_others_is_judged_as_it_is(left: float, leader: tuple[str, ...], monkeypatch: pytest.MonkeyPatch) -> None:
+    """It is not refitted, though a look would not have it on the shortlist; scores ``left`` beside it decide."""
+    keys = ("blooming", "rolling_shutter", "rim_light_leak", "spin_damping", "quadratic_drag", "gravity")
+    tests = [trial(key, counts=True) for key in keys]
+    as_it_is = Refitted(tests[-1], NOTHING, 1, cost=480.0, left=left, columns=46)
+    asked: list[str] = []
+
+    def refit_one(_campaign: object, _fit: object, test: ScoreTest) -> Refitted:
+        key = test.effect.entry.key
+        asked.append(key)
+        return Refitted(test, NOTHING, 1, cost=480.0, left=50.0 if key == "blooming" else 300.0, columns=46)
+
+    monkeypatch.setattr(refitting, "as_it_is", lambda *_: as_it_is)
+    monkeypatch.setattr(refitting, "refit", refit_one)
+    monkeypatch.setattr(refitting, "looked", lambda _campaign, found, _tests: list(found))
+    monkeypatch.setattr(refitting, "penalty_of", lambda _campaign: 4.0)
+    look = Ranking(tuple(Hypothesis(i, 1, 50.0 + 40.0 * i, 54.0 + 40.0 * i) for i in range(len(keys))), 500.0, 46)
+    found = in_place(NOTHING, NOTHING, NOTHING, (tests, NO_SCORES, look), Rules(), "gravity")
+    assert found is not None
+    assert found.group == leader
+    assert "gravity" not in asked
+    assert in_place(NOTHING, NOTHING, NOTHING, (tests[:-1], NO_SCORES, look), Rules(), "gravity") is None

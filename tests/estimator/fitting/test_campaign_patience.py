@@ -1,9 +1,15 @@
 """A fit of a campaign ends where steps gain nothing any more, at the best of what it saw."""
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 
+from estimator.effects.model import Model
+from estimator.effects.registry import MODELS
 from estimator.fitting import campaign
-from estimator.fitting.campaign import PATIENCE, CampaignFit, fit_campaign
+from estimator.fitting.campaign import PATIENCE, CampaignFit, CampaignState, fit_campaign
+from estimator.motion.rigid_body import RanAway
 from tests.estimator.small_campaign import fitted, registered
 
 
@@ -27,3 +33,19 @@ def test_a_fit_that_still_gains_goes_on(monkeypatch: pytest.MonkeyPatch) -> None
     found, asked = fit_with_costs([100.0 - i for i in range(40)], monkeypatch)
     assert asked == 1 + campaign.MOST_STEPS
     assert found.cost == 100.0 - campaign.MOST_STEPS
+
+
+def test_a_fit_that_creeps_goes_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each step gains less than counts, but two of them together do."""
+    _, asked = fit_with_costs([4000.0 * (1.0 - 0.6 * campaign.STILL_SHARE) ** i for i in range(40)], monkeypatch)
+    assert asked == 1 + campaign.MOST_STEPS
+
+
+def test_flights_of_which_nothing_is_seen_are_no_start() -> None:
+    """Behind the camera, with a magnification that mirrors them back into the picture, no tangency is left: they would cost nothing."""
+    observed, start = registered().campaign, fitted()
+    model = Model((*start.model.effects, MODELS["focal_length"]))
+    flights = tuple(replace(flight, x=-flight.x) for flight in start.state.flights)
+    mirrored = CampaignState(flights, tuple(np.append(theta, -2.0) for theta in start.state.theta))
+    with pytest.raises(RanAway, match="nothing is seen"):
+        fit_campaign(observed, mirrored, model)

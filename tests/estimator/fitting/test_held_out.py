@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from estimator.diagnosis.adding import base_fit, with_effect
-from estimator.diagnosis.explain import wald_p
+from estimator.diagnosis.pruning import wald_p
 from estimator.diagnosis.score_tests import Candidates, score_tests
 from estimator.effects.choosing import catalogue
 from estimator.fitting.campaign_covariance import campaign_covariance

@@ -87,6 +87,13 @@ def test_hollows_that_are_seen_are_cut_out_and_no_corner_is_touched(offset: floa
     assert shapely.Polygon(star()).difference(shapely.Polygon(cut)).area < 0.01 * known
 
 
+def test_a_tip_at_which_a_seen_outline_crosses_itself_is_not_cut_off() -> None:
+    """Noise crosses the sides of thin spikes; the lobe beyond turns the other way round."""
+    crossed = np.concatenate([[[34.0, 1.0], [40.0, 0.0], [34.0, -1.0]], star()[1:]])
+    cut = with_hollows_seen(filled(star()), crossed)
+    np.testing.assert_allclose(reach(cut), reach(star()), atol=1e-9)
+
+
 def test_corners_between_hollows_that_are_seen_recede_as_they_do() -> None:
     """A spike of 32 degrees recedes by 3.6 times the depth; the corner that a hull makes of it, a pentagon, by 1.2 times."""
     cut = with_hollows_seen(filled(star()), star())
