@@ -15,7 +15,8 @@ class Configuration:
 
     ``offset_prior_px`` and ``frame_offset_prior_px``: standard deviation of the boundary offset of outlines given as such and of outlines
     measured in pictures. ``com_prior`` (share of the largest extent), ``inertia_prior`` and ``inertia_products_prior`` (relative, moments
-    and products): how far the visual hull's mass properties may be off; measured on scanned bodies with 60 views. ``floor_px``: tangent
+    and products): how far the visual hull's mass properties may be off; measured on scanned bodies with 60 views, and more for a body with
+    hollows, which the hull fills. ``floor_px``: tangent
     noise that the outlines do not show; ``body_noise_px``: the part of the error that stays with a place on the body, where no other
     sequence of the particle shows how large it is. ``huber``: standard deviations beyond which an error's influence stays constant.
     ``within_pairs``: largest number of pairs within the sequence in the last refinement, 0 leaves them out. ``bias_pairs``: pairs of draws

@@ -5,6 +5,7 @@ Which of them belong together, the visual hull they carve, the body that fills i
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,13 +18,17 @@ from estimator.configuration import Configuration
 from estimator.fitting.pose_refinement import Views
 from estimator.fitting.pose_starts import StartCatalogue, start_catalogue
 from estimator.geometry.epipolar_tangency import PoseSet, tangency_errors
+from estimator.geometry.exact_hull import exact_hull
 from estimator.geometry.mass_properties import body_of, largest_moment_per_mass
+from estimator.geometry.outline_shape import hollow_share
 from estimator.geometry.silhouettes import Silhouettes, like_silhouettes, silhouettes
 from estimator.geometry.tangent_hull import Likeness
 from estimator.geometry.visual_hull import HullMesh, bounding_ball, visual_hull
 
 Array = NDArray[np.float64]
 MINIMUM_VIEWS = 3
+TOLERANCE_SIGMA = 2.0
+"""By how much of their noise outlines may be simplified for the exact hull; twice as much blunts spikes."""
 
 
 @dataclass(frozen=True)
@@ -75,6 +80,23 @@ class Particle:
     def extent_m(self) -> float:
         """Largest extent (m) of the hull along its principal axes."""
         return float(np.ptp(self.hull.vertices @ self.body.R_particle_body, axis=0).max())
+
+    @cached_property
+    def hollow(self) -> float:
+        """Mean share of the convex hulls of the views' outlines that they leave empty."""
+        return hollow_share([outline.points_px for outline in self.outlines])
+
+    @cached_property
+    def exact_hull(self) -> HullMesh:
+        """The hull as a polyhedron, spikes and all (seconds); outlines are drawn to ``TOLERANCE_SIGMA`` of their noise.
+
+        Raises
+        ------
+        InputError
+            Where the views' cones have nothing in common.
+        """
+        tolerance = TOLERANCE_SIGMA * float(np.median(self.seen.noise_px))
+        return exact_hull(self.outlines, self.calibrated, tolerance_px=tolerance)
 
     @property
     def largest_moment_per_mass(self) -> float:

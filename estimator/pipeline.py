@@ -4,6 +4,7 @@ The chain is visible in :func:`estimate`; every step that cannot go on raises :c
 plausible number without one.
 """
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -45,6 +46,10 @@ RIVAL_POSE, RIVAL_TRACK = 25.0, 3.0
 """A pose minimum or a track that costs more than this many times the best is no rival once a trajectory fits."""
 
 
+HOLLOW_MOMENTS, HOLLOW_PRODUCTS = 0.2, 0.08
+"""Relative errors of the visual hull's moments and products of inertia over the empty share of its outlines' convex hulls.
+
+Of 14 jagged bodies, 0.03 to 0.12 of it empty, moments were off by 0.019 and products by 0.0056; of 12 convex ones by 0.006 and 0.0023."""
 RAN_AWAY = "no flight fits the outlines: every fit ran away to spins that no particle has."
 UNDETERMINED = "the usable pictures do not determine the flight: of some combination of its numbers they say nothing."
 
@@ -196,8 +201,8 @@ def fit_task(observation: Observation, particle: Particle, sightings: Sightings,
     measured = any(isinstance(r, Frames) for r in observation.recordings)
     prior = Prior(
         com_m=configuration.com_prior * particle.extent_m,
-        inertia=configuration.inertia_prior,
-        inertia_products=configuration.inertia_products_prior,
+        inertia=math.hypot(configuration.inertia_prior, HOLLOW_MOMENTS * particle.hollow),
+        inertia_products=math.hypot(configuration.inertia_products_prior, HOLLOW_PRODUCTS * particle.hollow),
         offset_px=configuration.frame_offset_prior_px if measured else configuration.offset_prior_px,
     )
     weight = np.ones((len(sightings), len(views.silhouettes)))

@@ -10,7 +10,6 @@ from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import ConvexHull
 
 from estimator.effects.link import Moving, Places, Setting
 from estimator.effects.model import Model, overrides
@@ -23,7 +22,7 @@ from estimator.geometry.outline_bias import without_bias
 from estimator.geometry.outline_shape import OutlineShape
 from estimator.geometry.silhouettes import Silhouettes
 from estimator.geometry.visual_hull import HullMesh
-from estimator.motion.flight import N_PARAMETERS, OFFSET, Flight, FlightPoses, poses
+from estimator.motion.flight import N_PARAMETERS, OFFSET, Flight, poses
 
 Array = NDArray[np.float64]
 
@@ -76,16 +75,6 @@ class ModelErrors:
     def seen(self) -> NDArray[np.bool_]:
         """Where (n, k, 2) there is an error."""
         return np.repeat(self.tangency.valid[:, :, None], 2, axis=2)
-
-
-def seen_hulls_at(task: FitTask, flight: Flight, predicted: FlightPoses, vertices: Array) -> list[Array]:
-    """Convex outlines (px) that a hull with ``vertices`` (v, 3) m, particle frame, casts at ``predicted`` poses of a flight's body."""
-    placed = particle_poses(flight, predicted, task.sightings)
-    outlines = []
-    for R, t, c in zip(placed.R, placed.t, task.sightings.camera, strict=True):
-        pixels = task.sightings.cameras[int(c)].intrinsics.project(vertices @ R.T + t)
-        outlines.append(pixels[ConvexHull(pixels).vertices])
-    return outlines
 
 
 def seen_outlines(task: FitTask, flight: Flight, mesh: HullMesh) -> list[Array]:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
 from datasets.vocabulary.camera import Intrinsics
-from estimator.geometry.closed_curves import unit_circle
+from estimator.geometry.closed_curves import largest_part, unit_circle
 from estimator.geometry.visual_hull import HullMesh
 
 Array = NDArray[np.float64]
@@ -25,9 +25,13 @@ MARGIN_PX = 2.0
 SHALLOW_PX = 0.25
 """Depth of a hollow that is none."""
 SIMPLER_PX = 0.05
+OPENED_PX = 1e-6
+"""What rounding may leave of the convex outline's edge over a hollow, which would close it."""
 DIRECTIONS, FEWEST_CORNERS = 180, 3
 SLACK_PX = 0.3
 """Depth by which a hollow is told from noise of the outline that shows it."""
+REACH_SIGMA, MOST_SIGMA = 1.5, 3.0
+"""How far a seen outline is moved out so that its noise cuts little of a body, and from where on it shows another body or pose."""
 
 
 @dataclass(frozen=True)
@@ -51,9 +55,9 @@ def cast_outline(mesh: CastingMesh, camera: Intrinsics, R_cam_particle: Array, t
     pixels = camera.project(mesh.vertices @ R_cam_particle.T + t_cam_particle)
     convex = shapely.Polygon(pixels[ConvexHull(pixels).vertices])
     pockets = np.array(shapely.get_parts(convex.difference(shapely.Polygon(_drawn_rim(mesh, pixels)).buffer(0.0).simplify(SIMPLER_PX))))
-    rest = convex.difference(shapely.union_all([p for p in pockets if _depth_px(p, convex) > SHALLOW_PX]))
-    largest = max(shapely.get_parts(rest), key=shapely.area)
-    return np.asarray(shapely.get_coordinates(largest.exterior)[:-1])
+    hollows = shapely.union_all([p for p in pockets if _depth_px(p, convex) > SHALLOW_PX])
+    rest = convex.difference(hollows.buffer(OPENED_PX))
+    return np.asarray(shapely.get_coordinates(largest_part(rest).exterior)[:-1])
 
 
 def with_hollows_seen(cast: Array, seen: Array) -> Array:
@@ -73,8 +77,28 @@ def with_hollows_seen(cast: Array, seen: Array) -> Array:
     left = body.difference(pockets.buffer(SLACK_PX))
     if left.is_empty:
         return cast
-    largest = max(shapely.get_parts(left), key=shapely.area)
-    return np.asarray(shapely.get_coordinates(largest.simplify(SIMPLER_PX).exterior)[:-1])
+    return np.asarray(shapely.get_coordinates(largest_part(left).simplify(SIMPLER_PX).exterior)[:-1])
+
+
+def within_seen(cast: Array, seen: Array, noise_px: float) -> Array:
+    """A ``cast`` outline (n, 2) px less what lies beyond the ``seen`` one (m, 2) px of the same body, corners included.
+
+    For outlines that differ by noise of ``noise_px`` but for a common shift and growth, fitted to their tangents: the seen one is moved
+    to the cast one and out by ``REACH_SIGMA`` of the noise, or of what is left between their tangents where that is more. A cast outline
+    from whose tangents those seen differ by more than ``MOST_SIGMA`` stays as it is.
+    """
+    if min(len(cast), len(seen)) < FEWEST_CORNERS:
+        return cast
+    u = unit_circle(DIRECTIONS)
+    apart = (cast @ u.T).max(axis=0) - (seen @ u.T).max(axis=0)
+    moved, *_ = np.linalg.lstsq(np.column_stack([u, np.ones(DIRECTIONS)]), apart, rcond=None)
+    left = float(np.std(apart - u @ moved[:2] - moved[2]))
+    if left > MOST_SIGMA * noise_px:
+        return cast
+    outline = shapely.make_valid(shapely.Polygon(seen + moved[:2]))
+    room = outline.buffer(max(float(moved[2]), 0.0) + REACH_SIGMA * max(noise_px, left), join_style="mitre")
+    body = shapely.Polygon(cast).buffer(0.0).intersection(room)
+    return cast if body.is_empty else np.asarray(shapely.get_coordinates(largest_part(body).exterior)[:-1])
 
 
 def _depth_px(pocket: shapely.Polygon, convex: shapely.Polygon) -> float:

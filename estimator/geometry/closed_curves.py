@@ -1,6 +1,7 @@
 """Closed curves as the points of a polygon, and the directions of their normals."""
 
 import numpy as np
+import shapely
 from jaxtyping import Float
 from numpy.typing import NDArray
 
@@ -18,3 +19,8 @@ def unit_circle(count: int) -> Float[NDArray[np.float64], "count 2"]:
     """Unit vectors in equal steps, from the first axis on towards the second."""
     angle = 2.0 * np.pi * np.arange(count) / count
     return np.column_stack([np.cos(angle), np.sin(angle)])
+
+
+def largest_part(geometry: shapely.Geometry) -> shapely.Polygon:
+    """The polygon of the greatest area among the parts of a geometry."""
+    return max(shapely.get_parts(geometry), key=shapely.area)

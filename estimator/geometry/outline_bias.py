@@ -1,7 +1,7 @@
 """How far noise and smoothing move an outline's tangents on average, predicted from the outline that the body casts.
 
 The hull of a noisy outline is fat where the outline is flat, since it is made of extremes, and the smoothed one is cut at corners: the bias
-of a tangent follows the outline's curvature in its own view. With the convex outline ``P`` known (from the calibrated views, at a fitted
+of a tangent follows the outline's curvature in its own view. With the outline ``P`` known (from the calibrated views, at a fitted
 pose), noise of a known size and the smoothing of :mod:`estimator.geometry.tangent_hull`,
 
     b(u) = E[ support of the hull of the smoothed noisy P, along u ] - support of P along u,
@@ -71,21 +71,28 @@ def without_bias(errors: TangencyErrors, bias: OutlineBias | None) -> TangencyEr
 
 
 def bias_curves(
-    polygons: Sequence[Array], noise_px: float, samples: Rows, *, pairs: int, rng: np.random.Generator
+    polygons: Sequence[Array],
+    noise_px: float,
+    samples: Rows,
+    *,
+    pairs: int,
+    rng: np.random.Generator,
+    true: Sequence[Array] | None = None,
 ) -> Float[NDArray[np.float64], "n 180"]:
-    """Bias (px) of the tangents of outlines ``polygons``, each convex (v, 2) px, seen with point noise ``noise_px``.
+    """Bias (px) of the tangents of outlines ``polygons``, each (v, 2) px, seen with point noise ``noise_px``.
 
-    ``samples`` (n,): how many points each outline was seen with, zero where there is none; ``pairs`` of draws for each.
+    ``samples`` (n,): how many points each outline was seen with, zero where there is none; ``pairs`` of draws for each. ``true``: outlines
+    (v, 2) px whose tangents are the true ones, where those that noise is drawn on lie within them; ``None``: the same.
     """
     weights = savgol_coeffs(WINDOW, 2)
     outward = outward_directions()
     curves = np.zeros((len(polygons), DIRECTIONS))
-    for i, (points, count) in enumerate(zip(polygons, samples, strict=True)):
+    for i, (points, count, whole) in enumerate(zip(polygons, samples, true or polygons, strict=True)):
         if len(points) < SMALLEST_POLYGON or count < MINIMUM_POINTS:
             continue
         drawn = noise_px * rng.standard_normal((pairs, int(count)))
         closed = np.ascontiguousarray(np.concatenate([points, points[:1]]))
-        curves[i] = _mean_support(closed, drawn, weights, outward) - (points @ outward.T).max(axis=0)
+        curves[i] = _mean_support(closed, drawn, weights, outward) - (whole @ outward.T).max(axis=0)
     return curves
 
 

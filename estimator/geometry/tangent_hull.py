@@ -67,7 +67,7 @@ def tangent_hull(points_px: Float[NDArray[np.float64], "n 2"], *, window: int = 
     """Smooth a closed outline (px) and take its convex hull; empty where the outline has no area."""
     if len(points_px) < 3:
         return _empty()
-    samples = _evenly_spaced(points_px)
+    samples = evenly_spaced(points_px)
     if len(samples) < MINIMUM_POINTS or np.ptp(samples, axis=0).min() < 1.0:
         return _empty()
     window = min(window, len(samples) // 4 * 2 + 1)
@@ -87,7 +87,7 @@ def degraded_hull(points_px: Float[NDArray[np.float64], "n 2"], likeness: Likene
     """
     if len(points_px) < 3:
         return _empty()
-    fine = _evenly_spaced(points_px)
+    fine = evenly_spaced(points_px)
     if len(fine) < MINIMUM_POINTS or np.ptp(fine, axis=0).min() < 1.0:
         return _empty()
     spacing = likeness.spacing_px
@@ -143,7 +143,7 @@ def _weights(window: int) -> Array:
     return np.asarray(savgol_coeffs(window, 2), dtype=np.float64)
 
 
-def _evenly_spaced(points: Array) -> Array:
+def evenly_spaced(points: Array) -> Array:
     """The outline itself where its samples are about evenly spaced near ``SPACING_PX``, otherwise resampled along its length."""
     closed = np.concatenate([points, points[:1]])
     steps = np.linalg.norm(np.diff(closed, axis=0), axis=1)

@@ -5,18 +5,20 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from datasets.observation import Observation
 from datasets.recipes.recipe import MotionRecipe, NoiseRecipe, ParticleRecipe, Recipe, RigRecipe
-from estimator import pipeline
+from estimator import pipeline, predicted_bias
 from estimator.configuration import Configuration
 from estimator.fitting.trajectory import FitTask
 from estimator.geometry.outline_bias import outward_directions, supports
 from estimator.motion.flight import Flight
-from estimator.particle import Particle
-from estimator.predicted_bias import Calibration, calibrated, with_predicted_bias
+from estimator.particle import Particle, hsv_spacing
+from estimator.predicted_bias import LEAST_HOLLOW, Calibration, calibrated, with_predicted_bias
 from synth.sequence import build_silhouette_sequence
 
+Array = NDArray[np.float64]
 RECIPE = Recipe(
     seed=61, particle=ParticleRecipe(family="cut_stone", irregularity=0.5), motion=MotionRecipe(frames=24), rig=RigRecipe(drops=5)
 )
@@ -32,10 +34,23 @@ class Caught:
     flight: Flight
 
 
+JAGGED = dataclasses.replace(RECIPE, particle=ParticleRecipe(family="jagged", irregularity=0.6), rig=RigRecipe(drops=7))
+
+
 @pytest.fixture(scope="module")
 def caught() -> Caught:
     """The first fit of a cut stone's flight."""
-    observation, _ = build_silhouette_sequence(RECIPE, 0)
+    return first_fit(RECIPE)
+
+
+@pytest.fixture(scope="module")
+def jagged() -> Caught:
+    """The first fit of a jagged body's flight."""
+    return first_fit(JAGGED)
+
+
+def first_fit(recipe: Recipe) -> Caught:
+    observation, _ = build_silhouette_sequence(recipe, 0)
     kept: list[Caught] = []
 
     def biased(seen: Observation, task: FitTask, particle: Particle, flight: Flight, _: Configuration) -> FitTask:
@@ -48,20 +63,44 @@ def caught() -> Caught:
     return kept[0]
 
 
-def test_predicted_bias_is_that_of_the_noisy_outlines(caught: Caught) -> None:
-    exact = dataclasses.replace(RECIPE, noise=NoiseRecipe(hsv_boundary_px=1e-6, rig_boundary_px=1e-6, spacing_px=0.25))
+def biases(recipe: Recipe, caught: Caught) -> tuple[FitTask, Array, Array]:
+    """The task with predicted biases, and what the tangents of its sightings (n, 180) and of its views (k, 180) really are off by."""
+    exact = dataclasses.replace(recipe, noise=NoiseRecipe(hsv_boundary_px=1e-6, rig_boundary_px=1e-6, spacing_px=0.25))
     truth, _ = build_silhouette_sequence(exact, 0)
     task = with_predicted_bias(caught.task, caught.particle, caught.flight, pairs=16, rng=np.random.default_rng(0))
-    assert task.bias is not None
-    recording = tuple(truth.recordings[0])
+    frames, views = tuple(truth.recordings[0]), tuple(truth.view_recording)
     outward = outward_directions()
-    true = np.stack([(recording[int(f)].points_px @ outward.T).max(axis=0) for f in task.sightings.frame])
-    seen = supports(task.sightings.silhouettes) - true
+    in_frames = np.stack([(frames[int(f)].points_px @ outward.T).max(axis=0) for f in task.sightings.frame])
+    in_views = np.stack([(outline.points_px @ outward.T).max(axis=0) for outline in views])
+    return task, supports(task.sightings.silhouettes) - in_frames, supports(task.views.silhouettes) - in_views
+
+
+def test_predicted_bias_is_that_of_the_noisy_outlines(caught: Caught) -> None:
+    task, seen, _ = biases(RECIPE, caught)
+    assert task.bias is not None
     # One outline's tangents scatter by 0.15 px, correlated over some 15 degrees: the mean over 24 outlines of 180 directions by 0.006 px.
     assert task.bias.own.mean() == pytest.approx(seen.mean(), abs=0.02)
     slope = np.sum(task.bias.own * seen) / np.sum(task.bias.own**2)
     assert slope == pytest.approx(1.0, abs=0.35)
     assert np.mean((seen - task.bias.own) ** 2) < np.mean((seen - seen.mean()) ** 2)
+
+
+def test_spikes_are_cut_as_predicted(jagged: Caught) -> None:
+    task, seen, seen_in_views = biases(JAGGED, jagged)
+    assert task.bias is not None
+    assert jagged.particle.hollow > 2.0 * LEAST_HOLLOW
+    assert seen.mean() < -0.1
+    # What the views' own prediction is off by goes into the calibrated level and out of the comparison of frames with views.
+    spacing = float(np.median(hsv_spacing(jagged.particle, task.sightings.silhouettes)))
+    off = (task.bias.own - seen).mean() - (task.bias.view - seen_in_views).mean() / spacing
+    assert off == pytest.approx(0.0, abs=0.03)
+    assert np.sum(task.bias.own * seen) / np.sum(task.bias.own**2) == pytest.approx(1.0, abs=0.2)
+    rest = np.std(seen - task.bias.own)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(predicted_bias, "LEAST_HOLLOW", 1.0)
+        bridged, _, _ = biases(JAGGED, jagged)
+    assert bridged.bias is not None
+    assert rest < 0.93 * np.std(seen - bridged.bias.own)
 
 
 def test_views_are_used_as_they_were_seen(caught: Caught) -> None:
