@@ -47,10 +47,11 @@ class OutlineTables:
         placed = particle_poses(flight, prediction.poses, sequence.task.sightings)
         if _turned_deg(sequence.made_at, placed.R) < MOST_TURNED_DEG:
             return sequence
-        outlines, shape = shape_at(sequence, flight, prediction, self.particle.hull)
+        outlines, shape = shape_at(sequence, flight, prediction, self.particle.casting_hull)
         task = replace(sequence.task, views=self.likeness, bias=None)
         rng = np.random.default_rng(self.seed)
-        task = with_bias_at(task, self.particle, (flight, prediction.poses), pairs=self.pairs, rng=rng)
+        there = outlines if self.particle.has_exact_hull else None
+        task = with_bias_at(task, self.particle, (flight, prediction.poses), pairs=self.pairs, rng=rng, cast_there=there)
         shape = as_of_a_hull(shape, outlines)
         return replace(sequence, task=task, shape=shape, made_at=placed.R, hollow=hollow_share(outlines))
 

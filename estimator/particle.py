@@ -17,18 +17,24 @@ from datasets.vocabulary.outline import Outline
 from estimator.configuration import Configuration
 from estimator.fitting.pose_refinement import Views
 from estimator.fitting.pose_starts import StartCatalogue, start_catalogue
+from estimator.geometry.cast_outline import cast_convex, cast_outline, casting_mesh
 from estimator.geometry.epipolar_tangency import PoseSet, tangency_errors
 from estimator.geometry.exact_hull import exact_hull
 from estimator.geometry.mass_properties import body_of, largest_moment_per_mass
 from estimator.geometry.outline_shape import hollow_share
 from estimator.geometry.silhouettes import Silhouettes, like_silhouettes, silhouettes
 from estimator.geometry.tangent_hull import Likeness
+from estimator.geometry.tangent_polytope import tangent_polytope
 from estimator.geometry.visual_hull import HullMesh, bounding_ball, visual_hull
 
 Array = NDArray[np.float64]
 MINIMUM_VIEWS = 3
-TOLERANCE_SIGMA = 2.0
-"""By how much of their noise outlines may be simplified for the exact hull; twice as much blunts spikes."""
+LEAST_HOLLOW = 0.02
+"""Share of its outlines' convex hulls that a hollow body leaves empty: noise alone leaves 0.003 to 0.007, jagged bodies 0.03 and more."""
+TOLERANCE_PX = 0.4
+"""By how much outlines may be simplified for the exact hull, some two standard deviations of their noise; twice as much blunts spikes."""
+FINER_IN_VIEWS = 8
+"""How much finer than their pixels outlines are drawn in views, which are finer than the camera's."""
 
 
 @dataclass(frozen=True)
@@ -87,16 +93,36 @@ class Particle:
         return hollow_share([outline.points_px for outline in self.outlines])
 
     @cached_property
-    def exact_hull(self) -> HullMesh:
-        """The hull as a polyhedron, spikes and all (seconds); outlines are drawn to ``TOLERANCE_SIGMA`` of their noise.
+    def casting_hull(self) -> HullMesh:
+        """What casts the body's outlines: its exact visual hull where it has hollows (seconds), the carved one where it has none."""
+        if self.hollow <= LEAST_HOLLOW:
+            return self.hull
+        try:
+            return exact_hull(self.outlines, self.calibrated, tolerance_px=TOLERANCE_PX)
+        except InputError:
+            return self.hull  # noise keeps the views' cones apart
 
-        Raises
-        ------
-        InputError
-            Where the views' cones have nothing in common.
-        """
-        tolerance = TOLERANCE_SIGMA * float(np.median(self.seen.noise_px))
-        return exact_hull(self.outlines, self.calibrated, tolerance_px=tolerance)
+    @cached_property
+    def convex_vertices(self) -> Array:
+        """Vertices (v, 3) m of the polytope of the views' tangent planes, or the carved hull's where noise leaves no polytope."""
+        try:
+            return tangent_polytope(self.seen, self.poses, self.body.com_particle)
+        except InputError:
+            return self.hull.vertices
+
+    @cached_property
+    def cast_in_views(self) -> tuple[Array, ...]:
+        """Outlines (v, 2) px that the body casts in the calibrated views, sharp: of the exact hull, or of the polytope."""
+        views = [(v.intrinsics, v.R_cam_particle, v.t_cam_particle) for v in self.calibrated]
+        if not self.has_exact_hull:
+            return tuple(cast_convex(self.convex_vertices, *view) for view in views)
+        mesh = casting_mesh(self.casting_hull)
+        return tuple(cast_outline(mesh, *view, finer=FINER_IN_VIEWS) for view in views)
+
+    @property
+    def has_exact_hull(self) -> bool:
+        """Whether the casting hull is an exact one."""
+        return self.casting_hull is not self.hull
 
     @property
     def largest_moment_per_mass(self) -> float:

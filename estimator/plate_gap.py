@@ -13,7 +13,6 @@ from datasets.vocabulary.plate import Plate
 from estimator.fitting.piecewise_fit import PiecewiseRefined, flown
 from estimator.motion.piecewise import Touch, touch_and_sensitivity
 from estimator.particle import Particle
-from estimator.predicted_bias import hull_vertices
 
 Array = NDArray[np.float64]
 HULL_SHARE = 0.005
@@ -28,7 +27,7 @@ MOST_SIGMAS = 3.5
 def hull_in_body(particle: Particle) -> Array:
     """Vertices (v, 3) m of the hull in nominal body axes, from the nominal centre."""
     body = particle.body
-    return np.asarray((hull_vertices(particle) - body.com_particle) @ body.R_particle_body)
+    return np.asarray((particle.convex_vertices - body.com_particle) @ body.R_particle_body)
 
 
 def plate_gaps(refined: PiecewiseRefined, observation: Observation, particle: Particle) -> list[PlateGap | None]:

@@ -11,31 +11,23 @@ directions, and a sighting's bias is ``level + slope p_i``. The slope comes out 
 Not used where the views are coarser than the camera, or outlines come from pictures, whose blur is not described.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import ConvexHull
 
-from datasets.errors import InputError
-from datasets.vocabulary.camera import Intrinsics
+from estimator.fitting.model_errors import cast_outlines
 from estimator.fitting.pose_refinement import Views
 from estimator.fitting.trajectory import FitTask, particle_poses
-from estimator.geometry.cast_outline import cast_outline, casting_mesh, within_seen
+from estimator.geometry.cast_outline import cast_convex, within_seen
 from estimator.geometry.outline_bias import OutlineBias, bias_curves, supports
 from estimator.geometry.silhouettes import Silhouettes
-from estimator.geometry.tangent_polytope import tangent_polytope
 from estimator.motion.flight import N_PARAMETERS, Flight, FlightPoses, poses
 from estimator.particle import Particle, hsv_spacing
 
 Array = NDArray[np.float64]
 LEAST_SPREAD_PX = 0.005
 """Predictions that differ by less over views and directions (a sphere's) say nothing of a slope."""
-LEAST_HOLLOW = 0.02
-"""Share of its outlines' convex hulls that a hollow body leaves empty: noise alone leaves 0.003 to 0.007, jagged bodies 0.03 and more."""
-Caster = Callable[[Intrinsics, Array, Array], Array]
 
 
 @dataclass(frozen=True)
@@ -52,21 +44,28 @@ def with_predicted_bias(task: FitTask, particle: Particle, flight: Flight, *, pa
     return with_bias_at(task, particle, (flight, flown), pairs=pairs, rng=rng)
 
 
-def with_bias_at(task: FitTask, particle: Particle, motion: tuple[Flight, FlightPoses], *, pairs: int, rng: np.random.Generator) -> FitTask:
-    """The same at given poses, of the body of the flight beside them."""
+def with_bias_at(
+    task: FitTask,
+    particle: Particle,
+    motion: tuple[Flight, FlightPoses],
+    *,
+    pairs: int,
+    rng: np.random.Generator,
+    cast_there: list[Array] | None = None,
+) -> FitTask:
+    """The same at given poses, of the body of the flight beside them; ``cast_there``: outlines (v, 2) px of its exact hull there."""
     first = task.sightings.silhouettes
     spacing = hsv_spacing(particle, first)
     if pairs == 0 or spacing.min() <= 1.0:
         return task
     noise = float(np.median(first.noise_px[first.samples > 0]))
-    caster = outline_caster(particle)
-    cast = [caster(v.intrinsics, v.R_cam_particle, v.t_cam_particle) for v in particle.calibrated]
+    cast = particle.cast_in_views
     view = bias_curves(cast, float(np.median(particle.seen.noise_px)), particle.seen.samples, pairs=pairs, rng=rng)
     coarse = np.maximum(np.round(particle.seen.samples / spacing), 1).astype(np.int64)
     like = bias_curves([p / s for p, s in zip(cast, spacing, strict=True)], noise, coarse, pairs=pairs, rng=rng)
     measured = _likeness_effect(task.views.silhouettes, particle.seen) + view
     calibration = calibrated(like, measured / spacing[:, None])
-    true = _cast_in_sightings(caster, task, *motion)
+    true = _cast_in_sightings(task, particle, *motion) if cast_there is None else cast_there
     drawn = _without_hollows_seen(true, task, particle, noise)
     own = bias_curves(drawn, noise, first.samples, pairs=pairs, rng=rng, true=true)
     bias = OutlineBias(own=calibration.level + calibration.slope * own, view=view)
@@ -87,42 +86,16 @@ def _likeness_effect(like: Silhouettes, seen: Silhouettes) -> Array:
     return supports(like) - supports(seen)
 
 
-def hull_vertices(particle: Particle) -> Array:
-    """The polytope's vertices, or the carved hull's where noise leaves no polytope."""
-    try:
-        return tangent_polytope(particle.seen, particle.poses, particle.body.com_particle)
-    except InputError:
-        return particle.hull.vertices
-
-
-def outline_caster(particle: Particle) -> Caster:
-    """What casts the particle's outline (v, 2) px in a camera: the exact hull of a hollow body, the tangent polytope of another."""
-    if _is_hollow(particle):
-        try:
-            return partial(cast_outline, casting_mesh(particle.exact_hull))
-        except InputError:
-            pass  # cones of views that noise keeps apart: their tangent planes may still bound a body
-    return partial(_cast_convex, hull_vertices(particle))
-
-
-def _is_hollow(particle: Particle) -> bool:
-    return particle.hollow > LEAST_HOLLOW
-
-
-def _cast_convex(vertices: Array, camera: Intrinsics, R: Array, t: Array) -> Array:
-    pixels = camera.project(vertices @ R.T + t)
-    return np.asarray(pixels[ConvexHull(pixels).vertices])
-
-
-def _cast_in_sightings(caster: Caster, task: FitTask, flight: Flight, flown: FlightPoses) -> list[Array]:
-    sightings = task.sightings
-    placed = particle_poses(flight, flown, sightings)
-    cameras = [sightings.cameras[int(c)].intrinsics for c in sightings.camera]
-    return [caster(camera, R, t) for camera, R, t in zip(cameras, placed.R, placed.t, strict=True)]
+def _cast_in_sightings(task: FitTask, particle: Particle, flight: Flight, flown: FlightPoses) -> list[Array]:
+    placed = particle_poses(flight, flown, task.sightings)
+    if particle.has_exact_hull:
+        return cast_outlines(task, placed, particle.casting_hull)
+    cameras = [task.sightings.cameras[int(c)].intrinsics for c in task.sightings.camera]
+    return [cast_convex(particle.convex_vertices, camera, R, t) for camera, R, t in zip(cameras, placed.R, placed.t, strict=True)]
 
 
 def _without_hollows_seen(cast: list[Array], task: FitTask, particle: Particle, noise_px: float) -> list[Array]:
     """The outlines cast less what the sightings themselves show not to be there: hollows that no view looks into."""
-    if not _is_hollow(particle) or not task.sightings.outlines_px:
+    if not particle.has_exact_hull or not task.sightings.outlines_px:
         return cast
     return [within_seen(p, seen, noise_px) for p, seen in zip(cast, task.sightings.outlines_px, strict=True)]

@@ -34,7 +34,7 @@ def body_row(family: str, irregularity: float, seed: int) -> dict[str, Any]:
     exact, _ = build_silhouette_sequence(quiet, 0)
     registered = register([build_silhouette_sequence(recipe, 0)[0]], Configuration())
     (sequence,), (flight,), (particle,) = registered.campaign.sequences, registered.start.flights, registered.particles
-    outlines = seen_outlines(sequence.task, flight, particle.hull)
+    outlines = seen_outlines(sequence.task, flight, particle.casting_hull)
     hull = outline_shape(outlines)
     true = outline_shape([exact.recordings[0][int(k)].points_px for k in sequence.task.sightings.frame]).leak[..., DEPTH]
     said, drawn = hull.leak[..., DEPTH], as_of_a_hull(hull, outlines).leak[..., DEPTH]
@@ -63,8 +63,8 @@ def page(result: dict[str, Any]) -> list[str]:
         "",
         f"Written by `python -m scripts.study_hull_leaks` with seed {result['seed']}. Recession of tangents over the loss of",
         f"{result['loss_px']:g} px, over directions and frames (mean ± standard deviation): of the true outlines, and of those that the",
-        "carved hull casts. A slope of nature's on the hull's below 1 would attenuate the size of a leak; the last column is that of",
-        "what fits use, the hull's drawn towards its mean.",
+        "hull casts, an exact one where bodies have hollows. A slope of nature's on the hull's below 1 would attenuate the size of a leak;",
+        "the last column is that of what fits use, the hull's drawn towards its mean.",
         "",
         "| body | irregularity | hollow, % | nature | hull | slope | slope, drawn in |",
         "| --- | --- | --- | --- | --- | --- | --- |",

@@ -26,7 +26,6 @@ from estimator.contact_validation.contacts import nominal
 from estimator.contact_validation.measured import MeasuredImpact, measured_impact
 from estimator.impact_contacts import CLEAR_CHI_SQUARE
 from estimator.pipeline import observed_particle
-from estimator.predicted_bias import hull_vertices
 from tumble.reporting import source_of
 from tumble.result_files import estimates_in, observations_in
 from tumble.tracked_bodies import read_mesh
@@ -223,7 +222,7 @@ def shape_of(observation: Observation | None, estimate: Estimate, known: Known) 
     else:
         assert observation is not None
         particle = observed_particle(observation, configuration_from_dict(estimate.configuration))
-        mesh, vertices = particle.hull, hull_vertices(particle)
+        mesh, vertices = particle.hull, particle.convex_vertices
     filled = solid_hull_of(mesh, known.density_kg_m3)
     scale = 1.0 if observation is None or observation.mass_kg is None else observation.mass_kg / filled.solid.mass_kg
     solid = Solid(filled.solid.mass_kg * scale, filled.solid.volume_m3, filled.solid.inertia_body * scale)

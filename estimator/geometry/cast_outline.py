@@ -1,7 +1,7 @@
 """The outline that a mesh casts in a picture, hollows between its spikes included.
 
 Edges between a face that looks at the camera and one that looks away are the mesh's contour generator; the outer boundary of their picture
-is the outline [Cipolla and Giblin, Visual Motion of Curves and Surfaces, 2000]. They are drawn sixteen times finer than the pixels. Of the
+is the outline [Cipolla and Giblin, Visual Motion of Curves and Surfaces, 2000]. They are drawn finer than the pixels. Of the
 convex outline, which the projected corners give exactly, hollows deeper than a quarter of a pixel are cut out; shallower ones are the
 roughness of a carved hull.
 """
@@ -50,11 +50,15 @@ def casting_mesh(mesh: HullMesh) -> CastingMesh:
     return CastingMesh(mesh.vertices, mesh.faces, np.asarray(known.face_adjacency_edges), np.asarray(known.face_adjacency))
 
 
-def cast_outline(mesh: CastingMesh, camera: Intrinsics, R_cam_particle: Array, t_cam_particle: Array) -> Array:
-    """The outline (n, 2) px of the mesh, its largest part where it falls apart; hollows that are shallow are filled."""
+def cast_outline(mesh: CastingMesh, camera: Intrinsics, R_cam_particle: Array, t_cam_particle: Array, *, finer: int = FINER) -> Array:
+    """The outline (n, 2) px of the mesh, its largest part where it falls apart; hollows that are shallow are filled.
+
+    The contour generator is drawn ``finer`` times finer than the pixels.
+    """
     pixels = camera.project(mesh.vertices @ R_cam_particle.T + t_cam_particle)
     convex = shapely.Polygon(pixels[ConvexHull(pixels).vertices])
-    pockets = np.array(shapely.get_parts(convex.difference(shapely.Polygon(_drawn_rim(mesh, pixels)).buffer(0.0).simplify(SIMPLER_PX))))
+    rim = shapely.Polygon(_drawn_rim(mesh, pixels, finer))
+    pockets = np.array(shapely.get_parts(convex.difference(rim.buffer(0.0).simplify(SIMPLER_PX))))
     hollows = shapely.union_all([p for p in pockets if _depth_px(p, convex) > SHALLOW_PX])
     rest = convex.difference(hollows.buffer(OPENED_PX))
     return np.asarray(shapely.get_coordinates(largest_part(rest).exterior)[:-1])
@@ -78,6 +82,12 @@ def with_hollows_seen(cast: Array, seen: Array) -> Array:
     if left.is_empty:
         return cast
     return np.asarray(shapely.get_coordinates(largest_part(left).simplify(SIMPLER_PX).exterior)[:-1])
+
+
+def cast_convex(vertices: Array, camera: Intrinsics, R_cam_particle: Array, t_cam_particle: Array) -> Array:
+    """The outline (n, 2) px of the convex body with ``vertices`` (v, 3) m."""
+    pixels = camera.project(vertices @ R_cam_particle.T + t_cam_particle)
+    return np.asarray(pixels[ConvexHull(pixels).vertices])
 
 
 def within_seen(cast: Array, seen: Array, noise_px: float) -> Array:
@@ -106,15 +116,15 @@ def _depth_px(pocket: shapely.Polygon, convex: shapely.Polygon) -> float:
     return float(shapely.distance(shapely.points(shapely.get_coordinates(pocket)), convex.exterior).max())
 
 
-def _drawn_rim(mesh: CastingMesh, pixels: Array) -> Array:
+def _drawn_rim(mesh: CastingMesh, pixels: Array, finer: int) -> Array:
     """The outer boundary (n, 2) px of the drawn contour generator."""
     corner = pixels.min(axis=0) - MARGIN_PX
     a, b, c = np.moveaxis(pixels[mesh.faces], 1, 0)
     turn = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
     seen = turn[mesh.beside] > 0.0
     rim = mesh.ends[seen[:, 0] != seen[:, 1]]
-    width, height = np.ceil((pixels.max(axis=0) + MARGIN_PX - corner) * FINER).astype(int)
+    width, height = np.ceil((pixels.max(axis=0) + MARGIN_PX - corner) * finer).astype(int)
     drawn = np.zeros((height, width), np.uint8)
-    cv2.polylines(drawn, list(np.round((pixels[rim] - corner) * FINER).astype(np.int32)), isClosed=False, color=255)
+    cv2.polylines(drawn, list(np.round((pixels[rim] - corner) * finer).astype(np.int32)), isClosed=False, color=255)
     contours, _ = cv2.findContours(drawn, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
-    return np.asarray(max(contours, key=cv2.contourArea)[:, 0] / FINER + corner)
+    return np.asarray(max(contours, key=cv2.contourArea)[:, 0] / finer + corner)

@@ -85,14 +85,14 @@ class OutlineShape:
         return OutlineShape(self.radius_px[rows, nearest], *tables)
 
 
-RELIABLE, HOLLOW = 0.9, 0.035
-"""How much of what a hull's leaks vary by is nature's where its outlines are convex, and the hollow share of them that halves it."""
+RELIABLE, RELIABLE_HOLLOW, HOLLOW = 0.9, 0.52, 0.02
+"""How much of what a hull's leaks vary by is nature's on convex bodies, on those with hollows, and the hollow share half way between."""
 
 
 def as_of_a_hull(shape: OutlineShape, polygons: Sequence[Array]) -> OutlineShape:
     """What the outlines of a visual hull, of this ``shape``, say of those of the body inside it.
 
-    A hull has the body's hollows in part only, so which stretches are flat it knows of convex bodies and hardly of jagged ones. Leaks are
+    A hull has the body's hollows in part only, so which stretches are flat it knows of convex bodies and half of jagged ones. Leaks are
     drawn towards their mean by what bodies of both kinds showed, lest an error of the hull count as knowledge [regression calibration,
     Carroll, Ruppert, Stefanski and Crainiceanu 2006, ch. 4]; ``scripts/study_hull_leaks.py`` measures how well.
     """
@@ -100,7 +100,8 @@ def as_of_a_hull(shape: OutlineShape, polygons: Sequence[Array]) -> OutlineShape
     if not whole:
         return shape
     mean = shape.leak[whole].mean(axis=(0, 1))
-    return replace(shape, leak=mean + RELIABLE / (1.0 + hollow_share(polygons) / HOLLOW) * (shape.leak - mean))
+    reliable = RELIABLE_HOLLOW + (RELIABLE - RELIABLE_HOLLOW) / (1.0 + (hollow_share(polygons) / HOLLOW) ** 2)
+    return replace(shape, leak=mean + reliable * (shape.leak - mean))
 
 
 def hollow_share(polygons: Sequence[Array]) -> float:

@@ -17,7 +17,6 @@ from estimator.motion.flight import COM
 from estimator.motion.piecewise import touch_and_sensitivity
 from estimator.pairs.nearest import Nearest, nearest
 from estimator.particle import Particle
-from estimator.predicted_bias import hull_vertices
 
 Array = NDArray[np.float64]
 HULL_SHARE = 0.005
@@ -34,7 +33,7 @@ class Hulls:
 
 def hulls_of(particles: tuple[Particle, Particle]) -> Hulls:
     """Both hulls as the calibrated views show them."""
-    first, second = ((hull_vertices(p) - p.body.com_particle) @ p.body.R_particle_body for p in particles)
+    first, second = ((p.convex_vertices - p.body.com_particle) @ p.body.R_particle_body for p in particles)
     return Hulls((first, second), np.array([HULL_SHARE * p.extent_m for p in particles]))
 
 

@@ -9,13 +9,13 @@ from numpy.typing import NDArray
 
 from datasets.observation import Observation
 from datasets.recipes.recipe import MotionRecipe, NoiseRecipe, ParticleRecipe, Recipe, RigRecipe
-from estimator import pipeline, predicted_bias
+from estimator import pipeline
 from estimator.configuration import Configuration
 from estimator.fitting.trajectory import FitTask
 from estimator.geometry.outline_bias import outward_directions, supports
 from estimator.motion.flight import Flight
-from estimator.particle import Particle, hsv_spacing
-from estimator.predicted_bias import LEAST_HOLLOW, Calibration, calibrated, with_predicted_bias
+from estimator.particle import LEAST_HOLLOW, Particle, hsv_spacing
+from estimator.predicted_bias import Calibration, calibrated, with_predicted_bias
 from synth.sequence import build_silhouette_sequence
 
 Array = NDArray[np.float64]
@@ -96,9 +96,9 @@ def test_spikes_are_cut_as_predicted(jagged: Caught) -> None:
     assert off == pytest.approx(0.0, abs=0.03)
     assert np.sum(task.bias.own * seen) / np.sum(task.bias.own**2) == pytest.approx(1.0, abs=0.2)
     rest = np.std(seen - task.bias.own)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(predicted_bias, "LEAST_HOLLOW", 1.0)
-        bridged, _, _ = biases(JAGGED, jagged)
+    convex = dataclasses.replace(jagged.particle)
+    convex.__dict__["casting_hull"] = convex.hull
+    bridged, _, _ = biases(JAGGED, dataclasses.replace(jagged, particle=convex))
     assert bridged.bias is not None
     assert rest < 0.93 * np.std(seen - bridged.bias.own)
 
