@@ -42,7 +42,7 @@ from synth.sequence import build_silhouette_sequence
 from tumble.contact_validating import Collected, Known, collected_from
 from tumble.engine import Item
 
-RUNS = 10
+RUNS, SETS, HIDDEN_SETS = 10, 20, 10
 HIDDEN: dict[str, EffectRecipe] = {
     "tangential_compliance": EffectRecipe("tangential_compliance", {"ratio": 1.0}),
     "velocity_dependent_restitution": EffectRecipe("velocity_dependent_restitution", {"yield_speed": 0.3}),
@@ -217,6 +217,9 @@ def _command(result: dict[str, Any]) -> str:
     """What to type for such a result."""
     asked = [] if result["mode"] == "fast" else [f"--mode {result['mode']}"]
     asked += [] if result["runs_per_set"] == RUNS else [f"--runs {result['runs_per_set']}"]
+    for option, usual, judged in (("--sets", SETS, {COMPLIANT, RIGID}), ("--hidden-sets", HIDDEN_SETS, set(CASES) - {COMPLIANT, RIGID})):
+        drawn = {told["sets"] for case, told in result["cases"].items() if case in judged} - {usual}
+        asked += [f"{option} {max(drawn)}"] if drawn else []
     known = [case for case in CASES if case != "chip" or result["mode"] == "full"]
     asked += [] if list(result["cases"]) == known else [f"--cases {','.join(result['cases'])}"]
     return " ".join(["python -m scripts.acceptance_contact", *asked])
@@ -263,8 +266,8 @@ def main() -> int:
     """Run what is missing, print and write the result."""
     parser = acceptance_parser(__doc__, "out/acceptance_contact")
     parser.add_argument("--mode", choices=("fast", "full"), default="fast")
-    parser.add_argument("--sets", type=int, default=20, help="of compliant and of rigid truth")
-    parser.add_argument("--hidden-sets", type=int, default=10, help="of each hidden option")
+    parser.add_argument("--sets", type=int, default=SETS, help="of compliant and of rigid truth")
+    parser.add_argument("--hidden-sets", type=int, default=HIDDEN_SETS, help="of each hidden option")
     parser.add_argument("--runs", type=int, default=RUNS, help="in a set")
     parser.add_argument("--cases", default=",".join(CASES))
     arguments = parser.parse_args()

@@ -22,7 +22,7 @@ from datasets.errors import InputError
 from estimator.contact.constants import require_friction, require_restitution
 from estimator.contact.sliding_kernel import STRONGE, follow_many
 from estimator.contact_validation.contacts import Contacts, nominal
-from estimator.contact_validation.lumped_kernel import spring_many
+from estimator.contact_validation.lumped_kernel import MOST_STEPS, spring_many
 from estimator.contact_validation.measured import MeasuredImpact
 
 Array = NDArray[np.float64]
@@ -90,17 +90,28 @@ class PointContact:
     def _velocities_after(self, K: Array, u: Array) -> Array:
         e = np.full(len(u), self.restitution) if self.slowing == 0.0 else self.restitutions(compression_work(K, u, self.friction))
         if self.compliance >= STIFFEST:
-            return np.asarray(spring_many(K, u, e, self.friction, 1.0 / self.compliance))
+            return _sprung(K, u, e, self.friction, 1.0 / self.compliance)
         rigid = np.asarray(follow_many(K, u, e, np.full(len(u), self.friction), STRONGE)[:, :3])
         if self.compliance == 0.0:
             return rigid
-        stiffest = np.asarray(spring_many(K, u, e, self.friction, 1.0 / STIFFEST))
+        stiffest = _sprung(K, u, e, self.friction, 1.0 / STIFFEST)
         return rigid + self.compliance / STIFFEST * (stiffest - rigid)
 
     def restitutions(self, work: Array) -> Float[NDArray[np.float64], " n"]:
         """Stronge's e of contacts whose compression took ``work`` (n,) over mass, m²/s², above 0."""
         speed = np.sqrt(2.0 * work)
         return np.minimum(self.restitution * (speed / REFERENCE_SPEED_MS) ** -self.slowing, 1.0)
+
+
+def _sprung(K: Array, u: Array, e: Array, friction: float, stiffness: float) -> Array:
+    after = np.asarray(spring_many(K, u, e, friction, stiffness))
+    unending = np.flatnonzero(~np.isfinite(after).all(axis=1))
+    if unending.size:
+        raise ArithmeticError(
+            f"contact {unending[0]} on springs of {stiffness:g}, friction {friction:g}, restitution {e[unending[0]]:g}: "
+            f"expected that it parts within {MOST_STEPS} steps; it did not."
+        )
+    return after
 
 
 def compression_work(K: Array, u: Array, friction: float) -> Float[NDArray[np.float64], " n"]:

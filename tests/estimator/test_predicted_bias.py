@@ -63,20 +63,24 @@ def first_fit(recipe: Recipe) -> Caught:
     return kept[0]
 
 
-def biases(recipe: Recipe, caught: Caught) -> tuple[FitTask, Array, Array]:
-    """The task with predicted biases, and what the tangents of its sightings (n, 180) and of its views (k, 180) really are off by."""
+def true_biases(recipe: Recipe, caught: Caught, task: FitTask) -> tuple[Array, Array]:
+    """What the tangents of a task's sightings (n, 180) and of its views (k, 180) are off by, px."""
     exact = dataclasses.replace(recipe, noise=NoiseRecipe(hsv_boundary_px=1e-6, rig_boundary_px=1e-6, spacing_px=0.25))
     truth, _ = build_silhouette_sequence(exact, 0)
-    task = with_predicted_bias(caught.task, caught.particle, caught.flight, pairs=16, rng=np.random.default_rng(0))
     frames, views = tuple(truth.recordings[0]), tuple(truth.view_recording)
     outward = outward_directions()
-    in_frames = np.stack([(frames[int(f)].points_px @ outward.T).max(axis=0) for f in task.sightings.frame])
+    in_frames = np.stack([(frames[int(f)].points_px @ outward.T).max(axis=0) for f in caught.task.sightings.frame])
     in_views = np.stack([(outline.points_px @ outward.T).max(axis=0) for outline in views])
-    return task, supports(task.sightings.silhouettes) - in_frames, supports(task.views.silhouettes) - in_views
+    return supports(task.sightings.silhouettes) - in_frames, supports(task.views.silhouettes) - in_views
+
+
+def predicted(caught: Caught, particle: Particle) -> FitTask:
+    return with_predicted_bias(caught.task, particle, caught.flight, pairs=16, rng=np.random.default_rng(0))
 
 
 def test_predicted_bias_is_that_of_the_noisy_outlines(caught: Caught) -> None:
-    task, seen, _ = biases(RECIPE, caught)
+    task = predicted(caught, caught.particle)
+    seen, _ = true_biases(RECIPE, caught, task)
     assert task.bias is not None
     # One outline's tangents scatter by 0.15 px, correlated over some 15 degrees: the mean over 24 outlines of 180 directions by 0.006 px.
     assert task.bias.own.mean() == pytest.approx(seen.mean(), abs=0.02)
@@ -86,7 +90,8 @@ def test_predicted_bias_is_that_of_the_noisy_outlines(caught: Caught) -> None:
 
 
 def test_spikes_are_cut_as_predicted(jagged: Caught) -> None:
-    task, seen, seen_in_views = biases(JAGGED, jagged)
+    task = predicted(jagged, jagged.particle)
+    seen, seen_in_views = true_biases(JAGGED, jagged, task)
     assert task.bias is not None
     assert jagged.particle.hollow > 2.0 * LEAST_HOLLOW
     assert seen.mean() < -0.1
@@ -98,7 +103,7 @@ def test_spikes_are_cut_as_predicted(jagged: Caught) -> None:
     rest = np.std(seen - task.bias.own)
     convex = dataclasses.replace(jagged.particle)
     convex.__dict__["casting_hull"] = convex.hull
-    bridged, _, _ = biases(JAGGED, dataclasses.replace(jagged, particle=convex))
+    bridged = predicted(jagged, convex)
     assert bridged.bias is not None
     assert rest < 0.93 * np.std(seen - bridged.bias.own)
 

@@ -10,6 +10,7 @@ from scipy.integrate import solve_ivp
 from datasets.errors import InputError
 from estimator.contact.frictionless import Frictionless
 from estimator.contact.stronge_impulse import StrongeImpulse
+from estimator.contact_validation import point_contact as point_contacts
 from estimator.contact_validation.contacts import Contacts, nominal, tilted
 from estimator.contact_validation.lumped_kernel import spring, spring_many
 from estimator.contact_validation.models import ADDITIONS, impulse_model
@@ -126,6 +127,12 @@ def test_contacts_that_graze_are_followed_to_their_end() -> None:
     for e in (0.02, 0.5, 1.0):
         after = spring_many(c.matrices(), u, np.full(len(u), e), float(rng.uniform(0.0, 2.0)), 1.0 / STIFFEST)
         assert (after[:, 2] > -1e-9).all()
+
+
+def test_a_contact_that_never_parts_is_an_error_not_a_velocity(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(point_contacts, "spring_many", lambda K, u, *_: np.where(np.arange(len(u))[:, None] == 1, np.nan, u))
+    with pytest.raises(ArithmeticError, match=r"contact 1 on springs of .* expected that it parts"):
+        PointContact(0.6, 0.3, compliance=1.0).impulses(contacts())
 
 
 @pytest.mark.parametrize("e", [0.1, 0.6, 0.95])

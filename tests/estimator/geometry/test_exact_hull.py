@@ -33,11 +33,11 @@ def spiked() -> trimesh.Trimesh:
 
 
 def test_an_ellipsoid_is_held_closed_and_little_exceeded() -> None:
-    views = rig(10)
-    mesh = solid(exact_hull(ellipsoid_outlines(SEMI_AXES, views), views, tolerance_px=0.02))
+    views = rig(7)
+    mesh = solid(exact_hull(ellipsoid_outlines(SEMI_AXES, views), views, tolerance_px=0.1))
     assert mesh.is_watertight
     true = 4.0 / 3.0 * np.pi * np.prod(SEMI_AXES)
-    assert 0.0 < mesh.volume / true - 1.0 < 0.012
+    assert 0.0 < mesh.volume / true - 1.0 < 0.02
     assert np.linalg.norm(mesh.vertices / SEMI_AXES, axis=1).min() > 0.998
 
 
