@@ -2,11 +2,11 @@
 
 At a fitted flight the hull casts an outline in every sighting and in every view; :mod:`estimator.geometry.outline_bias` predicts what
 noise and smoothing do to each. The hull is the polytope of the views' tangent planes where the body has no hollows, and the exact visual
-hull where it has: spikes cut by the smoothing are what biases its tangents. Hollows that no view looks into are taken from the sightings
-themselves. What the hull does not show is measured: each view in the camera's likeness less the view as seen,
-``D_k(u)``, is the difference of the two biases for the true outline. So with ``p_k`` the prediction for view k in the camera's likeness
-and ``b_k`` for the view itself (per pixel of the camera, ratio s_k), ``D_k + b_k / s_k = level + slope p_k`` is fitted over all views and
-directions, and a sighting's bias is ``level + slope p_i``. The slope comes out as one on cut stones, as 0.8 to 0.9 on jagged bodies.
+hull where it has: that smoothing cuts spikes is most of what biases its tangents. What the hull does not show is measured: each view in
+the camera's likeness less the view as seen, ``D_k(u)``, is the difference of the two biases for the true outline. So with ``p_k`` the
+prediction for view k in the camera's likeness and ``b_k`` for the view itself (per pixel of the camera, ratio s_k),
+``D_k + b_k / s_k = level + slope p_k`` is fitted over all views and directions, and a sighting's bias is ``level + slope p_i``. The slope
+comes out near one; hollows that no view looks into lower it.
 
 Not used where the views are coarser than the camera, or outlines come from pictures, whose blur is not described.
 """
@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from estimator.fitting.model_errors import cast_outlines
 from estimator.fitting.pose_refinement import Views
 from estimator.fitting.trajectory import FitTask, particle_poses
-from estimator.geometry.cast_outline import cast_convex, within_seen
+from estimator.geometry.cast_outline import cast_convex
 from estimator.geometry.outline_bias import OutlineBias, bias_curves, supports
 from estimator.geometry.silhouettes import Silhouettes
 from estimator.motion.flight import N_PARAMETERS, Flight, FlightPoses, poses
@@ -65,9 +65,8 @@ def with_bias_at(
     like = bias_curves([p / s for p, s in zip(cast, spacing, strict=True)], noise, coarse, pairs=pairs, rng=rng)
     measured = _likeness_effect(task.views.silhouettes, particle.seen) + view
     calibration = calibrated(like, measured / spacing[:, None])
-    true = _cast_in_sightings(task, particle, *motion) if cast_there is None else cast_there
-    drawn = _without_hollows_seen(true, task, particle, noise)
-    own = bias_curves(drawn, noise, first.samples, pairs=pairs, rng=rng, true=true)
+    there = _cast_in_sightings(task, particle, *motion) if cast_there is None else cast_there
+    own = bias_curves(there, noise, first.samples, pairs=pairs, rng=rng)
     bias = OutlineBias(own=calibration.level + calibration.slope * own, view=view)
     return replace(task, views=Views(particle.seen, task.views.poses, task.views.centre), bias=bias)
 
@@ -92,10 +91,3 @@ def _cast_in_sightings(task: FitTask, particle: Particle, flight: Flight, flown:
         return cast_outlines(task, placed, particle.casting_hull)
     cameras = [task.sightings.cameras[int(c)].intrinsics for c in task.sightings.camera]
     return [cast_convex(particle.convex_vertices, camera, R, t) for camera, R, t in zip(cameras, placed.R, placed.t, strict=True)]
-
-
-def _without_hollows_seen(cast: list[Array], task: FitTask, particle: Particle, noise_px: float) -> list[Array]:
-    """The outlines cast less what the sightings themselves show not to be there: hollows that no view looks into."""
-    if not particle.has_exact_hull or not task.sightings.outlines_px:
-        return cast
-    return [within_seen(p, seen, noise_px) for p, seen in zip(cast, task.sightings.outlines_px, strict=True)]

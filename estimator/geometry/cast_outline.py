@@ -30,8 +30,6 @@ OPENED_PX = 1e-6
 DIRECTIONS, FEWEST_CORNERS = 180, 3
 SLACK_PX = 0.3
 """Depth by which a hollow is told from noise of the outline that shows it."""
-REACH_SIGMA, MOST_SIGMA = 1.5, 3.0
-"""How far a seen outline is moved out so that its noise cuts little of a body, and from where on it shows another body or pose."""
 
 
 @dataclass(frozen=True)
@@ -88,27 +86,6 @@ def cast_convex(vertices: Array, camera: Intrinsics, R_cam_particle: Array, t_ca
     """The outline (n, 2) px of the convex body with ``vertices`` (v, 3) m."""
     pixels = camera.project(vertices @ R_cam_particle.T + t_cam_particle)
     return np.asarray(pixels[ConvexHull(pixels).vertices])
-
-
-def within_seen(cast: Array, seen: Array, noise_px: float) -> Array:
-    """A ``cast`` outline (n, 2) px less what lies beyond the ``seen`` one (m, 2) px of the same body, corners included.
-
-    For outlines that differ by noise of ``noise_px`` but for a common shift and growth, fitted to their tangents: the seen one is moved
-    to the cast one and out by ``REACH_SIGMA`` of the noise, or of what is left between their tangents where that is more. A cast outline
-    from whose tangents those seen differ by more than ``MOST_SIGMA`` stays as it is.
-    """
-    if min(len(cast), len(seen)) < FEWEST_CORNERS:
-        return cast
-    u = unit_circle(DIRECTIONS)
-    apart = (cast @ u.T).max(axis=0) - (seen @ u.T).max(axis=0)
-    moved, *_ = np.linalg.lstsq(np.column_stack([u, np.ones(DIRECTIONS)]), apart, rcond=None)
-    left = float(np.std(apart - u @ moved[:2] - moved[2]))
-    if left > MOST_SIGMA * noise_px:
-        return cast
-    outline = shapely.make_valid(shapely.Polygon(seen + moved[:2]))
-    room = outline.buffer(max(float(moved[2]), 0.0) + REACH_SIGMA * max(noise_px, left), join_style="mitre")
-    body = shapely.Polygon(cast).buffer(0.0).intersection(room)
-    return cast if body.is_empty else np.asarray(shapely.get_coordinates(largest_part(body).exterior)[:-1])
 
 
 def _depth_px(pocket: shapely.Polygon, convex: shapely.Polygon) -> float:

@@ -71,28 +71,21 @@ def without_bias(errors: TangencyErrors, bias: OutlineBias | None) -> TangencyEr
 
 
 def bias_curves(
-    polygons: Sequence[Array],
-    noise_px: float,
-    samples: Rows,
-    *,
-    pairs: int,
-    rng: np.random.Generator,
-    true: Sequence[Array] | None = None,
+    polygons: Sequence[Array], noise_px: float, samples: Rows, *, pairs: int, rng: np.random.Generator
 ) -> Float[NDArray[np.float64], "n 180"]:
     """Bias (px) of the tangents of outlines ``polygons``, each (v, 2) px, seen with point noise ``noise_px``.
 
-    ``samples`` (n,): how many points each outline was seen with, zero where there is none; ``pairs`` of draws for each. ``true``: outlines
-    (v, 2) px whose tangents are the true ones, where those that noise is drawn on lie within them; ``None``: the same.
+    ``samples`` (n,): how many points each outline was seen with, zero where there is none; ``pairs`` of draws for each.
     """
     weights = savgol_coeffs(WINDOW, 2)
     outward = outward_directions()
     curves = np.zeros((len(polygons), DIRECTIONS))
-    for i, (points, count, whole) in enumerate(zip(polygons, samples, true or polygons, strict=True)):
+    for i, (points, count) in enumerate(zip(polygons, samples, strict=True)):
         if len(points) < SMALLEST_POLYGON or count < MINIMUM_POINTS:
             continue
         drawn = noise_px * rng.standard_normal((pairs, int(count)))
         closed = np.ascontiguousarray(np.concatenate([points, points[:1]]))
-        curves[i] = _mean_support(closed, drawn, weights, outward) - (whole @ outward.T).max(axis=0)
+        curves[i] = _mean_support(closed, drawn, weights, outward) - (points @ outward.T).max(axis=0)
     return curves
 
 
