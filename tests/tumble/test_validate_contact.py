@@ -230,13 +230,15 @@ def test_the_study_counts_what_was_named_and_what_was_accused() -> None:
 
 def test_the_page_says_what_to_type_for_it() -> None:
     row = {"seed": 3, "impacts": 10, "missing": [], "alike": [], "gained": 0.0, "cpu_s": 1.0}
+    judged, hidden = ["compliant", "rigid"], list(HIDDEN)[:-1]
     for cases, runs, mode, words in (
-        (["compliant", "rigid", *list(HIDDEN)[:-1]], 10, "fast", "scripts.acceptance_contact`"),
-        (["adhesion"], 20, "fast", "scripts.acceptance_contact --runs 20 --cases adhesion`"),
-        (["chip"], 10, "full", "scripts.acceptance_contact --mode full --cases chip`"),
+        ({**dict.fromkeys(judged, 20), **dict.fromkeys(hidden, 10)}, 10, "fast", "scripts.acceptance_contact`"),
+        ({**dict.fromkeys(judged, 5), **dict.fromkeys(hidden, 10)}, 10, "fast", "scripts.acceptance_contact --sets 5`"),
+        ({"adhesion": 10}, 20, "fast", "scripts.acceptance_contact --runs 20 --cases adhesion`"),
+        ({"chip": 4}, 10, "full", "scripts.acceptance_contact --mode full --hidden-sets 4 --cases chip`"),
     ):
-        found = summary([{**row, "case": case} for case in cases], {"seed": 3, "mode": mode, "runs_per_set": runs})
-        assert words in page(found)
+        rows = [{**row, "case": case} for case, sets in cases.items() for _ in range(sets)]
+        assert words in page(summary(rows, {"seed": 3, "mode": mode, "runs_per_set": runs}))
 
 
 def test_what_can_be_expected_is_told_by_all_sets_together(tmp_path: Path) -> None:
