@@ -17,7 +17,8 @@ from estimator.fitting.prediction import Prediction, predict
 from estimator.fitting.trajectory import particle_poses
 from estimator.geometry.cast_outline import with_hollows_seen
 from estimator.geometry.closed_curves import unit_circle
-from estimator.geometry.outline_shape import OutlineShape, as_of_a_hull, hollow_share, outline_shape
+from estimator.geometry.outline_shape import OutlineShape, Sampling, as_of_a_hull, hollow_share, outline_shape
+from estimator.geometry.silhouettes import Silhouettes
 from estimator.geometry.visual_hull import HullMesh
 from estimator.motion.flight import Flight
 from estimator.particle import Particle
@@ -65,10 +66,17 @@ def shape_at(sequence: SequenceTask, flight: Flight, prediction: Prediction, mes
     placed = particle_poses(flight, prediction.poses, sightings)
     outlines = cast_outlines(sequence.task, placed, mesh)
     motions = picture_motions(sequence, moving_at(sequence, prediction, centres_cam(flight, placed)))
+    sampling = sampling_of(sightings.silhouettes)
     if not sightings.outlines_px:
-        return outlines, outline_shape(outlines, motions)
+        return outlines, outline_shape(outlines, motions, sampling=sampling)
     hollow = [with_hollows_seen(cast, seen) for cast, seen in zip(outlines, sightings.outlines_px, strict=True)]
-    return outlines, outline_shape(hollow, motions, flat=outlines)
+    return outlines, outline_shape(hollow, motions, flat=outlines, sampling=sampling)
+
+
+def sampling_of(seen: Silhouettes) -> Sampling:
+    """How outlines were seen; all with the same noise."""
+    noise = seen.noise_px[seen.samples > 0]
+    return Sampling(float(np.median(noise)) if noise.size else 0.0, seen.samples)
 
 
 def with_tables(sequence: SequenceTask, flight: Flight, model: Model, theta: Array) -> SequenceTask:

@@ -16,8 +16,6 @@ from estimator.effects.link import Array, EffectModel, Places, Setting
 
 RADIUS_PX = 3.0
 HELD_PX, HELD_PX2 = 0.1, 0.1
-SMALL_BLUR = 1
-"""Which of the tabled blurs: one pixel."""
 
 
 class CurvatureBias(EffectModel):
@@ -44,7 +42,7 @@ class CurvatureBias(EffectModel):
         flatness = places.radius_px / places.mean_radius_px[:, None, None]
         flat = _about_mean(flatness / (1.0 + flatness), told)
         sharp = _about_mean(1.0 / (1.0 + places.radius_px / RADIUS_PX), told)
-        cut = _about_mean(places.recession[..., SMALL_BLUR], told)
+        cut = _about_mean(places.sharpness, told)
         return np.asarray(theta[0] * flat + theta[1] * sharp - theta[2] * cut)
 
 

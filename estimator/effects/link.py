@@ -107,7 +107,8 @@ class Places:
     ``point_px`` (n, k, 2, 2), ``normal`` (n, k, 2, 2) outward unit normals and ``normal_body``
     (n, k, 2, 3) those of the tangent planes in body axes, ``velocity_px`` (n, k, 2, 2) px/s of the body's point there,
     ``radius_px`` (n, k, 2) radius of curvature of the outline, ``mean_radius_px`` (n,) its mean over directions,
-    ``recession`` (n, k, 2, S) of the tangents under a blur over the blur, at the tabled blurs, ``erosion`` (n, k, 2, D) that of an inner
+    ``sharpness`` (n, k, 2) px⁻¹ recession of the tangents under a blur of a pixel over its square, ``recession`` (n, k, 2, S) of
+    tangents as seen under a blur over the blur, at the tabled blurs, ``erosion`` (n, k, 2, D) that of an inner
     parallel curve over its depth, ``leak`` (n, k, 2, D) that under a leak of light over its loss, both at the tabled depths, ``smear``
     (n, k, 2, L) px that of a picture smeared during its exposure beyond what the tangent's own movement says, at the tabled levels;
     ``outline_px`` (n, a, 2) the points of the outline that lie furthest along ``outward`` (a, 2), ``rows_px`` (n,) the middle of its rows
@@ -122,6 +123,7 @@ class Places:
     velocity_px: Array
     radius_px: Array
     mean_radius_px: Array
+    sharpness: Array
     recession: Array
     erosion: Array
     leak: Array

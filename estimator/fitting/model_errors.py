@@ -170,6 +170,7 @@ def _places(sequence: SequenceTask, prediction: Prediction, errors: TangencyErro
         velocity_px=moving.velocity_px(moving.arms(normals), sightings.silhouettes.focal_px),
         radius_px=there.radius_px,
         mean_radius_px=np.maximum(sequence.shape.radius_px.mean(axis=1), 1e-6),
+        sharpness=there.sharpness,
         recession=there.recession,
         erosion=there.erosion,
         leak=there.leak,

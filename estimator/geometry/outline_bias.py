@@ -30,6 +30,7 @@ Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
 DIRECTIONS = 180
 SMALLEST_POLYGON = 3
+WEIGHTS = savgol_coeffs(WINDOW, 2)
 
 
 @dataclass(frozen=True)
@@ -77,7 +78,6 @@ def bias_curves(
 
     ``samples`` (n,): how many points each outline was seen with, zero where there is none; ``pairs`` of draws for each.
     """
-    weights = savgol_coeffs(WINDOW, 2)
     outward = outward_directions()
     curves = np.zeros((len(polygons), DIRECTIONS))
     for i, (points, count) in enumerate(zip(polygons, samples, strict=True)):
@@ -85,8 +85,18 @@ def bias_curves(
             continue
         drawn = noise_px * rng.standard_normal((pairs, int(count)))
         closed = np.ascontiguousarray(np.concatenate([points, points[:1]]))
-        curves[i] = _mean_support(closed, drawn, weights, outward) - (points @ outward.T).max(axis=0)
+        curves[i] = _mean_support(closed, drawn, WEIGHTS, outward) - (points @ outward.T).max(axis=0)
     return curves
+
+
+def seen_support(points: Array, noise_px: float, samples: int, outward: Array, *, pairs: int, seed: int) -> Array:
+    """Mean support (d,) px along ``outward`` (d, 2) of the hull of an outline (v, 2) px as it is seen: ``samples`` points, noisy, smoothed.
+
+    ``pairs`` of draws of opposite noise from ``seed``.
+    """
+    drawn = noise_px * np.random.default_rng(seed).standard_normal((pairs, samples))
+    closed = np.ascontiguousarray(np.concatenate([points, points[:1]]))
+    return np.asarray(_mean_support(closed, drawn, WEIGHTS, outward))
 
 
 def supports(silhouettes: Silhouettes) -> Float[NDArray[np.float64], "n 180"]:

@@ -4,7 +4,8 @@ Taken from the outlines that the fitted body would cast: those of a noisy outlin
 
 A blur of standard deviation ``s`` moves the half level of a silhouette as curvature does: a smooth stretch by ``s² / (2 rho)`` [Verbeek and
 van Vliet 1994], a corner by a share of ``s`` (a right angle by 0.77 s), a spike by more. The filled outline is drawn and blurred, and what
-the tangents of its half level recede is tabled.
+the tangents of its half level recede is tabled. Both are taken as they are seen, noisy and smoothed
+(:mod:`estimator.geometry.outline_bias`): smoothing cuts a sharp spike and not one that the blur has made round.
 
 An outline drawn too tight by ``d`` is the inner parallel curve. Along a smooth stretch its tangents recede by ``d``, at a corner by more:
 its sides move by ``d`` and their intersection by ``d / cos(phi / 2)`` [Serra 1982, erosion]. An outline drawn too wide is round at the
@@ -15,11 +16,12 @@ flatness ``f`` of the catalogue (``rim_light_leak``): those points are moved, lo
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import cv2
 import numpy as np
 import shapely
+from contourpy import LineType, contour_generator
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
 from scipy.spatial import ConvexHull
@@ -27,20 +29,26 @@ from scipy.spatial import ConvexHull
 from datasets.vocabulary.effects import FLATNESS_HALF_ANGLE_DEG, FLATNESS_REACH_PX
 from estimator.geometry.closed_curves import resampled, unit_circle
 from estimator.geometry.coverage import coverage
+from estimator.geometry.outline_bias import seen_support
 from estimator.geometry.outline_smear import LEVELS, smear_losses
+from estimator.geometry.tangent_hull import MINIMUM_POINTS
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 ANGLES = 144
 """Directions of the normal, every two and a half degrees from the picture's x axis; what a tangent recedes is continuous in between."""
-BLURS_PX = np.array([0.5, 1.0, 2.0, 4.0, 8.0, 16.0])
-"""Standard deviations (S,) of the tabled blurs."""
+BLURS_PX = np.array([0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0, 16.0])
+"""Standard deviations (S,) of the tabled blurs: between steps of two, what spikes recede is 0.03 px off a straight line."""
+SHARP_BLUR_PX = 1.0
+"""Standard deviation of the blur by which corners are told from sides; about as far as smoothing reaches."""
+SEEN_PAIRS = 2
+"""Pairs of opposite draws of noise for every outline as it is seen."""
 DEPTHS_PX = np.array([0.25, 0.5, 1.0, 2.0, 4.0])
 """Depths (D,) of the tabled inner parallel curves, and losses of light that are tabled."""
 MINIMUM_VERTICES = 3
 DRAWN_PX = 0.5
 """Side of a drawing's pixels."""
-PER_BLUR = 8
+PER_BLUR = 5
 """Pixels in a blur, about: a wide one is applied to a drawing of larger pixels."""
 BLURS_BESIDE = 3
 """Margin of the drawing, in blurs."""
@@ -51,17 +59,27 @@ HALF_ANGLE = np.radians(FLATNESS_HALF_ANGLE_DEG)
 
 
 @dataclass(frozen=True)
+class Sampling:
+    """How n outlines are seen: ``noise_px`` of their points, and how many ``samples`` (n,) each has."""
+
+    noise_px: float
+    samples: Index
+
+
+@dataclass(frozen=True)
 class OutlineShape:
     """Of n outlines in A directions of the normal.
 
     ``radius_px`` (n, A) radius of curvature of the convex hull: the length of outline within 10 degrees over 20 degrees. The others are of
-    the outline with its hollows. ``recession`` (n, A, S): recession under a blur over the blur. ``erosion`` (n, A, D): recession of the
+    the outline with its hollows. ``sharpness`` (n, A) px⁻¹: recession under a blur of a pixel over its square. ``recession`` (n, A, S):
+    recession under a blur over the blur, of outlines as seen where it is known how they are. ``erosion`` (n, A, D): recession of the
     tangents of an inner parallel curve over its depth, 1 where the outline is smooth. ``leak`` (n, A, D): that under a leak of
     light over its loss. ``smear`` (n, A, L) px: that of a picture that moved during its exposure, beyond what the tangent's own movement
     says (:mod:`estimator.geometry.outline_smear`).
     """
 
     radius_px: Array
+    sharpness: Array
     recession: Array
     erosion: Array
     leak: Array
@@ -69,19 +87,19 @@ class OutlineShape:
 
     def take(self, rows: Index) -> "OutlineShape":
         """The outlines ``rows`` alone."""
-        return OutlineShape(self.radius_px[rows], self.recession[rows], self.erosion[rows], self.leak[rows], self.smear[rows])
+        return OutlineShape(*(getattr(self, each.name)[rows] for each in fields(self)))
 
     def towards(self, normals: Array) -> "OutlineShape":
         """The tables (n, k, 2, ...) at unit normals (n, k, 2, 2), linear between directions; the radius is that of the nearest."""
         place = np.arctan2(normals[..., 1], normals[..., 0]) / (2.0 * np.pi) * ANGLES
         low, rows = np.floor(place).astype(np.int64), np.arange(len(normals))[:, None, None]
-        share = (place - low)[..., None]
         nearest = np.round(place).astype(np.int64) % ANGLES
 
         def between(table: Array) -> Array:
+            share = (place - low).reshape(*place.shape, *[1] * (table.ndim - 2))
             return np.asarray((1.0 - share) * table[rows, low % ANGLES] + share * table[rows, (low + 1) % ANGLES])
 
-        tables = (between(table) for table in (self.recession, self.erosion, self.leak, self.smear))
+        tables = (between(table) for table in (self.sharpness, self.recession, self.erosion, self.leak, self.smear))
         return OutlineShape(self.radius_px[rows, nearest], *tables)
 
 
@@ -113,14 +131,18 @@ def hollow_share(polygons: Sequence[Array]) -> float:
     return float(1.0 - np.mean(shapely.area(filled) / np.maximum(shapely.area(shapely.convex_hull(filled)), 1e-9)))
 
 
-def outline_shape(polygons: Sequence[Array], motions: Array | None = None, flat: Sequence[Array] | None = None) -> OutlineShape:
+def outline_shape(
+    polygons: Sequence[Array], motions: Array | None = None, flat: Sequence[Array] | None = None, sampling: Sampling | None = None
+) -> OutlineShape:
     """The shape of outlines (v, 2) px, either way round; zeros where there are fewer than three corners.
 
     ``motions`` (n, 3, 2): how each moves during the exposure (:func:`estimator.geometry.outline_smear.smear_losses`), if it does.
     ``flat``: outlines of the same body that tell flat stretches, from which light leaks, where others are rough with noise.
+    ``sampling``: how the outlines are seen; without it they are compared as they are.
     """
     n = len(polygons)
     shape = OutlineShape(
+        np.zeros((n, ANGLES)),
         np.zeros((n, ANGLES)),
         np.zeros((n, ANGLES, len(BLURS_PX))),
         np.ones((n, ANGLES, len(DEPTHS_PX))),
@@ -131,7 +153,7 @@ def outline_shape(polygons: Sequence[Array], motions: Array | None = None, flat:
         if len(polygon) >= MINIMUM_VERTICES:
             points = _positive(polygon)
             shape.radius_px[i] = _radii(_positive(points[ConvexHull(points).vertices]))
-            shape.recession[i] = _recession(points)
+            shape.sharpness[i], shape.recession[i] = _recession(points, sampling, i)
             shape.erosion[i] = _erosion(points)
             shape.leak[i] = _leak(points if flat is None else _positive(flat[i]))
             if motions is not None:
@@ -164,28 +186,48 @@ def _radii(points: Array) -> Array:
     return np.asarray(np.where(apart <= HALF_ANGLE, length, 0.0).sum(axis=1) / (2.0 * HALF_ANGLE))
 
 
-def _recession(points: Array) -> Array:
-    """Recession (A, S) of the tangents under each blur, over the blur; the last one's where all that is left is less than a half."""
-    drawn, first = _drawing(points)
-    reach = (points @ outward().T).max(axis=0)
-    ratio = np.zeros((ANGLES, len(BLURS_PX)))
+def _recession(points: Array, sampling: Sampling | None, number: int) -> tuple[Array, Array]:
+    """Sharpness (A,), and recession (A, S) of the tangents under each blur, over the blur.
+
+    Where all that is left is less than a half, the last one's. Of outline ``number`` of those sampled; a blurred one has as many samples
+    per pixel as the sharp one.
+    """
+    u, drawing = outward(), _drawing(points)
+    count = 0 if sampling is None else int(sampling.samples[number])
+    spacing_px = float(_edges(points)[0].sum()) / max(count, 1)
+
+    def reached(curve: Array) -> Array:
+        if sampling is None or count < MINIMUM_POINTS:
+            return np.asarray((curve @ u.T).max(axis=0))
+        samples = max(MINIMUM_POINTS, round(float(_edges(curve)[0].sum()) / spacing_px))
+        return seen_support(curve, sampling.noise_px, samples, u, pairs=SEEN_PAIRS, seed=number)
+
+    reach, sharp = reached(points), (points @ u.T).max(axis=0)
+    ratio, sharpness = np.zeros((ANGLES, len(BLURS_PX))), np.zeros(ANGLES)
     for i, blur_px in enumerate(BLURS_PX):
-        contour = first + DRAWN_PX * _half_level(drawn, blur_px / DRAWN_PX)
-        ratio[:, i] = (reach - (contour @ outward().T).max(axis=0)) / blur_px if len(contour) else ratio[:, i - 1]
-    return ratio
+        contour = _half_level(drawing, blur_px)
+        ratio[:, i] = (reach - reached(contour)) / blur_px if len(contour) else ratio[:, i - 1]
+        if blur_px == SHARP_BLUR_PX and len(contour):
+            sharpness = (sharp - (contour @ u.T).max(axis=0)) / SHARP_BLUR_PX**2
+    return sharpness, ratio
 
 
-def _half_level(drawn: NDArray[np.float32], blur: float) -> Array:
-    """Column and row (m, 2) of points on the half level of a drawing under a Gaussian blur, all in its pixels; none where all is below."""
+def _half_level(drawing: tuple[NDArray[np.float32], Array], blur_px: float) -> Array:
+    """The longest closed curve (m, 2) px, counted positively, on the half level of a drawing under a blur; none where all is below."""
+    drawn, first = drawing
+    blur = blur_px / DRAWN_PX
     larger = max(1, round(blur / PER_BLUR))
     margin = larger * int(np.ceil(BLURS_BESIDE * blur / larger))
     height, width = drawn.shape
     padded = cv2.copyMakeBorder(drawn, margin, margin + -height % larger, margin, margin + -width % larger, cv2.BORDER_CONSTANT, value=0.0)
     coarse = cv2.resize(padded, (padded.shape[1] // larger, padded.shape[0] // larger), interpolation=cv2.INTER_AREA)
     left = np.sqrt((blur / larger) ** 2 - 1.0 / 12.0)  # a pixel is a blur by itself
-    level = cv2.GaussianBlur(coarse, (0, 0), left, borderType=cv2.BORDER_CONSTANT) - np.float32(0.5)
-    crossings = np.concatenate([_crossings(level), _crossings(level.T)[:, ::-1]])
-    return np.asarray((crossings + 0.5) * larger - 0.5 - margin)
+    level = cv2.GaussianBlur(coarse, (0, 0), left, borderType=cv2.BORDER_CONSTANT)
+    curves: list[Array] = contour_generator(z=level, line_type=LineType.Separate).lines(0.5)  # type: ignore[assignment]
+    if not curves:
+        return np.zeros((0, 2))
+    longest = max(curves, key=len)[:-1]
+    return _positive(first + DRAWN_PX * ((longest + 0.5) * larger - 0.5 - margin))
 
 
 def _drawing(points: Array) -> tuple[NDArray[np.float32], Array]:
@@ -193,14 +235,6 @@ def _drawing(points: Array) -> tuple[NDArray[np.float32], Array]:
     first = points.min(axis=0) - 0.5 * DRAWN_PX
     width, height = (int(n) for n in np.ceil(np.ptp(points, axis=0) / DRAWN_PX) + 2)
     return coverage((points - first) / DRAWN_PX, (height, width)), first
-
-
-def _crossings(level: NDArray[np.float32]) -> Array:
-    """Where rows of a picture change their sign: (m, 2) column and row, in pixels."""
-    before, after = level[:, :-1], level[:, 1:]
-    row, column = np.nonzero((before >= 0.0) != (after >= 0.0))
-    share = before[row, column] / (before[row, column] - after[row, column])
-    return np.column_stack([column + share, row]).astype(np.float64)
 
 
 def _erosion(points: Array) -> Array:

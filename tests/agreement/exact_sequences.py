@@ -119,10 +119,10 @@ def setting_of(sequence: Made) -> Setting:
 
 @cache
 def task_of(sequence: Made) -> SequenceTask:
-    """What the instrument would fit to, of exact outlines."""
+    """What the instrument would fit to, of exact outlines, which nobody sampled."""
     plan, count = sequence.plan, len(sequence.rings)
     sightings = Sightings(
-        exact_silhouettes(sequence.rings, [plan.hsv.intrinsics] * count),
+        replace(exact_silhouettes(sequence.rings, [plan.hsv.intrinsics] * count), samples=np.zeros(count, dtype=np.int64)),
         np.zeros(count, dtype=np.int64),
         np.arange(count),
         plan.clock.times_s,

@@ -67,6 +67,7 @@ def places() -> Places:
         velocity_px=rng.normal(scale=2e4, size=(*shape, 2)),
         radius_px=rng.uniform(5.0, 60.0, shape),
         mean_radius_px=rng.uniform(20.0, 40.0, 5),
+        sharpness=rng.uniform(0.01, 0.2, shape),
         recession=rng.uniform(0.005, 0.1, (*shape, len(BLURS_PX))),
         erosion=np.ones((*shape, len(DEPTHS_PX))),
         leak=rng.uniform(0.5, 0.9, (*shape, len(DEPTHS_PX))),
