@@ -109,11 +109,15 @@ class Plan:
 
 
 def draw_cases(plan: Plan, seed: int) -> tuple[Case, ...]:
-    """All cases in their shuffled order; effects take turns, so each is hidden equally often."""
+    """All cases in their shuffled order; effects take turns, so each is hidden equally often.
+
+    Pairs whose sizes start at the limit leave out effects that nature cannot make so large.
+    """
     rng = np.random.default_rng([seed, 0])
+    seen = [key for key in plan.keys if not plan.counts.pairs or plan.sizes.pair[0] < 1.0 or can_reach_limit(plan.table, key)]
     chosen: list[tuple[Kind, tuple[str, ...]]] = [("control", ())] * plan.counts.controls
     chosen += [("single", keys) for keys in _single(plan, rng)]
-    chosen += [("pair", keys) for keys in _in_turn(pairs_of(plan.keys), plan.counts.pairs, rng)]
+    chosen += [("pair", keys) for keys in _in_turn(pairs_of(seen), plan.counts.pairs, rng)]
     chosen += [("outside", keys) for keys in _in_turn([(key,) for key in SYNTH_ONLY], plan.counts.outside, rng)]
     order = rng.permutation(len(chosen))
     width = max(3, len(str(len(chosen))))
@@ -210,6 +214,15 @@ def can_reach_limit(table: LimitTable, key: str) -> bool:
     ranges, rows = _half_ranges(entry), int(table.campaign["sequences"]) if entry.scope is Scope.SEQUENCE else 1
     largest = _largest(entry, plausible=False) / ranges
     return all(limit_along(table, key, np.tile(np.eye(len(ranges))[i] * ranges, (rows, 1))) <= largest[i] for i in range(len(ranges)))
+
+
+def large_effect(key: str, share: float, rng: np.random.Generator) -> EffectRecipe:
+    """An effect of all sequences of which the largest parameter is log-uniform from ``share`` of what nature is given on."""
+    entry = EFFECTS[key]
+    directed = _direction(entry, 1, rng)[0]
+    reach = float(np.min(_largest(entry, plausible=False) / np.maximum(np.abs(directed), 1e-300)))
+    values = directed * reach * _log_uniform((share, 1.0), rng)
+    return EffectRecipe(key, dict(zip(entry.sizes, (float(v) for v in values), strict=True)))
 
 
 def _direction(entry: EffectEntry, rows: int, rng: np.random.Generator) -> Array:

@@ -1,4 +1,9 @@
-"""Makes the table of detection limits from campaigns of its own, one per item: controls, and some with what is outside of the catalogue."""
+"""Makes the table of detection limits from campaigns of its own, one per item.
+
+Controls say what is known of every effect where it is small. Of an effect that has to be large to be seen they do not: a focal length that
+is half the stated one shrinks the picture, and flights fitted without it fly twice as far away. What is known of such effects is measured
+in campaigns that have them. What is outside of the catalogue is measured by what the catalogue leaves of it.
+"""
 
 import json
 from collections.abc import Sequence
@@ -24,7 +29,7 @@ from estimator.fitting.campaign import fit_campaign
 from estimator.fitting.following import following
 from estimator.registration import register
 from tumble.challenge.cases import Case, case_from_dict, case_to_dict
-from tumble.challenge.drawing import Counts, Plan, Shape, Sizes, draw_cases, outside_effect
+from tumble.challenge.drawing import Counts, Plan, Shape, Sizes, draw_cases, large_effect, outside_effect
 from tumble.challenge.information import POWERS, all_information
 from tumble.challenge.limits import EffectInformation, LimitTable, OutsideInformation
 from tumble.challenge.making import build_in
@@ -54,6 +59,23 @@ def development_outside(shape: Shape, each: int, seed: int) -> tuple[Case, ...]:
     )
 
 
+LARGE = ("focal_length", "principal_point")
+"""Effects of which the limits of controls come out a good part of the largest size that nature is given."""
+SMALLEST_SHARE = 0.4
+"""Sizes in campaigns that have them, log-uniform from this share of the largest one on."""
+
+
+def development_large(shape: Shape, each: int, seed: int) -> tuple[Case, ...]:
+    """Campaigns with every effect of :data:`LARGE`, of large sizes."""
+    keys = [key for key in LARGE for _ in range(each)]
+    cases = development_controls(shape, len(keys), seed + 2)
+    effects = [large_effect(key, SMALLEST_SHARE, np.random.default_rng([seed, 3, i])) for i, key in enumerate(keys)]
+    return tuple(
+        replace(case, name=f"l{i + 1:03d}", kind="single", recipe=replace(case.recipe, effects=(effect,)), ratios={effect.key: np.nan})
+        for i, (effect, case) in enumerate(zip(effects, cases, strict=True))
+    )
+
+
 def _outside_effect(key: str, seed: int, number: int) -> EffectRecipe:
     return outside_effect(key, SIZE[key][0], np.random.default_rng([seed, 2, number]))
 
@@ -66,16 +88,19 @@ def measure(cases: Sequence[Case], out: Path, *, jobs: int, quiet: bool) -> tupl
 
 
 def measure_item(payload: dict[str, Any]) -> dict[str, Any]:
-    """One campaign: make, register, fit the base model; a control looks at every effect, others at what the best leaves."""
+    """One campaign: make, register, fit the base model; a control looks at every effect, others at theirs or at what the best leaves."""
     case, product = case_from_dict(payload["case"]), Path(payload["product"])
     with TemporaryDirectory(dir=product.parent) as folder:
         registered = register([observation for observation, _ in build_in(case, Path(folder))], Configuration())
     campaign, model = registered.campaign, registered.campaign.kind.base
     campaign, fit = following(campaign, fit_campaign(campaign, start_with(registered.start, model.size), model))
     tests, scores = score_tests(campaign, fit, Candidates.of(campaign, catalogue().values()))
-    if case.keys:
+    if case.kind == "single":
+        information = all_information(campaign, fit, tests)
+        found: dict[str, Any] = {"large": case.keys[0], "information": {key: information[key].tolist() for key in case.keys}}
+    elif case.keys:
         left, columns = left_by_shared(scores, tests)
-        found: dict[str, Any] = {"outside": case.keys[0], "left": left, "columns": columns}
+        found = {"outside": case.keys[0], "left": left, "columns": columns}
     else:
         found = {"information": {key: matrix.tolist() for key, matrix in all_information(campaign, fit, tests).items()}}
     with written_whole(product) as temporary:
@@ -98,18 +123,20 @@ def left_by_shared(scores: EfficientScores, tests: Sequence[ScoreTest]) -> tuple
 def table_of(products: Sequence[Path], shape: Shape, seed: int) -> LimitTable:
     """The table from what the campaigns wrote."""
     written = [json.loads(path.read_text(encoding="utf-8")) for path in products]
-    found = [each["information"] for each in written if "information" in each]
+    found = [each["information"] for each in written if "information" in each and "large" not in each]
+    large = {key: [each["information"] for each in written if each.get("large") == key] for key in LARGE}
     times = np.arange(shape.frames) / 4000.0
     setting = Setting(times, 0.0, np.zeros(3), np.ones(3))
     effects = {}
     for key, entry in EFFECTS.items():
-        matrices = tuple(np.array(each[key]) for each in found if key in each)
+        matrices = tuple(np.array(each[key]) for each in large.get(key) or found if key in each)
         if matrices:
             effects[key] = EffectInformation(key, entry.sizes, matrices, len(MODELS[key].starts(setting)), POWERS.get(key, 1))
     described: dict[str, Any] = {"controls": len(found), "seed": seed}
     described |= {"sequences": shape.sequences, "frames": shape.frames, "views": shape.views}
     bodies = "scanned" if shape.particles else "procedural"
     tier = "rendered" if shape.rendered else "silhouette"
+    described["large"] = {key: len(each) for key, each in large.items() if each}
     outside = {key: _outside([each for each in written if each.get("outside") == key]) for key in SIZE}
     described |= {"bodies": bodies, "tier": tier, "outside": max(len(each.strength) for each in outside.values())}
     return LimitTable(Rules().alpha, len(catalogue()), described, effects, {key: each for key, each in outside.items() if each.strength})

@@ -14,7 +14,7 @@ from datasets.json_documents import plain
 from tumble.challenge.acceptance import acceptance, line_of
 from tumble.challenge.cases import CAMPAIGNS, TRUTH, read_cases
 from tumble.challenge.drawing import RENDERED, Counts, Plan, Shape, Sizes, can_reach_limit, draw_cases
-from tumble.challenge.limit_making import development_controls, development_outside, measure, table_of
+from tumble.challenge.limit_making import development_controls, development_large, development_outside, measure, table_of
 from tumble.challenge.limits import TABLE, read_table, write_table
 from tumble.challenge.making import make_campaigns
 from tumble.challenge.oracle import ask_oracle
@@ -225,6 +225,13 @@ def _limits_options(part: argparse.ArgumentParser) -> None:
     part.add_argument(
         "--outside", type=positive, default=12, metavar="N", help="campaigns of each kind outside of the catalogue (default: %(default)s)"
     )
+    part.add_argument(
+        "--large",
+        type=positive,
+        default=24,
+        metavar="N",
+        help="campaigns of each effect that only shows where it is large (default: %(default)s)",
+    )
     part.add_argument("--seed", type=int, default=4, help="of these controls (default: %(default)s)")
     part.add_argument("--table", type=Path, default=TABLE, metavar="FILE", help="where to write the table")
     add_output(part, default="out/detection_limits")
@@ -233,14 +240,16 @@ def _limits_options(part: argparse.ArgumentParser) -> None:
 
 def _limits(arguments: argparse.Namespace) -> int:
     shape = _shape(arguments)
-    content = {"shape": asdict(shape), "controls": arguments.controls, "outside": arguments.outside, "seed": arguments.seed}
+    counts = {name: getattr(arguments, name) for name in ("controls", "outside", "large", "seed")}
+    content = {"shape": asdict(shape), **counts}
     described = Run("challenge limits", content, arguments.seed)
     with output_directory(arguments.out, described, resume=arguments.resume, force=arguments.force) as out:
         cases = development_controls(shape, arguments.controls, arguments.seed)
         cases += development_outside(shape, arguments.outside, arguments.seed)
+        cases += development_large(shape, arguments.large, arguments.seed)
         outcomes = measure(cases, out, jobs=arguments.jobs, quiet=arguments.quiet)
         report_failures(out, outcomes)
-        write_table(table_of(sorted(out.glob("[co][0-9]*.json")), shape, arguments.seed), arguments.table)
+        write_table(table_of(sorted(out.glob("[clo][0-9]*.json")), shape, arguments.seed), arguments.table)
     if not arguments.quiet:
         _say_limits(arguments.table)
     return exit_code(outcomes)
@@ -258,5 +267,5 @@ PARTS: tuple[Part, ...] = (
     ("solve", "find what is hidden from observations alone", _solve_options, _solve),
     ("score", "compare answers with what was hidden; print every line of acceptance", _score_options, _score),
     ("hidden", "hide one effect, look for it as a user would, and tell at last what it was", _hidden_options, _hidden),
-    ("limits", "write the table of detection limits from campaigns with nothing hidden", _limits_options, _limits),
+    ("limits", "write the table of detection limits from campaigns of its own", _limits_options, _limits),
 )

@@ -57,6 +57,16 @@ def test_effects_that_stay_below_their_limit_are_not_hidden_in_few_cases() -> No
     assert not can_reach_limit(replace(TABLE_READ, effects={**TABLE_READ.effects, "blooming": blind}), "blooming")
 
 
+def test_pairs_leave_out_what_stays_below_its_limit() -> None:
+    blooming = TABLE_READ.effects["blooming"]
+    blind = replace(blooming, information=tuple(1e-6 * matrix for matrix in blooming.information))
+    table = replace(TABLE_READ, effects={**TABLE_READ.effects, "blooming": blind})
+    plan = replace(PLAN, counts=Counts(0, 0, 300, 0), table=table, sizes=Sizes(pair=(1.0, 10.0)))
+    assert "blooming" not in {key for case in draw_cases(plan, 5) for key in case.keys}
+    small = replace(plan, sizes=Sizes(pair=(0.5, 10.0)))
+    assert "blooming" in {key for case in draw_cases(small, 5) for key in case.keys}
+
+
 def test_names_say_nothing() -> None:
     assert [case.name for case in CASES] == [f"c{i:03d}" for i in range(1, len(CASES) + 1)]
     assert [c.kind for c in CASES] != sorted(c.kind for c in CASES)
