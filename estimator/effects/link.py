@@ -108,8 +108,9 @@ class Places:
     (n, k, 2, 3) those of the tangent planes in body axes, ``velocity_px`` (n, k, 2, 2) px/s of the body's point there,
     ``radius_px`` (n, k, 2) radius of curvature of the outline, ``mean_radius_px`` (n,) its mean over directions,
     ``sharpness`` (n, k, 2) px⁻¹ recession of the tangents under a blur of a pixel over its square, ``recession`` (n, k, 2, S) of
-    tangents as seen under a blur over the blur, at the tabled blurs, ``erosion`` (n, k, 2, D) that of an inner
-    parallel curve over its depth, ``leak`` (n, k, 2, D) that under a leak of light over its loss, both at the tabled depths, ``smear``
+    tangents as seen under a blur over the blur, at the tabled blurs, ``erosion`` (n, k, 2, D) that of an inner parallel curve over its
+    depth, ``dilation`` (n, k, 2, D) the advance of that of an outer one, ``leak`` (n, k, 2, D) the recession under a leak of light over
+    its loss, all three at the tabled depths, ``smear``
     (n, k, 2, L) px that of a picture smeared during its exposure beyond what the tangent's own movement says, at the tabled levels;
     ``outline_px`` (n, a, 2) the points of the outline that lie furthest along ``outward`` (a, 2), ``rows_px`` (n,) the middle of its rows
     below the camera's middle row; ``depth_m`` (n,) of the particle, ``first_depth_m`` its depth in the first frame; ``view_ratio``
@@ -126,6 +127,7 @@ class Places:
     sharpness: Array
     recession: Array
     erosion: Array
+    dilation: Array
     leak: Array
     smear: Array
     outline_px: Array

@@ -1,4 +1,4 @@
-"""Outlines moved along their own normals: all tangents by as much where the outline widens, corners by more where it recedes."""
+"""Outlines moved along their own normals: corners by more where the outline recedes and, as they are seen, where it widens, too."""
 
 import numpy as np
 
@@ -9,9 +9,10 @@ from estimator.geometry.outline_shape import DEPTHS_PX
 def moved_outline(delta_px: Array, places: Places) -> Array:
     """Displacement (n, k, 2) px of the tangents where the outline moves by ``delta_px`` (n, k, 2), outwards positive.
 
-    The recession at corners is tabled by depth (:mod:`estimator.geometry.outline_shape`) and interpolated.
+    What corners do is tabled by depth (:mod:`estimator.geometry.outline_shape`) and interpolated.
     """
-    return np.asarray(np.where(delta_px < 0.0, tabled(places.erosion, -delta_px, DEPTHS_PX), 1.0) * delta_px)
+    inwards, outwards = (tabled(table, np.abs(delta_px), DEPTHS_PX) for table in (places.erosion, places.dilation))
+    return np.asarray(np.where(delta_px < 0.0, inwards, outwards) * delta_px)
 
 
 def tabled(table: Array, at_px: Array, knots_px: Array) -> Array:

@@ -173,6 +173,7 @@ def _places(sequence: SequenceTask, prediction: Prediction, errors: TangencyErro
         sharpness=there.sharpness,
         recession=there.recession,
         erosion=there.erosion,
+        dilation=there.dilation,
         leak=there.leak,
         smear=there.smear,
         outline_px=sightings.furthest_px,

@@ -140,11 +140,11 @@ def _samples_along(closed, count, phase):  # type: ignore[no-untyped-def]
     return points
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, fastmath={"nnan", "ninf", "nsz", "reassoc", "contract"})
 def _add_supports(points, moved, weights, outward, support):  # type: ignore[no-untyped-def]
     """Add the supports of the outline with its points ``moved`` along its normals, then smoothed."""
     n, half = len(points), len(weights) // 2
-    noisy, smooth = np.empty((n, 2)), np.zeros((n, 2))
+    noisy, x, y = np.empty((n, 2)), np.zeros(n), np.zeros(n)
     for j in range(n):
         tx = points[(j + 1) % n, 0] - points[j - 1, 0]
         ty = points[(j + 1) % n, 1] - points[j - 1, 1]
@@ -153,22 +153,25 @@ def _add_supports(points, moved, weights, outward, support):  # type: ignore[no-
         noisy[j, 1] = points[j, 1] - g * tx
     for j in range(n):
         for w in range(-half, half + 1):
-            for a in range(2):
-                smooth[j, a] += weights[w + half] * noisy[(j + w) % n, a]
+            x[j] += weights[w + half] * noisy[(j + w) % n, 0]
+            y[j] += weights[w + half] * noisy[(j + w) % n, 1]
     for d in range(outward.shape[0]):
-        best = -np.inf
+        u, v, best = outward[d, 0], outward[d, 1], -1e300
         for j in range(n):
-            best = max(best, smooth[j, 0] * outward[d, 0] + smooth[j, 1] * outward[d, 1])
+            reach = x[j] * u + y[j] * v
+            best = reach if reach > best else best
         support[d] += best
 
 
 @numba.njit(cache=True)
 def _mean_support(closed, drawn, weights, outward):  # type: ignore[no-untyped-def]
-    """Mean support (d,) of the drawn outlines: for each row of ``drawn`` (pairs, n) its noise and the opposite one."""
+    """Mean support (d,) of the drawn outlines: for each row of ``drawn`` (pairs, n) its noise and the opposite one, which may be none."""
     support = np.zeros(outward.shape[0])
     pairs, count = drawn.shape
+    twice = np.any(drawn != 0.0)
     for i in range(pairs):
         points = _samples_along(closed, count, (i + 0.5) / pairs)
         _add_supports(points, drawn[i], weights, outward, support)
-        _add_supports(points, -drawn[i], weights, outward, support)
-    return support / (2 * pairs)
+        if twice:
+            _add_supports(points, -drawn[i], weights, outward, support)
+    return support / ((2 if twice else 1) * pairs)

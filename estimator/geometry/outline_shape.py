@@ -9,7 +9,7 @@ the tangents of its half level recede is tabled. Both are taken as they are seen
 
 An outline drawn too tight by ``d`` is the inner parallel curve. Along a smooth stretch its tangents recede by ``d``, at a corner by more:
 its sides move by ``d`` and their intersection by ``d / cos(phi / 2)`` [Serra 1982, erosion]. An outline drawn too wide is round at the
-corners, and all its tangents move by ``d``.
+corners, and all its tangents move by ``d``; smoothing no longer cuts what it cut, and as seen they move by more.
 
 Light that leaks through facets along the line of sight moves each point of an outline by its own depth, ``d f / (1 + f)`` with the
 flatness ``f`` of the catalogue (``rim_light_leak``): those points are moved, loops cut off, and what the tangents recede is tabled.
@@ -27,7 +27,7 @@ from scipy.ndimage import maximum_filter1d
 from scipy.spatial import ConvexHull
 
 from datasets.vocabulary.effects import FLATNESS_HALF_ANGLE_DEG, FLATNESS_REACH_PX
-from estimator.geometry.closed_curves import resampled, unit_circle
+from estimator.geometry.closed_curves import largest_part, resampled, unit_circle
 from estimator.geometry.coverage import coverage
 from estimator.geometry.outline_bias import seen_support
 from estimator.geometry.outline_smear import LEVELS, smear_losses
@@ -41,8 +41,12 @@ BLURS_PX = np.array([0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0, 16.0])
 """Standard deviations (S,) of the tabled blurs: between steps of two, what spikes recede is 0.03 px off a straight line."""
 SHARP_BLUR_PX = 1.0
 """Standard deviation of the blur by which corners are told from sides; about as far as smoothing reaches."""
-SEEN_PAIRS = 2
-"""Pairs of opposite draws of noise for every outline as it is seen."""
+SEEN_PAIRS, SMOOTH_PHASES = 2, 4
+"""Pairs of opposite draws of noise for every outline as it is seen, and places of its first sample where noise is left out."""
+SIMPLER_PX = 0.01
+"""How far a parallel curve's outline may be simplified."""
+ARC_SEGMENTS = 16
+"""Of a quarter of a circle about a corner."""
 DEPTHS_PX = np.array([0.25, 0.5, 1.0, 2.0, 4.0])
 """Depths (D,) of the tabled inner parallel curves, and losses of light that are tabled."""
 MINIMUM_VERTICES = 3
@@ -72,16 +76,17 @@ class OutlineShape:
 
     ``radius_px`` (n, A) radius of curvature of the convex hull: the length of outline within 10 degrees over 20 degrees. The others are of
     the outline with its hollows. ``sharpness`` (n, A) px⁻¹: recession under a blur of a pixel over its square. ``recession`` (n, A, S):
-    recession under a blur over the blur, of outlines as seen where it is known how they are. ``erosion`` (n, A, D): recession of the
-    tangents of an inner parallel curve over its depth, 1 where the outline is smooth. ``leak`` (n, A, D): that under a leak of
-    light over its loss. ``smear`` (n, A, L) px: that of a picture that moved during its exposure, beyond what the tangent's own movement
-    says (:mod:`estimator.geometry.outline_smear`).
+    recession under a blur over the blur. ``erosion`` (n, A, D): recession of the tangents of an inner parallel curve over its depth, 1
+    where the outline is smooth; ``dilation`` (n, A, D): advance of those of an outer one. ``leak`` (n, A, D): recession under a leak of
+    light over its loss. These four are of outlines as seen where it is known how they are. ``smear`` (n, A, L) px: that of a picture that
+    moved during its exposure, beyond what the tangent's own movement says (:mod:`estimator.geometry.outline_smear`).
     """
 
     radius_px: Array
     sharpness: Array
     recession: Array
     erosion: Array
+    dilation: Array
     leak: Array
     smear: Array
 
@@ -99,7 +104,7 @@ class OutlineShape:
             share = (place - low).reshape(*place.shape, *[1] * (table.ndim - 2))
             return np.asarray((1.0 - share) * table[rows, low % ANGLES] + share * table[rows, (low + 1) % ANGLES])
 
-        tables = (between(table) for table in (self.sharpness, self.recession, self.erosion, self.leak, self.smear))
+        tables = (between(table) for table in (self.sharpness, self.recession, self.erosion, self.dilation, self.leak, self.smear))
         return OutlineShape(self.radius_px[rows, nearest], *tables)
 
 
@@ -147,15 +152,18 @@ def outline_shape(
         np.zeros((n, ANGLES, len(BLURS_PX))),
         np.ones((n, ANGLES, len(DEPTHS_PX))),
         np.ones((n, ANGLES, len(DEPTHS_PX))),
+        np.ones((n, ANGLES, len(DEPTHS_PX))),
         np.zeros((n, ANGLES, len(LEVELS))),
     )
     for i, polygon in enumerate(polygons):
         if len(polygon) >= MINIMUM_VERTICES:
             points = _positive(polygon)
             shape.radius_px[i] = _radii(_positive(points[ConvexHull(points).vertices]))
-            shape.sharpness[i], shape.recession[i] = _recession(points, sampling, i)
-            shape.erosion[i] = _erosion(points)
-            shape.leak[i] = _leak(points if flat is None else _positive(flat[i]))
+            look = _Look.at(points, sampling, i)
+            shape.sharpness[i], shape.recession[i] = _recession(points, look)
+            shape.erosion[i], shape.dilation[i] = _erosion(points, look), _dilation(points, look)
+            smooth = points if flat is None else _positive(flat[i])
+            shape.leak[i] = _leak(smooth, _Look.at(smooth, sampling, i))
             if motions is not None:
                 shape.smear[i] = smear_losses(points, motions[i], outward())
     return shape
@@ -186,27 +194,47 @@ def _radii(points: Array) -> Array:
     return np.asarray(np.where(apart <= HALF_ANGLE, length, 0.0).sum(axis=1) / (2.0 * HALF_ANGLE))
 
 
-def _recession(points: Array, sampling: Sampling | None, number: int) -> tuple[Array, Array]:
+@dataclass(frozen=True)
+class _Look:
+    """How far curves (v, 2) px reach along the tabled directions (A,): as they are, or as outlines seen like the one with ``number``."""
+
+    noise_px: float = 0.0
+    spacing_px: float = 0.0
+    number: int = 0
+
+    @classmethod
+    def at(cls, points: Array, sampling: Sampling | None, number: int) -> "_Look":
+        """As outline ``number`` of those sampled was seen; other curves have as many samples per pixel."""
+        if sampling is None or sampling.samples[number] < MINIMUM_POINTS:
+            return cls()
+        return cls(sampling.noise_px, float(_edges(points)[0].sum()) / int(sampling.samples[number]), number)
+
+    def noisy(self, curve: Array) -> Array:
+        """Noisy and smoothed."""
+        return self._seen(curve, self.noise_px, SEEN_PAIRS)
+
+    def smooth(self, curve: Array) -> Array:
+        """Smoothed alone: of curves that differ by little, the noise is the same."""
+        return self._seen(curve, 0.0, SMOOTH_PHASES)
+
+    def _seen(self, curve: Array, noise_px: float, draws: int) -> Array:
+        if self.spacing_px == 0.0:
+            return np.asarray((curve @ outward().T).max(axis=0))
+        samples = max(MINIMUM_POINTS, round(float(_edges(curve)[0].sum()) / self.spacing_px))
+        return seen_support(curve, noise_px, samples, outward(), pairs=draws, seed=self.number)
+
+
+def _recession(points: Array, look: _Look) -> tuple[Array, Array]:
     """Sharpness (A,), and recession (A, S) of the tangents under each blur, over the blur.
 
-    Where all that is left is less than a half, the last one's. Of outline ``number`` of those sampled; a blurred one has as many samples
-    per pixel as the sharp one.
+    Where all that is left is less than a half, the last one's.
     """
     u, drawing = outward(), _drawing(points)
-    count = 0 if sampling is None else int(sampling.samples[number])
-    spacing_px = float(_edges(points)[0].sum()) / max(count, 1)
-
-    def reached(curve: Array) -> Array:
-        if sampling is None or count < MINIMUM_POINTS:
-            return np.asarray((curve @ u.T).max(axis=0))
-        samples = max(MINIMUM_POINTS, round(float(_edges(curve)[0].sum()) / spacing_px))
-        return seen_support(curve, sampling.noise_px, samples, u, pairs=SEEN_PAIRS, seed=number)
-
-    reach, sharp = reached(points), (points @ u.T).max(axis=0)
+    reach, sharp = look.noisy(points), (points @ u.T).max(axis=0)
     ratio, sharpness = np.zeros((ANGLES, len(BLURS_PX))), np.zeros(ANGLES)
     for i, blur_px in enumerate(BLURS_PX):
         contour = _half_level(drawing, blur_px)
-        ratio[:, i] = (reach - reached(contour)) / blur_px if len(contour) else ratio[:, i - 1]
+        ratio[:, i] = (reach - look.noisy(contour)) / blur_px if len(contour) else ratio[:, i - 1]
         if blur_px == SHARP_BLUR_PX and len(contour):
             sharpness = (sharp - (contour @ u.T).max(axis=0)) / SHARP_BLUR_PX**2
     return sharpness, ratio
@@ -237,20 +265,38 @@ def _drawing(points: Array) -> tuple[NDArray[np.float32], Array]:
     return coverage((points - first) / DRAWN_PX, (height, width)), first
 
 
-def _erosion(points: Array) -> Array:
+def _erosion(points: Array, look: _Look) -> Array:
     """Recession (A, D) of the tangents of the inner parallel curves over their depths; the last one's where nothing is left."""
-    u = outward()
-    reach = (points @ u.T).max(axis=0)
+    reach = look.smooth(points)
     ratio = np.ones((ANGLES, len(DEPTHS_PX)))
-    for i, inner in enumerate(shapely.buffer(shapely.Polygon(points), -DEPTHS_PX, join_style="mitre", mitre_limit=MITRE_LIMIT)):
+    for i, inner in enumerate(shapely.buffer(_simpler(points), -DEPTHS_PX, join_style="mitre", mitre_limit=MITRE_LIMIT)):
         if inner.is_empty:
             ratio[:, i:] = ratio[:, max(i - 1, 0)][:, None]
             break
-        ratio[:, i] = (reach - (shapely.get_coordinates(inner) @ u.T).max(axis=0)) / DEPTHS_PX[i]
+        ratio[:, i] = (reach - look.smooth(_rim(inner))) / DEPTHS_PX[i]
     return ratio
 
 
-def _leak(points: Array) -> Array:
+def _dilation(points: Array, look: _Look) -> Array:
+    """Advance (A, D) of the tangents of the outer parallel curves over their depths: 1 of outlines as they are."""
+    if look.spacing_px == 0.0:
+        return np.ones((ANGLES, len(DEPTHS_PX)))
+    outer = shapely.buffer(_simpler(points), DEPTHS_PX, quad_segs=ARC_SEGMENTS)
+    reach = look.smooth(points)
+    return np.stack([(look.smooth(_rim(each)) - reach) / depth for each, depth in zip(outer, DEPTHS_PX, strict=True)], axis=1)
+
+
+def _simpler(points: Array) -> shapely.Polygon:
+    """An outline without the corners that do not count."""
+    return shapely.simplify(shapely.Polygon(points), SIMPLER_PX)
+
+
+def _rim(geometry: shapely.Geometry) -> Array:
+    """The outer rim (v, 2) px of the largest part, counted positively: where an outline falls apart, that is what is seen."""
+    return _positive(shapely.get_coordinates(largest_part(geometry).exterior)[:-1])
+
+
+def _leak(points: Array, look: _Look) -> Array:
     """Recession (A, D) of the tangents under a leak of light over its loss; the last one's where nothing is left."""
     even = resampled(points, LEAK_STEP_PX, fewest=FEWEST_POINTS)
     chord = np.roll(even, -1, axis=0) - np.roll(even, 1, axis=0)
@@ -258,16 +304,14 @@ def _leak(points: Array) -> Array:
     reach_points = round(FLATNESS_REACH_PX * len(even) / float(_edges(points)[0].sum()))
     flatness = maximum_filter1d(_alike(normal) * np.pi / (HALF_ANGLE * len(even)), 2 * reach_points + 1, mode="wrap")
     moved = even - (DEPTHS_PX[:, None] * (flatness / (1.0 + flatness)))[..., None] * normal
-    u = outward()
-    reach = (points @ u.T).max(axis=0)
+    reach = look.smooth(points)
     ratio = np.ones((ANGLES, len(DEPTHS_PX)))
     for i, left in enumerate(shapely.make_valid(shapely.polygons(moved), method="structure", keep_collapsed=False)):
         parts = shapely.get_parts(left)
         if len(parts) == 0:
             ratio[:, i:] = ratio[:, max(i - 1, 0)][:, None]
             break
-        largest = parts[np.argmax(shapely.area(parts))]
-        ratio[:, i] = (reach - (shapely.get_coordinates(largest) @ u.T).max(axis=0)) / DEPTHS_PX[i]
+        ratio[:, i] = (reach - look.smooth(_rim(left))) / DEPTHS_PX[i]
     return ratio
 
 

@@ -70,6 +70,7 @@ def places() -> Places:
         sharpness=rng.uniform(0.01, 0.2, shape),
         recession=rng.uniform(0.005, 0.1, (*shape, len(BLURS_PX))),
         erosion=np.ones((*shape, len(DEPTHS_PX))),
+        dilation=np.ones((*shape, len(DEPTHS_PX))),
         leak=rng.uniform(0.5, 0.9, (*shape, len(DEPTHS_PX))),
         smear=np.zeros((*shape, len(LEVELS))),
         outline_px=CAMERA.project((centre[:, None] + RADIUS_M * np.pad(OUTWARD, ((0, 0), (0, 1)))).reshape(-1, 3)).reshape(5, -1, 2),

@@ -1,4 +1,4 @@
-"""What a blur does to outlines as they are seen, sampled, noisy and smoothed, against the tables that the estimator takes it from."""
+"""What effects do to outlines as they are seen, sampled, noisy and smoothed, against the tables that the estimator takes it from."""
 
 from dataclasses import replace
 
@@ -7,7 +7,8 @@ import pytest
 from numpy.typing import NDArray
 
 from estimator.geometry.outline_bias import bias_curves, outward_directions
-from estimator.geometry.outline_shape import BLURS_PX, Sampling, outline_shape
+from estimator.geometry.outline_shape import BLURS_PX, DEPTHS_PX, Sampling, outline_shape
+from synth.effects.displacement import parallel_curve
 from synth.frame_outlines import frame_outlines
 from synth.sequence import plan_sequence
 from synth.silhouette import blurred, grid_around, level_outline, mean_coverage, outline_mesh
@@ -53,8 +54,25 @@ def test_what_is_seen_of_a_blurred_spike_is_the_bias_of_the_sharp_one_and_the_ta
         assert left[1].mean() < -0.1
 
 
-def receding(table: Array, blur_px: float) -> Array:
-    """What the tangents along ``U`` recede (px)."""
-    at = np.array([np.interp(np.log(blur_px), np.log(BLURS_PX), row) for row in table])
+@pytest.mark.parametrize("offset_px", [-1.4, -0.7, 0.35, 0.7, 1.4, 2.8])
+def test_what_is_seen_of_a_moved_outline_is_the_bias_of_the_sharp_one_and_the_table(rings: list[Array], offset_px: float) -> None:
+    """A spike drawn too wide is round, and no longer cut."""
+    left = []
+    for ring in rings:
+        shape = outline_shape([ring], sampling=Sampling(NOISE_PX, np.array([samples(ring)])))
+        plain = outline_shape([ring])
+        there = seen(parallel_curve(ring, offset_px))
+        tables = [(each.erosion if offset_px < 0.0 else each.dilation)[0] for each in (shape, plain)]
+        left.append([seen(ring) + np.sign(offset_px) * receding(table, abs(offset_px), DEPTHS_PX) - there for table in tables])
+    as_seen, as_it_is = np.moveaxis(np.array(left), 1, 0)
+    assert abs(as_seen.mean()) < 0.02
+    assert np.sqrt(np.mean(as_seen**2)) < 0.05
+    assert np.sqrt(np.mean(as_seen**2)) < 0.75 * np.sqrt(np.mean(as_it_is**2))
+
+
+def receding(table: Array, at_px: float, knots_px: Array = BLURS_PX) -> Array:
+    """What the tangents along ``U`` recede (px), interpolated as the models do."""
+    place = float(np.interp(at_px, knots_px, np.arange(len(knots_px))))
+    at = np.array([np.interp(place, np.arange(len(knots_px)), row) for row in table])
     angle = np.linspace(0.0, 2.0 * np.pi, len(at) + 1)
-    return blur_px * np.interp(np.linspace(0.0, 2.0 * np.pi, len(U), endpoint=False), angle, np.append(at, at[0]))
+    return np.asarray(at_px * np.interp(np.linspace(0.0, 2.0 * np.pi, len(U), endpoint=False), angle, np.append(at, at[0])))
