@@ -267,9 +267,10 @@ def _drawing(points: Array) -> tuple[NDArray[np.float32], Array]:
 
 def _erosion(points: Array, look: _Look) -> Array:
     """Recession (A, D) of the tangents of the inner parallel curves over their depths; the last one's where nothing is left."""
-    reach = look.smooth(points)
+    simple = shapely.simplify(shapely.Polygon(points), SIMPLER_PX)
+    reach = look.smooth(_rim(simple))
     ratio = np.ones((ANGLES, len(DEPTHS_PX)))
-    for i, inner in enumerate(shapely.buffer(_simpler(points), -DEPTHS_PX, join_style="mitre", mitre_limit=MITRE_LIMIT)):
+    for i, inner in enumerate(shapely.buffer(simple, -DEPTHS_PX, join_style="mitre", mitre_limit=MITRE_LIMIT)):
         if inner.is_empty:
             ratio[:, i:] = ratio[:, max(i - 1, 0)][:, None]
             break
@@ -281,14 +282,10 @@ def _dilation(points: Array, look: _Look) -> Array:
     """Advance (A, D) of the tangents of the outer parallel curves over their depths: 1 of outlines as they are."""
     if look.spacing_px == 0.0:
         return np.ones((ANGLES, len(DEPTHS_PX)))
-    outer = shapely.buffer(_simpler(points), DEPTHS_PX, quad_segs=ARC_SEGMENTS)
-    reach = look.smooth(points)
+    simple = shapely.simplify(shapely.Polygon(points), SIMPLER_PX)
+    outer = shapely.buffer(simple, DEPTHS_PX, quad_segs=ARC_SEGMENTS)
+    reach = look.smooth(_rim(simple))
     return np.stack([(look.smooth(_rim(each)) - reach) / depth for each, depth in zip(outer, DEPTHS_PX, strict=True)], axis=1)
-
-
-def _simpler(points: Array) -> shapely.Polygon:
-    """An outline without the corners that do not count."""
-    return shapely.simplify(shapely.Polygon(points), SIMPLER_PX)
 
 
 def _rim(geometry: shapely.Geometry) -> Array:
