@@ -21,6 +21,8 @@ from estimator.geometry.silhouettes import Silhouettes
 Array = NDArray[np.float64]
 DIFFERENCE_VARIANCE = 3.9
 """Variance of a mean of N squared, overlapping second differences of white noise, times N: 2 (1 + 2 (16/36 + 1/36))."""
+DIFFERENCE_GAIN = 6.0
+"""Variance of a second difference over that of what is differenced: 1 + 4 + 1."""
 
 
 @dataclass(frozen=True)
@@ -41,23 +43,30 @@ class TimeShifts:
 
 
 def calibrated(shifts: Sequence[TimeShifts]) -> list[TimeShifts]:
-    """The shifts with as much noise as there is (:func:`noise_ratio`)."""
-    more = noise_ratio(shifts)
+    """The shifts with as much noise as other movements of the sightings show, and a standard error more: tests must not be eager.
+
+    An empirical null [Efron 2004]: what neighbouring tangents share differs from body to body, by a third either way.
+    """
+    found = _movements_noise(shifts)
+    count = max(sum(len(_differences(each.tau_s, each.noise)[0]) for each in shifts), 1)
+    more = found * (1.0 + np.sqrt(DIFFERENCE_VARIANCE / count)) if found is not None else 1.0
     return [replace(each, h=each.h / more, noise=each.noise * more) for each in shifts]
 
 
 def noise_ratio(shifts: Sequence[TimeShifts]) -> float:
-    """Noise of the sightings over what its model says, 1 at least, from movements that have nothing to do with time.
+    """Noise of the sightings over what its model says, 1 at least, from movements that have nothing to do with time."""
+    found = _movements_noise(shifts)
+    return 1.0 if found is None else max(found, 1.0)
 
-    An empirical null [Efron 2004]: on spiky bodies neighbouring tangents share more noise than is modelled. Judged by second differences,
-    which no smooth misfit enters.
-    """
+
+def _movements_noise(shifts: Sequence[TimeShifts]) -> float | None:
+    """Mean square of second differences, which no smooth misfit enters, of movements but by time, over what is modelled."""
     ratios = [np.zeros(0)]
     for each in shifts:
         sure = np.where(each.noise > 0.0, 1.0, 0.0)
         ratios += [np.divide(*_differences(column, sure)) for column in (each.still.T if each.still is not None else ())]
     every = np.concatenate(ratios)
-    return max(float(every.mean()), 1.0) if len(every) else 1.0
+    return float(every.mean()) if len(every) else None
 
 
 def time_derivative(errors: ModelErrors) -> Array:
@@ -108,6 +117,12 @@ def jitter_test(shifts: Sequence[TimeShifts]) -> JitterTest:
     return JitterTest(sigma, error, p, gain)
 
 
+def difference_information(shifts: Sequence[TimeShifts]) -> float:
+    """Information (s⁻⁴) of :func:`jitter_test` on the variance of jitter, where that is small against the shifts' noise."""
+    noises = np.concatenate([_differences(each.tau_s, each.noise)[1] for each in calibrated(shifts)])
+    return float(np.sum((DIFFERENCE_GAIN / noises) ** 2)) / DIFFERENCE_VARIANCE
+
+
 def _excess_p(ratios: Array, weights: Array) -> float:
     """Of a weighted mean of squared second differences over their variances that is as large, where there is noise alone.
 
@@ -150,7 +165,7 @@ def _difference_jitter(differences: tuple[Array, ...]) -> float:
 
 def _difference_gain(differences: tuple[Array, ...], jitter: float) -> float:
     square, noise = differences
-    wide = noise + 6.0 * jitter
+    wide = noise + DIFFERENCE_GAIN * jitter
     return float(np.sum(square / noise - square / wide - np.log(wide / noise)))
 
 

@@ -5,13 +5,12 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.vocabulary.effects import EFFECTS, EffectEntry, Parameter, Scope, Stage
+from datasets.vocabulary.effects import EFFECTS
 from estimator.diagnosis.score_tests import ScoreTest
 from estimator.effects.defocus_growth import SMALLEST
-from estimator.effects.link import EffectModel, Setting
-from estimator.effects.model import Model
-from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState, sequence_equations
+from estimator.fitting.campaign import Campaign, CampaignFit
 from estimator.fitting.stable_inverse import stable_inverse
+from estimator.fitting.time_shifts import difference_information
 
 Array = NDArray[np.float64]
 POWERS = {"defocus_growth": 2, "trigger_jitter": 2}
@@ -39,38 +38,14 @@ def _unit_change(key: str) -> float:
     return (2.0 * SMALLEST) ** -2 if key == "defocus_growth" else 1.0
 
 
-class _ClockShift(EffectModel):
-    """All frames taken later by one time."""
-
-    entry = EffectEntry(
-        "clock_shift",
-        Stage.CLOCK,
-        Scope.CAMPAIGN,
-        (Parameter("shift", "s", (-1e-4, 1e-4), 1e-7, "true minus stated time"),),
-        "true time = nominal time + shift",
-        "Auxiliary: how outlines change with time",
-    )
-
-    def times(self, theta: Array, setting: Setting, times_s: Array) -> Array:
-        """Later times."""
-        del setting
-        return times_s + theta[0]
-
-
 def jitter_information(campaign: Campaign, fit: CampaignFit) -> Array:
-    """Information (1, 1) on the square of the standard deviation of the frames' times (s^-4).
+    """Information (1, 1) on the square of the standard deviation of the frames' times (s^-4), as the test has it.
 
-    A frame of which the outlines tell the time with the standard deviation ``tau`` tells the variance of its time's error with
-    ``sqrt(2) tau²``.
+    A squared second difference of variance ``6 tau²`` gains ``6 sigma²`` by jitter, and the test's weighted mean of their ratios has the
+    variance :data:`estimator.fitting.time_shifts.DIFFERENCE_VARIANCE` of white noise.
     """
-    model = Model((*fit.model.effects, _ClockShift()))
-    state = CampaignState(fit.state.flights, tuple(np.append(theta, 0.0) for theta in fit.state.theta))
-    total = 0.0
-    for number in range(len(campaign.sequences)):
-        equations = sequence_equations(campaign, number, state, model)
-        per_frame = np.einsum("nks,nks->n", equations.frames.weighted[..., -1], equations.errors.J[..., -1])
-        total += 0.5 * float(np.sum(per_frame**2))
-    return np.array([[total]])
+    shifts = [campaign.kind.time_shifts(campaign, i, each) for i, each in enumerate(fit.equations)]
+    return np.array([[difference_information(shifts)]])
 
 
 def all_information(campaign: Campaign, fit: CampaignFit, tests: Sequence[ScoreTest]) -> dict[str, Array]:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from estimator.fitting.time_shifts import TimeShifts, held_out_gain, jitter_test
+from estimator.fitting.time_shifts import TimeShifts, difference_information, held_out_gain, jitter_test, noise_ratio
 
 NOISE_S = 2e-6
 
@@ -48,6 +48,37 @@ def test_sightings_without_weight_have_no_part() -> None:
     assert jitter_test([partly]).p == pytest.approx(jitter_test([whole]).p, abs=0.2)
     nothing = TimeShifts(np.zeros(9), np.full(9, 1e-150), np.zeros(9))
     assert jitter_test([nothing]).p == 1.0
+
+
+def beside_movements(jitter_s: float, seed: int, stated: float) -> TimeShifts:
+    """Shifts with ``stated`` times the variance that they have, and six movements of the same sightings that show it."""
+    found = shifts(jitter_s, seed)
+    still = np.random.default_rng([seed, 1]).normal(0.0, stated**-0.5, (len(found.tau_s), 6))
+    return TimeShifts(found.tau_s, found.h / stated, found.noise * stated, still)
+
+
+@pytest.mark.parametrize("stated", [0.6, 1.5])
+def test_other_movements_tell_how_large_noise_is(stated: float) -> None:
+    """Overstated noise would hide jitter, understated one would be taken for it."""
+    found = [jitter_test([beside_movements(0.0, seed, stated)]).p for seed in range(200)]
+    assert np.mean(np.array(found) < 0.05) < 0.05
+    assert 0.5 < np.median(found) < 0.95
+    assert np.median([jitter_test([beside_movements(1.5e-6, seed, stated)]).p for seed in range(20)]) < 0.02
+    assert noise_ratio([beside_movements(0.0, 3, stated)]) == pytest.approx(max(1.0 / stated, 1.0), rel=0.15)
+
+
+def test_what_the_test_knows_of_jitter_is_how_widely_its_statistic_spreads() -> None:
+    """Information, against shifts drawn with noise alone."""
+    uneven = np.random.default_rng(2).uniform(0.5, 2.0, 300) * NOISE_S**2
+    rng = np.random.default_rng(3)
+    each = TimeShifts(np.zeros(300), 1.0 / uneven, uneven)
+    noises = 6.0 * np.array([np.mean(uneven[i : i + 3] * [1.0, 4.0, 1.0]) / 2.0 for i in range(298)])
+    found = []
+    for _ in range(2000):
+        second = np.diff(rng.normal(0.0, np.sqrt(uneven)), 2)
+        found.append(np.sum((second**2 - noises) / noises**2) / np.sum(6.0 / noises**2))
+    more = 1.0 / difference_information([each]) ** 0.5
+    assert np.std(found) == pytest.approx(more, rel=0.12)
 
 
 @pytest.mark.parametrize("parts", [1, 4])
