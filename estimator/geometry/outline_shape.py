@@ -64,10 +64,11 @@ HALF_ANGLE = np.radians(FLATNESS_HALF_ANGLE_DEG)
 
 @dataclass(frozen=True)
 class Sampling:
-    """How n outlines are seen: ``noise_px`` of their points, and how many ``samples`` (n,) each has."""
+    """How n outlines are seen: ``noise_px`` of their points, how many ``samples`` (n,) each has, and ``spacing_px`` of those."""
 
     noise_px: float
     samples: Index
+    spacing_px: float
 
 
 @dataclass(frozen=True)
@@ -159,14 +160,18 @@ def outline_shape(
         if len(polygon) >= MINIMUM_VERTICES:
             points = _positive(polygon)
             shape.radius_px[i] = _radii(_positive(points[ConvexHull(points).vertices]))
-            look = _Look.at(points, sampling, i)
+            look = _Look(sampling, i)
             shape.sharpness[i], shape.recession[i] = _recession(points, look)
             shape.erosion[i], shape.dilation[i] = _erosion(points, look), _dilation(points, look)
-            smooth = points if flat is None else _positive(flat[i])
-            shape.leak[i] = _leak(smooth, _Look.at(smooth, sampling, i))
+            shape.leak[i] = _leak(points if flat is None else _positive(flat[i]), look)
             if motions is not None:
                 shape.smear[i] = smear_losses(points, motions[i], outward())
     return shape
+
+
+def perimeter(points: Array) -> float:
+    """Length (px) of a closed polygon."""
+    return float(_edges(points)[0].sum())
 
 
 def _positive(points: Array) -> Array:
@@ -196,32 +201,34 @@ def _radii(points: Array) -> Array:
 
 @dataclass(frozen=True)
 class _Look:
-    """How far curves (v, 2) px reach along the tabled directions (A,): as they are, or as outlines seen like the one with ``number``."""
+    """How far curves (v, 2) px reach along the tabled directions (A,): as they are, or as outline ``number`` of a ``sampling`` is seen."""
 
-    noise_px: float = 0.0
-    spacing_px: float = 0.0
-    number: int = 0
+    sampling: Sampling | None
+    number: int
 
-    @classmethod
-    def at(cls, points: Array, sampling: Sampling | None, number: int) -> "_Look":
-        """As outline ``number`` of those sampled was seen; other curves have as many samples per pixel."""
-        if sampling is None or sampling.samples[number] < MINIMUM_POINTS:
-            return cls()
-        return cls(sampling.noise_px, float(_edges(points)[0].sum()) / int(sampling.samples[number]), number)
+    @property
+    def sampled(self) -> bool:
+        """Whether the outline was sampled at all."""
+        return self.sampling is not None and self.sampling.samples[self.number] >= MINIMUM_POINTS
+
+    def sharp(self, curve: Array) -> Array:
+        """Noisy and smoothed, the outline that the body casts, with as many samples as were seen: those of what an effect made of it."""
+        return self._seen(curve, None if self.sampling is None else int(self.sampling.samples[self.number]))
 
     def noisy(self, curve: Array) -> Array:
         """Noisy and smoothed."""
-        return self._seen(curve, self.noise_px, SEEN_PAIRS)
+        return self._seen(curve, None)
 
     def smooth(self, curve: Array) -> Array:
         """Smoothed alone: of curves that differ by little, the noise is the same."""
-        return self._seen(curve, 0.0, SMOOTH_PHASES)
+        return self._seen(curve, None, noise=False)
 
-    def _seen(self, curve: Array, noise_px: float, draws: int) -> Array:
-        if self.spacing_px == 0.0:
+    def _seen(self, curve: Array, samples: int | None, *, noise: bool = True) -> Array:
+        if self.sampling is None or not self.sampled:
             return np.asarray((curve @ outward().T).max(axis=0))
-        samples = max(MINIMUM_POINTS, round(float(_edges(curve)[0].sum()) / self.spacing_px))
-        return seen_support(curve, noise_px, samples, outward(), pairs=draws, seed=self.number)
+        count = samples or max(MINIMUM_POINTS, round(perimeter(curve) / self.sampling.spacing_px))
+        noise_px, draws = (self.sampling.noise_px, SEEN_PAIRS) if noise else (0.0, SMOOTH_PHASES)
+        return seen_support(curve, noise_px, count, outward(), pairs=draws, seed=self.number)
 
 
 def _recession(points: Array, look: _Look) -> tuple[Array, Array]:
@@ -230,7 +237,7 @@ def _recession(points: Array, look: _Look) -> tuple[Array, Array]:
     Where all that is left is less than a half, the last one's.
     """
     u, drawing = outward(), _drawing(points)
-    reach, sharp = look.noisy(points), (points @ u.T).max(axis=0)
+    reach, sharp = look.sharp(points), (points @ u.T).max(axis=0)
     ratio, sharpness = np.zeros((ANGLES, len(BLURS_PX))), np.zeros(ANGLES)
     for i, blur_px in enumerate(BLURS_PX):
         contour = _half_level(drawing, blur_px)
@@ -280,7 +287,7 @@ def _erosion(points: Array, look: _Look) -> Array:
 
 def _dilation(points: Array, look: _Look) -> Array:
     """Advance (A, D) of the tangents of the outer parallel curves over their depths: 1 of outlines as they are."""
-    if look.spacing_px == 0.0:
+    if not look.sampled:
         return np.ones((ANGLES, len(DEPTHS_PX)))
     simple = shapely.simplify(shapely.Polygon(points), SIMPLER_PX)
     outer = shapely.buffer(simple, DEPTHS_PX, quad_segs=ARC_SEGMENTS)

@@ -45,7 +45,7 @@ def of_nature(curve: Array, blur_px: float) -> Array:
 @pytest.mark.parametrize("blur_px", [0.5, 0.85, 1.4, 2.4, 4.0])
 def test_what_is_seen_of_a_blurred_spike_is_the_bias_of_the_sharp_one_and_the_table(rings: list[Array], blur_px: float) -> None:
     for ring in rings:
-        shape = outline_shape([ring], sampling=Sampling(NOISE_PX, np.array([samples(ring)])))
+        shape = outline_shape([ring], sampling=Sampling(NOISE_PX, np.array([samples(ring)]), SPACING_PX))
         plain = outline_shape([ring])
         sharp, there = seen(ring), seen(of_nature(ring, blur_px))
         left = [sharp - receding(table.recession[0], blur_px) - there for table in (shape, plain)]
@@ -59,7 +59,7 @@ def test_what_is_seen_of_a_moved_outline_is_the_bias_of_the_sharp_one_and_the_ta
     """A spike drawn too wide is round, and no longer cut."""
     left = []
     for ring in rings:
-        shape = outline_shape([ring], sampling=Sampling(NOISE_PX, np.array([samples(ring)])))
+        shape = outline_shape([ring], sampling=Sampling(NOISE_PX, np.array([samples(ring)]), SPACING_PX))
         plain = outline_shape([ring])
         there = seen(parallel_curve(ring, offset_px))
         tables = [(each.erosion if offset_px < 0.0 else each.dilation)[0] for each in (shape, plain)]
