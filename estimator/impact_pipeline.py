@@ -23,7 +23,7 @@ from estimator.fitting.plate_contact import PlateTask
 from estimator.fitting.pose_refinement import Poses, refine
 from estimator.fitting.pose_search import FoundPoses, rms_ete_px
 from estimator.fitting.refinement import NothingSeen
-from estimator.fitting.segments import joined, meeting_time, reversed_turns, segment_rows
+from estimator.fitting.segments import joined, meeting_time, nearest_as_one, reversed_turns, segment_rows, with_pictures_between
 from estimator.fitting.trajectory import FitTask, errors_of, particle_poses, restricted
 from estimator.fitting.viewing_angles import with_clear_angles_at
 from estimator.impact_contacts import ToldApart, contact_sentences, contacts_told_apart
@@ -214,7 +214,7 @@ def _with_jumps_alone(
         except NothingSeen:
             if len(flight.bounces) == 1:
                 raise
-            chains = fitted_chains(seen, task, _nearest_as_one(flight.times_s), configuration)
+            chains = fitted_chains(seen, task, nearest_as_one(flight.times_s), configuration)
             continue
         jump = np.array(jumps(refined))
         if jump.min() >= LEAST_JUMP:
@@ -222,12 +222,6 @@ def _with_jumps_alone(
         if len(jump) == 1:
             return chains, None
         chains = fitted_chains(seen, task, np.delete(refined.flight.times_s, int(np.argmin(jump))), configuration)
-
-
-def _nearest_as_one(times_s: Array) -> Array:
-    """Times (k,) with the two that are nearest to one another as one (k - 1,)."""
-    first = int(np.argmin(np.diff(times_s)))
-    return np.concatenate([times_s[:first], [times_s[first : first + 2].mean()], times_s[first + 2 :]])
 
 
 def edge_kink(tracks: tuple[OutlineTrack, ...], kinks: list[Kink]) -> str | None:
@@ -251,13 +245,15 @@ def impact_times(observation: Observation, kinks: list[Kink]) -> Array:
 
 
 def fitted_chains(seen: Seen, task: FitTask, impacts_s: Array, configuration: Configuration) -> list[Chain]:
-    """The joint fits from the competing minima of the longest segment, by ascending cost."""
+    """The joint fits from the competing minima of the longest segment, by ascending cost.
+
+    Impacts between which too few pictures lie to fit a flight become one: where they were two, what the fit leaves shows it.
+    """
     frame_s = _frame_s(seen)
+    impacts_s = with_pictures_between(task.sightings.times_s, task.sightings.frame, impacts_s, LEAST_BETWEEN)
     rows = segment_rows(task.sightings.times_s, impacts_s, clear_s=UNCLEAR_FRAMES * frame_s)
     if min(map(len, rows)) < LEAST_TRACKED:
         rows = segment_rows(task.sightings.times_s, impacts_s, clear_s=0.0)
-    if min(len(np.unique(task.sightings.frame[r])) for r in rows) < LEAST_BETWEEN:
-        raise NoMeasurement(Status.SECOND_CONTACT, _contacts_too_near(seen, impacts_s))
     longest = int(np.argmax([len(r) for r in rows]))
     tasks = [restricted(task, r) for r in rows]
     found, reference = first_pose(tasks[longest], seen.particle, configuration)
@@ -275,12 +271,6 @@ def fitted_chains(seen: Seen, task: FitTask, impacts_s: Array, configuration: Co
     if not chains:
         raise NoMeasurement(Status.NO_CONVERGENCE, RAN_AWAY)
     return sorted(chains, key=lambda c: c.solution.equations.cost)
-
-
-def _contacts_too_near(seen: Seen, impacts_s: Array) -> str:
-    times = seen.observation.clock.times_s
-    frames = ", ".join(f"{f:.1f}" for f in np.interp(impacts_s, times, np.arange(len(times))))
-    return f"impacts near frames {frames}: two of them follow one another with fewer than {LEAST_BETWEEN} usable pictures between them."
 
 
 def _neighbours(

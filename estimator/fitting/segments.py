@@ -28,6 +28,25 @@ def segment_rows(times_s: Array, impacts_s: Array, *, clear_s: float) -> list[ND
     return [np.flatnonzero((number == k) & clear).astype(np.int64) for k in range(len(impacts_s) + 1)]
 
 
+def with_pictures_between(times_s: Array, frame: NDArray[np.int64], impacts_s: Array, least: int) -> Array:
+    """Times (k,) s of impacts, the nearest to one another merged until ``least`` pictures lie between any two.
+
+    ``times_s``, ``frame`` (s,): of the sightings; those of several cameras in one frame are one picture.
+    """
+    while len(impacts_s) > 1:
+        between = segment_rows(times_s, impacts_s, clear_s=0.0)[1:-1]
+        if min(len(np.unique(frame[rows])) for rows in between) >= least:
+            break
+        impacts_s = nearest_as_one(impacts_s)
+    return impacts_s
+
+
+def nearest_as_one(impacts_s: Array) -> Array:
+    """Times (k,) s with the two that are nearest to one another as one (k - 1,), between them."""
+    first = int(np.argmin(np.diff(impacts_s)))
+    return np.concatenate([impacts_s[:first], [impacts_s[first : first + 2].mean()], impacts_s[first + 2 :]])
+
+
 def meeting_time(before: Flight, after: Flight, guess_s: float, viewing: Array) -> float:
     """When two flights are nearest, seen along ``viewing`` (3,), unit, world frame."""
     still, time_s = np.zeros((1, N_PARAMETERS)), guess_s

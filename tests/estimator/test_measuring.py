@@ -109,6 +109,22 @@ def test_a_second_impact_hidden_by_wobble_is_found_by_tracked_poses() -> None:
         assert np.linalg.norm(impact.after.omega_world - true.omega_after) < 0.15 * np.linalg.norm(true.omega_after)
 
 
+def test_kinks_of_the_path_too_near_to_fly_between_lead_to_the_impacts_all_the_same() -> None:
+    """Two impacts 2.4 frames apart, whose centroids show kinks 1.6 frames apart and a frame late: with no flight between them at first."""
+    particle, plate = ParticleRecipe(irregularity=0.5, size_mm=(4.0, 7.0)), PlateRecipe(tilt_deg=(10.0, 30.0))
+    dropper = DropperRecipe(runs=1, height_mm=(60.0, 150.0))
+    recipe = Recipe(seed=56215390, sequences=100, particle=particle, plate=plate, dropper=dropper)
+    observation, truth = build_silhouette_sequence(recipe, 9)
+    kinks = find_kinks(centroid_path(tracks_of(observation)[0]))
+    first, second = kinks
+    assert second.frame - first.frame < 2.0
+    found = measure(observation, QUICK)
+    assert (found.status, len(found.impacts)) == (Status.CONVERGED, 2)
+    frame_s = float(np.diff(observation.clock.times_s)[0])
+    for true, impact in zip(truth.impacts, found.impacts, strict=True):
+        assert abs(impact.time_s - true.time_s) < 0.2 * frame_s
+
+
 @pytest.mark.parametrize(("seed", "apart", "impacts"), [(132, 1.05, 2), (109, 0.55, 1)])
 def test_contacts_less_than_two_frames_apart_are_told(seed: int, apart: float, impacts: int) -> None:
     """One by one where a picture lies between them, as one impact that was more than a contact otherwise; what comes after is right."""
