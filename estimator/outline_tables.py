@@ -4,7 +4,6 @@ Both follow the flight: where an effect that was missing turns the body by degre
 what they are wrong by looks like a smaller effect. They are made anew once a fit has turned the body by more than ``MOST_TURNED_DEG``.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,11 +15,11 @@ from estimator.fitting.model_errors import SequenceTask, cast_outlines, centres_
 from estimator.fitting.pose_refinement import Views
 from estimator.fitting.prediction import Prediction, predict
 from estimator.fitting.trajectory import particle_poses
-from estimator.geometry.cast_outline import with_hollows_seen
+from estimator.geometry.cast_outline import CastingMesh, with_hollows_seen
 from estimator.geometry.closed_curves import unit_circle
-from estimator.geometry.outline_shape import MINIMUM_VERTICES, OutlineShape, Sampling, as_of_a_hull, hollow_share, outline_shape, perimeter
+from estimator.geometry.hollows import hollow_share
+from estimator.geometry.outline_shape import OutlineShape, Sampling, as_of_a_hull, outline_shape
 from estimator.geometry.silhouettes import Silhouettes
-from estimator.geometry.visual_hull import HullMesh
 from estimator.motion.flight import Flight
 from estimator.particle import Particle
 from estimator.predicted_bias import with_bias_at
@@ -29,8 +28,6 @@ Array = NDArray[np.float64]
 MOST_TURNED_DEG = 0.4
 """Root mean square over the sightings; free flights fitted one by one and together differ by some 0.3 degrees."""
 RIM_POINTS = 72
-DENSEST = 0.1
-"""Quantile of the spacings of a sequence's samples that is taken for the least."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +48,7 @@ class OutlineTables:
         placed = particle_poses(flight, prediction.poses, sequence.task.sightings)
         if _turned_deg(sequence.made_at, placed.R) < MOST_TURNED_DEG:
             return sequence
-        outlines, shape = shape_at(sequence, flight, prediction, self.particle.casting_hull)
+        outlines, shape = shape_at(sequence, flight, prediction, self.particle.casting_mesh)
         task = replace(sequence.task, views=self.likeness, bias=None)
         rng = np.random.default_rng(self.seed)
         there = outlines if self.particle.has_exact_hull else None
@@ -60,7 +57,7 @@ class OutlineTables:
         return replace(sequence, task=task, shape=shape, made_at=placed.R, hollow=hollow_share(outlines))
 
 
-def shape_at(sequence: SequenceTask, flight: Flight, prediction: Prediction, mesh: HullMesh) -> tuple[list[Array], OutlineShape]:
+def shape_at(sequence: SequenceTask, flight: Flight, prediction: Prediction, mesh: CastingMesh) -> tuple[list[Array], OutlineShape]:
     """The outlines (v, 2) px that a body's ``mesh``, particle frame, casts at ``prediction``, and their shape, in motion as there.
 
     Hollows that the sightings show and the mesh lacks count in the shape, but for light that leaks: that asks for smooth outlines.
@@ -69,23 +66,17 @@ def shape_at(sequence: SequenceTask, flight: Flight, prediction: Prediction, mes
     placed = particle_poses(flight, prediction.poses, sightings)
     outlines = cast_outlines(sequence.task, placed, mesh)
     motions = picture_motions(sequence, moving_at(sequence, prediction, centres_cam(flight, placed)))
-    sampling = sampling_of(sightings.silhouettes, outlines)
+    sampling = sampling_of(sightings.silhouettes)
     if not sightings.outlines_px:
         return outlines, outline_shape(outlines, motions, sampling=sampling)
     hollow = [with_hollows_seen(cast, seen) for cast, seen in zip(outlines, sightings.outlines_px, strict=True)]
     return outlines, outline_shape(hollow, motions, flat=outlines, sampling=sampling)
 
 
-def sampling_of(seen: Silhouettes, outlines: Sequence[Array]) -> Sampling:
-    """How the body's ``outlines`` (v, 2) px were seen, all with the same noise and at the same spacing.
-
-    The spacing is that of the densest: what an effect makes of an outline may be shorter than that, and may be seen in part.
-    """
-    told = [i for i, outline in enumerate(outlines) if seen.samples[i] > 0 and len(outline) >= MINIMUM_VERTICES]
-    if not told:
-        return Sampling(0.0, seen.samples, 1.0)
-    spacings = [perimeter(outlines[i]) / int(seen.samples[i]) for i in told]
-    return Sampling(float(np.median(seen.noise_px[told])), seen.samples, float(np.quantile(spacings, DENSEST)))
+def sampling_of(seen: Silhouettes) -> Sampling:
+    """How outlines were seen, all with the same noise."""
+    told = seen.samples > 0
+    return Sampling(float(np.median(seen.noise_px[told])) if told.any() else 0.0, seen.samples)
 
 
 def with_tables(sequence: SequenceTask, flight: Flight, model: Model, theta: Array) -> SequenceTask:

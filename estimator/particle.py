@@ -17,11 +17,11 @@ from datasets.vocabulary.outline import Outline
 from estimator.configuration import Configuration
 from estimator.fitting.pose_refinement import Views
 from estimator.fitting.pose_starts import StartCatalogue, start_catalogue
-from estimator.geometry.cast_outline import cast_convex, cast_outline, casting_mesh
+from estimator.geometry.cast_outline import CastingMesh, cast_convex, cast_outline, casting_mesh
 from estimator.geometry.epipolar_tangency import PoseSet, tangency_errors
 from estimator.geometry.exact_hull import exact_hull
+from estimator.geometry.hollows import hollow_beyond_noise
 from estimator.geometry.mass_properties import body_of, largest_moment_per_mass
-from estimator.geometry.outline_shape import hollow_share
 from estimator.geometry.silhouettes import Silhouettes, like_silhouettes, silhouettes
 from estimator.geometry.tangent_hull import Likeness
 from estimator.geometry.tangent_polytope import tangent_polytope
@@ -29,8 +29,8 @@ from estimator.geometry.visual_hull import HullMesh, bounding_ball, visual_hull
 
 Array = NDArray[np.float64]
 MINIMUM_VIEWS = 3
-LEAST_HOLLOW = 0.02
-"""Share of its outlines' convex hulls that a hollow body leaves empty: noise alone leaves 0.003 to 0.007, jagged bodies 0.03 and more."""
+LEAST_HOLLOW = 0.01
+"""Share of its outlines' convex hulls that a hollow body leaves empty: convex ones show 0.003 at most, jagged ones 0.014 and more."""
 TOLERANCE_PX = 0.4
 """By how much outlines may be simplified for the exact hull, some two standard deviations of their noise; twice as much blunts spikes."""
 FINER_IN_VIEWS = 8
@@ -89,8 +89,8 @@ class Particle:
 
     @cached_property
     def hollow(self) -> float:
-        """Mean share of the convex hulls of the views' outlines that they leave empty."""
-        return hollow_share([outline.points_px for outline in self.outlines])
+        """Mean share of the convex hulls of the views' outlines that the body leaves empty."""
+        return hollow_beyond_noise([outline.points_px for outline in self.outlines])
 
     @cached_property
     def casting_hull(self) -> HullMesh:
@@ -101,6 +101,11 @@ class Particle:
             return exact_hull(self.outlines, self.calibrated, tolerance_px=TOLERANCE_PX)
         except InputError:
             return self.hull  # noise keeps the views' cones apart
+
+    @cached_property
+    def casting_mesh(self) -> CastingMesh:
+        """The casting hull with its edges."""
+        return casting_mesh(self.casting_hull)
 
     @cached_property
     def convex_vertices(self) -> Array:
@@ -116,8 +121,7 @@ class Particle:
         views = [(v.intrinsics, v.R_cam_particle, v.t_cam_particle) for v in self.calibrated]
         if not self.has_exact_hull:
             return tuple(cast_convex(self.convex_vertices, *view) for view in views)
-        mesh = casting_mesh(self.casting_hull)
-        return tuple(cast_outline(mesh, *view, finer=FINER_IN_VIEWS) for view in views)
+        return tuple(cast_outline(self.casting_mesh, *view, finer=FINER_IN_VIEWS) for view in views)
 
     @property
     def has_exact_hull(self) -> bool:

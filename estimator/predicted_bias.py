@@ -88,6 +88,6 @@ def _likeness_effect(like: Silhouettes, seen: Silhouettes) -> Array:
 def _cast_in_sightings(task: FitTask, particle: Particle, flight: Flight, flown: FlightPoses) -> list[Array]:
     placed = particle_poses(flight, flown, task.sightings)
     if particle.has_exact_hull:
-        return cast_outlines(task, placed, particle.casting_hull)
+        return cast_outlines(task, placed, particle.casting_mesh)
     cameras = [task.sightings.cameras[int(c)].intrinsics for c in task.sightings.camera]
     return [cast_convex(particle.convex_vertices, camera, R, t) for camera, R, t in zip(cameras, placed.R, placed.t, strict=True)]

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from datasets.recipes.recipe import MotionRecipe, ParticleRecipe, Recipe, RigRecipe
 from estimator.configuration import Configuration
 from estimator.fitting.model_errors import seen_outlines
-from estimator.geometry.outline_shape import DEPTHS_PX, as_of_a_hull, hollow_share, outline_shape
+from estimator.geometry.hollows import hollow_share
+from estimator.geometry.outline_shape import DEPTHS_PX, as_of_a_hull, outline_shape
 from estimator.registration import register
 from scripts.study_pages import LARGEST_SEED, body_study_arguments, write_body_study
 from synth.sequence import build_silhouette_sequence
@@ -34,7 +35,7 @@ def body_row(family: str, irregularity: float, seed: int) -> dict[str, Any]:
     exact, _ = build_silhouette_sequence(quiet, 0)
     registered = register([build_silhouette_sequence(recipe, 0)[0]], Configuration())
     (sequence,), (flight,), (particle,) = registered.campaign.sequences, registered.start.flights, registered.particles
-    outlines = seen_outlines(sequence.task, flight, particle.casting_hull)
+    outlines = seen_outlines(sequence.task, flight, particle.casting_mesh)
     hull = outline_shape(outlines)
     true = outline_shape([exact.recordings[0][int(k)].points_px for k in sequence.task.sightings.frame]).leak[..., DEPTH]
     said, drawn = hull.leak[..., DEPTH], as_of_a_hull(hull, outlines).leak[..., DEPTH]

@@ -18,7 +18,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from datasets.errors import InputError
+from datasets.errors import InputError, TumbleError
 from estimator.contact.constants import require_friction, require_restitution
 from estimator.contact.sliding_kernel import STRONGE, follow_many
 from estimator.contact_validation.contacts import Contacts, nominal
@@ -107,7 +107,7 @@ def _sprung(K: Array, u: Array, e: Array, friction: float, stiffness: float) -> 
     after = np.asarray(spring_many(K, u, e, friction, stiffness))
     unending = np.flatnonzero(~np.isfinite(after).all(axis=1))
     if unending.size:
-        raise ArithmeticError(
+        raise TumbleError(
             f"contact {unending[0]} on springs of {stiffness:g}, friction {friction:g}, restitution {e[unending[0]]:g}: "
             f"expected that it parts within {MOST_STEPS} steps; it did not."
         )

@@ -16,12 +16,11 @@ from estimator.effects.model import Model, overrides
 from estimator.fitting.prediction import Prediction, predict
 from estimator.fitting.rim import Rim
 from estimator.fitting.trajectory import OUTWARD, FitTask, body_normals, particle_poses
-from estimator.geometry.cast_outline import cast_outline, casting_mesh
+from estimator.geometry.cast_outline import CastingMesh, cast_outline
 from estimator.geometry.epipolar_tangency import PoseSet, TangencyErrors, tangency_errors
 from estimator.geometry.outline_bias import without_bias
 from estimator.geometry.outline_shape import OutlineShape
 from estimator.geometry.silhouettes import Silhouettes
-from estimator.geometry.visual_hull import HullMesh
 from estimator.motion.flight import N_PARAMETERS, OFFSET, Flight, poses
 
 Array = NDArray[np.float64]
@@ -77,17 +76,16 @@ class ModelErrors:
         return np.repeat(self.tangency.valid[:, :, None], 2, axis=2)
 
 
-def seen_outlines(task: FitTask, flight: Flight, mesh: HullMesh) -> list[Array]:
+def seen_outlines(task: FitTask, flight: Flight, mesh: CastingMesh) -> list[Array]:
     """Outlines (px) that a body's ``mesh``, particle frame, would cast under a free flight, hollows included."""
     placed = particle_poses(flight, poses(flight, np.zeros((1, N_PARAMETERS)), task.sightings.times_s), task.sightings)
     return cast_outlines(task, placed, mesh)
 
 
-def cast_outlines(task: FitTask, placed: PoseSet, mesh: HullMesh) -> list[Array]:
+def cast_outlines(task: FitTask, placed: PoseSet, mesh: CastingMesh) -> list[Array]:
     """Those that it would cast at poses of the sightings."""
-    casting = casting_mesh(mesh)
     cameras = [task.sightings.cameras[int(c)].intrinsics for c in task.sightings.camera]
-    return [cast_outline(casting, camera, R, t) for camera, R, t in zip(cameras, placed.R, placed.t, strict=True)]
+    return [cast_outline(mesh, camera, R, t) for camera, R, t in zip(cameras, placed.R, placed.t, strict=True)]
 
 
 def model_errors(sequence: SequenceTask, flight: Flight, model: Model, theta: Array) -> ModelErrors:

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize_scalar
+from scipy.optimize import brentq, minimize_scalar
 from scipy.stats import chi2
 
 from estimator.fitting.composite_likelihood import WeighedFrames, sighting
@@ -23,6 +23,8 @@ DIFFERENCE_VARIANCE = 3.9
 """Variance of a mean of N squared, overlapping second differences of white noise, times N: 2 (1 + 2 (16/36 + 1/36))."""
 DIFFERENCE_GAIN = 6.0
 """Variance of a second difference over that of what is differenced: 1 + 4 + 1."""
+WIDEST = 8.0
+"""Logarithm of how far from the median noise of differences a jitter is looked for."""
 
 
 @dataclass(frozen=True)
@@ -117,10 +119,31 @@ def jitter_test(shifts: Sequence[TimeShifts]) -> JitterTest:
     return JitterTest(sigma, error, p, gain)
 
 
-def difference_information(shifts: Sequence[TimeShifts]) -> float:
-    """Information (s⁻⁴) of :func:`jitter_test` on the variance of jitter, where that is small against the shifts' noise."""
+def jitter_found_with(shifts: Sequence[TimeShifts], p: float, probability: float) -> float:
+    """Jitter (s) of which :func:`jitter_test` gives a p-value below ``p`` with a ``probability``; infinite where shifts say nothing."""
     noises = np.concatenate([_differences(each.tau_s, each.noise)[1] for each in calibrated(shifts)])
-    return float(np.sum((DIFFERENCE_GAIN / noises) ** 2)) / DIFFERENCE_VARIANCE
+    if not len(noises):
+        return float("inf")
+
+    def missed(logarithm: float) -> float:
+        return probability - _found_share(noises, np.exp(2.0 * logarithm), p)
+
+    middle = 0.5 * np.log(float(np.median(noises)))
+    return float(np.exp(brentq(missed, middle - WIDEST, middle + WIDEST)))
+
+
+def _found_share(noises: Array, jitter: float, p: float) -> float:
+    """How often a jitter of the variance ``jitter`` (s²) passes the level ``p``, the weighted mean of ratios a scaled chi-squared again."""
+    weights, growth = 1.0 / noises, 1.0 + DIFFERENCE_GAIN * jitter / noises
+    freedom = _freedom(weights)
+    threshold = float(chi2.isf(p, freedom)) / freedom
+    mean, freedom = float(weights @ growth / weights.sum()), _freedom(weights * growth)
+    return float(chi2.sf(freedom * threshold / mean, freedom))
+
+
+def _freedom(weights: Array) -> float:
+    """Degrees of freedom of a chi-squared that varies as a weighted sum of squared second differences does [Satterthwaite 1946]."""
+    return 2.0 * float(weights.sum() ** 2 / (weights @ weights)) / DIFFERENCE_VARIANCE
 
 
 def _excess_p(ratios: Array, weights: Array) -> float:
@@ -130,7 +153,7 @@ def _excess_p(ratios: Array, weights: Array) -> float:
     chi-squared of as many degrees of freedom as give its variance [Satterthwaite 1946].
     """
     mean = float(weights @ ratios / weights.sum())
-    freedom = 2.0 * float(weights.sum() ** 2 / (weights @ weights)) / DIFFERENCE_VARIANCE
+    freedom = _freedom(weights)
     return float(chi2.sf(freedom * mean, freedom))
 
 

@@ -16,13 +16,12 @@ import numpy as np
 import shapely
 from jaxtyping import Float
 from numpy.typing import NDArray
-from scipy.signal import savgol_filter
 
 from datasets.errors import InputError
 from datasets.observation import CalibratedView
 from datasets.vocabulary.outline import Outline
 from estimator.geometry.closed_curves import largest_part
-from estimator.geometry.tangent_hull import WINDOW, evenly_spaced
+from estimator.geometry.tangent_hull import smoothed
 from estimator.geometry.visual_hull import HullMesh, bounding_ball
 
 Array = NDArray[np.float64]
@@ -50,9 +49,7 @@ def exact_hull(outlines: Sequence[Outline], views: Sequence[CalibratedView], *, 
 
 def _drawn(outline: Outline, tolerance_px: float) -> Float[NDArray[np.float64], "n 2"]:
     """The outline's corners (px) once smoothed and simplified."""
-    samples = evenly_spaced(outline.points_px)
-    smooth = savgol_filter(samples, min(WINDOW, len(samples) // 4 * 2 + 1), 2, axis=0, mode="wrap")
-    polygon = largest_part(shapely.make_valid(shapely.Polygon(smooth)).simplify(tolerance_px))
+    polygon = largest_part(shapely.make_valid(shapely.Polygon(smoothed(outline.points_px))).simplify(tolerance_px))
     return np.asarray(shapely.get_coordinates(polygon.exterior)[:-1])
 
 

@@ -12,13 +12,15 @@ its sides move by ``d`` and their intersection by ``d / cos(phi / 2)`` [Serra 19
 corners, and all its tangents move by ``d``; smoothing no longer cuts what it cut, and as seen they move by more.
 
 Light that leaks through facets along the line of sight moves each point of an outline by its own depth, ``d f / (1 + f)`` with the
-flatness ``f`` of the catalogue (``rim_light_leak``): those points are moved, loops cut off, and what the tangents recede is tabled.
+flatness ``f`` of the catalogue (``rim_light_leak``): those points are moved, loops and what has turned inside out cut off [offsetting by
+winding numbers, Chen and McMains 2005], and what the tangents recede is tabled.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 
 import cv2
+import manifold3d
 import numpy as np
 import shapely
 from contourpy import LineType, contour_generator
@@ -29,6 +31,7 @@ from scipy.spatial import ConvexHull
 from datasets.vocabulary.effects import FLATNESS_HALF_ANGLE_DEG, FLATNESS_REACH_PX
 from estimator.geometry.closed_curves import largest_part, resampled, unit_circle
 from estimator.geometry.coverage import coverage
+from estimator.geometry.hollows import hollow_share
 from estimator.geometry.outline_bias import seen_support
 from estimator.geometry.outline_smear import LEVELS, smear_losses
 from estimator.geometry.tangent_hull import MINIMUM_POINTS
@@ -64,11 +67,10 @@ HALF_ANGLE = np.radians(FLATNESS_HALF_ANGLE_DEG)
 
 @dataclass(frozen=True)
 class Sampling:
-    """How n outlines are seen: ``noise_px`` of their points, how many ``samples`` (n,) each has, and ``spacing_px`` of those."""
+    """How n outlines are seen: ``noise_px`` of their points, and how many ``samples`` (n,) each has."""
 
     noise_px: float
     samples: Index
-    spacing_px: float
 
 
 @dataclass(frozen=True)
@@ -128,15 +130,6 @@ def as_of_a_hull(shape: OutlineShape, polygons: Sequence[Array]) -> OutlineShape
     return replace(shape, leak=mean + reliable * (shape.leak - mean))
 
 
-def hollow_share(polygons: Sequence[Array]) -> float:
-    """Mean share of the outlines' convex hulls that they leave empty; those of fewer than three corners do not count."""
-    whole = [polygon for polygon in polygons if len(polygon) >= MINIMUM_VERTICES]
-    if not whole:
-        return 0.0
-    filled = shapely.polygons([shapely.linearrings(polygon) for polygon in whole])
-    return float(1.0 - np.mean(shapely.area(filled) / np.maximum(shapely.area(shapely.convex_hull(filled)), 1e-9)))
-
-
 def outline_shape(
     polygons: Sequence[Array], motions: Array | None = None, flat: Sequence[Array] | None = None, sampling: Sampling | None = None
 ) -> OutlineShape:
@@ -169,16 +162,15 @@ def outline_shape(
     return shape
 
 
-def perimeter(points: Array) -> float:
-    """Length (px) of a closed polygon."""
-    return float(_edges(points)[0].sum())
-
-
 def _positive(points: Array) -> Array:
     """The same polygon, counted from the x axis towards the y axis."""
+    return points if _area(points) > 0 else points[::-1]
+
+
+def _area(points: Array) -> float:
+    """Of a closed polygon (v, 2); negative where it is counted the other way round."""
     after = np.roll(points, -1, axis=0)
-    area = float(np.sum(points[:, 0] * after[:, 1] - points[:, 1] * after[:, 0]))
-    return points if area > 0 else points[::-1]
+    return 0.5 * float(np.sum(points[:, 0] * after[:, 1] - points[:, 1] * after[:, 0]))
 
 
 def outward() -> Array:
@@ -201,7 +193,10 @@ def _radii(points: Array) -> Array:
 
 @dataclass(frozen=True)
 class _Look:
-    """How far curves (v, 2) px reach along the tabled directions (A,): as they are, or as outline ``number`` of a ``sampling`` is seen."""
+    """How far curves (v, 2) px reach along the tabled directions (A,): as they are, or as outline ``number`` of a ``sampling`` is seen.
+
+    All have the samples of the outline that was seen, as its predicted bias has; so an effect of nothing moves nothing.
+    """
 
     sampling: Sampling | None
     number: int
@@ -211,24 +206,19 @@ class _Look:
         """Whether the outline was sampled at all."""
         return self.sampling is not None and self.sampling.samples[self.number] >= MINIMUM_POINTS
 
-    def sharp(self, curve: Array) -> Array:
-        """Noisy and smoothed, the outline that the body casts, with as many samples as were seen: those of what an effect made of it."""
-        return self._seen(curve, None if self.sampling is None else int(self.sampling.samples[self.number]))
-
     def noisy(self, curve: Array) -> Array:
-        """Noisy and smoothed."""
-        return self._seen(curve, None)
+        """Noisy and smoothed; the same noise along all curves that start at about the same point."""
+        noise_px = 0.0 if self.sampling is None else self.sampling.noise_px
+        return self._seen(curve, noise_px, SEEN_PAIRS)
 
     def smooth(self, curve: Array) -> Array:
-        """Smoothed alone: of curves that differ by little, the noise is the same."""
-        return self._seen(curve, None, noise=False)
+        """Smoothed, without the noise, which moves curves alike that differ by little."""
+        return self._seen(curve, 0.0, SMOOTH_PHASES)
 
-    def _seen(self, curve: Array, samples: int | None, *, noise: bool = True) -> Array:
+    def _seen(self, curve: Array, noise_px: float, draws: int) -> Array:
         if self.sampling is None or not self.sampled:
             return np.asarray((curve @ outward().T).max(axis=0))
-        count = samples or max(MINIMUM_POINTS, round(perimeter(curve) / self.sampling.spacing_px))
-        noise_px, draws = (self.sampling.noise_px, SEEN_PAIRS) if noise else (0.0, SMOOTH_PHASES)
-        return seen_support(curve, noise_px, count, outward(), pairs=draws, seed=self.number)
+        return seen_support(curve, noise_px, int(self.sampling.samples[self.number]), outward(), pairs=draws, seed=self.number)
 
 
 def _recession(points: Array, look: _Look) -> tuple[Array, Array]:
@@ -237,14 +227,19 @@ def _recession(points: Array, look: _Look) -> tuple[Array, Array]:
     Where all that is left is less than a half, the last one's.
     """
     u, drawing = outward(), _drawing(points)
-    reach, sharp = look.sharp(points), (points @ u.T).max(axis=0)
+    reach, sharp = look.noisy(points), (points @ u.T).max(axis=0)
     ratio, sharpness = np.zeros((ANGLES, len(BLURS_PX))), np.zeros(ANGLES)
     for i, blur_px in enumerate(BLURS_PX):
         contour = _half_level(drawing, blur_px)
-        ratio[:, i] = (reach - look.noisy(contour)) / blur_px if len(contour) else ratio[:, i - 1]
+        ratio[:, i] = (reach - look.noisy(_from_start(contour, points[0]))) / blur_px if len(contour) else ratio[:, i - 1]
         if blur_px == SHARP_BLUR_PX and len(contour):
             sharpness = (sharp - (contour @ u.T).max(axis=0)) / SHARP_BLUR_PX**2
     return sharpness, ratio
+
+
+def _from_start(curve: Array, start: Array) -> Array:
+    """The closed curve (v, 2) from its point nearest to ``start`` (2,) on."""
+    return np.roll(curve, -int(np.argmin(np.sum((curve - start) ** 2, axis=1))), axis=0)
 
 
 def _half_level(drawing: tuple[NDArray[np.float32], Array], blur_px: float) -> Array:
@@ -310,12 +305,12 @@ def _leak(points: Array, look: _Look) -> Array:
     moved = even - (DEPTHS_PX[:, None] * (flatness / (1.0 + flatness)))[..., None] * normal
     reach = look.smooth(points)
     ratio = np.ones((ANGLES, len(DEPTHS_PX)))
-    for i, left in enumerate(shapely.make_valid(shapely.polygons(moved), method="structure", keep_collapsed=False)):
-        parts = shapely.get_parts(left)
-        if len(parts) == 0:
+    for i, ring in enumerate(moved):
+        left = manifold3d.CrossSection([ring], manifold3d.FillRule.Positive).to_polygons()
+        if not left:
             ratio[:, i:] = ratio[:, max(i - 1, 0)][:, None]
             break
-        ratio[:, i] = (reach - look.smooth(_rim(left))) / DEPTHS_PX[i]
+        ratio[:, i] = (reach - look.smooth(np.asarray(max(left, key=_area), dtype=np.float64))) / DEPTHS_PX[i]
     return ratio
 
 

@@ -72,7 +72,7 @@ def tangent_hull(points_px: Float[NDArray[np.float64], "n 2"], *, window: int = 
         return _empty()
     window = min(window, len(samples) // 4 * 2 + 1)
     smooth = savgol_filter(samples, window, 2, axis=0, mode="wrap")
-    normal = _normals(smooth)
+    normal = normals(smooth)
     noise = _point_noise(samples - smooth, normal, window)
     rows = np.sort(ConvexHull(smooth).vertices)
     return _with_noise(smooth[rows], noise, window, len(samples))
@@ -93,11 +93,17 @@ def degraded_hull(points_px: Float[NDArray[np.float64], "n 2"], likeness: Likene
     spacing = likeness.spacing_px
     window = min(_odd(WINDOW * max(1.0, spacing)), len(fine) // 4 * 2 + 1)
     smooth = savgol_filter(fine, window, 2, axis=0, mode="wrap")
-    normal = _normals(smooth)
+    normal = normals(smooth)
     noise = _point_noise(fine - smooth, normal, window)
     extra = np.sqrt(max(likeness.noise_px**2 - noise**2, 0.0))
     mean = _mean_support_points(fine, spacing, extra, likeness, rng)
     return _with_noise(mean, noise, window, len(fine))
+
+
+def smoothed(points_px: Float[NDArray[np.float64], "n 2"]) -> Float[NDArray[np.float64], "m 2"]:
+    """A closed outline (px) of :data:`MINIMUM_POINTS` samples at least, smoothed as its tangents are, with its hollows."""
+    samples = evenly_spaced(points_px)
+    return np.asarray(savgol_filter(samples, min(WINDOW, len(samples) // 4 * 2 + 1), 2, axis=0, mode="wrap"))
 
 
 def _mean_support_points(fine: Array, spacing: float, extra_px: float, likeness: Likeness, rng: np.random.Generator) -> Array:
@@ -110,7 +116,7 @@ def _mean_support_points(fine: Array, spacing: float, extra_px: float, likeness:
         low = where.astype(np.int64)
         share = (where - low)[:, None]
         coarse = (1.0 - share) * fine[low % len(fine)] + share * fine[(low + 1) % len(fine)]
-        noisy = coarse + _normals(coarse) * (extra_px * rng.standard_normal((count, 1)))
+        noisy = coarse + normals(coarse) * (extra_px * rng.standard_normal((count, 1)))
         smooth = savgol_filter(noisy, min(WINDOW, count // 4 * 2 + 1), 2, axis=0, mode="wrap")
         total += smooth[np.argmax(smooth @ outward.T, axis=0)]
     return np.asarray(total / likeness.draws)
@@ -154,7 +160,7 @@ def evenly_spaced(points: Array) -> Array:
     return resampled(points, SPACING_PX, fewest=3)
 
 
-def _normals(smooth: Array) -> Array:
+def normals(smooth: Array) -> Array:
     """Unit normals (n, 2) of a closed curve, outwards for positive orientation."""
     tangent = np.roll(smooth, -1, axis=0) - np.roll(smooth, 1, axis=0)
     normal = np.column_stack([tangent[:, 1], -tangent[:, 0]])

@@ -25,6 +25,7 @@ from estimator.fitting.pose_refinement import Views
 from estimator.fitting.prediction import predict
 from estimator.fitting.rim import rim_of
 from estimator.fitting.trajectory import FitTask, Prior, Sightings
+from estimator.geometry.cast_outline import casting_mesh
 from estimator.geometry.outline_shape import outline_shape
 from estimator.geometry.visual_hull import HullMesh
 from estimator.motion.flight import Flight
@@ -135,7 +136,7 @@ def task_of(sequence: Made) -> SequenceTask:
     flight, setting = true_flight(sequence, 0.0), setting_of(sequence)
     made = SequenceTask("exact", task, setting, rim_of(vertices), outline_shape([]))
     prediction = predict(flight, Model(), np.zeros(0), setting, sightings.times_s)
-    _, shape = shape_at(made, flight, prediction, HullMesh(plan.view_vertices, plan.faces))
+    _, shape = shape_at(made, flight, prediction, casting_mesh(HullMesh(plan.view_vertices, plan.faces)))
     return replace(made, shape=shape)
 
 

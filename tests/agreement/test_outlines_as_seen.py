@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from estimator.geometry.outline_bias import bias_curves, outward_directions
-from estimator.geometry.outline_shape import BLURS_PX, DEPTHS_PX, Sampling, outline_shape
+from estimator.geometry.outline_shape import ANGLES, BLURS_PX, DEPTHS_PX, OutlineShape, Sampling, outline_shape
 from synth.effects.displacement import parallel_curve
 from synth.frame_outlines import frame_outlines
 from synth.sequence import plan_sequence
@@ -31,10 +31,15 @@ def samples(curve: Array) -> int:
     return round(float(np.linalg.norm(np.roll(curve, -1, axis=0) - curve, axis=1).sum()) / SPACING_PX)
 
 
-def seen(curve: Array) -> Array:
-    """Mean support of the outline as it is seen."""
-    bias = bias_curves([curve], NOISE_PX, np.array([samples(curve)]), pairs=PAIRS, rng=np.random.default_rng(1))[0]
+def seen(curve: Array, count: int) -> Array:
+    """Mean support of the outline as it is seen with ``count`` samples."""
+    bias = bias_curves([curve], NOISE_PX, np.array([count]), pairs=PAIRS, rng=np.random.default_rng(1))[0]
     return np.asarray((curve @ U.T).max(axis=0) + bias)
+
+
+def tables(curve: Array, count: int) -> tuple[OutlineShape, OutlineShape]:
+    """Of the outline as it is seen, and as it is."""
+    return outline_shape([curve], sampling=Sampling(NOISE_PX, np.array([count]))), outline_shape([curve])
 
 
 def of_nature(curve: Array, blur_px: float) -> Array:
@@ -45,9 +50,10 @@ def of_nature(curve: Array, blur_px: float) -> Array:
 @pytest.mark.parametrize("blur_px", [0.5, 0.85, 1.4, 2.4, 4.0])
 def test_what_is_seen_of_a_blurred_spike_is_the_bias_of_the_sharp_one_and_the_table(rings: list[Array], blur_px: float) -> None:
     for ring in rings:
-        shape = outline_shape([ring], sampling=Sampling(NOISE_PX, np.array([samples(ring)]), SPACING_PX))
-        plain = outline_shape([ring])
-        sharp, there = seen(ring), seen(of_nature(ring, blur_px))
+        there = of_nature(ring, blur_px)
+        count = samples(there)
+        shape, plain = tables(ring, count)
+        sharp, there = seen(ring, count), seen(there, count)
         left = [sharp - receding(table.recession[0], blur_px) - there for table in (shape, plain)]
         assert abs(left[0].mean()) < 0.03
         assert np.sqrt(np.mean(left[0] ** 2)) < 0.06
@@ -59,11 +65,11 @@ def test_what_is_seen_of_a_moved_outline_is_the_bias_of_the_sharp_one_and_the_ta
     """A spike drawn too wide is round, and no longer cut."""
     left = []
     for ring in rings:
-        shape = outline_shape([ring], sampling=Sampling(NOISE_PX, np.array([samples(ring)]), SPACING_PX))
-        plain = outline_shape([ring])
-        there = seen(parallel_curve(ring, offset_px))
-        tables = [(each.erosion if offset_px < 0.0 else each.dilation)[0] for each in (shape, plain)]
-        left.append([seen(ring) + np.sign(offset_px) * receding(table, abs(offset_px), DEPTHS_PX) - there for table in tables])
+        there = parallel_curve(ring, offset_px)
+        count = samples(there)
+        moved = [(each.erosion if offset_px < 0.0 else each.dilation)[0] for each in tables(ring, count)]
+        sharp, there = seen(ring, count), seen(there, count)
+        left.append([sharp + np.sign(offset_px) * receding(table, abs(offset_px), DEPTHS_PX) - there for table in moved])
     as_seen, as_it_is = np.moveaxis(np.array(left), 1, 0)
     assert abs(as_seen.mean()) < 0.02
     assert np.sqrt(np.mean(as_seen**2)) < 0.05
@@ -76,3 +82,18 @@ def receding(table: Array, at_px: float, knots_px: Array = BLURS_PX) -> Array:
     at = np.array([np.interp(place, np.arange(len(knots_px)), row) for row in table])
     angle = np.linspace(0.0, 2.0 * np.pi, len(at) + 1)
     return np.asarray(at_px * np.interp(np.linspace(0.0, 2.0 * np.pi, len(U), endpoint=False), angle, np.append(at, at[0])))
+
+
+@pytest.mark.parametrize("dense", [0.8, 1.0, 1.25])
+def test_a_small_blur_of_a_smooth_outline_is_told_from_noise_and_from_the_number_of_its_samples(dense: float) -> None:
+    """``s² / (2 rho)`` along an ellipse, whatever the draws of noise and however dense the samples."""
+    angle = 2.0 * np.pi * np.arange(720) / 720
+    ellipse = np.column_stack([20.0 * np.cos(angle), 15.0 * np.sin(angle)])
+    shape = outline_shape([ellipse], sampling=Sampling(NOISE_PX, np.array([round(dense * samples(ellipse))])))
+    towards = 2.0 * np.pi * np.arange(ANGLES) / ANGLES
+    reach = np.hypot(20.0 * np.cos(towards), 15.0 * np.sin(towards))
+    radius_px = (20.0 * 15.0) ** 2 / reach**3
+    for number, blur_px in enumerate(BLURS_PX[BLURS_PX <= 2.0]):
+        left = blur_px * shape.recession[0, :, number] - blur_px**2 / (2.0 * radius_px)
+        assert abs(left.mean()) < 0.005
+        assert left.std() < 0.02

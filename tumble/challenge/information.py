@@ -6,15 +6,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.vocabulary.effects import EFFECTS
+from estimator.diagnosis.refits import Rules
 from estimator.diagnosis.score_tests import ScoreTest
+from estimator.effects.choosing import catalogue
 from estimator.effects.defocus_growth import SMALLEST
 from estimator.fitting.campaign import Campaign, CampaignFit
 from estimator.fitting.stable_inverse import stable_inverse
-from estimator.fitting.time_shifts import difference_information
+from estimator.fitting.time_shifts import jitter_found_with
+from tumble.challenge.limits import noncentrality
 
 Array = NDArray[np.float64]
 POWERS = {"defocus_growth": 2, "trigger_jitter": 2}
 """Effects whose pictures change with the square of their size."""
+FOUND = 0.95
 
 
 def information_of(test: ScoreTest) -> Array:
@@ -41,11 +45,12 @@ def _unit_change(key: str) -> float:
 def jitter_information(campaign: Campaign, fit: CampaignFit) -> Array:
     """Information (1, 1) on the square of the standard deviation of the frames' times (s^-4), as the test has it.
 
-    A squared second difference of variance ``6 tau²`` gains ``6 sigma²`` by jitter, and the test's weighted mean of their ratios has the
-    variance :data:`estimator.fitting.time_shifts.DIFFERENCE_VARIANCE` of white noise.
+    A weighted mean of squares has heavier tails than what the table's effects are tested by, and spreads the wider the more jitter there
+    is: kept is the information that a table needs to have the test's own limit at 95%.
     """
     shifts = [campaign.kind.time_shifts(campaign, i, each) for i, each in enumerate(fit.equations)]
-    return np.array([[difference_information(shifts)]])
+    level = Rules().alpha / len(catalogue())
+    return np.array([[noncentrality(level, 1, FOUND) / jitter_found_with(shifts, level, FOUND) ** 4]])
 
 
 def all_information(campaign: Campaign, fit: CampaignFit, tests: Sequence[ScoreTest]) -> dict[str, Array]:

@@ -1,8 +1,9 @@
 """Makes the table of detection limits from campaigns of its own, one per item.
 
 Controls say what is known of every effect where it is small. Of an effect that has to be large to be seen they do not: a focal length that
-is half the stated one shrinks the picture, and flights fitted without it fly twice as far away. What is known of such effects is measured
-in campaigns that have them. What is outside of the catalogue is measured by what the catalogue leaves of it.
+is half the stated one shrinks the picture, and flights fitted without it fly twice as far away. Such effects are measured in campaigns that
+have them, by the statistic of their own test: information at a fit that misses by so much would be that of a wrong model. What is outside
+of the catalogue is measured by what the catalogue leaves of it.
 """
 
 import json
@@ -15,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from datasets.atomic_files import written_whole
+from datasets.errors import InputError
 from datasets.recipes.recipe import EffectRecipe
 from datasets.vocabulary.effects import EFFECTS, Scope
 from estimator.configuration import Configuration
@@ -60,7 +62,7 @@ def development_outside(shape: Shape, each: int, seed: int) -> tuple[Case, ...]:
 
 
 LARGE = ("focal_length", "principal_point")
-"""Effects of which the limits of controls come out a good part of the largest size that nature is given."""
+"""Effects of which the limits of controls come out a good part of the largest size that nature is given; sizes of each are of one unit."""
 SMALLEST_SHARE = 0.4
 """Sizes in campaigns that have them, log-uniform from this share of the largest one on."""
 
@@ -96,8 +98,11 @@ def measure_item(payload: dict[str, Any]) -> dict[str, Any]:
     campaign, fit = following(campaign, fit_campaign(campaign, start_with(registered.start, model.size), model))
     tests, scores = score_tests(campaign, fit, Candidates.of(campaign, catalogue().values()))
     if case.kind == "single":
-        information = all_information(campaign, fit, tests)
-        found: dict[str, Any] = {"large": case.keys[0], "information": {key: information[key].tolist() for key in case.keys}}
+        (effect,) = case.recipe.effects
+        sizes = np.array([effect.values[name] for name in EFFECTS[effect.key].sizes], dtype=np.float64)
+        statistic = next(test.statistic for test in tests if test.effect.entry.key == effect.key)
+        strength = _strength(statistic, sizes.size) / float(sizes @ sizes)
+        found: dict[str, Any] = {"large": effect.key, "information": {effect.key: (strength * np.eye(sizes.size)).tolist()}}
     elif case.keys:
         left, columns = left_by_shared(scores, tests)
         found = {"outside": case.keys[0], "left": left, "columns": columns}
@@ -125,6 +130,9 @@ def table_of(products: Sequence[Path], shape: Shape, seed: int) -> LimitTable:
     written = [json.loads(path.read_text(encoding="utf-8")) for path in products]
     found = [each["information"] for each in written if "information" in each and "large" not in each]
     large = {key: [each["information"] for each in written if each.get("large") == key] for key in LARGE}
+    if any(large.values()) and not all(large.values()):
+        failed = ", ".join(key for key, each in large.items() if not each)
+        raise InputError(f"campaigns with large effects: expected some that could be measured for each effect, came none for {failed}.")
     times = np.arange(shape.frames) / 4000.0
     setting = Setting(times, 0.0, np.zeros(3), np.ones(3))
     effects = {}
@@ -142,9 +150,14 @@ def table_of(products: Sequence[Path], shape: Shape, seed: int) -> LimitTable:
     return LimitTable(Rules().alpha, len(catalogue()), described, effects, {key: each for key, each in outside.items() if each.strength})
 
 
+def _strength(statistic: float, degrees: int) -> float:
+    """Noncentrality that a chi-squared statistic shows: what it is above chance, at least chance's standard deviation."""
+    return float(max(statistic - degrees, np.sqrt(2.0 * degrees)))
+
+
 def _outside(found: Sequence[dict[str, Any]]) -> OutsideInformation:
-    """Strength of one kind: what was left of it above chance, at least chance's standard deviation, over its size squared."""
+    """Strength of one kind: noncentrality of what was left of it over its size squared."""
     key = str(found[0]["outside"]) if found else ""
     size, unit = SIZE.get(key, (1.0, ""))
-    strength = tuple(max(float(each["left"]) - int(each["columns"]), np.sqrt(2.0 * int(each["columns"]))) / size**2 for each in found)
+    strength = tuple(_strength(float(each["left"]), int(each["columns"])) / size**2 for each in found)
     return OutsideInformation(key, unit, strength, tuple(int(each["columns"]) for each in found))

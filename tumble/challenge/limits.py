@@ -4,7 +4,7 @@ At the fit of a control the score test of an effect has, for an effect of the si
 ``I`` the inverse of the covariance of its one-step values; it is found where the statistic passes the threshold of the corrected p-value.
 The limit along a direction is the length at which that happens in 95% (50%) of cases [Cox and Hinkley, Theoretical Statistics (1974),
 ch. 9]. Particles and flights differ, so the table keeps ``I`` of every control, and cases are drawn from all of them: the shares of the
-controls are averaged.
+controls are averaged. For effects that only show where they are large, ``I`` is what their test says in campaigns that have them.
 
 What is outside of the catalogue is told from it only by what the best effect that all sequences share leaves of it; its limit is where
 that is found.
@@ -34,9 +34,9 @@ SAME = 1e-9
 
 @dataclass(frozen=True)
 class EffectInformation:
-    """What controls know of one effect.
+    """What controls, or campaigns with an effect that is large, know of it.
 
-    ``parameters`` its sizes; ``information`` [control] (q, q) in the catalogue's units to the power of minus 2 ``power``, of one sequence
+    ``parameters`` its sizes; ``information`` [campaign] (q, q) in the catalogue's units to the power of minus 2 ``power``, of one sequence
     for effects of a sequence, else of the whole campaign; ``tried`` starts of a search; ``power`` of a size that the pictures follow
     linearly (2 for a blur or a spread, whose squares count).
     """

@@ -1,6 +1,7 @@
 """``tumble challenge``: campaigns with something hidden in them, made, solved without knowing, and scored."""
 
 import argparse
+import hashlib
 import json
 import secrets
 import shutil
@@ -112,6 +113,7 @@ def _make(arguments: argparse.Namespace) -> int:
         "sizes": asdict(plan.sizes),
         "effects": list(keys),
         "plausible": plan.plausible,
+        "limits": hashlib.sha256(arguments.limits.read_bytes()).hexdigest(),
     }
     if arguments.force:
         shutil.rmtree(arguments.out / CAMPAIGNS, ignore_errors=True)
@@ -120,6 +122,9 @@ def _make(arguments: argparse.Namespace) -> int:
         outcomes = make_campaigns(draw_cases(plan, seed), arguments.out, jobs=arguments.jobs, quiet=arguments.quiet)
         report_failures(truth, outcomes)
     if not arguments.quiet:
+        beyond = ", ".join(key for key in keys if not can_reach_limit(table, key))
+        if beyond:
+            print(f"not always as large as their 95% limit, since nature has none so large: {beyond}")
         print(f"{len(outcomes)} campaigns are in {arguments.out}\nnext: tumble challenge solve {arguments.out}")
     return exit_code(outcomes)
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from estimator.fitting.time_shifts import TimeShifts, difference_information, held_out_gain, jitter_test, noise_ratio
+from estimator.fitting.time_shifts import TimeShifts, held_out_gain, jitter_found_with, jitter_test, noise_ratio
 
 NOISE_S = 2e-6
 
@@ -67,18 +67,23 @@ def test_other_movements_tell_how_large_noise_is(stated: float) -> None:
     assert noise_ratio([beside_movements(0.0, 3, stated)]) == pytest.approx(max(1.0 / stated, 1.0), rel=0.15)
 
 
-def test_what_the_test_knows_of_jitter_is_how_widely_its_statistic_spreads() -> None:
-    """Information, against shifts drawn with noise alone."""
-    uneven = np.random.default_rng(2).uniform(0.5, 2.0, 300) * NOISE_S**2
-    rng = np.random.default_rng(3)
-    each = TimeShifts(np.zeros(300), 1.0 / uneven, uneven)
-    noises = 6.0 * np.array([np.mean(uneven[i : i + 3] * [1.0, 4.0, 1.0]) / 2.0 for i in range(298)])
-    found = []
-    for _ in range(2000):
-        second = np.diff(rng.normal(0.0, np.sqrt(uneven)), 2)
-        found.append(np.sum((second**2 - noises) / noises**2) / np.sum(6.0 / noises**2))
-    more = 1.0 / difference_information([each]) ** 0.5
-    assert np.std(found) == pytest.approx(more, rel=0.12)
+@pytest.mark.parametrize("spread", [0.0, 0.6])
+@pytest.mark.parametrize("probability", [0.5, 0.95])
+def test_a_jitter_is_found_as_often_as_its_limit_says(spread: float, probability: float) -> None:
+    """In four sequences, of which some may be noisier than others."""
+    rng, level = np.random.default_rng(3), 4e-4
+    noises = [NOISE_S**2 * np.exp(spread * rng.normal()) * np.ones(80) for _ in range(4)]
+
+    def drawn(jitter_s: float) -> list[TimeShifts]:
+        return [TimeShifts(rng.normal(0.0, np.sqrt(noise + jitter_s**2)), 1.0 / noise, noise) for noise in noises]
+
+    limit = jitter_found_with(drawn(0.0), level, probability)
+    found = [jitter_test(drawn(limit)).p < level for _ in range(600)]
+    assert np.mean(found) == pytest.approx(probability, abs=0.06)
+
+
+def test_shifts_that_say_nothing_have_no_limit() -> None:
+    assert jitter_found_with([TimeShifts(np.zeros(2), np.full(2, 1e-150), np.zeros(2))], 1e-3, 0.95) == np.inf
 
 
 @pytest.mark.parametrize("parts", [1, 4])

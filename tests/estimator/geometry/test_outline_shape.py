@@ -1,6 +1,7 @@
 """Shapes of outlines against closed forms: circles, flats and corners."""
 
 import numpy as np
+import pytest
 from scipy.stats import norm
 
 from estimator.geometry.outline_shape import ANGLES, BLURS_PX, outline_shape
@@ -72,3 +73,10 @@ def test_a_spike_recedes_as_its_own_sides_do_and_not_as_its_hull() -> None:
     half = np.arctan2(10.0, 20.0)
     shape = outline_shape([spike])
     np.testing.assert_allclose(shape.erosion[0, tip, :3], 1.0 / np.sin(half), rtol=1e-6)
+
+
+@pytest.mark.parametrize("height_px", [3.0, 5.0, 12.0])
+def test_a_leak_never_widens_a_narrow_outline_however_much_is_lost(height_px: float) -> None:
+    """Once more is lost than there is, an outline moved point by point would have turned inside out."""
+    ring = np.array([[0.0, 0.0], [30.0, 0.0], [30.0, height_px], [0.0, height_px]])
+    assert np.all(outline_shape([ring]).leak > 0.0)

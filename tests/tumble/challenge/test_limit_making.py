@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from datasets.errors import InputError
 from datasets.vocabulary.effects import EFFECTS
 from tumble.challenge.drawing import LARGEST, Shape
 from tumble.challenge.limit_making import LARGE, SMALLEST_SHARE, development_large, table_of
@@ -13,11 +14,13 @@ from tumble.challenge.limit_making import LARGE, SMALLEST_SHARE, development_lar
 SHAPE = Shape(sequences=2, frames=30, views=8)
 
 
-def products(folder: Path, large: int) -> list[Path]:
-    """What two controls and some campaigns with a focal length wrote, which know a hundredth of it."""
+def products(folder: Path, large: int, keys: tuple[str, ...] = LARGE) -> list[Path]:
+    """What two controls and some campaigns with large effects wrote, which know a hundredth of them."""
     small = {key: np.eye(len(EFFECTS[key].sizes)).tolist() for key in EFFECTS}
     written = [{"campaign": f"c{i}", "information": small} for i in range(2)]
-    written += [{"campaign": f"l{i}", "large": "focal_length", "information": {"focal_length": [[0.01]]}} for i in range(large)]
+    for key in keys:
+        known = {key: (0.01 * np.eye(len(EFFECTS[key].sizes))).tolist()}
+        written += [{"campaign": f"{key}{i}", "large": key, "information": known} for i in range(large)]
     paths = [folder / f"{each['campaign']}.json" for each in written]
     for path, each in zip(paths, written, strict=True):
         path.write_text(json.dumps(each))
@@ -28,7 +31,7 @@ def test_effects_that_only_show_where_they_are_large_are_measured_there(tmp_path
     table = table_of(products(tmp_path, large=3), SHAPE, 4)
     assert [float(each[0, 0]) for each in table.effects["focal_length"].information] == [0.01] * 3
     assert len(table.effects["gravity"].information) == 2
-    assert table.campaign["large"] == {"focal_length": 3}
+    assert table.campaign["large"] == {"focal_length": 3, "principal_point": 3}
     assert table.campaign["controls"] == 2
 
 
@@ -36,6 +39,11 @@ def test_without_such_campaigns_the_controls_tell(tmp_path: Path) -> None:
     table = table_of(products(tmp_path, large=0), SHAPE, 4)
     assert len(table.effects["focal_length"].information) == 2
     assert table.campaign["large"] == {}
+
+
+def test_an_effect_whose_campaigns_all_failed_is_named(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="principal_point"):
+        table_of(products(tmp_path, large=2, keys=("focal_length",)), SHAPE, 4)
 
 
 @pytest.mark.parametrize("key", LARGE)
