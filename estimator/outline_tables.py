@@ -52,7 +52,8 @@ class OutlineTables:
         task = replace(sequence.task, views=self.likeness, bias=None)
         rng = np.random.default_rng(self.seed)
         there = outlines if self.particle.has_exact_hull else None
-        task = with_bias_at(task, self.particle, (flight, prediction.poses), pairs=self.pairs, rng=rng, cast_there=there)
+        motion = (flight, prediction.poses)
+        task = with_bias_at(task, self.particle, motion, pairs=self.pairs, rng=rng, cast_there=there, known=sequence.task.bias)
         shape = as_of_a_hull(shape, outlines)
         return replace(sequence, task=task, shape=shape, made_at=placed.R, hollow=hollow_share(outlines))
 

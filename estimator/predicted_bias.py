@@ -11,7 +11,7 @@ comes out near one; hollows that no view looks into lower it.
 Not used where the views are coarser than the camera, or outlines come from pictures, whose blur is not described.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +20,7 @@ from estimator.fitting.model_errors import cast_outlines
 from estimator.fitting.pose_refinement import Views
 from estimator.fitting.trajectory import FitTask, particle_poses
 from estimator.geometry.cast_outline import cast_convex
-from estimator.geometry.outline_bias import OutlineBias, bias_curves, supports
+from estimator.geometry.outline_bias import DIRECTIONS, Calibration, OutlineBias, bias_curves, supports
 from estimator.geometry.silhouettes import Silhouettes
 from estimator.motion.flight import N_PARAMETERS, Flight, FlightPoses, poses
 from estimator.particle import Particle, hsv_spacing
@@ -28,14 +28,6 @@ from estimator.particle import Particle, hsv_spacing
 Array = NDArray[np.float64]
 LEAST_SPREAD_PX = 0.005
 """Predictions that differ by less over views and directions (a sphere's) say nothing of a slope."""
-
-
-@dataclass(frozen=True)
-class Calibration:
-    """A sighting's bias (px) is ``level + slope`` times the prediction."""
-
-    level: float
-    slope: float
 
 
 def with_predicted_bias(task: FitTask, particle: Particle, flight: Flight, *, pairs: int, rng: np.random.Generator) -> FitTask:
@@ -52,23 +44,34 @@ def with_bias_at(
     pairs: int,
     rng: np.random.Generator,
     cast_there: list[Array] | None = None,
+    known: OutlineBias | None = None,
 ) -> FitTask:
-    """The same at given poses, of the body of the flight beside them; ``cast_there``: outlines (v, 2) px of its exact hull there."""
+    """The same at given poses, of the body of the flight beside them.
+
+    ``cast_there``: outlines (v, 2) px that the body's casting hull has there; ``known``: this task's bias under another flight, whose part
+    for the views holds under any.
+    """
     first = task.sightings.silhouettes
     spacing = hsv_spacing(particle, first)
     if pairs == 0 or spacing.min() <= 1.0:
         return task
     noise = float(np.median(first.noise_px[first.samples > 0]))
+    for_views, for_sightings = rng.spawn(2)
+    of_views = known or _of_views(task, particle, spacing, noise_px=noise, pairs=pairs, rng=for_views)
+    there = _cast_in_sightings(task, particle, *motion) if cast_there is None else cast_there
+    own = bias_curves(there, noise, first.samples, pairs=pairs, rng=for_sightings)
+    bias = replace(of_views, own=of_views.calibration.level + of_views.calibration.slope * own)
+    return replace(task, views=Views(particle.seen, task.views.poses, task.views.centre), bias=bias)
+
+
+def _of_views(task: FitTask, particle: Particle, spacing: Array, *, noise_px: float, pairs: int, rng: np.random.Generator) -> OutlineBias:
+    """The views' bias and what it says of predictions, without any sightings."""
     cast = particle.cast_in_views
     view = bias_curves(cast, float(np.median(particle.seen.noise_px)), particle.seen.samples, pairs=pairs, rng=rng)
     coarse = np.maximum(np.round(particle.seen.samples / spacing), 1).astype(np.int64)
-    like = bias_curves([p / s for p, s in zip(cast, spacing, strict=True)], noise, coarse, pairs=pairs, rng=rng)
+    like = bias_curves([p / s for p, s in zip(cast, spacing, strict=True)], noise_px, coarse, pairs=pairs, rng=rng)
     measured = _likeness_effect(task.views.silhouettes, particle.seen) + view
-    calibration = calibrated(like, measured / spacing[:, None])
-    there = _cast_in_sightings(task, particle, *motion) if cast_there is None else cast_there
-    own = bias_curves(there, noise, first.samples, pairs=pairs, rng=rng)
-    bias = OutlineBias(own=calibration.level + calibration.slope * own, view=view)
-    return replace(task, views=Views(particle.seen, task.views.poses, task.views.centre), bias=bias)
+    return OutlineBias(np.zeros((0, DIRECTIONS)), view, calibrated(like, measured / spacing[:, None]))
 
 
 def calibrated(predicted: Array, measured: Array) -> Calibration:

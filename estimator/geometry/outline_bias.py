@@ -34,18 +34,28 @@ WEIGHTS = savgol_coeffs(WINDOW, 2)
 
 
 @dataclass(frozen=True)
+class Calibration:
+    """A sighting's bias (px) is ``level + slope`` times the prediction."""
+
+    level: float
+    slope: float
+
+
+@dataclass(frozen=True)
 class OutlineBias:
     """Predicted bias (px, outwards) of n sightings' tangents, ``own`` (n, 180), and of k views', ``view`` (k, 180).
 
-    By the direction of the outward normal in the picture, from the first axis on in equal steps.
+    By the direction of the outward normal in the picture, from the first axis on in equal steps. ``calibration``: what the views' own bias
+    says of predictions for sightings; it has been applied.
     """
 
     own: Float[NDArray[np.float64], "n 180"]
     view: Float[NDArray[np.float64], "k 180"]
+    calibration: Calibration = Calibration(0.0, 1.0)
 
     def take(self, rows: Rows) -> "OutlineBias":
         """That of the sightings ``rows`` alone."""
-        return OutlineBias(self.own[rows], self.view)
+        return replace(self, own=self.own[rows])
 
     def with_views(self, errors: TangencyErrors) -> Float[NDArray[np.float64], "n k 2"]:
         """What it adds to the errors (px) in the pictures of sightings paired with views."""

@@ -12,10 +12,10 @@ from datasets.recipes.recipe import MotionRecipe, NoiseRecipe, ParticleRecipe, R
 from estimator import pipeline
 from estimator.configuration import Configuration
 from estimator.fitting.trajectory import FitTask
-from estimator.geometry.outline_bias import outward_directions, supports
+from estimator.geometry.outline_bias import Calibration, outward_directions, supports
 from estimator.motion.flight import Flight
 from estimator.particle import LEAST_HOLLOW, Particle, hsv_spacing
-from estimator.predicted_bias import Calibration, calibrated, with_predicted_bias
+from estimator.predicted_bias import calibrated, with_predicted_bias
 from synth.sequence import build_silhouette_sequence
 
 Array = NDArray[np.float64]
