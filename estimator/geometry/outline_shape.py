@@ -29,7 +29,7 @@ from scipy.ndimage import maximum_filter1d
 from scipy.spatial import ConvexHull
 
 from datasets.vocabulary.effects import FLATNESS_HALF_ANGLE_DEG, FLATNESS_REACH_PX
-from estimator.geometry.closed_curves import largest_part, resampled, unit_circle
+from estimator.geometry.closed_curves import resampled, unit_circle
 from estimator.geometry.coverage import coverage
 from estimator.geometry.hollows import hollow_share
 from estimator.geometry.outline_bias import seen_support
@@ -153,9 +153,9 @@ def outline_shape(
         if len(polygon) >= MINIMUM_VERTICES:
             points = _positive(polygon)
             shape.radius_px[i] = _radii(_positive(points[ConvexHull(points).vertices]))
-            look = _Look(sampling, i)
+            look = _Look(sampling, i, points[0])
             shape.sharpness[i], shape.recession[i] = _recession(points, look)
-            shape.erosion[i], shape.dilation[i] = _erosion(points, look), _dilation(points, look)
+            shape.erosion[i], shape.dilation[i] = _parallel(points, look)
             shape.leak[i] = _leak(points if flat is None else _positive(flat[i]), look)
             if motions is not None:
                 shape.smear[i] = smear_losses(points, motions[i], outward())
@@ -195,11 +195,13 @@ def _radii(points: Array) -> Array:
 class _Look:
     """How far curves (v, 2) px reach along the tabled directions (A,): as they are, or as outline ``number`` of a ``sampling`` is seen.
 
-    All have the samples of the outline that was seen, as its predicted bias has; so an effect of nothing moves nothing.
+    All have the samples of the outline that was seen, as its predicted bias has, and the first of them next to ``start`` (2,) px, where the
+    outline starts that the body casts; so an effect of nothing moves nothing.
     """
 
     sampling: Sampling | None
     number: int
+    start: Array
 
     @property
     def sampled(self) -> bool:
@@ -207,7 +209,7 @@ class _Look:
         return self.sampling is not None and self.sampling.samples[self.number] >= MINIMUM_POINTS
 
     def noisy(self, curve: Array) -> Array:
-        """Noisy and smoothed; the same noise along all curves that start at about the same point."""
+        """Noisy and smoothed, with the same noise for all."""
         noise_px = 0.0 if self.sampling is None else self.sampling.noise_px
         return self._seen(curve, noise_px, SEEN_PAIRS)
 
@@ -218,6 +220,8 @@ class _Look:
     def _seen(self, curve: Array, noise_px: float, draws: int) -> Array:
         if self.sampling is None or not self.sampled:
             return np.asarray((curve @ outward().T).max(axis=0))
+        first = int(np.argmin(np.sum((curve - self.start) ** 2, axis=1)))
+        curve = np.concatenate([curve[first:], curve[:first]])
         return seen_support(curve, noise_px, int(self.sampling.samples[self.number]), outward(), pairs=draws, seed=self.number)
 
 
@@ -231,15 +235,10 @@ def _recession(points: Array, look: _Look) -> tuple[Array, Array]:
     ratio, sharpness = np.zeros((ANGLES, len(BLURS_PX))), np.zeros(ANGLES)
     for i, blur_px in enumerate(BLURS_PX):
         contour = _half_level(drawing, blur_px)
-        ratio[:, i] = (reach - look.noisy(_from_start(contour, points[0]))) / blur_px if len(contour) else ratio[:, i - 1]
+        ratio[:, i] = (reach - look.noisy(contour)) / blur_px if len(contour) else ratio[:, i - 1]
         if blur_px == SHARP_BLUR_PX and len(contour):
             sharpness = (sharp - (contour @ u.T).max(axis=0)) / SHARP_BLUR_PX**2
     return sharpness, ratio
-
-
-def _from_start(curve: Array, start: Array) -> Array:
-    """The closed curve (v, 2) from its point nearest to ``start`` (2,) on."""
-    return np.roll(curve, -int(np.argmin(np.sum((curve - start) ** 2, axis=1))), axis=0)
 
 
 def _half_level(drawing: tuple[NDArray[np.float32], Array], blur_px: float) -> Array:
@@ -267,32 +266,29 @@ def _drawing(points: Array) -> tuple[NDArray[np.float32], Array]:
     return coverage((points - first) / DRAWN_PX, (height, width)), first
 
 
-def _erosion(points: Array, look: _Look) -> Array:
-    """Recession (A, D) of the tangents of the inner parallel curves over their depths; the last one's where nothing is left."""
-    simple = shapely.simplify(shapely.Polygon(points), SIMPLER_PX)
-    reach = look.smooth(_rim(simple))
-    ratio = np.ones((ANGLES, len(DEPTHS_PX)))
-    for i, inner in enumerate(shapely.buffer(simple, -DEPTHS_PX, join_style="mitre", mitre_limit=MITRE_LIMIT)):
-        if inner.is_empty:
-            ratio[:, i:] = ratio[:, max(i - 1, 0)][:, None]
+def _parallel(points: Array, look: _Look) -> tuple[Array, Array]:
+    """Recession (A, D) of the tangents of the inner parallel curves over their depths, and advance (A, D) of those of the outer ones.
+
+    The last inner one's where nothing is left; outlines as they are advance by 1.
+    """
+    simple = shapely.get_coordinates(shapely.simplify(shapely.Polygon(points), SIMPLER_PX))[:-1]
+    section, reach = manifold3d.CrossSection([simple]), look.smooth(simple)
+    inner, outer = np.ones((ANGLES, len(DEPTHS_PX))), np.ones((ANGLES, len(DEPTHS_PX)))
+    for i, depth in enumerate(DEPTHS_PX):
+        left = section.offset(-depth, manifold3d.JoinType.Miter, MITRE_LIMIT).to_polygons()
+        if not left:
+            inner[:, i:] = inner[:, max(i - 1, 0)][:, None]
             break
-        ratio[:, i] = (reach - look.smooth(_rim(inner))) / DEPTHS_PX[i]
-    return ratio
+        inner[:, i] = (reach - look.smooth(_largest(left))) / depth
+    for i, depth in enumerate(DEPTHS_PX if look.sampled else ()):
+        wide = section.offset(depth, manifold3d.JoinType.Round, circular_segments=4 * ARC_SEGMENTS).to_polygons()
+        outer[:, i] = (look.smooth(_largest(wide)) - reach) / depth
+    return inner, outer
 
 
-def _dilation(points: Array, look: _Look) -> Array:
-    """Advance (A, D) of the tangents of the outer parallel curves over their depths: 1 of outlines as they are."""
-    if not look.sampled:
-        return np.ones((ANGLES, len(DEPTHS_PX)))
-    simple = shapely.simplify(shapely.Polygon(points), SIMPLER_PX)
-    outer = shapely.buffer(simple, DEPTHS_PX, quad_segs=ARC_SEGMENTS)
-    reach = look.smooth(_rim(simple))
-    return np.stack([(look.smooth(_rim(each)) - reach) / depth for each, depth in zip(outer, DEPTHS_PX, strict=True)], axis=1)
-
-
-def _rim(geometry: shapely.Geometry) -> Array:
-    """The outer rim (v, 2) px of the largest part, counted positively: where an outline falls apart, that is what is seen."""
-    return _positive(shapely.get_coordinates(largest_part(geometry).exterior)[:-1])
+def _largest(rims: Sequence[Array]) -> Array:
+    """The outer rim (v, 2) px of the greatest area: where an outline falls apart, that is what is seen."""
+    return np.asarray(max(rims, key=_area), dtype=np.float64)
 
 
 def _leak(points: Array, look: _Look) -> Array:
@@ -310,7 +306,7 @@ def _leak(points: Array, look: _Look) -> Array:
         if not left:
             ratio[:, i:] = ratio[:, max(i - 1, 0)][:, None]
             break
-        ratio[:, i] = (reach - look.smooth(np.asarray(max(left, key=_area), dtype=np.float64))) / DEPTHS_PX[i]
+        ratio[:, i] = (reach - look.smooth(_largest(left))) / DEPTHS_PX[i]
     return ratio
 
 
