@@ -7,6 +7,7 @@ held-out impacts decide only the loss for one more fitted constant is counted, a
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 from jaxtyping import Float
@@ -95,6 +96,7 @@ def _limits(trial: _Trial, physics: Physics, parameter: FreeParameter, model: Co
     """Limits of one parameter of ``model``, beside the last model's values."""
     known = trial.last.fitted.by_name
 
+    @cache
     def found(logarithm: float) -> float:
         values = known | {parameter.name: float(np.exp(logarithm))}
         return trial.power(model, np.array([values.get(p.name, 0.0) for p in model.parameters]))

@@ -70,7 +70,8 @@ def test_every_campaign_has_one_answer(answers: Path) -> None:
 
 
 def test_resuming_solves_only_what_is_missing(challenge: Path, answers: Path) -> None:
-    kept, lost = answers / "c001.answer.json", answers / "c003.answer.json"
+    names = {case.kind: case.name for case in read_cases(challenge / "made")}
+    kept, lost = answers / f"{names['outside']}.answer.json", answers / f"{names['control']}.answer.json"
     before, old = kept.stat().st_mtime_ns, json.loads(lost.read_text())
     lost.unlink()
     assert tumble("solve", challenge / "made", "--out", answers, "--jobs", "1", "-q", "--resume") == 0
