@@ -14,7 +14,7 @@ from synth.sequence import hsv_camera
 @pytest.fixture(scope="module")
 def scales() -> dict[str, Any]:
     """Frame rate or length scale: what is said of a second camera and of more of the same, and what comes of both."""
-    small = replace(CASES[0], hidden=EffectRecipe("frame_rate", {"relative": 0.03}), frames=60)
+    small = replace(CASES[0], hidden=EffectRecipe("frame_rate", {"relative": 0.06}), frames=40)
     return run_case(small, SEED, ("another", "second_camera"))
 
 
