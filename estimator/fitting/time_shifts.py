@@ -21,6 +21,8 @@ from estimator.geometry.silhouettes import Silhouettes
 Array = NDArray[np.float64]
 DIFFERENCE_VARIANCE = 3.9
 """Variance of a mean of N squared, overlapping second differences of white noise, times N: 2 (1 + 2 (16/36 + 1/36))."""
+INDEPENDENT_DIFFERENCES = 2.0 / DIFFERENCE_VARIANCE
+"""Of overlapping second differences: as many squares vary as the mean of all does."""
 DIFFERENCE_GAIN = 6.0
 """Variance of a second difference over that of what is differenced: 1 + 4 + 1."""
 WIDEST = 8.0
@@ -95,7 +97,11 @@ def time_shifts(errors: ModelErrors, frames: WeighedFrames, first: Silhouettes, 
 
 @dataclass(frozen=True)
 class JitterTest:
-    """Whether frames' times jitter: ``sigma_s`` and its standard error, the p-value, and twice the gain of the log-likelihood."""
+    """Whether frames' times jitter: ``sigma_s`` and its standard error, the p-value, and what it explains.
+
+    ``gain``: twice that of the log-likelihood of second differences, of which overlapping ones count once. A smooth misfit, which shifts
+    of the times could take up as well, is no part of it.
+    """
 
     sigma_s: float
     sigma_error_s: float
@@ -110,11 +116,11 @@ def jitter_test(shifts: Sequence[TimeShifts]) -> JitterTest:
     if not len(squares):
         return JitterTest(0.0, 0.0, 1.0, 0.0)
     p = _excess_p(squares / noises, 1.0 / noises)
+    gain = INDEPENDENT_DIFFERENCES * max(_difference_gain((squares, noises), _difference_jitter((squares, noises))), 0.0)
     tau, h = (np.concatenate([getattr(s, name) for s in shifts]) for name in ("tau_s", "h"))
     largest = 10.0 * float(np.sqrt(np.mean(tau**2)))
     sigma = _likeliest(lambda sigma: gain_of(tau, h, sigma), largest)
-    gain = max(gain_of(tau, h, sigma), 0.0)
-    sigma = sigma if gain > 0.0 else 0.0
+    sigma = sigma if gain_of(tau, h, sigma) > 0.0 else 0.0
     error = float(np.sum(0.5 * (h / (1.0 + sigma**2 * h)) ** 2 * (2.0 * sigma) ** 2)) ** -0.5 if sigma else 0.0
     return JitterTest(sigma, error, p, gain)
 

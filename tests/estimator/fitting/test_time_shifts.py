@@ -32,6 +32,19 @@ def test_slow_sequences_do_not_hide_the_jitter_that_a_fast_one_shows() -> None:
     assert 0.01 < np.mean(np.array(small) < 0.05) < 0.1
 
 
+def test_a_smooth_misfit_is_nothing_that_jitter_explains() -> None:
+    """However small the jitter beside it, the misfit alone must not let it lead."""
+    rng = np.random.default_rng(9)
+    n, misfit = 320, 1e-3 * np.sin(np.linspace(0.0, 3.0, 320))
+
+    def found(smooth: float) -> float:
+        return jitter_test([TimeShifts(smooth * misfit + noise, np.full(n, NOISE_S**-2), np.full(n, NOISE_S**2))]).gain
+
+    noise = rng.normal(0.0, np.hypot(NOISE_S, 1.5e-6), n)
+    assert 1.0 < found(1.0) < 100.0
+    assert found(1.0) == pytest.approx(found(0.0), rel=0.02)
+
+
 def test_size_of_jitter_without_misfit() -> None:
     rng = np.random.default_rng(8)
     each = TimeShifts(rng.normal(0.0, np.hypot(NOISE_S, 5e-6), 400), np.full(400, NOISE_S**-2), np.full(400, NOISE_S**2))
