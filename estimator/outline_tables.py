@@ -21,6 +21,7 @@ from estimator.geometry.hollows import hollow_share
 from estimator.geometry.outline_shape import OutlineShape, Sampling, as_of_a_hull, outline_shape
 from estimator.geometry.silhouettes import Silhouettes
 from estimator.motion.flight import Flight
+from estimator.outlines.pictured import Pictures
 from estimator.particle import Particle
 from estimator.predicted_bias import with_bias_at
 
@@ -35,13 +36,14 @@ class OutlineTables:
     """Makes the tables of sequences of one particle.
 
     ``likeness``: the calibrated views as the camera would have seen them; ``pairs`` of draws for the bias of every outline, 0 where it is
-    not predicted; ``seed`` of those draws.
+    not predicted; ``seed`` of those draws. ``pictures``: how each sighting's picture shows outlines, where they come from pictures.
     """
 
     particle: Particle
     likeness: Views
     pairs: int
     seed: int
+    pictures: Pictures | None = None
 
     def followed(self, sequence: SequenceTask, flight: Flight, prediction: Prediction) -> SequenceTask:
         """The sequence with its tables made at ``prediction``; as it is where those are of nearly the same poses."""
@@ -53,7 +55,16 @@ class OutlineTables:
         rng = np.random.default_rng(self.seed)
         there = outlines if self.particle.has_exact_hull else None
         motion = (flight, prediction.poses)
-        task = with_bias_at(task, self.particle, motion, pairs=self.pairs, rng=rng, cast_there=there, known=sequence.task.bias)
+        task = with_bias_at(
+            task,
+            self.particle,
+            motion,
+            pairs=self.pairs,
+            rng=rng,
+            cast_there=there,
+            known=sequence.task.bias,
+            pictures=self.pictures,
+        )
         shape = as_of_a_hull(shape, outlines)
         return replace(sequence, task=task, shape=shape, made_at=placed.R, hollow=hollow_share(outlines))
 

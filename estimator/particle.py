@@ -5,7 +5,7 @@ Which of them belong together, the visual hull they carve, the body that fills i
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +26,7 @@ from estimator.geometry.silhouettes import Silhouettes, like_silhouettes, silhou
 from estimator.geometry.tangent_hull import Likeness
 from estimator.geometry.tangent_polytope import tangent_polytope
 from estimator.geometry.visual_hull import HullMesh, bounding_ball, visual_hull
+from estimator.outlines.pictured import Pictures, mean_seen
 
 Array = NDArray[np.float64]
 MINIMUM_VIEWS = 3
@@ -35,6 +36,9 @@ TOLERANCE_PX = 0.4
 """By how much outlines may be simplified for the exact hull, some two standard deviations of their noise; twice as much blunts spikes."""
 FINER_IN_VIEWS = 8
 """How much finer than their pixels outlines are drawn in views, which are finer than the camera's."""
+
+VIEW_DRAWS = 8
+"""Pictures that are drawn of every view."""
 
 
 @dataclass(frozen=True)
@@ -204,14 +208,18 @@ def view_agreement(seen: Silhouettes, poses: PoseSet, centre: Array, ratio: floa
     return rms, whitened, foreign
 
 
-def views_like(particle: Particle, first: Silhouettes, rng: np.random.Generator) -> Views:
-    """The views as the HSV camera would have seen them where it is the coarser one, otherwise as they are."""
+def views_like(particle: Particle, first: Silhouettes, rng: np.random.Generator, pictures: Pictures | None = None) -> Views:
+    """The views as the HSV camera would have seen them where it is the coarser one, otherwise as they are.
+
+    ``pictures``: how its pictures showed outlines; without them outlines are made as noisy and as coarse as its own, but not pictured.
+    """
     spacing = hsv_spacing(particle, first)
     noise = float(np.median(first.noise_px[first.samples > 0]))
     likeness = [Likeness(spacing_px=s, noise_px=noise * s) for s in spacing.tolist()]
     coarser = float(np.median(spacing)) > 1.0
     intrinsics = [v.intrinsics for v in particle.calibrated]
-    seen = like_silhouettes(particle.outlines, intrinsics, likeness, rng) if coarser else particle.seen
+    shown = (partial(mean_seen, pictures=pictures.typical(1), draws=VIEW_DRAWS, rng=rng)) if pictures is not None else None
+    seen = like_silhouettes(particle.outlines, intrinsics, likeness, rng, shown) if coarser else particle.seen
     return Views(seen, particle.poses, particle.body.com_particle)
 
 

@@ -11,6 +11,7 @@ comes out near one; hollows that no view looks into lower it.
 Not used where the views are coarser than the camera, or outlines come from pictures, whose blur is not described.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -20,14 +21,18 @@ from estimator.fitting.model_errors import cast_outlines
 from estimator.fitting.pose_refinement import Views
 from estimator.fitting.trajectory import FitTask, particle_poses
 from estimator.geometry.cast_outline import cast_convex
-from estimator.geometry.outline_bias import DIRECTIONS, Calibration, OutlineBias, bias_curves, supports
+from estimator.geometry.outline_bias import DIRECTIONS, Calibration, OutlineBias, Rows, bias_curves, outward_directions, supports
 from estimator.geometry.silhouettes import Silhouettes
 from estimator.motion.flight import N_PARAMETERS, Flight, FlightPoses, poses
+from estimator.outlines.pictured import Pictures, pictured_supports
 from estimator.particle import Particle, hsv_spacing
 
 Array = NDArray[np.float64]
 LEAST_SPREAD_PX = 0.005
 """Predictions that differ by less over views and directions (a sphere's) say nothing of a slope."""
+
+PICTURES_OF_EACH = 2
+"""Pictures that are drawn of each outline."""
 
 
 def with_predicted_bias(task: FitTask, particle: Particle, flight: Flight, *, pairs: int, rng: np.random.Generator) -> FitTask:
@@ -45,11 +50,12 @@ def with_bias_at(
     rng: np.random.Generator,
     cast_there: list[Array] | None = None,
     known: OutlineBias | None = None,
+    pictures: Pictures | None = None,
 ) -> FitTask:
     """The same at given poses, of the body of the flight beside them.
 
     ``cast_there``: outlines (v, 2) px that the body's casting hull has there; ``known``: this task's bias under another flight, whose part
-    for the views holds under any.
+    for the views holds under any. ``pictures``: how each sighting's picture shows outlines, where they come from pictures.
     """
     first = task.sightings.silhouettes
     spacing = hsv_spacing(particle, first)
@@ -57,19 +63,35 @@ def with_bias_at(
         return task
     noise = float(np.median(first.noise_px[first.samples > 0]))
     for_views, for_sightings = rng.spawn(2)
-    of_views = known or _of_views(task, particle, spacing, noise_px=noise, pairs=pairs, rng=for_views)
+    of_views = known or _of_views(task, particle, spacing, (noise, pictures), pairs=pairs, rng=for_views)
     there = _cast_in_sightings(task, particle, *motion) if cast_there is None else cast_there
-    own = bias_curves(there, noise, first.samples, pairs=pairs, rng=for_sightings)
+    own = _curves(there, (noise, pictures), first.samples, pairs=pairs, rng=for_sightings)
     bias = replace(of_views, own=of_views.calibration.level + of_views.calibration.slope * own)
     return replace(task, views=Views(particle.seen, task.views.poses, task.views.centre), bias=bias)
 
 
-def _of_views(task: FitTask, particle: Particle, spacing: Array, *, noise_px: float, pairs: int, rng: np.random.Generator) -> OutlineBias:
+Seeing = tuple[float, Pictures | None]
+"""Noise (px) of the points of outlines, and how pictures show them where they come from pictures."""
+
+
+def _curves(polygons: Sequence[Array], seeing: Seeing, samples: Rows, *, pairs: int, rng: np.random.Generator) -> Array:
+    """Bias (n, 180) px of the tangents of outlines (v, 2) px."""
+    noise_px, pictures = seeing
+    if pictures is None:
+        return bias_curves(polygons, noise_px, samples, pairs=pairs, rng=rng)
+    u = outward_directions()
+    sharp = np.stack([(p @ u.T).max(axis=0) if len(p) else np.zeros(DIRECTIONS) for p in polygons])
+    return pictured_supports(polygons, pictures, u, draws=PICTURES_OF_EACH, rng=rng) - sharp
+
+
+def _of_views(task: FitTask, particle: Particle, spacing: Array, seeing: Seeing, *, pairs: int, rng: np.random.Generator) -> OutlineBias:
     """The views' bias and what it says of predictions, without any sightings."""
     cast = particle.cast_in_views
     view = bias_curves(cast, float(np.median(particle.seen.noise_px)), particle.seen.samples, pairs=pairs, rng=rng)
     coarse = np.maximum(np.round(particle.seen.samples / spacing), 1).astype(np.int64)
-    like = bias_curves([p / s for p, s in zip(cast, spacing, strict=True)], noise_px, coarse, pairs=pairs, rng=rng)
+    typical = None if seeing[1] is None else seeing[1].typical(len(cast))
+    shrunk = [p / s for p, s in zip(cast, spacing, strict=True)]
+    like = _curves(shrunk, (seeing[0], typical), coarse, pairs=pairs, rng=rng)
     measured = _likeness_effect(task.views.silhouettes, particle.seen) + view
     return OutlineBias(np.zeros((0, DIRECTIONS)), view, calibrated(like, measured / spacing[:, None]))
 

@@ -13,7 +13,7 @@ import shapely
 from numpy.typing import NDArray
 
 from datasets.errors import InputError
-from datasets.observation import CalibratedView, Observation
+from datasets.observation import CalibratedView, Frames, Observation
 from estimator.configuration import Configuration
 from estimator.effects.link import Setting
 from estimator.effects.model import Model
@@ -22,11 +22,13 @@ from estimator.fitting.model_errors import SequenceTask
 from estimator.fitting.pose_refinement import Views
 from estimator.fitting.rim import rim_of
 from estimator.fitting.time_gaps import longest_stretch
-from estimator.fitting.trajectory import FitTask, restricted
+from estimator.fitting.trajectory import FitTask, Sightings, restricted
 from estimator.geometry.outline_shape import outline_shape
 from estimator.measurements.silhouettes import SILHOUETTES
 from estimator.motion.flight import Flight
 from estimator.outline_tables import OutlineTables, with_tables
+from estimator.outlines.pictured import Pictures
+from estimator.outlines.result import OutlineTrack
 from estimator.particle import Particle, views_like
 from estimator.pipeline import (
     NoMeasurement,
@@ -104,9 +106,11 @@ def register(
 def _one(
     observation: Observation, particle: Particle, views: Views | None, configuration: Configuration
 ) -> tuple[SequenceTask, Flight, Views]:
-    sightings = usable_sightings(observation, tracks_of(observation), configuration)
+    tracks = tracks_of(observation)
+    sightings = usable_sightings(observation, tracks, configuration)
+    pictures = pictures_of(observation, tracks, sightings)
     if views is None:
-        views = views_like(particle, sightings.silhouettes, np.random.default_rng(configuration.seed))
+        views = views_like(particle, sightings.silhouettes, np.random.default_rng(configuration.seed), pictures)
     task = fit_task(observation, particle, sightings, views, configuration)
     stretch = _without_jump(task)
     candidates = candidate_flights(observation, stretch, particle, first_pose(stretch, particle, configuration), configuration)
@@ -118,9 +122,17 @@ def _one(
     )
     vertices = (particle.hull.vertices - particle.body.com_particle) @ particle.body.R_particle_body
     flight = candidates[0].solution.state
-    tables = OutlineTables(particle, views, bias_pairs(observation, configuration), configuration.seed)
+    pairs = configuration.bias_pairs if pictures is not None else bias_pairs(observation, configuration)
+    tables = OutlineTables(particle, views, pairs, configuration.seed, pictures)
     sequence = SequenceTask(observation.name, task, setting, rim_of(vertices), outline_shape([]), tables)
     return with_tables(sequence, flight, Model(), np.zeros(0)), flight, views
+
+
+def pictures_of(observation: Observation, tracks: tuple[OutlineTrack, ...], sightings: Sightings) -> Pictures | None:
+    """How the sightings' pictures show outlines; none where outlines were given as such by any camera."""
+    if not all(isinstance(recording, Frames) for recording in observation.recordings):
+        return None
+    return Pictures.of([tracks[int(c)].frames[int(f)] for c, f in zip(sightings.camera, sightings.frame, strict=True)])
 
 
 def _without_jump(task: FitTask) -> FitTask:

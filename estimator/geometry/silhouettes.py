@@ -1,6 +1,6 @@
 """Silhouettes as the tangency error needs them: convex hulls of rays, packed, each vertex with its expected noise."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -89,10 +89,17 @@ def _with_unsure(hull: TangentHull, outline: Outline, unsure: NDArray[np.bool_])
 
 
 def like_silhouettes(
-    outlines: Sequence[Outline], intrinsics: Sequence[Intrinsics], likeness: Sequence[Likeness], rng: np.random.Generator
+    outlines: Sequence[Outline],
+    intrinsics: Sequence[Intrinsics],
+    likeness: Sequence[Likeness],
+    rng: np.random.Generator,
+    shown: Callable[[Array, Array], Array] | None = None,
 ) -> Silhouettes:
-    """Silhouettes as coarser cameras (``likeness``, one each) would have seen them on average."""
-    hulls = [degraded_hull(o.points_px, like, rng) for o, like in zip(outlines, likeness, strict=True)]
+    """Silhouettes as coarser cameras (``likeness``, one each) would have seen them on average.
+
+    ``shown``: from an outline (v, 2) in px of such a camera and directions (d, 2) to the mean support points (d, 2) px that it sees.
+    """
+    hulls = [degraded_hull(o.points_px, like, rng, shown) for o, like in zip(outlines, likeness, strict=True)]
     return pack(hulls, intrinsics)
 
 

@@ -10,6 +10,7 @@ The smoothing's own residual gives the point noise: for white noise it has the v
 where ``c`` are the filter's weights.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -78,12 +79,19 @@ def tangent_hull(points_px: Float[NDArray[np.float64], "n 2"], *, window: int = 
     return _with_noise(smooth[rows], noise, window, len(samples))
 
 
-def degraded_hull(points_px: Float[NDArray[np.float64], "n 2"], likeness: Likeness, rng: np.random.Generator) -> TangentHull:
+def degraded_hull(
+    points_px: Float[NDArray[np.float64], "n 2"],
+    likeness: Likeness,
+    rng: np.random.Generator,
+    shown: Callable[[Array, Array], Array] | None = None,
+) -> TangentHull:
     """The hull that a coarser camera would have seen of this outline, on average over its noise.
 
     Hulls of noisy outlines are fat on flat stretches, smoothed ones are cut at corners. Comparing a coarse outline with a fine one makes
     both look like a change of size. Here the fine outline is sampled, made noisy and smoothed as the coarse one was, and the hulls of
     ``likeness.draws`` such outlines are averaged (the Minkowski mean: support functions add), so both sides carry the same bias.
+    ``shown`` does this instead where it is known: from an outline in px of the coarse camera and directions (d, 2) to the mean's support
+    points (d, 2).
     """
     if len(points_px) < 3:
         return _empty()
@@ -96,7 +104,10 @@ def degraded_hull(points_px: Float[NDArray[np.float64], "n 2"], likeness: Likene
     normal = normals(smooth)
     noise = _point_noise(fine - smooth, normal, window)
     extra = np.sqrt(max(likeness.noise_px**2 - noise**2, 0.0))
-    mean = _mean_support_points(fine, spacing, extra, likeness, rng)
+    if shown is not None:
+        mean = spacing * shown(fine / spacing, unit_circle(likeness.directions))
+    else:
+        mean = _mean_support_points(fine, spacing, extra, likeness, rng)
     return _with_noise(mean, noise, window, len(fine))
 
 
