@@ -1,7 +1,8 @@
 """One exposure: sub-frames spread over the time that the shutter is open, averaged; the static background behind; vignetting.
 
 Mitsuba has no motion blur. The exposure is cut into equal parts, and one picture is rendered at a random instant of each (stratified
-sampling), with the particle where it is then. The picture is ``vignetting * (radiance + (1 - coverage) * background)``.
+sampling), with the particle where it is then. Instants before the middle are mirrored after it (antithetic sampling): with each drawn on
+its own, the mean instant of eight in 50 µs jitters by 0.64 µs, and the instrument finds that. The picture is ``vignetting * (radiance + (1 - coverage) * background)``.
 """
 
 from collections.abc import Sequence
@@ -45,8 +46,10 @@ def film_of(optics: Optics) -> IdealFilm:
 
 
 def subframe_times(time_s: float, exposure_s: float, subframes: int, rng: np.random.Generator) -> Float[NDArray[np.float64], " subframe"]:
-    """One random instant (s) in each of ``subframes`` equal parts of the exposure about ``time_s``."""
-    return time_s + exposure_s * ((np.arange(subframes) + rng.uniform(size=subframes)) / subframes - 0.5)
+    """One random instant (s) in each of ``subframes`` equal parts of the exposure about ``time_s``, which is their mean."""
+    before = (np.arange(subframes // 2) + rng.uniform(size=subframes // 2)) / subframes - 0.5
+    middle = np.zeros(subframes % 2)
+    return time_s + exposure_s * np.concatenate([before, middle, -before[::-1]])
 
 
 def expose(

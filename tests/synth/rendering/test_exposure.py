@@ -35,10 +35,12 @@ def test_motion_spreads_an_edge_by_its_length(room, pose, plate) -> None:
     assert edge_variance(coverage) == pytest.approx(length_px**2 / 12, rel=0.1)
 
 
-def test_subframes_are_stratified() -> None:
-    times = subframe_times(1.0, 8e-5, 8, np.random.default_rng(3))
-    parts = np.floor((times - 1.0 + 4e-5) / 1e-5)
-    np.testing.assert_array_equal(parts, np.arange(8))
+@pytest.mark.parametrize("count", [1, 7, 8])
+def test_subframes_are_stratified_and_their_mean_is_the_frame_s_time(count: int) -> None:
+    times = subframe_times(1.0, count * 1e-5, count, np.random.default_rng(3))
+    parts = np.floor((times - 1.0) / 1e-5 + 0.5 * count)
+    np.testing.assert_array_equal(parts, np.arange(count))
+    assert times.mean() == pytest.approx(1.0, abs=1e-12)
 
 
 def test_a_crop_in_the_background_is_the_whole_picture(room, pose, pebble) -> None:
