@@ -46,6 +46,7 @@ from estimator.pipeline import (
     failed,
     first_pose,
     fit_task,
+    pictures_of,
     refinement_settings,
     same_flight,
     usable_sightings,
@@ -351,8 +352,12 @@ def refined_chain(
 
 
 def prepared_task(seen: Seen, task: FitTask, flight: PiecewiseFlight, configuration: Configuration) -> FitTask:
-    """The task with the outlines' bias predicted under a flight and without pairs seen from nearly one line."""
+    """The task with the outlines' bias predicted under a flight and without pairs seen from nearly one line.
+
+    Not of outlines from pictures: picturing all of them again at every refinement doubles the computing time.
+    """
     at = flown(flight, task.sightings.times_s)
-    pairs, rng = bias_pairs(seen.observation, configuration), np.random.default_rng(configuration.seed)
+    pictured = pictures_of(seen.observation, seen.tracks, task.sightings) is not None
+    pairs, rng = 0 if pictured else bias_pairs(seen.observation, configuration), np.random.default_rng(configuration.seed)
     task = with_bias_at(task, seen.particle, (flight.first, at), pairs=pairs, rng=rng)
     return with_clear_angles_at(task, flight.first, at)

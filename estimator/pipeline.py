@@ -29,6 +29,7 @@ from estimator.geometry.silhouettes import silhouettes
 from estimator.motion.flight import N_PARAMETERS, Flight, poses
 from estimator.motion.rigid_body import RanAway
 from estimator.outlines.behind_plate import beside_plate
+from estimator.outlines.pictured import Pictures
 from estimator.outlines.recording import outlines_of, view_outlines_of
 from estimator.outlines.result import FrameStatus, OutlineTrack
 from estimator.particle import Particle, particle_of, views_like
@@ -111,14 +112,16 @@ def failed(failure: RanAway) -> tuple[Status, str]:
 
 def _estimated(observation: Observation, tracks: tuple[OutlineTrack, ...], particle: Particle, configuration: Configuration) -> Estimate:
     sightings = usable_sightings(observation, tracks, configuration)
-    views = views_like(particle, sightings.silhouettes, np.random.default_rng(configuration.seed))
+    pictures = pictures_of(observation, tracks, sightings)
+    views = views_like(particle, sightings.silhouettes, np.random.default_rng(configuration.seed), pictures)
     task = fit_task(observation, particle, sightings, views, configuration)
     found, reference = first_pose(task, particle, configuration)
     candidates = candidate_flights(observation, task, particle, (found, reference), configuration)
     if _misses(task, candidates[0]):
         candidates = _with_other_references(observation, task, particle, (candidates, reference), configuration)
     flight = candidates[0].solution.state
-    refined, focal = refined_flight(biased_task(observation, task, particle, flight, configuration), flight, configuration)
+    biased = biased_task(observation, task, particle, flight, configuration, pictures=pictures)
+    refined, focal = refined_flight(biased, flight, configuration)
     status, message = judge(candidates, refined, configuration)
     return converged_estimate(observation, tracks, (particle, found), refined, (status, message), configuration=configuration, focal=focal)
 
@@ -138,15 +141,31 @@ def observed_particle(observation: Observation, configuration: Configuration) ->
     return particle_of(seen.outlines, observation.views, configuration)
 
 
-def biased_task(observation: Observation, task: FitTask, particle: Particle, flight: Flight, configuration: Configuration) -> FitTask:
-    """The task with the outlines' bias predicted under a first flight, where outlines are given as such."""
-    rng = np.random.default_rng(configuration.seed)
-    return with_predicted_bias(task, particle, flight, pairs=bias_pairs(observation, configuration), rng=rng)
+def biased_task(
+    observation: Observation,
+    task: FitTask,
+    particle: Particle,
+    flight: Flight,
+    configuration: Configuration,
+    *,
+    pictures: Pictures | None = None,
+) -> FitTask:
+    """The task with the outlines' bias predicted under a first flight; ``pictures``: how those of the sightings show outlines."""
+    pairs, rng = bias_pairs(observation, configuration), np.random.default_rng(configuration.seed)
+    return with_predicted_bias(task, particle, flight, pairs=pairs, rng=rng, pictures=pictures)
 
 
 def bias_pairs(observation: Observation, configuration: Configuration) -> int:
-    """Pairs of draws from which the outlines' bias is predicted; 0 where they come from pictures, whose blur is not described."""
-    return 0 if any(isinstance(r, Frames) for r in observation.recordings) else configuration.bias_pairs
+    """Pairs of draws from which the outlines' bias is predicted; 0 where some come from pictures and some were given as such."""
+    pictured = {isinstance(recording, Frames) for recording in observation.recordings}
+    return configuration.bias_pairs if len(pictured) == 1 else 0
+
+
+def pictures_of(observation: Observation, tracks: tuple[OutlineTrack, ...], sightings: Sightings) -> Pictures | None:
+    """How the sightings' pictures show outlines; none where outlines were given as such by any camera."""
+    if not all(isinstance(recording, Frames) for recording in observation.recordings):
+        return None
+    return Pictures.of([tracks[int(c)].frames[int(f)] for c, f in zip(sightings.camera, sightings.frame, strict=True)])
 
 
 def refined_flight(task: FitTask, flight: Flight, configuration: Configuration) -> tuple[Refined, FocalRefined | None]:

@@ -8,7 +8,8 @@ prediction for view k in the camera's likeness and ``b_k`` for the view itself (
 ``D_k + b_k / s_k = level + slope p_k`` is fitted over all views and directions, and a sighting's bias is ``level + slope p_i``. The slope
 comes out near one; hollows that no view looks into lower it.
 
-Not used where the views are coarser than the camera, or outlines come from pictures, whose blur is not described.
+Where outlines come from pictures, what pictures do is not described but repeated (:mod:`estimator.outlines.pictured`), for the sightings
+and for the views in the camera's likeness. Not used where the views are coarser than the camera.
 """
 
 from collections.abc import Sequence
@@ -35,10 +36,12 @@ PICTURES_OF_EACH = 2
 """Pictures that are drawn of each outline."""
 
 
-def with_predicted_bias(task: FitTask, particle: Particle, flight: Flight, *, pairs: int, rng: np.random.Generator) -> FitTask:
+def with_predicted_bias(
+    task: FitTask, particle: Particle, flight: Flight, *, pairs: int, rng: np.random.Generator, pictures: Pictures | None = None
+) -> FitTask:
     """The task with the views as they were seen and the outlines' bias predicted under ``flight``; ``pairs`` of draws per outline."""
     flown = poses(flight, np.zeros((1, N_PARAMETERS)), task.sightings.times_s)
-    return with_bias_at(task, particle, (flight, flown), pairs=pairs, rng=rng)
+    return with_bias_at(task, particle, (flight, flown), pairs=pairs, rng=rng, pictures=pictures)
 
 
 def with_bias_at(

@@ -13,7 +13,7 @@ import shapely
 from numpy.typing import NDArray
 
 from datasets.errors import InputError
-from datasets.observation import CalibratedView, Frames, Observation
+from datasets.observation import CalibratedView, Observation
 from estimator.configuration import Configuration
 from estimator.effects.link import Setting
 from estimator.effects.model import Model
@@ -22,13 +22,11 @@ from estimator.fitting.model_errors import SequenceTask
 from estimator.fitting.pose_refinement import Views
 from estimator.fitting.rim import rim_of
 from estimator.fitting.time_gaps import longest_stretch
-from estimator.fitting.trajectory import FitTask, Sightings, restricted
+from estimator.fitting.trajectory import FitTask, restricted
 from estimator.geometry.outline_shape import outline_shape
 from estimator.measurements.silhouettes import SILHOUETTES
 from estimator.motion.flight import Flight
 from estimator.outline_tables import OutlineTables, with_tables
-from estimator.outlines.pictured import Pictures
-from estimator.outlines.result import OutlineTrack
 from estimator.particle import Particle, views_like
 from estimator.pipeline import (
     NoMeasurement,
@@ -37,6 +35,7 @@ from estimator.pipeline import (
     first_pose,
     fit_task,
     observed_particle,
+    pictures_of,
     tracks_of,
     usable_sightings,
 )
@@ -122,17 +121,9 @@ def _one(
     )
     vertices = (particle.hull.vertices - particle.body.com_particle) @ particle.body.R_particle_body
     flight = candidates[0].solution.state
-    pairs = configuration.bias_pairs if pictures is not None else bias_pairs(observation, configuration)
-    tables = OutlineTables(particle, views, pairs, configuration.seed, pictures)
+    tables = OutlineTables(particle, views, bias_pairs(observation, configuration), configuration.seed, pictures)
     sequence = SequenceTask(observation.name, task, setting, rim_of(vertices), outline_shape([]), tables)
     return with_tables(sequence, flight, Model(), np.zeros(0)), flight, views
-
-
-def pictures_of(observation: Observation, tracks: tuple[OutlineTrack, ...], sightings: Sightings) -> Pictures | None:
-    """How the sightings' pictures show outlines; none where outlines were given as such by any camera."""
-    if not all(isinstance(recording, Frames) for recording in observation.recordings):
-        return None
-    return Pictures.of([tracks[int(c)].frames[int(f)] for c, f in zip(sightings.camera, sightings.frame, strict=True)])
 
 
 def _without_jump(task: FitTask) -> FitTask:

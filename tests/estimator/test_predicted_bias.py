@@ -14,6 +14,7 @@ from estimator.configuration import Configuration
 from estimator.fitting.trajectory import FitTask
 from estimator.geometry.outline_bias import Calibration, outward_directions, supports
 from estimator.motion.flight import Flight
+from estimator.outlines.pictured import Pictures
 from estimator.particle import LEAST_HOLLOW, Particle, hsv_spacing
 from estimator.predicted_bias import calibrated, with_predicted_bias
 from synth.sequence import build_silhouette_sequence
@@ -53,7 +54,8 @@ def first_fit(recipe: Recipe) -> Caught:
     observation, _ = build_silhouette_sequence(recipe, 0)
     kept: list[Caught] = []
 
-    def biased(seen: Observation, task: FitTask, particle: Particle, flight: Flight, _: Configuration) -> FitTask:
+    def biased(seen: Observation, task: FitTask, particle: Particle, flight: Flight, _: Configuration, *, pictures: Pictures | None) -> FitTask:
+        assert pictures is None
         kept.append(Caught(seen, task, particle, flight))
         return task
 
