@@ -54,7 +54,9 @@ def first_fit(recipe: Recipe) -> Caught:
     observation, _ = build_silhouette_sequence(recipe, 0)
     kept: list[Caught] = []
 
-    def biased(seen: Observation, task: FitTask, particle: Particle, flight: Flight, _: Configuration, *, pictures: Pictures | None) -> FitTask:
+    def biased(
+        seen: Observation, task: FitTask, particle: Particle, flight: Flight, _: Configuration, *, pictures: Pictures | None
+    ) -> FitTask:
         assert pictures is None
         kept.append(Caught(seen, task, particle, flight))
         return task
