@@ -20,7 +20,8 @@ class Configuration:
     noise that the outlines do not show; ``body_noise_px``: the part of the error that stays with a place on the body, where no other
     sequence of the particle shows how large it is. ``huber``: standard deviations beyond which an error's influence stays constant.
     ``within_pairs``: largest number of pairs within the sequence in the last refinement, 0 leaves them out. ``bias_pairs``: pairs of draws
-    from which the bias of an outline given as such is predicted for the last refinement; 0 compares views in the camera's likeness instead.
+    from which the bias of an outline given as such is predicted for the last refinement, a fixed number of drawn pictures where it comes
+    from one; 0 compares views in the camera's likeness instead.
     ``momentum_starts``: angular velocities drawn when tracking fails, within ``largest_spin_rads``. ``focal_prior``: relative standard
     deviation of the high-speed camera's focal length; 0 means that it is known, otherwise it is measured with the flight, from the camera's
     as a start. ``minimum_frames``: fewer usable frames give no measurement. ``keep_out_of_plate``: 1 requires that the

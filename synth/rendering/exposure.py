@@ -2,7 +2,8 @@
 
 Mitsuba has no motion blur. The exposure is cut into equal parts, and one picture is rendered at a random instant of each (stratified
 sampling), with the particle where it is then. Instants before the middle are mirrored after it (antithetic sampling): with each drawn on
-its own, the mean instant of eight in 50 µs jitters by 0.64 µs, and the instrument finds that. The picture is ``vignetting * (radiance + (1 - coverage) * background)``.
+its own, the mean instant of eight in 50 µs jitters by 0.64 µs, and the instrument finds that. The picture is
+``vignetting * (radiance + (1 - coverage) * background)``.
 """
 
 from collections.abc import Sequence
