@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq, minimize_scalar
 from scipy.stats import chi2
 
-from estimator.fitting.composite_likelihood import WeighedFrames, sighting
+from estimator.fitting.composite_likelihood import Sighting, WeighedFrames, sighting
 from estimator.fitting.model_errors import ModelErrors
 from estimator.geometry.silhouettes import Silhouettes
 
@@ -34,43 +34,62 @@ class TimeShifts:
     """One-step shifts ``tau_s`` (n,) of the sightings' times, their information ``h`` (n,) and their variance ``noise`` (n,) s².
 
     ``still`` (n, c): one-step movements of the same sightings over their standard deviations, of which a shift of the time is no part.
+    ``stretch`` (n,): such a stretch along the motion, which moves opposite tangents apart by as much as a shift moves them together.
     """
 
     tau_s: Array
     h: Array
     noise: Array
     still: Array | None = None
+    stretch: Array | None = None
 
     def take(self, rows: NDArray[np.int64]) -> "TimeShifts":
         """The sightings ``rows`` alone."""
-        return TimeShifts(self.tau_s[rows], self.h[rows], self.noise[rows], None if self.still is None else self.still[rows])
+        still, stretch = (None if each is None else each[rows] for each in (self.still, self.stretch))
+        return TimeShifts(self.tau_s[rows], self.h[rows], self.noise[rows], still, stretch)
 
 
 def calibrated(shifts: Sequence[TimeShifts]) -> list[TimeShifts]:
     """The shifts with as much noise as other movements of the sightings show, and a standard error more: tests must not be eager.
 
-    An empirical null [Efron 2004]: what neighbouring tangents share differs from body to body, by a third either way.
+    An empirical null [Efron 2004]: what neighbouring tangents share differs from body to body, by a third either way; and edges blurred
+    by the motion are noisier along it, which a stretch along the motion shows as shifts of the time do, each sequence by as much as
+    jitter can show in it.
     """
-    found = _movements_noise(shifts)
-    count = max(sum(len(_differences(each.tau_s, each.noise)[0]) for each in shifts), 1)
-    more = found * (1.0 + np.sqrt(DIFFERENCE_VARIANCE / count)) if found is not None else 1.0
+    more = max(_with_an_error(*_movements_noise(shifts)), _with_an_error(*_stretch_noise(shifts))) or 1.0
     return [replace(each, h=each.h / more, noise=each.noise * more) for each in shifts]
+
+
+def _with_an_error(ratio: float, freedom: float) -> float:
+    """A ratio of variances, a standard error more."""
+    return ratio * (1.0 + np.sqrt(2.0 / freedom)) if ratio > 0.0 else 0.0
 
 
 def noise_ratio(shifts: Sequence[TimeShifts]) -> float:
     """Noise of the sightings over what its model says, 1 at least, from movements that have nothing to do with time."""
-    found = _movements_noise(shifts)
-    return 1.0 if found is None else max(found, 1.0)
+    return max(_movements_noise(shifts)[0], 1.0)
 
 
-def _movements_noise(shifts: Sequence[TimeShifts]) -> float | None:
-    """Mean square of second differences, which no smooth misfit enters, of movements but by time, over what is modelled."""
-    ratios = [np.zeros(0)]
+def _movements_noise(shifts: Sequence[TimeShifts]) -> tuple[float, float]:
+    """Mean square of second differences, which no smooth misfit enters, of movements but by time, over what is modelled; its freedom.
+
+    The movements of a sighting share its tangents: as many degrees of freedom as one of them has. Zero where there is none.
+    """
+    ratios, count = [np.zeros(0)], 0
     for each in shifts:
         sure = np.where(each.noise > 0.0, 1.0, 0.0)
+        count += len(_differences(each.tau_s, each.noise)[0])
         ratios += [np.divide(*_differences(column, sure)) for column in (each.still.T if each.still is not None else ())]
     every = np.concatenate(ratios)
-    return float(every.mean()) if len(every) else None
+    return (float(every.mean()), 2.0 * count / DIFFERENCE_VARIANCE) if len(every) else (0.0, 1.0)
+
+
+def _stretch_noise(shifts: Sequence[TimeShifts]) -> tuple[float, float]:
+    """The same of stretches along the motion, weighed as shifts of the time are by the test."""
+    known = [each for each in shifts if each.stretch is not None]
+    squares = [np.divide(*_differences(each.stretch, np.where(each.noise > 0.0, 1.0, 0.0))) for each in known if each.stretch is not None]
+    weights = np.concatenate([np.zeros(0), *(1.0 / _differences(each.tau_s, each.noise)[1] for each in known)])
+    return (float(weights @ np.concatenate(squares) / weights.sum()), _freedom(weights)) if len(weights) else (0.0, 1.0)
 
 
 def time_derivative(errors: ModelErrors) -> Array:
@@ -83,7 +102,7 @@ def time_shifts(errors: ModelErrors, frames: WeighedFrames, first: Silhouettes, 
     """Shifts from residuals, with the weights that were used and each silhouette's own noise."""
     by_pose, rate = errors.tangency.jacobian[:, :, :2, :6], np.hstack([errors.prediction.velocity, errors.prediction.omega])
     n = len(rate)
-    h, s, noise, still = np.full(n, 1e-150), np.zeros(n), np.zeros(n), np.zeros((n, 6))
+    h, s, noise, still, stretch = np.full(n, 1e-150), np.zeros(n), np.zeros(n), np.zeros((n, 6)), np.zeros(n)
     for i in errors.tangency.telling:
         seen = sighting((errors.e, by_pose), errors.tangency, first, i, floor_px=floor_px, huber=np.inf)
         W = frames.weight[i, seen.view, seen.side][:, None] * seen.J
@@ -92,7 +111,16 @@ def time_shifts(errors: ModelErrors, frames: WeighedFrames, first: Silhouettes, 
         h[i], s[i], noise[i] = max(float(r @ A @ r), 1e-150), float(r @ score), float(r @ B @ r)
         apart = np.eye(6) - np.outer(r, B @ r) / max(noise[i], 1e-150)  # what noise makes of these scores, and of time's, is uncorrelated
         still[i] = (score @ apart) / np.sqrt(np.maximum(np.einsum("ac,ab,bc->c", apart, B, apart), 1e-150))
-    return TimeShifts(tau_s=-s / h, h=h, noise=noise / h**2, still=still)
+        stretch[i] = _stretch(W @ r, np.where(seen.side == 0, 1.0, -1.0), seen)
+    return TimeShifts(tau_s=-s / h, h=h, noise=noise / h**2, still=still, stretch=stretch)
+
+
+def _stretch(along: Array, opposite: Array, seen: Sighting) -> float:
+    """Score of opposite tangents' moving apart, over its standard deviation; what noise makes of it and of the shift's is uncorrelated."""
+    apart = along * opposite
+    shared = float(along @ seen.Sigma @ apart) / max(float(along @ seen.Sigma @ along), 1e-150)
+    apart = apart - shared * along
+    return float(apart @ seen.e) / max(float(apart @ seen.Sigma @ apart), 1e-150) ** 0.5
 
 
 @dataclass(frozen=True)

@@ -1,5 +1,7 @@
 """Whether frames' times jitter, judged from one-step shifts of every sighting."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -78,6 +80,23 @@ def test_other_movements_tell_how_large_noise_is(stated: float) -> None:
     assert 0.5 < np.median(found) < 0.95
     assert np.median([jitter_test([beside_movements(1.5e-6, seed, stated)]).p for seed in range(20)]) < 0.02
     assert noise_ratio([beside_movements(0.0, 3, stated)]) == pytest.approx(max(1.0 / stated, 1.0), rel=0.15)
+
+
+def blurred_along(jitter_s: float, seed: int) -> TimeShifts:
+    """Edges with three times the variance along the motion: of shifts of the time, and of stretches, but not of other movements."""
+    rng = np.random.default_rng(seed)
+    noisier, n = 3.0, 200
+    tau_s = rng.normal(0.0, np.hypot(np.sqrt(noisier) * NOISE_S, jitter_s), n)
+    still, stretch = rng.normal(0.0, 1.0, (n, 6)), rng.normal(0.0, np.sqrt(noisier), n)
+    return TimeShifts(tau_s, np.full(n, NOISE_S**-2), np.full(n, NOISE_S**2), still, stretch)
+
+
+def test_edges_noisier_along_the_motion_are_no_jitter() -> None:
+    p = np.array([jitter_test([blurred_along(0.0, seed)]).p for seed in range(200)])
+    assert np.mean(p < 0.05) < 0.05
+    unstretched = [jitter_test([replace(blurred_along(0.0, seed), stretch=None)]).p for seed in range(20)]
+    assert np.median(unstretched) < 1e-4
+    assert np.median([jitter_test([blurred_along(6e-6, seed)]).p for seed in range(20)]) < 1e-4
 
 
 @pytest.mark.parametrize("spread", [0.0, 0.6])
