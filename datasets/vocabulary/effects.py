@@ -266,7 +266,8 @@ _ENTRIES = (
         Stage.EXPOSURE,
         Scope.CAMERA,
         (Parameter("bias", "1", (-0.4, 0.4), 1e-3, "0.5 minus the level of darkness at which the outline is drawn"),),
-        "delta = bias |u . w| T, w the outline's velocity in the picture (px/s), T the exposure: leading and trailing edges both move, "
+        "delta = bias |u . w| T, w the outline's velocity in the picture (px/s), T the exposure: leading and trailing edges both move "
+        "(in pictures, whose edges are blurred at rest, too, to where both blurs together reach the level), "
         "and corners narrower across the motion than the dark share of the blur recede further, at the half level, too",
         "Design rule of every half-level contour: only at level 0.5 blur leaves the middle of the exposure in place",
     ),

@@ -39,6 +39,11 @@ class Pictures:
         widths = np.array([frame.edge_width_px for frame in frames]) / WIDTH_10_90
         return cls(np.sqrt(np.maximum(widths**2 - PIXEL_VARIANCE, LEAST_VARIANCE)), np.array([frame.noise for frame in frames]))
 
+    @property
+    def edge_px(self) -> float:
+        """Standard deviation (px) of the blur of edges in the typical picture, the pixel's own with it."""
+        return float(np.sqrt(np.median(self.blur_px) ** 2 + PIXEL_VARIANCE))
+
     def typical(self, count: int) -> "Pictures":
         """``count`` pictures, each with the medians of these."""
         return Pictures(np.full(count, np.median(self.blur_px)), np.full(count, np.median(self.noise)))
