@@ -58,7 +58,7 @@ class Pairs:
         return penalty_of(self.campaign)
 
     def better(self, singles: Sequence[Refitted]) -> tuple[Refitted, ...]:
-        """The larger member of a pair that explains more than any of ``singles``, and both together; nothing where there is none."""
+        """The member that costs less alone of a pair that explains more than any of ``singles``, and both; nothing where there is none."""
         alone, pairs = self._compared({key_of(single): single for single in singles}, self._refitted(self._likely(singles)))
         rivals = list(alone)
         best = self._best([alone[key] for key in rivals], pairs)
@@ -74,7 +74,7 @@ class Pairs:
         alone, pairs = self._compared(self._with_members(alone, best), pairs)
         if best not in pairs:
             return ()
-        larger, smaller = judged([alone[key] for key in sorted(best)], self.penalty)
+        larger, smaller = sorted((alone[key] for key in sorted(best)), key=lambda r: 2.0 * r.cost + self.penalty * r.parameters)
         if not larger.holds_it:
             return ()
         near = _near(pairs, best, self.rules.margin, self.penalty)
