@@ -3,8 +3,9 @@
 Effects that are free in every sequence, or several together, can imitate something that the catalogue lacks: a thrust that turns with the
 body looks like another draught in every sequence. Empirical families (:mod:`estimator.effects.empirical`) therefore compete with the
 last model for what each step of it had still to explain. All are refitted and compared by Schwarz's criterion [1978]: what the scores of
-all effects and families say is left, less what chance leaves, plus a penalty per parameter (:func:`schwarz_penalty`). A family has to
-win by a margin, since it says less than an effect.
+all effects and families say is left, less what chance leaves, plus a penalty per parameter (:func:`schwarz_penalty`). Where none leaves
+what chance may, what they leave is counted in units of the least (:func:`estimator.diagnosis.ranking.misfit_unit`). A family has to win by
+a margin, since it says less than an effect.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -14,7 +15,7 @@ import numpy as np
 
 from datasets.vocabulary.effects import Scope
 from estimator.diagnosis.extending import fit_extended
-from estimator.diagnosis.ranking import by_remainder
+from estimator.diagnosis.ranking import by_remainder, misfit_unit
 from estimator.diagnosis.score_tests import Candidates, ScoreTest, score_tests
 from estimator.diagnosis.unknown import ALPHA, Unknown, families
 from estimator.effects.choosing import beside
@@ -50,24 +51,45 @@ def better_unknown(
     """
     if not before:
         return None
-    criterion = criterion_of(campaign, last, catalogue)
-    found, beaten = None, criterion - MARGIN
-    # what a model that is right may leave, less its degrees of freedom: noise is counted with caution
-    chance = min(criterion - schwarz_penalty(campaign, last), 0.0)
+    own = _judged(campaign, last, catalogue)
+    beaten = own.criterion(1.0) - MARGIN  # in any other unit it is less
+    chance = min(own.left - own.columns, 0.0)  # what a model that is right may leave: noise is counted with caution
+    found: list[tuple[_Judged, Simpler]] = []
     for known in before:
         fit = known
-        own = schwarz_penalty(campaign, fit)
-        if own + min(_least_penalty(campaign, family) for family in EMPIRICAL.values()) + chance >= beaten:
+        penalty = schwarz_penalty(campaign, fit)
+        if penalty + min(_least_penalty(campaign, family) for family in EMPIRICAL.values()) + chance >= beaten:
             continue  # the least of them would not win if it left no more than chance does
         if again:
             fit = fit_campaign(campaign, known.state, known.model)
         for test, tests, p in _likely(campaign, fit, catalogue):
-            if p > ALPHA or own + _least_penalty(campaign, test.effect) + chance >= beaten:
+            if p > ALPHA or penalty + _least_penalty(campaign, test.effect) + chance >= beaten:
                 continue
-            criterion = min(_criteria(campaign, fit, test, catalogue), default=np.inf)
-            if criterion < beaten:
-                found, beaten = Simpler(fit, Unknown(test, p, tests)), criterion
-    return found
+            found += [(judged, Simpler(fit, Unknown(test, p, tests))) for judged in _of_family(campaign, fit, test, catalogue)]
+            beaten = min([beaten, *(judged.criterion(1.0) for judged, _ in found)])
+    unit = misfit_unit((each.left, each.columns) for each in (own, *(judged for judged, _ in found)))
+    best, simpler = min(found, key=lambda each: each[0].criterion(unit), default=(own, None))
+    return simpler if best.criterion(unit) < own.criterion(unit) - MARGIN else None
+
+
+@dataclass(frozen=True)
+class _Judged:
+    """What the scores of all others say that a fit has ``left``, in how many ``columns``, and the ``penalty`` of its parameters."""
+
+    left: float
+    columns: int
+    penalty: float
+
+    def criterion(self, unit: float) -> float:
+        """What is left, in units, less its degrees of freedom, plus the penalty."""
+        return self.left / unit - self.columns + self.penalty
+
+
+def _judged(campaign: Campaign, fit: CampaignFit, catalogue: Mapping[str, EffectModel]) -> _Judged:
+    others, _ = _others(campaign, fit, catalogue)
+    _, scores = score_tests(campaign, fit, others)
+    left = by_remainder(scores, penalty=0.0)
+    return _Judged(left.nothing, left.columns, schwarz_penalty(campaign, fit))
 
 
 def schwarz_penalty(campaign: Campaign, fit: CampaignFit) -> float:
@@ -114,13 +136,13 @@ def _least_penalty(campaign: Campaign, family: EffectModel) -> float:
     return _most_penalty(campaign, PlaneField if isinstance(family, ForceField) else family)
 
 
-def _criteria(campaign: Campaign, fit: CampaignFit, test: ScoreTest, catalogue: Mapping[str, EffectModel]) -> Iterator[float]:
-    """The criteria of refits with a family: a field of force also as one that points one way; none of what cannot be flown."""
+def _of_family(campaign: Campaign, fit: CampaignFit, test: ScoreTest, catalogue: Mapping[str, EffectModel]) -> Iterator[_Judged]:
+    """Refits with a family, judged: a field of force also as one that points one way; none of what cannot be flown."""
     try:
         refitted = fit_extended(campaign, fit, test)
-        yield criterion_of(campaign, refitted, catalogue)
+        yield _judged(campaign, refitted, catalogue)
         if isinstance(test.effect, ForceField):
-            yield criterion_of(campaign, _one_way(campaign, fit, refitted, test.effect), catalogue)
+            yield _judged(campaign, _one_way(campaign, fit, refitted, test.effect), catalogue)
     except (ValueError, np.linalg.LinAlgError):
         return
 
@@ -144,10 +166,7 @@ def _others(campaign: Campaign, fit: CampaignFit, catalogue: Mapping[str, Effect
 
 def criterion_of(campaign: Campaign, fit: CampaignFit, catalogue: Mapping[str, EffectModel]) -> float:
     """What is left at a fit, less its degrees of freedom, plus the penalty of the model's parameters."""
-    others, _ = _others(campaign, fit, catalogue)
-    _, scores = score_tests(campaign, fit, others)
-    left = by_remainder(scores, penalty=0.0)
-    return left.nothing - left.columns + schwarz_penalty(campaign, fit)
+    return _judged(campaign, fit, catalogue).criterion(1.0)
 
 
 def _likely(

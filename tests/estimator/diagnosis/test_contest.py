@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from estimator.diagnosis import refitting
+from estimator.diagnosis import contest, refitting
 from estimator.diagnosis.adding import with_effect
-from estimator.diagnosis.contest import schwarz_penalty
+from estimator.diagnosis.contest import better_unknown, schwarz_penalty
 from estimator.diagnosis.refits import Refitted
 from estimator.diagnosis.score_tests import ScoreTest
 from estimator.effects.registry import MODELS
@@ -56,3 +56,17 @@ def test_effects_that_contain_nothing_stand_without_a_contest(monkeypatch: pytes
     monkeypatch.setattr(refitting, "criterion_of", None)
     narrow = trial("gravity")
     assert refitting._simplest(registered().campaign, narrow, [narrow, trial("linear_drag")], []) is narrow
+
+
+@pytest.mark.parametrize(("left", "better"), [((100.0, 60.0), True), ((420.0, 380.0), False), ((420.0, 60.0), True)])
+def test_an_unknown_wins_by_what_it_leaves_in_units_of_what_the_best_leaves(
+    monkeypatch: pytest.MonkeyPatch, left: tuple[float, float], better: bool
+) -> None:
+    """Forty for twenty of penalty is strong evidence where the best leaves what chance does, and none where all leave eight times that."""
+    campaign, last = registered().campaign, with_effect(registered().campaign, fitted(), MODELS["gravity"])
+    test = replace(trial("gravity").test, effect=contest.EMPIRICAL["smooth_force"])
+    own, family = (contest._Judged(each, 50, penalty) for each, penalty in zip(left, (30.0, 50.0), strict=True))
+    monkeypatch.setattr(contest, "_judged", lambda _campaign, _fit, _catalogue: own)
+    monkeypatch.setattr(contest, "_likely", lambda _campaign, _fit, _catalogue: [(test, (), 1e-6)])
+    monkeypatch.setattr(contest, "_of_family", lambda _campaign, _fit, _test, _catalogue: iter([family]))
+    assert (better_unknown(campaign, [fitted()], last, MODELS) is not None) == better
