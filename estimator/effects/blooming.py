@@ -12,7 +12,7 @@ class Blooming(EffectModel):
 
     entry = EFFECTS["blooming"]
     accuracy = 0.05
-    accuracy_at_spikes = 0.2
+    accuracy_at_spikes = 0.08
 
     def shift(self, theta: Array, places: Places, setting: Setting) -> Array | None:
         """Recession by the brightness of the back-light."""

@@ -21,7 +21,7 @@ class DefocusGrowth(EffectModel):
 
     entry = EFFECTS["defocus_growth"]
     accuracy = 0.1
-    accuracy_at_spikes = 0.3
+    accuracy_at_spikes = 0.1
 
     def slope_at(self, theta: Array) -> Array:
         """At least ``SMALLEST``: zero blur has no slope."""

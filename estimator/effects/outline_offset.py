@@ -12,7 +12,7 @@ class OutlineOffset(EffectModel):
 
     entry = EFFECTS["outline_offset"]
     accuracy = 0.03
-    accuracy_at_spikes = 0.3
+    accuracy_at_spikes = 0.15
 
     def shift(self, theta: Array, places: Places, setting: Setting) -> Array | None:
         """The constant."""

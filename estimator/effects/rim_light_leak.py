@@ -18,7 +18,7 @@ class RimLightLeak(EffectModel):
 
     entry = EFFECTS["rim_light_leak"]
     accuracy = 0.1
-    accuracy_at_spikes = 0.7
+    accuracy_at_spikes = 0.4
 
     def shift(self, theta: Array, places: Places, setting: Setting) -> Array | None:
         """The tabled recession, times the loss."""
