@@ -12,6 +12,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.stats import chi2
 
 from datasets.vocabulary.effects import Scope
 from estimator.diagnosis.extending import fit_extended
@@ -25,12 +26,15 @@ from estimator.effects.model import Model
 from estimator.effects.plane_field import PlaneField, plane_field_like
 from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState, fit_campaign
 from estimator.fitting.campaign_covariance import CampaignCovariance, campaign_covariance
+from estimator.fitting.following import following
 from estimator.motion.flight import N_PARAMETERS
 
 MARGIN = 10.0
 """Of the criterion, by which an unknown must be better: very strong evidence [Kass and Raftery 1995]."""
 WORTH_A_FIT = 0.5
 """Largest share of the misfit that a family may leave in a linear look and still be refitted: a look at a large effect is a poor one."""
+FALLEN = 0.25
+"""Share of the cost before to which a refitted family has to lower it for its flights to be followed."""
 REFITTED = 2
 
 
@@ -137,10 +141,16 @@ def _least_penalty(campaign: Campaign, family: EffectModel) -> float:
 
 
 def _of_family(campaign: Campaign, fit: CampaignFit, test: ScoreTest, catalogue: Mapping[str, EffectModel]) -> Iterator[_Judged]:
-    """Refits with a family, judged: a field of force also as one that points one way; none of what cannot be flown."""
+    """Refits with a family, judged: a field of force also as one that points one way; none of what cannot be flown.
+
+    One that makes the cost fall deep, and yet leaves more than chance does, is judged once more where its own flights were followed: those
+    of the last model were, and tables of other flights would speak for that.
+    """
     try:
         refitted = fit_extended(campaign, fit, test)
-        yield _judged(campaign, refitted, catalogue)
+        yield (judged := _judged(campaign, refitted, catalogue))
+        if refitted.cost < FALLEN * fit.cost and chi2.sf(judged.left, max(judged.columns, 1)) < ALPHA:
+            yield _judged(*following(campaign, refitted), catalogue)
         if isinstance(test.effect, ForceField):
             yield _judged(campaign, _one_way(campaign, fit, refitted, test.effect), catalogue)
     except (ValueError, np.linalg.LinAlgError):

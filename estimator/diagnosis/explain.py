@@ -6,12 +6,12 @@ together. Which effect a step adds is decided by refits (:mod:`estimator.diagnos
 unknown in its place (:mod:`estimator.diagnosis.contest`).
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from estimator.diagnosis.contest import better_unknown, criterion_of
+from estimator.diagnosis.contest import Simpler, better_unknown, criterion_of
 from estimator.diagnosis.extending import fit_extended
 from estimator.diagnosis.pruning import pruned, tests_at, without_effect
 from estimator.diagnosis.ranking import Ranking, rank
@@ -31,6 +31,8 @@ from estimator.fitting.time_shifts import held_out_gain
 MOST_EXCHANGED = 3
 """Effects beside one another, up to which each is looked at again beside the others: more than these imitate something else."""
 EXCHANGES = 2
+FEW, MUCH_LEFT = 2, 1e-30
+"""Steps after which an unknown is looked for at once where p says that much is still missing: many effects imitate it at last."""
 STILL_AS_GOOD = 1.01
 """Held-out errors over those before, within which a simpler effect takes the place of one that contains it."""
 
@@ -116,20 +118,17 @@ def explain(
     """Add effects of ``catalogue`` to the base model until nothing more is found."""
     model = campaign.kind.base
     begun, base = following(campaign, fit_campaign(campaign, start_with(start, model.size), model))
-    found, (tests, ranking) = _climbed(Reached(begun, base, (), (), held_out(begun, base.state, base.model)), catalogue, rules, told)
-    for _ in range(EXCHANGES):
-        before, found = found.fit, _exchanged(found, catalogue, rules, told)
-        if found.fit is before:
-            break
-        found, (tests, ranking) = _climbed(found, catalogue, rules, told)
-    campaign, fit, steps, dropped, error = found.campaign, found.fit, list(found.steps), found.dropped, found.error
-    simplified = _simplified(campaign, fit, catalogue, error)
-    if simplified is not None:
-        told(f"{simplified.added} explains as much as {simplified.group[1]}")
-        dropped += (simplified.group[1],)
-        steps, fit, error = [*steps, simplified], simplified.fit, simplified.after
-    fits = (base, *(step.fit for step in steps if step.accepted))[:-1]  # none where nothing was added
-    simpler = better_unknown(campaign, fits, fit, catalogue, again=campaign is not begun)
+    at = Reached(begun, base, (), (), held_out(begun, base.state, base.model))
+    few = replace(rules, most_effects=min(FEW, rules.most_effects))
+    found, (tests, ranking) = _climbed(at, catalogue, few, told)
+    simpler = None
+    if len(found.steps) >= FEW and found.steps[-1].accepted and _missing(tests) <= rules.alpha:
+        simpler = _unknown_instead(begun, base, found, catalogue) if _missing(tests) < MUCH_LEFT else None
+        found, (tests, ranking) = (found, (tests, ranking)) if simpler else _climbed(found, catalogue, rules, told)
+    if simpler is None:
+        found, (tests, ranking) = _settled(found, (tests, ranking), catalogue, rules, told)
+        simpler = _unknown_instead(begun, base, found, catalogue)
+    campaign, fit, steps, dropped, error = found.campaign, found.fit, found.steps, found.dropped, found.error
     if simpler is not None:
         told(f"something unknown ({simpler.unknown.stage}) explains it in fewer words than {', '.join(_keys(fit))}")
         dropped += tuple(key for key in _keys(fit) if key not in simpler.fit.model.keys)
@@ -137,7 +136,32 @@ def explain(
         error = held_out(campaign, fit.state, fit.model)
     left = simpler.unknown if simpler is not None else unknown(campaign, fit)
     covariance = campaign_covariance(campaign, fit)
-    return Explanation(begun, campaign, tuple(steps), base, fit, covariance, tuple(tests), ranking, dropped, left, error)
+    return Explanation(begun, campaign, steps, base, fit, covariance, tuple(tests), ranking, dropped, left, error)
+
+
+def _missing(tests: Sequence[ScoreTest]) -> float:
+    """p-value that nothing is missing, corrected for the number of candidates."""
+    return min((t.p for t in tests), default=1.0) * len(tests)
+
+
+def _unknown_instead(begun: Campaign, base: CampaignFit, at: Reached, catalogue: Mapping[str, EffectModel]) -> Simpler | None:
+    """Something unknown that explains the campaign in fewer words than the effects that were added."""
+    fits = (base, *(step.fit for step in at.steps if step.accepted))[:-1]  # none where nothing was added
+    return better_unknown(at.campaign, fits, at.fit, catalogue, again=at.campaign is not begun)
+
+
+def _settled(at: Reached, last: Tested, catalogue: Mapping[str, EffectModel], rules: Rules, told: Told) -> tuple[Reached, Tested]:
+    """With effects exchanged for what explains more beside the others, and one that contains what is there by that; the last tests."""
+    for _ in range(EXCHANGES):
+        before, at = at.fit, _exchanged(at, catalogue, rules, told)
+        if at.fit is before:
+            break
+        at, last = _climbed(at, catalogue, rules, told)
+    step = _simplified(at.campaign, at.fit, catalogue, at.error)
+    if step is None:
+        return at, last
+    told(f"{step.added} explains as much as {step.group[1]}")
+    return replace(at, steps=(*at.steps, step), fit=step.fit, dropped=(*at.dropped, step.group[1]), error=step.after), last
 
 
 def _climbed(
@@ -147,7 +171,7 @@ def _climbed(
     while True:
         tests, scores = tests_at(at.campaign, at.fit, catalogue)
         ranking = rank(scores, tests, penalty=penalty_of(at.campaign))
-        p = min((t.p for t in tests), default=1.0) * len(tests)
+        p = _missing(tests)
         if p > rules.alpha or len(at.steps) >= rules.most_effects:
             break
         told(f"the fit misses something ({p_words(p)}); refitting the likeliest effects")

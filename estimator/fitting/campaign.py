@@ -31,6 +31,8 @@ STILL, STILL_COST, STILL_SHARE = 0.35, 0.1, 1e-4
 tells models apart, or than ``STILL_SHARE`` of it: tangents that jump from corner to corner keep large misfits from settling further."""
 PATIENCE = 3
 """Steps that lower the cost by less than ``STILL_SHARE`` of it before a fit is given up where it was best: large misfits wander."""
+FALLING, MOST_FALLING = 0.01, 40
+"""A fit whose last step lowered the cost by more than the share ``FALLING`` of it goes on beyond its steps, up to ``MOST_FALLING``."""
 
 
 @dataclass(frozen=True)
@@ -213,7 +215,8 @@ def fit_campaign(
 ) -> CampaignFit:
     """Gauss-Newton with step halving, weights refreshed at every step; ends, too, where :data:`PATIENCE` steps in a row gain nothing.
 
-    ``dampings``: tried in turn where no share of a step lowers the cost.
+    ``most_steps``: after which a fit ends that no longer falls fast (:data:`FALLING`). ``dampings``: tried in turn where no share of a step
+    lowers the cost.
 
     Raises
     ------
@@ -226,8 +229,10 @@ def fit_campaign(
     cost = _cost(campaign, layout, model, (state, equations))
     if not np.isfinite(cost):
         raise RanAway("nothing is seen of the flights that a fit starts from")
-    settled, least, mark, in_vain = False, (cost, state, equations), cost, 0
-    for _ in range(most_steps):
+    settled, least, mark, in_vain, falls = False, (cost, state, equations), cost, 0, False
+    for step in range(max(most_steps, MOST_FALLING)):
+        if step >= most_steps and not falls:
+            break
         solution = solve_arrow(equations, layout, shared_prior(campaign, layout, model, state))
         size = _relative_size(equations, layout, solution)
         lower = _lowered(campaign, (layout, model), (cost, state, equations), solution, dampings)
@@ -235,6 +240,7 @@ def fit_campaign(
             break
         (new_cost, state, equations), damped = lower
         still = size < SETTLED or (size < STILL and abs(cost - new_cost) < max(STILL_COST, STILL_SHARE * cost))
+        falls = new_cost < cost * (1.0 - FALLING)
         settled, cost = still and not damped, new_cost
         mark, in_vain = (cost, 0) if cost < mark * (1.0 - STILL_SHARE) else (mark, in_vain + 1)
         least = min(least, (cost, state, equations), key=lambda found: found[0])

@@ -96,12 +96,11 @@ def _depth_px(pocket: shapely.Polygon, convex: shapely.Polygon) -> float:
 def _drawn_rim(mesh: CastingMesh, pixels: Array, finer: int) -> Array:
     """The outer boundary (n, 2) px of the drawn contour generator."""
     corner = pixels.min(axis=0) - MARGIN_PX
-    a, b, c = np.moveaxis(pixels[mesh.faces], 1, 0)
-    turn = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
-    seen = turn[mesh.beside] > 0.0
-    rim = mesh.ends[seen[:, 0] != seen[:, 1]]
+    (a, b, c), x, y = mesh.faces.T, pixels[:, 0], pixels[:, 1]
+    seen = (x[b] - x[a]) * (y[c] - y[a]) - (y[b] - y[a]) * (x[c] - x[a]) > 0.0
+    rim = mesh.ends[seen[mesh.beside[:, 0]] != seen[mesh.beside[:, 1]]]
     width, height = np.ceil((pixels.max(axis=0) + MARGIN_PX - corner) * finer).astype(int)
     drawn = np.zeros((height, width), np.uint8)
-    cv2.polylines(drawn, list(np.round((pixels[rim] - corner) * finer).astype(np.int32)), isClosed=False, color=255)
-    contours, _ = cv2.findContours(drawn, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+    cv2.polylines(drawn, np.round((pixels[rim] - corner) * finer).astype(np.int32), isClosed=False, color=255)
+    contours, _ = cv2.findContours(drawn, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
     return np.asarray(max(contours, key=cv2.contourArea)[:, 0] / finer + corner)

@@ -28,7 +28,7 @@ from estimator.registration import Registered, register
 from tumble.challenge.answers import parameters, velocities
 from tumble.challenge.cases import Case, campaign_folder, case_from_dict, case_to_dict, sequence_name
 from tumble.challenge.making import build
-from tumble.challenge.solving import registered_campaign
+from tumble.challenge.registering import registered_campaign
 from tumble.engine import Item, Outcome, run
 from tumble.progress import progress
 
@@ -36,9 +36,19 @@ Array = NDArray[np.float64]
 
 
 def ask_oracle(
-    cases: Sequence[tuple[Case, bool]], root: Path, configuration: Mapping[str, Any], out: Path, *, jobs: int, quiet: bool
+    cases: Sequence[tuple[Case, bool]],
+    root: Path,
+    configuration: Mapping[str, Any],
+    out: Path,
+    *,
+    jobs: int,
+    quiet: bool,
+    kept: Path | None = None,
 ) -> tuple[Outcome, ...]:
-    """Fit the true model to every case, where ``out`` lacks that; ``cases`` says where the base model's held-out error is wanted, too."""
+    """Fit the true model to every case, where ``out`` lacks that; ``cases`` says where the base model's held-out error is wanted, too.
+
+    ``kept``: a folder of registrations (:mod:`tumble.challenge.registering`).
+    """
     items = []
     for case, base in cases:
         product = oracle_path(out, case.name)
@@ -47,6 +57,7 @@ def ask_oracle(
             "root": str(root),
             "configuration": dict(configuration),
             "base": base,
+            "kept": None if kept is None else str(kept),
             "product": str(product),
         }
         items.append(Item(case.name, payload, product))
@@ -72,7 +83,8 @@ def oracle_item(payload: dict[str, Any]) -> dict[str, Any]:
 
 
 def _inside(case: Case, payload: Mapping[str, Any]) -> dict[str, Any]:
-    registered = registered_campaign(campaign_folder(Path(payload["root"]), case.name), payload["configuration"])
+    kept = Path(payload["kept"]) if payload.get("kept") else None
+    registered = registered_campaign(campaign_folder(Path(payload["root"]), case.name), payload["configuration"], kept)
     if not registered.campaign.sequences:
         return {"left_out": [each.name for each in registered.left_out]}
     campaign, start = registered.campaign, registered.start

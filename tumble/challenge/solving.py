@@ -8,17 +8,14 @@ from typing import Any
 from datasets.atomic_files import written_whole
 from datasets.errors import InputError
 from datasets.json_documents import plain
-from datasets.observation_files import read_observation
-from estimator.configuration import configuration_from_dict
 from estimator.diagnosis.explain import explain
 from estimator.diagnosis.refits import Rules
 from estimator.effects.choosing import catalogue
-from estimator.registration import Registered, register
 from tumble.challenge.answers import answer, no_answer
 from tumble.challenge.cases import CAMPAIGNS
+from tumble.challenge.registering import registered_campaign
 from tumble.engine import Item, Outcome, run
 from tumble.progress import progress
-from tumble.result_files import observations_in
 
 SUFFIX = ".answer.json"
 
@@ -47,35 +44,37 @@ def answer_path(out: Path, campaign: str) -> Path:
     return out / f"{campaign}{SUFFIX}"
 
 
-def solve_campaigns(source: Path, configuration: dict[str, Any], out: Path, *, jobs: int, quiet: bool) -> tuple[Outcome, ...]:
-    """Solve every campaign of ``source`` that ``out`` lacks."""
+def solve_campaigns(
+    source: Path, configuration: dict[str, Any], out: Path, *, jobs: int, quiet: bool, kept: Path | None = None
+) -> tuple[Outcome, ...]:
+    """Solve every campaign of ``source`` that ``out`` lacks; registrations are ``kept`` in a folder, if one is given."""
     items = []
     for folder in campaigns_in(source):
         product = answer_path(out, folder.name)
-        items.append(Item(folder.name, {"campaign": str(folder), "configuration": configuration, "product": str(product)}, product))
+        payload = {"campaign": str(folder), "configuration": configuration, "product": str(product), "kept": _text(kept)}
+        items.append(Item(folder.name, payload, product))
     with progress("solve", len(items), quiet=quiet) as advance:
         return run(solve_item, items, jobs=jobs, advance=advance)
-
-
-def registered_campaign(folder: Path, configuration: dict[str, Any]) -> Registered:
-    """The campaign of a folder, found and fitted sequence by sequence."""
-    observations = [read_observation(path) for path in observations_in(folder)]
-    return register(observations, configuration_from_dict(configuration))
 
 
 def solve_item(payload: dict[str, Any]) -> dict[str, Any]:
     """Solve one campaign and write the answer."""
     folder, product = Path(payload["campaign"]), Path(payload["product"])
-    result = {"campaign": folder.name, **solved(folder, payload["configuration"])}
+    kept = payload.get("kept")
+    result = {"campaign": folder.name, **solved(folder, payload["configuration"], Path(kept) if kept else None)}
     with written_whole(product) as temporary:
         temporary.write_text(json.dumps(plain(result), indent=1) + "\n", encoding="utf-8")
     return {"found": result["found"]}
 
 
-def solved(folder: Path, configuration: dict[str, Any]) -> dict[str, Any]:
+def _text(path: Path | None) -> str | None:
+    return None if path is None else str(path)
+
+
+def solved(folder: Path, configuration: dict[str, Any], kept: Path | None = None) -> dict[str, Any]:
     """The answer to one campaign, with the CPU time it took; ``diagnose`` is the part of ``explain`` up to the first tests."""
     began = time.process_time()
-    registered = registered_campaign(folder, configuration)
+    registered = registered_campaign(folder, configuration, kept)
     found = time.process_time()
     left_out = [f"{each.name}: {each.reason}" for each in registered.left_out]
     if not registered.campaign.sequences:

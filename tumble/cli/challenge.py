@@ -137,9 +137,19 @@ def _seed(arguments: argparse.Namespace) -> int:
     return int(before["seed"]) if before else secrets.randbits(48)
 
 
+def _kept_option(part: argparse.ArgumentParser) -> None:
+    part.add_argument(
+        "--keep",
+        type=Path,
+        metavar="FOLDER",
+        help="keep registered campaigns there (pickles: a folder of your own); `score --keep` goes on from them in half the time",
+    )
+
+
 def _solve_options(part: argparse.ArgumentParser) -> None:
     part.add_argument("challenge", type=Path, metavar="CHALLENGE", help="a challenge, its campaigns folder, or one campaign")
     add_configuration(part, what="the estimator's configuration")
+    _kept_option(part)
     add_output(part, default="out/challenge_answers")
     add_jobs(part)
 
@@ -149,7 +159,8 @@ def _solve(arguments: argparse.Namespace) -> int:
     campaigns_in(arguments.challenge)
     described = Run("challenge solve", {"challenge": str(arguments.challenge.resolve()), **configuration})
     with output_directory(arguments.out, described, resume=arguments.resume, force=arguments.force) as out:
-        outcomes = solve_campaigns(arguments.challenge, configuration, out, jobs=arguments.jobs, quiet=arguments.quiet)
+        how = {"jobs": arguments.jobs, "quiet": arguments.quiet, "kept": arguments.keep}
+        outcomes = solve_campaigns(arguments.challenge, configuration, out, **how)
         report_failures(out, outcomes)
     if not arguments.quiet:
         print(f"{len(outcomes)} answers are in {arguments.out}\nnext: tumble challenge score {arguments.challenge} {arguments.out}")
@@ -166,6 +177,7 @@ def _score_options(part: argparse.ArgumentParser) -> None:
         "--with", type=Path, metavar="FILE.json", dest="earlier", nargs="+", default=[], help="pool with such results of other challenges"
     )
     add_configuration(part, what="the estimator's configuration, for the oracle")
+    _kept_option(part)
     add_output(part, default="out/challenge_score")
     add_jobs(part)
 
@@ -180,7 +192,8 @@ def _score(arguments: argparse.Namespace) -> int:
     wanted = [(case, not read_answer(arguments.answers, case.name).get("held_out")) for case in asked]
     described = Run("challenge score", {"challenge": str(arguments.challenge.resolve()), "answers": str(arguments.answers.resolve())})
     with output_directory(arguments.out, described, resume=arguments.resume, force=arguments.force) as out:
-        outcomes = ask_oracle(wanted, arguments.challenge, configuration, out, jobs=arguments.jobs, quiet=arguments.quiet)
+        how = {"jobs": arguments.jobs, "quiet": arguments.quiet, "kept": arguments.keep}
+        outcomes = ask_oracle(wanted, arguments.challenge, configuration, out, **how)
         report_failures(out, outcomes)
         scored = score_cases(cases, arguments.challenge, arguments.answers, out, table)
         if earlier or arguments.result:

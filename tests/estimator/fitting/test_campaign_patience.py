@@ -30,9 +30,20 @@ def test_a_fit_that_wanders_ends_where_it_was_best(monkeypatch: pytest.MonkeyPat
 
 
 def test_a_fit_that_still_gains_goes_on(monkeypatch: pytest.MonkeyPatch) -> None:
-    found, asked = fit_with_costs([100.0 - i for i in range(40)], monkeypatch)
+    found, asked = fit_with_costs([200.0 - i for i in range(40)], monkeypatch)
     assert asked == 1 + campaign.MOST_STEPS
-    assert found.cost == 100.0 - campaign.MOST_STEPS
+    assert found.cost == 200.0 - campaign.MOST_STEPS
+
+
+def test_a_fit_that_falls_fast_takes_more_steps_than_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As far as it falls, and no further than a bound."""
+    fast, slow = 1.0 - 2.0 * campaign.FALLING, 1.0 - 0.5 * campaign.FALLING
+    costs = [4000.0 * fast**i for i in range(26)]
+    found, asked = fit_with_costs([*costs, *(costs[-1] * slow**i for i in range(1, 40))], monkeypatch)
+    assert asked == 1 + 25 + 1
+    assert found.cost == pytest.approx(costs[-1] * slow)
+    _, asked = fit_with_costs([4000.0 * fast**i for i in range(80)], monkeypatch)
+    assert asked == 1 + campaign.MOST_FALLING
 
 
 def test_a_fit_that_creeps_goes_on(monkeypatch: pytest.MonkeyPatch) -> None:
