@@ -70,3 +70,17 @@ def test_an_unknown_wins_by_what_it_leaves_in_units_of_what_the_best_leaves(
     monkeypatch.setattr(contest, "_likely", lambda _campaign, _fit, _catalogue: [(test, (), 1e-6)])
     monkeypatch.setattr(contest, "_of_family", lambda _campaign, _fit, _test, _catalogue: iter([family]))
     assert (better_unknown(campaign, [fitted()], last, MODELS) is not None) == better
+
+
+@pytest.mark.parametrize(("fallen", "left", "followed"), [(0.1, 400.0, True), (0.9, 400.0, False), (0.1, 40.0, False)])
+def test_a_family_that_falls_deep_is_judged_where_its_own_flights_were_followed(
+    monkeypatch: pytest.MonkeyPatch, fallen: float, left: float, followed: bool
+) -> None:
+    """Not one that explains little, or that leaves no more than chance does."""
+    campaign, fit = registered().campaign, fitted()
+    test = replace(trial("gravity").test, effect=contest.EMPIRICAL["zoom_in_time"])
+    there = replace(fit, cost=fallen * fit.cost)
+    monkeypatch.setattr(contest, "fit_extended", lambda *_: there)
+    monkeypatch.setattr(contest, "following", lambda campaign, _: (campaign, fit))
+    monkeypatch.setattr(contest, "_judged", lambda _campaign, seen, _: contest._Judged(left if seen is there else 1.0, 50, 30.0))
+    assert [each.left for each in contest._of_family(campaign, fit, test, MODELS)] == [left, 1.0][: 1 + followed]
