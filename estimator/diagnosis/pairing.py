@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from estimator.diagnosis.ranking import Hypothesis, by_remainder, misfit_unit, pairs_by_remainder
-from estimator.diagnosis.refits import Refitted, Rules, judged, key_of, looked, penalty_of, refit, refit_pair
+from estimator.diagnosis.refits import Refitted, Rules, alike, judged, key_of, looked, penalty_of, refit, refit_pair
 from estimator.diagnosis.score_tests import EfficientScores, ScoreTest
 from estimator.effects.choosing import contradiction
 from estimator.fitting.campaign import Campaign, CampaignFit
@@ -199,8 +199,8 @@ def _near(refits: Mapping[Keys, Refitted], best: Keys, margin: float, penalty: f
     """The pairs that cannot be told from the best, the likeliest first."""
     ranked = _by_fit(list(refits.values()), penalty)
     pairs = {keys: ranked[id(r.fit)] for keys, r in refits.items()}
-    order = sorted(pairs, key=lambda keys: pairs[keys].criterion)
-    return [keys for keys in order if pairs[keys].evidence <= pairs[best].evidence + margin]
+    near = {id(r.fit) for r in alike(list(pairs.values()), pairs[best], penalty, margin)}
+    return [keys for keys in sorted(pairs, key=lambda keys: pairs[keys].criterion) if id(pairs[keys].fit) in near]
 
 
 def _by_fit(refits: Sequence[Refitted], penalty: float) -> dict[int, Refitted]:

@@ -99,6 +99,22 @@ def judged(refits: Sequence[Refitted], penalty: float) -> list[Refitted]:
     return sorted((replace(r, criterion=r.evidence + r.surprise) for r in found), key=lambda r: r.criterion)
 
 
+def alike(refits: Sequence[Refitted], chosen: Refitted, penalty: float, margin: float) -> list[Refitted]:
+    """Refits that the data cannot tell from the ``chosen`` one, itself among them.
+
+    They are told apart where both what scores say is left and what the fits cost differ by more than the ``margin``; models are inexact,
+    and the two may disagree. Where one costs less than the chosen one beyond the margin they speak for different effects: then the one of
+    least cost belongs to the group.
+    """
+    dearer = [2.0 * (r.cost - chosen.cost) + penalty * (r.parameters - chosen.parameters) for r in refits]
+    least = min(dearer, default=0.0)
+    return [
+        r
+        for r, more in zip(refits, dearer, strict=True)
+        if r.evidence <= chosen.evidence + margin or abs(more) <= margin or more == least < -margin
+    ]
+
+
 def refit(campaign: Campaign, fit: CampaignFit, test: ScoreTest) -> Refitted:
     """Refit with a tested effect, not looked at yet."""
     astray = Refitted(test, fit, len(test.columns), group=(test.effect.entry.key,))

@@ -13,7 +13,7 @@ from scipy.stats import chi2
 from estimator.diagnosis.contest import criterion_of
 from estimator.diagnosis.pairing import Pairs
 from estimator.diagnosis.ranking import Hypothesis, Ranking
-from estimator.diagnosis.refits import Refitted, Rules, as_it_is, judged, key_of, looked, penalty_of, refit
+from estimator.diagnosis.refits import Refitted, Rules, alike, as_it_is, judged, key_of, looked, penalty_of, refit
 from estimator.diagnosis.score_tests import EfficientScores, ScoreTest
 from estimator.fitting.campaign import Campaign, CampaignFit
 
@@ -64,21 +64,10 @@ def _known(tests: Sequence[ScoreTest], ranking: Ranking) -> list[Hypothesis]:
 def _leader(campaign: Campaign, refitted: Sequence[Refitted], tests: Sequence[ScoreTest], rules: Rules) -> Refitted:
     """The likeliest of refits, the first, or what it contains, with those that cannot be told from it."""
     chosen = refitted[0]
-    group = [r for r in refitted if r.evidence <= chosen.evidence + rules.margin]
+    group = alike(refitted, chosen, penalty_of(campaign), rules.margin)
     leader = _simplest(campaign, chosen, group, tests)
-    group += [r for r in _liked_more(refitted, chosen, penalty_of(campaign), rules) if all(r is not each for each in group)]
     rivals = tuple(r for r in group if r is not leader)
     return replace(leader, group=(key_of(leader), *map(key_of, rivals)), rivals=rivals)
-
-
-def _liked_more(refitted: Sequence[Refitted], chosen: Refitted, penalty: float, rules: Rules) -> list[Refitted]:
-    """The effect of the least cost, if that is less than the chosen one's beyond the margin.
-
-    Where models are inexact, what scores say is left and what the fit costs may speak for different effects: then the data do not decide.
-    """
-    best = min(refitted, key=lambda r: 2.0 * r.cost + penalty * r.parameters)
-    gained = 2.0 * (chosen.cost - best.cost) + penalty * (chosen.parameters - best.parameters)
-    return [best] if gained > rules.margin else []
 
 
 def _shortlist(known: Sequence[Hypothesis], tests: Sequence[ScoreTest], rules: Rules) -> list[ScoreTest]:

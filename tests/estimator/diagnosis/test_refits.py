@@ -2,19 +2,21 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 from scipy.stats import chi2
 
 from estimator.diagnosis import refits
-from estimator.diagnosis.refits import Refitted, judged, looked, refit, refit_pair
+from estimator.diagnosis.refits import Refitted, alike, judged, looked, refit, refit_pair
 from estimator.diagnosis.score_tests import Candidates, ScoreTest, score_tests
 from estimator.effects.registry import MODELS
 from estimator.fitting.campaign import CampaignFit
 from estimator.fitting.campaign_noise import body_noise_px
 from tests.estimator.small_campaign import fitted, registered
 
+NOTHING: Any = None
 ASKED = ("gravity", "linear_drag", "magnus_lift")
 
 
@@ -97,3 +99,19 @@ def test_what_was_led_astray_is_last_and_a_number_all_the_same() -> None:
     astray = [Refitted(test, fitted(), 1) for test in tests[1:]]
     assert [r.criterion for r in judged(astray, 4.0)] == [np.inf, np.inf]
     assert judged([*astray, flew], 4.0)[0].test is tests[0]
+
+
+def test_what_either_way_of_judging_cannot_tell_apart_is_one_group() -> None:
+    """Scores and cost may disagree where models are inexact: only what both tell apart is apart, and the cheapest beyond belongs to it."""
+    test = ScoreTest(MODELS["gravity"], (), np.zeros(1), np.zeros((1, 1)), 9.0, 1e-4, 9.0, {None: np.zeros(3)})
+
+    def judged_as(evidence: float, cost: float, parameters: int = 2) -> Refitted:
+        return Refitted(test, NOTHING, parameters, cost=cost, evidence=evidence)
+
+    chosen = judged_as(50.0, 1100.0)
+    by_scores, by_cost, apart = judged_as(55.0, 1300.0), judged_as(90.0, 1101.0), judged_as(90.0, 1110.0)
+    assert alike([chosen, by_scores, by_cost, apart], chosen, 4.0, 6.0) == [chosen, by_scores, by_cost]
+    more_words = judged_as(90.0, 1101.0, parameters=4)
+    assert alike([chosen, more_words], chosen, 4.0, 6.0) == [chosen]
+    cheap, cheaper = judged_as(90.0, 1090.0), judged_as(90.0, 1080.0)
+    assert alike([chosen, cheap, cheaper], chosen, 4.0, 6.0) == [chosen, cheaper]
