@@ -62,11 +62,16 @@ def test_what_explains_most_is_refitted_even_if_a_look_leaves_more() -> None:
     assert [test.effect.entry.key for test in chosen] == [*keys[:4], "rolling_shutter"]
 
 
-@pytest.mark.parametrize(("lower", "group"), [(-2.0, ("gravity",)), (40.0, ("gravity", "rim_light_leak"))])
-def test_what_the_cost_prefers_beyond_the_margin_is_in_the_group(
+@pytest.mark.parametrize(
+    ("lower", "group"), [(-10.0, ("gravity",)), (-2.0, ("gravity", "rim_light_leak")), (40.0, ("gravity", "rim_light_leak"))]
+)
+def test_what_the_cost_prefers_or_cannot_tell_apart_is_in_the_group(
     lower: float, group: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The scores leave less beside a gravity, three numbers, the fit with a leak, one number, costs less by ``lower``."""
+    """The scores leave less beside a gravity, three numbers, the fit with a leak, one number, costs less by ``lower``.
+
+    Two more for two numbers fewer tells nothing.
+    """
     tests = [trial(key, counts=True) for key in ("gravity", "rim_light_leak", "blooming")]
     sizes = zip(tests, (3, 1, 1), (500.0, 500.0 - lower, 600.0), (50.0, 90.0, 95.0), strict=True)
     refits = [Refitted(test, NOTHING, n, cost=cost, left=left, columns=46) for test, n, cost, left in sizes]
@@ -79,10 +84,21 @@ def test_what_the_cost_prefers_beyond_the_margin_is_in_the_group(
 
 
 @pytest.mark.parametrize(
-    ("left", "leader"), [(40.0, ("gravity",)), (48.0, ("gravity", "blooming")), (53.0, ("blooming", "gravity")), (70.0, ("blooming",))]
+    ("left", "cost", "leader"),
+    [
+        (40.0, 484.0, ("gravity",)),
+        (48.0, 484.0, ("gravity", "blooming")),
+        (53.0, 476.0, ("blooming", "gravity")),
+        (70.0, 476.0, ("blooming",)),
+    ],
 )
-def test_an_effect_beside_others_is_judged_as_it_is(left: float, leader: tuple[str, ...], monkeypatch: pytest.MonkeyPatch) -> None:
-    """It is not refitted, though a look would not have it on the shortlist; scores ``left`` beside it decide."""
+def test_an_effect_beside_others_is_judged_as_it_is(
+    left: float, cost: float, leader: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It is not refitted, though a look would not have it on the shortlist; scores ``left`` beside it decide.
+
+    The ``cost`` of a blooming in its place tells them apart.
+    """
     keys = ("blooming", "rolling_shutter", "rim_light_leak", "spin_damping", "quadratic_drag", "gravity")
     tests = [trial(key, counts=True) for key in keys]
     as_it_is = Refitted(tests[-1], NOTHING, 1, cost=480.0, left=left, columns=46)
@@ -91,7 +107,8 @@ def test_an_effect_beside_others_is_judged_as_it_is(left: float, leader: tuple[s
     def refit_one(_campaign: object, _fit: object, test: ScoreTest) -> Refitted:
         key = test.effect.entry.key
         asked.append(key)
-        return Refitted(test, NOTHING, 1, cost=480.0, left=50.0 if key == "blooming" else 300.0, columns=46)
+        bloomed = key == "blooming"
+        return Refitted(test, NOTHING, 1, cost=cost if bloomed else 600.0, left=50.0 if bloomed else 300.0, columns=46)
 
     monkeypatch.setattr(refitting, "as_it_is", lambda *_: as_it_is)
     monkeypatch.setattr(refitting, "refit", refit_one)
