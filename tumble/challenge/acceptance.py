@@ -23,6 +23,9 @@ RESAMPLES = 2000
 WHOLE = tuple(key for key, effect in MODELS.items() if effect.whole)
 """Effects that come in whole numbers, which are right or wrong and have no interval."""
 INSIDE = float(chi2.isf(0.05, 3))
+TWINS = ({"frame_rate", "length_scale"}, {"outline_offset", "view_outline_offset"})
+"""Effects that no data of a free flight tell apart, or hardly: one clock's rate and all lengths scale a fall alike, and a body drawn too
+large looks as one whose frames are drawn too small."""
 LAWS = {"outgassing_thrust": {"body_fixed", "torque_body_fixed"}, "wall_attraction": {"towards_plane", "towards_point"}}
 """Terms of :mod:`estimator.effects.law_terms` of which a law for a hidden force should have one."""
 HELD, MISSED, TOO_FEW, NOT_ASKED = "HELD", "MISSED", "TOO FEW CASES", "NOT ASKED FOR"
@@ -110,6 +113,7 @@ def _drawn(scored: Scored, cases: pd.DataFrame) -> list[Figure]:
     return [
         share("1", "true effect first or in its alias group", above["within_group"] | above["named_first"], least=95.0, needed=240),
         share("1", "true effect alone and first", above["alone_first"], least=85.0, needed=240),
+        share("1", "the same, or with nothing but the twin that no data tell it from", _alone_but_for_twins(above)),
         share("1", "first or in its group, of those above the limit in their very campaign", own["within_group"] | own["named_first"]),
         typical("1", "members of an alias group, mean", sizes, np.mean, most=1.5, needed=100, unit="members"),
         Figure(
@@ -129,6 +133,13 @@ def _drawn(scored: Scored, cases: pd.DataFrame) -> list[Figure]:
         *_outside(kinds["outside"]),
         *_after(scored, cases[cases["kind"].isin(["single", "pair"])]),
     ]
+
+
+def _alone_but_for_twins(singles: pd.DataFrame) -> "pd.Series[bool]":
+    """Whether the true effect is alone in its group, or with its twin."""
+    rows = zip(singles["hidden"], singles["group"].astype(str), strict=True)
+    with_twin = [any({hidden, *group.split("+")} <= pair for pair in TWINS) for hidden, group in rows]
+    return singles["alone_first"] | (singles["within_group"] & np.array(with_twin, dtype=np.bool_))
 
 
 def _rendered(cases: pd.DataFrame) -> list[Figure]:

@@ -129,6 +129,18 @@ def table(hits: int, misses: int, alarms: int) -> Scored:
     return Scored(pd.DataFrame(rows), parameters, velocities)
 
 
+@pytest.mark.parametrize(
+    ("group", "counts"),
+    [(("length_scale", "frame_rate"), 100.0), (("frame_rate",), 100.0), (("frame_rate", "gravity"), 0.0), (("gravity",), 0.0)],
+)
+def test_a_twin_that_no_data_tell_apart_is_counted_beside(group: tuple[str, ...], counts: float) -> None:
+    drawn = table(1, 0, 0)
+    row = {**drawn.cases.iloc[0].to_dict(), **named(case("single", "frame_rate"), answer(group))}
+    figures = {f.what: f for f in acceptance(Scored(pd.DataFrame([row]), drawn.parameters, drawn.velocities))}
+    beside = figures["the same, or with nothing but the twin that no data tell it from"]
+    assert (beside.value, beside.verdict) == (counts, NOT_ASKED)
+
+
 def verdicts(scored: Scored) -> dict[str, str]:
     return {figure.what: figure.verdict for figure in acceptance(scored)}
 
@@ -138,6 +150,7 @@ def test_a_perfect_solver_holds_every_line_that_has_cases() -> None:
     assert found.pop("both effects of a pair found") == TOO_FEW
     assert found.pop("the same where a fit that knows of both is certain of each") == TOO_FEW
     assert found.pop("first or in its group, of those above the limit in their very campaign") == NOT_ASKED
+    assert found.pop("the same, or with nothing but the twin that no data tell it from") == NOT_ASKED
     assert found.pop("the same by noise alone, without the models' own accuracy") == NOT_ASKED
     assert found.pop("numbers of missing frames right") == TOO_FEW
     outside = [what for what in found if "outside" in what or "stage" in what or "empirical" in what or "law" in what]
