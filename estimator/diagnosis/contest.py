@@ -9,9 +9,11 @@ a margin, since it says less than an effect.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.spatial import QhullError
 from scipy.stats import chi2
 
 from datasets.vocabulary.effects import Scope
@@ -36,14 +38,21 @@ WORTH_A_FIT = 0.5
 FALLEN = 0.25
 """Share of the cost before to which a refitted family has to lower it for its flights to be followed."""
 REFITTED = 2
+UNFLYABLE = (ValueError, np.linalg.LinAlgError, QhullError)
+"""What fits and tables raise of flights that lead out of the picture."""
 
 
 @dataclass(frozen=True)
 class Simpler:
-    """An unknown that explains a campaign better than the catalogue: the fit it is added to, and the family."""
+    """An unknown that explains a campaign better than the catalogue: the fit it is added to, and the family.
 
+    ``campaign``: as it is where the family was judged, perhaps at its own flights. ``explains``: it leaves no more than chance does.
+    """
+
+    campaign: Campaign
     fit: CampaignFit
     unknown: Unknown
+    explains: bool
 
 
 def better_unknown(
@@ -69,11 +78,18 @@ def better_unknown(
         for test, tests, p in _likely(campaign, fit, catalogue):
             if p > ALPHA or penalty + _least_penalty(campaign, test.effect) + chance >= beaten:
                 continue
-            found += [(judged, Simpler(fit, Unknown(test, p, tests))) for judged in _of_family(campaign, fit, test, catalogue)]
+            found += [
+                (judged, Simpler(where, fit, Unknown(test, p, tests), judged.by_chance))
+                for where, judged in _of_family(campaign, fit, test, catalogue)
+            ]
             beaten = min([beaten, *(judged.criterion(1.0) for judged, _ in found)])
     unit = misfit_unit((each.left, each.columns) for each in (own, *(judged for judged, _ in found)))
     best, simpler = min(found, key=lambda each: each[0].criterion(unit), default=(own, None))
-    return simpler if best.criterion(unit) < own.criterion(unit) - MARGIN else None
+    if simpler is None or best.criterion(unit) >= own.criterion(unit) - MARGIN:
+        return None
+    if simpler.campaign is campaign:
+        return simpler
+    return replace(simpler, fit=fit_campaign(simpler.campaign, simpler.fit.state, simpler.fit.model))
 
 
 @dataclass(frozen=True)
@@ -87,6 +103,11 @@ class _Judged:
     def criterion(self, unit: float) -> float:
         """What is left, in units, less its degrees of freedom, plus the penalty."""
         return self.left / unit - self.columns + self.penalty
+
+    @property
+    def by_chance(self) -> bool:
+        """Whether no more is left than chance leaves."""
+        return bool(chi2.sf(self.left, max(self.columns, 1)) >= ALPHA)
 
 
 def _judged(campaign: Campaign, fit: CampaignFit, catalogue: Mapping[str, EffectModel]) -> _Judged:
@@ -140,21 +161,30 @@ def _least_penalty(campaign: Campaign, family: EffectModel) -> float:
     return _most_penalty(campaign, PlaneField if isinstance(family, ForceField) else family)
 
 
-def _of_family(campaign: Campaign, fit: CampaignFit, test: ScoreTest, catalogue: Mapping[str, EffectModel]) -> Iterator[_Judged]:
-    """Refits with a family, judged: a field of force also as one that points one way; none of what cannot be flown.
+def _of_family(
+    campaign: Campaign, fit: CampaignFit, test: ScoreTest, catalogue: Mapping[str, EffectModel]
+) -> Iterator[tuple[Campaign, _Judged]]:
+    """Refits with a family, judged, and the campaign as it was there; none of what cannot be flown.
 
-    One that makes the cost fall deep, and yet leaves more than chance does, is judged once more where its own flights were followed: those
-    of the last model were, and tables of other flights would speak for that.
+    A field of force is tried also as one that points one way. What makes the cost fall deep, and yet leaves more than chance does, is
+    judged once more where its own flights were followed: those of the last model were, and tables of other flights would speak for that.
     """
     try:
         refitted = fit_extended(campaign, fit, test)
-        yield (judged := _judged(campaign, refitted, catalogue))
-        if refitted.cost < FALLEN * fit.cost and chi2.sf(judged.left, max(judged.columns, 1)) < ALPHA:
-            yield _judged(*following(campaign, refitted), catalogue)
-        if isinstance(test.effect, ForceField):
-            yield _judged(campaign, _one_way(campaign, fit, refitted, test.effect), catalogue)
-    except (ValueError, np.linalg.LinAlgError):
+        yield campaign, (judged := _judged(campaign, refitted, catalogue))
+    except UNFLYABLE:
         return
+    wide = [(refitted, judged)]
+    if isinstance(test.effect, ForceField):
+        with suppress(*UNFLYABLE):
+            narrow = _one_way(campaign, fit, refitted, test.effect)
+            wide.append((narrow, _judged(campaign, narrow, catalogue)))
+            yield campaign, wide[-1][1]
+    for each, seen in wide:
+        if each.cost < FALLEN * fit.cost and not seen.by_chance:
+            with suppress(*UNFLYABLE):
+                there, again = following(campaign, each)
+                yield there, _judged(there, again, catalogue)
 
 
 def _one_way(campaign: Campaign, fit: CampaignFit, refitted: CampaignFit, field: ForceField) -> CampaignFit:

@@ -1,8 +1,8 @@
 """The whole loop: test every effect, add the one that explains most, refit, drop what became superfluous, stop at the noise floor.
 
 A step is accepted only if the error of held-out frames of held-out sequences falls (where an effect is drawn anew in every frame, only if
-those frames become likelier); two effects that explain only together are judged
-together. Which effect a step adds is decided by refits (:mod:`estimator.diagnosis.refitting`). In the end what was found competes with one
+those frames become likelier); two effects that explain only together are judged together. Which effect a step adds is decided by refits
+(:mod:`estimator.diagnosis.refitting`). In the end, and after two steps where much is still missing, what was found competes with one
 unknown in its place (:mod:`estimator.diagnosis.contest`).
 """
 
@@ -32,7 +32,8 @@ MOST_EXCHANGED = 3
 """Effects beside one another, up to which each is looked at again beside the others: more than these imitate something else."""
 EXCHANGES = 2
 FEW, MUCH_LEFT = 2, 1e-30
-"""Steps after which an unknown is looked for at once where p says that much is still missing: many effects imitate it at last."""
+"""Steps after which an unknown is looked for at once where p says that much is still missing: many effects imitate it at last. It stands
+then if it leaves no more than chance does."""
 STILL_AS_GOOD = 1.01
 """Held-out errors over those before, within which a simpler effect takes the place of one that contains it."""
 
@@ -120,23 +121,33 @@ def explain(
     begun, base = following(campaign, fit_campaign(campaign, start_with(start, model.size), model))
     at = Reached(begun, base, (), (), held_out(begun, base.state, base.model))
     few = replace(rules, most_effects=min(FEW, rules.most_effects))
-    found, (tests, ranking) = _climbed(at, catalogue, few, told)
+    found, last = _climbed(at, catalogue, few, told)
     simpler = None
-    if len(found.steps) >= FEW and found.steps[-1].accepted and _missing(tests) <= rules.alpha:
-        simpler = _unknown_instead(begun, base, found, catalogue) if _missing(tests) < MUCH_LEFT else None
-        found, (tests, ranking) = (found, (tests, ranking)) if simpler else _climbed(found, catalogue, rules, told)
+    if len(found.steps) >= FEW and found.steps[-1].accepted and _missing(last[0]) <= rules.alpha:
+        simpler = _unknown_instead(begun, base, found, catalogue) if _missing(last[0]) < MUCH_LEFT else None
+        if simpler is None or not simpler.explains:
+            simpler = None
+            found, last = _climbed(found, catalogue, rules, told)
     if simpler is None:
-        found, (tests, ranking) = _settled(found, (tests, ranking), catalogue, rules, told)
+        found, last = _settled(found, last, catalogue, rules, told)
         simpler = _unknown_instead(begun, base, found, catalogue)
-    campaign, fit, steps, dropped, error = found.campaign, found.fit, found.steps, found.dropped, found.error
     if simpler is not None:
-        told(f"something unknown ({simpler.unknown.stage}) explains it in fewer words than {', '.join(_keys(fit))}")
-        dropped += tuple(key for key in _keys(fit) if key not in simpler.fit.model.keys)
-        fit = simpler.fit
-        error = held_out(campaign, fit.state, fit.model)
+        told(f"something unknown ({simpler.unknown.stage}) explains it in fewer words than {', '.join(_keys(found.fit))}")
+        found, last = _replaced(found, simpler, catalogue)
+    campaign, fit, (tests, ranking) = found.campaign, found.fit, last
     left = simpler.unknown if simpler is not None else unknown(campaign, fit)
+    dropped = tuple(key for key in dict.fromkeys(found.dropped) if key not in fit.model.keys)
     covariance = campaign_covariance(campaign, fit)
-    return Explanation(begun, campaign, steps, base, fit, covariance, tuple(tests), ranking, dropped, left, error)
+    return Explanation(begun, campaign, found.steps, base, fit, covariance, tuple(tests), ranking, dropped, left, found.error)
+
+
+def _replaced(at: Reached, simpler: Simpler, catalogue: Mapping[str, EffectModel]) -> tuple[Reached, Tested]:
+    """Without the effects in whose place something unknown stands, in the campaign in which that was judged, and the tests there."""
+    campaign, fit = simpler.campaign, simpler.fit
+    dropped = (*at.dropped, *(key for key in _keys(at.fit) if key not in fit.model.keys))
+    tests, scores = tests_at(campaign, fit, catalogue)
+    ranking = rank(scores, tests, penalty=penalty_of(campaign))
+    return Reached(campaign, fit, at.steps, dropped, held_out(campaign, fit.state, fit.model)), (tests, ranking)
 
 
 def _missing(tests: Sequence[ScoreTest]) -> float:
@@ -225,7 +236,8 @@ def _exchanged(at: Reached, catalogue: Mapping[str, EffectModel], rules: Rules, 
         leader = in_place(at.campaign, without, at.fit, (tests, scores, ranking), rules, key)
         if leader is None:
             continue
-        if key not in leader.group:
+        as_it_is = next((rival for rival in leader.rivals if key_of(rival) == key), None)
+        if key not in leader.group or (as_it_is is not None and as_it_is.evidence > leader.evidence + rules.margin):
             after = held_out(at.campaign, leader.fit.state, leader.fit.model)
             if after.rms_px < at.error.rms_px:
                 told(f"{key_of(leader)} explains more than {key} beside the others")

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from estimator.diagnosis.ranking import Hypothesis, by_remainder, misfit_unit, pairs_by_remainder
-from estimator.diagnosis.refits import Refitted, Rules, alike, judged, key_of, looked, penalty_of, refit, refit_pair
+from estimator.diagnosis.refits import Refitted, Rules, alike, judged, key_of, looked, penalty_of, refit, refit_pair, twins_of
 from estimator.diagnosis.score_tests import EfficientScores, ScoreTest
 from estimator.effects.choosing import contradiction
 from estimator.fitting.campaign import Campaign, CampaignFit
@@ -77,7 +77,7 @@ class Pairs:
         larger, smaller = sorted((alone[key] for key in sorted(best)), key=lambda r: 2.0 * r.cost + self.penalty * r.parameters)
         if not larger.holds_it:
             return ()
-        near = _near(pairs, best, self.rules.margin, self.penalty)
+        near = [*_near(pairs, best, self.rules.margin, self.penalty), *self._twins(pairs, best)]
         groups = [_group(near, best, key_of(member)) for member in (larger, smaller)]
         return replace(larger, group=groups[0]), replace(pairs[best], test=smaller.test, group=groups[1])
 
@@ -156,8 +156,14 @@ class Pairs:
         found = self._refitted(mate for mate in mates if mate.keys not in near)
         return {**pairs, **{keys: r for keys, r in found.items() if keys not in pairs or r.cost < pairs[keys].cost}}
 
+    def _twins(self, pairs: Mapping[Keys, Refitted], best: Keys) -> list[Keys]:
+        """Pairs with the twin of one of the best one's members in its place."""
+        tests = {test.effect.entry.key: test for test in self.tests}
+        found = [(best - {key}) | {twin} for key in sorted(best) for twin in sorted(twins_of(self.campaign, tests[key], self.tests))]
+        return [keys for keys in found if keys in pairs]
+
     def _in_place_of(self, member: str, beside: Refitted) -> list[Proposed]:
-        """Pairs with what a look cannot tell from ``member`` beside the other of its pair.
+        """Pairs with what a look cannot tell from ``member`` beside the other of its pair, and with its twins.
 
         Where the look says nothing of the member (a blur has no slope at zero), whatever else it says nothing of is no mate of it.
         """
@@ -171,12 +177,15 @@ class Pairs:
         if explained < self.penalty * own.parameters + self.rules.margin:
             return []
         reach = self.rules.margin + NEAR * explained
-        near = [
-            (abs(h.criterion - own.criterion), Proposed(beside.fit, (test, beside.test), h.remainder, columns - h.parameters))
+        twins = twins_of(self.campaign, beside.others[own.effect], self.tests)
+        mates = [
+            (abs(h.criterion - own.criterion), test, Proposed(beside.fit, (test, beside.test), h.remainder, columns - h.parameters))
             for h, test in _allowed_beside(beside, seen)
-            if test.effect.entry.key != member and abs(h.criterion - own.criterion) <= reach
+            if test.effect.entry.key != member
         ]
-        return [proposed for _, proposed in sorted(near, key=lambda each: each[0])[: self.rules.mates]]
+        near = sorted((mate for mate in mates if mate[0] <= reach), key=lambda mate: mate[0])[: self.rules.mates]
+        near += [mate for mate in mates if mate[1].effect.entry.key in twins and all(mate is not each for each in near)]
+        return [proposed for *_, proposed in near]
 
 
 def _looked_at(single: Refitted, penalty: float) -> list[tuple[Hypothesis, ScoreTest]]:
@@ -196,7 +205,7 @@ def _allowed(first: ScoreTest, second: ScoreTest) -> bool:
 
 
 def _near(refits: Mapping[Keys, Refitted], best: Keys, margin: float, penalty: float) -> list[Keys]:
-    """The pairs that cannot be told from the best, the likeliest first."""
+    """The pairs that cannot be told from the best, the likeliest first; one that shares no effect with it has no group to be in."""
     ranked = _by_fit(list(refits.values()), penalty)
     pairs = {keys: ranked[id(r.fit)] for keys, r in refits.items()}
     near = {id(r.fit) for r in alike(list(pairs.values()), pairs[best], penalty, margin)}

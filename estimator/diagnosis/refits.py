@@ -54,8 +54,8 @@ class Refitted:
     ``cost``: with the noise of the fit before, infinite where the fit was led astray. ``surprise`` at its value, where nature hardly
     produces it. ``others`` and ``scores``: the tests of all other effects beside it, with the noise of the fit ``like``; ``left``:
     chi-squared of what those scores say is left, of ``columns`` degrees of freedom. ``evidence`` is what the data say against it among
-    others, ``criterion`` that with the surprise; ``group``: keys of the effects that it cannot be told from, its own first; ``rivals``:
-    the refits of those.
+    others, ``criterion`` that with the surprise, both in the ``unit`` in which misfits were compared; ``group``: keys of the effects that
+    it cannot be told from, its own first; ``rivals``: the refits of those.
     """
 
     test: ScoreTest
@@ -68,6 +68,7 @@ class Refitted:
     scores: EfficientScores = NO_SCORES
     left: float = np.inf
     columns: int = 0
+    unit: float = 1.0
     evidence: float = np.inf
     criterion: float = np.inf
     group: tuple[str, ...] = ()
@@ -95,7 +96,7 @@ def judged(refits: Sequence[Refitted], penalty: float) -> list[Refitted]:
     See :func:`estimator.diagnosis.ranking.misfit_unit`.
     """
     unit = misfit_unit((r.left, r.columns) for r in refits if np.isfinite(r.left))
-    found = [replace(r, evidence=r.left / unit + penalty * r.parameters) for r in refits]
+    found = [replace(r, unit=unit, evidence=r.left / unit + penalty * r.parameters) for r in refits]
     return sorted((replace(r, criterion=r.evidence + r.surprise) for r in found), key=lambda r: r.criterion)
 
 
@@ -103,16 +104,35 @@ def alike(refits: Sequence[Refitted], chosen: Refitted, penalty: float, margin: 
     """Refits that the data cannot tell from the ``chosen`` one, itself among them.
 
     They are told apart where both what scores say is left and what the fits cost differ by more than the ``margin``; models are inexact,
-    and the two may disagree. Where one costs less than the chosen one beyond the margin they speak for different effects: then the one of
-    least cost belongs to the group.
+    and the two may disagree. Costs count in the unit in which misfits were compared. Where some cost less than the chosen one beyond the
+    margin the two speak for different effects: then those of nearly the least cost belong to the group.
     """
-    dearer = [2.0 * (r.cost - chosen.cost) + penalty * (r.parameters - chosen.parameters) for r in refits]
-    least = min(dearer, default=0.0)
+    dearer = [2.0 * (r.cost - chosen.cost) / chosen.unit + penalty * (r.parameters - chosen.parameters) for r in refits]
+    cheap = min(dearer, default=0.0) + margin
     return [
         r
         for r, more in zip(refits, dearer, strict=True)
-        if r.evidence <= chosen.evidence + margin or abs(more) <= margin or more == least < -margin
+        if r.evidence <= chosen.evidence + margin or -margin <= more <= margin or more <= min(cheap, margin)
     ]
+
+
+TWIN_SHARE = 0.5
+"""Least share of what an effect explains that its twin explains, too, where either may be there."""
+
+
+def with_twins(campaign: Campaign, group: Sequence[Refitted], refits: Sequence[Refitted], chosen: Refitted) -> list[Refitted]:
+    """A ``group`` with those refits of effects that the reduced models cannot claim to tell from the ``chosen`` one."""
+    held, twins = {id(r) for r in group}, twins_of(campaign, chosen.test, [r.test for r in refits])
+    return [r for r in refits if id(r) in held or key_of(r) in twins]
+
+
+def twins_of(campaign: Campaign, test: ScoreTest, tests: Sequence[ScoreTest]) -> set[str]:
+    """Keys of those of the ``tests`` whose effects the reduced models cannot claim to tell from a tested one."""
+    if not test.effect.twins_on(np.inf):
+        return set()
+    hollow = max((campaign.kind.hollow(sequence) for sequence in campaign.sequences), default=0.0)
+    twins = test.effect.twins_on(hollow)
+    return {t.effect.entry.key for t in tests if t.effect.entry.key in twins and t.explained >= TWIN_SHARE * test.explained}
 
 
 def refit(campaign: Campaign, fit: CampaignFit, test: ScoreTest) -> Refitted:

@@ -1,8 +1,9 @@
 """Which effect a step adds: the likeliest of a linear look are refitted and compared by what the scores of all others then say is left.
 
-Those that leave the same remainder are one alias group, and one that the cost of the fit prefers belongs to it. Where two effects are
-missing, one that is neither may imitate their sum; if the best effect leaves something unexplained or has many parameters, pairs are
-therefore refitted too (:mod:`estimator.diagnosis.pairing`), and a better one is added.
+Those that leave the same remainder, or cost the same, are one alias group (:func:`estimator.diagnosis.refits.alike`), and so are twins
+that reduced models cannot claim to tell apart. Where two effects are missing, one that is neither may imitate their sum; if the best effect
+leaves something unexplained or has many parameters, pairs are therefore refitted too (:mod:`estimator.diagnosis.pairing`), and a better
+one is added.
 """
 
 from collections.abc import Sequence
@@ -13,7 +14,7 @@ from scipy.stats import chi2
 from estimator.diagnosis.contest import criterion_of
 from estimator.diagnosis.pairing import Pairs
 from estimator.diagnosis.ranking import Hypothesis, Ranking
-from estimator.diagnosis.refits import Refitted, Rules, alike, as_it_is, judged, key_of, looked, penalty_of, refit
+from estimator.diagnosis.refits import Refitted, Rules, alike, as_it_is, judged, key_of, looked, penalty_of, refit, twins_of, with_twins
 from estimator.diagnosis.score_tests import EfficientScores, ScoreTest
 from estimator.fitting.campaign import Campaign, CampaignFit
 
@@ -28,7 +29,8 @@ Found = tuple[list[ScoreTest], EfficientScores, Ranking]
 def contenders(campaign: Campaign, fit: CampaignFit, found: Found, rules: Rules) -> tuple[Refitted, ...]:
     """The effect to add, refitted; or two, where one alone does not explain what both do: the larger one, then both."""
     tests, scores, ranking = found
-    refits = [refit(campaign, fit, test) for test in _shortlist(_known(tests, ranking), tests, rules)]
+    wanted = _shortlist(_known(tests, ranking), tests, rules)
+    refits = [refit(campaign, fit, test) for test in _and_twins(campaign, wanted, wanted[:1], tests)]
     flown = [r for r in looked(campaign, refits, tests) if r.flew]
     if not flown:
         return ()
@@ -50,7 +52,8 @@ def in_place(campaign: Campaign, without: CampaignFit, fit: CampaignFit, found: 
     own = next((t for t in tests if t.effect.entry.key == key and t.counts), None)
     if own is None:
         return None
-    others = [test for test in _shortlist(_known(tests, ranking), tests, rules) if test is not own]
+    wanted = _shortlist(_known(tests, ranking), tests, rules)
+    others = [test for test in _and_twins(campaign, wanted, [own, *wanted[:1]], tests) if test is not own]
     refits = [as_it_is(campaign, without, fit, own), *(refit(campaign, without, test) for test in others)]
     flown = [r for r in looked(campaign, refits, tests) if r.flew]
     return _leader(campaign, judged(flown, penalty_of(campaign)), tests, rules) if flown else None
@@ -66,6 +69,7 @@ def _leader(campaign: Campaign, refitted: Sequence[Refitted], tests: Sequence[Sc
     chosen = refitted[0]
     group = alike(refitted, chosen, penalty_of(campaign), rules.margin)
     leader = _simplest(campaign, chosen, group, tests)
+    group = with_twins(campaign, group, refitted, leader)
     rivals = tuple(r for r in group if r is not leader)
     return replace(leader, group=(key_of(leader), *map(key_of, rivals)), rivals=rivals)
 
@@ -78,6 +82,12 @@ def _shortlist(known: Sequence[Hypothesis], tests: Sequence[ScoreTest], rules: R
     close = [h.effect for i, h in enumerate(known[: rules.shortlist]) if i < FEWEST_REFITTED or h.criterion <= window]
     most = max((h.effect for h in known), key=lambda number: tests[number].explained)
     return [tests[number] for number in dict.fromkeys((*close, most))]
+
+
+def _and_twins(campaign: Campaign, wanted: Sequence[ScoreTest], of: Sequence[ScoreTest], tests: Sequence[ScoreTest]) -> list[ScoreTest]:
+    """What is ``wanted``, and the twins ``of`` some: a look may leave them far behind though nobody can tell them apart."""
+    twins = {key for test in of for key in twins_of(campaign, test, tests)}
+    return [*wanted, *(t for t in tests if t.effect.entry.key in twins and t.counts and all(t is not each for each in wanted))]
 
 
 def _simplest(campaign: Campaign, chosen: Refitted, group: Sequence[Refitted], tests: Sequence[ScoreTest]) -> Refitted:

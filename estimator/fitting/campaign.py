@@ -211,12 +211,18 @@ class CampaignFit:
 
 
 def fit_campaign(
-    campaign: Campaign, start: CampaignState, model: Model, *, most_steps: int = MOST_STEPS, dampings: Sequence[float] = ()
+    campaign: Campaign,
+    start: CampaignState,
+    model: Model,
+    *,
+    most_steps: int = MOST_STEPS,
+    most_falling: int = MOST_FALLING,
+    dampings: Sequence[float] = (),
 ) -> CampaignFit:
     """Gauss-Newton with step halving, weights refreshed at every step; ends, too, where :data:`PATIENCE` steps in a row gain nothing.
 
-    ``most_steps``: after which a fit ends that no longer falls fast (:data:`FALLING`). ``dampings``: tried in turn where no share of a step
-    lowers the cost.
+    ``most_steps``: after which a fit ends that no longer falls fast (:data:`FALLING`); one that does ends after ``most_falling``.
+    ``dampings``: tried in turn where no share of a step lowers the cost.
 
     Raises
     ------
@@ -230,7 +236,7 @@ def fit_campaign(
     if not np.isfinite(cost):
         raise RanAway("nothing is seen of the flights that a fit starts from")
     settled, least, mark, in_vain, falls = False, (cost, state, equations), cost, 0, False
-    for step in range(max(most_steps, MOST_FALLING)):
+    for step in range(max(most_steps, most_falling)):
         if step >= most_steps and not falls:
             break
         solution = solve_arrow(equations, layout, shared_prior(campaign, layout, model, state))

@@ -61,7 +61,8 @@ def held_out(campaign: Campaign, state: CampaignState, model: Model) -> HeldOut:
     for number, judged in enumerate(halves):
         learned_from = halves[1 - number] if n > 1 else judged
         half = _part(campaign, learned_from)
-        learned = _learned(half, fit_campaign(half, _state_of(state, learned_from), model, most_steps=6), alone=n == 1)
+        fit = fit_campaign(half, _state_of(state, learned_from), model, most_steps=LOCAL_STEPS, most_falling=LOCAL_STEPS)
+        learned = _learned(half, fit, alone=n == 1)
         for i in judged:
             squares[i], counts[i] = _judge(campaign, int(i), state, learned)
     squares[counts == 0] = np.inf  # the flight has left all outlines behind

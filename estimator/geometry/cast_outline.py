@@ -55,7 +55,10 @@ def cast_outline(mesh: CastingMesh, camera: Intrinsics, R_cam_particle: Array, t
     """
     pixels = camera.project(mesh.vertices @ R_cam_particle.T + t_cam_particle)
     convex = shapely.Polygon(pixels[ConvexHull(pixels).vertices])
-    rim = shapely.Polygon(_drawn_rim(mesh, pixels, finer))
+    drawn = _drawn_rim(mesh, pixels, finer)
+    if len(drawn) < FEWEST_CORNERS:  # seen edge on
+        return np.asarray(shapely.get_coordinates(convex.exterior)[:-1])
+    rim = shapely.Polygon(drawn)
     pockets = np.array(shapely.get_parts(convex.difference(rim.buffer(0.0).simplify(SIMPLER_PX))))
     hollows = shapely.union_all([p for p in pockets if _depth_px(p, convex) > SHALLOW_PX])
     rest = convex.difference(hollows.buffer(OPENED_PX))

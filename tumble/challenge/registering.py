@@ -11,6 +11,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import datasets
+import estimator
 from datasets.atomic_files import written_whole
 from datasets.observation_files import read_observation
 from estimator.configuration import configuration_from_dict
@@ -43,8 +45,11 @@ def _registered(folder: Path, configuration: Mapping[str, Any]) -> Registered:
 
 
 def _origin(folder: Path, configuration: Mapping[str, Any]) -> str:
-    """Digest of everything a registration depends on but the code itself."""
+    """Digest of everything a registration depends on, the code included."""
     digest = hashlib.sha256(json.dumps([configuration, versions()], sort_keys=True, default=str).encode())
+    for package in (estimator, datasets):
+        for path in sorted(Path(package.__path__[0]).rglob("*.py")):
+            digest.update(path.read_bytes())
     for path in sorted(each for observation in observations_in(folder) for each in observation.rglob("*") if each.is_file()):
         digest.update(str(path.relative_to(folder)).encode())
         digest.update(hashlib.sha256(path.read_bytes()).digest())
@@ -56,5 +61,8 @@ def _read(path: Path, origin: str) -> Registered | None:
     content = path.read_bytes() if path.is_file() else b""
     if content[: len(origin)] != origin.encode():
         return None
-    found = pickle.loads(content[len(origin) :])
+    try:
+        found = pickle.loads(content[len(origin) :])
+    except (pickle.UnpicklingError, EOFError):  # cut off
+        return None
     return found if isinstance(found, Registered) else None

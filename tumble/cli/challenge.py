@@ -159,8 +159,7 @@ def _solve(arguments: argparse.Namespace) -> int:
     campaigns_in(arguments.challenge)
     described = Run("challenge solve", {"challenge": str(arguments.challenge.resolve()), **configuration})
     with output_directory(arguments.out, described, resume=arguments.resume, force=arguments.force) as out:
-        how = {"jobs": arguments.jobs, "quiet": arguments.quiet, "kept": arguments.keep}
-        outcomes = solve_campaigns(arguments.challenge, configuration, out, **how)
+        outcomes = solve_campaigns(arguments.challenge, configuration, out, jobs=arguments.jobs, quiet=arguments.quiet, kept=arguments.keep)
         report_failures(out, outcomes)
     if not arguments.quiet:
         print(f"{len(outcomes)} answers are in {arguments.out}\nnext: tumble challenge score {arguments.challenge} {arguments.out}")
@@ -192,8 +191,9 @@ def _score(arguments: argparse.Namespace) -> int:
     wanted = [(case, not read_answer(arguments.answers, case.name).get("held_out")) for case in asked]
     described = Run("challenge score", {"challenge": str(arguments.challenge.resolve()), "answers": str(arguments.answers.resolve())})
     with output_directory(arguments.out, described, resume=arguments.resume, force=arguments.force) as out:
-        how = {"jobs": arguments.jobs, "quiet": arguments.quiet, "kept": arguments.keep}
-        outcomes = ask_oracle(wanted, arguments.challenge, configuration, out, **how)
+        outcomes = ask_oracle(
+            wanted, arguments.challenge, configuration, out, jobs=arguments.jobs, quiet=arguments.quiet, kept=arguments.keep
+        )
         report_failures(out, outcomes)
         scored = score_cases(cases, arguments.challenge, arguments.answers, out, table)
         if earlier or arguments.result:

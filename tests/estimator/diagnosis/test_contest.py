@@ -68,7 +68,7 @@ def test_an_unknown_wins_by_what_it_leaves_in_units_of_what_the_best_leaves(
     own, family = (contest._Judged(each, 50, penalty) for each, penalty in zip(left, (30.0, 50.0), strict=True))
     monkeypatch.setattr(contest, "_judged", lambda _campaign, _fit, _catalogue: own)
     monkeypatch.setattr(contest, "_likely", lambda _campaign, _fit, _catalogue: [(test, (), 1e-6)])
-    monkeypatch.setattr(contest, "_of_family", lambda _campaign, _fit, _test, _catalogue: iter([family]))
+    monkeypatch.setattr(contest, "_of_family", lambda _campaign, _fit, _test, _catalogue: iter([(campaign, family)]))
     assert (better_unknown(campaign, [fitted()], last, MODELS) is not None) == better
 
 
@@ -80,7 +80,22 @@ def test_a_family_that_falls_deep_is_judged_where_its_own_flights_were_followed(
     campaign, fit = registered().campaign, fitted()
     test = replace(trial("gravity").test, effect=contest.EMPIRICAL["zoom_in_time"])
     there = replace(fit, cost=fallen * fit.cost)
+    elsewhere = replace(campaign)
     monkeypatch.setattr(contest, "fit_extended", lambda *_: there)
-    monkeypatch.setattr(contest, "following", lambda campaign, _: (campaign, fit))
-    monkeypatch.setattr(contest, "_judged", lambda _campaign, seen, _: contest._Judged(left if seen is there else 1.0, 50, 30.0))
-    assert [each.left for each in contest._of_family(campaign, fit, test, MODELS)] == [left, 1.0][: 1 + followed]
+    monkeypatch.setattr(contest, "following", lambda *_: (elsewhere, fit))
+    monkeypatch.setattr(contest, "_judged", lambda where, _fit, _known: contest._Judged(1.0 if where is elsewhere else left, 50, 30.0))
+    found = [(where is elsewhere, judged.left) for where, judged in contest._of_family(campaign, fit, test, MODELS)]
+    assert found == [(False, left), (True, 1.0)][: 1 + followed]
+
+
+def test_an_unknown_that_was_judged_elsewhere_is_told_there(monkeypatch: pytest.MonkeyPatch) -> None:
+    campaign, last = registered().campaign, with_effect(registered().campaign, fitted(), MODELS["gravity"])
+    elsewhere = replace(campaign)
+    test = replace(trial("gravity").test, effect=contest.EMPIRICAL["zoom_in_time"])
+    monkeypatch.setattr(contest, "_judged", lambda *_: contest._Judged(400.0, 50, 30.0))
+    monkeypatch.setattr(contest, "_likely", lambda *_: [(test, (), 1e-6)])
+    monkeypatch.setattr(contest, "_of_family", lambda *_: iter([(elsewhere, contest._Judged(40.0, 50, 40.0))]))
+    monkeypatch.setattr(contest, "fit_campaign", lambda where, *_: replace(fitted(), cost=7.0 if where is elsewhere else 0.0))
+    found = better_unknown(campaign, [fitted()], last, MODELS)
+    assert found is not None
+    assert (found.campaign is elsewhere, found.fit.cost, found.explains) == (True, 7.0, True)

@@ -11,6 +11,8 @@ from estimator.diagnosis.refits import Rules
 
 NOTHING: Any = None
 STAGE = SimpleNamespace(stage="optics")
+HERE: Any = SimpleNamespace(kind=SimpleNamespace(base=SimpleNamespace(size=0)))
+ELSEWHERE: Any = SimpleNamespace()
 
 
 def fit_with(*keys: str) -> Any:
@@ -24,10 +26,13 @@ def step(key: str, *, accepted: bool = True) -> Any:
 class Loop:
     """Replaces what ``explain`` calls; remembers how many effects each climb was allowed and where an unknown was asked for."""
 
-    def __init__(self, monkeypatch: pytest.MonkeyPatch, *, p: float, accepted: bool = True, unknown_wins: bool = True) -> None:
+    def __init__(
+        self, monkeypatch: pytest.MonkeyPatch, *, p: float, accepted: bool = True, wins: bool = True, explains: bool = True
+    ) -> None:
         self.allowed: list[int] = []
         self.asked: list[int] = []
-        self.p, self.accepted, self.unknown_wins = p, accepted, unknown_wins
+        self.settled = 0
+        self.p, self.accepted, self.wins, self.explains = p, accepted, wins, explains
         for name, stub in {
             "following": lambda campaign, fit: (campaign, fit),
             "fit_campaign": lambda *_: fit_with(),
@@ -36,8 +41,11 @@ class Loop:
             "campaign_covariance": lambda *_: NOTHING,
             "unknown": lambda *_: STAGE,
             "_climbed": self.climbed,
-            "_settled": lambda at, last, *_: (at, last),
+            "_settled": self.settle,
             "better_unknown": self.better_unknown,
+            "tests_at": lambda campaign, *_: ([campaign], NOTHING),
+            "rank": lambda *_, **__: NOTHING,
+            "penalty_of": lambda *_: 4.0,
         }.items():
             monkeypatch.setattr(module, name, stub)
 
@@ -48,30 +56,37 @@ class Loop:
         p = self.p if rules.most_effects == module.FEW else 1.0
         return Reached(at.campaign, fit_with(*keys), steps, (), NOTHING), ([SimpleNamespace(p=p)], NOTHING)
 
+    def settle(self, at: Reached, last: Any, *_: Any) -> Any:
+        self.settled += 1
+        return at, last
+
     def better_unknown(self, _campaign: Any, fits: Any, *_: Any, **__: Any) -> Any:
         self.asked.append(len(fits))
-        return SimpleNamespace(unknown=STAGE, fit=fit_with()) if self.unknown_wins else None
+        found = SimpleNamespace(campaign=ELSEWHERE, unknown=STAGE, fit=fit_with("gravity"), explains=self.explains)
+        return found if self.wins else None
 
     def run(self) -> Any:
-        campaign: Any = SimpleNamespace(kind=SimpleNamespace(base=SimpleNamespace(size=0)))
-        return explain(campaign, NOTHING, {}, Rules())
+        return explain(HERE, NOTHING, {}, Rules())
 
 
 def test_an_unknown_that_explains_much_ends_the_loop(monkeypatch: pytest.MonkeyPatch) -> None:
     loop = Loop(monkeypatch, p=1e-200)
     found = loop.run()
-    assert (loop.allowed, loop.asked) == ([module.FEW], [module.FEW])
-    assert found.left is STAGE
-    assert found.dropped == ("gravity", "linear_drag")
+    assert (loop.allowed, loop.asked, loop.settled) == ([module.FEW], [module.FEW], 0)
+    assert (found.left, found.dropped, len(found.steps)) == (STAGE, ("linear_drag",), 2)
+    assert (found.campaign, found.tests) == (ELSEWHERE, (ELSEWHERE,)), "all is told where the unknown was judged"
 
 
-@pytest.mark.parametrize(("p", "unknown_wins", "asked"), [(1e-200, False, [2, 3]), (1e-6, True, [3])])
-def test_the_loop_goes_on_where_none_does_or_little_is_left(
-    monkeypatch: pytest.MonkeyPatch, p: float, unknown_wins: bool, asked: list[int]
+@pytest.mark.parametrize(
+    ("p", "wins", "explains", "asked"), [(1e-200, False, True, [2, 3]), (1e-200, True, False, [2, 3]), (1e-6, True, True, [3])]
+)
+def test_the_loop_goes_on_where_none_explains_all_or_little_is_left(
+    monkeypatch: pytest.MonkeyPatch, p: float, wins: bool, explains: bool, asked: list[int]
 ) -> None:
-    loop = Loop(monkeypatch, p=p, unknown_wins=unknown_wins)
-    loop.run()
-    assert (loop.allowed, loop.asked) == ([module.FEW, Rules().most_effects], asked)
+    loop = Loop(monkeypatch, p=p, wins=wins, explains=explains)
+    found = loop.run()
+    assert (loop.allowed, loop.asked, loop.settled) == ([module.FEW, Rules().most_effects], asked, 1)
+    assert (found.left, found.campaign) == (STAGE, ELSEWHERE if wins else HERE)
 
 
 @pytest.mark.parametrize(("p", "accepted"), [(0.5, True), (1e-200, False)])

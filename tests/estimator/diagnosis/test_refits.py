@@ -9,7 +9,7 @@ import pytest
 from scipy.stats import chi2
 
 from estimator.diagnosis import refits
-from estimator.diagnosis.refits import Refitted, alike, judged, looked, refit, refit_pair
+from estimator.diagnosis.refits import Refitted, alike, judged, key_of, looked, refit, refit_pair, twins_of, with_twins
 from estimator.diagnosis.score_tests import Candidates, ScoreTest, score_tests
 from estimator.effects.registry import MODELS
 from estimator.fitting.campaign import CampaignFit
@@ -113,5 +113,38 @@ def test_what_either_way_of_judging_cannot_tell_apart_is_one_group() -> None:
     assert alike([chosen, by_scores, by_cost, apart], chosen, 4.0, 6.0) == [chosen, by_scores, by_cost]
     more_words = judged_as(90.0, 1101.0, parameters=4)
     assert alike([chosen, more_words], chosen, 4.0, 6.0) == [chosen]
-    cheap, cheaper = judged_as(90.0, 1090.0), judged_as(90.0, 1080.0)
-    assert alike([chosen, cheap, cheaper], chosen, 4.0, 6.0) == [chosen, cheaper]
+    cheap, cheaper, nearly = judged_as(90.0, 1090.0), judged_as(90.0, 1080.0), judged_as(90.0, 1082.0)
+    assert alike([chosen, cheap, cheaper, nearly], chosen, 4.0, 6.0) == [chosen, cheaper, nearly]
+    assert alike([chosen, apart], replace(chosen, unit=5.0), 4.0, 6.0) == [chosen, apart], "where models leave five times what chance does"
+
+
+class Body:
+    """A campaign of which only the hollows count."""
+
+    def __init__(self, hollow: float) -> None:
+        self.sequences, self.kind, self.share = (None,), self, hollow
+
+    def hollow(self, _sequence: Any) -> float:
+        return self.share
+
+
+@pytest.mark.parametrize(
+    ("hollow", "leaks", "twins"),
+    [(0.0, 60.0, {"view_outline_offset"}), (0.03, 60.0, {"view_outline_offset", "rim_light_leak"}), (0.03, 40.0, {"view_outline_offset"})],
+)
+def test_twins_are_told_together_where_they_explain_half_as_much(hollow: float, leaks: float, twins: set[str]) -> None:
+    """What tells them apart is less than what the reduced models are off by; on bodies without hollows leaks are well known."""
+    explained = {"outline_offset": 100.0, "view_outline_offset": 70.0, "rim_light_leak": leaks, "blooming": 99.0}
+    tests = [
+        ScoreTest(MODELS[key], (), np.zeros(1), np.zeros((1, 1)), 9.0, 1e-4, size, {None: np.zeros(1)}) for key, size in explained.items()
+    ]
+    body: Any = Body(hollow)
+    assert twins_of(body, tests[0], tests) == twins
+    chosen, *others = [Refitted(test, NOTHING, 1) for test in tests]
+    assert {key_of(r) for r in with_twins(body, [chosen], [chosen, *others], chosen)} == {"outline_offset", *twins}
+
+
+def test_twins_are_mutual() -> None:
+    for key, effect in MODELS.items():
+        for hollow in (0.0, 1.0):
+            assert all(key in MODELS[twin].twins_on(hollow) for twin in effect.twins_on(hollow))
