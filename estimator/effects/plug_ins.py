@@ -147,22 +147,22 @@ class _Watch:
     def _at(self, link: str, arguments: tuple[Any, ...]) -> str:
         """Parameters and frame of a call, as far as its arguments tell."""
         theta = next((a for a in arguments if isinstance(a, np.ndarray)), None)
-        moment = next((a for a in arguments if isinstance(a, Moment)), None)
-        setting = next((a for a in arguments if isinstance(a, Setting)), None)
         told = self._parameters(np.atleast_2d(theta)[0]) if theta is not None and link != "starts" else ""
-        return told + (_frame(moment.time_s, setting) if moment is not None and setting is not None else "")
+        return told + _frames_of(arguments)
 
     def _parameters(self, theta: Array) -> str:
         pairs = zip(self.found.entry.parameters, theta, strict=False)
         return " with " + ", ".join(f"{p.name} = {value:g} {p.unit}" for p, value in pairs)
 
-    def _shaped(self, link: str, answer: Any, shape: tuple[int, ...]) -> Array:
+    def _shaped(self, link: str, answer: Any, shape: tuple[int, ...], arguments: tuple[Any, ...]) -> Array:
         try:
             array = np.asarray(answer, dtype=np.float64)
         except (TypeError, ValueError):
-            raise InputError(f"{self.word}: expected {link}() to give numbers, came {type(answer).__name__}.") from None
+            came = f"came {type(answer).__name__}{self._at(link, arguments)}"
+            raise InputError(f"{self.word}: expected {link}() to give numbers, {came}.") from None
         if array.shape != shape:
-            raise InputError(f"{self.word}: expected {link}() to give an array of shape {shape}, came {array.shape}.")
+            came = f"came {array.shape}{self._at(link, arguments)}"
+            raise InputError(f"{self.word}: expected {link}() to give an array of shape {shape}, {came}.")
         return array
 
     def _refuse(self, link: str, theta: Array, where: str) -> InputError:
@@ -170,16 +170,15 @@ class _Watch:
 
     def starts(self, answer: Any, setting: Setting) -> Array:
         """(s, q) with at least one row."""
-        del setting
         rows = len(answer) if hasattr(answer, "__len__") else 0
-        array = self._shaped("starts", answer, (max(rows, 1), len(self.found.entry.parameters)))
+        array = self._shaped("starts", answer, (max(rows, 1), len(self.found.entry.parameters)), (setting,))
         if not np.all(np.isfinite(array)):
             raise InputError(f"{self.word}: starts() gave a number that is not finite.")
         return array
 
     def times(self, answer: Any, theta: Array, setting: Setting, times_s: Array) -> Array:
         """As many times as frames."""
-        array = self._shaped("times", answer, times_s.shape)
+        array = self._shaped("times", answer, times_s.shape, (theta, setting, times_s))
         bad = np.flatnonzero(~np.isfinite(array))
         if len(bad):
             raise self._refuse("times", theta, _frame(float(times_s[bad[0]] - setting.times_s[0]), setting))
@@ -189,17 +188,19 @@ class _Watch:
         """As many as outlines, or nothing."""
         if answer is None:
             return None
-        array = self._shaped("delays", answer, rows_px.shape)
-        if not np.all(np.isfinite(array)):
-            raise self._refuse("delays", theta, "")
+        array = self._shaped("delays", answer, rows_px.shape, (theta,))
+        bad = np.flatnonzero(~np.isfinite(array))
+        if len(bad):
+            raise self._refuse("delays", theta, f" in outline {bad[0]}, {rows_px[bad[0]]:.1f} px below the middle row")
         return array
 
     def body(self, answer: Any, theta: Array, setting: Setting) -> BodyChange:
         """A change of the body."""
-        del setting
         if not isinstance(answer, BodyChange):
-            raise InputError(f"{self.word}: expected body() to give a BodyChange, came {type(answer).__name__}.")
-        change = BodyChange(self._shaped("body", answer.com, (3,)), self._shaped("body", answer.inertia, (5,)))
+            came = f"came {type(answer).__name__}{self._at('body', (theta, setting))}"
+            raise InputError(f"{self.word}: expected body() to give a BodyChange, {came}.")
+        com, inertia = (self._shaped("body", part, (n,), (theta, setting)) for part, n in ((answer.com, 3), (answer.inertia, 5)))
+        change = BodyChange(com, inertia)
         if not (np.all(np.isfinite(change.com)) and np.all(np.isfinite(change.inertia))):
             raise self._refuse("body", theta, "")
         return change
@@ -216,7 +217,7 @@ class _Watch:
         theta, moment, setting = at
         if answer is None:
             return None
-        array = self._shaped(link, answer, moment.x.shape)
+        array = self._shaped(link, answer, moment.x.shape, at)
         bad = np.flatnonzero(~np.isfinite(array).all(axis=1))
         if len(bad):
             raise self._refuse(link, theta[bad[0]], _frame(moment.time_s, setting))
@@ -224,7 +225,7 @@ class _Watch:
 
     def scale(self, answer: Any, theta: Array) -> float:
         """A number above zero."""
-        value = float(self._shaped("scale", answer, ()))
+        value = float(self._shaped("scale", answer, (), (theta,)))
         if not np.isfinite(value):
             raise self._refuse("scale", theta, "")
         if value <= 0.0:
@@ -234,7 +235,7 @@ class _Watch:
     def correct(self, answer: Any, theta: Array, points_px: Array, camera: Any, times_s: Array) -> Array:
         """As many points as came."""
         del camera
-        array = self._shaped("correct", answer, points_px.shape)
+        array = self._shaped("correct", answer, points_px.shape, (theta,))
         bad = np.flatnonzero(~np.isfinite(array).all(axis=1))
         if len(bad):
             number = int(np.searchsorted(np.unique(times_s), times_s[bad[0]]))
@@ -245,14 +246,30 @@ class _Watch:
         """(n, k, 2) or nothing; where there is no tangency any number will do."""
         if answer is None:
             return None
-        array = self._shaped("shift", answer, places.radius_px.shape)
+        array = self._shaped("shift", answer, places.radius_px.shape, (theta, places, setting))
         bad = np.flatnonzero(~np.isfinite(array).all(axis=(1, 2)))
         if len(bad):
             raise self._refuse("shift", theta, _frame(float(places.times_s[bad[0]]), setting))
         return array
 
 
+def _frames_of(arguments: tuple[Any, ...]) -> str:
+    """The frames that a call is about: the one of a moment, or the first and the last of many."""
+    setting = next((a for a in arguments if isinstance(a, Setting)), None)
+    if setting is None:
+        return ""
+    for each in arguments:
+        if isinstance(each, Moment):
+            return _frame(each.time_s, setting)
+        if isinstance(each, Places):
+            return f", frames {_number(each.times_s.min(), setting)} to {_number(each.times_s.max(), setting)}"
+    return f", frames 0 to {len(setting.times_s) - 1}"
+
+
 def _frame(time_s: float, setting: Setting) -> str:
     """The frame nearest a time since the first one."""
-    number = int(np.argmin(np.abs(setting.times_s - setting.times_s[0] - time_s)))
-    return f" at frame {number} ({1e3 * time_s:.3f} ms)"
+    return f" at frame {_number(time_s, setting)} ({1e3 * time_s:.3f} ms)"
+
+
+def _number(time_s: float, setting: Setting) -> int:
+    return int(np.argmin(np.abs(setting.times_s - setting.times_s[0] - time_s)))

@@ -84,17 +84,26 @@ def test_what_is_no_effect_is_refused_when_it_is_loaded(tmp_path: Path, body: st
         ),
         (
             link("acceleration", "theta, moment, setting", "return theta[0]"),
-            ("expected acceleration() to give an array of shape", "came (1,)"),
+            ("expected acceleration() to give an array of shape", "came (1,)", "push = ", "at frame "),
         ),
-        (link("torque", "theta, moment, setting", "return 'strong'"), ("expected torque() to give numbers, came str",)),
-        (link("delays", "theta, rows_px", "return rows_px[1:]"), ("expected delays() to give an array of shape",)),
-        (link("delays", "theta, rows_px", "return np.nan * rows_px"), ("delays() gave a number that is not finite", "push = ")),
-        (link("times", "theta, setting, times_s", "return times_s[1:]"), ("expected times() to give an array of shape (30,), came (29,)",)),
+        (
+            link("torque", "theta, moment, setting", "return 'strong'"),
+            ("expected torque() to give numbers, came str", "push = ", "at frame "),
+        ),
+        (link("delays", "theta, rows_px", "return rows_px[1:]"), ("expected delays() to give an array of shape", "push = ")),
+        (
+            link("delays", "theta, rows_px", "return np.nan * rows_px"),
+            ("delays() gave a number that is not finite", "push = ", "in outline 0"),
+        ),
+        (
+            link("times", "theta, setting, times_s", "return times_s[1:]"),
+            ("expected times() to give an array of shape (30,), came (29,) with push = ", "frames 0 to 29"),
+        ),
         (
             link("times", "theta, setting, times_s", "return np.where(np.arange(30) == 7, np.inf, times_s)"),
             ("times() gave a number that is not finite", "at frame 7"),
         ),
-        (link("body", "theta, setting", "return theta"), ("expected body() to give a BodyChange, came ndarray",)),
+        (link("body", "theta, setting", "return theta"), ("expected body() to give a BodyChange, came ndarray with push = ",)),
         (
             link("body", "theta, setting", "return BodyChange(np.zeros(3), np.full(5, np.nan))"),
             ("body() gave a number that is not finite",),
@@ -104,7 +113,10 @@ def test_what_is_no_effect_is_refused_when_it_is_loaded(tmp_path: Path, body: st
             link("correct", "theta, points_px, camera, times_s", "return np.where(times_s[:, None] > 4e-3, np.nan, points_px)"),
             ("correct() gave a number that is not finite", "in picture 17"),
         ),
-        (link("shift", "theta, places, setting", "return np.zeros(3)"), ("expected shift() to give an array of shape", "came (3,)")),
+        (
+            link("shift", "theta, places, setting", "return np.zeros(3)"),
+            ("expected shift() to give an array of shape", "came (3,) with push = ", "frames 0 to "),
+        ),
         (
             link(
                 "shift",
