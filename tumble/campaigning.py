@@ -124,6 +124,9 @@ def _read(paths: Sequence[Path], reader: Callable[[Path], Read]) -> tuple[dict[s
             measurement = reader(path)
         except InputError as error:
             left_out[path.name] = str(error)
+            continue
+        if measurement.name in found:
+            left_out[path.name] = f"{path}: expected a name of its own, came {measurement.name}, which another sequence of this folder has."
         else:
             found[measurement.name] = measurement
     return found, left_out

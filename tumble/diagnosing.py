@@ -1,7 +1,7 @@
 """What the verbs on a campaign do: compare, diagnose, explain, climb a ladder; each ends in the content of one ``diagnosis.json``."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
@@ -14,7 +14,7 @@ from datasets.json_documents import Document, write_document
 from estimator.campaign_reporting import campaign_estimates, effect_values
 from estimator.configuration import configuration_from_dict
 from estimator.diagnosis.adding import Rung, fit_with, ladder
-from estimator.diagnosis.diagnose import diagnose, diagnosis_of
+from estimator.diagnosis.diagnose import diagnose, diagnosis_of, says_nothing
 from estimator.diagnosis.explain import Explanation, explain
 from estimator.diagnosis.map_words import sentence_of
 from estimator.diagnosis.noise_floor import NoiseFloor, noise_floor
@@ -128,6 +128,8 @@ def compared(question: Question, campaign: Prepared, told: Told) -> Document:
     telling = [sentence_of(each) for each in shown(maps) if each.significant][:MOST_TOLD]
     none = ("No map shows where.",) if missing and not telling else ()
     verdict = Verdict("judged", floor.sentence(*at), (*telling, *none), ())
+    if says_nothing(found):
+        verdict = verdict_of(found, alpha=rules.alpha)
     content = _content("compare", question, campaign, (fit, campaign_covariance(registered.campaign, fit)))
     return {
         **content,
@@ -197,6 +199,7 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told) -> 
         verdict_of(last, alpha=rules.alpha), list(explanation.found), accepted, unknown=explanation.left.present
     )
     steps, apart = _step_entries(explanation, campaign)
+    verdict = replace(verdict, remarks=(*told_of_steps(explanation), *verdict.remarks))
     verdict = advised(verdict, apart if explanation.found else [], question.command("explain", ()))
     rest = unknown_entry(registered.campaign, explanation.fit, explanation.left, names, told=told)
     content = _content("explain", question, campaign, (explanation.fit, explanation.covariance))
@@ -297,6 +300,22 @@ def _next(question: Question, verdict: Verdict) -> str:
 
 def _ladder_command(question: Question, found: list[str]) -> str:
     return question.command("ladder" if found else "estimate", found)
+
+
+def told_of_steps(explanation: Explanation) -> tuple[str, ...]:
+    """What the steps say beside what was found: what these data cannot tell from it, and what was dropped again."""
+    told = []
+    for step in explanation.steps:
+        others = [key for key in step.group if key != step.added]
+        if step.accepted and step.added in explanation.found and others:
+            told.append(f"These data cannot tell {_plain(step.added)} from {', '.join(map(_plain, others))}.")
+    if explanation.dropped:
+        told.append(f"Added on the way and dropped again: {', '.join(map(_plain, explanation.dropped))}.")
+    return tuple(told)
+
+
+def _plain(key: str) -> str:
+    return key.replace("_", " ")
 
 
 def verdict_of_explanation(last: Verdict, found: list[str], accepted: list[bool], *, unknown: bool) -> Verdict:

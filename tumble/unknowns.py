@@ -20,6 +20,7 @@ from estimator.fitting.campaign import Campaign, CampaignFit
 from estimator.motion.flight import N_PARAMETERS
 from tumble.diagnosis_documents import Entry, held_out_entry
 from tumble.numbers import compact
+from tumble.reports.words import rms_word
 
 PLUG_IN, CLASS = "my_law.py", "MyLaw"
 FAMILY_WORDS = {
@@ -68,7 +69,7 @@ def unknown_entry(
         "shapes": [_shape_entry(shape, names) for shape in empirical_shapes(campaign, found)],
         "law": None if found.law is None else law_entry(found.law, names),
         "superfluous": list(superfluous(campaign, found)),
-        "sentences": list(_sentences(left, found, superfluous(campaign, found))),
+        "sentences": list(_sentences(left, found, superfluous(campaign, found), campaign.kind.unit)),
     }
 
 
@@ -155,22 +156,23 @@ def law_words(terms: Sequence[Term]) -> str:
     return " and ".join(t.words for t in terms)
 
 
-def _sentences(left: Unknown, found: EmpiricalFit, needless: Sequence[str]) -> list[str]:
-    """What was found, for people."""
+def _sentences(left: Unknown, found: EmpiricalFit, needless: Sequence[str], unit: str) -> list[str]:
+    """What was found, for people; residuals are in ``unit``."""
+    rms = f"held-out RMS {rms_word(unit)}"
     words = " and ".join(FAMILY_WORDS[effect.entry.key] for effect in found.terms)
     removed = found.removed
     said = [
-        f"It sits in the {left.stage.value} ({p_words(left.p)}): with {words} of no stated law the held-out RMS ETE goes from "
-        f"{removed.before.rms_px:.4f} px to {removed.after.rms_px:.4f} px, {removed.share:.0%} of the excess over the noise floor "
-        f"({removed.floor_px:.4f} px)."
+        f"It sits in the {left.stage.value} ({p_words(left.p)}): with {words} of no stated law the {rms} goes from "
+        f"{removed.before.rms_px:.4f} {unit} to {removed.after.rms_px:.4f} {unit}, {removed.share:.0%} of the excess over the noise floor "
+        f"({removed.floor_px:.4f} {unit})."
     ]
     if found.law is None:
         return said
     law = found.law
     values = ", ".join(f"{v['parameter']} = {compact(v['value'], v['sigma'])} {v['unit']}".removesuffix(" 1") for v in law_values(law))
     said.append(
-        f"The simplest law for it is {law_words(law.terms)}: {law_formula(law.terms)} with {values}. It brings the held-out RMS ETE to "
-        f"{law.removed.after.rms_px:.4f} px ({law.removed.share:.0%} of the excess)."
+        f"The simplest law for it is {law_words(law.terms)}: {law_formula(law.terms)} with {values}. It brings the {rms} to "
+        f"{law.removed.after.rms_px:.4f} {unit} ({law.removed.share:.0%} of the excess)."
     )
     said += [_exponent_words(e) for e in law.law.exponents if e.term in [t.key for t in law.terms]]
     others = [law_words([t.term for t in each.terms]) for each in law.law.alternatives[:MOST_OTHERS]]

@@ -194,7 +194,8 @@ def _climbed(
             new = tuple(replace(step, accepted=False) for step in new)
         new = (replace(new[0], p=p), *new[1:])
         for step in new:
-            told(f"{step.added}: held-out RMS {step.before.rms_px:.4f} -> {step.after.rms_px:.4f} {at.campaign.kind.unit}")
+            refused = "" if step.accepted else ": refused"
+            told(f"{step.added}: held-out RMS {step.before.rms_px:.4f} -> {step.after.rms_px:.4f} {at.campaign.kind.unit}{refused}")
         if not new[-1].accepted:
             at = replace(at, steps=(*at.steps, *new))
             break

@@ -45,7 +45,7 @@ def verdict_of(diagnosis: Diagnosis, *, alpha: float) -> Verdict:
         sentence = (
             f"Nothing is missing: none of {n} effects explains anything that noise would not (smallest p, corrected: {diagnosis.p:.2g})."
         )
-        return Verdict("nothing missing", sentence, (), ())
+        return Verdict("nothing missing", sentence, _blind(diagnosis), ())
     best = diagnosis.findings[0]
     how = sureness(diagnosis.p)
     opening = f"The model misses something: {how} ({p_words(diagnosis.p)}, corrected for {n} candidates)."

@@ -303,14 +303,15 @@ def test_a_broken_sequence_is_left_out_and_named(
         shutil.copytree(dragged / "observations" / name, tmp_path / "observations" / name)
     shutil.copytree(dragged / "observations" / NAMES[0], tmp_path / "observations" / "broken")
     (tmp_path / "observations" / "broken" / "outlines_hsv.npz").write_bytes(b"not a file of outlines")
+    shutil.copytree(dragged / "observations" / NAMES[0], tmp_path / "observations" / "same")
     assert verb("estimate", tmp_path, "--effects", "quadratic_drag", "-q") == 1
-    says(capsys, "broken is left out", "outlines_hsv.npz")
+    says(capsys, "broken is left out", "outlines_hsv.npz", "same is left out", f"expected a name of its own, came {NAMES[0]}")
     campaign = read_document(tmp_path / "estimate" / "campaign.json", "campaign")
     assert [sequence["name"] for sequence in campaign["sequences"]] == list(NAMES)
-    assert list(campaign["left_out"]) == ["broken"]
+    assert sorted(campaign["left_out"]) == ["broken", "same"]
     run = json.loads((tmp_path / "estimate" / "run.json").read_text(encoding="utf-8"))
     assert run["state"] == "finished_with_failures"
-    assert [failure["item"] for failure in run["failures"]] == ["broken"]
+    assert sorted(failure["item"] for failure in run["failures"]) == ["broken", "same"]
 
 
 def test_a_sequence_that_cannot_be_measured_is_left_out_and_named(
@@ -332,8 +333,9 @@ def test_nothing_but_broken_sequences(tmp_path: Path, verb: Callable[..., int], 
 
 def test_a_campaign_too_short_to_say_anything(tmp_path: Path, verb: Callable[..., int], capsys: pytest.CaptureFixture[str]) -> None:
     write(recipe(frames=9, sequences=1), tmp_path)
-    assert verb("diagnose", tmp_path) == 2
-    out = capsys.readouterr().out
-    assert "too short to say anything" in out
-    assert "It is blind to: " in out
-    assert result(tmp_path / "diagnose")["verdict"]["kind"] == "says nothing"
+    for name in ("diagnose", "compare"):
+        assert verb(name, tmp_path) == 2
+        out = capsys.readouterr().out
+        assert "too short to say anything" in out
+        assert "It is blind to: " in out
+        assert result(tmp_path / name)["verdict"]["kind"] == "says nothing"

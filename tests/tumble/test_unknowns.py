@@ -2,6 +2,8 @@
 
 from functools import cache
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
@@ -16,7 +18,7 @@ from estimator.fitting.held_out import held_out
 from tests.estimator.unknown_campaigns import unknown_campaign
 from tests.tumble.test_effect_writing import diagnosis
 from tumble.cli.main import main
-from tumble.diagnosing import verdict_of_explanation
+from tumble.diagnosing import told_of_steps, verdict_of_explanation
 from tumble.diagnosis_documents import Entry
 from tumble.reports.campaign_page import render
 from tumble.unknowns import law_command, unknown_entry, with_unknown
@@ -79,6 +81,23 @@ def test_an_unknown_in_the_place_of_all_that_was_found_is_all_that_is_told() -> 
     assert "Once that plug-in is written: tumble ladder data --effects ./my_law.py:MyLaw" in told.remarks
     assert verdict_of_explanation(last, [], [], unknown=True) is last
     assert verdict_of_explanation(last, ["gravity"], [True, False], unknown=True).kind == "found"
+
+
+def test_steps_tell_their_groups_and_what_was_dropped() -> None:
+    def step(*group: str, accepted: bool = True) -> Any:
+        return SimpleNamespace(added=group[0], group=group, accepted=accepted)
+
+    steps = (
+        step("frame_rate", "length_scale"),
+        step("gravity"),
+        step("magnus_lift", "linear_drag"),
+        step("blooming", "gravity", accepted=False),
+    )
+    explanation: Any = SimpleNamespace(steps=steps, found=("frame_rate", "gravity"), dropped=("magnus_lift",))
+    assert told_of_steps(explanation) == (
+        "These data cannot tell frame rate from length scale.",
+        "Added on the way and dropped again: magnus lift.",
+    )
 
 
 def test_the_report_shows_curves_and_law(tmp_path: Path) -> None:

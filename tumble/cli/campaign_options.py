@@ -123,6 +123,8 @@ def say_diagnosis(document: Document) -> None:
         console.print(candidates_table(document["diagnosis"]))
     if document["ladder"]:
         console.print(ladder_table(document["ladder"], document.get("unit", "px")))
+        if document.get("noise_floor"):
+            say(_floor_sentence(document))
     if document["diagnosis"] is not None and document.get("not_applicable"):
         say(f"not on trial, since such measurements cannot show them beside the model: {', '.join(document['not_applicable'])}.")
     say(document["verdict"]["sentence"])
@@ -140,6 +142,13 @@ def _table(first: str, *headings: str) -> Table:
     return table
 
 
+def _floor_sentence(document: Document) -> str:
+    """How far the last rung is from what noise alone would leave."""
+    unit, floor = document.get("unit", "px"), document["noise_floor"]["floor_px"]
+    last = document["ladder"][-1]["held_out"]["rms_px"]
+    return f"Noise alone would leave {floor:.4f} {unit}; the last model is {last / floor - 1.0:+.1%} from that on what was not fitted."
+
+
 def values_table(values: list[Mapping[str, Any]]) -> Table:
     """Values of the effects in the model."""
     table = _table("effect", "parameter", "sequence", "value", "95% interval", "")
@@ -153,17 +162,24 @@ def values_table(values: list[Mapping[str, Any]]) -> Table:
 
 def candidates_table(diagnosis: Mapping[str, Any]) -> Table:
     """The candidates that explain most."""
-    table = _table("effect", "share of excess", "p, corrected", "expected value", "seen from", "")
+    table = _table("effect", "share of excess", "p, corrected", "expected value (seen from)", "")
     for candidate in diagnosis["candidates"][:SHOWN]:
         values = candidate["values"][:3]
-        text = "\n".join(f"{v['parameter']} = {compact(v['value'], v['sigma'])} {v['unit']}" for v in values)
-        limits = "\n".join(f"{v['seen_from']:.3g}" for v in values)
+        text = "\n".join(map(_value_and_limit, values))
         missing = diagnosis["p"] < ALPHA
         alike = "cannot be told apart" if missing and candidate["effect"] in diagnosis["group"][1:] else ""
         odd = "" if all(v["plausible"] for v in values) or not missing else "not plausible"
         share = f"{candidate['share']:.0%}" if missing else "–"
-        table.add_row(candidate["effect"], share, p_words(candidate["p"], "").removeprefix("= "), text, limits, alike or odd)
+        table.add_row(candidate["effect"], share, p_words(candidate["p"], "").removeprefix("= "), text, alike or odd)
     return table
+
+
+def _value_and_limit(value: Mapping[str, Any]) -> str:
+    """An expected value, and the size that the data would show, where that is known; on one line, so that neither is another's."""
+    limit = f" ({value['seen_from']:.3g})" if value["seen_from"] > 0.0 else ""
+    if not value["sigma"] > 0.0:
+        return f"{value['parameter']}: none seen{limit}" if value["value"] == 0.0 else f"{value['parameter']} = {value['value']:.3g}{limit}"
+    return f"{value['parameter']} = {compact(value['value'], value['sigma'])} {value['unit']}{limit}"
 
 
 def ladder_table(rungs: list[Mapping[str, Any]], unit: str) -> Table:
