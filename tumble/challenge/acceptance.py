@@ -114,6 +114,7 @@ def _drawn(scored: Scored, cases: pd.DataFrame) -> list[Figure]:
         share("1", "true effect first or in its alias group", above["within_group"] | above["named_first"], least=95.0, needed=240),
         share("1", "true effect alone and first", above["alone_first"], least=85.0, needed=240),
         share("1", "the same, or with nothing but the twin that no data tell it from", _alone_but_for_twins(above)),
+        Figure("1", "effects among these cases", float(above["hidden"].nunique()), math.nan, math.nan, len(above), unit="effects"),
         share("1", "first or in its group, of those above the limit in their very campaign", own["within_group"] | own["named_first"]),
         typical("1", "members of an alias group, mean", sizes, np.mean, most=1.5, needed=100, unit="members"),
         Figure(
@@ -130,6 +131,7 @@ def _drawn(scored: Scored, cases: pd.DataFrame) -> list[Figure]:
         share("2", "false alarms on controls", kinds["control"]["false_alarm"], most=3.0, needed=100),
         share("3", "both effects of a pair found", kinds["pair"]["all_found"], least=85.0, needed=60),
         share("3", "the same where a fit that knows of both is certain of each", pairs_certain["all_found"]),
+        share("3", "both in the last model, not merely in a group", _in_last_model(kinds["pair"])),
         *_outside(kinds["outside"]),
         *_after(scored, cases[cases["kind"].isin(["single", "pair"])]),
     ]
@@ -140,6 +142,12 @@ def _alone_but_for_twins(singles: pd.DataFrame) -> "pd.Series[bool]":
     rows = zip(singles["hidden"], singles["group"].astype(str), strict=True)
     with_twin = [any({hidden, *group.split("+")} <= pair for pair in TWINS) for hidden, group in rows]
     return singles["alone_first"] | (singles["within_group"] & np.array(with_twin, dtype=np.bool_))
+
+
+def _in_last_model(cases: pd.DataFrame) -> "pd.Series[bool]":
+    """Whether all hidden effects are in the last model themselves."""
+    rows = zip(cases["hidden"].astype(str), cases["found"].astype(str), strict=True)
+    return pd.Series([set(hidden.split("+")) <= set(found.split("+")) for hidden, found in rows], dtype=np.bool_)
 
 
 def _rendered(cases: pd.DataFrame) -> list[Figure]:

@@ -129,6 +129,15 @@ def table(hits: int, misses: int, alarms: int) -> Scored:
     return Scored(pd.DataFrame(rows), parameters, velocities)
 
 
+def test_a_pair_of_which_one_is_merely_in_a_group_is_told() -> None:
+    drawn = table(1, 0, 0)
+    steps = (answer(("gravity",), ("blooming",)), answer(("gravity",), ("outline_offset", "blooming")))
+    rows = [{**drawn.cases.iloc[0].to_dict(), **named(case("pair", "gravity", "blooming"), said)} for said in steps]
+    figures = {f.what: f.value for f in acceptance(Scored(pd.DataFrame(rows), drawn.parameters, drawn.velocities))}
+    assert figures["both effects of a pair found"] == 100.0
+    assert figures["both in the last model, not merely in a group"] == 50.0
+
+
 @pytest.mark.parametrize(
     ("group", "counts"),
     [(("length_scale", "frame_rate"), 100.0), (("frame_rate",), 100.0), (("frame_rate", "gravity"), 0.0), (("gravity",), 0.0)],
@@ -151,6 +160,8 @@ def test_a_perfect_solver_holds_every_line_that_has_cases() -> None:
     assert found.pop("the same where a fit that knows of both is certain of each") == TOO_FEW
     assert found.pop("first or in its group, of those above the limit in their very campaign") == NOT_ASKED
     assert found.pop("the same, or with nothing but the twin that no data tell it from") == NOT_ASKED
+    assert found.pop("effects among these cases") == NOT_ASKED
+    assert found.pop("both in the last model, not merely in a group") == TOO_FEW
     assert found.pop("the same by noise alone, without the models' own accuracy") == NOT_ASKED
     assert found.pop("numbers of missing frames right") == TOO_FEW
     outside = [what for what in found if "outside" in what or "stage" in what or "empirical" in what or "law" in what]
