@@ -1,15 +1,16 @@
 """How well a model predicts what was not used to fit it.
 
-Sequences are dealt into two halves: what they share is fitted on one half, and the other half is judged with it. A sequence that is judged
-still needs its own state: every fourth frame is judged with the state that the three others give, four times in turn, so that every frame
-counts once. The state without a quarter is the state with it less one Gauss-Newton step (PRESS, [Allen 1974]).
+Sequences are dealt into four parts, or as many as there are sequences: what they share is fitted on the others, and each part is judged
+with that [Stone 1974]. A sequence that is judged still needs its own state: every fourth frame is judged with the state that the three
+others give, four times in turn, so that every frame counts once. The state without a quarter is the state with it less one Gauss-Newton
+step (PRESS, [Allen 1974]).
 
-What the other half leaves open of an effect, those three quarters settle: its value there is a prior with the other half's information. An
-effect that shows in one sequence alone, as moments of inertia do where only one spins fast, would else be judged with values that nothing
-tells. What the other half does tell holds, for a sequence is a small part of what is known of an effect that all show.
+What the other parts leave open of all that is shared, those three quarters settle: values there are a prior with the others' information.
+Moments of inertia show in a sequence that spins fast and hardly in slow ones, whose values would misjudge it by more than most effects do.
+What the others do tell holds, for a sequence is a small part of what is known of an effect that all show.
 
-What is known to be small (the hull's errors of mass, the outline offset, the instrument's discrepancy) may not be more than ``MOST``
-standard deviations of its prior when a model is judged: a base model that borrows a missing effect from there does not predict.
+What is known to be small (the hull's errors of mass, the outline offset, the instrument's discrepancy) begins within ``MOST`` standard
+deviations of its prior when a model is judged: a base model that borrows a missing effect from there does not predict.
 """
 
 from dataclasses import dataclass, replace
@@ -39,7 +40,7 @@ from estimator.motion.flight import COM, INERTIA, N_PARAMETERS, OFFSET
 from estimator.motion.rigid_body import RanAway
 
 Array = NDArray[np.float64]
-QUARTERS = 4
+PARTS, QUARTERS = 4, 4
 MOST = 2.0
 LOCAL_STEPS, SETTLED = 6, 0.05
 
@@ -56,13 +57,12 @@ class HeldOut:
 def held_out(campaign: Campaign, state: CampaignState, model: Model) -> HeldOut:
     """Judge a model on frames and sequences that it was not fitted to; ``state`` is where fits start."""
     n = len(campaign.sequences)
-    halves = _halves(campaign) if n > 1 else [np.arange(1)]
     squares, counts = np.zeros(n), np.zeros(n)
-    for number, judged in enumerate(halves):
-        learned_from = halves[1 - number] if n > 1 else judged
-        half = _part(campaign, learned_from)
-        fit = fit_campaign(half, _state_of(state, learned_from), model, most_steps=LOCAL_STEPS, most_falling=LOCAL_STEPS)
-        learned = _learned(half, fit, alone=n == 1)
+    for judged in _parts(campaign):
+        learned_from = np.setdiff1d(np.arange(n), judged) if n > 1 else judged
+        others = _part(campaign, learned_from)
+        fit = fit_campaign(others, _state_of(state, learned_from), model, most_steps=LOCAL_STEPS, most_falling=LOCAL_STEPS)
+        learned = _learned(others, fit, alone=n == 1)
         for i in judged:
             squares[i], counts[i] = _judge(campaign, int(i), state, learned)
     squares[counts == 0] = np.inf  # the flight has left all outlines behind
@@ -70,10 +70,11 @@ def held_out(campaign: Campaign, state: CampaignState, model: Model) -> HeldOut:
     return HeldOut(float(np.sqrt(squares.sum() / max(counts.sum(), 1))), per_sequence, int(counts.sum()))
 
 
-def _halves(campaign: Campaign) -> list[NDArray[np.int64]]:
-    """The sequences in two parts, each of which has some of every particle and camera that has several."""
-    dealt = sorted(range(len(campaign.sequences)), key=lambda i: (campaign.particle[i], campaign.camera[i], i))
-    return [np.array(sorted(dealt[start::2]), dtype=np.int64) for start in range(2)]
+def _parts(campaign: Campaign) -> list[NDArray[np.int64]]:
+    """The sequences in parts, beside each of which there are some of every particle and camera that has several."""
+    n = len(campaign.sequences)
+    dealt = sorted(range(n), key=lambda i: (campaign.particle[i], campaign.camera[i], i))
+    return [np.array(sorted(dealt[start::PARTS]), dtype=np.int64) for start in range(min(n, PARTS))]
 
 
 @dataclass(frozen=True)
@@ -146,7 +147,8 @@ def _judge(campaign: Campaign, number: int, own: CampaignState, learned: _Learne
     state = _with_shared(_state_of(own, np.array([number])), learned.fit.state, teller)
     state = _within_priors(state, campaign.kind.precision(sequence), model)
     free = np.concatenate([np.zeros(N_PARAMETERS, dtype=np.bool_), model.precision == 0.0])
-    open_ = layout.shared[free[layout.shared]]
+    told = (teller >= 0) & (learned.covariance is not None)
+    open_ = layout.shared[(free | told)[layout.shared]]
     columns = np.concatenate([layout.local, open_])
     rest = np.setdiff1d(layout.shared, open_)
     one = Layout(columns, rest, (np.arange(len(rest)),), len(rest))

@@ -8,7 +8,7 @@ from estimator.registration import Registered, register
 from synth.sequence import build_silhouette_sequence
 from tests.estimator.small_campaign import recipe
 
-FRAMES = {"outgassing_thrust": 30, "wall_attraction": 40, "thermal_focus_drift": 30}
+FRAMES = {"outgassing_thrust": 30, "wall_attraction": 40, "thermal_focus_drift": 40}
 THRUST = {"a1": 20.0, "a2": -10.0, "a3": 15.0}
 WALL = {"strength": 0.01, "normal_x": 1.0, "normal_y": 0.0, "normal_z": 0.0, "position": -0.05}
 DRIFT = {"relative": 0.05, "time_constant": 0.01}

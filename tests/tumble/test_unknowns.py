@@ -119,7 +119,8 @@ def test_the_plug_in_keeps_the_contracts_and_lowers_the_error(tmp_path: Path, ca
     assert all(each.kept for each in kept)
     better = with_effect(campaign, fit, effect)
     after = held_out(campaign, better.state, better.model).rms_px
-    assert after < 0.6 * entry["before"]["rms_px"]
+    squares = [rms**2 for rms in (entry["before"]["rms_px"], after, entry["floor_px"])]
+    assert squares[0] - squares[1] > 0.8 * (squares[0] - squares[2])
     assert after == pytest.approx(entry["law"]["after"]["rms_px"], rel=0.05)
 
 

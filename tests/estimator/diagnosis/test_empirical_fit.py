@@ -37,8 +37,8 @@ def test_a_hidden_force_sits_in_the_dynamics_and_is_removed(key: str) -> None:
     assert left.stage is Stage.DYNAMICS
     removed = empirical.removed
     assert removed.share > 0.8
-    assert removed.after.rms_px < 0.5 * removed.before.rms_px
-    assert removed.floor_px < removed.before.rms_px
+    assert removed.floor_px < 0.8 * removed.before.rms_px
+    assert removed.after.rms_px < 1.1 * removed.floor_px
     assert empirical.law is not None
     assert empirical.law.removed.share > 0.8
 

@@ -34,7 +34,7 @@ def before_and_after(registered: Registered, effect: str) -> tuple[np.ndarray, n
 
 
 def test_an_effect_that_one_sequence_alone_shows_lowers_its_errors() -> None:
-    """Without a spin there is nothing to tell where the centre of mass is: the others' half says nothing of it."""
+    """Without a spin there is nothing to tell where the centre of mass is: the other says nothing of it."""
     before, after = before_and_after(of_spins(8.0, 1e-3), "centre_of_mass")
     assert after[0] < 0.2 * before[0]
 
