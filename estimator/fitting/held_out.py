@@ -43,6 +43,7 @@ Array = NDArray[np.float64]
 PARTS, QUARTERS = 4, 4
 MOST = 2.0
 LOCAL_STEPS, SETTLED = 6, 0.05
+ASTRAY = (RanAway, np.linalg.LinAlgError)
 
 
 @dataclass(frozen=True)
@@ -61,8 +62,12 @@ def held_out(campaign: Campaign, state: CampaignState, model: Model) -> HeldOut:
     for judged in _parts(campaign):
         learned_from = np.setdiff1d(np.arange(n), judged) if n > 1 else judged
         others = _part(campaign, learned_from)
-        fit = fit_campaign(others, _state_of(state, learned_from), model, most_steps=LOCAL_STEPS, most_falling=LOCAL_STEPS)
-        learned = _learned(others, fit, alone=n == 1)
+        try:
+            fit = fit_campaign(others, _state_of(state, learned_from), model, most_steps=LOCAL_STEPS, most_falling=LOCAL_STEPS)
+            learned = _learned(others, fit, alone=n == 1)
+        except ASTRAY:
+            squares[judged], counts[judged] = np.inf, 1.0
+            continue
         for i in judged:
             squares[i], counts[i] = _judge(campaign, int(i), state, learned)
     squares[counts == 0] = np.inf  # the flight has left all outlines behind
@@ -137,7 +142,7 @@ def _state_of(state: CampaignState, rows: NDArray[np.int64]) -> CampaignState:
 def _judge(campaign: Campaign, number: int, own: CampaignState, learned: _Learned) -> tuple[float, float]:
     """Sum of squares and number of the errors of one sequence, each frame's predicted from the frames of the other quarters.
 
-    Where a flight runs away from there, nothing is predicted, and the sum is infinite.
+    Where a flight runs away from there, or has no normal matrix, nothing is predicted, and the sum is infinite.
     """
     model = learned.fit.model
     sequence = campaign.sequences[number]
@@ -156,9 +161,9 @@ def _judge(campaign: Campaign, number: int, own: CampaignState, learned: _Learne
     prior[len(layout.local) :, len(layout.local) :] = learned.information(open_, teller)
     try:
         equations, normal = _settled(alone, state, one, prior, model)
-    except RanAway:
+        e = np.concatenate([_left_out(equations, columns, normal, start) for start in range(QUARTERS)])
+    except ASTRAY:
         return np.inf, 1.0
-    e = np.concatenate([_left_out(equations, columns, normal, start) for start in range(QUARTERS)])
     return float(np.sum(e**2)), float(equations.errors.seen.sum())
 
 

@@ -3,11 +3,13 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from estimator.diagnosis.adding import base_fit, with_effect
 from estimator.diagnosis.pruning import wald_p
 from estimator.diagnosis.score_tests import Candidates, score_tests
 from estimator.effects.choosing import catalogue
+from estimator.fitting import held_out as module
 from estimator.fitting.campaign_covariance import campaign_covariance
 from estimator.fitting.held_out import held_out
 from estimator.registration import Registered
@@ -73,3 +75,19 @@ def test_what_one_of_two_bodies_has_is_no_superfluous_effect() -> None:
     assert wald_p(campaign, fit, campaign_covariance(campaign, fit), 0) < 1e-9
     tests, _ = score_tests(campaign, base_fit(campaign, registered.start), Candidates.of(campaign, (catalogue()["centre_of_mass"],)))
     assert sorted({column.sequence for column in tests[0].columns}) == [0, 1]
+
+
+def test_a_model_under_which_nothing_can_be_predicted_has_an_infinite_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Neither a flight that runs away nor a matrix without eigenvalues ends the work on a campaign."""
+    registered = of_spins(8.0, 8.0)
+    base = base_fit(registered.campaign, registered.start)
+
+    def fails(*_: object, **__: object) -> None:
+        raise np.linalg.LinAlgError("Eigenvalues did not converge")
+
+    for name in ("_settled", "fit_campaign"):
+        with monkeypatch.context() as patch:
+            patch.setattr(module, name, fails)
+            judged = held_out(registered.campaign, base.state, base.model)
+        assert np.all(np.isinf(judged.per_sequence_px))
+        assert np.isinf(judged.rms_px)
