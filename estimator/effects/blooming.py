@@ -1,4 +1,8 @@
-"""Light of the background spilling over the rim, most where the back-light is brightest: ``delta = -b (1 - r² / R²)``."""
+"""Light of the background spilling over the rim, most where the back-light is brightest: ``delta = -b (1 - r² / R²)``.
+
+Spilling light as in [Janesick, Scientific Charge-Coupled Devices (2001)]. Valid for a back-light that falls off
+with the square of the radius.
+"""
 
 import numpy as np
 

@@ -1,7 +1,10 @@
-"""A camera that shakes: the picture moves by ``s sin(2 pi f t) + c cos(2 pi f t)``.
+"""A camera that shakes: the picture moves with one frequency.
 
 Amplitudes enter linearly, the frequency is searched for on a grid as fine as a recording can resolve; below one period per recording a
 vibration is a change of velocity and acceleration and is not looked for.
+
+``shift = s sin(2 pi f t) + c cos(2 pi f t)``, found as a spectral line [Lomb, Astrophys. Space Sci. 39 (1976) 447]. Valid for one
+frequency, and for turns of the camera so small that they are shifts of the picture.
 """
 
 import numpy as np

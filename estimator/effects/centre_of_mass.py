@@ -2,6 +2,8 @@
 
 Moments about the displaced centre are taken as those of the uniform body, since a density that displaces the centre is not known
 further.
+
+``com = com_uniform + c``, body axes. Valid for displacements well below the body's size.
 """
 
 import numpy as np

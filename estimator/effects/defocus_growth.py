@@ -3,6 +3,8 @@
 The recession of every tangent under a blur is tabled from the outlines that the body casts (:mod:`estimator.geometry.outline_shape`), over
 the blur, and interpolated [Verbeek and van Vliet 1994]: linear in the blur, as a smooth stretch's share is, or constant, as a corner's.
 Below the smallest blur of the table it falls to zero with the blur: zero blur and small blur differ by a square.
+
+``s = blur |z - z_first|``. Valid where the blur is well below the outline.
 """
 
 import numpy as np

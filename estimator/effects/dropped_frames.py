@@ -2,6 +2,9 @@
 
 The number of missing frames is fitted as a real number; that it comes out whole is a check, less than one is none, and the whole number is
 reported. The place of the gap is searched for.
+
+``t_true = t + count / rate`` after the gap, found as a change point [Page, Biometrika 41 (1954) 100]. Valid for one gap per sequence
+and a steady nominal rate.
 """
 
 import numpy as np

@@ -1,4 +1,7 @@
-"""A focal length other than stated; nearly degenerate with depth for one distant camera [Hartley and Zisserman 2004, ch. 6]."""
+"""A focal length other than stated; nearly degenerate with depth for one distant camera [Hartley and Zisserman 2004, ch. 6].
+
+``f = (1 + r) f_stated``. Valid for a thin lens whose distortion is stated.
+"""
 
 import numpy as np
 

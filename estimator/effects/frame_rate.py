@@ -1,6 +1,8 @@
 """A frame rate other than the nominal one: ``t = t_nominal / (1 + r)``, counted from the first frame.
 
 Without a known force it is degenerate with v and omega, which scale with it; gravity, whose 0.5 g t² does not, breaks that.
+
+Valid for a steady clock; scales of time and length as in [Landau and Lifshitz, Mechanics (1976), § 10].
 """
 
 from datasets.vocabulary.effects import EFFECTS

@@ -1,4 +1,7 @@
-"""Gravity of another size or direction than stated: a camera that is not level, or a wrong constant."""
+"""Gravity of another size or direction than stated: a camera that is not level, or a wrong constant.
+
+``dv/dt = g_stated + dg`` [Goldstein 1980, ch. 1]. Valid where gravity is uniform.
+"""
 
 from datasets.vocabulary.effects import EFFECTS
 from estimator.effects.link import Array, EffectModel, Moment, Setting

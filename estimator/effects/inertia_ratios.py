@@ -1,4 +1,8 @@
-"""Principal moments in another ratio than those of the uniform body: the spin's path bends otherwise [Goldstein 1980, ch. 5]."""
+"""Principal moments in another ratio than those of the uniform body: the spin's path bends otherwise [Goldstein 1980, ch. 5].
+
+``I = (I1 (1 + e1), I2 (1 + e2), I3)``. Valid where principal axes stay those of the uniform body, and no moment
+exceeds the sum of the others.
+"""
 
 import numpy as np
 

@@ -1,4 +1,7 @@
-"""Drag proportional to the velocity, ``dv/dt = -k v`` [Stokes 1851]; holds for Reynolds numbers below about 1."""
+"""Drag proportional to the velocity, ``dv/dt = -k v`` [Stokes 1851]; holds for Reynolds numbers below about 1.
+
+Valid in still air, without a torque.
+"""
 
 from datasets.vocabulary.effects import EFFECTS
 from estimator.effects.link import Array, EffectModel, Moment, Setting

@@ -1,4 +1,7 @@
-"""Lift of a spinning body, ``dv/dt = C (omega x v)`` [Rubinow and Keller 1961]: C is (3/8) rho_air / rho for a slow sphere."""
+"""Lift of a spinning body, ``dv/dt = C (omega x v)`` [Rubinow and Keller 1961]: C is (3/8) rho_air / rho for a slow sphere.
+
+Valid for slow spheres in the paper; of other bodies the coefficient is what is measured.
+"""
 
 import numpy as np
 

@@ -10,6 +10,8 @@ edges with another width than they have: ``s`` is the width measured times ``gam
 Corners that are narrow across the motion recede by more, at the half level, too: that is tabled by the level from the outlines that the
 body casts (:mod:`estimator.geometry.outline_smear`). A bias of zero stands for outlines of the exposure's middle, as they are without the
 effect.
+
+Motion blur as in [Potmesil and Chakravarty, Comput. Graph. 17 (1983) 389]. Valid where edges move evenly during the exposure.
 """
 
 import numpy as np

@@ -1,4 +1,7 @@
-"""Outlines too large or too small by a constant: a threshold off the half level, or a contour convention [Forbes 2007, ch. 4]."""
+"""Outlines too large or too small by a constant: a threshold off the half level, or a contour convention [Forbes 2007, ch. 4].
+
+``delta = offset``. Valid for offsets well below the outline's radii of curvature, and beyond by what is tabled of corners.
+"""
 
 import numpy as np
 

@@ -1,4 +1,7 @@
-"""Pixels that are not as square as stated: ``fy`` is (1 + a) times the stated one."""
+"""Pixels that are not as square as stated: ``fy`` is (1 + a) times the stated one.
+
+``v = fy (1 + a) y / z + cy`` [Hartley and Zisserman 2004, ch. 6]. Valid where axes are perpendicular.
+"""
 
 import numpy as np
 

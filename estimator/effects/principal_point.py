@@ -1,6 +1,8 @@
 """The optical axis meets the picture elsewhere than stated [Hartley and Zisserman 2004, ch. 6].
 
 For one distant camera it is a turn of the camera by a small angle: seen only through depth that changes and through known gravity.
+
+``u = f x / z + cx + dx``, and v likewise. Valid for any displacement that leaves the particle in the picture.
 """
 
 from datasets.vocabulary.camera import Intrinsics

@@ -1,4 +1,7 @@
-"""Drag proportional to the square of the speed, ``dv/dt = -c |v| v`` [Clift, Grace and Weber 1978]; Reynolds numbers above about 1000."""
+"""Drag proportional to the square of the speed, ``dv/dt = -c |v| v`` [Clift, Grace and Weber 1978]; Reynolds numbers above about 1000.
+
+Valid in still air, for a drag that does not depend on the attitude, without a torque.
+"""
 
 import numpy as np
 

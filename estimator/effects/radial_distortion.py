@@ -1,4 +1,7 @@
-"""Radial lens distortion beyond the stated one [Brown 1971]: ``x_d = x (1 + k1 r² + k2 r⁴)`` in normalised coordinates."""
+"""Radial lens distortion beyond the stated one [Brown 1971]: ``x_d = x (1 + k1 r² + k2 r⁴)`` in normalised coordinates.
+
+Valid where the map is one to one.
+"""
 
 import numpy as np
 

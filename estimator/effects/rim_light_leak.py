@@ -3,6 +3,9 @@
 ``f`` is the length of outline whose normals lie within 10 degrees, over the same of a circle of equal perimeter, of the flattest stretch
 within 3 px: a corner recedes with the facets that meet in it. What the tangents recede is tabled by ``a`` from the outlines that the body
 casts (:mod:`estimator.geometry.outline_shape`).
+
+Facets along the line of sight refract and reflect least [Born and Wolf, Principles of Optics (1999), ch. 1]. Valid for losses of a few px,
+on bodies without hollows; on others the hull shows a part of the flat stretches.
 """
 
 import numpy as np

@@ -4,6 +4,8 @@ The body is where it is when the middle row of its outline is exposed. Rows abov
 point of the outline as it was seen is moved back by what the body's point there travels in between, and the tangent of what comes out is
 the one at the middle row's time. What the hull says of the body enters through the depth of those points alone, so an error of it does
 not decide which corner a tangent touches.
+
+``t(y) = t + line_time (y - (height - 1) / 2)``. Valid where the body turns little from its first row to its last.
 """
 
 import numba

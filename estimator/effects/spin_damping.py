@@ -1,4 +1,7 @@
-"""Torque against the spin, ``dL/dt = -b L``: what a viscous fluid does to a sphere [Lamb 1932, art. 334]."""
+"""Torque against the spin, ``dL/dt = -b L``: what a viscous fluid does to a sphere [Lamb 1932, art. 334].
+
+Valid for one rate about all axes.
+"""
 
 from datasets.vocabulary.effects import EFFECTS
 from estimator.effects.link import Array, EffectModel, Moment, Setting

@@ -1,4 +1,7 @@
-"""Decentring lens distortion beyond the stated one [Brown 1971]."""
+"""Decentring lens distortion beyond the stated one [Brown 1971].
+
+``dx = 2 p1 x y + p2 (r² + 2 x²)``, ``dy = p1 (r² + 2 y²) + 2 p2 x y``, normalised coordinates. Valid for small angles.
+"""
 
 import numpy as np
 

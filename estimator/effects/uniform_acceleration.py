@@ -1,4 +1,7 @@
-"""A constant acceleration of its own in every sequence: a charge in a field, a steady draught, an accelerated camera."""
+"""A constant acceleration of its own in every sequence: a charge in a field, a steady draught, an accelerated camera.
+
+``dv/dt = g + a`` [Goldstein 1980, ch. 4]. Valid where it is steady during a sequence and turns nothing.
+"""
 
 from datasets.vocabulary.effects import EFFECTS
 from estimator.effects.link import Array, EffectModel, Moment, Setting

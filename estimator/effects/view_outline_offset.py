@@ -2,6 +2,8 @@
 
 In the high-speed camera's pixels it is an outline offset of the other sign, magnified by the ratio of scales; where that ratio does not
 vary the two cannot be told apart.
+
+``delta = o r``, r px of error per px of a view's outline. Valid for offsets well below the outline's radii of curvature.
 """
 
 from datasets.vocabulary.effects import EFFECTS

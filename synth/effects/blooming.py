@@ -2,6 +2,8 @@
 
 ``delta = -loss (1 - r² / R²)``, ``r`` the distance from the picture's centre, ``R`` half its diagonal: most where the back-light is
 brightest [EMVA Standard 1288 (2021); charge spilling from saturated pixels]. Each point of the outline recedes along its own normal.
+
+Valid for losses well below the outline.
 """
 
 import numpy as np

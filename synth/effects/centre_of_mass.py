@@ -3,6 +3,8 @@
 ``com = com_uniform + R_particle_body c``, ``c`` along the principal axes of the uniform body. Moments about the new centre are taken to be
 those of the uniform body about the old one [the catalogue's meaning; Goldstein, Classical Mechanics (1980), ch. 5]. The flight is that of
 the new centre: gravity acts there, and the shape turns about it.
+
+Valid for any displacement inside the body.
 """
 
 from dataclasses import replace

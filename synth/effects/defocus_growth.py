@@ -3,6 +3,8 @@
 The silhouette is blurred with a Gaussian of ``s = blur |z - z_focus|``, ``z_focus`` the depth of the centre of mass in the sequence's first
 frame, and its outline drawn at the half level, so that convex curves recede [Verbeek and van Vliet, IEEE Trans. Pattern Anal. Mach. Intell.
 16 (1994) 726]. One depth for the whole particle; a lens's disk of confusion is taken to be Gaussian.
+
+Valid where the lens is far from the particle against the depth of its flight.
 """
 
 import numpy as np

@@ -2,6 +2,8 @@
 
 Every frame after number ``after_frame`` was taken ``count`` nominal frame intervals later than its time stamp says. A ``count`` that is no
 integer is a pause of that length. Valid for a steady nominal frame rate.
+
+``t_true = t + count / rate`` after the gap.
 """
 
 import numpy as np

@@ -1,6 +1,8 @@
 """The focal length (principal distance) is not the stated one.
 
 ``fx`` and ``fy`` are ``1 + relative`` times the stated ones [Hartley and Zisserman, Multiple View Geometry (2004), ch. 6].
+
+``f = (1 + relative) f_stated``. Valid for any camera.
 """
 
 from dataclasses import replace

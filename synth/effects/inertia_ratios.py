@@ -2,6 +2,8 @@
 
 ``I1 (1 + e1), I2 (1 + e2), I3`` about the axes of the uniform body, in their order [Goldstein, Classical Mechanics (1980), ch. 5]. No body
 has a moment larger than the sum of the other two; such sizes are refused.
+
+``I = (I1 (1 + e1), I2 (1 + e2), I3)``. Valid for rigid bodies.
 """
 
 from dataclasses import replace

@@ -3,6 +3,8 @@
 Every point lies ``1 + relative`` times as far from the uniform body's centre of mass, density kept: mass grows with the third power,
 moments with the fifth; their ratios stay [Hartley and Zisserman, Multiple View Geometry (2004), ch. 10]. The views, outlines and stated
 poses alike, are those of the particle at its stated size. Evaluated before a displacement of the centre of mass, which is in true metres.
+
+``X_true = (1 + relative) X_stated``. Valid for one factor in all directions.
 """
 
 from dataclasses import replace

@@ -1,6 +1,8 @@
 """Drag of slow flow.
 
 ``dv/dt = g - rate v`` [Stokes, Trans. Camb. Phil. Soc. 9 (1851) 8]; holds for Re < 1, still air, no torque.
+
+Valid for Re < 1.
 """
 
 import numpy as np

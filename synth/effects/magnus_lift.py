@@ -2,6 +2,8 @@
 
 ``dv/dt = g + coefficient (omega x v)`` [Rubinow and Keller, J. Fluid Mech. 11 (1961) 447, for a sphere at low Re, where the coefficient is
 ``pi rho_air r³ / m``]; does no work; no torque.
+
+Valid at low Re; of other bodies the coefficient is given.
 """
 
 import numpy as np

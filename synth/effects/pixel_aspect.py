@@ -1,6 +1,8 @@
 """Pixels are not as square as stated.
 
 ``v = fy (1 + relative) y / z + cy`` [Hartley and Zisserman, Multiple View Geometry (2004), ch. 6].
+
+Valid for perpendicular axes.
 """
 
 from dataclasses import replace

@@ -1,6 +1,8 @@
 """The optical axis meets the picture elsewhere than stated.
 
 ``(cx + dx, cy + dy)`` [Hartley and Zisserman, Multiple View Geometry (2004), ch. 6]. The centre of distortion moves with it.
+
+``u = fx x / z + cx + dx``, and v likewise. Valid for any camera.
 """
 
 from dataclasses import replace

@@ -2,6 +2,8 @@
 
 ``dv/dt = g - per_length |v| v``, ``per_length = rho_air C_D A / (2 m)`` [Clift, Grace and Weber, Bubbles, Drops and Particles (1978), ch.
 6]; holds for Re > 1000, still air, one drag coefficient for all orientations, no torque.
+
+Valid for Re above about 1000.
 """
 
 import numpy as np

@@ -5,6 +5,8 @@ times the outline's mean radius (perimeter over 2 pi): 1 on a circle, large on a
 points within ``FLATNESS_REACH_PX`` along the outline the largest ``f`` counts: where two such facets meet, their corner recedes with them
 and does not stay behind as a spike. Normals are those of the outline at the scale of a pixel. An approximation for convex facetted bodies
 before a back light.
+
+Valid for losses well below the outline.
 """
 
 import numpy as np

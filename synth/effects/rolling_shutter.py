@@ -2,6 +2,8 @@
 
 The row ``y`` is exposed at ``t + line_time (y - (height - 1) / 2)`` [Ait-Aider, Andreff, Lavest and Martinet, ECCV (2006)]. Every point of
 the surface is projected at the instant of the row in which it then appears.
+
+``t(y) = t + line_time (y - (height - 1) / 2)``. Valid for an electronic shutter that all columns share.
 """
 
 import numpy as np

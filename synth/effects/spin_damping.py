@@ -2,6 +2,8 @@
 
 ``dL/dt = -rate L`` [Lamb, Hydrodynamics (1932), art. 334, for a sphere, ``rate = 8 pi mu r³ / I``]: the angular momentum keeps its
 direction and halves every ``ln 2 / rate``. No force.
+
+Valid for slow flow.
 """
 
 import numpy as np

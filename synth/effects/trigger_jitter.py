@@ -2,6 +2,8 @@
 
 ``true time_i = nominal time_i + sigma N(0, 1)`` [random effect: Laird and Ware, Biometrics 38 (1982) 963]. Frames keep their order as long
 as ``sigma`` is well below the frame interval; exposures keep their length.
+
+Valid for times that are independent from frame to frame.
 """
 
 import numpy as np

@@ -1,6 +1,8 @@
 """A constant acceleration, another one in every sequence: a steady draught, a charge in a field, an accelerated camera.
 
 ``dv/dt = g + a``, world frame [Goldstein, Classical Mechanics (1980), ch. 4]. No torque.
+
+Valid where it is steady during a sequence.
 """
 
 import numpy as np
