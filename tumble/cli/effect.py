@@ -54,6 +54,8 @@ def run(arguments: argparse.Namespace) -> int:
         print(json.dumps({key: dataclasses.asdict(entry) for key, entry in EFFECTS.items()}))
     else:
         Console().print(_table())
+        if not arguments.quiet:
+            print("next: tumble effect new MyWind --kind force, for one of your own")
     return 0
 
 
@@ -81,6 +83,8 @@ def _check(arguments: argparse.Namespace) -> int:
         print(json.dumps([dataclasses.asdict(each) for each in kept]))
     elif not arguments.quiet:
         _say(kept)
+        then = "ladder OBSERVATIONS --effects" if all(each.kept for each in kept) else "effect check"
+        print(f"next: tumble {then} {arguments.effect}")
     return int(not all(each.kept for each in kept))
 
 

@@ -46,6 +46,7 @@ def show_hidden(shape: Shape, seed: int, table: LimitTable, out: Path) -> int:
             codes.append(command_line.run_verb(verb, [str(campaign), "--out", str(out / verb), "--force"]))
     _heading("And the truth:")
     _say_truth(case)
+    print(f"report: {out / 'explain' / 'report.html'}\nnext: tumble explain OBSERVATIONS, on recordings of your own")
     return max(codes, default=0)
 
 

@@ -77,6 +77,7 @@ def run(arguments: argparse.Namespace) -> int:
         if len(collisions):
             say_collisions(collision_summary(collisions))
         Console().print(f"table: {arguments.out / TABLE_FILE}", soft_wrap=True, highlight=False)
+        Console().print(f"next: tumble report {arguments.estimates} --truth {arguments.truth}", soft_wrap=True, highlight=False)
     return 0
 
 
