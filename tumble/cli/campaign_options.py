@@ -123,7 +123,7 @@ def say_diagnosis(document: Document) -> None:
         console.print(candidates_table(document["diagnosis"]))
     if document["ladder"]:
         console.print(ladder_table(document["ladder"], document.get("unit", "px")))
-        if document.get("noise_floor"):
+        if document.get("noise_floor") and document["noise_floor"]["floor_px"] > 0.0:
             say(_floor_sentence(document))
     if document["diagnosis"] is not None and document.get("not_applicable"):
         say(f"not on trial, since such measurements cannot show them beside the model: {', '.join(document['not_applicable'])}.")
