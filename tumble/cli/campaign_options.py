@@ -179,7 +179,8 @@ def _value_and_limit(value: Mapping[str, Any]) -> str:
     limit = f" ({value['seen_from']:.3g})" if value["seen_from"] > 0.0 else ""
     if not value["sigma"] > 0.0:
         return f"{value['parameter']}: none seen{limit}" if value["value"] == 0.0 else f"{value['parameter']} = {value['value']:.3g}{limit}"
-    return f"{value['parameter']} = {compact(value['value'], value['sigma'])} {value['unit']}{limit}"
+    unit = "" if value["unit"] == "1" else f" {value['unit']}"
+    return f"{value['parameter']} = {compact(value['value'], value['sigma'])}{unit}{limit}"
 
 
 def ladder_table(rungs: list[Mapping[str, Any]], unit: str) -> Table:
