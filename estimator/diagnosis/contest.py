@@ -8,7 +8,7 @@ what chance may, what they leave is counted in units of the least (:func:`estima
 a margin, since it says less than an effect.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
@@ -18,10 +18,10 @@ from scipy.stats import chi2
 
 from datasets.vocabulary.effects import Scope
 from estimator.diagnosis.extending import fit_extended
+from estimator.diagnosis.looks import Looks
 from estimator.diagnosis.ranking import by_remainder, misfit_unit
-from estimator.diagnosis.score_tests import Candidates, ScoreTest, score_tests
-from estimator.diagnosis.unknown import ALPHA, Unknown, families
-from estimator.effects.choosing import beside
+from estimator.diagnosis.score_tests import ScoreTest
+from estimator.diagnosis.unknown import ALPHA, Unknown
 from estimator.effects.empirical import EMPIRICAL, ForceField
 from estimator.effects.link import EffectModel
 from estimator.effects.model import Model
@@ -56,7 +56,7 @@ class Simpler:
 
 
 def better_unknown(
-    campaign: Campaign, before: Sequence[CampaignFit], last: CampaignFit, catalogue: Mapping[str, EffectModel], *, again: bool = False
+    campaign: Campaign, before: Sequence[CampaignFit], last: CampaignFit, looks: Looks, *, again: bool = False
 ) -> Simpler | None:
     """The best family in place of what was added after one of the fits ``before``, or ``None`` where the ``last`` fit is better.
 
@@ -64,7 +64,7 @@ def better_unknown(
     """
     if not before:
         return None
-    own = _judged(campaign, last, catalogue)
+    own = _judged(campaign, last, looks)
     beaten = own.criterion(1.0) - MARGIN  # in any other unit it is less
     chance = min(own.left - own.columns, 0.0)  # what a model that is right may leave: noise is counted with caution
     found: list[tuple[_Judged, Simpler]] = []
@@ -75,12 +75,12 @@ def better_unknown(
             continue  # the least of them would not win if it left no more than chance does
         if again:
             fit = fit_campaign(campaign, known.state, known.model)
-        for test, tests, p in _likely(campaign, fit, catalogue):
+        for test, tests, p in _likely(campaign, fit, looks):
             if p > ALPHA or penalty + _least_penalty(campaign, test.effect) + chance >= beaten:
                 continue
             found += [
                 (judged, Simpler(where, fit, Unknown(test, p, tests), judged.by_chance))
-                for where, judged in _of_family(campaign, fit, test, catalogue)
+                for where, judged in _of_family(campaign, fit, test, looks)
             ]
             beaten = min([beaten, *(judged.criterion(1.0) for judged, _ in found)])
     unit = misfit_unit((each.left, each.columns) for each in (own, *(judged for judged, _ in found)))
@@ -110,9 +110,8 @@ class _Judged:
         return bool(chi2.sf(self.left, max(self.columns, 1)) >= ALPHA)
 
 
-def _judged(campaign: Campaign, fit: CampaignFit, catalogue: Mapping[str, EffectModel]) -> _Judged:
-    others, _ = _others(campaign, fit, catalogue)
-    _, scores = score_tests(campaign, fit, others)
+def _judged(campaign: Campaign, fit: CampaignFit, looks: Looks) -> _Judged:
+    (_, scores), _ = looks.at(campaign, fit).lasting
     left = by_remainder(scores, penalty=0.0)
     return _Judged(left.nothing, left.columns, schwarz_penalty(campaign, fit))
 
@@ -161,9 +160,7 @@ def _least_penalty(campaign: Campaign, family: EffectModel) -> float:
     return _most_penalty(campaign, PlaneField if isinstance(family, ForceField) else family)
 
 
-def _of_family(
-    campaign: Campaign, fit: CampaignFit, test: ScoreTest, catalogue: Mapping[str, EffectModel]
-) -> Iterator[tuple[Campaign, _Judged]]:
+def _of_family(campaign: Campaign, fit: CampaignFit, test: ScoreTest, looks: Looks) -> Iterator[tuple[Campaign, _Judged]]:
     """Refits with a family, judged, and the campaign as it was there; none of what cannot be flown.
 
     A field of force is tried also as one that points one way. What makes the cost fall deep, and yet leaves more than chance does, is
@@ -171,20 +168,20 @@ def _of_family(
     """
     try:
         refitted = fit_extended(campaign, fit, test)
-        yield campaign, (judged := _judged(campaign, refitted, catalogue))
+        yield campaign, (judged := _judged(campaign, refitted, looks))
     except UNFLYABLE:
         return
     wide = [(refitted, judged)]
     if isinstance(test.effect, ForceField):
         with suppress(*UNFLYABLE):
             narrow = _one_way(campaign, fit, refitted, test.effect)
-            wide.append((narrow, _judged(campaign, narrow, catalogue)))
+            wide.append((narrow, _judged(campaign, narrow, looks)))
             yield campaign, wide[-1][1]
     for each, seen in wide:
         if each.cost < FALLEN * fit.cost and not seen.by_chance:
             with suppress(*UNFLYABLE):
                 there, again = following(campaign, each)
-                yield there, _judged(there, again, catalogue)
+                yield there, _judged(there, again, looks)
 
 
 def _one_way(campaign: Campaign, fit: CampaignFit, refitted: CampaignFit, field: ForceField) -> CampaignFit:
@@ -197,24 +194,14 @@ def _one_way(campaign: Campaign, fit: CampaignFit, refitted: CampaignFit, field:
     return fit_campaign(campaign, state, Model((*fit.model.effects, plane)))
 
 
-def _others(campaign: Campaign, fit: CampaignFit, catalogue: Mapping[str, EffectModel]) -> tuple[Candidates, int]:
-    """Everything that is not in a model, the catalogue's first, and how many of those there are."""
-    known = Candidates.of(campaign, (e for e in beside(fit.model.keys, catalogue) if not e.random))
-    wide = Candidates.of(campaign, (e for e in families(campaign, fit) if e.entry.key not in fit.model.keys))
-    return Candidates(known.effects + wide.effects, known.starts + wide.starts), len(known.effects)
-
-
-def criterion_of(campaign: Campaign, fit: CampaignFit, catalogue: Mapping[str, EffectModel]) -> float:
+def criterion_of(campaign: Campaign, fit: CampaignFit, looks: Looks) -> float:
     """What is left at a fit, less its degrees of freedom, plus the penalty of the model's parameters."""
-    return _judged(campaign, fit, catalogue).criterion(1.0)
+    return _judged(campaign, fit, looks).criterion(1.0)
 
 
-def _likely(
-    campaign: Campaign, fit: CampaignFit, catalogue: Mapping[str, EffectModel]
-) -> list[tuple[ScoreTest, tuple[ScoreTest, ...], float]]:
+def _likely(campaign: Campaign, fit: CampaignFit, looks: Looks) -> list[tuple[ScoreTest, tuple[ScoreTest, ...], float]]:
     """The families that explain most of a misfit in a linear look, all families' tests, and the corrected p-value."""
-    others, known = _others(campaign, fit, catalogue)
-    tests, scores = score_tests(campaign, fit, others)
+    (tests, scores), known = looks.at(campaign, fit).lasting
     ranking, wide = by_remainder(scores, penalty=0.0), tuple(tests[known:])
     worth = [h for h in ranking.hypotheses if h.effect >= known and h.remainder < WORTH_A_FIT * ranking.nothing + ranking.columns]
     worth.sort(key=lambda h: h.criterion + _most_penalty(campaign, tests[h.effect].effect))

@@ -13,13 +13,14 @@ import numpy as np
 
 from estimator.diagnosis.contest import Simpler, better_unknown, criterion_of
 from estimator.diagnosis.extending import fit_extended
+from estimator.diagnosis.looks import Looks
 from estimator.diagnosis.pruning import pruned, tests_at, without_effect
 from estimator.diagnosis.ranking import Ranking, rank
-from estimator.diagnosis.refits import Refitted, Rules, key_of, penalty_of
+from estimator.diagnosis.refits import Refitted, Rules, key_of, named, penalty_of
 from estimator.diagnosis.refitting import contenders, in_place, random_contender
 from estimator.diagnosis.score_tests import EfficientScores, ScoreTest
 from estimator.diagnosis.tested_values import p_words
-from estimator.diagnosis.unknown import Unknown, unknown
+from estimator.diagnosis.unknown import Unknown, outstanding
 from estimator.effects.curvature_bias import CurvatureBias
 from estimator.effects.link import EffectModel
 from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState, fit_campaign
@@ -121,31 +122,32 @@ def explain(
     begun, base = following(campaign, fit_campaign(campaign, start_with(start, model.size), model))
     at = Reached(begun, base, (), (), held_out(begun, base.state, base.model))
     few = replace(rules, most_effects=min(FEW, rules.most_effects))
-    found, last = _climbed(at, catalogue, few, told)
+    looks = Looks(catalogue)
+    found, last = _climbed(at, looks, few, told)
     simpler = None
     if len(found.steps) >= FEW and found.steps[-1].accepted and _missing(last[0]) <= rules.alpha:
-        simpler = _unknown_instead(begun, base, found, catalogue) if _missing(last[0]) < MUCH_LEFT else None
+        simpler = _unknown_instead(begun, base, found, looks) if _missing(last[0]) < MUCH_LEFT else None
         if simpler is None or not simpler.explains:
             simpler = None
-            found, last = _climbed(found, catalogue, rules, told)
+            found, last = _climbed(found, looks, rules, told)
     if simpler is None:
-        found, last = _settled(found, last, catalogue, rules, told)
-        simpler = _unknown_instead(begun, base, found, catalogue)
+        found, last = _settled(found, last, looks, rules, told)
+        simpler = _unknown_instead(begun, base, found, looks)
     if simpler is not None:
         told(f"something unknown ({simpler.unknown.stage}) explains it in fewer words than {', '.join(_keys(found.fit))}")
-        found, last = _replaced(found, simpler, catalogue)
+        found, last = _replaced(found, simpler, looks)
     campaign, fit, (tests, ranking) = found.campaign, found.fit, last
-    left = simpler.unknown if simpler is not None else unknown(campaign, fit)
+    left = simpler.unknown if simpler is not None else outstanding(looks.at(campaign, fit).families)
     dropped = tuple(key for key in dict.fromkeys(found.dropped) if key not in fit.model.keys)
     covariance = campaign_covariance(campaign, fit)
     return Explanation(begun, campaign, found.steps, base, fit, covariance, tuple(tests), ranking, dropped, left, found.error)
 
 
-def _replaced(at: Reached, simpler: Simpler, catalogue: Mapping[str, EffectModel]) -> tuple[Reached, Tested]:
+def _replaced(at: Reached, simpler: Simpler, looks: Looks) -> tuple[Reached, Tested]:
     """Without the effects in whose place something unknown stands, in the campaign in which that was judged, and the tests there."""
     campaign, fit = simpler.campaign, simpler.fit
     dropped = (*at.dropped, *(key for key in _keys(at.fit) if key not in fit.model.keys))
-    tests, scores = tests_at(campaign, fit, catalogue)
+    tests, scores = looks.at(campaign, fit).catalogue
     ranking = rank(scores, tests, penalty=penalty_of(campaign))
     return Reached(campaign, fit, at.steps, dropped, held_out(campaign, fit.state, fit.model)), (tests, ranking)
 
@@ -155,32 +157,30 @@ def _missing(tests: Sequence[ScoreTest]) -> float:
     return min((t.p for t in tests), default=1.0) * len(tests)
 
 
-def _unknown_instead(begun: Campaign, base: CampaignFit, at: Reached, catalogue: Mapping[str, EffectModel]) -> Simpler | None:
+def _unknown_instead(begun: Campaign, base: CampaignFit, at: Reached, looks: Looks) -> Simpler | None:
     """Something unknown that explains the campaign in fewer words than the effects that were added."""
     fits = (base, *(step.fit for step in at.steps if step.accepted))[:-1]  # none where nothing was added
-    return better_unknown(at.campaign, fits, at.fit, catalogue, again=at.campaign is not begun)
+    return better_unknown(at.campaign, fits, at.fit, looks, again=at.campaign is not begun)
 
 
-def _settled(at: Reached, last: Tested, catalogue: Mapping[str, EffectModel], rules: Rules, told: Told) -> tuple[Reached, Tested]:
+def _settled(at: Reached, last: Tested, looks: Looks, rules: Rules, told: Told) -> tuple[Reached, Tested]:
     """With effects exchanged for what explains more beside the others, and one that contains what is there by that; the last tests."""
     for _ in range(EXCHANGES):
-        before, at = at.fit, _exchanged(at, catalogue, rules, told)
+        before, at = at.fit, _exchanged(at, looks.catalogue, rules, told)
         if at.fit is before:
             break
-        at, last = _climbed(at, catalogue, rules, told)
-    step = _simplified(at.campaign, at.fit, catalogue, at.error)
+        at, last = _climbed(at, looks, rules, told)
+    step = _simplified(at.campaign, at.fit, looks, at.error)
     if step is None:
         return at, last
     told(f"{step.added} explains as much as {step.group[1]}")
     return replace(at, steps=(*at.steps, step), fit=step.fit, dropped=(*at.dropped, step.group[1]), error=step.after), last
 
 
-def _climbed(
-    at: Reached, catalogue: Mapping[str, EffectModel], rules: Rules, told: Told
-) -> tuple[Reached, tuple[list[ScoreTest], Ranking]]:
+def _climbed(at: Reached, looks: Looks, rules: Rules, told: Told) -> tuple[Reached, Tested]:
     """With effects added until nothing more is found and what became superfluous dropped; the tests that found nothing more."""
     while True:
-        tests, scores = tests_at(at.campaign, at.fit, catalogue)
+        tests, scores = looks.at(at.campaign, at.fit).catalogue
         ranking = rank(scores, tests, penalty=penalty_of(at.campaign))
         p = _missing(tests)
         if p > rules.alpha or len(at.steps) >= rules.most_effects:
@@ -246,7 +246,7 @@ def _exchanged(at: Reached, catalogue: Mapping[str, EffectModel], rules: Rules, 
                 step = Step(key_of(leader), leader.group, leader.test.p, judged[1], ranking, at.error, after, True, leader.fit, judged)
                 return _followed(at, (step,), leader.fit, (key,))
         last = max(i for i, step in enumerate(steps) if step.added == key)
-        group = (key, *(each for each in leader.group if each != key))
+        group = named((key, *leader.group))
         steps[last] = replace(steps[last], group=group, judged_at=(without, tuple(tests)))
     return replace(at, steps=tuple(steps))
 
@@ -291,19 +291,19 @@ def _rival(campaign: Campaign, chosen: tuple[Refitted, ...], errors: list[HeldOu
     if after.rms_px >= errors[0].rms_px:
         return chosen, errors, 0
     own = key_of(rival)
-    return (replace(rival, group=(own, *(key for key in group if key != own))),), [errors[0], after], 1
+    return (replace(rival, group=named((own, *group))),), [errors[0], after], 1
 
 
-def _simplified(campaign: Campaign, fit: CampaignFit, catalogue: Mapping[str, EffectModel], error: HeldOut) -> Step | None:
+def _simplified(campaign: Campaign, fit: CampaignFit, looks: Looks, error: HeldOut) -> Step | None:
     """A step that puts what an effect contains in its place, where the criterion falls and held-out errors stay."""
     for number, effect in enumerate(fit.model.effects):
         for key in effect.contains:
-            if key not in catalogue or key in fit.model.keys:
+            if key not in looks.catalogue or key in fit.model.keys:
                 continue
             without = without_effect(campaign, fit, number)
-            tests, scores = tests_at(campaign, without, {key: catalogue[key]})
+            tests, scores = tests_at(campaign, without, {key: looks.catalogue[key]})
             new = fit_extended(campaign, without, tests[0])
-            if criterion_of(campaign, new, catalogue) >= criterion_of(campaign, fit, catalogue):
+            if criterion_of(campaign, new, looks) >= criterion_of(campaign, fit, looks):
                 continue
             after = held_out(campaign, new.state, new.model)
             if after.rms_px <= STILL_AS_GOOD * error.rms_px:

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from estimator.diagnosis.ranking import Hypothesis, by_remainder, misfit_unit, pairs_by_remainder
-from estimator.diagnosis.refits import Refitted, Rules, alike, judged, key_of, looked, penalty_of, refit, refit_pair, twins_of
+from estimator.diagnosis.refits import Refitted, Rules, alike, judged, key_of, looked, named, penalty_of, refit, refit_pair, twins_of
 from estimator.diagnosis.score_tests import EfficientScores, ScoreTest
 from estimator.effects.choosing import contradiction
 from estimator.fitting.campaign import Campaign, CampaignFit
@@ -77,7 +77,7 @@ class Pairs:
         larger, smaller = sorted((alone[key] for key in sorted(best)), key=lambda r: 2.0 * r.cost + self.penalty * r.parameters)
         if not larger.holds_it:
             return ()
-        near = [*_near(pairs, best, self.rules.margin, self.penalty), *self._twins(pairs, best)]
+        near = [*self._twins(pairs, best), *_near(pairs, best, self.rules.margin, self.penalty)]
         groups = [_group(near, best, key_of(member)) for member in (larger, smaller)]
         return replace(larger, group=groups[0]), replace(pairs[best], test=smaller.test, group=groups[1])
 
@@ -222,4 +222,4 @@ def _group(near: Sequence[Keys], best: Keys, key: str) -> tuple[str, ...]:
     (other,) = best - {key}
     others = {other, *(mate for keys in near if key in keys for mate in keys - {key})}
     mates = [mate for keys in near for partner in keys & others for mate in keys - {partner} if mate not in others]
-    return (key, *dict.fromkeys(mate for mate in mates if mate != key))
+    return named((key, *mates))

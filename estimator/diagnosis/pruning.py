@@ -6,7 +6,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from estimator.diagnosis.refits import Rules
-from estimator.diagnosis.score_tests import Candidates, EfficientScores, ScoreTest, score_tests
+from estimator.diagnosis.score_tests import Candidates, Tested, score_tests
 from estimator.effects.choosing import beside
 from estimator.effects.link import EffectModel
 from estimator.effects.model import Model
@@ -15,7 +15,7 @@ from estimator.fitting.campaign_covariance import CampaignCovariance, campaign_c
 from estimator.motion.flight import N_PARAMETERS
 
 
-def tests_at(campaign: Campaign, fit: CampaignFit, catalogue: Mapping[str, EffectModel]) -> tuple[list[ScoreTest], EfficientScores]:
+def tests_at(campaign: Campaign, fit: CampaignFit, catalogue: Mapping[str, EffectModel]) -> Tested:
     """Tests of the effects that can be in the model and are not, and their scores."""
     return score_tests(campaign, fit, Candidates.of(campaign, beside(fit.model.keys, catalogue)))
 

@@ -3,7 +3,7 @@
 What is left is counted in the noise that the refit of least cost shows. A poorer one shows more, and would be forgiven for it.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -116,6 +116,8 @@ def alike(refits: Sequence[Refitted], chosen: Refitted, penalty: float, margin: 
     ]
 
 
+MOST_NAMED = 3
+"""Members of an alias group with its first: of more that do as well, the likeliest are named. So many are alike where little is missing."""
 TWIN_SHARE = 0.5
 """Least share of what an effect explains that its twin explains, too, where either may be there."""
 
@@ -124,6 +126,11 @@ def with_twins(campaign: Campaign, group: Sequence[Refitted], refits: Sequence[R
     """A ``group`` with those refits of effects that the reduced models cannot claim to tell from the ``chosen`` one."""
     held, twins = {id(r) for r in group}, twins_of(campaign, chosen.test, [r.test for r in refits])
     return [r for r in refits if id(r) in held or key_of(r) in twins]
+
+
+def named(keys: Iterable[str]) -> tuple[str, ...]:
+    """The alias group of the first of some ``keys``, given the likeliest of the others first."""
+    return tuple(dict.fromkeys(keys))[:MOST_NAMED]
 
 
 def twins_of(campaign: Campaign, test: ScoreTest, tests: Sequence[ScoreTest]) -> set[str]:

@@ -12,9 +12,23 @@ from dataclasses import replace
 from scipy.stats import chi2
 
 from estimator.diagnosis.contest import criterion_of
+from estimator.diagnosis.looks import Looks
 from estimator.diagnosis.pairing import Pairs
 from estimator.diagnosis.ranking import Hypothesis, Ranking
-from estimator.diagnosis.refits import Refitted, Rules, alike, as_it_is, judged, key_of, looked, penalty_of, refit, twins_of, with_twins
+from estimator.diagnosis.refits import (
+    Refitted,
+    Rules,
+    alike,
+    as_it_is,
+    judged,
+    key_of,
+    looked,
+    named,
+    penalty_of,
+    refit,
+    twins_of,
+    with_twins,
+)
 from estimator.diagnosis.score_tests import EfficientScores, ScoreTest
 from estimator.fitting.campaign import Campaign, CampaignFit
 
@@ -69,9 +83,10 @@ def _leader(campaign: Campaign, refitted: Sequence[Refitted], tests: Sequence[Sc
     chosen = refitted[0]
     group = alike(refitted, chosen, penalty_of(campaign), rules.margin)
     leader = _simplest(campaign, chosen, group, tests)
-    group = with_twins(campaign, group, refitted, leader)
-    rivals = tuple(r for r in group if r is not leader)
-    return replace(leader, group=(key_of(leader), *map(key_of, rivals)), rivals=rivals)
+    twins = twins_of(campaign, leader.test, [r.test for r in refitted])
+    rivals = [r for r in with_twins(campaign, group, refitted, leader) if r is not leader]
+    rivals.sort(key=lambda r: (key_of(r) not in twins, r.criterion))
+    return replace(leader, group=named(map(key_of, (leader, *rivals))), rivals=tuple(rivals))
 
 
 def _shortlist(known: Sequence[Hypothesis], tests: Sequence[ScoreTest], rules: Rules) -> list[ScoreTest]:
@@ -95,8 +110,8 @@ def _simplest(campaign: Campaign, chosen: Refitted, group: Sequence[Refitted], t
     contained = [r for r in group if key_of(r) in chosen.test.effect.contains]
     if not contained:
         return chosen
-    known = {t.effect.entry.key: t.effect for t in tests}
-    return min((chosen, *contained), key=lambda r: criterion_of(campaign, r.fit, known))
+    looks = Looks({t.effect.entry.key: t.effect for t in tests})
+    return min((chosen, *contained), key=lambda r: criterion_of(campaign, r.fit, looks))
 
 
 def random_contender(campaign: Campaign, fit: CampaignFit, found: Found, rules: Rules) -> tuple[Refitted, ...]:

@@ -114,9 +114,11 @@ class ScoreTest:
         return self.effect.random
 
 
-def score_tests(
-    campaign: Campaign, fit: CampaignFit, candidates: Candidates, *, like: CampaignFit | None = None
-) -> tuple[list[ScoreTest], EfficientScores]:
+Tested = tuple[list[ScoreTest], EfficientScores]
+"""Tests of some candidates, and the scores of the columns that were kept."""
+
+
+def score_tests(campaign: Campaign, fit: CampaignFit, candidates: Candidates, *, like: CampaignFit | None = None) -> Tested:
     """Test every candidate against the fit; also the scores of the columns that were kept, for comparing effects with one another.
 
     ``like``: another fit, of which the size of the noise is measured. A poor fit shows more noise than there is.

@@ -11,7 +11,7 @@ import numpy as np
 
 from datasets.vocabulary.effects import Stage
 from estimator.diagnosis.ranking import by_remainder
-from estimator.diagnosis.score_tests import Candidates, ScoreTest, score_tests
+from estimator.diagnosis.score_tests import Candidates, ScoreTest, Tested, score_tests
 from estimator.effects.empirical import EMPIRICAL, ForceField, ZoomInTime
 from estimator.effects.link import EffectModel
 from estimator.fitting.campaign import Campaign, CampaignFit
@@ -55,9 +55,14 @@ def families(campaign: Campaign, fit: CampaignFit) -> tuple[EffectModel, ...]:
 
 def unknown(campaign: Campaign, fit: CampaignFit) -> Unknown:
     """Test what a fit leaves against every empirical family."""
-    tests, scores = score_tests(campaign, fit, Candidates.of(campaign, families(campaign, fit)))
+    return outstanding(score_tests(campaign, fit, Candidates.of(campaign, families(campaign, fit))))
+
+
+def outstanding(tested: Tested) -> Unknown:
+    """The family that stands out most of those that were ``tested``."""
+    tests, scores = tested
     p = np.array([min(1.0, t.p * len(tests)) for t in tests])
-    outstanding = {i for i in range(len(tests)) if p[i] <= ALPHA}
-    order = [h.effect for h in by_remainder(scores, penalty=PENALTY).hypotheses if h.effect in outstanding]
+    believed = {i for i in range(len(tests)) if p[i] <= ALPHA}
+    order = [h.effect for h in by_remainder(scores, penalty=PENALTY).hypotheses if h.effect in believed]
     chosen = order[0] if order else int(np.argmin(p))
     return Unknown(tests[chosen], float(p[chosen]), tuple(tests))

@@ -119,10 +119,10 @@ def sequence_equations(campaign: Campaign, number: int, state: CampaignState, mo
 
 def _own_precision(model: Model) -> Array:
     """Information (q,) of priors on effects that every sequence has for itself; those of shared effects are in :func:`shared_prior`."""
-    return np.concatenate(
-        [np.zeros(0)]
-        + [model.precision[part] * (e.entry.scope is Scope.SEQUENCE) for e, part in zip(model.effects, model.slices, strict=True)]
-    )
+    precision = model.precision
+    for effect, part in zip(model.effects, model.slices, strict=True):
+        precision[part] *= effect.entry.scope is Scope.SEQUENCE
+    return precision
 
 
 def _with_own_prior(frames: WeighedFrames, model: Model, theta: Array) -> WeighedFrames:

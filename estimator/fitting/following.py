@@ -2,14 +2,20 @@
 
 from dataclasses import replace
 
+import numpy as np
+
 from estimator.fitting.campaign import Campaign, CampaignFit, fit_campaign
 
 ROUNDS = 3
+POOR = 10.0
+"""Mean square of a fit's standardised errors, beyond which one round does: what is missing outweighs what tables can be wrong by."""
 
 
 def following(campaign: Campaign, fit: CampaignFit) -> tuple[Campaign, CampaignFit]:
     """The campaign made at a fit's flights and the fit to that; both as they are where the flights have hardly moved."""
-    for _ in range(ROUNDS):
+    for done in range(ROUNDS):
+        if done and _mean_square(fit) > POOR:
+            break
         made = tuple(
             campaign.kind.followed(sequence, flight, fit.model, theta)
             for sequence, flight, theta in zip(campaign.sequences, fit.state.flights, fit.state.theta, strict=True)
@@ -19,3 +25,8 @@ def following(campaign: Campaign, fit: CampaignFit) -> tuple[Campaign, CampaignF
         campaign = replace(campaign, sequences=made)
         fit = fit_campaign(campaign, fit.state, fit.model)
     return campaign, fit
+
+
+def _mean_square(fit: CampaignFit) -> float:
+    """Mean square of the standardised errors of all sequences, 1 where they are as large as the noise model says."""
+    return float(np.sum([e.frames.chi2.sum() for e in fit.equations]) / max(np.sum([e.frames.count.sum() for e in fit.equations]), 1))

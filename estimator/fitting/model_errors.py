@@ -230,6 +230,7 @@ def _add_image_columns(
     J /= size[:, None, None, None]
     first = sequence.task.sightings.silhouettes
     vertex = np.maximum(first.offsets[:-1, None, None] + errors.tangency[:, :, :2], 0)
+    arms = _Arms.of(first, owner)
     for effect, part in zip(model.effects, model.slices, strict=True):
         alone, corrects, silent = Model((effect,)), overrides(effect, "correct"), effect.silent(theta[part])
         for number, step in enumerate(alone.steps):
@@ -240,7 +241,7 @@ def _add_image_columns(
             column = N_PARAMETERS + part.start + number
             moved = _corrected_points(sequence, alone, up, owner) - _corrected_points(sequence, alone, down, owner) if corrects else None
             if moved is not None and moved.any():
-                growth = _magnification(first, owner, moved) / size
+                growth = arms.growth(moved) / size
                 along = places.normal[..., 0] * moved[vertex, 0] + places.normal[..., 1] * moved[vertex, 1]
                 J[..., column] += along / (2.0 * step * size[:, None, None])
                 J[..., column] -= errors.error[:, :, :2] * (growth / (2.0 * step * size))[:, None, None]
@@ -253,14 +254,26 @@ def _size(recorded: Silhouettes, owner: NDArray[np.int64], corrected_px: Array) 
     """How many times larger (n,) each corrected silhouette is than the recorded one."""
     if corrected_px is recorded.points_px:
         return np.ones(len(recorded))
-    return 1.0 + _magnification(recorded, owner, corrected_px - recorded.points_px)
+    return 1.0 + _Arms.of(recorded, owner).growth(corrected_px - recorded.points_px)
 
 
-def _magnification(silhouettes: Silhouettes, owner: NDArray[np.int64], moved: Array) -> Array:
-    """Growth (n,) of each silhouette under the displacement (v, 2) of its vertices: the isotropic part of the best affine map."""
-    n = len(silhouettes)
-    count = np.maximum(np.bincount(owner, minlength=n), 1)
-    middle = np.column_stack([np.bincount(owner, silhouettes.points_px[:, a], n) / count for a in range(2)])
-    arm = silhouettes.points_px - middle[owner]
-    size = np.bincount(owner, np.sum(arm**2, axis=1), n)
-    return np.asarray(np.bincount(owner, np.sum(arm * moved, axis=1), n) / np.maximum(size, 1e-12))
+@dataclass(frozen=True)
+class _Arms:
+    """Vertices (v, 2) px of silhouettes from the middle of their own, the sighting ``owner`` (v,) of each, and sums (n,) of squares."""
+
+    arm: Array
+    owner: NDArray[np.int64]
+    square: Array
+
+    @classmethod
+    def of(cls, silhouettes: Silhouettes, owner: NDArray[np.int64]) -> "_Arms":
+        n = len(silhouettes)
+        count = np.maximum(np.bincount(owner, minlength=n), 1)
+        middle = np.column_stack([np.bincount(owner, silhouettes.points_px[:, a], n) / count for a in range(2)])
+        arm = silhouettes.points_px - middle[owner]
+        return cls(arm, owner, np.maximum(np.bincount(owner, np.sum(arm**2, axis=1), n), 1e-12))
+
+    def growth(self, moved: Array) -> Array:
+        """Growth (n,) of each silhouette under the displacement (v, 2) of its vertices: the isotropic part of the best affine map."""
+        along = self.arm[:, 0] * moved[:, 0] + self.arm[:, 1] * moved[:, 1]
+        return np.asarray(np.bincount(self.owner, along, len(self.square)) / self.square)

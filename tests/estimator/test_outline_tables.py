@@ -1,11 +1,15 @@
 """Tables of outlines follow the flight, and only where it has left the one they were made at."""
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
+import pytest
 
 from estimator.effects.model import Model
-from estimator.fitting.following import following
+from estimator.fitting import following as module
+from estimator.fitting.following import POOR, ROUNDS, following
 from estimator.motion.flight import N_PARAMETERS, OMEGA, moved
 from estimator.outline_tables import with_tables
 from tests.estimator.small_campaign import fitted, registered
@@ -59,3 +63,18 @@ def test_a_campaign_follows_a_fit_that_has_left_its_tables() -> None:
     for one, other in zip(followed.sequences, campaign.sequences, strict=True):
         np.testing.assert_allclose(one.made_at, other.made_at, atol=0.01)
     np.testing.assert_allclose(new.state.flights[0].omega, fit.state.flights[0].omega, atol=0.2)
+
+
+@pytest.mark.parametrize(("mean_square", "rounds"), [(0.5 * POOR, ROUNDS), (2.0 * POOR, 1)])
+def test_a_poor_fit_is_followed_once(mean_square: float, rounds: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What it misses outweighs what tables can be wrong by."""
+    fit = replace(fitted(), equations=tuple(_with_mean_square(e, mean_square) for e in fitted().equations))
+    campaign: Any = replace(registered().campaign, kind=SimpleNamespace(followed=lambda sequence, *_: replace(sequence)))
+    refits = []
+    monkeypatch.setattr(module, "fit_campaign", lambda *_: refits.append(1) or fit)
+    following(campaign, fit)
+    assert len(refits) == rounds
+
+
+def _with_mean_square(equations: Any, mean_square: float) -> Any:
+    return replace(equations, frames=replace(equations.frames, chi2=mean_square * equations.frames.count))

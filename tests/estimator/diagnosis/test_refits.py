@@ -9,7 +9,7 @@ import pytest
 from scipy.stats import chi2
 
 from estimator.diagnosis import refits
-from estimator.diagnosis.refits import Refitted, alike, judged, key_of, looked, refit, refit_pair, twins_of, with_twins
+from estimator.diagnosis.refits import MOST_NAMED, Refitted, alike, judged, key_of, looked, named, refit, refit_pair, twins_of, with_twins
 from estimator.diagnosis.score_tests import Candidates, ScoreTest, score_tests
 from estimator.effects.registry import MODELS
 from estimator.fitting.campaign import CampaignFit
@@ -116,6 +116,12 @@ def test_what_either_way_of_judging_cannot_tell_apart_is_one_group() -> None:
     cheap, cheaper, nearly = judged_as(90.0, 1090.0), judged_as(90.0, 1080.0), judged_as(90.0, 1082.0)
     assert alike([chosen, cheap, cheaper, nearly], chosen, 4.0, 6.0) == [chosen, cheaper, nearly]
     assert alike([chosen, apart], replace(chosen, unit=5.0), 4.0, 6.0) == [chosen, apart], "where models leave five times what chance does"
+
+
+def test_of_many_that_are_alike_the_likeliest_are_named() -> None:
+    keys = ("gravity", "length_scale", "gravity", "frame_rate", "linear_drag")
+    assert named(keys) == ("gravity", "length_scale", "frame_rate")
+    assert len(named(keys)) == MOST_NAMED
 
 
 class Body:
