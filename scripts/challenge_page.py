@@ -214,6 +214,13 @@ KINDS = (
 )
 
 
+def inputs(result: Path, limits: Path = TABLE) -> tuple[dict[str, Any], pd.DataFrame, dict[str, list[dict[str, Any]]]]:
+    """A summary, the cases beside it, and the limits of every effect."""
+    table, cases = read_table(limits), pd.read_csv(result.with_name(f"{result.stem}_cases.csv"))
+    axes = {key: axis_limits(table, key, sequences=int(table.campaign["sequences"])) for key in table.effects}
+    return json.loads(result.read_text(encoding="utf-8")), cases, axes
+
+
 def main() -> int:
     """Write the page."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -222,10 +229,7 @@ def main() -> int:
     parser.add_argument("--limits", type=Path, default=TABLE)
     parser.add_argument("--remark", default="", help="what else is to be known of this run, as a paragraph of the page")
     arguments = parser.parse_args()
-    result = json.loads(arguments.result.read_text(encoding="utf-8"))
-    cases = pd.read_csv(arguments.result.with_name(f"{arguments.result.stem}_cases.csv"))
-    table = read_table(arguments.limits)
-    limits = {key: axis_limits(table, key, sequences=int(table.campaign["sequences"])) for key in table.effects}
+    result, cases, limits = inputs(arguments.result, arguments.limits)
     drawn, axes = figure(1, 2, (13.0, 6.5))
     if result["detection"]:
         draw_detection(axes[0, 0], cases, result["detection"][0])

@@ -9,6 +9,8 @@ import pytest
 
 from scripts import challenge_page
 
+ROOT = Path(__file__).parents[2]
+
 
 def acceptance_row(what: str, value: float | str, verdict: str) -> dict[str, object]:
     bounds = {"least": 95.0, "most": "Infinity", "needed": 240, "unit": "%"}
@@ -73,3 +75,13 @@ def test_the_page_of_rendered_pictures_shows_every_case(tmp_path: Path, monkeypa
     assert "| blooming | cut stone | 1.12 | 1.5 | nothing | – | 0.25 → 0.2 | **no** |" in text
     assert "| nothing | cut stone | – | – | nothing | – | – | yes |" in text
     assert "tumble challenge make --tier rendered --out out/challenge_rendered" in text
+
+
+@pytest.mark.parametrize("stem", ["challenge", "challenge_rendered"])
+def test_the_committed_page_is_what_the_script_writes_from_the_committed_result(stem: str) -> None:
+    """But for the remark on that run, a paragraph of its own."""
+    page = (ROOT / "docs" / "studies" / f"{stem}.md").read_text(encoding="utf-8")
+    written = challenge_page.page_lines(*challenge_page.inputs(ROOT / "docs" / "results" / f"{stem}.json"), f"{stem}.png")
+    before, after = "\n".join(written).split("\n\n![", maxsplit=1)
+    assert page.startswith(before)
+    assert page.rstrip().endswith(after.rstrip())
