@@ -14,7 +14,7 @@ from datasets.json_documents import Document, write_document
 from estimator.campaign_reporting import campaign_estimates, effect_values
 from estimator.configuration import configuration_from_dict
 from estimator.diagnosis.adding import Rung, fit_with, ladder
-from estimator.diagnosis.diagnose import diagnose, diagnosis_of, says_nothing
+from estimator.diagnosis.diagnose import Diagnosis, diagnose, diagnosis_of, says_nothing
 from estimator.diagnosis.explain import Explanation, explain
 from estimator.diagnosis.map_words import sentence_of
 from estimator.diagnosis.noise_floor import NoiseFloor, noise_floor
@@ -127,9 +127,7 @@ def compared(question: Question, campaign: Prepared, told: Told) -> Document:
     missing = floor.explainable(*at)
     telling = [sentence_of(each) for each in shown(maps) if each.significant][:MOST_TOLD]
     none = ("No map shows where.",) if missing and not telling else ()
-    verdict = Verdict("judged", floor.sentence(*at), (*telling, *none), ())
-    if says_nothing(found):
-        verdict = verdict_of(found, alpha=rules.alpha)
+    verdict = _unless_too_short(found, Verdict("judged", floor.sentence(*at), (*telling, *none), ()))
     content = _content("compare", question, campaign, (fit, campaign_covariance(registered.campaign, fit)))
     return {
         **content,
@@ -137,6 +135,11 @@ def compared(question: Question, campaign: Prepared, told: Told) -> Document:
         "maps": [map_entry(each) for each in maps],
         "verdict": verdict_entry(verdict, question.command("diagnose" if missing else "estimate", ())),
     }
+
+
+def _unless_too_short(found: Diagnosis, verdict: Verdict) -> Verdict:
+    """The verdict, or that the campaign is too short to say anything, where most effects would not show in it."""
+    return verdict_of(found, alpha=Rules().alpha) if says_nothing(found) else verdict
 
 
 def _floor(campaign: Campaign, fit: CampaignFit) -> NoiseFloor:
@@ -231,13 +234,14 @@ def climbed(question: Question, campaign: Prepared, told: Told, errors: Velocity
         f"{'falls' if final < first else 'does not fall'}: {first:.4f} {unit} to {final:.4f} {unit} ({final / first - 1.0:+.0%})."
     )
     remarks = tuple(_useless(rung.added, question) for before, rung in pairwise(rungs) if rung.added and not _lowers(before, rung))
+    found = diagnose(registered.campaign, last, question.candidates, margin=Rules().margin)
     content = _content("ladder", question, campaign, (last, campaign_covariance(registered.campaign, last)))
     floor = _floor(registered.campaign, last)
     return {
         **content,
         "noise_floor": noise_floor_entry(floor, campaign.names, (1.0, 0.0)),
         "ladder": [rung_entry(rung, campaign.names, None if errors is None else errors(rung.fit, campaign)) for rung in rungs],
-        "verdict": verdict_entry(Verdict("judged", sentence, remarks, ()), question.command("diagnose", ())),
+        "verdict": verdict_entry(_unless_too_short(found, Verdict("judged", sentence, remarks, ())), question.command("diagnose", ())),
     }
 
 

@@ -333,8 +333,8 @@ def test_nothing_but_broken_sequences(tmp_path: Path, verb: Callable[..., int], 
 
 def test_a_campaign_too_short_to_say_anything(tmp_path: Path, verb: Callable[..., int], capsys: pytest.CaptureFixture[str]) -> None:
     write(recipe(frames=9, sequences=1), tmp_path)
-    for name in ("diagnose", "compare"):
-        assert verb(name, tmp_path) == 2
+    for name, effects in (("diagnose", ()), ("compare", ()), ("ladder", ("--effects", "gravity"))):
+        assert verb(name, tmp_path, *effects) == 2
         out = capsys.readouterr().out
         assert "too short to say anything" in out
         assert "It is blind to: " in out
