@@ -115,3 +115,39 @@ def test_one_map_of_each_axis_is_shown() -> None:
     names = [m.axis.name for m in shown(maps)]
     assert sorted(names) == sorted(set(names))
     assert len(names) == 8
+
+
+@pytest.mark.parametrize(
+    ("name", "size_px", "words"),
+    [
+        ("place", 0.4, "px of the picture"),
+        ("radius", 0.4, "px from the principal point"),
+        ("body_direction", 1.0, "on the particle's side at longitude"),
+        ("speed", 0.4, "at speeds of"),
+        ("spin_phase", 0.4, "after the first frame's orientation"),
+    ],
+)
+def test_outlines_that_are_too_large_somewhere(name: str, size_px: float, words: str) -> None:
+    """Whatever they are mapped over, the map of that axis shows it where it is, with its size and in words.
+
+    On the body it has to be larger than the body-fixed error that every hull has.
+    """
+    campaign, fit = registered().campaign, fitted()
+    axis = next(each for each in axes_of(campaign, fit).axes if each.name == name)
+    wanted = int(np.argmax(np.bincount(axis.bin)))
+    counts = [int(each.errors.seen.sum()) for each in fit.equations]
+    larger = np.split(np.where(axis.bin == wanted, size_px, 0.0), np.cumsum(counts)[:-1])
+    names = [each.name for each in campaign.sequences]
+
+    def somewhere(sequence: SequenceTask, each: SequenceEquations) -> Array:
+        e = np.zeros(each.errors.e.shape)
+        e[each.errors.seen] = larger[names.index(sequence.name)]
+        return e
+
+    best = maps_of(somewhere)[name, "offset"]
+    assert best.significant
+    top = int(np.argmax(best.mean_px))
+    assert best.bins[top] == wanted
+    assert abs(best.mean_px[top] - size_px) < 4.0 * best.sigma_px[top]
+    assert "larger than the model's" in sentence_of(best)
+    assert words in sentence_of(best)
