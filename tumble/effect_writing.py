@@ -158,12 +158,15 @@ def _rendered(template: str, content: dict[str, Any]) -> str:
 def _family(found: dict[str, Any]) -> dict[str, Any]:
     effect = EMPIRICAL[found["family"]]
     link = next(link for link in LINKS if overrides(effect, link))
+    adapted = found.get("adapted", {})
     return {
         "stage": found["stage"],
         "formula": effect.entry.meaning,
         "words": found["sentences"][0],
         "base": type(effect).__name__,
         "link": link,
+        "length_s": adapted["length_s"] if "length_s" in adapted else None,
+        "middle_m": ", ".join(_number(x) for x in adapted["middle_m"]) if "middle_m" in adapted else None,
     }
 
 

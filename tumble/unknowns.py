@@ -13,8 +13,10 @@ from estimator.diagnosis.pruning import wald_p
 from estimator.diagnosis.tested_values import p_words
 from estimator.diagnosis.unknown import Unknown
 from estimator.diagnosis.verdict import Verdict
+from estimator.effects.empirical import ForceField, ZoomInTime
 from estimator.effects.law_effect import law_formula
 from estimator.effects.law_terms import Term
+from estimator.effects.link import EffectModel
 from estimator.effects.parameter_values import Z95
 from estimator.fitting.campaign import Campaign, CampaignFit
 from estimator.motion.flight import N_PARAMETERS
@@ -53,6 +55,7 @@ def unknown_entry(
     return {
         "stage": left.stage.value,
         "family": left.test.effect.entry.key,
+        "adapted": adapted_to(left.test.effect),
         "p": left.p,
         "families": [
             {
@@ -71,6 +74,13 @@ def unknown_entry(
         "superfluous": list(superfluous(campaign, found)),
         "sentences": list(_sentences(left, found, superfluous(campaign, found), campaign.kind.unit)),
     }
+
+
+def adapted_to(family: EffectModel) -> Entry:
+    """What a family was adapted to: the time (s) that a zoom is scaled over, the place (m) that a field of force is about."""
+    if isinstance(family, ZoomInTime):
+        return {"length_s": family.length_s}
+    return {"middle_m": [float(x) for x in family.middle]} if isinstance(family, ForceField) else {}
 
 
 def superfluous(campaign: Campaign, found: EmpiricalFit) -> tuple[str, ...]:

@@ -9,12 +9,14 @@ import numpy as np
 import pytest
 
 from datasets.json_documents import write_document
+from estimator.effects.empirical import EMPIRICAL, ForceField, ZoomInTime
 from estimator.effects.law_effect import law_formula
 from estimator.effects.law_terms import TERMS, Term
 from estimator.effects.link import EffectModel, Moment, Setting
 from estimator.effects.plug_ins import load_plug_in
 from tumble.cli.main import main
 from tumble.effect_writing import KINDS, effect_key
+from tumble.unknowns import adapted_to
 
 SETTING = Setting(np.arange(5) / 4000.0, 5e-5, np.array([0.0, 9.8, 0.0]), np.ones(3))
 EVERY = [term.key for term in TERMS]
@@ -22,7 +24,9 @@ HELD = {"rms_px": 0.2, "errors": 100, "per_sequence_px": {"a": 0.2}}
 REMOVED = {"before": HELD, "after": {**HELD, "rms_px": 0.13}, "floor_px": 0.12, "removed": 0.8}
 
 
-def diagnosis(path: Path, terms: tuple[Term, ...] | None, *, unknown: bool = True, family: str = "smooth_force") -> Path:
+def diagnosis(
+    path: Path, terms: tuple[Term, ...] | None, *, unknown: bool = True, family: str = "smooth_force", adapted: dict[str, Any] | None = None
+) -> Path:
     """A diagnosis in which a law of ``terms`` was found, each parameter 0.1 k."""
     values = [
         {"term": t.key, "parameter": p.name, "unit": p.unit, "value": 0.1 * (k + 1), "sigma": 0.01, "interval": [0.0, 1.0]}
@@ -42,6 +46,7 @@ def diagnosis(path: Path, terms: tuple[Term, ...] | None, *, unknown: bool = Tru
     left = {
         "stage": "dynamics",
         "family": family,
+        "adapted": adapted or {},
         "p": 1e-9,
         "families": [],
         "terms": ["force_curve"],
@@ -96,6 +101,22 @@ def test_an_unknown_without_a_law_becomes_its_empirical_term(tmp_path: Path) -> 
     effect = written(tmp_path, "--from", str(diagnosis(tmp_path / "diagnosis.json", None, family="zoom_in_time")))
     assert effect.entry.key == "my_law"
     assert effect.entry.names == ("z1", "z2", "z3", "z4", "z5", "z6", "z7")
+
+
+def test_an_empirical_term_is_of_the_flights_it_was_found_in(tmp_path: Path) -> None:
+    zoom, field = EMPIRICAL["zoom_in_time"], EMPIRICAL["force_field"]
+    assert isinstance(zoom, ZoomInTime)
+    assert isinstance(field, ForceField)
+    found = diagnosis(tmp_path / "zoom.json", None, family="zoom_in_time", adapted=adapted_to(zoom.over(0.035)))
+    (tmp_path / "a").mkdir()
+    times = np.linspace(0.0, 0.035, 9)
+    mine = written(tmp_path / "a", "--from", str(found))
+    assert isinstance(mine, ZoomInTime)
+    np.testing.assert_array_equal(mine.growth(times), zoom.over(0.035).growth(times))
+    found = diagnosis(tmp_path / "field.json", None, family="force_field", adapted=adapted_to(field.about(np.array([0.1, -0.2, 0.5]))))
+    there = written(tmp_path, "--from", str(found))
+    assert isinstance(there, ForceField)
+    np.testing.assert_array_equal(there.middle, [0.1, -0.2, 0.5])
 
 
 @pytest.mark.parametrize("kind", KINDS)
