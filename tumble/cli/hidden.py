@@ -3,13 +3,14 @@
 import shutil
 from pathlib import Path
 
+import numpy as np
 from rich.console import Console
 
 from datasets.errors import InputError
 from datasets.recipes.recipe import EffectRecipe
 from datasets.vocabulary.effects import EFFECTS
 from tumble.challenge.cases import CAMPAIGNS, TRUTH, Case, campaign_folder
-from tumble.challenge.drawing import Counts, Plan, Shape, Sizes, draw_cases
+from tumble.challenge.drawing import Counts, Plan, Shape, Sizes, draw_cases, is_plausible
 from tumble.challenge.limits import LimitTable
 from tumble.challenge.making import make_item, payload_of
 from tumble.cli import main as command_line
@@ -23,6 +24,7 @@ LOOKED_FOR = (
 )
 SIZES = (2.0, 10.0)
 """Range of the effect's size over its 95% detection limit: large enough to be worth a look."""
+DRAWS = 50
 
 
 def show_hidden(shape: Shape, seed: int, table: LimitTable, out: Path) -> int:
@@ -33,7 +35,7 @@ def show_hidden(shape: Shape, seed: int, table: LimitTable, out: Path) -> int:
     InputError
         Where ``out`` holds something else.
     """
-    (case,) = draw_cases(Plan(shape, Counts(1, 0, 0, 0), Sizes(SIZES), table), seed)
+    case = worth_a_look(Plan(shape, Counts(1, 0, 0, 0), Sizes(SIZES), table), seed)
     _empty(out)
     with output_directory(out / TRUTH, Run("challenge hidden", {"seed": seed}, seed), resume=False, force=True):
         make_item(payload_of(case, out))
@@ -48,6 +50,16 @@ def show_hidden(shape: Shape, seed: int, table: LimitTable, out: Path) -> int:
     _say_truth(case)
     print(f"report: {out / 'explain' / 'report.html'}\nnext: tumble explain OBSERVATIONS, on recordings of your own")
     return max(codes, default=0)
+
+
+def worth_a_look(plan: Plan, seed: int) -> Case:
+    """The first case drawn from ``seed`` whose effect is of a size that nature gives it and that the data show; the last if none is."""
+    seeds = (seed, *(int(each) for each in np.random.SeedSequence(seed).generate_state(DRAWS)))
+    for each in seeds:
+        (case,) = draw_cases(plan, each)
+        if all(is_plausible(effect) for effect in case.recipe.effects) and min(case.ratios.values()) >= 1.0:
+            break
+    return case
 
 
 def _empty(out: Path) -> None:

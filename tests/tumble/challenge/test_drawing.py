@@ -14,6 +14,7 @@ from synth.effects.registry import REALISATIONS
 from tumble.challenge.cases import Case, case_from_dict, case_to_dict
 from tumble.challenge.drawing import MOST_DROPPED, RENDERED, Counts, Plan, Shape, Sizes, can_reach_limit, draw_cases, is_plausible, pairs_of
 from tumble.challenge.limits import TABLE, limit_along, read_table
+from tumble.cli.hidden import worth_a_look
 
 TABLE_READ = read_table(TABLE)
 REACHING = tuple(key for key in EFFECTS if can_reach_limit(TABLE_READ, key))
@@ -130,3 +131,12 @@ def test_a_case_survives_its_file() -> None:
         back = case_from_dict(case_to_dict(case))
         assert back.recipe == case.recipe
         assert (back.name, back.kind, back.views) == (case.name, case.kind, case.views)
+
+
+def test_what_is_hidden_for_a_look_is_of_a_size_that_nature_gives_it_and_that_data_show() -> None:
+    plan = Plan(Shape(), Counts(1, 0, 0, 0), Sizes((2.0, 10.0)), TABLE_READ)
+    cases = [worth_a_look(plan, seed) for seed in range(60)]
+    assert all(is_plausible(effect) for case in cases for effect in case.recipe.effects)
+    assert min(case.least_ratio for case in cases) >= 1.0
+    assert len({case.keys for case in cases}) > 10
+    assert worth_a_look(plan, 7).recipe == cases[7].recipe
