@@ -1,8 +1,8 @@
 """Runs the commands of the tutorial as a new user types them, keeps what they print, takes the pictures, and writes docs/tutorial.md.
 
-``python -m scripts.tutorial --out out/tutorial`` takes about fifteen minutes of one core; a run that was stopped goes on where it was, a
-finished one is only written anew: remove the folder for a new run. With ``--page`` the page alone is written, from the committed result,
-docs/results/tutorial.json.
+``python -m scripts.tutorial --out out/tutorial`` takes about fifteen minutes of one core; a run that was stopped goes on where it was, and
+a finished one is only written anew, unless the program has changed since. With ``--page`` the page alone is written, from the committed
+result, docs/results/tutorial.json.
 """
 
 import argparse
@@ -28,6 +28,7 @@ from tumble.environment import find_chromium
 ROOT = Path(__file__).parents[1]
 FILES = ROOT / "docs" / "tutorial_files"
 RESULT, PAGE, IMAGES = ROOT / "docs/results/tutorial.json", ROOT / "docs/tutorial.md", ROOT / "docs/images/tutorial"
+PACKAGES = ("datasets", "synth", "estimator", "tumble")
 WIDTH = 110
 """Columns of the terminal that the commands print to."""
 PROGRESS = re.compile(r"^\w+: \d+% of \d+")
@@ -99,7 +100,7 @@ def run_steps(out: Path) -> dict[str, Any]:
     work, finished = out / "work", out / "steps"
     for folder in (work, finished):
         folder.mkdir(parents=True, exist_ok=True)
-    digest, records = "", {}
+    digest, records = program_digest(), {}
     for step in STEPS:
         digest = _digest(digest, step)
         kept = finished / f"{step.key}.json"
@@ -111,8 +112,17 @@ def run_steps(out: Path) -> dict[str, Any]:
     return {"steps": records, "facts": facts_of(work)}
 
 
+def program_digest() -> str:
+    """Digest of the code and the data that every command runs on."""
+    digest = hashlib.sha256()
+    for package in PACKAGES:
+        for path in sorted(path for path in (ROOT / package).rglob("*") if path.is_file() and "__pycache__" not in path.parts):
+            digest.update(path.relative_to(ROOT).as_posix().encode() + path.read_bytes())
+    return digest.hexdigest()
+
+
 def _digest(before: str, step: Step) -> str:
-    """What a step's result depends on, but for the program: the steps before it, its command, and its file."""
+    """What a step's result depends on beside the program: the steps before it, its command, and its file."""
     brought = (FILES / step.brings).read_bytes() if step.brings else b""
     return hashlib.sha256(f"{before}{step.command}".encode() + brought).hexdigest()
 

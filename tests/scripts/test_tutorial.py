@@ -10,7 +10,8 @@ import pytest
 
 from datasets.recipes.toml_files import load_recipe
 from estimator.effects.plug_ins import load_plug_in
-from scripts.tutorial import PICTURES, STEPS, without_progress
+from scripts import tutorial
+from scripts.tutorial import PACKAGES, PICTURES, STEPS, program_digest, without_progress
 from scripts.tutorial_page import page_text
 from tumble.cli.main import VERBS
 
@@ -59,3 +60,15 @@ def test_the_files_that_the_user_begins_with_are_good() -> None:
 def test_lines_of_progress_are_shortened_visibly() -> None:
     printed = "register: 33% of 3, about 5 s left\nregister: 67% of 3, about 2 s left\nDone.  \nladder: 50% of 2, about 1 s left\n"
     assert without_progress(printed) == "…\nDone.\n…"
+
+
+def test_a_run_is_of_the_program_it_was_made_with(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(tutorial, "ROOT", tmp_path)
+    code, compiled = tmp_path / PACKAGES[0] / "code.py", tmp_path / PACKAGES[0] / "__pycache__" / "code.nbi"
+    compiled.parent.mkdir(parents=True)
+    code.write_text("one = 1")
+    before = program_digest()
+    compiled.write_text("made on the way")
+    assert program_digest() == before
+    code.write_text("one = 2")
+    assert program_digest() != before
