@@ -16,7 +16,7 @@ class Surroundings:
 
     ``gravity_world`` (3,) m/s². ``body``: where the centre of mass and the principal axes lie in the tracked frame, and the inertia ratios;
     ``sigma_x_m``, ``sigma_theta_rad``, ``sigma_omega_rads``: standard deviations of each coordinate where they are known.
-    ``world`` and ``tracked`` name the two frames.
+    ``world`` and ``tracked`` name the two frames, ``particle`` the body, which trajectories of one name share.
     """
 
     gravity_world: Array
@@ -26,6 +26,7 @@ class Surroundings:
     sigma_omega_rads: float | None = None
     world: str = "world"
     tracked: str = "tracked"
+    particle: str = ""
 
 
 @dataclass(frozen=True)

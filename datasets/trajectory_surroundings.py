@@ -29,9 +29,10 @@ KEYS = {
     "sigma_omega_rads": "a number, rad/s",
     "world": "a name",
     "tracked": "a name",
+    "particle": "a name",
 }
 VECTORS = ("gravity_world", "inertia_ratios", "com_tracked_m")
-NAMES = ("world", "tracked")
+NAMES = ("world", "tracked", "particle")
 ISOTROPIC = (1.0, 1.0, 1.0)
 
 
@@ -106,4 +107,5 @@ def _surroundings(known: Mapping[str, Any]) -> Surroundings:
         sigma_omega_rads=known.get("sigma_omega_rads"),
         world=known.get("world", "world"),
         tracked=known.get("tracked", "tracked"),
+        particle=known.get("particle", ""),
     )

@@ -24,14 +24,17 @@ ROUNDS = 2
 
 
 def register_trajectories(trajectories: Sequence[Trajectory], *, told: Callable[[int, int], None] = lambda _done, _all: None) -> Registered:
-    """A campaign of trajectories of one particle; ``told`` is called with the number of sequences done and of all."""
+    """A campaign of trajectories, of one particle where all have the same name for it and the same body.
+
+    ``told`` is called with the number of sequences done and of all.
+    """
     tasks, flights = [], []
     for number, trajectory in enumerate(trajectories):
         task = task_of(trajectory)
         tasks.append(task)
         flights.append(first_flight(task, trajectory.surroundings.body))
         told(number + 1, len(trajectories))
-    campaign = Campaign(tuple(tasks), (0,) * len(tasks), (0,) * len(tasks), floor_px=0.0, body_noise_px=0.0, kind=TRAJECTORIES)
+    campaign = Campaign(tuple(tasks), particles_of(trajectories), (0,) * len(tasks), floor_px=0.0, body_noise_px=0.0, kind=TRAJECTORIES)
     state = CampaignState(tuple(flights), tuple(np.zeros(0) for _ in flights))
     stated = [_stated(t) for t in trajectories]
     if tasks and not all(all(s.values()) for s in stated):
@@ -39,6 +42,14 @@ def register_trajectories(trajectories: Sequence[Trajectory], *, told: Callable[
             fit = base_fit(campaign, state)
             campaign, state = replace(campaign, sequences=_with_noise(campaign, fit, stated)), CampaignState(fit.state.flights, state.theta)
     return Registered(campaign, state, (), ())
+
+
+def particles_of(trajectories: Sequence[Trajectory]) -> tuple[int, ...]:
+    """The number of the particle of every trajectory: another one where its name or its body is another."""
+    numbers: dict[tuple[str, bytes], int] = {}
+    known = [t.surroundings for t in trajectories]
+    bodies = [np.concatenate([s.body.com_particle, s.body.R_particle_body.ravel(), s.body.inertia_ratios]).tobytes() for s in known]
+    return tuple(numbers.setdefault((s.particle, body), len(numbers)) for s, body in zip(known, bodies, strict=True))
 
 
 def _stated(trajectory: Trajectory) -> dict[str, bool]:

@@ -53,8 +53,9 @@ def test_units_stand_in_the_names_of_columns(tmp_path: Path) -> None:
 def test_side_cars_say_what_numbers_do_not_and_the_nearest_one_counts(tmp_path: Path) -> None:
     path = written(tmp_path, f"{HEADER}\n{rows()}")
     written(tmp_path, 'gravity_world = [0.0, 9.8, 0.0]\nsigma_x_m = 1e-3\nworld = "room"\n', "trajectory.toml")
-    written(tmp_path, "sigma_x_m = 2e-3\ninertia_ratios = [1.0, 0.5, 0.8]\n", "toss.toml")
+    written(tmp_path, 'sigma_x_m = 2e-3\ninertia_ratios = [1.0, 0.5, 0.8]\nparticle = "cork"\n', "toss.toml")
     found = read_trajectory(path, {})
+    assert found.surroundings.particle == "cork"
     assert found.surroundings.gravity_world.tolist() == [0.0, 9.8, 0.0]
     assert found.surroundings.world == "room"
     assert found.sigma_x is not None

@@ -16,7 +16,7 @@ from estimator.effects.choosing import catalogue
 from estimator.fitting.campaign_covariance import campaign_covariance
 from estimator.motion.flight import N_PARAMETERS
 from estimator.registration import Registered
-from estimator.trajectories.registering import register_trajectories
+from estimator.trajectories.registering import particles_of, register_trajectories
 from tests.estimator.made_trajectories import Hidden, Tracker, campaign, measured
 
 RULES = Rules()
@@ -141,3 +141,24 @@ def test_one_gap_among_many_flights_is_not_drowned_by_all_places_of_all_flights(
         assert p <= 1.0
     many = EfficientScores(tuple(Column(0, 3, 1, i) for i in range(300)), np.ones(300), np.eye(300), np.eye(300))
     assert p_of(many, 78) == 1.0
+
+
+def test_every_particle_has_its_own_drag() -> None:
+    """Trajectories of one name share it; without names the two would be one particle of neither drag."""
+    wood, cork = campaign(11, Hidden(drag=0.10), Tracker()), campaign(12, Hidden(drag=0.25), Tracker())
+    named = [replace(t, surroundings=replace(t.surroundings, particle=name)) for name, ts in (("wood", wood), ("cork", cork)) for t in ts]
+    assert particles_of([*wood, *cork]) == (0,) * len(named)
+    assert particles_of(named) == (0,) * len(wood) + (1,) * len(cork)
+    registered = register_trajectories(named)
+    fit = with_effect(registered.campaign, base_fit(registered.campaign, registered.start), catalogue()["quadratic_drag"])
+    covariance = campaign_covariance(registered.campaign, fit)
+    for number, drag in ((0, 0.10), (len(wood), 0.25)):
+        sigma = np.sqrt(covariance.of(number, np.array([N_PARAMETERS]))[0, 0])
+        assert abs(fit.state.theta[number][0] - drag) < 4.0 * sigma
+        assert sigma < 0.2 * drag
+
+
+def test_another_body_is_another_particle_whatever_it_is_called() -> None:
+    one, other = campaign(11, Hidden(), Tracker())[:2]
+    lighter = replace(other.surroundings, body=replace(other.surroundings.body, inertia_ratios=np.array([0.2, 0.9, 1.0])))
+    assert particles_of([one, replace(other, surroundings=lighter), other]) == (0, 1, 0)
