@@ -139,7 +139,10 @@ def compared(question: Question, campaign: Prepared, told: Told) -> Document:
 
 def _unless_too_short(found: Diagnosis, verdict: Verdict) -> Verdict:
     """The verdict, or that the campaign is too short to say anything, where most effects would not show in it."""
-    return verdict_of(found, alpha=Rules().alpha) if says_nothing(found) else verdict
+    if not says_nothing(found):
+        return verdict
+    short = verdict_of(found, alpha=Rules().alpha)
+    return replace(short, remarks=(*short.remarks, verdict.sentence, *verdict.remarks))
 
 
 def _floor(campaign: Campaign, fit: CampaignFit) -> NoiseFloor:
@@ -225,6 +228,7 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told) -> 
 def climbed(question: Question, campaign: Prepared, told: Told, errors: VelocityErrors | None) -> Document:
     """The held-out error with one effect more on every rung; those of the velocities, too, where ``errors`` knows the truth."""
     rungs = list(ladder(campaign.registered.campaign, campaign.registered.start, question.effects, told=told))
+    at_first = diagnose(rungs[0].campaign, rungs[0].fit, question.candidates, margin=Rules().margin)
     last, campaign = rungs[-1].fit, campaign.at(rungs[-1].campaign)
     registered = campaign.registered
     first, final = rungs[0].held_out.rms_px, rungs[-1].held_out.rms_px
@@ -234,14 +238,13 @@ def climbed(question: Question, campaign: Prepared, told: Told, errors: Velocity
         f"{'falls' if final < first else 'does not fall'}: {first:.4f} {unit} to {final:.4f} {unit} ({final / first - 1.0:+.0%})."
     )
     remarks = tuple(_useless(rung.added, question) for before, rung in pairwise(rungs) if rung.added and not _lowers(before, rung))
-    found = diagnose(registered.campaign, last, question.candidates, margin=Rules().margin)
     content = _content("ladder", question, campaign, (last, campaign_covariance(registered.campaign, last)))
     floor = _floor(registered.campaign, last)
     return {
         **content,
         "noise_floor": noise_floor_entry(floor, campaign.names, (1.0, 0.0)),
         "ladder": [rung_entry(rung, campaign.names, None if errors is None else errors(rung.fit, campaign)) for rung in rungs],
-        "verdict": verdict_entry(_unless_too_short(found, Verdict("judged", sentence, remarks, ())), question.command("diagnose", ())),
+        "verdict": verdict_entry(_unless_too_short(at_first, Verdict("judged", sentence, remarks, ())), question.command("diagnose", ())),
     }
 
 

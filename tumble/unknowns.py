@@ -1,6 +1,6 @@
 """What is left that no effect of the catalogue explains: fitted, as a part of ``diagnosis.json``, and in words."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -72,7 +72,7 @@ def unknown_entry(
         "shapes": [_shape_entry(shape, names) for shape in empirical_shapes(campaign, found)],
         "law": None if found.law is None else law_entry(found.law, names),
         "superfluous": list(superfluous(campaign, found)),
-        "sentences": list(_sentences(left, found, superfluous(campaign, found), campaign.kind.unit)),
+        "sentences": [*_sentences(left, found, superfluous(campaign, found), campaign.kind.unit), *_of_several(campaign, found, names)],
     }
 
 
@@ -191,6 +191,13 @@ def _sentences(left: Unknown, found: EmpiricalFit, needless: Sequence[str], unit
     if needless:
         said.append(f"Beside this law nothing is left for {', '.join(key.replace('_', ' ') for key in needless)}: leave it out.")
     return said
+
+
+def _of_several(campaign: Campaign, found: EmpiricalFit, names: Sequence[str]) -> Iterator[str]:
+    """Whose the values of a law are, where there are several particles."""
+    particles = len(set(campaign.particle))
+    if found.law is not None and particles > 1:
+        yield f"Each of the {particles} particles has values of its own in this law; those told are of the particle of {names[0]}."
 
 
 MOST_OTHERS = 3

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from estimator.diagnosis.ranking import Ranking, rank
-from estimator.diagnosis.refits import penalty_of
+from estimator.diagnosis.refits import named, penalty_of
 from estimator.diagnosis.score_tests import Candidates, ScoreTest, score_tests
 from estimator.diagnosis.tested_values import tested_values
 from estimator.effects.choosing import beside
@@ -43,7 +43,10 @@ class Finding:
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """All candidates by ascending criterion; ``group``: the first and those that these data cannot tell from it; ``p``: of nothing."""
+    """All candidates by ascending criterion, and the ``p`` of nothing.
+
+    ``group``: the first and the likeliest of those that these data cannot tell from it.
+    """
 
     findings: tuple[Finding, ...]
     ranking: Ranking
@@ -67,7 +70,7 @@ def diagnosis_of(tests: list[ScoreTest], ranking: Ranking, *, margin: float) -> 
         findings.append(Finding(test, min(1.0, test.p * len(tests)), float(np.clip(fall / excess, 0.0, 1.0)), hypothesis.criterion))
     findings.sort(key=lambda finding: not finding.test.counts)  # a gap of no frames explains nothing
     best = findings[0].criterion if findings else 0.0
-    group = tuple(f.key for f in findings if f.criterion <= best + margin)
+    group = named(f.key for f in findings if f.criterion <= best + margin)
     p = min((f.p for f in findings), default=1.0)
     return Diagnosis(tuple(findings), ranking, group, p)
 

@@ -138,7 +138,7 @@ def _law(campaign: Campaign, fit: CampaignFit, wide: CampaignFit, at: tuple[Held
         except (ValueError, np.linalg.LinAlgError):  # flights under it run away: what cannot be flown is no law
             return None
         covariance = campaign_covariance(campaign, refitted)
-        weakest = int(np.argmax(p_values := _wald(refitted, covariance, terms)))
+        weakest = int(np.argmax(p_values := _wald(campaign, refitted, covariance, terms)))
         if len(terms) == 1 or p_values[weakest] <= SUPERFLUOUS:
             break
         terms = tuple(t for i, t in enumerate(terms) if i != weakest)
@@ -173,15 +173,16 @@ def fit_terms(campaign: Campaign, fit: CampaignFit, terms: tuple[Valued, ...]) -
     return fit_campaign(campaign, state, model, most_steps=MOST_LAW_STEPS, dampings=LAW_DAMPINGS)
 
 
-def _wald(fit: CampaignFit, covariance: CampaignCovariance, terms: tuple[Valued, ...]) -> Array:
-    """p-value of each term's amplitudes being zero."""
+def _wald(campaign: Campaign, fit: CampaignFit, covariance: CampaignCovariance, terms: tuple[Valued, ...]) -> Array:
+    """p-value of each term's amplitudes being zero, of all particles."""
     found, place = [], fit.model.slices[-1].start
+    each = sorted(set(campaign.sharing(fit.model.effects[-1].entry.scope)))
     for term, values in terms:
         columns = np.arange(place, place + term.amplitudes)
-        C = covariance.of(0, N_PARAMETERS + columns)
-        amplitudes = fit.state.theta[0][columns]
+        rows = np.concatenate([covariance.place[s][N_PARAMETERS + columns] for s in each])
+        C, amplitudes = covariance.covariance[np.ix_(rows, rows)], np.concatenate([fit.state.theta[s][columns] for s in each])
         # C is singular where the data say nothing of the term
         statistic = float(amplitudes @ np.linalg.pinv(C, rcond=1e-12, hermitian=True) @ amplitudes)
-        found.append(float(chi2.sf(statistic, term.amplitudes)))
+        found.append(float(chi2.sf(statistic, len(rows))))
         place += len(values)
     return np.array(found)

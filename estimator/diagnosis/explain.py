@@ -237,8 +237,8 @@ def _exchanged(at: Reached, catalogue: Mapping[str, EffectModel], rules: Rules, 
         leader = in_place(at.campaign, without, at.fit, (tests, scores, ranking), rules, key)
         if leader is None:
             continue
-        as_it_is = next((rival for rival in leader.rivals if key_of(rival) == key), None)
-        if key not in leader.group or (as_it_is is not None and as_it_is.evidence > leader.evidence + rules.margin):
+        as_it_is = next((each for each in (leader, *leader.rivals) if key_of(each) == key), None)
+        if as_it_is is None or as_it_is.evidence > leader.evidence + rules.margin:
             after = held_out(at.campaign, leader.fit.state, leader.fit.model)
             if after.rms_px < at.error.rms_px:
                 told(f"{key_of(leader)} explains more than {key} beside the others")

@@ -52,9 +52,9 @@ class Look:
 
 
 class Looks:
-    """Looks with one ``catalogue``, the last few of which are remembered."""
+    """Looks with one ``catalogue``; those that were asked for last are remembered."""
 
-    REMEMBERED = 3
+    REMEMBERED = 6
 
     def __init__(self, catalogue: Mapping[str, EffectModel]) -> None:
         self.catalogue = catalogue
@@ -62,8 +62,9 @@ class Looks:
 
     def at(self, campaign: Campaign, fit: CampaignFit) -> Look:
         """The look at a fit."""
-        for there, seen, look in self._last:
+        for place, (there, seen, look) in enumerate(self._last):
             if there is campaign and seen is fit:
+                self._last.append(self._last.pop(place))
                 return look
         known = Candidates.of(campaign, beside(fit.model.keys, self.catalogue))
         wide = Candidates.of(campaign, (e for e in families(campaign, fit) if e.entry.key not in fit.model.keys))

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from datasets.errors import InputError
 from datasets.trajectory import Trajectory
 from estimator.diagnosis.adding import base_fit
 from estimator.effects.link import Setting
@@ -24,9 +25,12 @@ ROUNDS = 2
 
 
 def register_trajectories(trajectories: Sequence[Trajectory], *, told: Callable[[int, int], None] = lambda _done, _all: None) -> Registered:
-    """A campaign of trajectories, of one particle where all have the same name for it and the same body.
+    """A campaign of trajectories; ``told`` is called with the number of sequences done and of all.
 
-    ``told`` is called with the number of sequences done and of all.
+    Raises
+    ------
+    InputError
+        Where trajectories of one particle contradict one another.
     """
     tasks, flights = [], []
     for number, trajectory in enumerate(trajectories):
@@ -45,11 +49,32 @@ def register_trajectories(trajectories: Sequence[Trajectory], *, told: Callable[
 
 
 def particles_of(trajectories: Sequence[Trajectory]) -> tuple[int, ...]:
-    """The number of the particle of every trajectory: another one where its name or its body is another."""
-    numbers: dict[tuple[str, bytes], int] = {}
-    known = [t.surroundings for t in trajectories]
-    bodies = [np.concatenate([s.body.com_particle, s.body.R_particle_body.ravel(), s.body.inertia_ratios]).tobytes() for s in known]
-    return tuple(numbers.setdefault((s.particle, body), len(numbers)) for s, body in zip(known, bodies, strict=True))
+    """The number of the particle of every trajectory: that of its name, or of its inertia ratios where it has none.
+
+    The place of the centre of mass and of the axes may differ: a tag that is tracked can sit elsewhere on the same body.
+
+    Raises
+    ------
+    InputError
+        Where trajectories of one name state different inertia ratios.
+    """
+    first: dict[str, Trajectory] = {}
+    numbers: dict[tuple[float | str, ...], int] = {}
+    found = []
+    for each in trajectories:
+        name, ratios = each.surroundings.particle, _ratios(each)
+        other = first.setdefault(name, each)
+        if name and ratios != _ratios(other):
+            raise InputError(
+                f"{each.name}: expected the inertia ratios of particle {name!r} as {other.name} has them, {_ratios(other)}, came {ratios}."
+            )
+        found.append(numbers.setdefault((name,) if name else ratios, len(numbers)))
+    return tuple(found)
+
+
+def _ratios(trajectory: Trajectory) -> tuple[float, ...]:
+    """Inertia ratios to six digits."""
+    return tuple(round(float(ratio), 6) for ratio in trajectory.surroundings.body.inertia_ratios)
 
 
 def _stated(trajectory: Trajectory) -> dict[str, bool]:

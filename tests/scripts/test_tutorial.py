@@ -72,3 +72,14 @@ def test_a_run_is_of_the_program_it_was_made_with(tmp_path: Path, monkeypatch: p
     assert program_digest() == before
     code.write_text("one = 2")
     assert program_digest() != before
+
+
+def test_steps_run_again_where_the_program_has_changed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    run: list[str] = []
+    digests = iter(("one", "one", "another"))
+    monkeypatch.setattr(tutorial, "program_digest", lambda: next(digests))
+    monkeypatch.setattr(tutorial, "facts_of", lambda _work: {})
+    monkeypatch.setattr(tutorial, "run_step", lambda step, _work: run.append(step.key) or {"printed": "", "written": ""})
+    for times in (1, 1, 2):
+        tutorial.run_steps(tmp_path)
+        assert len(run) == times * len(STEPS)

@@ -53,7 +53,10 @@ def show_hidden(shape: Shape, seed: int, table: LimitTable, out: Path) -> int:
 
 
 def worth_a_look(plan: Plan, seed: int) -> Case:
-    """The first case drawn from ``seed`` whose effect is of a size that nature gives it and that the data show; the last if none is."""
+    """The first case drawn from ``seed`` whose effect is of a size that nature gives it and that the data show; the last if none is.
+
+    What nature cannot make as large as it was drawn is drawn smaller, perhaps below its limit.
+    """
     seeds = (seed, *(int(each) for each in np.random.SeedSequence(seed).generate_state(DRAWS)))
     for each in seeds:
         (case,) = draw_cases(plan, each)

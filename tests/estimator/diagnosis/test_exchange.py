@@ -8,7 +8,7 @@ import pytest
 
 from estimator.diagnosis import explain
 from estimator.diagnosis.explain import MOST_EXCHANGED, Reached, Step
-from estimator.diagnosis.refits import Refitted, Rules
+from estimator.diagnosis.refits import Refitted, Rules, key_of, named
 from estimator.diagnosis.score_tests import ScoreTest
 from estimator.effects.registry import MODELS
 
@@ -74,13 +74,16 @@ def test_what_held_out_errors_refuse_belongs_to_the_group(leading: dict[str, Ref
     assert [step.group for step in found.steps] == [("view_outline_offset", "outline_offset"), ("uniform_acceleration",)]
 
 
-def test_what_cannot_be_told_apart_any_more_leaves_the_name(leading: dict[str, Refitted]) -> None:
-    """The leader is one of a group: names do not change where the data do not decide."""
+@pytest.mark.parametrize("others", [(), ("uniform_acceleration", "gravity")])
+def test_what_cannot_be_told_apart_any_more_leaves_the_name(others: tuple[str, ...], leading: dict[str, Refitted]) -> None:
+    """The leader is one of a group: names do not change where the data do not decide, however many are alike."""
     at = reached("view_outline_offset", "uniform_acceleration")
-    leading["view_outline_offset"] = Refitted(trial("outline_offset"), NOTHING, 1, group=("outline_offset", "view_outline_offset"))
+    rivals = tuple(Refitted(trial(key), NOTHING, 1) for key in (*others, "view_outline_offset"))
+    group = named(("outline_offset", *map(key_of, rivals)))
+    leading["view_outline_offset"] = Refitted(trial("outline_offset"), fit_with(rms_px=0.1), 1, group=group, rivals=rivals)
     found = exchanged(at)
     assert found.fit is at.fit
-    assert [step.group for step in found.steps] == [("view_outline_offset", "outline_offset"), ("uniform_acceleration",)]
+    assert [step.group for step in found.steps] == [named(("view_outline_offset", *group)), ("uniform_acceleration",)]
 
 
 @pytest.mark.parametrize("count", [1, MOST_EXCHANGED + 1])

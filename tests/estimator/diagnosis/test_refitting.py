@@ -9,7 +9,7 @@ import pytest
 
 from estimator.diagnosis import refitting
 from estimator.diagnosis.ranking import Hypothesis, Ranking
-from estimator.diagnosis.refits import Refitted, Rules
+from estimator.diagnosis.refits import Refitted, Rules, key_of
 from estimator.diagnosis.refitting import contenders, in_place, random_contender
 from estimator.diagnosis.score_tests import EfficientScores, ScoreTest
 from estimator.effects.registry import MODELS
@@ -120,3 +120,16 @@ def test_an_effect_beside_others_is_judged_as_it_is(
     assert found.group == leader
     assert "gravity" not in asked
     assert in_place(NOTHING, NOTHING, NOTHING, (tests[:-1], NO_SCORES, look), Rules(), "gravity") is None
+
+
+def test_twins_are_named_before_the_likeliest_and_all_are_rivals(monkeypatch: pytest.MonkeyPatch) -> None:
+    keys = ("outline_offset", "gravity", "linear_drag", "blooming", "view_outline_offset")
+    refits = [
+        Refitted(trial(key, counts=True), NOTHING, 1, cost=500.0, left=50.0, columns=46, evidence=54.0 + i, criterion=54.0 + i)
+        for i, key in enumerate(keys)
+    ]
+    monkeypatch.setattr(refitting, "penalty_of", lambda _campaign: 4.0)
+    body: Any = SimpleNamespace(sequences=(None,), kind=SimpleNamespace(hollow=lambda _sequence: 0.0))
+    leader = refitting._leader(body, refits, [r.test for r in refits], Rules())
+    assert leader.group == ("outline_offset", "view_outline_offset", "gravity")
+    assert [key_of(r) for r in leader.rivals] == ["view_outline_offset", "gravity", "linear_drag", "blooming"]

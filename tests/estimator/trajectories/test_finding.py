@@ -1,10 +1,13 @@
 """What is hidden in trajectories made by an independent method is found, and nothing where there is nothing."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
+from datasets.errors import InputError
+from datasets.trajectory import Trajectory
 from estimator.diagnosis.adding import base_fit, with_effect
 from estimator.diagnosis.diagnose import Diagnosis, diagnose
 from estimator.diagnosis.explain import explain
@@ -158,7 +161,17 @@ def test_every_particle_has_its_own_drag() -> None:
         assert sigma < 0.2 * drag
 
 
-def test_another_body_is_another_particle_whatever_it_is_called() -> None:
+def test_without_a_name_other_inertia_ratios_are_another_particle() -> None:
+    """A tag elsewhere on the same body is not; and one name is one particle."""
     one, other = campaign(11, Hidden(), Tracker())[:2]
-    lighter = replace(other.surroundings, body=replace(other.surroundings.body, inertia_ratios=np.array([0.2, 0.9, 1.0])))
-    assert particles_of([one, replace(other, surroundings=lighter), other]) == (0, 1, 0)
+    slimmer = with_body(other, inertia_ratios=np.array([0.2, 0.9, 1.0]))
+    moved = with_body(other, com_particle=np.array([0.0, 1e-3, -0.0]))
+    assert particles_of([one, slimmer, other, moved]) == (0, 1, 0, 0)
+    named = [replace(t, surroundings=replace(t.surroundings, particle="cork")) for t in (one, slimmer)]
+    with pytest.raises(InputError, match="expected the inertia ratios of particle 'cork' as toss_0"):
+        particles_of(named)
+
+
+def with_body(trajectory: Trajectory, **changes: Any) -> Trajectory:
+    surroundings = trajectory.surroundings
+    return replace(trajectory, surroundings=replace(surroundings, body=replace(surroundings.body, **changes)))
