@@ -54,8 +54,8 @@ class Refitted:
     ``cost``: with the noise of the fit before, infinite where the fit was led astray. ``surprise`` at its value, where nature hardly
     produces it. ``others`` and ``scores``: the tests of all other effects beside it, with the noise of the fit ``like``; ``left``:
     chi-squared of what those scores say is left, of ``columns`` degrees of freedom. ``evidence`` is what the data say against it among
-    others, ``criterion`` that with the surprise, both in the ``unit`` in which misfits were compared; ``rivals``: refits of the effects that
-    it cannot be told from; ``group``: its own key and those of the likeliest of them.
+    others, ``criterion`` that with the surprise, both in the ``unit`` in which misfits were compared; ``rivals``: refits of the effects
+    that it cannot be told from; ``group``: its own key and those of the likeliest of them.
     """
 
     test: ScoreTest
