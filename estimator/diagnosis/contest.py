@@ -13,6 +13,8 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize
 from scipy.spatial import QhullError
 from scipy.stats import chi2
 
@@ -31,6 +33,7 @@ from estimator.fitting.campaign_covariance import CampaignCovariance, campaign_c
 from estimator.fitting.following import following
 from estimator.motion.flight import N_PARAMETERS
 
+Array = NDArray[np.float64]
 MARGIN = 10.0
 """Of the criterion, by which an unknown must be better: very strong evidence [Kass and Raftery 1995]."""
 WORTH_A_FIT = 0.5
@@ -38,6 +41,8 @@ WORTH_A_FIT = 0.5
 FALLEN = 0.25
 """Share of the cost before to which a refitted family has to lower it for its flights to be followed."""
 REFITTED = 2
+LEAST_SPREAD, NEARLY_SINGULAR = 1e-9, 1e-12
+"""Variances over those of errors: the least spread that is looked for, and what is added to errors that are one."""
 UNFLYABLE = (ValueError, np.linalg.LinAlgError, QhullError)
 """What fits and tables raise of flights that lead out of the picture."""
 
@@ -120,8 +125,8 @@ def schwarz_penalty(campaign: Campaign, fit: CampaignFit) -> float:
     """Penalty of the free parameters of a fit.
 
     ``ln n`` for each that all sequences share [Schwarz 1978]. Of an effect that every sequence has for itself, one such for the spread of
-    its values and, for each value, what that spread is worth: ``ln z²`` with the mean square of values over their errors [George and
-    Foster 2000]; the logarithm of the sequence's own measurements at most.
+    its values and what that spread is worth (:func:`spread_worth`) [George and Foster 2000]; the logarithm of the sequence's own
+    measurements for every value at most.
     """
     covariance = None
     total = 0.0
@@ -138,12 +143,38 @@ def schwarz_penalty(campaign: Campaign, fit: CampaignFit) -> float:
 
 def _spread_penalty(campaign: Campaign, fit: CampaignFit, covariance: CampaignCovariance, part: slice) -> float:
     """Penalty of the values of one effect, counted by their spread."""
-    values = np.stack([theta[part] for theta in fit.state.theta])
     columns = N_PARAMETERS + np.arange(part.start, part.stop)
-    variance = np.stack([np.diag(covariance.of(s, columns)) for s in range(len(values))])
-    seen = variance > 0.0
-    z2 = np.sum(np.where(seen, values**2 / np.where(seen, variance, 1.0), 0.0), axis=0) / np.maximum(seen.sum(axis=0), 1)
-    return float(np.log(campaign.kind.independent(campaign)) + len(values) * np.sum(np.log(np.maximum(z2, 1.0))))
+    values = [theta[part] for theta in fit.state.theta]
+    return float(
+        np.log(campaign.kind.independent(campaign)) + spread_worth(values, [covariance.of(s, columns) for s in range(len(values))])
+    )
+
+
+def spread_worth(values: Sequence[Array], covariances: Sequence[Array]) -> float:
+    """What the spread of ``values`` [sequence] (q,) of ``covariances`` (q, q) is worth: ``sum_s ln det(1 + C_s⁻¹ T)``.
+
+    ``T``, diagonal, is the variance of the values themselves for which those are likeliest. Of values that are uncorrelated it is ``ln z²``
+    for each, z² their mean square over that of their errors, or nothing where that is below 1. Of coefficients that only together are well
+    known, each for itself might be nothing; their spread is that of what is known.
+    """
+    known = [np.flatnonzero(np.diag(C) > 0.0) for C in covariances]  # those that are searched for have no error
+    size = np.sqrt([np.mean([C[j, j] for C, k in zip(covariances, known, strict=True) if j in k] or [1.0]) for j in range(len(values[0]))])
+    z = [(a / size)[k] for a, k in zip(values, known, strict=True)]
+    R = [(C / np.outer(size, size))[np.ix_(k, k)] + NEARLY_SINGULAR * np.eye(len(k)) for C, k in zip(covariances, known, strict=True)]
+
+    def unlikely(log_T: Array) -> tuple[float, Array]:
+        """Minus twice the logarithm of the values' likelihood, and its gradient."""
+        total, slope, T = 0.0, np.zeros(len(log_T)), np.exp(log_T)
+        for each, errors, k in zip(z, R, known, strict=True):
+            V = np.linalg.inv(np.diag(T[k]) + errors)
+            total += float(each @ V @ each) - float(np.linalg.slogdet(V)[1])
+            slope[k] += T[k] * (np.diag(V) - (V @ each) ** 2)
+        return total, slope
+
+    start = np.log(np.maximum(np.mean([np.bincount(k, e**2, len(size)) for e, k in zip(z, known, strict=True)], axis=0), LEAST_SPREAD))
+    T = np.exp(minimize(unlikely, start, jac=True, method="L-BFGS-B", bounds=[(np.log(LEAST_SPREAD), None)] * len(size)).x)
+    grown = (np.linalg.slogdet(np.diag(T[k]) + errors)[1] - np.linalg.slogdet(errors)[1] for errors, k in zip(R, known, strict=True))
+    return float(sum(grown))
 
 
 def _most_penalty(campaign: Campaign, effect: EffectModel | type[EffectModel]) -> float:

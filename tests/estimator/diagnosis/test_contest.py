@@ -7,7 +7,7 @@ import pytest
 
 from estimator.diagnosis import contest, refitting
 from estimator.diagnosis.adding import with_effect
-from estimator.diagnosis.contest import better_unknown, schwarz_penalty
+from estimator.diagnosis.contest import better_unknown, schwarz_penalty, spread_worth
 from estimator.diagnosis.refits import Refitted
 from estimator.diagnosis.score_tests import ScoreTest
 from estimator.effects.registry import MODELS
@@ -36,6 +36,28 @@ def test_values_of_sequences_cost_by_their_spread_and_never_more_than_for_themse
     assert none == pytest.approx(one_number())
     assert none < some < much
     assert much == pytest.approx(6 * (one_number() - np.log(2)))
+
+
+def test_values_that_do_not_depend_on_one_another_are_worth_the_logarithms_of_their_squares() -> None:
+    C = np.diag([1.0, 4.0, 9.0])
+    values = [np.array([10.0, -0.5, 20.0]), np.array([-20.0, 0.3, 9.0]), np.array([5.0, 0.1, -12.0])]
+    z2 = np.mean([v**2 / np.diag(C) for v in values], axis=0)
+    assert spread_worth(values, [C] * 3) == pytest.approx(3 * np.sum(np.log(np.maximum(z2, 1.0))), rel=1e-4)
+
+
+def test_values_that_are_known_together_alone_are_worth_what_is_known() -> None:
+    """Each of two is within its own error; their difference, known ten thousand times as well, is not."""
+    C = np.array([[1.0, 1.0 - 5e-5], [1.0 - 5e-5, 1.0]])
+    values = [np.array([0.5 + d, 0.5]) for d in (0.2, -0.1, 0.3)]
+    alone = 3 * np.log(np.mean([0.2**2, 0.1**2, 0.3**2]) / 1e-4)
+    assert spread_worth(values, [C] * 3) > 0.5 * alone
+    assert spread_worth([np.zeros(2)] * 3, [C] * 3) == pytest.approx(0.0, abs=1e-3)
+
+
+def test_what_is_searched_for_is_worth_nothing() -> None:
+    C = np.diag([1.0, 0.0])
+    assert spread_worth([np.array([9.0, 40.0])] * 2, [C] * 2) == pytest.approx(2 * np.log(81.0), rel=1e-4)
+    assert spread_worth([np.array([9.0, 40.0])] * 2, [C, np.zeros((2, 2))]) == pytest.approx(np.log(81.0), rel=1e-4)
 
 
 def trial(key: str) -> Refitted:
