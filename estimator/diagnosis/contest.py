@@ -21,12 +21,13 @@ from scipy.stats import chi2
 from datasets.vocabulary.effects import Scope
 from estimator.diagnosis.extending import fit_extended
 from estimator.diagnosis.looks import Looks
-from estimator.diagnosis.ranking import by_remainder, misfit_unit
+from estimator.diagnosis.ranking import BEYOND, by_remainder, misfit_unit
 from estimator.diagnosis.score_tests import ScoreTest
 from estimator.diagnosis.unknown import ALPHA, Unknown
 from estimator.effects.empirical import EMPIRICAL, ForceField
 from estimator.effects.link import EffectModel
 from estimator.effects.model import Model
+from estimator.effects.parameter_values import surprise
 from estimator.effects.plane_field import PlaneField, plane_field_like
 from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState, fit_campaign
 from estimator.fitting.campaign_covariance import CampaignCovariance, campaign_covariance
@@ -99,7 +100,10 @@ def better_unknown(
 
 @dataclass(frozen=True)
 class _Judged:
-    """What the scores of all others say that a fit has ``left``, in how many ``columns``, and the ``penalty`` of its parameters."""
+    """What the scores of all others say that a fit has ``left``, in how many ``columns``, and the ``penalty`` of its parameters.
+
+    That holds what is surprising in their values, too.
+    """
 
     left: float
     columns: int
@@ -118,7 +122,24 @@ class _Judged:
 def _judged(campaign: Campaign, fit: CampaignFit, looks: Looks) -> _Judged:
     (_, scores), _ = looks.at(campaign, fit).lasting
     left = by_remainder(scores, penalty=0.0)
-    return _Judged(left.nothing, left.columns, schwarz_penalty(campaign, fit))
+    return _Judged(left.nothing, left.columns, schwarz_penalty(campaign, fit) + surprise_in(campaign, fit))
+
+
+def surprise_in(campaign: Campaign, fit: CampaignFit) -> float:
+    """Surprise at all values of the effects that are free: each sequence's own are draws of their own, and their surprises add up.
+
+    An unknown in many sequences makes effects of nature take values that nature does not give them.
+    """
+    covariance, total = None, 0.0
+    for effect, part in zip(fit.model.effects, fit.model.slices, strict=True):
+        if effect.held is not None or effect.random:
+            continue
+        covariance = covariance or campaign_covariance(campaign, fit)
+        for sequence in sorted(set(campaign.sharing(effect.entry.scope))):
+            variance = np.diag(covariance.of(sequence, N_PARAMETERS + np.arange(part.start, part.stop)))
+            values = zip(effect.entry.parameters, fit.state.theta[sequence][part], np.sqrt(np.maximum(variance, 0.0)), strict=True)
+            total += sum(surprise((v - BEYOND * sigma, v + BEYOND * sigma), p) for p, v, sigma in values if p.name in effect.entry.sizes)
+    return total
 
 
 def schwarz_penalty(campaign: Campaign, fit: CampaignFit) -> float:
