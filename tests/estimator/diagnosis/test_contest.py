@@ -7,9 +7,10 @@ import pytest
 
 from estimator.diagnosis import contest, refitting
 from estimator.diagnosis.adding import with_effect
-from estimator.diagnosis.contest import better_unknown, schwarz_penalty, spread_worth
+from estimator.diagnosis.contest import better_unknown, schwarz_penalty, spread_worth, surprise_in
 from estimator.diagnosis.refits import Refitted
 from estimator.diagnosis.score_tests import ScoreTest
+from estimator.effects.parameter_values import IMPOSSIBLE
 from estimator.effects.registry import MODELS
 from estimator.fitting.campaign import CampaignState
 from tests.estimator.small_campaign import fitted, registered
@@ -36,6 +37,21 @@ def test_values_of_sequences_cost_by_their_spread_and_never_more_than_for_themse
     assert none == pytest.approx(one_number())
     assert none < some < much
     assert much == pytest.approx(6 * (one_number() - np.log(2)))
+
+
+def test_surprises_of_every_sequence_add_up_and_those_of_shared_values_count_once() -> None:
+    campaign = registered().campaign
+
+    def at(key: str, size: float) -> float:
+        fit = with_effect(campaign, fitted(), MODELS[key])
+        part = fit.model.slices[-1]
+        thetas = tuple(np.where(np.arange(len(t)) == part.start, size, t) for t in fit.state.theta)
+        return surprise_in(campaign, replace(fit, state=CampaignState(fit.state.flights, thetas)))
+
+    assert at("uniform_acceleration", 1.0) == pytest.approx(0.0, abs=1e-9)
+    far = 1e4  # two thousand times what is plausible; the error bar tells nothing there
+    assert at("uniform_acceleration", far) == pytest.approx(2 * 2.0 * np.log(0.5 + 0.5 * (far / 5.0) ** 2), rel=0.01)
+    assert at("linear_drag", -far) == pytest.approx(IMPOSSIBLE)
 
 
 def test_values_that_do_not_depend_on_one_another_are_worth_the_logarithms_of_their_squares() -> None:
