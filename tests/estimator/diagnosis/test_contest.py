@@ -45,7 +45,7 @@ def test_surprises_of_every_sequence_add_up_and_those_of_shared_values_count_onc
     def at(key: str, size: float) -> float:
         fit = with_effect(campaign, fitted(), MODELS[key])
         part = fit.model.slices[-1]
-        thetas = tuple(np.where(np.arange(len(t)) == part.start, size, t) for t in fit.state.theta)
+        thetas = tuple(np.concatenate([t[: part.start], [size], np.zeros(part.stop - part.start - 1)]) for t in fit.state.theta)
         return surprise_in(campaign, replace(fit, state=CampaignState(fit.state.flights, thetas)))
 
     assert at("uniform_acceleration", 1.0) == pytest.approx(0.0, abs=1e-9)
