@@ -3,9 +3,9 @@
 Effects that are free in every sequence, or several together, can imitate something that the catalogue lacks: a thrust that turns with the
 body looks like another draught in every sequence. Empirical families (:mod:`estimator.effects.empirical`) therefore compete with the
 last model for what each step of it had still to explain. All are refitted and compared by Schwarz's criterion [1978]: what the scores of
-all effects and families say is left, less what chance leaves, plus a penalty per parameter (:func:`schwarz_penalty`). Where none leaves
-what chance may, what they leave is counted in units of the least (:func:`estimator.diagnosis.ranking.misfit_unit`). A family has to win by
-a margin, since it says less than an effect.
+all effects and families say is left, less what chance leaves, plus a penalty per parameter (:func:`schwarz_penalty`) and
+the surprise at values that nature hardly produces. Where none leaves what chance may, what they leave is counted in units of the least
+(:func:`estimator.diagnosis.ranking.misfit_unit`). A family has to win by a margin, since it says less than an effect.
 """
 
 from collections.abc import Iterator, Sequence
