@@ -24,7 +24,7 @@ from estimator.diagnosis.looks import Looks
 from estimator.diagnosis.ranking import BEYOND, by_remainder, misfit_unit
 from estimator.diagnosis.score_tests import ScoreTest
 from estimator.diagnosis.unknown import ALPHA, Unknown
-from estimator.effects.empirical import EMPIRICAL, ForceField
+from estimator.effects.empirical import ForceField
 from estimator.effects.link import EffectModel
 from estimator.effects.model import Model
 from estimator.effects.parameter_values import surprise
@@ -77,13 +77,11 @@ def better_unknown(
     for known in before:
         fit = known
         penalty = schwarz_penalty(campaign, fit)
-        if penalty + min(_least_penalty(campaign, family) for family in EMPIRICAL.values()) + chance >= beaten:
-            continue  # the least of them would not win if it left no more than chance does
         if again:
             fit = fit_campaign(campaign, known.state, known.model)
-        for test, tests, p in _likely(campaign, fit, looks):
-            if p > ALPHA or penalty + _least_penalty(campaign, test.effect) + chance >= beaten:
-                continue
+        for test, tests, p, promised in _likely(campaign, fit, looks):
+            if p > ALPHA or penalty + _least_penalty(campaign, test.effect) + min(chance, promised) >= beaten:
+                continue  # it would not win if it left what chance does, nor if it left what a linear look says
             found += [
                 (judged, Simpler(where, fit, Unknown(test, p, tests), judged.by_chance))
                 for where, judged in _of_family(campaign, fit, test, looks)
@@ -251,10 +249,16 @@ def criterion_of(campaign: Campaign, fit: CampaignFit, looks: Looks) -> float:
     return _judged(campaign, fit, looks).criterion(1.0)
 
 
-def _likely(campaign: Campaign, fit: CampaignFit, looks: Looks) -> list[tuple[ScoreTest, tuple[ScoreTest, ...], float]]:
-    """The families that explain most of a misfit in a linear look, all families' tests, and the corrected p-value."""
+def _likely(campaign: Campaign, fit: CampaignFit, looks: Looks) -> list[tuple[ScoreTest, tuple[ScoreTest, ...], float, float]]:
+    """The families that explain most of a misfit in a linear look.
+
+    Each with all families' tests, its corrected p-value, and what it would leave less its degrees of freedom.
+    """
     (tests, scores), known = looks.at(campaign, fit).lasting
     ranking, wide = by_remainder(scores, penalty=0.0), tuple(tests[known:])
     worth = [h for h in ranking.hypotheses if h.effect >= known and h.remainder < WORTH_A_FIT * ranking.nothing + ranking.columns]
     worth.sort(key=lambda h: h.criterion + _most_penalty(campaign, tests[h.effect].effect))
-    return [(tests[h.effect], wide, min(1.0, tests[h.effect].p * len(wide))) for h in worth[:REFITTED]]
+    return [
+        (tests[h.effect], wide, min(1.0, tests[h.effect].p * len(wide)), h.remainder - (ranking.columns - h.parameters))
+        for h in worth[:REFITTED]
+    ]

@@ -8,8 +8,10 @@ import pytest
 from estimator.diagnosis import contest, refitting
 from estimator.diagnosis.adding import with_effect
 from estimator.diagnosis.contest import better_unknown, schwarz_penalty, spread_worth, surprise_in
+from estimator.diagnosis.looks import Looks
 from estimator.diagnosis.refits import Refitted
 from estimator.diagnosis.score_tests import ScoreTest
+from estimator.effects.empirical import EMPIRICAL
 from estimator.effects.parameter_values import IMPOSSIBLE
 from estimator.effects.registry import MODELS
 from estimator.fitting.campaign import CampaignState
@@ -102,10 +104,10 @@ def test_an_unknown_wins_by_what_it_leaves_in_units_of_what_the_best_leaves(
 ) -> None:
     """Forty for twenty of penalty is strong evidence where the best leaves what chance does, and none where all leave eight times that."""
     campaign, last = registered().campaign, with_effect(registered().campaign, fitted(), MODELS["gravity"])
-    test = replace(trial("gravity").test, effect=contest.EMPIRICAL["smooth_force"])
+    test = replace(trial("gravity").test, effect=EMPIRICAL["smooth_force"])
     own, family = (contest._Judged(each, 50, penalty) for each, penalty in zip(left, (30.0, 50.0), strict=True))
     monkeypatch.setattr(contest, "_judged", lambda _campaign, _fit, _catalogue: own)
-    monkeypatch.setattr(contest, "_likely", lambda _campaign, _fit, _catalogue: [(test, (), 1e-6)])
+    monkeypatch.setattr(contest, "_likely", lambda _campaign, _fit, _catalogue: [(test, (), 1e-6, np.inf)])
     monkeypatch.setattr(contest, "_of_family", lambda _campaign, _fit, _test, _catalogue: iter([(campaign, family)]))
     assert (better_unknown(campaign, [fitted()], last, MODELS) is not None) == better
 
@@ -116,7 +118,7 @@ def test_a_family_that_falls_deep_is_judged_where_its_own_flights_were_followed(
 ) -> None:
     """Not one that explains little, or that leaves no more than chance does."""
     campaign, fit = registered().campaign, fitted()
-    test = replace(trial("gravity").test, effect=contest.EMPIRICAL["zoom_in_time"])
+    test = replace(trial("gravity").test, effect=EMPIRICAL["zoom_in_time"])
     there = replace(fit, cost=fallen * fit.cost)
     elsewhere = replace(campaign)
     monkeypatch.setattr(contest, "fit_extended", lambda *_: there)
@@ -129,11 +131,26 @@ def test_a_family_that_falls_deep_is_judged_where_its_own_flights_were_followed(
 def test_an_unknown_that_was_judged_elsewhere_is_told_there(monkeypatch: pytest.MonkeyPatch) -> None:
     campaign, last = registered().campaign, with_effect(registered().campaign, fitted(), MODELS["gravity"])
     elsewhere = replace(campaign)
-    test = replace(trial("gravity").test, effect=contest.EMPIRICAL["zoom_in_time"])
+    test = replace(trial("gravity").test, effect=EMPIRICAL["zoom_in_time"])
     monkeypatch.setattr(contest, "_judged", lambda *_: contest._Judged(400.0, 50, 30.0))
-    monkeypatch.setattr(contest, "_likely", lambda *_: [(test, (), 1e-6)])
+    monkeypatch.setattr(contest, "_likely", lambda *_: [(test, (), 1e-6, np.inf)])
     monkeypatch.setattr(contest, "_of_family", lambda *_: iter([(elsewhere, contest._Judged(40.0, 50, 40.0))]))
     monkeypatch.setattr(contest, "fit_campaign", lambda where, *_: replace(fitted(), cost=7.0 if where is elsewhere else 0.0))
     found = better_unknown(campaign, [fitted()], last, MODELS)
     assert found is not None
     assert (found.campaign is elsewhere, found.fit.cost, found.explains) == (True, 7.0, True)
+
+
+@pytest.mark.parametrize(("promised", "refitted"), [(-200.0, True), (np.inf, False)])
+def test_a_family_is_refitted_where_a_look_promises_what_chance_would_not(
+    promised: float, refitted: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With fewer numbers than the last model it may leave more degrees of freedom, and so less than that one does."""
+    campaign, last = registered().campaign, with_effect(registered().campaign, fitted(), MODELS["gravity"])
+    test = replace(trial("gravity").test, effect=EMPIRICAL["body_thrust"])
+    asked = []
+    monkeypatch.setattr(contest, "_judged", lambda *_: contest._Judged(110.0, 111, 10.0))
+    monkeypatch.setattr(contest, "_likely", lambda *_: [(test, (), 1e-6, promised)])
+    monkeypatch.setattr(contest, "_of_family", lambda *_: asked.append(1) or iter(()))
+    better_unknown(campaign, [fitted()], last, Looks(MODELS))
+    assert bool(asked) is refitted
