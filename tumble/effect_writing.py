@@ -165,7 +165,7 @@ def _family(found: dict[str, Any]) -> dict[str, Any]:
         "words": found["sentences"][0],
         "base": type(effect).__name__,
         "link": link,
-        "length_s": adapted["length_s"] if "length_s" in adapted else None,
+        "length_s": adapted.get("length_s"),
         "middle_m": ", ".join(_number(x) for x in adapted["middle_m"]) if "middle_m" in adapted else None,
     }
 

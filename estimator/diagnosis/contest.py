@@ -120,19 +120,19 @@ class _Judged:
 def _judged(campaign: Campaign, fit: CampaignFit, looks: Looks) -> _Judged:
     (_, scores), _ = looks.at(campaign, fit).lasting
     left = by_remainder(scores, penalty=0.0)
-    return _Judged(left.nothing, left.columns, schwarz_penalty(campaign, fit) + surprise_in(campaign, fit))
+    covariance = campaign_covariance(campaign, fit)
+    return _Judged(left.nothing, left.columns, schwarz_penalty(campaign, fit, covariance) + surprise_in(campaign, fit, covariance))
 
 
-def surprise_in(campaign: Campaign, fit: CampaignFit) -> float:
+def surprise_in(campaign: Campaign, fit: CampaignFit, covariance: CampaignCovariance) -> float:
     """Surprise at all values of the effects that are free: each sequence's own are draws of their own, and their surprises add up.
 
     An unknown in many sequences makes effects of nature take values that nature does not give them.
     """
-    covariance, total = None, 0.0
+    total = 0.0
     for effect, part in zip(fit.model.effects, fit.model.slices, strict=True):
         if effect.held is not None or effect.random:
             continue
-        covariance = covariance or campaign_covariance(campaign, fit)
         for sequence in sorted(set(campaign.sharing(effect.entry.scope))):
             variance = np.diag(covariance.of(sequence, N_PARAMETERS + np.arange(part.start, part.stop)))
             values = zip(effect.entry.parameters, fit.state.theta[sequence][part], np.sqrt(np.maximum(variance, 0.0)), strict=True)
@@ -140,14 +140,13 @@ def surprise_in(campaign: Campaign, fit: CampaignFit) -> float:
     return total
 
 
-def schwarz_penalty(campaign: Campaign, fit: CampaignFit) -> float:
-    """Penalty of the free parameters of a fit.
+def schwarz_penalty(campaign: Campaign, fit: CampaignFit, covariance: CampaignCovariance | None = None) -> float:
+    """Penalty of the free parameters of a fit, whose ``covariance`` is made where it is needed and not given.
 
     ``ln n`` for each that all sequences share [Schwarz 1978]. Of an effect that every sequence has for itself, one such for the spread of
     its values and what that spread is worth (:func:`spread_worth`) [George and Foster 2000]; the logarithm of the sequence's own
     measurements for every value at most.
     """
-    covariance = None
     total = 0.0
     for effect, part in zip(fit.model.effects, fit.model.slices, strict=True):
         if effect.held is not None:

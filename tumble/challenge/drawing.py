@@ -89,6 +89,8 @@ class Sizes:
     outside: tuple[float, float] = (1.0, 10.0)
 
 
+DRAWS = 50
+"""Drawn at most until one is worth a look."""
 RENDERED = (Counts(singles=20, controls=4, pairs=0, outside=0), Sizes(single=(1.0, 10.0)))
 """Counts and sizes where pictures are rendered, which costs more: fewer cases, all of them above the limit."""
 
@@ -128,6 +130,19 @@ def draw_cases(plan: Plan, seed: int) -> tuple[Case, ...]:
         draw_case(plan, chosen[which], f"c{number + 1:0{width}d}", np.random.default_rng([seed, 1, number]))
         for number, which in enumerate(order)
     )
+
+
+def worth_a_look(plan: Plan, seed: int) -> Case:
+    """The first case drawn from ``seed`` whose effect is of a size that nature gives it and that the data show; the last if none is.
+
+    What nature cannot make as large as it was drawn is drawn smaller, perhaps below its limit.
+    """
+    seeds = (seed, *(int(each) for each in np.random.SeedSequence(seed).generate_state(DRAWS)))
+    for each in seeds:
+        (case,) = draw_cases(plan, each)
+        if all(is_plausible(effect) for effect in case.recipe.effects) and min(case.ratios.values()) >= 1.0:
+            break
+    return case
 
 
 def pairs_of(keys: Sequence[str]) -> list[tuple[str, ...]]:

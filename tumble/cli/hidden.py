@@ -3,14 +3,13 @@
 import shutil
 from pathlib import Path
 
-import numpy as np
 from rich.console import Console
 
 from datasets.errors import InputError
 from datasets.recipes.recipe import EffectRecipe
 from datasets.vocabulary.effects import EFFECTS
 from tumble.challenge.cases import CAMPAIGNS, TRUTH, Case, campaign_folder
-from tumble.challenge.drawing import Counts, Plan, Shape, Sizes, draw_cases, is_plausible
+from tumble.challenge.drawing import Counts, Plan, Shape, Sizes, worth_a_look
 from tumble.challenge.limits import LimitTable
 from tumble.challenge.making import make_item, payload_of
 from tumble.cli import main as command_line
@@ -24,7 +23,6 @@ LOOKED_FOR = (
 )
 SIZES = (2.0, 10.0)
 """Range of the effect's size over its 95% detection limit: large enough to be worth a look."""
-DRAWS = 50
 
 
 def show_hidden(shape: Shape, seed: int, table: LimitTable, out: Path) -> int:
@@ -50,19 +48,6 @@ def show_hidden(shape: Shape, seed: int, table: LimitTable, out: Path) -> int:
     _say_truth(case)
     print(f"report: {out / 'explain' / 'report.html'}\nnext: tumble explain OBSERVATIONS, on recordings of your own")
     return max(codes, default=0)
-
-
-def worth_a_look(plan: Plan, seed: int) -> Case:
-    """The first case drawn from ``seed`` whose effect is of a size that nature gives it and that the data show; the last if none is.
-
-    What nature cannot make as large as it was drawn is drawn smaller, perhaps below its limit.
-    """
-    seeds = (seed, *(int(each) for each in np.random.SeedSequence(seed).generate_state(DRAWS)))
-    for each in seeds:
-        (case,) = draw_cases(plan, each)
-        if all(is_plausible(effect) for effect in case.recipe.effects) and min(case.ratios.values()) >= 1.0:
-            break
-    return case
 
 
 def _empty(out: Path) -> None:

@@ -15,6 +15,7 @@ from estimator.effects.empirical import EMPIRICAL
 from estimator.effects.parameter_values import IMPOSSIBLE
 from estimator.effects.registry import MODELS
 from estimator.fitting.campaign import CampaignState
+from estimator.fitting.campaign_covariance import campaign_covariance
 from tests.estimator.small_campaign import fitted, registered
 
 
@@ -48,7 +49,8 @@ def test_surprises_of_every_sequence_add_up_and_those_of_shared_values_count_onc
         fit = with_effect(campaign, fitted(), MODELS[key])
         part = fit.model.slices[-1]
         thetas = tuple(np.concatenate([t[: part.start], [size], np.zeros(part.stop - part.start - 1)]) for t in fit.state.theta)
-        return surprise_in(campaign, replace(fit, state=CampaignState(fit.state.flights, thetas)))
+        there = replace(fit, state=CampaignState(fit.state.flights, thetas))
+        return surprise_in(campaign, there, campaign_covariance(campaign, there))
 
     assert at("uniform_acceleration", 1.0) == pytest.approx(0.0, abs=1e-9)
     far = 1e4  # two thousand times what is plausible; the error bar tells nothing there

@@ -12,9 +12,20 @@ from datasets.recipes.synth_only import SYNTH_ONLY
 from datasets.vocabulary.effects import EFFECTS, Scope, Stage
 from synth.effects.registry import REALISATIONS
 from tumble.challenge.cases import Case, case_from_dict, case_to_dict
-from tumble.challenge.drawing import MOST_DROPPED, RENDERED, Counts, Plan, Shape, Sizes, can_reach_limit, draw_cases, is_plausible, pairs_of
+from tumble.challenge.drawing import (
+    MOST_DROPPED,
+    RENDERED,
+    Counts,
+    Plan,
+    Shape,
+    Sizes,
+    can_reach_limit,
+    draw_cases,
+    is_plausible,
+    pairs_of,
+    worth_a_look,
+)
 from tumble.challenge.limits import TABLE, limit_along, read_table
-from tumble.cli.hidden import worth_a_look
 
 TABLE_READ = read_table(TABLE)
 REACHING = tuple(key for key in EFFECTS if can_reach_limit(TABLE_READ, key))
