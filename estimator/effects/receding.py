@@ -16,9 +16,12 @@ def moved_outline(delta_px: Array, places: Places) -> Array:
 
 
 def tabled(table: Array, at_px: Array, knots_px: Array) -> Array:
-    """What a ``table`` (n, k, 2, D) at ``knots_px`` (D,) tells of depths or blurs (n, k, 2), linear between knots and constant beyond."""
+    """What a ``table`` (n, k, 2, D) at ``knots_px`` (D,) tells of depths or blurs (n, k, 2), linear between knots and constant beyond.
+
+    Nothing is told (NaN) of what is no number, as of places that a flight led astray never reached.
+    """
     last = len(knots_px) - 1
     place = np.interp(at_px, knots_px, np.arange(last + 1.0))
-    low = np.minimum(place.astype(np.int64), last - 1)
+    low = np.minimum(np.nan_to_num(place).astype(np.int64), last - 1)
     near, far = (np.take_along_axis(table, each[..., None], axis=-1)[..., 0] for each in (low, low + 1))
     return np.asarray(near + (place - low) * (far - near))

@@ -35,7 +35,7 @@ class RollingShutter(EffectModel):
         row = seen[..., 1] - (places.camera.height_px - 1) / 2 - places.rows_px[:, None]
         still = seen - theta[0] * row[..., None] * places.outline_velocity_px
         number = len(places.outward)
-        towards = np.rint(np.arctan2(normal[..., 1], normal[..., 0]) / (2.0 * np.pi) * number).astype(np.int64)
+        towards = np.rint(np.nan_to_num(np.arctan2(normal[..., 1], normal[..., 0])) / (2.0 * np.pi) * number).astype(np.int64)
         beside = int(np.ceil(TURNED / (2.0 * np.pi) * number))
         return np.asarray(_reach(seen, normal, towards, beside) - _reach(still, normal, towards, beside))
 

@@ -329,3 +329,18 @@ LAWS: dict[str, Callable[[str], None]] = {
 @pytest.mark.parametrize("key", EFFECTS)
 def test_the_reduced_model_keeps_its_law(key: str) -> None:
     LAWS[key](key)
+
+
+@pytest.mark.parametrize("key", EFFECTS)
+def test_a_flight_led_astray_tells_nothing_of_that_moment_and_spoils_no_other(key: str) -> None:
+    """What a trial step throws out of the world has places that are no numbers; the look at it must come back to refuse it."""
+    at, theta = places(), np.full(len(MODELS[key].entry.parameters), 0.3)
+    nowhere = {
+        name: np.concatenate([values[:-1], np.full_like(values[-1:], np.nan)])
+        for name, values in vars(at).items()
+        if isinstance(values, np.ndarray) and len(values) == len(at.depth_m) and values.dtype == np.float64
+    }
+    with np.errstate(invalid="ignore"):  # as looks have it
+        sane, astray = (Model((MODELS[key],)).shift(theta, each, SETTING) for each in (at, replace(at, **nowhere)))
+    np.testing.assert_array_equal(astray[:-1], sane[:-1])
+    assert np.isnan(astray[-1]).any() or not sane.any() or key == "outline_offset"
