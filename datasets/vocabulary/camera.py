@@ -53,9 +53,7 @@ class Intrinsics:
     def normalise(self, points_px: Float[NDArray[np.float64], "n 2"]) -> Float[NDArray[np.float64], "n 2"]:
         """Ideal normalised image coordinates of pixels (px), distortion removed (OpenCV's iteration)."""
         if not any(self.distortion):
-            return np.column_stack(
-                [(points_px[:, 0] - self.cx_px) / self.fx_px, (points_px[:, 1] - self.cy_px) / self.fy_px]
-            )
+            return np.column_stack([(points_px[:, 0] - self.cx_px) / self.fx_px, (points_px[:, 1] - self.cy_px) / self.fy_px])
         criteria = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 50, 1e-12)
         distorted = np.ascontiguousarray(points_px, dtype=np.float64)[:, None, :]
         xy = cv2.undistortPoints(distorted, self.K, np.array(self.distortion), criteria=criteria)

@@ -112,8 +112,16 @@ class SequenceEquations:
 
 def sequence_equations(campaign: Campaign, number: int, state: CampaignState, model: Model) -> SequenceEquations:
     """Linearise sequence ``number``."""
+    return _equations(campaign, number, _residuals(campaign, number, state, model), state, model)
+
+
+def _residuals(campaign: Campaign, number: int, state: CampaignState, model: Model) -> Any:
+    return campaign.kind.residuals(campaign, number, state.flights[number], model, state.theta[number])
+
+
+def _equations(campaign: Campaign, number: int, residuals: Any, state: CampaignState, model: Model) -> SequenceEquations:
     theta = state.theta[number]
-    linear = campaign.kind.equations(campaign, number, state.flights[number], model, theta)
+    linear = campaign.kind.equations(campaign, number, residuals, model, theta)
     return replace(linear, frames=_with_own_prior(linear.frames, model, theta))
 
 
@@ -232,7 +240,7 @@ def fit_campaign(
     layout = layout_of(campaign, model)
     state = _agreed(start, layout)
     equations = _linearised(campaign, state, model)
-    cost = _cost(campaign, layout, model, (state, equations))
+    cost = _cost(campaign, (layout, model), state, [each.errors for each in equations])
     if not np.isfinite(cost):
         raise RanAway("nothing is seen of the flights that a fit starts from")
     settled, least, mark, in_vain, falls = False, (cost, state, equations), cost, 0, False
@@ -263,21 +271,39 @@ _Costed = tuple[float, CampaignState, tuple[SequenceEquations, ...]]
 def _lowered(
     campaign: Campaign, kind: tuple[Layout, Model], at: _Costed, solution: ArrowSolution, dampings: Sequence[float]
 ) -> tuple[_Costed, bool] | None:
-    """The first of ever shorter steps, then of ever more damped ones, that does not raise the cost, and whether it is damped."""
+    """The first of ever shorter steps, then of ever more damped ones, that does not raise the cost, and whether it is damped.
+
+    Only what lowers the cost is linearised, and what raises it is not looked at to its end.
+    """
     (layout, model), (cost, state, equations) = kind, at
+    most = cost * (1.0 + STILL_SHARE)
     prior = shared_prior(campaign, layout, model, state)
     shares = accumulate(repeat(SHORTER, HALVINGS - 1), mul, initial=1.0)
     shorter = ((stepped(state, layout, solution, share), False) for share in shares)
     damped = ((stepped(state, layout, solve_arrow(equations, layout, prior, damping=d)), True) for d in dampings)
     for trial, is_damped in chain(shorter, damped):
         try:
-            new = _linearised(campaign, trial, model)
+            residuals = _no_dearer(campaign, trial, model, most)
         except RanAway:
             continue
-        new_cost = _cost(campaign, layout, model, (trial, new))
-        if new_cost <= cost * (1.0 + STILL_SHARE):
+        if residuals is None:
+            continue
+        new_cost = _cost(campaign, kind, trial, residuals)
+        if new_cost <= most:
+            new = tuple(_equations(campaign, i, each, trial, model) for i, each in enumerate(residuals))
             return (new_cost, trial, new), is_damped
     return None
+
+
+def _no_dearer(campaign: Campaign, state: CampaignState, model: Model, most: float) -> list[Any] | None:
+    """The residuals of all sequences; ``None`` where those of the first of them alone cost more than ``most``."""
+    found, cost = [], 0.0
+    for number, sequence in enumerate(campaign.sequences):
+        found.append(_residuals(campaign, number, state, model))
+        cost += campaign.kind.cost(sequence, found[-1])
+        if cost > most:
+            return None
+    return found
 
 
 def _linearised(campaign: Campaign, state: CampaignState, model: Model) -> tuple[SequenceEquations, ...]:
@@ -307,21 +333,18 @@ def cost_like(campaign: Campaign, fit: CampaignFit, reference: CampaignFit) -> f
 
     A magnification changes the noise that calibrated views bring into a picture; each fit's own cost tells nothing of that.
     """
-    return _cost(campaign, fit.layout, fit.model, (fit.state, fit.equations), reference.equations)
+    residuals, like = ([each.errors for each in of.equations] for of in (fit, reference))
+    return _cost(campaign, (fit.layout, fit.model), fit.state, residuals, like)
 
 
 def _cost(
-    campaign: Campaign,
-    layout: Layout,
-    model: Model,
-    at: tuple[CampaignState, Sequence[SequenceEquations]],
-    like: Sequence[SequenceEquations] | None = None,
+    campaign: Campaign, kind: tuple[Layout, Model], state: CampaignState, residuals: Sequence[Any], like: Sequence[Any] | None = None
 ) -> float:
     """Half the mean Huber cost per error times the number of sightings' independent errors, plus the prior's."""
-    state, equations = at
+    layout, model = kind
     precision, values = shared_prior(campaign, layout, model, state)
-    noise: Sequence[SequenceEquations | None] = like or [None] * len(equations)
-    data = sum(campaign.kind.cost(sequence, each, by) for sequence, each, by in zip(campaign.sequences, equations, noise, strict=True))
+    noise = like or [None] * len(residuals)
+    data = sum(campaign.kind.cost(sequence, each, by) for sequence, each, by in zip(campaign.sequences, residuals, noise, strict=True))
     own = sum(float(theta @ (_own_precision(model) * theta)) for theta in state.theta)
     return float(data + 0.5 * values @ (precision * values) + 0.5 * own)
 

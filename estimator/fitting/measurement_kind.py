@@ -35,16 +35,20 @@ class MeasurementKind(Protocol):
         """Free flight with what is known of the instrument."""
         ...
 
-    def equations(self, campaign: "Campaign", number: int, flight: Flight, model: Model, theta: Array) -> "SequenceEquations":
-        """Sequence ``number`` linearised in its 21 + q parameters."""
+    def residuals(self, campaign: "Campaign", number: int, flight: Flight, model: Model, theta: Array) -> Any:
+        """What is left of sequence ``number`` under a model: ``e`` (n, ...), zero where there is none, and ``seen`` (n, ...)."""
+        ...
+
+    def equations(self, campaign: "Campaign", number: int, residuals: Any, model: Model, theta: Array) -> "SequenceEquations":
+        """Sequence ``number`` linearised in its 21 + q parameters, where it has these ``residuals``."""
         ...
 
     def precision(self, sequence: Any) -> Array:
         """Information (21,) that is there of the flight's parameters beside the measurement."""
         ...
 
-    def cost(self, sequence: Any, equations: "SequenceEquations", like: "SequenceEquations | None" = None) -> float:
-        """Robust cost on the scale of minus the logarithm of a likelihood; with the noise that the errors had in ``like``, if given."""
+    def cost(self, sequence: Any, residuals: Any, like: Any = None) -> float:
+        """Robust cost on the scale of minus the logarithm of a likelihood, not negative; with the noise that the errors had in ``like``."""
         ...
 
     def repeated_noise(

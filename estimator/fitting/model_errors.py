@@ -53,27 +53,34 @@ class SequenceTask:
 
 
 @dataclass(frozen=True)
-class ModelErrors:
-    """Residuals of a sequence.
+class ModelResiduals:
+    """Residuals of a sequence, of which a cost can be told.
 
-    ``e`` (n, k, 2) px in the high-speed camera's picture and ``J`` (n, k, 2, 21 + q) their derivatives, zero where there is none;
+    ``e`` (n, k, 2) px in the high-speed camera's picture, zero where there is none;
     ``tangency`` the kernel's own answer, ``normals`` (n, k, 2, 3) outward normals and ``viewing`` (n, 3) directions, body axes; ``shift``
-    (n, k, 2) px by which effects displace the outline.
+    (n, k, 2) px by which effects displace the outline; ``size`` (n,) of corrected silhouettes over recorded ones.
     """
 
     e: Array
-    J: Array
     tangency: TangencyErrors
     normals: Array
     viewing: Array
     shift: Array
     places: Places
     prediction: Prediction
+    size: Array
 
     @property
     def seen(self) -> NDArray[np.bool_]:
         """Where (n, k, 2) there is an error."""
         return np.repeat(self.tangency.valid[:, :, None], 2, axis=2)
+
+
+@dataclass(frozen=True)
+class ModelErrors(ModelResiduals):
+    """Residuals and their derivatives ``J`` (n, k, 2, 21 + q), zero where there is no residual."""
+
+    J: Array
 
 
 def seen_outlines(task: FitTask, flight: Flight, mesh: CastingMesh) -> list[Array]:
@@ -89,14 +96,19 @@ def cast_outlines(task: FitTask, placed: PoseSet, mesh: CastingMesh) -> list[Arr
 
 
 def model_errors(sequence: SequenceTask, flight: Flight, model: Model, theta: Array) -> ModelErrors:
-    """Residuals and derivatives at a flight and effect parameters ``theta`` (q,).
+    """Residuals and derivatives at a flight and effect parameters ``theta`` (q,)."""
+    return linearised(sequence, model_residuals(sequence, flight, model, theta), model, theta)
 
-    Errors are those of the corrected picture in pixels of the recorded one: an effect that shrinks the picture explains nothing by that.
+
+def model_residuals(sequence: SequenceTask, flight: Flight, model: Model, theta: Array) -> ModelResiduals:
+    """Residuals at a flight and effect parameters ``theta`` (q,).
+
+    They are errors of the corrected picture in pixels of the recorded one: an effect that shrinks the picture explains nothing by that.
     """
     task, setting = sequence.task, sequence.setting
     prediction = predict(flight, model, theta, setting, task.sightings.times_s, rows_px=task.sightings.rows_px)
     scale = model.scale(theta)
-    first, corrected = _corrected(sequence, model, theta)
+    first = _corrected(sequence, model, theta)
     placed = particle_poses(flight, prediction.poses, task.sightings, scale=scale)
     centre_cam = centres_cam(flight, placed)
     errors = tangency_errors(
@@ -112,30 +124,40 @@ def model_errors(sequence: SequenceTask, flight: Flight, model: Model, theta: Ar
     R_cam_body = task.sightings.R_cam_world @ prediction.poses.R[:, 0]
     normals, viewing = body_normals(task.sightings, R_cam_body, errors), R_cam_body[:, 2]
     places = _places(sequence, prediction, errors, (normals, centre_cam, first))
-    size = _size(task.sightings.silhouettes, corrected, first.points_px)
+    size = _size(task.sightings.silhouettes, first.points_px)
     shift = model.shift(theta, places, setting)
     e = without_bias(errors, task.bias).error[:, :, :2] / size[:, None, None] - shift
-    J = _jacobian(task, model, (theta, scale), (errors, prediction, centre_cam))
-    _add_image_columns(J, sequence, model, theta, (errors, places, corrected, size))
-    J[..., N_PARAMETERS + np.flatnonzero(model.frozen)] = 0.0
     e, shift = (np.where(errors.valid[:, :, None], values, 0.0) for values in (e, shift))
-    J[~errors.valid] = 0.0
-    return ModelErrors(e, J, errors, normals, viewing, shift, places, prediction)
+    return ModelResiduals(e, errors, normals, viewing, shift, places, prediction, size)
 
 
-def _corrected(sequence: SequenceTask, model: Model, theta: Array) -> tuple[Silhouettes, NDArray[np.int64]]:
-    """Silhouettes in a camera without the optical effects, and the sighting of each vertex."""
+def linearised(sequence: SequenceTask, at: ModelResiduals, model: Model, theta: Array) -> ModelErrors:
+    """Residuals with their derivatives, which take longer than they do themselves."""
+    J = _jacobian(sequence.task, model, theta, at)
+    _add_image_columns(J, sequence, model, theta, at)
+    J[..., N_PARAMETERS + np.flatnonzero(model.frozen)] = 0.0
+    J[~at.tangency.valid] = 0.0
+    return ModelErrors(**vars(at), J=J)
+
+
+def _owner(silhouettes: Silhouettes) -> NDArray[np.int64]:
+    """The sighting (v,) of each vertex."""
+    return np.repeat(np.arange(len(silhouettes), dtype=np.int64), np.diff(silhouettes.offsets))
+
+
+def _corrected(sequence: SequenceTask, model: Model, theta: Array) -> Silhouettes:
+    """Silhouettes in a camera without the optical effects."""
     silhouettes = sequence.task.sightings.silhouettes
-    owner = np.repeat(np.arange(len(silhouettes), dtype=np.int64), np.diff(silhouettes.offsets))
+    owner = _owner(silhouettes)
     points = _corrected_points(sequence, model, theta, owner)
     if points is silhouettes.points_px:
-        return silhouettes, owner
+        return silhouettes
     cameras, camera = sequence.task.sightings.cameras, sequence.task.sightings.camera
     xy = np.empty_like(points)
     for c, hsv in enumerate(cameras):
         rows = camera[owner] == c
         xy[rows] = hsv.intrinsics.normalise(points[rows])
-    return replace(silhouettes, points_px=points, xy=np.ascontiguousarray(xy)), owner
+    return replace(silhouettes, points_px=points, xy=np.ascontiguousarray(xy))
 
 
 def _corrected_points(sequence: SequenceTask, model: Model, theta: Array, owner: NDArray[np.int64]) -> Array:
@@ -203,11 +225,10 @@ def moving_at(sequence: SequenceTask, prediction: Prediction, centre_cam: Array)
     )
 
 
-def _jacobian(task: FitTask, model: Model, at: tuple[Array, float], seen: tuple[TangencyErrors, Prediction, Array]) -> Array:
+def _jacobian(task: FitTask, model: Model, theta: Array, at: ModelResiduals) -> Array:
     """Derivatives through the poses and the outline offset."""
-    theta, scale = at
-    errors, prediction, centre_cam = seen
-    S = prediction.sensitivity.copy()
+    errors, scale, centre_cam = at.tangency, model.scale(theta), at.places.moving.centre_cam
+    S = at.prediction.sensitivity.copy()
     S[:, :3] /= scale
     steps = model.steps
     for effect, part in zip(model.effects, model.slices, strict=True):
@@ -222,13 +243,12 @@ def _jacobian(task: FitTask, model: Model, at: tuple[Array, float], seen: tuple[
     return np.asarray(J)
 
 
-def _add_image_columns(
-    J: Array, sequence: SequenceTask, model: Model, theta: Array, at: tuple[TangencyErrors, Places, NDArray[np.int64], Array]
-) -> None:
-    """Add the derivatives through corrected points, whose ``size`` (n,) turns errors into recorded pixels, and through outline shifts."""
-    errors, places, owner, size = at
+def _add_image_columns(J: Array, sequence: SequenceTask, model: Model, theta: Array, at: ModelResiduals) -> None:
+    """Add the derivatives through corrected points, whose ``size`` turns errors into recorded pixels, and through outline shifts."""
+    errors, places, size = at.tangency, at.places, at.size
     J /= size[:, None, None, None]
     first = sequence.task.sightings.silhouettes
+    owner = _owner(first)
     vertex = np.maximum(first.offsets[:-1, None, None] + errors.tangency[:, :, :2], 0)
     arms = _Arms.of(first, owner)
     for effect, part in zip(model.effects, model.slices, strict=True):
@@ -250,11 +270,11 @@ def _add_image_columns(
                 J[..., column] -= (high - low) / (2.0 * step)
 
 
-def _size(recorded: Silhouettes, owner: NDArray[np.int64], corrected_px: Array) -> Array:
+def _size(recorded: Silhouettes, corrected_px: Array) -> Array:
     """How many times larger (n,) each corrected silhouette is than the recorded one."""
     if corrected_px is recorded.points_px:
         return np.ones(len(recorded))
-    return 1.0 + _Arms.of(recorded, owner).growth(corrected_px - recorded.points_px)
+    return 1.0 + _Arms.of(recorded, _owner(recorded)).growth(corrected_px - recorded.points_px)
 
 
 @dataclass(frozen=True)

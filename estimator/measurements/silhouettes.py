@@ -17,7 +17,7 @@ from estimator.effects.model import Model
 from estimator.fitting.campaign import Campaign, CampaignFit, SequenceEquations
 from estimator.fitting.campaign_noise import repeated_noise
 from estimator.fitting.composite_likelihood import RandomShift, weigh_linear
-from estimator.fitting.model_errors import ModelErrors, SequenceTask, model_errors
+from estimator.fitting.model_errors import ModelErrors, ModelResiduals, SequenceTask, linearised, model_residuals
 from estimator.fitting.time_shifts import TimeShifts, noise_ratio, time_derivative, time_shifts
 from estimator.motion.flight import Flight
 from estimator.outline_tables import with_tables
@@ -40,10 +40,14 @@ class Silhouettes:
         """Free flight with the instrument's known discrepancy."""
         return Model((CurvatureBias(),))
 
-    def equations(self, campaign: Campaign, number: int, flight: Flight, model: Model, theta: Array) -> SequenceEquations:
+    def residuals(self, campaign: Campaign, number: int, flight: Flight, model: Model, theta: Array) -> ModelResiduals:
+        """Tangency errors."""
+        return model_residuals(campaign.sequences[number], flight, model, theta)
+
+    def equations(self, campaign: Campaign, number: int, residuals: ModelResiduals, model: Model, theta: Array) -> SequenceEquations:
         """Tangency errors, weighed."""
         sequence = campaign.sequences[number]
-        errors = model_errors(sequence, flight, model, theta)
+        errors = linearised(sequence, residuals, model, theta)
         sigma = model.random_sigma(theta)
         frames = weigh_linear(
             (errors.e, errors.J),
@@ -59,20 +63,20 @@ class Silhouettes:
         """What the hull says of the body, and what is believed of outlines."""
         return sequence.task.prior.precision
 
-    def cost(self, sequence: SequenceTask, equations: SequenceEquations, like: SequenceEquations | None = None) -> float:
+    def cost(self, sequence: SequenceTask, residuals: ModelResiduals, like: ModelResiduals | None = None) -> float:
         """Huber cost on the scale of the weights: each sighting's mean error counts as often as it is independent.
 
         Infinite where no tangency is left, as of a body that a step put behind the camera: it would cost nothing.
         """
-        if not equations.errors.seen.any():
+        seen, huber = residuals.seen, sequence.task.huber
+        if not seen.any():
             return float("inf")
-        errors, huber = equations.errors, sequence.task.huber
-        variance = errors.tangency.variance[:, :, :2]
+        variance = residuals.tangency.variance[:, :, :2]
         if like is not None:
-            variance = np.where(like.errors.seen, like.errors.tangency.variance[:, :, :2], variance)
-        z = np.abs(errors.e) / np.sqrt(variance)
+            variance = np.where(like.seen, like.tangency.variance[:, :, :2], variance)
+        z = np.abs(residuals.e) / np.sqrt(variance)
         rho = np.where(z <= huber, 0.5 * z**2, huber * z - 0.5 * huber**2)
-        return float((rho * errors.seen).sum() / max(errors.seen.sum(axis=(1, 2)).mean(), 1.0) * INDEPENDENT_TANGENTS)
+        return float((rho * seen).sum() / max(seen.sum(axis=(1, 2)).mean(), 1.0) * INDEPENDENT_TANGENTS)
 
     def repeated_noise(
         self, campaign: Campaign, errors: Sequence[ModelErrors], weighted: Sequence[Array], like: Sequence[ModelErrors] | None = None

@@ -39,21 +39,23 @@ class Trajectories:
         """Free flight alone."""
         return Model(())
 
-    def equations(self, campaign: Campaign, number: int, flight: Flight, model: Model, theta: Array) -> SequenceEquations:
+    def residuals(self, campaign: Campaign, number: int, flight: Flight, model: Model, theta: Array) -> TrajectoryErrors:
+        """Residuals, whose derivatives cost little more."""
+        return trajectory_errors(campaign.sequences[number], flight, model, theta)
+
+    def equations(self, campaign: Campaign, number: int, residuals: TrajectoryErrors, model: Model, theta: Array) -> SequenceEquations:
         """Residuals, weighed."""
-        task = campaign.sequences[number]
-        errors = trajectory_errors(task, flight, model, theta)
-        return SequenceEquations(errors, weighed(errors, task.repeats, model.random_sigma(theta)))
+        return SequenceEquations(residuals, weighed(residuals, campaign.sequences[number].repeats, model.random_sigma(theta)))
 
     def precision(self, sequence: TrajectoryTask) -> Array:
         """None: what is not measured is not varied."""
         del sequence
         return np.zeros(N_PARAMETERS)
 
-    def cost(self, sequence: TrajectoryTask, equations: SequenceEquations, like: SequenceEquations | None = None) -> float:
+    def cost(self, sequence: TrajectoryTask, residuals: TrajectoryErrors, like: TrajectoryErrors | None = None) -> float:
         """Huber cost; noise does not depend on the fit."""
         del like
-        z = np.abs(equations.errors.e)
+        z = np.abs(residuals.e)
         rho = np.where(z <= HUBER, 0.5 * z**2, HUBER * z - 0.5 * HUBER**2)
         return float((rho / sequence.repeats).sum())
 
