@@ -245,6 +245,6 @@ def counted(equations: SequenceEquations, times: float) -> SequenceEquations:
     return replace(
         equations,
         frames=replace(
-            frames, H=times * frames.H, g=times * frames.g, weighted=times * frames.weighted, noise=(), known=times * frames.meat
+            frames, H=times * frames.H, g=times * frames.g, weighted=times * frames.weighted, noise=None, known=times * frames.meat
         ),
     )

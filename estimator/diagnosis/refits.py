@@ -107,13 +107,18 @@ def alike(refits: Sequence[Refitted], chosen: Refitted, penalty: float, margin: 
     and the two may disagree. Costs count in the unit in which misfits were compared. Where some cost less than the chosen one beyond the
     margin the two speak for different effects: then those of nearly the least cost belong to the group.
     """
-    dearer = [2.0 * (r.cost - chosen.cost) / chosen.unit + penalty * (r.parameters - chosen.parameters) for r in refits]
-    cheap = min(dearer, default=0.0) + margin
+    more_than = [dearer(r, chosen, penalty) for r in refits]
+    cheap = min(more_than, default=0.0) + margin
     return [
         r
-        for r, more in zip(refits, dearer, strict=True)
+        for r, more in zip(refits, more_than, strict=True)
         if r.evidence <= chosen.evidence + margin or -margin <= more <= margin or more <= min(cheap, margin)
     ]
+
+
+def dearer(refitted: Refitted, chosen: Refitted, penalty: float) -> float:
+    """How much more than the ``chosen`` one a refit costs, parameters counted, in the unit in which misfits were compared."""
+    return 2.0 * (refitted.cost - chosen.cost) / chosen.unit + penalty * (refitted.parameters - chosen.parameters)
 
 
 MOST_NAMED = 3

@@ -20,6 +20,7 @@ from estimator.diagnosis.refits import (
     Rules,
     alike,
     as_it_is,
+    dearer,
     judged,
     key_of,
     looked,
@@ -79,13 +80,13 @@ def _known(tests: Sequence[ScoreTest], ranking: Ranking) -> list[Hypothesis]:
 
 
 def _leader(campaign: Campaign, refitted: Sequence[Refitted], tests: Sequence[ScoreTest], rules: Rules) -> Refitted:
-    """The likeliest of refits, the first, or what it contains, with those that cannot be told from it."""
+    """The likeliest of refits, the first, or what it contains, with those that cannot be told from it: first what both measures like."""
     chosen = refitted[0]
     group = alike(refitted, chosen, penalty_of(campaign), rules.margin)
     leader = _simplest(campaign, chosen, group, tests)
     twins = twins_of(campaign, leader.test, [r.test for r in refitted])
     rivals = [r for r in with_twins(campaign, group, refitted, leader) if r is not leader]
-    rivals.sort(key=lambda r: (key_of(r) not in twins, r.criterion))
+    rivals.sort(key=lambda r: (key_of(r) not in twins, r.criterion + dearer(r, chosen, penalty_of(campaign))))
     return replace(leader, group=named(map(key_of, (leader, *rivals))), rivals=tuple(rivals))
 
 

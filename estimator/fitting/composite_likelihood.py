@@ -16,15 +16,16 @@ noise enters all sightings) plus the body-fixed part (:mod:`estimator.fitting.bo
 where it is above 1.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
 from estimator.fitting.body_fixed_error import BodyPlaces, correlation
-from estimator.fitting.noise_model import tangent_correlation
+from estimator.fitting.noise_model import angle_correlation, normal_angle, tangent_correlation
 from estimator.geometry.epipolar_tangency import TangencyErrors
 from estimator.geometry.silhouettes import Silhouettes
 
@@ -32,13 +33,40 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class SightingNoise:
-    """Covariance ``Sigma`` (m, m) px² of the errors of sighting ``number`` with the views ``view`` at the tangencies ``side`` (m,)."""
+class SightingsNoise:
+    """Noise of the errors of n sightings with k views, from which their covariances are made where they are asked for.
 
-    number: int
-    view: NDArray[np.int64]
-    side: NDArray[np.int64]
-    Sigma: Array
+    ``told`` (n, k, 2) which there are; ``own`` (n, k, 2) px standard deviation of the outline's own noise, ``rest`` (n, k, 2) px² variance
+    of all other; ``angle`` (n, k, 2) rad of the tangents' normals and ``correlation_rad`` (n,) the turn over which they are alike;
+    ``along`` (n, k, 2) px what one standard deviation of a random effect moves, if there is one.
+    """
+
+    told: NDArray[np.bool_]
+    own: Array
+    rest: Array
+    angle: Array
+    correlation_rad: Array
+    along: Array | None = None
+
+    def of(self, i: int) -> tuple[NDArray[np.int64], NDArray[np.int64], Array]:
+        """Views (m,), tangencies (m,) and covariance (m, m) px² of the errors of sighting ``i``."""
+        view, side = np.nonzero(self.told[i])
+        own = self.own[i, view, side]
+        Sigma = own[:, None] * own[None, :] * angle_correlation(self.angle[i, view, side], float(self.correlation_rad[i]))
+        Sigma[np.diag_indices_from(Sigma)] += self.rest[i, view, side]
+        if self.along is not None:
+            moved = self.along[i, view, side]
+            Sigma += np.outer(moved, moved)
+        return view, side, Sigma
+
+    def spread(self, along: Array) -> Array:
+        """Covariance (c, c) of ``sum alongᵀ e`` for weights ``along`` (n, k, 2, c)."""
+        total = np.zeros((along.shape[-1],) * 2)
+        for i in np.flatnonzero(self.told.any(axis=(1, 2))):
+            view, side, Sigma = self.of(int(i))
+            W = along[i, view, side]
+            total += W.T @ (Sigma @ W)
+        return total
 
 
 @dataclass(frozen=True)
@@ -46,15 +74,16 @@ class WeighedFrames:
     """Weighed errors of every sighting in terms of the parameters.
 
     ``H`` (p, p) and ``g`` (p,) of the data alone; ``weighted`` (n, k, 2, p) is ``W`` for each view and tangency, zero where there is no
-    error, and ``weight`` (n, k, 2) px⁻² the weights themselves; ``noise`` of the sightings; ``known`` (p, p) what else, like a prior, adds
-    to the gradient's covariance; ``chi2`` (n,), the sum of squares of the standardised errors, and ``count`` (n,) per sighting.
+    error, and ``weight`` (n, k, 2) px⁻² the weights themselves; ``noise`` of the sightings, if it is not in ``known`` (p, p), what else,
+    like a prior, adds to the gradient's covariance; ``chi2`` (n,), the sum of squares of the standardised errors, and ``count`` (n,) of
+    these, per sighting.
     """
 
     H: Array
     g: Array
     weighted: Array
     weight: Array
-    noise: tuple[SightingNoise, ...]
+    noise: SightingsNoise | None
     known: Array
     chi2: Array
     count: NDArray[np.int64]
@@ -78,11 +107,7 @@ class WeighedFrames:
         return along, change.T @ self.known @ change + more * self._spread(along)
 
     def _spread(self, along: Array) -> Array:
-        total = np.zeros((along.shape[-1],) * 2)
-        for each in self.noise:
-            W = along[each.number, each.view, each.side]
-            total += W.T @ (each.Sigma @ W)
-        return total
+        return np.zeros((along.shape[-1],) * 2) if self.noise is None else self.noise.spread(along)
 
     @property
     def mean_square(self) -> float:
@@ -122,43 +147,74 @@ def weigh_linear(
     An error beyond ``huber`` standard deviations has its variance raised until its influence is that of one at ``huber``. A random
     ``shift`` is taken off before that is judged, and out of the weights (Woodbury's identity) [Laird and Ware 1982].
     """
-    n, k, _, p = linear[1].shape
-    H, g, noise = np.zeros((p, p)), np.zeros(p), []
-    weighted, weights = np.zeros((n, k, 2, p)), np.zeros((n, k, 2))
-    chi2, count = np.zeros(n), np.zeros(n, dtype=np.int64)
-    for i in errors.telling:
-        plain = shift is None or shift.sigma == 0.0
-        seen = sighting(linear, errors, first, i, floor_px=floor_px, huber=huber if plain else np.inf)
-        variance, weight = _weights(seen.Sigma)
-        W = seen.J * weight[:, None]
-        if shift is None or plain:
-            root = seen.J * np.sqrt(weight)[:, None]
-            H += root.T @ root
-        else:
-            d = shift.direction[i, seen.view, seen.side]
-            gain = 1.0 / (shift.sigma**-2.0 + float(d @ (weight * d)))
-            moved = seen.e - d * (gain * float(d @ (weight * seen.e)))
-            outlying = np.maximum(np.abs(moved) / np.sqrt(variance) / huber, 1.0)
-            variance, weight = variance * outlying, weight / outlying
-            W = seen.J * weight[:, None]
-            W -= np.outer(weight * d, d @ W) / (shift.sigma**-2.0 + float(d @ (weight * d)))
-            Sigma = seen.Sigma + np.diag(variance * (1.0 - 1.0 / outlying)) + shift.sigma**2 * np.outer(d, d)
-            seen = replace(seen, Sigma=Sigma)
-            H += seen.J.T @ W
-        weighted[i, seen.view, seen.side] = W
-        weights[i, seen.view, seen.side] = weight
-        g += W.T @ seen.e
-        noise.append(SightingNoise(int(i), seen.view, seen.side, seen.Sigma))
-        chi2[i], count[i] = float(np.sum(seen.e**2 / variance)), len(variance)
-    return WeighedFrames(H, g, weighted, weights, tuple(noise), np.zeros((p, p)), chi2, count)
+    (e, J), p = linear, linear[1].shape[-1]
+    told, own, total, angle = _own_noise(errors, first, floor_px)
+    along = None if shift is None or shift.sigma == 0.0 else np.where(told, shift.sigma * shift.direction, 0.0)
+    variance = total if along is not None else total * np.maximum(np.abs(e) / np.sqrt(total) / huber, 1.0)
+    weight = told / (variance * design_effects(own / np.sqrt(variance), angle, told, first.correlation_rad)[:, None, None])
+    if along is not None:
+        outlying = np.maximum(np.abs(_without(e, along, weight)) / np.sqrt(variance) / huber, 1.0)
+        variance, weight = variance * outlying, weight / outlying
+    W, root = J * weight[..., None], (J * np.sqrt(weight)[..., None]).reshape(-1, p)
+    H = root.T @ root
+    if along is not None:
+        H -= _take_out(W, along, weight)
+    g = W.reshape(-1, p).T @ e.ravel()
+    chi2 = np.sum(np.where(told, e**2 / variance, 0.0), axis=(1, 2))
+    noise = SightingsNoise(told, own, variance - own**2, angle, first.correlation_rad, along)
+    return WeighedFrames(H, g, W, weight, noise, np.zeros((p, p)), chi2, np.count_nonzero(told, axis=(1, 2)))
 
 
-def _weights(Sigma: Array) -> tuple[Array, Array]:
-    """Variances (m,) px² and composite weights (m,): the inverse variances over the design effect."""
-    variance = np.diag(Sigma).copy()
-    z1 = 1.0 / np.sqrt(variance)
-    repeated = float(z1 @ Sigma @ z1) / len(variance)
-    return variance, 1.0 / (variance * repeated)
+def _without(e: Array, along: Array, weight: Array) -> Array:
+    """Errors (n, k, 2) less what of each sighting's is most likely a random effect, one standard deviation of which is ``along``."""
+    size = np.sum(weight * along * e, axis=(1, 2)) / (1.0 + np.sum(weight * along**2, axis=(1, 2)))
+    return np.asarray(e - along * size[:, None, None])
+
+
+def _take_out(W: Array, along: Array, weight: Array) -> Array:
+    """Take a random effect out of weighted derivatives ``W`` (n, k, 2, p), in place; what that takes from their normal matrix (p, p)."""
+    heavy = weight * along
+    shared = np.stack([a.ravel() @ each.reshape(-1, W.shape[-1]) for a, each in zip(along, W, strict=True)])
+    gain = 1.0 / (1.0 + np.sum(heavy * along, axis=(1, 2)))
+    for i in range(len(W)):
+        W[i] -= (gain[i] * heavy[i])[..., None] * shared[i]
+    lost = np.sqrt(gain)[:, None] * shared
+    return np.asarray(lost.T @ lost)
+
+
+def _own_noise(errors: TangencyErrors, first: Silhouettes, floor_px: float) -> tuple[NDArray[np.bool_], Array, Array, Array]:
+    """Which errors (n, k, 2) there are in the sightings' pictures, the outline's own noise (px), all variance (px²), the normals' angle."""
+    told = errors.told[:, :, :2]
+    vertex = np.where(told, first.offsets[:-1, None, None] + errors.tangency[:, :, :2], 0)
+    own = np.where(told, first.sigma_px[vertex], 0.0)
+    total = np.where(told, errors.variance[:, :, :2], 1.0) + floor_px**2
+    return told, own, total, normal_angle(errors.direction[:, :, :2])
+
+
+@numba.njit(cache=True)
+def design_effects(share, angle, told, correlation_rad):  # type: ignore[no-untyped-def]
+    """Of n sightings, ``1ᵀ R 1 / m`` of the m errors that are ``told`` (n, k, 2), 1 where none is.
+
+    ``share`` (n, k, 2): the outline's own noise over the standard deviation of the error, ``angle`` (n, k, 2) of its normal.
+    """
+    n, k, sides = share.shape
+    effects = np.ones(n)
+    s, at = np.empty(k * sides), np.empty(k * sides)
+    for i in range(n):
+        m = 0
+        for j in range(k):
+            for side in range(sides):
+                if told[i, j, side]:
+                    s[m], at[m] = share[i, j, side], angle[i, j, side]
+                    m += 1
+        alike = 0.0
+        for a in range(m):
+            for b in range(a):
+                apart = abs(at[a] - at[b])
+                alike += s[a] * s[b] * np.exp(-min(apart, 2.0 * np.pi - apart) / correlation_rad[i])
+        if m > 0:
+            effects[i] = 1.0 + 2.0 * alike / m
+    return effects
 
 
 @dataclass(frozen=True)

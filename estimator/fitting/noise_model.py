@@ -23,7 +23,16 @@ Array = NDArray[np.float64]
 
 def tangent_correlation(directions: Array, correlation_rad: float) -> Array:
     """Correlation (e, e) of the noise of tangents with outward normals ``directions`` (e, 2) of one silhouette."""
-    angle = np.arctan2(directions[:, 1], directions[:, 0])
+    return angle_correlation(normal_angle(directions), correlation_rad)
+
+
+def normal_angle(directions: Array) -> Array:
+    """Angle (...,) rad of normals (..., 2)."""
+    return np.asarray(np.arctan2(directions[..., 1], directions[..., 0]))
+
+
+def angle_correlation(angle: Array, correlation_rad: float) -> Array:
+    """Correlation (e, e) of the noise of tangents whose normals have an ``angle`` (e,)."""
     apart = np.abs(angle[:, None] - angle[None, :])
     return np.asarray(np.exp(-np.minimum(apart, 2.0 * np.pi - apart) / correlation_rad))
 

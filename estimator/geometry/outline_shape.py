@@ -21,6 +21,7 @@ from dataclasses import dataclass, fields, replace
 
 import cv2
 import manifold3d
+import numba
 import numpy as np
 import shapely
 from contourpy import LineType, contour_generator
@@ -100,15 +101,32 @@ class OutlineShape:
     def towards(self, normals: Array) -> "OutlineShape":
         """The tables (n, k, 2, ...) at unit normals (n, k, 2, 2), linear between directions; the radius is that of the nearest."""
         place = np.arctan2(normals[..., 1], normals[..., 0]) / (2.0 * np.pi) * ANGLES
-        low, rows = np.floor(place).astype(np.int64), np.arange(len(normals))[:, None, None]
-        nearest = np.round(place).astype(np.int64) % ANGLES
+        nearest = np.round(np.nan_to_num(place)).astype(np.int64) % ANGLES
+        tables = (_between(table, place) for table in (self.sharpness, self.recession, self.erosion, self.dilation, self.leak, self.smear))
+        return OutlineShape(self.radius_px[np.arange(len(normals))[:, None, None], nearest], *tables)
 
-        def between(table: Array) -> Array:
-            share = (place - low).reshape(*place.shape, *[1] * (table.ndim - 2))
-            return np.asarray((1.0 - share) * table[rows, low % ANGLES] + share * table[rows, (low + 1) % ANGLES])
 
-        tables = (between(table) for table in (self.sharpness, self.recession, self.erosion, self.dilation, self.leak, self.smear))
-        return OutlineShape(self.radius_px[rows, nearest], *tables)
+def _between(table: Array, place: Array) -> Array:
+    """What a ``table`` (n, A, ...) says at places (n, k, 2) among its directions."""
+    found = np.empty((*place.shape, *table.shape[2:]))
+    flat = np.ascontiguousarray(table, dtype=np.float64).reshape(*table.shape[:2], -1)
+    _lerp(flat, place.reshape(len(place), -1), found.reshape(len(place), -1, flat.shape[2]))
+    return found
+
+
+@numba.njit(cache=True)
+def _lerp(table, place, found):  # type: ignore[no-untyped-def]
+    n, tangents = place.shape
+    angles, columns = table.shape[1:]
+    for i in range(n):
+        for j in range(tangents):
+            if np.isnan(place[i, j]):  # of a flight led astray
+                found[i, j] = np.nan
+                continue
+            low = int(np.floor(place[i, j]))
+            share, here, there = place[i, j] - low, low % angles, (low + 1) % angles
+            for c in range(columns):
+                found[i, j, c] = (1.0 - share) * table[i, here, c] + share * table[i, there, c]
 
 
 RELIABLE, RELIABLE_HOLLOW, HOLLOW = 0.9, 0.52, 0.02

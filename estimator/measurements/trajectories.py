@@ -169,7 +169,7 @@ def weighed(errors: TrajectoryErrors, repeats: Array, jitter_s: float) -> Weighe
     H = J.T @ flat
     H = 0.5 * (H + H.T)
     count = errors.seen.sum(axis=1)
-    return WeighedFrames(H, flat.T @ errors.e.ravel(), W, weight, (), H, np.sum(errors.e**2, axis=1), count)
+    return WeighedFrames(H, flat.T @ errors.e.ravel(), W, weight, None, H, np.sum(errors.e**2, axis=1), count)
 
 
 def _along(weight: Array, d: Array, e: Array) -> Array:

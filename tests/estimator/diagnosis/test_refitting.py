@@ -133,3 +133,16 @@ def test_twins_are_named_before_the_likeliest_and_all_are_rivals(monkeypatch: py
     leader = refitting._leader(body, refits, [r.test for r in refits], Rules())
     assert leader.group == ("outline_offset", "view_outline_offset", "gravity")
     assert [key_of(r) for r in leader.rivals] == ["view_outline_offset", "gravity", "linear_drag", "blooming"]
+
+
+def test_of_many_rivals_those_are_named_that_both_measures_like(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Scores put a tangential distortion fifth, where it costs less than the four before it: it is no less likely than the second."""
+    keys = ("radial_distortion", "focal_length", "principal_point", "pixel_aspect", "tangential_distortion")
+    refits = [
+        Refitted(trial(key, counts=True), NOTHING, 1, cost=cost, left=50.0, columns=46, evidence=54.0 + i, criterion=54.0 + i)
+        for i, (key, cost) in enumerate(zip(keys, (500.0, 500.0, 500.0, 500.0, 495.0), strict=True))
+    ]
+    monkeypatch.setattr(refitting, "penalty_of", lambda _campaign: 4.0)
+    body: Any = SimpleNamespace(sequences=(None,), kind=SimpleNamespace(hollow=lambda _sequence: 0.0))
+    leader = refitting._leader(body, refits, [r.test for r in refits], Rules())
+    assert leader.group == ("radial_distortion", "tangential_distortion", "focal_length")
