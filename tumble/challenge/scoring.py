@@ -80,7 +80,8 @@ def named(case: Case, answer: Answer) -> dict[str, Any]:
     """What was named against what is hidden; a step counts whose effect is in the last model. Without an answer nothing is right."""
     accepted = [step for step in answer["steps"] if step["accepted"] and step["added"] in answer["found"]]
     answered = NO_ANSWER not in answer.get("reasons", [])
-    first = accepted[0]["added"] if accepted else (UNKNOWN if answer["unknown"] else NOTHING)
+    nothing = NOTHING if answered else NO_ANSWER
+    first = accepted[0]["added"] if accepted else (UNKNOWN if answer["unknown"] else nothing)
     group = accepted[0]["group"] if accepted else []
     called = {key for step in accepted for key in step["group"]} | set(answer["found"])
     hidden = set(case.keys)

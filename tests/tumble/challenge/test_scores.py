@@ -62,6 +62,7 @@ def test_false_alarms() -> None:
 def test_where_the_solver_crashed_nothing_is_right() -> None:
     crashed = no_answer([NO_ANSWER])
     assert named(case("control"), crashed)["false_alarm"]
+    assert named(case("control"), crashed)["first"] == NO_ANSWER
     assert not named(case("single", "gravity"), crashed)["all_found"]
     drawn = table(250, 0, 0)
     lost = {**drawn.cases.iloc[0].to_dict(), **named(case("single", "gravity"), crashed), "oracle_px": math.nan, "final_px": math.nan}
