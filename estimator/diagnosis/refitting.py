@@ -80,7 +80,10 @@ def _known(tests: Sequence[ScoreTest], ranking: Ranking) -> list[Hypothesis]:
 
 
 def _leader(campaign: Campaign, refitted: Sequence[Refitted], tests: Sequence[ScoreTest], rules: Rules) -> Refitted:
-    """The likeliest of refits, the first, or what it contains, with those that cannot be told from it: first what both measures like."""
+    """The likeliest of refits, the first, or what it contains, with those that cannot be told from it.
+
+    First come its twins, then what the sum of both measures, scores' remainder and cost, likes best.
+    """
     chosen = refitted[0]
     group = alike(refitted, chosen, penalty_of(campaign), rules.margin)
     leader = _simplest(campaign, chosen, group, tests)

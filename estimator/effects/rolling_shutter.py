@@ -52,5 +52,9 @@ def _reach(points, normal, towards, beside):  # type: ignore[no-untyped-def]
                 ux, uy = normal[i, j, side, 0], normal[i, j, side, 1]
                 for step in range(-beside, beside + 1):
                     a = (towards[i, j, side] + step) % number
-                    reach[i, j, side] = max(reach[i, j, side], ux * points[i, a, 0] + uy * points[i, a, 1])
+                    along = ux * points[i, a, 0] + uy * points[i, a, 1]
+                    if np.isnan(along):  # of a flight led astray
+                        reach[i, j, side] = np.nan
+                        break
+                    reach[i, j, side] = max(reach[i, j, side], along)
     return reach

@@ -273,7 +273,7 @@ def _lowered(
 ) -> tuple[_Costed, bool] | None:
     """The first of ever shorter steps, then of ever more damped ones, that does not raise the cost, and whether it is damped.
 
-    Only what lowers the cost is linearised, and what raises it is not looked at to its end.
+    Only a step that is taken is linearised, and what raises the cost is not looked at to its end.
     """
     (layout, model), (cost, state, equations) = kind, at
     most = cost * (1.0 + STILL_SHARE)

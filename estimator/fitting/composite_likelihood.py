@@ -149,6 +149,9 @@ def weigh_linear(
     """
     (e, J), p = linear, linear[1].shape[-1]
     told, own, total, angle = _own_noise(errors, first, floor_px)
+    e = np.where(told, e, 0.0)
+    if not np.isfinite(J).all():  # where nothing is told, that matters to nobody
+        J = np.where(told[..., None], J, 0.0)
     along = None if shift is None or shift.sigma == 0.0 else np.where(told, shift.sigma * shift.direction, 0.0)
     variance = total if along is not None else total * np.maximum(np.abs(e) / np.sqrt(total) / huber, 1.0)
     weight = told / (variance * design_effects(own / np.sqrt(variance), angle, told, first.correlation_rad)[:, None, None])
@@ -174,7 +177,9 @@ def _without(e: Array, along: Array, weight: Array) -> Array:
 def _take_out(W: Array, along: Array, weight: Array) -> Array:
     """Take a random effect out of weighted derivatives ``W`` (n, k, 2, p), in place; what that takes from their normal matrix (p, p)."""
     heavy = weight * along
-    shared = np.stack([a.ravel() @ each.reshape(-1, W.shape[-1]) for a, each in zip(along, W, strict=True)])
+    shared = np.zeros((len(W), W.shape[-1]))
+    for i in range(len(W)):
+        shared[i] = along[i].ravel() @ W[i].reshape(-1, W.shape[-1])
     gain = 1.0 / (1.0 + np.sum(heavy * along, axis=(1, 2)))
     for i in range(len(W)):
         W[i] -= (gain[i] * heavy[i])[..., None] * shared[i]

@@ -16,6 +16,7 @@ flatness ``f`` of the catalogue (``rim_light_leak``): those points are moved, lo
 winding numbers, Chen and McMains 2005], and what the tangents recede is tabled.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 
@@ -99,7 +100,10 @@ class OutlineShape:
         return OutlineShape(*(getattr(self, each.name)[rows] for each in fields(self)))
 
     def towards(self, normals: Array) -> "OutlineShape":
-        """The tables (n, k, 2, ...) at unit normals (n, k, 2, 2), linear between directions; the radius is that of the nearest."""
+        """The tables (n, k, 2, ...) at unit normals (n, k, 2, 2), linear between directions; the radius is that of the nearest.
+
+        Where a normal is no number, nothing is told but a radius.
+        """
         place = np.arctan2(normals[..., 1], normals[..., 0]) / (2.0 * np.pi) * ANGLES
         nearest = np.round(np.nan_to_num(place)).astype(np.int64) % ANGLES
         tables = (_between(table, place) for table in (self.sharpness, self.recession, self.erosion, self.dilation, self.leak, self.smear))
@@ -108,9 +112,12 @@ class OutlineShape:
 
 def _between(table: Array, place: Array) -> Array:
     """What a ``table`` (n, A, ...) says at places (n, k, 2) among its directions."""
+    if len(table) < len(place):
+        raise IndexError(f"expected tables of {len(place)} outlines, came {len(table)}")
     found = np.empty((*place.shape, *table.shape[2:]))
-    flat = np.ascontiguousarray(table, dtype=np.float64).reshape(*table.shape[:2], -1)
-    _lerp(flat, place.reshape(len(place), -1), found.reshape(len(place), -1, flat.shape[2]))
+    tangents, columns = math.prod(place.shape[1:]), math.prod(table.shape[2:])
+    flat = np.ascontiguousarray(table, dtype=np.float64).reshape(*table.shape[:2], columns)
+    _lerp(flat, place.reshape(len(place), tangents), found.reshape(len(place), tangents, columns))
     return found
 
 

@@ -93,7 +93,7 @@ def ball(normals: Array) -> Array:
 def shift(key: str, theta: float, at: Places) -> Array:
     found = MODELS[key].shift(np.array([theta]), at, SETTING)
     assert found is not None
-    assert np.abs(found).max() > 1e-3
+    assert np.nanmax(np.abs(found)) > 1e-3
     return found
 
 
@@ -344,3 +344,14 @@ def test_a_flight_led_astray_tells_nothing_of_that_moment_and_spoils_no_other(ke
         sane, astray = (Model((MODELS[key],)).shift(theta, each, SETTING) for each in (at, replace(at, **nowhere)))
     np.testing.assert_array_equal(astray[:-1], sane[:-1])
     assert np.isnan(astray[-1]).any() or not sane.any() or key == "outline_offset"
+
+
+def test_a_shutter_tells_nothing_where_one_point_of_the_outline_is_nowhere() -> None:
+    at = places()
+    velocity = at.outline_velocity_px.copy()
+    velocity[-1, 3] = np.nan
+    vars(at)["outline_velocity_px"] = velocity  # in place of what would be computed
+    astray = shift("rolling_shutter", 1e-7, at)
+    assert np.isfinite(astray[:-1]).all()
+    assert not np.isinf(astray).any()
+    assert np.isnan(astray[-1]).any()

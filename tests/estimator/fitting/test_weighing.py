@@ -1,6 +1,7 @@
 """Weighed errors against the dense matrices of each sighting, one after the other."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from estimator.fitting.composite_likelihood import RandomShift, Sighting, Weighe
 from estimator.fitting.model_errors import ModelErrors, SequenceTask, model_errors
 from estimator.fitting.noise_model import angle_correlation
 from estimator.fitting.time_shifts import time_derivative
+from estimator.geometry.silhouettes import UNSURE_PX
 from tests.estimator.small_campaign import fitted, registered
 
 FLOOR_PX, HUBER = 0.03, 1.5  # so small that some errors lie beyond
@@ -55,20 +57,38 @@ def test_every_error_counts_by_its_variance_and_how_often_its_noise_repeats() ->
     assert found.count.sum() == at.tangency.told[:, :, :2].sum()
 
 
-def test_a_random_effect_is_variance_along_what_it_moves() -> None:
+@pytest.mark.parametrize("huber", [1e6, HUBER])
+def test_a_random_effect_is_variance_along_what_it_moves(huber: float) -> None:
     at, sigma = errors(), 3e-6
     direction = time_derivative(at)
-    H, g, meat = 0.0, 0.0, 0.0
+    H, g, meat, far = 0.0, 0.0, 0.0, 0
     for i, seen, repeated in one_by_one(at, np.inf):
         moved = sigma * direction[i, seen.view, seen.side]
-        V = np.diag(repeated) + np.outer(moved, moved)
-        W = np.linalg.solve(V, seen.J)
-        H, g, meat = H + W.T @ seen.J, g + W.T @ seen.e, meat + W.T @ (seen.Sigma + np.outer(moved, moved)) @ W
-    found = weighed(at, RandomShift(direction, sigma), huber=1e6)
+        left = seen.e - moved * (moved @ np.linalg.solve(np.diag(repeated) + np.outer(moved, moved), seen.e))
+        variance = np.diag(seen.Sigma)
+        outlying = np.maximum(np.abs(left) / np.sqrt(variance) / huber, 1.0)
+        far += np.count_nonzero(outlying > 1.0)
+        Sigma = seen.Sigma + np.diag(variance * (outlying - 1.0)) + np.outer(moved, moved)
+        W = np.linalg.solve(np.diag(repeated * outlying) + np.outer(moved, moved), seen.J)
+        H, g, meat = H + W.T @ seen.J, g + W.T @ seen.e, meat + W.T @ Sigma @ W
+    found = weighed(at, RandomShift(direction, sigma), huber=huber)
+    assert (far > 10) == (huber == HUBER)
     for value, expected in ((found.H, H), (found.g, g), (found.meat, meat)):
         np.testing.assert_allclose(value, expected, rtol=1e-8, atol=1e-11 * np.abs(expected).max())
     still = weighed(at, RandomShift(direction, 0.0))
     np.testing.assert_array_equal(still.H, weighed(at).H)
+
+
+def test_what_is_no_number_and_not_told_weighs_nothing() -> None:
+    at = errors()
+    told = at.tangency.told[:, :, :2]
+    tangency = replace(at.tangency, variance=np.where(np.arange(len(told))[:, None, None] == 3, UNSURE_PX**2, at.tangency.variance))
+    known = weighed(replace(at, tangency=tangency))
+    assert known.count[3] == 0
+    e, J = at.e.copy(), at.J.copy()
+    e[3], J[3] = np.nan, np.nan
+    np.testing.assert_array_equal(weighed(replace(at, e=e, J=J, tangency=tangency)).H, known.H)
+    np.testing.assert_array_equal(weighed(replace(at, e=e, J=J, tangency=tangency)).g, known.g)
 
 
 def test_what_a_random_effect_explains_is_no_outlier() -> None:
