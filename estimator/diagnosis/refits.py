@@ -8,10 +8,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import chi2
 
 from estimator.diagnosis.extending import fit_extended
 from estimator.diagnosis.ranking import by_remainder, misfit_unit, surprise_of
-from estimator.diagnosis.score_tests import Candidates, EfficientScores, ScoreTest, score_tests
+from estimator.diagnosis.score_tests import Candidates, EfficientScores, ScoreTest, counts_nothing, score_tests
 from estimator.fitting.campaign import Campaign, CampaignFit, cost_like
 from estimator.motion.rigid_body import RanAway
 
@@ -133,6 +134,21 @@ def with_twins(campaign: Campaign, group: Sequence[Refitted], refits: Sequence[R
     return [r for r in refits if id(r) in held or key_of(r) in twins]
 
 
+def wider(refits: Sequence[Refitted], chosen: Refitted, superfluous: float) -> list[Refitted]:
+    """Refits of effects that contain the ``chosen`` one and whose further parameters say something, p below ``superfluous``.
+
+    No data speak against what contains the truth; parameters cost more than a size near its detection limit pays for. By the scores or by
+    the cost: models are inexact, and the two may disagree.
+    """
+    found = []
+    for r in refits:
+        more = r.parameters - chosen.parameters
+        if key_of(chosen) in r.test.effect.contains and more > 0 and r.flew:
+            gained = max(chosen.left - r.left, 2.0 * (chosen.cost - r.cost)) / chosen.unit
+            found += [r] if chi2.sf(gained, more) < superfluous else []
+    return found
+
+
 def named(keys: Iterable[str]) -> tuple[str, ...]:
     """The alias group of the first of some ``keys``, given the likeliest of the others first."""
     return tuple(dict.fromkeys(keys))[:MOST_NAMED]
@@ -155,7 +171,7 @@ def refit(campaign: Campaign, fit: CampaignFit, test: ScoreTest) -> Refitted:
         cost = cost_like(campaign, new, fit)
     except (RanAway, np.linalg.LinAlgError):
         return astray
-    if cost > fit.cost:
+    if cost > fit.cost or _absent(new, test):
         return replace(astray, fit=new)
     return replace(astray, fit=new, cost=cost, surprise=surprise_of(test, _values(new, test)))
 
@@ -177,7 +193,7 @@ def refit_pair(campaign: Campaign, before: CampaignFit, fit: CampaignFit, pair: 
         cost = cost_like(campaign, new, before)
     except (RanAway, np.linalg.LinAlgError):
         return astray
-    if cost > before.cost:
+    if cost > before.cost or any(_absent(new, test) for test in pair):
         return replace(astray, fit=new)
     return replace(astray, fit=new, cost=cost, surprise=sum(surprise_of(test, _values(new, test)) for test in pair))
 
@@ -207,6 +223,11 @@ def _at_their_best(tests: Sequence[ScoreTest]) -> Candidates:
     """The effects of tests, each at its best starts alone; none that are drawn anew in every frame, or of which the data show nothing."""
     tests = [t for t in tests if t.starts and not t.random]
     return Candidates(tuple(t.effect for t in tests), tuple(np.unique(np.stack(list(t.starts.values())), axis=0) for t in tests))
+
+
+def _absent(fit: CampaignFit, test: ScoreTest) -> bool:
+    """Whether an effect that comes in whole numbers has none in a fit: parts of one may imitate anything that grows with time."""
+    return bool(test.effect.whole) and counts_nothing(test.effect, test.columns, _values(fit, test))
 
 
 def _values(fit: CampaignFit, test: ScoreTest) -> Array:

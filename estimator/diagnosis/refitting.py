@@ -28,6 +28,7 @@ from estimator.diagnosis.refits import (
     penalty_of,
     refit,
     twins_of,
+    wider,
     with_twins,
 )
 from estimator.diagnosis.score_tests import EfficientScores, ScoreTest
@@ -82,14 +83,16 @@ def _known(tests: Sequence[ScoreTest], ranking: Ranking) -> list[Hypothesis]:
 def _leader(campaign: Campaign, refitted: Sequence[Refitted], tests: Sequence[ScoreTest], rules: Rules) -> Refitted:
     """The likeliest of refits, the first, or what it contains, with those that cannot be told from it.
 
-    First come its twins, then what the sum of both measures, scores' remainder and cost, likes best.
+    First come its twins and what contains it and says more, then what the sum of both measures, scores' remainder and cost, likes best.
     """
     chosen = refitted[0]
     group = alike(refitted, chosen, penalty_of(campaign), rules.margin)
     leader = _simplest(campaign, chosen, group, tests)
-    twins = twins_of(campaign, leader.test, [r.test for r in refitted])
-    rivals = [r for r in with_twins(campaign, group, refitted, leader) if r is not leader]
-    rivals.sort(key=lambda r: (key_of(r) not in twins, r.criterion + dearer(r, chosen, penalty_of(campaign))))
+    wide = wider(refitted, leader, rules.superfluous)
+    first = twins_of(campaign, leader.test, [r.test for r in refitted]) | set(map(key_of, wide))
+    held = {id(r) for r in (*with_twins(campaign, group, refitted, leader), *wide)}
+    rivals = [r for r in refitted if id(r) in held and r is not leader]
+    rivals.sort(key=lambda r: (key_of(r) not in first, r.criterion + dearer(r, chosen, penalty_of(campaign))))
     return replace(leader, group=named(map(key_of, (leader, *rivals))), rivals=tuple(rivals))
 
 

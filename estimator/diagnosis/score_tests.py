@@ -285,7 +285,7 @@ def _test(scores: EfficientScores, candidates: Candidates, number: int, chosen: 
     inverse = stable_inverse(part.H, 1e-10)
     statistic = _statistic(part)
     theta = -inverse @ part.g
-    counts = not _counts_nothing(candidates.effects[number], part.columns, theta)
+    counts = not counts_nothing(candidates.effects[number], part.columns, theta)
     starts = {sequence: candidates.starts[number][start] for (effect, sequence), start in chosen.items() if effect == number}
     return ScoreTest(
         effect=candidates.effects[number],
@@ -321,7 +321,7 @@ def p_of(part: EfficientScores, tried: int) -> float:
     return float(np.exp(min(min(jointly, singly) + np.log(2.0), 0.0)))
 
 
-def _counts_nothing(effect: EffectModel, columns: tuple[Column, ...], theta: Array) -> bool:
+def counts_nothing(effect: EffectModel, columns: tuple[Column, ...], theta: Array) -> bool:
     """Whether an effect that comes in whole numbers has none."""
     counts = [value for column, value in zip(columns, theta, strict=True) if effect.entry.parameters[column.parameter].name in effect.whole]
     return bool(effect.whole) and max(counts, default=0.0) < LEAST_COUNT

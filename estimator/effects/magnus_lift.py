@@ -3,10 +3,9 @@
 Valid for slow spheres in the paper; of other bodies the coefficient is what is measured.
 """
 
-import numpy as np
-
 from datasets.vocabulary.effects import EFFECTS
 from estimator.effects.link import Array, EffectModel, Moment, Setting
+from estimator.motion.rigid_body import cross_product
 
 
 class MagnusLift(EffectModel):
@@ -17,4 +16,4 @@ class MagnusLift(EffectModel):
     def acceleration(self, theta: Array, moment: Moment, setting: Setting) -> Array | None:
         """``C omega x v``."""
         del setting
-        return theta * np.cross(moment.omega, moment.v)
+        return theta * cross_product(moment.omega, moment.v)

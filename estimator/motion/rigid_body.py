@@ -67,6 +67,21 @@ def quaternion_product(a: Array, b: Array) -> Array:
     return np.concatenate([vector, scalar], axis=-1)
 
 
+def cross_product(a: Array, b: Array) -> Array:
+    """The product ``a x b`` (m, 3) of vectors (m, 3)."""
+    out = np.empty(np.shape(b))
+    _cross_product(np.ascontiguousarray(a), np.ascontiguousarray(b), out)
+    return out
+
+
+@numba.njit(cache=True)
+def _cross_product(a, b, out):  # type: ignore[no-untyped-def]
+    for i in range(len(a)):
+        out[i, 0] = a[i, 1] * b[i, 2] - a[i, 2] * b[i, 1]
+        out[i, 1] = a[i, 2] * b[i, 0] - a[i, 0] * b[i, 2]
+        out[i, 2] = a[i, 0] * b[i, 1] - a[i, 1] * b[i, 0]
+
+
 def angular_velocity(q: Array, L: Array, inverse_inertia: Array) -> Array:
     """World-frame angular velocity (m, 3) rad/s; ``inverse_inertia`` (m, 3, 3) in the body frame."""
     omega = np.empty(L.shape)

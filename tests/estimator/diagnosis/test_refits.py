@@ -9,7 +9,20 @@ import pytest
 from scipy.stats import chi2
 
 from estimator.diagnosis import refits
-from estimator.diagnosis.refits import MOST_NAMED, Refitted, alike, judged, key_of, looked, named, refit, refit_pair, twins_of, with_twins
+from estimator.diagnosis.refits import (
+    MOST_NAMED,
+    Refitted,
+    alike,
+    judged,
+    key_of,
+    looked,
+    named,
+    refit,
+    refit_pair,
+    twins_of,
+    wider,
+    with_twins,
+)
 from estimator.diagnosis.score_tests import Candidates, ScoreTest, score_tests
 from estimator.effects.registry import MODELS
 from estimator.fitting.campaign import CampaignFit
@@ -90,6 +103,38 @@ def test_a_pair_that_costs_more_than_nothing_is_astray(monkeypatch: pytest.Monke
         monkeypatch.setattr(refits, "surprise_of", lambda *_: 0.0)
         monkeypatch.setattr(refits, "_values", lambda *_: np.zeros(1))
         assert np.isfinite(refit_pair(campaign, fit, fit, pair).cost) is np.bool_(flew)
+
+
+@pytest.mark.parametrize(("count", "flew"), [(0.39, False), (0.41, True)])
+def test_a_gap_of_a_part_of_a_frame_explains_nothing(monkeypatch: pytest.MonkeyPatch, count: float, flew: bool) -> None:
+    """Fitted gaps of hundredths of a frame in every sequence imitate what pushes it; that is no gap, alone or beside another effect."""
+    campaign, fit = registered().campaign, fitted()
+    gap = score_tests(campaign, fit, Candidates.of(campaign, [MODELS["dropped_frames"]]))[0][0]
+    found = np.array([count if MODELS["dropped_frames"].entry.parameters[c.parameter].name == "count" else 40.0 for c in gap.columns])
+    gravity = trials(None)[0][0]
+    monkeypatch.setattr(refits, "fit_extended", lambda *_: replace(fit, cost=0.0))
+    monkeypatch.setattr(refits, "cost_like", lambda *_: fit.cost - 1.0)
+    monkeypatch.setattr(refits, "_values", lambda _fit, test: found if test is gap else np.zeros(len(test.columns)))
+    assert np.isfinite(refit(campaign, fit, gap).cost) is np.bool_(flew)
+    assert np.isfinite(refit_pair(campaign, fit, fit, (gravity, gap)).cost) is np.bool_(flew)
+
+
+@pytest.mark.parametrize(
+    ("left", "cost", "unit", "says_more"),
+    [(95.4, 1100.0, 1.0, True), (98.0, 1100.0, 1.0, False), (113.0, 1091.0, 1.0, True), (95.4, 1091.0, 1.5, False)],
+)
+def test_what_contains_the_chosen_and_says_more_is_its_rival(left: float, cost: float, unit: float, says_more: bool) -> None:
+    """Nine parameters more, of which chance makes 16.9 once in twenty times: by the scores, or by the cost, in the unit of misfits."""
+
+    def left_by(key: str, parameters: int, left: float, cost: float) -> Refitted:
+        test = ScoreTest(MODELS[key], (), np.zeros(1), np.zeros((1, 1)), 9.0, 1e-4, 9.0, {None: np.zeros(3)})
+        return Refitted(test, NOTHING, parameters, cost=cost, left=left, columns=46, unit=unit)
+
+    gravity, drag = left_by("gravity", 3, 113.6, 1100.0), left_by("linear_drag", 12, left, cost)
+    wide = left_by("uniform_acceleration", 12, left, cost)
+    assert wider([gravity, drag, wide], gravity, 0.05) == ([wide] if says_more else [])
+    assert wider([gravity, drag, wide], wide, 0.05) == []
+    assert wider([gravity, replace(wide, left=np.inf)], gravity, 0.05) == []
 
 
 def test_what_was_led_astray_is_last_and_a_number_all_the_same() -> None:

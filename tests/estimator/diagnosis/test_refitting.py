@@ -146,3 +146,19 @@ def test_of_many_rivals_those_are_named_that_both_measures_like(monkeypatch: pyt
     body: Any = SimpleNamespace(sequences=(None,), kind=SimpleNamespace(hollow=lambda _sequence: 0.0))
     leader = refitting._leader(body, refits, [r.test for r in refits], Rules())
     assert leader.group == ("radial_distortion", "tangential_distortion", "focal_length")
+
+
+def test_what_contains_the_leader_and_says_more_is_named_before_the_likeliest(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every sequence's own acceleration, of nine parameters more than a gravity that leaves 20 more: no data speak against it."""
+    keys = ("gravity", "linear_drag", "quadratic_drag", "uniform_acceleration")
+    left = dict(zip(keys, (100.0, 100.0, 100.0, 80.0), strict=True))
+    sizes = dict(zip(keys, (3, 3, 3, 12), strict=True))
+    refits = [
+        Refitted(trial(key, counts=True), NOTHING, sizes[key], 500.0, left=left[key], columns=46, evidence=left[key] + 4.0 * sizes[key])
+        for key in keys
+    ]
+    refits = [replace(r, criterion=r.evidence) for r in refits]
+    monkeypatch.setattr(refitting, "penalty_of", lambda _campaign: 4.0)
+    body: Any = SimpleNamespace(sequences=(None,), kind=SimpleNamespace(hollow=lambda _sequence: 0.0))
+    leader = refitting._leader(body, refits, [r.test for r in refits], Rules())
+    assert leader.group == ("gravity", "uniform_acceleration", "linear_drag")
