@@ -221,7 +221,7 @@ def _exchanged(at: Reached, catalogue: Mapping[str, EffectModel], rules: Rules, 
 
     The first effect of several is chosen while the others are missing, and may be one that imitates a part of them. Where none is
     exchanged, each has the group that it cannot be told from beside the others; what explains more there but makes held-out errors no
-    smaller belongs to it.
+    smaller belongs to it, and so does what contains it and said more when it was added: others may imitate that since.
     """
     own = [key for key in _keys(at.fit) if key in {step.added for step in at.steps}]
     if not 1 < len(own) <= MOST_EXCHANGED:
@@ -246,7 +246,8 @@ def _exchanged(at: Reached, catalogue: Mapping[str, EffectModel], rules: Rules, 
                 step = Step(key_of(leader), leader.group, leader.test.p, judged[1], ranking, at.error, after, True, leader.fit, judged)
                 return _followed(at, (step,), leader.fit, (key,))
         last = max(i for i, step in enumerate(steps) if step.added == key)
-        group = named((key, *leader.group))
+        containing = (t.effect.entry.key for t in tests if key in t.effect.contains and t.effect.entry.key in steps[last].group)
+        group = named((key, *containing, *leader.group))
         steps[last] = replace(steps[last], group=group, judged_at=(without, tuple(tests)))
     return replace(at, steps=tuple(steps))
 

@@ -1,5 +1,6 @@
 """What was found first is looked at again beside what was found later."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -91,3 +92,14 @@ def test_one_effect_alone_and_too_many_are_left_as_they_are(count: int, leading:
     leading["gravity"] = Refitted(trial("outline_offset"), fit_with("outline_offset", rms_px=0.1), 1, group=("outline_offset",))
     at = reached(*("gravity", "uniform_acceleration", "view_outline_offset", "spin_damping")[:count])
     assert exchanged(at) is at
+
+
+def test_what_contains_an_effect_stays_in_its_group(leading: dict[str, Refitted], monkeypatch: pytest.MonkeyPatch) -> None:
+    """A gravity and a drag imitate every sequence's own acceleration in fewer words; beside the drag nothing tells of that any more."""
+    monkeypatch.setattr(explain, "tests_at", lambda *_: ([trial(key) for key in TESTED], NOTHING))
+    at = reached("gravity", "linear_drag")
+    first = replace(at.steps[0], group=("gravity", "length_scale", "uniform_acceleration"))
+    leading["gravity"] = Refitted(trial("gravity"), NOTHING, 3, group=("gravity", "frame_rate"))
+    found = exchanged(replace(at, steps=(first, at.steps[1])))
+    assert [step.group for step in found.steps] == [("gravity", "uniform_acceleration", "frame_rate"), ("linear_drag",)]
+    assert exchanged(at).steps[0].group == ("gravity", "frame_rate"), "what was never in it does not come in"
