@@ -52,13 +52,12 @@ UNFLYABLE = (ValueError, np.linalg.LinAlgError, QhullError)
 class Simpler:
     """An unknown that explains a campaign better than the catalogue: the fit it is added to, and the family.
 
-    ``campaign``: as it is where the family was judged, perhaps at its own flights. ``explains``: it leaves no more than chance does.
+    ``campaign``: as it is where the family was judged, perhaps at its own flights.
     """
 
     campaign: Campaign
     fit: CampaignFit
     unknown: Unknown
-    explains: bool
 
 
 def better_unknown(
@@ -82,10 +81,7 @@ def better_unknown(
         for test, tests, p, promised in _likely(campaign, fit, looks):
             if p > ALPHA or penalty + _least_penalty(campaign, test.effect) + min(chance, promised) >= beaten:
                 continue  # it would not win if it left what chance does, nor if it left what a linear look says
-            found += [
-                (judged, Simpler(where, fit, Unknown(test, p, tests), judged.by_chance))
-                for where, judged in _of_family(campaign, fit, test, looks)
-            ]
+            found += [(judged, Simpler(where, fit, Unknown(test, p, tests))) for where, judged in _of_family(campaign, fit, test, looks)]
             beaten = min([beaten, *(judged.criterion(1.0) for judged, _ in found)])
     unit = misfit_unit((each.left, each.columns) for each in (own, *(judged for judged, _ in found)))
     best, simpler = min(found, key=lambda each: each[0].criterion(unit), default=(own, None))

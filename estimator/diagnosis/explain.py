@@ -33,8 +33,8 @@ MOST_EXCHANGED = 3
 """Effects beside one another, up to which each is looked at again beside the others: more than these imitate something else."""
 EXCHANGES = 2
 FEW, MUCH_LEFT = 2, 1e-30
-"""Steps after which an unknown is looked for at once where p says that much is still missing: many effects imitate it at last. It stands
-then if it leaves no more than chance does."""
+"""Steps after which an unknown is looked for at once where p says that much is still missing: many effects imitate it at last, and say
+less of it the longer they are looked for."""
 STILL_AS_GOOD = 1.01
 """Held-out errors over those before, within which a simpler effect takes the place of one that contains it."""
 
@@ -127,8 +127,7 @@ def explain(
     simpler = None
     if len(found.steps) >= FEW and found.steps[-1].accepted and _missing(last[0]) <= rules.alpha:
         simpler = _unknown_instead(begun, base, found, looks) if _missing(last[0]) < MUCH_LEFT else None
-        if simpler is None or not simpler.explains:
-            simpler = None
+        if simpler is None:
             found, last = _climbed(found, looks, rules, told)
     if simpler is None:
         found, last = _settled(found, last, looks, rules, told)

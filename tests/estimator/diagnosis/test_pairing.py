@@ -101,6 +101,17 @@ def test_of_a_pair_proposed_from_two_sides_the_lower_cost_counts(search: Pairs, 
     assert (found.fit, asked) == ("low", ["low", "high"])
 
 
+@pytest.mark.parametrize(("left", "stands"), [(77.0, False), (72.0, True)])
+def test_the_best_of_many_pairs_has_to_be_better_by_their_number(search: Pairs, left: float, stands: bool) -> None:
+    """Of 25 effects there are twelve pairs for each: the best of so many has to be better by 5 more than the best of three."""
+    key = frozenset(("magnus_lift", "radial_distortion"))
+    many = replace(search, tests=tuple(trial(i, "gravity") for i in range(25)))
+    single = Refitted(trial(0, "uniform_acceleration"), NOTHING, 12, cost=1105.0, left=48.0, columns=46)
+    pair = Refitted(trial(1, "magnus_lift"), "another fit", 3, cost=1120.0, left=left, columns=46)  # type: ignore[arg-type]
+    assert (many._best([single], {key: pair}) == key) is stands
+    assert replace(search, tests=many.tests[:3])._best([single], {key: pair}) == key
+
+
 def test_groups_of_a_pair() -> None:
     """A twin of either member in place of it, with the other one or with the other's twin."""
     near = [frozenset(pair) for pair in (("a", "b"), ("a2", "b"), ("a2", "b2"), ("a3", "b2"))]
