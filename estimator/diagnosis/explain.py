@@ -33,8 +33,8 @@ MOST_EXCHANGED = 3
 """Effects beside one another, up to which each is looked at again beside the others: more than these imitate something else."""
 EXCHANGES = 2
 FEW, MUCH_LEFT = 2, 1e-30
-"""Steps after which an unknown is looked for at once where p says that much is still missing: many effects imitate it at last, and say
-less of it the longer they are looked for."""
+"""Steps after which an unknown is looked for at once where p says that much is still missing: many effects imitate it at last, and
+none of them is there."""
 STILL_AS_GOOD = 1.01
 """Held-out errors over those before, within which a simpler effect takes the place of one that contains it."""
 

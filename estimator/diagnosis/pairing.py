@@ -140,7 +140,7 @@ class Pairs:
         ranked = _by_fit([*singles, *refits.values()], self.penalty)
         pairs = {keys: ranked[id(r.fit)] for keys, r in refits.items()}
         least = min(r.evidence for r in pairs.values())
-        wanted = self.rules.margin + chosen_of_more(len(self.tests))
+        wanted = self.rules.margin + _worth_of_choice(len(self.tests))
         if least > min((ranked[id(single.fit)].evidence for single in singles), default=np.inf) - wanted:
             return None
         return min((keys for keys, r in pairs.items() if r.evidence <= least + self.rules.margin), key=lambda keys: pairs[keys].criterion)
@@ -189,7 +189,7 @@ class Pairs:
         return [proposed for *_, proposed in near]
 
 
-def chosen_of_more(candidates: int) -> float:
+def _worth_of_choice(candidates: int) -> float:
     """What the best pair of all is better by chance: ``2 ln`` of how many pairs there are for every effect [Bogdan et al. 2004]."""
     return float(2.0 * np.log(max((candidates - 1) / 2.0, 1.0)))
 

@@ -227,7 +227,7 @@ def _at_their_best(tests: Sequence[ScoreTest]) -> Candidates:
 
 def _absent(fit: CampaignFit, test: ScoreTest) -> bool:
     """Whether an effect that comes in whole numbers has none in a fit: parts of one may imitate anything that grows with time."""
-    return bool(test.effect.whole) and counts_nothing(test.effect, test.columns, _values(fit, test))
+    return counts_nothing(test.effect, test.columns, _values(fit, test))
 
 
 def _values(fit: CampaignFit, test: ScoreTest) -> Array:

@@ -101,13 +101,13 @@ def test_a_pair_that_costs_more_than_nothing_is_astray(monkeypatch: pytest.Monke
     for risen, flew in ((-1.0, True), (1.0, False)):
         monkeypatch.setattr(refits, "cost_like", lambda *_, risen=risen: fit.cost + risen)
         monkeypatch.setattr(refits, "surprise_of", lambda *_: 0.0)
-        monkeypatch.setattr(refits, "_values", lambda *_: np.zeros(1))
+        monkeypatch.setattr(refits, "_values", lambda _fit, test: np.zeros(len(test.columns)))
         assert np.isfinite(refit_pair(campaign, fit, fit, pair).cost) is np.bool_(flew)
 
 
 @pytest.mark.parametrize(("count", "flew"), [(0.39, False), (0.41, True)])
 def test_a_gap_of_a_part_of_a_frame_explains_nothing(monkeypatch: pytest.MonkeyPatch, count: float, flew: bool) -> None:
-    """Fitted gaps of hundredths of a frame in every sequence imitate what pushes it; that is no gap, alone or beside another effect."""
+    """Fitted gaps of a part of a frame in every sequence imitate what pushes it; that is no gap, alone or beside another effect."""
     campaign, fit = registered().campaign, fitted()
     gap = score_tests(campaign, fit, Candidates.of(campaign, [MODELS["dropped_frames"]]))[0][0]
     found = np.array([count if MODELS["dropped_frames"].entry.parameters[c.parameter].name == "count" else 40.0 for c in gap.columns])
