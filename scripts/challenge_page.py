@@ -145,7 +145,8 @@ def page_lines(result: Row, cases: pd.DataFrame, limits: Mapping[str, list[dict[
         "",
         *confusion_lines(result),
         "",
-        f"CPU time per campaign, median: {cpu} (*diagnose* is the part of *explain* up to the tests of all effects).",
+        f"CPU time per campaign, median: {cpu} (*diagnose* is the part of *explain* up to the tests of all effects; *whole* has "
+        "registration and empirical terms, too).",
         "",
         *again_lines("challenge_rendered" if rendered else "challenge", rendered=rendered),
     ]

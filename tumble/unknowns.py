@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from datasets.vocabulary.effects import Stage
 from estimator.diagnosis.empirical_fit import SUPERFLUOUS, EmpiricalFit, LawFit, Removed, fit_empirical
 from estimator.diagnosis.empirical_shape import Shape, empirical_shapes
 from estimator.diagnosis.law import Exponent, Regressed
@@ -177,7 +178,7 @@ def _sentences(left: Unknown, found: EmpiricalFit, needless: Sequence[str], unit
         f"({removed.floor_px:.4f} {unit})."
     ]
     if found.law is None:
-        return said
+        return [*said, NO_LAW] if left.stage is Stage.DYNAMICS else said
     law = found.law
     values = ", ".join(f"{v['parameter']} = {compact(v['value'], v['sigma'])} {v['unit']}".removesuffix(" 1") for v in law_values(law))
     said.append(
@@ -201,6 +202,10 @@ def _of_several(campaign: Campaign, found: EmpiricalFit, names: Sequence[str]) -
 
 
 MOST_OTHERS = 3
+NO_LAW = (
+    "No law of velocity, spin, place, body axes and time predicts what was not fitted better than the model without it: the curves in the "
+    "report are what is known of it."
+)
 
 
 def _exponent_words(e: Exponent) -> str:

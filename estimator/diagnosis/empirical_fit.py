@@ -4,7 +4,7 @@ The family that names the stage (:mod:`estimator.diagnosis.unknown`) joins the m
 is a curve of each per sequence (:mod:`estimator.effects.force_curves`), of which one that is compatible with zero goes again. What it is
 worth is judged on frames and sequences that were not fitted: the share of the excess over the noise floor that it removes. For a
 force or torque a law is looked for (:mod:`estimator.diagnosis.law`) and fitted to the campaign in the curves' place; terms whose
-amplitudes are then compatible with zero go again.
+amplitudes are then compatible with zero go again. A law that predicts worse than the model without it is none.
 """
 
 from collections.abc import Callable
@@ -133,9 +133,8 @@ def _law(campaign: Campaign, fit: CampaignFit, wide: CampaignFit, at: tuple[Held
         return None
     terms = with_amplitudes(law)
     while True:
-        try:
-            refitted = fit_terms(campaign, fit, terms)
-        except (ValueError, np.linalg.LinAlgError):  # flights under it run away: what cannot be flown is no law
+        refitted = fit_terms(campaign, fit, terms, wide)
+        if refitted is None:
             return None
         covariance = campaign_covariance(campaign, refitted)
         weakest = int(np.argmax(p_values := _wald(campaign, refitted, covariance, terms)))
@@ -144,6 +143,8 @@ def _law(campaign: Campaign, fit: CampaignFit, wide: CampaignFit, at: tuple[Held
         terms = tuple(t for i, t in enumerate(terms) if i != weakest)
     before, floor = at
     removed = Removed(before, held_out(campaign, refitted.state, refitted.model), floor)
+    if not removed.after.rms_px < before.rms_px:
+        return None
     return LawFit(law, tuple(t for t, _ in terms), refitted, covariance, removed)
 
 
@@ -164,13 +165,27 @@ def with_amplitudes(law: Law) -> tuple[Valued, ...]:
     return tuple(terms)
 
 
-def fit_terms(campaign: Campaign, fit: CampaignFit, terms: tuple[Valued, ...]) -> CampaignFit:
-    """The campaign fitted with a law that starts from ``terms``."""
+def fit_terms(campaign: Campaign, fit: CampaignFit, terms: tuple[Valued, ...], free: CampaignFit) -> CampaignFit | None:
+    """The campaign fitted with a law beside the effects of ``fit``.
+
+    It starts from the values of the ``terms`` and the flights of the fit with ``free`` forces, which both belong to: flights without any
+    force have made up for its lack, from which the way back may be long. Where that does not settle, the law starts from those, too, with
+    amplitudes of zero; the better of both, or none where it is no better than no law.
+    """
     effect = law_effect(LAW, tuple(t for t, _ in terms), tuple(values[t.amplitudes :] for t, values in terms))
     model = Model((*fit.model.effects, effect))
-    values = np.concatenate([values for _, values in terms])
-    state = CampaignState(fit.state.flights, tuple(np.concatenate([t, values]) for t in fit.state.theta))
-    return fit_campaign(campaign, state, model, most_steps=MOST_LAW_STEPS, dampings=LAW_DAMPINGS)
+    full = np.concatenate([values for _, values in terms])
+    silent = np.concatenate([np.where(np.arange(len(values)) < t.amplitudes, 0.0, values) for t, values in terms])
+    found: list[CampaignFit] = []
+    for flights, values in ((free.state.flights, full), (fit.state.flights, silent)):
+        start = CampaignState(flights, tuple(np.concatenate([theta, values]) for theta in fit.state.theta))
+        try:
+            found.append(fit_campaign(campaign, start, model, most_steps=MOST_LAW_STEPS, dampings=LAW_DAMPINGS))
+        except (ValueError, np.linalg.LinAlgError):  # flights under it run away
+            continue
+        if found[-1].settled:
+            break
+    return min((each for each in found if each.cost < fit.cost), key=lambda each: each.cost, default=None)
 
 
 def _wald(campaign: Campaign, fit: CampaignFit, covariance: CampaignCovariance, terms: tuple[Valued, ...]) -> Array:

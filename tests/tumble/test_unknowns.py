@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from datasets.json_documents import read_document, write_document
+from estimator.diagnosis import empirical_fit
 from estimator.diagnosis.adding import base_fit, with_effect
 from estimator.diagnosis.unknown import Unknown, unknown
 from estimator.diagnosis.verdict import Verdict
@@ -21,7 +22,7 @@ from tumble.cli.main import main
 from tumble.diagnosing import told_of_steps, verdict_of_explanation
 from tumble.diagnosis_documents import Entry
 from tumble.reports.campaign_page import render
-from tumble.unknowns import law_command, unknown_entry, with_unknown
+from tumble.unknowns import NO_LAW, law_command, unknown_entry, with_unknown
 
 NAMES = ("first", "second")
 FOUND = Verdict("found", "The campaign is explained with gravity. Something is left: more.", ("a remark",), ("gravity",))
@@ -70,6 +71,15 @@ def test_the_words_say_stage_share_law_and_what_to_type(tmp_path: Path) -> None:
     nothing = Verdict("unknown", "None of the known effects explains it.", (), ())
     assert with_unknown(nothing, left()[2], lambda _effects: "").kind == "unknown"
     assert with_unknown(nothing, None, lambda _effects: "") is nothing
+
+
+def test_a_force_for_which_there_is_no_law_is_said_to_have_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(empirical_fit, "find_law", lambda _pooled: None)
+    fit, rest, _ = left()
+    entry = unknown_entry(unknown_campaign("outgassing_thrust").campaign, fit, rest, NAMES)
+    assert entry is not None
+    assert entry["law"] is None
+    assert entry["sentences"][-1] == NO_LAW
 
 
 def test_an_unknown_in_the_place_of_all_that_was_found_is_all_that_is_told() -> None:

@@ -131,8 +131,12 @@ def _errors(answer: Answer, oracle: Answer) -> dict[str, float]:
     }
 
 
+CPU = ("register", "diagnose", "explain", "whole")
+"""Parts of solving whose CPU times are told."""
+
+
 def _cpu(answer: Answer) -> dict[str, float]:
-    return {f"cpu_{name}_s": answer.get("cpu_s", {}).get(name, math.nan) for name in ("register", "diagnose", "explain")}
+    return {f"cpu_{name}_s": answer.get("cpu_s", {}).get(name, math.nan) for name in CPU}
 
 
 def true_sizes(case: Case, key: str) -> Array:

@@ -72,7 +72,10 @@ def _text(path: Path | None) -> str | None:
 
 
 def solved(folder: Path, configuration: dict[str, Any], kept: Path | None = None) -> dict[str, Any]:
-    """The answer to one campaign, with the CPU time it took; ``diagnose`` is the part of ``explain`` up to the first tests."""
+    """The answer to one campaign, with the CPU time it took.
+
+    ``diagnose`` is the part of ``explain`` up to the first tests; the ``whole`` has registration and what is made of an unknown, too.
+    """
     began = time.process_time()
     registered = registered_campaign(folder, configuration, kept)
     found = time.process_time()
@@ -83,4 +86,5 @@ def solved(folder: Path, configuration: dict[str, Any], kept: Path | None = None
     explained = explain(registered.campaign, registered.start, catalogue(), Rules(), told=lambda _: said.append(time.process_time()))
     ended = time.process_time()
     cpu = {"register": found - began, "diagnose": (said[0] if said else ended) - found, "explain": ended - found}
-    return {**answer(explained), "left_out": left_out, "cpu_s": cpu}
+    answered = answer(explained)
+    return {**answered, "left_out": left_out, "cpu_s": {**cpu, "whole": time.process_time() - began}}

@@ -12,7 +12,7 @@ from datasets.errors import InputError
 from tumble.challenge.acceptance import acceptance, figure_to_dict, velocity_gain
 from tumble.challenge.detection import detection_table
 from tumble.challenge.limits import LimitTable
-from tumble.challenge.scoring import NOTHING, Scored
+from tumble.challenge.scoring import CPU, NOTHING, Scored
 
 TABLES = ("cases", "parameters", "velocities")
 CHALLENGE = "challenge"
@@ -33,7 +33,7 @@ def summary(scored: Scored, table: LimitTable) -> dict[str, Any]:
         "confusion": confusion(cases),
         "effects": per_effect(scored),
         "detection": detection_table(cases).to_dict("records"),
-        "cpu_s": {name: float(cases[f"cpu_{name}_s"].astype(float).median()) for name in ("register", "diagnose", "explain")},
+        "cpu_s": {name: float(cases[f"cpu_{name}_s"].astype(float).median()) for name in CPU},
     }
 
 

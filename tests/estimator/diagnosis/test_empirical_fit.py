@@ -1,17 +1,28 @@
 """Empirical terms on campaigns whose forces no effect of the catalogue is: the stage, what they remove, their shape, and the law."""
 
+from dataclasses import replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from datasets.vocabulary.effects import Stage
+from estimator.diagnosis import empirical_fit
 from estimator.diagnosis.adding import base_fit
-from estimator.diagnosis.empirical_fit import EmpiricalFit, LawFit, fit_empirical
+from estimator.diagnosis.empirical_fit import EmpiricalFit, LawFit, fit_empirical, fit_terms
 from estimator.diagnosis.empirical_shape import empirical_shapes
 from estimator.diagnosis.unknown import Unknown, unknown
+from estimator.effects.law_terms import Term
+from estimator.effects.model import Model
+from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState, fit_campaign
+from estimator.fitting.held_out import HeldOut
 from estimator.motion.flight import N_PARAMETERS
+from estimator.motion.rigid_body import RanAway
 from tests.estimator.unknown_campaigns import FORCES, THRUST, unknown_campaign
+
+Array = NDArray[np.float64]
 
 
 @cache
@@ -88,3 +99,65 @@ def test_a_lens_that_drifts_is_a_magnification_over_time_without_a_law() -> None
     assert (shape.of, shape.sequence, shape.over) == ("magnification minus 1", None, ("time_s",))
     assert shape.value.shape == shape.sigma.shape == (len(shape.place), 1)
     assert np.all(np.isfinite(shape.sigma))
+
+
+@cache
+def wall() -> tuple[Campaign, EmpiricalFit, CampaignFit]:
+    """The campaign of a wall, its empirical fit and free flight."""
+    registered = unknown_campaign("wall_attraction")
+    return registered.campaign, found("wall_attraction")[1], base_fit(registered.campaign, registered.start)
+
+
+def a_plane(empirical: EmpiricalFit) -> tuple[tuple[Term, Array], ...]:
+    """The law of the wall as it was found."""
+    law = empirical.law
+    assert law is not None
+    return ((law.terms[0], law.fit.state.theta[0][law.fit.model.slices[-1]]),)
+
+
+def test_a_law_starts_where_the_free_force_has_brought_the_flights_and_then_at_no_force(monkeypatch: pytest.MonkeyPatch) -> None:
+    campaign, empirical, fit = wall()
+    starts = []
+
+    def unsettled(campaign: Campaign, start: CampaignState, model: Model, **steps: Any) -> CampaignFit:
+        starts.append(start)
+        return replace(fit_campaign(campaign, start, model, most_steps=0, most_falling=0), settled=False)
+
+    monkeypatch.setattr(empirical_fit, "fit_campaign", unsettled)
+    assert fit_terms(campaign, fit, a_plane(empirical), empirical.fit) is not None
+    first, second = starts
+    assert first.flights is empirical.fit.state.flights
+    assert second.flights is fit.state.flights
+    assert first.theta[0][-5] != 0.0
+    assert second.theta[0][-5] == 0.0
+    np.testing.assert_array_equal(first.theta[0][-4:], second.theta[0][-4:])
+
+
+def test_a_law_under_which_flights_run_away_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    campaign, empirical, fit = wall()
+
+    def away(*_of: Any, **_steps: Any) -> CampaignFit:
+        raise RanAway("away")
+
+    monkeypatch.setattr(empirical_fit, "fit_campaign", away)
+    assert fit_terms(campaign, fit, a_plane(empirical), empirical.fit) is None
+
+
+def test_a_fit_that_explains_less_than_no_law_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    campaign, empirical, fit = wall()
+
+    def worse(campaign: Campaign, start: CampaignState, model: Model, **_steps: Any) -> CampaignFit:
+        return replace(fit_campaign(campaign, start, model, most_steps=0, most_falling=0), cost=fit.cost, settled=True)
+
+    monkeypatch.setattr(empirical_fit, "fit_campaign", worse)
+    assert fit_terms(campaign, fit, a_plane(empirical), empirical.fit) is None
+
+
+def test_a_law_that_predicts_worse_than_the_model_without_it_is_not_proposed(monkeypatch: pytest.MonkeyPatch) -> None:
+    campaign, _, fit = wall()
+    left, _ = found("wall_attraction")
+    judged = iter((1.0, 0.2, 1.0))  # without anything, with free forces, with the law
+    monkeypatch.setattr(empirical_fit, "held_out", lambda *_of: HeldOut(next(judged), np.ones(2), 1))
+    again = fit_empirical(campaign, fit, left)
+    assert again.law is None
+    assert again.removed.after.rms_px == 0.2
