@@ -121,6 +121,7 @@ def draw_confusion(axes: Axes, result: Row) -> None:
 def page_lines(result: Row, cases: pd.DataFrame, limits: Mapping[str, list[dict[str, Any]]], picture: str, remark: str = "") -> list[str]:
     """The page; ``remark``: what else is to be known of this run."""
     rendered = result["tiers"] == ["rendered"]
+    whole = "; *whole* has registration and empirical terms, too" if _finite(result["cpu_s"].get("whole")) else ""
     cpu = ", ".join(f"{name} {number(value)} s" for name, value in result["cpu_s"].items() if _finite(value))
     return [
         "# The hidden-effect challenge" + (" on rendered pictures" if rendered else ""),
@@ -145,8 +146,7 @@ def page_lines(result: Row, cases: pd.DataFrame, limits: Mapping[str, list[dict[
         "",
         *confusion_lines(result),
         "",
-        f"CPU time per campaign, median: {cpu} (*diagnose* is the part of *explain* up to the tests of all effects; *whole* has "
-        "registration and empirical terms, too).",
+        f"CPU time per campaign, median: {cpu} (*diagnose* is the part of *explain* up to the tests of all effects{whole}).",
         "",
         *again_lines("challenge_rendered" if rendered else "challenge", rendered=rendered),
     ]
