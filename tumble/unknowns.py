@@ -38,6 +38,10 @@ FAMILY_WORDS = {
     "zoom_in_time": "a magnification that changes with time",
     "body_outline": "an outline offset that is fixed to the body",
 }
+NO_LAW = (
+    "No law of velocity, spin, place, body axes and time predicts what was not fitted better than the model without it: the curves in the "
+    "report are what is known of it."
+)
 
 
 def unknown_entry(
@@ -202,10 +206,6 @@ def _of_several(campaign: Campaign, found: EmpiricalFit, names: Sequence[str]) -
 
 
 MOST_OTHERS = 3
-NO_LAW = (
-    "No law of velocity, spin, place, body axes and time predicts what was not fitted better than the model without it: the curves in the "
-    "report are what is known of it."
-)
 
 
 def _exponent_words(e: Exponent) -> str:

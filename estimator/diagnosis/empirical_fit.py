@@ -4,7 +4,7 @@ The family that names the stage (:mod:`estimator.diagnosis.unknown`) joins the m
 is a curve of each per sequence (:mod:`estimator.effects.force_curves`), of which one that is compatible with zero goes again. What it is
 worth is judged on frames and sequences that were not fitted: the share of the excess over the noise floor that it removes. For a
 force or torque a law is looked for (:mod:`estimator.diagnosis.law`) and fitted to the campaign in the curves' place; terms whose
-amplitudes are then compatible with zero go again. A law that predicts worse than the model without it is none.
+amplitudes are then compatible with zero go again. A law that predicts no better than the model without it is none.
 """
 
 from collections.abc import Callable
@@ -168,9 +168,9 @@ def with_amplitudes(law: Law) -> tuple[Valued, ...]:
 def fit_terms(campaign: Campaign, fit: CampaignFit, terms: tuple[Valued, ...], free: CampaignFit) -> CampaignFit | None:
     """The campaign fitted with a law beside the effects of ``fit``.
 
-    It starts from the values of the ``terms`` and the flights of the fit with ``free`` forces, which both belong to: flights without any
-    force have made up for its lack, from which the way back may be long. Where that does not settle, the law starts from those, too, with
-    amplitudes of zero; the better of both, or none where it is no better than no law.
+    It starts from the values of the ``terms``, which belong to the flights of the fit with ``free`` forces: flights of ``fit`` have made up
+    for the lack of a force, and the way back may be long. Where that does not settle, it starts from ``fit`` as well, with amplitudes of
+    zero. The better of both; none where neither explains more than ``fit``.
     """
     effect = law_effect(LAW, tuple(t for t, _ in terms), tuple(values[t.amplitudes :] for t, values in terms))
     model = Model((*fit.model.effects, effect))
