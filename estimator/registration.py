@@ -39,6 +39,7 @@ from estimator.pipeline import (
     tracks_of,
     usable_sightings,
 )
+from estimator.side_by_side import each_of
 
 Array = NDArray[np.float64]
 
@@ -68,43 +69,70 @@ def register(
 
     ``told`` is called with the number of sequences done and of all.
     """
+    done = iter(range(1, len(observations) + 1))
+
+    def say() -> None:
+        told(next(done), len(observations))
+
+    keys = [_digest(observation.views) for observation in observations]
     particles: dict[str, tuple[int, Particle, Views | None]] = {}
-    cameras: dict[str, int] = {}
-    tasks: list[SequenceTask] = []
-    flights: list[Flight] = []
-    groups: list[tuple[int, int]] = []
-    left_out: list[LeftOut] = []
-    for number, observation in enumerate(observations):
-        key = _digest(observation.views)
-        try:
-            if key not in particles:
-                particles[key] = (len(particles), observed_particle(observation, configuration), None)
-            which, particle, views = particles[key]
-            task, flight, views = _one(observation, particle, views, configuration)
-        except (NoMeasurement, InputError) as failure:
-            left_out.append(LeftOut(observation.name, str(failure)))
+    found: dict[int, _Found | LeftOut] = {}
+    likened: list[int] = []
+    for number, (key, observation) in enumerate(zip(keys, observations, strict=True)):
+        if key in particles and particles[key][2] is not None:
+            likened.append(number)
             continue
-        finally:
-            told(number + 1, len(observations))
-        particles[key] = (which, particle, views)
-        tasks.append(task)
-        flights.append(flight)
-        groups.append((which, cameras.setdefault(repr(observation.cameras[0]), len(cameras))))
+        found[number] = first = _found_first(observation, particles, key, configuration)
+        say()
+        if isinstance(first, _Found):
+            particles[key] = (*particles[key][:2], first.views)
+    rest = each_of(lambda i: _found(observations[i], *particles[keys[i]][1:], configuration), likened, particles, observations, told=say)
+    found |= dict(zip(likened, rest, strict=True))
+    cameras: dict[str, int] = {}
+    right = [(i, each) for i in range(len(observations)) if isinstance(each := found[i], _Found)]
     campaign = Campaign(
-        sequences=tuple(tasks),
-        particle=tuple(p for p, _ in groups),
-        camera=tuple(c for _, c in groups),
+        sequences=tuple(each.task for _, each in right),
+        particle=tuple(particles[keys[i]][0] for i, _ in right),
+        camera=tuple(cameras.setdefault(repr(observations[i].cameras[0]), len(cameras)) for i, _ in right),
         floor_px=configuration.floor_px,
         body_noise_px=configuration.body_noise_px,
         kind=SILHOUETTES,
     )
-    start = CampaignState(tuple(flights), tuple(np.zeros(0) for _ in flights))
-    return Registered(campaign, start, tuple(p for _, p, _ in particles.values()), tuple(left_out))
+    start = CampaignState(tuple(each.flight for _, each in right), tuple(np.zeros(0) for _ in right))
+    left_out = tuple(each for i in range(len(observations)) if isinstance(each := found[i], LeftOut))
+    return Registered(campaign, start, tuple(p for _, p, _ in particles.values()), left_out)
 
 
-def _one(
-    observation: Observation, particle: Particle, views: Views | None, configuration: Configuration
-) -> tuple[SequenceTask, Flight, Views]:
+@dataclass(frozen=True)
+class _Found:
+    """A sequence's task, its free flight, and the views' likeness that both were found with."""
+
+    task: SequenceTask
+    flight: Flight
+    views: Views
+
+
+def _found_first(
+    observation: Observation, particles: dict[str, tuple[int, Particle, Views | None]], key: str, configuration: Configuration
+) -> _Found | LeftOut:
+    """A sequence with which the likeness of its views is made, and the particle, too, where it is not among the ``particles`` yet."""
+    if key not in particles:
+        try:
+            particles[key] = (len(particles), observed_particle(observation, configuration), None)
+        except (NoMeasurement, InputError) as failure:
+            return LeftOut(observation.name, str(failure))
+    return _found(observation, *particles[key][1:], configuration)
+
+
+def _found(observation: Observation, particle: Particle, views: Views | None, configuration: Configuration) -> _Found | LeftOut:
+    """The particle in one sequence, or why there is none."""
+    try:
+        return _one(observation, particle, views, configuration)
+    except (NoMeasurement, InputError) as failure:
+        return LeftOut(observation.name, str(failure))
+
+
+def _one(observation: Observation, particle: Particle, views: Views | None, configuration: Configuration) -> _Found:
     tracks = tracks_of(observation)
     sightings = usable_sightings(observation, tracks, configuration)
     pictures = pictures_of(observation, tracks, sightings)
@@ -124,7 +152,7 @@ def _one(
     flight = candidates[0].solution.state
     tables = OutlineTables(particle, views, bias_pairs(observation, configuration), configuration.seed, pictures)
     sequence = SequenceTask(observation.name, task, setting, rim_of(vertices), outline_shape([]), tables)
-    return with_tables(sequence, flight, Model(), np.zeros(0)), flight, views
+    return _Found(with_tables(sequence, flight, Model(), np.zeros(0)), flight, views)
 
 
 def _without_jump(task: FitTask) -> FitTask:

@@ -11,6 +11,7 @@ the surprise at values that nature hardly produces. Where none leaves what chanc
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +34,7 @@ from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState, fit
 from estimator.fitting.campaign_covariance import CampaignCovariance, campaign_covariance
 from estimator.fitting.following import following
 from estimator.motion.flight import N_PARAMETERS
+from estimator.side_by_side import each_of, width
 
 Array = NDArray[np.float64]
 MARGIN = 10.0
@@ -74,15 +76,16 @@ def better_unknown(
     chance = min(own.left - own.columns, 0.0)  # what a model that is right may leave: noise is counted with caution
     found: list[tuple[_Judged, Simpler]] = []
     for known in before:
-        fit = known
-        penalty = schwarz_penalty(campaign, fit)
-        if again:
-            fit = fit_campaign(campaign, known.state, known.model)
-        for test, tests, p, promised in _likely(campaign, fit, looks):
-            if p > ALPHA or penalty + _least_penalty(campaign, test.effect) + min(chance, promised) >= beaten:
-                continue  # it would not win if it left what chance does, nor if it left what a linear look says
-            found += [(judged, Simpler(where, fit, Unknown(test, p, tests))) for where, judged in _of_family(campaign, fit, test, looks)]
-            beaten = min([beaten, *(judged.criterion(1.0) for judged, _ in found)])
+        penalty = schwarz_penalty(campaign, known)
+        fit = fit_campaign(campaign, known.state, known.model) if again else known
+        hopes = [
+            (penalty + _least_penalty(campaign, test.effect) + min(chance, promised), Unknown(test, p, tests))
+            for test, tests, p, promised in _likely(campaign, fit, looks)
+            if p <= ALPHA
+        ]
+        new = _refitted(campaign, fit, hopes, beaten, looks)
+        found += new
+        beaten = min([beaten, *(judged.criterion(1.0) for judged, _ in new)])
     unit = misfit_unit((each.left, each.columns) for each in (own, *(judged for judged, _ in found)))
     best, simpler = min(found, key=lambda each: each[0].criterion(unit), default=(own, None))
     if simpler is None or best.criterion(unit) >= own.criterion(unit) - MARGIN:
@@ -90,6 +93,30 @@ def better_unknown(
     if simpler.campaign is campaign:
         return simpler
     return replace(simpler, fit=fit_campaign(simpler.campaign, simpler.fit.state, simpler.fit.model))
+
+
+def _refitted(
+    campaign: Campaign, fit: CampaignFit, hopes: Sequence[tuple[float, Unknown]], beaten: float, looks: Looks
+) -> list[tuple["_Judged", Simpler]]:
+    """Refits with families, each with the least criterion that it may have, judged; not of those that could not win.
+
+    None could that would not if it left what chance does, nor if it left what a linear look says. What makes the cost fall deep, and yet
+    leaves more than chance does, is judged once more where its own flights were followed: those of the last model were, and tables of
+    other flights would speak for that.
+    """
+    found: list[tuple[_Judged, Simpler]] = []
+    while hopes := [hope for hope in hopes if hope[0] < beaten]:
+        at_once, hopes = hopes[: width()], hopes[width() :]
+        refits = each_of(lambda hope: list(_of_family(campaign, fit, hope[1].test, looks)), at_once, campaign, fit)
+        far = [each for there in refits for each, seen in there if each.cost < FALLEN * fit.cost and not seen.by_chance]
+        followed = {id(each): at for each, at in zip(far, each_of(partial(_followed, campaign, looks), far, campaign, far), strict=True)}
+        for (least, family), there in zip(at_once, refits, strict=True):
+            if least < beaten:  # one beside it may have won
+                found += [(judged, Simpler(campaign, fit, family)) for _, judged in there]
+                own = [at for each, _ in there if (at := followed.get(id(each))) is not None]
+                found += [(judged, Simpler(where, fit, family)) for where, judged in own]
+                beaten = min([beaten, *(judged.criterion(1.0) for judged, _ in found)])
+    return found
 
 
 @dataclass(frozen=True)
@@ -205,28 +232,25 @@ def _least_penalty(campaign: Campaign, family: EffectModel) -> float:
     return _most_penalty(campaign, PlaneField if isinstance(family, ForceField) else family)
 
 
-def _of_family(campaign: Campaign, fit: CampaignFit, test: ScoreTest, looks: Looks) -> Iterator[tuple[Campaign, _Judged]]:
-    """Refits with a family, judged, and the campaign as it was there; none of what cannot be flown.
-
-    A field of force is tried also as one that points one way. What makes the cost fall deep, and yet leaves more than chance does, is
-    judged once more where its own flights were followed: those of the last model were, and tables of other flights would speak for that.
-    """
+def _of_family(campaign: Campaign, fit: CampaignFit, test: ScoreTest, looks: Looks) -> Iterator[tuple[CampaignFit, _Judged]]:
+    """Refits with a family, judged; none of what cannot be flown. A field of force is tried also as one that points one way."""
     try:
         refitted = fit_extended(campaign, fit, test)
-        yield campaign, (judged := _judged(campaign, refitted, looks))
+        yield refitted, _judged(campaign, refitted, looks)
     except UNFLYABLE:
         return
-    wide = [(refitted, judged)]
     if isinstance(test.effect, ForceField):
         with suppress(*UNFLYABLE):
             narrow = _one_way(campaign, fit, refitted, test.effect)
-            wide.append((narrow, _judged(campaign, narrow, looks)))
-            yield campaign, wide[-1][1]
-    for each, seen in wide:
-        if each.cost < FALLEN * fit.cost and not seen.by_chance:
-            with suppress(*UNFLYABLE):
-                there, again = following(campaign, each)
-                yield there, _judged(there, again, looks)
+            yield narrow, _judged(campaign, narrow, looks)
+
+
+def _followed(campaign: Campaign, looks: Looks, refitted: CampaignFit) -> tuple[Campaign, _Judged] | None:
+    """The campaign where a refit's own flights were followed, and the refit judged there; nothing where that cannot be flown."""
+    with suppress(*UNFLYABLE):
+        there, again = following(campaign, refitted)
+        return there, _judged(there, again, looks)
+    return None
 
 
 def _one_way(campaign: Campaign, fit: CampaignFit, refitted: CampaignFit, field: ForceField) -> CampaignFit:

@@ -8,6 +8,7 @@ what they explain, and would take twins for strangers.
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from estimator.diagnosis.refits import Refitted, Rules, alike, judged, key_of, l
 from estimator.diagnosis.score_tests import EfficientScores, ScoreTest
 from estimator.effects.choosing import contradiction
 from estimator.fitting.campaign import Campaign, CampaignFit
+from estimator.side_by_side import each_of
 
 NEAR = 0.02
 """Share of what an effect explains, by which a linear look at it may be off."""
@@ -121,8 +123,8 @@ class Pairs:
         """Refits of pairs; of one that was proposed beside several effects, the refit of least cost."""
         wanted = {(pair.keys, id(pair.fit)): pair for pair in proposed}
         found: dict[Keys, Refitted] = {}
-        for pair in wanted.values():
-            new = refit_pair(self.campaign, self.fit, pair.fit, pair.tests)
+        refits = each_of(lambda p: refit_pair(self.campaign, self.fit, p.fit, p.tests), list(wanted.values()), self.campaign, self.fit)
+        for pair, new in zip(wanted.values(), refits, strict=True):
             if pair.keys not in found or new.cost < found[pair.keys].cost:
                 found[pair.keys] = new
         return found
@@ -148,7 +150,9 @@ class Pairs:
     def _with_members(self, alone: Mapping[str, Refitted], pair: Keys) -> dict[str, Refitted]:
         """Effects ``alone`` with the members of a pair, refitted where they are not among them."""
         tests = {test.effect.entry.key: test for test in self.tests}
-        return {**alone, **{key: refit(self.campaign, self.fit, tests[key]) for key in sorted(pair - alone.keys())}}
+        missing = sorted(pair - alone.keys())
+        found = each_of(partial(refit, self.campaign, self.fit), [tests[key] for key in missing], self.campaign, self.fit)
+        return {**alone, **dict(zip(missing, found, strict=True))}
 
     def _with_mates(self, alone: Mapping[str, Refitted], pairs: Mapping[Keys, Refitted], best: Keys) -> dict[Keys, Refitted]:
         """Pairs with those of the best one's mates; one that a refit from another side put far off counts if its cost is less from here."""

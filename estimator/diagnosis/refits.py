@@ -15,6 +15,7 @@ from estimator.diagnosis.ranking import by_remainder, misfit_unit, surprise_of
 from estimator.diagnosis.score_tests import Candidates, EfficientScores, ScoreTest, counts_nothing, score_tests
 from estimator.fitting.campaign import Campaign, CampaignFit, cost_like
 from estimator.motion.rigid_body import RanAway
+from estimator.side_by_side import each_of
 
 Array = NDArray[np.float64]
 FEWEST = np.exp(np.e)
@@ -204,7 +205,12 @@ def looked(campaign: Campaign, refits: Sequence[Refitted], tests: Sequence[Score
     Those that were led astray leave infinitely much: what cannot be flown explains nothing.
     """
     like = min(refits, key=lambda r: r.cost, default=None)
-    return [r if like is None or r.like is like.fit or np.isinf(r.cost) else _looked(campaign, r, tests, like.fit) for r in refits]
+    if like is None:
+        return list(refits)
+    wanted = [i for i, r in enumerate(refits) if r.like is not like.fit and not np.isinf(r.cost)]
+    seen = each_of(lambda i: _looked(campaign, refits[i], tests, like.fit), wanted, campaign, refits, tests)
+    new = dict(zip(wanted, seen, strict=True))
+    return [new.get(i, r) for i, r in enumerate(refits)]
 
 
 def _looked(campaign: Campaign, refitted: Refitted, tests: Sequence[ScoreTest], like: CampaignFit) -> Refitted:

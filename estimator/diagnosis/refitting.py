@@ -8,6 +8,7 @@ one is added.
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
 from scipy.stats import chi2
 
@@ -33,6 +34,7 @@ from estimator.diagnosis.refits import (
 )
 from estimator.diagnosis.score_tests import EfficientScores, ScoreTest
 from estimator.fitting.campaign import Campaign, CampaignFit
+from estimator.side_by_side import each_of
 
 FEWEST_REFITTED = 3
 """Where effects are large the linear look says little of those behind the first."""
@@ -46,7 +48,7 @@ def contenders(campaign: Campaign, fit: CampaignFit, found: Found, rules: Rules)
     """The effect to add, refitted; or two, where one alone does not explain what both do: the larger one, then both."""
     tests, scores, ranking = found
     wanted = _shortlist(_known(tests, ranking), tests, rules)
-    refits = [refit(campaign, fit, test) for test in _and_twins(campaign, wanted, wanted[:1], tests)]
+    refits = each_of(partial(refit, campaign, fit), _and_twins(campaign, wanted, wanted[:1], tests), campaign, fit)
     flown = [r for r in looked(campaign, refits, tests) if r.flew]
     if not flown:
         return ()
@@ -70,7 +72,7 @@ def in_place(campaign: Campaign, without: CampaignFit, fit: CampaignFit, found: 
         return None
     wanted = _shortlist(_known(tests, ranking), tests, rules)
     others = [test for test in _and_twins(campaign, wanted, [own, *wanted[:1]], tests) if test is not own]
-    refits = [as_it_is(campaign, without, fit, own), *(refit(campaign, without, test) for test in others)]
+    refits = [as_it_is(campaign, without, fit, own), *each_of(partial(refit, campaign, without), others, campaign, without)]
     flown = [r for r in looked(campaign, refits, tests) if r.flew]
     return _leader(campaign, judged(flown, penalty_of(campaign)), tests, rules) if flown else None
 

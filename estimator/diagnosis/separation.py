@@ -45,6 +45,7 @@ from estimator.fitting.model_errors import SequenceTask
 from estimator.motion.flight import Flight, V
 from estimator.particle import Particle
 from estimator.registration import Registered
+from estimator.side_by_side import each_of
 
 Array = NDArray[np.float64]
 Pair = tuple[str, str]
@@ -98,8 +99,9 @@ def separations(
     pairs = [(group[0], rival) for rival in rivals]
     now = {pair: _expected(present.scores, present, pair, margin) for pair in pairs}
     found: dict[Pair, list[Prospect]] = {pair: [] for pair in pairs}
-    for candidate in (r for r in RECORDINGS if present.like.camera is not None or not r.pictures):
-        for pair, prospect in _of_recording(present, candidate, pairs, margin).items():
+    recordings = [r for r in RECORDINGS if present.like.camera is not None or not r.pictures]
+    for recorded in each_of(lambda r: _of_recording(present, r, pairs, margin), recordings):
+        for pair, prospect in recorded.items():
             found[pair].append(prospect)
     for pair, prospect in _of_views(present, registered.particles, pairs, margin).items():
         found[pair].append(prospect)

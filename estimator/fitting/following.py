@@ -1,10 +1,13 @@
 """A campaign whose sequences follow the fit: what was made of them at earlier flights is made anew once the fit has left those."""
 
 from dataclasses import replace
+from functools import partial
+from typing import Any
 
 import numpy as np
 
 from estimator.fitting.campaign import Campaign, CampaignFit, fit_campaign
+from estimator.side_by_side import each_of
 
 ROUNDS = 3
 POOR = 10.0
@@ -16,15 +19,17 @@ def following(campaign: Campaign, fit: CampaignFit) -> tuple[Campaign, CampaignF
     for done in range(ROUNDS):
         if done and _mean_square(fit) > POOR:
             break
-        made = tuple(
-            campaign.kind.followed(sequence, flight, fit.model, theta)
-            for sequence, flight, theta in zip(campaign.sequences, fit.state.flights, fit.state.theta, strict=True)
-        )
+        made = each_of(partial(_followed, campaign, fit), range(len(campaign.sequences)), campaign)
         if all(new is old for new, old in zip(made, campaign.sequences, strict=True)):
             break
-        campaign = replace(campaign, sequences=made)
+        campaign = replace(campaign, sequences=tuple(made))
         fit = fit_campaign(campaign, fit.state, fit.model)
     return campaign, fit
+
+
+def _followed(campaign: Campaign, fit: CampaignFit, number: int) -> Any:
+    flight, theta = fit.state.flights[number], fit.state.theta[number]
+    return campaign.kind.followed(campaign.sequences[number], flight, fit.model, theta)
 
 
 def _mean_square(fit: CampaignFit) -> float:

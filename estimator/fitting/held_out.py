@@ -14,6 +14,7 @@ deviations of its prior when a model is judged: a base model that borrows a miss
 """
 
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,6 +39,7 @@ from estimator.fitting.campaign import (
 from estimator.fitting.stable_inverse import stable_inverse
 from estimator.motion.flight import COM, INERTIA, N_PARAMETERS, OFFSET
 from estimator.motion.rigid_body import RanAway
+from estimator.side_by_side import each_of
 
 Array = NDArray[np.float64]
 PARTS, QUARTERS = 4, 4
@@ -59,20 +61,25 @@ def held_out(campaign: Campaign, state: CampaignState, model: Model) -> HeldOut:
     """Judge a model on frames and sequences that it was not fitted to; ``state`` is where fits start."""
     n = len(campaign.sequences)
     squares, counts = np.zeros(n), np.zeros(n)
-    for judged in _parts(campaign):
-        learned_from = np.setdiff1d(np.arange(n), judged) if n > 1 else judged
-        others = _part(campaign, learned_from)
-        try:
-            fit = fit_campaign(others, _state_of(state, learned_from), model, most_steps=LOCAL_STEPS, most_falling=LOCAL_STEPS)
-            learned = _learned(others, fit, alone=n == 1)
-        except ASTRAY:
-            squares[judged], counts[judged] = np.inf, 1.0
-            continue
-        for i in judged:
-            squares[i], counts[i] = _judge(campaign, int(i), state, learned)
+    parts = _parts(campaign)
+    for judged, found in zip(parts, each_of(partial(_judged, campaign, state, model), parts), strict=True):
+        squares[judged], counts[judged] = found.T
     squares[counts == 0] = np.inf  # the flight has left all outlines behind
     per_sequence = np.sqrt(squares / np.maximum(counts, 1))
     return HeldOut(float(np.sqrt(squares.sum() / max(counts.sum(), 1))), per_sequence, int(counts.sum()))
+
+
+def _judged(campaign: Campaign, state: CampaignState, model: Model, judged: NDArray[np.int64]) -> Array:
+    """Sum of squares and number of errors (j, 2) of the ``judged`` sequences, with what the others share."""
+    n = len(campaign.sequences)
+    learned_from = np.setdiff1d(np.arange(n), judged) if n > 1 else judged
+    others = _part(campaign, learned_from)
+    try:
+        fit = fit_campaign(others, _state_of(state, learned_from), model, most_steps=LOCAL_STEPS, most_falling=LOCAL_STEPS)
+        learned = _learned(others, fit, alone=n == 1)
+    except ASTRAY:
+        return np.tile([np.inf, 1.0], (len(judged), 1))
+    return np.array([_judge(campaign, int(i), state, learned) for i in judged])
 
 
 def _parts(campaign: Campaign) -> list[NDArray[np.int64]]:

@@ -15,8 +15,9 @@ from datasets.json_documents import Document, plain, read_document, write_docume
 from estimator.diagnosis.refits import Rules
 from estimator.diagnosis.tested_values import p_words
 from estimator.effects.choosing import chosen_effects
+from estimator.side_by_side import processes
 from tumble.campaigning import Known, Prepared
-from tumble.cli.options import add_configuration, add_known, add_output, verb_parser
+from tumble.cli.options import add_configuration, add_jobs, add_known, add_output, verb_parser
 from tumble.configuring import load_configuration
 from tumble.diagnosing import DIAGNOSIS_FILE, Question, prepared
 from tumble.numbers import compact
@@ -38,6 +39,7 @@ def campaign_parser(name: str, *, description: str, example: str, effects: str) 
     verb.add_argument("--effects", default="", metavar="LIST", help=effects)
     add_known(verb)
     add_configuration(verb, what="the estimator's configuration")
+    add_jobs(verb)
     add_output(verb, default=f"out/{name}")
     return verb
 
@@ -69,7 +71,7 @@ def run_on_campaign(verb: str, arguments: argparse.Namespace, work: Work, *, ste
     described = Run(verb, {"observations": str(arguments.observations.resolve()), **described_effects(question), **question.configuration})
     with output_directory(arguments.out, described, resume=arguments.resume, force=arguments.force) as out:
         if not (out / DIAGNOSIS_FILE).exists():
-            with campaign_of(question, out, quiet=arguments.quiet) as campaign:
+            with processes(arguments.jobs), campaign_of(question, out, quiet=arguments.quiet) as campaign:
                 with _told(verb, steps, quiet=arguments.quiet) as told:
                     content = work(question, campaign, out, told)
                 write_document(out / DIAGNOSIS_FILE, "diagnosis", content)

@@ -9,6 +9,7 @@ from rich.console import Console
 from datasets.estimate import Estimate, Status
 from datasets.estimate_files import read_estimate
 from datasets.json_documents import plain, read_document
+from estimator.side_by_side import processes
 from tumble.cli.campaign_options import campaign_of, described_effects, question_of, values_table
 from tumble.diagnosing import CAMPAIGN_FILE, estimated
 from tumble.output_directory import Run, output_directory
@@ -23,7 +24,7 @@ def estimate_campaign(arguments: argparse.Namespace, say: Callable[[list[Estimat
     )
     with output_directory(arguments.out, described, resume=arguments.resume, force=arguments.force) as out:
         if not (out / CAMPAIGN_FILE).exists():
-            with campaign_of(question, out, quiet=arguments.quiet) as campaign:
+            with processes(arguments.jobs), campaign_of(question, out, quiet=arguments.quiet) as campaign:
                 estimated(question, campaign, out)
     document = read_document(arguments.out / CAMPAIGN_FILE, "campaign")
     estimates = [read_estimate(path) for path in sorted(arguments.out.glob(f"*{SUFFIX}"))]

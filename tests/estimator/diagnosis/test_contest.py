@@ -11,11 +11,13 @@ from estimator.diagnosis.contest import better_unknown, schwarz_penalty, spread_
 from estimator.diagnosis.looks import Looks
 from estimator.diagnosis.refits import Refitted
 from estimator.diagnosis.score_tests import ScoreTest
+from estimator.diagnosis.unknown import Unknown
 from estimator.effects.empirical import EMPIRICAL
 from estimator.effects.parameter_values import IMPOSSIBLE
 from estimator.effects.registry import MODELS
 from estimator.fitting.campaign import CampaignState
 from estimator.fitting.campaign_covariance import campaign_covariance
+from estimator.side_by_side import processes
 from tests.estimator.small_campaign import fitted, registered
 
 
@@ -110,7 +112,7 @@ def test_an_unknown_wins_by_what_it_leaves_in_units_of_what_the_best_leaves(
     own, family = (contest._Judged(each, 50, penalty) for each, penalty in zip(left, (30.0, 50.0), strict=True))
     monkeypatch.setattr(contest, "_judged", lambda _campaign, _fit, _catalogue: own)
     monkeypatch.setattr(contest, "_likely", lambda _campaign, _fit, _catalogue: [(test, (), 1e-6, np.inf)])
-    monkeypatch.setattr(contest, "_of_family", lambda _campaign, _fit, _test, _catalogue: iter([(campaign, family)]))
+    monkeypatch.setattr(contest, "_of_family", lambda _campaign, _fit, _test, _catalogue: iter([(fitted(), family)]))
     assert (better_unknown(campaign, [fitted()], last, MODELS) is not None) == better
 
 
@@ -126,7 +128,10 @@ def test_a_family_that_falls_deep_is_judged_where_its_own_flights_were_followed(
     monkeypatch.setattr(contest, "fit_extended", lambda *_: there)
     monkeypatch.setattr(contest, "following", lambda *_: (elsewhere, fit))
     monkeypatch.setattr(contest, "_judged", lambda where, _fit, _known: contest._Judged(1.0 if where is elsewhere else left, 50, 30.0))
-    found = [(where is elsewhere, judged.left) for where, judged in contest._of_family(campaign, fit, test, MODELS)]
+    hope = (0.0, Unknown(test, 1e-6, ()))
+    found = [
+        (simpler.campaign is elsewhere, judged.left) for judged, simpler in contest._refitted(campaign, fit, [hope], 500.0, Looks(MODELS))
+    ]
     assert found == [(False, left), (True, 1.0)][: 1 + followed]
 
 
@@ -136,7 +141,9 @@ def test_an_unknown_that_was_judged_elsewhere_is_told_there(monkeypatch: pytest.
     test = replace(trial("gravity").test, effect=EMPIRICAL["zoom_in_time"])
     monkeypatch.setattr(contest, "_judged", lambda *_: contest._Judged(400.0, 50, 30.0))
     monkeypatch.setattr(contest, "_likely", lambda *_: [(test, (), 1e-6, np.inf)])
-    monkeypatch.setattr(contest, "_of_family", lambda *_: iter([(elsewhere, contest._Judged(40.0, 50, 40.0))]))
+    refitted = replace(fitted(), cost=0.1 * fitted().cost)
+    monkeypatch.setattr(contest, "_of_family", lambda *_: iter([(refitted, contest._Judged(390.0, 50, 40.0))]))
+    monkeypatch.setattr(contest, "_followed", lambda *_: (elsewhere, contest._Judged(40.0, 50, 40.0)))
     monkeypatch.setattr(contest, "fit_campaign", lambda where, *_: replace(fitted(), cost=7.0 if where is elsewhere else 0.0))
     found = better_unknown(campaign, [fitted()], last, MODELS)
     assert found is not None
@@ -156,3 +163,14 @@ def test_a_family_is_refitted_where_a_look_promises_what_chance_would_not(
     monkeypatch.setattr(contest, "_of_family", lambda *_: asked.append(1) or iter(()))
     better_unknown(campaign, [fitted()], last, Looks(MODELS))
     assert bool(asked) is refitted
+
+
+def test_of_families_that_are_refitted_at_once_one_that_another_made_needless_is_not_looked_at(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It may cost 90 at least; the first costs 40."""
+    hopes = [(least, Unknown(trial(key).test, 1e-6, ())) for least, key in ((10.0, "gravity"), (90.0, "linear_drag"))]
+    monkeypatch.setattr(contest, "_of_family", lambda *_: iter([(fitted(), contest._Judged(40.0, 50, 50.0))]))
+    with processes(2):
+        together = contest._refitted(registered().campaign, fitted(), hopes, 100.0, Looks(MODELS))
+    alone = contest._refitted(registered().campaign, fitted(), hopes, 100.0, Looks(MODELS))
+    keys = [[simpler.unknown.test.effect.entry.key for _, simpler in found] for found in (together, alone)]
+    assert keys == [["gravity"], ["gravity"]]
