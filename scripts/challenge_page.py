@@ -2,7 +2,8 @@
 
 ``python -m scripts.challenge_page [--result docs/results/challenge.json] [--page docs/studies/challenge.md] [--remark TEXT]``: reads what
 ``tumble challenge score --result`` wrote (the summary and, beside it, ``..._cases.csv``) and the table of detection limits; writes the page
-and its figure: how often effects were found against their size, and what was named where each was hidden.
+and its figure: how often effects were found against their size, and what was named where each was hidden; and what ``tumble explain``
+takes, where ``time_explain.json`` lies beside the result.
 """
 
 import argparse
@@ -23,6 +24,7 @@ from tumble.challenge.detection import Z95
 from tumble.challenge.limits import TABLE, axis_limits, read_table
 
 Row = Mapping[str, Any]
+TIMES = "time_explain.json"
 INTERVAL = "with their exact 95% intervals"
 
 
@@ -118,8 +120,36 @@ def draw_confusion(axes: Axes, result: Row) -> None:
     axes.set(title="Hidden (rows) and named first (columns)")
 
 
-def page_lines(result: Row, cases: pd.DataFrame, limits: Mapping[str, list[dict[str, Any]]], picture: str, remark: str = "") -> list[str]:
-    """The page; ``remark``: what else is to be known of this run."""
+def time_lines(times: Row) -> list[str]:
+    """What the verb takes, as a user starts it."""
+    runs = times["runs"]
+    rows = [
+        [run["campaign"], ", ".join(map(_words, run["found"])) or "nothing", number(run["cpu_s"]), str(run["jobs"]), number(run["wall_s"])]
+        for run in runs
+    ]
+    slowest = max(run["wall_s"] for run in runs if run["jobs"] == times["cores"])
+    verdict = "HELD" if slowest <= times["asked_s"] else "MISSED"
+    return [
+        "## The verb on the slowest campaigns",
+        "",
+        f"`tumble explain` from the command to its report, on the clock, on an idle machine of {times['cores']} cores, of those of "
+        f"{times['of']} campaigns whose solution took most CPU time in one process; {number(times['asked_s'])} s are asked: "
+        f"{number(slowest)} s, {verdict} (`python -m scripts.time_explain`, [result](../results/{TIMES})).",
+        "",
+        *table_lines(["campaign", "found", "CPU time in one process (s)", "processes", "time on the clock (s)"], rows),
+        "",
+    ]
+
+
+def page_lines(  # noqa: PLR0917
+    result: Row,
+    cases: pd.DataFrame,
+    limits: Mapping[str, list[dict[str, Any]]],
+    picture: str,
+    remark: str = "",
+    times: Row | None = None,
+) -> list[str]:
+    """The page; ``remark``: what else is to be known of this run; ``times`` of the verb, where they were taken."""
     rendered = result["tiers"] == ["rendered"]
     whole = "; *whole* has registration and empirical terms, too" if _finite(result["cpu_s"].get("whole")) else ""
     cpu = ", ".join(f"{name} {number(value)} s" for name, value in result["cpu_s"].items() if _finite(value))
@@ -148,6 +178,7 @@ def page_lines(result: Row, cases: pd.DataFrame, limits: Mapping[str, list[dict[
         "",
         f"CPU time per campaign, median: {cpu} (*diagnose* is the part of *explain* up to the tests of all effects{whole}).",
         "",
+        *(time_lines(times) if times is not None else []),
         *again_lines("challenge_rendered" if rendered else "challenge", rendered=rendered),
     ]
 
@@ -222,6 +253,14 @@ def inputs(result: Path, limits: Path = TABLE) -> tuple[dict[str, Any], pd.DataF
     return json.loads(result.read_text(encoding="utf-8")), cases, axes
 
 
+def times_beside(path: Path, result: Row) -> dict[str, Any] | None:
+    """What the verb took on the slowest campaigns, where that was measured; not on rendered pictures."""
+    timed = path.with_name(TIMES)
+    if not timed.exists() or "rendered" in result["tiers"]:
+        return None
+    return dict(json.loads(timed.read_text(encoding="utf-8")))
+
+
 def main() -> int:
     """Write the page."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -238,7 +277,8 @@ def main() -> int:
     drawn.tight_layout()
     picture = arguments.page.with_suffix(".png")
     write_figure(drawn, picture)
-    write_page(page_lines(result, cases, limits, picture.name, arguments.remark), arguments.page)
+    times = times_beside(arguments.result, result)
+    write_page(page_lines(result, cases, limits, picture.name, arguments.remark, times), arguments.page)
     print(arguments.page)
     return 0
 

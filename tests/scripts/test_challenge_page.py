@@ -36,6 +36,11 @@ def test_the_page_copies_the_result(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     (tmp_path / "challenge.json").write_text(json.dumps(result()))
     cases = pd.DataFrame({"kind": "single", "ratio": [0.6, 1.1, 4.0], "all_found": [False, True, True]})
     cases.to_csv(tmp_path / "challenge_cases.csv", index=False)
+    runs = [
+        {"campaign": "E/c016", "jobs": jobs, "wall_s": wall, "cpu_s": 318.2, "found": ["gravity"]}
+        for jobs, wall in ((1, 340.0), (2, 211.4))
+    ]
+    (tmp_path / "time_explain.json").write_text(json.dumps({"of": 90, "asked_s": 300.0, "cores": 2, "runs": runs}))
     page = tmp_path / "page.md"
     told = ["--remark", "Half of the cases."]
     monkeypatch.setattr(sys, "argv", ["page", "--result", str(tmp_path / "challenge.json"), "--page", str(page), *told])
@@ -48,6 +53,9 @@ def test_the_page_copies_the_result(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     assert "| gravity | 9 | 7 | linear drag 2 |" in text
     assert "| 9 | 8 | 7 | 0.7 (0.7 to 0.7) | 1.25 (0.7 to 0.7) | 26 of 27 | 0.93 |" in text
     assert (tmp_path / "page.png").stat().st_size > 5000
+    assert "of those of 90 campaigns" in text
+    assert "300 s are asked: 211 s, HELD" in text
+    assert "| E/c016 | gravity | 318 | 1 | 340 |\n| E/c016 | gravity | 318 | 2 | 211 |" in text
 
 
 def test_the_page_of_rendered_pictures_shows_every_case(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -81,7 +89,9 @@ def test_the_page_of_rendered_pictures_shows_every_case(tmp_path: Path, monkeypa
 def test_the_committed_page_is_what_the_script_writes_from_the_committed_result(stem: str) -> None:
     """But for the remark on that run, a paragraph of its own."""
     page = (ROOT / "docs" / "studies" / f"{stem}.md").read_text(encoding="utf-8")
-    written = challenge_page.page_lines(*challenge_page.inputs(ROOT / "docs" / "results" / f"{stem}.json"), f"{stem}.png")
+    result = ROOT / "docs" / "results" / f"{stem}.json"
+    found = challenge_page.inputs(result)
+    written = challenge_page.page_lines(*found, f"{stem}.png", times=challenge_page.times_beside(result, found[0]))
     before, after = "\n".join(written).split("\n\n![", maxsplit=1)
     assert page.startswith(before)
     assert page.rstrip().endswith(after.rstrip())
