@@ -63,17 +63,12 @@ class Registered:
 
 
 def register(
-    observations: Sequence[Observation], configuration: Configuration, *, told: Callable[[int, int], None] = lambda _done, _all: None
+    observations: Sequence[Observation], configuration: Configuration, *, told: Callable[[str], None] = lambda _: None
 ) -> Registered:
-    """Find the particle in every sequence and fit free flights, one by one.
+    """Find the particle in every sequence and fit free flights, each for itself.
 
-    ``told`` is called with the number of sequences done and of all.
+    ``told`` is called with the name of each that is done.
     """
-    done = iter(range(1, len(observations) + 1))
-
-    def say() -> None:
-        told(next(done), len(observations))
-
     keys = [_digest(observation.views) for observation in observations]
     particles: dict[str, tuple[int, Particle, Views | None]] = {}
     found: dict[int, _Found | LeftOut] = {}
@@ -83,10 +78,16 @@ def register(
             likened.append(number)
             continue
         found[number] = first = _found_first(observation, particles, key, configuration)
-        say()
+        told(observation.name)
         if isinstance(first, _Found):
             particles[key] = (*particles[key][:2], first.views)
-    rest = each_of(lambda i: _found(observations[i], *particles[keys[i]][1:], configuration), likened, particles, observations, told=say)
+    rest = each_of(
+        lambda i: _found(observations[i], *particles[keys[i]][1:], configuration),
+        likened,
+        particles,
+        observations,
+        told=lambda i: told(observations[i].name),
+    )
     found |= dict(zip(likened, rest, strict=True))
     cameras: dict[str, int] = {}
     right = [(i, each) for i in range(len(observations)) if isinstance(each := found[i], _Found)]

@@ -8,8 +8,11 @@ asked for, everything is done here, one piece after the other.
 
 import io
 import multiprocessing
+import os
 import pickle
+import signal
 import sys
+import threading
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
@@ -17,7 +20,7 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass, fields, is_dataclass
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import cv2
 import numpy as np
@@ -34,8 +37,7 @@ def processes(most: int) -> Iterator[None]:
     OpenCV has one thread meanwhile: a fork has not the threads of its parent's pool, and would wait for them.
     """
     token, threads = _most.set(most), cv2.getNumThreads()
-    if most > 1:
-        cv2.setNumThreads(1)
+    cv2.setNumThreads(1)
     try:
         yield
     finally:
@@ -48,36 +50,60 @@ def width() -> int:
     return _most.get() if _forks() else 1
 
 
-def each_of(work: Callable[[Piece], Found], pieces: Sequence[Piece], *given: Any, told: Callable[[], None] = lambda: None) -> list[Found]:
-    """``work(piece)`` for each of the ``pieces``, in their order; ``told`` is called once for each.
+def each_of(
+    work: Callable[[Piece], Found], pieces: Sequence[Piece], *given: Any, told: Callable[[Piece], None] = lambda _: None
+) -> list[Found]:
+    """``work(piece)`` for each of the ``pieces``, in their order; ``told`` is called with each that is done.
 
     ``given``: what results hold of what was there before, and shall be the same objects; pieces are among it. Work must not change
     anything that outlives it. What it raises is raised here, of the first piece that raises.
     """
     jobs = min(width(), len(pieces))
-    found = [] if jobs < 2 else _in_forks(_Task(work, pieces, _parts_of((pieces, given), {})), jobs, told)
-    for piece in pieces[len(found) :]:
-        found.append(work(piece))
-        told()
+    found: list[Found] = []
+    answers = _in_forks(_Task(work, pieces, _parts_of((pieces, given), {})), jobs) if jobs > 1 else iter(())
+    for piece in pieces:
+        found.append(_found(work, piece, next(answers, None)))
+        told(piece)
     return found
 
 
-def _in_forks(task: "_Task", jobs: int, told: Callable[[], None]) -> list[Any]:
-    """What forks find, up to where one was killed, as where memory is short: one process needs less."""
-    found: list[Any] = []
+@dataclass(frozen=True)
+class _Answer:
+    """What a fork found, if it could be sent."""
+
+    sent: Any
+
+
+def _found(work: Callable[[Piece], Found], piece: Piece, answer: _Answer | None) -> Found:
+    """What a fork answered, or what is found here where there is no answer."""
+    return work(piece) if answer is None else cast("Found", answer.sent)
+
+
+def _in_forks(task: "_Task", jobs: int) -> Iterator[_Answer | None]:
+    """What forks find, ``None`` where it cannot be sent; nothing more once one was killed, or memory was short: one process needs less."""
     _Fork.task = task
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", DeprecationWarning)  # of threads that a fork has not: they wait, and hold nothing it needs
-            with ProcessPoolExecutor(jobs, mp_context=multiprocessing.get_context("fork"), initializer=_begun) as pool:
-                for answer in pool.map(_done, range(len(task.pieces))):
-                    found.append(_FromFork(io.BytesIO(answer), task.known).load())
-                    told()
-    except BrokenProcessPool:
-        return found
+        with _pool(jobs) as pool:
+            for answer in pool.map(_done, range(len(task.pieces))):
+                yield None if answer is None else _Answer(_FromFork(io.BytesIO(answer), task.known).load())
+    except (BrokenProcessPool, MemoryError, OSError):
+        return
     finally:
         _Fork.task = None
-    return found
+
+
+@contextmanager
+def _pool(jobs: int) -> Iterator[ProcessPoolExecutor]:
+    """Forks, which are stopped where something is raised: what they still do is of no use then."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)  # of threads that a fork has not: see :func:`_begun`
+        with ProcessPoolExecutor(jobs, mp_context=multiprocessing.get_context("fork"), initializer=_begun) as pool:
+            try:
+                yield pool
+            except BaseException:
+                for fork in multiprocessing.active_children():
+                    fork.terminate()
+                raise
 
 
 def _forks() -> bool:
@@ -101,14 +127,29 @@ class _Fork:
 
 
 def _begun() -> None:
+    """Leave Ctrl-C to the parent, end when it has ended, and fork no further.
+
+    Streams are new ones on the same files: a thread of the parent may have held the locks of its own.
+    """
     _most.set(1)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    sys.stdout, sys.stderr = (open(number, "w", buffering=1, closefd=False, encoding="utf-8") for number in (1, 2))
+    threading.Thread(target=_end_with, args=(multiprocessing.parent_process(),), daemon=True).start()
 
 
-def _done(number: int) -> bytes:
+def _end_with(parent: Any) -> None:
+    parent.join()
+    os._exit(1)
+
+
+def _done(number: int) -> bytes | None:
     task = _Fork.task
     assert task is not None
-    answer = io.BytesIO()
-    _ToParent(answer, task.known).dump(task.work(task.pieces[number]))
+    found, answer = task.work(task.pieces[number]), io.BytesIO()
+    try:
+        _ToParent(answer, task.known).dump(found)
+    except (pickle.PicklingError, AttributeError, TypeError):  # as of a class that was made in the work
+        return None
     return answer.getvalue()
 
 

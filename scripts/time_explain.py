@@ -54,9 +54,12 @@ def timed(campaign: Answered, jobs: int) -> dict[str, Any]:
     with tempfile.TemporaryDirectory() as out:
         verb = [sys.executable, "-m", "tumble.cli.main", "explain"]
         began = time.perf_counter()
-        subprocess.run([*verb, str(campaign.folder), "--out", f"{out}/explain", "--jobs", str(jobs), "--quiet"], check=True)
+        done = subprocess.run([*verb, str(campaign.folder), "--out", f"{out}/explain", "--jobs", str(jobs), "--quiet"], check=False)
         wall = time.perf_counter() - began
-        document = json.loads((Path(out) / "explain" / DIAGNOSIS_FILE).read_text(encoding="utf-8"))
+        path = Path(out) / "explain" / DIAGNOSIS_FILE
+        if not path.exists():
+            raise InputError(f"{campaign.folder}: expected tumble explain to explain it, came exit code {done.returncode}.")
+        document = json.loads(path.read_text(encoding="utf-8"))
     return {
         "campaign": f"{campaign.folder.parent.parent.name}/{campaign.folder.name}",
         "jobs": jobs,
@@ -94,10 +97,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         for jobs in asked.jobs:
             rows.append(timed(campaign, jobs))
             print(line_of(rows[-1]), flush=True)
-    if asked.result is not None:
-        content = {"of": len(every), "asked_s": ASKED_S, "cores": cores(), "runs": rows, "versions": versions()}
-        with written_whole(asked.result) as temporary:
-            temporary.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+            if asked.result is not None:
+                content = {"of": len(every), "asked_s": ASKED_S, "cores": cores(), "runs": rows, "versions": versions()}
+                with written_whole(asked.result) as temporary:
+                    temporary.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
     return 0
 
 

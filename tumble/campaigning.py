@@ -90,9 +90,8 @@ def _read_alone(folder: Path) -> Observation:
 def _of_pictures(source: Path, configuration: Configuration, effects: Sequence[EffectModel], *, quiet: bool) -> Prepared:
     observations, left_out = _read(observations_in(source), _read_alone)
     refuse_without_gravity([e.entry.key for e in effects], [o.gravity_world for o in observations.values()])
-    names = list(observations)
-    with progress("register", len(names), quiet=quiet) as advance:
-        registered = register(list(observations.values()), configuration, told=lambda done, _: advance(names[done - 1]))
+    with progress("register", len(observations), quiet=quiet) as advance:
+        registered = register(list(observations.values()), configuration, told=advance)
     left_out.update({each.name: each.reason for each in registered.left_out})
     return Prepared(registered, observations, left_out)
 
@@ -103,9 +102,8 @@ def _of_trajectories(source: Path, effects: Sequence[EffectModel], known: Known,
         body = body_from_mesh(known.mesh)
         trajectories = {name: replace(t, surroundings=replace(t.surroundings, body=body)) for name, t in trajectories.items()}
     refuse_without_gravity([e.entry.key for e in effects], [t.surroundings.gravity_world for t in trajectories.values()])
-    names = list(trajectories)
-    with progress("register", len(names), quiet=quiet) as advance:
-        registered = register_trajectories(list(trajectories.values()), told=lambda done, _: advance(names[done - 1]))
+    with progress("register", len(trajectories), quiet=quiet) as advance:
+        registered = register_trajectories(list(trajectories.values()), told=advance)
     return Prepared(registered, trajectories, left_out)
 
 

@@ -24,8 +24,8 @@ FIRST_GUESS = {"x": 1e-3, "theta": 1e-2, "omega": 1.0}
 ROUNDS = 2
 
 
-def register_trajectories(trajectories: Sequence[Trajectory], *, told: Callable[[int, int], None] = lambda _done, _all: None) -> Registered:
-    """A campaign of trajectories; ``told`` is called with the number of sequences done and of all.
+def register_trajectories(trajectories: Sequence[Trajectory], *, told: Callable[[str], None] = lambda _: None) -> Registered:
+    """A campaign of trajectories; ``told`` is called with the name of each sequence that is done.
 
     Raises
     ------
@@ -33,11 +33,11 @@ def register_trajectories(trajectories: Sequence[Trajectory], *, told: Callable[
         Where trajectories of one particle contradict one another.
     """
     tasks, flights = [], []
-    for number, trajectory in enumerate(trajectories):
+    for trajectory in trajectories:
         task = task_of(trajectory)
         tasks.append(task)
         flights.append(first_flight(task, trajectory.surroundings.body))
-        told(number + 1, len(trajectories))
+        told(trajectory.name)
     campaign = Campaign(tuple(tasks), particles_of(trajectories), (0,) * len(tasks), floor_px=0.0, body_noise_px=0.0, kind=TRAJECTORIES)
     state = CampaignState(tuple(flights), tuple(np.zeros(0) for _ in flights))
     stated = [_stated(t) for t in trajectories]

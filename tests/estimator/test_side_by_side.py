@@ -1,6 +1,9 @@
 """Work in forks is the work that is done here."""
 
+import multiprocessing
 import os
+import signal
+import time
 from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any
@@ -61,11 +64,11 @@ def test_what_work_raises_is_raised_here_and_each_piece_is_told(most: int) -> No
         return i
 
     with processes(most), pytest.raises(InputError, match="piece 1"):
-        each_of(refuse, range(3), told=lambda: told.append(1))
-    assert len(told) == 1
+        each_of(refuse, range(3), told=told.append)
+    assert told == [0]
     with processes(most):
-        assert each_of(abs, [-1, 2, -3], told=lambda: told.append(1)) == [1, 2, 3]
-    assert len(told) == 4
+        assert each_of(abs, [-1, 2, -3], told=told.append) == [1, 2, 3]
+    assert told == [0, -1, 2, -3]
 
 
 def test_work_of_a_fork_that_was_killed_is_done_here() -> None:
@@ -76,8 +79,48 @@ def test_work_of_a_fork_that_was_killed_is_done_here() -> None:
 
     told = []
     with processes(2):
-        assert each_of(killed, range(4), told=lambda: told.append(1)) == [0, 1, 2, 3]
-    assert len(told) == 4
+        assert each_of(killed, range(4), told=told.append) == [0, 1, 2, 3]
+    assert told == [0, 1, 2, 3]
+
+
+def test_a_fork_that_a_signal_meant_for_the_parent_reaches_goes_on() -> None:
+    def interrupted(i: int) -> int:
+        if os.getpid() != HERE:
+            os.kill(os.getpid(), signal.SIGINT)
+        return i
+
+    with processes(2):
+        assert each_of(interrupted, range(3)) == [0, 1, 2]
+
+
+def test_forks_are_stopped_where_one_raises() -> None:
+    def work(i: int) -> int:
+        if i:
+            time.sleep(60)
+        raise InputError("the first")
+
+    began = time.monotonic()
+    with processes(2), pytest.raises(InputError, match="the first"):
+        each_of(work, range(4))
+    assert time.monotonic() - began < 30
+    assert not multiprocessing.active_children()
+
+
+def test_what_cannot_be_sent_is_found_here_and_memory_that_one_process_has_is_enough() -> None:
+    def made(i: int) -> object:
+        class Local:
+            number = i
+
+        return Local()
+
+    def short(i: int) -> int:
+        if os.getpid() != HERE:
+            raise MemoryError
+        return i
+
+    with processes(2):
+        assert [found.number for found in each_of(made, range(3))] == [0, 1, 2]  # type: ignore[attr-defined]
+        assert each_of(short, range(3)) == [0, 1, 2]
 
 
 def test_a_campaign_is_found_and_explained_alike_by_one_process_and_by_several() -> None:

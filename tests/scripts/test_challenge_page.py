@@ -37,7 +37,7 @@ def test_the_page_copies_the_result(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     cases = pd.DataFrame({"kind": "single", "ratio": [0.6, 1.1, 4.0], "all_found": [False, True, True]})
     cases.to_csv(tmp_path / "challenge_cases.csv", index=False)
     runs = [
-        {"campaign": "E/c016", "jobs": jobs, "wall_s": wall, "cpu_s": 318.2, "found": ["gravity"]}
+        {"campaign": "E/c016", "jobs": jobs, "wall_s": wall, "cpu_s": 318.2, "found": ["gravity"], "same": True}
         for jobs, wall in ((1, 340.0), (2, 211.4))
     ]
     (tmp_path / "time_explain.json").write_text(json.dumps({"of": 90, "asked_s": 300.0, "cores": 2, "runs": runs}))
@@ -55,7 +55,7 @@ def test_the_page_copies_the_result(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     assert (tmp_path / "page.png").stat().st_size > 5000
     assert "of those of 90 campaigns" in text
     assert "300 s are asked: 211 s, HELD" in text
-    assert "| E/c016 | gravity | 318 | 1 | 340 |\n| E/c016 | gravity | 318 | 2 | 211 |" in text
+    assert "| E/c016 | gravity | the same | 318 | 1 | 340 |\n| E/c016 | gravity | the same | 318 | 2 | 211 |" in text
 
 
 def test_the_page_of_rendered_pictures_shows_every_case(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

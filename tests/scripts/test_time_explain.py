@@ -26,7 +26,7 @@ def test_the_slowest_of_all_are_timed_with_every_number_of_processes(
     asked = []
 
     def run(words: list[str], *, check: bool) -> None:
-        assert check
+        assert not check
         out, jobs = Path(words[words.index("--out") + 1]), words[words.index("--jobs") + 1]
         asked.append((words[3:5], jobs))
         out.mkdir(parents=True)
