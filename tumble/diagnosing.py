@@ -179,15 +179,15 @@ def _apart(campaign: Prepared, fit: CampaignFit, tests: Sequence[ScoreTest], gro
 
 
 def _step_entries(explanation: Explanation, campaign: Prepared) -> tuple[list[Document], list[Separation]]:
-    """The steps, each with what would separate its group, and that of those that were accepted."""
+    """The steps, and what would separate the groups of the effects that were found; of others nobody asks, and it takes seconds."""
     entries: list[Document] = []
     told: list[Separation] = []
     fit = explanation.base
     for step in explanation.steps:
         at, tests = step.judged_at or (fit, step.tests)
-        apart = _apart(campaign, at, tests, step.group)
+        apart = _apart(campaign, at, tests, step.group) if step.accepted and step.added in explanation.found else ()
         entries.append(step_entry(step, campaign.names, Rules().margin, apart))
-        told += apart if step.accepted else ()
+        told += apart
         fit = step.fit
     return entries, told
 
