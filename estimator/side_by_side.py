@@ -8,11 +8,8 @@ asked for, everything is done here, one piece after the other.
 
 import io
 import multiprocessing
-import os
 import pickle
-import signal
 import sys
-import threading
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
@@ -20,10 +17,12 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass, fields, is_dataclass
-from typing import Any, TypeVar, cast
+from typing import Any, TypeVar
 
 import cv2
 import numpy as np
+
+from datasets.local_processes import begin_worker, stop_workers
 
 Piece = TypeVar("Piece")
 Found = TypeVar("Found")
@@ -62,7 +61,8 @@ def each_of(
     found: list[Found] = []
     answers = _in_forks(_Task(work, pieces, _parts_of((pieces, given), {})), jobs) if jobs > 1 else iter(())
     for piece in pieces:
-        found.append(_found(work, piece, next(answers, None)))
+        answer = next(answers, None)
+        found.append(work(piece) if answer is None else answer.sent)
         told(piece)
     return found
 
@@ -72,11 +72,6 @@ class _Answer:
     """What a fork found, if it could be sent."""
 
     sent: Any
-
-
-def _found(work: Callable[[Piece], Found], piece: Piece, answer: _Answer | None) -> Found:
-    """What a fork answered, or what is found here where there is no answer."""
-    return work(piece) if answer is None else cast("Found", answer.sent)
 
 
 def _in_forks(task: "_Task", jobs: int) -> Iterator[_Answer | None]:
@@ -101,8 +96,7 @@ def _pool(jobs: int) -> Iterator[ProcessPoolExecutor]:
             try:
                 yield pool
             except BaseException:
-                for fork in multiprocessing.active_children():
-                    fork.terminate()
+                stop_workers()
                 raise
 
 
@@ -127,19 +121,10 @@ class _Fork:
 
 
 def _begun() -> None:
-    """Leave Ctrl-C to the parent, end when it has ended, and fork no further.
-
-    Streams are new ones on the same files: a thread of the parent may have held the locks of its own.
-    """
+    """Fork no further; streams are new ones on the same files, since a thread of the parent may have held the locks of its own."""
+    begin_worker()
     _most.set(1)
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
     sys.stdout, sys.stderr = (open(number, "w", buffering=1, closefd=False, encoding="utf-8") for number in (1, 2))
-    threading.Thread(target=_end_with, args=(multiprocessing.parent_process(),), daemon=True).start()
-
-
-def _end_with(parent: Any) -> None:
-    parent.join()
-    os._exit(1)
 
 
 def _done(number: int) -> bytes | None:

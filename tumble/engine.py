@@ -7,8 +7,6 @@ one worker: when a worker dies (killed, out of memory, a library that aborts) on
 
 import multiprocessing
 import os
-import signal
-import threading
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
@@ -18,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from datasets.errors import TumbleError
+from datasets.local_processes import begin_worker, stop_workers
 from tumble.one_thread import keep_to_one_thread
 
 Task = Callable[[dict[str, Any]], dict[str, Any]]
@@ -103,7 +102,7 @@ def _in_processes(task: Task, items: Sequence[Item], jobs: int) -> Iterable[Outc
                 _next(task, waiting, pools, slot, running)
                 yield outcome
     except BaseException:
-        _stop_workers()
+        stop_workers()
         raise
     finally:
         for pool in pools:
@@ -111,7 +110,7 @@ def _in_processes(task: Task, items: Sequence[Item], jobs: int) -> Iterable[Outc
 
 
 def _pool() -> ProcessPoolExecutor:
-    return ProcessPoolExecutor(max_workers=1, mp_context=multiprocessing.get_context("spawn"), initializer=_start_worker)
+    return ProcessPoolExecutor(max_workers=1, mp_context=multiprocessing.get_context("spawn"), initializer=begin_worker)
 
 
 def _next(
@@ -125,21 +124,3 @@ def _next(
 def _outcome(item: Item, future: Future[dict[str, Any]]) -> Outcome:
     error = future.exception()
     return _failed(item, error) if error else Outcome(item.name, State.DONE, result=future.result())
-
-
-def _start_worker() -> None:
-    """Leave Ctrl-C to the parent, and end when the parent has ended, however it did."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
-
-
-def _end_with(parent: Any) -> None:
-    parent.join()
-    os._exit(1)
-
-
-def _stop_workers() -> None:
-    for worker in multiprocessing.active_children():
-        worker.terminate()
