@@ -85,6 +85,20 @@ def confusion_lines(result: Row) -> list[str]:
     return table_lines(["hidden", "cases", "named so first", "otherwise named"], rows)
 
 
+def fall_lines(result: Row) -> list[str]:
+    """How far velocity errors fell, by what was hidden."""
+    rows = [[_words(row["effect"]), str(row["n"]), number(row["fall"]), number(row["known"])] for row in result["falls"]]
+    return [
+        "## Velocity errors",
+        "",
+        "Velocities and angular velocities that the effect alone had biased by more than three standard deviations: how many times smaller "
+        "the error of the last model is, and of a model that knows what is hidden, which shows how large the bias was beside the noise.",
+        "",
+        *table_lines(["hidden", "velocities", "errors fall (times, median)", "with what is hidden known"], rows),
+        "",
+    ]
+
+
 def _words(key: str) -> str:
     return key.replace("_", " ")
 
@@ -174,6 +188,7 @@ def page_lines(  # noqa: PLR0917
         "",
         *effect_lines(result, limits),
         "",
+        *(fall_lines(result) if result.get("falls") else []),
         "## What was named",
         "",
         *confusion_lines(result),

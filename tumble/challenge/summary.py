@@ -29,8 +29,8 @@ def summary(scored: Scored, table: LimitTable) -> dict[str, Any]:
         "tiers": sorted(str(tier) for tier in cases["tier"].unique()),
         "counts": {str(k): int(v) for k, v in cases["kind"].value_counts().items()},
         "acceptance": [figure_to_dict(figure) for figure in acceptance(scored)],
-        "oracle_velocity_gain": figure_to_dict(velocity_gain(scored.velocities, "oracle")),
         "confusion": confusion(cases),
+        "falls": falls(scored),
         "effects": per_effect(scored),
         "detection": detection_table(cases).to_dict("records"),
         "cpu_s": {name: float(cases[f"cpu_{name}_s"].astype(float).median()) for name in CPU},
@@ -67,6 +67,18 @@ def per_effect(scored: Scored) -> list[dict[str, Any]]:
                 "pull_spread": float(pulls.std(ddof=1)) if len(pulls) > 1 else None,
             }
         )
+    return rows
+
+
+def falls(scored: Scored) -> list[dict[str, Any]]:
+    """Per effect hidden alone: how many times smaller velocity errors became that it had biased, and with a model that knows of it."""
+    singles = scored.cases[scored.cases["kind"] == "single"]
+    rows = []
+    for key, every in singles.groupby("hidden"):
+        velocities = scored.velocities[scored.velocities["case"].isin(every["case"])] if len(scored.velocities) else scored.velocities
+        fall, known = (velocity_gain(velocities, model) for model in ("final", "oracle"))
+        if fall.n:
+            rows.append({"effect": str(key), "n": fall.n, "fall": fall.value, "known": known.value})
     return rows
 
 

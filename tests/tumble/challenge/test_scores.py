@@ -15,7 +15,7 @@ from tumble.challenge.answers import no_answer
 from tumble.challenge.cases import Case, Kind
 from tumble.challenge.detection import detection_table
 from tumble.challenge.scoring import NO_ANSWER, Scored, named, pulls
-from tumble.challenge.summary import TABLES, of_challenge, pooled, read_tables, table_path, write_tables
+from tumble.challenge.summary import TABLES, falls, of_challenge, pooled, read_tables, table_path, write_tables
 
 
 def case(kind: Kind, *keys: str) -> Case:
@@ -165,6 +165,9 @@ def test_a_perfect_solver_holds_every_line_that_has_cases() -> None:
     assert found.pop("both in the last model, not merely in a group") == TOO_FEW
     assert found.pop("the same by noise alone, without the models' own accuracy") == NOT_ASKED
     assert found.pop("numbers of missing frames right") == TOO_FEW
+    falls = ("where the verdict says that something is missing", "of velocities without angular velocities", "of angular velocities")
+    for of in (*falls, "with a model that knows what is hidden"):
+        assert found.pop(f"the same {of}") in {TOO_FEW, NOT_ASKED}
     outside = [what for what in found if "outside" in what or "stage" in what or "empirical force" in what or "law" in what]
     assert all(found.pop(what) == TOO_FEW for what in outside)
     assert set(found.values()) == {HELD}
@@ -224,6 +227,25 @@ def test_laws_of_unknown_forces() -> None:
     assert figures["excess of held-out squares that the empirical force removes, median"].value == pytest.approx(100 * 7 / 8)
     assert figures["the same, that the proposed law removes, median"].value == pytest.approx(50.0)
     assert figures["proposed laws with a term of the right family"].value == pytest.approx(200 / 3)
+
+
+def test_the_fall_of_velocity_errors_counts_every_case_and_tells_where_something_was_added() -> None:
+    """Ten cases whose errors fall tenfold, eleven of which the verdict says nothing: those are not left out of what is asked for."""
+    drawn = table(1, 0, 0)
+    steps = [answer(("gravity",))] * 10 + [answer()] * 11
+    rows = [{**drawn.cases.iloc[0].to_dict(), **named(case("single", "gravity"), said), "case": f"c{i}"} for i, said in enumerate(steps)]
+    errors = [{"v_base": 1.0, "v_final": 0.1 if i < 10 else 1.0, "v_oracle": 0.05, "v_bias_chi2": 50.0} for i in range(21)]
+    turns = {"omega_base": 1.0, "omega_final": 0.5, "omega_oracle": 0.5, "omega_bias_chi2": 1.0}
+    velocities = pd.DataFrame([{"case": f"c{i}", "kind": "single", **each, **turns} for i, each in enumerate(errors)])
+    figures = {f.what: f for f in acceptance(Scored(pd.DataFrame(rows), drawn.parameters, velocities))}
+    asked = figures["fall of velocity errors that the effect had biased beyond 3 sigma, median"]
+    assert (asked.value, asked.n, asked.verdict) == (pytest.approx(1.0), 21, MISSED)
+    added = figures["the same where the verdict says that something is missing"]
+    assert (added.value, added.n, added.verdict) == (pytest.approx(10.0), 10, NOT_ASKED)
+    assert figures["the same with a model that knows what is hidden"].value == pytest.approx(20.0)
+    assert figures["the same of angular velocities"].n == 0
+    (row,) = falls(Scored(pd.DataFrame(rows), drawn.parameters, velocities))
+    assert (row["effect"], row["n"], row["fall"], row["known"]) == ("gravity", 21, pytest.approx(1.0), pytest.approx(20.0))
 
 
 def test_a_share_has_an_exact_interval_and_is_printed_with_its_number() -> None:
