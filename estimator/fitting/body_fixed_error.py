@@ -18,6 +18,7 @@ from functools import cache
 import numpy as np
 from jaxtyping import Bool, Float, Int
 from numpy.typing import NDArray
+from scipy.sparse import csr_array
 from scipy.spatial import KDTree
 
 from estimator.geometry.sphere import fibonacci_sphere
@@ -83,9 +84,9 @@ def correlation(cells: Int[NDArray[np.int64], " q"], grid: Grid) -> Float[NDArra
 
 
 def _summed(cells: Index, values: Array, grid: Grid) -> Array:
-    total = np.zeros((grid.normals * grid.viewing, *values.shape[1:]))
-    np.add.at(total, cells, values)
-    return total.reshape(grid.normals, grid.viewing, *values.shape[1:])
+    rows = np.arange(len(cells))
+    into = csr_array((np.ones(len(cells)), (cells, rows)), shape=(grid.normals * grid.viewing, len(cells)))
+    return np.asarray(into @ values).reshape(grid.normals, grid.viewing, *values.shape[1:])
 
 
 def _product(total: Array, power: int = 1) -> Array:

@@ -19,13 +19,13 @@ where it is above 1.
 from dataclasses import dataclass
 from functools import cached_property
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
 from estimator.fitting.body_fixed_error import BodyPlaces, correlation
-from estimator.fitting.noise_model import angle_correlation, normal_angle, tangent_correlation
+from estimator.fitting.correlated_sums import AlongOutlines
+from estimator.fitting.noise_model import normal_angle, tangent_correlation
 from estimator.geometry.epipolar_tangency import TangencyErrors
 from estimator.geometry.silhouettes import Silhouettes
 
@@ -34,7 +34,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class SightingsNoise:
-    """Noise of the errors of n sightings with k views, from which their covariances are made where they are asked for.
+    """Noise of the errors of n sightings with k views, from which covariances of their sums are made where they are asked for.
 
     ``told`` (n, k, 2) which there are; ``own`` (n, k, 2) px standard deviation of the outline's own noise, ``rest`` (n, k, 2) px² variance
     of all other; ``angle`` (n, k, 2) rad of the tangents' normals and ``correlation_rad`` (n,) the turn over which they are alike;
@@ -48,24 +48,13 @@ class SightingsNoise:
     correlation_rad: Array
     along: Array | None = None
 
-    def of(self, i: int) -> tuple[NDArray[np.int64], NDArray[np.int64], Array]:
-        """Views (m,), tangencies (m,) and covariance (m, m) px² of the errors of sighting ``i``."""
-        view, side = np.nonzero(self.told[i])
-        own = self.own[i, view, side]
-        Sigma = own[:, None] * own[None, :] * angle_correlation(self.angle[i, view, side], float(self.correlation_rad[i]))
-        Sigma[np.diag_indices_from(Sigma)] += self.rest[i, view, side]
-        if self.along is not None:
-            moved = self.along[i, view, side]
-            Sigma += np.outer(moved, moved)
-        return view, side, Sigma
-
     def spread(self, along: Array) -> Array:
         """Covariance (c, c) of ``sum alongᵀ e`` for weights ``along`` (n, k, 2, c)."""
-        total = np.zeros((along.shape[-1],) * 2)
-        for i in np.flatnonzero(self.told.any(axis=(1, 2))):
-            view, side, Sigma = self.of(int(i))
-            W = along[i, view, side]
-            total += W.T @ (Sigma @ W)
+        weights = along.reshape(self.told.size, along.shape[-1])
+        total = _of_sightings(self.told, self.angle, self.own, self.own**2 + self.rest, self.correlation_rad).covariance(weights)
+        if self.along is not None:
+            moved = np.einsum("nks,nksc->nc", np.where(self.told, self.along, 0.0), along, optimize=True)
+            total += moved.T @ moved
         return total
 
 
@@ -196,30 +185,20 @@ def _own_noise(errors: TangencyErrors, first: Silhouettes, floor_px: float) -> t
     return told, own, total, normal_angle(errors.direction[:, :, :2])
 
 
-@numba.njit(cache=True)
-def design_effects(share, angle, told, correlation_rad):  # type: ignore[no-untyped-def]
+def design_effects(share: Array, angle: Array, told: NDArray[np.bool_], correlation_rad: Array) -> Array:
     """Of n sightings, ``1ᵀ R 1 / m`` of the m errors that are ``told`` (n, k, 2), 1 where none is.
 
     ``share`` (n, k, 2): the outline's own noise over the standard deviation of the error, ``angle`` (n, k, 2) of its normal.
     """
-    n, k, sides = share.shape
-    effects = np.ones(n)
-    s, at = np.empty(k * sides), np.empty(k * sides)
-    for i in range(n):
-        m = 0
-        for j in range(k):
-            for side in range(sides):
-                if told[i, j, side]:
-                    s[m], at[m] = share[i, j, side], angle[i, j, side]
-                    m += 1
-        alike = 0.0
-        for a in range(m):
-            for b in range(a):
-                apart = abs(at[a] - at[b])
-                alike += s[a] * s[b] * np.exp(-min(apart, 2.0 * np.pi - apart) / correlation_rad[i])
-        if m > 0:
-            effects[i] = 1.0 + 2.0 * alike / m
-    return effects
+    noise = _of_sightings(told, angle, share, np.zeros(share.shape), correlation_rad)
+    alike = noise.half(np.ones((share.size, 1))).reshape(len(share), -1).sum(axis=1)
+    return np.asarray(1.0 + 2.0 * alike / np.maximum(np.count_nonzero(told, axis=(1, 2)), 1))
+
+
+def _of_sightings(told: NDArray[np.bool_], angle: Array, own: Array, variance: Array, correlation_rad: Array) -> AlongOutlines:
+    """Noise along the outlines of n sightings; arrays (n, k, 2)."""
+    outline = np.where(told, np.arange(len(told))[:, None, None], -1)
+    return AlongOutlines(outline.ravel(), angle.ravel(), own.ravel(), variance.ravel(), correlation_rad)
 
 
 @dataclass(frozen=True)
@@ -252,19 +231,14 @@ def sighting(
 
 def shared_view_noise(errors: TangencyErrors, weighted: Array, second: Silhouettes) -> Array:
     """What one view's outline noise adds to the gradient's covariance (p, p) by entering many sightings: the sum over the views above."""
-    p = weighted.shape[-1]
-    total = np.zeros((p, p))
-    for k in range(errors.valid.shape[1]):
-        sighting, side = np.argwhere(np.repeat(errors.valid[:, k][:, None], 2, axis=1)).T
-        if len(sighting) == 0:
-            continue
-        sigma = second.sigma_px[second.offsets[k] + errors.tangency[sighting, k, 2 + side]]
-        magnified = sigma * errors.jacobian[sighting, k, side, 7]
-        K = tangent_correlation(errors.direction[sighting, k, 2 + side], float(second.correlation_rad[k]))
-        np.fill_diagonal(K, 0.0)
-        W = weighted[sighting, k, side] * magnified[:, None]
-        total += W.T @ K @ W
-    return total
+    n, k, _, p = weighted.shape
+    seen = np.repeat(errors.valid[:, :, None], 2, axis=2)
+    vertex = np.where(seen, second.offsets[:-1, None] + errors.tangency[:, :, 2:], 0)
+    magnified = second.sigma_px[vertex] * errors.jacobian[:, :, :2, 7]
+    outline = np.where(seen, np.arange(k)[:, None], -1)
+    angle, own = normal_angle(errors.direction[:, :, 2:]).ravel(), magnified.ravel()
+    between = AlongOutlines(outline.ravel(), angle, own, np.zeros(n * k * 2), second.correlation_rad)
+    return between.covariance(weighted.reshape(n * k * 2, p))
 
 
 def information(errors: TangencyErrors, S: Array, first: Silhouettes, body: tuple[BodyPlaces, float], *, huber: float) -> Array:
