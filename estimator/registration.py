@@ -147,7 +147,7 @@ def _one(observation: Observation, particle: Particle, views: Views | None, conf
         exposure_s=observation.clock.exposure_s,
         gravity_world=np.asarray(observation.gravity_world, dtype=np.float64),
         inertia_ratios=particle.body.inertia_ratios,
-        edge_px=pictures.edge_px if pictures is not None else 0.0,
+        edge_px=pictures.edge_px(sightings.camera) if pictures is not None else 0.0,
     )
     vertices = (particle.hull.vertices - particle.body.com_particle) @ particle.body.R_particle_body
     flight = candidates[0].solution.state

@@ -170,7 +170,8 @@ def hull_of(particle: Particle) -> Array:
 
 def silhouettes_of(drop: Drop, like: Pictures) -> SequenceTask:
     """The sequence that ``drop`` would give; its sightings are those that lie wholly in the picture."""
-    setting = replace(like.sequence.setting, times_s=drop.times_s)
+    known = like.sequence.setting
+    setting = replace(known, times_s=drop.times_s, edge_px=float(np.median(known.edge_px)))
     R_world_body, centres = _poses(drop, like, setting)
     polygons: list[Array] = []
     camera: list[int] = []

@@ -25,14 +25,15 @@ class Setting:
     """What is known of a sequence beside its pictures.
 
     ``times_s`` (f,) time stamps of the frames, ``exposure_s``, ``gravity_world`` (3,) m/s², ``inertia_ratios`` (3,) of the nominal body;
-    ``edge_px`` the standard deviation of the blur that edges at rest have in its pictures, 0 where outlines are given as such.
+    ``edge_px`` the standard deviation of the blur that edges at rest have in its pictures, (n,) of n sightings or one for all: a particle
+    that comes nearer is seen less sharply; 0 where outlines are given as such.
     """
 
     times_s: Array
     exposure_s: float
     gravity_world: Array
     inertia_ratios: Array
-    edge_px: float = 0.0
+    edge_px: Array | float = 0.0
 
     @cached_property
     def interval_s(self) -> float:

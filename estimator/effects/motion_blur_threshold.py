@@ -44,12 +44,12 @@ class MotionBlurThreshold(EffectModel):
             return np.zeros(places.radius_px.shape)
         moved = np.abs(np.sum(places.normal * places.velocity_px, axis=-1)) * setting.exposure_s
         lost = tabled(places.smear, np.full(moved.shape, 0.5 - bias), LEVELS)
-        return np.asarray(displaced(bias, moved, setting.edge_px) - lost)
+        return np.asarray(displaced(bias, moved, np.reshape(setting.edge_px, (-1, 1, 1))) - lost)
 
 
-def displaced(bias: float, moved_px: Array, edge_px: float) -> Array:
+def displaced(bias: float, moved_px: Array, edge_px: Array | float) -> Array:
     """Displacement (px) of edges that move by ``moved_px`` during the exposure; ``edge_px`` the width measured of edges that do not."""
-    if edge_px == 0.0:
+    if not np.any(edge_px):
         return bias * moved_px
     static = edge_px * _widened(bias)
     over = moved_px / static

@@ -10,8 +10,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 from numpy.typing import NDArray
+from scipy.ndimage import median_filter
 
 from datasets.vocabulary.outline import oriented
 from estimator.geometry.coverage import coverage
@@ -24,6 +25,8 @@ from estimator.outlines.settings import OutlineSettings
 
 Array = NDArray[np.float64]
 MARGIN_BLURS, LEAST_MARGIN_PX = 5.0, 10.0
+SUCCESSION = 5
+"""Pictures of which the median width of edges is taken."""
 
 
 @dataclass(frozen=True)
@@ -39,10 +42,12 @@ class Pictures:
         widths = np.array([frame.edge_width_px for frame in frames]) / WIDTH_10_90
         return cls(np.sqrt(np.maximum(widths**2 - PIXEL_VARIANCE, LEAST_VARIANCE)), np.array([frame.noise for frame in frames]))
 
-    @property
-    def edge_px(self) -> float:
-        """Standard deviation (px) of the blur of edges in the typical picture, the pixel's own with it."""
-        return float(np.sqrt(np.median(self.blur_px) ** 2 + PIXEL_VARIANCE))
+    def edge_px(self, camera: Int[NDArray[np.int64], " n"]) -> Float[NDArray[np.float64], " n"]:
+        """Standard deviation (px) of the blur of edges, the pixel's own with it; medians of pictures that ``camera`` took in succession."""
+        blur = self.blur_px.copy()
+        for number in np.unique(camera):
+            blur[camera == number] = median_filter(blur[camera == number], SUCCESSION, mode="nearest")
+        return np.asarray(np.sqrt(blur**2 + PIXEL_VARIANCE))
 
     def typical(self, count: int) -> "Pictures":
         """``count`` pictures, each with the medians of these."""

@@ -41,3 +41,12 @@ def test_blur_that_is_small_beside_the_motion_does_nothing(bias):
     np.testing.assert_allclose(displaced(bias, moved, 0.0), bias * moved)
     np.testing.assert_allclose(displaced(bias, moved, 1e-3), bias * moved, atol=1e-6)
     assert displaced(bias, moved, 0.02) == pytest.approx(bias * moved, abs=0.01)
+
+
+def test_each_sighting_is_displaced_by_the_blur_of_its_own_picture():
+    """A particle that leaves the focus is displaced by more, however it moves."""
+    moved = np.broadcast_to(np.array([0.0, 1.0, 3.0]), (4, 3))
+    widths = np.array([0.3, 0.4, 0.6, 0.8])
+    together = displaced(0.24, moved, widths[:, None])
+    np.testing.assert_array_equal(together, [displaced(0.24, row, width) for row, width in zip(moved, widths, strict=True)])
+    assert (np.diff(together, axis=0) > 0.01).all()

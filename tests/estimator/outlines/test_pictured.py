@@ -6,6 +6,7 @@ import pytest
 from estimator.geometry.closed_curves import unit_circle
 from estimator.geometry.tangent_hull import tangent_hull
 from estimator.outlines import extract_outlines
+from estimator.outlines.contour import PIXEL_VARIANCE
 from estimator.outlines.pictured import Pictures, mean_seen, pictured_supports
 
 SHAPE = (96, 112)
@@ -61,3 +62,14 @@ def test_what_cannot_be_seen_is_as_it_is():
     nothing, as_it_is = pictured_supports([np.zeros((0, 2)), small], pictures, OUTWARD, draws=2, rng=np.random.default_rng(2))
     assert not nothing.any()
     np.testing.assert_allclose(as_it_is, (small @ OUTWARD.T).max(axis=0))
+
+
+def test_edges_follow_the_focus_and_not_single_pictures_and_cameras_are_told_apart():
+    near, far = np.linspace(0.2, 0.8, 40), np.full(40, 2.0)
+    blur = np.concatenate([near, far])
+    camera = np.repeat([0, 1], 40)
+    spoilt = blur.copy()
+    spoilt[20] = 5.0
+    found = Pictures(spoilt, np.zeros(80)).edge_px(camera)
+    np.testing.assert_allclose(found, np.sqrt(blur**2 + PIXEL_VARIANCE), atol=0.035)
+    np.testing.assert_array_equal(found[40:], np.sqrt(4.0 + PIXEL_VARIANCE))
