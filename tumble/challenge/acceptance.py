@@ -230,20 +230,24 @@ def _inside(table: pd.DataFrame, column: str) -> "tuple[pd.Series[bool], pd.Seri
 FALL = "fall of velocity errors that the effect had biased beyond 3 sigma, median"
 
 
-def velocity_gain(table: pd.DataFrame, model: str, what: str = FALL, of: Sequence[str] = ("v", "omega"), **bounds: Any) -> Figure:
+def velocity_falls(table: pd.DataFrame, model: str, of: Sequence[str] = ("v", "omega")) -> "pd.Series[float]":
     """How many times smaller velocity errors became where the effect had biased them by more than three sigma, per case and v or omega."""
-    ratios: list[float] = []
-    of_case: list[str] = []
     wanted = table[table["kind"].isin(["single", "pair"])] if len(table) else table
+    falls = [pd.Series(dtype=np.float64)]
     for name in of:
         if f"{name}_{model}" not in wanted or f"{name}_bias_chi2" not in wanted:
             continue
         biased = wanted[wanted[f"{name}_bias_chi2"] > BIASED]
-        for case, rows in biased.groupby("case"):
-            before, after = (float(np.sqrt((rows[f"{name}_{m}"].astype(float) ** 2).sum())) for m in ("base", model))
-            ratios.append(before / after)
-            of_case.append(str(case))
-    return of_rows("5", what, np.array(ratios), of_case, np.median, unit="times", **bounds)
+        before, after = ((biased[f"{name}_{m}"].astype(float) ** 2).groupby(biased["case"]).sum() ** 0.5 for m in ("base", model))
+        falls.append(before / after)
+    return pd.concat([each for each in falls if len(each)] or falls)
+
+
+def velocity_gain(table: pd.DataFrame, model: str, what: str = FALL, of: Sequence[str] = ("v", "omega"), **bounds: Any) -> Figure:
+    """The median of :func:`velocity_falls`."""
+    falls = velocity_falls(table, model, of)
+    cases = [str(case) for case in falls.index]
+    return of_rows("5", what, np.asarray(falls, dtype=np.float64), cases, np.median, unit="times", **bounds)
 
 
 def _gains(velocities: pd.DataFrame, cases: pd.DataFrame) -> list[Figure]:

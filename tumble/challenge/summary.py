@@ -9,7 +9,7 @@ import pandas as pd
 
 from datasets.atomic_files import written_whole
 from datasets.errors import InputError
-from tumble.challenge.acceptance import acceptance, figure_to_dict, velocity_gain
+from tumble.challenge.acceptance import acceptance, figure_to_dict, velocity_falls
 from tumble.challenge.detection import detection_table
 from tumble.challenge.limits import LimitTable
 from tumble.challenge.scoring import CPU, NOTHING, Scored
@@ -76,9 +76,9 @@ def falls(scored: Scored) -> list[dict[str, Any]]:
     rows = []
     for key, every in singles.groupby("hidden"):
         velocities = scored.velocities[scored.velocities["case"].isin(every["case"])] if len(scored.velocities) else scored.velocities
-        fall, known = (velocity_gain(velocities, model) for model in ("final", "oracle"))
-        if fall.n:
-            rows.append({"effect": str(key), "n": fall.n, "fall": fall.value, "known": known.value})
+        fell, known = (velocity_falls(velocities, model) for model in ("final", "oracle"))
+        if len(fell):
+            rows.append({"effect": str(key), "n": len(fell), "fall": float(fell.median()), "known": float(known.median())})
     return rows
 
 
