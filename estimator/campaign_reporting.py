@@ -48,7 +48,7 @@ def effect_values(registered: Registered, fit: CampaignFit, covariance: Campaign
     campaign = registered.campaign
     found = []
     for effect, part in zip(fit.model.effects, fit.model.slices, strict=True):
-        if effect.held is not None:
+        if effect.instrument:
             continue
         groups = sorted(set(campaign.sharing(effect.entry.scope)))
         for sequence in groups:
@@ -159,7 +159,7 @@ def _judged(fit: CampaignFit, mean_square: float, to_go: float) -> tuple[Status,
         return Status.NO_CONVERGENCE, f"the campaign's fit did not settle: its next step would be {to_go:.1f} standard deviations."
     if mean_square > MOST_MEAN_SQUARE:
         return Status.NO_CONVERGENCE, f"the fit misses the measurement by {np.sqrt(mean_square):.1f} times their noise."
-    effects = ", ".join(e.entry.title for e in fit.model.effects if e.held is None)
+    effects = ", ".join(e.entry.title for e in fit.model.effects if not e.instrument)
     return Status.CONVERGED, f"converged, fitted jointly with its campaign; effects in the model: {effects or 'none'}."
 
 
@@ -173,5 +173,5 @@ def _velocity(flight: Flight, theta: Array, at: tuple[CampaignFit, float, Array]
 def _of_fit(fit: CampaignFit, number: int) -> dict[str, Any]:
     return {
         "whitened_mean_square": fit.equations[number].frames.mean_square,
-        "campaign_effects": [e.entry.key for e in fit.model.effects if e.held is None],
+        "campaign_effects": [e.entry.key for e in fit.model.effects if not e.instrument],
     }

@@ -28,7 +28,7 @@ Entry = dict[str, Any]
 
 def keys_of(fit: CampaignFit) -> list[str]:
     """The effects of a fit, without what belongs to the instrument."""
-    return [e.entry.key for e in fit.model.effects if e.held is None]
+    return [e.entry.key for e in fit.model.effects if not e.instrument]
 
 
 def rms_px(fit: CampaignFit) -> float:
@@ -279,6 +279,6 @@ def _effect(effect: EffectModel) -> Entry:
         "stage": entry.stage.value,
         "scope": entry.scope.value,
         "meaning": entry.meaning,
-        "held": effect.held is not None,
+        "held": effect.instrument,
         "parameters": [{"name": p.name, "unit": p.unit} for p in entry.parameters],
     }

@@ -93,7 +93,7 @@ def superfluous(campaign: Campaign, found: EmpiricalFit) -> tuple[str, ...]:
     if found.law is None:
         return ()
     fit, covariance = found.law.fit, found.law.covariance
-    free = [(e, effect) for e, effect in enumerate(fit.model.effects[:-1]) if effect.held is None and not effect.random]
+    free = [(e, effect) for e, effect in enumerate(fit.model.effects[:-1]) if not effect.instrument and not effect.random]
     return tuple(effect.entry.key for e, effect in free if wald_p(campaign, fit, covariance, e) > SUPERFLUOUS)
 
 

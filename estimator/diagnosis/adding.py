@@ -1,7 +1,7 @@
-"""Fits a campaign with chosen effects, added one after the other, each from where a score test says that it begins.
+"""Fits a campaign with chosen effects, added one after the other, each from where its evidence says that it begins.
 
-A test of one effect alone gives the best of its starts (the frequency of a vibration, the place of a gap) and a first value, so a fit never
-begins where an effect is flat.
+The linearised campaign gives the best of an effect's starts (the frequency of a vibration, the place of a gap), a first value and the
+scale of its prior, so a fit never begins where an effect is flat.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -10,43 +10,38 @@ from dataclasses import dataclass
 import numpy as np
 
 from datasets.errors import InputError
-from estimator.diagnosis.explain import start_with
-from estimator.diagnosis.extending import fit_extended
-from estimator.diagnosis.score_tests import Candidates, score_tests
+from estimator.diagnosis.base import base_fit
+from estimator.diagnosis.score_tests import Candidates
+from estimator.diagnosis.selection.evidence import Evidence
+from estimator.diagnosis.selection.linearised import linearised
+from estimator.diagnosis.selection.refitting import refitted, weighed_again
 from estimator.effects.link import EffectModel
-from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState, fit_campaign
+from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState
 from estimator.fitting.following import following
 from estimator.fitting.held_out import HeldOut, held_out
 
 
-def base_fit(campaign: Campaign, start: CampaignState) -> CampaignFit:
-    """Free flight alone."""
-    model = campaign.kind.base
-    return fit_campaign(campaign, start_with(start, model.size), model)
-
-
-def with_effect(campaign: Campaign, fit: CampaignFit, effect: EffectModel) -> CampaignFit:
-    """The campaign fitted with one effect more.
+def with_effect(campaign: Campaign, fit: CampaignFit, effect: EffectModel) -> tuple[Campaign, CampaignFit]:
+    """The campaign fitted with one effect more, and as it is at that fit.
 
     Raises
     ------
     InputError
         Where no sequence is long enough to show it.
     """
-    asked = Candidates.of(campaign, (effect,))
-    if not asked.effects:
+    if not Candidates.of(campaign, (effect,)).effects:
         longest = max((each.setting.times_s for each in campaign.sequences), key=len)
-        came = f"{len(longest)} frames over {1e3 * float(np.ptp(longest)):.3g} ms"
-        raise InputError(f"{effect.entry.key}: expected a sequence long enough to show it, came {came} at most.")
-    tests, _ = score_tests(campaign, fit, asked)
-    return fit_extended(campaign, fit, tests[0])
+        got = f"{len(longest)} frames over {1e3 * float(np.ptp(longest)):.3g} ms"
+        raise InputError(f"{effect.entry.key}: expected a sequence long enough to show it, got {got} at most.")
+    of = linearised(campaign, fit, {effect.entry.key: effect})
+    return refitted(campaign, fit, Evidence(of), tuple(range(len(of.effects))))
 
 
 def fit_with(campaign: Campaign, start: CampaignState, effects: Sequence[EffectModel]) -> tuple[Campaign, CampaignFit]:
     """Free flight with all of ``effects``, and the campaign as it is at that fit (:mod:`estimator.fitting.following`)."""
-    campaign, fit = following(campaign, base_fit(campaign, start))
+    campaign, fit = weighed_again(*following(campaign, base_fit(campaign, start)))
     for effect in effects:
-        campaign, fit = following(campaign, with_effect(campaign, fit, effect))
+        campaign, fit = with_effect(campaign, fit, effect)
     return campaign, fit
 
 
@@ -71,10 +66,10 @@ def ladder(
     told: Callable[[str], None] = lambda _added: None,
 ) -> Iterator[Rung]:
     """The base and then one effect more on every rung."""
-    campaign, fit = following(campaign, base_fit(campaign, start))
+    campaign, fit = weighed_again(*following(campaign, base_fit(campaign, start)))
     yield Rung(None, campaign, fit, held_out(campaign, fit.state, fit.model))
     told("base")
     for effect in effects:
-        campaign, fit = following(campaign, with_effect(campaign, fit, effect))
+        campaign, fit = with_effect(campaign, fit, effect)
         yield Rung(effect.entry.key, campaign, fit, held_out(campaign, fit.state, fit.model))
         told(effect.entry.key)

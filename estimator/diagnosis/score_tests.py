@@ -10,7 +10,7 @@ An effect that is not linear in a parameter (a frequency, the place of a gap) is
 corrected for their number.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -22,7 +22,7 @@ from estimator.effects.link import LEAST_COUNT, EffectModel
 from estimator.effects.model import Model
 from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState, SequenceEquations, sequence_equations, shared_prior
 from estimator.fitting.stable_inverse import stable_inverse
-from estimator.fitting.time_shifts import jitter_test
+from estimator.fitting.time_shifts import JitterTest, jitter_test
 from estimator.motion.flight import N_PARAMETERS
 
 Array = NDArray[np.float64]
@@ -125,11 +125,14 @@ def score_tests(campaign: Campaign, fit: CampaignFit, candidates: Candidates, *,
     """
     linear = arranged(campaign, candidate_equations(campaign, fit, candidates), fit.model, candidates)
     scores, chosen = efficient_scores(campaign, fit, linear, like=like)
+    shifts = [campaign.kind.time_shifts(campaign, i, each) for i, each in enumerate(linear.equations)]
     tests = [
-        _random_test(campaign, linear, effect) if effect.random else _test(scores, candidates, number, chosen)
+        random_test(campaign, jitter_test(shifts), effect)
+        if effect.random
+        else test_of(scores, (number, effect, candidates.starts[number]), chosen, campaign.sharing(effect.entry.scope))
         for number, effect in enumerate(candidates.effects)
     ]
-    return [replace(test, sharing=campaign.sharing(test.effect.entry.scope)) for test in tests], scores
+    return tests, scores
 
 
 def efficient_scores(
@@ -279,24 +282,29 @@ def _noise(
     return np.asarray(0.5 * (total + total.T))
 
 
-def _test(scores: EfficientScores, candidates: Candidates, number: int, chosen: dict[tuple[int, int | None], int]) -> ScoreTest:
-    rows = np.array([i for i, c in enumerate(scores.columns) if c.effect == number], dtype=np.int64)
-    part = scores.take(rows)
+def test_of(
+    scores: EfficientScores,
+    which: tuple[int, EffectModel, Array],
+    chosen: Mapping[tuple[int, int | None], int],
+    sharing: tuple[int, ...] = (),
+) -> ScoreTest:
+    """The test of one effect: ``which`` its number in the scores, the effect, and its starts (s, q), of which the ``chosen`` explain most."""
+    number, effect, starts = which
+    part = scores.take(np.array([i for i, c in enumerate(scores.columns) if c.effect == number], dtype=np.int64))
     inverse = stable_inverse(part.H, 1e-10)
-    statistic = _statistic(part)
     theta = -inverse @ part.g
-    counts = not counts_nothing(candidates.effects[number], part.columns, theta)
-    starts = {sequence: candidates.starts[number][start] for (effect, sequence), start in chosen.items() if effect == number}
+    counts = not counts_nothing(effect, part.columns, theta)
     return ScoreTest(
-        effect=candidates.effects[number],
+        effect=effect,
         columns=part.columns,
         theta=theta,
         covariance=inverse @ part.M @ inverse,
-        statistic=statistic,
-        p=p_of(part, len(candidates.starts[number])) if counts else 1.0,
+        statistic=_statistic(part),
+        p=p_of(part, len(starts)) if counts else 1.0,
         explained=float(part.g @ inverse @ part.g),
-        starts=starts,
+        starts={sequence: starts[start] for (e, sequence), start in chosen.items() if e == number},
         counts=counts,
+        sharing=sharing,
     )
 
 
@@ -327,10 +335,9 @@ def counts_nothing(effect: EffectModel, columns: tuple[Column, ...], theta: Arra
     return bool(effect.whole) and max(counts, default=0.0) < LEAST_COUNT
 
 
-def _random_test(campaign: Campaign, linear: Linear, effect: EffectModel) -> ScoreTest:
+def random_test(campaign: Campaign, result: JitterTest, effect: EffectModel) -> ScoreTest:
     """Jitter of the frames' times, judged by the residuals."""
-    result = jitter_test([campaign.kind.time_shifts(campaign, i, each) for i, each in enumerate(linear.equations)])
     variance = np.array([[result.sigma_error_s**2]])
-    return ScoreTest(
-        effect, (), np.array([result.sigma_s]), variance, result.gain, result.p, result.gain, {None: np.array([result.sigma_s])}
-    )
+    starts: dict[int | None, Array] = {None: np.array([result.sigma_s])}
+    sharing = campaign.sharing(effect.entry.scope)
+    return ScoreTest(effect, (), np.array([result.sigma_s]), variance, result.gain, result.p, result.gain, starts, sharing=sharing)

@@ -34,6 +34,7 @@ class CurvatureBias(EffectModel):
         "Kennedy and O'Hagan, J. R. Stat. Soc. B 63 (2001) 425: model discrepancy",
     )
     held = (HELD_PX, HELD_PX, HELD_PX2)
+    instrument = True
 
     def shift(self, theta: Array, places: Places, setting: Setting) -> Array | None:
         """The bias on the outline."""

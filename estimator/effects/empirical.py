@@ -5,6 +5,7 @@ family; the one that stands out most from noise names the stage. ``P_j`` are Leg
 image coordinates, scaled to [-1, 1].
 """
 
+from collections.abc import Sequence
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -253,3 +254,18 @@ _FORCES = (SmoothForce(), SmoothTorque(), BodyThrust(), ForceField())
 _INSTRUMENT = (SmoothTimeShift(), ImageWarp(), ZoomInTime(), BodyOutline())
 EMPIRICAL: dict[str, EffectModel] = {model.entry.key: model for model in (*_FORCES, *_INSTRUMENT)}
 """The families by key; each entry's stage is what it stands for."""
+
+
+def families(middles: Sequence[Array], times_s: Sequence[Array]) -> tuple[EffectModel, ...]:
+    """The families of a campaign: the field of force about the middle of its flights, the zoom over its longest sequence.
+
+    ``middles`` (3,) m of every flight, world frame; ``times_s`` (n,) of every sequence.
+    """
+    middle, longest = np.mean(middles, axis=0), max(float(np.ptp(each)) for each in times_s)
+
+    def adapted(family: EffectModel) -> EffectModel:
+        if isinstance(family, ForceField):
+            return family.about(middle)
+        return family.over(longest) if isinstance(family, ZoomInTime) else family
+
+    return tuple(adapted(family) for family in EMPIRICAL.values())

@@ -26,7 +26,7 @@ def _held(largest: float) -> tuple[float, ...]:
 class ForceCurve(SmoothForce):
     """A force of its own in every sequence."""
 
-    held: ClassVar[tuple[float, ...] | None] = _held(LARGEST_MS2)
+    held: tuple[float, ...] | None = _held(LARGEST_MS2)
     entry = EffectEntry(
         "force_curve", Stage.DYNAMICS, Scope.SEQUENCE, curves("a", "m/s2", DEGREES, 1e-2), "dv/dt = g + sum a_j P_j(t)", REFERENCE
     )
@@ -35,7 +35,7 @@ class ForceCurve(SmoothForce):
 class TorqueCurve(SmoothTorque):
     """A torque of its own in every sequence, per largest moment."""
 
-    held: ClassVar[tuple[float, ...] | None] = _held(LARGEST_RADS2)
+    held: tuple[float, ...] | None = _held(LARGEST_RADS2)
     entry = EffectEntry(
         "torque_curve", Stage.DYNAMICS, Scope.SEQUENCE, curves("m", "rad/s2", DEGREES, 10.0), "dL/dt = sum m_j P_j(t)", REFERENCE
     )

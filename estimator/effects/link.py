@@ -7,9 +7,10 @@ derivatives are central differences of the link alone, in steps of the entry, so
 """
 
 from collections.abc import Callable
+from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
-from typing import ClassVar
+from typing import ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -167,13 +168,27 @@ class EffectModel:
     """An effect as the estimator sees it: an entry of the catalogue and the link it touches."""
 
     entry: ClassVar[EffectEntry]
-    held: ClassVar[tuple[float, ...] | None] = None
-    """Standard deviations of a prior about zero, for what is known to be small; ``None``: free."""
+    held: tuple[float, ...] | None = None
+    """Standard deviations of a normal prior about zero, one for each parameter; ``None``: free."""
+    instrument: ClassVar[bool] = False
+    """Whether the effect is the instrument's own known discrepancy: part of every model, and never part of an answer."""
 
     def starts(self, setting: Setting) -> Array:
         """Parameters (s, q) at which a search begins, every amplitude at zero: more than one where a parameter is searched for."""
         del setting
         return np.zeros((1, len(self.entry.parameters)))
+
+    def held_by(self, sigma: tuple[float, ...] | None) -> Self:
+        """The same effect under a normal prior about zero of standard deviations ``sigma`` (q,); ``None``: free."""
+        same = copy(self)
+        same.held = sigma
+        return same
+
+    def without_noise(self) -> Self:
+        """An effect that is drawn anew in every frame with its parameters but no variance."""
+        same = copy(self)
+        same.random = False
+        return same
 
     def silent(self, theta: Array) -> NDArray[np.bool_]:
         """Parameters (q,) without an effect: those that are searched for, a frequency or a place, while every amplitude is zero."""
@@ -195,7 +210,7 @@ class EffectModel:
     """Keys of effects that differ from this one by less than what the reduced models of both are off by: nobody is to tell them apart."""
     twins_at_spikes: ClassVar[tuple[str, ...]] = ()
     """Further ones on bodies with hollows, whose corners a carved hull shows in part."""
-    random: ClassVar[bool] = False
+    random: bool = False
     """Whether the effect is drawn anew in every frame: its one parameter is a standard deviation, known to the fit as variance."""
 
     def slope_at(self, theta: Array) -> Array:

@@ -69,6 +69,18 @@ class MeasurementKind(Protocol):
         """The sequence with all that was made of it at an earlier flight made at this one; itself where nothing changes."""
         ...
 
+    def noise_scales(self, campaign: "Campaign", equations: Sequence["SequenceEquations"]) -> Array | None:
+        """Noise of every sequence (s,) over what its model says, most probable given its residuals; ``None``: one for all, by scores."""
+        ...
+
+    def with_noise(self, sequence: Any, noise: float) -> Any:
+        """The sequence with noise ``noise`` times what its model says."""
+        ...
+
+    def log_density(self, campaign: "Campaign", equations: Sequence["SequenceEquations"]) -> float:
+        """Logarithm of the density of all residuals, each sequence's noise integrated."""
+        ...
+
     def hollow(self, sequence: Any) -> float:
         """How much of the convex hulls of a body's outlines is empty, 0 where there are none."""
         ...

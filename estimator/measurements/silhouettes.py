@@ -97,6 +97,21 @@ class Silhouettes:
         """Shape and bias of the outlines."""
         return with_tables(sequence, flight, model, theta)
 
+    def noise_scales(self, campaign: Campaign, equations: Sequence[SequenceEquations]) -> Array | None:
+        """Noise is read off every outline; what it is off by, scores of all candidates show."""
+        del campaign, equations
+        return None
+
+    def with_noise(self, sequence: SequenceTask, noise: float) -> SequenceTask:
+        """Nothing to scale."""
+        del noise
+        return sequence
+
+    def log_density(self, campaign: Campaign, equations: Sequence[SequenceEquations]) -> float:
+        """Tangents of one outline are nearly functions of one another: their density is not known, that of scores is."""
+        del campaign, equations
+        return 0.0
+
     def hollow(self, sequence: SequenceTask) -> float:
         """Of the outlines that the hull casts."""
         return sequence.hollow

@@ -26,6 +26,8 @@ from estimator.trajectories.task import TrajectoryErrors, TrajectoryTask, trajec
 
 Array = NDArray[np.float64]
 HUBER = 4.0
+NOISE_FREEDOM = 10.0
+"""Degrees of freedom of the prior of a sequence's noise: what is stated or estimated is known to about 20%."""
 
 
 @dataclass(frozen=True)
@@ -82,6 +84,21 @@ class Trajectories:
         """Nothing is made of it."""
         del flight, model, theta
         return sequence
+
+    def noise_scales(self, campaign: Campaign, equations: Sequence[SequenceEquations]) -> Array | None:
+        """Of a flight whose residuals are larger than all others', a hand's or a bad track's, the noise is larger, not the effects."""
+        freedom = np.array([_freedom(task, each) for task, each in zip(campaign.sequences, equations, strict=True)])
+        return np.sqrt((NOISE_FREEDOM + _misfits(campaign, equations)) / (NOISE_FREEDOM + freedom))
+
+    def with_noise(self, sequence: TrajectoryTask, noise: float) -> TrajectoryTask:
+        """With larger standard deviations."""
+        return sequence.with_noise(noise)
+
+    def log_density(self, campaign: Campaign, equations: Sequence[SequenceEquations]) -> float:
+        """Student's density of every sequence [O'Hagan and Forster 2004, ch. 11]."""
+        freedom = np.array([_freedom(task, each) for task, each in zip(campaign.sequences, equations, strict=True)])
+        misfits = _misfits(campaign, equations)
+        return float(np.sum(-0.5 * (NOISE_FREEDOM + freedom) * np.log1p(misfits / NOISE_FREEDOM)))
 
     def hollow(self, sequence: TrajectoryTask) -> float:
         """No outlines."""
@@ -148,6 +165,18 @@ class Trajectories:
 
 
 TRAJECTORIES = Trajectories()
+
+
+def _misfits(campaign: Campaign, equations: Sequence[SequenceEquations]) -> Array:
+    """Weighted sums of squares (s,) in units of the noise that was stated or estimated."""
+    squares = [float(np.sum(each.frames.weight * each.errors.e**2)) for each in equations]
+    return np.array([task.noise**2 * each for task, each in zip(campaign.sequences, squares, strict=True)])
+
+
+def _freedom(task: TrajectoryTask, equations: SequenceEquations) -> float:
+    """Independent numbers of a sequence beside those of its own flight."""
+    measured = float(np.sum(equations.errors.seen / task.repeats))
+    return max(measured - float(np.count_nonzero(np.diag(equations.frames.H)[:N_PARAMETERS] > 0.0)), 1.0)
 
 
 def weighed(errors: TrajectoryErrors, repeats: Array, jitter_s: float) -> WeighedFrames:

@@ -30,7 +30,7 @@ LOOSE_MS2 = 0.2
 class LooseGravity(UniformAcceleration):
     """What is not known of the acceleration of a flight."""
 
-    held: ClassVar[tuple[float, ...] | None] = (LOOSE_MS2,) * 3
+    held: tuple[float, ...] | None = (LOOSE_MS2,) * 3
 
 
 MODEL = Model((LooseGravity(),))

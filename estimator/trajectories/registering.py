@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from datasets.errors import InputError
 from datasets.trajectory import Trajectory
-from estimator.diagnosis.adding import base_fit
+from estimator.diagnosis.base import base_fit
 from estimator.effects.link import Setting
 from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState
 from estimator.measurements.trajectories import TRAJECTORIES

@@ -8,7 +8,7 @@ What a trajectory does not measure is not varied: without a measured orientation
 that turns.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,6 +40,11 @@ class TrajectoryTask:
     sigma: Array
     repeats: Array
     kept: NDArray[np.bool_]
+    noise: float = 1.0
+
+    def with_noise(self, noise: float) -> "TrajectoryTask":
+        """The same with standard deviations ``noise`` times those that were stated or estimated."""
+        return replace(self, sigma=self.sigma * (noise / self.noise), noise=noise)
 
     @property
     def times_s(self) -> Array:

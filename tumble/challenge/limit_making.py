@@ -20,7 +20,7 @@ from datasets.errors import InputError
 from datasets.recipes.recipe import EffectRecipe
 from datasets.vocabulary.effects import EFFECTS, Scope
 from estimator.configuration import Configuration
-from estimator.diagnosis.explain import start_with
+from estimator.diagnosis.base import start_with
 from estimator.diagnosis.ranking import by_remainder
 from estimator.diagnosis.refits import Rules
 from estimator.diagnosis.score_tests import Candidates, EfficientScores, ScoreTest, score_tests

@@ -16,7 +16,7 @@ from datasets.atomic_files import written_whole
 from datasets.json_documents import plain
 from datasets.recipes.effects import values_in_sequence
 from estimator.configuration import configuration_from_dict
-from estimator.diagnosis.explain import start_with
+from estimator.diagnosis.base import start_with
 from estimator.diagnosis.score_tests import Candidates, score_tests
 from estimator.effects.choosing import catalogue
 from estimator.effects.model import Model

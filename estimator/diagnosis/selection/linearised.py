@@ -1,0 +1,190 @@
+"""A campaign linearised in the parameters of every effect at once, about a fit that may already have some of them.
+
+With ``theta`` the amplitudes of all effects, counted from "no effect", and everything else (flights, body, camera) re-adjusted, the
+logarithm of the likelihood is quadratic: ``log L = -S/2``, ``S(theta) = S(0) - 2 bᵀ theta + thetaᵀ G theta``. The efficient scores ``g`` at
+the fitted values ``theta*`` have mean ``-H (theta - theta*)`` and covariance ``M`` [Neyman 1959], so that
+
+- where scores vary as the information says, ``M = H``: ``G = H``, ``b = H theta* - g``, and ``S`` is the fit's own sum of squares;
+- where noise repeats, ``M ≠ H`` (tangents of one outline, calibrated views in every frame): the scores themselves are the data, with
+  their dependence: ``G = H M⁻¹ H``, ``b = H M⁻¹ (H theta* - g)``, ``S(0) = (H theta* - g)ᵀ M⁻¹ (H theta* - g)``
+  [Chandler and Bate 2007; Pauli, Racugno and Ventura 2011 on likelihoods adjusted for dependence].
+
+Effects that are in the fit are on trial like all others: the same quadratic says what the likelihood would be without them. Valid as far as
+signatures are linear over the differences between the sets that are compared; :mod:`estimator.diagnosis.selection.path` linearises
+again wherever the set changes.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.diagnosis.ranking import SMALLEST_SHARE
+from estimator.diagnosis.score_tests import Candidates, Column, EfficientScores, arranged, efficient_scores, joint_model
+from estimator.effects.link import EffectModel
+from estimator.effects.model import Model
+from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState, SequenceEquations, layout_of, sequence_equations
+from estimator.fitting.time_shifts import JitterTest, jitter_test
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Linearised:
+    """The quadratic log likelihood of all effects' amplitudes about one fit.
+
+    Attributes
+    ----------
+    effects : tuple of EffectModel
+        All on trial, those of the fit first.
+    own : int
+        How many of them the fit has.
+    scores : EfficientScores
+        Scores of the c amplitudes, each of an effect, a parameter and a sequence, about the fitted values.
+    information, pull : Array
+        ``G`` (c, c) and ``b`` (c,), units of one over each parameter's, squared and plain.
+    misfit : float
+        ``S(0)``, weighted sum of squares where every amplitude is zero.
+    count : float or None
+        How many independent numbers that sum has, where its noise is known up to one factor; ``None`` where each sequence's noise is.
+    density : float
+        What the fit's own logarithm of the density of all residuals has beside ``-S/2``.
+    candidates : Candidates
+        The effects with the starts that were tried of each.
+    starts : mapping
+        (effect, sequence or None) to the number of the start that its columns belong to: the value of what is searched for.
+    jitter : JitterTest
+        What the residuals say of an effect drawn anew in every frame.
+    """
+
+    effects: tuple[EffectModel, ...]
+    own: int
+    scores: EfficientScores
+    information: Array
+    pull: Array
+    misfit: float
+    count: float | None
+    density: float
+    candidates: Candidates
+    starts: Mapping[tuple[int, int | None], int]
+    jitter: JitterTest
+
+    @property
+    def columns(self) -> tuple[Column, ...]:
+        """The amplitudes."""
+        return self.scores.columns
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """The effects' keys."""
+        return tuple(e.entry.key for e in self.effects)
+
+    def gain(self, effect: int) -> float:
+        """Log likelihood (nats) that an effect drawn anew in every frame gains; 0 for all others."""
+        return 0.5 * self.jitter.gain if self.effects[effect].random else 0.0
+
+    def tried(self, effect: int) -> int:
+        """Starts that were tried of an effect."""
+        return len(self.candidates.starts[effect])
+
+    def start(self, effect: int, sequence: int | None) -> Array:
+        """The start (q,) that explains most."""
+        best = self.starts.get((effect, sequence), 0)
+        return self.candidates.starts[effect][best]
+
+    def rows(self, effect: int) -> NDArray[np.int64]:
+        """Columns of one effect."""
+        return np.array([i for i, column in enumerate(self.columns) if column.effect == effect], dtype=np.int64)
+
+
+def linearised(campaign: Campaign, fit: CampaignFit, catalogue: Mapping[str, EffectModel]) -> Linearised:
+    """Linearise a campaign about a fit, in the effects of the fit and of a ``catalogue``."""
+    base, own = _base_and_own(campaign, fit)
+    others = Candidates.of(campaign, [e for key, e in catalogue.items() if key not in fit.model.keys])
+    dummies = tuple(np.zeros((1, len(e.entry.parameters))) for e in own)
+    candidates = Candidates((*own, *others.effects), (*dummies, *others.starts))
+    equations = _equations(campaign, fit, others)
+    bare = replace(fit, model=base, layout=layout_of(campaign, base), state=_without_effects(fit, base.size))
+    scores, chosen = efficient_scores(campaign, bare, arranged(campaign, equations, base, candidates))
+    scores = _amplitudes(scores, candidates)
+    current = np.array([_current(fit, base.size, column, own) for column in scores.columns])
+    known = campaign.kind.noise_scales(campaign, equations) is not None
+    squares = _squares(equations)
+    return Linearised(
+        candidates.effects,
+        len(own),
+        scores,
+        *_quadratic(scores, current, squares if known else None),
+        campaign.kind.log_density(campaign, equations) + 0.5 * squares if known else 0.0,
+        candidates,
+        chosen,
+        jitter_test([campaign.kind.time_shifts(campaign, i, each) for i, each in enumerate(equations)]),
+    )
+
+
+def _base_and_own(campaign: Campaign, fit: CampaignFit) -> tuple[Model, tuple[EffectModel, ...]]:
+    """The kind's base model, and the effects that a fit has beside it."""
+    base = campaign.kind.base
+    if fit.model.keys[: len(base.keys)] != base.keys:
+        raise ValueError(f"expected a model that begins with {base.keys}, got {fit.model.keys}")
+    return base, fit.model.effects[len(base.effects) :]
+
+
+def _equations(campaign: Campaign, fit: CampaignFit, others: Candidates) -> tuple[SequenceEquations, ...]:
+    """Every sequence linearised in its flight, in the fit's effects at their values, and in all others at their starts."""
+    model, tried = joint_model(_free(fit.model), others)
+    state = CampaignState(fit.state.flights, tuple(np.concatenate([theta, tried]) for theta in fit.state.theta))
+    return tuple(sequence_equations(campaign, i, state, model) for i in range(len(campaign.sequences)))
+
+
+def _free(model: Model) -> Model:
+    """The model with the priors of its effects left to the evidence, and nothing drawn anew in every frame."""
+    return Model(tuple(e if e.instrument else e.without_noise() if e.random else e.held_by(None) for e in model.effects))
+
+
+def _without_effects(fit: CampaignFit, size: int) -> CampaignState:
+    return CampaignState(fit.state.flights, tuple(theta[:size] for theta in fit.state.theta))
+
+
+def _amplitudes(scores: EfficientScores, candidates: Candidates) -> EfficientScores:
+    """The columns of amplitudes alone: what is searched for is held at its start."""
+    kept = [i for i, c in enumerate(scores.columns) if _is_size(candidates.effects[c.effect], c.parameter)]
+    return scores.take(np.array(kept, dtype=np.int64))
+
+
+def _is_size(effect: EffectModel, parameter: int) -> bool:
+    return effect.entry.parameters[parameter].name in effect.entry.sizes
+
+
+def _current(fit: CampaignFit, before: int, column: Column, own: Sequence[EffectModel]) -> float:
+    """Value that a column has in the fit."""
+    if column.effect >= len(own):
+        return 0.0
+    first = before + sum(len(e.entry.parameters) for e in own[: column.effect])
+    return float(fit.state.theta[column.sequence or 0][first + column.parameter])
+
+
+def _squares(equations: Sequence[SequenceEquations]) -> float:
+    """Weighted sum of squares of all errors."""
+    return sum(float(np.sum(each.frames.weight * each.errors.e**2)) for each in equations)
+
+
+def _quadratic(scores: EfficientScores, current: Array, squares: float | None) -> tuple[Array, Array, float, float | None]:
+    """``G``, ``b``, ``S(0)`` and the count of :class:`Linearised`; ``squares`` where scores vary as the information says."""
+    H, score = scores.H, scores.H @ current - scores.g
+    if squares is not None:
+        return H, score, float(squares - 2.0 * scores.g @ current + current @ H @ current), None
+    if not len(score):
+        return H, score, 0.0, 1.0
+    white = _whitener(scores.M)
+    X, y = white @ H, white @ score
+    return X.T @ X, X.T @ y, float(y @ y), float(len(y))
+
+
+def _whitener(M: Array) -> Array:
+    """The map (r, c) to the r independent numbers of size one that scores of covariance ``M`` (c, c) hold."""
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(M), 1e-300))
+    value, vector = np.linalg.eigh(M * scale[:, None] * scale)
+    told = value > SMALLEST_SHARE
+    return np.asarray((vector[:, told] / np.sqrt(value[told])).T * scale)

@@ -1,0 +1,98 @@
+"""The way to the most probable set of effects: the campaign linearised anew wherever the set changes.
+
+The quadratic of one linearisation compares all sets, but only near the flights it is taken at. So the search moves in steps of one effect
+more, or one in another's place; the campaign is refitted with the new set and linearised there, with every effect on trial again, those
+of the set too. It ends where no set is more probable than the one that the flights were fitted with.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from estimator.diagnosis.selection.evidence import Evidence
+from estimator.diagnosis.selection.linearised import linearised
+from estimator.diagnosis.selection.refitting import refitted
+from estimator.diagnosis.selection.search import Posterior, Set, Trial, searched
+from estimator.effects.empirical import families
+from estimator.effects.link import EffectModel
+from estimator.fitting.campaign import Campaign, CampaignFit
+from estimator.motion.rigid_body import RanAway
+
+GAIN = 0.5
+"""Log posterior (nats) that a step has to gain: less is no reason to fit again."""
+ASTRAY = 3
+"""Sets in a row whose fit is less probable than where the search stands, after which it ends there."""
+MOST_STEPS = 12
+UNFLYABLE = (RanAway, np.linalg.LinAlgError)
+Told = Callable[[str], None]
+Catalogue = Mapping[str, EffectModel]
+
+
+@dataclass(frozen=True)
+class At:
+    """Where the search stands: a fitted set, all sets' evidence about that fit, and the posterior over them."""
+
+    campaign: Campaign
+    fit: CampaignFit
+    trial: Trial
+    posterior: Posterior
+    members: Set
+
+    @property
+    def value(self) -> float:
+        """Log posterior (nats) of the fitted set about its own fit."""
+        return self.trial.log_posterior(self.members)
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """The set."""
+        return self.named(self.members)
+
+    def named(self, members: Set) -> tuple[str, ...]:
+        """Keys of a set's effects."""
+        return tuple(self.trial.evidence.of.keys[e] for e in members)
+
+
+def looked_at(campaign: Campaign, fit: CampaignFit, catalogue: Catalogue) -> At:
+    """The posterior over sets of a ``catalogue`` and of the empirical families about a fit."""
+    wide = {e.entry.key: e for e in families([f.x for f in fit.state.flights], [s.setting.times_s for s in campaign.sequences])}
+    of = linearised(campaign, fit, {**catalogue, **wide})
+    trial = Trial(Evidence(of), frozenset(i for i, key in enumerate(of.keys) if key in wide))
+    members = tuple(range(of.own))
+    return At(campaign, fit, trial, searched(trial, members), members)
+
+
+def path_from(at: At, catalogue: Catalogue, told: Told) -> tuple[At, ...]:
+    """The path from ``at`` to the most probable set; every entry is more probable than the one before."""
+    path, tried, astray = [at], {frozenset(at.keys)}, 0
+    while len(path) <= MOST_STEPS and astray < ASTRAY:
+        now = path[-1]
+        wanted = _next(now, tried)
+        if wanted is None:
+            break
+        tried.add(frozenset(now.named(wanted)))
+        new = moved(now, wanted, catalogue)
+        if new is None or new.value <= now.value:
+            astray += 1
+            continue
+        told(f"{', '.join(new.keys) or 'nothing'}: log evidence {new.value - now.value:+.1f}")
+        path.append(new)
+        astray = 0
+    return tuple(path)
+
+
+def moved(now: At, members: Set, catalogue: Catalogue) -> At | None:
+    """The campaign refitted with another set, and looked at there; ``None`` where flights run away."""
+    try:
+        return looked_at(*refitted(now.campaign, now.fit, now.trial.evidence, members), catalogue)
+    except UNFLYABLE:
+        return None
+
+
+def _next(now: At, tried: set[frozenset[str]]) -> Set | None:
+    """The most probable set with at most one effect that the fitted one lacks; any, where there is none."""
+    least = now.value + GAIN
+    better = [s for s in now.posterior.sets if now.trial.log_posterior(s) > least and frozenset(now.named(s)) not in tried]
+    near = [s for s in better if len(set(s) - set(now.members)) <= 1]
+    return next(iter(near or better), None)

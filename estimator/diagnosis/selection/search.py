@@ -1,0 +1,99 @@
+"""One search over sets of effects: add, take out, exchange, two at once; a beam of the most probable sets.
+
+A set's prior is a product: every effect of the catalogue is in the model with the same small probability, and so is, with less, an
+empirical family ("something unknown"), one of them at a time.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import combinations
+
+import numpy as np
+from scipy.special import logsumexp
+
+from estimator.diagnosis.selection.evidence import Evidence
+
+EXPECTED = 0.5
+"""Effects of the catalogue that are expected to be missing of a campaign, before it is looked at."""
+UNKNOWN = 0.05
+"""Probability that something is missing that no effect of the catalogue is, before it is looked at."""
+BEAM = 4
+MOST = 6
+PAIRS = 8
+"""Effects of which all pairs are looked at: those that alone explain most."""
+Set = tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Posterior:
+    """Sets by descending log posterior (nats), normalised over all sets that were looked at."""
+
+    sets: tuple[Set, ...]
+    log_probability: tuple[float, ...]
+
+    @property
+    def best(self) -> Set:
+        """The most probable set."""
+        return self.sets[0]
+
+    def probability(self, effect: int) -> float:
+        """Of an effect to be in the model."""
+        return float(sum(np.exp(p) for each, p in zip(self.sets, self.log_probability, strict=True) if effect in each))
+
+
+@dataclass(frozen=True)
+class Trial:
+    """What is searched: the evidence, and which of its effects are empirical families."""
+
+    evidence: Evidence
+    families: frozenset[int]
+
+    @cached_property
+    def _prior(self) -> tuple[float, float]:
+        """Log prior odds of an effect of the catalogue and of a family to be missing."""
+        wide = len(self.families)
+        known = len(self.evidence.of.effects) - wide
+        return float(np.log(EXPECTED / max(known, 1))), float(np.log(UNKNOWN / max(wide, 1)))
+
+    def log_posterior(self, members: Set) -> float:
+        """Up to what all sets share (nats)."""
+        unknown = sum(e in self.families for e in members)
+        known, wide = self._prior
+        return (len(members) - unknown) * known + unknown * wide + self.evidence.log_evidence(members)
+
+    def allowed(self, members: Set) -> bool:
+        """Whether a set is one of those that compete."""
+        return len(members) <= MOST and sum(e in self.families for e in members) <= 1
+
+
+def searched(trial: Trial, start: Set = ()) -> Posterior:
+    """The posterior over sets, from ``start`` and from nothing."""
+    n = range(len(trial.evidence.of.effects))
+    singles = sorted(((e,) for e in n), key=trial.log_posterior, reverse=True)
+    pairs = (tuple(sorted(pair)) for pair in combinations((e for (e,) in singles[:PAIRS]), 2))
+    beam = _best(trial, {(), tuple(sorted(start)), *(pair for pair in pairs if trial.allowed(pair))})
+    while True:
+        wider = _best(trial, {new for old in beam for new in _neighbours(old, n) if trial.allowed(new)} | beam)
+        if wider == beam:
+            break
+        beam = wider
+    ordered = sorted(trial.evidence.known, key=trial.log_posterior, reverse=True)
+    values = np.array([trial.log_posterior(each) for each in ordered])
+    return Posterior(tuple(ordered), tuple(float(p) for p in values - logsumexp(values)))
+
+
+def _best(trial: Trial, sets: set[Set]) -> set[Set]:
+    return set(sorted(sets, key=trial.log_posterior, reverse=True)[:BEAM])
+
+
+def _neighbours(members: Set, n: range) -> Iterator[Set]:
+    """With one effect more, one less, or one in another's place."""
+    others = [e for e in n if e not in members]
+    for e in others:
+        yield tuple(sorted((*members, e)))
+    for out in members:
+        kept = tuple(e for e in members if e != out)
+        yield kept
+        for e in others:
+            yield tuple(sorted((*kept, e)))

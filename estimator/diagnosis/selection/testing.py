@@ -1,0 +1,49 @@
+"""Score tests of the effects that a fit lacks, from the campaign that was linearised for the evidence.
+
+They answer the plain question whether noise alone would give scores as large as these; which effects belong into the model is for the
+evidence to say.
+"""
+
+import numpy as np
+
+from estimator.diagnosis.score_tests import EfficientScores, ScoreTest, random_test, test_of
+from estimator.diagnosis.selection.linearised import Linearised
+from estimator.fitting.campaign import Campaign
+from estimator.fitting.stable_inverse import stable_inverse
+
+
+def tests_beside(campaign: Campaign, of: Linearised) -> tuple[ScoreTest, ...]:
+    """Tests of all effects that the fit lacks, in the order of ``of.effects``."""
+    scores = scores_beside(of)
+    return tuple(
+        random_test(campaign, of.jitter, effect)
+        if effect.random
+        else test_of(scores, (number, effect, of.candidates.starts[number]), of.starts, campaign.sharing(effect.entry.scope))
+        for number, effect in enumerate(of.effects)
+        if number >= of.own
+    )
+
+
+def scores_beside(of: Linearised) -> EfficientScores:
+    """Scores of the columns that the fit lacks, with the fit's own effects re-adjusted under their priors."""
+    inside = np.array([i for i, c in enumerate(of.columns) if c.effect < of.own], dtype=np.int64)
+    outside = np.array([i for i, c in enumerate(of.columns) if c.effect >= of.own], dtype=np.int64)
+    if not len(inside):
+        return of.scores
+    g, H, M = of.scores.g, of.scores.H, of.scores.M
+    prior = np.array([_precision(of, int(i)) for i in inside])
+    B = stable_inverse(H[np.ix_(inside, inside)] + np.diag(prior)) @ H[np.ix_(inside, outside)]
+    change = np.zeros((len(g), len(outside)))
+    change[inside], change[outside, np.arange(len(outside))] = -B, 1.0
+    noise = change.T @ M @ change + B.T @ (prior[:, None] * B)
+    free = np.where(prior > 0.0, 0.0, g[inside])  # under a prior the fit's own gradient is what the prior pulls
+    information = H[np.ix_(outside, outside)] - H[np.ix_(outside, inside)] @ B
+    columns = tuple(of.columns[i] for i in outside)
+    return EfficientScores(columns, g[outside] - B.T @ free, 0.5 * (information + information.T), 0.5 * (noise + noise.T))
+
+
+def _precision(of: Linearised, row: int) -> float:
+    """Information of the prior that a fitted column has."""
+    column = of.columns[row]
+    held = of.effects[column.effect].held
+    return 0.0 if held is None else held[column.parameter] ** -2.0
