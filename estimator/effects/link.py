@@ -1,8 +1,8 @@
 """The protocol of an effect: the links of the forward chain that it may touch.
 
-``times, delays -> body -> acceleration, torque -> scale -> (poses) -> correct -> (tangency errors) -> shift``. An effect overrides the
-link it belongs to (a rolling shutter two: it delays outlines, and shears them); every other link is the identity. Parameters come as an
-array in the order of the effect's entry in the catalogue;
+``times, delays -> body -> acceleration, torque -> scale -> (poses) -> correct -> (tangency errors) -> shift``; of a gyroscope, whose rows
+know no pictures, ``... -> torque -> reading``. An effect overrides the link it belongs to (a rolling shutter two: it delays outlines, and
+shears them); every other link is the identity. Parameters come as an array in the order of the effect's entry in the catalogue;
 derivatives are central differences of the link alone, in steps of the entry, so a plug-in needs none.
 """
 
@@ -251,6 +251,11 @@ class EffectModel:
         """Size of the particle in flight over its size in the calibrated views."""
         del theta
         return 1.0
+
+    def reading(self, theta: Array, omega: Array) -> Array:
+        """What a gyroscope reads (n, 3) rad/s of angular velocities ``omega`` (n, 3) along its axes."""
+        del theta
+        return omega
 
     def correct(self, theta: Array, points_px: Array, camera: Intrinsics, times_s: Array) -> Array:
         """Where points (v, 2) px seen at ``times_s`` (v,) would be in a camera without the effect."""

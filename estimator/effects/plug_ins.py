@@ -22,7 +22,7 @@ from estimator.effects.link import BodyChange, EffectModel, Moment, Places, Sett
 from estimator.effects.model import overrides
 
 Array = NDArray[np.float64]
-LINKS = ("times", "delays", "body", "acceleration", "torque", "scale", "correct", "shift")
+LINKS = ("times", "delays", "body", "acceleration", "torque", "scale", "reading", "correct", "shift")
 """What an effect may override to act."""
 
 
