@@ -145,11 +145,7 @@ class ModelForces:
         return self._sum("torque", self._moment(time_s, state, omega))
 
     def _moment(self, time_s: float, state: States, omega: Array) -> Moment:
-        return Moment(time_s - float(self.setting.times_s[0]), state.x, state.v, omega, state.L, self._attitude(state))
-
-    def _attitude(self, state: States) -> Array:
-        """World from body axes (m, 3, 3); no turn where nothing depends on it."""
-        return rotation_matrices(state.q) if self.of_attitude else np.broadcast_to(np.eye(3), (len(state.x), 3, 3))
+        return Moment(time_s - float(self.setting.times_s[0]), state.x, state.v, omega, state.L, rotation_matrices(state.q))
 
     def _sum(self, link: str, moment: Moment) -> Array:
         total = np.zeros_like(moment.x)

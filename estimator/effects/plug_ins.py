@@ -232,6 +232,13 @@ class _Watch:
             raise InputError(f"{self.word}: expected scale() above 0, came {value:g}{self._parameters(theta)}.")
         return value
 
+    def reading(self, answer: Any, theta: Array, omega: Array) -> Array:
+        """As many readings as angular velocities."""
+        array = self._shaped("reading", answer, omega.shape, (theta,))
+        if not np.isfinite(array).all():
+            raise self._refuse("reading", theta, "")
+        return array
+
     def correct(self, answer: Any, theta: Array, points_px: Array, camera: Any, times_s: Array) -> Array:
         """As many points as came."""
         del camera

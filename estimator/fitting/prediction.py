@@ -58,7 +58,7 @@ def predict(
     flight = replace(flight, com=flight.com + change.com, inertia=flight.inertia + change.inertia)
     true_times = model.times(theta, setting, times_s) + model.delays(theta, rows_px)
     forced = _forced(model)
-    varied = varied | _of_body(model)
+    varied = varied if (varied == VARIED).all() else varied | _of_body(model)
     steps, thetas, widths = _perturbations(model, theta, np.concatenate([varied, forced]))
     forces = ModelForces(model, thetas, setting) if forced.any() else None
     reached = states(flight, steps, true_times, forces)
