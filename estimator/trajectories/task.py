@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.effects.link import Setting
-from estimator.effects.model import Model
+from estimator.effects.model import Model, overrides
 from estimator.fitting.prediction import VARIED, Prediction, predict
 from estimator.motion.flight import COM, INERTIA, N_PARAMETERS, OFFSET, OMEGA, THETA, Flight, V, X
 from estimator.motion.rotation import rotation_vector
@@ -125,11 +125,12 @@ def trajectory_errors(task: TrajectoryTask, flight: Flight, model: Model, theta:
 def _scaled(prediction: Prediction, model: Model, theta: Array, scale: float) -> Array:
     """Derivatives (n, 3, 21 + q) of measured positions: lengths that are wrong by a factor divide them."""
     S = prediction.sensitivity[:, :3] / scale
-    for column, step in enumerate(model.steps):
-        up, down = theta.copy(), theta.copy()
-        up[column], down[column] = up[column] + step, down[column] - step
-        growth = (model.scale(up) - model.scale(down)) / (2.0 * step)
-        S[:, :, N_PARAMETERS + column] -= prediction.poses.centre[:, 0] * growth / scale**2
+    for effect, part in zip(model.effects, model.slices, strict=True):
+        for column in range(part.start, part.stop) if overrides(effect, "scale") else ():
+            up, down, step = theta.copy(), theta.copy(), model.steps[column]
+            up[column], down[column] = up[column] + step, down[column] - step
+            growth = (model.scale(up) - model.scale(down)) / (2.0 * step)
+            S[:, :, N_PARAMETERS + column] -= prediction.poses.centre[:, 0] * growth / scale**2
     return np.asarray(S)
 
 

@@ -37,19 +37,22 @@ def test_forces_and_torques_act_as_in_steps_that_follow_every_turn(keys: tuple[s
     theta = np.tile(np.concatenate([VALUES[key] for key in keys]), (3, 1))
     forces = ModelForces(model, theta, Setting(TIMES, 0.0, GRAVITY, np.ones(3)))
     found = states(FLIGHT, STEPS, TIMES, forces)
+    dense = np.arange(0.0, TIMES[-1] + 1e-9, 1e-4)
     known = propagate(
         at_start(),
         np.tile(np.eye(3), (3, 1, 1)),
-        TIMES,
+        dense,
         start_time_s=FLIGHT.time_s,
         acceleration=lambda t, s, w: GRAVITY + forces.acceleration(t, s, w),
         torque=forces.torque,
     )
-    # Both have steps of at most 0.12 of a turn or of a decay, each wrong by 0.12^5/120 = 2e-7 of it, over at most 38 rows.
-    np.testing.assert_allclose(found.x, known.x, atol=4e-6)
-    np.testing.assert_allclose(found.v, known.v, atol=4e-5)
-    np.testing.assert_allclose(found.L, known.L, rtol=1e-5)
-    np.testing.assert_allclose(found.q, known.q * np.sign(np.sum(found.q * known.q, axis=2, keepdims=True)), atol=1e-4)
+    x, q, v, L = (each[::70] for each in (known.x, known.q, known.v, known.L))
+    # Known steps turn by 0.018 rad: 2e-11 rad off each. Steps of 0.12 of a decay are wrong by 0.12^5 / 120 = 2e-7 of it, rows in them by
+    # 0.12^4 / 384 = 5e-7, over at most 50 steps.
+    np.testing.assert_allclose(found.x, x, atol=2e-6)
+    np.testing.assert_allclose(found.v, v, atol=2e-5)
+    np.testing.assert_allclose(found.L, L, atol=2e-3)
+    np.testing.assert_allclose(found.q, q * np.sign(np.sum(found.q * q, axis=2, keepdims=True)), atol=1e-5)
 
 
 def test_a_fall_is_the_same_in_closed_form() -> None:
