@@ -145,7 +145,13 @@ class ModelForces:
         return self._sum("torque", self._moment(time_s, state, omega))
 
     def _moment(self, time_s: float, state: States, omega: Array) -> Moment:
-        return Moment(time_s - float(self.setting.times_s[0]), state.x, state.v, omega, state.L, rotation_matrices(state.q))
+        return Moment(time_s - float(self.setting.times_s[0]), state.x, state.v, omega, state.L, rotation_matrices(state.q), self._air())
+
+    def _air(self) -> Array | None:
+        """Velocity of the air (m, 3); ``None`` where it is still."""
+        winds = [effect.air(self.theta[:, part]) for effect, part in self._acting["air"]]
+        moving = [wind for wind in winds if wind is not None]
+        return np.asarray(sum(moving)) if moving else None
 
     def _sum(self, link: str, moment: Moment) -> Array:
         total = np.zeros_like(moment.x)
@@ -157,4 +163,4 @@ class ModelForces:
     @cached_property
     def _acting(self) -> dict[str, list[tuple[EffectModel, slice]]]:
         pairs = list(zip(self.model.effects, self.model.slices, strict=True))
-        return {link: [pair for pair in pairs if overrides(pair[0], link)] for link in ("acceleration", "torque")}
+        return {link: [pair for pair in pairs if overrides(pair[0], link)] for link in ("air", "acceleration", "torque")}

@@ -22,7 +22,7 @@ from estimator.effects.link import BodyChange, EffectModel, Moment, Places, Sett
 from estimator.effects.model import overrides
 
 Array = NDArray[np.float64]
-LINKS = ("times", "delays", "body", "acceleration", "torque", "scale", "reading", "correct", "shift")
+LINKS = ("times", "delays", "body", "air", "acceleration", "torque", "scale", "reading", "correct", "shift")
 """What an effect may override to act."""
 
 
@@ -204,6 +204,15 @@ class _Watch:
         if not (np.all(np.isfinite(change.com)) and np.all(np.isfinite(change.inertia))):
             raise self._refuse("body", theta, "")
         return change
+
+    def air(self, answer: Any, theta: Array) -> Array | None:
+        """(m, 3) or nothing."""
+        if answer is None:
+            return None
+        array = self._shaped("air", answer, (len(theta), 3), (theta,))
+        if not np.isfinite(array).all():
+            raise self._refuse("air", np.atleast_2d(theta)[0], "")
+        return array
 
     def acceleration(self, answer: Any, theta: Array, moment: Moment, setting: Setting) -> Array | None:
         """(m, 3) or nothing."""

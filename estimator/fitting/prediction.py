@@ -101,7 +101,7 @@ def _forced(model: Model) -> NDArray[np.bool_]:
     """Which parameters (q,) enter the equations of motion as forces."""
     mask = np.zeros(model.size, dtype=np.bool_)
     for effect, part in zip(model.effects, model.slices, strict=True):
-        mask[part] = overrides(effect, "acceleration", "torque")
+        mask[part] = overrides(effect, "air", "acceleration", "torque")
     return mask
 
 

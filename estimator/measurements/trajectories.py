@@ -56,7 +56,8 @@ class Trajectories:
         """Huber cost; noise does not depend on the fit."""
         del like
         z = np.abs(residuals.e)
-        rho = np.where(z <= HUBER, 0.5 * z**2, HUBER * z - 0.5 * HUBER**2)
+        near = np.minimum(z, HUBER)
+        rho = near * (z - 0.5 * near)
         return float((rho / sequence.repeats).sum())
 
     def repeated_noise(
