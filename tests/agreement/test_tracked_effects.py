@@ -1,4 +1,4 @@
-"""Effects that only trajectories show: nature's motion and readings, by SciPy's DOP853, are what the instrument predicts, and are recovered."""
+"""Effects that only trajectories show: nature's motion and readings, by SciPy's DOP853, are what the instrument predicts and recovers."""
 
 from dataclasses import replace
 
