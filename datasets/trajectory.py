@@ -1,4 +1,4 @@
-"""A trajectory as a measurement: poses, or positions with or without a measured spin, of a particle that somebody else has tracked."""
+"""A trajectory as a measurement: what somebody else has tracked of a particle, and what a gyroscope in it says."""
 
 from dataclasses import dataclass
 
@@ -15,7 +15,8 @@ class Surroundings:
     """What is known beside the numbers of a trajectory.
 
     ``gravity_world`` (3,) m/s². ``body``: where the centre of mass and the principal axes lie in the tracked frame, and the inertia ratios;
-    ``sigma_x_m``, ``sigma_theta_rad``, ``sigma_omega_rads``: standard deviations of each coordinate where they are known.
+    ``sigma_x_m``, ``sigma_theta_rad``, ``sigma_omega_rads``, ``sigma_gyro_rads``: standard deviations of each coordinate where they are
+    known. ``spin_world`` (3,) rad/s: an angular velocity that was measured once in the flight, and ``sigma_spin`` (3,) of it.
     ``world`` and ``tracked`` name the two frames, ``particle`` the body, which trajectories of one name share.
     """
 
@@ -24,6 +25,9 @@ class Surroundings:
     sigma_x_m: float | None = None
     sigma_theta_rad: float | None = None
     sigma_omega_rads: float | None = None
+    sigma_gyro_rads: float | None = None
+    spin_world: Array | None = None
+    sigma_spin: Array | None = None
     world: str = "world"
     tracked: str = "tracked"
     particle: str = ""
@@ -31,11 +35,12 @@ class Surroundings:
 
 @dataclass(frozen=True)
 class Trajectory:
-    """Measured motion of the tracked point and frame.
+    """Measured motion of the tracked point and frame; a value that is NaN was not measured.
 
     ``times_s`` (n,) counted from the first row, strictly increasing; ``x_world`` (n, 3) m; ``q_world_tracked`` (n, 4) unit quaternions
-    (x, y, z, w) and ``omega_world`` (n, 3) rad/s, world frame, where they were measured. ``sigma_x``, ``sigma_theta``, ``sigma_omega``
-    (n, 3) standard deviations of each coordinate, where they are known; a rotation's is that of its rotation vector, world frame.
+    (x, y, z, w), ``omega_world`` (n, 3) rad/s, world frame, and ``gyro`` (n, 3) rad/s, the angular velocity along the tracked frame's axes,
+    where they were measured. ``sigma_x``, ``sigma_theta``, ``sigma_omega``, ``sigma_gyro`` (n, 3) standard deviations of each coordinate,
+    where they are known; a rotation's is that of its rotation vector, world frame.
     """
 
     name: str
@@ -47,3 +52,11 @@ class Trajectory:
     sigma_theta: Array | None
     sigma_omega: Array | None
     surroundings: Surroundings
+    gyro: Array | None = None
+    sigma_gyro: Array | None = None
+
+    @property
+    def whole(self) -> bool:
+        """Whether position and orientation were measured in every row."""
+        q = self.q_world_tracked
+        return q is not None and bool(np.isfinite(q).all() and np.isfinite(self.x_world).all())

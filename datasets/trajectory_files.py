@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from datasets.errors import InputError
 from datasets.plausibility import FARTHEST_M
-from datasets.trajectory import Trajectory
+from datasets.trajectory import Surroundings, Trajectory
 from datasets.trajectory_surroundings import read_surroundings
 
 Array = NDArray[np.float64]
@@ -27,6 +27,11 @@ ANGLES = {"rad": 1.0, "deg": np.pi / 180.0}
 OF_PICTURES = ("observation.json", "*/observation.json", "dataset.json")
 """What a folder of observations holds; tables that lie beside them are no trajectories."""
 LEAST_ROWS = 5
+"""Rows of a file, and values of a position that is measured at all."""
+NOTHING_MEASURED = (
+    "expected positions x_m, y_m, z_m (or _mm, _um), orientations qx, qy, qz, qw, or a gyroscope's gyro_x_rads, gyro_y_rads, gyro_z_rads "
+    "(or _degs), came none."
+)
 FASTEST_MS, LONGEST_INTERVAL_S = 150.0, 1.0
 NORM_TOLERANCE = 1e-2
 
@@ -79,7 +84,7 @@ def _csv(path: Path, lines: Sequence[str]) -> Columns:
     for name in names:
         if name not in known:
             near = difflib.get_close_matches(name, known, n=1, cutoff=0.4)
-            offered = f"did you mean {near[0]}?" if near else "known: t_s, x_m, y_m, z_m, qx, qy, qz, qw, wx_rads, ..., sigma_x_m, ..."
+            offered = f"did you mean {near[0]}?" if near else "known: t_s, x_m, ..., qx, ..., wx_rads, gyro_x_rads, ..., sigma_x_m, ..."
             raise InputError(f"{path}: line {number}: unknown column {name!r}; {offered}")
         if names.count(name) > 1:
             raise InputError(f"{path}: line {number}: expected every column once, came {name!r} twice.")
@@ -90,7 +95,7 @@ def _known_names() -> list[str]:
     names = [*TIMES, "qx", "qy", "qz", "qw"]
     for prefix in ("", "sigma_"):
         names += [f"{prefix}{axis}_{unit}" for axis in "xyz" for unit in LENGTHS]
-        names += [f"{prefix}w{axis}_{unit}" for axis in "xyz" for unit in SPINS]
+        names += [f"{prefix}{sensor}{axis}_{unit}" for sensor in ("w", "gyro_") for axis in "xyz" for unit in SPINS]
     return names + [f"sigma_theta_{unit}" for unit in ANGLES]
 
 
@@ -108,44 +113,78 @@ def _table(path: Path, names: Sequence[str], rows: Sequence[tuple[int, Sequence[
 
 
 def _number(text: str, where: str) -> float:
+    """A finite number, or NaN for an empty cell."""
+    if not text.strip():
+        return float("nan")
     try:
         value = float(text)
     except ValueError:
         raise InputError(f"{where}: expected a number, came {text.strip()!r}.") from None
     if not np.isfinite(value):
-        raise InputError(f"{where}: expected a finite number, came {text.strip()!r}; leave rows out that were not measured.")
+        raise InputError(f"{where}: expected a finite number, came {text.strip()!r}; leave cells empty that were not measured.")
     return value
 
 
 def _trajectory(path: Path, columns: Columns, given: Mapping[str, Any]) -> Trajectory:
     lines = columns["line"].astype(np.int64)
     times = _times(path, columns, lines)
-    x = _vector(path, columns, "", LENGTHS)
+    x, q = _vector(path, columns, "", LENGTHS), _quaternions(path, columns, lines)
+    omega, gyro = _vector(path, columns, "w", SPINS), _vector(path, columns, "gyro_", SPINS)
+    if x is None and q is None and omega is None and gyro is None:
+        raise InputError(f"{path}: {NOTHING_MEASURED}")
+    surroundings = read_surroundings(path, given, falls=x is not None)
     if x is None:
-        raise InputError(f"{path}: expected positions x_m, y_m, z_m (or _mm, _um), came none.")
+        x = np.full((len(times), 3), np.nan)
     _check_lengths(path, x, times)
-    surroundings = read_surroundings(path, given)
     theta = next(
         (np.tile(columns[f"sigma_theta_{u}"][:, None] * scale, 3) for u, scale in ANGLES.items() if f"sigma_theta_{u}" in columns), None
     )
-    q, omega = _quaternions(path, columns, lines), _vector(path, columns, "w", SPINS)
+    sigma_x = _sigma(path, _vector(path, columns, "sigma_", LENGTHS), surroundings.sigma_x_m, x)
+    sigma_omega = _sigma(path, _vector(path, columns, "sigma_w", SPINS), surroundings.sigma_omega_rads, omega)
+    sigma_gyro = _sigma(path, _vector(path, columns, "sigma_gyro_", SPINS), surroundings.sigma_gyro_rads, gyro)
+    for name, values, sigma in (("positions along {}", x, sigma_x), ("w{}", omega, sigma_omega), ("gyro_{}", gyro, sigma_gyro)):
+        _check_seen(path, name, values, stated=sigma is not None and name[0] != "p")
+    if surroundings.spin_world is not None:
+        omega, sigma_omega = _measured_once(path, surroundings, omega, len(times))
     return Trajectory(
         name=path.stem,
         times_s=times,
         x_world=x,
         q_world_tracked=q,
         omega_world=omega,
-        sigma_x=_sigma(path, _vector(path, columns, "sigma_", LENGTHS), surroundings.sigma_x_m, x),
-        sigma_theta=None if q is None else _sigma(path, theta, surroundings.sigma_theta_rad, x),
-        sigma_omega=None if omega is None else _sigma(path, _vector(path, columns, "sigma_w", SPINS), surroundings.sigma_omega_rads, x),
+        sigma_x=sigma_x,
+        sigma_theta=None if q is None else _sigma(path, theta, surroundings.sigma_theta_rad, q[:, :3]),
+        sigma_omega=sigma_omega,
         surroundings=surroundings,
+        gyro=gyro,
+        sigma_gyro=sigma_gyro,
     )
+
+
+def _check_seen(path: Path, name: str, values: Array | None, *, stated: bool) -> None:
+    """Values along an axis are none, or so many that noise can be told; of ``stated`` noise one is enough."""
+    for axis, column in zip("xyz", () if values is None else values.T, strict=False):
+        count = int(np.isfinite(column).sum())
+        if 0 < count < (1 if stated else LEAST_ROWS):
+            raise InputError(f"{path}: {name.format(axis)}: expected at least {LEAST_ROWS} values or none, came {count}.")
+
+
+def _measured_once(path: Path, surroundings: Surroundings, omega: Array | None, rows: int) -> tuple[Array, Array]:
+    """An angular velocity that was measured once in a flight, as that of its middle row, and its standard deviations."""
+    if omega is not None:
+        raise InputError(f"{path}: expected either columns wx_rads, wy_rads, wz_rads or spin_world_rads, came both.")
+    values, sigma = np.full((rows, 3), np.nan), np.full((rows, 3), np.nan)
+    values[rows // 2], sigma[rows // 2] = surroundings.spin_world, surroundings.sigma_spin
+    return values, sigma
 
 
 def _times(path: Path, columns: Columns, lines: NDArray[np.int64]) -> Array:
     names = [name for name in TIMES if name in columns]
     if len(names) != 1:
         raise InputError(f"{path}: expected one column of times (t_s, t_ms or t_us), came {len(names)}.")
+    empty = np.flatnonzero(np.isnan(columns[names[0]]))
+    if len(empty):
+        raise InputError(f"{path}: line {lines[empty[0]]}: {names[0]}: expected a number, came an empty cell.")
     times = (columns[names[0]] - columns[names[0]][0]) * TIMES[names[0]]
     steps = np.diff(times)
     if (steps <= 0).any():
@@ -169,7 +208,8 @@ def _vector(path: Path, columns: Columns, prefix: str, units: Mapping[str, float
     if odd:
         unit = next(u for found in present.values() for u in found)
         came = ", ".join(f"{prefix}{a}_{u}" for a, found in present.items() for u in found)
-        raise InputError(f"{path}: expected one column {prefix}{odd[0]}_{unit} beside the others, came {came}.")
+        hint = "; leave the cells of what was not measured empty" if not prefix.startswith("sigma") else ""
+        raise InputError(f"{path}: expected one column {prefix}{odd[0]}_{unit} beside the others, came {came}{hint}.")
     return np.column_stack([columns[f"{prefix}{axis}_{found[0]}"] * units[found[0]] for axis, found in present.items()])
 
 
@@ -182,6 +222,9 @@ def _quaternions(path: Path, columns: Columns, lines: NDArray[np.int64]) -> Arra
         raise InputError(f"{path}: expected all of {', '.join(names)} or none, came no {missing[0]}.")
     q = np.column_stack([columns[name] for name in names])
     norm = np.linalg.norm(q, axis=1)
+    half = np.flatnonzero(np.isnan(norm) & ~np.isnan(q).all(axis=1))
+    if len(half):
+        raise InputError(f"{path}: line {lines[half[0]]}: expected all of {', '.join(names)} or none, came some of them empty.")
     if (np.abs(norm - 1.0) > NORM_TOLERANCE).any():
         k = int(np.argmax(np.abs(norm - 1.0) > NORM_TOLERANCE))
         raise InputError(f"{path}: line {lines[k]}: expected a unit quaternion (qx, qy, qz, qw), came one of length {norm[k]:.4g}.")
@@ -190,8 +233,11 @@ def _quaternions(path: Path, columns: Columns, lines: NDArray[np.int64]) -> Arra
 
 def _check_lengths(path: Path, x: Array, times: Array) -> None:
     """Millimetres taken for metres show in how far and how fast things are."""
-    far = float(np.ptp(x, axis=0).max())
-    fast = float(np.median(np.linalg.norm(np.diff(x, axis=0), axis=1) / np.diff(times)))
+    if not np.isfinite(x).any():
+        return
+    far = max(float(np.ptp(column[np.isfinite(column)])) for column in x.T if np.isfinite(column).any())
+    steps = np.linalg.norm(np.where(np.isnan(np.diff(x, axis=0)), 0.0, np.diff(x, axis=0)), axis=1)
+    fast = float(np.median(steps / np.diff(times)))
     if far > FARTHEST_M or fast > FASTEST_MS:
         raise InputError(
             f"{path}: expected metres (a flight below {FARTHEST_M:g} m and {FASTEST_MS:g} m/s), came {far:.4g} m at {fast:.4g} m/s; "
@@ -199,9 +245,15 @@ def _check_lengths(path: Path, x: Array, times: Array) -> None:
         )
 
 
-def _sigma(path: Path, columns: Array | None, stated: float | None, x: Array) -> Array | None:
+def _sigma(path: Path, columns: Array | None, stated: float | None, values: Array | None) -> Array | None:
+    """Standard deviations of ``values``, from columns or alike for all; ``None`` where they are not known or nothing was measured."""
+    if values is None:
+        return None
     if columns is not None:
-        if (columns <= 0).any():
-            raise InputError(f"{path}: expected positive standard deviations, came {columns.min():g}.")
+        seen = columns[np.isfinite(values)]
+        if np.isnan(seen).any():
+            raise InputError(f"{path}: expected a standard deviation beside every measured value, came an empty cell.")
+        if (seen <= 0).any():
+            raise InputError(f"{path}: expected positive standard deviations, came {seen.min():g}.")
         return columns
-    return None if stated is None else np.full(x.shape, stated)
+    return None if stated is None else np.full(values.shape, stated)

@@ -27,33 +27,40 @@ KEYS = {
     "sigma_x_m": "a number, m",
     "sigma_theta_rad": "a number, rad",
     "sigma_omega_rads": "a number, rad/s",
+    "sigma_gyro_rads": "a number, rad/s",
+    "spin_world_rads": "three numbers, rad/s",
+    "sigma_spin_rads": "a number above 0 or three, rad/s",
     "world": "a name",
     "tracked": "a name",
     "particle": "a name",
 }
-VECTORS = ("gravity_world", "inertia_ratios", "com_tracked_m")
+VECTORS = ("gravity_world", "inertia_ratios", "com_tracked_m", "spin_world_rads")
 NAMES = ("world", "tracked", "particle")
 ISOTROPIC = (1.0, 1.0, 1.0)
 
 
-def read_surroundings(path: Path, given: Mapping[str, Any]) -> Surroundings:
+def read_surroundings(path: Path, given: Mapping[str, Any], *, falls: bool = True) -> Surroundings:
     """The surroundings of the trajectory at ``path``; ``given`` goes before every side-car.
+
+    ``falls``: whether there are positions, which need gravity to be stated; a gyroscope alone does not feel it.
 
     Raises
     ------
     InputError
-        Naming the file and the key; where nobody states gravity.
+        Naming the file and the key; where gravity is needed and nobody states it.
     """
     known: dict[str, Any] = {}
     for file in (path.parent / FOLDER_FILE, path.with_suffix(".toml")):
         if file.is_file():
             known.update(_checked(_parse(file), str(file)))
     known.update(_checked(given, "the command line"))
-    if "gravity_world" not in known:
+    if "gravity_world" not in known and falls:
         raise InputError(
             f"{path}: expected gravity in the trajectory's frame, came none: state gravity_world = [0.0, 0.0, -9.81] in "
             f"{path.with_suffix('.toml').name} or {FOLDER_FILE} beside it, or type --gravity 0,0,-9.81."
         )
+    if "spin_world_rads" in known and "sigma_spin_rads" not in known:
+        raise InputError(f"{path}: expected sigma_spin_rads beside spin_world_rads, came none: one value does not show its own noise.")
     return _surroundings(known)
 
 
@@ -77,7 +84,7 @@ def _checked(entries: Mapping[str, Any], where: str) -> dict[str, Any]:
 def _fits(key: str, value: Any) -> bool:
     if key in NAMES:
         return isinstance(value, str)
-    numbers = value if key in VECTORS else [value]
+    numbers = value if key in VECTORS or (key == "sigma_spin_rads" and isinstance(value, list | tuple) and len(value) == 3) else [value]
     if not isinstance(numbers, list | tuple) or (key in VECTORS and len(numbers) != 3):
         return False
     if not all(isinstance(n, int | float) and not isinstance(n, bool) and np.isfinite(n) for n in numbers):
@@ -85,12 +92,12 @@ def _fits(key: str, value: Any) -> bool:
     match key:
         case "gravity_world":
             return bool(np.linalg.norm(numbers) <= STRONGEST_GRAVITY_MS2)
-        case "com_tracked_m":
+        case "com_tracked_m" | "spin_world_rads":
             return True
         case "inertia_ratios":
             low, middle, high = sorted(numbers)
             return low > 0 and high <= (low + middle) * (1 + 1e-9)
-    return bool(numbers[0] > 0)
+    return bool(min(numbers) > 0)
 
 
 def _surroundings(known: Mapping[str, Any]) -> Surroundings:
@@ -99,12 +106,16 @@ def _surroundings(known: Mapping[str, Any]) -> Surroundings:
     axes = np.eye(3)[:, order]
     axes[:, 2] *= np.sign(np.linalg.det(axes))
     body = Body(np.array(known.get("com_tracked_m", (0.0, 0.0, 0.0)), dtype=np.float64), axes, ratios[order] / ratios.max())
+    spin, sigma_spin = known.get("spin_world_rads"), known.get("sigma_spin_rads")
     return Surroundings(
-        gravity_world=np.array(known["gravity_world"], dtype=np.float64),
+        gravity_world=np.array(known.get("gravity_world", (0.0, 0.0, 0.0)), dtype=np.float64),
         body=body,
         sigma_x_m=known.get("sigma_x_m"),
         sigma_theta_rad=known.get("sigma_theta_rad"),
         sigma_omega_rads=known.get("sigma_omega_rads"),
+        sigma_gyro_rads=known.get("sigma_gyro_rads"),
+        spin_world=None if spin is None else np.array(spin, dtype=np.float64),
+        sigma_spin=None if sigma_spin is None else np.broadcast_to(np.asarray(sigma_spin, dtype=np.float64), (3,)).copy(),
         world=known.get("world", "world"),
         tracked=known.get("tracked", "tracked"),
         particle=known.get("particle", ""),

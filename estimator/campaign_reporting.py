@@ -18,7 +18,7 @@ from estimator.fitting.campaign import CampaignFit, shared_prior, solve_arrow
 from estimator.fitting.campaign_covariance import CampaignCovariance
 from estimator.fitting.forced_velocities import body_under, motion_under, velocities_under
 from estimator.fitting.measurement_kind import MeasurementKind
-from estimator.motion.flight import N_PARAMETERS, NAMES, OMEGA, Flight, fitted_body
+from estimator.motion.flight import N_PARAMETERS, NAMES, OMEGA, Flight, V, fitted_body
 from estimator.pipeline import MOST_MEAN_SQUARE
 from estimator.registration import Registered
 from estimator.reporting import versions
@@ -124,17 +124,27 @@ def without(estimate: Estimate, columns: NDArray[np.int64]) -> Estimate:
     covariance, values = estimate.covariance.copy(), estimate.values.copy()
     covariance[columns], covariance[:, columns], values[columns] = np.nan, np.nan, np.nan
     estimate = replace(estimate, covariance=covariance, values=values)
-    if OMEGA.start not in columns or estimate.start is None or estimate.middle is None:
+    unknown = np.isin(np.r_[V, OMEGA], columns)
+    if not unknown.any() or estimate.start is None or estimate.middle is None:
         return estimate
-    start, middle = (_without_spin(each) for each in (estimate.start, estimate.middle))
-    said = f"{estimate.message} Orientation and spin were not measured."
-    return replace(estimate, message=said, motion=None, start=start, middle=middle)
+    said = [said for said, part in NOT_MEASURED if unknown[part].all()] or [NOT_ALL_MEASURED]
+    start, middle = (_without_parts(each, unknown) for each in (estimate.start, estimate.middle))
+    return replace(estimate, message=" ".join([estimate.message, *said]), motion=None, start=start, middle=middle)
 
 
-def _without_spin(velocity: VelocityEstimate) -> VelocityEstimate:
+NOT_MEASURED = (
+    ("Orientation and spin were not measured.", slice(3, 6)),
+    ("Positions were not measured; angular velocities are along the axes that the tracked frame has in the middle row.", slice(0, 3)),
+)
+NOT_ALL_MEASURED = "Not every coordinate was measured."
+
+
+def _without_parts(velocity: VelocityEstimate, unknown: NDArray[np.bool_]) -> VelocityEstimate:
+    """Velocities without the components ``unknown`` (6,) of v and omega."""
     covariance = velocity.covariance.copy()
-    covariance[3:], covariance[:, 3:] = np.nan, np.nan
-    return replace(velocity, omega_world=np.full(3, np.nan), covariance=covariance)
+    covariance[unknown], covariance[:, unknown] = np.nan, np.nan
+    known = np.where(unknown, np.nan, np.concatenate([velocity.v_world, velocity.omega_world]))
+    return replace(velocity, v_world=known[:3], omega_world=known[3:], covariance=covariance)
 
 
 def left_to_go(registered: Registered, fit: CampaignFit, covariance: CampaignCovariance) -> float:

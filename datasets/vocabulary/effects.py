@@ -20,6 +20,7 @@ class Stage(StrEnum):
     OPTICS = "optics"
     EXPOSURE = "exposure"
     SEGMENTATION = "segmentation"
+    GYROSCOPE = "gyroscope"
 
 
 class Scope(StrEnum):
@@ -186,6 +187,26 @@ _ENTRIES = (
         "Rubinow and Keller, J. Fluid Mech. 11 (1961) 447",
     ),
     EffectEntry(
+        "saturating_lift",
+        Stage.DYNAMICS,
+        Scope.PARTICLE,
+        (
+            Parameter("coefficient", "1", (-0.5, 0.5), 1e-5, "lift over m omega x v of a slow spin"),
+            Parameter("length", "m", (0.0, 1.0), 1e-4, "speed over spin at which half of that is left; 0: magnus_lift"),
+        ),
+        "dv/dt = g + coefficient (omega x v) / (1 + length |omega| / |v|): lift that grows less than the spin",
+        "Nathan, Am. J. Phys. 76 (2008) 119: C_L = S / (0.4 + 2.32 S) for balls, S = r omega / v, so length = 5.8 r",
+        searched=("length",),
+    ),
+    EffectEntry(
+        "steady_wind",
+        Stage.DYNAMICS,
+        Scope.CAMPAIGN,
+        _xyz("w", "m/s", 5.0, 1e-3, "velocity of the air, world frame"),
+        "drag and lift act with v - w in the place of v; alone it does nothing",
+        "Hoerner, Fluid-Dynamic Drag (1965), ch. 1: forces of a fluid depend on the velocity against it",
+    ),
+    EffectEntry(
         "spin_damping",
         Stage.DYNAMICS,
         Scope.PARTICLE,
@@ -304,10 +325,31 @@ _ENTRIES = (
         "mean radius (perimeter / 2 pi), largest within 3 px: facets along the line of sight let light through, corners recede with them",
         "Light leaks through facets near the rim of refracting particles; measured on rendered diamond",
     ),
+    EffectEntry(
+        "gyroscope_bias",
+        Stage.GYROSCOPE,
+        Scope.CAMPAIGN,
+        _xyz("b", "rad/s", 0.5, 1e-4, "reading at rest"),
+        "reading = omega + b, along the tracked frame's axes",
+        "IEEE Std 952-1997, annex B: model of a gyroscope's errors",
+    ),
+    EffectEntry(
+        "gyroscope_scale",
+        Stage.GYROSCOPE,
+        Scope.CAMPAIGN,
+        tuple(Parameter(f"s_{axis}", "1", (-0.1, 0.1), 1e-4, f"reading over angular velocity about {axis}, minus 1") for axis in "xyz"),
+        "reading_i = omega_i (1 + s_i), along the tracked frame's axes",
+        "IEEE Std 952-1997, annex B: model of a gyroscope's errors",
+    ),
 )
 
 EFFECTS: dict[str, EffectEntry] = {entry.key: entry for entry in _ENTRIES}
 """The catalogue by key, in no order of importance."""
+
+TRACKED_ONLY = ("saturating_lift", "steady_wind", "gyroscope_bias", "gyroscope_scale")
+"""Effects on trial in trajectories alone: those of a gyroscope, and those that flights of centimetres before a camera do not show."""
+PICTURED: dict[str, EffectEntry] = {key: entry for key, entry in EFFECTS.items() if key not in TRACKED_ONLY}
+"""The catalogue of what pictures can show."""
 
 FLATNESS_HALF_ANGLE_DEG = 10.0
 """Half width of the range of normals that counts as one facet in ``rim_light_leak``."""

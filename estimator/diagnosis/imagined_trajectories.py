@@ -50,6 +50,7 @@ class Tracks:
             x_world=centre / self.model.scale(self.theta),
             R_world_body=None if task.R_world_body is None else R,
             omega_world=None if task.omega_world is None else omega[:, 0],
+            gyro=None if task.gyro is None else np.einsum("ij,nkj,nk->ni", drop.flight.body.R_particle_body, R, omega[:, 0]),
             sigma=np.tile(np.median(task.sigma, axis=0), (rows, 1)),
             kept=np.ones(rows, dtype=np.bool_),
         )

@@ -18,6 +18,8 @@ SIGNS = {
     "along_y": ("outlines are displaced downwards (+y)", "outlines are displaced upwards (−y)"),
     "position_along": ("measured positions are ahead of the model's, along +v", "measured positions are behind the model's, along −v"),
     "turn_along": ("the measured body has turned further than the model's", "the measured body has turned less far than the model's"),
+    "spin_along": ("the measured body spins faster than the model's", "the measured body spins more slowly than the model's"),
+    **{f"spin_{a}": (f"measured spins point further towards +{a}", f"measured spins point further towards −{a}") for a in "xyz"},
     **{f"position_{a}": (f"measured positions lie towards +{a}", f"measured positions lie towards −{a}") for a in "xyz"},
     **{f"turn_{a}": (f"the measured body is turned about +{a}", f"the measured body is turned about −{a}") for a in "xyz"},
 }
@@ -28,6 +30,8 @@ TITLES = {
     "along_y": "along y",
     "position_along": "position along v",
     "turn_along": "turn about the spin",
+    "spin_along": "size of the spin",
+    **{f"spin_{a}": f"spin about {a}" for a in "xyz"},
     **{f"position_{a}": f"position along {a}" for a in "xyz"},
     **{f"turn_{a}": f"turn about {a}" for a in "xyz"},
 }

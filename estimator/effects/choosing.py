@@ -25,6 +25,9 @@ Array = NDArray[np.float64]
 SCALES = ("frame_rate", "length_scale")
 """Effects that only a known acceleration can tell from velocities and spins of another size."""
 FREE_ACCELERATIONS = ("gravity", "uniform_acceleration")
+THROUGH_AIR = ("linear_drag", "quadratic_drag", "magnus_lift", "saturating_lift")
+"""Effects by which a wind acts."""
+WIND = "steady_wind"
 NO_GRAVITY = 1e-6
 
 
@@ -55,7 +58,8 @@ def chosen_effects(words: str) -> tuple[EffectModel, ...]:
     for number, each in enumerate(chosen):
         if each.effect.entry.key in [before.effect.entry.key for before in chosen[:number]]:
             raise InputError(f'--effects: "{each.word}" is there twice; expected each effect once.')
-    effects = tuple(each.effect for each in chosen)
+    # A wind is added when what it acts by is there.
+    effects = tuple(each.effect for each in sorted(chosen, key=lambda each: each.effect.entry.key == WIND))
     refuse_contradictions([e.entry.key for e in effects])
     return effects
 
@@ -92,6 +96,8 @@ def contradiction(keys: Sequence[str]) -> str | None:
             "frame_rate and length_scale contradict each other: both only change how large gravity looks, "
             "g (1 + r)^-2 / (1 + s), so that one number would have to give two."
         )
+    if WIND in keys and not any(key in THROUGH_AIR for key in keys):
+        return f"{WIND} acts through drag or lift alone; expected one of {', '.join(THROUGH_AIR)} beside it."
     free = [key for key in keys if key in FREE_ACCELERATIONS]
     if scales and free:
         return (

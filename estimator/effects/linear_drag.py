@@ -1,6 +1,6 @@
 """Drag proportional to the velocity, ``dv/dt = -k v`` [Stokes 1851]; holds for Reynolds numbers below about 1.
 
-Valid in still air, without a torque.
+Valid in still air or, with a wind in the model, in air that moves; without a torque.
 """
 
 from datasets.vocabulary.effects import EFFECTS
@@ -15,4 +15,4 @@ class LinearDrag(EffectModel):
     def acceleration(self, theta: Array, moment: Moment, setting: Setting) -> Array | None:
         """``-k v``."""
         del setting
-        return -theta * moment.v
+        return -theta * moment.through_air

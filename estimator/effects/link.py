@@ -1,8 +1,8 @@
 """The protocol of an effect: the links of the forward chain that it may touch.
 
-``times, delays -> body -> acceleration, torque -> scale -> (poses) -> correct -> (tangency errors) -> shift``. An effect overrides the
-link it belongs to (a rolling shutter two: it delays outlines, and shears them); every other link is the identity. Parameters come as an
-array in the order of the effect's entry in the catalogue;
+``times, delays -> body -> air -> acceleration, torque -> scale -> (poses) -> correct -> (tangency errors) -> shift``; of a gyroscope, whose
+rows know no pictures, ``... -> torque -> reading``. An effect overrides the link it belongs to (a rolling shutter two: it delays outlines,
+and shears them); every other link is the identity. Parameters come as an array in the order of the effect's entry in the catalogue;
 derivatives are central differences of the link alone, in steps of the entry, so a plug-in needs none.
 """
 
@@ -47,7 +47,7 @@ class Moment:
     """m flights at one instant, world frame.
 
     ``x`` (m, 3) m, ``v`` (m, 3) m/s, ``omega`` (m, 3) rad/s, ``L`` (m, 3) rad/s per largest moment, ``R`` (m, 3, 3) world from nominal body
-    axes, ``time_s`` since the first frame.
+    axes, ``time_s`` since the first frame; ``air`` (m, 3) m/s the velocity of the air, ``None`` where it is still.
     """
 
     time_s: float
@@ -56,6 +56,12 @@ class Moment:
     omega: Array
     L: Array
     R: Array
+    air: Array | None = None
+
+    @property
+    def through_air(self) -> Array:
+        """Velocity (m, 3) m/s against the air."""
+        return self.v if self.air is None else self.v - self.air
 
 
 @dataclass(frozen=True)
@@ -262,10 +268,20 @@ class EffectModel:
         del theta, moment, setting
         return None
 
+    def air(self, theta: Array) -> Array | None:
+        """Velocity of the air (m, 3) m/s, world frame, for drag and lift; ``theta`` (m, q); ``None``: still."""
+        del theta
+        return None
+
     def scale(self, theta: Array) -> float:
         """Size of the particle in flight over its size in the calibrated views."""
         del theta
         return 1.0
+
+    def reading(self, theta: Array, omega: Array) -> Array:
+        """What a gyroscope reads (n, 3) rad/s of angular velocities ``omega`` (n, 3) along its axes."""
+        del theta
+        return omega
 
     def correct(self, theta: Array, points_px: Array, camera: Intrinsics, times_s: Array) -> Array:
         """Where points (v, 2) px seen at ``times_s`` (v,) would be in a camera without the effect."""

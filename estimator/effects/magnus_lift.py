@@ -16,4 +16,4 @@ class MagnusLift(EffectModel):
     def acceleration(self, theta: Array, moment: Moment, setting: Setting) -> Array | None:
         """``C omega x v``."""
         del setting
-        return theta * cross_product(moment.omega, moment.v)
+        return theta * cross_product(moment.omega, moment.through_air)

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.vocabulary.camera import Intrinsics
+from estimator.effects.dependence import needs_attitude
 from estimator.effects.link import BodyChange, EffectModel, Moment, Places, Setting
 from estimator.motion.rigid_body import Rate, States, rotation_matrices
 
@@ -92,6 +93,12 @@ class Model:
         """Product of the scales."""
         return float(np.prod([e.scale(theta[part]) for e, part in zip(self.effects, self.slices, strict=True)]))
 
+    def reading(self, theta: Array, omega: Array) -> Array:
+        """What a gyroscope reads (n, 3) rad/s of angular velocities (n, 3) along its axes."""
+        for effect, part in zip(self.effects, self.slices, strict=True):
+            omega = effect.reading(theta[part], omega)
+        return omega
+
     def correct(self, theta: Array, points_px: Array, camera: Intrinsics, times_s: Array) -> Array:
         """Points in a camera without the effects: the last effect of the tuple is undone first."""
         for effect, part in zip(reversed(self.effects), reversed(self.slices), strict=True):
@@ -129,11 +136,22 @@ class ModelForces:
         """Sum of the effects' torques, ``None`` where no effect has one."""
         return self._torque if any(overrides(e, "torque") for e in self.model.effects) else None
 
+    @cached_property
+    def of_attitude(self) -> bool:
+        """Whether a force or torque depends on the attitude."""
+        return any(needs_attitude(e) for e, _ in (*self._acting["acceleration"], *self._acting["torque"]))
+
     def _torque(self, time_s: float, state: States, omega: Array) -> Array:
         return self._sum("torque", self._moment(time_s, state, omega))
 
     def _moment(self, time_s: float, state: States, omega: Array) -> Moment:
-        return Moment(time_s - float(self.setting.times_s[0]), state.x, state.v, omega, state.L, rotation_matrices(state.q))
+        return Moment(time_s - float(self.setting.times_s[0]), state.x, state.v, omega, state.L, rotation_matrices(state.q), self._air())
+
+    def _air(self) -> Array | None:
+        """Velocity of the air (m, 3); ``None`` where it is still."""
+        winds = [effect.air(self.theta[:, part]) for effect, part in self._acting["air"]]
+        moving = [wind for wind in winds if wind is not None]
+        return np.asarray(sum(moving)) if moving else None
 
     def _sum(self, link: str, moment: Moment) -> Array:
         total = np.zeros_like(moment.x)
@@ -145,4 +163,4 @@ class ModelForces:
     @cached_property
     def _acting(self) -> dict[str, list[tuple[EffectModel, slice]]]:
         pairs = list(zip(self.model.effects, self.model.slices, strict=True))
-        return {link: [pair for pair in pairs if overrides(pair[0], link)] for link in ("acceleration", "torque")}
+        return {link: [pair for pair in pairs if overrides(pair[0], link)] for link in ("air", "acceleration", "torque")}

@@ -22,7 +22,7 @@ from estimator.effects.link import BodyChange, EffectModel, Moment, Places, Sett
 from estimator.effects.model import overrides
 
 Array = NDArray[np.float64]
-LINKS = ("times", "delays", "body", "acceleration", "torque", "scale", "correct", "shift")
+LINKS = ("times", "delays", "body", "air", "acceleration", "torque", "scale", "reading", "correct", "shift")
 """What an effect may override to act."""
 
 
@@ -205,6 +205,15 @@ class _Watch:
             raise self._refuse("body", theta, "")
         return change
 
+    def air(self, answer: Any, theta: Array) -> Array | None:
+        """(m, 3) or nothing."""
+        if answer is None:
+            return None
+        array = self._shaped("air", answer, (len(theta), 3), (theta,))
+        if not np.isfinite(array).all():
+            raise self._refuse("air", np.atleast_2d(theta)[0], "")
+        return array
+
     def acceleration(self, answer: Any, theta: Array, moment: Moment, setting: Setting) -> Array | None:
         """(m, 3) or nothing."""
         return self._force("acceleration", answer, (theta, moment, setting))
@@ -231,6 +240,13 @@ class _Watch:
         if value <= 0.0:
             raise InputError(f"{self.word}: expected scale() above 0, came {value:g}{self._parameters(theta)}.")
         return value
+
+    def reading(self, answer: Any, theta: Array, omega: Array) -> Array:
+        """As many readings as angular velocities."""
+        array = self._shaped("reading", answer, omega.shape, (theta,))
+        if not np.isfinite(array).all():
+            raise self._refuse("reading", theta, "")
+        return array
 
     def correct(self, answer: Any, theta: Array, points_px: Array, camera: Any, times_s: Array) -> Array:
         """As many points as came."""

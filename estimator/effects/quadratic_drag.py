@@ -1,6 +1,6 @@
 """Drag proportional to the square of the speed, ``dv/dt = -c |v| v`` [Clift, Grace and Weber 1978]; Reynolds numbers above about 1000.
 
-Valid in still air, for a drag that does not depend on the attitude, without a torque.
+Valid in still air or, with a wind in the model, in air that moves, for a drag that does not depend on the attitude, without a torque.
 """
 
 import numpy as np
@@ -17,4 +17,5 @@ class QuadraticDrag(EffectModel):
     def acceleration(self, theta: Array, moment: Moment, setting: Setting) -> Array | None:
         """``-c |v| v``."""
         del setting
-        return np.asarray(-theta * np.linalg.norm(moment.v, axis=1, keepdims=True) * moment.v)
+        u = moment.through_air
+        return np.asarray(-theta * np.linalg.norm(u, axis=1, keepdims=True) * u)

@@ -8,6 +8,8 @@ from estimator.effects.dropped_frames import DroppedFrames
 from estimator.effects.focal_length import FocalLength
 from estimator.effects.frame_rate import FrameRate
 from estimator.effects.gravity import Gravity
+from estimator.effects.gyroscope_bias import GyroscopeBias
+from estimator.effects.gyroscope_scale import GyroscopeScale
 from estimator.effects.inertia_ratios import InertiaRatios
 from estimator.effects.length_scale import LengthScale
 from estimator.effects.linear_drag import LinearDrag
@@ -21,7 +23,9 @@ from estimator.effects.quadratic_drag import QuadraticDrag
 from estimator.effects.radial_distortion import RadialDistortion
 from estimator.effects.rim_light_leak import RimLightLeak
 from estimator.effects.rolling_shutter import RollingShutter
+from estimator.effects.saturating_lift import SaturatingLift
 from estimator.effects.spin_damping import SpinDamping
+from estimator.effects.steady_wind import SteadyWind
 from estimator.effects.tangential_distortion import TangentialDistortion
 from estimator.effects.trigger_jitter import TriggerJitter
 from estimator.effects.uniform_acceleration import UniformAcceleration
@@ -42,6 +46,8 @@ MODELS: dict[str, EffectModel] = {
         LinearDrag(),
         QuadraticDrag(),
         MagnusLift(),
+        SaturatingLift(),
+        SteadyWind(),
         SpinDamping(),
         RadialDistortion(),
         TangentialDistortion(),
@@ -55,5 +61,7 @@ MODELS: dict[str, EffectModel] = {
         OutlineOffset(),
         Blooming(),
         RimLightLeak(),
+        GyroscopeBias(),
+        GyroscopeScale(),
     )
 }

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from estimator.effects.dependence import of_body
 from estimator.effects.link import Setting
 from estimator.effects.model import Model, ModelForces, overrides
 from estimator.motion.flight import COM, INERTIA, N_PARAMETERS, STEPS, Flight, FlightPoses, inertia_matrix, pose_differences, states
@@ -22,50 +23,91 @@ class Prediction:
     """Where the nominal body is at the times of n sightings.
 
     ``poses`` (n, 1, ·) of the nominal centre of mass and body axes; ``velocity`` (n, 3) m/s of that centre and ``omega`` (n, 3) rad/s,
-    world frame; ``sensitivity`` (n, 6, 21 + q): translation (m) and left rotation vector (rad), by the flight's and the model's parameters.
+    world frame; ``sensitivity`` (n, 6, 21 + q): translation (m) and left rotation vector (rad), by the flight's and the model's parameters;
+    ``spin_sensitivity`` (n, 3, 21 + q): that of ``omega`` (rad/s), where it was asked for.
     """
 
     poses: FlightPoses
     velocity: Array
     omega: Array
     sensitivity: Array
+    spin_sensitivity: Array | None = None
 
 
-def predict(flight: Flight, model: Model, theta: Array, setting: Setting, times_s: Array, *, rows_px: Array | None = None) -> Prediction:
-    """Poses at nominal times ``times_s`` (n,) and their derivatives; ``theta`` (q,), ``rows_px`` (n,) of outlines, if there are any."""
+VARIED = STEPS > 0.0
+"""The flight's parameters (21,) that poses depend on."""
+
+
+def predict(
+    flight: Flight,
+    model: Model,
+    theta: Array,
+    setting: Setting,
+    times_s: Array,
+    *,
+    rows_px: Array | None = None,
+    varied: NDArray[np.bool_] = VARIED,
+    spins: bool = False,
+) -> Prediction:
+    """Poses at nominal times ``times_s`` (n,) and their derivatives; ``theta`` (q,), ``rows_px`` (n,) of outlines, if there are any.
+
+    ``varied`` (21,): the flight's parameters by which derivatives are wanted, others are zero; ``spins``: those of the spin, too.
+    """
     rows_px = np.zeros(len(times_s)) if rows_px is None else rows_px
     change = model.body(theta, setting)
     flight = replace(flight, com=flight.com + change.com, inertia=flight.inertia + change.inertia)
     true_times = model.times(theta, setting, times_s) + model.delays(theta, rows_px)
     forced = _forced(model)
-    steps, thetas, widths = _perturbations(model, theta, forced)
+    varied = varied if (varied == VARIED).all() else varied | _of_body(model)
+    steps, thetas, widths = _perturbations(model, theta, np.concatenate([varied, forced]))
     forces = ModelForces(model, thetas, setting) if forced.any() else None
     reached = states(flight, steps, true_times, forces)
     R = rotation_matrices(reached.q)
     centre = reached.x - np.einsum("fmij,mj->fmi", R, flight.com + steps[:, COM])
     S = np.zeros((len(times_s), 6, N_PARAMETERS + model.size))
-    columns = np.concatenate([np.flatnonzero(STEPS), N_PARAMETERS + np.flatnonzero(forced)])
+    columns = np.concatenate([np.flatnonzero(varied), N_PARAMETERS + np.flatnonzero(forced)])
     S[:, :, columns] = pose_differences(FlightPoses(centre, R), widths)
     velocity, omega = _velocities(flight, reached, R[:, 0])
+    changing, moving = S, np.hstack([velocity, omega])
+    if spins:
+        changing = np.concatenate([S, np.zeros((len(times_s), 3, S.shape[2]))], axis=1)
+        changing[:, 6:, columns] = _spin_differences(flight, steps, reached, widths)
+        moving = np.hstack([moving, np.gradient(omega, true_times, axis=0)])
     for effect, part in zip(model.effects, model.slices, strict=True):
         if overrides(effect, "times", "delays", "body"):
-            S[:, :, N_PARAMETERS + part.start : N_PARAMETERS + part.stop] += _unforced(
-                Model((effect,)), theta[part], setting, (times_s, rows_px), (S, velocity, omega)
+            changing[:, :, N_PARAMETERS + part.start : N_PARAMETERS + part.stop] += _unforced(
+                Model((effect,)), theta[part], setting, (times_s, rows_px), (changing, moving)
             )
-    return Prediction(FlightPoses(centre[:, :1], R[:, :1]), velocity, omega, S)
+    poses = FlightPoses(centre[:, :1], R[:, :1])
+    return Prediction(poses, velocity, omega, changing[:, :6], changing[:, 6:] if spins else None)
+
+
+def _of_body(model: Model) -> NDArray[np.bool_]:
+    """The flight's parameters (21,) through which effects on the body act."""
+    mask = np.zeros(N_PARAMETERS, dtype=np.bool_)
+    changed = frozenset[str]().union(*(of_body(effect) for effect in model.effects if overrides(effect, "body")))
+    mask[COM], mask[INERTIA] = "com" in changed, "inertia" in changed
+    return mask
+
+
+def _spin_differences(flight: Flight, steps: Array, reached: States, widths: Array) -> Array:
+    """Central differences (n, 3, w) of the angular velocities of pairs of flights."""
+    inverse = inverted(inertia_matrix(flight, flight.inertia + steps[:, INERTIA]))
+    omega = np.stack([angular_velocity(q, L, inverse) for q, L in zip(reached.q, reached.L, strict=True)])
+    return np.asarray(np.swapaxes((omega[:, 1::2] - omega[:, 2::2]) / widths[:, None], 1, 2))
 
 
 def _forced(model: Model) -> NDArray[np.bool_]:
     """Which parameters (q,) enter the equations of motion as forces."""
     mask = np.zeros(model.size, dtype=np.bool_)
     for effect, part in zip(model.effects, model.slices, strict=True):
-        mask[part] = overrides(effect, "acceleration", "torque")
+        mask[part] = overrides(effect, "air", "acceleration", "torque")
     return mask
 
 
-def _perturbations(model: Model, theta: Array, forced: NDArray[np.bool_]) -> tuple[Array, Array, Array]:
-    """Steps (m, 21) and thetas (m, q) of the unperturbed flight and of each pair, and the pairs' widths."""
-    own, extra = np.flatnonzero(STEPS), np.flatnonzero(forced)
+def _perturbations(model: Model, theta: Array, varied: NDArray[np.bool_]) -> tuple[Array, Array, Array]:
+    """Steps (m, 21) and thetas (m, q) of the unperturbed flight and of each pair in ``varied`` (21 + q,), and the pairs' widths."""
+    own, extra = np.flatnonzero(varied[:N_PARAMETERS]), np.flatnonzero(varied[N_PARAMETERS:])
     size = np.concatenate([STEPS[own], model.steps[extra]])
     m = 1 + 2 * len(size)
     steps, thetas = np.zeros((m, N_PARAMETERS)), np.tile(theta, (m, 1))
@@ -83,10 +125,10 @@ def _velocities(flight: Flight, reached: States, R: Array) -> tuple[Array, Array
     return np.asarray(reached.v[:, 0] - np.cross(omega, R @ flight.com)), omega
 
 
-def _unforced(alone: Model, theta: Array, setting: Setting, when: tuple[Array, Array], at: tuple[Array, Array, Array]) -> Array:
-    """Columns (n, 6, q) of one effect through clock and body."""
-    (times_s, rows_px), (S, velocity, omega) = when, at
-    result = np.zeros((len(times_s), 6, len(theta)))
+def _unforced(alone: Model, theta: Array, setting: Setting, when: tuple[Array, Array], at: tuple[Array, Array]) -> Array:
+    """Columns (n, c, q) of one effect through clock and body, from the flight's (n, c, 21 + q) and the rates (n, c) of what they are of."""
+    (times_s, rows_px), (S, rates) = when, at
+    result = np.zeros((*S.shape[:2], len(theta)))
     for column, step in enumerate(alone.steps):
         up, down = theta.copy(), theta.copy()
         up[column], down[column] = up[column] + step, down[column] - step
@@ -94,6 +136,6 @@ def _unforced(alone: Model, theta: Array, setting: Setting, when: tuple[Array, A
         later = (alone.times(up, setting, times_s) - alone.times(down, setting, times_s)) / width
         later = later + (alone.delays(up, rows_px) - alone.delays(down, rows_px)) / width
         high, low = alone.body(up, setting), alone.body(down, setting)
-        result[:, :, column] = np.hstack([velocity, omega]) * later[:, None]
+        result[:, :, column] = rates * later[:, None]
         result[:, :, column] += S[:, :, COM] @ ((high.com - low.com) / width) + S[:, :, INERTIA] @ ((high.inertia - low.inertia) / width)
     return result

@@ -9,11 +9,12 @@ from numpy.typing import NDArray
 
 from datasets.estimate import FrameReport
 from datasets.observation import Observation
+from datasets.vocabulary.effects import TRACKED_ONLY
 from estimator.diagnosis.noise_floor import NoiseFloor, silhouette_floor
 from estimator.diagnosis.residual_maps import ResidualMap, silhouette_maps
 from estimator.effects.curvature_bias import CurvatureBias
 from estimator.effects.link import EffectModel
-from estimator.effects.model import Model
+from estimator.effects.model import Model, overrides
 from estimator.fitting.campaign import Campaign, CampaignFit, SequenceEquations
 from estimator.fitting.campaign_noise import repeated_noise
 from estimator.fitting.composite_likelihood import RandomShift, weigh_linear
@@ -131,9 +132,11 @@ class Silhouettes:
         return INDEPENDENT_TANGENTS * sum(self.sightings(s) for s in campaign.sequences)
 
     def why_not(self, campaign: Campaign, effect: EffectModel) -> str | None:
-        """Every effect of the catalogue applies."""
-        del campaign, effect
-        return None
+        """All effects apply but those on a gyroscope and those that such short flights do not show."""
+        del campaign
+        if overrides(effect, "reading"):
+            return "it acts on a gyroscope's readings"
+        return "a flight of centimetres does not show it" if effect.entry.key in TRACKED_ONLY else None
 
     def noise_floor(self, campaign: Campaign, fit: CampaignFit, rng: np.random.Generator) -> NoiseFloor:
         """Against outlines' noise that changes with every frame."""

@@ -19,7 +19,7 @@ from estimator.fitting.campaign import Campaign, CampaignFit, SequenceEquations
 from estimator.fitting.composite_likelihood import WeighedFrames
 from estimator.fitting.time_shifts import TimeShifts
 from estimator.motion.flight import COM, N_PARAMETERS, Flight
-from estimator.trajectories.applying import needs, with_plausible_values
+from estimator.trajectories.applying import why_not, with_plausible_values
 from estimator.trajectories.noise_floor import TrajectoryFloor, trajectory_floor
 from estimator.trajectories.residual_maps import trajectory_maps
 from estimator.trajectories.task import TrajectoryErrors, TrajectoryTask, trajectory_errors
@@ -58,7 +58,8 @@ class Trajectories:
         """Huber cost; noise does not depend on the fit."""
         del like
         z = np.abs(residuals.e)
-        rho = np.where(z <= HUBER, 0.5 * z**2, HUBER * z - 0.5 * HUBER**2)
+        near = np.minimum(z, HUBER)
+        rho = near * (z - 0.5 * near)
         return float((rho / sequence.repeats).sum())
 
     def repeated_noise(
@@ -119,19 +120,11 @@ class Trajectories:
 
     def independent(self, campaign: Campaign) -> float:
         """Numbers measured, each as often as it does not repeat."""
-        return float(sum(len(task.times_s) * np.sum(1.0 / task.repeats) for task in campaign.sequences))
+        return float(sum(np.sum(np.isfinite(task.sigma) / task.repeats) for task in campaign.sequences))
 
     def why_not(self, campaign: Campaign, effect: EffectModel) -> str | None:
         """Effects on pictures, and those on what was not measured, do not apply."""
-        measured = {channel for task in campaign.sequences for channel in task.channels}
-        asked = needs(effect)
-        if "pictures" in asked:
-            return "it acts on pictures"
-        if "orientation" in asked and "theta" not in measured:
-            return "it needs a measured orientation"
-        if "spin" in asked and not measured & {"theta", "omega"}:
-            return "it needs a measured orientation or spin"
-        return None
+        return why_not(effect, campaign.sequences)
 
     def noise_floor(self, campaign: Campaign, fit: CampaignFit, rng: np.random.Generator) -> TrajectoryFloor:
         """Against noise that changes from row to row."""
@@ -144,9 +137,11 @@ class Trajectories:
     def statistics(self, equations: SequenceEquations) -> dict[str, Any]:
         """RMS of the residuals, each channel in its own unit, and of its noise."""
         errors = equations.errors
-        sigma = np.sqrt(errors.variance)
-        rms = np.sqrt(np.sum((errors.e * sigma) ** 2, axis=0) / np.maximum(errors.seen.sum(axis=0), 1))
-        return {"rows": len(errors.e), "rms": rms.tolist(), "noise": sigma.mean(axis=0).tolist()}
+        measured = errors.seen.any(axis=0)
+        sigma, count = np.sqrt(np.where(errors.seen, errors.variance, 0.0)), np.maximum(errors.seen.sum(axis=0), 1)
+        rms = np.where(measured, np.sqrt(np.sum((errors.e * sigma) ** 2, axis=0) / count), np.nan)
+        noise = np.where(measured, sigma.sum(axis=0) / count, np.nan)
+        return {"rows": len(errors.e), "rms": _known(rms), "noise": _known(noise)}
 
     def frame_reports(self, sequence: TrajectoryTask, observation: Any, equations: SequenceEquations) -> tuple[FrameReport, ...]:
         """Every row; there is no picture whose error could be told in pixels."""
@@ -162,6 +157,11 @@ class Trajectories:
     def adapted(self, effect: EffectModel) -> EffectModel:
         """Tracked things may be larger and slower than particles before a camera."""
         return with_plausible_values(effect)
+
+
+def _known(values: Array) -> list[float | None]:
+    """Values (c,) for a file; none for what was not measured."""
+    return [float(value) if np.isfinite(value) else None for value in values]
 
 
 TRAJECTORIES = Trajectories()

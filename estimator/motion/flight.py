@@ -35,6 +35,7 @@ from estimator.motion.rigid_body import (
     rotation_matrices,
 )
 from estimator.motion.rotation import quaternion_from_vector, rotation_vector
+from estimator.motion.round_bodies import is_round, round_fall, round_flight
 
 Array = NDArray[np.float64]
 
@@ -86,6 +87,11 @@ class Forces(Protocol):
         """Torque per largest moment (m, 3) rad/s², world frame; ``None`` where there is none."""
         ...
 
+    @property
+    def of_attitude(self) -> bool:
+        """Whether any of them depends on the attitude."""
+        ...
+
 
 @dataclass(frozen=True)
 class FlightPoses:
@@ -132,13 +138,18 @@ def states(flight: Flight, steps: Array, times_s: Array, forces: Forces | None =
         v=flight.v + steps[:, V],
         L=angular_momentum(q, flight.omega + steps[:, OMEGA], inertia),
     )
-    gravity, inverse = flight.gravity_world, inverted(inertia)
+    gravity, at_start = flight.gravity_world, {"start_time_s": flight.time_s}
+    if forces is None and is_round(inertia):
+        return round_fall(start, times_s, gravity=gravity, **at_start)
+    inverse = inverted(inertia)
     if forces is None:
         return fall(start, inverse, times_s, start_time_s=flight.time_s, gravity=gravity)
 
     def acceleration(time_s: float, state: States, omega: Array) -> Array:
         return gravity + forces.acceleration(time_s, state, omega)
 
+    if is_round(inertia) and not forces.of_attitude:
+        return round_flight(start, times_s, acceleration=acceleration, torque=forces.torque, **at_start)
     return propagate(start, inverse, times_s, start_time_s=flight.time_s, acceleration=acceleration, torque=forces.torque)
 
 

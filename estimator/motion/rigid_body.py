@@ -135,7 +135,7 @@ def propagate(
     start = States(*(np.ascontiguousarray(a) for a in (start.x, start.q, start.v, start.L)))
     shape = (len(times_s), len(start.x))
     out = States(*(np.empty((*shape, a.shape[1])) for a in (start.x, start.q, start.v, start.L)))
-    for order in _outwards(times_s, start_time_s):
+    for order in outwards(times_s, start_time_s):
         state, time = start, start_time_s
         for i in order:
             with np.errstate(over="ignore", invalid="ignore"):  # of trial steps that run away
@@ -145,7 +145,7 @@ def propagate(
     return replace(out, q=_attitudes(out.q))
 
 
-def _outwards(times_s: Array, start_time_s: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def outwards(times_s: Array, start_time_s: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Rows of the times from the start on, and of those before it, the nearest first."""
     return np.flatnonzero(times_s >= start_time_s), np.flatnonzero(times_s < start_time_s)[::-1]
 
@@ -157,7 +157,7 @@ def fall(start: States, inverse_inertia: Array, times_s: Array, *, start_time_s:
     t = (times - start_time_s)[:, None, None]
     q = np.full((*shape, 4), np.nan)
     L, inverse = np.ascontiguousarray(start.L), np.ascontiguousarray(inverse_inertia)
-    for order in _outwards(times, start_time_s):
+    for order in outwards(times, start_time_s):
         spin = _turned((np.ascontiguousarray(start.q), L, inverse), np.concatenate([[start_time_s], times[order]]), order, q)
         if not spin <= FASTEST_RADS:
             raise RanAway(RAN_AWAY.format(spin))

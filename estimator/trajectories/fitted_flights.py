@@ -118,6 +118,8 @@ def cut(trajectory: Trajectory, run: Run) -> Trajectory:
         rows(trajectory.sigma_theta),
         rows(trajectory.sigma_omega),
         trajectory.surroundings,
+        rows(trajectory.gyro),
+        rows(trajectory.sigma_gyro),
     )
 
 

@@ -48,7 +48,7 @@ class Struck:
 
 def may_have_impacts(trajectories: Sequence[Trajectory]) -> bool:
     """Whether any trajectory is more than one free flight and noise; only poses can tell."""
-    if not trajectories or any(t.q_world_tracked is None for t in trajectories):
+    if not all(t.whole for t in trajectories):
         return False
     return any(
         bool(runs) and len(t.times_s) - (runs[0].last - runs[0].first) >= LEAST_OUTSIDE
@@ -84,10 +84,11 @@ def centre_path(trajectory: Trajectory) -> Array:
     Raises
     ------
     InputError
-        Where the trajectory has no orientations.
+        Where the trajectory has no orientations, or not in every row.
     """
-    if trajectory.q_world_tracked is None:
-        raise InputError(f"{trajectory.name}: expected orientations qx, qy, qz, qw beside positions: impacts need poses, came none.")
+    if trajectory.q_world_tracked is None or not trajectory.whole:
+        came = "came none" if trajectory.q_world_tracked is None else "came rows without"
+        raise InputError(f"{trajectory.name}: expected orientations qx, qy, qz, qw beside positions: impacts need poses, {came}.")
     return np.asarray(trajectory.x_world + rotation_matrices(trajectory.q_world_tracked) @ trajectory.surroundings.body.com_particle)
 
 

@@ -19,8 +19,9 @@ from estimator.trajectories.starting import first_flight
 from estimator.trajectories.task import TrajectoryTask
 
 Array = NDArray[np.float64]
-FIRST_GUESS = {"x": 1e-3, "theta": 1e-2, "omega": 1.0}
-"""Standard deviations of the first fit (m, rad, rad/s), whose residuals tell the noise."""
+NO_TURN = np.array([0.0, 0.0, 0.0, 1.0])
+FIRST_GUESS = {"x": 1e-3, "theta": 1e-2, "omega": 1.0, "gyro": 1.0}
+"""Standard deviations of the first fit (m, rad, rad/s twice), whose residuals tell the noise."""
 ROUNDS = 2
 
 
@@ -77,45 +78,66 @@ def _ratios(trajectory: Trajectory) -> tuple[float, ...]:
     return tuple(round(float(ratio), 6) for ratio in trajectory.surroundings.body.inertia_ratios)
 
 
+def _channels(trajectory: Trajectory) -> dict[str, tuple[Array, Array | None]]:
+    """What was measured, NaN where it was not, and its standard deviations where they are known; in the order of a task's columns."""
+    q = trajectory.q_world_tracked
+    every = {
+        "x": (trajectory.x_world, trajectory.sigma_x),
+        "theta": (None if q is None else q[:, :3], trajectory.sigma_theta),
+        "omega": (trajectory.omega_world, trajectory.sigma_omega),
+        "gyro": (trajectory.gyro, trajectory.sigma_gyro),
+    }
+    return {name: (values, sigma) for name, (values, sigma) in every.items() if values is not None}
+
+
 def _stated(trajectory: Trajectory) -> dict[str, bool]:
-    """Of which channels the noise is known."""
-    sigma = {"x": trajectory.sigma_x, "theta": trajectory.sigma_theta, "omega": trajectory.sigma_omega}
-    there = {"x": True, "theta": trajectory.q_world_tracked is not None, "omega": trajectory.omega_world is not None}
-    return {channel: sigma[channel] is not None for channel, present in there.items() if present}
+    """Of which channels the noise is known, or nothing was measured."""
+    return {name: sigma is not None or not np.isfinite(values).any() for name, (values, sigma) in _channels(trajectory).items()}
 
 
 def task_of(trajectory: Trajectory) -> TrajectoryTask:
     """The task of one trajectory; noise that is not known is a first guess."""
-    body = trajectory.surroundings.body
+    body, q = trajectory.surroundings.body, trajectory.q_world_tracked
     R, x = None, trajectory.x_world
-    if trajectory.q_world_tracked is not None:
-        tracked = rotation_matrices(trajectory.q_world_tracked)
-        R, x = tracked @ body.R_particle_body, x + tracked @ body.com_particle
-    sigma = {"x": trajectory.sigma_x, "theta": trajectory.sigma_theta, "omega": trajectory.sigma_omega}
-    present = _stated(trajectory)
-    columns = [np.full(x.shape, FIRST_GUESS[c]) if sigma[c] is None else sigma[c] for c in present]
+    if q is not None:
+        tracked = rotation_matrices(np.where(np.isnan(q), NO_TURN, q))
+        x = x + tracked @ body.com_particle
+        x[np.isnan(q).any(axis=1) & body.com_particle.any()] = np.nan
+        R = tracked @ body.R_particle_body
+    channels = _channels(replace(trajectory, x_world=x))
+    sigma = [
+        np.where(np.isfinite(values), FIRST_GUESS[name] if known is None else known, np.inf) for name, (values, known) in channels.items()
+    ]
     setting = Setting(trajectory.times_s, 0.0, trajectory.surroundings.gravity_world, body.inertia_ratios)
-    n, c = len(x), 3 * len(present)
-    known = np.concatenate([np.asarray(each, dtype=np.float64) for each in columns], axis=1)
-    return TrajectoryTask(trajectory.name, setting, x, R, trajectory.omega_world, known, np.ones(c), np.ones(n, dtype=np.bool_))
+    columns = np.concatenate([np.asarray(each, dtype=np.float64) for each in sigma], axis=1)
+    omega, gyro = (None if values is None else np.nan_to_num(values) for values in (trajectory.omega_world, trajectory.gyro))
+    repeats, kept = np.ones(columns.shape[1]), np.ones(len(x), dtype=np.bool_)
+    return TrajectoryTask(trajectory.name, setting, np.nan_to_num(x), R, omega, columns, repeats, kept, gyro)
 
 
 def _with_noise(campaign: Campaign, fit: CampaignFit, stated: Sequence[dict[str, bool]]) -> tuple[TrajectoryTask, ...]:
     """The sequences with noise estimated from the fit's residuals wherever it is not stated."""
     tasks: list[TrajectoryTask] = list(campaign.sequences)
-    for channel in ("x", "theta", "omega"):
+    for channel in FIRST_GUESS:
         rows = [i for i, s in enumerate(stated) if s.get(channel) is False]
         for axis in range(3):
-            columns = {i: 3 * tasks[i].channels.index(channel) + axis for i in rows}
-            residuals = [fit.equations[i].errors.e[:, k] * tasks[i].sigma[:, k] for i, k in columns.items()]
-            noise = channel_noise(residuals) if rows else None
+            columns = {i: tasks[i].columns(channel).start + axis for i in rows if tasks[i].seen(channel)[:, axis].any()}
+            residuals = [_residuals(fit, tasks[i], (i, k)) for i, k in columns.items()]
+            noise = channel_noise(residuals) if residuals else None
             for i, k in columns.items():
                 if noise is not None:
                     tasks[i] = _replaced(tasks[i], k, noise.sigma, noise.repeats)
     return tuple(tasks)
 
 
+def _residuals(fit: CampaignFit, task: TrajectoryTask, at: tuple[int, int]) -> Array:
+    """Residuals of the rows of a sequence that were measured in a column, in their own unit."""
+    number, column = at
+    seen = np.isfinite(task.sigma[:, column])
+    return np.asarray(fit.equations[number].errors.e[seen, column] * task.sigma[seen, column])
+
+
 def _replaced(task: TrajectoryTask, column: int, sigma: float, repeats: float) -> TrajectoryTask:
     new_sigma, new_repeats = task.sigma.copy(), task.repeats.copy()
-    new_sigma[:, column], new_repeats[column] = sigma, repeats
+    new_sigma[np.isfinite(task.sigma[:, column]), column], new_repeats[column] = sigma, repeats
     return replace(task, sigma=new_sigma, repeats=new_repeats)

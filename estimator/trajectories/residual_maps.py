@@ -36,7 +36,7 @@ def trajectory_maps(campaign: Campaign, fit: CampaignFit) -> tuple[ResidualMap, 
     parts = [_of_sequence(task, each) for task, each in zip(campaign.sequences, fit.equations, strict=True)]
     names = set.intersection(*(set(p.components) for p in parts))
     rows = _Rows(
-        _joined([p.axes for p in parts]),
+        _joined([{k: v for k, v in p.axes.items() if all(k in other.axes for other in parts)} for p in parts]),
         _joined([{k: p.components[k] for k in sorted(names)} for p in parts]),
         _joined([{k: p.repeats[k] for k in sorted(names)} for p in parts]),
     )
@@ -50,11 +50,10 @@ def _joined(parts: list[dict[str, Array]]) -> dict[str, Array]:
 
 
 def _axes(values: dict[str, Array]) -> list[Axis]:
-    axes = [
-        even("time", "time", "frame", values["frame"]),
-        even("speed", "speed", "m/s", values["speed"]),
-        *(even(f"position_{a}", f"position along {a}", "m", values[a]) for a in "xyz"),
-    ]
+    axes = [even("time", "time", "frame", values["frame"])]
+    if "speed" in values:
+        axes.append(even("speed", "speed", "m/s", values["speed"]))
+        axes += [even(f"position_{a}", f"position along {a}", "m", values[a]) for a in "xyz"]
     if "turned" in values:
         axes += [phase(values["turned"]), even("spin", "spin", "rad/s", values["spin"])]
     return axes
@@ -63,42 +62,50 @@ def _axes(values: dict[str, Array]) -> list[Axis]:
 def _of_sequence(task: TrajectoryTask, each: SequenceEquations) -> _Rows:
     prediction, kept = each.errors.prediction, task.kept
     v, omega = prediction.velocity, prediction.omega
-    x = prediction.poses.centre[:, 0]
-    axes = {"frame": np.arange(len(x), dtype=np.float64), "speed": np.linalg.norm(v, axis=1), "x": x[:, 0], "y": x[:, 1], "z": x[:, 2]}
-    components, repeats = _taken_apart(task, each, "x", v, "position")
+    axes = {"frame": np.arange(len(v), dtype=np.float64)}
+    if "x" in task.measured:
+        axes |= {"speed": np.linalg.norm(v, axis=1), **dict(zip("xyz", prediction.poses.centre[:, 0].T, strict=True))}
     if not task.still[9:12].all():
         spin = np.linalg.norm(omega, axis=1)
         turned = np.concatenate([[0.0], np.cumsum(0.5 * (spin[1:] + spin[:-1]) * np.diff(task.times_s))])
         axes |= {"turned": np.degrees(turned), "spin": spin}
-    if task.R_world_body is not None:
-        turns, more = _taken_apart(task, each, "theta", omega, "turn")
-        components, repeats = components | turns, repeats | more
+    components: dict[str, Array] = {}
+    repeats: dict[str, Array] = {}
+    for channel, along, name in (("x", v, "position"), ("theta", omega, "turn"), ("omega", omega, "spin"), ("gyro", task.gyro, "spin")):
+        if channel in task.measured and along is not None:
+            found, more = _taken_apart(task, each, channel, along, name)
+            components, repeats = components | found, repeats | more
     return _Rows(*({k: a[kept] for k, a in part.items()} for part in (axes, components, repeats)))
 
 
 def _taken_apart(
     task: TrajectoryTask, each: SequenceEquations, channel: str, along: Array, name: str
 ) -> tuple[dict[str, Array], dict[str, Array]]:
-    """Components of one channel's residual along the world's axes and along a direction (n, 3), and over how many rows each repeats."""
-    columns = 3 * task.channels.index(channel) + np.arange(3)
-    measured = -each.errors.e[:, columns]
+    """Components of one channel's residual along its three axes and along a direction (n, 3), and over how many rows each repeats.
+
+    NaN where a component was not measured.
+    """
+    columns, seen = task.columns(channel), task.seen(channel)
+    measured = np.where(seen, -each.errors.e[:, columns], np.nan)
+    alike = task.repeats[columns]
     found = {f"{name}_{a}": measured[:, i] for i, a in enumerate("xyz")}
-    repeats = {f"{name}_{a}": np.full(len(measured), task.repeats[columns[i]]) for i, a in enumerate("xyz")}
+    repeats = {f"{name}_{a}": np.full(len(measured), alike[i]) for i, a in enumerate("xyz")}
     u = along / np.maximum(np.linalg.norm(along, axis=1, keepdims=True), SLOW)
-    weight = u * task.sigma[:, columns]
-    size = np.maximum(np.linalg.norm(weight, axis=1), 1e-300)
-    found[f"{name}_along"] = np.sum(weight * measured, axis=1) / size
-    repeats[f"{name}_along"] = np.full(len(measured), task.repeats[columns].mean())
+    weight = np.where(seen, u * task.sigma[:, columns], 0.0)
+    size = np.linalg.norm(weight, axis=1)
+    found[f"{name}_along"] = np.where(seen.any(axis=1), np.sum(weight * np.nan_to_num(measured), axis=1) / np.maximum(size, 1e-300), np.nan)
+    repeats[f"{name}_along"] = np.full(len(measured), alike.mean())
     return found, repeats
 
 
 def _map(axis: Axis, kind: str, rows: _Rows) -> ResidualMap | None:
-    values, repeats = rows.components[kind], rows.repeats[kind]
-    count = np.bincount(axis.bin, minlength=len(axis.centre))
+    told = np.isfinite(rows.components[kind])
+    values, repeats, bins = rows.components[kind][told], rows.repeats[kind][told], axis.bin[told]
+    count = np.bincount(bins, minlength=len(axis.centre))
     kept = np.flatnonzero(count >= LEAST_IN_BIN)
     if len(kept) < 2:
         return None
-    mean = np.bincount(axis.bin, values, len(axis.centre))[kept] / count[kept]
-    sigma = np.sqrt(np.bincount(axis.bin, repeats, len(axis.centre))[kept]) / count[kept]
+    mean = np.bincount(bins, values, len(axis.centre))[kept] / count[kept]
+    sigma = np.sqrt(np.bincount(bins, repeats, len(axis.centre))[kept]) / count[kept]
     statistic = float(np.sum((mean / sigma) ** 2))
     return ResidualMap(axis, kind, kept, mean, sigma, count[kept], statistic, float(chi2.sf(statistic, len(kept))), "σ")

@@ -15,18 +15,22 @@ MOST_ROWS = 9
 
 def first_flight(task: TrajectoryTask, body: Body) -> Flight:
     """Free flight through a trajectory."""
-    times = task.times_s
-    middle = len(times) // 2
+    times, gravity = task.times_s, task.setting.gravity_world
+    middle = _middle(task)
+    x, v = np.zeros(3), np.zeros(3)
     after = times - times[middle]
-    gravity = task.setting.gravity_world
-    fallen = task.x_world - 0.5 * gravity * after[:, None] ** 2
-    (x, v), *_ = np.linalg.lstsq(np.column_stack([np.ones_like(after), after]), fallen, rcond=None)
+    for axis, seen in enumerate(task.seen("x").T):
+        if seen.any():
+            fallen = task.x_world[seen, axis] - 0.5 * gravity[axis] * after[seen] ** 2
+            (x[axis], v[axis]), *_ = np.linalg.lstsq(np.column_stack([np.ones(seen.sum()), after[seen]]), fallen, rcond=None)
+    # Without a measured attitude the world's axes are those of the tracked frame.
+    R = body.R_particle_body if task.R_world_body is None else task.R_world_body[middle]
     return Flight(
         time_s=float(times[middle]),
         x=x,
-        q=np.array([0.0, 0.0, 0.0, 1.0]) if task.R_world_body is None else quaternion(task.R_world_body[middle]),
+        q=quaternion(R),
         v=v,
-        omega=_spin(task, middle),
+        omega=_spin(task, middle, R @ body.R_particle_body.T),
         body=body,
         com=np.zeros(3),
         inertia=np.zeros(5),
@@ -35,11 +39,26 @@ def first_flight(task: TrajectoryTask, body: Body) -> Flight:
     )
 
 
-def _spin(task: TrajectoryTask, middle: int) -> Array:
-    """Angular velocity (3,) about the middle row."""
-    if task.R_world_body is None:
-        return np.zeros(3) if task.omega_world is None else np.asarray(task.omega_world.mean(axis=0))
-    rows = np.arange(max(0, middle - MOST_ROWS // 2), min(len(task.times_s), middle + MOST_ROWS // 2 + 1))
-    R = task.R_world_body[rows]
-    turns = rotation_vector(R[1:] @ np.swapaxes(R[:-1], 1, 2))
-    return np.asarray(np.median(turns / np.diff(task.times_s[rows])[:, None], axis=0))
+def _middle(task: TrajectoryTask) -> int:
+    """The middle row of those with an orientation, or with what the gyroscope reads, or of all."""
+    for channel in ("theta", "gyro"):
+        rows = np.flatnonzero(task.seen(channel).all(axis=1))
+        if len(rows):
+            return int(rows[len(rows) // 2])
+    return len(task.times_s) // 2
+
+
+def _spin(task: TrajectoryTask, middle: int, R_world_tracked: Array) -> Array:
+    """Angular velocity (3,) about the middle row, world frame."""
+    if task.gyro is not None and task.seen("gyro")[middle].all():
+        return np.asarray(R_world_tracked @ task.gyro[middle])
+    if task.R_world_body is not None:
+        rows = np.flatnonzero(task.seen("theta").all(axis=1))
+        here = int(np.searchsorted(rows, middle))
+        rows = rows[max(0, here - MOST_ROWS // 2) : here + MOST_ROWS // 2 + 1]
+        turns = rotation_vector(task.R_world_body[rows[1:]] @ np.swapaxes(task.R_world_body[rows[:-1]], 1, 2))
+        return np.asarray(np.median(turns / np.diff(task.times_s[rows])[:, None], axis=0))
+    if task.omega_world is None:
+        return np.zeros(3)
+    seen = task.seen("omega")
+    return np.asarray(np.where(seen, task.omega_world, 0.0).sum(axis=0) / np.maximum(seen.sum(axis=0), 1))

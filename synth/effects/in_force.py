@@ -18,6 +18,7 @@ from synth.effects.links import (
     Dynamics,
     FlightState,
     FlyingBody,
+    Gyroscope,
     Lens,
     Link,
     PictureMotion,
@@ -27,6 +28,7 @@ from synth.effects.links import (
     Threshold,
     Values,
     ViewSegmentation,
+    Wind,
 )
 from synth.effects.registry import REALISATIONS
 
@@ -58,11 +60,17 @@ class EffectsInForce:
 
     def acceleration(self, state: FlightState) -> Array:
         """What is added to the stated gravity (3,) m/s², world frame."""
+        winds = [link.velocity(values) for link, values in self._of(Wind)]
+        state = replace(state, air_world=np.sum(winds, axis=0)) if winds else state
         return np.sum([link.acceleration(state, values) for link, values in self._of(Dynamics)], axis=0)
 
     def torque_body(self, state: FlightState) -> Array:
         """Torque over the largest principal moment (3,) rad/s², body frame."""
         return np.sum([link.torque_body(state, values) for link, values in self._of(Dynamics)], axis=0)
+
+    def gyroscope(self, omega_tracked: Array) -> Array:
+        """What a gyroscope reads (n, 3) rad/s of angular velocities (n, 3) along its axes."""
+        return reduce(lambda omega, hook: hook[0].read(omega, hook[1]), self._of(Gyroscope), omega_tracked)
 
     def lens(self, stated: Intrinsics) -> Intrinsics:
         """The true camera, at rest."""

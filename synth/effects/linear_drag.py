@@ -13,4 +13,4 @@ from synth.effects.links import FlightState, Values
 
 def acceleration(state: FlightState, values: Values) -> NDArray[np.float64]:
     """Acceleration (3,) m/s², world frame."""
-    return np.asarray(-values["rate"] * state.v_world)
+    return np.asarray(-values["rate"] * state.through_air)

@@ -42,6 +42,12 @@ class FlightState:
     omega_body: Float[NDArray[np.float64], "3"]
     ratios: Float[NDArray[np.float64], "3"]
     mass_over_moment: float
+    air_world: Float[NDArray[np.float64], "3"] | None = None
+
+    @property
+    def through_air(self) -> Float[NDArray[np.float64], "3"]:
+        """Velocity (m/s) against the air, world frame; ``air_world`` is that of the air, ``None`` where it is still."""
+        return self.v_world if self.air_world is None else np.asarray(self.v_world - self.air_world)
 
     @property
     def omega_world(self) -> Float[NDArray[np.float64], "3"]:
@@ -82,6 +88,20 @@ class Dynamics:
 
     acceleration: Callable[[FlightState, Values], Array]
     torque_body: Callable[[FlightState, Values], Array] = no_torque
+
+
+@dataclass(frozen=True)
+class Wind:
+    """Velocity of the air (3,) m/s, world frame."""
+
+    velocity: Callable[[Values], Array]
+
+
+@dataclass(frozen=True)
+class Gyroscope:
+    """What a gyroscope reads (n, 3) rad/s of angular velocities (n, 3) along its axes."""
+
+    read: Callable[[Array, Values], Array]
 
 
 @dataclass(frozen=True)
@@ -133,4 +153,17 @@ class ViewSegmentation:
     reshape: Callable[[Array, Intrinsics, Values], Array]
 
 
-Link = Clockwork | BodyChange | Dynamics | Lens | PictureMotion | Blur | Threshold | RowClock | Segmentation | ViewSegmentation
+Link = (
+    Clockwork
+    | BodyChange
+    | Dynamics
+    | Wind
+    | Lens
+    | PictureMotion
+    | Blur
+    | Threshold
+    | RowClock
+    | Segmentation
+    | ViewSegmentation
+    | Gyroscope
+)

@@ -14,4 +14,4 @@ from synth.effects.links import FlightState, Values
 
 def acceleration(state: FlightState, values: Values) -> NDArray[np.float64]:
     """Acceleration (3,) m/s², world frame."""
-    return np.asarray(values["coefficient"] * np.cross(state.omega_world, state.v_world))
+    return np.asarray(values["coefficient"] * np.cross(state.omega_world, state.through_air))

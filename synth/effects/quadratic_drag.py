@@ -14,4 +14,4 @@ from synth.effects.links import FlightState, Values
 
 def acceleration(state: FlightState, values: Values) -> NDArray[np.float64]:
     """Acceleration (3,) m/s², world frame."""
-    return np.asarray(-values["per_length"] * np.linalg.norm(state.v_world) * state.v_world)
+    return np.asarray(-values["per_length"] * np.linalg.norm(state.through_air) * state.through_air)

@@ -9,6 +9,8 @@ from synth.effects import (
     focal_length,
     frame_rate,
     gravity,
+    gyroscope_bias,
+    gyroscope_scale,
     inertia_ratios,
     length_scale,
     linear_drag,
@@ -22,7 +24,9 @@ from synth.effects import (
     radial_distortion,
     rim_light_leak,
     rolling_shutter,
+    saturating_lift,
     spin_damping,
+    steady_wind,
     tangential_distortion,
     thermal_focus_drift,
     trigger_jitter,
@@ -35,6 +39,7 @@ from synth.effects.links import (
     BodyChange,
     Clockwork,
     Dynamics,
+    Gyroscope,
     Lens,
     Link,
     PictureMotion,
@@ -42,6 +47,7 @@ from synth.effects.links import (
     Segmentation,
     Threshold,
     ViewSegmentation,
+    Wind,
 )
 
 REALISATIONS: dict[str, Link] = {
@@ -56,6 +62,8 @@ REALISATIONS: dict[str, Link] = {
     "linear_drag": Dynamics(linear_drag.acceleration),
     "quadratic_drag": Dynamics(quadratic_drag.acceleration),
     "magnus_lift": Dynamics(magnus_lift.acceleration),
+    "saturating_lift": Dynamics(saturating_lift.acceleration),
+    "steady_wind": Wind(steady_wind.velocity),
     "spin_damping": Dynamics(spin_damping.acceleration, spin_damping.torque_body),
     "wall_attraction": Dynamics(wall_attraction.acceleration),
     "outgassing_thrust": Dynamics(outgassing_thrust.acceleration, outgassing_thrust.torque_body),
@@ -73,5 +81,7 @@ REALISATIONS: dict[str, Link] = {
     "blooming": Segmentation(blooming.reshape),
     "rim_light_leak": Segmentation(rim_light_leak.reshape),
     "view_outline_offset": ViewSegmentation(view_outline_offset.reshape),
+    "gyroscope_bias": Gyroscope(gyroscope_bias.read),
+    "gyroscope_scale": Gyroscope(gyroscope_scale.read),
 }
 """The link of the chain that each effect hooks into."""

@@ -7,7 +7,7 @@ Central differences of the tangency errors themselves, at tangencies that stay a
 import numpy as np
 import pytest
 
-from datasets.vocabulary.effects import EFFECTS
+from datasets.vocabulary.effects import EFFECTS, PICTURED
 from estimator.effects.model import Model
 from estimator.effects.registry import MODELS
 from estimator.fitting.model_errors import ModelErrors, model_errors
@@ -21,8 +21,8 @@ AGREE = 2e-3
 AT_CORNERS = {"rolling_shutter": 2e-2}
 """Where another of the outline's points takes over within a step; elsewhere these are as good."""
 FEWEST = 0.5
-SMOOTH = [(key, name) for key, entry in EFFECTS.items() for name in entry.names if name not in (*MODELS[key].frozen, "sigma")]
-THROUGH_MOTION = [key for key in EFFECTS if EFFECTS[key].stage in ("clock", "body", "dynamics")]
+SMOOTH = [(key, name) for key, entry in PICTURED.items() for name in entry.names if name not in (*MODELS[key].frozen, "sigma")]
+THROUGH_MOTION = [key for key in PICTURED if EFFECTS[key].stage in ("clock", "body", "dynamics")]
 
 
 def errors(key: str, flight: Flight, theta: Array) -> ModelErrors:

@@ -7,7 +7,7 @@ derivatives lead there. Sizes are found to the share of them that the reduced mo
 import numpy as np
 import pytest
 
-from datasets.vocabulary.effects import EFFECTS
+from datasets.vocabulary.effects import PICTURED
 from estimator.effects.model import Model
 from estimator.effects.registry import MODELS
 from estimator.fitting.model_errors import ModelErrors, model_errors
@@ -45,6 +45,6 @@ def least_squares_step(errors: ModelErrors, columns: np.ndarray) -> np.ndarray:
     return -np.linalg.lstsq(J / size, errors.e[errors.seen], rcond=1e-10)[0] / size
 
 
-@pytest.mark.parametrize("key", [key for key in EFFECTS if key != "trigger_jitter"])
+@pytest.mark.parametrize("key", [key for key in PICTURED if key != "trigger_jitter"])
 def test_sizes_are_found_again(key: str) -> None:
     np.testing.assert_allclose(solved(key), theta_of(key, SIZES[key]), rtol=REDUCED.get(key, EXACT))

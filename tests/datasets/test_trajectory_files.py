@@ -76,7 +76,53 @@ def test_a_folder_has_its_trajectories_in_order(tmp_path: Path) -> None:
     assert trajectories_in(tmp_path) == ()
 
 
+def test_a_gyroscope_alone_needs_neither_positions_nor_gravity(tmp_path: Path) -> None:
+    lines = "".join(f"{10 * i},0,90,{180 if i != 2 else ''},1,1,1\n" for i in range(6))
+    header = "t_ms,gyro_x_degs,gyro_y_degs,gyro_z_degs,sigma_gyro_x_degs,sigma_gyro_y_degs,sigma_gyro_z_degs"
+    found = read_trajectory(written(tmp_path, f"{header}\n{lines}"), {})
+    assert found.gyro is not None
+    assert found.sigma_gyro is not None
+    np.testing.assert_allclose(found.gyro[0], np.radians([0.0, 90.0, 180.0]))
+    np.testing.assert_allclose(found.sigma_gyro[0], np.radians(1.0))
+    assert np.isnan(found.gyro[2]).tolist() == [False, False, True]
+    assert np.isnan(found.x_world).all()
+    assert not found.surroundings.gravity_world.any()
+    assert not found.whole
+
+
+def test_empty_cells_were_not_measured(tmp_path: Path) -> None:
+    lines = "".join(f"{0.01 * i:g},{0.01 * i:g},,{0 if i else ''},{'0,0,0,1' if i != 3 else ',,,'}\n" for i in range(7))
+    found = read_trajectory(written(tmp_path, f"{HEADER},qx,qy,qz,qw\n{lines}"), {**GRAVITY, "sigma_x_m": 1e-3})
+    assert np.isfinite(found.x_world).sum(axis=0).tolist() == [7, 0, 6]
+    assert found.q_world_tracked is not None
+    assert np.flatnonzero(np.isnan(found.q_world_tracked).all(axis=1)).tolist() == [3]
+
+
+def test_a_spin_that_is_known_once_is_that_of_the_middle_row(tmp_path: Path) -> None:
+    written(tmp_path, "spin_world_rads = [1.0, 2.0, 300.0]\nsigma_spin_rads = [4.0, 4.0, 3.0]\n", "toss.toml")
+    found = read_trajectory(written(tmp_path, f"{HEADER}\n{rows(count=7)}"), GRAVITY)
+    assert found.omega_world is not None
+    assert found.sigma_omega is not None
+    assert np.flatnonzero(np.isfinite(found.omega_world).all(axis=1)).tolist() == [3]
+    assert found.omega_world[3].tolist() == [1.0, 2.0, 300.0]
+    assert found.sigma_omega[3].tolist() == [4.0, 4.0, 3.0]
+
+
 BAD = {
+    "half a quaternion in a row": (
+        f"{HEADER},qx,qy,qz,qw\n" + "".join(f"{0.01 * i:g},0,0,0,0,{'' if i == 3 else 0},0,1\n" for i in range(6)),
+        "line 5: expected all of qx, qy, qz, qw or none, came some of them empty",
+    ),
+    "an axis seen too rarely": (
+        f"{HEADER}\n" + "".join(f"{0.01 * i:g},0,{0 if i < 3 else ''},0\n" for i in range(6)),
+        "positions along y: expected at least 5 values or none, came 3",
+    ),
+    "a time that is empty": (f"{HEADER}\n{rows()},0,0,0\n", "line 8: t_s: expected a number, came an empty cell"),
+    "noise of an unknown size": (
+        f"{HEADER},sigma_x_m,sigma_y_m,sigma_z_m\n" + "".join(f"{0.01 * i:g},0,0,0,1,{'' if i == 2 else 1},1\n" for i in range(6)),
+        "expected a standard deviation beside every measured value, came an empty cell",
+    ),
+    "half a gyroscope": (f"t_s,gyro_x_rads,gyro_y_rads\n{rows(columns=2)}", "expected one column gyro_z_rads beside the others"),
     "an unknown column": ("t_s,x_m,y_m,z_m,sigmax_m\n", "line 1: unknown column 'sigmax_m'; did you mean sigma_x_m?"),
     "a column twice": ("t_s,x_m,y_m,z_m,x_m\n", "line 1: expected every column once, came 'x_m' twice"),
     "a truncated row": (f"{HEADER}\n{rows()}0.07,0.1\n", "line 8: expected 4 values (t_s, x_m, y_m, z_m), came 2"),
@@ -85,7 +131,7 @@ BAD = {
     "time that goes back": (f"{HEADER}\n{rows()}0.02,0.1,0,0\n", "line 8: expected times that increase, came 0.02 after 0.05"),
     "too few rows": (f"{HEADER}\n{rows(count=3)}", "expected at least 5 rows, came 3"),
     "no times": (f"x_m,y_m,z_m\n{rows(columns=2)}", "expected one column of times (t_s, t_ms or t_us), came 0"),
-    "no positions": (f"t_s,qx\n{rows(columns=1)}", "expected positions x_m, y_m, z_m"),
+    "no positions": (f"t_s,sigma_theta_rad\n{rows(columns=1)}", "expected positions x_m, y_m, z_m"),
     "no z": (f"t_s,x_m,y_m\n{rows(columns=2)}", "expected one column z_m beside the others, came x_m, y_m"),
     "half a quaternion": (f"{HEADER},qx,qy\n{rows(columns=5)}", "expected all of qx, qy, qz, qw or none, came no qz"),
     "a quaternion that is none": (
@@ -117,6 +163,8 @@ SIDE_CARS = {
     "gravity_world = [0, 0, -9810]": "at gravity_world: expected three numbers, m/s2",
     "inertia_ratios = [1, 0.2, 0.3]": "at inertia_ratios: expected three numbers",
     "sigma_x_m = -1": "at sigma_x_m: expected a number, m, came -1",
+    "spin_world_rads = [1, 2, 3]": "expected sigma_spin_rads beside spin_world_rads, came none",
+    "sigma_spin_rads = [1, 2]": "at sigma_spin_rads: expected a number above 0 or three",
     "world = 3": "at world: expected a name, came 3",
     "gravity_world": "expected TOML",
 }
@@ -125,7 +173,8 @@ SIDE_CARS = {
 @pytest.mark.parametrize("text", SIDE_CARS)
 def test_a_wrong_side_car_is_named(tmp_path: Path, text: str) -> None:
     path = written(tmp_path, f"{HEADER}\n{rows()}")
-    side_car = written(tmp_path, text, "toss.toml")
+    side_car = path if text.startswith("spin_world") else path.with_suffix(".toml")
+    written(tmp_path, text, "toss.toml")
     with pytest.raises(InputError, match=re.escape(SIDE_CARS[text])) as caught:
         read_trajectory(path, GRAVITY)
     assert str(side_car) in str(caught.value)

@@ -13,6 +13,7 @@ from datasets.json_documents import read_document
 from datasets.trajectory import Trajectory
 from tests.estimator.made_trajectories import Hidden, Tracker, campaign
 from tests.estimator.trajectories.struck_tosses import toss
+from tests.estimator.trajectories.test_gyroscope import gyro_rows
 from tumble.cli.main import main
 from tumble.reports.words import rms_ete_px
 
@@ -135,7 +136,36 @@ def test_a_mesh_gives_the_body(tosses: Path, tmp_path: Path) -> None:
     assert (tmp_path / "out" / "campaign.json").exists()
 
 
+@pytest.fixture(scope="module")
+def spun(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Readings of a gyroscope alone, whose spin is damped."""
+    folder = tmp_path_factory.mktemp("spun")
+    for trajectory in gyro_rows(4, 0.2, (0.55, 0.56, 1.0), rows=80):
+        assert trajectory.gyro is not None
+        lines = [",".join(repr(float(v)) for v in (t, *row)) for t, row in zip(trajectory.times_s, trajectory.gyro, strict=True)]
+        (folder / f"{trajectory.name}.csv").write_text("\n".join(["t_s,gyro_x_rads,gyro_y_rads,gyro_z_rads", *lines]) + "\n")
+    (folder / "trajectory.toml").write_text("inertia_ratios = [0.55, 0.56, 1.0]\n")
+    return folder
+
+
+def test_a_gyroscope_alone_goes_through_every_verb(spun: Path, tmp_path: Path) -> None:
+    for verb in ("compare", "diagnose", "explain"):
+        assert main([verb, str(spun), "--out", str(tmp_path / verb), "-q"]) == 0
+    assert read_document(tmp_path / "diagnose" / "diagnosis.json", "diagnosis")["verdict"]["add"] == ["spin_damping"]
+    assert main(["ladder", str(spun), "--effects", "spin_damping", "--out", str(tmp_path / "ladder"), "-q"]) == 0
+    rungs = read_document(tmp_path / "ladder" / "diagnosis.json", "diagnosis")["ladder"]
+    assert rungs[1]["held_out"]["rms_px"] < 0.5 * rungs[0]["held_out"]["rms_px"]
+    assert main(["estimate", str(spun), "--effects", "spin_damping", "--out", str(tmp_path / "estimates"), "-q"]) == 0
+    estimate = read_estimate(tmp_path / "estimates" / "spun_0.estimate.json")
+    assert estimate.middle is not None
+    assert np.isnan(estimate.middle.v_world).all()
+    assert np.isfinite(estimate.middle.omega_world).all()
+    assert "Positions were not measured" in estimate.message
+    assert main(["report", str(tmp_path / "estimates"), "--out", str(tmp_path / "report"), "-q"]) == 0
+
+
 REFUSED = [
+    (["ladder", "{spun}", "--effects", "linear_drag"], "does not apply to these measurements: it needs measured positions"),
     (["diagnose", "{tosses}"], "expected gravity in the trajectory's frame"),
     (
         ["diagnose", "{tosses}", GRAVITY, "--effects", "radial_distortion"],
@@ -151,8 +181,15 @@ REFUSED = [
 ]
 
 
+@pytest.fixture
+def folders(tosses: Path, positions: Path, spun: Path) -> dict[str, Path]:
+    return {"tosses": tosses, "positions": positions, "spun": spun}
+
+
 @pytest.mark.parametrize(("words", "said"), REFUSED, ids=[said[:30] for _, said in REFUSED])
-def test_refused(words: list[str], said: str, tosses: Path, positions: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    filled = [w.format(tosses=tosses, positions=positions) for w in words]
+def test_refused(
+    words: list[str], said: str, folders: dict[str, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    filled = [w.format(**folders) for w in words]
     assert main([*filled, "--out", str(tmp_path / "out"), "-q"]) == 2
     assert said in capsys.readouterr().err

@@ -16,7 +16,7 @@ from datasets.errors import InputError
 from datasets.recipes.effects import KNOWN
 from datasets.recipes.recipe import EffectRecipe, MotionRecipe, ParticleRecipe, Recipe, RigRecipe
 from datasets.recipes.synth_only import SYNTH_ONLY
-from datasets.vocabulary.effects import EFFECTS, EffectEntry, Scope
+from datasets.vocabulary.effects import EFFECTS, PICTURED, EffectEntry, Scope
 from estimator.effects.choosing import contradiction
 from estimator.effects.link import Setting
 from estimator.effects.registry import MODELS
@@ -107,7 +107,7 @@ class Plan:
     counts: Counts
     sizes: Sizes
     table: LimitTable
-    keys: tuple[str, ...] = tuple(EFFECTS)
+    keys: tuple[str, ...] = tuple(PICTURED)
     plausible: bool = False
 
 

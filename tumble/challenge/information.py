@@ -5,10 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.vocabulary.effects import EFFECTS
+from datasets.vocabulary.effects import PICTURED
 from estimator.diagnosis.refits import Rules
 from estimator.diagnosis.score_tests import ScoreTest
-from estimator.effects.choosing import catalogue
 from estimator.effects.defocus_growth import SMALLEST
 from estimator.fitting.campaign import Campaign, CampaignFit
 from estimator.fitting.stable_inverse import stable_inverse
@@ -49,7 +48,7 @@ def jitter_information(campaign: Campaign, fit: CampaignFit) -> Array:
     is: kept is the information that a table needs to have the test's own limit at 95%.
     """
     shifts = [campaign.kind.time_shifts(campaign, i, each) for i, each in enumerate(fit.equations)]
-    level = Rules().alpha / len(catalogue())
+    level = Rules().alpha / len(PICTURED)
     return np.array([[noncentrality(level, 1, FOUND) / jitter_found_with(shifts, level, FOUND) ** 4]])
 
 
@@ -57,4 +56,4 @@ def all_information(campaign: Campaign, fit: CampaignFit, tests: Sequence[ScoreT
     """Information on every effect of the catalogue."""
     found = {test.effect.entry.key: information_of(test) for test in tests if test.columns}
     found["trigger_jitter"] = jitter_information(campaign, fit)
-    return {key: found[key] for key in EFFECTS if key in found}
+    return {key: found[key] for key in PICTURED if key in found}

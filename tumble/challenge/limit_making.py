@@ -18,7 +18,7 @@ import numpy as np
 from datasets.atomic_files import written_whole
 from datasets.errors import InputError
 from datasets.recipes.recipe import EffectRecipe
-from datasets.vocabulary.effects import EFFECTS, Scope
+from datasets.vocabulary.effects import EFFECTS, PICTURED, Scope
 from estimator.configuration import Configuration
 from estimator.diagnosis.base import start_with
 from estimator.diagnosis.ranking import by_remainder
@@ -41,7 +41,7 @@ from tumble.progress import progress
 
 def development_controls(shape: Shape, controls: int, seed: int) -> tuple[Case, ...]:
     """Campaigns with nothing hidden, from a seed of their own."""
-    nothing = LimitTable(Rules().alpha, len(catalogue()), {}, {})
+    nothing = LimitTable(Rules().alpha, len(PICTURED), {}, {})
     return draw_cases(Plan(shape, Counts(0, controls, 0, 0), Sizes(), nothing), seed)
 
 
@@ -136,7 +136,7 @@ def table_of(products: Sequence[Path], shape: Shape, seed: int) -> LimitTable:
     times = np.arange(shape.frames) / 4000.0
     setting = Setting(times, 0.0, np.zeros(3), np.ones(3))
     effects = {}
-    for key, entry in EFFECTS.items():
+    for key, entry in PICTURED.items():
         matrices = tuple(np.array(each[key]) for each in large.get(key) or found if key in each)
         if matrices:
             effects[key] = EffectInformation(key, entry.sizes, matrices, len(MODELS[key].starts(setting)), POWERS.get(key, 1))
@@ -147,7 +147,7 @@ def table_of(products: Sequence[Path], shape: Shape, seed: int) -> LimitTable:
     described["large"] = {key: len(each) for key, each in large.items() if each}
     outside = {key: _outside([each for each in written if each.get("outside") == key]) for key in SIZE}
     described |= {"bodies": bodies, "tier": tier, "outside": max(len(each.strength) for each in outside.values())}
-    return LimitTable(Rules().alpha, len(catalogue()), described, effects, {key: each for key, each in outside.items() if each.strength})
+    return LimitTable(Rules().alpha, len(PICTURED), described, effects, {key: each for key, each in outside.items() if each.strength})
 
 
 def _strength(statistic: float, degrees: int) -> float:

@@ -51,6 +51,9 @@ def _signed(pull: float) -> str:
 
 
 def _row(label: str, unit: str, value: float, sigma: float, true: float | None) -> dict[str, Any]:
+    if not math.isfinite(value):
+        nothing = {"value": None, "sigma": None, "true": true, "text": "not measured", "interval": "", "pull": "", "covered": None}
+        return {"label": label, "unit": unit, **nothing, "true_text": "" if true is None else f"{true:.4g}"}
     low, high = value - Z95 * sigma, value + Z95 * sigma
     known = true is not None and sigma > 0
     return {

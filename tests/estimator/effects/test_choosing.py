@@ -71,4 +71,11 @@ def test_what_is_refused_is_degenerate_indeed() -> None:
 
 def test_what_contradicts_a_model_is_not_beside_it() -> None:
     keys = {effect.entry.key for effect in beside(["uniform_acceleration"], catalogue())}
-    assert set(catalogue()) - keys == {"uniform_acceleration", "frame_rate", "length_scale"}
+    assert set(catalogue()) - keys == {"uniform_acceleration", "frame_rate", "length_scale", "steady_wind"}
+    assert "steady_wind" in {effect.entry.key for effect in beside(["quadratic_drag"], catalogue())}
+
+
+def test_a_wind_needs_something_to_act_by_and_comes_after_it() -> None:
+    assert [e.entry.key for e in chosen_effects("steady_wind,linear_drag")] == ["linear_drag", "steady_wind"]
+    with pytest.raises(InputError, match="steady_wind acts through drag or lift alone"):
+        chosen_effects("steady_wind,gravity")

@@ -74,7 +74,7 @@ def test_rotation_is_left_out_where_it_was_not_measured() -> None:
     ("name", "not_shown"),
     [
         ("poses", set()),
-        ("positions", {"centre_of_mass", "inertia_ratios", "magnus_lift", "spin_damping"}),
+        ("positions", {"centre_of_mass", "inertia_ratios", "magnus_lift", "saturating_lift", "spin_damping"}),
         ("positions and spin", {"centre_of_mass", "inertia_ratios"}),
     ],
 )
@@ -84,7 +84,9 @@ def test_only_effects_that_apply_are_tried(name: str, not_shown: set[str]) -> No
     reasons = {key: kind.why_not(registered.campaign, effect) for key, effect in catalogue().items()}
     pictures = {key for key, reason in reasons.items() if reason == "it acts on pictures"}
     assert {"radial_distortion", "outline_offset", "rolling_shutter", "blooming"} <= pictures
-    assert {key for key, reason in reasons.items() if reason is not None} - pictures == not_shown
+    gyroscope = {key for key, reason in reasons.items() if reason == "it acts on a gyroscope's readings"}
+    assert gyroscope == {"gyroscope_bias", "gyroscope_scale"}
+    assert {key for key, reason in reasons.items() if reason is not None} - pictures - gyroscope == not_shown
 
 
 def test_rows_out_of_use_have_no_say() -> None:

@@ -11,7 +11,7 @@ from datasets.observation import Observation
 from datasets.recipes.effects import KNOWN
 from datasets.recipes.recipe import EffectRecipe, MotionRecipe, NoiseRecipe, Recipe, RigRecipe
 from datasets.truth import Truth
-from datasets.vocabulary.effects import EFFECTS
+from datasets.vocabulary.effects import EFFECTS, PICTURED
 from synth.effects import REALISATIONS, SYNTH_ONLY
 from synth.sequence import build_silhouette_campaign, build_silhouette_sequence, plan_sequence
 
@@ -61,13 +61,13 @@ def test_every_effect_is_realised() -> None:
     assert not set(EFFECTS) & set(SYNTH_ONLY)
 
 
-@pytest.mark.parametrize("key", REALISATIONS)
+@pytest.mark.parametrize("key", [*PICTURED, *SYNTH_ONLY])
 def test_an_effect_of_no_size_changes_nothing(key: str, plain: str) -> None:
     recipe = with_effect(key, **dict.fromkeys(KNOWN[key].sizes, 0.0))
     assert everything(*build_silhouette_sequence(recipe, 0)) == plain
 
 
-@pytest.mark.parametrize("key", REALISATIONS)
+@pytest.mark.parametrize("key", [*PICTURED, *SYNTH_ONLY])
 def test_an_effect_changes_the_outlines_and_is_recorded(key: str, plain: str) -> None:
     """Ten times the step that is said to move outlines visibly; truth names the effect and its values."""
     recipe = with_effect(key, **{p.name: 10 * p.step for p in KNOWN[key].parameters if p.name in KNOWN[key].sizes})

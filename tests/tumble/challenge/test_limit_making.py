@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from datasets.errors import InputError
-from datasets.vocabulary.effects import EFFECTS
+from datasets.vocabulary.effects import EFFECTS, PICTURED
 from tumble.challenge.drawing import LARGEST, Shape
 from tumble.challenge.limit_making import LARGE, SMALLEST_SHARE, development_large, table_of
 
@@ -16,7 +16,7 @@ SHAPE = Shape(sequences=2, frames=30, views=8)
 
 def products(folder: Path, large: int, keys: tuple[str, ...] = LARGE) -> list[Path]:
     """What two controls and some campaigns with large effects wrote, which know a hundredth of them."""
-    small = {key: np.eye(len(EFFECTS[key].sizes)).tolist() for key in EFFECTS}
+    small = {key: np.eye(len(EFFECTS[key].sizes)).tolist() for key in PICTURED}
     written = [{"campaign": f"c{i}", "information": small} for i in range(2)]
     for key in keys:
         known = {key: (0.01 * np.eye(len(EFFECTS[key].sizes))).tolist()}

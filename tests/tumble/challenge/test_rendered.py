@@ -11,7 +11,7 @@ from datasets.observation import Frames, Observation
 from datasets.observation_files import read_observation
 from datasets.recipes.recipe import MotionRecipe, ParticleRecipe, RenderingRecipe, RigRecipe
 from datasets.truth_files import read_truth
-from datasets.vocabulary.effects import EFFECTS
+from datasets.vocabulary.effects import PICTURED
 from synth.plan import SequencePlan
 from synth.rendering.shots import Shot, frame_shots, hsv_optics, view_shots
 from synth.rendering.variant import available_variants
@@ -47,7 +47,7 @@ def plain_plan() -> tuple[SequencePlan, list[Shot], list[Shot]]:
     return planned(drawn())
 
 
-@pytest.mark.parametrize("key", EFFECTS)
+@pytest.mark.parametrize("key", PICTURED)
 def test_every_effect_reaches_the_pictures(key: str, plain: tuple[SequencePlan, list[Shot], list[Shot]]) -> None:
     """By what is rendered (poses, cameras, rows, blur), by what is done to a picture, or by how light becomes numbers."""
     case = drawn(key)

@@ -1,0 +1,36 @@
+"""Lift that grows less than the spin, ``dv/dt = C (omega x u) / (1 + l |omega| / |u|)``, u the velocity through the air [Nathan 2008].
+
+With a ball's radius r and S = r omega / u, a lift coefficient S / (0.4 + 2.32 S), as measured on baseballs, has l = 5.8 r; at l = 0 it is
+the lift of Rubinow and Keller. Valid for balls at spin numbers S up to about 1.
+"""
+
+import numpy as np
+
+from datasets.vocabulary.effects import EFFECTS
+from estimator.effects.link import Array, EffectModel, Moment, Setting
+from estimator.motion.rigid_body import cross_product
+
+LENGTHS_M = (0.01, 0.05, 0.25)
+"""Where a search begins: 5.8 radii of balls from 2 mm to 4 cm."""
+LEAST = 0.1
+"""Of the denominator, which steps of a fit may take below zero."""
+
+
+class SaturatingLift(EffectModel):
+    """Lift across spin and velocity that saturates with the spin number."""
+
+    entry = EFFECTS["saturating_lift"]
+    contains = ("magnus_lift",)
+
+    def starts(self, setting: Setting) -> Array:
+        """Some lengths."""
+        del setting
+        return np.array([[0.0, length] for length in LENGTHS_M])
+
+    def acceleration(self, theta: Array, moment: Moment, setting: Setting) -> Array | None:
+        """``C omega x u / (1 + l |omega| / |u|)``."""
+        del setting
+        u = moment.through_air
+        speed = np.maximum(np.linalg.norm(u, axis=1, keepdims=True), 1e-12)
+        left = np.maximum(1.0 + theta[:, 1:] * np.linalg.norm(moment.omega, axis=1, keepdims=True) / speed, LEAST)
+        return np.asarray(theta[:, :1] * cross_product(moment.omega, u) / left)

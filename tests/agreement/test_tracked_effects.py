@@ -1,0 +1,100 @@
+"""Effects that only trajectories show: nature's motion and readings, by SciPy's DOP853, are what the instrument predicts and recovers."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from datasets.trajectory import Surroundings, Trajectory
+from datasets.vocabulary.body import Body
+from datasets.vocabulary.effects import EFFECTS, TRACKED_ONLY
+from estimator.effects.model import Model
+from estimator.effects.registry import MODELS
+from estimator.fitting.campaign import CampaignState, fit_campaign
+from estimator.trajectories.registering import register_trajectories, task_of
+from estimator.trajectories.starting import first_flight
+from estimator.trajectories.task import trajectory_errors
+from synth.effects.in_force import EffectsInForce
+from synth.effects.links import FlightState
+
+Array = np.ndarray
+GRAVITY = np.array([0.0, 0.0, -9.81])
+TIMES = np.arange(30) / 100.0
+SIZES = {
+    "quadratic_drag": {"per_length": 0.15},
+    "saturating_lift": {"coefficient": 5e-3, "length": 0.04},
+    "steady_wind": {"w_x": 0.6, "w_y": -0.5, "w_z": 0.3},
+    "gyroscope_bias": {"b_x": 0.05, "b_y": -0.03, "b_z": 0.02},
+    "gyroscope_scale": {"s_x": 0.02, "s_y": -0.01, "s_z": 0.03},
+}
+CASES = {
+    "saturating_lift": ("quadratic_drag", "saturating_lift"),
+    "steady_wind": ("quadratic_drag", "steady_wind"),
+    "gyroscope_bias": ("gyroscope_bias",),
+    "gyroscope_scale": ("gyroscope_scale",),
+}
+SIGMA_X, SIGMA_THETA, SIGMA_SPIN = 5e-5, 1e-3, 5e-3
+
+
+def of_nature(keys: tuple[str, ...], rng: np.random.Generator, name: str) -> Trajectory:
+    """A ball's flight with effects, without noise: poses and readings, or positions and spin where a force is hidden."""
+    force = EffectsInForce({key: SIZES[key] for key in keys})
+    v, omega = rng.uniform(-6.0, 6.0, 3), rng.normal(0.0, 1.0, 3) * rng.uniform(2.0, 200.0)
+    if "gyroscope_bias" in keys or "gyroscope_scale" in keys:
+        omega = rng.normal(0.0, 8.0, 3)
+
+    def rate(_: float, y: Array) -> Array:
+        # The attitude of a ball with a constant spin turns about it.
+        state = FlightState(0.0, y[:3], y[3:], np.eye(3), omega, np.ones(3), 1.0)
+        return np.concatenate([y[3:], GRAVITY + (force.acceleration(state) if force.push else 0.0)])
+
+    solved = solve_ivp(rate, (0.0, TIMES[-1]), np.concatenate([np.zeros(3), v]), method="DOP853", t_eval=TIMES, rtol=1e-11, atol=1e-12)
+    x, n = solved.y[:3].T, len(TIMES)
+    where = Surroundings(GRAVITY, Body(np.zeros(3), np.eye(3), np.ones(3)))
+    spins, sigma_x, sigma_spin = np.tile(omega, (n, 1)), np.full((n, 3), SIGMA_X), np.full((n, 3), SIGMA_SPIN)
+    if force.push:
+        return Trajectory(name, TIMES, x, None, spins, sigma_x, None, sigma_spin, where)
+    size = float(np.linalg.norm(omega))
+    half = 0.5 * size * TIMES[:, None]
+    q = np.hstack([np.sin(half) * omega / size, np.cos(half)])
+    sigma_theta = np.full((n, 3), SIGMA_THETA)
+    return Trajectory(name, TIMES, x, q, None, sigma_x, sigma_theta, None, where, force.gyroscope(spins), sigma_spin)
+
+
+def test_every_such_effect_is_held_to_nature() -> None:
+    assert set(CASES) == set(TRACKED_ONLY)
+
+
+@pytest.mark.parametrize("key", CASES)
+def test_what_nature_does_is_recovered(key: str) -> None:
+    keys, rng = CASES[key], np.random.default_rng(5)
+    trajectories = [of_nature(keys, rng, f"{key}_{number}") for number in range(4)]
+    registered = register_trajectories(trajectories)
+    model = Model(tuple(MODELS[k] for k in keys))
+    begin = np.concatenate([MODELS[k].starts(registered.campaign.sequences[0].setting)[0] for k in keys])
+    begin[[name.endswith(("coefficient", "per_length")) for name in model.names]] = 5e-3
+    start = CampaignState(registered.start.flights, tuple(begin for _ in trajectories))
+    fit = fit_campaign(registered.campaign, start, model)
+    true = np.concatenate([[SIZES[k][name] for name in EFFECTS[k].names] for k in keys])
+    assert fit.settled
+    np.testing.assert_allclose(fit.state.theta[0], true, rtol=2e-3)
+    # Rows in a step are wrong by less than a micrometre.
+    assert max(np.abs(each.errors.e).max() for each in fit.equations) < 0.05
+
+
+@pytest.mark.parametrize("key", CASES)
+def test_derivatives_are_central_differences(key: str) -> None:
+    trajectory = of_nature(CASES[key], np.random.default_rng(2), key)
+    task, model = task_of(trajectory), Model(tuple(MODELS[k] for k in CASES[key]))
+    flight = first_flight(task, trajectory.surroundings.body)
+    flight = replace(flight, omega=flight.omega + 0.1)
+    theta = 0.9 * np.concatenate([[SIZES[k][name] for name in EFFECTS[k].names] for k in CASES[key]])
+    J = trajectory_errors(task, flight, model, theta).J
+    for column, step in enumerate(model.steps):
+        change = np.zeros(len(theta))
+        change[column] = 5.0 * step
+        high, low = (trajectory_errors(task, flight, model, theta + sign * change).e for sign in (1.0, -1.0))
+        difference = (high - low) / (10.0 * step)
+        assert np.abs(difference).max() > 0.0
+        assert np.abs(J[..., 21 + column] - difference).max() < 2e-3 * np.abs(difference).max()
