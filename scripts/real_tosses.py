@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from estimator.diagnosis.refits import Rules
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
@@ -24,7 +25,6 @@ from estimator.diagnosis.diagnose import Diagnosis, diagnose
 from estimator.diagnosis.explain import Explanation, explain
 from estimator.diagnosis.map_words import sentence_of
 from estimator.diagnosis.noise_floor import noise_floor
-from estimator.diagnosis.refits import Rules
 from estimator.diagnosis.residual_maps import residual_maps, shown
 from estimator.diagnosis.tested_values import tested_values
 from estimator.effects.choosing import catalogue

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from estimator.diagnosis.refits import Rules
 from scipy.spatial.transform import Rotation
 
 from datasets.atomic_files import written_whole
@@ -24,7 +25,6 @@ from estimator.configuration import Configuration
 from estimator.diagnosis.adding import base_fit
 from estimator.diagnosis.candidate_recordings import FARTHER, RECORDINGS
 from estimator.diagnosis.diagnose import Diagnosis, diagnose
-from estimator.diagnosis.refits import Rules
 from estimator.diagnosis.separation import Prospect, separations
 from estimator.effects.choosing import catalogue
 from estimator.effects.link import EffectModel

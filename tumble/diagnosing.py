@@ -11,19 +11,20 @@ import numpy as np
 
 from datasets.estimate_files import write_estimate
 from datasets.json_documents import Document, write_document
+from datasets.vocabulary.effects import Scope
 from estimator.campaign_reporting import campaign_estimates, effect_values
 from estimator.configuration import configuration_from_dict
 from estimator.diagnosis.adding import Rung, fit_with, ladder
-from estimator.diagnosis.diagnose import Diagnosis, diagnose, diagnosis_of, says_nothing
+from estimator.diagnosis.diagnose import ALPHA, Diagnosis, diagnose, diagnosis_at, says_nothing
 from estimator.diagnosis.explain import Explanation, explain
 from estimator.diagnosis.map_words import sentence_of
 from estimator.diagnosis.noise_floor import NoiseFloor, noise_floor
-from estimator.diagnosis.refits import Rules
 from estimator.diagnosis.residual_maps import residual_maps, shown
 from estimator.diagnosis.score_tests import ScoreTest
+from estimator.diagnosis.selection.testing import tests_beside
 from estimator.diagnosis.separation import Separation, separations
 from estimator.diagnosis.separation_words import advised
-from estimator.diagnosis.unknown import unknown
+from estimator.diagnosis.unknown import family_of
 from estimator.diagnosis.verdict import Verdict, verdict_of
 from estimator.effects.choosing import catalogue, contradiction
 from estimator.effects.link import EffectModel
@@ -52,6 +53,8 @@ DIAGNOSIS_FILE = "diagnosis.json"
 CAMPAIGN_FILE = "campaign.json"
 BOOTSTRAP_SEED = 20240229
 MOST_TOLD = 3
+FAR = 4.0
+"""Robust standard deviations from which on a sequence stands out."""
 Told = Callable[[str], None]
 VelocityErrors = Callable[[CampaignFit, Prepared], dict[str, Any]]
 
@@ -116,14 +119,13 @@ def estimated(question: Question, campaign: Prepared, out: Path, *, fit: Campaig
 
 def compared(question: Question, campaign: Prepared, told: Told) -> Document:
     """Model against measurement: the noise floor, maps of the residuals, and whether any effect would fit."""
-    rules = Rules()
     campaign, fit = fitted(campaign, question.effects)
     registered = campaign.registered
     told("fit")
     maps = residual_maps(registered.campaign, fit)
-    found = diagnose(registered.campaign, fit, question.candidates, margin=rules.margin)
-    told("maps and score tests")
-    floor, at = _floor(registered.campaign, fit), (found.p, rules.alpha)
+    found = diagnose(registered.campaign, fit, question.candidates)
+    told("maps and evidence")
+    floor, at = _floor(registered.campaign, fit), _sure(found)
     missing = floor.explainable(*at)
     telling = [sentence_of(each) for each in shown(maps) if each.significant][:MOST_TOLD]
     none = ("No map shows where.",) if missing and not telling else ()
@@ -141,7 +143,7 @@ def _unless_too_short(found: Diagnosis, verdict: Verdict) -> Verdict:
     """The verdict, or that the campaign is too short to say anything, where most effects would not show in it."""
     if not says_nothing(found):
         return verdict
-    short = verdict_of(found, alpha=Rules().alpha)
+    short = verdict_of(found)
     return replace(short, remarks=(*short.remarks, verdict.sentence, *verdict.remarks))
 
 
@@ -153,19 +155,18 @@ def diagnosed(question: Question, campaign: Prepared, out: Path, told: Told) -> 
     """Every effect that is not in the model on trial."""
     campaign, fit = fitted(campaign, question.effects)
     told("fit")
-    rules = Rules()
-    found = diagnose(campaign.registered.campaign, fit, question.candidates, margin=rules.margin)
-    told("score tests")
-    verdict = verdict_of(found, alpha=rules.alpha)
+    found = diagnose(campaign.registered.campaign, fit, question.candidates)
+    told("evidence")
+    verdict = verdict_of(found)
     apart = _apart(campaign, fit, [f.test for f in found.findings], found.group) if verdict.kind == "found" else ()
     verdict = advised(verdict, apart, question.command("diagnose", ()))
-    left = unknown(campaign.registered.campaign, fit) if verdict.kind == "unknown" else None
+    left = family_of(found) if verdict.kind == "unknown" else None
     rest = None if left is None else unknown_entry(campaign.registered.campaign, fit, left, campaign.names)
     content = _content("diagnose", question, campaign, (fit, campaign_covariance(campaign.registered.campaign, fit)))
     return {
         **content,
         "diagnosis": diagnosis_entry(found, campaign.names, apart),
-        "noise_floor": noise_floor_entry(_floor(campaign.registered.campaign, fit), campaign.names, (found.p, rules.alpha)),
+        "noise_floor": noise_floor_entry(_floor(campaign.registered.campaign, fit), campaign.names, _sure(found)),
         "unknown": rest,
         "verdict": verdict_entry(
             with_unknown(verdict, rest, partial(question.command, "ladder")), law_command(out) if rest else _next(question, verdict)
@@ -173,50 +174,51 @@ def diagnosed(question: Question, campaign: Prepared, out: Path, told: Told) -> 
     }
 
 
+def _sure(found: Diagnosis) -> tuple[float, float]:
+    """Of a diagnosis, the p-value below which something is missing, and that level: the evidence decides where both differ."""
+    return (found.p if found.missing else max(found.p, ALPHA)), ALPHA
+
+
 def _apart(campaign: Prepared, fit: CampaignFit, tests: Sequence[ScoreTest], group: Sequence[str]) -> tuple[Separation, ...]:
     """What would tell the members of a group apart."""
-    return separations(campaign.registered, fit, tests, group, margin=Rules().margin)
+    return separations(campaign.registered, fit, tests, group)
 
 
 def _step_entries(explanation: Explanation, campaign: Prepared) -> tuple[list[Document], list[Separation]]:
-    """The steps, and what would separate the groups of the effects that were found; of others nobody asks, and it takes seconds."""
+    """The steps, and what would separate the groups of the effects that were found."""
     entries: list[Document] = []
     told: list[Separation] = []
-    fit = explanation.base
+    begun = explanation.begun
+    tests = tests_beside(begun.campaign, begun.trial.evidence.of)
     for step in explanation.steps:
-        at, tests = step.judged_at or (fit, step.tests)
-        apart = _apart(campaign, at, tests, step.group) if step.accepted and step.added in explanation.found else ()
-        entries.append(step_entry(step, campaign.names, Rules().margin, apart))
+        apart = _apart(campaign.at(begun.campaign), begun.fit, tests, step.group)
+        entries.append(step_entry(step, campaign.names, apart))
         told += apart
-        fit = step.fit
     return entries, told
 
 
 def explained(question: Question, campaign: Prepared, out: Path, told: Told) -> Document:
     """The whole loop; also writes the estimates of the last model."""
-    rules, names = Rules(), campaign.names
-    explanation = explain(campaign.registered.campaign, campaign.registered.start, question.candidates, rules, told=told)
+    names = campaign.names
+    explanation = explain(campaign.registered.campaign, campaign.registered.start, question.candidates, told=told)
     campaign = campaign.at(explanation.campaign)
     registered = campaign.registered
-    last = diagnosis_of(list(explanation.tests), explanation.ranking, margin=rules.margin)
-    estimated(question, campaign, out, fit=explanation.fit)
-    accepted = [step.accepted for step in explanation.steps]
-    verdict = verdict_of_explanation(
-        verdict_of(last, alpha=rules.alpha), list(explanation.found), accepted, unknown=explanation.left.present
-    )
+    last = diagnosis_at(explanation.last)
+    written = estimated(question, campaign, out, fit=explanation.fit)
+    verdict = _settled(verdict_of_explanation(verdict_of(last), explanation), written["settled"], explanation)
     steps, apart = _step_entries(explanation, campaign)
-    verdict = replace(verdict, remarks=(*told_of_steps(explanation), *verdict.remarks))
+    verdict = replace(verdict, remarks=(*told_of_steps(explanation), *scattered(explanation), *verdict.remarks))
     verdict = advised(verdict, apart if explanation.found else [], question.command("explain", ()))
     rest = unknown_entry(registered.campaign, explanation.fit, explanation.left, names, told=told)
     content = _content("explain", question, campaign, (explanation.fit, explanation.covariance))
     return {
         **content,
-        "noise_floor": noise_floor_entry(_floor(registered.campaign, explanation.fit), names, (last.p, rules.alpha)),
+        "noise_floor": noise_floor_entry(_floor(registered.campaign, explanation.fit), names, _sure(last)),
         "maps": [map_entry(each) for each in residual_maps(registered.campaign, explanation.fit)],
+        "begun": diagnosis_entry(diagnosis_at(explanation.begun), names),
         "diagnosis": diagnosis_entry(last, names),
         "steps": steps,
         "ladder": explanation_ladder(explanation, names),
-        "dropped": list(explanation.dropped),
         "unknown": rest,
         "verdict": verdict_entry(
             with_unknown(verdict, rest, partial(question.command, "ladder")),
@@ -228,7 +230,7 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told) -> 
 def climbed(question: Question, campaign: Prepared, told: Told, errors: VelocityErrors | None) -> Document:
     """The held-out error with one effect more on every rung; those of the velocities, too, where ``errors`` knows the truth."""
     rungs = list(ladder(campaign.registered.campaign, campaign.registered.start, question.effects, told=told))
-    at_first = diagnose(rungs[0].campaign, rungs[0].fit, question.candidates, margin=Rules().margin)
+    at_first = diagnose(rungs[0].campaign, rungs[0].fit, question.candidates)
     last, campaign = rungs[-1].fit, campaign.at(rungs[-1].campaign)
     registered = campaign.registered
     first, final = rungs[0].held_out.rms_px, rungs[-1].held_out.rms_px
@@ -288,9 +290,9 @@ def _content(verb: str, question: Question, campaign: Prepared, at: tuple[Campai
         "noise_floor": None,
         "maps": None,
         "diagnosis": None,
+        "begun": None,
         "steps": None,
         "ladder": None,
-        "dropped": [],
         "unknown": None,
         "configuration": question.configuration,
         "versions": versions(),
@@ -310,14 +312,33 @@ def _ladder_command(question: Question, found: list[str]) -> str:
 
 
 def told_of_steps(explanation: Explanation) -> tuple[str, ...]:
-    """What the steps say beside what was found: what these data cannot tell from it, and what was dropped again."""
+    """What these data cannot tell from the effects that were found, with the odds."""
     told = []
     for step in explanation.steps:
-        others = [key for key in step.group if key != step.added]
-        if step.accepted and step.added in explanation.found and others:
-            told.append(f"These data cannot tell {_plain(step.added)} from {', '.join(map(_plain, others))}.")
-    if explanation.dropped:
-        told.append(f"Added on the way and dropped again: {', '.join(map(_plain, explanation.dropped))}.")
+        others = [f"{_plain(key)} ({_odds(odds)})" for key, odds in zip(step.group[1:], step.odds[1:], strict=True)]
+        if others:
+            told.append(f"These data cannot tell {_plain(step.added)} from {', '.join(others)}.")
+    return tuple(told)
+
+
+def _odds(log_odds: float) -> str:
+    """Odds of another name against the first."""
+    return f"{np.exp(log_odds):.2g} : 1" if log_odds > -np.log(20.0) else "as likely, less probable a priori"
+
+
+def scattered(explanation: Explanation) -> tuple[str, ...]:
+    """How far the values scatter that every sequence has for itself, with the sequences that stand out."""
+    told = []
+    fit, campaign = explanation.fit, explanation.campaign
+    for effect, part in zip(fit.model.effects, fit.model.slices, strict=True):
+        if effect.entry.scope is Scope.SEQUENCE and effect.tails and effect.held is not None:
+            values = np.array([theta[part] for theta in fit.state.theta])
+            size = np.median(np.abs(values), axis=0) / 0.6745
+            each = ", ".join(f"{p.name} {s:.2g} {p.unit}" for p, s in zip(effect.entry.parameters, size, strict=True))
+            far = np.flatnonzero(np.sum((values / np.maximum(size, 1e-300)) ** 2, axis=1) > FAR**2 * len(size))
+            names = ", ".join(campaign.sequences[i].name for i in far[:MOST_TOLD]) + (", …" if len(far) > MOST_TOLD else "")
+            out = f"; {len(far)} stand out: {names}" if len(far) else ""
+            told.append(f"{_plain(effect.entry.key).capitalize()} differs from sequence to sequence, cause unknown: {each}{out}.")
     return tuple(told)
 
 
@@ -325,13 +346,21 @@ def _plain(key: str) -> str:
     return key.replace("_", " ")
 
 
-def verdict_of_explanation(last: Verdict, found: list[str], accepted: list[bool], *, unknown: bool) -> Verdict:
-    """The verdict on what was found and on what is left; where one unknown took the place of all that was found, it is all that is told."""
+def verdict_of_explanation(last: Verdict, explanation: Explanation) -> Verdict:
+    """The verdict on what was found and on what is left."""
+    found = explanation.found
     if not found:
-        return Verdict("unknown", last.sentence, (), ()) if unknown and any(accepted) else last
-    names = ", ".join(key.replace("_", " ") for key in found)
-    sentence = f"The campaign is explained with {names}."
-    if last.kind == "nothing missing":
-        return Verdict("found", f"{sentence} Then nothing more is missing.", (), tuple(found))
-    stopped = "The next step did not lower the held-out error, so the loop stopped there." if not accepted[-1] else ""
-    return Verdict("found", f"{sentence} Something is left: {last.sentence}", tuple(r for r in (stopped, *last.remarks) if r), tuple(found))
+        return last
+    sentence = f"The campaign is explained with {', '.join(map(_plain, found))}."
+    if explanation.left.present or last.kind == "says nothing":
+        return Verdict("found", f"{sentence} Something is left: {last.sentence}", last.remarks, found)
+    return Verdict("found", f"{sentence} Then nothing more is missing.", (), found)
+
+
+def _settled(verdict: Verdict, settled: bool, explanation: Explanation) -> Verdict:
+    """The verdict, and that no velocity is measured where the last fit did not settle."""
+    if settled:
+        return verdict
+    names = ", ".join(map(_plain, explanation.found)) or "free flight"
+    sentence = f"{verdict.sentence} The fit with {names} did not settle: its velocities are not reported."
+    return replace(verdict, kind="found" if verdict.kind == "found" else verdict.kind, sentence=sentence)

@@ -7,7 +7,7 @@ import numpy as np
 
 from estimator.campaign_reporting import EffectValue
 from estimator.diagnosis.adding import Rung
-from estimator.diagnosis.diagnose import Diagnosis, Finding, detectable, diagnosis_of
+from estimator.diagnosis.diagnose import Diagnosis, Finding, detectable
 from estimator.diagnosis.expected_difference import Expected
 from estimator.diagnosis.explain import Explanation, Step
 from estimator.diagnosis.map_words import sentence_of, title_of
@@ -57,12 +57,13 @@ def value_entries(values: Sequence[EffectValue]) -> list[Entry]:
 
 def diagnosis_entry(diagnosis: Diagnosis, names: Sequence[str], apart: Sequence[Separation] = ()) -> Entry:
     """All candidates and how much there is to explain; ``names`` of the sequences, ``apart`` what would separate the group."""
-    ranking = diagnosis.ranking
     return {
         "p": diagnosis.p,
-        "chi_square": ranking.nothing,
-        "degrees_of_freedom": ranking.columns,
-        "p_all_together": ranking.p_nothing,
+        "chi_square": diagnosis.chi_square,
+        "degrees_of_freedom": diagnosis.degrees,
+        "p_all_together": diagnosis.p_all_together,
+        "probability": diagnosis.probability,
+        "missing": list(diagnosis.missing),
         "group": list(diagnosis.group),
         "separations": [_separation(each) for each in apart],
         "candidates": [_finding(each, names) for each in diagnosis.findings],
@@ -96,7 +97,8 @@ def _finding(finding: Finding, names: Sequence[str]) -> Entry:
         "p": finding.p,
         "p_alone": finding.test.p,
         "statistic": finding.test.statistic,
-        "criterion": finding.criterion,
+        "log_odds": finding.log_odds,
+        "probability": finding.probability,
         "values": _tested_values(finding.test, names),
         "searched": _searched(finding.test, names),
     }
@@ -194,36 +196,32 @@ def rung_entry(rung: Rung, names: Sequence[str], velocity: Entry | None) -> Entr
     }
 
 
-def step_entry(step: Step, names: Sequence[str], margin: float, apart: Sequence[Separation] = ()) -> Entry:
-    """One step of an explanation, with the diagnosis before it and what would separate its group."""
+def step_entry(step: Step, names: Sequence[str], apart: Sequence[Separation] = ()) -> Entry:
+    """One effect of an explanation, and what would separate its group."""
     return {
         "added": step.added,
         "group": list(step.group),
+        "odds": list(step.odds),
+        "probability": step.probability,
+        "worth": step.worth,
         "p": step.p,
-        "accepted": step.accepted,
         "before": held_out_entry(step.before, names),
         "after": held_out_entry(step.after, names),
         "fitted_rms_px": rms_px(step.fit),
-        "diagnosis": diagnosis_entry(diagnosis_of(list(step.tests), step.ranking, margin=margin), names, apart),
+        "separations": [_separation(each) for each in apart],
     }
 
 
 def explanation_ladder(explanation: Explanation, names: Sequence[str]) -> list[Entry]:
-    """The steps that were accepted as rungs of a ladder, and the last model where it lacks an effect that one of them added."""
-    steps = explanation.steps
+    """The effects that were found as rungs of a ladder."""
+    steps, base = explanation.steps, explanation.begun.fit
     if not steps:
         return []
-    base: Entry = {"added": None, "model": [], "settled": explanation.base.settled, "fitted_rms_px": rms_px(explanation.base)}
-    rungs = [{**base, "held_out": held_out_entry(steps[0].before, names), "velocity": None}]
+    first: Entry = {"added": None, "model": [], "settled": base.settled, "fitted_rms_px": rms_px(base)}
+    rungs = [{**first, "held_out": held_out_entry(steps[0].before, names), "velocity": None}]
     for step in steps:
-        if step.accepted:
-            rung: Entry = {"added": step.added, "model": keys_of(step.fit), "settled": step.fit.settled, "fitted_rms_px": rms_px(step.fit)}
-            rungs.append({**rung, "held_out": held_out_entry(step.after, names), "velocity": None})
-    dropped = [key for key in rungs[-1]["model"] if key not in keys_of(explanation.fit)]
-    if dropped:
-        last: Entry = {"added": None, "dropped": dropped, "model": keys_of(explanation.fit), "settled": explanation.fit.settled}
-        held = held_out_entry(explanation.held_out, names)
-        rungs.append({**last, "fitted_rms_px": rms_px(explanation.fit), "held_out": held, "velocity": None})
+        rung: Entry = {"added": step.added, "model": keys_of(step.fit), "settled": step.fit.settled, "fitted_rms_px": rms_px(step.fit)}
+        rungs.append({**rung, "held_out": held_out_entry(step.after, names), "velocity": None})
     return rungs
 
 

@@ -10,10 +10,10 @@ from datasets.vocabulary.effects import Stage
 from estimator.diagnosis.empirical_fit import SUPERFLUOUS, EmpiricalFit, LawFit, Removed, fit_empirical
 from estimator.diagnosis.empirical_shape import Shape, empirical_shapes
 from estimator.diagnosis.law import Exponent, Regressed
-from estimator.diagnosis.pruning import wald_p
 from estimator.diagnosis.tested_values import p_words
 from estimator.diagnosis.unknown import Unknown
 from estimator.diagnosis.verdict import Verdict
+from estimator.diagnosis.wald import wald_p
 from estimator.effects.empirical import ForceField, ZoomInTime
 from estimator.effects.law_effect import law_formula
 from estimator.effects.law_terms import Term

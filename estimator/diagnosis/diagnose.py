@@ -1,39 +1,56 @@
-"""What a fitted campaign misses: every candidate's test, what it explains, and which cannot be told apart.
+"""What a fitted campaign misses: the posterior over sets of effects about that fit, and what each candidate alone would explain.
 
-The omnibus of :class:`estimator.diagnosis.ranking.Ranking` says whether anything is missing: all candidates' scores together,
-``nothing`` against as many degrees of freedom as there are columns. What is above those is the excess; an effect's share of it is how
-far the best value of its parameters brings the remainder down, less what chance would. Where noise is smaller than the model of it
-(short campaigns), the excess is what the best candidate takes.
+The verdict is that of the evidence. Beside it every candidate has its score test: whether noise alone would give scores as large as
+these, corrected for the number of candidates.
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.stats import chi2
 
-from estimator.diagnosis.ranking import Ranking, rank
-from estimator.diagnosis.refits import named, penalty_of
-from estimator.diagnosis.score_tests import Candidates, ScoreTest, score_tests
+from estimator.diagnosis.ranking import whitener
+from estimator.diagnosis.score_tests import ScoreTest
+from estimator.diagnosis.selection.groups import group_of
+from estimator.diagnosis.selection.path import At, looked_at
+from estimator.diagnosis.selection.search import Set
+from estimator.diagnosis.selection.testing import scores_beside, tests_beside
 from estimator.diagnosis.tested_values import tested_values
-from estimator.effects.choosing import beside
 from estimator.effects.link import EffectModel
 from estimator.fitting.campaign import Campaign, CampaignFit
 
+ALPHA = 0.01
+"""p-value, corrected for the number of candidates, below which the scores of one are no noise."""
 SEEN_IN_95_PERCENT = 3.3
 """A size this many standard deviations large is called in 95% of cases where 1.65 of them are asked for in addition to 1.65."""
-
-
 MOST_BLIND = 0.5
+"""Share of the candidates that a campaign may be blind to before it says nothing."""
 
 
 @dataclass(frozen=True)
 class Finding:
-    """One candidate: its test, p-value corrected for the number of candidates, and share of the excess that it explains (0 to 1)."""
+    """One candidate.
+
+    Attributes
+    ----------
+    test : ScoreTest
+        Its score test.
+    p : float
+        The test's p-value, corrected for the number of candidates.
+    share : float
+        Of what the best set explains, the share that it explains alone, 0 to 1.
+    probability : float
+        Of the candidate to be in the model.
+    log_odds : float
+        Of the model with it alone against the model as it is (nats).
+    """
 
     test: ScoreTest
     p: float
     share: float
-    criterion: float
+    probability: float
+    log_odds: float
 
     @property
     def key(self) -> str:
@@ -43,36 +60,72 @@ class Finding:
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """All candidates by ascending criterion, and the ``p`` of nothing.
+    """All candidates by descending odds, and what the evidence says of the model.
 
-    ``group``: the first and the likeliest of those that these data cannot tell from it.
+    Attributes
+    ----------
+    findings : tuple of Finding
+        Effects of the catalogue that the model lacks.
+    families : tuple of Finding
+        Empirical families.
+    missing : tuple of str
+        Effects that the most probable set has beside the model's own, families among them; empty where nothing is missing.
+    group : tuple of str
+        The first of them and what the data cannot tell from it.
+    probability : float
+        That the model as it is lacks nothing.
+    p : float
+        The least corrected p-value.
+    chi_square, degrees : float, int
+        All candidates' scores together.
     """
 
     findings: tuple[Finding, ...]
-    ranking: Ranking
+    families: tuple[Finding, ...]
+    missing: tuple[str, ...]
     group: tuple[str, ...]
+    probability: float
     p: float
+    chi_square: float
+    degrees: int
+
+    @property
+    def p_all_together(self) -> float:
+        """Probability of scores as large as these where nothing is missing."""
+        return float(chi2.sf(self.chi_square, max(self.degrees, 1)))
 
 
-def diagnose(campaign: Campaign, fit: CampaignFit, candidates: Mapping[str, EffectModel], *, margin: float) -> Diagnosis:
-    """Test every candidate that is not in the model; ``margin``: difference of the criterion within which effects are one group."""
-    tests, scores = score_tests(campaign, fit, Candidates.of(campaign, beside(fit.model.keys, candidates)))
-    return diagnosis_of(tests, rank(scores, tests, penalty=penalty_of(campaign)), margin=margin)
+def diagnose(campaign: Campaign, fit: CampaignFit, candidates: Mapping[str, EffectModel]) -> Diagnosis:
+    """Every candidate that is not in the model, and every empirical family, on trial."""
+    return diagnosis_at(looked_at(campaign, fit, candidates, unknown=True))
 
 
-def diagnosis_of(tests: list[ScoreTest], ranking: Ranking, *, margin: float) -> Diagnosis:
-    """The diagnosis of tests that are there already."""
-    gained = [ranking.nothing - h.remainder - h.parameters for h in ranking.hypotheses]
-    excess = max([ranking.nothing - ranking.columns, *gained, 1e-12])
-    findings = []
-    for hypothesis, fall in zip(ranking.hypotheses, gained, strict=True):
-        test = tests[hypothesis.effect]
-        findings.append(Finding(test, min(1.0, test.p * len(tests)), float(np.clip(fall / excess, 0.0, 1.0)), hypothesis.criterion))
-    findings.sort(key=lambda finding: not finding.test.counts)  # a gap of no frames explains nothing
-    best = findings[0].criterion if findings else 0.0
-    group = named(f.key for f in findings if f.criterion <= best + margin)
-    p = min((f.p for f in findings), default=1.0)
-    return Diagnosis(tuple(findings), ranking, group, p)
+def diagnosis_at(at: At) -> Diagnosis:
+    """The diagnosis where a search stands."""
+    of = at.trial.evidence.of
+    numbers = [n for n in range(of.own, len(of.effects))]
+    tests = tests_beside(at.campaign, of)
+    n = len([number for number in numbers if number not in at.trial.families])
+    found = {number: _finding(at, number, test, n) for number, test in zip(numbers, tests, strict=True)}
+    known = sorted((f for number, f in found.items() if number not in at.trial.families), key=lambda f: -f.log_odds)
+    best: Set = at.posterior.best if at.trial.log_posterior(at.posterior.best) > at.value else at.members
+    new = sorted(set(best) - set(at.members), key=lambda e: at.trial.log_posterior(tuple(m for m in best if m != e)))
+    group = tuple(at.named((name.effect,))[0] for name in group_of(at.trial, best, new[0])) if new else ()
+    scores = scores_beside(of)
+    white = whitener(scores.M) @ scores.g if len(scores.g) else np.zeros(0)
+    p = min((f.p for f in known), default=1.0)
+    nothing = float(np.exp(dict(zip(at.posterior.sets, at.posterior.log_probability, strict=True)).get(at.members, -np.inf)))
+    families = tuple(f for number, f in found.items() if number in at.trial.families)
+    return Diagnosis(tuple(known), families, at.named(tuple(new)), group, nothing, p, float(white @ white), len(white))
+
+
+def _finding(at: At, number: int, test: ScoreTest, candidates: int) -> Finding:
+    with_it = tuple(sorted((*at.members, number)))
+    own, best = (at.trial.evidence.fitted(s).log_likelihood for s in (at.members, at.posterior.best))
+    gained = at.trial.evidence.fitted(with_it).log_likelihood - own
+    share = float(np.clip(gained / max(best - own, gained, 1e-12), 0.0, 1.0))
+    odds = at.trial.log_posterior(with_it) - at.value
+    return Finding(test, min(1.0, test.p * candidates), share, at.posterior.probability(number), float(odds))
 
 
 def detectable(test: ScoreTest) -> tuple[float, ...]:

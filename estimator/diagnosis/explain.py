@@ -128,7 +128,7 @@ def explain(
 def _without_families(best: At, catalogue: Mapping[str, EffectModel]) -> At:
     """The same set without what stands for something unknown."""
     kept = tuple(e for e in best.members if e not in best.trial.families)
-    return best if kept == best.members else moved(best, kept, catalogue) or best
+    return best if kept == best.members else moved(best, kept, catalogue, unknown=True) or best
 
 
 def _steps(begun: At, best: At, last: At, told: Told) -> tuple[Step, ...]:

@@ -286,9 +286,9 @@ def test_of(
     scores: EfficientScores,
     which: tuple[int, EffectModel, Array],
     chosen: Mapping[tuple[int, int | None], int],
-    sharing: tuple[int, ...] = (),
+    sharing: tuple[int, ...],
 ) -> ScoreTest:
-    """The test of one effect: ``which`` its number in the scores, the effect, and its starts (s, q), of which the ``chosen`` explain most."""
+    """The test of one effect: ``which`` its number in the scores, the effect, and its starts (s, q); the ``chosen`` explain most."""
     number, effect, starts = which
     part = scores.take(np.array([i for i, c in enumerate(scores.columns) if c.effect == number], dtype=np.int64))
     inverse = stable_inverse(part.H, 1e-10)

@@ -28,7 +28,6 @@ from estimator.diagnosis.expected_difference import Expected, expected
 from estimator.diagnosis.imagined_sequences import Drop, Imagination, Pictures, counted, hull_of
 from estimator.diagnosis.imagined_trajectories import Tracks
 from estimator.diagnosis.imagined_views import with_more_views
-from estimator.diagnosis.refits import penalty_of
 from estimator.diagnosis.score_tests import (
     Candidates,
     EfficientScores,
@@ -38,6 +37,7 @@ from estimator.diagnosis.score_tests import (
     efficient_scores,
     joint_model,
 )
+from estimator.diagnosis.selection.groups import FACTOR
 from estimator.effects.link import EffectModel
 from estimator.effects.view_outline_offset import ViewOutlineOffset
 from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState, SequenceEquations, layout_of, sequence_equations
@@ -49,6 +49,10 @@ from estimator.side_by_side import each_of
 
 Array = NDArray[np.float64]
 Pair = tuple[str, str]
+MARGIN = 2.0 * float(np.log(FACTOR))
+"""Difference of the criterion, twice that of log likelihoods, beyond which two effects count as told apart."""
+FEWEST = np.exp(np.e)
+"""Measurements, of which the penalty is Akaike's 2."""
 MORE_VIEWS = "twice as many calibrated views"
 MOST_RIVALS = 2
 """Effects beside the first that are compared with it: more alike than these is no group any more."""
@@ -85,7 +89,7 @@ class Separation:
 
 
 def separations(
-    registered: Registered, fit: CampaignFit, tests: Sequence[ScoreTest], group: Sequence[str], *, margin: float
+    registered: Registered, fit: CampaignFit, tests: Sequence[ScoreTest], group: Sequence[str], *, margin: float = MARGIN
 ) -> tuple[Separation, ...]:
     """How to tell the first effect of ``group`` from each of the others; ``tests`` are of ``fit``, those of the whole catalogue.
 
@@ -268,6 +272,11 @@ def _precision(present: _Present, measurement: CandidateMeasurement, which: tupl
     times = np.zeros(len(corners))
     moved = effect.correct(up, corners, camera, times) - effect.correct(down, corners, camera, times)
     return float(np.mean(np.sum((moved / (2.0 * step)) ** 2, axis=1)) / measurement.corner_px**2)
+
+
+def penalty_of(campaign: Campaign) -> float:
+    """Penalty per parameter: ``2 ln ln n`` of n independent measurements [Hannan and Quinn 1979], 2 at least."""
+    return float(2.0 * np.log(np.log(max(campaign.kind.independent(campaign), FEWEST))))
 
 
 def _expected(scores: EfficientScores, present: _Present, pair: Pair, margin: float) -> Expected:

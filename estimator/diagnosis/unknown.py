@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from datasets.vocabulary.effects import Stage
+from estimator.diagnosis.diagnose import Diagnosis
 from estimator.diagnosis.score_tests import ScoreTest
 from estimator.diagnosis.selection.search import Set, Trial
 
@@ -25,6 +26,13 @@ class Unknown:
     def stage(self) -> Stage:
         """Where it sits."""
         return self.test.effect.entry.stage
+
+
+def family_of(found: Diagnosis) -> Unknown:
+    """The most probable family of a diagnosis, present where the best set has it."""
+    best = max(found.families, key=lambda f: (f.key in found.missing, f.log_odds))
+    tests = tuple(f.test for f in found.families)
+    return Unknown(best.test, min(1.0, best.test.p * len(tests)), tests, best.key in found.missing)
 
 
 def unknown_of(trial: Trial, tests: Sequence[ScoreTest], members: Set, *, present: bool) -> Unknown:

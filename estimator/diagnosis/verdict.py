@@ -4,10 +4,7 @@ import math
 from dataclasses import dataclass
 
 from estimator.diagnosis.diagnose import Diagnosis, Finding, blind_to, says_nothing
-from estimator.diagnosis.tested_values import TestedValue, p_words, tested_values
-
-MOST = 0.5
-"""Share of the excess below which an effect does not explain it."""
+from estimator.diagnosis.tested_values import TestedValue, tested_values
 
 
 @dataclass(frozen=True)
@@ -20,17 +17,17 @@ class Verdict:
     add: tuple[str, ...]
 
 
-def sureness(p: float) -> str:
-    """A p-value in words."""
-    if p < 1e-6:
+def sureness(probability: float) -> str:
+    """The probability that nothing is missing in words."""
+    if probability < 1e-6:
         return "as good as certain"
-    if p < 1e-3:
+    if probability < 1e-2:
         return "very likely"
-    return "likely" if p < 0.01 else "not established"
+    return "likely" if probability < 0.5 else "not established"
 
 
-def verdict_of(diagnosis: Diagnosis, *, alpha: float) -> Verdict:
-    """The verdict on a diagnosis; ``alpha``: p-value, corrected for the number of candidates, below which something is missing."""
+def verdict_of(diagnosis: Diagnosis) -> Verdict:
+    """The verdict on a diagnosis: what the most probable set of effects has that the model lacks."""
     n = len(diagnosis.findings)
     if n == 0:
         return Verdict("nothing missing", "Every known effect is in the model already: there is nothing left to test.", (), ())
@@ -41,19 +38,22 @@ def verdict_of(diagnosis: Diagnosis, *, alpha: float) -> Verdict:
         )
         remarks = (f"It is blind to: {_listed(blind)}.", "Record more frames, more sequences, or longer flights.")
         return Verdict("says nothing", sentence, remarks, ())
-    if diagnosis.p > alpha:
-        sentence = (
-            f"Nothing is missing: none of {n} effects explains anything that noise would not (smallest p, corrected: {diagnosis.p:.2g})."
-        )
+    if not diagnosis.missing:
+        sentence = f"Nothing is missing (probability {percent(diagnosis.probability)}): no other set of {n} effects is more probable."
         return Verdict("nothing missing", sentence, _blind(diagnosis), ())
-    best = diagnosis.findings[0]
-    how = sureness(diagnosis.p)
-    opening = f"The model misses something: {how} ({p_words(diagnosis.p)}, corrected for {n} candidates)."
-    if best.share < MOST:
-        sentence = f"{opening} None of the known effects explains it: the best, {best.test.effect.entry.title}, takes {best.share:.0%}."
+    opening = f"The model misses something: {sureness(diagnosis.probability)} (nothing missing: {percent(diagnosis.probability)})."
+    known = {f.key: f for f in diagnosis.findings}
+    named = tuple(key for key in diagnosis.missing if key in known)
+    if not named:
+        sentence = f"{opening} No known effect explains it."
         return Verdict("unknown", sentence, ("Look at the maps of residuals (tumble compare) for where it sits.",), ())
-    sentence = f"{opening} {best.test.effect.entry.title.capitalize()} explains {best.share:.0%} of the excess: {value_words(best)}."
-    return Verdict("found", sentence, _remarks(diagnosis), (best.key,))
+    told = " and ".join(f"{key.replace('_', ' ')} ({value_words(known[key])})" for key in named)
+    return Verdict("found", f"{opening} Most probable: {told}.", _remarks(diagnosis, known[named[0]]), named)
+
+
+def percent(probability: float) -> str:
+    """A probability for people."""
+    return f"{probability:.1%}" if 1e-3 <= probability <= 0.999 else "< 0.1%" if probability < 0.5 else "> 99.9%"
 
 
 def _blind(diagnosis: Diagnosis) -> tuple[str, ...]:
@@ -66,8 +66,8 @@ def _listed(keys: tuple[str, ...]) -> str:
     return ", ".join(key.replace("_", " ") for key in keys)
 
 
-def _remarks(diagnosis: Diagnosis) -> tuple[str, ...]:
-    best, others = diagnosis.findings[0], [key.replace("_", " ") for key in diagnosis.group[1:]]
+def _remarks(diagnosis: Diagnosis, best: Finding) -> tuple[str, ...]:
+    others = [key.replace("_", " ") for key in diagnosis.group[1:]]
     remarks = []
     if others:
         remarks.append(f"These data cannot tell it from: {', '.join(others)}.")

@@ -166,6 +166,10 @@ NEARLY_WHOLE = 0.25
 """A fitted count this near a whole number is that; one further off is reported as it is, for it counts nothing."""
 
 
+TAILS = 3.0
+"""Degrees of freedom of Student's prior of values of which a few sequences' may stand out by far."""
+
+
 HOLLOW_AT_ALL, HOLLOW_THROUGHOUT = 0.01, 0.05
 """Shares of outlines' convex hulls that are empty, from which on a body counts as one with hollows, and as one with hollows throughout."""
 
@@ -176,6 +180,8 @@ class EffectModel:
     entry: ClassVar[EffectEntry]
     held: tuple[float, ...] | None = None
     """Standard deviations of a normal prior about zero, one for each parameter; ``None``: free."""
+    tails: bool = False
+    """Whether that prior has tails: Student's, of ``TAILS`` degrees of freedom, for values of every sequence of which a few stand out."""
     instrument: ClassVar[bool] = False
     """Whether the effect is the instrument's own known discrepancy: part of every model, and never part of an answer."""
 
@@ -184,10 +190,10 @@ class EffectModel:
         del setting
         return np.zeros((1, len(self.entry.parameters)))
 
-    def held_by(self, sigma: tuple[float, ...] | None) -> Self:
-        """The same effect under a normal prior about zero of standard deviations ``sigma`` (q,); ``None``: free."""
+    def held_by(self, sigma: tuple[float, ...] | None, *, tails: bool = False) -> Self:
+        """The same effect under a prior about zero of standard deviations ``sigma`` (q,), perhaps with ``tails``; ``None``: free."""
         same = copy(self)
-        same.held = sigma
+        same.held, same.tails = sigma, tails
         return same
 
     def without_noise(self) -> Self:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from datasets.vocabulary.camera import Intrinsics
 from estimator.effects.dependence import needs_attitude
-from estimator.effects.link import BodyChange, EffectModel, Moment, Places, Setting
+from estimator.effects.link import TAILS, BodyChange, EffectModel, Moment, Places, Setting
 from estimator.motion.rigid_body import Rate, States, rotation_matrices
 
 Array = NDArray[np.float64]
@@ -52,6 +52,24 @@ class Model:
         return np.concatenate(
             [np.zeros(0)] + [np.zeros(len(e.entry.parameters)) if e.held is None else np.array(e.held) ** -2.0 for e in self.effects]
         )
+
+    def precision_at(self, theta: Array) -> Array:
+        """Information (q,) that priors give at parameters ``theta`` (q,): less in the tails of those that have some."""
+        precision = self.precision
+        for effect, part in zip(self.effects, self.slices, strict=True):
+            if effect.tails:
+                size = float(np.sum(precision[part] * theta[part] ** 2))
+                precision[part] *= (TAILS + np.count_nonzero(precision[part])) / (TAILS + size)
+        return precision
+
+    def prior_cost(self, theta: Array) -> Array:
+        """Minus the logarithm (e,) of each effect's prior density at ``theta`` (q,), up to a constant."""
+        precision, cost = self.precision, np.zeros(len(self.effects))
+        for i, (effect, part) in enumerate(zip(self.effects, self.slices, strict=True)):
+            size = float(np.sum(precision[part] * theta[part] ** 2))
+            freedom = TAILS + np.count_nonzero(precision[part])
+            cost[i] = 0.5 * freedom * np.log1p(size / TAILS) if effect.tails else 0.5 * size
+        return cost
 
     @property
     def frozen(self) -> NDArray[np.bool_]:

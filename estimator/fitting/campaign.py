@@ -125,16 +125,16 @@ def _equations(campaign: Campaign, number: int, residuals: Any, state: CampaignS
     return replace(linear, frames=_with_own_prior(linear.frames, model, theta))
 
 
-def _own_precision(model: Model) -> Array:
+def _own_precision(model: Model, theta: Array) -> Array:
     """Information (q,) of priors on effects that every sequence has for itself; those of shared effects are in :func:`shared_prior`."""
-    precision = model.precision
+    precision = model.precision_at(theta)
     for effect, part in zip(model.effects, model.slices, strict=True):
         precision[part] *= effect.entry.scope is Scope.SEQUENCE
     return precision
 
 
 def _with_own_prior(frames: WeighedFrames, model: Model, theta: Array) -> WeighedFrames:
-    precision = np.concatenate([np.zeros(N_PARAMETERS), _own_precision(model)])
+    precision = np.concatenate([np.zeros(N_PARAMETERS), _own_precision(model, theta)])
     if not precision.any():
         return frames
     pull = np.concatenate([np.zeros(N_PARAMETERS), theta]) * precision
@@ -345,8 +345,9 @@ def _cost(
     precision, values = shared_prior(campaign, layout, model, state)
     noise = like or [None] * len(residuals)
     data = sum(campaign.kind.cost(sequence, each, by) for sequence, each, by in zip(campaign.sequences, residuals, noise, strict=True))
-    own = sum(float(theta @ (_own_precision(model) * theta)) for theta in state.theta)
-    return float(data + 0.5 * values @ (precision * values) + 0.5 * own)
+    alone = np.array([e.entry.scope is Scope.SEQUENCE for e in model.effects], dtype=np.bool_)
+    own = sum(float(model.prior_cost(theta)[alone].sum()) for theta in state.theta)
+    return float(data + 0.5 * values @ (precision * values) + own)
 
 
 def _relative_size(equations: Sequence[SequenceEquations], layout: Layout, solution: ArrowSolution) -> float:

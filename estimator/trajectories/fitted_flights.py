@@ -7,7 +7,6 @@ per cent or two wrong bend flights in this way, and velocities at the end of a f
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray

@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from estimator.diagnosis.refits import Rules
 
 from datasets.errors import InputError
 from estimator.configuration import Configuration
 from estimator.diagnosis.explain import Explanation, explain
-from estimator.diagnosis.refits import Rules
 from estimator.effects.choosing import catalogue
 from estimator.registration import Registered, register
 from estimator.side_by_side import each_of, processes, width

@@ -10,6 +10,7 @@ from datasets.vocabulary.effects import Scope
 from estimator.diagnosis.empirical_fit import fit_empirical
 from estimator.diagnosis.explain import Explanation
 from estimator.diagnosis.score_tests import ScoreTest
+from estimator.diagnosis.selection.testing import tests_beside
 from estimator.effects.curvature_bias import CurvatureBias
 from estimator.fitting.campaign import Campaign, CampaignFit
 from estimator.fitting.campaign_covariance import CampaignCovariance, campaign_covariance
@@ -22,34 +23,44 @@ Array = NDArray[np.float64]
 
 def answer(explained: Explanation) -> dict[str, Any]:
     """The whole answer to one campaign."""
-    campaign = explained.campaign
+    campaign, begun = explained.campaign, explained.begun
     errors = {"base": explained.steps[0].before, "final": explained.held_out} if explained.steps else {}
-    first = explained.steps[0].tests if explained.steps else explained.tests
+    families = {t.effect.entry.key for t in explained.left.tests}
+    first = [t for t in tests_beside(begun.campaign, begun.trial.evidence.of) if t.effect.entry.key not in families]
     return {
         "found": list(explained.found),
-        "dropped": list(explained.dropped),
+        "probability": probabilities(explained),
         **unexplained(campaign, explained),
         "steps": [
             {
                 "added": s.added,
                 "group": list(s.group),
+                "odds": list(s.odds),
+                "probability": s.probability,
                 "p": s.p,
                 "before_px": s.before.rms_px,
                 "after_px": s.after.rms_px,
-                "accepted": s.accepted,
             }
             for s in explained.steps
         ],
         "tests": [_test(test) for test in first],
-        "information": {key: matrix.tolist() for key, matrix in all_information(explained.begun, explained.base, first).items()},
-        "parameters": _with_random(parameters(campaign, explained.fit, explained.covariance), explained),
+        "information": {key: matrix.tolist() for key, matrix in all_information(begun.campaign, begun.fit, first).items()},
+        "parameters": parameters(campaign, explained.fit, explained.covariance),
         "axes": {sequence.name: flight.body.R_particle_body.tolist() for sequence, flight in _flights(campaign, explained.fit)},
         "velocities": {
-            "base": velocities(explained.begun, explained.base, campaign_covariance(explained.begun, explained.base)),
+            "base": velocities(begun.campaign, begun.fit, campaign_covariance(begun.campaign, begun.fit)),
             "final": velocities(campaign, explained.fit, explained.covariance),
         },
         "held_out": {name: _held_out(value) for name, value in errors.items()},
     }
+
+
+def probabilities(explained: Explanation) -> dict[str, float]:
+    """Of every effect of the catalogue, and of something unknown, to be in the model."""
+    last = explained.path[-1]
+    keys = last.trial.evidence.of.keys
+    found = {keys[e]: last.posterior.probability(e) for e in range(len(keys)) if e not in last.trial.families}
+    return {**found, "unknown": float(sum(last.posterior.probability(e) for e in last.trial.families))}
 
 
 def unexplained(campaign: Campaign, explained: Explanation) -> dict[str, Any]:
@@ -106,18 +117,6 @@ def parameters(campaign: Campaign, fit: CampaignFit, covariance: CampaignCovaria
     return rows
 
 
-def _with_random(rows: list[dict[str, Any]], explained: Explanation) -> list[dict[str, Any]]:
-    """Rows in which effects that are drawn anew in every frame have the standard deviation of the test that found them."""
-    sigmas = {
-        step.added: float(np.sqrt(test.covariance[0, 0]))
-        for step in explained.steps
-        for test in step.tests
-        if test.effect.random and test.effect.entry.key == step.added
-    }
-    both = {key: dict.fromkeys(("sigma", "sigma_of_noise"), sigma) for key, sigma in sigmas.items()}
-    return [{**row, **both.get(row["effect"], {})} for row in rows]
-
-
 def velocities(campaign: Campaign, fit: CampaignFit, covariance: CampaignCovariance) -> list[dict[str, Any]]:
     """State at the reference time of every sequence: v (m/s), omega (rad/s), world frame, with the covariance (6, 6)."""
     columns = np.r_[np.arange(N_PARAMETERS)[V], np.arange(N_PARAMETERS)[OMEGA]]
@@ -136,7 +135,6 @@ def no_answer(reasons: Sequence[str]) -> dict[str, Any]:
     """The answer to a campaign of which nothing could be measured."""
     return {
         "found": [],
-        "dropped": [],
         "unknown": False,
         "stage": "",
         "steps": [],

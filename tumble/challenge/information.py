@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.vocabulary.effects import PICTURED
-from estimator.diagnosis.refits import Rules
+from estimator.diagnosis.diagnose import ALPHA
 from estimator.diagnosis.score_tests import ScoreTest
 from estimator.effects.defocus_growth import SMALLEST
 from estimator.fitting.campaign import Campaign, CampaignFit
@@ -48,7 +48,7 @@ def jitter_information(campaign: Campaign, fit: CampaignFit) -> Array:
     is: kept is the information that a table needs to have the test's own limit at 95%.
     """
     shifts = [campaign.kind.time_shifts(campaign, i, each) for i, each in enumerate(fit.equations)]
-    level = Rules().alpha / len(PICTURED)
+    level = ALPHA / len(PICTURED)
     return np.array([[noncentrality(level, 1, FOUND) / jitter_found_with(shifts, level, FOUND) ** 4]])
 
 

@@ -21,8 +21,8 @@ from datasets.recipes.recipe import EffectRecipe
 from datasets.vocabulary.effects import EFFECTS, PICTURED, Scope
 from estimator.configuration import Configuration
 from estimator.diagnosis.base import start_with
-from estimator.diagnosis.ranking import by_remainder
-from estimator.diagnosis.refits import Rules
+from estimator.diagnosis.diagnose import ALPHA
+from estimator.diagnosis.ranking import remainders
 from estimator.diagnosis.score_tests import Candidates, EfficientScores, ScoreTest, score_tests
 from estimator.effects.choosing import catalogue
 from estimator.effects.link import Setting
@@ -41,7 +41,7 @@ from tumble.progress import progress
 
 def development_controls(shape: Shape, controls: int, seed: int) -> tuple[Case, ...]:
     """Campaigns with nothing hidden, from a seed of their own."""
-    nothing = LimitTable(Rules().alpha, len(PICTURED), {}, {})
+    nothing = LimitTable(ALPHA, len(PICTURED), {}, {})
     return draw_cases(Plan(shape, Counts(0, controls, 0, 0), Sizes(), nothing), seed)
 
 
@@ -119,10 +119,9 @@ def left_by_shared(scores: EfficientScores, tests: Sequence[ScoreTest]) -> tuple
     An acceleration that each sequence has for itself follows any force in short flights; it loses by its many parameters, not by what it
     leaves.
     """
-    ranking = by_remainder(scores, penalty=0.0)
-    shared = [h for h in ranking.hypotheses if tests[h.effect].effect.entry.scope is not Scope.SEQUENCE]
-    best = min(shared, key=lambda h: h.remainder)
-    return best.remainder, ranking.columns - best.parameters
+    shared = {number: left for number, left in remainders(scores).items() if tests[number].effect.entry.scope is not Scope.SEQUENCE}
+    best = min(shared, key=lambda number: shared[number])
+    return shared[best], len(scores.columns) - len(tests[best].columns)
 
 
 def table_of(products: Sequence[Path], shape: Shape, seed: int) -> LimitTable:
@@ -147,7 +146,7 @@ def table_of(products: Sequence[Path], shape: Shape, seed: int) -> LimitTable:
     described["large"] = {key: len(each) for key, each in large.items() if each}
     outside = {key: _outside([each for each in written if each.get("outside") == key]) for key in SIZE}
     described |= {"bodies": bodies, "tier": tier, "outside": max(len(each.strength) for each in outside.values())}
-    return LimitTable(Rules().alpha, len(PICTURED), described, effects, {key: each for key, each in outside.items() if each.strength})
+    return LimitTable(ALPHA, len(PICTURED), described, effects, {key: each for key, each in outside.items() if each.strength})
 
 
 def _strength(statistic: float, degrees: int) -> float:

@@ -78,7 +78,7 @@ def _read(path: Path) -> dict[str, Any]:
 
 def named(case: Case, answer: Answer) -> dict[str, Any]:
     """What was named against what is hidden; a step counts whose effect is in the last model. Without an answer nothing is right."""
-    accepted = [step for step in answer["steps"] if step["accepted"] and step["added"] in answer["found"]]
+    accepted = [step for step in answer["steps"] if step["added"] in answer["found"]]
     answered = NO_ANSWER not in answer.get("reasons", [])
     nothing = NOTHING if answered else NO_ANSWER
     first = accepted[0]["added"] if accepted else (UNKNOWN if answer["unknown"] else nothing)

@@ -9,7 +9,6 @@ from datasets.atomic_files import written_whole
 from datasets.errors import InputError
 from datasets.json_documents import plain
 from estimator.diagnosis.explain import explain
-from estimator.diagnosis.refits import Rules
 from estimator.effects.choosing import catalogue
 from tumble.challenge.answers import answer, no_answer
 from tumble.challenge.cases import CAMPAIGNS
@@ -83,7 +82,7 @@ def solved(folder: Path, configuration: dict[str, Any], kept: Path | None = None
     if not registered.campaign.sequences:
         return {**no_answer(left_out), "left_out": left_out, "cpu_s": {"register": found - began}}
     said: list[float] = []
-    explained = explain(registered.campaign, registered.start, catalogue(), Rules(), told=lambda _: said.append(time.process_time()))
+    explained = explain(registered.campaign, registered.start, catalogue(), told=lambda _: said.append(time.process_time()))
     ended = time.process_time()
     cpu = {"register": found - began, "diagnose": (said[0] if said else ended) - found, "explain": ended - found}
     answered = answer(explained)

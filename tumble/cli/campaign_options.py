@@ -12,8 +12,8 @@ from rich.console import Console
 from rich.table import Table
 
 from datasets.json_documents import Document, plain, read_document, write_document
-from estimator.diagnosis.refits import Rules
 from estimator.diagnosis.tested_values import p_words
+from estimator.diagnosis.verdict import percent
 from estimator.effects.choosing import chosen_effects
 from estimator.side_by_side import processes
 from tumble.campaigning import Known, Prepared
@@ -28,7 +28,6 @@ from tumble.reports.words import rms_word, rung_name
 
 REPORT_FILE = "report.html"
 SHOWN = 8
-ALPHA = Rules().alpha
 Work = Callable[[Question, Prepared, Path, Callable[[str], None]], Document]
 
 
@@ -164,15 +163,16 @@ def values_table(values: list[Mapping[str, Any]]) -> Table:
 
 def candidates_table(diagnosis: Mapping[str, Any]) -> Table:
     """The candidates that explain most."""
-    table = _table("effect", "share of excess", "p, corrected", "expected value (seen from)", "")
+    table = _table("effect", "probability", "share of excess", "p, corrected", "expected value (seen from)", "")
     for candidate in diagnosis["candidates"][:SHOWN]:
         values = candidate["values"][:3]
         text = "\n".join(map(_value_and_limit, values))
-        missing = diagnosis["p"] < ALPHA
+        missing = bool(diagnosis["missing"])
         alike = "cannot be told apart" if missing and candidate["effect"] in diagnosis["group"][1:] else ""
         odd = "" if all(v["plausible"] for v in values) or not missing else "not plausible"
         share = f"{candidate['share']:.0%}" if missing else "–"
-        table.add_row(candidate["effect"], share, p_words(candidate["p"], "").removeprefix("= "), text, alike or odd)
+        sure = p_words(candidate["p"], "").removeprefix("= ")
+        table.add_row(candidate["effect"], percent(candidate["probability"]), share, sure, text, alike or odd)
     return table
 
 

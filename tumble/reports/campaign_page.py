@@ -10,6 +10,7 @@ from markupsafe import Markup
 from datasets.atomic_files import written_whole
 from datasets.json_documents import revived
 from estimator.diagnosis.tested_values import p_words
+from estimator.diagnosis.verdict import percent
 from tumble.numbers import compact
 from tumble.reports.charts import autocorrelation_chart, ladder_chart, map_chart
 from tumble.reports.payload import flat
@@ -23,8 +24,6 @@ TITLES = {
     "explain": "Explaining a campaign",
     "ladder": "The error, effect by effect",
 }
-GOOD = {"compare": (), "diagnose": ("nothing missing",), "explain": ("nothing missing", "found"), "ladder": ()}
-"""Verdicts that leave nothing to do."""
 
 
 def write_campaign_page(document: Mapping[str, Any], path: Path) -> None:
@@ -37,15 +36,15 @@ def write_campaign_page(document: Mapping[str, Any], path: Path) -> None:
 def render(document: Mapping[str, Any]) -> str:
     """The page's text."""
     environment = Environment(loader=PackageLoader("tumble.reports"), autoescape=True, undefined=StrictUndefined, trim_blocks=True)
-    environment.filters.update(words=_words, value=_value, interval=_interval, p=_p)
-    found = {"not_applicable": {}, **revived(dict(document))}
+    environment.filters.update(words=_words, value=_value, interval=_interval, p=_p, percent=percent)
+    found = {"not_applicable": {}, "begun": None, **revived(dict(document))}
     return environment.get_template("campaign.html.j2").render(
         title=TITLES[found["verb"]],
         d=found,
         unit=found.get("unit", "px"),
         error=rms_word(found.get("unit", "px")),
-        tone="good" if found["verdict"]["kind"] in GOOD[found["verb"]] else "neutral",
-        missing=found["diagnosis"] is not None and found["verdict"]["kind"] != "nothing missing",
+        tone="good" if _nothing_to_do(found) else "neutral",
+        missing=found["diagnosis"] is not None and bool(found["diagnosis"]["missing"]),
         maps=_maps(found["maps"] or []),
         unknown=_unknown(found.get("unknown")),
         ladder=_ladder(found["ladder"], found["noise_floor"], found.get("unit", "px")),
@@ -55,6 +54,12 @@ def render(document: Mapping[str, Any]) -> str:
         libraries=flat(found["versions"]),
         made_by=versions()["tumble"],
     )
+
+
+def _nothing_to_do(found: Mapping[str, Any]) -> bool:
+    """Whether the evidence misses nothing, the fit settled, and nothing unknown is left."""
+    complete = found["diagnosis"] is not None and not found["diagnosis"]["missing"] and found.get("unknown") is None
+    return bool(complete and found["settled"] and found["verdict"]["kind"] in ("nothing missing", "found"))
 
 
 def _maps(entries: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:

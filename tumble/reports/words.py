@@ -39,8 +39,7 @@ def rung_name(rung: Mapping[str, Any]) -> str:
     """What a rung of a ladder changes: the effect it adds, or those that the last model lacks."""
     if rung["added"] is not None:
         return f"+ {rung['added']}"
-    dropped = rung.get("dropped") or ()
-    return f"without {', '.join(dropped)}" if dropped else "free flight"
+    return "free flight"
 
 
 MANY_LEFT_OUT = 0.2

@@ -4,12 +4,15 @@ Given the quadratic of :class:`estimator.diagnosis.selection.linearised.Linearis
 amplitudes of a set, with ``s²`` the noise's variance over what its model says, the integral over amplitudes and ``s²`` is exact:
 ``ln p = -1/2 ln det(1 + D G D) - (nu + n)/2 ln(1 + Q / nu)``, ``Q = S(0) - bᵀ D (1 + D G D)⁻¹ D b`` [O'Hagan and Forster 2004,
 ch. 11]. ``s²`` has a scaled inverse chi-squared prior of ``nu`` degrees of freedom about 1: the noise model may be wrong by a factor, and a
-misfit that no set removes counts as noise.
+misfit that no set removes counts as noise. Where each sequence has a noise of its own, that is in the weights, and ``ln p`` is normal.
 
 ``D`` is not one number. What nature calls plausible spans orders of magnitude, and an effect of a hundredth of its range is no surprise:
-each effect's prior is a mixture of normal ones, of standard deviation ``r`` times its plausible limit with ``r`` uniform in its logarithm
-(a scale mixture; [Gelman 2006] for the scatter of values of every sequence, where the same ``r`` is what the scatter is).
+each effect's prior is a mixture of normal ones, of standard deviation ``r`` times its plausible limit with ``r`` uniform in its logarithm.
 Amplitudes that cannot be negative have half of that prior.
+
+**Values of every sequence** are hierarchical: their prior's ``r`` is the scatter of the values, a part of the answer [Gelman 2006]. It has
+tails: a few sequences may differ by far more than the others (Student's density as a scale mixture, each sequence's precision ``w_s``
+with a gamma prior about 1 [Lange, Little and Taylor 1989]).
 """
 
 from collections.abc import Sequence
@@ -21,20 +24,21 @@ from scipy.special import log_ndtr, logsumexp
 
 from datasets.vocabulary.effects import Scope
 from estimator.diagnosis.selection.linearised import Linearised
-from estimator.diagnosis.selection.reduced import Posterior, Quadratic, posterior, without
+from estimator.diagnosis.selection.reduced import Own, Posterior, Quadratic, posterior
+from estimator.effects.link import TAILS
 
 Array = NDArray[np.float64]
 NOISE_FREEDOM = 10.0
 """``nu``: the noise's standard deviation is known to about 20%."""
 SHARES = 0.5 * np.logspace(-3.0, 0.0, 7)
-"""``r``: standard deviations of the prior over the plausible limit, which is two of the widest; an effect of a thousandth of its range is
-none."""
+"""``r``: standard deviations of the prior over the plausible limit, which is two of the widest; less than a thousandth of a range is
+nothing."""
 UNITS = np.logspace(0.0, 3.0, 7)
 """For amplitudes without a plausible limit: standard deviations of the prior over what the data could just see."""
 BEYOND = 2.0
 """Plausible limits up to which an amplitude is believed at all: signatures are linear no further, and nature hardly goes there."""
-WIDE = 12
-"""Columns beyond which an effect is integrated out once for all sets that have it."""
+WEIGHED = 2
+"""Times that sequences' precisions and values are found in turn, from the precisions of the set before."""
 LOG_SCALES = float(np.log(len(SHARES)))
 """What the unknown size of a variance costs that is read at its best."""
 
@@ -53,15 +57,26 @@ class Fitted:
     """A set at its most probable scales.
 
     ``log_likelihood`` (nats) at the posterior mean, up to what all sets share; ``rows`` (q,) of the columns, their posterior ``mean`` (q,)
-    and ``covariance`` (q, q); ``noise``: ``s²``.
+    and standard deviations ``sigma`` (q,); ``noise``: ``s²``.
     """
 
     scaled: Scaled
     log_likelihood: float
     rows: NDArray[np.int64]
     mean: Array
-    covariance: Array
+    sigma: Array
     noise: float
+
+
+@dataclass(frozen=True)
+class _At:
+    """A set at given scales: log evidence, the few columns with their posterior, and values (s, q) of the sequences, variances (s, q)."""
+
+    value: float
+    few: NDArray[np.int64]
+    shared: Posterior
+    own: Array
+    spread: Array
 
 
 @dataclass
@@ -69,15 +84,17 @@ class Evidence:
     """Marginal likelihoods of sets of effects of one linearised campaign; each is worked out once."""
 
     of: Linearised
-    known: dict[tuple[int, ...], "Scaled"] = field(default_factory=dict)
+    known: dict[tuple[int, ...], Scaled] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         effects = range(len(self.of.effects))
         self._rows = [self.of.rows(e) for e in effects]
         self._limits = [self._limit(e) for e in effects]
+        self._own = [self._sequences(e) for e in effects]
         self._whole = Quadratic(self.of.information, self.of.pull, self.of.misfit)
-        self._reduced: dict[tuple[int, float], Quadratic] = {}
+        self._taken: dict[tuple[int, tuple[int, ...]], Own] = {}
         self._hint: dict[int, int] = {}
+        self._precision: dict[tuple[int, ...], Array] = {}
 
     def _limit(self, effect: int) -> Array:
         """Plausible limits (q,) of an effect's columns, or what the data just see where nobody says what is plausible."""
@@ -86,16 +103,28 @@ class Evidence:
         seen = 1.0 / np.sqrt(np.diag(self.of.information)[self._rows[effect]])
         return np.where(np.isfinite(limit), limit, seen)
 
+    def _sequences(self, effect: int) -> tuple[NDArray[np.int64], ...] | None:
+        """Rows of an effect with values of every sequence, by sequence; ``None`` for others."""
+        if self.of.effects[effect].entry.scope is not Scope.SEQUENCE or not len(self._rows[effect]):
+            return None
+        owner = [self.of.columns[row].sequence for row in self._rows[effect]]
+        return tuple(np.array([r for r, o in zip(self._rows[effect], owner, strict=True) if o == s]) for s in dict.fromkeys(owner))
+
     def scales_of(self, effect: int) -> Array:
         """The scales of an effect's prior, over its limits."""
         parameters = self.of.effects[effect].entry.parameters
         return SHARES if all(np.isfinite(p.plausible).all() for p in parameters) else UNITS
 
+    def limits(self, effect: int) -> dict[int, float]:
+        """What the scales of an effect's prior are multiplied by, by parameter."""
+        parameters = [self.of.columns[row].parameter for row in self._rows[effect]]
+        return dict(zip(parameters, self._limits[effect].tolist(), strict=True))
+
     def log_evidence(self, members: Sequence[int]) -> float:
         """Logarithm (nats) of the marginal likelihood of a set, up to what all sets share."""
         return self.scaled(members).log_evidence
 
-    def scaled(self, members: Sequence[int]) -> "Scaled":
+    def scaled(self, members: Sequence[int]) -> Scaled:
         """A set with every effect's scale summed over, one after the other about the most probable ones."""
         key = tuple(sorted(members))
         if key not in self.known:
@@ -106,17 +135,18 @@ class Evidence:
         """A set with the posterior of its amplitudes, at the most probable scales."""
         scaled = self.scaled(members)
         sized = [e for e in scaled.members if len(self._rows[e])]
-        rows = np.concatenate([np.zeros(0, dtype=np.int64), *(self._rows[e] for e in sized)])
-        sigma = np.concatenate([np.zeros(0), *(r * self._limits[e] for e, r in zip(sized, scaled.scales, strict=True))])
-        at = posterior(self._whole, rows, sigma)
-        noise = self._noise(at.misfit)
-        fit = self.of.misfit - 2.0 * float(self.of.pull[rows] @ at.mean)
-        fit += float(at.mean @ self.of.information[np.ix_(rows, rows)] @ at.mean)
+        at = self._at(sized, scaled.scales)
+        noise = self._noise(at.shared.misfit)
+        own = self._scattered(sized)
+        rows = np.concatenate([at.few, *(self._own[own] or ())]) if own is not None else at.few
+        mean = np.concatenate([at.shared.mean, at.own.ravel()])
+        sigma = np.sqrt(noise * np.concatenate([np.diag(at.shared.covariance), at.spread.ravel()]))
+        fit = self.of.misfit - 2.0 * float(self.of.pull[rows] @ mean) + float(mean @ self.of.information[np.ix_(rows, rows)] @ mean)
         log_likelihood = self._log_density(max(fit, 0.0)) + sum(self.of.gain(e) for e in scaled.members)
-        log_likelihood += sum(self._inside(e, rows, at, noise) for e in sized)
-        return Fitted(scaled, log_likelihood, rows, at.mean, noise * at.covariance, noise)
+        log_likelihood += self._inside(at.few, at.shared, noise)
+        return Fitted(scaled, log_likelihood, rows.astype(np.int64), mean, sigma, noise)
 
-    def _scaled(self, members: tuple[int, ...]) -> "Scaled":
+    def _scaled(self, members: tuple[int, ...]) -> Scaled:
         """Climb to the most probable scales; of each effect's scales the best and its neighbours are summed, the others hardly count."""
         sized = [e for e in members if len(self._rows[e])]
         at = [self._hint.get(e, len(self.scales_of(e)) // 2) for e in sized]
@@ -125,7 +155,7 @@ class Evidence:
         def value(where: Sequence[int]) -> float:
             key = tuple(where)
             if key not in seen:
-                seen[key] = self._value(sized, [float(self.scales_of(e)[j]) for e, j in zip(sized, key, strict=True)])
+                seen[key] = self._at(sized, [float(self.scales_of(e)[j]) for e, j in zip(sized, key, strict=True)]).value
             return seen[key]
 
         climbing = True
@@ -147,18 +177,44 @@ class Evidence:
     def _beside(self, effect: int, place: int) -> list[int]:
         return [j for j in (place - 1, place + 1) if 0 <= j < len(self.scales_of(effect))]
 
-    def _value(self, sized: Sequence[int], scales: Sequence[float]) -> float:
-        """Log evidence of effects at given scales of their priors, half-sided where amplitudes are."""
-        quadratic, few = self._whole, dict(zip(sized, scales, strict=True))
-        widest = max(sized, key=lambda e: len(self._rows[e]), default=None)
-        if widest is not None and len(self._rows[widest]) > WIDE:
-            quadratic = self._without(widest, few.pop(widest))
-        rows = np.concatenate([np.zeros(0, dtype=np.int64), *(self._rows[e] for e in few)])
-        sigma = np.concatenate([np.zeros(0), *(r * self._limits[e] for e, r in few.items())])
-        at = posterior(quadratic, rows, sigma)
-        noise = self._noise(at.misfit)
-        sided = sum(self._inside(e, rows, at, noise) for e in few)
-        return self._log_density(at.misfit) - at.half_log_det + sided - self._searched(sized)
+    def _scattered(self, sized: Sequence[int]) -> int | None:
+        """The effect whose values of every sequence are integrated out: that of most columns."""
+        return max((e for e in sized if self._own[e]), key=lambda e: len(self._rows[e]), default=None)
+
+    def _at(self, sized: Sequence[int], scales: Sequence[float]) -> _At:
+        """A set at given scales of its effects' priors."""
+        scale = dict(zip(sized, scales, strict=True))
+        own = self._scattered(sized)
+        few = np.concatenate([np.zeros(0, dtype=np.int64), *(self._rows[e] for e in sized if e != own)]).astype(np.int64)
+        sigma = np.concatenate([np.zeros(0), *(scale[e] * self._limits[e] for e in sized if e != own)])
+        if own is None:
+            shared, values, spread, tails = posterior(self._whole, few, sigma), np.zeros((0, 1)), np.zeros((0, 1)), 0.0
+        else:
+            width = (scale[own] * self._limits[own]).reshape(len(self._own[own] or ()), -1)
+            shared, values, spread, tails = self._with_tails(self._out(own, few), width, sigma)
+        noise = self._noise(shared.misfit)
+        value = self._log_density(shared.misfit) - shared.half_log_det + tails
+        return _At(value + self._inside(few, shared, noise) - self._searched(sized), few, shared, values, spread)
+
+    def _with_tails(self, own: Own, width: Array, sigma: Array) -> tuple[Posterior, Array, Array, float]:
+        """Values of every sequence under Student's prior of scales ``width`` (s, q); the few columns under ``sigma`` (k,)."""
+        w, q = self._precision.get(width.shape, np.ones(len(width))), width.shape[1]
+        for left in reversed(range(WEIGHED)):
+            quadratic, mean, follow, variance = own.eliminated(width / np.sqrt(w)[:, None])
+            shared = posterior(quadratic, np.arange(len(sigma)), sigma)
+            values = mean - follow @ shared.mean
+            if left:
+                size = np.sum((values**2 + variance) / width**2, axis=1)
+                w = (TAILS + q) / (TAILS + size)
+        self._precision[width.shape] = w
+        tails = 0.5 * TAILS * float(np.sum(np.log(w) - w + 1.0))
+        return shared, values, variance, tails
+
+    def _out(self, effect: int, few: NDArray[np.int64]) -> Own:
+        key = (effect, tuple(few.tolist()))
+        if key not in self._taken:
+            self._taken[key] = Own.of(self._whole, self._own[effect] or (), few)
+        return self._taken[key]
 
     def _noise(self, misfit: float) -> float:
         """Most probable variance of the noise over what its model says."""
@@ -170,33 +226,23 @@ class Evidence:
             return self.of.density - 0.5 * misfit
         return -0.5 * (NOISE_FREEDOM + self.of.count) * float(np.log1p(max(misfit, 0.0) / NOISE_FREEDOM))
 
-    def _without(self, effect: int, scale: float) -> Quadratic:
-        if (effect, scale) not in self._reduced:
-            self._reduced[effect, scale] = without(self._whole, self._rows[effect], scale * self._limits[effect])
-        return self._reduced[effect, scale]
-
-    def _inside(self, effect: int, rows: NDArray[np.int64], at: Posterior, noise: float) -> float:
+    def _inside(self, rows: NDArray[np.int64], at: Posterior, noise: float) -> float:
         """Logarithm of the posterior's share that lies where amplitudes can be, over the prior's share where they have one sign only."""
-        entry = self.of.effects[effect].entry
-        if entry.scope is Scope.SEQUENCE:
-            return 0.0
         total = 0.0
         for i, row in enumerate(rows):
             column = self.of.columns[row]
-            if column.effect == effect:
-                low, high = (BEYOND * each for each in entry.parameters[column.parameter].plausible)
-                sigma = float(np.sqrt(noise * at.covariance[i, i]))
-                total += _log_share((low - at.mean[i]) / sigma, (high - at.mean[i]) / sigma)
-                total += float(np.log(2.0)) * (low == 0.0 or high == 0.0)
+            entry = self.of.effects[column.effect].entry
+            low, high = (BEYOND * each for each in entry.parameters[column.parameter].plausible)
+            if entry.scope is Scope.SEQUENCE or not np.isfinite([low, high]).all():
+                continue
+            sigma = float(np.sqrt(noise * at.covariance[i, i]))
+            total += _log_share((low - at.mean[i]) / sigma, (high - at.mean[i]) / sigma)
+            total += float(np.log(2.0)) * (low == 0.0 or high == 0.0)
         return total
 
     def _searched(self, sized: Sequence[int]) -> float:
         """Logarithm of how many starts were tried where the best was taken, of every sequence that has its own."""
-        total = 0.0
-        for e in sized:
-            owners = {self.of.columns[row].sequence for row in self._rows[e]}
-            total += max(len(owners), 1) * float(np.log(self.of.tried(e)))
-        return total
+        return sum(max(len(self._own[e] or ()), 1) * float(np.log(self.of.tried(e))) for e in sized)
 
 
 def _log_share(low: float, high: float) -> float:

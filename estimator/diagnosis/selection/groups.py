@@ -15,7 +15,7 @@ from estimator.diagnosis.selection.search import Set, Trial
 
 FACTOR = 20.0
 """Of likelihood, or of posterior probability, within which two effects are not told apart: strong evidence [Kass and Raftery 1995]."""
-MOST_NAMED = 3
+MOST_NAMED = 5
 """Members of a group that are named; of more that do as well the most probable."""
 
 

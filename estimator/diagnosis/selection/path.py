@@ -54,9 +54,10 @@ class At:
         return tuple(self.trial.evidence.of.keys[e] for e in members)
 
 
-def looked_at(campaign: Campaign, fit: CampaignFit, catalogue: Catalogue) -> At:
-    """The posterior over sets of a ``catalogue`` and of the empirical families about a fit."""
-    wide = {e.entry.key: e for e in families([f.x for f in fit.state.flights], [s.setting.times_s for s in campaign.sequences])}
+def looked_at(campaign: Campaign, fit: CampaignFit, catalogue: Catalogue, *, unknown: bool = False) -> At:
+    """The posterior over sets of a ``catalogue`` about a fit; where asked for, of the empirical families, too."""
+    places, times = [f.x for f in fit.state.flights], [s.setting.times_s for s in campaign.sequences]
+    wide = {e.entry.key: e for e in families(places, times)} if unknown else {}
     of = linearised(campaign, fit, {**catalogue, **wide})
     trial = Trial(Evidence(of), frozenset(i for i, key in enumerate(of.keys) if key in wide))
     members = tuple(range(of.own))
@@ -64,7 +65,17 @@ def looked_at(campaign: Campaign, fit: CampaignFit, catalogue: Catalogue) -> At:
 
 
 def path_from(at: At, catalogue: Catalogue, told: Told) -> tuple[At, ...]:
-    """The path from ``at`` to the most probable set; every entry is more probable than the one before."""
+    """The path from ``at`` to the most probable set; every entry is more probable than the one before.
+
+    What is unknown is looked for where no effect of the catalogue makes a set more probable, against all of them again.
+    """
+    path = _climbed(at, catalogue, told, unknown=False)
+    last = looked_at(path[-1].campaign, path[-1].fit, catalogue, unknown=True)
+    return (*path[:-1], *_climbed(last, catalogue, told, unknown=True))
+
+
+def _climbed(at: At, catalogue: Catalogue, told: Told, *, unknown: bool) -> tuple[At, ...]:
+    """The path as far as it goes."""
     path, tried, astray = [at], {frozenset(at.keys)}, 0
     while len(path) <= MOST_STEPS and astray < ASTRAY:
         now = path[-1]
@@ -72,7 +83,7 @@ def path_from(at: At, catalogue: Catalogue, told: Told) -> tuple[At, ...]:
         if wanted is None:
             break
         tried.add(frozenset(now.named(wanted)))
-        new = moved(now, wanted, catalogue)
+        new = moved(now, wanted, catalogue, unknown=unknown)
         if new is None or new.value <= now.value:
             astray += 1
             continue
@@ -82,10 +93,10 @@ def path_from(at: At, catalogue: Catalogue, told: Told) -> tuple[At, ...]:
     return tuple(path)
 
 
-def moved(now: At, members: Set, catalogue: Catalogue) -> At | None:
+def moved(now: At, members: Set, catalogue: Catalogue, *, unknown: bool) -> At | None:
     """The campaign refitted with another set, and looked at there; ``None`` where flights run away."""
     try:
-        return looked_at(*refitted(now.campaign, now.fit, now.trial.evidence, members), catalogue)
+        return looked_at(*refitted(now.campaign, now.fit, now.trial.evidence, members), catalogue, unknown=unknown)
     except UNFLYABLE:
         return None
 

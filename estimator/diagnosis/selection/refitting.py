@@ -68,41 +68,42 @@ def _held(evidence: Evidence, number: int, scale: float | None) -> EffectModel:
     effect = evidence.of.effects[number]
     if scale is None:
         return effect.held_by(None)
-    limit = [max(map(abs, p.plausible)) for p in effect.entry.parameters]
-    rows = evidence.of.rows(number)
-    searched = {i for i, p in enumerate(effect.entry.parameters) if p.name not in effect.entry.sizes}
-    seen = {evidence.of.columns[row].parameter: 1.0 / np.sqrt(evidence.of.information[row, row]) for row in rows}
-    sigma = [np.inf if i in searched else scale * (each if np.isfinite(each) else seen[i]) for i, each in enumerate(limit)]
-    return effect.held_by(tuple(float(each) for each in sigma))
+    limits = evidence.limits(number)
+    sigma = tuple(float(scale * limits[i]) if i in limits else np.inf for i in range(len(effect.entry.parameters)))
+    return effect.held_by(sigma, tails=effect.entry.scope is Scope.SEQUENCE)
 
 
 def _values(campaign: Campaign, fit: CampaignFit, evidence: Evidence, members: Set, share: float) -> tuple[Array, ...]:
     """Parameters of every sequence: those of the base as they are, amplitudes at a ``share`` of the posterior mean."""
-    fitted, lin = evidence.fitted(members), evidence.of
-    mean = dict(zip(fitted.rows.tolist(), fitted.mean.tolist(), strict=True))
-    size = campaign.kind.base.size
-    sharing = {e: campaign.sharing(lin.effects[e].entry.scope) for e in members}
-    found = []
-    for number, theta in enumerate(fit.state.theta):
-        parts = [theta[:size]]
-        for e in members:
-            parts.append(_of_effect(fit, (evidence, e), mean, number, share, sharing[e]))
-        found.append(np.concatenate(parts))
-    return tuple(found)
+    fitted = evidence.fitted(members)
+    mean = dict(zip(fitted.rows.tolist(), (share * fitted.mean).tolist(), strict=True))
+    found = [[theta[: campaign.kind.base.size]] for theta in fit.state.theta]
+    for e in members:
+        for number, parts in enumerate(found):
+            parts.append(_of_effect(campaign, fit, (evidence, e), mean, number))
+    return tuple(np.concatenate(parts) for parts in found)
 
 
-def _of_effect(fit: CampaignFit, of: tuple[Evidence, int], mean: dict[int, float], number: int, share: float, sharing) -> Array:
-    """Parameters (q,) of one effect in sequence ``number``."""
-    (evidence, e), effect = of, of[0].of.effects[of[1]]
-    lin = evidence.of
+def _of_effect(campaign: Campaign, fit: CampaignFit, of: tuple[Evidence, int], mean: dict[int, float], number: int) -> Array:
+    """Parameters (q,) of one effect in sequence ``number``; ``mean`` of every column."""
+    lin, e = of[0].of, of[1]
+    effect = lin.effects[e]
     if effect.random:
         return np.array([lin.jitter.sigma_s])
-    owner = number if effect.entry.scope is Scope.SEQUENCE else sharing[number] if len(set(sharing)) > 1 else None
+    owner = _owner(campaign, effect, number)
     there = effect.entry.key in fit.model.keys
-    own = fit.state.theta[number][fit.model.slices[fit.model.keys.index(effect.entry.key)]] if there else None
-    value = own.copy() if own is not None else lin.start(e, owner).copy()
+    if there:
+        value = fit.state.theta[number][fit.model.slices[fit.model.keys.index(effect.entry.key)]].copy()
+    else:
+        value = lin.start(e, owner).copy()
     for row in lin.rows(e):
         column = lin.columns[row]
         if column.sequence == owner:
-            value[column.parameter] = share * mean[int(row)] + (0.0 if own is not None else value[column.parameter])
-    return value if own is not None else effect.first_guess(value)
+            value[column.parameter] = mean[int(row)] + (0.0 if there else value[column.parameter])
+    return value if there else effect.first_guess(value)
+
+
+def _owner(campaign: Campaign, effect: EffectModel, number: int) -> int | None:
+    """The sequence that the columns of an effect in sequence ``number`` belong to; ``None`` where all share them."""
+    sharing = campaign.sharing(effect.entry.scope)
+    return number if effect.entry.scope is Scope.SEQUENCE else sharing[number] if len(set(sharing)) > 1 else None

@@ -18,7 +18,7 @@ EXPECTED = 0.5
 """Effects of the catalogue that are expected to be missing of a campaign, before it is looked at."""
 UNKNOWN = 0.05
 """Probability that something is missing that no effect of the catalogue is, before it is looked at."""
-BEAM = 4
+BEAM = 3
 MOST = 6
 PAIRS = 8
 """Effects of which all pairs are looked at: those that alone explain most."""
@@ -70,9 +70,7 @@ class Trial:
 def searched(trial: Trial, start: Set = ()) -> Posterior:
     """The posterior over sets, from ``start`` and from nothing."""
     n = range(len(trial.evidence.of.effects))
-    singles = sorted(((e,) for e in n), key=trial.log_posterior, reverse=True)
-    pairs = (tuple(sorted(pair)) for pair in combinations((e for (e,) in singles[:PAIRS]), 2))
-    beam = _best(trial, {(), tuple(sorted(start)), *(pair for pair in pairs if trial.allowed(pair))})
+    beam = {(), tuple(sorted(start))} if start else _best(trial, {(), *_pairs(trial, n)})
     while True:
         wider = _best(trial, {new for old in beam for new in _neighbours(old, n) if trial.allowed(new)} | beam)
         if wider == beam:
@@ -81,6 +79,14 @@ def searched(trial: Trial, start: Set = ()) -> Posterior:
     ordered = sorted(trial.evidence.known, key=trial.log_posterior, reverse=True)
     values = np.array([trial.log_posterior(each) for each in ordered])
     return Posterior(tuple(ordered), tuple(float(p) for p in values - logsumexp(values)))
+
+
+def _pairs(trial: Trial, n: range) -> Iterator[Set]:
+    """Pairs of the effects that alone explain most: two may show only together."""
+    singles = sorted(((e,) for e in n), key=trial.log_posterior, reverse=True)
+    for pair in combinations((e for (e,) in singles[:PAIRS]), 2):
+        if trial.allowed(pair):
+            yield tuple(sorted(pair))
 
 
 def _best(trial: Trial, sets: set[Set]) -> set[Set]:

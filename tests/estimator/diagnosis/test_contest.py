@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-
-from estimator.diagnosis import contest, refitting
-from estimator.diagnosis.adding import with_effect
 from estimator.diagnosis.contest import better_unknown, schwarz_penalty, spread_worth, surprise_in
 from estimator.diagnosis.looks import Looks
 from estimator.diagnosis.refits import Refitted
+
+from estimator.diagnosis import contest, refitting
+from estimator.diagnosis.adding import with_effect
 from estimator.diagnosis.score_tests import ScoreTest
 from estimator.diagnosis.unknown import Unknown
 from estimator.effects.empirical import EMPIRICAL

@@ -4,10 +4,10 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from estimator.diagnosis.refits import Rules
 
 from estimator.diagnosis import explain as module
 from estimator.diagnosis.explain import Reached, explain
-from estimator.diagnosis.refits import Rules
 
 NOTHING: Any = None
 STAGE = SimpleNamespace(stage="optics")

@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from estimator.diagnosis.refits import Refitted, Rules, key_of, named
 
 from estimator.diagnosis import explain
 from estimator.diagnosis.explain import MOST_EXCHANGED, Reached, Step
-from estimator.diagnosis.refits import Refitted, Rules, key_of, named
 from estimator.diagnosis.score_tests import ScoreTest
 from estimator.effects.registry import MODELS
 

@@ -4,11 +4,11 @@ from dataclasses import replace
 from functools import cache
 
 import numpy as np
+from estimator.diagnosis.extending import fit_extended
 
 from datasets.recipes.recipe import EffectRecipe
 from estimator.configuration import Configuration
 from estimator.diagnosis.adding import base_fit
-from estimator.diagnosis.extending import fit_extended
 from estimator.diagnosis.score_tests import Candidates, ScoreTest, score_tests
 from estimator.effects.registry import MODELS
 from estimator.fitting.campaign import Campaign, CampaignFit

@@ -3,9 +3,9 @@
 from dataclasses import replace
 
 import numpy as np
-
 from estimator.diagnosis.looks import Looks
 from estimator.diagnosis.pruning import tests_at as effects_tested_at
+
 from estimator.diagnosis.score_tests import Tested
 from estimator.diagnosis.unknown import outstanding, unknown
 from estimator.effects.registry import MODELS

@@ -5,10 +5,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-
-from estimator.diagnosis import pairing
 from estimator.diagnosis.pairing import Pairs
 from estimator.diagnosis.refits import Refitted, Rules
+
+from estimator.diagnosis import pairing
 from estimator.diagnosis.score_tests import Column, EfficientScores, ScoreTest
 from estimator.effects.registry import MODELS
 

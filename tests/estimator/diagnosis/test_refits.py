@@ -6,9 +6,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.stats import chi2
-
-from estimator.diagnosis import refits
 from estimator.diagnosis.refits import (
     MOST_NAMED,
     Refitted,
@@ -23,6 +20,9 @@ from estimator.diagnosis.refits import (
     wider,
     with_twins,
 )
+from scipy.stats import chi2
+
+from estimator.diagnosis import refits
 from estimator.diagnosis.score_tests import Candidates, ScoreTest, score_tests
 from estimator.effects.registry import MODELS
 from estimator.fitting.campaign import CampaignFit

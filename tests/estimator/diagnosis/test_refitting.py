@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from estimator.diagnosis.refits import Refitted, Rules, key_of
+from estimator.diagnosis.refitting import contenders, in_place, random_contender
 
 from estimator.diagnosis import refitting
 from estimator.diagnosis.ranking import Hypothesis, Ranking
-from estimator.diagnosis.refits import Refitted, Rules, key_of
-from estimator.diagnosis.refitting import contenders, in_place, random_contender
 from estimator.diagnosis.score_tests import EfficientScores, ScoreTest
 from estimator.effects.registry import MODELS
 

@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from estimator.diagnosis.refits import Refitted, Rules, key_of
 
 from estimator.diagnosis import explain
-from estimator.diagnosis.refits import Refitted, Rules, key_of
 from estimator.diagnosis.score_tests import ScoreTest
 from estimator.effects.registry import MODELS
 

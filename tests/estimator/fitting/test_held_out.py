@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from estimator.diagnosis.pruning import wald_p
 
 from estimator.diagnosis.adding import base_fit, with_effect
-from estimator.diagnosis.pruning import wald_p
 from estimator.diagnosis.score_tests import Candidates, score_tests
 from estimator.effects.choosing import catalogue
 from estimator.fitting import held_out as module

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from estimator.diagnosis.refits import Rules
 
 from datasets.errors import InputError
 from datasets.trajectory import Trajectory
@@ -12,7 +13,6 @@ from estimator.diagnosis.adding import base_fit, with_effect
 from estimator.diagnosis.diagnose import Diagnosis, diagnose
 from estimator.diagnosis.explain import explain
 from estimator.diagnosis.noise_floor import noise_floor
-from estimator.diagnosis.refits import Rules
 from estimator.diagnosis.residual_maps import residual_maps
 from estimator.diagnosis.score_tests import Candidates, Column, EfficientScores, p_of
 from estimator.effects.choosing import catalogue
