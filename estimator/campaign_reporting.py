@@ -175,7 +175,7 @@ def _judged(fit: CampaignFit, mean_square: float, to_go: float) -> tuple[Status,
 
 def _velocity(flight: Flight, theta: Array, at: tuple[CampaignFit, float, Array], sequence: Any) -> VelocityEstimate:
     fit, time_s, C = at
-    value, J = velocities_under(flight, fit.model, theta, sequence.setting, float(time_s))
+    value, J = velocities_under(flight, fit.model, theta, sequence.setting, float(time_s), known=np.diag(C)[:N_PARAMETERS] == 0.0)
     covariance = J @ C @ J.T
     return VelocityEstimate(float(time_s), value[:3], value[3:], 0.5 * (covariance + covariance.T), np.full((6, 6), np.nan))
 

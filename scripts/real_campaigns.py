@@ -16,6 +16,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from scripts.real_tosses import free_flights, write_flights
 
@@ -25,8 +26,8 @@ SPIN_SIZE, SPIN_DIRECTION_DEG = 0.01, 2.4
 SATURATION_DEGS = 2000.0
 SPUN, SLOWED = 0.95, 0.5
 """The stretch of the disc: from the last row that spins with this share of the fastest row on, until the first that has this share left."""
-DISC = (0.5, 0.5, 1.0)
-"""Moments of a flat disc about two of its diameters and its axis, over the largest."""
+AT_REST_DEGS = 5.0
+"""A disc whose gyroscope reads less lies still: the mean reading is then the gyroscope's bias."""
 
 
 def tosses(data: Path, out: Path) -> int:
@@ -59,13 +60,31 @@ def spin_sigma(spin: Array) -> Array:
 
 
 def spinning_disc(data: Path, out: Path) -> int:
-    """Write what the gyroscope read while the disc spun and slowed down; one file."""
+    """Write the angular velocity while the disc spun and slowed down; one file.
+
+    On its edge the disc rolls: the table's torque turns the spin in the body all the time, so a free body along whose axes it is read would
+    be no model of it. In axes that stand still, the spin keeps its direction and falls. Both say the same, since the readings themselves
+    tell how the body has turned since the first row.
+    """
     rows = np.loadtxt(data / "gyro" / "frisbee_roztocenej-na-stole.csv", delimiter=",")
     first, last = slowing(rows[:, 4:7])
-    lines = [[repr(float(value)) for value in row] for row in rows[first:last, [0, 4, 5, 6]]]
-    _write(out / "disc.csv", ["t_s", "gyro_x_degs", "gyro_y_degs", "gyro_z_degs"], lines)
-    (out / "trajectory.toml").write_text(f'inertia_ratios = {list(DISC)}\nparticle = "flying disc"\n')
+    still = np.linalg.norm(rows[:, 4:7], axis=1) < AT_REST_DEGS
+    omega = standing_axes(rows[first:last, 0], np.radians(rows[first:last, 4:7] - rows[still, 4:7].mean(axis=0)))
+    lines = [[repr(float(value)) for value in row] for row in np.column_stack([rows[first:last, 0], omega])]
+    _write(out / "disc.csv", ["t_s", "wx_rads", "wy_rads", "wz_rads"], lines)
+    (out / "trajectory.toml").write_text('particle = "flying disc"\nworld = "axes of the disc in the first row"\n')
     return 1
+
+
+def standing_axes(times_s: Array, gyro: Array) -> Array:
+    """Angular velocities (n, 3) rad/s along the axes that the body has in the first row, from readings (n, 3) along its own."""
+    turns = Rotation.from_rotvec(0.5 * (gyro[1:] + gyro[:-1]) * np.diff(times_s)[:, None])
+    R = Rotation.identity()
+    found = [gyro[0]]
+    for turn, read in zip(turns, gyro[1:], strict=True):
+        R = R * turn
+        found.append(R.apply(read))
+    return np.array(found)
 
 
 def slowing(gyro_degs: Array) -> tuple[int, int]:

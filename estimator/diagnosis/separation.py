@@ -196,7 +196,7 @@ def _imagined_equations(present: _Present, drop: Drop, sequence: Any) -> tuple[A
     few, times = present.like.thinned(sequence, _most_sightings(present.campaign))
     alone = replace(present.campaign, sequences=(few,), particle=(0,), camera=(0,))
     equations = present.like.silent(counted(sequence_equations(alone, 0, CampaignState((drop.flight,), (theta,)), model), times))
-    if not drop.known_start:
+    if not drop.known_start or not drop.flight.v.any():
         return few, equations
     known = np.zeros(len(equations.frames.H))
     known[V] = (KNOWN_START * float(np.linalg.norm(drop.flight.v))) ** -2.0

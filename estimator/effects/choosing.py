@@ -85,7 +85,7 @@ def refuse_contradictions(keys: Sequence[str]) -> None:
     """
     reason = contradiction(keys)
     if reason is not None:
-        raise InputError(f"--effects: {reason} Take one of them.")
+        raise InputError(f"--effects: {reason}" + (" Take one of them." if "contradict" in reason else ""))
 
 
 def contradiction(keys: Sequence[str]) -> str | None:
@@ -96,7 +96,8 @@ def contradiction(keys: Sequence[str]) -> str | None:
             "frame_rate and length_scale contradict each other: both only change how large gravity looks, "
             "g (1 + r)^-2 / (1 + s), so that one number would have to give two."
         )
-    if WIND in keys and not any(key in THROUGH_AIR for key in keys):
+    # Users' own effects may act through the air, too.
+    if WIND in keys and not any(key in THROUGH_AIR or key not in MODELS for key in keys):
         return f"{WIND} acts through drag or lift alone; expected one of {', '.join(THROUGH_AIR)} beside it."
     free = [key for key in keys if key in FREE_ACCELERATIONS]
     if scales and free:

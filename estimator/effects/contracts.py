@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 from datasets.errors import InputError
 from estimator.effects.curvature_bias import CurvatureBias
 from estimator.effects.link import EffectModel
-from estimator.effects.model import Model
+from estimator.effects.model import Model, overrides
+from estimator.effects.plug_ins import LINKS
 from estimator.fitting.model_errors import ModelErrors, SequenceTask, model_errors
 from estimator.motion.flight import N_PARAMETERS, Flight
 
@@ -29,7 +30,9 @@ AGREE, MOST = 0.02, 0.9
 PLAUSIBLE_SHARE = 0.2
 INVISIBLE_PX = 1e-9
 OF_LINKS = ("derivatives", "it acts")
-"""Contracts that an effect drawn anew in every frame cannot be held to: it is a variance and touches no link."""
+"""Contracts that an effect drawn anew in every frame cannot be held to, since it is a variance and touches no link, nor one that does
+nothing to pictures by itself: a gyroscope's reading, or air that moves."""
+BY_THEMSELVES = tuple(link for link in LINKS if link not in ("reading", "air"))
 NOTHING = "no parameter to differentiate"
 
 
@@ -55,7 +58,7 @@ def check_contracts(effect: EffectModel, sequence: SequenceTask, flight: Flight)
         "derivatives": _derivatives,
         "it acts": _acts,
     }
-    if effect.random:
+    if effect.random or not overrides(effect, *BY_THEMSELVES):
         checks = {name: check for name, check in checks.items() if name not in OF_LINKS}
     return tuple(_tried(name, check, (effect, sequence, flight)) for name, check in checks.items())
 

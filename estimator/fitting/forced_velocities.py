@@ -47,10 +47,12 @@ def motion_under(flight: Flight, model: Model, theta: Array, setting: Setting) -
     return Motion(times, reached.x[:, 0], quaternion(R), reached.v[:, 0], omega[:, 0])
 
 
-def velocities_under(flight: Flight, model: Model, theta: Array, setting: Setting, time_s: float) -> tuple[Array, Array]:
-    """(v, omega) (6,) at a nominal time, and its derivative (6, 21 + q)."""
+def velocities_under(
+    flight: Flight, model: Model, theta: Array, setting: Setting, time_s: float, *, known: NDArray[np.bool_] | None = None
+) -> tuple[Array, Array]:
+    """(v, omega) (6,) at a nominal time, and its derivative (6, 21 + q); zero by parameters of the flight that are ``known`` (21,)."""
     times = np.array([time_s])
-    varied = np.flatnonzero(STEPS)
+    varied = np.flatnonzero(STEPS) if known is None else np.flatnonzero((STEPS > 0.0) & ~known)
     steps = np.zeros((1 + 2 * len(varied), N_PARAMETERS))
     steps[1 + 2 * np.arange(len(varied)), varied] = STEPS[varied]
     steps[2 + 2 * np.arange(len(varied)), varied] = -STEPS[varied]

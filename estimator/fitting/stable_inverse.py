@@ -6,7 +6,12 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 
-def stable_inverse(H: Array, tolerance: float = 1e-12) -> Array:
+TOLERANCE = 1e-10
+"""Eigenvalue, over the largest, below which a direction is not seen. Rounding leaves 3e-12 of what elimination takes away wholly: a centre
+of mass along the axis of a ball's spin."""
+
+
+def stable_inverse(H: Array, tolerance: float = TOLERANCE) -> Array:
     """Pseudo-inverse of a symmetric positive matrix after scaling its diagonal to one.
 
     Directions whose eigenvalue is below ``tolerance`` of the largest are left out: parameters the data do not see stay where they are.

@@ -181,6 +181,26 @@ REFUSED = [
 ]
 
 
+def test_sequences_that_measure_different_things_are_one_campaign(spun: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "mixed"
+    folder.mkdir()
+    flat, whole = campaign(8, Hidden(drag=0.3), Tracker(rows=30, ratios=(0.55, 0.56, 1.0)), sequences=2)
+    write_csv(flat, folder)
+    rows = [line.split(",") for line in (folder / f"{flat.name}.csv").read_text().splitlines()]
+    unseen = [{2, 4, 5, 6, 7} if 5 < number < 9 else {2} for number in range(len(rows))]
+    empty = [["" if column in gone else cell for column, cell in enumerate(row)] for row, gone in zip(rows, unseen, strict=True)]
+    (folder / f"{flat.name}.csv").write_text("\n".join(",".join(row) for row in [rows[0], *empty[1:]]) + "\n")
+    write_csv(whole, folder)
+    for path in spun.glob("*.csv"):
+        (folder / path.name).write_text(path.read_text())
+    (folder / "trajectory.toml").write_text("gravity_world = [0.0, 0.0, -9.81]\ninertia_ratios = [0.55, 0.56, 1.0]\n")
+    assert main(["diagnose", str(folder), "--out", str(tmp_path / "out"), "-q"]) == 0
+    assert main(["estimate", str(folder), "--out", str(tmp_path / "estimates"), "-q"]) in {0, 1}
+    estimate = read_estimate(tmp_path / "estimates" / f"{flat.name}.estimate.json")
+    assert len(estimate.frames) == 30
+    assert len(estimate.statistics["noise"]) == 6
+
+
 @pytest.fixture
 def folders(tosses: Path, positions: Path, spun: Path) -> dict[str, Path]:
     return {"tosses": tosses, "positions": positions, "spun": spun}

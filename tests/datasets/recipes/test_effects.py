@@ -69,7 +69,7 @@ def test_every_effect_has_a_size() -> None:
     ("effects", "message"),
     [
         ('[{key = "quadratic_drg"}]', 'effects[0].key: unknown effect "quadratic_drg"; did you mean quadratic_drag'),
-        ('[{key = "wind"}]', 'unknown effect "wind"; known: frame_rate, dropped_frames,'),
+        ('[{key = "zzz"}]', 'unknown effect "zzz"; known: frame_rate, dropped_frames,'),
         ('[{key = "gravity"}, {key = "gravity"}]', 'effects[1].key: "gravity" is there twice; expected each effect once'),
         ('[{key = "gravity", values = {dg = 1}}]', 'effects[0] (gravity): unknown parameter "dg"; did you mean dg_'),
         ('[{key = "camera_vibration", values = {sine_x = 1}}]', "(camera_vibration): expected a value for frequency, came sine_x"),

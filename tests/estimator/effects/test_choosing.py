@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from datasets.errors import InputError
-from estimator.effects.choosing import beside, catalogue, chosen_effects, refuse_without_gravity
+from estimator.effects.choosing import beside, catalogue, chosen_effects, contradiction, refuse_without_gravity
 from estimator.effects.registry import MODELS
 
 
@@ -77,5 +77,6 @@ def test_what_contradicts_a_model_is_not_beside_it() -> None:
 
 def test_a_wind_needs_something_to_act_by_and_comes_after_it() -> None:
     assert [e.entry.key for e in chosen_effects("steady_wind,linear_drag")] == ["linear_drag", "steady_wind"]
+    assert contradiction(["steady_wind", "my_drag"]) is None
     with pytest.raises(InputError, match="steady_wind acts through drag or lift alone"):
         chosen_effects("steady_wind,gravity")
