@@ -17,6 +17,7 @@ from datasets.json_documents import Document, read_document, write_document
 from datasets.observation import CalibratedView, Companion, Frames, Observation, Recording
 from datasets.outline_files import read_outlines, write_outlines
 from datasets.plausibility import check_observation
+from datasets.rounded_rotations import with_rotations
 from datasets.tiff_frames import FrameStackWriter, Picture, TiffFrames, write_stack
 from datasets.vocabulary.camera import HsvCamera, Intrinsics
 from datasets.vocabulary.clock import Clock
@@ -106,7 +107,7 @@ def read_observation(folder: Path) -> Observation:
         further_recordings=_further_recordings(document, folder),
     )
     check_observation(obs, folder / FILE)
-    return obs
+    return with_rotations(obs, folder / FILE)
 
 
 def _array(value: Any) -> NDArray[np.float64]:

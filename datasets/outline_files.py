@@ -4,46 +4,15 @@
 empty outline is two equal offsets.
 """
 
-import zipfile
-import zlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.atomic_files import written_whole
+from datasets.array_files import read_arrays, write_arrays
 from datasets.errors import InputError
 from datasets.vocabulary.outline import Outline, oriented
-
-
-def write_arrays(path: Path, arrays: Mapping[str, NDArray[np.generic]]) -> None:
-    """Write named arrays as ``.npz``; the same arrays give the same bytes."""
-    with written_whole(path) as temporary, temporary.open("wb") as stream:
-        np.savez(stream, allow_pickle=False, **arrays)
-
-
-def read_arrays(path: Path, names: Sequence[str]) -> dict[str, NDArray[np.generic]]:
-    """The named arrays of an ``.npz`` file.
-
-    Raises
-    ------
-    InputError
-        When it is missing, cut off, of another kind, or lacks one of the arrays.
-    """
-    try:
-        with path.open("rb") as stream:
-            archive = np.load(stream, allow_pickle=False)
-            if not isinstance(archive, np.lib.npyio.NpzFile):
-                raise InputError(f"{path}: expected an .npz file, came a single array.")
-            absent = [name for name in names if name not in archive.files]
-            if absent:
-                raise InputError(f"{path}: expected the arrays {', '.join(names)}, came without {', '.join(absent)}.")
-            return {name: archive[name] for name in names}
-    except FileNotFoundError:
-        raise InputError(f"{path}: there is no such file.") from None
-    except (zipfile.BadZipFile, zlib.error, OSError, ValueError, EOFError) as error:
-        raise InputError(f"{path}: expected an .npz file, came one that is cut off or of another kind ({error}).") from None
 
 
 def write_outlines(path: Path, outlines: Sequence[Outline]) -> None:

@@ -13,7 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.errors import InputError
+from datasets.names import file_name
 from datasets.plausibility import FARTHEST_M
+from datasets.plausible_pace import FASTEST_MS, LONGEST_INTERVAL_S
+from datasets.schema_errors import shown
 from datasets.trajectory import Trajectory
 from datasets.trajectory_surroundings import read_surroundings
 
@@ -27,7 +30,6 @@ ANGLES = {"rad": 1.0, "deg": np.pi / 180.0}
 OF_PICTURES = ("observation.json", "*/observation.json", "dataset.json")
 """What a folder of observations holds; tables that lie beside them are no trajectories."""
 LEAST_ROWS = 5
-FASTEST_MS, LONGEST_INTERVAL_S = 150.0, 1.0
 NORM_TOLERANCE = 1e-2
 
 
@@ -70,7 +72,11 @@ def _tum(path: Path, lines: Sequence[str]) -> Columns:
 
 
 def _csv(path: Path, lines: Sequence[str]) -> Columns:
-    rows = [(i + 1, row) for i, row in enumerate(csv.reader(lines)) if row and not row[0].lstrip().startswith("#")]
+    reader = csv.reader(lines)
+    try:
+        rows = [(reader.line_num, row) for row in reader if row and not row[0].lstrip().startswith("#")]
+    except csv.Error as error:
+        raise InputError(f"{path}: line {reader.line_num}: expected comma-separated values, came a line that is none ({error}).") from None
     if not rows:
         raise InputError(f"{path}: expected a header such as t_s,x_m,y_m,z_m and rows of numbers, came an empty file.")
     (number, header), *rest = rows
@@ -80,9 +86,9 @@ def _csv(path: Path, lines: Sequence[str]) -> Columns:
         if name not in known:
             near = difflib.get_close_matches(name, known, n=1, cutoff=0.4)
             offered = f"did you mean {near[0]}?" if near else "known: t_s, x_m, y_m, z_m, qx, qy, qz, qw, wx_rads, ..., sigma_x_m, ..."
-            raise InputError(f"{path}: line {number}: unknown column {name!r}; {offered}")
+            raise InputError(f"{path}: line {number}: unknown column {shown(name)}; {offered}")
         if names.count(name) > 1:
-            raise InputError(f"{path}: line {number}: expected every column once, came {name!r} twice.")
+            raise InputError(f"{path}: line {number}: expected every column once, came {shown(name)} twice.")
     return _table(path, names, rest)
 
 
@@ -109,11 +115,13 @@ def _table(path: Path, names: Sequence[str], rows: Sequence[tuple[int, Sequence[
 
 def _number(text: str, where: str) -> float:
     try:
-        value = float(text)
+        value = float(text) if text.isascii() and "_" not in text else None  # Python also reads 1_0 and other scripts' digits
     except ValueError:
-        raise InputError(f"{where}: expected a number, came {text.strip()!r}.") from None
+        value = None
+    if value is None:
+        raise InputError(f"{where}: expected a number, came {shown(text.strip())}.")
     if not np.isfinite(value):
-        raise InputError(f"{where}: expected a finite number, came {text.strip()!r}; leave rows out that were not measured.")
+        raise InputError(f"{where}: expected a finite number, came {shown(text.strip())}; leave rows out that were not measured.")
     return value
 
 
@@ -130,7 +138,7 @@ def _trajectory(path: Path, columns: Columns, given: Mapping[str, Any]) -> Traje
     )
     q, omega = _quaternions(path, columns, lines), _vector(path, columns, "w", SPINS)
     return Trajectory(
-        name=path.stem,
+        name=file_name(path.stem),
         times_s=times,
         x_world=x,
         q_world_tracked=q,
@@ -148,12 +156,12 @@ def _times(path: Path, columns: Columns, lines: NDArray[np.int64]) -> Array:
         raise InputError(f"{path}: expected one column of times (t_s, t_ms or t_us), came {len(names)}.")
     times = (columns[names[0]] - columns[names[0]][0]) * TIMES[names[0]]
     steps = np.diff(times)
-    if (steps <= 0).any():
-        k = int(np.flatnonzero(steps <= 0)[0])
+    if not (steps > 0).all():
+        k = int(np.flatnonzero(~(steps > 0))[0])
         raise InputError(
             f"{path}: line {lines[k + 1]}: expected times that increase, came {columns[names[0]][k + 1]:g} after {columns[names[0]][k]:g}."
         )
-    if np.median(steps) > LONGEST_INTERVAL_S:
+    if not np.median(steps) <= LONGEST_INTERVAL_S:
         raise InputError(
             f"{path}: expected seconds between rows below {LONGEST_INTERVAL_S:g}, came {np.median(steps):g}; is it t_ms or t_us?"
         )
@@ -192,7 +200,7 @@ def _check_lengths(path: Path, x: Array, times: Array) -> None:
     """Millimetres taken for metres show in how far and how fast things are."""
     far = float(np.ptp(x, axis=0).max())
     fast = float(np.median(np.linalg.norm(np.diff(x, axis=0), axis=1) / np.diff(times)))
-    if far > FARTHEST_M or fast > FASTEST_MS:
+    if not (far <= FARTHEST_M and fast <= FASTEST_MS):
         raise InputError(
             f"{path}: expected metres (a flight below {FARTHEST_M:g} m and {FASTEST_MS:g} m/s), came {far:.4g} m at {fast:.4g} m/s; "
             "are they millimetres? Then call the columns x_mm, y_mm, z_mm."

@@ -5,7 +5,6 @@ latter says goes before. Gravity has no default: where down lies in somebody els
 """
 
 import difflib
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -15,6 +14,7 @@ from numpy.typing import NDArray
 
 from datasets.errors import InputError
 from datasets.plausibility import STRONGEST_GRAVITY_MS2
+from datasets.toml_text import read_toml
 from datasets.trajectory import Surroundings
 from datasets.vocabulary.body import Body
 
@@ -47,7 +47,7 @@ def read_surroundings(path: Path, given: Mapping[str, Any]) -> Surroundings:
     known: dict[str, Any] = {}
     for file in (path.parent / FOLDER_FILE, path.with_suffix(".toml")):
         if file.is_file():
-            known.update(_checked(_parse(file), str(file)))
+            known.update(_checked(read_toml(file), str(file)))
     known.update(_checked(given, "the command line"))
     if "gravity_world" not in known:
         raise InputError(
@@ -55,13 +55,6 @@ def read_surroundings(path: Path, given: Mapping[str, Any]) -> Surroundings:
             f"{path.with_suffix('.toml').name} or {FOLDER_FILE} beside it, or type --gravity 0,0,-9.81."
         )
     return _surroundings(known)
-
-
-def _parse(file: Path) -> dict[str, Any]:
-    try:
-        return tomllib.loads(file.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"{file}: expected TOML, came text that is none: {error}.") from error
 
 
 def _checked(entries: Mapping[str, Any], where: str) -> dict[str, Any]:

@@ -77,11 +77,11 @@ def test_a_folder_has_its_trajectories_in_order(tmp_path: Path) -> None:
 
 
 BAD = {
-    "an unknown column": ("t_s,x_m,y_m,z_m,sigmax_m\n", "line 1: unknown column 'sigmax_m'; did you mean sigma_x_m?"),
-    "a column twice": ("t_s,x_m,y_m,z_m,x_m\n", "line 1: expected every column once, came 'x_m' twice"),
+    "an unknown column": ("t_s,x_m,y_m,z_m,sigmax_m\n", 'line 1: unknown column "sigmax_m"; did you mean sigma_x_m?'),
+    "a column twice": ("t_s,x_m,y_m,z_m,x_m\n", 'line 1: expected every column once, came "x_m" twice'),
     "a truncated row": (f"{HEADER}\n{rows()}0.07,0.1\n", "line 8: expected 4 values (t_s, x_m, y_m, z_m), came 2"),
-    "a word": (f"{HEADER}\n{rows()}0.07,0.1,lost,0\n", "line 8: y_m: expected a number, came 'lost'"),
-    "NaN": (f"{HEADER}\n{rows()}0.07,0.1,nan,0\n", "line 8: y_m: expected a finite number, came 'nan'"),
+    "a word": (f"{HEADER}\n{rows()}0.07,0.1,lost,0\n", 'line 8: y_m: expected a number, came "lost"'),
+    "NaN": (f"{HEADER}\n{rows()}0.07,0.1,nan,0\n", 'line 8: y_m: expected a finite number, came "nan"'),
     "time that goes back": (f"{HEADER}\n{rows()}0.02,0.1,0,0\n", "line 8: expected times that increase, came 0.02 after 0.05"),
     "too few rows": (f"{HEADER}\n{rows(count=3)}", "expected at least 5 rows, came 3"),
     "no times": (f"x_m,y_m,z_m\n{rows(columns=2)}", "expected one column of times (t_s, t_ms or t_us), came 0"),
