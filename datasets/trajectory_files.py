@@ -125,6 +125,7 @@ def _number(text: str, where: str) -> float:
     return value
 
 
+@np.errstate(all="ignore")  # what overflows is refused by its size
 def _trajectory(path: Path, columns: Columns, given: Mapping[str, Any]) -> Trajectory:
     lines = columns["line"].astype(np.int64)
     times = _times(path, columns, lines)
@@ -190,8 +191,9 @@ def _quaternions(path: Path, columns: Columns, lines: NDArray[np.int64]) -> Arra
         raise InputError(f"{path}: expected all of {', '.join(names)} or none, came no {missing[0]}.")
     q = np.column_stack([columns[name] for name in names])
     norm = np.linalg.norm(q, axis=1)
-    if (np.abs(norm - 1.0) > NORM_TOLERANCE).any():
-        k = int(np.argmax(np.abs(norm - 1.0) > NORM_TOLERANCE))
+    odd = ~(np.abs(norm - 1.0) <= NORM_TOLERANCE)
+    if odd.any():
+        k = int(np.argmax(odd))
         raise InputError(f"{path}: line {lines[k]}: expected a unit quaternion (qx, qy, qz, qw), came one of length {norm[k]:.4g}.")
     return np.asarray(q / norm[:, None])
 

@@ -5,6 +5,7 @@ latter says goes before. Gravity has no default: where down lies in somebody els
 """
 
 import difflib
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.errors import InputError
-from datasets.plausibility import STRONGEST_GRAVITY_MS2
+from datasets.plausibility import FARTHEST_M, STRONGEST_GRAVITY_MS2
 from datasets.toml_text import read_toml
 from datasets.trajectory import Surroundings
 from datasets.vocabulary.body import Body
@@ -77,9 +78,9 @@ def _fits(key: str, value: Any) -> bool:
         return False
     match key:
         case "gravity_world":
-            return bool(np.linalg.norm(numbers) <= STRONGEST_GRAVITY_MS2)
+            return math.hypot(*numbers) <= STRONGEST_GRAVITY_MS2
         case "com_tracked_m":
-            return True
+            return math.hypot(*numbers) <= FARTHEST_M
         case "inertia_ratios":
             low, middle, high = sorted(numbers)
             return low > 0 and high <= (low + middle) * (1 + 1e-9)

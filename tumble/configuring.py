@@ -18,10 +18,20 @@ def load_configuration(path: Path | None, settings: Sequence[str]) -> dict[str, 
     InputError
         Where the file cannot be read, or a setting is unknown or of the wrong type.
     """
-    values = read_toml(path) if path is not None else {}
+    values = _from_file(path) if path is not None else {}
     for setting in settings:
         values.update(_parsed(setting))
     return dataclasses.asdict(configuration_from_dict(values))
+
+
+def _from_file(path: Path) -> dict[str, Any]:
+    """The settings of a file, checked by themselves so that a wrong one is told with the file's name."""
+    values = read_toml(path)
+    try:
+        configuration_from_dict(values)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    return values
 
 
 def _parsed(setting: str) -> dict[str, Any]:
