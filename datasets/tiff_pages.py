@@ -3,7 +3,7 @@
 tifffile reads the headers. A damaged or forged header is refused by its sizes alone: a page that comes twice, a picture beyond
 :data:`~datasets.vocabulary.camera.LARGEST_PICTURE_PX`, strips or tiles of no size or of another number, bytes beyond the file's end,
 compressed bytes that cannot become as many pixels as are stated. Strips and tiles are uncompressed, deflate or PackBits; decoding stops
-at the stated size, so a small file cannot fill the memory.
+beyond the stated size, so a small file cannot fill the memory.
 """
 
 import logging
@@ -91,26 +91,27 @@ def decoded(stream: BinaryIO, page: Page) -> NDArray[np.generic]:
 
 def _values(data: bytes, page: Page, tall: int) -> NDArray[np.generic]:
     """The values (tall, columns) of one strip or tile."""
-    size = tall * page.block[1] * page.dtype.itemsize
-    raw = DECODERS[page.scheme](data, size)
-    if len(raw) < size:
-        raise ValueError(f"expected {size} bytes in a strip or tile, came {len(raw)}")
+    row = page.block[1] * page.dtype.itemsize
+    least, most = tall * row, page.block[0] * row  # some programs fill the last strip up
+    raw = DECODERS[page.scheme](data, most)
+    if not least <= len(raw) <= most:
+        raise ValueError(f"expected {least} bytes in a strip or tile, came {len(raw) if len(raw) < least else 'more'}")
     values = np.frombuffer(raw, page.dtype, count=tall * page.block[1]).reshape(tall, page.block[1])
     return np.cumsum(values, axis=1, dtype=page.dtype.newbyteorder("=")) if page.differenced else values
 
 
-def _inflated(data: bytes, size: int) -> bytes:
-    """At most ``size`` bytes of deflate data."""
+def _inflated(data: bytes, most: int) -> bytes:
+    """Deflate data, uncompressed up to the first byte beyond ``most``."""
     try:
-        return zlib.decompressobj().decompress(data, size)
+        return zlib.decompressobj().decompress(data, most + 1)
     except zlib.error as error:
         raise ValueError(f"expected deflate data, came damaged ones ({error})") from None
 
 
-def _unpacked(data: bytes, size: int) -> bytes:
-    """At most a run more than ``size`` bytes of PackBits data."""
+def _unpacked(data: bytes, most: int) -> bytes:
+    """PackBits data, unpacked up to the run that goes beyond ``most`` bytes."""
     found, at = bytearray(), 0
-    while at < len(data) - 1 and len(found) < size:
+    while at < len(data) - 1 and len(found) <= most:
         head = data[at]
         if head < 128:
             found += data[at + 1 : at + 2 + head]
@@ -124,7 +125,7 @@ def _unpacked(data: bytes, size: int) -> bytes:
 
 
 DECODERS: dict[int, Callable[[bytes, int], bytes]] = {
-    int(tifffile.COMPRESSION.NONE): lambda data, _size: data,
+    int(tifffile.COMPRESSION.NONE): lambda data, most: data[:most],
     int(tifffile.COMPRESSION.ADOBE_DEFLATE): _inflated,
     int(tifffile.COMPRESSION.DEFLATE): _inflated,
     int(tifffile.COMPRESSION.PACKBITS): _unpacked,
