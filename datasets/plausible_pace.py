@@ -66,7 +66,7 @@ def _check_speed(centres: Array, times: Array, where: str) -> None:
     if known and np.median(known) > FASTEST_MS:
         raise InputError(
             f"{where}: expected seconds, came times in which the outlines move at {np.median(known):.3g} m/s (at most {FASTEST_MS:g}); "
-            "are they kiloseconds, or are the calibrated views in another unit?"
+            "are they, or the calibrated views, in another unit?"
         )
 
 

@@ -39,7 +39,7 @@ def with_rotations(obs: Observation, path: Path) -> Observation:
         return obs
     worst = max(float(np.abs(R @ R.T - np.eye(3)).max()) for _, R in rounded)
     note = (
-        f"{path}: at {rounded[0][0]}{f' and {len(rounded) - 1} other places' if len(rounded) > 1 else ''}: rows miss orthonormality by "
+        f"{path}: at {rounded[0][0]}{f' (and {len(rounded) - 1} more)' if len(rounded) > 1 else ''}: rows miss orthonormality by "
         f"{worst:.1g} at most, as rounded numbers do; the nearest rotation is used."
     )
     return replace(
