@@ -9,7 +9,7 @@ from datasets.errors import InputError
 from datasets.plausibility import LARGEST_UNDISTORTION_ERROR_PX, undistortion_error_px
 from datasets.recipes.effects import KNOWN, check_contact_physics, check_effects
 from datasets.recipes.recipe import Recipe
-from datasets.vocabulary.camera import Intrinsics
+from datasets.vocabulary.camera import LARGEST_PICTURE_PX, Intrinsics
 from datasets.vocabulary.effects import Stage
 
 
@@ -173,6 +173,10 @@ def _focusable(recipe: Recipe) -> bool:
     return recipe.hsv.distance_m > recipe.hsv.focal_mm * 1e-3
 
 
+def _pictures_fit(recipe: Recipe) -> bool:
+    return max(part.width_px * part.height_px for part in (recipe.hsv, recipe.rig)) <= LARGEST_PICTURE_PX
+
+
 def _slow_enough(recipe: Recipe) -> bool:
     out = recipe.motion.out_of_plane_ms
     return out is None or out[0] <= recipe.motion.speed_ms[1]
@@ -264,6 +268,13 @@ RELATIONS: tuple[tuple[Callable[[Recipe], bool], Callable[[Recipe], str]], ...] 
         _focusable,
         lambda recipe: (
             f"hsv.distance_m: expected more than the focal length ({recipe.hsv.focal_mm * 1e-3:g} m), came {recipe.hsv.distance_m:g}."
+        ),
+    ),
+    (
+        _pictures_fit,
+        lambda recipe: (
+            f"hsv.width_px: expected pictures of at most {LARGEST_PICTURE_PX:.0e} px, came {recipe.hsv.width_px} x {recipe.hsv.height_px} "
+            f"(hsv) and {recipe.rig.width_px} x {recipe.rig.height_px} (rig)."
         ),
     ),
     (
