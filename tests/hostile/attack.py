@@ -32,6 +32,8 @@ from tests.hostile.readers import READERS, Reader
 ROOT = Path(__file__).resolve().parents[2]
 SEED = 32
 LONGEST_S = 5.0
+LONGEST_WAIT_S = 60
+"""Of a clock on the wall, for a reader that waits instead of working; machines of tests are busy."""
 MOST_MEMORY_BYTES = 2**30
 WRITING = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND
 ACTS = ("os.remove", "os.rename", "os.mkdir", "os.rmdir", "os.link", "os.symlink", "os.truncate", "os.chmod", "os.system", "os.exec")
@@ -66,6 +68,7 @@ def fault(reader: Reader, folder: Path, watch: Watch, *, show: bool) -> str | No
     watch.found.clear()
     watch.armed = True
     signal.setitimer(signal.ITIMER_PROF, LONGEST_S)  # its signal ends the process
+    signal.alarm(LONGEST_WAIT_S)
     try:
         reader.read(folder)
         said = None
@@ -77,6 +80,7 @@ def fault(reader: Reader, folder: Path, watch: Watch, *, show: bool) -> str | No
         said = f"{type(error).__name__}: {error}"
     finally:
         signal.setitimer(signal.ITIMER_PROF, 0)
+        signal.alarm(0)
         watch.armed = False
     return f"the reader did {watch.found}" if watch.found else said
 

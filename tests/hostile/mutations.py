@@ -25,6 +25,11 @@ PLAIN = (
     *("=", "\0"),
 )
 """As they are written in a table or TOML."""
+SCALES: tuple[Callable[[Any], Any], ...] = (
+    *(lambda x, k=k: x * 10**k for k in (3, 6, 9, 150)),
+    *(lambda x, k=k: x / 10**k for k in (3, 6, 9, 150)),
+    *(lambda x: -x, lambda _: 0, lambda _: 1, lambda _: 1e308, lambda _: -1e308, lambda _: 5e-324, lambda _: 2**53, lambda _: 1e-9),
+)
 INTEGERS = (0, 1, 2, 3, 7, 8, 16, 32, 255, 256, 32767, 32768, 65535, 65536, 2**24, 2**31 - 1, 2**31, 2**32 - 1, 2**40, 2**63 - 1, 2**64 - 1)
 
 
@@ -92,8 +97,13 @@ def unsigned(data: bytes, rng: Rng) -> bytes:
 def _spoil(document: Any, rng: Rng) -> None:
     """Change one entry of a document in its place."""
     places = list(_places(document))
+    numbers = [(h, k) for h, k in places if isinstance(h[k], int | float) and not isinstance(h[k], bool)]
+    if numbers and rng.random() < 0.5:  # a document that still fits its schema gets further into a reader
+        holder, key = numbers[int(rng.integers(len(numbers)))]
+        holder[key] = SCALES[int(rng.integers(len(SCALES)))](holder[key])
+        return
     holder, key = places[int(rng.integers(len(places)))]
-    match int(rng.integers(6)):
+    match int(rng.integers(5)):
         case 0:
             del holder[key]
         case 1:
@@ -101,8 +111,6 @@ def _spoil(document: Any, rng: Rng) -> None:
             holder[key] = json.loads(json.dumps(other[name]))
         case 2 if isinstance(holder[key], list):
             holder[key] = holder[key][:-1] if rng.integers(2) else holder[key] * 2
-        case 3 if isinstance(holder[key], float):
-            holder[key] *= float(10.0 ** rng.integers(-9, 10))
         case _:
             holder[key] = f"@@{int(rng.integers(len(NASTY)))}@@"
 

@@ -14,10 +14,12 @@ from datasets.scoring.gate import load_baseline
 from datasets.tiff_frames import TiffFrames
 from datasets.trajectory_files import read_trajectory
 from datasets.truth_files import read_truth
+from synth.particles.mesh_import import read_mesh as import_mesh
 from tests.hostile import valid_files
 from tests.hostile.mutations import ARCHIVE, BYTES, JSON, TEXT, Mutation
 from tests.hostile.valid_files import BITS, HEIGHT, PICTURES, WIDTH
 from tumble.configuring import load_configuration
+from tumble.tracked_bodies import read_mesh as tracked_mesh
 
 
 @dataclass(frozen=True)
@@ -54,6 +56,10 @@ def _document(name: str) -> Reader:
 
 
 OUTLINES = "outlines_left.npz"
+def _mesh(suffix: str, read: Callable[[Path], object]) -> Reader:
+    return Reader(f"stone{suffix}", valid_files.meshes, f"stone{suffix}", BYTES if suffix != ".obj" else TEXT, read)
+
+
 READERS = (
     Reader("observation.json", valid_files.observation, "observation.json", JSON, read_observation),
     Reader("outlines.npz", valid_files.observation, OUTLINES, ARCHIVE, lambda folder: read_outlines(folder / OUTLINES)),
@@ -68,6 +74,9 @@ READERS = (
     Reader("truth.json", valid_files.truth, "truth.json", JSON, _masks),
     Reader("motion.npz", valid_files.truth, "motion.npz", ARCHIVE, read_truth),
     Reader("mesh.ply", valid_files.truth, "mesh.ply", BYTES, read_truth),
+    _mesh(".ply", lambda folder: (import_mesh(folder / "stone.ply"), tracked_mesh(folder / "stone.ply"))),
+    _mesh(".stl", lambda folder: import_mesh(folder / "stone.stl", repair=True)),
+    _mesh(".obj", lambda folder: import_mesh(folder / "stone.obj", repair=True)),
     Reader("recipe.toml", valid_files.texts, "recipe.toml", TEXT, lambda folder: load_recipe(folder / "recipe.toml")),
     Reader("configuration.toml", valid_files.texts, "configuration.toml", TEXT, lambda f: load_configuration(f / "configuration.toml", [])),
     Reader("dataset.json", valid_files.documents, "dataset.json", JSON, read_dataset),

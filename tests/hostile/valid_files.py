@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import tifffile
+import trimesh
 from scipy.spatial.transform import Rotation
 
 from datasets.dataset_files import Dataset, write_dataset
@@ -83,6 +84,12 @@ def documents(folder: Path) -> None:
     empty = dict.fromkeys(("noise_floor", "maps", "diagnosis", "steps", "ladder"))
     given = {**common, **empty, "verb": "compare", "model": ["gravity"], "dropped": [], "verdict": verdict, "unit": "px"}
     write_document(folder / "diagnosis.json", "diagnosis", given)
+
+
+def meshes(folder: Path) -> None:
+    """A closed body in the formats that particles are imported from."""
+    for suffix in ("ply", "stl", "obj"):
+        trimesh.creation.icosphere(subdivisions=1, radius=3e-3).export(folder / f"stone.{suffix}")
 
 
 def texts(folder: Path) -> None:
