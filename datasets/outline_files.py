@@ -22,8 +22,8 @@ def write_outlines(path: Path, outlines: Sequence[Outline]) -> None:
     write_arrays(path, {"points_px": points, "offsets": np.concatenate([[0], np.cumsum(lengths)]).astype(np.int64)})
 
 
-def read_outlines(path: Path) -> tuple[Outline, ...]:
-    """The outlines of one recording, each turned to positive area.
+def read_outlines(path: Path, count: int | None = None) -> tuple[Outline, ...]:
+    """The outlines of one recording, each turned to positive area; ``count`` of them, where it is known how many there are to be.
 
     Raises
     ------
@@ -36,7 +36,9 @@ def read_outlines(path: Path) -> tuple[Outline, ...]:
         raise InputError(f"{path}: expected points_px of shape (n, 2), came {points.dtype} of shape {points.shape}.")
     if offsets.ndim != 1 or offsets.dtype.kind not in "iu" or not _are_offsets(offsets.astype(np.int64), len(points)):
         raise InputError(f"{path}: expected offsets that rise from 0 to {len(points)} (the number of points), came {_ends(offsets)}.")
-    pieces = np.split(points.astype(np.float64), offsets[1:-1].astype(np.int64))
+    if count is not None and len(offsets) - 1 != count:
+        raise InputError(f"{path}: expected {count} outlines, one per recorded entry, came {len(offsets) - 1}.")
+    pieces = np.split(points.astype(np.float64, copy=False), offsets[1:-1].astype(np.int64))
     return tuple(_outline(path, number, piece) for number, piece in enumerate(pieces if len(offsets) > 1 else []))
 
 

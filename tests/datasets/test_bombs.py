@@ -15,6 +15,7 @@ from numpy.lib import format as npy
 from datasets import array_files
 from datasets.array_files import read_arrays
 from datasets.errors import InputError
+from datasets.outline_files import read_outlines
 from datasets.tiff_frames import TiffFrames
 from datasets.truth_files import read_mesh
 from tests.hostile.valid_files import pack_bits, tiff
@@ -110,6 +111,12 @@ def test_arrays(
     path = tmp_path / "outlines_hsv.npz"
     archive(path, {"descr": descr, "fortran_order": False, "shape": shape}, held)
     refused(lambda: read_arrays(path, ("points_px",)), path, message)
+
+
+def test_many_outlines_are_counted_before_they_are_made(tmp_path: Path) -> None:
+    path = tmp_path / "outlines_hsv.npz"
+    np.savez_compressed(path, points_px=np.zeros((0, 2)), offsets=np.zeros(10**6 + 1, dtype=np.int64))
+    refused(lambda: read_outlines(path, 5), path, "expected 5 outlines, one per recorded entry, came 1000000")
 
 
 def test_a_mesh_of_more_vertices_than_bytes(tmp_path: Path) -> None:
