@@ -7,6 +7,7 @@ from typing import Any
 
 from datasets.errors import InputError
 from datasets.plausibility import LARGEST_UNDISTORTION_ERROR_PX, undistortion_error_px
+from datasets.plausible_pace import FASTEST_MS
 from datasets.recipes.effects import KNOWN, check_contact_physics, check_effects
 from datasets.recipes.recipe import Recipe
 from datasets.vocabulary.camera import LARGEST_PICTURE_PX, Intrinsics
@@ -31,9 +32,9 @@ BOUNDS = (
     Bounds("particle.density_kgm3", 1, 30_000, "kilograms per cubic metre are meant: 2650 for quartz"),
     Bounds("motion.frames", 3, 1_000_000, "a motion needs at least three frames"),
     Bounds("motion.frame_rate_hz", 1, 1e8),
-    Bounds("motion.speed_ms", 0, 1000, "it looks like millimetres per second"),
+    Bounds("motion.speed_ms", 0, FASTEST_MS, "it looks like millimetres per second"),
     Bounds("motion.spin_rads", 0, 1e5),
-    Bounds("motion.out_of_plane_ms", 0, 1000, "it looks like millimetres per second"),
+    Bounds("motion.out_of_plane_ms", 0, FASTEST_MS, "it looks like millimetres per second"),
     Bounds("motion.gravity_ms2", -300, 300, "it looks like millimetres taken for metres"),
     Bounds("hsv.width_px", 16, 65_536),
     Bounds("hsv.height_px", 16, 65_536),

@@ -31,7 +31,7 @@ def test_a_file_and_overrides(tmp_path):
 @given(
     name=st.text(min_size=1).filter(str.strip),
     frames=st.integers(3, 10**6),
-    speeds=st.tuples(st.floats(0, 1000), st.floats(0, 1000)).map(sorted),
+    speeds=st.tuples(st.floats(0, 150), st.floats(0, 150)).map(sorted),
     noise=st.floats(0, 100),
     files=st.lists(st.text(), max_size=3),
     out_of_plane=st.none() | st.just((0.0, 0.0)),
