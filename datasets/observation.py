@@ -82,6 +82,8 @@ class Observation:
     ``companion``: a second particle. Pictures then show two outlines where the two are apart and one where they are not:
     ``further_recordings[c]`` has the smaller outline of each picture of ``recordings[c]``, empty where there is but one. Whose an outline
     is, is not told.
+
+    ``notes``: what a reader changed, in sentences for a person.
     """
 
     name: str
@@ -96,3 +98,4 @@ class Observation:
     plate_outlines: tuple[Outline | None, ...] = ()
     companion: Companion | None = None
     further_recordings: tuple[Recording, ...] = ()
+    notes: tuple[str, ...] = ()

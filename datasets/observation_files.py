@@ -17,6 +17,7 @@ from datasets.json_documents import Document, read_document, write_document
 from datasets.observation import CalibratedView, Companion, Frames, Observation, Recording
 from datasets.outline_files import read_outlines, write_outlines
 from datasets.plausibility import check_observation
+from datasets.rounded_rotations import with_rotations
 from datasets.tiff_frames import FrameStackWriter, Picture, TiffFrames, write_stack
 from datasets.vocabulary.camera import HsvCamera, Intrinsics
 from datasets.vocabulary.clock import Clock
@@ -91,14 +92,15 @@ def read_observation(folder: Path) -> Observation:
     if not folder.is_dir():
         raise InputError(f"{folder}: expected the folder of an observation, came {'a file' if folder.exists() else 'nothing'}.")
     document = read_document(folder / FILE, "observation")
+    times, views = _array(document["clock"]["times_s"]), document["views"]
     obs = Observation(
         name=document["name"],
         cameras=tuple(_camera(entry) for entry in document["cameras"]),
-        recordings=tuple(_load(entry["recording"], folder) for entry in document["cameras"]),
-        clock=Clock(_array(document["clock"]["times_s"]), float(document["clock"]["exposure_s"])),
+        recordings=tuple(_load(entry["recording"], folder, len(times)) for entry in document["cameras"]),
+        clock=Clock(times, float(document["clock"]["exposure_s"])),
         gravity_world=_array(document["gravity_world"]),
-        views=tuple(_view(entry) for entry in document["views"]["cameras"]),
-        view_recording=_load(document["views"]["recording"], folder),
+        views=tuple(_view(entry) for entry in views["cameras"]),
+        view_recording=_load(views["recording"], folder, len(views["cameras"])),
         mass_kg=document.get("mass_kg"),
         plate=state_entries.plate(document["plate"]) if "plate" in document else None,
         plate_outlines=_plate_outlines(document["cameras"]),
@@ -106,7 +108,7 @@ def read_observation(folder: Path) -> Observation:
         further_recordings=_further_recordings(document, folder),
     )
     check_observation(obs, folder / FILE)
-    return obs
+    return with_rotations(obs, folder / FILE)
 
 
 def _array(value: Any) -> NDArray[np.float64]:
@@ -181,7 +183,7 @@ def _further_recordings(document: Document, folder: Path) -> tuple[Recording, ..
             f"{folder / FILE}: expected a further_recording of {'every' if wanted else 'no'} camera, since there is "
             f"{'a' if wanted else 'no'} companion, came {len(found)} of {len(document['cameras'])} cameras with one."
         )
-    return tuple(_load(entry, folder) for entry in found)
+    return tuple(_load(entry, folder, len(document["clock"]["times_s"])) for entry in found)
 
 
 def _companion_entry(companion: Companion, folder: Path) -> Document:
@@ -192,7 +194,7 @@ def _companion_entry(companion: Companion, folder: Path) -> Document:
 
 def _companion(entry: Document, folder: Path) -> Companion:
     views = tuple(_view(view) for view in entry["views"]["cameras"])
-    return Companion(views, _load(entry["views"]["recording"], folder), entry.get("mass_kg"))
+    return Companion(views, _load(entry["views"]["recording"], folder, len(views)), entry.get("mass_kg"))
 
 
 def _view_entry(view: CalibratedView) -> Document:
@@ -253,9 +255,10 @@ def _lies_at(frames: Frames, path: Path) -> bool:
     return isinstance(frames, TiffFrames) and path.exists() and frames.path.resolve() == path.resolve()
 
 
-def _load(entry: Document, folder: Path) -> Recording:
+def _load(entry: Document, folder: Path, count: int) -> Recording:
+    """A recording of ``count`` entries."""
     if entry["kind"] == "outlines":
-        return read_outlines(folder / entry["file"])
+        return read_outlines(folder / entry["file"], count)
     background, pages = entry.get("background"), entry.get("background_pages")
     return TiffFrames(
         folder / entry["file"],

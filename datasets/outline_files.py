@@ -4,46 +4,15 @@
 empty outline is two equal offsets.
 """
 
-import zipfile
-import zlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.atomic_files import written_whole
+from datasets.array_files import read_arrays, write_arrays
 from datasets.errors import InputError
 from datasets.vocabulary.outline import Outline, oriented
-
-
-def write_arrays(path: Path, arrays: Mapping[str, NDArray[np.generic]]) -> None:
-    """Write named arrays as ``.npz``; the same arrays give the same bytes."""
-    with written_whole(path) as temporary, temporary.open("wb") as stream:
-        np.savez(stream, allow_pickle=False, **arrays)
-
-
-def read_arrays(path: Path, names: Sequence[str]) -> dict[str, NDArray[np.generic]]:
-    """The named arrays of an ``.npz`` file.
-
-    Raises
-    ------
-    InputError
-        When it is missing, cut off, of another kind, or lacks one of the arrays.
-    """
-    try:
-        with path.open("rb") as stream:
-            archive = np.load(stream, allow_pickle=False)
-            if not isinstance(archive, np.lib.npyio.NpzFile):
-                raise InputError(f"{path}: expected an .npz file, came a single array.")
-            absent = [name for name in names if name not in archive.files]
-            if absent:
-                raise InputError(f"{path}: expected the arrays {', '.join(names)}, came without {', '.join(absent)}.")
-            return {name: archive[name] for name in names}
-    except FileNotFoundError:
-        raise InputError(f"{path}: there is no such file.") from None
-    except (zipfile.BadZipFile, zlib.error, OSError, ValueError, EOFError) as error:
-        raise InputError(f"{path}: expected an .npz file, came one that is cut off or of another kind ({error}).") from None
 
 
 def write_outlines(path: Path, outlines: Sequence[Outline]) -> None:
@@ -53,8 +22,8 @@ def write_outlines(path: Path, outlines: Sequence[Outline]) -> None:
     write_arrays(path, {"points_px": points, "offsets": np.concatenate([[0], np.cumsum(lengths)]).astype(np.int64)})
 
 
-def read_outlines(path: Path) -> tuple[Outline, ...]:
-    """The outlines of one recording, each turned to positive area.
+def read_outlines(path: Path, count: int | None = None) -> tuple[Outline, ...]:
+    """The outlines of one recording, each turned to positive area; ``count`` of them, where it is known how many there are to be.
 
     Raises
     ------
@@ -67,7 +36,9 @@ def read_outlines(path: Path) -> tuple[Outline, ...]:
         raise InputError(f"{path}: expected points_px of shape (n, 2), came {points.dtype} of shape {points.shape}.")
     if offsets.ndim != 1 or offsets.dtype.kind not in "iu" or not _are_offsets(offsets.astype(np.int64), len(points)):
         raise InputError(f"{path}: expected offsets that rise from 0 to {len(points)} (the number of points), came {_ends(offsets)}.")
-    pieces = np.split(points.astype(np.float64), offsets[1:-1].astype(np.int64))
+    if count is not None and len(offsets) - 1 != count:
+        raise InputError(f"{path}: expected {count} outlines, one per recorded entry, came {len(offsets) - 1}.")
+    pieces = np.split(points.astype(np.float64, copy=False), offsets[1:-1].astype(np.int64))
     return tuple(_outline(path, number, piece) for number, piece in enumerate(pieces if len(offsets) > 1 else []))
 
 

@@ -11,8 +11,10 @@ from numpy.typing import NDArray
 
 from datasets.errors import InputError
 from datasets.observation import CalibratedView, Frames, Observation, Recording
+from datasets.plausible_pace import check_pace
+from datasets.rounded_rotations import ROUNDED_ROTATION
 from datasets.tiff_frames import TiffFrames
-from datasets.vocabulary.camera import Intrinsics
+from datasets.vocabulary.camera import LARGEST_PICTURE_PX, Intrinsics
 from datasets.vocabulary.frames import is_rotation
 from datasets.vocabulary.outline import Outline
 from datasets.vocabulary.plate import Plate
@@ -32,6 +34,7 @@ OUTSIDE_PICTURES = 3.0
 """How many picture sizes beyond its picture an outline may reach before it must belong to another camera."""
 
 
+@np.errstate(all="ignore")
 def check_observation(obs: Observation, path: Path) -> None:
     """Check everything that can be said without reading pictures' pixels.
 
@@ -47,6 +50,7 @@ def check_observation(obs: Observation, path: Path) -> None:
     InputError
         At the first thing that cannot be true.
     """
+    _check_names(obs, path)
     _check_clock(obs, path)
     _check_gravity(obs.gravity_world, path)
     if obs.mass_kg is not None and not 0 < obs.mass_kg < HEAVIEST_KG:
@@ -68,6 +72,14 @@ def check_observation(obs: Observation, path: Path) -> None:
     if obs.plate is not None:
         check_plate(obs.plate, f"{path}: at $.plate")
     _check_recording(obs.view_recording, [view.intrinsics for view in obs.views], path, "calibrated views")
+    check_pace(obs, path)
+
+
+def _check_names(obs: Observation, path: Path) -> None:
+    names = [camera.name for camera in obs.cameras]
+    for c, name in enumerate(names):
+        if name in names[:c]:
+            raise InputError(f'{path}: at $.cameras[{c}].name: expected a name of its own, came "{name}", that of another.')
 
 
 def _check_views(views: tuple[CalibratedView, ...], place: str) -> None:
@@ -79,7 +91,7 @@ def _check_views(views: tuple[CalibratedView, ...], place: str) -> None:
 
 def _check_clock(obs: Observation, path: Path) -> None:
     times, exposure = obs.clock.times_s, obs.clock.exposure_s
-    backwards = np.flatnonzero(np.diff(times) <= 0)
+    backwards = np.flatnonzero(~(np.diff(times) > 0))
     if len(backwards):
         k = int(backwards[0])
         raise InputError(
@@ -97,7 +109,7 @@ def _check_clock(obs: Observation, path: Path) -> None:
 
 def _check_gravity(gravity: Array, path: Path) -> None:
     strength = float(np.linalg.norm(gravity))
-    if strength > STRONGEST_GRAVITY_MS2:
+    if not strength <= STRONGEST_GRAVITY_MS2:
         raise InputError(
             f"{path}: at $.gravity_world: expected m/s2 (9.81 on Earth), came {strength:g}; it looks like millimetres taken for metres."
         )
@@ -112,20 +124,20 @@ def check_plate(plate: Plate, where: str) -> None:
         Naming ``where``, what was expected and what came.
     """
     length = float(np.linalg.norm(plate.normal_world))
-    if abs(length - 1) > UNIT_TOLERANCE:
+    if not abs(length - 1) <= UNIT_TOLERANCE:
         raise InputError(f"{where}.normal_world: expected a vector of length 1, came one of length {length:.6g}.")
     distance, speed = float(np.linalg.norm(plate.point_world)), float(np.linalg.norm(plate.velocity_world))
-    if distance > FARTHEST_M:
+    if not distance <= FARTHEST_M:
         raise InputError(f"{where}.point_world: expected metres (at most {FARTHEST_M:g}), came {distance:g}; are they millimetres?")
-    if speed > FASTEST_PLATE_MS:
+    if not speed <= FASTEST_PLATE_MS:
         raise InputError(f"{where}.velocity_world: expected m/s (at most {FASTEST_PLATE_MS:g}), came {speed:g}; are they mm/s?")
 
 
 def _check_pose(R: Array, t: Array, where: str, frame: str) -> None:
-    if not is_rotation(R):
+    if not is_rotation(R, tolerance=ROUNDED_ROTATION):
         raise InputError(f"{where}.R_cam_{frame}: expected a rotation (orthonormal rows, determinant +1), came {_departure(R)}.")
     distance = float(np.linalg.norm(t))
-    if distance > FARTHEST_M:
+    if not distance <= FARTHEST_M:
         raise InputError(
             f"{where}.t_cam_{frame}: expected metres (at most {FARTHEST_M:g}), came a distance of {distance:g}; "
             "it looks like millimetres taken for metres."
@@ -140,6 +152,10 @@ def _departure(R: Array) -> str:
 
 
 def _check_intrinsics(intrinsics: Intrinsics, where: str) -> None:
+    if intrinsics.width_px * intrinsics.height_px > LARGEST_PICTURE_PX:
+        raise InputError(
+            f"{where}: expected a picture of at most {LARGEST_PICTURE_PX:.0e} px, came {intrinsics.width_px} x {intrinsics.height_px} px."
+        )
     far = max(intrinsics.width_px, intrinsics.height_px) * 5
     if abs(intrinsics.cx_px - intrinsics.width_px / 2) > far or abs(intrinsics.cy_px - intrinsics.height_px / 2) > far:
         raise InputError(

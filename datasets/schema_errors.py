@@ -2,11 +2,13 @@
 
 import difflib
 import json
+import re
+from collections.abc import Iterator
 from functools import cache
 from importlib.resources import files
 from typing import Any
 
-from jsonschema import Draft202012Validator
+from jsonschema import Draft202012Validator, TypeChecker, validators
 from jsonschema.exceptions import ValidationError
 
 _LONGEST = 60
@@ -20,9 +22,26 @@ def schema(kind: str) -> dict[str, Any]:
     return loaded
 
 
+def _pattern(_validator: Any, pattern: str, instance: Any, _schema: Any) -> Iterator[ValidationError]:
+    """JSON Schema's ``pattern``; its ``$`` is the very end of a text, Python's may stand before a last newline."""
+    if isinstance(instance, str) and re.search(re.sub(r"\$$", r"\\Z", pattern), instance) is None:
+        yield ValidationError(f"does not match {pattern}")
+
+
+def _is_integer(_checker: TypeChecker, instance: Any) -> bool:
+    """Integers written as such; ``640.0`` is none, since sizes and numbers of pictures are used as they come."""
+    return isinstance(instance, int) and not isinstance(instance, bool)
+
+
+_extend: Any = validators.extend
+_Validator = _extend(
+    Draft202012Validator, {"pattern": _pattern}, type_checker=Draft202012Validator.TYPE_CHECKER.redefine("integer", _is_integer)
+)
+
+
 @cache
-def _validator(kind: str) -> Draft202012Validator:
-    return Draft202012Validator(schema(kind))
+def _validator(kind: str) -> Any:
+    return _Validator(schema(kind))
 
 
 def first_violation(document: Any, kind: str) -> str | None:
@@ -41,7 +60,7 @@ def _expected(error: ValidationError) -> str:
     came: Any = error.instance
     match error.validator:
         case "type":
-            return f"{_types(rule)}, came {_shown(came)}"
+            return f"{_types(rule)}, came {shown(came)}"
         case "required":
             missing = next(key for key in rule if key not in came)
             return f'the key "{missing}", which is missing'
@@ -49,17 +68,17 @@ def _expected(error: ValidationError) -> str:
             return _unknown_key(error)
         case "enum" | "const":
             choices = rule if error.validator == "enum" else [rule]
-            return f"{' or '.join(json.dumps(choice) for choice in choices)}, came {_shown(came)}"
+            return f"{' or '.join(json.dumps(choice) for choice in choices)}, came {shown(came)}"
         case "minItems" | "maxItems":
             bound = "at least" if error.validator == "minItems" else "at most"
             return f"{bound} {rule} entries, came {len(came)}"
         case "minimum" | "exclusiveMinimum" | "maximum" | "exclusiveMaximum":
             sign = {"minimum": ">=", "exclusiveMinimum": ">", "maximum": "<=", "exclusiveMaximum": "<"}[str(error.validator)]
-            return f"a number {sign} {rule}, came {_shown(came)}"
+            return f"a number {sign} {rule}, came {shown(came)}"
         case "pattern":
-            return f"text of the form {rule}, came {_shown(came)}"
+            return f"text of the form {rule}, came {shown(came)}"
     described = error.schema.get("description") if isinstance(error.schema, dict) else None
-    return f"{described or f'{error.validator} {_shown(rule)}'}, came {_shown(came)}"
+    return f"{described or f'{error.validator} {shown(rule)}'}, came {shown(came)}"
 
 
 def _unknown_key(error: ValidationError) -> str:
@@ -67,7 +86,7 @@ def _unknown_key(error: ValidationError) -> str:
     instance: Any = error.instance
     unknown = next(key for key in instance if key not in known)
     nearest = difflib.get_close_matches(unknown, known, n=1)
-    return f'one of the keys {", ".join(known)}, came "{unknown}"' + (f' (did you mean "{nearest[0]}"?)' if nearest else "")
+    return f'one of the keys {", ".join(known)}, came {shown(unknown)}' + (f' (did you mean "{nearest[0]}"?)' if nearest else "")
 
 
 def _types(rule: str | list[str]) -> str:
@@ -75,6 +94,7 @@ def _types(rule: str | list[str]) -> str:
     return " or ".join({"object": "an object", "array": "a list", "integer": "an integer", "string": "text"}.get(n, n) for n in names)
 
 
-def _shown(value: Any) -> str:
+def shown(value: Any) -> str:
+    """A value as JSON, cut where it is long."""
     text = json.dumps(value)
     return text if len(text) <= _LONGEST else text[: _LONGEST - 3] + "..."

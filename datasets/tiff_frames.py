@@ -1,11 +1,10 @@
 """Pictures in TIFF stacks: written page by page, read lazily page by page, so that memory does not grow with the recording.
 
-One page per picture, grey, 16 bit (8 bit is read too), BigTIFF when written. A page's place in the file is indexed once; each
-read opens the file, so that nothing stays open and a reader may be sent to another process. Backgrounds are stacks of their own.
+One page per picture, grey, 16 bit (8 bit is read too), BigTIFF when written. Pages are indexed and checked once; each read opens the
+file, so that nothing stays open and a reader may be sent to another process. Backgrounds are stacks of their own.
 """
 
 import contextlib
-import struct
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -17,18 +16,10 @@ import tifffile
 from numpy.typing import NDArray
 
 from datasets.atomic_files import temporary_beside, write_failure
-from datasets.errors import InputError, TumbleError
+from datasets.errors import InputError
+from datasets.tiff_pages import Page, decoded, index
 
 Picture = NDArray[np.uint16]
-
-
-@dataclass(frozen=True)
-class _Page:
-    """Where one page lies; ``offset`` is ``None`` where it is compressed and TIFF's machinery has to decode it."""
-
-    shape: tuple[int, ...]
-    dtype: np.dtype[np.generic]
-    offset: int | None
 
 
 @dataclass(frozen=True)
@@ -53,12 +44,12 @@ class TiffFrames:
     background_pages: tuple[int, ...] | None = None
 
     @cached_property
-    def _pages(self) -> tuple[_Page, ...]:
-        return _index(self.path)
+    def _pages(self) -> tuple[Page, ...]:
+        return index(self.path)
 
     @cached_property
-    def _backgrounds(self) -> tuple[_Page, ...]:
-        return _index(self.background_path) if self.background_path is not None else ()
+    def _backgrounds(self) -> tuple[Page, ...]:
+        return index(self.background_path) if self.background_path is not None else ()
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -108,7 +99,7 @@ class TiffFrames:
                 raise InputError(f"{self.background_path}: expected at least {highest + 1} pages, came {len(self._backgrounds)}.")
 
     @staticmethod
-    def _check_size(path: Path, pages: tuple[_Page, ...], shape: tuple[int, int], what: str) -> None:
+    def _check_size(path: Path, pages: tuple[Page, ...], shape: tuple[int, int], what: str) -> None:
         for number, page in enumerate(pages):
             if page.shape != shape:
                 height, width = page.shape
@@ -186,59 +177,17 @@ def write_stack(path: Path, pictures: list[Picture]) -> None:
             writer.append(picture)
 
 
-def _index(path: Path) -> tuple[_Page, ...]:
-    """Where every page of ``path`` lies, checked for type and completeness."""
-    try:
-        with tifffile.TiffFile(path) as stack:
-            pages = tuple(_page(path, number, page) for number, page in enumerate(stack.pages))
-    except FileNotFoundError:
-        raise InputError(f"{path}: there is no such file.") from None
-    except TumbleError:
-        raise
-    except (tifffile.TiffFileError, OSError, ValueError, KeyError, IndexError, struct.error) as error:
-        raise InputError(f"{path}: expected a TIFF stack, came a file that is cut off or of another kind ({error}).") from None
-    if not pages:
-        raise InputError(f"{path}: expected a TIFF stack, came one without pictures.")
-    return pages
-
-
-def _page(path: Path, number: int, page: tifffile.TiffPage) -> _Page:
-    if page.dtype not in (np.dtype(np.uint8), np.dtype(np.uint16)) or len(page.shape) != 2:
-        raise InputError(f"{path}: frame {number}: expected grey pictures of 16 (or 8) bit, came {page.dtype} of shape {page.shape}.")
-    if page.photometric != tifffile.PHOTOMETRIC.MINISBLACK:
-        raise InputError(
-            f"{path}: frame {number}: expected grey pictures in which 0 is black (MINISBLACK), came {page.photometric.name}; "
-            "its numbers do not mean light, so convert the stack first."
-        )
-    end = max(start + size for start, size in zip(page.dataoffsets, page.databytecounts, strict=True))
-    if end > path.stat().st_size:
-        raise InputError(f"{path}: frame {number} is cut off (it should end at byte {end}, the file has {path.stat().st_size}).")
-    dtype = np.dtype(page.dtype).newbyteorder(page.parent.byteorder)
-    return _Page(page.shape, dtype, page.dataoffsets[0] if page.is_final and page.is_contiguous else None)
-
-
-def _read(path: Path, pages: tuple[_Page, ...], index: int, bit_depth: int) -> Picture:
+def _read(path: Path, pages: tuple[Page, ...], number: int, bit_depth: int) -> Picture:
     """One page as 16-bit values, its range checked against the bit depth."""
-    page = pages[index]
-    number = index % len(pages)
+    page, number = pages[number], number % len(pages)
     try:
-        raw = _decode(path, number) if page.offset is None else _direct(path, page, page.offset)
-    except (OSError, ValueError, tifffile.TiffFileError) as error:
+        with path.open("rb") as stream:
+            picture: Picture = decoded(stream, page).astype(np.uint16, copy=False)
+    except (OSError, ValueError) as error:
         raise InputError(f"{path}: frame {number} cannot be read ({error}).") from error
-    picture: Picture = raw.astype(np.uint16)
     if picture.size and int(picture.max()) >= 1 << bit_depth:
         raise InputError(
             f"{path}: frame {number}: expected values of {bit_depth} bit (at most {(1 << bit_depth) - 1}), came {int(picture.max())}; "
             "state the right bit_depth, or shift left-aligned values down."
         )
     return picture
-
-
-def _direct(path: Path, page: _Page, offset: int) -> NDArray[np.generic]:
-    height, width = page.shape
-    return np.fromfile(path, dtype=page.dtype, count=height * width, offset=offset).reshape(page.shape)
-
-
-def _decode(path: Path, number: int) -> NDArray[np.generic]:
-    with tifffile.TiffFile(path) as stack:
-        return np.asarray(stack.pages[number].asarray())

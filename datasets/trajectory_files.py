@@ -13,7 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.errors import InputError
+from datasets.names import file_name
 from datasets.plausibility import FARTHEST_M
+from datasets.plausible_pace import FASTEST_MS, LONGEST_INTERVAL_S
+from datasets.schema_errors import shown
 from datasets.trajectory import Surroundings, Trajectory
 from datasets.trajectory_surroundings import read_surroundings
 
@@ -32,7 +35,6 @@ NOTHING_MEASURED = (
     "expected positions x_m, y_m, z_m (or _mm, _um), orientations qx, qy, qz, qw, or a gyroscope's gyro_x_rads, gyro_y_rads, gyro_z_rads "
     "(or _degs), came none."
 )
-FASTEST_MS, LONGEST_INTERVAL_S = 150.0, 1.0
 NORM_TOLERANCE = 1e-2
 
 
@@ -75,7 +77,11 @@ def _tum(path: Path, lines: Sequence[str]) -> Columns:
 
 
 def _csv(path: Path, lines: Sequence[str]) -> Columns:
-    rows = [(i + 1, row) for i, row in enumerate(csv.reader(lines)) if row and not row[0].lstrip().startswith("#")]
+    reader = csv.reader(lines)
+    try:
+        rows = [(reader.line_num, row) for row in reader if row and not row[0].lstrip().startswith("#")]
+    except csv.Error as error:
+        raise InputError(f"{path}: line {reader.line_num}: expected comma-separated values, came a line that is none ({error}).") from None
     if not rows:
         raise InputError(f"{path}: expected a header such as t_s,x_m,y_m,z_m and rows of numbers, came an empty file.")
     (number, header), *rest = rows
@@ -85,9 +91,9 @@ def _csv(path: Path, lines: Sequence[str]) -> Columns:
         if name not in known:
             near = difflib.get_close_matches(name, known, n=1, cutoff=0.4)
             offered = f"did you mean {near[0]}?" if near else "known: t_s, x_m, ..., qx, ..., wx_rads, gyro_x_rads, ..., sigma_x_m, ..."
-            raise InputError(f"{path}: line {number}: unknown column {name!r}; {offered}")
+            raise InputError(f"{path}: line {number}: unknown column {shown(name)}; {offered}")
         if names.count(name) > 1:
-            raise InputError(f"{path}: line {number}: expected every column once, came {name!r} twice.")
+            raise InputError(f"{path}: line {number}: expected every column once, came {shown(name)} twice.")
     return _table(path, names, rest)
 
 
@@ -117,14 +123,17 @@ def _number(text: str, where: str) -> float:
     if not text.strip():
         return float("nan")
     try:
-        value = float(text)
+        value = float(text) if text.isascii() and "_" not in text else None  # Python also reads 1_0 and other scripts' digits
     except ValueError:
-        raise InputError(f"{where}: expected a number, came {text.strip()!r}.") from None
+        value = None
+    if value is None:
+        raise InputError(f"{where}: expected a number, came {shown(text.strip())}.")
     if not np.isfinite(value):
-        raise InputError(f"{where}: expected a finite number, came {text.strip()!r}; leave cells empty that were not measured.")
+        raise InputError(f"{where}: expected a finite number, came {shown(text.strip())}; leave cells empty that were not measured.")
     return value
 
 
+@np.errstate(all="ignore")  # what overflows is refused by its size
 def _trajectory(path: Path, columns: Columns, given: Mapping[str, Any]) -> Trajectory:
     lines = columns["line"].astype(np.int64)
     times = _times(path, columns, lines)
@@ -147,7 +156,7 @@ def _trajectory(path: Path, columns: Columns, given: Mapping[str, Any]) -> Traje
     if surroundings.spin_world is not None:
         omega, sigma_omega = _measured_once(path, surroundings, omega, len(times))
     return Trajectory(
-        name=path.stem,
+        name=file_name(path.stem),
         times_s=times,
         x_world=x,
         q_world_tracked=q,
@@ -187,12 +196,12 @@ def _times(path: Path, columns: Columns, lines: NDArray[np.int64]) -> Array:
         raise InputError(f"{path}: line {lines[empty[0]]}: {names[0]}: expected a number, came an empty cell.")
     times = (columns[names[0]] - columns[names[0]][0]) * TIMES[names[0]]
     steps = np.diff(times)
-    if (steps <= 0).any():
-        k = int(np.flatnonzero(steps <= 0)[0])
+    if not (steps > 0).all():
+        k = int(np.flatnonzero(~(steps > 0))[0])
         raise InputError(
             f"{path}: line {lines[k + 1]}: expected times that increase, came {columns[names[0]][k + 1]:g} after {columns[names[0]][k]:g}."
         )
-    if np.median(steps) > LONGEST_INTERVAL_S:
+    if not np.median(steps) <= LONGEST_INTERVAL_S:
         raise InputError(
             f"{path}: expected seconds between rows below {LONGEST_INTERVAL_S:g}, came {np.median(steps):g}; is it t_ms or t_us?"
         )
@@ -225,8 +234,9 @@ def _quaternions(path: Path, columns: Columns, lines: NDArray[np.int64]) -> Arra
     half = np.flatnonzero(np.isnan(norm) & ~np.isnan(q).all(axis=1))
     if len(half):
         raise InputError(f"{path}: line {lines[half[0]]}: expected all of {', '.join(names)} or none, came some of them empty.")
-    if (np.abs(norm - 1.0) > NORM_TOLERANCE).any():
-        k = int(np.argmax(np.abs(norm - 1.0) > NORM_TOLERANCE))
+    odd = ~(np.abs(norm - 1.0) <= NORM_TOLERANCE) & ~np.isnan(q).all(axis=1)
+    if odd.any():
+        k = int(np.argmax(odd))
         raise InputError(f"{path}: line {lines[k]}: expected a unit quaternion (qx, qy, qz, qw), came one of length {norm[k]:.4g}.")
     return np.asarray(q / norm[:, None])
 
@@ -238,7 +248,7 @@ def _check_lengths(path: Path, x: Array, times: Array) -> None:
     far = max(float(np.ptp(column[np.isfinite(column)])) for column in x.T if np.isfinite(column).any())
     steps = np.linalg.norm(np.where(np.isnan(np.diff(x, axis=0)), 0.0, np.diff(x, axis=0)), axis=1)
     fast = float(np.median(steps / np.diff(times)))
-    if far > FARTHEST_M or fast > FASTEST_MS:
+    if not (far <= FARTHEST_M and fast <= FASTEST_MS):
         raise InputError(
             f"{path}: expected metres (a flight below {FARTHEST_M:g} m and {FASTEST_MS:g} m/s), came {far:.4g} m at {fast:.4g} m/s; "
             "are they millimetres? Then call the columns x_mm, y_mm, z_mm."

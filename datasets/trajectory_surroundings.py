@@ -5,7 +5,7 @@ latter says goes before. Gravity has no default: where down lies in somebody els
 """
 
 import difflib
-import tomllib
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.errors import InputError
-from datasets.plausibility import STRONGEST_GRAVITY_MS2
+from datasets.plausibility import FARTHEST_M, STRONGEST_GRAVITY_MS2
+from datasets.toml_text import read_toml
 from datasets.trajectory import Surroundings
 from datasets.vocabulary.body import Body
 
@@ -52,7 +53,7 @@ def read_surroundings(path: Path, given: Mapping[str, Any], *, falls: bool = Tru
     known: dict[str, Any] = {}
     for file in (path.parent / FOLDER_FILE, path.with_suffix(".toml")):
         if file.is_file():
-            known.update(_checked(_parse(file), str(file)))
+            known.update(_checked(read_toml(file), str(file)))
     known.update(_checked(given, "the command line"))
     if "gravity_world" not in known and falls:
         raise InputError(
@@ -62,13 +63,6 @@ def read_surroundings(path: Path, given: Mapping[str, Any], *, falls: bool = Tru
     if "spin_world_rads" in known and "sigma_spin_rads" not in known:
         raise InputError(f"{path}: expected sigma_spin_rads beside spin_world_rads, came none: one value does not show its own noise.")
     return _surroundings(known)
-
-
-def _parse(file: Path) -> dict[str, Any]:
-    try:
-        return tomllib.loads(file.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"{file}: expected TOML, came text that is none: {error}.") from error
 
 
 def _checked(entries: Mapping[str, Any], where: str) -> dict[str, Any]:
@@ -91,8 +85,10 @@ def _fits(key: str, value: Any) -> bool:
         return False
     match key:
         case "gravity_world":
-            return bool(np.linalg.norm(numbers) <= STRONGEST_GRAVITY_MS2)
-        case "com_tracked_m" | "spin_world_rads":
+            return math.hypot(*numbers) <= STRONGEST_GRAVITY_MS2
+        case "com_tracked_m":
+            return math.hypot(*numbers) <= FARTHEST_M
+        case "spin_world_rads":
             return True
         case "inertia_ratios":
             low, middle, high = sorted(numbers)

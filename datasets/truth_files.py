@@ -4,7 +4,7 @@ Where the particle broke, ``mesh_remnant.ply`` is what is left of it. A second p
 A mesh is a binary PLY with float64 vertices, which any mesh viewer opens and which loses nothing. Closed to the estimator.
 """
 
-import struct
+import re
 from pathlib import Path
 from typing import Any
 
@@ -13,11 +13,12 @@ import trimesh
 from numpy.typing import NDArray
 
 from datasets import state_entries
+from datasets.array_files import read_arrays, write_arrays
 from datasets.atomic_files import written_whole
 from datasets.errors import InputError
 from datasets.impact_entries import impact, impact_entry, remnant, remnant_entry
 from datasets.json_documents import read_document, revived, write_document
-from datasets.outline_files import read_arrays, write_arrays
+from datasets.schema_errors import shown
 from datasets.tiff_frames import FrameStackWriter, TiffFrames
 from datasets.truth import Remnant, Truth
 from datasets.vocabulary.frames import is_rotation
@@ -29,6 +30,8 @@ MASKS_FILE = "masks.tif"
 REMNANT_FILE = "mesh_remnant.ply"
 COMPANION_FOLDER = "companion"
 MASK_BITS = 1
+LONGEST_HEADER = 65_536
+"""Bytes of a PLY file in which its counts are looked for."""
 
 
 def write_truth(truth: Truth, folder: Path) -> None:
@@ -141,16 +144,29 @@ def read_mesh(path: Path) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     InputError
         When it is missing, cut off or not a mesh.
     """
-    if not path.is_file():
-        raise InputError(f"{path}: there is no such file.")
     try:
-        mesh = trimesh.load_mesh(path, process=False)
+        with path.open("rb") as stream:
+            _check_counts(stream.read(LONGEST_HEADER), path)
+            stream.seek(0)
+            mesh: trimesh.Trimesh = trimesh.load_mesh(stream, file_type="ply", process=False)
         vertices, faces = np.array(mesh.vertices, dtype=np.float64), np.array(mesh.faces, dtype=np.int64)
-    except (ValueError, KeyError, IndexError, TypeError, AttributeError, struct.error, NotImplementedError) as error:
+    except FileNotFoundError:
+        raise InputError(f"{path}: there is no such file.") from None
+    except InputError:
+        raise
+    except Exception as error:  # trimesh raises whatever its readers raise
         raise InputError(f"{path}: expected a PLY mesh, came a file that is cut off or of another kind ({error}).") from None
-    if len(faces) == 0 or faces.max() >= len(vertices) or not np.all(np.isfinite(vertices)):
+    if len(faces) == 0 or faces.min() < 0 or faces.max() >= len(vertices) or not np.all(np.isfinite(vertices)):
         raise InputError(f"{path}: expected a mesh with faces and finite vertices, came {len(vertices)} vertices and {len(faces)} faces.")
     return vertices, faces
+
+
+def _check_counts(header: bytes, path: Path) -> None:
+    """That a PLY file does not state more vertices or faces than it has bytes."""
+    size = path.stat().st_size
+    for count in re.findall(rb"element\s+\w+\s+(\d+)", header):
+        if len(count) > len(str(size)) or int(count) > size:
+            raise InputError(f"{path}: expected at most {size} vertices and faces in {size} bytes, came {shown(count.decode())}.")
 
 
 def _store_masks(truth: Truth, path: Path) -> None:

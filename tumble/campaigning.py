@@ -16,6 +16,7 @@ from estimator.effects.link import EffectModel
 from estimator.fitting.campaign import Campaign
 from estimator.registration import Registered, register
 from estimator.trajectories.registering import register_trajectories
+from tumble.notes import tell_notes
 from tumble.progress import progress
 from tumble.result_files import observations_in
 from tumble.tracked_bodies import body_from_mesh
@@ -89,6 +90,7 @@ def _read_alone(folder: Path) -> Observation:
 
 def _of_pictures(source: Path, configuration: Configuration, effects: Sequence[EffectModel], *, quiet: bool) -> Prepared:
     observations, left_out = _read(observations_in(source), _read_alone)
+    tell_notes((note for observation in observations.values() for note in observation.notes), quiet=quiet)
     refuse_without_gravity([e.entry.key for e in effects], [o.gravity_world for o in observations.values()])
     with progress("register", len(observations), quiet=quiet) as advance:
         registered = register(list(observations.values()), configuration, told=advance)

@@ -8,6 +8,7 @@ from datasets.observation_files import read_observation
 from estimator.configuration import configuration_from_dict
 from estimator.measuring import measure
 from tumble.engine import Item, Outcome, run
+from tumble.notes import tell_notes
 from tumble.progress import progress
 from tumble.result_files import estimate_path, observations_in
 
@@ -16,7 +17,9 @@ def estimate_all(source: Path, configuration: dict[str, Any], out: Path, *, jobs
     """Estimate every observation of ``source`` that ``out`` lacks."""
     items = [_item(folder, configuration, out) for folder in observations_in(source)]
     with progress("estimate", len(items), quiet=quiet) as advance:
-        return run(estimate_item, items, jobs=jobs, advance=advance)
+        outcomes = run(estimate_item, items, jobs=jobs, advance=advance)
+    tell_notes((note for outcome in outcomes for note in outcome.result.get("notes", ())), quiet=quiet)
+    return outcomes
 
 
 def estimate_item(payload: dict[str, Any]) -> dict[str, Any]:
@@ -24,7 +27,7 @@ def estimate_item(payload: dict[str, Any]) -> dict[str, Any]:
     observation = read_observation(Path(payload["observation"]))
     result = measure(observation, configuration_from_dict(payload["configuration"]))
     write_estimate(result, Path(payload["product"]))
-    return {"status": result.status.value}
+    return {"status": result.status.value, "notes": list(observation.notes)}
 
 
 def _item(folder: Path, configuration: dict[str, Any], out: Path) -> Item:

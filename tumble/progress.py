@@ -11,8 +11,9 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+from tumble.console import Console
 
 Advance = Callable[[str], None]
 """Called with a name each time an item is done."""
@@ -85,7 +86,7 @@ def _watched(update: Update, pulses: Path | None) -> Iterator[Advance]:
 @contextmanager
 def _bar(what: str, total: int) -> Iterator[Update]:
     numbers = (TaskProgressColumn(), TimeElapsedColumn(), TextColumn("left"), TimeRemainingColumn())
-    columns = (TextColumn("{task.description}"), BarColumn(), *numbers)
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), *numbers)
     with Progress(*columns, console=Console(stderr=True), transient=True) as display:
         task = display.add_task(what, total=total)
         yield lambda done, name: display.update(task, completed=done, description=f"{what} {name}")

@@ -28,12 +28,13 @@ def read_mesh(path: Path) -> HullMesh:
     if not path.is_file():
         raise InputError(f"{path}: expected a mesh (PLY, STL, OBJ), came nothing.")
     try:
-        mesh = trimesh.load(path, force="mesh")
+        with np.errstate(all="ignore"):
+            mesh = trimesh.load(path, force="mesh")
     except Exception as error:  # trimesh raises whatever its readers raise
         raise InputError(f"{path}: expected a mesh (PLY, STL, OBJ), came a file that cannot be read: {error}.") from error
-    if not isinstance(mesh, trimesh.Trimesh) or len(mesh.faces) == 0 or not mesh.is_watertight:
-        raise InputError(f"{path}: expected a closed mesh, came one with open edges or without faces.")
-    extent = float(mesh.extents.max())
-    if extent > FARTHEST_M:
+    if not isinstance(mesh, trimesh.Trimesh) or len(mesh.faces) == 0 or not np.isfinite(mesh.vertices).all() or not mesh.is_watertight:
+        raise InputError(f"{path}: expected a closed mesh, came one with open edges, without faces or without finite vertices.")
+    extent = float(np.ptp(mesh.vertices, axis=0).max())
+    if not extent <= FARTHEST_M:
         raise InputError(f"{path}: expected metres, came a body of {extent:g} m; is it in millimetres?")
     return HullMesh(np.asarray(mesh.vertices, dtype=np.float64), np.asarray(mesh.faces, dtype=np.int64))

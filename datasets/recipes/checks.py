@@ -7,9 +7,10 @@ from typing import Any
 
 from datasets.errors import InputError
 from datasets.plausibility import LARGEST_UNDISTORTION_ERROR_PX, undistortion_error_px
+from datasets.plausible_pace import FASTEST_MS
 from datasets.recipes.effects import KNOWN, check_contact_physics, check_effects
 from datasets.recipes.recipe import Recipe
-from datasets.vocabulary.camera import Intrinsics
+from datasets.vocabulary.camera import LARGEST_PICTURE_PX, Intrinsics
 from datasets.vocabulary.effects import Stage
 
 
@@ -31,9 +32,9 @@ BOUNDS = (
     Bounds("particle.density_kgm3", 1, 30_000, "kilograms per cubic metre are meant: 2650 for quartz"),
     Bounds("motion.frames", 3, 1_000_000, "a motion needs at least three frames"),
     Bounds("motion.frame_rate_hz", 1, 1e8),
-    Bounds("motion.speed_ms", 0, 1000, "it looks like millimetres per second"),
+    Bounds("motion.speed_ms", 0, FASTEST_MS, "it looks like millimetres per second"),
     Bounds("motion.spin_rads", 0, 1e5),
-    Bounds("motion.out_of_plane_ms", 0, 1000, "it looks like millimetres per second"),
+    Bounds("motion.out_of_plane_ms", 0, FASTEST_MS, "it looks like millimetres per second"),
     Bounds("motion.gravity_ms2", -300, 300, "it looks like millimetres taken for metres"),
     Bounds("hsv.width_px", 16, 65_536),
     Bounds("hsv.height_px", 16, 65_536),
@@ -173,6 +174,10 @@ def _focusable(recipe: Recipe) -> bool:
     return recipe.hsv.distance_m > recipe.hsv.focal_mm * 1e-3
 
 
+def _pictures_fit(recipe: Recipe) -> bool:
+    return max(part.width_px * part.height_px for part in (recipe.hsv, recipe.rig)) <= LARGEST_PICTURE_PX
+
+
 def _slow_enough(recipe: Recipe) -> bool:
     out = recipe.motion.out_of_plane_ms
     return out is None or out[0] <= recipe.motion.speed_ms[1]
@@ -264,6 +269,13 @@ RELATIONS: tuple[tuple[Callable[[Recipe], bool], Callable[[Recipe], str]], ...] 
         _focusable,
         lambda recipe: (
             f"hsv.distance_m: expected more than the focal length ({recipe.hsv.focal_mm * 1e-3:g} m), came {recipe.hsv.distance_m:g}."
+        ),
+    ),
+    (
+        _pictures_fit,
+        lambda recipe: (
+            f"hsv.width_px: expected pictures of at most {LARGEST_PICTURE_PX:.0e} px, came {recipe.hsv.width_px} x {recipe.hsv.height_px} "
+            f"(hsv) and {recipe.rig.width_px} x {recipe.rig.height_px} (rig)."
         ),
     ),
     (

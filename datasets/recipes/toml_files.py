@@ -13,10 +13,11 @@ from pathlib import Path
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
 from datasets.errors import InputError
+from datasets.plain_values import LARGEST_INTEGER
 from datasets.recipes.checks import check_recipe, without_meaning
 from datasets.recipes.recipe import Recipe
+from datasets.toml_text import Table, read_toml
 
-Table = dict[str, Any]
 COMMAND_LINE = "--set"
 
 
@@ -29,7 +30,7 @@ def load_recipe(path: Path | None, overrides: Sequence[str] = ()) -> Recipe:
         Naming the file or ``--set``, the key, what was expected and what came.
     """
     source = str(path) if path is not None else "recipe"
-    recipe: Recipe = _build(Recipe, _read(path) if path is not None else {}, source, "")
+    recipe: Recipe = _build(Recipe, read_toml(path) if path is not None else {}, source, "")
     for override in overrides:
         recipe = _override(recipe, override)
     check_recipe(recipe, source)
@@ -59,17 +60,6 @@ def recipe_to_toml(recipe: Recipe) -> str:
 
 def _entries(section: Table) -> str:
     return "\n".join(f"{key} = {_toml(value)}" for key, value in section.items())
-
-
-def _read(path: Path) -> Table:
-    try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise InputError(f"{path}: there is no such recipe.") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: expected TOML ({error}).") from None
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror}).") from error
 
 
 def _override(recipe: Recipe, override: str) -> Recipe:
@@ -103,7 +93,7 @@ def _parsed(text: str, hint: Any) -> Any:
         return None
     try:
         return tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError:
+    except ValueError:
         return text
 
 
@@ -145,6 +135,8 @@ def _convert(hint: Any, value: Any, source: str, key: str) -> Any:
         return _convert_tuple(get_args(hint), value, source, key)
     if origin is Literal and value in get_args(hint) and not isinstance(value, bool):
         return value
+    if isinstance(value, int) and abs(value) > LARGEST_INTEGER:
+        raise InputError(f"{source}: {key}: expected {_described(hint)} of at most 64 bit, came a longer one.")
     if hint is float and isinstance(value, int) and not isinstance(value, bool):
         return float(value)
     if origin is not Literal and type(value) is hint:

@@ -13,6 +13,10 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
+LARGEST_SIDE_PX = 65_536
+LARGEST_PICTURE_PX = 10**8
+"""Pixels of a picture at most, along a side and in all: four times what high-speed cameras have, and 600 MB while it is read."""
+
 
 @dataclass(frozen=True)
 class Intrinsics:

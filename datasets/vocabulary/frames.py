@@ -18,7 +18,9 @@ from scipy.spatial.transform import Rotation
 
 def is_rotation(R: NDArray[np.float64], *, tolerance: float = 1e-6) -> bool:
     """Whether ``R`` (3, 3) is orthonormal with determinant +1 within ``tolerance``."""
-    return bool(R.shape == (3, 3) and np.all(np.isfinite(R)) and np.abs(R @ R.T - np.eye(3)).max() < tolerance and np.linalg.det(R) > 0)
+    if R.shape != (3, 3) or not np.abs(R).max() <= 1 + tolerance:
+        return False
+    return bool(np.abs(R @ R.T - np.eye(3)).max() < tolerance and np.linalg.det(R) > 0)
 
 
 def geodesic_angle(

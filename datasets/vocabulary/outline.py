@@ -31,4 +31,5 @@ def signed_area(points: Float[NDArray[np.float64], "n 2"]) -> float:
 
 def oriented(points: Float[NDArray[np.float64], "n 2"]) -> Float[NDArray[np.float64], "n 2"]:
     """The same polygon, turned round where its signed area is negative."""
-    return points if signed_area(points) >= 0 else points[::-1].copy()
+    with np.errstate(all="ignore"):  # of coordinates that no picture has, which are refused elsewhere
+        return points if signed_area(points) >= 0 else points[::-1].copy()

@@ -36,10 +36,15 @@ def read_mesh(path: Path, *, repair: bool = False) -> trimesh.Trimesh:
     InputError
         Where the file is missing, is no mesh, or is not closed and consistently oriented (after the repair, if asked for).
     """
-    mesh = _load(path)
-    if repair:
-        mesh = repaired(mesh)
-    problem = surface_problem(mesh)
+    try:
+        with np.errstate(all="ignore"):
+            loaded = _load(path)
+            mesh = repaired(loaded) if repair else loaded
+            problem = surface_problem(mesh)
+    except InputError:
+        raise
+    except Exception as error:  # trimesh raises whatever its parts raise for a broken surface
+        raise InputError(f"{path}: expected a mesh whose surface can be checked; the reader says: {error}") from error
     if problem is None:
         return mesh
     advice = (

@@ -14,6 +14,7 @@ import trimesh
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from datasets.names import file_name
 from datasets.recipes.recipe import ParticleRecipe
 from synth.particles.descriptors import descriptors
 from synth.particles.family import procedural
@@ -85,7 +86,7 @@ def particle(recipe: ParticleRecipe, index: int, rng: np.random.Generator) -> Pa
 @lru_cache(maxsize=32)
 def shape_from_file(path: Path, repair: bool) -> Shape:
     """The form of a mesh file; kept, since many sequences share it."""
-    return _shape(path.stem, read_mesh(path, repair=repair))
+    return _shape(file_name(path.stem), read_mesh(path, repair=repair))
 
 
 @lru_cache(maxsize=32)

@@ -96,6 +96,16 @@ def test_estimate_of_poses_without_effects(tosses: Path, tmp_path: Path) -> None
     assert json.loads((tmp_path / "out" / "campaign.json").read_text())["effects"] == []
 
 
+def test_files_with_blanks_and_umlauts_give_estimates_that_are_read(tosses: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "my tosses"
+    folder.mkdir()
+    for number, path in enumerate(sorted(tosses.glob("*.csv"))):
+        (folder / f"Würfel {number}!.csv").write_text(path.read_text())
+    (folder / "trajectory.toml").write_text('gravity_world = [0.0, 0.0, -9.81]\nparticle = "Würfel [red]"\n')
+    assert main(["estimate", str(folder), "--out", str(tmp_path / "out"), "-q"]) in {0, 1}
+    assert read_estimate(tmp_path / "out" / "Wurfel_1_.estimate.json").name == "Wurfel_1_"
+
+
 def test_estimate_of_poses_that_strike_something_has_the_impacts(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     rng = np.random.default_rng(5)
     folder = tmp_path / "struck"

@@ -13,12 +13,12 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from rich.console import Console
 from rich.table import Table
 
 from datasets.atomic_files import written_whole
 from datasets.errors import InputError, TumbleError
 from tumble.cli.options import add_output, verb_parser
+from tumble.console import Console
 from tumble.output_directory import Run, output_directory
 from tumble.progress import progress
 

@@ -8,7 +8,6 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from rich.console import Console
 from rich.table import Table
 
 from datasets.json_documents import Document, plain, read_document, write_document
@@ -19,6 +18,7 @@ from estimator.side_by_side import processes
 from tumble.campaigning import Known, Prepared
 from tumble.cli.options import add_configuration, add_jobs, add_known, add_output, verb_parser
 from tumble.configuring import load_configuration
+from tumble.console import Console
 from tumble.diagnosing import DIAGNOSIS_FILE, Question, prepared
 from tumble.numbers import compact
 from tumble.output_directory import Run, note_failures, output_directory

@@ -4,10 +4,10 @@ import argparse
 import dataclasses
 import json
 
-from rich.console import Console
 from rich.table import Table
 
 from tumble.cli.options import verb_parser
+from tumble.console import Console
 from tumble.environment import Finding, examine
 
 

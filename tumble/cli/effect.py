@@ -5,7 +5,6 @@ import dataclasses
 import json
 from pathlib import Path
 
-from rich.console import Console
 from rich.table import Table
 
 from datasets.atomic_files import written_whole
@@ -13,6 +12,7 @@ from datasets.errors import InputError
 from datasets.vocabulary.effects import EFFECTS
 from estimator.effects.contracts import Kept
 from tumble.cli.options import verb_parser
+from tumble.console import Console
 from tumble.effect_checking import check_effect
 from tumble.effect_pages import catalogue_page
 from tumble.effect_writing import KINDS, effect_key, plug_in_text, write_plug_in

@@ -6,7 +6,6 @@ from collections import Counter
 from dataclasses import replace
 from pathlib import Path
 
-from rich.console import Console
 from rich.table import Table
 
 from datasets.estimate import Estimate, ImpactEstimate, Status
@@ -18,6 +17,7 @@ from tumble.cli.estimate_impacts import estimate_with_impacts
 from tumble.cli.options import add_configuration, add_jobs, add_known, add_output, verb_parser
 from tumble.cli.outcomes import exit_code, report_failures
 from tumble.configuring import load_configuration
+from tumble.console import Console
 from tumble.estimating import estimate_all
 from tumble.numbers import with_sigma
 from tumble.output_directory import Run, output_directory

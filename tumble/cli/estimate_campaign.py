@@ -4,13 +4,12 @@ import argparse
 import json
 from collections.abc import Callable
 
-from rich.console import Console
-
 from datasets.estimate import Estimate, Status
 from datasets.estimate_files import read_estimate
 from datasets.json_documents import plain, read_document
 from estimator.side_by_side import processes
 from tumble.cli.campaign_options import campaign_of, described_effects, question_of, values_table
+from tumble.console import Console
 from tumble.diagnosing import CAMPAIGN_FILE, estimated
 from tumble.output_directory import Run, output_directory
 from tumble.result_files import SUFFIX

@@ -3,8 +3,6 @@
 import shutil
 from pathlib import Path
 
-from rich.console import Console
-
 from datasets.errors import InputError
 from datasets.recipes.recipe import EffectRecipe
 from datasets.vocabulary.effects import EFFECTS
@@ -13,6 +11,7 @@ from tumble.challenge.drawing import Counts, Plan, Shape, Sizes, worth_a_look
 from tumble.challenge.limits import LimitTable
 from tumble.challenge.making import make_item, payload_of
 from tumble.cli import main as command_line
+from tumble.console import Console
 from tumble.numbers import rounded
 from tumble.output_directory import Run, output_directory
 

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any
 
 import pandas as pd
-from rich.console import Console
 from rich.table import Table
 
 from datasets.errors import InputError
@@ -14,6 +13,7 @@ from datasets.scoring.collisions import collision_summary
 from datasets.scoring.impacts import impact_summary
 from datasets.scoring.table import aggregate, status_counts, worse_sequences
 from tumble.cli.options import add_output, verb_parser
+from tumble.console import Console
 from tumble.output_directory import Run, output_directory
 from tumble.scoring import (
     COLLISIONS_FILE,

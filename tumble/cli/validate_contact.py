@@ -6,7 +6,6 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from rich.console import Console
 from rich.table import Table
 
 from datasets.errors import InputError
@@ -15,6 +14,7 @@ from estimator.contact_validation.force_models import Materials
 from estimator.contact_validation.validate import DEFAULT_MODELS, LEAST_RUNS, MODELS, Question, validate
 from estimator.contact_validation.verdict import broken_verdict
 from tumble.cli.options import add_output, positive, three_numbers, verb_parser
+from tumble.console import Console
 from tumble.contact_documents import FILE, KIND, broken_document, validation_document
 from tumble.contact_validating import DIAMOND_KG_M3, Collected, Known, collected
 from tumble.numbers import compact, with_sigma

@@ -1,0 +1,86 @@
+"""Every reader that is attacked: the files it takes, which of them are spoiled and how, and a call that reads all of it."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from datasets.dataset_files import read_dataset
+from datasets.estimate_files import read_estimate
+from datasets.json_documents import read_document
+from datasets.observation_files import read_observation
+from datasets.outline_files import read_outlines
+from datasets.recipes.toml_files import load_recipe
+from datasets.scoring.gate import load_baseline
+from datasets.tiff_frames import TiffFrames
+from datasets.trajectory_files import read_trajectory
+from datasets.truth_files import read_truth
+from synth.particles.mesh_import import read_mesh as import_mesh
+from tests.hostile import valid_files
+from tests.hostile.mutations import ARCHIVE, BYTES, JSON, TEXT, Mutation
+from tests.hostile.valid_files import BITS, HEIGHT, PICTURES, WIDTH
+from tumble.configuring import load_configuration
+from tumble.tracked_bodies import read_mesh as tracked_mesh
+
+
+@dataclass(frozen=True)
+class Reader:
+    """``write`` makes the valid files of a folder, ``file`` is spoiled by one of ``mutations``, ``read`` reads the folder."""
+
+    name: str
+    write: Callable[[Path], None]
+    file: str
+    mutations: tuple[Mutation, ...]
+    read: Callable[[Path], object]
+
+
+def _stack(name: str) -> Reader:
+    def read(folder: Path) -> None:
+        frames = TiffFrames(folder / name, BITS, folder / name)
+        frames.check(PICTURES, WIDTH, HEIGHT, 'camera "hsv"')
+        for k in range(len(frames)):
+            frames.read(k)
+        frames.background()
+
+    return Reader(name, valid_files.pictures, name, BYTES, read)
+
+
+def _masks(folder: Path) -> None:
+    masks = read_truth(folder).masks
+    if masks is not None:
+        for k in range(len(masks)):
+            masks.read(k)
+
+
+def _document(name: str) -> Reader:
+    return Reader(name, valid_files.documents, name, JSON, lambda folder: read_document(folder / name, name.removesuffix(".json")))
+
+
+OUTLINES = "outlines_left.npz"
+def _mesh(suffix: str, read: Callable[[Path], object]) -> Reader:
+    return Reader(f"stone{suffix}", valid_files.meshes, f"stone{suffix}", BYTES if suffix != ".obj" else TEXT, read)
+
+
+READERS = (
+    Reader("observation.json", valid_files.observation, "observation.json", JSON, read_observation),
+    Reader("outlines.npz", valid_files.observation, OUTLINES, ARCHIVE, lambda folder: read_outlines(folder / OUTLINES)),
+    _stack("none.tif"),
+    _stack("deflate.tif"),
+    _stack("tiles.tif"),
+    _stack("packbits.tif"),
+    Reader("toss.csv", valid_files.texts, "toss.csv", TEXT, lambda folder: read_trajectory(folder / "toss.csv", {})),
+    Reader("toss.tum", valid_files.texts, "toss.tum", TEXT, lambda folder: read_trajectory(folder / "toss.tum", {})),
+    Reader("trajectory.toml", valid_files.texts, "trajectory.toml", TEXT, lambda folder: read_trajectory(folder / "toss.csv", {})),
+    Reader("estimate.json", valid_files.estimate, "e.json", JSON, lambda folder: read_estimate(folder / "e.json")),
+    Reader("truth.json", valid_files.truth, "truth.json", JSON, _masks),
+    Reader("motion.npz", valid_files.truth, "motion.npz", ARCHIVE, read_truth),
+    Reader("mesh.ply", valid_files.truth, "mesh.ply", BYTES, read_truth),
+    _mesh(".ply", lambda folder: (import_mesh(folder / "stone.ply"), tracked_mesh(folder / "stone.ply"))),
+    _mesh(".stl", lambda folder: import_mesh(folder / "stone.stl", repair=True)),
+    _mesh(".obj", lambda folder: import_mesh(folder / "stone.obj", repair=True)),
+    Reader("recipe.toml", valid_files.texts, "recipe.toml", TEXT, lambda folder: load_recipe(folder / "recipe.toml")),
+    Reader("configuration.toml", valid_files.texts, "configuration.toml", TEXT, lambda f: load_configuration(f / "configuration.toml", [])),
+    Reader("dataset.json", valid_files.documents, "dataset.json", JSON, read_dataset),
+    Reader("baseline.json", valid_files.documents, "baseline.json", JSON, lambda folder: load_baseline(folder / "baseline.json")),
+    _document("campaign.json"),
+    _document("diagnosis.json"),
+)

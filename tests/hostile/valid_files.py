@@ -1,0 +1,151 @@
+"""Small valid files of every format that a reader takes, to be spoiled."""
+
+import shutil
+import struct
+from pathlib import Path
+
+import numpy as np
+import tifffile
+import trimesh
+from scipy.spatial.transform import Rotation
+
+from datasets.dataset_files import Dataset, write_dataset
+from datasets.estimate_files import write_estimate
+from datasets.json_documents import write_document
+from datasets.observation import CalibratedView, Companion, Observation
+from datasets.observation_files import write_observation
+from datasets.recipes.recipe import EffectRecipe, PlateRecipe, Recipe
+from datasets.recipes.toml_files import recipe_to_toml
+from datasets.tiff_frames import FrameStackWriter, TiffFrames
+from datasets.truth_files import write_truth
+from datasets.vocabulary.camera import HsvCamera, Intrinsics
+from datasets.vocabulary.clock import Clock
+from datasets.vocabulary.outline import Outline
+from datasets.vocabulary.plate import Plate
+from tests.datasets.conftest import make_estimate, make_truth, square_outline
+from tests.datasets.test_measured_entries import impact_at, with_impact
+
+ROOT = Path(__file__).resolve().parents[2]
+WIDTH, HEIGHT, PICTURES = 24, 20, 3
+BITS = 12
+
+
+def observation(folder: Path) -> None:
+    """Outlines of two cameras, a plate, a second particle."""
+    intrinsics = Intrinsics(WIDTH, HEIGHT, 600.0, 600.0, 11.5, 9.5, (0.01, 0.0, 0.0, 0.0, 0.0), 20e-6)
+    moving = tuple(square_outline(8 + 0.2 * k, 9, 3.0) for k in range(PICTURES))
+    turned = [Rotation.from_rotvec([0, k, 0]).as_matrix() for k in range(2)]
+    views = tuple(CalibratedView(intrinsics, R, np.array([0.0, 0.0, 1.2]), k, k) for k, R in enumerate(turned))
+    still = (square_outline(10, 9, 4.0), square_outline(11, 9, 4.0))
+    write_observation(
+        Observation(
+            name="seq_0000",
+            cameras=tuple(HsvCamera(name, intrinsics, np.eye(3), np.zeros(3)) for name in ("left", "right")),
+            recordings=(moving, moving),
+            clock=Clock(np.arange(PICTURES) / 4000.0, 5e-5),
+            gravity_world=np.array([0.0, 9.80665, 0.0]),
+            views=views,
+            view_recording=still,
+            mass_kg=3e-4,
+            plate=Plate(np.array([0.0, 0.1, 0.6]), np.array([0.0, -1.0, 0.0]), np.zeros(3), 1e-3, 1e-5),
+            plate_outlines=(square_outline(10, 16, 3.0), None),
+            companion=Companion(views, still, 2e-4),
+            further_recordings=(moving, (*moving[:2], Outline(np.zeros((0, 2))))),
+        ),
+        folder,
+    )
+
+
+def truth(folder: Path) -> None:
+    """The truth of a particle with an impact, a mesh, a motion and masks."""
+    with FrameStackWriter(folder / "given.tif", compression="zlib") as writer:
+        for _ in range(2):
+            writer.append(np.eye(HEIGHT, WIDTH, dtype=np.uint16))
+    true = make_truth(frames=PICTURES)
+    write_truth(make_truth(frames=PICTURES, impacts=(impact_at(true, 5e-4),), masks=TiffFrames(folder / "given.tif", 1)), folder)
+
+
+def estimate(folder: Path) -> None:
+    """An estimate with an impact."""
+    true = make_truth(frames=PICTURES)
+    write_estimate(with_impact(make_estimate(true, np.zeros(6)), impact_at(true, 5e-4)), folder / "e.json")
+
+
+def documents(folder: Path) -> None:
+    """A dataset, a baseline, a campaign, a diagnosis and a validation of contacts, as small as their schemas allow."""
+    write_dataset(Dataset("d", ("a", "b"), 3, {"name": "d", "sequences": 2}, {"tumble": "0.1"}, "scalar_rgb"), folder)
+    shutil.copyfile(ROOT / "baselines" / "quick.json", folder / "baseline.json")
+    told = {"source": "x", "left_out": {"b": "why"}, "configuration": {"seed": 0, "deep": {"a": [1.5, None]}}, "versions": {"numpy": "2"}}
+    value = {"effect": "gravity", "parameter": "dg_x", "unit": "m/s2", "sequence": None, "value": 0.1, "sigma": 0.01}
+    values = [{**value, "interval": [0.0, 0.2], "plausible": True}]
+    common = {**told, "sequences": [], "values": values, "settled": True, "rms_ete_px": 0.2}
+    write_document(folder / "campaign.json", "campaign", {**common, "effects": [], "parameters": ["a"], "covariance": [[1.0]]})
+    verdict = {"kind": "unknown", "sentence": "So it is.", "remarks": ["r"], "add": [], "next": "tumble"}
+    empty = dict.fromkeys(("noise_floor", "maps", "diagnosis", "steps", "ladder"))
+    given = {**common, **empty, "verb": "compare", "model": ["gravity"], "dropped": [], "verdict": verdict, "unit": "px"}
+    write_document(folder / "diagnosis.json", "diagnosis", given)
+
+
+def meshes(folder: Path) -> None:
+    """A closed body in the formats that particles are imported from."""
+    for suffix in ("ply", "stl", "obj"):
+        trimesh.creation.icosphere(subdivisions=1, radius=3e-3).export(folder / f"stone.{suffix}")
+
+
+def texts(folder: Path) -> None:
+    """A recipe, a configuration, and trajectories in both formats with their side-car."""
+    drag = EffectRecipe("uniform_acceleration", {"a_x": (0.5, 1.0), "a_y": 0.1})
+    (folder / "recipe.toml").write_text(recipe_to_toml(Recipe(sequences=2, effects=(drag,), plate=PlateRecipe(), tier="silhouette")))
+    (folder / "configuration.toml").write_text("hull_resolution = 32\nambiguity = 1.2\nkeep_out_of_plate = 1\nseed = 3\n")
+    header = "t_s,x_m,y_m,z_m,qx,qy,qz,qw,wx_rads,wy_rads,wz_rads,sigma_x_m,sigma_y_m,sigma_z_m,sigma_theta_rad"
+    rows = [f"{0.01 * k:g},{0.001 * k},{1e-2},-0.2,0,0,0,1,0.5,0,{3 + k},1e-4,1e-4,2e-4,0.01" for k in range(6)]
+    (folder / "toss.csv").write_text("\n".join([header, *rows]) + "\n")
+    lines = [f"{1.5e9 + 0.01 * k} {0.1 * k} 0.2 -0.1 0 0 0.6 0.8" for k in range(6)]
+    (folder / "toss.tum").write_text("# timestamp tx ty tz qx qy qz qw\n" + "\n".join(lines) + "\n")
+    side_car = 'gravity_world = [0.0, 0.0, -9.81]\ninertia_ratios = [1.0, 0.8, 0.5]\nsigma_x_m = 5e-4\nparticle = "stone A"\n'
+    (folder / "trajectory.toml").write_text(side_car)
+
+
+def pictures(folder: Path) -> None:
+    """Stacks of the compressions that are read, in strips and tiles, of both byte orders."""
+    rng = np.random.default_rng(1)
+    stack = (rng.integers(0, 1 << BITS, (PICTURES, HEIGHT, WIDTH)) // 64 * 64).astype(np.uint16)
+    grey = {"photometric": "minisblack", "metadata": None}
+    with FrameStackWriter(folder / "none.tif") as writer:
+        for picture in stack:
+            writer.append(picture)
+    tifffile.imwrite(folder / "deflate.tif", stack, compression="zlib", rowsperstrip=7, byteorder=">", **grey)
+    tifffile.imwrite(folder / "tiles.tif", stack, compression="zlib", predictor=True, tile=(16, 16), bigtiff=True, **grey)
+    (folder / "packbits.tif").write_bytes(tiff([pack_bits(p.astype("<u2").tobytes()) for p in stack], WIDTH, HEIGHT, 32773))
+
+
+def tiff(strips: list[bytes], width: int, height: int, compression: int, *, bits: int = 16, loop: int | None = None) -> bytes:
+    """A classic little-endian TIFF of one strip a page; ``loop``: the page that follows the last one instead of none."""
+    found, places = bytearray(b"II*\0" + struct.pack("<I", 0)), [4]
+    starts = []
+    for strip in strips:
+        at = len(found)
+        found += strip + b"\0" * (len(strip) % 2)
+        starts.append(len(found))
+        found[places[-1] : places[-1] + 4] = struct.pack("<I", len(found))
+        entries = [(256, width), (257, height), (258, bits), (259, compression), (262, 1), (273, at), (277, 1), (278, height)]
+        entries.append((279, len(strip)))
+        found += struct.pack("<H", len(entries)) + b"".join(struct.pack("<HHII", tag, 4, 1, value) for tag, value in entries)
+        places.append(len(found))
+        found += struct.pack("<I", 0)
+    if loop is not None:
+        found[places[-1] : places[-1] + 4] = struct.pack("<I", starts[loop])
+    return bytes(found)
+
+
+def pack_bits(data: bytes) -> bytes:
+    """``data`` in PackBits, runs and literals of at most 128 bytes."""
+    found, at = bytearray(), 0
+    while at < len(data):
+        run = next((k for k in range(1, min(128, len(data) - at)) if data[at + k] != data[at]), min(128, len(data) - at))
+        if run > 1:
+            found += bytes([257 - run, data[at]])
+        else:
+            found += bytes([0, data[at]])
+        at += run
+    return bytes(found)
