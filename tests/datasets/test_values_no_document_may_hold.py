@@ -104,7 +104,7 @@ def test_a_long_integer_on_the_command_line():
         load_recipe(None, ["hsv.distance_m=" + "1" * 400])
 
 
-@pytest.mark.parametrize("cell", ["1_0", "٣", "1 0", "0x1", "", "1e400"])
+@pytest.mark.parametrize("cell", ["1_0", "٣", "1 0", "0x1", "1e400"])
 def test_cells_of_a_table(tmp_path, cell):
     path = tmp_path / "toss.csv"
     path.write_text("t_s,x_m,y_m,z_m\n" + "".join(f"{0.01 * k},0,{cell if k == 3 else 0},0\n" for k in range(6)), encoding="utf-8")
