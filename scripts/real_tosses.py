@@ -13,14 +13,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from estimator.diagnosis.refits import Rules
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from datasets.trajectory_files import read_trajectory, trajectories_in
 from estimator.campaign_reporting import effect_values
-from estimator.diagnosis.adding import base_fit, with_effect
+from estimator.diagnosis.adding import with_effect
+from estimator.diagnosis.base import base_fit
 from estimator.diagnosis.diagnose import Diagnosis, diagnose
 from estimator.diagnosis.explain import Explanation, explain
 from estimator.diagnosis.map_words import sentence_of
@@ -106,13 +106,12 @@ def diagnosis_of(found: Diagnosis) -> dict[str, Any]:
 def explanation_of(registered: Registered, told: Explanation) -> dict[str, Any]:
     """The steps, what was dropped, what is in the last model, and what is left unknown."""
     steps = [
-        {"added": s.added, "group": list(s.group), "before": s.before.rms_px, "after": s.after.rms_px, "accepted": s.accepted}
+        {"added": s.added, "group": list(s.group), "before": s.before.rms_px, "after": s.after.rms_px, "probability": s.probability}
         for s in told.steps
     ]
     left = {"stage": told.left.stage.value, "p": told.left.p, "present": told.left.present}
     return {
         "steps": steps,
-        "dropped": list(told.dropped),
         "found": list(told.found),
         "values": values_of(registered, told.fit),
         "left": left,
@@ -123,8 +122,8 @@ def alone(registered: Registered, base: CampaignFit) -> list[dict[str, Any]]:
     """Some effects, each fitted as the only one: values and the error on what was not fitted."""
     effects, rows = catalogue(), []
     for key in ALONE:
-        fit = with_effect(registered.campaign, base, effects[key])
-        judged = held_out(registered.campaign, fit.state, fit.model)
+        campaign, fit = with_effect(registered.campaign, base, effects[key])
+        judged = held_out(campaign, fit.state, fit.model)
         rows.append({"effect": key, "held_out": judged.rms_px, "values": values_of(registered, fit)})
     return rows
 
@@ -141,7 +140,7 @@ def study(path: Path, folder: Path) -> dict[str, Any]:
     inner = plain_falls([(x[ENDS:-ENDS], q[ENDS:-ENDS]) for x, q in flights if len(x) >= LEAST_ROWS + 2 * ENDS])
     effects = catalogue()
     shared = {key: effect for key, effect in effects.items() if key != "uniform_acceleration"}
-    found = diagnose(campaign, base, effects, margin=Rules().margin)
+    found = diagnose(campaign, base, effects)
     return {
         "tosses": len(flights),
         "rows": [len(x) for x, _ in flights],
@@ -153,8 +152,8 @@ def study(path: Path, folder: Path) -> dict[str, Any]:
         "diagnosis": diagnosis_of(found),
         "not_applicable": sorted(key for key, e in effects.items() if campaign.kind.why_not(campaign, e) is not None),
         "alone": alone(registered, base),
-        "explained": explanation_of(registered, explain(campaign, registered.start, effects, Rules())),
-        "explained_with_shared_effects": explanation_of(registered, explain(campaign, registered.start, shared, Rules())),
+        "explained": explanation_of(registered, explain(campaign, registered.start, effects)),
+        "explained_with_shared_effects": explanation_of(registered, explain(campaign, registered.start, shared)),
         "plain_falls_ms2": falls.tolist(),
         "plain_fall_median_ms2": np.median(falls, axis=0).tolist(),
         "plain_fall_median_without_ends_ms2": np.median(inner, axis=0).tolist(),

@@ -182,7 +182,7 @@ def _steps(base: float, told: Result) -> list[str]:
         others = [key.replace("_", " ") for key in step["group"] if key != step["added"]]
         alike = f"; cannot be told from {', '.join(others)}" if others else ""
         lines.append(
-            f"| + {step['added'].replace('_', ' ')} | {step['after']:.3f} σ | {'accepted' if step['accepted'] else 'refused'}{alike} |"
+            f"| + {step['added'].replace('_', ' ')} | {step['after']:.3f} σ | probability {step['probability']:.3f}{alike} |"
         )
     return lines
 

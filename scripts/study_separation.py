@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from estimator.diagnosis.refits import Rules
 from scipy.spatial.transform import Rotation
 
 from datasets.atomic_files import written_whole
@@ -22,10 +21,10 @@ from datasets.observation import Observation
 from datasets.recipes.recipe import EffectRecipe, MotionRecipe, ParticleRecipe, Recipe, RigRecipe
 from datasets.vocabulary.camera import HsvCamera
 from estimator.configuration import Configuration
-from estimator.diagnosis.adding import base_fit
+from estimator.diagnosis.base import base_fit
 from estimator.diagnosis.candidate_recordings import FARTHER, RECORDINGS
 from estimator.diagnosis.diagnose import Diagnosis, diagnose
-from estimator.diagnosis.separation import Prospect, separations
+from estimator.diagnosis.separation import MARGIN, Prospect, separations
 from estimator.effects.choosing import catalogue
 from estimator.effects.link import EffectModel
 from estimator.fitting.campaign import CampaignFit
@@ -142,13 +141,13 @@ def candidates() -> dict[str, EffectModel]:
 def diagnosed(registered: Registered) -> tuple[CampaignFit, Diagnosis]:
     """The base model's fit and every candidate on trial."""
     fit = base_fit(registered.campaign, registered.start)
-    return fit, diagnose(registered.campaign, fit, candidates(), margin=Rules().margin)
+    return fit, diagnose(registered.campaign, fit, candidates())
 
 
 def difference(diagnosis: Diagnosis, true: str, rival: str) -> float:
-    """Criterion of the rival minus that of the effect that is true."""
-    criterion = {f.key: f.criterion for f in diagnosis.findings}
-    return criterion[rival] - criterion[true]
+    """Twice by how much the log odds of the effect that is true exceed those of the rival."""
+    odds = {f.key: f.log_odds for f in diagnosis.findings}
+    return 2.0 * (odds[true] - odds[rival])
 
 
 def run_case(case: Case, seed: int, keys: Sequence[str]) -> dict[str, Any]:
@@ -164,7 +163,7 @@ def run_case(case: Case, seed: int, keys: Sequence[str]) -> dict[str, Any]:
     told["group"] = {true, case.rival} <= set(found.group)
     if not told["group"] or told["left_out"]:
         return told
-    (separation,) = separations(now, fit, [f.test for f in found.findings], (true, case.rival), margin=Rules().margin)
+    (separation,) = separations(now, fit, [f.test for f in found.findings], (true, case.rival))
     told["predicted"] = separation.now.difference
     for prospect in (p for p in separation.prospects if p.key in keys):
         names = [o.name for o in [*base, *more[prospect.key][: prospect.drops]]]
@@ -181,7 +180,7 @@ def outcome(prospect: Prospect, measured: float) -> dict[str, Any]:
         "predicted": prospect.expected.difference,
         "probability": prospect.expected.probability,
         "measured": measured,
-        "told_apart": measured > Rules().margin,
+        "told_apart": measured > MARGIN,
     }
 
 
