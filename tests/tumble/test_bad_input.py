@@ -314,7 +314,7 @@ def test_a_killed_estimate_is_resumed_with_the_same_result(three: Path, tmp_path
 
 
 def test_two_runs_into_one_directory(three: Path, tmp_path: Path, estimate: Callable[..., int], capsys: pytest.CaptureFixture[str]) -> None:
-    with output_directory(tmp_path / "estimates", Run("estimate", {}), resume=False, force=False):
+    with output_directory(tmp_path / "estimates", Run("estimate", {}, reads=()), resume=False, force=False):
         assert estimate(three, "--force") == 2
         says(capsys, f"{tmp_path / 'estimates'}: process {os.getpid()} is writing there. Wait for it, or choose another --out.")
     assert estimate(three) == 2

@@ -51,7 +51,8 @@ def run(arguments: argparse.Namespace) -> int:
     unknown = [name for name in names if name not in benchmarks()]
     if unknown:
         raise InputError(f"--only {unknown[0]}: expected one of {', '.join(benchmarks())}.")
-    with output_directory(arguments.out, Run("bench", {"only": list(names)}), resume=arguments.resume, force=arguments.force) as out:
+    described = Run("bench", {"only": list(names)}, reads=())
+    with output_directory(arguments.out, described, resume=arguments.resume, force=arguments.force) as out:
         figures = _measure_all(names, quiet=arguments.quiet)
         with written_whole(out / FIGURES_FILE) as temporary:
             temporary.write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")

@@ -23,6 +23,7 @@ from tumble.diagnosing import DIAGNOSIS_FILE, Question, prepared
 from tumble.numbers import compact
 from tumble.output_directory import Run, note_failures, output_directory
 from tumble.progress import progress
+from tumble.read_paths import effects_read, observations_read, paths_given
 from tumble.reports.campaign_page import write_campaign_page
 from tumble.reports.words import rms_word, rung_name
 
@@ -68,7 +69,8 @@ def run_on_campaign(verb: str, arguments: argparse.Namespace, work: Work, *, ste
     Exit code 1 when sequences were left out, 2 when the campaign is too short to say anything.
     """
     question = question_of(arguments)
-    described = Run(verb, {"observations": str(arguments.observations.resolve()), **described_effects(question), **question.configuration})
+    content = {"observations": str(arguments.observations.resolve()), **described_effects(question), **question.configuration}
+    described = Run(verb, content, reads=read_by(arguments))
     with output_directory(arguments.out, described, resume=arguments.resume, force=arguments.force) as out:
         if not (out / DIAGNOSIS_FILE).exists():
             with processes(arguments.jobs), campaign_of(question, out, quiet=arguments.quiet) as campaign:
@@ -83,6 +85,13 @@ def run_on_campaign(verb: str, arguments: argparse.Namespace, work: Work, *, ste
         say_diagnosis(document)
         print(f"report: {arguments.out / REPORT_FILE}")
     return 2 if document["verdict"]["kind"] == "says nothing" else int(bool(document["left_out"]))
+
+
+def read_by(arguments: argparse.Namespace) -> tuple[Path, ...]:
+    """What a verb on a campaign reads."""
+    plug_ins = effects_read(f"{arguments.effects},{getattr(arguments, 'also', '')}")
+    options = paths_given(arguments.config, arguments.mesh, getattr(arguments, "truth", None))
+    return (*observations_read(arguments.observations), *plug_ins, *options)
 
 
 def described_effects(question: Question) -> dict[str, Any]:

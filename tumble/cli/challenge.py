@@ -4,7 +4,6 @@ import argparse
 import hashlib
 import json
 import secrets
-import shutil
 from collections.abc import Callable
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -26,7 +25,9 @@ from tumble.cli.hidden import show_hidden
 from tumble.cli.options import add_configuration, add_jobs, add_output, positive, verb_parser
 from tumble.cli.outcomes import exit_code, report_failures
 from tumble.configuring import load_configuration
-from tumble.output_directory import Run, output_directory, read_run
+from tumble.output_directory import Run, output_directory
+from tumble.read_paths import paths_given
+from tumble.written_files import read_run, refuse_other_file
 
 Part = tuple[str, str, Callable[[argparse.ArgumentParser], None], Callable[[argparse.Namespace], int]]
 
@@ -115,9 +116,8 @@ def _make(arguments: argparse.Namespace) -> int:
         "plausible": plan.plausible,
         "limits": hashlib.sha256(arguments.limits.read_bytes()).hexdigest(),
     }
-    if arguments.force:
-        shutil.rmtree(arguments.out / CAMPAIGNS, ignore_errors=True)
-    described = Run("challenge make", {**configuration, "seed": seed}, seed)
+    reads = paths_given(arguments.limits, arguments.particles)
+    described = Run("challenge make", {**configuration, "seed": seed}, seed, reads=reads, beside=(CAMPAIGNS,))
     with output_directory(arguments.out / TRUTH, described, resume=arguments.resume, force=arguments.force) as truth:
         outcomes = make_campaigns(draw_cases(plan, seed), arguments.out, jobs=arguments.jobs, quiet=arguments.quiet)
         report_failures(truth, outcomes)
@@ -157,7 +157,8 @@ def _solve_options(part: argparse.ArgumentParser) -> None:
 def _solve(arguments: argparse.Namespace) -> int:
     configuration = load_configuration(arguments.config, arguments.settings)
     campaigns_in(arguments.challenge)
-    described = Run("challenge solve", {"challenge": str(arguments.challenge.resolve()), **configuration})
+    reads = paths_given(arguments.challenge, arguments.config, arguments.keep)
+    described = Run("challenge solve", {"challenge": str(arguments.challenge.resolve()), **configuration}, reads=reads)
     with output_directory(arguments.out, described, resume=arguments.resume, force=arguments.force) as out:
         outcomes = solve_campaigns(arguments.challenge, configuration, out, jobs=arguments.jobs, quiet=arguments.quiet, kept=arguments.keep)
         report_failures(out, outcomes)
@@ -183,13 +184,16 @@ def _score_options(part: argparse.ArgumentParser) -> None:
 
 def _score(arguments: argparse.Namespace) -> int:
     configuration, table = load_configuration(arguments.config, arguments.settings), read_table(arguments.limits)
+    _refuse_result(arguments)
     cases = read_cases(arguments.challenge)
     seed = _seed_of(arguments.challenge) if arguments.earlier or arguments.result else 0
     earlier = [read_tables(path, without=seed) for path in arguments.earlier]
     answered = [case for case in cases if answer_path(arguments.answers, case.name).is_file()]
     asked = [] if arguments.no_oracle else [case for case in answered if case.kind != "control"]
     wanted = [(case, not read_answer(arguments.answers, case.name).get("held_out")) for case in asked]
-    described = Run("challenge score", {"challenge": str(arguments.challenge.resolve()), "answers": str(arguments.answers.resolve())})
+    read = {"challenge": arguments.challenge, "answers": arguments.answers}
+    reads = paths_given(*read.values(), arguments.limits, arguments.config, arguments.keep, *arguments.earlier)
+    described = Run("challenge score", {name: str(path.resolve()) for name, path in read.items()}, reads=reads)
     with output_directory(arguments.out, described, resume=arguments.resume, force=arguments.force) as out:
         outcomes = ask_oracle(
             wanted, arguments.challenge, configuration, out, jobs=arguments.jobs, quiet=arguments.quiet, kept=arguments.keep
@@ -211,6 +215,17 @@ def _score(arguments: argparse.Namespace) -> int:
     return exit_code(outcomes) if outcomes else 0
 
 
+def _refuse_result(arguments: argparse.Namespace) -> None:
+    """Refuse a result that would replace what is read, or a file of others."""
+    if arguments.result is None:
+        return
+    if arguments.result.resolve() in [path.resolve() for path in arguments.earlier]:
+        raise InputError(f"--result {arguments.result}: expected another file than those that are read by --with, got one of them.")
+    refuse_other_file(arguments.result, '"acceptance"', "--result")
+    for name in TABLES:
+        refuse_other_file(table_path(arguments.result, name), "case,", "--result")
+
+
 def _seed_of(challenge: Path) -> int:
     made = read_run(challenge / TRUTH)
     if made is None or made.get("seed") is None:
@@ -227,7 +242,8 @@ def _hidden_options(part: argparse.ArgumentParser) -> None:
 
 def _hidden(arguments: argparse.Namespace) -> int:
     seed = secrets.randbits(48) if arguments.seed is None else int(arguments.seed)
-    return show_hidden(_shape(arguments), seed, read_table(arguments.limits), arguments.out)
+    reads = paths_given(arguments.limits, arguments.particles)
+    return show_hidden(_shape(arguments), seed, read_table(arguments.limits), arguments.out, reads)
 
 
 def _write_text(path: Path, text: str) -> None:
@@ -258,9 +274,10 @@ def _limits_options(part: argparse.ArgumentParser) -> None:
 
 def _limits(arguments: argparse.Namespace) -> int:
     shape = _shape(arguments)
+    refuse_other_file(arguments.table, '"effects"', "--table")
     counts = {name: getattr(arguments, name) for name in ("controls", "outside", "large", "seed")}
     content = {"shape": asdict(shape), **counts}
-    described = Run("challenge limits", content, arguments.seed)
+    described = Run("challenge limits", content, arguments.seed, reads=paths_given(arguments.particles))
     with output_directory(arguments.out, described, resume=arguments.resume, force=arguments.force) as out:
         cases = development_controls(shape, arguments.controls, arguments.seed)
         cases += development_outside(shape, arguments.outside, arguments.seed)

@@ -14,8 +14,9 @@ from datasets.vocabulary.effects import EFFECTS
 from estimator.effects.contracts import Kept
 from tumble.cli.options import verb_parser
 from tumble.effect_checking import check_effect
-from tumble.effect_pages import catalogue_page
+from tumble.effect_pages import COMMAND, catalogue_page
 from tumble.effect_writing import KINDS, effect_key, plug_in_text, write_plug_in
+from tumble.written_files import refuse_other_file
 
 
 def parser() -> argparse.ArgumentParser:
@@ -48,6 +49,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.action == "new":
         return _new(arguments)
     if arguments.write is not None:
+        refuse_other_file(arguments.write, COMMAND, "--write")
         with written_whole(arguments.write) as temporary:
             temporary.write_text(catalogue_page(), encoding="utf-8")
     elif arguments.json:

@@ -21,6 +21,7 @@ from tumble.configuring import load_configuration
 from tumble.estimating import estimate_all
 from tumble.numbers import with_sigma
 from tumble.output_directory import Run, output_directory
+from tumble.read_paths import observations_read, paths_given
 from tumble.reports.velocities import rows
 from tumble.reports.words import next_steps, rms_ete_px
 from tumble.result_files import SUFFIX, observations_in
@@ -58,7 +59,8 @@ def run(arguments: argparse.Namespace) -> int:
         return estimate_campaign(arguments, say_estimates)
     configuration = load_configuration(arguments.config, arguments.settings)
     observations_in(arguments.observations)
-    described = Run("estimate", {"observations": str(arguments.observations.resolve()), **configuration})
+    reads = paths_given(*observations_read(arguments.observations), arguments.config)
+    described = Run("estimate", {"observations": str(arguments.observations.resolve()), **configuration}, reads=reads)
     with output_directory(arguments.out, described, resume=arguments.resume, force=arguments.force) as out:
         outcomes = estimate_all(arguments.observations, configuration, out, jobs=arguments.jobs, quiet=arguments.quiet)
         report_failures(out, outcomes)

@@ -10,7 +10,7 @@ from datasets.estimate import Estimate, Status
 from datasets.estimate_files import read_estimate
 from datasets.json_documents import plain, read_document
 from estimator.side_by_side import processes
-from tumble.cli.campaign_options import campaign_of, described_effects, question_of, values_table
+from tumble.cli.campaign_options import campaign_of, described_effects, question_of, read_by, values_table
 from tumble.diagnosing import CAMPAIGN_FILE, estimated
 from tumble.output_directory import Run, output_directory
 from tumble.result_files import SUFFIX
@@ -19,9 +19,8 @@ from tumble.result_files import SUFFIX
 def estimate_campaign(arguments: argparse.Namespace, say: Callable[[list[Estimate]], None]) -> int:
     """Fit and print; exit code 1 when a sequence was left out or has no measurement."""
     question = question_of(arguments)
-    described = Run(
-        "estimate", {"observations": str(arguments.observations.resolve()), **described_effects(question), **question.configuration}
-    )
+    content = {"observations": str(arguments.observations.resolve()), **described_effects(question), **question.configuration}
+    described = Run("estimate", content, reads=read_by(arguments))
     with output_directory(arguments.out, described, resume=arguments.resume, force=arguments.force) as out:
         if not (out / CAMPAIGN_FILE).exists():
             with processes(arguments.jobs), campaign_of(question, out, quiet=arguments.quiet) as campaign:

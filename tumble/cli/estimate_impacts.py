@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from datasets.estimate import Estimate
 from datasets.estimate_files import read_estimate
-from tumble.cli.campaign_options import question_of
+from tumble.cli.campaign_options import question_of, read_by
 from tumble.estimating_impacts import estimate_impacts, trajectories_with_impacts
 from tumble.output_directory import Run, note_failures, output_directory
 from tumble.result_files import SUFFIX, estimate_path
@@ -18,7 +18,8 @@ def estimate_with_impacts(arguments: argparse.Namespace, tell: Callable[[argpars
     trajectories, left_out = trajectories_with_impacts(question.source, question.known)
     if not trajectories:
         return None
-    described = Run("estimate", {"observations": str(question.source.resolve()), "impacts": True, "known": question.known.words.strip()})
+    content = {"observations": str(question.source.resolve()), "impacts": True, "known": question.known.words.strip()}
+    described = Run("estimate", content, reads=read_by(arguments))
     with output_directory(arguments.out, described, resume=arguments.resume, force=arguments.force) as out:
         if not all(estimate_path(out, t.name).exists() for t in trajectories):
             estimate_impacts(trajectories, out)

@@ -29,7 +29,8 @@ def parser() -> argparse.ArgumentParser:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run the steps; the first that fails ends it with its exit code."""
-    with output_directory(arguments.out, Run("quickstart", {"recipe": RECIPE}), resume=arguments.resume, force=arguments.force) as out:
+    described = Run("quickstart", {"recipe": RECIPE}, reads=())
+    with output_directory(arguments.out, described, resume=arguments.resume, force=arguments.force) as out:
         for words in steps(out, _recipe_in(out), arguments):
             code = _step(words, quiet=arguments.quiet or arguments.json)
             if code:

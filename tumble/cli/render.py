@@ -9,6 +9,7 @@ from tumble.cli.options import add_configuration, add_jobs, add_output, verb_par
 from tumble.cli.outcomes import exit_code, report_failures
 from tumble.engine import Outcome, State
 from tumble.output_directory import Run, output_directory
+from tumble.read_paths import paths_given
 from tumble.rendering import render_dataset, variant_of
 
 
@@ -29,7 +30,7 @@ def parser() -> argparse.ArgumentParser:
 def run(arguments: argparse.Namespace) -> int:
     """Render; exit code 1 when a sequence failed, 2 when all did."""
     recipe = load_recipe(arguments.config, arguments.settings)
-    described = Run("render", recipe_to_dict(recipe), recipe.seed, variant_of(recipe))
+    described = Run("render", recipe_to_dict(recipe), recipe.seed, variant_of(recipe), reads=paths_given(arguments.config))
     with output_directory(arguments.out, described, resume=arguments.resume, force=arguments.force) as out:
         outcomes = render_dataset(recipe, out, jobs=arguments.jobs, quiet=arguments.quiet)
         report_failures(out, outcomes)

@@ -58,7 +58,8 @@ def run(arguments: argparse.Namespace) -> int:
     """Score, store, print."""
     if not arguments.truth.is_dir():
         raise InputError(f"{arguments.truth}: expected the truth folder of a dataset, came nothing.")
-    described = Run("score", {"estimates": str(arguments.estimates.resolve()), "truth": str(arguments.truth.resolve())})
+    read = {"estimates": arguments.estimates, "truth": arguments.truth}
+    described = Run("score", {name: str(path.resolve()) for name, path in read.items()}, reads=tuple(read.values()))
     with output_directory(arguments.out, described, resume=arguments.resume, force=arguments.force) as out:
         table = score_all(arguments.estimates, arguments.truth)
         write_scores(table, out)

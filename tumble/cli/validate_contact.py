@@ -19,6 +19,8 @@ from tumble.contact_documents import FILE, KIND, broken_document, validation_doc
 from tumble.contact_validating import DIAMOND_KG_M3, Collected, Known, collected
 from tumble.numbers import compact, with_sigma
 from tumble.output_directory import Run, note_failures, output_directory
+from tumble.read_paths import observations_read, paths_given
+from tumble.reporting import source_of
 from tumble.reports.contact_page import write_contact_page
 
 REPORT_FILE = "report.html"
@@ -86,7 +88,9 @@ def _described(arguments: argparse.Namespace) -> Run:
     names = ("plate", "models", "spheres", "seed", "density", "young", "poisson", "plate_young", "plate_poisson")
     said = {name: getattr(arguments, name) for name in names}
     paths = {name: None if path is None else str(path.resolve()) for name, path in _paths(arguments).items()}
-    return Run("validate-contact", {**paths, **said}, seed=arguments.seed)
+    source = arguments.observations or source_of(arguments.estimates)
+    reads = paths_given(arguments.estimates, arguments.mesh, *(observations_read(source) if source else ()))
+    return Run("validate-contact", {**paths, **said}, seed=arguments.seed, reads=reads)
 
 
 def _paths(arguments: argparse.Namespace) -> dict[str, Path | None]:
