@@ -77,10 +77,16 @@ def output_directory(path: Path, run: Run, *, resume: bool, force: bool) -> Iter
         _finish(path)
 
 
-def note_failures(path: Path, reasons: Mapping[str, str]) -> None:
-    """Write into ``run.json`` which items failed and why, so that a run that lost some never reads as finished."""
+def note_failures(path: Path, reasons: Mapping[str, str], tracebacks: Mapping[str, str] | None = None) -> None:
+    """Write into ``run.json`` which items failed and why, so that a run that lost some never reads as finished.
+
+    ``tracebacks``: where, for those that failed of a fault of Tumble's.
+    """
     if reasons:
-        failures = [{"item": item, "reason": reason} for item, reason in reasons.items()]
+        where = tracebacks or {}
+        failures = [
+            {"item": item, "reason": reason} | ({"traceback": where[item]} if item in where else {}) for item, reason in reasons.items()
+        ]
         _write(path, {**_described(path), "failures": failures})
 
 

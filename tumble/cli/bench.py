@@ -13,11 +13,11 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from rich.console import Console
 from rich.table import Table
 
 from datasets.atomic_files import written_whole
 from datasets.errors import InputError, TumbleError
+from tumble.cli.console import console
 from tumble.cli.options import add_output, verb_parser
 from tumble.output_directory import Run, output_directory
 from tumble.progress import progress
@@ -99,4 +99,4 @@ def _say(figures: dict[str, list[Figure]]) -> None:
             bound = "" if limit is None else f"{sign} {limit:g}"
             verdict = "" if limit is None else ("kept" if within(figure) else "missed")
             table.add_row(name, figure["name"], f"{figure['value']:.4g}", figure["unit"], bound, verdict)
-    Console().print(table)
+    console().print(table)

@@ -5,14 +5,15 @@ import dataclasses
 import json
 from pathlib import Path
 
-from rich.console import Console
 from rich.table import Table
 
 from datasets.atomic_files import written_whole
 from datasets.errors import InputError
 from datasets.vocabulary.effects import EFFECTS
 from estimator.effects.contracts import Kept
+from tumble.cli.console import console
 from tumble.cli.options import verb_parser
+from tumble.commands import command
 from tumble.effect_checking import check_effect
 from tumble.effect_pages import COMMAND, catalogue_page
 from tumble.effect_writing import KINDS, effect_key, plug_in_text, write_plug_in
@@ -55,9 +56,9 @@ def run(arguments: argparse.Namespace) -> int:
     elif arguments.json:
         print(json.dumps({key: dataclasses.asdict(entry) for key, entry in EFFECTS.items()}))
     else:
-        Console().print(_table())
+        console().print(_table())
         if not arguments.quiet:
-            print("next: tumble effect new MyWind --kind force, for one of your own")
+            print("an effect of your own:\nnext: tumble effect new MyWind --kind force")
     return 0
 
 
@@ -73,7 +74,7 @@ def _new(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print(json.dumps({"file": str(out), "effect": word}))
     elif not arguments.quiet:
-        print(f"{out} is written\nnext: tumble effect check {word}")
+        print(f"{out} is written\nnext: {command('effect', 'check', word)}")
     return 0
 
 
@@ -85,16 +86,17 @@ def _check(arguments: argparse.Namespace) -> int:
         print(json.dumps([dataclasses.asdict(each) for each in kept]))
     elif not arguments.quiet:
         _say(kept)
-        then = "ladder OBSERVATIONS --effects" if all(each.kept for each in kept) else "effect check"
-        print(f"next: tumble {then} {arguments.effect}")
+        on = () if arguments.on is None else ("--on", arguments.on)
+        used = command("ladder", arguments.on or "OBSERVATIONS", "--effects", arguments.effect)
+        print(f"next: {used if all(each.kept for each in kept) else command('effect', 'check', arguments.effect, *on)}")
     return int(not all(each.kept for each in kept))
 
 
 def _say(kept: tuple[Kept, ...]) -> None:
-    console = Console()
+    out = console()
     for each in kept:
         mark = "kept  " if each.kept else "BROKEN"
-        console.print(f"{mark}  {each.name}: {each.found}", soft_wrap=True, highlight=False, markup=False)
+        out.print(f"{mark}  {each.name}: {each.found}", soft_wrap=True)
 
 
 def _table() -> Table:

@@ -3,8 +3,6 @@
 import shlex
 from pathlib import Path
 
-from rich.console import Console
-
 from datasets.recipes.recipe import EffectRecipe
 from datasets.vocabulary.effects import EFFECTS
 from tumble.challenge.cases import CAMPAIGNS, TRUTH, Case, campaign_folder
@@ -12,6 +10,7 @@ from tumble.challenge.drawing import Counts, Plan, Shape, Sizes, worth_a_look
 from tumble.challenge.limits import LimitTable
 from tumble.challenge.making import make_item, payload_of
 from tumble.cli import main as command_line
+from tumble.cli.console import console
 from tumble.numbers import rounded
 from tumble.output_directory import Run, output_directory
 
@@ -41,7 +40,7 @@ def show_hidden(shape: Shape, seed: int, table: LimitTable, out: Path, reads: tu
         codes = [_looked_for(verb, question, campaign_folder(out, case.name), out / verb) for verb, question in LOOKED_FOR]
     _heading("And the truth:")
     _say_truth(case)
-    print(f"report: {out / 'explain' / 'report.html'}\nnext: tumble explain OBSERVATIONS, on recordings of your own")
+    print(f"report: {out / 'explain' / 'report.html'}\non recordings of your own:\nnext: tumble explain OBSERVATIONS")
     return max(codes, default=0)
 
 
@@ -53,7 +52,7 @@ def _looked_for(verb: str, question: str, campaign: Path, out: Path) -> int:
 
 
 def _heading(text: str) -> None:
-    Console().print(f"\n{text}", style="bold", soft_wrap=True, highlight=False, markup=False)
+    console().print(f"\n{text}", style="bold", soft_wrap=True)
 
 
 def _say_truth(case: Case) -> None:
@@ -61,7 +60,7 @@ def _say_truth(case: Case) -> None:
         entry = EFFECTS[effect.key]
         times = f"{case.ratios[effect.key]:.1f} times as large as what is found in 95% of cases"
         sentence = f"hidden was {entry.title} ({entry.stage.value}): {_values(effect)}; {times}. {entry.meaning}."
-        Console().print(sentence, soft_wrap=True, highlight=False, markup=False)
+        console().print(sentence, soft_wrap=True)
 
 
 def _values(effect: EffectRecipe) -> str:

@@ -3,12 +3,15 @@
 import argparse
 import importlib
 import json
+import shlex
 import shutil
 import sys
 from importlib import resources
 from pathlib import Path
 
+from tumble.cli.exit_codes import ALL_MEASURED, INCOMPLETE
 from tumble.cli.options import add_jobs, add_output, verb_parser
+from tumble.commands import command
 from tumble.output_directory import Run, note_failures, output_directory
 
 RECIPE = "demo.toml"
@@ -28,17 +31,18 @@ def parser() -> argparse.ArgumentParser:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Run the steps; the first that fails ends it with its exit code."""
+    """Run the steps; the first of which nothing is there to go on with ends it with its exit code."""
+    codes = [ALL_MEASURED]
     described = Run("quickstart", {"recipe": RECIPE}, reads=())
     with output_directory(arguments.out, described, resume=arguments.resume, force=arguments.force) as out:
         for words in steps(out, _recipe_in(out), arguments):
-            code = _step(words, quiet=arguments.quiet or arguments.json)
-            if code:
-                note_failures(out, {f"tumble {words[0]}": f"exit code {code}"})
-                return code
+            codes.append(_step(words, quiet=arguments.quiet or arguments.json))
+            if codes[-1] > INCOMPLETE:
+                note_failures(out, {f"tumble {words[0]}": f"exit code {codes[-1]}"})
+                return codes[-1]
     page = out / "report" / "report.html"
     print(json.dumps({"report": str(page)}) if arguments.json else f"\nThe report: {page}\n{_next(out)}")
-    return 0
+    return max(codes)
 
 
 def steps(out: Path, recipe: Path, arguments: argparse.Namespace) -> list[list[str]]:
@@ -63,7 +67,7 @@ def _recipe_in(out: Path) -> Path:
 
 def _step(words: list[str], *, quiet: bool) -> int:
     if not quiet:
-        print(f"\n$ tumble {' '.join(word if ' ' not in word else repr(word) for word in words)}", flush=True)
+        print(f"\n$ {command(*words)}", flush=True)
     verb = importlib.import_module(f"tumble.cli.{words[0]}")
     return int(verb.run(verb.parser().parse_args([*words[1:], *(["--quiet"] if quiet else [])])))
 
@@ -72,6 +76,6 @@ def _next(out: Path) -> str:
     program = Path(sys.argv[0]).name if shutil.which("tumble") else sys.argv[0]
     return (
         "Open it in a browser. Then change the recipe and go again:\n"
-        f"  {program} render --config {out / RECIPE} --set motion.frames=80 --out out/mine\n"
-        f"  {program} estimate out/mine --out out/mine-estimates"
+        f"  {shlex.join([program, 'render', '--config', str(out / RECIPE), '--set', 'motion.frames=80', '--out', 'out/mine'])}\n"
+        f"  {shlex.join([program, 'estimate', 'out/mine', '--out', 'out/mine-estimates'])}"
     )

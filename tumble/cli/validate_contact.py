@@ -6,7 +6,6 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from rich.console import Console
 from rich.table import Table
 
 from datasets.errors import InputError
@@ -14,7 +13,9 @@ from datasets.json_documents import Document, plain, read_document, write_docume
 from estimator.contact_validation.force_models import Materials
 from estimator.contact_validation.validate import DEFAULT_MODELS, LEAST_RUNS, MODELS, Question, validate
 from estimator.contact_validation.verdict import broken_verdict
+from tumble.cli.console import console
 from tumble.cli.options import add_output, positive, three_numbers, verb_parser
+from tumble.cli.outcomes import tell_left_out
 from tumble.contact_documents import FILE, KIND, broken_document, validation_document
 from tumble.contact_validating import DIAMOND_KG_M3, Collected, Known, collected
 from tumble.numbers import compact, with_sigma
@@ -99,8 +100,7 @@ def _paths(arguments: argparse.Namespace) -> dict[str, Path | None]:
 
 def _validated(arguments: argparse.Namespace, question: Question, known: Known) -> Document:
     found = collected(arguments.estimates, arguments.observations, known)
-    for name, reason in found.left_out.items():
-        print(f"tumble: {name} is left out: {reason}", file=sys.stderr)
+    tell_left_out(found.left_out)
     source, runs = str(arguments.estimates), _runs(found)
     broke = broken_verdict(found.broken, runs + len(found.broken))
     if broke is not None:
@@ -124,14 +124,14 @@ def _runs(found: Collected) -> int:
 
 def say_validation(document: Document) -> None:
     """What was found, for people."""
-    console = Console()
+    out = console()
 
     def say(sentence: str) -> None:
-        console.print(sentence, soft_wrap=True, highlight=False, markup=False)
+        out.print(sentence, soft_wrap=True)
 
     if document["models"]:
-        console.print(models_table(document["models"]))
-        console.print(ladder_table(document["ladder"]["rungs"]))
+        out.print(models_table(document["models"]))
+        out.print(ladder_table(document["ladder"]["rungs"]))
     say(document["verdict"]["sentence"])
     if document["detectable"]:
         say(f"Found in 95% of sets like this one would be {'; '.join(detectable_words(each) for each in document['detectable'])}.")
