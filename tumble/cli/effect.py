@@ -14,7 +14,7 @@ from estimator.effects.contracts import Kept
 from tumble.cli.console import console
 from tumble.cli.options import verb_parser
 from tumble.commands import command
-from tumble.effect_checking import check_effect
+from tumble.effect_checking import LIMIT_S, check_effect
 from tumble.effect_pages import COMMAND, catalogue_page
 from tumble.effect_writing import KINDS, effect_key, plug_in_text, write_plug_in
 from tumble.written_files import refuse_other_file
@@ -26,7 +26,7 @@ def parser() -> argparse.ArgumentParser:
         "effect",
         description="list: the catalogue of effects with their parameters (--write FILE.md: as a page of the documentation).\n"
         "check: whether an effect, of the catalogue or your own (FILE.py:CLASS), keeps the contracts: zero is no effect,\n"
-        "derivatives agree with finite differences over the whole chain, numbers are finite. Exit code 0: kept; 1: not; 2: no effect.\n"
+        "derivatives agree with finite differences over the whole chain, numbers are finite, it comes to an end. Exit code 2: no effect.\n"
         "new: a plug-in file with a class of that name, ready to run: with the law that a diagnosis proposes (--from diagnosis.json),\n"
         "or a minimal one to edit (--kind).",
         example="tumble effect check ./my_wind.py:Wind",
@@ -36,6 +36,9 @@ def parser() -> argparse.ArgumentParser:
         "effect", nargs="?", default="", metavar="EFFECT", help="for check: a key of the catalogue, or FILE.py:CLASS; for new: CLASS"
     )
     verb.add_argument("--on", type=Path, metavar="OBSERVATIONS", help="for check: a dataset or observation (default: a short made-up one)")
+    verb.add_argument(
+        "--limit", type=float, default=LIMIT_S, metavar="S", help="for check: seconds that a plug-in may take (default: %(default)g)"
+    )
     verb.add_argument("--from", dest="source", type=Path, metavar="DIAGNOSIS", help="for new: the diagnosis.json with a law")
     verb.add_argument("--kind", choices=tuple(KINDS), help="for new: what a minimal plug-in is for")
     verb.add_argument("--out", type=Path, metavar="FILE.py", help="for new: the file to write (default: the name of the effect)")
@@ -81,7 +84,7 @@ def _new(arguments: argparse.Namespace) -> int:
 def _check(arguments: argparse.Namespace) -> int:
     if not arguments.effect:
         raise InputError("tumble effect check: expected an effect, a key of the catalogue or FILE.py:CLASS, came none.")
-    kept = check_effect(arguments.effect, arguments.on)
+    kept = check_effect(arguments.effect, arguments.on, arguments.limit)
     if arguments.json:
         print(json.dumps([dataclasses.asdict(each) for each in kept]))
     elif not arguments.quiet:
