@@ -74,6 +74,14 @@ def test_an_input_is_no_output_folder(
             assert content(inputs) == before, asked
 
 
+def test_the_particles_that_a_recipe_names_are_read(
+    inputs: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(inputs)
+    assert main(["render", "--config", "config/recipe.toml", "--out", "particles", "--force"]) == 2
+    assert "got one that holds particles/stone.ply" in capsys.readouterr().err
+
+
 def test_force_does_not_empty_a_folder_inside_of_what_is_read(tmp_path: Path) -> None:
     inside = tmp_path / "observations" / "earlier"
     run = Run("estimate", {}, reads=())

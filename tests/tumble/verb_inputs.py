@@ -39,7 +39,7 @@ COMMANDS: Mapping[str, str] = {
 def make_inputs(folder: Path) -> None:
     """Everything that ``COMMANDS`` names; sequences and estimates are there, but empty."""
     files = {
-        "config/recipe.toml": "sequences = 1\n",
+        "config/recipe.toml": "sequences = 1\n[particle]\nfiles = ['particles/stone.ply']\n",
         "config/estimator.toml": "minimum_frames = 12\n",
         "dataset/run.json": '{"schema": "tumble-run", "verb": "render", "state": "finished", "failures": [], "configuration": {}}',
         "dataset/observations/one/observation.json": "{}",

@@ -74,7 +74,7 @@ def _run_anew(arguments: argparse.Namespace) -> int:
     recipe = load_recipe(source, ())
     manner = Manner(arguments.jobs, arguments.quiet, arguments.force)
     content = {"baseline": str(arguments.baseline.resolve()), "recipe": str(source.resolve())}
-    described = Run("gate", content, recipe.seed, reads=(arguments.baseline, source))
+    described = Run("gate", content, recipe.seed, reads=(arguments.baseline, source, *map(Path, recipe.particle.files)))
     with output_directory(arguments.out, described, resume=not arguments.force, force=arguments.force) as out:
         rows, outcomes = rows_of_recipe(recipe, out, manner)
         note_failures(out, {outcome.name: outcome.message for outcome in failures(outcomes)})

@@ -9,6 +9,7 @@ import sys
 from importlib import resources
 from pathlib import Path
 
+from datasets.errors import InputError
 from tumble.cli.exit_codes import ALL_MEASURED, INCOMPLETE
 from tumble.cli.options import add_jobs, add_output, verb_parser
 from tumble.commands import command
@@ -33,6 +34,7 @@ def parser() -> argparse.ArgumentParser:
 def run(arguments: argparse.Namespace) -> int:
     """Run the steps; the first of which nothing is there to go on with ends it with its exit code."""
     codes = [ALL_MEASURED]
+    _refuse_changed_recipe(arguments.out / RECIPE)
     described = Run("quickstart", {"recipe": RECIPE}, reads=())
     with output_directory(arguments.out, described, resume=arguments.resume, force=arguments.force) as out:
         for words in steps(out, _recipe_in(out), arguments):
@@ -61,8 +63,19 @@ def steps(out: Path, recipe: Path, arguments: argparse.Namespace) -> list[list[s
 def _recipe_in(out: Path) -> Path:
     """The demo's recipe, copied to where a person may change it."""
     target = out / RECIPE
-    target.write_text(resources.files("tumble").joinpath(RECIPE).read_text(encoding="utf-8"), encoding="utf-8")
+    target.write_text(recipe(), encoding="utf-8")
     return target
+
+
+def recipe() -> str:
+    """The demo's recipe."""
+    return resources.files("tumble").joinpath(RECIPE).read_text(encoding="utf-8")
+
+
+def _refuse_changed_recipe(target: Path) -> None:
+    """What a person made of the recipe is theirs."""
+    if target.is_file() and target.read_text(encoding="utf-8", errors="replace") != recipe():
+        raise InputError(f"{target}: expected the demo's recipe, got one that was changed since. Move it away, or choose another --out.")
 
 
 def _step(words: list[str], *, quiet: bool) -> int:

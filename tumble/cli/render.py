@@ -31,7 +31,13 @@ def parser() -> argparse.ArgumentParser:
 def run(arguments: argparse.Namespace) -> int:
     """Render; exit code 1 when a sequence failed, 2 when all did."""
     recipe = load_recipe(arguments.config, arguments.settings)
-    described = Run("render", recipe_to_dict(recipe), recipe.seed, variant_of(recipe), reads=paths_given(arguments.config))
+    described = Run(
+        "render",
+        recipe_to_dict(recipe),
+        recipe.seed,
+        variant_of(recipe),
+        reads=(*paths_given(arguments.config), *map(Path, recipe.particle.files)),
+    )
     with output_directory(arguments.out, described, resume=arguments.resume, force=arguments.force) as out:
         outcomes = render_dataset(recipe, out, jobs=arguments.jobs, quiet=arguments.quiet)
         report_failures(out, outcomes, verbose=arguments.verbose)
