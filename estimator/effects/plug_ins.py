@@ -129,8 +129,8 @@ def _check_types(entry: EffectEntry, word: str) -> None:
         if not isinstance(parameter, Parameter):
             raise InputError(f"{word}: expected parameters to be Parameter (datasets.vocabulary.effects), got {parameter!r}.")
         numbers = (parameter.step, *(parameter.plausible if isinstance(parameter.plausible, tuple) else (parameter.plausible,)))
-        if len(numbers) != 3 or not all(isinstance(x, int | float) and math.isfinite(x) for x in numbers):
-            raise InputError(f"{word}: parameter {parameter.name}: expected a step and a plausible range of finite numbers, got {numbers}.")
+        if len(numbers) != 3 or not all(isinstance(x, int | float) and not math.isnan(x) for x in numbers):
+            raise InputError(f"{word}: parameter {parameter.name}: expected a step and a plausible range of numbers, got {numbers}.")
     unknown = set(entry.searched) - set(entry.names)
     if unknown:
         raise InputError(f"{word}: expected searched to name its parameters, got {', '.join(map(str, unknown))}.")
