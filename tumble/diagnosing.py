@@ -31,6 +31,7 @@ from estimator.effects.link import EffectModel
 from estimator.fitting.campaign import Campaign, CampaignFit
 from estimator.fitting.campaign_covariance import CampaignCovariance, campaign_covariance
 from tumble.campaigning import Known, Prepared, prepare
+from tumble.commands import command
 from tumble.diagnosis_documents import (
     campaign_content,
     diagnosis_entry,
@@ -82,7 +83,7 @@ class Question:
     def command(self, verb: str, effects: Sequence[str]) -> str:
         """A command on the same observations."""
         words = ",".join([*([self.words] if self.words else []), *effects])
-        return f"tumble {verb} {self.source}{self.known.words}" + (f" --effects {words}" if words else "")
+        return command(verb, self.source, *self.known.options, *(("--effects", words) if words else ()))
 
 
 def prepared(question: Question, *, quiet: bool) -> Prepared:

@@ -1,9 +1,12 @@
 """Writes effects of users' own: a plug-in from the law or the empirical term that a diagnosis proposes, or a minimal one to start from.
 
 The functions of a law's terms are copied as they stand in :mod:`estimator.effects.law_terms`, so the file can be read and edited alone.
+The next command runs the file, so no text of a diagnosis gets into it: only the names of terms and families that are known here, and
+numbers.
 """
 
 import inspect
+import math
 import re
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,11 +19,13 @@ from datasets.errors import InputError
 from datasets.json_documents import read_document, revived
 from datasets.vocabulary.effects import EFFECTS, Parameter
 from estimator.effects.empirical import EMPIRICAL
-from estimator.effects.law_effect import REFERENCE
+from estimator.effects.law_effect import REFERENCE, law_formula
 from estimator.effects.law_terms import TERMS, Term
 from estimator.effects.model import overrides
 from estimator.effects.plug_ins import LINKS
+from tumble.commands import command
 from tumble.numbers import compact
+from tumble.unknowns import FAMILY_WORDS, law_words
 
 
 @dataclass(frozen=True)
@@ -98,7 +103,7 @@ def plug_in_text(name: str, out: Path, *, source: Path | None, kind: str | None)
         Where the name cannot be one, or the diagnosis proposes nothing.
     """
     key = effect_key(name)
-    told = {"name": name, "key": key, "title": key.replace("_", " ").capitalize(), "use": _use(name, out)}
+    told = {"name": name, "key": key, "title": key.replace("_", " ").capitalize(), "use": _in_docstring(_use(name, out))}
     if source is None:
         return _rendered("blank.py.j2", {**told, "kind": KINDS[kind or "force"]})
     found = revived(read_document(source, "diagnosis")).get("unknown")
@@ -108,8 +113,8 @@ def plug_in_text(name: str, out: Path, *, source: Path | None, kind: str | None)
             "`tumble explain` writes such a part where it finds one; for an empty template give --kind instead of --from."
         )
     if found["law"] is None:
-        return _rendered("family.py.j2", {**told, **_family(found)})
-    return _rendered("law.py.j2", {**told, **_law(found)})
+        return _rendered("family.py.j2", {**told, **_family(found, source)})
+    return _rendered("law.py.j2", {**told, **_law(found, source)})
 
 
 def write_plug_in(text: str, out: Path) -> None:
@@ -146,7 +151,13 @@ def effect_key(name: str) -> str:
 
 def _use(name: str, out: Path) -> str:
     word = f"{out if out.is_absolute() else './' + str(out)}:{name}"
-    return f"Check it with ``tumble effect check {word}``; use it with ``tumble estimate OBSERVATIONS --effects {word}``."
+    check, use = command("effect", "check", word), command("estimate", "OBSERVATIONS", "--effects", word)
+    return f"Check it with ``{check}``; use it with ``{use}``."
+
+
+def _in_docstring(text: str) -> str:
+    """Text that ends no docstring and hides no character."""
+    return repr(text)[1:-1].replace('"', '\\"').replace("\\'", "'")
 
 
 def _rendered(template: str, content: dict[str, Any]) -> str:
@@ -155,34 +166,36 @@ def _rendered(template: str, content: dict[str, Any]) -> str:
     return text.rstrip("\n") + "\n"
 
 
-def _family(found: dict[str, Any]) -> dict[str, Any]:
-    effect = EMPIRICAL[found["family"]]
+def _family(found: dict[str, Any], source: Path) -> dict[str, Any]:
+    effect = EMPIRICAL.get(found["family"])
+    if effect is None:
+        raise InputError(f"{source}: expected a family of {', '.join(EMPIRICAL)}, got {found['family']!r}.")
     link = next(link for link in LINKS if overrides(effect, link))
     adapted = found.get("adapted", {})
     return {
-        "stage": found["stage"],
+        "stage": effect.entry.stage.value,
         "formula": effect.entry.meaning,
-        "words": found["sentences"][0],
+        "words": f"This is {FAMILY_WORDS[effect.entry.key]}, as a diagnosis found it to be missing.",
         "base": type(effect).__name__,
         "link": link,
-        "length_s": adapted.get("length_s"),
-        "middle_m": ", ".join(_number(x) for x in adapted["middle_m"]) if "middle_m" in adapted else None,
+        "length_s": _finite(adapted["length_s"], source) if "length_s" in adapted else None,
+        "middle_m": ", ".join(_finite(x, source) for x in adapted["middle_m"]) if "middle_m" in adapted else None,
     }
 
 
-def _law(found: dict[str, Any]) -> dict[str, Any]:
-    law = found["law"]
-    terms = [_term(entry["term"]) for entry in law["terms"]]
-    values = {v["parameter"]: v for v in law["values"]}
+def _law(found: dict[str, Any], source: Path) -> dict[str, Any]:
+    terms = [_term(entry["term"]) for entry in found["law"]["terms"]]
+    values = _values(found["law"]["values"], terms, source)
+    words = law_words(terms)
     return {
-        "formula": law["formula"],
-        "words": f"{law['words'][:1].upper()}{law['words'][1:]}.",
+        "formula": law_formula(tuple(terms)),
+        "words": f"{words[:1].upper()}{words[1:]}.",
         "sources": list(dict.fromkeys(inspect.getsource(t.function).rstrip() for t in terms)),
         "parameters": [_parameter(p, values[p.name]) for t in terms for p in t.parameters],
         "reference": REFERENCE,
         "searched": [p.name for t in terms for p in t.shapes],
         "frozen": [t.power for t in terms if t.power is not None],
-        "starts": [_number(values[p.name]["value"]) if p in t.shapes else "0.0" for t in terms for p in t.parameters],
+        "starts": [_number(values[p.name][0]) if p in t.shapes else "0.0" for t in terms for p in t.parameters],
         "links": _links(terms),
     }
 
@@ -194,10 +207,20 @@ def _term(key: str) -> Term:
     return found
 
 
-def _parameter(p: Parameter, found: dict[str, Any]) -> dict[str, Any]:
-    """A parameter with a plausible range that has room for what was found."""
+def _values(told: list[dict[str, Any]], terms: list[Term], source: Path) -> dict[str, tuple[float, float]]:
+    """Value and standard deviation of each parameter of the terms."""
+    given = {entry["parameter"]: entry for entry in told}
+    names = [p.name for term in terms for p in term.parameters]
+    missing = [name for name in names if name not in given]
+    if missing:
+        raise InputError(f"{source}: expected values of the parameters {', '.join(names)}, got none of {', '.join(missing)}.")
+    return {name: (float(_finite(given[name]["value"], source)), float(_finite(given[name]["sigma"], source))) for name in names}
+
+
+def _parameter(p: Parameter, found: tuple[float, float]) -> dict[str, Any]:
+    """A parameter with a plausible range that has room for what was found, ``(value, standard deviation)``."""
     low, high = p.plausible
-    room = 3.0 * abs(float(found["value"]))
+    room = 3.0 * abs(found[0])
     unit = "" if p.unit == "1" else f" {p.unit}"
     return {
         "name": p.name,
@@ -206,8 +229,15 @@ def _parameter(p: Parameter, found: dict[str, Any]) -> dict[str, Any]:
         "high": _number(max(high, room)),
         "step": _number(p.step),
         "meaning": p.meaning,
-        "found": f"{compact(found['value'], found['sigma'])}{unit}",
+        "found": f"{compact(*found)}{unit}",
     }
+
+
+def _finite(value: Any, source: Path) -> str:
+    """A number of a diagnosis as Python writes it."""
+    if not isinstance(value, int | float) or not math.isfinite(value):
+        raise InputError(f"{source}: expected a finite number in what is unknown, got {value!r}.")
+    return repr(float(value))
 
 
 def _number(value: float) -> str:

@@ -7,6 +7,7 @@ one worker: when a worker dies (killed, out of memory, a library that aborts) on
 
 import multiprocessing
 import os
+import traceback
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
@@ -41,12 +42,17 @@ class State(StrEnum):
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of one item; ``message`` says why it failed."""
+    """What became of one item; ``message`` says why it failed.
+
+    ``fault``: it failed of something that Tumble does not raise on purpose; ``traceback`` says where, that of a worker included.
+    """
 
     name: str
     state: State
     message: str = ""
     result: dict[str, Any] = field(default_factory=dict)
+    fault: bool = False
+    traceback: str = ""
 
 
 def run(task: Task, items: Sequence[Item], *, jobs: int, advance: Callable[[str], None]) -> tuple[Outcome, ...]:
@@ -71,9 +77,12 @@ def failures(outcomes: Iterable[Outcome]) -> tuple[Outcome, ...]:
 
 
 def _failed(item: Item, error: BaseException) -> Outcome:
-    if isinstance(error, BrokenProcessPool):
-        return Outcome(item.name, State.FAILED, "its process died (killed, out of memory, or a library that aborted)")
-    return Outcome(item.name, State.FAILED, str(error) if isinstance(error, TumbleError) else f"{type(error).__name__}: {error}")
+    if isinstance(error, TumbleError):
+        return Outcome(item.name, State.FAILED, str(error))
+    died = isinstance(error, BrokenProcessPool)
+    message = "its process died (killed, out of memory, or a library that aborted)" if died else f"{type(error).__name__}: {error}"
+    where = "".join(traceback.format_exception(error))
+    return Outcome(item.name, State.FAILED, message, fault=True, traceback=f"{item.name}:\n{where}")
 
 
 def _serially(task: Task, items: Sequence[Item]) -> Iterable[Outcome]:

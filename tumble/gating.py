@@ -22,11 +22,12 @@ from datasets.truth_files import read_truth
 from tumble.configuring import load_configuration
 from tumble.engine import Outcome, State, failures
 from tumble.estimating import estimate_all
-from tumble.output_directory import Run, first_difference, note_failures, output_directory, read_run
+from tumble.output_directory import Run, first_difference, note_failures, output_directory
 from tumble.rendering import render_dataset, variant_of
 from tumble.result_files import estimate_path
 from tumble.scoring import score_one
 from tumble.versions import versions
+from tumble.written_files import read_run
 
 NATURE, INSTRUMENT = ("datasets", "synth"), ("datasets", "estimator")
 """The packages behind a dataset and behind an estimate."""
@@ -83,7 +84,7 @@ def sources_digest(packages: tuple[str, ...]) -> str:
 
 
 def _render(recipe: Recipe, out: Path, manner: Manner) -> None:
-    run = Run("render", recipe_to_dict(recipe) | _made_by(NATURE), recipe.seed, variant_of(recipe))
+    run = Run("render", recipe_to_dict(recipe) | _made_by(NATURE), recipe.seed, variant_of(recipe), reads=())
     outcomes = _kept_if_valid(out, run, manner, lambda: render_dataset(recipe, out, jobs=manner.jobs, quiet=manner.quiet))
     for failed in failures(outcomes):
         raise TumbleError(f"sequence {failed.name} cannot be made, so there is nothing to compare: {failed.message}")
@@ -92,7 +93,8 @@ def _render(recipe: Recipe, out: Path, manner: Manner) -> None:
 def _estimate(dataset: Path, out: Path, manner: Manner) -> tuple[Outcome, ...]:
     configuration = load_configuration(None, [])
     made = (read_run(dataset) or {})["configuration"]
-    run = Run("estimate", {**configuration, "observations": str(dataset.resolve()), "dataset": made} | _made_by(INSTRUMENT))
+    content = {**configuration, "observations": str(dataset.resolve()), "dataset": made} | _made_by(INSTRUMENT)
+    run = Run("estimate", content, reads=(dataset,))
     return _kept_if_valid(out, run, manner, lambda: estimate_all(dataset, configuration, out, jobs=manner.jobs, quiet=manner.quiet))
 
 

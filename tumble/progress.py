@@ -9,9 +9,10 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from datetime import timedelta
 from pathlib import Path
 
-from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
 
 from tumble.console import Console
 
@@ -83,28 +84,56 @@ def _watched(update: Update, pulses: Path | None) -> Iterator[Advance]:
         thread.join()
 
 
+class Pace:
+    """The time left, from what is done since the start.
+
+    Nothing is learned between two items, so there the time left runs down; it does not grow with every second that the next one takes.
+    Where that one takes longer than all that was left, nobody knows how long.
+    """
+
+    def __init__(self, now: float) -> None:
+        self.began, self.at, self.done, self.before = now, now, 0.0, 0.0
+
+    def left_s(self, now: float, done: float, total: int) -> float | None:
+        """Seconds left when ``done`` of ``total`` are done at the time ``now`` (s); ``None`` where nobody knows."""
+        if now - self.began < RESUMED_S:
+            self.before = self.done = done
+        elif done > self.done:
+            self.at, self.done = now, done
+        if not self.before < self.done:
+            return None
+        left = (self.at - self.began) / (self.done - self.before) * (total - self.done) - (now - self.at)
+        return left if left >= 0.0 else None
+
+
 @contextmanager
 def _bar(what: str, total: int) -> Iterator[Update]:
-    numbers = (TaskProgressColumn(), TimeElapsedColumn(), TextColumn("left"), TimeRemainingColumn())
-    columns = (TextColumn("{task.description}", markup=False), BarColumn(), *numbers)
+    pace = Pace(time.monotonic())
+    left = TextColumn("{task.fields[left]}")
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), TaskProgressColumn(), TimeElapsedColumn(), left)
     with Progress(*columns, console=Console(stderr=True), transient=True) as display:
-        task = display.add_task(what, total=total)
-        yield lambda done, name: display.update(task, completed=done, description=f"{what} {name}")
+        task = display.add_task(what, total=total, left="")
+
+        def update(done: float, name: str) -> None:
+            left = pace.left_s(time.monotonic(), done, total)
+            told = "" if left is None else f"{timedelta(seconds=round(left))} left"
+            display.update(task, completed=done, description=f"{what} {name}", left=told)
+
+        yield update
 
 
 @contextmanager
 def _lines(what: str, total: int) -> Iterator[Update]:
-    began = time.monotonic()
-    last, before = [began], [0.0]
+    pace = Pace(time.monotonic())
+    last = [pace.began]
 
     def update(done: float, name: str) -> None:
         now = time.monotonic()
-        if now - began < RESUMED_S:
-            before[0] = done
-        if now - last[0] < LINE_EVERY_S or not before[0] < done < total:
+        left = pace.left_s(now, done, total)
+        if now - last[0] < LINE_EVERY_S or not pace.before < done < total:
             return
         last[0] = now
-        left = (now - began) / (done - before[0]) * (total - done)
-        print(f"{what}: {done / total:.0%} of {total}, about {left:.0f} s left", file=sys.stderr, flush=True)
+        told = "this one takes longer than those before" if left is None else f"about {left:.0f} s left"
+        print(f"{what}: {done / total:.0%} of {total}, {told}", file=sys.stderr, flush=True)
 
     yield update

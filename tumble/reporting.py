@@ -7,10 +7,10 @@ from datasets.observation_files import read_observation
 from datasets.trajectory_files import trajectories_in
 from datasets.truth_files import FILE as TRUTH_FILE
 from datasets.truth_files import read_truth
-from tumble.output_directory import read_run
 from tumble.reports.overlay import estimated_outlines
 from tumble.reports.record import Record
 from tumble.result_files import estimates_in, observations_in
+from tumble.written_files import read_run
 
 
 def source_of(estimates: Path) -> Path | None:

@@ -21,6 +21,7 @@ from estimator.effects.link import EffectModel
 from estimator.effects.parameter_values import Z95
 from estimator.fitting.campaign import Campaign, CampaignFit
 from estimator.motion.flight import N_PARAMETERS
+from tumble.commands import command
 from tumble.diagnosis_documents import Entry, held_out_entry
 from tumble.numbers import compact
 from tumble.reports.words import rms_word
@@ -228,4 +229,4 @@ def with_unknown(verdict: Verdict, entry: Entry | None, ladder: Callable[[Sequen
 
 def law_command(out: Path) -> str:
     """How to make a plug-in of what a diagnosis in ``out`` found."""
-    return f"tumble effect new {CLASS} --from {out / 'diagnosis.json'} --out {PLUG_IN}"
+    return command("effect", "new", CLASS, "--from", out / "diagnosis.json", "--out", PLUG_IN)

@@ -7,8 +7,10 @@ are not finite ends in an :class:`~datasets.errors.InputError` that names the fi
 
 import difflib
 import importlib.util
+import math
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from enum import StrEnum
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -17,13 +19,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.errors import InputError
-from datasets.vocabulary.effects import EFFECTS, EffectEntry
+from datasets.vocabulary.effects import EFFECTS, EffectEntry, Parameter, Scope, Stage
 from estimator.effects.link import BodyChange, EffectModel, Moment, Places, Setting
 from estimator.effects.model import overrides
 
 Array = NDArray[np.float64]
 LINKS = ("times", "delays", "body", "air", "acceleration", "torque", "scale", "reading", "correct", "shift")
 """What an effect may override to act."""
+STAGES: Mapping[str, tuple[Stage, ...]] = {
+    "times": (Stage.CLOCK,),
+    "delays": (Stage.CLOCK, Stage.EXPOSURE),
+    "body": (Stage.BODY,),
+    "acceleration": (Stage.DYNAMICS,),
+    "torque": (Stage.DYNAMICS,),
+    "scale": (Stage.BODY,),
+    "correct": (Stage.OPTICS,),
+    "shift": (Stage.OPTICS, Stage.EXPOSURE, Stage.SEGMENTATION),
+}
+"""Where in the chain from particle to outline each link acts."""
+CHOICES: Mapping[str, tuple[StrEnum, ...]] = {"stage": tuple(Stage), "scope": tuple(Scope)}
 
 
 def is_plug_in(word: str) -> bool:
@@ -59,7 +73,7 @@ def _module(path: Path) -> ModuleType:
     sys.modules[name] = module  # dataclasses in it look there
     try:
         spec.loader.exec_module(module)
-    except Exception as error:  # whatever a user's file raises is the file's fault
+    except (Exception, SystemExit) as error:  # whatever a user's file raises is the file's fault
         raise InputError(f"{path}: {_raised(error)} while it was read.") from error
     return module
 
@@ -85,6 +99,7 @@ def _check_entry(found: type[EffectModel], word: str) -> None:
     entry = found.entry
     if not isinstance(entry, EffectEntry):
         raise InputError(f"{word}: expected entry to be an EffectEntry (datasets.vocabulary.effects), came {type(entry).__name__}.")
+    _check_types(entry, word)
     if entry.key in EFFECTS:
         raise InputError(f'{word}: its key "{entry.key}" is that of an effect of the catalogue; choose another.')
     if not entry.key.isidentifier():
@@ -100,12 +115,40 @@ def _check_entry(found: type[EffectModel], word: str) -> None:
             raise InputError(f"{word}: parameter {parameter.name}: expected a plausible range (low, high), came {parameter.plausible}.")
     if not overrides(_made(found, word), *LINKS):
         raise InputError(f"{word}: expected one of the links {', '.join(LINKS)} to be overridden, came none: it would do nothing.")
+    _check_stage(found, word)
+
+
+def _check_types(entry: EffectEntry, word: str) -> None:
+    """What an entry says is of the types that it declares; Python checks none of them."""
+    for name, kind in (("key", str), ("stage", Stage), ("scope", Scope), ("parameters", tuple), ("searched", tuple)):
+        value = getattr(entry, name)
+        if not isinstance(value, kind):
+            of = f", one of {', '.join(each.name for each in CHOICES[name])}" if name in CHOICES else ""
+            raise InputError(f"{word}: expected {name} of its entry to be a {kind.__name__}{of}, got {value!r}.")
+    for parameter in entry.parameters:
+        if not isinstance(parameter, Parameter):
+            raise InputError(f"{word}: expected parameters to be Parameter (datasets.vocabulary.effects), got {parameter!r}.")
+        numbers = (parameter.step, *(parameter.plausible if isinstance(parameter.plausible, tuple) else (parameter.plausible,)))
+        if len(numbers) != 3 or not all(isinstance(x, int | float) and not math.isnan(x) for x in numbers):
+            raise InputError(f"{word}: parameter {parameter.name}: expected a step and a plausible range of numbers, got {numbers}.")
+    unknown = set(entry.searched) - set(entry.names)
+    if unknown:
+        raise InputError(f"{word}: expected searched to name its parameters, got {', '.join(map(str, unknown))}.")
+
+
+def _check_stage(found: type[EffectModel], word: str) -> None:
+    """The stage is one at which an overridden link acts."""
+    links = [link for link in LINKS if getattr(found, link) is not getattr(EffectModel, link)]
+    stages = dict.fromkeys(stage for link in links for stage in STAGES[link])
+    if found.entry.stage not in stages:
+        wanted = " or ".join(f"Stage.{stage.name}" for stage in stages)
+        raise InputError(f"{word}: expected {wanted}, where {'() and '.join(links)}() acts, got Stage.{found.entry.stage.name}.")
 
 
 def _made(found: type[EffectModel], word: str) -> EffectModel:
     try:
         return found()
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise InputError(f"{word}: {_raised(error)} when it was made; an effect is made without arguments.") from error
 
 
@@ -138,7 +181,7 @@ class _Watch:
                 answer = original(effect, *arguments)
             except InputError:
                 raise
-            except Exception as error:
+            except (Exception, SystemExit) as error:
                 raise InputError(f"{self.word}: {_raised(error)} in {link}(){self._at(link, arguments)}.") from error
             return check(answer, *arguments)
 

@@ -85,11 +85,12 @@ def test_mitsuba_is_hidden_like_a_distribution_that_is_not_installed(blocked: di
 @pytest.mark.parametrize("settings", [SHORT, SHORT + SMALL_PICTURES], ids=["outlines", "frames"])
 def test_an_estimate_without_truth_and_mitsuba_is_the_same(blocked: dict[str, str], tmp_path: Path, settings: tuple[str, ...]) -> None:
     assert main(["render", *(word for s in settings for word in ("--set", s)), "--out", str(tmp_path / "dataset"), "-q"]) == 0
-    assert main(["estimate", str(tmp_path / "dataset"), "--out", str(tmp_path / "with"), "-q"]) == 0
+    code = main(["estimate", str(tmp_path / "dataset"), "--out", str(tmp_path / "with"), "-q"])
+    assert code in (0, 1)
     shutil.rmtree(tmp_path / "dataset" / "truth")
     program = "import sys; from tumble.cli.main import main; sys.exit(main(sys.argv[1:]))"
     done = python(blocked, "-c", program, "estimate", str(tmp_path / "dataset"), "--out", str(tmp_path / "without"), "-q")
-    assert done.returncode == 0, done.stderr
+    assert done.returncode == code, done.stderr
     (expected,) = (tmp_path / "with").glob("*.estimate.json")
     assert (tmp_path / "without" / expected.name).read_bytes() == expected.read_bytes()
     assert read_estimate(expected).status in {Status.CONVERGED, Status.AMBIGUOUS}, "nothing was measured: the test would compare little"

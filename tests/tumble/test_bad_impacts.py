@@ -50,7 +50,7 @@ def test_an_impact_at_the_edge_of_the_recording(
     at, count = int(np.searchsorted(observation.clock.times_s, truth.impacts[0].time_s)), len(observation.clock.times_s)
     cut = part(observation, 0, at + 3) if side == "last" else part(observation, at - 3, count)
     write_observation(replace(cut, name="drop"), tmp_path / "drop")
-    assert main(["estimate", str(tmp_path / "drop"), "--out", str(tmp_path / "e"), *QUICK]) == 0
+    assert main(["estimate", str(tmp_path / "drop"), "--out", str(tmp_path / "e"), *QUICK]) == 1
     (path,) = (tmp_path / "e").glob("*.estimate.json")
     estimate = read_estimate(path)
     if side == "last":
@@ -67,7 +67,7 @@ def test_an_impact_at_the_edge_of_the_recording(
 def test_a_particle_that_broke_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     recipe = replace(RECIPE, seed=3, contact_physics=(EffectRecipe("chip", {"depth": 0.1}),))
     write_observation(replace(build_silhouette_sequence(recipe, 0)[0], name="drop"), tmp_path / "drop")
-    assert main(["estimate", str(tmp_path / "drop"), "--out", str(tmp_path / "e"), *QUICK]) == 0
+    assert main(["estimate", str(tmp_path / "drop"), "--out", str(tmp_path / "e"), *QUICK]) == 1
     assert "the particle broke, or touched again unseen: its pictures fit" in " ".join(capsys.readouterr().out.split())
     (path,) = (tmp_path / "e").glob("*.estimate.json")
     assert read_estimate(path).status is Status.BROKEN

@@ -157,3 +157,60 @@ def test_what_cannot_be_written(
     assert sentence in capsys.readouterr().err
     assert Path("there.py").read_text(encoding="utf-8") == "mine\n"
     assert not Path("my_law.py").exists()
+
+
+HOSTILE = 'a"""\nimport os; os.remove("victim")\n"""\\'
+
+
+def everywhere(value: Any, text: str) -> Any:
+    """The same document with ``text`` in place of every sentence."""
+    if isinstance(value, dict):
+        return {key: everywhere(each, text) if key not in KNOWN_WORDS else each for key, each in value.items()}
+    if isinstance(value, list):
+        return [everywhere(each, text) for each in value]
+    return text if isinstance(value, str) else value
+
+
+KNOWN_WORDS = {"verb", "kind", "term", "parameter", "family", "link", "terms", "stage", "format", "sha256"}
+
+
+@pytest.mark.parametrize("terms", [None, TERMS[:3]])
+def test_no_text_of_a_diagnosis_gets_into_the_file(terms: tuple[Term, ...] | None, tmp_path: Path) -> None:
+    kept = {"schema_version"}
+    document = json.loads(diagnosis(tmp_path / "plain.json", terms, family="zoom_in_time").read_text(encoding="utf-8"))
+    content = {k: v for k, v in everywhere(document, HOSTILE).items() if k not in kept | {"format", "sha256"}}
+    if terms is not None:
+        content["unknown"]["law"]["terms"] = [
+            {**entry, **dict.fromkeys(("words", "formula"), HOSTILE)} for entry in document["unknown"]["law"]["terms"]
+        ]
+    write_document(tmp_path / "hostile.json", "diagnosis", content)
+    (tmp_path / "plain").mkdir()
+    (tmp_path / "hostile").mkdir()
+    texts = []
+    for name in ("plain", "hostile"):
+        written(tmp_path / name, "--from", str(tmp_path / f"{name}.json"))
+        texts.append((tmp_path / name / "mine.py").read_text(encoding="utf-8").replace(str(tmp_path / name), ""))
+    assert "victim" not in texts[1]
+    assert texts[0] == texts[1]
+
+
+@pytest.mark.parametrize("name", ['it"""s.py', "back\\slash.py", "new\nline.py"])
+def test_the_name_of_the_file_ends_no_docstring(name: str, tmp_path: Path) -> None:
+    assert main(["effect", "new", "MyLaw", "--kind", "force", "--out", str(tmp_path / name), "--quiet"]) == 0
+    assert load_plug_in(f"{tmp_path / name}:MyLaw").entry.key == "my_law"
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        ({"law": None, "family": "os.remove"}, "expected a family of"),
+        ({"law": None, "family": "zoom_in_time", "adapted": {"length_s": float("nan")}}, "at $.unknown.adapted.length_s: expected number"),
+    ],
+)
+def test_what_is_not_known_is_refused(change: dict[str, Any], sentence: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    document = json.loads(diagnosis(tmp_path / "d.json", None).read_text(encoding="utf-8"))
+    content = {k: v for k, v in document.items() if k not in {"format", "schema_version", "sha256"}}
+    write_document(tmp_path / "d.json", "diagnosis", {**content, "unknown": {**content["unknown"], **change}})
+    assert main(["effect", "new", "MyLaw", "--from", str(tmp_path / "d.json"), "--out", str(tmp_path / "mine.py")]) == 2
+    assert sentence in capsys.readouterr().err
+    assert not (tmp_path / "mine.py").exists()

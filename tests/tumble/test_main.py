@@ -1,13 +1,11 @@
-"""Exit codes, help and plain sentences of the command line."""
+"""Help and plain sentences of the command line."""
 
-import errno
 import importlib
 import json
 from pathlib import Path
 
 import pytest
 
-from datasets.errors import InputError
 from tumble.cli import main as command_line
 
 
@@ -38,39 +36,6 @@ def test_help_lists_every_verb(capsys: pytest.CaptureFixture[str]) -> None:
 def test_an_unknown_verb_is_named(capsys: pytest.CaptureFixture[str]) -> None:
     assert command_line.main(["juggle"]) == 2
     assert "'juggle'" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize(
-    ("error", "code", "sentence"),
-    [
-        (InputError("x.json: expected a, came b."), 2, "tumble: x.json: expected a, came b."),
-        (KeyboardInterrupt(), 130, "with --resume goes on"),
-        (OSError(errno.ENOSPC, "No space left on device"), 2, "the disk is full"),
-    ],
-)
-def test_errors_become_codes_and_sentences(
-    error: BaseException, code: int, sentence: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    def fail(name: str, arguments: object) -> int:
-        raise error
-
-    monkeypatch.setattr(command_line, "run_verb", fail)
-    assert command_line.main(["render"]) == code
-    err = capsys.readouterr().err
-    assert sentence in err
-    assert "Traceback" not in err
-
-
-def test_a_fault_of_its_own_is_no_answer(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    def fail(name: str, arguments: object) -> int:
-        raise ZeroDivisionError("a mistake in the code")
-
-    monkeypatch.setattr(command_line, "run_verb", fail)
-    assert command_line.main(["gate", "baseline.json"]) == 3
-    err = capsys.readouterr().err
-    assert "Traceback" in err
-    assert "a mistake in the code" in err
-    assert "a fault of tumble gate itself" in err
 
 
 def test_doctor_reports_as_json(capsys: pytest.CaptureFixture[str]) -> None:

@@ -117,16 +117,16 @@ def test_quickstart_runs_every_verb_and_can_be_repeated(
 ) -> None:
     recipe = 'sequences = 1\ntier = "silhouette"\n[motion]\nframes = 10\n[rig]\ndrops = 2\n'
 
-    def small(out: Path) -> Path:
-        (out / "demo.toml").write_text(recipe, encoding="utf-8")
-        return out / "demo.toml"
-
-    monkeypatch.setattr(quickstart, "_recipe_in", small)
+    monkeypatch.setattr(quickstart, "recipe", lambda: recipe)
     assert main(["quickstart", "--out", str(tmp_path / "demo")]) == 0
     out = capsys.readouterr().out
     assert [f"$ tumble {verb} " in out for verb in ("render", "estimate", "score", "report")] == [True] * 4
     assert f"The report: {tmp_path / 'demo' / 'report' / 'report.html'}" in out
     assert main(["quickstart", "--out", str(tmp_path / "demo"), "--resume", "-q"]) == 0
+    (tmp_path / "demo" / "demo.toml").write_text(f"{recipe}# mine", encoding="utf-8")
+    assert main(["quickstart", "--out", str(tmp_path / "demo"), "--force"]) == 2
+    assert "got one that was changed since" in capsys.readouterr().err
+    assert (tmp_path / "demo" / "demo.toml").read_text(encoding="utf-8").endswith("# mine")
 
 
 def test_the_demo_recipe_is_part_of_the_package() -> None:

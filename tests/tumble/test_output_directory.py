@@ -6,9 +6,10 @@ from pathlib import Path
 import pytest
 
 from datasets.errors import InputError
-from tumble.output_directory import Run, first_difference, note_failures, output_directory, read_run
+from tumble.output_directory import Run, first_difference, note_failures, output_directory
+from tumble.written_files import read_run
 
-RUN = Run("render", {"motion": {"frames": 5}}, seed=7, variant="scalar_rgb")
+RUN = Run("render", {"motion": {"frames": 5}}, seed=7, variant="scalar_rgb", reads=())
 
 
 def write_once(path: Path, run: Run = RUN, *, resume: bool = False, force: bool = False) -> None:
@@ -46,6 +47,7 @@ def test_a_run_that_stopped_is_unfinished(tmp_path: Path) -> None:
 
 def test_a_run_that_lost_items_does_not_read_as_finished(tmp_path: Path) -> None:
     with output_directory(tmp_path, RUN, resume=False, force=False):
+        (tmp_path / "0002.json").write_text("whole", encoding="utf-8")
         note_failures(tmp_path, {"0003": "the disk is full"})
     document = read_run(tmp_path) or {}
     assert document["state"] == "finished_with_failures"
@@ -56,6 +58,12 @@ def test_a_run_that_lost_items_does_not_read_as_finished(tmp_path: Path) -> None
     write_once(tmp_path, resume=True)
     mended = read_run(tmp_path) or {}
     assert (mended["state"], mended["failures"]) == ("finished", [])
+
+
+def test_a_run_of_which_nothing_is_there_does_not_hinder_the_next(tmp_path: Path) -> None:
+    with output_directory(tmp_path, RUN, resume=False, force=False):
+        note_failures(tmp_path, {"0000": "expected pictures, got none"})
+    write_once(tmp_path)
 
 
 def test_failures_of_a_run_that_was_stopped_are_kept(tmp_path: Path) -> None:
@@ -73,7 +81,7 @@ def test_failures_of_a_run_that_was_stopped_are_kept(tmp_path: Path) -> None:
 def test_resuming_another_run_names_the_difference(tmp_path: Path) -> None:
     write_once(tmp_path)
     with pytest.raises(InputError, match=r"configuration\.motion\.frames was 5 and is now 6"):
-        write_once(tmp_path, Run("render", {"motion": {"frames": 6}}), resume=True)
+        write_once(tmp_path, Run("render", {"motion": {"frames": 6}}, reads=()), resume=True)
 
 
 def test_a_folder_of_somebody_else_is_left_alone_even_with_force(tmp_path: Path) -> None:

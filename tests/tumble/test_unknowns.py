@@ -30,6 +30,7 @@ FOUND = Verdict("found", "The campaign is explained with gravity. Something is l
 
 @cache
 def left() -> tuple[CampaignFit, Unknown, Entry]:
+    """Shared by all tests here, so it is asked for before anything is patched."""
     registered = unknown_campaign("outgassing_thrust")
     fit = base_fit(registered.campaign, registered.start)
     rest = unknown(registered.campaign, fit)
@@ -74,8 +75,8 @@ def test_the_words_say_stage_share_law_and_what_to_type(tmp_path: Path) -> None:
 
 
 def test_a_force_for_which_there_is_no_law_is_said_to_have_none(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(empirical_fit, "find_law", lambda _pooled: None)
     fit, rest, _ = left()
+    monkeypatch.setattr(empirical_fit, "find_law", lambda _pooled: None)
     entry = unknown_entry(unknown_campaign("outgassing_thrust").campaign, fit, rest, NAMES)
     assert entry is not None
     assert entry["law"] is None

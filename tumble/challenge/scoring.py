@@ -23,7 +23,8 @@ from tumble.challenge.drawing import is_plausible
 from tumble.challenge.limits import LimitTable, noncentrality
 from tumble.challenge.oracle import oracle_path
 from tumble.challenge.solving import answer_path
-from tumble.output_directory import UNFINISHED, read_run
+from tumble.output_directory import UNFINISHED
+from tumble.written_files import read_run
 
 Array = NDArray[np.float64]
 Answer = Mapping[str, Any]

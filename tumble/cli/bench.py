@@ -17,8 +17,8 @@ from rich.table import Table
 
 from datasets.atomic_files import written_whole
 from datasets.errors import InputError, TumbleError
+from tumble.cli.console import console
 from tumble.cli.options import add_output, verb_parser
-from tumble.console import Console
 from tumble.output_directory import Run, output_directory
 from tumble.progress import progress
 
@@ -51,7 +51,8 @@ def run(arguments: argparse.Namespace) -> int:
     unknown = [name for name in names if name not in benchmarks()]
     if unknown:
         raise InputError(f"--only {unknown[0]}: expected one of {', '.join(benchmarks())}.")
-    with output_directory(arguments.out, Run("bench", {"only": list(names)}), resume=arguments.resume, force=arguments.force) as out:
+    described = Run("bench", {"only": list(names)}, reads=())
+    with output_directory(arguments.out, described, resume=arguments.resume, force=arguments.force) as out:
         figures = _measure_all(names, quiet=arguments.quiet)
         with written_whole(out / FIGURES_FILE) as temporary:
             temporary.write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
@@ -98,4 +99,4 @@ def _say(figures: dict[str, list[Figure]]) -> None:
             bound = "" if limit is None else f"{sign} {limit:g}"
             verdict = "" if limit is None else ("kept" if within(figure) else "missed")
             table.add_row(name, figure["name"], f"{figure['value']:.4g}", figure["unit"], bound, verdict)
-    Console().print(table)
+    console().print(table)

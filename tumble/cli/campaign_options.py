@@ -10,21 +10,27 @@ from typing import Any
 
 from rich.table import Table
 
+from datasets.estimate_files import read_estimate
 from datasets.json_documents import Document, plain, read_document, write_document
 from estimator.diagnosis.tested_values import p_words
 from estimator.diagnosis.verdict import percent
 from estimator.effects.choosing import chosen_effects
 from estimator.side_by_side import processes
 from tumble.campaigning import Known, Prepared
+from tumble.cli.console import console
+from tumble.cli.exit_codes import ALL_MEASURED, BAD_INPUT, INCOMPLETE
 from tumble.cli.options import add_configuration, add_jobs, add_known, add_output, verb_parser
+from tumble.cli.outcomes import NOTHING_TO_GO_ON_WITH, tell_left_out
 from tumble.configuring import load_configuration
-from tumble.console import Console
 from tumble.diagnosing import DIAGNOSIS_FILE, Question, prepared
 from tumble.numbers import compact
 from tumble.output_directory import Run, note_failures, output_directory
 from tumble.progress import progress
+from tumble.read_paths import effects_read, observations_read, paths_given
+from tumble.reasons import grouped
 from tumble.reports.campaign_page import write_campaign_page
-from tumble.reports.words import rms_word, rung_name
+from tumble.reports.words import rms_word, rung_name, unmeasured
+from tumble.result_files import SUFFIX
 
 REPORT_FILE = "report.html"
 SHOWN = 8
@@ -64,10 +70,12 @@ def question_of(arguments: argparse.Namespace) -> Question:
 def run_on_campaign(verb: str, arguments: argparse.Namespace, work: Work, *, steps: int = 0) -> int:
     """Read the campaign, work, write ``diagnosis.json``, say what was found; ``steps`` of the work that are told, 0 where nobody knows.
 
-    Exit code 1 when sequences were left out, 2 when the campaign is too short to say anything.
+    Exit code 1 when sequences were left out, an estimate is no measurement or the fit has not settled; 2 when the campaign is too short to
+    say anything.
     """
     question = question_of(arguments)
-    described = Run(verb, {"observations": str(arguments.observations.resolve()), **described_effects(question), **question.configuration})
+    content = {"observations": str(arguments.observations.resolve()), **described_effects(question), **question.configuration}
+    described = Run(verb, content, reads=read_by(arguments))
     with output_directory(arguments.out, described, resume=arguments.resume, force=arguments.force) as out:
         if not (out / DIAGNOSIS_FILE).exists():
             with processes(arguments.jobs), campaign_of(question, out, quiet=arguments.quiet) as campaign:
@@ -81,12 +89,29 @@ def run_on_campaign(verb: str, arguments: argparse.Namespace, work: Work, *, ste
     elif not arguments.quiet:
         say_diagnosis(document)
         print(f"report: {arguments.out / REPORT_FILE}")
-    return 2 if document["verdict"]["kind"] == "says nothing" else int(bool(document["left_out"]))
+    return BAD_INPUT if document["verdict"]["kind"] == "says nothing" else _incomplete(document, arguments.out)
+
+
+def _incomplete(document: Document, out: Path) -> int:
+    """Whether something was not measured; each estimate that is none, and a fit that has not settled, are told."""
+    lost = unmeasured(read_estimate(path) for path in sorted(out.glob(f"*{SUFFIX}")))
+    for who, reason in grouped(lost):
+        print(f"tumble: {who}: {reason}", file=sys.stderr)
+    if not document["settled"]:
+        print("tumble: the fit of the campaign has not settled: its values are no measurement.", file=sys.stderr)
+    return INCOMPLETE if lost or document["left_out"] or not document["settled"] else ALL_MEASURED
+
+
+def read_by(arguments: argparse.Namespace) -> tuple[Path, ...]:
+    """What a verb on a campaign reads."""
+    plug_ins = effects_read(f"{arguments.effects},{getattr(arguments, 'also', '')}")
+    options = paths_given(arguments.config, arguments.mesh, getattr(arguments, "truth", None))
+    return (*observations_read(arguments.observations), *plug_ins, *options)
 
 
 def described_effects(question: Question) -> dict[str, Any]:
     """The effects of a question as ``run.json`` has them."""
-    return {"effects": question.words, "also": [e.entry.key for e in question.also], "known": question.known.words.strip()}
+    return {"effects": question.words, "also": [e.entry.key for e in question.also], "known": question.known.words}
 
 
 @contextmanager
@@ -94,8 +119,7 @@ def campaign_of(question: Question, out: Path, *, quiet: bool) -> Iterator[Prepa
     """The campaign of a question; what was left out of it is told and noted."""
     campaign = prepared(question, quiet=quiet)
     yield campaign
-    for name, reason in campaign.left_out.items():
-        print(f"tumble: {name} is left out: {reason}", file=sys.stderr)
+    tell_left_out(campaign.left_out)
     note_failures(out, campaign.left_out)
 
 
@@ -113,17 +137,17 @@ def _told(verb: str, steps: int, *, quiet: bool) -> Iterator[Callable[[str], Non
 
 def say_diagnosis(document: Document) -> None:
     """What was found, for people."""
-    console = Console()
+    out = console()
 
     def say(sentence: str) -> None:
-        console.print(sentence, soft_wrap=True, highlight=False, markup=False)
+        out.print(sentence, soft_wrap=True)
 
     if document["values"]:
-        console.print(values_table(document["values"]))
+        out.print(values_table(document["values"]))
     if document["diagnosis"] is not None and document["verdict"]["kind"] != "says nothing":
-        console.print(candidates_table(document["diagnosis"]))
+        out.print(candidates_table(document["diagnosis"]))
     if document["ladder"]:
-        console.print(ladder_table(document["ladder"], document.get("unit", "px")))
+        out.print(ladder_table(document["ladder"], document.get("unit", "px")))
         if document.get("noise_floor") and document["noise_floor"]["floor_px"] > 0.0:
             say(_floor_sentence(document))
     if document["diagnosis"] is not None and document.get("not_applicable"):
@@ -131,7 +155,8 @@ def say_diagnosis(document: Document) -> None:
     say(document["verdict"]["sentence"])
     for remark in document["verdict"]["remarks"]:
         say(remark)
-    say(f"next: {document['verdict']['next']}")
+    too_short = document["verdict"]["kind"] == "says nothing"
+    say(f"next: {NOTHING_TO_GO_ON_WITH if too_short else document['verdict']['next']}")
 
 
 def _table(first: str, *headings: str) -> Table:

@@ -4,7 +4,7 @@ import argparse
 import hashlib
 import json
 import secrets
-import shutil
+import sys
 from collections.abc import Callable
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -22,11 +22,16 @@ from tumble.challenge.oracle import ask_oracle
 from tumble.challenge.scoring import read_answer, score_cases
 from tumble.challenge.solving import answer_path, campaigns_in, solve_campaigns
 from tumble.challenge.summary import TABLES, of_challenge, pooled, read_tables, summary, table_path, write_tables
+from tumble.cli.exit_codes import ALL_MEASURED, INCOMPLETE
 from tumble.cli.hidden import show_hidden
 from tumble.cli.options import add_configuration, add_jobs, add_output, positive, verb_parser
-from tumble.cli.outcomes import exit_code, report_failures
+from tumble.cli.outcomes import NOTHING_TO_GO_ON_WITH, exit_code, report_failures
+from tumble.commands import command
 from tumble.configuring import load_configuration
-from tumble.output_directory import Run, output_directory, read_run
+from tumble.engine import failures
+from tumble.output_directory import Run, output_directory
+from tumble.read_paths import paths_given
+from tumble.written_files import read_run, refuse_other_file
 
 Part = tuple[str, str, Callable[[argparse.ArgumentParser], None], Callable[[argparse.Namespace], int]]
 
@@ -42,7 +47,7 @@ def parser() -> argparse.ArgumentParser:
     for name, text, options, _ in PARTS:
         part = parts.add_parser(name, help=text, description=text)
         options(part)
-        part.add_argument("-v", "--verbose", action="store_true", help=argparse.SUPPRESS)
+        part.add_argument("-v", "--verbose", action="store_true", help="say more; show the traceback of an error")
         part.add_argument("-q", "--quiet", action="store_true", help="no progress and no tables; errors only")
     return verb
 
@@ -115,17 +120,18 @@ def _make(arguments: argparse.Namespace) -> int:
         "plausible": plan.plausible,
         "limits": hashlib.sha256(arguments.limits.read_bytes()).hexdigest(),
     }
-    if arguments.force:
-        shutil.rmtree(arguments.out / CAMPAIGNS, ignore_errors=True)
-    described = Run("challenge make", {**configuration, "seed": seed}, seed)
+    reads = paths_given(arguments.limits, arguments.particles)
+    described = Run("challenge make", {**configuration, "seed": seed}, seed, reads=reads, beside=(CAMPAIGNS,))
     with output_directory(arguments.out / TRUTH, described, resume=arguments.resume, force=arguments.force) as truth:
         outcomes = make_campaigns(draw_cases(plan, seed), arguments.out, jobs=arguments.jobs, quiet=arguments.quiet)
-        report_failures(truth, outcomes)
+        report_failures(truth, outcomes, verbose=arguments.verbose)
     if not arguments.quiet:
         beyond = ", ".join(key for key in keys if not can_reach_limit(table, key))
         if beyond:
             print(f"not always as large as their 95% limit, since nature has none so large: {beyond}")
-        print(f"{len(outcomes)} campaigns are in {arguments.out}\nnext: tumble challenge solve {arguments.out}")
+        made = len(outcomes) - len(failures(outcomes))
+        then = command("challenge", "solve", arguments.out) if made else NOTHING_TO_GO_ON_WITH
+        print(f"{made} campaigns are in {arguments.out}\nnext: {then}")
     return exit_code(outcomes)
 
 
@@ -157,12 +163,15 @@ def _solve_options(part: argparse.ArgumentParser) -> None:
 def _solve(arguments: argparse.Namespace) -> int:
     configuration = load_configuration(arguments.config, arguments.settings)
     campaigns_in(arguments.challenge)
-    described = Run("challenge solve", {"challenge": str(arguments.challenge.resolve()), **configuration})
+    reads = paths_given(arguments.challenge, arguments.config, arguments.keep)
+    described = Run("challenge solve", {"challenge": str(arguments.challenge.resolve()), **configuration}, reads=reads)
     with output_directory(arguments.out, described, resume=arguments.resume, force=arguments.force) as out:
         outcomes = solve_campaigns(arguments.challenge, configuration, out, jobs=arguments.jobs, quiet=arguments.quiet, kept=arguments.keep)
-        report_failures(out, outcomes)
+        report_failures(out, outcomes, verbose=arguments.verbose)
     if not arguments.quiet:
-        print(f"{len(outcomes)} answers are in {arguments.out}\nnext: tumble challenge score {arguments.challenge} {arguments.out}")
+        made = len(outcomes) - len(failures(outcomes))
+        then = command("challenge", "score", arguments.challenge, arguments.out) if made else NOTHING_TO_GO_ON_WITH
+        print(f"{made} answers are in {arguments.out}\nnext: {then}")
     return exit_code(outcomes)
 
 
@@ -183,18 +192,21 @@ def _score_options(part: argparse.ArgumentParser) -> None:
 
 def _score(arguments: argparse.Namespace) -> int:
     configuration, table = load_configuration(arguments.config, arguments.settings), read_table(arguments.limits)
+    _refuse_result(arguments)
     cases = read_cases(arguments.challenge)
     seed = _seed_of(arguments.challenge) if arguments.earlier or arguments.result else 0
     earlier = [read_tables(path, without=seed) for path in arguments.earlier]
     answered = [case for case in cases if answer_path(arguments.answers, case.name).is_file()]
     asked = [] if arguments.no_oracle else [case for case in answered if case.kind != "control"]
     wanted = [(case, not read_answer(arguments.answers, case.name).get("held_out")) for case in asked]
-    described = Run("challenge score", {"challenge": str(arguments.challenge.resolve()), "answers": str(arguments.answers.resolve())})
+    read = {"challenge": arguments.challenge, "answers": arguments.answers}
+    reads = paths_given(*read.values(), arguments.limits, arguments.config, arguments.keep, *arguments.earlier)
+    described = Run("challenge score", {name: str(path.resolve()) for name, path in read.items()}, reads=reads)
     with output_directory(arguments.out, described, resume=arguments.resume, force=arguments.force) as out:
         outcomes = ask_oracle(
             wanted, arguments.challenge, configuration, out, jobs=arguments.jobs, quiet=arguments.quiet, kept=arguments.keep
         )
-        report_failures(out, outcomes)
+        report_failures(out, outcomes, verbose=arguments.verbose)
         scored = score_cases(cases, arguments.challenge, arguments.answers, out, table)
         if earlier or arguments.result:
             scored = pooled([*earlier, of_challenge(scored, seed)])
@@ -204,11 +216,23 @@ def _score(arguments: argparse.Namespace) -> int:
         if arguments.result:
             _write_text(arguments.result, text)
             write_tables(scored, {name: table_path(arguments.result, name) for name in TABLES})
+    if len(answered) < len(cases):
+        without = ", ".join(case.name for case in cases if case not in answered)
+        print(f"tumble: {len(cases) - len(answered)} of {len(cases)} campaigns have no answer: {without}", file=sys.stderr)
     if not arguments.quiet:
-        if len(answered) < len(cases):
-            print(f"{len(cases) - len(answered)} of {len(cases)} campaigns have no answer")
         print("\n".join(line_of(figure) for figure in acceptance(scored)))
-    return exit_code(outcomes) if outcomes else 0
+    return max(exit_code(outcomes), INCOMPLETE if len(answered) < len(cases) else ALL_MEASURED)
+
+
+def _refuse_result(arguments: argparse.Namespace) -> None:
+    """Refuse a result that would replace what is read, or a file of others."""
+    if arguments.result is None:
+        return
+    if arguments.result.resolve() in [path.resolve() for path in arguments.earlier]:
+        raise InputError(f"--result {arguments.result}: expected another file than those that are read by --with, got one of them.")
+    refuse_other_file(arguments.result, '"acceptance"', "--result")
+    for name in TABLES:
+        refuse_other_file(table_path(arguments.result, name), "case,", "--result")
 
 
 def _seed_of(challenge: Path) -> int:
@@ -227,7 +251,8 @@ def _hidden_options(part: argparse.ArgumentParser) -> None:
 
 def _hidden(arguments: argparse.Namespace) -> int:
     seed = secrets.randbits(48) if arguments.seed is None else int(arguments.seed)
-    return show_hidden(_shape(arguments), seed, read_table(arguments.limits), arguments.out)
+    reads = paths_given(arguments.limits, arguments.particles)
+    return show_hidden(_shape(arguments), seed, read_table(arguments.limits), arguments.out, reads)
 
 
 def _write_text(path: Path, text: str) -> None:
@@ -258,15 +283,16 @@ def _limits_options(part: argparse.ArgumentParser) -> None:
 
 def _limits(arguments: argparse.Namespace) -> int:
     shape = _shape(arguments)
+    refuse_other_file(arguments.table, '"effects"', "--table")
     counts = {name: getattr(arguments, name) for name in ("controls", "outside", "large", "seed")}
     content = {"shape": asdict(shape), **counts}
-    described = Run("challenge limits", content, arguments.seed)
+    described = Run("challenge limits", content, arguments.seed, reads=paths_given(arguments.particles))
     with output_directory(arguments.out, described, resume=arguments.resume, force=arguments.force) as out:
         cases = development_controls(shape, arguments.controls, arguments.seed)
         cases += development_outside(shape, arguments.outside, arguments.seed)
         cases += development_large(shape, arguments.large, arguments.seed)
         outcomes = measure(cases, out, jobs=arguments.jobs, quiet=arguments.quiet)
-        report_failures(out, outcomes)
+        report_failures(out, outcomes, verbose=arguments.verbose)
         write_table(table_of(sorted(out.glob("[clo][0-9]*.json")), shape, arguments.seed), arguments.table)
     if not arguments.quiet:
         _say_limits(arguments.table)

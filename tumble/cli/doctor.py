@@ -6,8 +6,8 @@ import json
 
 from rich.table import Table
 
+from tumble.cli.console import console
 from tumble.cli.options import verb_parser
-from tumble.console import Console
 from tumble.environment import Finding, examine
 
 
@@ -36,8 +36,8 @@ def _say(findings: list[Finding]) -> None:
     for finding in findings:
         mark = "ok" if finding.good else ("MISSING" if finding.needed else "not here")
         table.add_row(mark, finding.name, finding.found)
-    console = Console()
-    console.print(table)
+    out = console()
+    out.print(table)
     for finding in findings:
         if not finding.good and finding.what_to_type:
-            console.print(f"for {finding.name}, type: {finding.what_to_type}", soft_wrap=True, highlight=False, markup=False)
+            out.print(f"for {finding.name}, type: {finding.what_to_type}", soft_wrap=True)

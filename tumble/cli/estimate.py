@@ -2,27 +2,30 @@
 
 import argparse
 import json
+import sys
 from collections import Counter
-from dataclasses import replace
 from pathlib import Path
 
 from rich.table import Table
 
 from datasets.estimate import Estimate, ImpactEstimate, Status
 from datasets.estimate_files import read_estimate
-from datasets.observation import COMPANION
 from datasets.trajectory_files import trajectories_in
+from tumble.cli.console import console
 from tumble.cli.estimate_campaign import estimate_campaign
 from tumble.cli.estimate_impacts import estimate_with_impacts
+from tumble.cli.exit_codes import ALL_MEASURED, INCOMPLETE
 from tumble.cli.options import add_configuration, add_jobs, add_known, add_output, verb_parser
-from tumble.cli.outcomes import exit_code, report_failures
+from tumble.cli.outcomes import NOTHING_TO_GO_ON_WITH, exit_code, report_failures
+from tumble.commands import command
 from tumble.configuring import load_configuration
-from tumble.console import Console
 from tumble.estimating import estimate_all
 from tumble.numbers import with_sigma
 from tumble.output_directory import Run, output_directory
+from tumble.read_paths import observations_read, paths_given
+from tumble.reasons import grouped
 from tumble.reports.velocities import rows
-from tumble.reports.words import next_steps, rms_ete_px
+from tumble.reports.words import particles_of, rms_ete_px, unmeasured
 from tumble.result_files import SUFFIX, observations_in
 
 
@@ -49,32 +52,50 @@ def parser() -> argparse.ArgumentParser:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Estimate; exit code 1 when an observation failed, 2 when all did. A status other than converged is a result, not a failure."""
+    """Estimate; exit code 1 when an observation failed or its estimate is no measurement."""
     if not arguments.effects and trajectories_in(arguments.observations):
         code = estimate_with_impacts(arguments, tell)
         if code is not None:
             return code
     if arguments.effects or trajectories_in(arguments.observations):
-        return estimate_campaign(arguments, say_estimates)
+        return estimate_campaign(arguments, tell_statuses)
     configuration = load_configuration(arguments.config, arguments.settings)
     observations_in(arguments.observations)
-    described = Run("estimate", {"observations": str(arguments.observations.resolve()), **configuration})
+    reads = paths_given(*observations_read(arguments.observations), arguments.config)
+    described = Run("estimate", {"observations": str(arguments.observations.resolve()), **configuration}, reads=reads)
     with output_directory(arguments.out, described, resume=arguments.resume, force=arguments.force) as out:
         outcomes = estimate_all(arguments.observations, configuration, out, jobs=arguments.jobs, quiet=arguments.quiet)
-        report_failures(out, outcomes)
-    tell(arguments, [read_estimate(path) for path in sorted(arguments.out.glob(f"*{SUFFIX}"))])
-    return exit_code(outcomes)
+        report_failures(out, outcomes, verbose=arguments.verbose)
+    names = {outcome.name for outcome in outcomes}
+    estimates = [read_estimate(path) for path in sorted(arguments.out.glob(f"*{SUFFIX}"))]
+    return max(exit_code(outcomes), tell(arguments, [estimate for estimate in estimates if estimate.name in names]))
 
 
-def tell(arguments: argparse.Namespace, estimates: list[Estimate]) -> None:
-    """Estimates as JSON or for people, and what to do next."""
+def tell(arguments: argparse.Namespace, estimates: list[Estimate]) -> int:
+    """Estimates as JSON or for people, and what to do next; the exit code that their statuses make."""
+    code = tell_statuses(arguments, estimates)
     if arguments.json:
         print(json.dumps([_brief(part) for estimate in estimates for part in particles_of(estimate)]))
     elif not arguments.quiet:
+        console().print(f"next: {_next(arguments, estimates)}", soft_wrap=True)
+    return code
+
+
+def _next(arguments: argparse.Namespace, estimates: list[Estimate]) -> str:
+    if not any(part.status is Status.CONVERGED for estimate in estimates for part in particles_of(estimate)):
+        return NOTHING_TO_GO_ON_WITH
+    truth = arguments.observations / "truth"
+    return command("score", arguments.out, "--truth", truth) if truth.is_dir() else command("report", arguments.out)
+
+
+def tell_statuses(arguments: argparse.Namespace, estimates: list[Estimate]) -> int:
+    """A table, or with ``--quiet`` and ``--json`` what is no measurement on standard error; the exit code that the statuses make."""
+    if not (arguments.json or arguments.quiet):
         say_estimates(estimates)
-        truth = arguments.observations / "truth"
-        after = f"tumble score {arguments.out} --truth {truth}" if truth.is_dir() else f"tumble report {arguments.out}"
-        Console().print(f"next: {after}", soft_wrap=True, highlight=False)
+    else:
+        for who, reason in grouped(unmeasured(estimates)):
+            print(f"tumble: {who}: {reason}", file=sys.stderr)
+    return INCOMPLETE if unmeasured(estimates) else ALL_MEASURED
 
 
 def say_estimates(estimates: list[Estimate]) -> None:
@@ -84,24 +105,17 @@ def say_estimates(estimates: list[Estimate]) -> None:
         table.add_column(heading, overflow="fold")
     for part in (part for estimate in estimates for part in particles_of(estimate)):
         table.add_row(part.name, part.status.value, *_velocity_cells(part), _rms_cell(part))
-    Console().print(table)
-    for sentence in (sentence for estimate in estimates for sentence in remarks(estimate)):
-        Console().print(sentence, soft_wrap=True, highlight=False)
-
-
-def particles_of(estimate: Estimate) -> list[Estimate]:
-    """The estimate and, where there are two particles, that of the second under a name of its own."""
-    second = estimate.companion
-    return [estimate] if second is None else [estimate, replace(second, name=estimate.name + COMPANION)]
+    console().print(table)
+    lost = [f"{who}: {reason}" for who, reason in grouped(unmeasured(estimates))]
+    for sentence in (*lost, *(sentence for estimate in estimates for sentence in remarks(estimate))):
+        console().print(sentence, soft_wrap=True)
 
 
 def remarks(estimate: Estimate) -> list[str]:
-    """What a person should know besides the numbers: why there are none, calibrated views and frames that were left out."""
+    """What a person should know besides the numbers: calibrated views and frames that were left out, impacts."""
     views = estimate.statistics.get("views_left_out") or estimate.statistics.get("views_without_outline")
     said = []
-    if estimate.status is not Status.CONVERGED:
-        said.append(f"{estimate.name}: {estimate.message} {next_steps(estimate)[0]}")
-    elif views or estimate.impacts:
+    if estimate.status is Status.CONVERGED and (views or estimate.impacts):
         said.append(f"{estimate.name}: {estimate.message}")
     said += [f"{estimate.name}: {impact_sentence(number, impact)}" for number, impact in enumerate(estimate.impacts, start=1)]
     for used, done in ((False, "left out"), (True, "used in part")):

@@ -8,29 +8,30 @@ from datasets.estimate import Estimate, Status
 from datasets.estimate_files import read_estimate
 from datasets.json_documents import plain, read_document
 from estimator.side_by_side import processes
-from tumble.cli.campaign_options import campaign_of, described_effects, question_of, values_table
-from tumble.console import Console
+from tumble.cli.campaign_options import campaign_of, described_effects, question_of, read_by, values_table
+from tumble.cli.console import console
+from tumble.cli.outcomes import NOTHING_TO_GO_ON_WITH
 from tumble.diagnosing import CAMPAIGN_FILE, estimated
 from tumble.output_directory import Run, output_directory
 from tumble.result_files import SUFFIX
 
 
-def estimate_campaign(arguments: argparse.Namespace, say: Callable[[list[Estimate]], None]) -> int:
+def estimate_campaign(arguments: argparse.Namespace, tell: Callable[[argparse.Namespace, list[Estimate]], int]) -> int:
     """Fit and print; exit code 1 when a sequence was left out or has no measurement."""
     question = question_of(arguments)
-    described = Run(
-        "estimate", {"observations": str(arguments.observations.resolve()), **described_effects(question), **question.configuration}
-    )
+    content = {"observations": str(arguments.observations.resolve()), **described_effects(question), **question.configuration}
+    described = Run("estimate", content, reads=read_by(arguments))
     with output_directory(arguments.out, described, resume=arguments.resume, force=arguments.force) as out:
         if not (out / CAMPAIGN_FILE).exists():
             with processes(arguments.jobs), campaign_of(question, out, quiet=arguments.quiet) as campaign:
                 estimated(question, campaign, out)
     document = read_document(arguments.out / CAMPAIGN_FILE, "campaign")
     estimates = [read_estimate(path) for path in sorted(arguments.out.glob(f"*{SUFFIX}"))]
+    code = tell(arguments, estimates)
     if arguments.json:
         print(json.dumps(plain({key: document[key] for key in ("effects", "values", "settled", "rms_ete_px", "left_out")})))
     elif not arguments.quiet:
-        say(estimates)
-        Console().print(values_table(document["values"]))
-        Console().print(f"next: {question.command('diagnose', ())}", soft_wrap=True, highlight=False)
-    return int(bool(document["left_out"]) or any(e.status is not Status.CONVERGED for e in estimates))
+        console().print(values_table(document["values"]))
+        then = question.command("diagnose", ()) if any(e.status is Status.CONVERGED for e in estimates) else NOTHING_TO_GO_ON_WITH
+        console().print(f"next: {then}", soft_wrap=True)
+    return max(code, int(bool(document["left_out"])))

@@ -26,6 +26,7 @@ from tumble.output_directory import Run, note_failures, output_directory
 from tumble.result_files import estimates_in
 from tumble.scoring import score_one
 from tumble.versions import versions
+from tumble.written_files import refuse_other_file
 
 BOOTSTRAP_SEED = 20240229
 VERDICT_FILE = "verdict.json"
@@ -55,6 +56,8 @@ def run(arguments: argparse.Namespace) -> int:
     """Compare, or write the baseline."""
     if (arguments.estimates is None) != (arguments.truth is None):
         raise InputError("expected --estimates and --truth together, or neither; came one of them.")
+    if arguments.write:
+        refuse_other_file(arguments.baseline, "tumble baseline", "BASELINE")
     if arguments.estimates is not None:
         rows = [score_one(path, arguments.truth) for path in estimates_in(arguments.estimates)]
         return _write(arguments, rows) if arguments.write else _compare(arguments, rows, ())
@@ -70,7 +73,8 @@ def _run_anew(arguments: argparse.Namespace) -> int:
     source = arguments.recipe or recipe_file(arguments.baseline)
     recipe = load_recipe(source, ())
     manner = Manner(arguments.jobs, arguments.quiet, arguments.force)
-    described = Run("gate", {"baseline": str(arguments.baseline.resolve()), "recipe": str(source.resolve())}, recipe.seed)
+    content = {"baseline": str(arguments.baseline.resolve()), "recipe": str(source.resolve())}
+    described = Run("gate", content, recipe.seed, reads=(arguments.baseline, source, *map(Path, recipe.particle.files)))
     with output_directory(arguments.out, described, resume=not arguments.force, force=arguments.force) as out:
         rows, outcomes = rows_of_recipe(recipe, out, manner)
         note_failures(out, {outcome.name: outcome.message for outcome in failures(outcomes)})

@@ -1,9 +1,8 @@
 """One effect hidden, looked for with the verbs that a user has, and told at last: what ``tumble challenge hidden`` does."""
 
-import shutil
+import shlex
 from pathlib import Path
 
-from datasets.errors import InputError
 from datasets.recipes.recipe import EffectRecipe
 from datasets.vocabulary.effects import EFFECTS
 from tumble.challenge.cases import CAMPAIGNS, TRUTH, Case, campaign_folder
@@ -11,7 +10,7 @@ from tumble.challenge.drawing import Counts, Plan, Shape, Sizes, worth_a_look
 from tumble.challenge.limits import LimitTable
 from tumble.challenge.making import make_item, payload_of
 from tumble.cli import main as command_line
-from tumble.console import Console
+from tumble.cli.console import console
 from tumble.numbers import rounded
 from tumble.output_directory import Run, output_directory
 
@@ -24,43 +23,36 @@ SIZES = (2.0, 10.0)
 """Range of the effect's size over its 95% detection limit: large enough to be worth a look."""
 
 
-def show_hidden(shape: Shape, seed: int, table: LimitTable, out: Path) -> int:
+def show_hidden(shape: Shape, seed: int, table: LimitTable, out: Path, reads: tuple[Path, ...]) -> int:
     """Hide an effect in ``out``, run the verbs of ``LOOKED_FOR`` on its campaign, and tell what was hidden.
+
+    An earlier look in ``out`` is replaced.
 
     Raises
     ------
     InputError
         Where ``out`` holds something else.
     """
-    case = worth_a_look(Plan(shape, Counts(1, 0, 0, 0), Sizes(SIZES), table), seed)
-    _empty(out)
-    with output_directory(out / TRUTH, Run("challenge hidden", {"seed": seed}, seed), resume=False, force=True):
+    run = Run("challenge hidden", {"seed": seed}, seed, reads=reads, beside=(CAMPAIGNS, *(verb for verb, _ in LOOKED_FOR)))
+    with output_directory(out / TRUTH, run, resume=False, force=True):
+        case = worth_a_look(Plan(shape, Counts(1, 0, 0, 0), Sizes(SIZES), table), seed)
         make_item(payload_of(case, out))
-    campaign = campaign_folder(out, case.name)
-    known = dict(command_line.VERBS)
-    codes = []
-    for verb, question in LOOKED_FOR:
-        if verb in known:
-            _heading(f"{question}  tumble {verb} {campaign}")
-            codes.append(command_line.run_verb(verb, [str(campaign), "--out", str(out / verb), "--force"]))
+        codes = [_looked_for(verb, question, campaign_folder(out, case.name), out / verb) for verb, question in LOOKED_FOR]
     _heading("And the truth:")
     _say_truth(case)
-    print(f"report: {out / 'explain' / 'report.html'}\nnext: tumble explain OBSERVATIONS, on recordings of your own")
+    print(f"report: {out / 'explain' / 'report.html'}\non recordings of your own:\nnext: tumble explain OBSERVATIONS")
     return max(codes, default=0)
 
 
-def _empty(out: Path) -> None:
-    """Remove what an earlier look left in ``out``."""
-    ours = {CAMPAIGNS, TRUTH, *(verb for verb, _ in LOOKED_FOR)}
-    others = [path.name for path in out.iterdir() if path.name not in ours] if out.is_dir() else []
-    if others:
-        raise InputError(f"{out}: expected an empty folder or an earlier run of `tumble challenge hidden`, came {others[0]}.")
-    for name in ours:
-        shutil.rmtree(out / name, ignore_errors=True)
+def _looked_for(verb: str, question: str, campaign: Path, out: Path) -> int:
+    """Run a verb on the campaign; its exit code."""
+    words = [verb, str(campaign), "--out", str(out)]
+    _heading(f"{question}  {shlex.join(['tumble', *words])}")
+    return command_line.run_verb(verb, words[1:])
 
 
 def _heading(text: str) -> None:
-    Console().print(f"\n{text}", style="bold", soft_wrap=True, highlight=False, markup=False)
+    console().print(f"\n{text}", style="bold", soft_wrap=True)
 
 
 def _say_truth(case: Case) -> None:
@@ -68,7 +60,7 @@ def _say_truth(case: Case) -> None:
         entry = EFFECTS[effect.key]
         times = f"{case.ratios[effect.key]:.1f} times as large as what is found in 95% of cases"
         sentence = f"hidden was {entry.title} ({entry.stage.value}): {_values(effect)}; {times}. {entry.meaning}."
-        Console().print(sentence, soft_wrap=True, highlight=False, markup=False)
+        console().print(sentence, soft_wrap=True)
 
 
 def _values(effect: EffectRecipe) -> str:

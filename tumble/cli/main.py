@@ -1,7 +1,6 @@
 """``tumble VERB ...``: finds the verb, runs it, and turns errors into exit codes and plain sentences.
 
-Exit codes: 0 done; 1 the answer is no (``gate``: worse; a run in which single items failed); 2 the input or the machine is at fault,
-or every item failed; 3 a fault of Tumble itself, whose traceback is shown; 130 interrupted. A verb's module is imported only when it
+Exit codes are those of :mod:`tumble.cli.exit_codes`, whatever the verb. A verb's module is imported only when it
 is asked for, so that ``--help`` answers at once.
 """
 
@@ -13,6 +12,7 @@ import traceback
 from collections.abc import Sequence
 
 from datasets.errors import TumbleError
+from tumble.cli.exit_codes import BAD_INPUT, IN_SHORT, INTERRUPTED, OWN_FAULT
 from tumble.one_thread import keep_to_one_thread
 
 VERBS: tuple[tuple[str, str], ...] = (
@@ -33,9 +33,6 @@ VERBS: tuple[tuple[str, str], ...] = (
     ("gate", "compare a run with a committed baseline; exit 1 when it got worse"),
 )
 
-INTERRUPTED = 130
-OWN_FAULT = 3
-"""Python would end with 1, which for ``gate`` means that the estimator got worse."""
 FULL = (errno.ENOSPC, errno.EDQUOT)
 
 
@@ -47,6 +44,7 @@ def usage() -> str:
         "usage: tumble VERB [options]\n\n"
         "Measures the motion of irregular particles from high-speed video, and knows how good each measurement is.\n\n"
         f"verbs:\n{verbs}\n\n"
+        f"{IN_SHORT}\n\n"
         "`tumble VERB --help` explains a verb and ends in an example.\n\n"
         "example:\n  tumble quickstart --out out/demo"
     )
@@ -60,12 +58,29 @@ def run_verb(name: str, arguments: Sequence[str]) -> int:
 
 
 def _plain(error: Exception, arguments: Sequence[str]) -> int:
-    if "-v" in arguments or "--verbose" in arguments:
-        traceback.print_exception(error)
+    _trace(error, arguments)
     full = isinstance(error, OSError) and error.errno in FULL
     said = "the disk is full. Free some space or choose another --out, then go on with --resume." if full else error
     print(f"tumble: {said}", file=sys.stderr)
-    return 2
+    return BAD_INPUT
+
+
+def _fault(name: str, error: Exception, arguments: Sequence[str]) -> int:
+    """An exception that nobody expected must not end with Python's own exit code 1, which is an answer."""
+    _trace(error, arguments)
+    shown = "Please report the lines above." if _verbose(arguments) else "-v shows where; please report that."
+    print(f"tumble: {type(error).__name__}: {error}", file=sys.stderr)
+    print(f"tumble: this is a fault of tumble {name} itself, not of the input. {shown}", file=sys.stderr)
+    return OWN_FAULT
+
+
+def _verbose(arguments: Sequence[str]) -> bool:
+    return "-v" in arguments or "--verbose" in arguments
+
+
+def _trace(error: Exception, arguments: Sequence[str]) -> None:
+    if _verbose(arguments):
+        traceback.print_exception(error)
 
 
 def _interrupted(name: str) -> int:
@@ -80,11 +95,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     words = list(sys.argv[1:] if arguments is None else arguments)
     if not words or words[0] in {"-h", "--help", "help"}:
         print(usage())
-        return 0 if words else 2
+        return 0 if words else BAD_INPUT
     name, rest = words[0], words[1:]
     if name not in dict(VERBS):
         print(f"tumble: there is no verb {name!r}. Known: {', '.join(dict(VERBS))}.", file=sys.stderr)
-        return 2
+        return BAD_INPUT
     keep_to_one_thread(os.environ)
     try:
         return run_verb(name, rest)
@@ -92,10 +107,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _interrupted(name)
     except (TumbleError, OSError) as error:
         return _plain(error, rest)
-    except Exception as error:  # whatever it is, its exit code must not read as an answer
-        traceback.print_exception(error)
-        print(f"tumble: this is a fault of tumble {name} itself, not of the input. Please report the lines above.", file=sys.stderr)
-        return OWN_FAULT
+    except Exception as error:
+        return _fault(name, error, rest)
 
 
 if __name__ == "__main__":

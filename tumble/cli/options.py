@@ -4,13 +4,15 @@ import argparse
 import os
 from pathlib import Path
 
+from tumble.cli.exit_codes import IN_SHORT
+
 
 def verb_parser(name: str, *, description: str, example: str) -> argparse.ArgumentParser:
     """A parser whose help ends in ``example``; it has ``--json``, ``-v`` and ``-q``."""
     parser = argparse.ArgumentParser(
         prog=f"tumble {name}",
         description=description,
-        epilog=f"example:\n  {example}",
+        epilog=f"{IN_SHORT}\n\nexample:\n  {example}",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--json", action="store_true", help="print the result as JSON on standard output")

@@ -1,26 +1,46 @@
 """What a run over several items says at its end: on standard error, in ``run.json`` and by its exit code."""
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from tumble.cli.exit_codes import ALL_MEASURED, BAD_INPUT, INCOMPLETE, OWN_FAULT
 from tumble.engine import Outcome, failures
 from tumble.output_directory import note_failures
+from tumble.reasons import grouped, sentences
 
 
-def report_failures(out: Path, outcomes: Sequence[Outcome]) -> None:
-    """Each item that failed, with its reason: one line on standard error, and into ``run.json`` of ``out``."""
-    for outcome in failures(outcomes):
-        print(f"tumble: {outcome.name} failed: {outcome.message}", file=sys.stderr)
-    if failures(outcomes):
-        others = "the other items are whole; " if len(failures(outcomes)) < len(outcomes) else ""
+def report_failures(out: Path, outcomes: Sequence[Outcome], *, verbose: bool) -> None:
+    """What failed, and why, on standard error and in ``run.json`` of ``out``; tracebacks of faults only where ``verbose``."""
+    failed = failures(outcomes)
+    for who, reason in grouped({outcome.name: outcome.message for outcome in failed}):
+        print(f"tumble: {who} failed: {reason}", file=sys.stderr)
+    faults = {outcome.name: outcome.traceback for outcome in failed if outcome.fault}
+    if verbose:
+        print("\n".join(faults.values()), file=sys.stderr)
+    elif faults:
+        print("tumble: this is a fault of tumble itself or of a library, not of the input; -v shows where.", file=sys.stderr)
+    if failed:
+        others = "the other items are whole; " if len(failed) < len(outcomes) else ""
         print(f"tumble: {others}the same command with --resume tries what failed again.", file=sys.stderr)
-    note_failures(out, {outcome.name: outcome.message for outcome in failures(outcomes)})  # last: the disk may be full
+    note_failures(out, {outcome.name: outcome.message for outcome in failed}, faults)  # last: the disk may be full
 
 
 def exit_code(outcomes: Sequence[Outcome]) -> int:
-    """0 when every item is there, 2 when none is, 1 otherwise."""
-    lost = len(failures(outcomes))
-    if lost == 0:
-        return 0
-    return 2 if lost == len(outcomes) else 1
+    """0 when every item is there, 1 when some are; when none is, 3 if a fault of Tumble's was among the reasons, otherwise 2."""
+    lost = failures(outcomes)
+    if not lost:
+        return ALL_MEASURED
+    if len(lost) < len(outcomes):
+        return INCOMPLETE
+    return OWN_FAULT if any(outcome.fault for outcome in lost) else BAD_INPUT
+
+
+def tell_left_out(left_out: Mapping[str, str]) -> None:
+    """Why sequences are left out, on standard error."""
+    for sentence in sentences(left_out, "left out"):
+        print(f"tumble: {sentence}", file=sys.stderr)
+
+
+NOTHING_TO_GO_ON_WITH = "check what is named above, then run the same command again with --force"
+"""What comes next where nothing was measured: no other verb."""

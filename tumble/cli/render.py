@@ -6,9 +6,11 @@ from pathlib import Path
 
 from datasets.recipes.toml_files import load_recipe, recipe_to_dict
 from tumble.cli.options import add_configuration, add_jobs, add_output, verb_parser
-from tumble.cli.outcomes import exit_code, report_failures
+from tumble.cli.outcomes import NOTHING_TO_GO_ON_WITH, exit_code, report_failures
+from tumble.commands import command
 from tumble.engine import Outcome, State
 from tumble.output_directory import Run, output_directory
+from tumble.read_paths import paths_given
 from tumble.rendering import render_dataset, variant_of
 
 
@@ -29,10 +31,16 @@ def parser() -> argparse.ArgumentParser:
 def run(arguments: argparse.Namespace) -> int:
     """Render; exit code 1 when a sequence failed, 2 when all did."""
     recipe = load_recipe(arguments.config, arguments.settings)
-    described = Run("render", recipe_to_dict(recipe), recipe.seed, variant_of(recipe))
+    described = Run(
+        "render",
+        recipe_to_dict(recipe),
+        recipe.seed,
+        variant_of(recipe),
+        reads=(*paths_given(arguments.config), *map(Path, recipe.particle.files)),
+    )
     with output_directory(arguments.out, described, resume=arguments.resume, force=arguments.force) as out:
         outcomes = render_dataset(recipe, out, jobs=arguments.jobs, quiet=arguments.quiet)
-        report_failures(out, outcomes)
+        report_failures(out, outcomes, verbose=arguments.verbose)
     _say(outcomes, out, arguments)
     return exit_code(outcomes)
 
@@ -42,4 +50,5 @@ def _say(outcomes: tuple[Outcome, ...], out: Path, arguments: argparse.Namespace
     if arguments.json:
         print(json.dumps({"dataset": str(out), "sequences": made, "failed": len(outcomes) - made}))
     elif not arguments.quiet:
-        print(f"{made} of {len(outcomes)} sequences are in {out}\nnext: tumble estimate {out} --out {out.parent / 'estimates'}")
+        then = command("estimate", out, "--out", out.parent / "estimates") if made else NOTHING_TO_GO_ON_WITH
+        print(f"{made} of {len(outcomes)} sequences are in {out}\nnext: {then}")

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from tumble.cli.options import add_output, verb_parser
 from tumble.output_directory import Run, output_directory
+from tumble.read_paths import observations_read, paths_given
 from tumble.reporting import collect, source_of
 from tumble.reports.page import write_page
 
@@ -32,7 +33,10 @@ def run(arguments: argparse.Namespace) -> int:
     """Write the page and print its path."""
     observations = arguments.observations or source_of(arguments.estimates)
     sources = {"estimates": arguments.estimates, "observations": observations, "truth": arguments.truth}
-    described = Run("report", {key: None if path is None else str(path.resolve()) for key, path in sources.items()})
+    content = {key: None if path is None else str(path.resolve()) for key, path in sources.items()}
+    pictures = observations_read(observations) if observations else ()
+    reads = paths_given(arguments.estimates, *pictures, arguments.truth)
+    described = Run("report", content, reads=reads)
     with output_directory(arguments.out, described, resume=arguments.resume, force=arguments.force) as out:
         write_page(collect(arguments.estimates, observations, arguments.truth), out / PAGE, title=arguments.title)
     path = arguments.out / PAGE

@@ -12,8 +12,9 @@ from datasets.errors import InputError
 from datasets.scoring.collisions import collision_summary
 from datasets.scoring.impacts import impact_summary
 from datasets.scoring.table import aggregate, status_counts, worse_sequences
+from tumble.cli.console import console
 from tumble.cli.options import add_output, verb_parser
-from tumble.console import Console
+from tumble.commands import command
 from tumble.output_directory import Run, output_directory
 from tumble.scoring import (
     COLLISIONS_FILE,
@@ -58,7 +59,8 @@ def run(arguments: argparse.Namespace) -> int:
     """Score, store, print."""
     if not arguments.truth.is_dir():
         raise InputError(f"{arguments.truth}: expected the truth folder of a dataset, came nothing.")
-    described = Run("score", {"estimates": str(arguments.estimates.resolve()), "truth": str(arguments.truth.resolve())})
+    read = {"estimates": arguments.estimates, "truth": arguments.truth}
+    described = Run("score", {name: str(path.resolve()) for name, path in read.items()}, reads=tuple(read.values()))
     with output_directory(arguments.out, described, resume=arguments.resume, force=arguments.force) as out:
         table = score_all(arguments.estimates, arguments.truth)
         write_scores(table, out)
@@ -76,16 +78,16 @@ def run(arguments: argparse.Namespace) -> int:
             say_impacts(impact_summary(impacts))
         if len(collisions):
             say_collisions(collision_summary(collisions))
-        Console().print(f"table: {arguments.out / TABLE_FILE}", soft_wrap=True, highlight=False)
-        Console().print(f"next: tumble report {arguments.estimates} --truth {arguments.truth}", soft_wrap=True, highlight=False)
+        console().print(f"table: {arguments.out / TABLE_FILE}", soft_wrap=True)
+        console().print(f"next: {command('report', arguments.estimates, '--truth', arguments.truth)}", soft_wrap=True)
     return 0
 
 
 def say_scores(scores: pd.DataFrame) -> None:
     """Aggregates, statuses and the worse sequences for people."""
-    console = Console()
+    out = console()
     statuses = ", ".join(f"{row['n']} {row['status']}" for row in status_counts(scores).to_dict("records"))
-    console.print(f"{len(scores)} sequences: {statuses}", highlight=False)
+    out.print(f"{len(scores)} sequences: {statuses}")
     table = Table("metric", "unit", "median", "5%", "95%", "inside tolerance", "95% intervals that hold truth", box=None, pad_edge=False)
     for row in aggregate(scores).to_dict("records"):
         if row["metric"] in SHOWN:
@@ -96,44 +98,41 @@ def say_scores(scores: pd.DataFrame) -> None:
                 f"{row['inside_tolerance']:.0%}",
                 "–" if pd.isna(row["coverage"]) else f"{row['coverage']:.0%}",
             )
-    console.print(table)
+    out.print(table)
     for row in worse_sequences(scores).to_dict("records"):
         parts = (f"{name.replace('_', '-')} {row[f'{name}_percent']:.2f} ± {row[f'sigma_{name}_percent']:.2f}%" for name in POOR)
         errors = f" ({', '.join(parts)})"
         measured = not pd.isna(row["in_plane_percent"])
-        console.print(f"worse: {row['sequence']}: {row['cause']}{errors if measured else ''}", soft_wrap=True, highlight=False)
+        out.print(f"worse: {row['sequence']}: {row['cause']}{errors if measured else ''}", soft_wrap=True)
 
 
 def say_impacts(told: dict[str, Any]) -> None:
     """How impacts fared, for people."""
-    console = Console()
-    console.print(f"{told['impacts']} impacts: {told['found']} found", highlight=False)
+    out = console()
+    out.print(f"{told['impacts']} impacts: {told['found']} found")
     if told["found"] == 0:
         return
-    console.print(
+    out.print(
         f"medians: time {told['median_time_error_frames']:.3f} frames; after the impact {told['median_after_in_plane_percent']:.3f}% "
         f"in plane, {told['median_after_out_of_plane_percent']:.3f}% out of plane, {told['median_after_angular_percent']:.3f}% angular",
         soft_wrap=True,
-        highlight=False,
     )
-    console.print(
+    out.print(
         f"95% intervals that hold truth: time {told['coverage_time']:.0%}, after the impact v {told['coverage_after_v']:.0%}, "
         f"ω {told['coverage_after_omega']:.0%}",
         soft_wrap=True,
-        highlight=False,
     )
 
 
 def say_collisions(told: dict[str, Any]) -> None:
     """How collisions of two particles fared, for people."""
-    console = Console()
-    console.print(f"{told['collisions']} collisions of two particles: {told['found']} found", highlight=False)
+    out = console()
+    out.print(f"{told['collisions']} collisions of two particles: {told['found']} found")
     if told["found"] == 0:
         return
-    console.print(
+    out.print(
         f"medians of errors: normal {told['median_normal_error_deg']:.1f}°, e {told['median_restitution_error']:.3f}, impulse ratio "
         f"{told['median_impulse_ratio_error']:.3f}, mass ratio by volumes {told['median_mass_ratio_error']:.4f}, by momentum "
         f"{told['median_momentum_mass_ratio_error']:.4f}; momentum kept in {told['momentum_kept']} of {told['found']}",
         soft_wrap=True,
-        highlight=False,
     )

@@ -13,12 +13,15 @@ from datasets.json_documents import Document, plain, read_document, write_docume
 from estimator.contact_validation.force_models import Materials
 from estimator.contact_validation.validate import DEFAULT_MODELS, LEAST_RUNS, MODELS, Question, validate
 from estimator.contact_validation.verdict import broken_verdict
+from tumble.cli.console import console
 from tumble.cli.options import add_output, positive, three_numbers, verb_parser
-from tumble.console import Console
+from tumble.cli.outcomes import tell_left_out
 from tumble.contact_documents import FILE, KIND, broken_document, validation_document
 from tumble.contact_validating import DIAMOND_KG_M3, Collected, Known, collected
 from tumble.numbers import compact, with_sigma
 from tumble.output_directory import Run, note_failures, output_directory
+from tumble.read_paths import observations_read, paths_given
+from tumble.reporting import source_of
 from tumble.reports.contact_page import write_contact_page
 
 REPORT_FILE = "report.html"
@@ -86,7 +89,9 @@ def _described(arguments: argparse.Namespace) -> Run:
     names = ("plate", "models", "spheres", "seed", "density", "young", "poisson", "plate_young", "plate_poisson")
     said = {name: getattr(arguments, name) for name in names}
     paths = {name: None if path is None else str(path.resolve()) for name, path in _paths(arguments).items()}
-    return Run("validate-contact", {**paths, **said}, seed=arguments.seed)
+    source = arguments.observations or source_of(arguments.estimates)
+    reads = paths_given(arguments.estimates, arguments.mesh, *(observations_read(source) if source else ()))
+    return Run("validate-contact", {**paths, **said}, seed=arguments.seed, reads=reads)
 
 
 def _paths(arguments: argparse.Namespace) -> dict[str, Path | None]:
@@ -95,8 +100,7 @@ def _paths(arguments: argparse.Namespace) -> dict[str, Path | None]:
 
 def _validated(arguments: argparse.Namespace, question: Question, known: Known) -> Document:
     found = collected(arguments.estimates, arguments.observations, known)
-    for name, reason in found.left_out.items():
-        print(f"tumble: {name} is left out: {reason}", file=sys.stderr)
+    tell_left_out(found.left_out)
     source, runs = str(arguments.estimates), _runs(found)
     broke = broken_verdict(found.broken, runs + len(found.broken))
     if broke is not None:
@@ -120,14 +124,14 @@ def _runs(found: Collected) -> int:
 
 def say_validation(document: Document) -> None:
     """What was found, for people."""
-    console = Console()
+    out = console()
 
     def say(sentence: str) -> None:
-        console.print(sentence, soft_wrap=True, highlight=False, markup=False)
+        out.print(sentence, soft_wrap=True)
 
     if document["models"]:
-        console.print(models_table(document["models"]))
-        console.print(ladder_table(document["ladder"]["rungs"]))
+        out.print(models_table(document["models"]))
+        out.print(ladder_table(document["ladder"]["rungs"]))
     say(document["verdict"]["sentence"])
     if document["detectable"]:
         say(f"Found in 95% of sets like this one would be {'; '.join(detectable_words(each) for each in document['detectable'])}.")

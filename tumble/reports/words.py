@@ -1,9 +1,11 @@
 """What a status means, and what a person may do next, in plain words."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from typing import Any
 
 from datasets.estimate import Estimate, Status
+from datasets.observation import COMPANION
 
 MEANING: dict[Status, str] = {
     Status.CONVERGED: "The fit converged. The numbers below are a measurement; the intervals say how good it is.",
@@ -64,3 +66,15 @@ def rms_ete_px(estimate: Estimate) -> float | None:
         return None
     squares = [frame.rms_ete_px**2 for frame in estimate.frames if frame.used]
     return (sum(squares) / len(squares)) ** 0.5 if squares else None
+
+
+def unmeasured(estimates: Iterable[Estimate]) -> dict[str, str]:
+    """Of each estimate that is no measurement: its status, why, and what to do about it."""
+    parts = [part for estimate in estimates for part in particles_of(estimate)]
+    return {e.name: f"{e.status.value}: {e.message} {next_steps(e)[0]}" for e in parts if e.status is not Status.CONVERGED}
+
+
+def particles_of(estimate: Estimate) -> list[Estimate]:
+    """The estimate and, where there are two particles, that of the second under a name of its own."""
+    second = estimate.companion
+    return [estimate] if second is None else [estimate, replace(second, name=estimate.name + COMPANION)]

@@ -9,7 +9,7 @@ from datasets.errors import InputError
 from estimator.diagnosis.adding import with_effect
 from estimator.effects.choosing import chosen_effects
 from estimator.effects.model import overrides
-from estimator.effects.plug_ins import load_plug_in
+from estimator.effects.plug_ins import STAGES, load_plug_in
 from tests.estimator.small_campaign import fitted, registered
 
 HEAD = """
@@ -19,6 +19,13 @@ from estimator.effects.link import BodyChange, EffectModel
 
 def entry(key="wind", name="push", unit="m/s2", plausible=(-5.0, 5.0), step=1e-3, stage=Stage.DYNAMICS):
     return EffectEntry(key, stage, Scope.CAMPAIGN, (Parameter(name, unit, plausible, step, "size"),), "a push along x", "none")
+
+def spoilt(**changes):
+    # as it can be written where nothing checks types
+    made = entry()
+    for name, value in changes.items():
+        object.__setattr__(made if hasattr(made, name) else made.parameters[0], name, value)
+    return made
 """
 WIND = '''
 class Wind(EffectModel):
@@ -36,7 +43,8 @@ def plug_in(folder: Path, body: str) -> str:
 
 
 def link(name: str, arguments: str, answer: str) -> str:
-    return f"class Wind(EffectModel):\n    entry = entry()\n    def {name}(self, {arguments}):\n        {answer}\n"
+    entry = f"entry(stage=Stage.{STAGES[name][0].name})"
+    return f"class Wind(EffectModel):\n    entry = {entry}\n    def {name}(self, {arguments}):\n        {answer}\n"
 
 
 def test_a_plug_in_is_an_effect_like_others(tmp_path: Path) -> None:
@@ -62,6 +70,17 @@ def test_a_plug_in_is_an_effect_like_others(tmp_path: Path) -> None:
         (WIND.replace("entry()", "entry(key='gravity')"), ('its key "gravity" is that of an effect of the catalogue',)),
         (WIND.replace("entry()", "entry(step=0.0)"), ("parameter push: expected a step above 0",)),
         (WIND.replace("entry()", "entry(plausible=(1.0, 1.0))"), ("parameter push: expected a plausible range",)),
+        (
+            WIND.replace("entry()", "spoilt(stage='dynamics')"),
+            ("expected stage of its entry to be a Stage, one of", "'dynamics'"),
+        ),
+        (WIND.replace("entry()", "entry(stage=Stage.CLOCK)"), ("expected Stage.DYNAMICS, where acceleration() acts, got Stage.CLOCK",)),
+        (WIND.replace("entry()", "spoilt(scope='campaign')"), ("expected scope of its entry to be a Scope, one of SEQUENCE",)),
+        (WIND.replace("entry()", "spoilt(plausible=5.0)"), ("expected a step and a plausible range of numbers",)),
+        (WIND.replace("entry()", "spoilt(step='1')"), ("expected a step and a plausible range of numbers",)),
+        (WIND.replace("entry()", "spoilt(key=3)"), ("expected key of its entry to be a str, got 3",)),
+        ("import sys\nsys.exit(0)", ("raised SystemExit (0)", "while it was read")),
+        (WIND + "    def __init__(self):\n        raise SystemExit\n", ("raised SystemExit", "when it was made")),
         (WIND + "    def __init__(self, size):\n        pass\n", ("raised TypeError", "an effect is made without arguments")),
     ],
 )

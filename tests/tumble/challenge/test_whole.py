@@ -111,10 +111,11 @@ def test_what_was_hidden_is_told_at_last(tmp_path: Path, capsys: pytest.CaptureF
     told = " ".join(capsys.readouterr().out.split())
     assert told.index("Which effect is missing?") < told.index("held-out") < told.rindex("hidden was") > told.index("And the truth:")
     assert (tmp_path / "hidden" / "explain" / "report.html").is_file()
-    (tmp_path / "notes.txt").write_text("mine")
-    assert tumble("hidden", "--out", tmp_path, *shape) == 2
-    assert "expected an empty folder" in capsys.readouterr().err
-    assert (tmp_path / "notes.txt").is_file()
+    notes = tmp_path / "hidden" / "compare" / "notes.txt"
+    notes.write_text("mine")
+    assert tumble("hidden", "--out", tmp_path / "hidden", *shape) == 2
+    assert "got ../compare/notes.txt, which it did not write" in capsys.readouterr().err
+    assert notes.is_file()
 
 
 def test_what_is_no_challenge_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

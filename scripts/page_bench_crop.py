@@ -1,4 +1,4 @@
-"""The page of the crop benchmark, from its result file: ``python -m scripts.bench_crop_page``."""
+"""The page of the crop benchmark, from its result file: ``python -m scripts.page_bench_crop``."""
 
 import json
 from pathlib import Path
@@ -15,7 +15,7 @@ TEXT = """\
 A frame of the high-speed camera is the static background, and the particle in a small part of it. So only the crop around the particle is
 rendered, with a margin of eight pixels and what defocus adds, and put into the background. This page compares that with rendering the
 full frame, the same rays per pixel in both. Numbers are copied from [bench_crop.json](../results/bench_crop.json) by
-`scripts/bench_crop_page.py`.
+`scripts/page_bench_crop.py`.
 
 | material, renderer; what covers 1/16 of the picture | pixels, full over crop | full frame, s | crop, s | full over crop |
 | --- | --- | --- | --- | --- |
@@ -36,7 +36,7 @@ the time goes into light inside the particle, which both ways have to follow, so
 of the one picture against the other is in px. Outside the crop a full frame is the background exactly. The largest of mean and
 displacements is {largest:.1f} standard deviations, over {tests} such numbers; the limit was {limit:g}.
 
-Again, about two minutes: `python -m scripts.bench_crop --result docs/results/bench_crop.json && python -m scripts.bench_crop_page`.
+Again, about two minutes: `python -m scripts.bench_crop --result docs/results/bench_crop.json && python -m scripts.page_bench_crop`.
 """
 
 Figures = dict[str, float]

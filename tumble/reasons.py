@@ -1,0 +1,31 @@
+"""Why items were lost, each reason said once however many it struck."""
+
+from collections.abc import Mapping
+from pathlib import PurePath
+
+NAMED = 8
+"""Names that a sentence lists before it only counts; ``run.json`` has them all."""
+
+
+def grouped(reasons: Mapping[str, str]) -> list[tuple[str, str]]:
+    """Who, and why: those whose reasons differ in their own name alone are told together, with the words of the first."""
+    groups: dict[str, list[str]] = {}
+    for name, reason in reasons.items():
+        groups.setdefault(_without_name(name, reason), []).append(name)
+    return [(_who(names), reasons[names[0]]) for names in groups.values()]
+
+
+def _without_name(name: str, reason: str) -> str:
+    return reason.replace(name, "…").replace(PurePath(name).stem, "…")
+
+
+def _who(names: list[str]) -> str:
+    if len(names) == 1:
+        return names[0]
+    more = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
+    return f"{len(names)} of them ({', '.join(names[:NAMED])}{more})"
+
+
+def sentences(reasons: Mapping[str, str], what: str) -> list[str]:
+    """``NAME is left out: REASON`` with ``what`` as ``left out``."""
+    return [f"{who} {'are' if ' of them (' in who else 'is'} {what}: {reason}" for who, reason in grouped(reasons)]
