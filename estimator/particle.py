@@ -28,6 +28,7 @@ from estimator.geometry.tangent_hull import Likeness
 from estimator.geometry.tangent_polytope import tangent_polytope
 from estimator.geometry.visual_hull import HullMesh, bounding_ball, visual_hull
 from estimator.outlines.pictured import Pictures, mean_seen
+from estimator.view_faults import view_fault
 
 Array = NDArray[np.float64]
 MINIMUM_VIEWS = 3
@@ -83,6 +84,7 @@ class Particle:
     """The particle as the views show it: hull, body, start catalogue, the views in use and how they agree.
 
     ``seen``: the views' outlines, with the noise that the views show among themselves where that is more than the outlines'.
+    ``fault``: what is likely wrong with views that disagree, in a sentence.
     """
 
     outlines: tuple[Outline, ...]
@@ -94,6 +96,7 @@ class Particle:
     catalogue: StartCatalogue
     report: ViewReport
     disagreement: Disagreement
+    fault: str = ""
 
     @property
     def extent_m(self) -> float:
@@ -103,7 +106,7 @@ class Particle:
     @property
     def sentence(self) -> str:
         """What is to be said of the views: which do not belong or show nothing, and that they disagree; empty where they are in order."""
-        return " ".join(part for part in (self.report.sentence, self._disagreement_sentence) if part)
+        return " ".join(part for part in (self.report.sentence, self._disagreement_sentence, self.fault) if part)
 
     @property
     def _disagreement_sentence(self) -> str:
@@ -196,7 +199,10 @@ def particle_of(outlines: Sequence[Outline], views: Sequence[CalibratedView], co
     report = ViewReport(*agreement, np.array(present, dtype=np.int64), absent)
     kept = np.flatnonzero(~report.foreign).tolist()
     if len(kept) < MINIMUM_VIEWS:
-        raise InputError(f"calibrated views: expected at least {MINIMUM_VIEWS} that agree with one another; {report.sentence}")
+        fault = view_fault(outlines, views)
+        said = f"calibrated views: expected at least {MINIMUM_VIEWS} that agree with one another; {report.sentence} {fault}"
+        raise InputError(said.rstrip())
+    every = outlines, views
     outlines, views, seen = [outlines[i] for i in kept], [views[i] for i in kept], seen.take(kept)
     hull = visual_hull(outlines, views, resolution=configuration.hull_resolution)
     body = body_of(hull)
@@ -211,6 +217,7 @@ def particle_of(outlines: Sequence[Outline], views: Sequence[CalibratedView], co
         catalogue=start_catalogue(hull.vertices, body.com_particle, directions=configuration.directions),
         report=report,
         disagreement=among,
+        fault=view_fault(*every) if among.calibration_px > 0.0 else "",
     )
 
 

@@ -20,6 +20,8 @@ from estimator.geometry.silhouettes import SURE_PX, Silhouettes
 Array = NDArray[np.float64]
 MOST_MEAN_SQUARE = 2.0
 """Mean square of the views' errors over their expected variance that is still noise: 0.5 to 1.0 for 6 to 60 views that are right."""
+UNEXPLAINED_PX = 0.1
+"""What smoothing leaves of corners even where outlines are free of noise; it is no disagreement."""
 DISPLACED_RAD = 1.0
 """Turn of the tangent over which a misplaced outline's error is alike: that of a shift is the cosine of the turn."""
 
@@ -29,7 +31,7 @@ class Disagreement:
     """Of k views: ``mean_square`` of their errors over what outlines explain, ``rms_px`` and the RMS ``expected_px`` from outlines.
 
     ``view_rms_px`` (k,) of each against the others; ``calibration_px`` is the standard deviation by which a view is misplaced, zero where
-    outlines explain the errors.
+    outlines explain the errors; ``seen_share``: of the pairs of views that have common tangents.
     """
 
     mean_square: float
@@ -37,6 +39,7 @@ class Disagreement:
     expected_px: float
     view_rms_px: Array
     calibration_px: float
+    seen_share: float
 
 
 def disagreement(seen: Silhouettes, poses: PoseSet, centre: Array) -> Disagreement:
@@ -47,10 +50,11 @@ def disagreement(seen: Silhouettes, poses: PoseSet, centre: Array) -> Disagreeme
     square, expected = (np.where(there, values, 0.0) for values in (errors.error[:, :, :2] ** 2, errors.variance[:, :, :2]))
     count = max(int(there.sum()), 1)
     own = square.sum(axis=(1, 2)) / np.maximum(there.sum(axis=(1, 2)), 1)
-    ratio = float((square[there] / expected[there]).sum()) / count
+    ratio = float((square[there] / (expected[there] + UNEXPLAINED_PX**2)).sum()) / count
     excess = float(((square - expected) / (1.0 + errors.jacobian[:, :, :2, 7] ** 2))[there].sum()) / count
     misplaced = float(np.sqrt(max(excess, 0.0))) if ratio > MOST_MEAN_SQUARE else 0.0
-    return Disagreement(ratio, float(np.sqrt(square.sum() / count)), float(np.sqrt(expected.sum() / count)), np.sqrt(own), misplaced)
+    rms, explained = (float(np.sqrt(values.sum() / count)) for values in (square, expected))
+    return Disagreement(ratio, rms, explained, np.sqrt(own), misplaced, float(errors.valid.sum()) / max(k * (k - 1), 1))
 
 
 def misplaced(seen: Silhouettes, calibration_px: float) -> Silhouettes:

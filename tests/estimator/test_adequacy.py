@@ -11,7 +11,6 @@ from datasets.estimate import Status
 from datasets.observation import Observation
 from datasets.recipes.recipe import Recipe
 from datasets.recipes.toml_files import recipe_from_dict
-from datasets.vocabulary.outline import Outline, oriented
 from estimator.configuration import Configuration
 from estimator.fitting.adequacy import slow_errors
 from estimator.measuring import measure
@@ -41,22 +40,6 @@ def test_a_clean_sequence_is_adequate(clean: Observation) -> None:
     assert estimate.status is Status.CONVERGED
     assert estimate.statistics["adequacy"]["adequate"]
     assert estimate.message == "converged."
-
-
-def upwards(observation: Observation) -> Observation:
-    """Pixels counted upwards in the high-speed camera."""
-    height = observation.cameras[0].intrinsics.height_px
-    turned = tuple(
-        Outline(oriented(np.column_stack([o.points_px[:, 0], height - 1 - o.points_px[:, 1]])))
-        for o in observation.recordings[0]  # type: ignore[union-attr]
-    )
-    return replace(observation, recordings=(turned,))
-
-
-def test_gravity_upside_down_is_missed(clean: Observation) -> None:
-    estimate = measure(replace(clean, gravity_world=-clean.gravity_world), Configuration())
-    assert not estimate.statistics["adequacy"]["adequate"]
-    assert estimate.statistics["adequacy"]["component"] == "path along y"
 
 
 def test_slow_errors_are_none_of_the_flight() -> None:

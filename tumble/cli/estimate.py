@@ -22,7 +22,7 @@ from tumble.estimating import estimate_all
 from tumble.numbers import with_sigma
 from tumble.output_directory import Run, output_directory
 from tumble.reports.velocities import rows
-from tumble.reports.words import next_steps, rms_ete_px
+from tumble.reports.words import adequate, misses_something, next_steps, rms_ete_px
 from tumble.result_files import SUFFIX, observations_in
 
 
@@ -74,6 +74,8 @@ def tell(arguments: argparse.Namespace, estimates: list[Estimate]) -> None:
         say_estimates(estimates)
         truth = arguments.observations / "truth"
         after = f"tumble score {arguments.out} --truth {truth}" if truth.is_dir() else f"tumble report {arguments.out}"
+        if any(misses_something(estimate) for estimate in estimates):
+            after = f"tumble compare {arguments.observations}"
         Console().print(f"next: {after}", soft_wrap=True, highlight=False)
 
 
@@ -83,7 +85,7 @@ def say_estimates(estimates: list[Estimate]) -> None:
     for heading in ("sequence", "status", "v x, y, z (m/s)", "ω x, y, z (rad/s)", "RMS ETE (px)"):
         table.add_column(heading, overflow="fold")
     for part in (part for estimate in estimates for part in particles_of(estimate)):
-        table.add_row(part.name, part.status.value, *_velocity_cells(part), _rms_cell(part))
+        table.add_row(part.name, _status_cell(part), *_velocity_cells(part), _rms_cell(part))
     Console().print(table)
     for sentence in (sentence for estimate in estimates for sentence in remarks(estimate)):
         Console().print(sentence, soft_wrap=True, highlight=False)
@@ -97,11 +99,12 @@ def particles_of(estimate: Estimate) -> list[Estimate]:
 
 def remarks(estimate: Estimate) -> list[str]:
     """What a person should know besides the numbers: why there are none, calibrated views and frames that were left out."""
-    views = estimate.statistics.get("views_left_out") or estimate.statistics.get("views_without_outline")
+    views = any(estimate.statistics.get(key) for key in ("views_left_out", "views_without_outline"))
+    views = views or estimate.statistics.get("view_disagreement", {}).get("calibration_px", 0.0) > 0.0
     said = []
     if estimate.status is not Status.CONVERGED:
         said.append(f"{estimate.name}: {estimate.message} {next_steps(estimate)[0]}")
-    elif views or estimate.impacts:
+    elif views or estimate.impacts or misses_something(estimate):
         said.append(f"{estimate.name}: {estimate.message}")
     said += [f"{estimate.name}: {impact_sentence(number, impact)}" for number, impact in enumerate(estimate.impacts, start=1)]
     for used, done in ((False, "left out"), (True, "used in part")):
@@ -117,6 +120,10 @@ def impact_sentence(number: int, impact: ImpactEstimate) -> str:
     (speed, spin), (speed_after, spin_after) = ([row["text"] for row in rows(side, None)[6:]] for side in (impact.before, impact.after))
     when = with_sigma(impact.time_s * 1e3, impact.time_sigma_s * 1e3)
     return f"impact {number} at {when} ms: speed {speed}, then {speed_after} m/s; spin {spin}, then {spin_after} rad/s."
+
+
+def _status_cell(estimate: Estimate) -> str:
+    return f"{estimate.status.value}, misfit" if misses_something(estimate) else estimate.status.value
 
 
 def _velocity_cells(estimate: Estimate) -> tuple[str, str]:
@@ -137,6 +144,7 @@ def _brief(estimate: Estimate) -> dict[str, object]:
         "sequence": estimate.name,
         "status": estimate.status.value,
         "message": estimate.message,
+        "adequate": adequate(estimate),
         "rms_ete_px": rms_ete_px(estimate),
         "v_world": None if middle is None else middle.v_world.tolist(),
         "omega_world": None if middle is None else middle.omega_world.tolist(),
