@@ -136,7 +136,7 @@ def _estimated(observation: Observation, tracks: tuple[OutlineTrack, ...], parti
     flight = contest.flights[0].state
     biased = biased_task(observation, task, particle, flight, configuration, pictures=pictures)
     refined, focal = refined_flight(biased, flight, configuration)
-    status, message = judge(contest, refined)
+    status, message = judge(_without_the_same(biased, contest, refined, configuration), refined)
     tested = misfit(with_clear_angles(biased, flight), refined, refinement_settings(configuration)) if focal is None else None
     outcome = (status, message, tested)
     return converged_estimate(observation, tracks, (particle, found), refined, outcome, configuration=configuration, focal=focal)
@@ -390,6 +390,20 @@ def _from_another_side(
     return candidate_flights(observation, task, particle, (rivals, other), configuration)
 
 
+def _without_the_same(task: FitTask, contest: Standing, refined: Refined, configuration: Configuration) -> Standing:
+    """The contest without rivals that the last refinement brings to where it has brought the first: they were on the way."""
+    rivals = [s for s in contest.rivals if not same_flight(s.state, contest.flights[0].state)]
+    apart = []
+    for rival in rivals:
+        try:
+            other = refined_flight(task, rival.state, configuration)[0]
+        except RanAway:
+            continue
+        if not same_flight(other.flight, refined.flight):
+            apart.append(rival)
+    return replace(contest, rivals=tuple(apart))
+
+
 def judge(contest: Standing, refined: Refined) -> tuple[Status, str]:
     """The status that the result deserves, and why."""
     best = contest.flights[0]
@@ -405,9 +419,8 @@ def judge(contest: Standing, refined: Refined) -> tuple[Status, str]:
         )
     if not refined.settled:
         return Status.NO_CONVERGENCE, "the last refinement did not settle."
-    rivals = [s for s in contest.rivals if not same_flight(s.state, best.state)]
-    if rivals:
-        ratio = rivals[0].equations.cost / best.equations.cost
+    if contest.rivals:
+        ratio = contest.rivals[0].equations.cost / best.equations.cost
         said = f"the outlines do not refuse another trajectory (cost ratio {ratio:.3f}): more frames or views would decide."
         return Status.AMBIGUOUS, said
     if contest.outside_px > 0.0:
