@@ -14,6 +14,7 @@ from estimator.breakage import worse_part
 from estimator.configuration import Configuration
 from estimator.fitting.impact_search import Kink, centroid_path, clear_kinks, find_kinks
 from estimator.impact_pipeline import Seen, estimate_with_impacts
+from estimator.input_faults import input_fault, with_fault
 from estimator.outlines.result import FrameStatus, OutlineTrack, left_out
 from estimator.pairs.measuring import measure_pair
 from estimator.pipeline import check_focal_prior, estimate_free_flight, observed_particle, tracks_of
@@ -42,6 +43,14 @@ def measure(observation: Observation, configuration: Configuration) -> Estimate:
         return measure_pair(observation, configuration)
     tracks = tracks_of(observation)
     seen = Seen(observation, tracks, observed_particle(observation, configuration))
+    estimate = _measured(seen, configuration)
+    fault = None if estimate.impacts else input_fault(observation, tracks, seen.particle, estimate, configuration)
+    return estimate if fault is None else with_fault(estimate, fault)
+
+
+def _measured(seen: Seen, configuration: Configuration) -> Estimate:
+    """With impacts or as one free flight, and what is said of one that neither describes."""
+    observation, tracks = seen.observation, seen.tracks
     nominated, pieces = nominations(seen), None
     for kinks in nominated:
         pieces = estimate_with_impacts(seen, kinks, configuration)

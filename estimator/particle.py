@@ -17,6 +17,7 @@ from datasets.vocabulary.outline import Outline
 from estimator.configuration import Configuration
 from estimator.fitting.pose_refinement import Views
 from estimator.fitting.pose_starts import StartCatalogue, start_catalogue
+from estimator.fitting.view_disagreement import Disagreement, disagreement, misplaced
 from estimator.geometry.cast_outline import CastingMesh, cast_convex, cast_outline, casting_mesh
 from estimator.geometry.epipolar_tangency import PoseSet, tangency_errors
 from estimator.geometry.exact_hull import exact_hull
@@ -27,6 +28,7 @@ from estimator.geometry.tangent_hull import Likeness
 from estimator.geometry.tangent_polytope import tangent_polytope
 from estimator.geometry.visual_hull import HullMesh, bounding_ball, visual_hull
 from estimator.outlines.pictured import Pictures, mean_seen
+from estimator.view_faults import view_fault
 
 Array = NDArray[np.float64]
 MINIMUM_VIEWS = 3
@@ -73,9 +75,17 @@ class ViewReport:
         return " ".join(part for part in (foreign, empty) if part)
 
 
+WORST_TOLD = 3
+"""How many of the views that disagree most are named."""
+
+
 @dataclass(frozen=True)
 class Particle:
-    """The particle as the views show it: hull, body, start catalogue, the views in use and how they agree."""
+    """The particle as the views show it: hull, body, start catalogue, the views in use and how they agree.
+
+    ``seen``: the views' outlines, with the noise that the views show among themselves where that is more than the outlines'.
+    ``fault``: what is likely wrong with views that disagree, in a sentence.
+    """
 
     outlines: tuple[Outline, ...]
     calibrated: tuple[CalibratedView, ...]
@@ -85,11 +95,31 @@ class Particle:
     body: Body
     catalogue: StartCatalogue
     report: ViewReport
+    disagreement: Disagreement
+    fault: str = ""
 
     @property
     def extent_m(self) -> float:
         """Largest extent (m) of the hull along its principal axes."""
         return float(np.ptp(self.hull.vertices @ self.body.R_particle_body, axis=0).max())
+
+    @property
+    def sentence(self) -> str:
+        """What is to be said of the views: which do not belong or show nothing, and that they disagree; empty where they are in order."""
+        return " ".join(part for part in (self.report.sentence, self._disagreement_sentence, self.fault) if part)
+
+    @property
+    def _disagreement_sentence(self) -> str:
+        among = self.disagreement
+        if among.calibration_px == 0.0:
+            return ""
+        numbers = self.report.numbers[~self.report.foreign]
+        worst = [f"view {numbers[i]} ({among.view_rms_px[i]:.2f} px)" for i in np.argsort(-among.view_rms_px)[:WORST_TOLD]]
+        return (
+            f"the calibrated views disagree with one another by {among.rms_px:.2f} px RMS, and the noise of their outlines explains "
+            f"{among.expected_px:.2f} px: the calibration misplaces each by about {among.calibration_px:.2f} px, which the uncertainties "
+            f"contain. They disagree most with {', '.join(worst)}: check the calibration."
+        )
 
     @cached_property
     def hollow(self) -> float:
@@ -169,19 +199,25 @@ def particle_of(outlines: Sequence[Outline], views: Sequence[CalibratedView], co
     report = ViewReport(*agreement, np.array(present, dtype=np.int64), absent)
     kept = np.flatnonzero(~report.foreign).tolist()
     if len(kept) < MINIMUM_VIEWS:
-        raise InputError(f"calibrated views: expected at least {MINIMUM_VIEWS} that agree with one another; {report.sentence}")
+        fault = view_fault(outlines, views)
+        said = f"calibrated views: expected at least {MINIMUM_VIEWS} that agree with one another; {report.sentence} {fault}"
+        raise InputError(said.rstrip())
+    every = outlines, views
     outlines, views, seen = [outlines[i] for i in kept], [views[i] for i in kept], seen.take(kept)
     hull = visual_hull(outlines, views, resolution=configuration.hull_resolution)
     body = body_of(hull)
+    among = disagreement(seen, view_poses(views), body.com_particle)
     return Particle(
         outlines=tuple(outlines),
         calibrated=tuple(views),
-        seen=seen,
+        seen=misplaced(seen, among.calibration_px),
         poses=view_poses(views),
         hull=hull,
         body=body,
         catalogue=start_catalogue(hull.vertices, body.com_particle, directions=configuration.directions),
         report=report,
+        disagreement=among,
+        fault=view_fault(*every) if among.calibration_px > 0.0 else "",
     )
 
 
@@ -219,8 +255,10 @@ def views_like(particle: Particle, first: Silhouettes, rng: np.random.Generator,
     coarser = float(np.median(spacing)) > 1.0
     intrinsics = [v.intrinsics for v in particle.calibrated]
     shown = (partial(mean_seen, pictures=pictures.typical(1), draws=VIEW_DRAWS, rng=rng)) if pictures is not None else None
-    seen = like_silhouettes(particle.outlines, intrinsics, likeness, rng, shown) if coarser else particle.seen
-    return Views(seen, particle.poses, particle.body.com_particle)
+    if not coarser:
+        return Views(particle.seen, particle.poses, particle.body.com_particle)
+    seen = like_silhouettes(particle.outlines, intrinsics, likeness, rng, shown)
+    return Views(misplaced(seen, particle.disagreement.calibration_px), particle.poses, particle.body.com_particle)
 
 
 def hsv_spacing(particle: Particle, first: Silhouettes) -> Array:

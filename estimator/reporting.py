@@ -12,9 +12,11 @@ from datasets.estimate import Estimate, FrameReport, Status, VelocityEstimate
 from datasets.observation import Observation
 from datasets.vocabulary.state import Motion
 from estimator.configuration import Configuration
+from estimator.fitting.adequacy import Misfit
 from estimator.fitting.focal_refinement import FocalRefined
 from estimator.fitting.pose_search import FoundPoses
 from estimator.fitting.refinement import Refined
+from estimator.misfit_words import adequacy_statistics, misfit_sentence
 from estimator.motion.flight import N_PARAMETERS, NAMES, Flight, fitted_body, inertia_matrix, states, velocities, velocity_sensitivity
 from estimator.motion.rigid_body import angular_velocity, rotation_matrices
 from estimator.motion.rotation import quaternion
@@ -55,18 +57,20 @@ def converged_estimate(
     tracks: tuple[OutlineTrack, ...],
     seen: tuple[Particle, FoundPoses],
     refined: Refined,
-    outcome: tuple[Status, str],
+    outcome: tuple[Status, str, Misfit | None],
     *,
     configuration: Configuration,
     focal: FocalRefined | None = None,
 ) -> Estimate:
     """The estimate of a fit that ended with a flight; its numbers are left out where the status says that there is no convergence.
 
-    ``focal``: the focal length, where it was measured.
+    ``outcome``: status, message and the test of the residuals. ``focal``: the focal length, where it was measured.
     """
     particle, found = seen
-    status, message = outcome
-    statistics = {**view_statistics(particle), **fit_statistics(refined, found)}
+    status, message, tested = outcome
+    statistics = {**view_statistics(particle), **fit_statistics(refined, found), **adequacy_statistics(tested)}
+    if status is Status.CONVERGED and tested is not None and not tested.adequate:
+        message = misfit_sentence(tested)
     reports = frame_reports(tracks, sighting_errors(refined))
     message = with_views(message, particle)
     if focal is not None:
@@ -164,13 +168,18 @@ def view_statistics(particle: Particle) -> dict[str, Any]:
         "view_numbers": report.numbers.tolist(),
         "view_rms_ete_px": report.rms_px.tolist(),
         "view_noise_px": float(np.median(particle.seen.noise_px)),
+        "view_disagreement": {
+            "rms_px": particle.disagreement.rms_px,
+            "expected_px": particle.disagreement.expected_px,
+            "calibration_px": particle.disagreement.calibration_px,
+        },
         "extent_mm": 1e3 * particle.extent_m,
     }
 
 
 def with_views(message: str, particle: Particle) -> str:
-    """A message, and which calibrated views were left out."""
-    return " ".join(part for part in (message, particle.report.sentence) if part)
+    """A message, which calibrated views were left out, and whether they disagree."""
+    return " ".join(part for part in (message, particle.sentence) if part)
 
 
 def fit_statistics(refined: Refined, found: FoundPoses) -> dict[str, Any]:

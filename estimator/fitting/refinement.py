@@ -140,17 +140,28 @@ def covariance_and_bound(task: FitTask, at: Linearised, prior: Array, settings: 
     NothingSeen
         Where there is none: the sightings say nothing of some parameter, or of some combination of them.
     """
-    inverse = scaled_inverse(determined(at.H))
-    inflation = max(1.0, at.frames.mean_square)
-    shared = shared_view_noise(at.errors, at.frames.weighted, task.views.silhouettes)
+    covariance = sandwich(task, at, prior, settings)
     viewing = (task.sightings.R_cam_world @ at.predicted.R[:, 0])[:, 2]
-    places = body_places(at.normals, viewing)
-    shared = shared + body_noise(at.errors.valid, at.frames.weighted, places, sigma_px=settings.body_noise_px)
-    covariance = inverse @ (inflation * (at.frames.meat + at.within.H + shared) + prior) @ inverse
     own = task.sightings.silhouettes
     known = information(at.errors, at.S, own, (body_places(at.normals, viewing, COARSE), settings.body_noise_px), huber=task.huber)
-    bound = scaled_inverse(known / inflation + prior)
-    return 0.5 * (covariance + covariance.T), 0.5 * (bound + bound.T)
+    bound = scaled_inverse(known / max(1.0, at.frames.mean_square) + prior)
+    return covariance, 0.5 * (bound + bound.T)
+
+
+def sandwich(task: FitTask, at: Linearised, prior: Array, settings: Refinement) -> Array:
+    """Covariance (p, p) of the parameters: own noise of the outlines, that of the views and the body-fixed error.
+
+    Raises
+    ------
+    NothingSeen
+        Where there is none.
+    """
+    inverse = scaled_inverse(determined(at.H))
+    shared = shared_view_noise(at.errors, at.frames.weighted, task.views.silhouettes)
+    viewing = (task.sightings.R_cam_world @ at.predicted.R[:, 0])[:, 2]
+    shared = shared + body_noise(at.errors.valid, at.frames.weighted, body_places(at.normals, viewing), sigma_px=settings.body_noise_px)
+    covariance = inverse @ (max(1.0, at.frames.mean_square) * (at.frames.meat + at.within.H + shared) + prior) @ inverse
+    return np.asarray(0.5 * (covariance + covariance.T))
 
 
 def scaled_inverse(H: Array) -> Array:

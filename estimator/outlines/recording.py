@@ -7,6 +7,7 @@ from datasets.observation import CalibratedView, Frames, Recording
 from datasets.vocabulary.camera import Intrinsics
 from datasets.vocabulary.outline import Outline, oriented, signed_area
 from estimator.outlines.result import FrameOutline, FrameStatus, OutlineTrack, left_out
+from estimator.outlines.sampling import evenly_sampled
 from estimator.outlines.settings import OutlineSettings
 from estimator.outlines.track import extract_outlines
 from estimator.outlines.views import extract_view_outlines
@@ -45,10 +46,10 @@ def view_outlines_of(
 
 
 def checked(outline: Outline, intrinsics: Intrinsics) -> FrameOutline:
-    """An outline that came as such: absent when empty or without area, cut off when it reaches the picture's edge."""
-    points = outline.points_px
-    if len(points) < 3 or signed_area(points) == 0.0:
+    """An outline that came as such, in even samples: absent when empty or without area, cut off when it reaches the picture's edge."""
+    if len(outline.points_px) < 3 or signed_area(outline.points_px) == 0.0:
         return left_out(FrameStatus.ABSENT)
+    points = evenly_sampled(outline.points_px)
     low, high = points.min(axis=0), points.max(axis=0)
     cut = low.min() <= 0 or high[0] >= intrinsics.width_px - 1 or high[1] >= intrinsics.height_px - 1
     return FrameOutline(Outline(oriented(points)), FrameStatus.CUT_OFF if cut else FrameStatus.USED)

@@ -25,7 +25,7 @@ from tumble.output_directory import Run, output_directory
 from tumble.read_paths import observations_read, paths_given
 from tumble.reasons import grouped
 from tumble.reports.velocities import rows
-from tumble.reports.words import particles_of, rms_ete_px, unmeasured
+from tumble.reports.words import adequate, misses_something, particles_of, rms_ete_px, unmeasured
 from tumble.result_files import SUFFIX, observations_in
 
 
@@ -84,6 +84,8 @@ def tell(arguments: argparse.Namespace, estimates: list[Estimate]) -> int:
 def _next(arguments: argparse.Namespace, estimates: list[Estimate]) -> str:
     if not any(part.status is Status.CONVERGED for estimate in estimates for part in particles_of(estimate)):
         return NOTHING_TO_GO_ON_WITH
+    if any(misses_something(estimate) for estimate in estimates):
+        return command("compare", arguments.observations)
     truth = arguments.observations / "truth"
     return command("score", arguments.out, "--truth", truth) if truth.is_dir() else command("report", arguments.out)
 
@@ -104,7 +106,7 @@ def say_estimates(estimates: list[Estimate]) -> None:
     for heading in ("sequence", "status", "v x, y, z (m/s)", "ω x, y, z (rad/s)", "RMS ETE (px)"):
         table.add_column(heading, overflow="fold")
     for part in (part for estimate in estimates for part in particles_of(estimate)):
-        table.add_row(part.name, part.status.value, *_velocity_cells(part), _rms_cell(part))
+        table.add_row(part.name, _status_cell(part), *_velocity_cells(part), _rms_cell(part))
     console().print(table)
     lost = [f"{who}: {reason}" for who, reason in grouped(unmeasured(estimates))]
     for sentence in (*lost, *(sentence for estimate in estimates for sentence in remarks(estimate))):
@@ -112,10 +114,11 @@ def say_estimates(estimates: list[Estimate]) -> None:
 
 
 def remarks(estimate: Estimate) -> list[str]:
-    """What a person should know besides the numbers: calibrated views and frames that were left out, impacts."""
-    views = estimate.statistics.get("views_left_out") or estimate.statistics.get("views_without_outline")
+    """What a person should know besides the numbers: views and frames left out, impacts, a model that misses something."""
+    views = any(estimate.statistics.get(key) for key in ("views_left_out", "views_without_outline"))
+    views = views or estimate.statistics.get("view_disagreement", {}).get("calibration_px", 0.0) > 0.0
     said = []
-    if estimate.status is Status.CONVERGED and (views or estimate.impacts):
+    if estimate.status is Status.CONVERGED and (views or estimate.impacts or misses_something(estimate)):
         said.append(f"{estimate.name}: {estimate.message}")
     said += [f"{estimate.name}: {impact_sentence(number, impact)}" for number, impact in enumerate(estimate.impacts, start=1)]
     for used, done in ((False, "left out"), (True, "used in part")):
@@ -131,6 +134,10 @@ def impact_sentence(number: int, impact: ImpactEstimate) -> str:
     (speed, spin), (speed_after, spin_after) = ([row["text"] for row in rows(side, None)[6:]] for side in (impact.before, impact.after))
     when = with_sigma(impact.time_s * 1e3, impact.time_sigma_s * 1e3)
     return f"impact {number} at {when} ms: speed {speed}, then {speed_after} m/s; spin {spin}, then {spin_after} rad/s."
+
+
+def _status_cell(estimate: Estimate) -> str:
+    return f"{estimate.status.value}, misfit" if misses_something(estimate) else estimate.status.value
 
 
 def _velocity_cells(estimate: Estimate) -> tuple[str, str]:
@@ -151,6 +158,7 @@ def _brief(estimate: Estimate) -> dict[str, object]:
         "sequence": estimate.name,
         "status": estimate.status.value,
         "message": estimate.message,
+        "adequate": adequate(estimate),
         "rms_ete_px": rms_ete_px(estimate),
         "v_world": None if middle is None else middle.v_world.tolist(),
         "omega_world": None if middle is None else middle.omega_world.tolist(),

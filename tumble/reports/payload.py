@@ -12,7 +12,7 @@ from tumble.numbers import decimals, rounded
 from tumble.reports.pictures import Window, crop_uri, follow
 from tumble.reports.record import Record
 from tumble.reports.velocity_tables import velocity_tables
-from tumble.reports.words import MEANING, next_steps, rms_ete_px
+from tumble.reports.words import meaning, next_steps, rms_ete_px
 
 Array = NDArray[np.float64]
 MINIMA = "competing_minima"
@@ -28,7 +28,7 @@ def sequence_payload(record: Record, *, most_frames: int) -> dict[str, Any]:
     return {
         "name": estimate.name,
         "status": estimate.status.value,
-        "meaning": MEANING[estimate.status],
+        "meaning": meaning(estimate),
         "message": estimate.message,
         "next": next_steps(estimate),
         "rms_ete_px": None if rms is None else round(rms, 4),

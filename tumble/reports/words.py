@@ -48,9 +48,31 @@ MANY_LEFT_OUT = 0.2
 LARGE_ETE_PX = 1.5
 
 
+MISFIT_MEANING = (
+    "The fit converged, but its residuals are not noise: the model misses something. The intervals are too narrow."
+)
+MISFIT_NEXT = "Run `tumble compare` on the observations: it says where the model misses, and `tumble diagnose` which effect may be missing."
+
+
+def adequate(estimate: Estimate) -> bool:
+    """Whether the residuals look like noise; so they do where nothing was tested."""
+    tested = estimate.statistics.get("adequacy")
+    return tested is None or bool(tested["adequate"])
+
+
+def misses_something(estimate: Estimate) -> bool:
+    """Whether a fit converged whose residuals are not noise."""
+    return estimate.status is Status.CONVERGED and not adequate(estimate)
+
+
+def meaning(estimate: Estimate) -> str:
+    """What the status means, and whether the model fits."""
+    return MISFIT_MEANING if misses_something(estimate) else MEANING[estimate.status]
+
+
 def next_steps(estimate: Estimate) -> list[str]:
     """What to do next, most important first."""
-    steps = [NEXT[estimate.status]]
+    steps = [*([MISFIT_NEXT] if misses_something(estimate) else []), NEXT[estimate.status]]
     left_out = [frame for frame in estimate.frames if not frame.used]
     if left_out and len(left_out) > MANY_LEFT_OUT * len(estimate.frames):
         reason = max({frame.reason for frame in left_out}, key=[frame.reason for frame in left_out].count)

@@ -1,0 +1,102 @@
+"""Do the residuals of a fitted flight look like noise? A score test of a slow error of the poses, with a calibrated p-value.
+
+What a free flight lacks (a force, a torque, a wrong clock, a wrong axis of the picture) moves the fitted poses away from the outlines
+slowly; an outline's noise is drawn anew in every frame. So the flight is given more freedom: a translation (world axes) and a rotation that
+are polynomials of time of the orders 2, 3 and 4 along every axis, ``S' = [S, P_j(t) E_a]``; orders 0 and 1 are the flight's own. One step
+from the refined flight gives their coefficients ``b`` and, by the sandwich formula that gives the error bars, their covariance ``C``: own
+noise of the outlines, noise of the calibrated views and the body-fixed error, which both come back from frame to frame and are not misfit.
+``bᵀ C⁻¹ b`` is compared with chi² of 18 degrees of freedom [Rao 1948; White 1982].
+
+Blind to what changes from frame to frame (jitter of the clock, vibration): that raises the noise itself, which :class:`Misfit` tells as
+``noise_ratio``, the residuals' standard deviation over the one that the outlines' neighbouring samples let expect.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.polynomial.legendre import legvander
+from numpy.typing import NDArray
+from scipy.stats import chi2
+
+from estimator.fitting.noise_model import with_noise
+from estimator.fitting.refinement import NothingSeen, Refined, Refinement, determined, linearised, sandwich, scaled_inverse
+from estimator.fitting.trajectory import FitTask
+from estimator.motion.flight import N_PARAMETERS, FlightPoses, poses_and_sensitivity
+
+Array = NDArray[np.float64]
+ORDERS = (2, 3, 4)
+AXES = ("path along x", "path along y", "path along z", "rotation about x", "rotation about y", "rotation about z")
+INADEQUATE_P = 1e-3
+"""Below it the residuals are said not to be noise; the rate of false alarms at this level is in docs/studies/wrong_poses.md."""
+NOISY = 3.0
+"""Residuals so many times the standard deviation that outlines let expect are said to be too large: 0.7 to 1.4 where nothing is missing."""
+
+
+@dataclass(frozen=True)
+class Misfit:
+    """``p`` of residuals that are as far from noise, from ``statistic`` with ``freedom`` degrees of freedom.
+
+    ``component``: index into :data:`AXES` of the slow error that shows most, ``size`` its RMS over the sequence (m or rad) and
+    ``component_p`` its own p-value. ``noise_ratio``: standard deviation of the residuals over the expected one.
+    """
+
+    p: float
+    statistic: float
+    freedom: int
+    component: int
+    size: float
+    component_p: float
+    noise_ratio: float
+
+    @property
+    def adequate(self) -> bool:
+        """Whether the residuals look like noise."""
+        return self.p >= INADEQUATE_P and self.noise_ratio <= NOISY
+
+
+def misfit(task: FitTask, refined: Refined, settings: Refinement) -> Misfit | None:
+    """The test of a refined free flight; ``None`` where the sightings do not determine the slow errors."""
+    return misfit_of(task, refined, settings, poses_and_sensitivity(refined.flight, task.sightings.times_s))
+
+
+def misfit_of(task: FitTask, refined: Refined, settings: Refinement, motion: tuple[FlightPoses, Array]) -> Misfit | None:
+    """The same of any motion: poses and sensitivity (n, 6, p), the first 21 parameters those of ``refined.flight``."""
+    predicted, sensitivity = motion
+    noisy = replace(task, sightings=replace(task.sightings, silhouettes=with_noise(task.sightings.silhouettes, refined.noise)))
+    basis = slow_errors(task.sightings.times_s)
+    own = sensitivity.shape[2]
+    at = linearised(noisy, refined.flight, (predicted, np.concatenate([sensitivity, basis], axis=2)), settings)
+    prior = np.diag(np.pad(task.prior.precision, (0, len(at.g) - N_PARAMETERS)))
+    try:
+        covariance = sandwich(noisy, at, prior, settings)
+        b = -(scaled_inverse(determined(at.H)) @ at.g)[own:]
+        C = covariance[own:, own:]
+        statistic = float(b @ scaled_inverse(C) @ b)
+        each = [_component(b, C, axis) for axis in range(len(AXES))]
+    except NothingSeen:
+        return None
+    component = int(np.argmax(each))
+    columns = _columns(component)
+    size = float(np.sqrt(np.mean((basis[:, component, columns] @ b[columns]) ** 2)))
+    ratio = float(np.sqrt(refined.noise.mean_square))
+    freedom = len(b)
+    return Misfit(float(chi2.sf(statistic, freedom)), statistic, freedom, component, size, float(chi2.sf(max(each), len(ORDERS))), ratio)
+
+
+def slow_errors(times_s: Array) -> Array:
+    """Translations and rotations (n, 6, 18): Legendre polynomials of time over the sequence along each axis."""
+    low, high = float(times_s.min()), float(times_s.max())
+    P = legvander(2.0 * (times_s - low) / max(high - low, 1e-300) - 1.0, max(ORDERS))[:, list(ORDERS)]
+    basis = np.zeros((len(times_s), len(AXES), len(AXES) * len(ORDERS)))
+    for axis in range(len(AXES)):
+        basis[:, axis, _columns(axis)] = P
+    return basis
+
+
+def _columns(axis: int) -> slice:
+    return slice(axis * len(ORDERS), (axis + 1) * len(ORDERS))
+
+
+def _component(b: Array, C: Array, axis: int) -> float:
+    columns = _columns(axis)
+    return float(b[columns] @ scaled_inverse(C[columns, columns]) @ b[columns])

@@ -1,0 +1,40 @@
+"""What the test of a fit's residuals says to a person, and what of it is kept in the estimate."""
+
+from typing import Any
+
+import numpy as np
+
+from estimator.diagnosis.tested_values import p_words
+from estimator.fitting.adequacy import AXES, INADEQUATE_P, Misfit
+
+
+def adequacy_statistics(tested: Misfit | None) -> dict[str, Any]:
+    """What is kept of the test; nothing where there was none."""
+    if tested is None:
+        return {}
+    return {
+        "adequacy": {
+            "adequate": tested.adequate,
+            "p": tested.p,
+            "statistic": tested.statistic,
+            "freedom": tested.freedom,
+            "component": AXES[tested.component],
+            "component_rms": tested.size,
+            "component_p": tested.component_p,
+            "noise_ratio": tested.noise_ratio,
+        }
+    }
+
+
+def misfit_sentence(tested: Misfit) -> str:
+    """Converged, but: what says that the residuals are not noise."""
+    if tested.p < INADEQUATE_P:
+        size = f"{np.degrees(tested.size):.2g}°" if tested.component >= len(AXES) // 2 else f"{1e3 * tested.size:.2g} mm"
+        return (
+            f"converged, but the model misses something ({p_words(tested.p)}): the residuals are not noise; most of all the "
+            f"{AXES[tested.component]} is off by {size} RMS in a way that changes slowly with time. The uncertainties do not contain that."
+        )
+    return (
+        f"converged, but the model misses something: the residuals are {tested.noise_ratio:.1f} times the noise that the outlines show, "
+        "new in every frame. The uncertainties contain that as noise."
+    )

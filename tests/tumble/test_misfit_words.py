@@ -1,0 +1,46 @@
+"""A fit that misses something is no plain ``converged`` on the console and in the report."""
+
+import argparse
+from pathlib import Path
+
+import pytest
+
+from datasets.estimate import Estimate, Status
+from datasets.estimate_files import read_estimate, write_estimate
+from estimator.fitting.adequacy import Misfit
+from estimator.misfit_words import adequacy_statistics, misfit_sentence
+from tumble.cli.estimate import _status_cell, remarks, tell
+from tumble.reports.words import MISFIT_MEANING, MISFIT_NEXT, meaning, next_steps
+
+MISSES = Misfit(p=1e-9, statistic=90.0, freedom=18, component=1, size=8e-5, component_p=1e-8, noise_ratio=1.1)
+NOISE = Misfit(p=0.3, statistic=20.0, freedom=18, component=1, size=1e-5, component_p=0.2, noise_ratio=0.8)
+
+
+def estimate_of(tested: Misfit, status: Status = Status.CONVERGED) -> Estimate:
+    return Estimate(name="toss", status=status, message=misfit_sentence(tested), statistics=adequacy_statistics(tested))
+
+
+def test_a_misfit_is_said() -> None:
+    estimate = estimate_of(MISSES)
+    assert _status_cell(estimate) == "converged, misfit"
+    assert meaning(estimate) == MISFIT_MEANING
+    assert next_steps(estimate)[0] == MISFIT_NEXT
+    assert "misses something (p = 1.0e-09)" in remarks(estimate)[0]
+    assert "path along y is off by 0.08 mm" in estimate.message
+
+
+@pytest.mark.parametrize(("tested", "status"), [(NOISE, Status.CONVERGED), (MISSES, Status.AMBIGUOUS)])
+def test_what_fits_or_did_not_converge_is_called_what_it_is(tested: Misfit, status: Status) -> None:
+    estimate = estimate_of(tested, status)
+    assert _status_cell(estimate) == status.value
+    assert meaning(estimate) != MISFIT_MEANING
+
+
+def test_next_is_to_compare(capsys: pytest.CaptureFixture[str]) -> None:
+    tell(argparse.Namespace(json=False, quiet=False, observations=Path("drag"), out=Path("out")), [estimate_of(MISSES)])
+    assert "next: tumble compare drag" in capsys.readouterr().out
+
+
+def test_the_document_keeps_the_test(tmp_path: Path) -> None:
+    write_estimate(estimate_of(MISSES, Status.AMBIGUOUS), tmp_path / "toss.json")
+    assert read_estimate(tmp_path / "toss.json").statistics["adequacy"]["p"] == pytest.approx(1e-9)
