@@ -9,7 +9,8 @@ import pytest
 
 from datasets.json_documents import read_document, write_document
 from estimator.diagnosis import empirical_fit
-from estimator.diagnosis.adding import base_fit, with_effect
+from estimator.diagnosis.adding import with_effect
+from estimator.diagnosis.base import base_fit
 from estimator.diagnosis.unknown import Unknown, unknown
 from estimator.diagnosis.verdict import Verdict
 from estimator.effects.contracts import check_contracts
