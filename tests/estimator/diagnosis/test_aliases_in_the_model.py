@@ -1,5 +1,7 @@
 """An effect whose alias is in the model already leaves rounding only, and rounding is no evidence."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -8,12 +10,17 @@ from estimator.diagnosis.adding import with_effect
 from estimator.diagnosis.ranking import whitener
 from estimator.diagnosis.score_tests import Candidates, EfficientScores, arranged, candidate_equations, efficient_scores
 from estimator.effects.choosing import catalogue
+from estimator.fitting.campaign import Campaign, CampaignFit
 from tests.estimator.small_campaign import fitted, registered
 
 
+@cache
+def with_frame_rate() -> tuple[Campaign, CampaignFit]:
+    return with_effect(registered().campaign, fitted(), catalogue()["frame_rate"])
+
+
 def scores_beside_frame_rate() -> EfficientScores:
-    campaign = registered().campaign
-    campaign, fit = with_effect(campaign, fitted(), catalogue()["frame_rate"])
+    campaign, fit = with_frame_rate()
     candidates = Candidates.of(campaign, [catalogue()[k] for k in ("length_scale", "gravity", "linear_drag")])
     return efficient_scores(campaign, fit, arranged(campaign, candidate_equations(campaign, fit, candidates), fit.model, candidates))[0]
 
