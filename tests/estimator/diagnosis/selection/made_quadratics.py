@@ -1,4 +1,4 @@
-"""Linearised campaigns made by hand: y = X theta + noise of variance one, with columns that belong to effects of chosen plausible limits."""
+"""Linearised campaigns made by hand: y = X theta + noise of variance one; columns belong to effects of chosen plausible limits."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
