@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from estimator.diagnosis.refits import Rules
 
 from datasets.errors import InputError
 from estimator.configuration import Configuration
@@ -127,7 +126,7 @@ def test_a_campaign_is_found_and_explained_alike_by_one_process_and_by_several()
     def both(most: int) -> tuple[Registered, Explanation]:
         with processes(most):
             found = register(list(observations(drag=4.0)), Configuration())
-            return found, explain(found.campaign, found.start, catalogue(), Rules())
+            return found, explain(found.campaign, found.start, catalogue())
 
     (one, alone), (several, together) = both(1), both(2)
     for mine, theirs in zip(one.start.flights, several.start.flights, strict=True):
@@ -135,7 +134,7 @@ def test_a_campaign_is_found_and_explained_alike_by_one_process_and_by_several()
         np.testing.assert_array_equal(mine.v, theirs.v)
     assert alone.found
     assert alone.found == together.found
-    assert [(s.added, s.group, s.p, s.accepted) for s in alone.steps] == [(s.added, s.group, s.p, s.accepted) for s in together.steps]
+    assert [(s.added, s.group, s.odds, s.p) for s in alone.steps] == [(s.added, s.group, s.odds, s.p) for s in together.steps]
     assert alone.fit.cost == together.fit.cost
     assert alone.held_out.rms_px == together.held_out.rms_px
     for own, other in zip(alone.fit.state.theta, together.fit.state.theta, strict=True):

@@ -82,7 +82,7 @@ def documents(folder: Path) -> None:
     write_document(folder / "campaign.json", "campaign", {**common, "effects": [], "parameters": ["a"], "covariance": [[1.0]]})
     verdict = {"kind": "unknown", "sentence": "So it is.", "remarks": ["r"], "add": [], "next": "tumble"}
     empty = dict.fromkeys(("noise_floor", "maps", "diagnosis", "steps", "ladder"))
-    given = {**common, **empty, "verb": "compare", "model": ["gravity"], "dropped": [], "verdict": verdict, "unit": "px"}
+    given = {**common, **empty, "verb": "compare", "model": ["gravity"], "verdict": verdict, "unit": "px"}
     write_document(folder / "diagnosis.json", "diagnosis", given)
 
 

@@ -149,7 +149,10 @@ def test_explain_adds_drag_and_writes_estimates(explained: Path) -> None:
     found = result(explained)
     assert found["steps"][0]["group"][0] == found["steps"][0]["added"]
     assert "drag" in found["steps"][0]["added"]
-    assert found["steps"][0]["accepted"]
+    assert found["steps"][0]["probability"] > 0.99
+    assert found["steps"][0]["worth"] > 0.0
+    assert found["steps"][0]["odds"][0] == 0.0
+    assert found["begun"]["missing"]
     assert found["ladder"][1]["held_out"]["rms_px"] < found["ladder"][0]["held_out"]["rms_px"]
     assert {read_estimate(explained / f"{name}.estimate.json").name for name in NAMES} == set(NAMES)
     assert read_document(explained / "campaign.json", "campaign")["effects"][0]["key"] == "curvature_bias"

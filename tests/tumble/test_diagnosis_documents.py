@@ -1,11 +1,9 @@
-"""The ladder of an explanation: rungs of accepted steps, and one for the last model where it has less."""
+"""The ladder of an explanation: free flight, and a rung for every effect that was found."""
 
 from dataclasses import replace
 from functools import cache
 from types import SimpleNamespace
 from typing import Any
-
-import pytest
 
 from estimator.diagnosis.adding import with_effect
 from estimator.effects.registry import MODELS
@@ -18,7 +16,7 @@ from tumble.reports.words import rung_name
 
 @cache
 def with_drag() -> CampaignFit:
-    return with_effect(registered().campaign, fitted(), MODELS["linear_drag"])
+    return with_effect(registered().campaign, fitted(), MODELS["linear_drag"])[1]
 
 
 @cache
@@ -26,29 +24,23 @@ def error() -> HeldOut:
     return held_out(registered().campaign, fitted().state, fitted().model)
 
 
-def explained(last: CampaignFit, *, accepted: bool = True) -> Any:
-    """A drag that was tried, and the model it ended in, with another held-out error."""
+def explained(*, found: bool) -> Any:
+    """A drag that was found, with the held-out errors of free flight and of the drag."""
     worse = replace(error(), rms_px=2.0 * error().rms_px)
-    step = SimpleNamespace(added="linear_drag", accepted=accepted, before=worse, after=error(), fit=with_drag())
-    return SimpleNamespace(steps=(step,), base=fitted(), fit=last, held_out=replace(error(), rms_px=3.0 * error().rms_px))
+    step = SimpleNamespace(added="linear_drag", before=worse, after=error(), fit=with_drag())
+    return SimpleNamespace(steps=(step,) if found else (), begun=SimpleNamespace(fit=fitted()))
 
 
 def names() -> list[str]:
     return [sequence.name for sequence in registered().campaign.sequences]
 
 
-def test_accepted_steps_are_rungs() -> None:
-    rungs = explanation_ladder(explained(with_drag()), names())
+def test_steps_are_rungs() -> None:
+    rungs = explanation_ladder(explained(found=True), names())
     assert [rung_name(rung) for rung in rungs] == ["free flight", "+ linear_drag"]
+    assert (rungs[0]["model"], rungs[1]["model"]) == ([], ["linear_drag"])
     assert rungs[0]["held_out"]["rms_px"] == 2.0 * rungs[1]["held_out"]["rms_px"]
 
 
-def test_a_last_model_without_an_effect_has_a_rung_of_its_own() -> None:
-    rungs = explanation_ladder(explained(fitted()), names())
-    assert [rung_name(rung) for rung in rungs] == ["free flight", "+ linear_drag", "without linear_drag"]
-    assert rungs[-1]["model"] == rungs[0]["model"]
-    assert rungs[-1]["held_out"]["rms_px"] == pytest.approx(3.0 * error().rms_px)
-
-
-def test_a_refused_step_drops_nothing() -> None:
-    assert [rung_name(rung) for rung in explanation_ladder(explained(fitted(), accepted=False), names())] == ["free flight"]
+def test_where_nothing_was_found_there_is_no_ladder() -> None:
+    assert explanation_ladder(explained(found=False), names()) == []

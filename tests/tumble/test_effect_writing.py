@@ -59,7 +59,7 @@ def diagnosis(
     verdict = {"kind": "unknown", "sentence": "", "remarks": [], "add": [], "next": ""}
     empty = dict.fromkeys(("noise_floor", "maps", "diagnosis", "steps", "ladder"))
     told = {"verb": "explain", "source": "x", "sequences": ["a"], "left_out": {}, "model": [], "settled": True, "rms_ete_px": 0.1}
-    content = {**told, **empty, "values": [], "dropped": [], "configuration": {}, "versions": {}, "verdict": verdict}
+    content = {**told, **empty, "values": [], "configuration": {}, "versions": {}, "verdict": verdict}
     write_document(path, "diagnosis", {**content, "unknown": left if unknown else None})
     return path
 

@@ -9,8 +9,10 @@ import pytest
 
 from datasets.json_documents import read_document, write_document
 from estimator.diagnosis import empirical_fit
-from estimator.diagnosis.adding import base_fit, with_effect
-from estimator.diagnosis.unknown import Unknown, unknown
+from estimator.diagnosis.adding import with_effect
+from estimator.diagnosis.base import base_fit
+from estimator.diagnosis.diagnose import diagnose
+from estimator.diagnosis.unknown import Unknown, family_of
 from estimator.diagnosis.verdict import Verdict
 from estimator.effects.contracts import check_contracts
 from estimator.effects.plug_ins import load_plug_in
@@ -33,7 +35,7 @@ def left() -> tuple[CampaignFit, Unknown, Entry]:
     """Shared by all tests here, so it is asked for before anything is patched."""
     registered = unknown_campaign("outgassing_thrust")
     fit = base_fit(registered.campaign, registered.start)
-    rest = unknown(registered.campaign, fit)
+    rest = family_of(diagnose(registered.campaign, fit, {}))
     told: list[str] = []
     entry = unknown_entry(registered.campaign, fit, rest, NAMES, told=told.append)
     assert entry is not None
@@ -83,31 +85,32 @@ def test_a_force_for_which_there_is_no_law_is_said_to_have_none(monkeypatch: pyt
     assert entry["sentences"][-1] == NO_LAW
 
 
-def test_an_unknown_in_the_place_of_all_that_was_found_is_all_that_is_told() -> None:
+def explanation(*found: str, left: bool = False) -> Any:
+    return SimpleNamespace(found=found, left=SimpleNamespace(present=left))
+
+
+def test_what_is_left_is_told_beside_what_was_found() -> None:
     last = Verdict("found", "The model misses something. Centre of mass explains 72% of the excess.", ("a remark",), ("centre_of_mass",))
-    replaced = verdict_of_explanation(last, [], [True, False], unknown=True)
-    told = with_unknown(replaced, left()[2], lambda effects: f"tumble ladder data --effects {','.join(effects)}")
-    assert told.kind == "unknown"
+    assert verdict_of_explanation(last, explanation()) is last
+    verdict = verdict_of_explanation(last, explanation("gravity", left=True))
+    assert verdict.kind == "found"
+    assert verdict.add == ("gravity",)
+    assert verdict.sentence == f"The campaign is explained with gravity. Something is left: {last.sentence}"
+    told = with_unknown(verdict, left()[2], lambda effects: f"tumble ladder data --effects {','.join(effects)}")
     assert "entre of mass" not in told.sentence
-    assert "Once that plug-in is written: tumble ladder data --effects ./my_law.py:MyLaw" in told.remarks
-    assert verdict_of_explanation(last, [], [], unknown=True) is last
-    assert verdict_of_explanation(last, ["gravity"], [True, False], unknown=True).kind == "found"
+    assert "Once that plug-in is written: tumble ladder data --effects gravity,./my_law.py:MyLaw" in told.remarks
+    assert verdict_of_explanation(last, explanation("gravity")).sentence.endswith("Then nothing more is missing.")
 
 
-def test_steps_tell_their_groups_and_what_was_dropped() -> None:
-    def step(*group: str, accepted: bool = True) -> Any:
-        return SimpleNamespace(added=group[0], group=group, accepted=accepted)
+def test_steps_tell_their_groups_with_the_odds() -> None:
+    def step(*group: str, odds: tuple[float, ...]) -> Any:
+        return SimpleNamespace(added=group[0], group=group, odds=odds)
 
-    steps = (
-        step("frame_rate", "length_scale"),
-        step("gravity"),
-        step("magnus_lift", "linear_drag"),
-        step("blooming", "gravity", accepted=False),
-    )
-    explanation: Any = SimpleNamespace(steps=steps, found=("frame_rate", "gravity"), dropped=("magnus_lift",))
-    assert told_of_steps(explanation) == (
-        "These data cannot tell frame rate from length scale.",
-        "Added on the way and dropped again: magnus lift.",
+    steps = (step("frame_rate", "length_scale", odds=(0.0, -0.693)), step("gravity", odds=(0.0,)), step("a", "b", odds=(0.0, -5.0)))
+    told: Any = SimpleNamespace(steps=steps)
+    assert told_of_steps(told) == (
+        "These data cannot tell frame rate from length scale (0.5 : 1).",
+        "These data cannot tell a from b (as likely, less probable a priori).",
     )
 
 
@@ -128,7 +131,7 @@ def test_the_plug_in_keeps_the_contracts_and_lowers_the_error(tmp_path: Path, ca
     campaign, (fit, _, entry) = registered.campaign, left()
     kept = check_contracts(effect, campaign.sequences[0], registered.start.flights[0])
     assert all(each.kept for each in kept)
-    better = with_effect(campaign, fit, effect)
+    campaign, better = with_effect(campaign, fit, effect)
     after = held_out(campaign, better.state, better.model).rms_px
     squares = [rms**2 for rms in (entry["before"]["rms_px"], after, entry["floor_px"])]
     assert squares[0] - squares[1] > 0.8 * (squares[0] - squares[2])
@@ -138,4 +141,4 @@ def test_the_plug_in_keeps_the_contracts_and_lowers_the_error(tmp_path: Path, ca
 def test_where_nothing_is_left_nothing_is_said() -> None:
     fit, rest, _ = left()
     registered = unknown_campaign("outgassing_thrust")
-    assert unknown_entry(registered.campaign, fit, Unknown(rest.test, 1.0, rest.tests), NAMES) is None
+    assert unknown_entry(registered.campaign, fit, Unknown(rest.test, 1.0, rest.tests, present=False), NAMES) is None

@@ -11,7 +11,7 @@ from estimator.diagnosis.diagnose import diagnose
 from estimator.diagnosis.expected_difference import Expected, moments
 from estimator.diagnosis.imagined_sequences import Drop, Pictures, counted, hull_of, silhouettes_of, thinned
 from estimator.diagnosis.imagined_views import with_more_views
-from estimator.diagnosis.ranking import by_remainder, whitener
+from estimator.diagnosis.ranking import remainders, whitener
 from estimator.diagnosis.score_tests import Candidates, ScoreTest, score_tests
 from estimator.diagnosis.separation import Prospect, Separation, separations
 from estimator.diagnosis.separation_words import advised, separation_sentence
@@ -74,9 +74,9 @@ def test_moments_are_those_of_drawn_scores() -> None:
         for _ in range(400):
             # Scores as the whitener sees them: eigenvalues that it does not believe are as large as it takes them for.
             y = -white @ scores.H[:, rows] @ theta + rng.standard_normal(len(scores.columns))
-            ranking = by_remainder(replace(scores, g=np.linalg.solve(white, y)), penalty=PENALTY)
-            criterion = {h.effect: h.criterion for h in ranking.hypotheses}
-            drawn.append(criterion[rival] - criterion[true])
+            left = remainders(replace(scores, g=np.linalg.solve(white, y)))
+            columns = [sum(c.effect == e for c in scores.columns) for e in (true, rival)]
+            drawn.append(left[rival] - left[true] + PENALTY * (columns[1] - columns[0]))
         assert np.mean(drawn) == pytest.approx(mean, abs=4.0 * deviation / np.sqrt(len(drawn)))
         assert np.std(drawn) == pytest.approx(deviation, rel=0.15)
 
@@ -187,7 +187,7 @@ def test_more_speed_tells_the_drags_apart_better_than_more_of_the_same() -> None
 
 
 def test_random_effects_and_single_ones_have_no_pairs() -> None:
-    tests = diagnose(registered().campaign, fitted(), {k: catalogue()[k] for k in ("trigger_jitter", "gravity")}, margin=MARGIN).findings
+    tests = diagnose(registered().campaign, fitted(), {k: catalogue()[k] for k in ("trigger_jitter", "gravity")}).findings
     every = [f.test for f in tests]
     assert separations(registered(), fitted(), every, ("gravity", "trigger_jitter"), margin=MARGIN) == ()
     assert separations(registered(), fitted(), every, ("gravity",), margin=MARGIN) == ()

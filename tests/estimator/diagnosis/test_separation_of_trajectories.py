@@ -5,7 +5,7 @@ import pytest
 
 from datasets.trajectory import Surroundings, Trajectory
 from datasets.vocabulary.body import Body
-from estimator.diagnosis.adding import base_fit
+from estimator.diagnosis.base import base_fit
 from estimator.diagnosis.imagined_trajectories import Tracks
 from estimator.diagnosis.score_tests import Candidates, score_tests
 from estimator.diagnosis.separation import separations

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from estimator.diagnosis.adding import base_fit
+from estimator.diagnosis.base import base_fit
 from estimator.effects.contracts import check_contracts
 from estimator.effects.force_curves import DEGREES, LARGEST_MS2, ForceCurve, TorqueCurve, basis
 from estimator.effects.law_effect import law_effect

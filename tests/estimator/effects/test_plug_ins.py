@@ -52,7 +52,7 @@ def test_a_plug_in_is_an_effect_like_others(tmp_path: Path) -> None:
     assert effect.entry.key == "wind"
     assert overrides(effect, "acceleration")
     assert not overrides(effect, "torque", "times", "shift")
-    fit = with_effect(registered().campaign, fitted(), effect)
+    _, fit = with_effect(registered().campaign, fitted(), effect)
     assert fit.model.keys[-1] == "wind"
     assert abs(fit.state.theta[0][-1]) < 2.0, "nothing pushes in these recordings"
 

@@ -4,10 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from estimator.diagnosis.pruning import wald_p
 
-from estimator.diagnosis.adding import base_fit, with_effect
+from estimator.diagnosis.adding import with_effect
+from estimator.diagnosis.base import base_fit
 from estimator.diagnosis.score_tests import Candidates, score_tests
+from estimator.diagnosis.wald import wald_p
 from estimator.effects.choosing import catalogue
 from estimator.fitting import held_out as module
 from estimator.fitting.campaign_covariance import campaign_covariance
@@ -31,7 +32,7 @@ def before_and_after(registered: Registered, effect: str) -> tuple[np.ndarray, n
     """Held-out errors per sequence of free flight, and with one effect more."""
     campaign = registered.campaign
     base = base_fit(campaign, registered.start)
-    fit = with_effect(campaign, base, catalogue()[effect])
+    campaign, fit = with_effect(campaign, base, catalogue()[effect])
     return tuple(held_out(campaign, f.state, f.model).per_sequence_px for f in (base, fit))  # type: ignore[return-value]
 
 
@@ -70,7 +71,7 @@ def test_every_body_is_judged_by_what_is_known_of_itself() -> None:
 def test_what_one_of_two_bodies_has_is_no_superfluous_effect() -> None:
     registered = of_two_bodies()
     campaign = registered.campaign
-    fit = with_effect(campaign, base_fit(campaign, registered.start), catalogue()["centre_of_mass"])
+    campaign, fit = with_effect(campaign, base_fit(campaign, registered.start), catalogue()["centre_of_mass"])
     assert [np.linalg.norm(theta) > 0.01 for theta in fit.state.theta] == [False, True, False, True]
     assert wald_p(campaign, fit, campaign_covariance(campaign, fit), 0) < 1e-9
     tests, _ = score_tests(campaign, base_fit(campaign, registered.start), Candidates.of(campaign, (catalogue()["centre_of_mass"],)))

@@ -5,12 +5,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from estimator.diagnosis.refits import Rules
 
 from datasets.errors import InputError
 from datasets.trajectory import Trajectory
-from estimator.diagnosis.adding import base_fit, with_effect
-from estimator.diagnosis.diagnose import Diagnosis, diagnose
+from estimator.diagnosis.adding import fit_with, with_effect
+from estimator.diagnosis.base import base_fit
+from estimator.diagnosis.diagnose import ALPHA, Diagnosis, diagnose
 from estimator.diagnosis.explain import explain
 from estimator.diagnosis.noise_floor import noise_floor
 from estimator.diagnosis.residual_maps import residual_maps
@@ -22,14 +22,13 @@ from estimator.registration import Registered
 from estimator.trajectories.registering import particles_of, register_trajectories
 from tests.estimator.made_trajectories import Hidden, Tracker, campaign, measured
 
-RULES = Rules()
 CONTROLS, MOST_ALARMS = 40, 3
 SMALL = Tracker(rows=16)
 
 
 def diagnosed(registered: Registered) -> Diagnosis:
-    fit = base_fit(registered.campaign, registered.start)
-    return diagnose(registered.campaign, fit, catalogue(), margin=RULES.margin)
+    campaign, fit = fit_with(registered.campaign, registered.start, ())
+    return diagnose(campaign, fit, catalogue())
 
 
 @pytest.mark.parametrize(
@@ -45,11 +44,12 @@ def diagnosed(registered: Registered) -> Diagnosis:
 def test_what_is_hidden_is_found_with_its_size(hidden: Hidden, tracker: Tracker, effect: str, value: float) -> None:
     registered = register_trajectories(campaign(11, hidden, tracker))
     found = diagnosed(registered)
-    assert found.p < RULES.alpha
+    assert found.p < ALPHA
     assert effect in found.group
+    assert found.probability < ALPHA
     base = base_fit(registered.campaign, registered.start)
-    fit = with_effect(registered.campaign, base, catalogue()[effect])
-    sigma = np.sqrt(campaign_covariance(registered.campaign, fit).of(0, np.array([N_PARAMETERS]))[0, 0])
+    followed, fit = with_effect(registered.campaign, base, catalogue()[effect])
+    sigma = np.sqrt(campaign_covariance(followed, fit).of(0, np.array([N_PARAMETERS]))[0, 0])
     assert abs(fit.state.theta[0][0] - value) < 4.0 * sigma
     assert sigma < 0.25 * abs(value)
 
@@ -57,18 +57,18 @@ def test_what_is_hidden_is_found_with_its_size(hidden: Hidden, tracker: Tracker,
 def test_gravity_frame_rate_and_lengths_are_one_number() -> None:
     registered = register_trajectories(campaign(11, Hidden(more_gravity=0.2), Tracker()))
     found = diagnosed(registered)
-    remainders = {found.ranking.hypotheses[i].effect: found.ranking.hypotheses[i].remainder for i in range(len(found.ranking.hypotheses))}
-    keys = [e for e in catalogue() if registered.campaign.kind.why_not(registered.campaign, catalogue()[e]) is None]
+    explained = {f.key: f.test.explained for f in found.findings}
     assert {"frame_rate", "length_scale"} <= set(found.group)
-    assert abs(remainders[keys.index("frame_rate")] - remainders[keys.index("length_scale")]) < 1.0
-    assert remainders[keys.index("gravity")] < remainders[keys.index("frame_rate")] + 1.0
+    assert explained["frame_rate"] == pytest.approx(explained["length_scale"], abs=1.0)
+    assert explained["gravity"] > explained["frame_rate"] - 1.0
 
 
 def test_controls_are_clean() -> None:
-    alarms = [
-        seed for seed in range(CONTROLS) if diagnosed(register_trajectories(campaign(seed, Hidden(), SMALL, sequences=3))).p < RULES.alpha
-    ]
+    found = {seed: diagnosed(register_trajectories(campaign(seed, Hidden(), SMALL, sequences=3))) for seed in range(CONTROLS)}
+    alarms = [seed for seed, each in found.items() if each.p < ALPHA]
+    named = {seed: each.missing for seed, each in found.items() if each.missing}
     assert len(alarms) <= MOST_ALARMS, alarms
+    assert len(named) <= MOST_ALARMS, named
 
 
 def test_stated_noise_is_believed() -> None:
@@ -91,7 +91,7 @@ def test_what_shakes_fast_is_told_from_noise_only_where_noise_is_stated() -> Non
         registered = shaken(stated=stated)
         fit = base_fit(registered.campaign, registered.start)
         floor = noise_floor(registered.campaign, fit, np.random.default_rng(0))
-        explainable.append((floor.explainable(1.0, RULES.alpha), floor.rms_px > 2.0))
+        explainable.append((floor.explainable(1.0, ALPHA), floor.rms_px > 2.0))
     assert explainable[0] == (True, True)
     assert not explainable[1][1]
 
@@ -104,17 +104,17 @@ def test_the_floor_and_the_maps_tell_drag_from_nothing() -> None:
         floor = noise_floor(registered.campaign, fit, np.random.default_rng(0))
         judged.append((floor, [m for m in residual_maps(registered.campaign, fit) if m.significant]))
     (quiet, none), (loud, maps) = judged
-    assert not quiet.explainable(1.0, RULES.alpha)
+    assert not quiet.explainable(1.0, ALPHA)
     assert none == []
     assert quiet.rms_px == pytest.approx(1.0, abs=0.15)
-    assert loud.explainable(1.0, RULES.alpha)
+    assert loud.explainable(1.0, ALPHA)
     assert {"position_along"} <= {m.kind for m in maps}
     assert {m.unit for m in maps} == {"σ"}
 
 
 def test_explaining_adds_the_drag_and_stops() -> None:
     registered = register_trajectories(campaign(6, Hidden(drag=0.3), Tracker(rows=24)))
-    told = explain(registered.campaign, registered.start, catalogue(), RULES)
+    told = explain(registered.campaign, registered.start, catalogue())
     assert told.found == ("quadratic_drag",)
     assert told.steps[0].after.rms_px < 0.9 * told.steps[0].before.rms_px
 
@@ -128,7 +128,7 @@ def test_places_are_looked_for_in_the_longest_flight_whichever_comes_first() -> 
         registered = register_trajectories(order)
         candidates = Candidates.of(registered.campaign, catalogue().values())
         assert all(len(starts) for starts in candidates.starts)
-        found.append((explain(registered.campaign, registered.start, catalogue(), RULES).found, [len(s) for s in candidates.starts]))
+        found.append((explain(registered.campaign, registered.start, catalogue()).found, [len(s) for s in candidates.starts]))
     assert found[0] == found[1]
     assert found[0][0] == ("quadratic_drag",)
 
@@ -153,8 +153,8 @@ def test_every_particle_has_its_own_drag() -> None:
     assert particles_of([*wood, *cork]) == (0,) * len(named)
     assert particles_of(named) == (0,) * len(wood) + (1,) * len(cork)
     registered = register_trajectories(named)
-    fit = with_effect(registered.campaign, base_fit(registered.campaign, registered.start), catalogue()["quadratic_drag"])
-    covariance = campaign_covariance(registered.campaign, fit)
+    followed, fit = with_effect(registered.campaign, base_fit(registered.campaign, registered.start), catalogue()["quadratic_drag"])
+    covariance = campaign_covariance(followed, fit)
     for number, drag in ((0, 0.10), (len(wood), 0.25)):
         sigma = np.sqrt(covariance.of(number, np.array([N_PARAMETERS]))[0, 0])
         assert abs(fit.state.theta[number][0] - drag) < 4.0 * sigma

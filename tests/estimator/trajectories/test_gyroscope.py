@@ -9,7 +9,8 @@ from scipy.integrate import solve_ivp
 from datasets.trajectory import Surroundings, Trajectory
 from datasets.vocabulary.body import Body
 from estimator.campaign_reporting import effect_values
-from estimator.diagnosis.adding import base_fit, fit_with
+from estimator.diagnosis.adding import fit_with
+from estimator.diagnosis.base import base_fit
 from estimator.diagnosis.residual_maps import residual_maps
 from estimator.effects.choosing import catalogue
 from estimator.effects.model import Model

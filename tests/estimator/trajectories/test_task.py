@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from estimator.diagnosis.adding import base_fit
+from estimator.diagnosis.base import base_fit
 from estimator.effects.choosing import catalogue
 from estimator.effects.model import Model
 from estimator.fitting.campaign_covariance import campaign_covariance

@@ -1,0 +1,80 @@
+"""What the likelihood cannot tell apart is one group; what it can is not."""
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from estimator.diagnosis.selection.groups import FACTOR, MOST_NAMED, group_of
+from estimator.diagnosis.selection.search import Trial, searched
+from tests.estimator.diagnosis.selection.made_quadratics import BOTH, Made, evidence_of, own_columns
+
+Array = NDArray[np.float64]
+ROWS = 120
+X = np.random.default_rng(31).normal(size=(ROWS, 8))
+NOISE = np.random.default_rng(32).normal(size=ROWS)
+
+
+def trial(*made: Made, y: Array, families: tuple[int, ...] = ()) -> Trial:
+    return Trial(evidence_of(made, y), frozenset(families))
+
+
+def alone(column: Array, limit: float = 1.0) -> Made:
+    return Made(column[:, None], ((-limit, limit),))
+
+
+def test_exactly_collinear_columns_are_aliases_of_equal_likelihood() -> None:
+    """In other units, too: three times the column with a third of the range is the same effect under another name."""
+    y = 0.6 * X[:, 0] + NOISE
+    made = trial(alone(X[:, 0]), alone(3.0 * X[:, 0], 1.0 / 3.0), alone(X[:, 1]), y=y)
+    group = group_of(made, (0,), 0)
+    assert [name.effect for name in group] == [0, 1]
+    assert group[1].log_odds == pytest.approx(0.0, abs=1e-6)
+    fits = [made.evidence.fitted((e,)).log_likelihood for e in (0, 1)]
+    assert fits[0] == pytest.approx(fits[1], abs=1e-6)
+
+
+def test_orthogonal_columns_are_no_aliases() -> None:
+    Q = np.linalg.qr(X)[0] * np.sqrt(ROWS)
+    made = trial(*(alone(Q[:, i]) for i in range(4)), y=0.6 * Q[:, 0] + 0.6 * Q[:, 1] + NOISE)
+    assert searched(made).best == (0, 1)
+    for member in (0, 1):
+        assert [name.effect for name in group_of(made, (0, 1), member)] == [member]
+
+
+def test_an_alias_of_a_wider_range_is_named_though_it_is_less_probable() -> None:
+    """Equal likelihood is enough; the odds say which name is the more probable one."""
+    made = trial(alone(X[:, 0], 0.8), alone(1e-3 * X[:, 0], 8e6), y=0.6 * X[:, 0] + NOISE)
+    first, other = group_of(made, (0,), 0)
+    assert (first.effect, other.effect) == (0, 1)
+    assert other.log_odds < first.log_odds == 0.0
+
+
+def test_within_a_factor_of_twenty_is_alike_and_beyond_is_not() -> None:
+    """Columns turned out of one another until the data tell them apart by more than the factor."""
+    names = []
+    for turn in (0.05, 0.6):
+        other = np.cos(turn) * X[:, 0] + np.sin(turn) * X[:, 1]
+        made = trial(alone(X[:, 0]), alone(other), y=0.6 * X[:, 0] + NOISE)
+        odds = made.log_posterior((1,)) - made.log_posterior((0,))
+        names.append([name.effect for name in group_of(made, (0,), 0)])
+        assert (odds > -np.log(FACTOR)) == (len(names[-1]) == 2)
+    assert names == [[0, 1], [0]]
+
+
+def test_what_every_sequence_has_for_itself_is_no_alias_for_fitting_better() -> None:
+    """Forty free values fit any shared cause; only where they are as probable are they a name of it."""
+    sequences, each = 40, 3
+    own = Made(20.0 * own_columns(sequences, each), (BOTH,), tuple(range(sequences)))
+    cause = np.kron(np.random.default_rng(3).uniform(0.5, 1.5, sequences), np.ones(each))
+    y = 20.0 * 0.5 * cause + NOISE
+    made = trial(alone(20.0 * cause), own, y=y)
+    assert made.evidence.fitted((1,)).log_likelihood > made.evidence.fitted((0,)).log_likelihood - np.log(FACTOR)
+    assert [name.effect for name in group_of(made, (0,), 0)] == [0]
+
+
+def test_families_and_members_are_no_names_and_few_are_named() -> None:
+    made = trial(*(alone(X[:, 0]) for _ in range(8)), y=0.6 * X[:, 0] + NOISE, families=(7,))
+    group = [name.effect for name in group_of(made, (2,), 2)]
+    assert len(group) == MOST_NAMED
+    assert group[0] == 2
+    assert 7 not in group
