@@ -146,6 +146,15 @@ class Evidence:
         log_likelihood += self._inside(at.few, at.shared, noise)
         return Fitted(scaled, log_likelihood, rows.astype(np.int64), mean, sigma, noise)
 
+    def precisions(self, members: Sequence[int]) -> Array:
+        """Information (q,) that the priors of a set give, by the rows of :meth:`fitted`."""
+        scaled = self.scaled(members)
+        sized = [e for e in scaled.members if len(self._rows[e])]
+        scale = dict(zip(sized, scaled.scales, strict=True))
+        own = self._scattered(sized)
+        order = [e for e in sized if e != own] + ([] if own is None else [own])
+        return np.concatenate([np.zeros(0), *((scale[e] * self._limits[e]) ** -2.0 for e in order)])
+
     def _scaled(self, members: tuple[int, ...]) -> Scaled:
         """Climb to the most probable scales; of each effect's scales the best and its neighbours are summed, the others hardly count."""
         sized = [e for e in members if len(self._rows[e])]
