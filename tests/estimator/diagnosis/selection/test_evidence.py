@@ -242,3 +242,14 @@ def test_the_evidence_of_a_set_does_not_depend_on_what_was_asked_before() -> Non
     assert in_order[2] == pytest.approx(fresh[(1,)], abs=0.5)
     assert in_order[3] == pytest.approx(fresh[(0, 1)], abs=0.5)
     assert reversed_order[1] == pytest.approx(fresh[(1,)], abs=0.5)
+
+
+def test_sequences_that_show_unlike_numbers_of_an_effects_parameters_are_weighed_all_the_same() -> None:
+    """Of three sequences one shows one of an effect's two parameters alone."""
+    X = np.zeros((18, 5))
+    X[:12, :4] = np.kron(np.eye(2), np.random.default_rng(21).normal(size=(6, 2)))
+    X[12:, 4] = 1.0
+    y = X @ np.array([0.5, -0.4, 0.3, 0.2, 0.5]) * 30.0 + np.random.default_rng(22).normal(size=18)
+    evidence = evidence_of([Made(30.0 * X, (BOTH, BOTH), (0, 0, 1, 1, 2))], y)
+    assert evidence.log_evidence((0,)) > evidence.log_evidence(()) + 50.0
+    np.testing.assert_allclose(evidence.fitted((0,)).mean, [0.5, -0.4, 0.3, 0.2, 0.5], atol=0.1)
