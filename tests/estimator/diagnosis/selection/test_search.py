@@ -95,3 +95,10 @@ def test_a_family_stands_where_no_effect_explains_as_much() -> None:
     known, unknown = (trial(wide, {e: 0.6}, 4, families=(COLUMNS,)) for e in (C, COLUMNS))
     assert searched(known).best == (C,)
     assert COLUMNS in searched(unknown).best
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_no_probability_is_above_one(seed: int) -> None:
+    """A document that says so is refused by its schema."""
+    found = searched(trial(design(seed), {0: 0.9, C: 0.9}, seed))
+    assert max(found.probability(e) for e in range(COLUMNS)) <= 1.0
