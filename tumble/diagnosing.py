@@ -54,6 +54,8 @@ DIAGNOSIS_FILE = "diagnosis.json"
 CAMPAIGN_FILE = "campaign.json"
 BOOTSTRAP_SEED = 20240229
 MOST_TOLD = 3
+SMALLEST = 1e-6
+"""Scatter over the largest value, below which it is none."""
 FAR = 4.0
 """Robust standard deviations from which on a sequence stands out."""
 Told = Callable[[str], None]
@@ -177,7 +179,7 @@ def diagnosed(question: Question, campaign: Prepared, out: Path, told: Told) -> 
 
 def _sure(found: Diagnosis) -> tuple[float, float]:
     """Of a diagnosis, the p-value below which something is missing, and that level: the evidence decides where both differ."""
-    return (found.p if found.missing else max(found.p, ALPHA)), ALPHA
+    return (min(found.p, 0.5 * ALPHA) if found.missing else max(found.p, ALPHA)), ALPHA
 
 
 def _apart(campaign: Prepared, fit: CampaignFit, tests: Sequence[ScoreTest], group: Sequence[str]) -> tuple[Separation, ...]:
@@ -204,7 +206,7 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told) -> 
     explanation = explain(campaign.registered.campaign, campaign.registered.start, question.candidates, told=told)
     campaign = campaign.at(explanation.campaign)
     registered = campaign.registered
-    last = diagnosis_at(explanation.last)
+    last = diagnosis_at(explanation.last, ended=True)
     written = estimated(question, campaign, out, fit=explanation.fit)
     verdict = _settled(verdict_of_explanation(verdict_of(last), explanation), written["settled"], explanation)
     steps, apart = _step_entries(explanation, campaign)
@@ -324,7 +326,7 @@ def told_of_steps(explanation: Explanation) -> tuple[str, ...]:
 
 def _odds(log_odds: float) -> str:
     """Odds of another name against the first."""
-    return f"{np.exp(log_odds):.2g} : 1" if log_odds > -np.log(20.0) else "as likely, less probable a priori"
+    return f"{np.exp(min(log_odds, 0.0)):.2g} : 1" if log_odds > -np.log(20.0) else "as likely, less probable a priori"
 
 
 def scattered(explanation: Explanation) -> tuple[str, ...]:
@@ -334,9 +336,9 @@ def scattered(explanation: Explanation) -> tuple[str, ...]:
     for effect, part in zip(fit.model.effects, fit.model.slices, strict=True):
         if effect.entry.scope is Scope.SEQUENCE and effect.tails and effect.held is not None:
             values = np.array([theta[part] for theta in fit.state.theta])
-            size = np.median(np.abs(values), axis=0) / 0.6745
+            size = np.maximum(np.median(np.abs(values), axis=0) / 0.6745, SMALLEST * np.abs(values).max())
             each = ", ".join(f"{p.name} {s:.2g} {p.unit}" for p, s in zip(effect.entry.parameters, size, strict=True))
-            far = np.flatnonzero(np.sum((values / np.maximum(size, 1e-300)) ** 2, axis=1) > FAR**2 * len(size))
+            far = np.flatnonzero(np.sum((values / np.maximum(size, np.finfo(np.float64).tiny)) ** 2, axis=1) > FAR**2 * len(size))
             names = ", ".join(campaign.sequences[i].name for i in far[:MOST_TOLD]) + (", …" if len(far) > MOST_TOLD else "")
             out = f"; {len(far)} stand out: {names}" if len(far) else ""
             told.append(f"{_plain(effect.entry.key).capitalize()} differs from sequence to sequence, cause unknown: {each}{out}.")
@@ -353,8 +355,8 @@ def verdict_of_explanation(last: Verdict, explanation: Explanation) -> Verdict:
     if not found:
         return last
     sentence = f"The campaign is explained with {', '.join(map(_plain, found))}."
-    if explanation.left.present or last.kind == "says nothing":
-        return Verdict("found", f"{sentence} Something is left: {last.sentence}", last.remarks, found)
+    if explanation.left is not None and explanation.left.present:
+        return Verdict("found", f"{sentence} Something is left that no effect of the catalogue explains.", last.remarks, found)
     return Verdict("found", f"{sentence} Then nothing more is missing.", (), found)
 
 
@@ -364,4 +366,4 @@ def _settled(verdict: Verdict, settled: bool, explanation: Explanation) -> Verdi
         return verdict
     names = ", ".join(map(_plain, explanation.found)) or "free flight"
     sentence = f"{verdict.sentence} The fit with {names} did not settle: its velocities are not reported."
-    return replace(verdict, kind="found" if verdict.kind == "found" else verdict.kind, sentence=sentence)
+    return replace(verdict, sentence=sentence)

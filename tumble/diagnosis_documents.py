@@ -32,8 +32,8 @@ def keys_of(fit: CampaignFit) -> list[str]:
 
 
 def rms_px(fit: CampaignFit) -> float:
-    """RMS of the tangency errors (px) of all sequences."""
-    squares = sum(float(np.sum(each.errors.e**2)) for each in fit.equations)
+    """RMS of the errors of all sequences: px, or the noise that was stated or estimated."""
+    squares = sum(float(np.sum((getattr(each.errors, "noise", 1.0) * each.errors.e) ** 2)) for each in fit.equations)
     count = sum(int(each.errors.seen.sum()) for each in fit.equations)
     return float(np.sqrt(squares / max(count, 1)))
 

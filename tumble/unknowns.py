@@ -48,13 +48,13 @@ NO_LAW = (
 def unknown_entry(
     campaign: Campaign,
     fit: CampaignFit,
-    left: Unknown,
+    left: Unknown | None,
     names: Sequence[str],
     *,
     told: Callable[[str], None] = lambda _sentence: None,
 ) -> Entry | None:
     """What is left of a fit, as the document has it; ``None`` where nothing is."""
-    if not left.present:
+    if left is None or not left.present:
         return None
     told("no effect of the catalogue explains what is left; fitting empirical terms")
     found = fit_empirical(campaign, fit, left, told=told)

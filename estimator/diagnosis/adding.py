@@ -5,7 +5,7 @@ scale of its prior, so a fit never begins where an effect is flat.
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -29,6 +29,9 @@ def with_effect(campaign: Campaign, fit: CampaignFit, effect: EffectModel) -> tu
     InputError
         Where no sequence is long enough to show it.
     """
+    reason = campaign.kind.why_not(campaign, effect)
+    if reason is not None:
+        raise InputError(f"{effect.entry.key} does not apply to these measurements: {reason}.")
     if not Candidates.of(campaign, (effect,)).effects:
         longest = max((each.setting.times_s for each in campaign.sequences), key=len)
         got = f"{len(longest)} frames over {1e3 * float(np.ptp(longest)):.3g} ms"
@@ -65,11 +68,14 @@ def ladder(
     *,
     told: Callable[[str], None] = lambda _added: None,
 ) -> Iterator[Rung]:
-    """The base and then one effect more on every rung."""
+    """The base and then one effect more on every rung, all judged in the noise that the last one shows."""
     campaign, fit = weighed_again(*following(campaign, base_fit(campaign, start)))
-    yield Rung(None, campaign, fit, held_out(campaign, fit.state, fit.model))
-    told("base")
+    reached: list[tuple[str | None, Campaign, CampaignFit]] = [(None, campaign, fit)]
     for effect in effects:
         campaign, fit = with_effect(campaign, fit, effect)
-        yield Rung(effect.entry.key, campaign, fit, held_out(campaign, fit.state, fit.model))
-        told(effect.entry.key)
+        reached.append((effect.entry.key, campaign, fit))
+    noise = [campaign.kind.noise_of(task) for task in campaign.sequences]
+    for key, where, at in reached:
+        tasks = tuple(where.kind.with_noise(task, each) for task, each in zip(where.sequences, noise, strict=True))
+        yield Rung(key, where, at, held_out(replace(where, sequences=tasks), at.state, at.model))
+        told(key or "base")

@@ -72,6 +72,8 @@ class Diagnosis:
         Effects that the most probable set has beside the model's own, families among them; empty where nothing is missing.
     group : tuple of str
         The first of them and what the data cannot tell from it.
+    superfluous : tuple of str
+        The model's effects that the most probable set does without.
     probability : float
         That the model as it is lacks nothing.
     p : float
@@ -84,6 +86,7 @@ class Diagnosis:
     families: tuple[Finding, ...]
     missing: tuple[str, ...]
     group: tuple[str, ...]
+    superfluous: tuple[str, ...]
     probability: float
     p: float
     chi_square: float
@@ -100,23 +103,29 @@ def diagnose(campaign: Campaign, fit: CampaignFit, candidates: Mapping[str, Effe
     return diagnosis_at(looked_at(campaign, fit, candidates, unknown=True))
 
 
-def diagnosis_at(at: At) -> Diagnosis:
-    """The diagnosis where a search stands."""
+def diagnosis_at(at: At, *, ended: bool = False) -> Diagnosis:
+    """The diagnosis where a search stands; where it has ``ended``, what is more probable there was refitted and refused."""
     of = at.trial.evidence.of
     numbers = [n for n in range(of.own, len(of.effects))]
     tests = tests_beside(at.campaign, of)
     n = len([number for number in numbers if number not in at.trial.families])
     found = {number: _finding(at, number, test, n) for number, test in zip(numbers, tests, strict=True)}
     known = sorted((f for number, f in found.items() if number not in at.trial.families), key=lambda f: -f.log_odds)
-    best: Set = at.posterior.best if at.trial.log_posterior(at.posterior.best) > at.value else at.members
-    new = sorted(set(best) - set(at.members), key=lambda e: at.trial.log_posterior(tuple(m for m in best if m != e)))
+    best: Set = at.members if ended else at.posterior.best
+    new = sorted(set(best) - set(at.members), key=lambda e: (e in at.trial.families, at.trial.log_posterior(_less(best, e))))
     group = tuple(at.named((name.effect,))[0] for name in group_of(at.trial, best, new[0])) if new else ()
     scores = scores_beside(of)
     white = whitener(scores.M) @ scores.g if len(scores.g) else np.zeros(0)
     p = min((f.p for f in known), default=1.0)
-    nothing = float(np.exp(dict(zip(at.posterior.sets, at.posterior.log_probability, strict=True)).get(at.members, -np.inf)))
+    inside = [p for s, p in zip(at.posterior.sets, at.posterior.log_probability, strict=True) if set(s) <= set(at.members)]
+    nothing = float(min(np.exp(inside).sum(), 1.0))
+    superfluous = at.named(tuple(e for e in at.members if e not in best))
     families = tuple(f for number, f in found.items() if number in at.trial.families)
-    return Diagnosis(tuple(known), families, at.named(tuple(new)), group, nothing, p, float(white @ white), len(white))
+    return Diagnosis(tuple(known), families, at.named(tuple(new)), group, superfluous, nothing, p, float(white @ white), len(white))
+
+
+def _less(members: Set, effect: int) -> Set:
+    return tuple(m for m in members if m != effect)
 
 
 def _finding(at: At, number: int, test: ScoreTest, candidates: int) -> Finding:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from estimator.diagnosis.base import base_fit
 from estimator.diagnosis.score_tests import ScoreTest
 from estimator.diagnosis.selection.groups import group_of
-from estimator.diagnosis.selection.path import At, looked_at, moved, path_from
+from estimator.diagnosis.selection.path import UNFLYABLE, At, looked_at, moved, path_from
 from estimator.diagnosis.selection.refitting import refitted, weighed_again
 from estimator.diagnosis.selection.search import Set
 from estimator.diagnosis.selection.testing import tests_beside
@@ -75,8 +75,8 @@ class Explanation:
         Of the last fit.
     tests : tuple of ScoreTest
         Of all effects that the last fit lacks.
-    left : Unknown
-        What no effect of the catalogue explains.
+    left : Unknown or None
+        What no effect of the catalogue explains; ``None`` where no empirical family applies.
     held_out : HeldOut
         Errors of the last fit on what was not fitted.
     """
@@ -87,7 +87,7 @@ class Explanation:
     steps: tuple[Step, ...]
     covariance: CampaignCovariance
     tests: tuple[ScoreTest, ...]
-    left: Unknown
+    left: Unknown | None
     held_out: HeldOut
 
     @property
@@ -117,7 +117,7 @@ def explain(
     told("every effect was tested")
     path = path_from(begun, catalogue, told)
     best = path[-1]
-    last = _without_families(best, catalogue)
+    last = _without_families(path, catalogue)
     steps = _steps(begun, best, last, told)
     error = steps[-1].after if steps else held_out(last.campaign, last.fit.state, last.fit.model)
     tests = tests_beside(last.campaign, last.trial.evidence.of)
@@ -125,10 +125,14 @@ def explain(
     return Explanation(begun, last, path, steps, campaign_covariance(last.campaign, last.fit), tests, left, error)
 
 
-def _without_families(best: At, catalogue: Mapping[str, EffectModel]) -> At:
-    """The same set without what stands for something unknown."""
+def _without_families(path: tuple[At, ...], catalogue: Mapping[str, EffectModel]) -> At:
+    """The last set without what stands for something unknown; where that cannot be flown, the last one that has none."""
+    best = path[-1]
     kept = tuple(e for e in best.members if e not in best.trial.families)
-    return best if kept == best.members else moved(best, kept, catalogue, unknown=True) or best
+    if kept == best.members:
+        return best
+    known = [at for at in path if not set(at.members) & at.trial.families]
+    return moved(best, kept, catalogue, unknown=True) or known[-1]
 
 
 def _steps(begun: At, best: At, last: At, told: Told) -> tuple[Step, ...]:
@@ -157,10 +161,13 @@ def _steps(begun: At, best: At, last: At, told: Told) -> tuple[Step, ...]:
 
 
 def _with(last: At, keys: tuple[str, ...]) -> CampaignFit:
-    """The campaign fitted with some of the last model's effects; the last fit itself with all."""
+    """The campaign fitted with some of the last model's effects; the last fit itself with all, and where some alone cannot be flown."""
     members: Set = tuple(e for e in last.members if last.trial.evidence.of.keys[e] in keys)
     if members == last.members:
         return last.fit
-    return refitted(last.campaign, last.fit, last.trial.evidence, members, follow=False)[1]
+    try:
+        return refitted(last.campaign, last.fit, last.trial.evidence, members, follow=False)[1]
+    except UNFLYABLE:
+        return last.fit
 
 

@@ -39,8 +39,10 @@ def verdict_of(diagnosis: Diagnosis) -> Verdict:
         remarks = (f"It is blind to: {_listed(blind)}.", "Record more frames, more sequences, or longer flights.")
         return Verdict("says nothing", sentence, remarks, ())
     if not diagnosis.missing:
-        sentence = f"Nothing is missing (probability {percent(diagnosis.probability)}): no other set of {n} effects is more probable."
-        return Verdict("nothing missing", sentence, _blind(diagnosis), ())
+        sure = percent(diagnosis.probability)
+        sentence = f"Nothing is missing (probability {sure}): with none of {n} further effects is the model more probable."
+        needless = (f"The evidence does without: {_listed(diagnosis.superfluous)}.",) if diagnosis.superfluous else ()
+        return Verdict("nothing missing", sentence, (*needless, *_blind(diagnosis)), ())
     opening = f"The model misses something: {sureness(diagnosis.probability)} (nothing missing: {percent(diagnosis.probability)})."
     known = {f.key: f for f in diagnosis.findings}
     named = tuple(key for key in diagnosis.missing if key in known)

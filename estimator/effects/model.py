@@ -53,6 +53,12 @@ class Model:
             [np.zeros(0)] + [np.zeros(len(e.entry.parameters)) if e.held is None else np.array(e.held) ** -2.0 for e in self.effects]
         )
 
+    @property
+    def instrument_precision(self) -> Array:
+        """Information (q,) on what is the instrument's own; nothing on effects that are asked for."""
+        ours = [np.full(len(e.entry.parameters), float(e.instrument)) for e in self.effects]
+        return self.precision * np.concatenate([np.zeros(0), *ours])
+
     def precision_at(self, theta: Array) -> Array:
         """Information (q,) that priors give at parameters ``theta`` (q,): less in the tails of those that have some."""
         precision = self.precision

@@ -158,7 +158,7 @@ def _judge(campaign: Campaign, number: int, own: CampaignState, learned: _Learne
     teller = learned.told(campaign.particle[number], campaign.camera[number])
     state = _with_shared(_state_of(own, np.array([number])), learned.fit.state, teller)
     state = _within_priors(state, campaign.kind.precision(sequence), model)
-    free = np.concatenate([np.zeros(N_PARAMETERS, dtype=np.bool_), model.precision == 0.0])
+    free = np.concatenate([np.zeros(N_PARAMETERS, dtype=np.bool_), model.instrument_precision == 0.0])
     told = (teller >= 0) & (learned.covariance is not None)
     open_ = layout.shared[(free | told)[layout.shared]]
     columns = np.concatenate([layout.local, open_])
@@ -225,7 +225,7 @@ def _with_shared(own: CampaignState, learned: CampaignState, teller: NDArray[np.
 
 def _within_priors(state: CampaignState, precision: Array, model: Model) -> CampaignState:
     """The state with everything that a prior holds brought within ``MOST`` of its standard deviations."""
-    limit = MOST / np.sqrt(np.maximum(np.concatenate([precision, model.precision]), 1e-300))
+    limit = MOST / np.sqrt(np.maximum(np.concatenate([precision, model.instrument_precision]), 1e-300))
     flight = state.flights[0]
     flight = replace(
         flight,

@@ -73,6 +73,10 @@ class MeasurementKind(Protocol):
         """Noise of every sequence (s,) over what its model says, most probable given its residuals; ``None``: one for all, by scores."""
         ...
 
+    def noise_of(self, sequence: Any) -> float:
+        """The sequence's noise over what its model says."""
+        ...
+
     def with_noise(self, sequence: Any, noise: float) -> Any:
         """The sequence with noise ``noise`` times what its model says."""
         ...

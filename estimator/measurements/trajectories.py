@@ -47,7 +47,8 @@ class Trajectories:
 
     def equations(self, campaign: Campaign, number: int, residuals: TrajectoryErrors, model: Model, theta: Array) -> SequenceEquations:
         """Residuals, weighed."""
-        return SequenceEquations(residuals, weighed(residuals, campaign.sequences[number].repeats, model.random_sigma(theta)))
+        jitter_s = model.random_sigma(theta)
+        return SequenceEquations(replace(residuals, jitter_s=jitter_s), weighed(residuals, campaign.sequences[number].repeats, jitter_s))
 
     def precision(self, sequence: TrajectoryTask) -> Array:
         """None: what is not measured is not varied."""
@@ -90,6 +91,10 @@ class Trajectories:
         """Of a flight whose residuals are larger than all others', a hand's or a bad track's, the noise is larger, not the effects."""
         freedom = np.array([_freedom(task, each) for task, each in zip(campaign.sequences, equations, strict=True)])
         return np.sqrt((NOISE_FREEDOM + _misfits(campaign, equations)) / (NOISE_FREEDOM + freedom))
+
+    def noise_of(self, sequence: TrajectoryTask) -> float:
+        """As it is in the sequence's standard deviations."""
+        return sequence.noise
 
     def with_noise(self, sequence: TrajectoryTask, noise: float) -> TrajectoryTask:
         """With larger standard deviations."""
@@ -169,8 +174,16 @@ TRAJECTORIES = Trajectories()
 
 def _misfits(campaign: Campaign, equations: Sequence[SequenceEquations]) -> Array:
     """Weighted sums of squares (s,) in units of the noise that was stated or estimated."""
-    squares = [float(np.sum(each.frames.weight * each.errors.e**2)) for each in equations]
+    squares = [_marginal(each) for each in equations]
     return np.array([task.noise**2 * each for task, each in zip(campaign.sequences, squares, strict=True)])
+
+
+def _marginal(equations: SequenceEquations) -> float:
+    """Weighted sum of squares with the rows' random shifts in time integrated (Woodbury's identity)."""
+    errors, weight = equations.errors, equations.frames.weight
+    d = errors.rate * errors.jitter_s
+    taken = np.sum(weight * d * errors.e, axis=1) ** 2 / (1.0 + np.sum(weight * d**2, axis=1))
+    return float(np.sum(weight * errors.e**2) - taken.sum())
 
 
 def _freedom(task: TrajectoryTask, equations: SequenceEquations) -> float:

@@ -37,7 +37,8 @@ class TrajectoryFloor(NoiseFloor):
 
 def trajectory_floor(campaign: Campaign, fit: CampaignFit, rng: np.random.Generator) -> TrajectoryFloor:
     """Judge the residuals of a fit."""
-    sums = [_sums(each.errors.e, each.errors.seen, task.repeats) for task, each in zip(campaign.sequences, fit.equations, strict=True)]
+    both = zip(campaign.sequences, fit.equations, strict=True)
+    sums = [_sums(each.errors.noise * each.errors.e, each.errors.seen, task.repeats) for task, each in both]
     square, floor, _ = _ratios(sums, [np.arange(len(s.square)) for s in sums])
     drawn = np.array([_ratios(*resampled(sums, rng)) for _ in range(DRAWS)])
     return TrajectoryFloor(
@@ -50,7 +51,7 @@ def trajectory_floor(campaign: Campaign, fit: CampaignFit, rng: np.random.Genera
         allowed=1.0,
         per_sequence=np.array([float(np.divide(*_ratios([s], [np.arange(len(s.square))])[:2])) for s in sums]),
         lags=LAGS,
-        autocorrelation=_autocorrelation([each.errors.e for each in fit.equations]),
+        autocorrelation=_autocorrelation([each.errors.noise * each.errors.e for each in fit.equations]),
         autocorrelation_interval=interval_of(drawn[:, 2] / np.maximum(drawn[:, 0], 1e-12)),
         along_outline_rad=float("nan"),
         expected_along_rad=float("nan"),

@@ -92,7 +92,8 @@ class TrajectoryTask:
 class TrajectoryErrors:
     """Residuals ``e`` (n, c) in standard deviations, zero where a row is not in use; ``J`` (n, c, 21 + q), ``seen`` (n, c), and more.
 
-    ``rate`` (n, c) is the derivative of the residuals by the time of their row, 1/s; ``variance`` (n, c) m², rad² or (rad/s)².
+    ``rate`` (n, c) is the derivative of the residuals by the time of their row, 1/s; ``variance`` (n, c) m², rad² or (rad/s)²; ``noise``
+    over what was stated or estimated, ``jitter_s`` of the rows' times under the model.
     """
 
     e: Array
@@ -101,6 +102,8 @@ class TrajectoryErrors:
     rate: Array
     variance: Array
     prediction: Prediction
+    noise: float = 1.0
+    jitter_s: float = 0.0
 
 
 def trajectory_errors(task: TrajectoryTask, flight: Flight, model: Model, theta: Array) -> TrajectoryErrors:
@@ -124,7 +127,7 @@ def trajectory_errors(task: TrajectoryTask, flight: Flight, model: Model, theta:
     seen = task.kept[:, None] & np.isfinite(task.sigma)
     weight = np.where(seen, 1.0 / task.sigma, 0.0)
     e, rate = (np.concatenate(each, axis=1) * weight for each in ([p.e for p in parts], [p.rate for p in parts]))
-    return TrajectoryErrors(e, J * weight[..., None], seen, rate, task.sigma**2, prediction)
+    return TrajectoryErrors(e, J * weight[..., None], seen, rate, task.sigma**2, prediction, task.noise)
 
 
 def _scaled(prediction: Prediction, model: Model, theta: Array, scale: float) -> Array:

@@ -25,7 +25,7 @@ def answer(explained: Explanation) -> dict[str, Any]:
     """The whole answer to one campaign."""
     campaign, begun = explained.campaign, explained.begun
     errors = {"base": explained.steps[0].before, "final": explained.held_out} if explained.steps else {}
-    families = {t.effect.entry.key for t in explained.left.tests}
+    families = {t.effect.entry.key for t in explained.left.tests} if explained.left is not None else set()
     first = [t for t in tests_beside(begun.campaign, begun.trial.evidence.of) if t.effect.entry.key not in families]
     return {
         "found": list(explained.found),
@@ -66,8 +66,8 @@ def probabilities(explained: Explanation) -> dict[str, float]:
 def unexplained(campaign: Campaign, explained: Explanation) -> dict[str, Any]:
     """Whether something is left that no effect of the catalogue explains, its stage, and what an empirical term and a law make of it."""
     left = explained.left
-    if not left.present:
-        return {"unknown": False, "stage": "", "p_left": left.p}
+    if left is None or not left.present:
+        return {"unknown": False, "stage": "", "p_left": 1.0 if left is None else left.p}
     found = fit_empirical(campaign, explained.fit, left)
     law = found.law
     return {

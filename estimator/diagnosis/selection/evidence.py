@@ -37,8 +37,8 @@ UNITS = np.logspace(0.0, 3.0, 7)
 """For amplitudes without a plausible limit: standard deviations of the prior over what the data could just see."""
 BEYOND = 2.0
 """Plausible limits up to which an amplitude is believed at all: signatures are linear no further, and nature hardly goes there."""
-WEIGHED = 2
-"""Times that sequences' precisions and values are found in turn, from the precisions of the set before."""
+MOST_WEIGHED, WEIGHED = 12, 0.02
+"""Times that sequences' precisions and values are found in turn at most, and the relative change after which they have settled."""
 LOG_SCALES = float(np.log(len(SHARES)))
 """What the unknown size of a variance costs that is read at its best."""
 
@@ -89,12 +89,12 @@ class Evidence:
     def __post_init__(self) -> None:
         effects = range(len(self.of.effects))
         self._rows = [self.of.rows(e) for e in effects]
-        self._limits = [self._limit(e) for e in effects]
         self._own = [self._sequences(e) for e in effects]
+        self._rows = [self._rows[e] if own is None else np.concatenate(own) for e, own in enumerate(self._own)]
+        self._limits = [self._limit(e) for e in effects]
         self._whole = Quadratic(self.of.information, self.of.pull, self.of.misfit)
         self._taken: dict[tuple[int, tuple[int, ...]], Own] = {}
         self._hint: dict[int, int] = {}
-        self._precision: dict[tuple[int, ...], Array] = {}
 
     def _limit(self, effect: int) -> Array:
         """Plausible limits (q,) of an effect's columns, or what the data just see where nobody says what is plausible."""
@@ -108,7 +108,18 @@ class Evidence:
         if self.of.effects[effect].entry.scope is not Scope.SEQUENCE or not len(self._rows[effect]):
             return None
         owner = [self.of.columns[row].sequence for row in self._rows[effect]]
-        return tuple(np.array([r for r, o in zip(self._rows[effect], owner, strict=True) if o == s]) for s in dict.fromkeys(owner))
+        rows = [np.array([r for r, o in zip(self._rows[effect], owner, strict=True) if o == s]) for s in dict.fromkeys(owner)]
+        whole = max(len(r) for r in rows)
+        return tuple(self._worth_their_start(effect, [r for r in rows if len(r) == whole]))
+
+    def _worth_their_start(self, effect: int, rows: list[NDArray[np.int64]]) -> list[NDArray[np.int64]]:
+        """Where a place is searched for in every sequence, those in which it gains more than the best of as many places by chance."""
+        tried = self.of.tried(effect)
+        if tried == 1:
+            return rows
+        gain = [0.5 * float(np.sum(self.of.pull[r] ** 2 / np.diag(self.of.information)[r])) for r in rows]
+        kept = [r for r, g in zip(rows, gain, strict=True) if g > np.log(tried * len(rows))]
+        return kept or [rows[int(np.argmax(gain))]]
 
     def scales_of(self, effect: int) -> Array:
         """The scales of an effect's prior, over its limits."""
@@ -207,15 +218,15 @@ class Evidence:
 
     def _with_tails(self, own: Own, width: Array, sigma: Array) -> tuple[Posterior, Array, Array, float]:
         """Values of every sequence under Student's prior of scales ``width`` (s, q); the few columns under ``sigma`` (k,)."""
-        w, q = self._precision.get(width.shape, np.ones(len(width))), width.shape[1]
-        for left in reversed(range(WEIGHED)):
+        w, q = np.ones(len(width)), width.shape[1]
+        for _ in range(MOST_WEIGHED):
             quadratic, mean, follow, variance = own.eliminated(width / np.sqrt(w)[:, None])
             shared = posterior(quadratic, np.arange(len(sigma)), sigma)
             values = mean - follow @ shared.mean
-            if left:
-                size = np.sum((values**2 + variance) / width**2, axis=1)
-                w = (TAILS + q) / (TAILS + size)
-        self._precision[width.shape] = w
+            size = np.sum((values**2 / self._noise(shared.misfit) + variance) / width**2, axis=1)
+            before, w = w, (TAILS + q) / (TAILS + size)
+            if np.abs(np.log(w / before)).max() < WEIGHED:
+                break
         tails = 0.5 * TAILS * float(np.sum(np.log(w) - w + 1.0))
         return shared, values, variance, tails
 
@@ -251,7 +262,8 @@ class Evidence:
 
     def _searched(self, sized: Sequence[int]) -> float:
         """Logarithm of how many starts were tried where the best was taken, of every sequence that has its own."""
-        return sum(max(len(self._own[e] or ()), 1) * float(np.log(self.of.tried(e))) for e in sized)
+        among = {e: len({c.sequence for c in self.of.columns if c.effect == e}) for e in sized if self.of.tried(e) > 1}
+        return sum(max(len(self._own[e] or ()), 1) * float(np.log(self.of.tried(e) * n)) for e, n in among.items())
 
 
 def _log_share(low: float, high: float) -> float:
@@ -259,4 +271,4 @@ def _log_share(low: float, high: float) -> float:
     if low > 0.0:
         low, high = -high, -low
     above, below = float(log_ndtr(high)), float(log_ndtr(low))
-    return above + float(np.log1p(-np.exp(min(below - above, -1e-300)))) if below < above else above
+    return above + float(np.log1p(-np.exp(min(below - above, -1e-12))))

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from estimator.diagnosis.ranking import SMALLEST_SHARE
 from estimator.diagnosis.score_tests import Candidates, Column, EfficientScores, arranged, efficient_scores, joint_model
-from estimator.effects.link import EffectModel
+from estimator.effects.link import EffectModel, Setting
 from estimator.effects.model import Model
 from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState, SequenceEquations, layout_of, sequence_equations
 from estimator.fitting.time_shifts import JitterTest, jitter_test
@@ -54,6 +54,8 @@ class Linearised:
         The effects with the starts that were tried of each.
     starts : mapping
         (effect, sequence or None) to the number of the start that its columns belong to: the value of what is searched for.
+    longest : Setting
+        What is known of the longest sequence, whose starts are tried.
     jitter : JitterTest
         What the residuals say of an effect drawn anew in every frame.
     """
@@ -68,6 +70,7 @@ class Linearised:
     density: float
     candidates: Candidates
     starts: Mapping[tuple[int, int | None], int]
+    longest: Setting
     jitter: JitterTest
 
     @property
@@ -85,8 +88,8 @@ class Linearised:
         return 0.5 * self.jitter.gain if self.effects[effect].random else 0.0
 
     def tried(self, effect: int) -> int:
-        """Starts that were tried of an effect."""
-        return len(self.candidates.starts[effect])
+        """Starts that were tried of an effect, or had been before the fit had it."""
+        return max(len(self.effects[effect].starts(self.longest)), 1)
 
     def start(self, effect: int, sequence: int | None) -> Array:
         """The start (q,) that explains most."""
@@ -119,6 +122,7 @@ def linearised(campaign: Campaign, fit: CampaignFit, catalogue: Mapping[str, Eff
         campaign.kind.log_density(campaign, equations) + 0.5 * squares if known else 0.0,
         candidates,
         chosen,
+        max((each.setting for each in campaign.sequences), key=lambda each: len(each.times_s)),
         jitter_test([campaign.kind.time_shifts(campaign, i, each) for i, each in enumerate(equations)]),
     )
 

@@ -44,6 +44,13 @@ class At:
         """Log posterior (nats) of the fitted set about its own fit."""
         return self.trial.log_posterior(self.members)
 
+    def value_of(self, keys: tuple[str, ...]) -> float:
+        """Log posterior (nats) of another set about this fit; minus infinity where one of its effects is not on trial here."""
+        known = self.trial.evidence.of.keys
+        if not set(keys) <= set(known):
+            return -np.inf
+        return self.trial.log_posterior(tuple(sorted(known.index(key) for key in keys)))
+
     @property
     def keys(self) -> tuple[str, ...]:
         """The set."""
@@ -65,7 +72,7 @@ def looked_at(campaign: Campaign, fit: CampaignFit, catalogue: Catalogue, *, unk
 
 
 def path_from(at: At, catalogue: Catalogue, told: Told) -> tuple[At, ...]:
-    """The path from ``at`` to the most probable set; every entry is more probable than the one before.
+    """The path from ``at`` to the most probable set; about its own fit every entry is more probable than the one before.
 
     What is unknown is looked for where no effect of the catalogue makes a set more probable, against all of them again.
     """
@@ -84,10 +91,11 @@ def _climbed(at: At, catalogue: Catalogue, told: Told, *, unknown: bool) -> tupl
             break
         tried.add(frozenset(now.named(wanted)))
         new = moved(now, wanted, catalogue, unknown=unknown)
-        if new is None or new.value <= now.value:
+        gained = -np.inf if new is None else new.value - new.value_of(now.keys)
+        if new is None or gained <= 0.0:
             astray += 1
             continue
-        told(f"{', '.join(new.keys) or 'nothing'}: log evidence {new.value - now.value:+.1f}")
+        told(f"{', '.join(new.keys) or 'nothing'}: log evidence {gained:+.1f}")
         path.append(new)
         astray = 0
     return tuple(path)

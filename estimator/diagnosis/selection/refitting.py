@@ -16,8 +16,8 @@ from estimator.motion.rigid_body import RanAway
 Array = NDArray[np.float64]
 SHARES = (1.0, 0.5, 0.0)
 """Of the linear values at which a fit starts: where flights run away from there, closer to no effect."""
-WEIGHED = 2
-"""Times that noise and flights are fitted in turn."""
+WEIGHED, SETTLED = 6, 0.02
+"""Times that noise and flights are fitted in turn at most, and the relative change of the noise after which both have settled."""
 Set = tuple[int, ...]
 
 
@@ -49,7 +49,10 @@ def weighed_again(campaign: Campaign, fit: CampaignFit) -> tuple[Campaign, Campa
     """A campaign in which every sequence has the noise that it most probably has at a fit, and the fit to that."""
     for _ in range(WEIGHED):
         scales = campaign.kind.noise_scales(campaign, fit.equations)
-        if scales is None:
+        if scales is None or not campaign.sequences:
+            break
+        change = np.abs(scales / [campaign.kind.noise_of(task) for task in campaign.sequences] - 1.0)
+        if change.max() < SETTLED:
             break
         tasks = tuple(campaign.kind.with_noise(task, float(scale)) for task, scale in zip(campaign.sequences, scales, strict=True))
         campaign = replace(campaign, sequences=tasks)
