@@ -72,7 +72,7 @@ def looked_at(campaign: Campaign, fit: CampaignFit, catalogue: Catalogue, *, unk
 
 
 def path_from(at: At, catalogue: Catalogue, told: Told) -> tuple[At, ...]:
-    """The path from ``at`` to the most probable set; about its own fit every entry is more probable than the one before.
+    """The path from ``at`` to the most probable set; every entry is more probable than the one before, about either fit.
 
     What is unknown is looked for where no effect of the catalogue makes a set more probable, against all of them again.
     """
@@ -91,7 +91,7 @@ def _climbed(at: At, catalogue: Catalogue, told: Told, *, unknown: bool) -> tupl
             break
         tried.add(frozenset(now.named(wanted)))
         new = moved(now, wanted, catalogue, unknown=unknown)
-        gained = -np.inf if new is None else new.value - new.value_of(now.keys)
+        gained = -np.inf if new is None else min(new.value - new.value_of(now.keys), new.value - now.value)
         if new is None or gained <= 0.0:
             astray += 1
             continue
