@@ -12,7 +12,7 @@ from scipy.stats import chi2
 
 from estimator.diagnosis.ranking import whitener
 from estimator.diagnosis.score_tests import ScoreTest
-from estimator.diagnosis.selection.groups import group_of
+from estimator.diagnosis.selection.groups import FACTOR, group_of
 from estimator.diagnosis.selection.path import At, looked_at
 from estimator.diagnosis.selection.search import Set
 from estimator.diagnosis.selection.testing import scores_beside, tests_beside
@@ -111,7 +111,7 @@ def diagnosis_at(at: At, *, ended: bool = False) -> Diagnosis:
     n = len([number for number in numbers if number not in at.trial.families])
     found = {number: _finding(at, number, test, n) for number, test in zip(numbers, tests, strict=True)}
     known = sorted((f for number, f in found.items() if number not in at.trial.families), key=lambda f: -f.log_odds)
-    best: Set = at.members if ended else at.posterior.best
+    best: Set = at.members if ended else _best(at)
     new = sorted(set(best) - set(at.members), key=lambda e: (e in at.trial.families, at.trial.log_posterior(_less(best, e))))
     group = tuple(at.named((name.effect,))[0] for name in group_of(at.trial, best, new[0])) if new else ()
     scores = scores_beside(of)
@@ -122,6 +122,13 @@ def diagnosis_at(at: At, *, ended: bool = False) -> Diagnosis:
     superfluous = at.named(tuple(e for e in at.members if e not in best))
     families = tuple(f for number, f in found.items() if number in at.trial.families)
     return Diagnosis(tuple(known), families, at.named(tuple(new)), group, superfluous, nothing, p, float(white @ white), len(white))
+
+
+def _best(at: At) -> Set:
+    """The most probable set that holds the model; another one only where the odds are clear: an alias in its place is no news."""
+    holds = next(s for s in at.posterior.sets if set(s) >= set(at.members))
+    clear = at.trial.log_posterior(at.posterior.best) > at.trial.log_posterior(holds) + np.log(FACTOR)
+    return at.posterior.best if clear else holds
 
 
 def _less(members: Set, effect: int) -> Set:

@@ -20,7 +20,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import log_ndtr, logsumexp
+from scipy.special import gammaln, log_ndtr, logsumexp
 
 from datasets.vocabulary.effects import Scope
 from estimator.diagnosis.selection.linearised import Linearised
@@ -70,7 +70,7 @@ class Fitted:
 
 @dataclass(frozen=True)
 class _At:
-    """A set at given scales: log evidence, the few columns with their posterior, and values (s, q) of the sequences, variances (s, q)."""
+    """A set at given scales: log evidence, the few columns with their posterior, and values of the sequences with their variances."""
 
     value: float
     few: NDArray[np.int64]
@@ -109,8 +109,7 @@ class Evidence:
             return None
         owner = [self.of.columns[row].sequence for row in self._rows[effect]]
         rows = [np.array([r for r, o in zip(self._rows[effect], owner, strict=True) if o == s]) for s in dict.fromkeys(owner)]
-        whole = max(len(r) for r in rows)
-        return tuple(self._worth_their_start(effect, [r for r in rows if len(r) == whole]))
+        return tuple(self._worth_their_start(effect, rows))
 
     def _worth_their_start(self, effect: int, rows: list[NDArray[np.int64]]) -> list[NDArray[np.int64]]:
         """Where a place is searched for in every sequence, those in which it gains more than the best of as many places by chance."""
@@ -150,8 +149,8 @@ class Evidence:
         noise = self._noise(at.shared.misfit)
         own = self._scattered(sized)
         rows = np.concatenate([at.few, *(self._own[own] or ())]) if own is not None else at.few
-        mean = np.concatenate([at.shared.mean, at.own.ravel()])
-        sigma = np.sqrt(noise * np.concatenate([np.diag(at.shared.covariance), at.spread.ravel()]))
+        mean = np.concatenate([at.shared.mean, at.own])
+        sigma = np.sqrt(noise * np.concatenate([np.diag(at.shared.covariance), at.spread]))
         fit = self.of.misfit - 2.0 * float(self.of.pull[rows] @ mean) + float(mean @ self.of.information[np.ix_(rows, rows)] @ mean)
         log_likelihood = self._log_density(max(fit, 0.0)) + sum(self.of.gain(e) for e in scaled.members)
         log_likelihood += self._inside(at.few, at.shared, noise)
@@ -208,17 +207,20 @@ class Evidence:
         few = np.concatenate([np.zeros(0, dtype=np.int64), *(self._rows[e] for e in sized if e != own)]).astype(np.int64)
         sigma = np.concatenate([np.zeros(0), *(scale[e] * self._limits[e] for e in sized if e != own)])
         if own is None:
-            shared, values, spread, tails = posterior(self._whole, few, sigma), np.zeros((0, 1)), np.zeros((0, 1)), 0.0
+            shared, values, spread, tails = posterior(self._whole, few, sigma), np.zeros(0), np.zeros(0), 0.0
         else:
-            width = (scale[own] * self._limits[own]).reshape(len(self._own[own] or ()), -1)
-            shared, values, spread, tails = self._with_tails(self._out(own, few), width, sigma)
+            out = self._out(own, few)
+            width = np.ones(out.there.shape)
+            width[out.there] = scale[own] * self._limits[own]
+            shared, values, spread, tails = self._with_tails(out, width, sigma)
+            values, spread = values[out.there], spread[out.there]
         noise = self._noise(shared.misfit)
         value = self._log_density(shared.misfit) - shared.half_log_det + tails
         return _At(value + self._inside(few, shared, noise) - self._searched(sized), few, shared, values, spread)
 
     def _with_tails(self, own: Own, width: Array, sigma: Array) -> tuple[Posterior, Array, Array, float]:
         """Values of every sequence under Student's prior of scales ``width`` (s, q); the few columns under ``sigma`` (k,)."""
-        w, q = np.ones(len(width)), width.shape[1]
+        w, q = np.ones(len(width)), own.there.sum(axis=1)
         for _ in range(MOST_WEIGHED):
             quadratic, mean, follow, variance = own.eliminated(width / np.sqrt(w)[:, None])
             shared = posterior(quadratic, np.arange(len(sigma)), sigma)
@@ -227,8 +229,8 @@ class Evidence:
             before, w = w, (TAILS + q) / (TAILS + size)
             if np.abs(np.log(w / before)).max() < WEIGHED:
                 break
-        tails = 0.5 * TAILS * float(np.sum(np.log(w) - w + 1.0))
-        return shared, values, variance, tails
+        told = q - w * np.sum(variance / width**2, axis=1)
+        return shared, values, variance, float(np.sum(0.5 * TAILS * (np.log(w) - w + 1.0) + _width_of_precision(told)))
 
     def _out(self, effect: int, few: NDArray[np.int64]) -> Own:
         key = (effect, tuple(few.tolist()))
@@ -264,6 +266,16 @@ class Evidence:
         """Logarithm of how many starts were tried where the best was taken, of every sequence that has its own."""
         among = {e: len({c.sequence for c in self.of.columns if c.effect == e}) for e in sized if self.of.tried(e) > 1}
         return sum(max(len(self._own[e] or ()), 1) * float(np.log(self.of.tried(e) * n)) for e, n in among.items())
+
+
+def _width_of_precision(told: Array) -> Array:
+    """Logarithm of what the integral over a sequence's precision has beside its peak, of the dimensions ``told`` (s,) by the data.
+
+    Exact where all are told: Student's density over its largest normal one; nothing where none is.
+    """
+    freedom = TAILS + told
+    peak = 0.5 * freedom * np.log(freedom / TAILS) - 0.5 * told
+    return np.asarray(gammaln(0.5 * freedom) - gammaln(0.5 * TAILS) - 0.5 * told * np.log(0.5 * TAILS) - peak)
 
 
 def _log_share(low: float, high: float) -> float:

@@ -54,10 +54,10 @@ class Linearised:
         The effects with the starts that were tried of each.
     starts : mapping
         (effect, sequence or None) to the number of the start that its columns belong to: the value of what is searched for.
-    longest : Setting
-        What is known of the longest sequence, whose starts are tried.
     jitter : JitterTest
         What the residuals say of an effect drawn anew in every frame.
+    longest : Setting or None
+        What is known of the longest sequence, whose starts are tried; ``None``: starts are those of the candidates.
     """
 
     effects: tuple[EffectModel, ...]
@@ -70,8 +70,8 @@ class Linearised:
     density: float
     candidates: Candidates
     starts: Mapping[tuple[int, int | None], int]
-    longest: Setting
     jitter: JitterTest
+    longest: Setting | None = None
 
     @property
     def columns(self) -> tuple[Column, ...]:
@@ -89,6 +89,8 @@ class Linearised:
 
     def tried(self, effect: int) -> int:
         """Starts that were tried of an effect, or had been before the fit had it."""
+        if self.longest is None:
+            return len(self.candidates.starts[effect])
         return max(len(self.effects[effect].starts(self.longest)), 1)
 
     def start(self, effect: int, sequence: int | None) -> Array:
@@ -122,8 +124,8 @@ def linearised(campaign: Campaign, fit: CampaignFit, catalogue: Mapping[str, Eff
         campaign.kind.log_density(campaign, equations) + 0.5 * squares if known else 0.0,
         candidates,
         chosen,
-        max((each.setting for each in campaign.sequences), key=lambda each: len(each.times_s)),
         jitter_test([campaign.kind.time_shifts(campaign, i, each) for i, each in enumerate(equations)]),
+        max((each.setting for each in campaign.sequences), key=lambda each: len(each.times_s)),
     )
 
 

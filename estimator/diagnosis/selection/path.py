@@ -110,8 +110,12 @@ def moved(now: At, members: Set, catalogue: Catalogue, *, unknown: bool) -> At |
 
 
 def _next(now: At, tried: set[frozenset[str]]) -> Set | None:
-    """The most probable set with at most one effect that the fitted one lacks; any, where there is none."""
+    """The most probable set with at most one effect that the fitted one lacks; any, where there is none.
+
+    What is drawn anew in every frame comes after all else: whatever is missing looks like it from frame to frame.
+    """
     least = now.value + GAIN
     better = [s for s in now.posterior.sets if now.trial.log_posterior(s) > least and frozenset(now.named(s)) not in tried]
+    better.sort(key=lambda s: any(now.trial.evidence.of.effects[e].random for e in set(s) - set(now.members)))  # stable
     near = [s for s in better if len(set(s) - set(now.members)) <= 1]
     return next(iter(near or better), None)

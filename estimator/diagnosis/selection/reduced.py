@@ -55,8 +55,8 @@ def posterior(of: Quadratic, rows: Index, sigma: Array) -> Posterior:
 class Own:
     """Columns that sequences have for themselves, and the few others beside them, ready for elimination.
 
-    ``rows`` [sequence] (q,); ``few`` (k,) the columns that stay; ``blocks`` (s, q, q), ``cross`` (s, q, k) and ``pull`` (s, q) where
-    sequences are independent blocks, else ``None``.
+    ``rows`` [sequence] (q,), fewer where a sequence does not show all; ``few`` (k,) the columns that stay; ``blocks`` (s, q, q), ``cross``
+    (s, q, k) and ``pull`` (s, q) where sequences are independent blocks, else ``None``.
     """
 
     whole: Quadratic
@@ -65,6 +65,12 @@ class Own:
     blocks: Array | None
     cross: Array | None
     pull: Array | None
+
+    @property
+    def there(self) -> NDArray[np.bool_]:
+        """Which of the q columns each sequence has (s, q)."""
+        most = max(len(r) for r in self.rows)
+        return np.array([np.arange(most) < len(r) for r in self.rows])
 
     @classmethod
     def of(cls, whole: Quadratic, rows: tuple[Index, ...], few: Index) -> "Own":
@@ -93,7 +99,8 @@ class Own:
 
     def _at_once(self, sigma: Array) -> tuple[Quadratic, Array, Array, Array]:
         """The same where sequences hang together."""
-        rows, D = np.concatenate(self.rows), sigma.ravel()
+        there = self.there
+        rows, D = np.concatenate(self.rows), sigma[there]
         G, C, b = self.whole.information[np.ix_(rows, rows)], self.whole.information[np.ix_(rows, self.few)], self.whole.pull[rows]
         factor = cho_factor(np.eye(len(D)) + D[:, None] * G * D, lower=True)
         inverse = D[:, None] * cho_solve(factor, np.diag(D))
@@ -101,8 +108,9 @@ class Own:
         information = self.whole.information[np.ix_(self.few, self.few)] - C.T @ follow
         half = float(np.log(np.diag(factor[0])).sum())
         left = Quadratic(information, self.whole.pull[self.few] - C.T @ mean, self.whole.misfit - float(b @ mean), half)
-        shape = sigma.shape
-        return left, mean.reshape(shape), follow.reshape(*shape, -1), np.diag(inverse).reshape(shape)
+        means, follows, variances = np.zeros(sigma.shape), np.zeros((*sigma.shape, len(self.few))), np.zeros(sigma.shape)
+        means[there], follows[there], variances[there] = mean, follow, np.diag(inverse)
+        return left, means, follows, variances
 
 
 def independent(information: Array, rows: tuple[Index, ...]) -> bool:

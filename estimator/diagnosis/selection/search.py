@@ -39,7 +39,7 @@ class Posterior:
 
     def probability(self, effect: int) -> float:
         """Of an effect to be in the model."""
-        return float(sum(np.exp(p) for each, p in zip(self.sets, self.log_probability, strict=True) if effect in each))
+        return float(min(sum(np.exp(p) for each, p in zip(self.sets, self.log_probability, strict=True) if effect in each), 1.0))
 
 
 @dataclass(frozen=True)
