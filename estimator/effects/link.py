@@ -170,8 +170,8 @@ TAILS = 3.0
 """Degrees of freedom of Student's prior of values of which a few sequences' may stand out by far."""
 
 
-HOLLOW_AT_ALL, HOLLOW_THROUGHOUT = 0.01, 0.05
-"""Shares of outlines' convex hulls that are empty, from which on a body counts as one with hollows, and as one with hollows throughout."""
+HOLLOW_THROUGHOUT = 0.05
+"""Share of outlines' convex hulls that is empty, from which on a body counts as one with hollows throughout."""
 
 
 class EffectModel:
@@ -218,10 +218,6 @@ class EffectModel:
     """What is added in squares on bodies with hollows, whose corners a carved hull shows in part (``scripts/study_sizes_at_spikes.py``)."""
     contains: ClassVar[tuple[str, ...]] = ()
     """Keys of effects of fewer parameters that this one can be, too: where they explain as much, they are what is there."""
-    twins: ClassVar[tuple[str, ...]] = ()
-    """Keys of effects that differ from this one by less than what the reduced models of both are off by: nobody is to tell them apart."""
-    twins_at_spikes: ClassVar[tuple[str, ...]] = ()
-    """Further ones on bodies with hollows, whose corners a carved hull shows in part."""
     random: bool = False
     """Whether the effect is drawn anew in every frame: its one parameter is a standard deviation, known to the fit as variance."""
 
@@ -236,10 +232,6 @@ class EffectModel:
     def accuracy_on(self, hollow: float) -> float:
         """The accuracy on bodies of whose outlines' convex hulls the share ``hollow`` is empty."""
         return float(np.hypot(self.accuracy, self.accuracy_at_spikes * min(hollow / HOLLOW_THROUGHOUT, 1.0)))
-
-    def twins_on(self, hollow: float) -> tuple[str, ...]:
-        """The twins on bodies of whose outlines' convex hulls the share ``hollow`` is empty."""
-        return self.twins + (self.twins_at_spikes if hollow > HOLLOW_AT_ALL else ())
 
     def reported(self, theta: Array, variance: Array, hollow: float = 0.0) -> tuple[Array, Array]:
         """Values and standard deviations (q,) to report of fitted ones: counts as the whole number they are near, accuracy included."""

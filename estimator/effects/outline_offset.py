@@ -16,8 +16,6 @@ class OutlineOffset(EffectModel):
     entry = EFFECTS["outline_offset"]
     accuracy = 0.03
     accuracy_at_spikes = 0.15
-    twins = ("view_outline_offset",)
-    twins_at_spikes = ("rim_light_leak",)
 
     def shift(self, theta: Array, places: Places, setting: Setting) -> Array | None:
         """The constant."""

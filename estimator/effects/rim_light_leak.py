@@ -22,7 +22,6 @@ class RimLightLeak(EffectModel):
     entry = EFFECTS["rim_light_leak"]
     accuracy = 0.1
     accuracy_at_spikes = 0.4
-    twins_at_spikes = ("outline_offset", "view_outline_offset")
 
     def shift(self, theta: Array, places: Places, setting: Setting) -> Array | None:
         """The tabled recession, times the loss."""

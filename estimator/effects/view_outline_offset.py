@@ -14,8 +14,6 @@ class ViewOutlineOffset(EffectModel):
     """A constant offset of the calibrated views' outlines."""
 
     entry = EFFECTS["view_outline_offset"]
-    twins = ("outline_offset",)
-    twins_at_spikes = ("rim_light_leak",)
     accuracy = 0.1
 
     def shift(self, theta: Array, places: Places, setting: Setting) -> Array | None:

@@ -328,15 +328,6 @@ def _agreed(state: CampaignState, layout: Layout) -> CampaignState:
     return CampaignState(tuple(flights), tuple(thetas))
 
 
-def cost_like(campaign: Campaign, fit: CampaignFit, reference: CampaignFit) -> float:
-    """The fit's cost with the noise that its errors had in ``reference``, of another model: the two costs can then be compared.
-
-    A magnification changes the noise that calibrated views bring into a picture; each fit's own cost tells nothing of that.
-    """
-    residuals, like = ([each.errors for each in of.equations] for of in (fit, reference))
-    return _cost(campaign, (fit.layout, fit.model), fit.state, residuals, like)
-
-
 def _cost(
     campaign: Campaign, kind: tuple[Layout, Model], state: CampaignState, residuals: Sequence[Any], like: Sequence[Any] | None = None
 ) -> float:

@@ -197,21 +197,6 @@ def _likeliest(gain: Callable[[float], float], largest: float) -> float:
     return float(best.x) * largest
 
 
-def held_out_gain(shifts: Sequence[TimeShifts]) -> float:
-    """Twice the gain of the log-likelihood of each half of every sequence under the jitter that the other halves show.
-
-    Nobody predicts what is drawn anew in every frame; that it is drawn, and how widely, can be predicted [Gneiting and Raftery 2007 on
-    scores of predictions]. Of second differences, which a smooth misfit does not enter. Sequences are halved, not dealt: a fast one among
-    slow ones may be all that shows it.
-    """
-    halves = []
-    for each in calibrated(shifts):
-        middle, n = len(each.tau_s) // 2, len(each.tau_s)
-        halves.append([_differences(each.tau_s[rows], each.noise[rows]) for rows in (slice(0, middle), slice(middle, n))])
-    first, second = (tuple(np.concatenate([both[half][part] for both in halves]) for part in range(2)) for half in range(2))
-    return sum(_difference_gain(judged, _difference_jitter(learned)) for judged, learned in ((first, second), (second, first)))
-
-
 def _difference_jitter(differences: tuple[Array, ...]) -> float:
     """The likeliest variance (s²) of jitter."""
     square, _ = differences

@@ -11,9 +11,8 @@ def parser() -> argparse.ArgumentParser:
     """The verb's options."""
     verb = campaign_parser(
         "explain",
-        description="Find the effect that explains most, refit, drop what became superfluous, and go on until only noise is left.\n"
-        "A step is accepted only if the error on frames and sequences that were not fitted falls. Writes diagnosis.json, report.html,\n"
-        "campaign.json and an estimate per sequence under the last model.",
+        description="Find the most probable set of effects: evidence decides, and every effect stays on trial until the end. Writes\n"
+        "diagnosis.json, report.html, campaign.json and an estimate per sequence under the last model.",
         example="tumble explain out/dataset --out out/explain",
         effects="not for this verb: it begins with free flight and chooses effects itself",
     )

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from estimator.fitting.time_shifts import TimeShifts, held_out_gain, jitter_found_with, jitter_test, noise_ratio
+from estimator.fitting.time_shifts import TimeShifts, jitter_found_with, jitter_test, noise_ratio
 
 NOISE_S = 2e-6
 
@@ -116,18 +116,3 @@ def test_a_jitter_is_found_as_often_as_its_limit_says(spread: float, probability
 
 def test_shifts_that_say_nothing_have_no_limit() -> None:
     assert jitter_found_with([TimeShifts(np.zeros(2), np.full(2, 1e-150), np.zeros(2))], 1e-3, 0.95) == np.inf
-
-
-@pytest.mark.parametrize("parts", [1, 4])
-def test_held_out_frames_are_likelier_under_jitter_that_is_there(parts: int) -> None:
-    """Under a smooth misfit, too; of one sequence its halves judge one another. Where there is none, nothing is gained on average."""
-    assert held_out_gain([shifts(2e-6, seed) for seed in range(parts)]) > 10.0
-    gains = [held_out_gain([shifts(0.0, 10 * draw + seed) for seed in range(parts)]) for draw in range(20)]
-    assert np.mean(gains) < 0.5
-    assert held_out_gain([TimeShifts(np.zeros(2), np.full(2, 1e-150), np.zeros(2))] * parts) == 0.0
-
-
-def test_one_fast_sequence_among_slow_ones_is_enough() -> None:
-    """The slow ones' noise of time is fifty times the jitter: they say nothing for it and nothing against it."""
-    slow = [TimeShifts(50.0 * s.tau_s, s.h / 2500.0, s.noise * 2500.0) for s in (shifts(0.0, seed) for seed in range(1, 4))]
-    assert held_out_gain([shifts(2e-6, 0), *slow]) > 5.0
