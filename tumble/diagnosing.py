@@ -248,7 +248,7 @@ def climbed(question: Question, campaign: Prepared, told: Told, errors: Velocity
     return {
         **content,
         "noise_floor": noise_floor_entry(floor, campaign.names, (1.0, 0.0)),
-        "ladder": [rung_entry(rung, campaign.names, None if errors is None else errors(rung.fit, campaign)) for rung in rungs],
+        "ladder": [rung_entry(rung, campaign.names, None if errors is None else errors(rung.fit, campaign), last) for rung in rungs],
         "verdict": verdict_entry(_unless_too_short(at_first, Verdict("judged", sentence, remarks, ())), question.command("diagnose", ())),
     }
 

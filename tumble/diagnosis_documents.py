@@ -19,7 +19,7 @@ from estimator.diagnosis.separation_words import separation_sentence
 from estimator.diagnosis.tested_values import tested_values
 from estimator.diagnosis.verdict import Verdict
 from estimator.effects.link import EffectModel
-from estimator.fitting.campaign import Campaign, CampaignFit
+from estimator.fitting.campaign import Campaign, CampaignFit, SequenceEquations
 from estimator.fitting.campaign_covariance import CampaignCovariance
 from estimator.fitting.held_out import HeldOut
 
@@ -31,11 +31,18 @@ def keys_of(fit: CampaignFit) -> list[str]:
     return [e.entry.key for e in fit.model.effects if not e.instrument]
 
 
-def rms_px(fit: CampaignFit) -> float:
-    """RMS of the errors of all sequences: px, or the noise that was stated or estimated."""
-    squares = sum(float(np.sum((getattr(each.errors, "noise", 1.0) * each.errors.e) ** 2)) for each in fit.equations)
+def rms_px(fit: CampaignFit, like: CampaignFit | None = None) -> float:
+    """RMS of the errors of all sequences: px, or the noise of each sequence, as it is in the fit ``like`` where one is given."""
+    of = (like or fit).equations
+    scale = [_noise(own) / _noise(other) for own, other in zip(fit.equations, of, strict=True)]
+    squares = sum(float(np.sum((f * each.errors.e) ** 2)) for f, each in zip(scale, fit.equations, strict=True))
     count = sum(int(each.errors.seen.sum()) for each in fit.equations)
     return float(np.sqrt(squares / max(count, 1)))
+
+
+def _noise(equations: SequenceEquations) -> float:
+    """A sequence's noise over what was stated or estimated; pictures have theirs from the outlines."""
+    return float(getattr(equations.errors, "noise", 1.0))
 
 
 def value_entries(values: Sequence[EffectValue]) -> list[Entry]:
@@ -184,13 +191,13 @@ def held_out_entry(held: HeldOut, names: Sequence[str]) -> Entry:
     return {"rms_px": held.rms_px, "errors": held.errors, "per_sequence_px": per_sequence}
 
 
-def rung_entry(rung: Rung, names: Sequence[str], velocity: Entry | None) -> Entry:
-    """One rung of a ladder."""
+def rung_entry(rung: Rung, names: Sequence[str], velocity: Entry | None, last: CampaignFit) -> Entry:
+    """One rung of a ladder, in the noise of the ``last``."""
     return {
         "added": rung.added,
         "model": keys_of(rung.fit),
         "settled": rung.fit.settled,
-        "fitted_rms_px": rms_px(rung.fit),
+        "fitted_rms_px": rms_px(rung.fit, last),
         "held_out": held_out_entry(rung.held_out, names),
         "velocity": velocity,
     }
@@ -217,10 +224,11 @@ def explanation_ladder(explanation: Explanation, names: Sequence[str]) -> list[E
     steps, base = explanation.steps, explanation.begun.fit
     if not steps:
         return []
-    first: Entry = {"added": None, "model": [], "settled": base.settled, "fitted_rms_px": rms_px(base)}
+    first: Entry = {"added": None, "model": [], "settled": base.settled, "fitted_rms_px": rms_px(base, explanation.fit)}
     rungs = [{**first, "held_out": held_out_entry(steps[0].before, names), "velocity": None}]
     for step in steps:
-        rung: Entry = {"added": step.added, "model": keys_of(step.fit), "settled": step.fit.settled, "fitted_rms_px": rms_px(step.fit)}
+        fitted = rms_px(step.fit, explanation.fit)
+        rung: Entry = {"added": step.added, "model": keys_of(step.fit), "settled": step.fit.settled, "fitted_rms_px": fitted}
         rungs.append({**rung, "held_out": held_out_entry(step.after, names), "velocity": None})
     return rungs
 

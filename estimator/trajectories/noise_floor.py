@@ -28,7 +28,7 @@ class TrajectoryFloor(NoiseFloor):
     def sentence(self, p_missing: float, alpha: float) -> str:
         """The finding in plain words."""
         said = (
-            f"The residuals are {self.rms_px:.2f} times the noise that was stated or estimated; noise that changes from row to row makes "
+            f"The residuals are {self.rms_px:.2f} times the noise that each sequence shows; noise that changes from row to row makes "
             f"{self.floor_px:.2f} of that (reduced chi-square {self.reduced:.2f}, 95%: {self.interval[0]:.2f} to {self.interval[1]:.2f}; "
             "noise alone: 1 or less)."
         )
@@ -38,7 +38,7 @@ class TrajectoryFloor(NoiseFloor):
 def trajectory_floor(campaign: Campaign, fit: CampaignFit, rng: np.random.Generator) -> TrajectoryFloor:
     """Judge the residuals of a fit."""
     both = zip(campaign.sequences, fit.equations, strict=True)
-    sums = [_sums(each.errors.noise * each.errors.e, each.errors.seen, task.repeats) for task, each in both]
+    sums = [_sums(each.errors.e, each.errors.seen, task.repeats) for task, each in both]
     square, floor, _ = _ratios(sums, [np.arange(len(s.square)) for s in sums])
     drawn = np.array([_ratios(*resampled(sums, rng)) for _ in range(DRAWS)])
     return TrajectoryFloor(
@@ -51,7 +51,7 @@ def trajectory_floor(campaign: Campaign, fit: CampaignFit, rng: np.random.Genera
         allowed=1.0,
         per_sequence=np.array([float(np.divide(*_ratios([s], [np.arange(len(s.square))])[:2])) for s in sums]),
         lags=LAGS,
-        autocorrelation=_autocorrelation([each.errors.noise * each.errors.e for each in fit.equations]),
+        autocorrelation=_autocorrelation([each.errors.e for each in fit.equations]),
         autocorrelation_interval=interval_of(drawn[:, 2] / np.maximum(drawn[:, 0], 1e-12)),
         along_outline_rad=float("nan"),
         expected_along_rad=float("nan"),

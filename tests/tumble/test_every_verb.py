@@ -42,7 +42,7 @@ ELSEWHERE: Mapping[str, str] = {
     "challenge hidden": "tumble/challenge/test_whole.py",
 }
 """Verbs that a test of their own runs whole."""
-MISSED = {"doctor", "bench"}
+MISSED = {"doctor", "bench", "estimate"}
 """Verbs whose answer depends on the machine: 1 is an answer, too."""
 
 
@@ -71,7 +71,7 @@ def ready(verb: str, work: Path) -> None:
     for need in needs:
         ready(need, work)
     if not (work / verb / product).exists():
-        assert done(verb, work, words) == 0
+        assert done(verb, work, words) in ({0, 1} if verb in MISSED else {0})
 
 
 def test_every_verb_is_run_by_a_test() -> None:
