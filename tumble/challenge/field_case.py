@@ -134,6 +134,4 @@ def _read(path: Path) -> FieldCase:
     try:
         return case_from_dict(json.loads(path.read_text(encoding="utf-8")))
     except (ValueError, KeyError, TypeError) as error:
-        raise InputError(
-            f"{path}: expected a case written by `tumble challenge make --field` ({type(error).__name__}: {error})."
-        ) from None
+        raise InputError(f"{path}: expected a case written by `tumble challenge make --field` ({type(error).__name__}: {error}).") from None

@@ -52,7 +52,7 @@ def write_true_motion(flight: Flown, path: Path) -> None:
 
 
 def true_state(path: Path, time_s: float, *, tracked: bool) -> Array:
-    """v (m/s) and omega (rad/s), (6,), at a time by the recorder's clock; omega in the world frame or in the ``tracked`` one."""
+    """V (m/s) and omega (rad/s), (6,), at a time by the recorder's clock; omega in the world frame or in the ``tracked`` one."""
     rows = np.loadtxt(path, delimiter=",", skiprows=1)
     at = CubicSpline(rows[:, 0], rows[:, 1:])(time_s)
     return np.concatenate([at[:3], at[6:9] if tracked else at[3:6]])

@@ -29,7 +29,7 @@ RADIUS_M, MASS_KG = 0.02, 0.03
 
 @dataclass(frozen=True)
 class Flown:
-    """True motion of the centre of mass at ``nominal_s`` (what a perfect recorder's stamps would be), and the tracked point ``x`` (n, 3)."""
+    """True motion of the centre of mass at ``nominal_s`` (what a perfect recorder's stamps would be), and the tracked ``x`` (n, 3)."""
 
     nominal_s: Array
     motion: Motion
