@@ -38,6 +38,9 @@ def _names(scored: FieldScored) -> list[Figure]:
         share(LINE, "forces outside of the catalogue called unknown", outside["unknown"].astype(bool), least=90.0, needed=NEEDED // 10),
         share(LINE, "campaigns called unknown in which the catalogue has everything", inside["unknown"].astype(bool)),
     ]
+    for stated, words in ((True, "stated"), (False, "not stated")):
+        false = cases[cases["stated"].astype(bool) == stated]["false_names"] != ""
+        figures.append(share(LINE, f"campaigns with a false name where noise is {words}", false))
     for kind in sorted(cases["measured"].unique()):
         rows = hidden[hidden["measured"] == kind] if len(hidden) else hidden
         named = _of(rows, "named", bool)
@@ -132,7 +135,7 @@ def _inside(what: str, table: pd.DataFrame, column: str, hit: Callable[[Array], 
     values = table[column].to_numpy(dtype=np.float64) if len(table) else np.zeros(0)
     known = np.isfinite(values)
     cases = table["case"][known].reset_index(drop=True) if len(table) else pd.Series(dtype=str)
-    return share_of_rows(LINE, what, pd.Series(hit(values[known]), dtype=bool), cases, **bounds)
+    return share_of_rows(LINE, what, pd.Series(hit(values[known])), cases, **bounds)
 
 
 def _of(table: pd.DataFrame, column: str, kind: type) -> "pd.Series[Any]":
