@@ -22,6 +22,8 @@ from tumble.output_directory import Run, output_directory
 from tumble.read_paths import paths_given
 
 LEAST_ROWS = 8
+NOT_IN_THE_FIELD = ("singles", "controls", "pairs", "outside", "effects", "smallest", "largest", "particles", "plausible")
+"""Options of ``make`` that say what the older challenge hides."""
 
 
 def field_options(part: argparse.ArgumentParser) -> None:
@@ -33,7 +35,16 @@ def field_options(part: argparse.ArgumentParser) -> None:
 
 
 def make_field(arguments: argparse.Namespace, seed: int) -> int:
-    """Draw, fly and write field campaigns."""
+    """Draw, fly and write field campaigns.
+
+    Raises
+    ------
+    InputError
+        Where options of the older challenge are given, too.
+    """
+    given = [name for name in NOT_IN_THE_FIELD if getattr(arguments, name)]
+    if given or arguments.tier != "silhouette":
+        raise InputError(f"--field: expected none of the older challenge's options beside it, came --{', --'.join(given or ['tier'])}.")
     if arguments.most_rows < LEAST_ROWS:
         raise InputError(f"--most-rows {arguments.most_rows}: expected at least {LEAST_ROWS}, came fewer.")
     plan = FieldPlan(arguments.campaigns, (1, arguments.most_flights), (LEAST_ROWS, arguments.most_rows))

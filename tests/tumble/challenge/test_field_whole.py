@@ -86,3 +86,6 @@ def test_what_is_no_case_is_refused(root: Path, tmp_path: Path, capsys: pytest.C
     assert "expected" in error
     assert tumble("make", "--field", "--most-rows", "3", "--out", tmp_path / "made", "-q") == 2
     assert not (tmp_path / "made").exists()
+    assert tumble("make", "--field", "--singles", "3", "--out", tmp_path / "made", "-q") == 2
+    assert not (tmp_path / "made").exists()
+    assert "--singles" in capsys.readouterr().err
