@@ -1,13 +1,14 @@
 """Figures of the field challenge, each with its number of cases and its 95% interval, and the reliability curve."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from tumble.challenge.acceptance import INSIDE, RESAMPLES, Figure, figure_to_dict, of_rows, share, share_of_rows
+from tumble.challenge.acceptance import HELD, INSIDE, MISSED, RESAMPLES, Figure, figure_to_dict, of_rows, share, share_of_rows
 from tumble.challenge.field_scoring import FieldScored
 
 Array = NDArray[np.float64]
@@ -21,8 +22,10 @@ NEEDED = 300
 
 
 def field_figures(scored: FieldScored) -> list[Figure]:
-    """Every figure."""
-    return [*_names(scored), *_probabilities(scored.probabilities), *_parameters(scored.parameters), *_velocities(scored.velocities)]
+    """Every figure; with fewer campaigns than acceptance asks for, none is said to hold or to be missed."""
+    figures = [*_names(scored), *_probabilities(scored.probabilities), *_parameters(scored.parameters), *_velocities(scored.velocities)]
+    few = len(scored.cases) < NEEDED
+    return [replace(figure, needed=figure.n + 1) if few and figure.verdict in (HELD, MISSED) else figure for figure in figures]
 
 
 def _names(scored: FieldScored) -> list[Figure]:
@@ -31,11 +34,11 @@ def _names(scored: FieldScored) -> list[Figure]:
     told = {name: _of(hidden, name, bool) for name in ("named", "found")}
     names = _of(hidden, "case", str)
     figures = [
-        share_of_rows(LINE, "hidden effects named or in a group", told["named"], names, least=90.0, needed=NEEDED),
+        share_of_rows(LINE, "hidden effects named or in a group", told["named"], names, least=90.0),
         share_of_rows(LINE, "hidden effects in the last model themselves", told["found"], names),
-        share(LINE, "campaigns with a false name", cases["false_names"] != "", most=5.0, needed=NEEDED),
+        share(LINE, "campaigns with a false name", cases["false_names"] != "", most=5.0),
         share(LINE, "the same without those with a force outside of the catalogue", inside["false_names"] != ""),
-        share(LINE, "forces outside of the catalogue called unknown", outside["unknown"].astype(bool), least=90.0, needed=NEEDED // 10),
+        share(LINE, "forces outside of the catalogue called unknown", outside["unknown"].astype(bool), least=90.0),
         share(LINE, "campaigns called unknown in which the catalogue has everything", inside["unknown"].astype(bool)),
     ]
     for stated, words in ((True, "stated"), (False, "not stated")):
@@ -55,7 +58,7 @@ def _probabilities(stated: pd.DataFrame) -> list[Figure]:
     worth = stated[stated["probability"] >= WORTH_STATING]
     log_scores = np.asarray(stated["log_score"], dtype=np.float64)
     return [
-        _calibration("expected calibration error of stated probabilities", stated, most=5.0, needed=NEEDED),
+        _calibration("expected calibration error of stated probabilities", stated, most=5.0),
         _calibration(f"the same of those above {100 * WORTH_STATING:g}%", worth),
         of_rows(LINE, "mean logarithmic score", log_scores, stated["case"].tolist(), np.mean, unit="nats"),
         Figure(
@@ -124,7 +127,7 @@ def _velocities(table: pd.DataFrame) -> list[Figure]:
     for model, words in (("final", "after explain"), ("base", "before")):
         for of in ("v", "omega"):
             rows = table[(table["model"] == model) & (table["of"] == of)] if len(table) else table
-            bounds = {"least": LEAST_PARAMETERS, "most": MOST_PARAMETERS, "needed": NEEDED} if model == "final" else {}
+            bounds = {"least": LEAST_PARAMETERS, "most": MOST_PARAMETERS} if model == "final" else {}
             figures.append(
                 _inside(f"{of} of flights inside its 95% ellipsoid {words}", rows, "chi2", lambda chi2: chi2 <= INSIDE, **bounds)
             )

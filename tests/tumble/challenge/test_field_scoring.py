@@ -108,4 +108,5 @@ def test_figures_can_be_told_where_nothing_was_hidden_or_found() -> None:
     rows = [{"case": "f", "measured": case.measured, **case_row(case, answer_of())}]
     figures = {f.what: f for f in field_figures(FieldScored(pd.DataFrame(rows), *(pd.DataFrame() for _ in range(4))))}
     assert figures["campaigns with a false name"].value == 0.0
+    assert figures["campaigns with a false name"].verdict == "TOO FEW CASES"
     assert figures["hidden effects named or in a group"].verdict == "TOO FEW CASES"
