@@ -147,10 +147,11 @@ def worth_a_look(plan: Plan, seed: int) -> Case:
 
 def pairs_of(keys: Sequence[str]) -> list[tuple[str, ...]]:
     """All pairs but those that no data resolve: what the estimator refuses to fit together, and an acceleration with what it contains."""
-    return [pair for pair in combinations(keys, 2) if contradiction(pair) is None and not _nested(pair)]
+    return [pair for pair in combinations(keys, 2) if contradiction(pair) is None and not nested(pair)]
 
 
-def _nested(pair: tuple[str, ...]) -> bool:
+def nested(pair: tuple[str, ...]) -> bool:
+    """Whether an effect contains another one."""
     return any(other in MODELS[key].contains for key in pair for other in pair)
 
 
@@ -216,7 +217,7 @@ def draw_effect(plan: Plan, key: str, span: tuple[float, float], rng: np.random.
 def _amounts(plan: Plan, entry: EffectEntry, span: tuple[float, float], rng: np.random.Generator) -> tuple[Array, float]:
     """Sizes (sequences or 1, q) in a random direction, and their length over the limit along it."""
     rows = plan.shape.sequences if entry.scope is Scope.SEQUENCE else 1
-    directed = _direction(entry, rows, rng)
+    directed = direction(entry, rows, rng)
     limit = limit_along(plan.table, entry.key, directed)
     wanted = float(np.exp(rng.uniform(*np.log(span))))
     reach = float(np.min(_largest(entry, plausible=plan.plausible) / np.maximum(np.abs(directed), 1e-300))) / limit
@@ -237,13 +238,13 @@ def can_reach_limit(table: LimitTable, key: str) -> bool:
 def large_effect(key: str, share: float, rng: np.random.Generator) -> EffectRecipe:
     """An effect of all sequences of which the largest parameter is log-uniform from ``share`` of what nature is given on."""
     entry = EFFECTS[key]
-    directed = _direction(entry, 1, rng)[0]
+    directed = direction(entry, 1, rng)[0]
     reach = float(np.min(_largest(entry, plausible=False) / np.maximum(np.abs(directed), 1e-300)))
     values = directed * reach * _log_uniform((share, 1.0), rng)
     return EffectRecipe(key, dict(zip(entry.sizes, (float(v) for v in values), strict=True)))
 
 
-def _direction(entry: EffectEntry, rows: int, rng: np.random.Generator) -> Array:
+def direction(entry: EffectEntry, rows: int, rng: np.random.Generator) -> Array:
     """Isotropic in units of the plausible ranges; positive where only positive values make sense."""
     low = np.array([p.plausible[0] for p in entry.parameters if p.name in entry.sizes])
     direction = rng.normal(size=(rows, len(low)))

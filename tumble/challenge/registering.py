@@ -15,12 +15,15 @@ import datasets
 import estimator
 from datasets.atomic_files import written_whole
 from datasets.observation_files import read_observation
+from datasets.trajectory_files import read_trajectory, trajectories_in
 from estimator.configuration import configuration_from_dict
 from estimator.registration import Registered, register
+from estimator.trajectories.registering import register_trajectories
 from tumble.result_files import observations_in
 from tumble.versions import versions
 
 SUFFIX = ".registered.pickle"
+OBSERVATIONS = "observations"
 
 
 def registered_campaign(folder: Path, configuration: Mapping[str, Any], kept: Path | None = None) -> Registered:
@@ -41,6 +44,9 @@ def registered_campaign(folder: Path, configuration: Mapping[str, Any], kept: Pa
 
 
 def _registered(folder: Path, configuration: Mapping[str, Any]) -> Registered:
+    tracked = trajectories_in(folder / OBSERVATIONS)
+    if tracked:
+        return register_trajectories([read_trajectory(path, {}) for path in tracked])
     return register([read_observation(path) for path in observations_in(folder)], configuration_from_dict(dict(configuration)))
 
 
@@ -50,7 +56,9 @@ def _origin(folder: Path, configuration: Mapping[str, Any]) -> str:
     for package in (estimator, datasets):
         for path in sorted(Path(package.__path__[0]).rglob("*.py")):
             digest.update(path.read_bytes())
-    for path in sorted(each for observation in observations_in(folder) for each in observation.rglob("*") if each.is_file()):
+    tracked = trajectories_in(folder / OBSERVATIONS)
+    folders = (folder / OBSERVATIONS,) if tracked else observations_in(folder)
+    for path in sorted(each for observation in folders for each in observation.rglob("*") if each.is_file()):
         digest.update(str(path.relative_to(folder)).encode())
         digest.update(hashlib.sha256(path.read_bytes()).digest())
     return digest.hexdigest()

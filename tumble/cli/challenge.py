@@ -15,6 +15,7 @@ from datasets.json_documents import plain
 from tumble.challenge.acceptance import acceptance, line_of
 from tumble.challenge.cases import CAMPAIGNS, TRUTH, read_cases
 from tumble.challenge.drawing import RENDERED, Counts, Plan, Shape, Sizes, can_reach_limit, draw_cases
+from tumble.challenge.field_case import is_field
 from tumble.challenge.limit_making import development_controls, development_large, development_outside, measure, table_of
 from tumble.challenge.limits import TABLE, read_table, write_table
 from tumble.challenge.making import make_campaigns
@@ -23,6 +24,7 @@ from tumble.challenge.scoring import read_answer, score_cases
 from tumble.challenge.solving import answer_path, campaigns_in, solve_campaigns
 from tumble.challenge.summary import TABLES, of_challenge, pooled, read_tables, summary, table_path, write_tables
 from tumble.cli.exit_codes import ALL_MEASURED, INCOMPLETE
+from tumble.cli.field_challenge import field_options, make_field, score_field
 from tumble.cli.hidden import show_hidden
 from tumble.cli.options import add_configuration, add_jobs, add_output, positive, verb_parser
 from tumble.cli.outcomes import NOTHING_TO_GO_ON_WITH, exit_code, report_failures
@@ -80,6 +82,7 @@ def _shape(arguments: argparse.Namespace) -> Shape:
 
 
 def _make_options(part: argparse.ArgumentParser) -> None:
+    field_options(part)
     _shape_options(part)
     for field, count in asdict(Counts()).items():
         default = f"{count}; rendered: {getattr(RENDERED[0], field)}"
@@ -97,6 +100,8 @@ def _make_options(part: argparse.ArgumentParser) -> None:
 
 
 def _make(arguments: argparse.Namespace) -> int:
+    if arguments.field:
+        return make_field(arguments, _seed(arguments))
     table = read_table(arguments.limits)
     rendered = arguments.tier == "rendered"
     offered = tuple(key for key in table.effects if not rendered or can_reach_limit(table, key))
@@ -191,6 +196,8 @@ def _score_options(part: argparse.ArgumentParser) -> None:
 
 
 def _score(arguments: argparse.Namespace) -> int:
+    if is_field(arguments.challenge):
+        return score_field(arguments)
     configuration, table = load_configuration(arguments.config, arguments.settings), read_table(arguments.limits)
     _refuse_result(arguments)
     cases = read_cases(arguments.challenge)

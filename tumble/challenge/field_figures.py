@@ -1,0 +1,173 @@
+"""Figures of the field challenge, each with its number of cases and its 95% interval, and the reliability curve."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from tumble.challenge.acceptance import HELD, INSIDE, MISSED, RESAMPLES, Figure, figure_to_dict, of_rows, share, share_of_rows
+from tumble.challenge.field_scoring import FieldScored
+
+Array = NDArray[np.float64]
+LINE = "F"
+BINS = 10
+WORTH_STATING = 0.05
+"""Most effects of the catalogue are rightly given next to no probability: those above this are shown apart."""
+LEAST_PARAMETERS, MOST_PARAMETERS = 92.0, 98.0
+NEEDED = 300
+"""Campaigns that acceptance asks for."""
+
+
+def field_figures(scored: FieldScored) -> list[Figure]:
+    """Every figure; with fewer campaigns than acceptance asks for, none is said to hold or to be missed."""
+    figures = [*_names(scored), *_probabilities(scored.probabilities), *_parameters(scored.parameters), *_velocities(scored.velocities)]
+    few = len(scored.cases) < NEEDED
+    return [replace(figure, needed=figure.n + 1) if few and figure.verdict in (HELD, MISSED) else figure for figure in figures]
+
+
+def _names(scored: FieldScored) -> list[Figure]:
+    cases, hidden = scored.cases, scored.hidden
+    inside, outside = cases[cases["outside"] == ""], cases[cases["outside"] != ""]
+    told = {name: _of(hidden, name, bool) for name in ("named", "found")}
+    names = _of(hidden, "case", str)
+    figures = [
+        share_of_rows(LINE, "hidden effects named or in a group", told["named"], names, least=90.0),
+        share_of_rows(LINE, "hidden effects in the last model themselves", told["found"], names),
+        share(LINE, "campaigns with a false name", cases["false_names"] != "", most=5.0),
+        share(LINE, "the same without those with a force outside of the catalogue", inside["false_names"] != ""),
+        share(LINE, "forces outside of the catalogue called unknown", outside["unknown"].astype(bool), least=90.0),
+        share(LINE, "campaigns called unknown in which the catalogue has everything", inside["unknown"].astype(bool)),
+    ]
+    for stated, words in ((True, "stated"), (False, "not stated")):
+        false = cases[cases["stated"].astype(bool) == stated]["false_names"] != ""
+        figures.append(share(LINE, f"campaigns with a false name where noise is {words}", false))
+    for kind in sorted(cases["measured"].unique()):
+        rows = hidden[hidden["measured"] == kind] if len(hidden) else hidden
+        named = _of(rows, "named", bool)
+        figures.append(share_of_rows(LINE, f"{kind}: hidden effects named or in a group", named, _of(rows, "case", str)))
+        figures.append(share(LINE, f"{kind}: campaigns with a false name", cases[cases["measured"] == kind]["false_names"] != ""))
+    return figures
+
+
+def _probabilities(stated: pd.DataFrame) -> list[Figure]:
+    if stated.empty:
+        return []
+    worth = stated[stated["probability"] >= WORTH_STATING]
+    log_scores = np.asarray(stated["log_score"], dtype=np.float64)
+    return [
+        _calibration("expected calibration error of stated probabilities", stated, most=5.0),
+        _calibration(f"the same of those above {100 * WORTH_STATING:g}%", worth),
+        of_rows(LINE, "mean logarithmic score", log_scores, stated["case"].tolist(), np.mean, unit="nats"),
+        Figure(
+            LINE,
+            "the same, had every effect been given the share of those that are there",
+            _base_rate(stated),
+            np.nan,
+            np.nan,
+            len(stated),
+            unit="nats",
+        ),
+    ]
+
+
+def _base_rate(stated: pd.DataFrame) -> float:
+    """Mean logarithmic score of one probability for everything."""
+    p = float(stated["true"].astype(float).mean())
+    return float(sum(q * np.log(q) for q in (p, 1.0 - p) if q > 0.0))
+
+
+def reliability(stated: pd.DataFrame) -> pd.DataFrame:
+    """Stated probabilities in bins: how many, their mean, and the share that is true with its exact interval."""
+    rows = []
+    bins = np.minimum((stated["probability"].to_numpy() * BINS).astype(int), BINS - 1) if len(stated) else np.zeros(0, dtype=int)
+    for number in range(BINS):
+        there = stated[bins == number]
+        if len(there):
+            found = share(LINE, "", there["true"].astype(bool))
+            mean = 100.0 * float(there["probability"].mean())
+            rows.append({"bin": number, "n": len(there), "stated": mean, "true": found.value, "low": found.low, "high": found.high})
+    return pd.DataFrame(rows)
+
+
+def calibration_error(p: Array, true: NDArray[np.bool_]) -> float:
+    """Expected calibration error (%): distance of stated from true shares, averaged over bins by their counts [Naeini et al. 2015]."""
+    bins = np.minimum((p * BINS).astype(int), BINS - 1)
+    gaps = [abs(float((p[bins == b] - true[bins == b]).sum())) for b in range(BINS)]
+    return 100.0 * sum(gaps) / max(len(p), 1)
+
+
+def _calibration(what: str, stated: pd.DataFrame, **bounds: Any) -> Figure:
+    """The error with its bootstrap interval over campaigns."""
+    p, true = stated["probability"].to_numpy(dtype=np.float64), stated["true"].to_numpy(dtype=np.bool_)
+    _, number = np.unique(stated["case"].to_numpy(dtype=str), return_inverse=True)
+    rows = [np.flatnonzero(number == n) for n in range(int(number.max(initial=-1)) + 1)]
+    low = high = float("nan")
+    if len(rows) > 2:
+        rng = np.random.default_rng(0)
+        drawn = [np.concatenate([rows[i] for i in rng.integers(len(rows), size=len(rows))]) for _ in range(RESAMPLES)]
+        low, high = np.quantile([calibration_error(p[each], true[each]) for each in drawn], [0.025, 0.975]).tolist()
+    cases = len(rows)
+    return Figure(LINE, what, calibration_error(p, true) if len(p) else float("nan"), low, high, cases, **bounds)
+
+
+def _parameters(table: pd.DataFrame) -> list[Figure]:
+    hidden = table[table["hidden"]] if len(table) else table
+    pushes = table[~table["hidden"].astype(bool)] if len(table) else table
+    return [
+        _inside("parameters of hidden effects inside their 95% interval", hidden, "pull", lambda pull: np.abs(pull) <= 1.96),
+        _inside("accelerations of flights that are only pushed, inside theirs", pushes, "pull", lambda pull: np.abs(pull) <= 1.96),
+    ]
+
+
+def _velocities(table: pd.DataFrame) -> list[Figure]:
+    figures = []
+    for model, words in (("final", "after explain"), ("base", "before")):
+        for of in ("v", "omega"):
+            rows = table[(table["model"] == model) & (table["of"] == of)] if len(table) else table
+            bounds = {"least": LEAST_PARAMETERS, "most": MOST_PARAMETERS} if model == "final" else {}
+            figures.append(
+                _inside(f"{of} of flights inside its 95% ellipsoid {words}", rows, "chi2", lambda chi2: chi2 <= INSIDE, **bounds)
+            )
+    return figures
+
+
+def _inside(what: str, table: pd.DataFrame, column: str, hit: Callable[[Array], NDArray[np.bool_]], **bounds: Any) -> Figure:
+    values = table[column].to_numpy(dtype=np.float64) if len(table) else np.zeros(0)
+    known = np.isfinite(values)
+    cases = table["case"][known].reset_index(drop=True) if len(table) else pd.Series(dtype=str)
+    return share_of_rows(LINE, what, pd.Series(hit(values[known])), cases, **bounds)
+
+
+def _of(table: pd.DataFrame, column: str, kind: type) -> "pd.Series[Any]":
+    return table[column].astype(kind) if len(table) else pd.Series(dtype=kind)
+
+
+def field_summary(scored: FieldScored) -> dict[str, Any]:
+    """Everything that is told, as plain values."""
+    cases = scored.cases
+    return {
+        "campaigns": len(cases),
+        "measured": {str(k): int(v) for k, v in cases["measured"].value_counts().items()},
+        "figures": [figure_to_dict(figure) for figure in field_figures(scored)],
+        "reliability": reliability(scored.probabilities).to_dict("records"),
+        "effects": effects_table(scored).to_dict("records"),
+        "cpu_s": {"median": float(cases["cpu_s"].median()), "slowest": float(cases["cpu_s"].max())},
+    }
+
+
+def effects_table(scored: FieldScored) -> pd.DataFrame:
+    """Per effect: how often it was hidden, named, and named falsely."""
+    false = pd.Series([name for names in scored.cases["false_names"] for name in names.split("+") if name], dtype=str).value_counts()
+    hidden = scored.hidden.groupby("effect")["named"].agg(["size", "sum"]) if len(scored.hidden) else pd.DataFrame({"size": [], "sum": []})
+    keys = sorted({*hidden.index, *false.index})
+    return pd.DataFrame(
+        {
+            "effect": keys,
+            "hidden": [int(hidden["size"].get(key, 0)) for key in keys],
+            "named": [int(hidden["sum"].get(key, 0)) for key in keys],
+            "false": [int(false.get(key, 0)) for key in keys],
+        }
+    )

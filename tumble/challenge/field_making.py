@@ -1,0 +1,37 @@
+"""Makes the campaigns of a field challenge, one per item: what is hidden is drawn, flown, measured and written."""
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from tumble.challenge.cases import CASE_FILE, campaign_folder, case_folder
+from tumble.challenge.field_case import write_case
+from tumble.challenge.field_drawing import FieldPlan, draw_field_case, names_of
+from tumble.challenge.field_files import write_surroundings, write_trajectory, write_true_motion
+from tumble.challenge.field_flights import DENSE, flown, measured
+from tumble.engine import Item, Outcome, run
+from tumble.progress import progress
+
+
+def make_field_campaigns(plan: FieldPlan, seed: int, out: Path, *, jobs: int, quiet: bool) -> tuple[Outcome, ...]:
+    """Make every campaign that ``out`` lacks."""
+    items = []
+    for number, name in enumerate(names_of(plan)):
+        payload = {"plan": asdict(plan), "seed": seed, "number": number, "out": str(out)}
+        items.append(Item(name, payload, case_folder(out, name) / CASE_FILE))
+    with progress("make", len(items), quiet=quiet) as advance:
+        return run(make_field_item, items, jobs=jobs, advance=advance)
+
+
+def make_field_item(payload: dict[str, Any]) -> dict[str, Any]:
+    """Make one campaign; the file that says what is hidden is written last."""
+    out, plan = Path(payload["out"]), FieldPlan(**payload["plan"])
+    case = draw_field_case(plan, payload["seed"], payload["number"])
+    observations, truth = campaign_folder(out, case.name) / "observations", case_folder(out, case.name)
+    observations.mkdir(parents=True, exist_ok=True)
+    write_surroundings(case, observations)
+    for number, plan_of_flight in enumerate(case.flights):
+        write_trajectory(measured(case, number), observations)
+        write_true_motion(flown(case, number, DENSE), truth / f"{plan_of_flight.name}.csv")
+    write_case(case, truth / CASE_FILE)
+    return {"name": case.name}
