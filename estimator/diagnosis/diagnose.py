@@ -125,10 +125,10 @@ def diagnosis_at(at: At, *, ended: bool = False) -> Diagnosis:
 
 
 def _best(at: At) -> Set:
-    """The most probable set that holds the model; another one only where the odds are clear: an alias in its place is no news."""
-    holds = next(s for s in at.posterior.sets if set(s) >= set(at.members))
-    clear = at.trial.log_posterior(at.posterior.best) > at.trial.log_posterior(holds) + np.log(FACTOR)
-    return at.posterior.best if clear else holds
+    """The most probable set that holds the model; another one only where it fits clearly better: an alias in its place is no news."""
+    best, holds = at.posterior.best, next(s for s in at.posterior.sets if set(s) >= set(at.members))
+    gained = at.trial.evidence.fitted(best).log_likelihood - at.trial.evidence.fitted(holds).log_likelihood
+    return best if set(best) >= set(at.members) or gained > np.log(FACTOR) else holds
 
 
 def _less(members: Set, effect: int) -> Set:
