@@ -1,8 +1,9 @@
 """Small campaigns with forces that the estimator has no model of, at a clear size."""
 
+from dataclasses import replace
 from functools import cache
 
-from datasets.recipes.recipe import EffectRecipe, Recipe
+from datasets.recipes.recipe import EffectRecipe, Recipe, RigRecipe
 from estimator.configuration import Configuration
 from estimator.registration import Registered, register
 from synth.sequence import build_silhouette_sequence
@@ -17,7 +18,7 @@ HIDDEN = {**FORCES, "thermal_focus_drift": DRIFT}
 
 
 def unknown_recipe(key: str) -> Recipe:
-    return recipe(EffectRecipe(key, HIDDEN[key]), frames=FRAMES[key])
+    return replace(recipe(EffectRecipe(key, HIDDEN[key]), frames=FRAMES[key]), rig=RigRecipe(drops=4))
 
 
 @cache
