@@ -15,7 +15,7 @@ def separation_sentence(separation: Separation) -> str:
     """What would tell the pair apart, what would not, and by how much."""
     first, second = (key.replace("_", " ") for key in separation.pair)
     opening = f"{first.capitalize()} or {second} (expected difference of the criterion now {_number(separation.now)}, more than "
-    opening += f"{separation.margin:g} is needed): "
+    opening += f"{separation.margin:.2g} is needed): "
     recordings = [p for p in separation.prospects if p.drops]
     measurements = [p for p in separation.prospects if not p.drops and p.expected.separates]
     telling = [p for p in recordings if p.expected.separates]
