@@ -176,13 +176,18 @@ def _odd(r: Result) -> str:
     return ", ".join(f"number {i} with {falls[i]:.2f} m/s² ({r['rows'][i]} rows)" for i in odd) or "none is odd"
 
 
+def _outcome(step: Result) -> str:
+    """What became of a step, in results of this judge and of the one before."""
+    return f"probability {step['probability']:.3f}" if "probability" in step else "accepted" if step["accepted"] else "refused"
+
+
 def _steps(base: float, told: Result) -> list[str]:
     lines = ["| model | held-out RMS | |", "| --- | --- | --- |", f"| free flight | {base:.3f} σ | |"]
     for step in told["steps"]:
         others = [key.replace("_", " ") for key in step["group"] if key != step["added"]]
         alike = f"; cannot be told from {', '.join(others)}" if others else ""
         lines.append(
-            f"| + {step['added'].replace('_', ' ')} | {step['after']:.3f} σ | probability {step['probability']:.3f}{alike} |"
+            f"| + {step['added'].replace('_', ' ')} | {step['after']:.3f} σ | {_outcome(step)}{alike} |"
         )
     return lines
 

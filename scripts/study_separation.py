@@ -145,9 +145,9 @@ def diagnosed(registered: Registered) -> tuple[CampaignFit, Diagnosis]:
 
 
 def difference(diagnosis: Diagnosis, true: str, rival: str) -> float:
-    """Twice by how much the log odds of the effect that is true exceed those of the rival."""
-    odds = {f.key: f.log_odds for f in diagnosis.findings}
-    return 2.0 * (odds[true] - odds[rival])
+    """Chi-squared that the effect that is true explains beyond the rival, each alone."""
+    explained = {f.key: f.test.statistic for f in diagnosis.findings}
+    return explained[true] - explained[rival]
 
 
 def run_case(case: Case, seed: int, keys: Sequence[str]) -> dict[str, Any]:

@@ -115,7 +115,7 @@ def test_a_report_finds_the_observations_by_itself(
 def test_quickstart_runs_every_verb_and_can_be_repeated(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    recipe = 'sequences = 1\ntier = "silhouette"\n[motion]\nframes = 10\n[rig]\ndrops = 2\n'
+    recipe = 'sequences = 1\ntier = "silhouette"\n[motion]\nframes = 30\n[rig]\ndrops = 4\n'
 
     monkeypatch.setattr(quickstart, "recipe", lambda: recipe)
     assert main(["quickstart", "--out", str(tmp_path / "demo")]) == 0

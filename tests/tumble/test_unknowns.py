@@ -95,7 +95,7 @@ def test_what_is_left_is_told_beside_what_was_found() -> None:
     verdict = verdict_of_explanation(last, explanation("gravity", left=True))
     assert verdict.kind == "found"
     assert verdict.add == ("gravity",)
-    assert verdict.sentence == f"The campaign is explained with gravity. Something is left: {last.sentence}"
+    assert verdict.sentence == "The campaign is explained with gravity. Something is left that no effect of the catalogue explains."
     told = with_unknown(verdict, left()[2], lambda effects: f"tumble ladder data --effects {','.join(effects)}")
     assert "entre of mass" not in told.sentence
     assert "Once that plug-in is written: tumble ladder data --effects gravity,./my_law.py:MyLaw" in told.remarks

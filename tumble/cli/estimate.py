@@ -26,7 +26,7 @@ from tumble.read_paths import observations_read, paths_given
 from tumble.reasons import grouped
 from tumble.reports.velocities import rows
 from tumble.reports.words import adequate, misses_something, particles_of, rms_ete_px, unmeasured
-from tumble.result_files import SUFFIX, observations_in
+from tumble.result_files import estimate_path, observations_in
 
 
 def parser() -> argparse.ArgumentParser:
@@ -66,9 +66,8 @@ def run(arguments: argparse.Namespace) -> int:
     with output_directory(arguments.out, described, resume=arguments.resume, force=arguments.force) as out:
         outcomes = estimate_all(arguments.observations, configuration, out, jobs=arguments.jobs, quiet=arguments.quiet)
         report_failures(out, outcomes, verbose=arguments.verbose)
-    names = {outcome.name for outcome in outcomes}
-    estimates = [read_estimate(path) for path in sorted(arguments.out.glob(f"*{SUFFIX}"))]
-    return max(exit_code(outcomes), tell(arguments, [estimate for estimate in estimates if estimate.name in names]))
+    products = [estimate_path(arguments.out, outcome.name) for outcome in outcomes]
+    return max(exit_code(outcomes), tell(arguments, [read_estimate(path) for path in products if path.exists()]))
 
 
 def tell(arguments: argparse.Namespace, estimates: list[Estimate]) -> int:
