@@ -1,7 +1,7 @@
 """Empirical terms: wide families of smooth misfit, one for each stage, that say where an unknown effect sits and what shape it has.
 
-They are not effects of nature and never part of a verdict by themselves: a model that still misses something is tested against each
-family; the one that stands out most from noise names the stage. ``P_j`` are Legendre polynomials of the time within a sequence, or of
+They are not effects of nature. They compete with the effects of the catalogue for a place in the model, one at a time
+(:mod:`estimator.diagnosis.selection`); one that is in the most probable set names the stage. ``P_j`` are Legendre polynomials of the time within a sequence, or of
 image coordinates, scaled to [-1, 1].
 """
 
