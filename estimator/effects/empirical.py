@@ -1,8 +1,8 @@
 """Empirical terms: wide families of smooth misfit, one for each stage, that say where an unknown effect sits and what shape it has.
 
 They are not effects of nature. They compete with the effects of the catalogue for a place in the model, one at a time
-(:mod:`estimator.diagnosis.selection`); one that is in the most probable set names the stage. ``P_j`` are Legendre polynomials of the time within a sequence, or of
-image coordinates, scaled to [-1, 1].
+(:mod:`estimator.diagnosis.selection`); one that is in the most probable set names the stage. ``P_j`` are Legendre polynomials of the
+time within a sequence, or of image coordinates, scaled to [-1, 1].
 """
 
 from collections.abc import Sequence
