@@ -123,7 +123,7 @@ def test_what_does_not_converge_is_no_measurement(tmp_path: Path, capsys: pytest
     assert main(words) == exit_codes.INCOMPLETE
     said = capsys.readouterr().out
     assert "cut_stone-0000: not enough frames: " in said
-    assert said.splitlines()[-1] == f"next: {NOTHING_TO_GO_ON_WITH}"
+    assert said.splitlines()[-1] == NOTHING_TO_GO_ON_WITH
     assert main([*words, "--force", "-q"]) == exit_codes.INCOMPLETE
     assert "tumble: cut_stone-0000: not enough frames: " in capsys.readouterr().err
 
@@ -134,4 +134,4 @@ def test_where_no_item_is_there_nothing_comes_next(tmp_path: Path, capsys: pytes
     words = ["estimate", str(tmp_path), "--jobs", "1", "--out", str(tmp_path / "out")]
     for _ in range(2):  # nothing is left behind that would hinder the second
         assert main(words) == exit_codes.BAD_INPUT
-        assert capsys.readouterr().out.splitlines()[-1] == f"next: {NOTHING_TO_GO_ON_WITH}"
+        assert capsys.readouterr().out.splitlines()[-1] == NOTHING_TO_GO_ON_WITH

@@ -20,7 +20,7 @@ from tumble.campaigning import Known, Prepared
 from tumble.cli.console import console
 from tumble.cli.exit_codes import ALL_MEASURED, BAD_INPUT, INCOMPLETE
 from tumble.cli.options import add_configuration, add_jobs, add_known, add_output, verb_parser
-from tumble.cli.outcomes import NOTHING_TO_GO_ON_WITH, tell_left_out
+from tumble.cli.outcomes import tell_left_out, what_next
 from tumble.configuring import load_configuration
 from tumble.diagnosing import DIAGNOSIS_FILE, Question, prepared
 from tumble.numbers import compact
@@ -156,7 +156,7 @@ def say_diagnosis(document: Document) -> None:
     for remark in document["verdict"]["remarks"]:
         say(remark)
     too_short = document["verdict"]["kind"] == "says nothing"
-    say(f"next: {NOTHING_TO_GO_ON_WITH if too_short else document['verdict']['next']}")
+    say(what_next(None if too_short else document['verdict']['next']))
 
 
 def _table(first: str, *headings: str) -> Table:

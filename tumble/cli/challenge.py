@@ -27,7 +27,7 @@ from tumble.cli.exit_codes import ALL_MEASURED, INCOMPLETE
 from tumble.cli.field_challenge import field_options, make_field, score_field
 from tumble.cli.hidden import show_hidden
 from tumble.cli.options import add_configuration, add_jobs, add_output, positive, verb_parser
-from tumble.cli.outcomes import NOTHING_TO_GO_ON_WITH, exit_code, report_failures
+from tumble.cli.outcomes import exit_code, report_failures, what_next
 from tumble.commands import command
 from tumble.configuring import load_configuration
 from tumble.engine import failures
@@ -135,8 +135,8 @@ def _make(arguments: argparse.Namespace) -> int:
         if beyond:
             print(f"not always as large as their 95% limit, since nature has none so large: {beyond}")
         made = len(outcomes) - len(failures(outcomes))
-        then = command("challenge", "solve", arguments.out) if made else NOTHING_TO_GO_ON_WITH
-        print(f"{made} campaigns are in {arguments.out}\nnext: {then}")
+        then = command("challenge", "solve", arguments.out) if made else None
+        print(f"{made} campaigns are in {arguments.out}\n{what_next(then)}")
     return exit_code(outcomes)
 
 
@@ -175,8 +175,8 @@ def _solve(arguments: argparse.Namespace) -> int:
         report_failures(out, outcomes, verbose=arguments.verbose)
     if not arguments.quiet:
         made = len(outcomes) - len(failures(outcomes))
-        then = command("challenge", "score", arguments.challenge, arguments.out) if made else NOTHING_TO_GO_ON_WITH
-        print(f"{made} answers are in {arguments.out}\nnext: {then}")
+        then = command("challenge", "score", arguments.challenge, arguments.out) if made else None
+        print(f"{made} answers are in {arguments.out}\n{what_next(then)}")
     return exit_code(outcomes)
 
 

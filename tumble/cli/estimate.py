@@ -16,7 +16,7 @@ from tumble.cli.estimate_campaign import estimate_campaign
 from tumble.cli.estimate_impacts import estimate_with_impacts
 from tumble.cli.exit_codes import ALL_MEASURED, INCOMPLETE
 from tumble.cli.options import add_configuration, add_jobs, add_known, add_output, verb_parser
-from tumble.cli.outcomes import NOTHING_TO_GO_ON_WITH, exit_code, report_failures
+from tumble.cli.outcomes import exit_code, report_failures, what_next
 from tumble.commands import command
 from tumble.configuring import load_configuration
 from tumble.estimating import estimate_all
@@ -76,13 +76,13 @@ def tell(arguments: argparse.Namespace, estimates: list[Estimate]) -> int:
     if arguments.json:
         print(json.dumps([_brief(part) for estimate in estimates for part in particles_of(estimate)]))
     elif not arguments.quiet:
-        console().print(f"next: {_next(arguments, estimates)}", soft_wrap=True)
+        console().print(what_next(_next(arguments, estimates)), soft_wrap=True)
     return code
 
 
-def _next(arguments: argparse.Namespace, estimates: list[Estimate]) -> str:
+def _next(arguments: argparse.Namespace, estimates: list[Estimate]) -> str | None:
     if not any(part.status is Status.CONVERGED for estimate in estimates for part in particles_of(estimate)):
-        return NOTHING_TO_GO_ON_WITH
+        return None
     if any(misses_something(estimate) for estimate in estimates):
         return command("compare", arguments.observations)
     truth = arguments.observations / "truth"

@@ -10,7 +10,7 @@ from datasets.json_documents import plain, read_document
 from estimator.side_by_side import processes
 from tumble.cli.campaign_options import campaign_of, described_effects, question_of, read_by, values_table
 from tumble.cli.console import console
-from tumble.cli.outcomes import NOTHING_TO_GO_ON_WITH
+from tumble.cli.outcomes import what_next
 from tumble.diagnosing import CAMPAIGN_FILE, estimated
 from tumble.output_directory import Run, output_directory
 from tumble.result_files import SUFFIX
@@ -32,6 +32,6 @@ def estimate_campaign(arguments: argparse.Namespace, tell: Callable[[argparse.Na
         print(json.dumps(plain({key: document[key] for key in ("effects", "values", "settled", "rms_ete_px", "left_out")})))
     elif not arguments.quiet:
         console().print(values_table(document["values"]))
-        then = question.command("diagnose", ()) if any(e.status is Status.CONVERGED for e in estimates) else NOTHING_TO_GO_ON_WITH
-        console().print(f"next: {then}", soft_wrap=True)
+        then = question.command("diagnose", ()) if any(e.status is Status.CONVERGED for e in estimates) else None
+        console().print(what_next(then), soft_wrap=True)
     return max(code, int(bool(document["left_out"])))

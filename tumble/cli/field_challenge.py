@@ -15,7 +15,7 @@ from tumble.challenge.field_page import write_field_result
 from tumble.challenge.field_scoring import score_field_cases
 from tumble.cli.exit_codes import ALL_MEASURED, INCOMPLETE
 from tumble.cli.options import positive
-from tumble.cli.outcomes import NOTHING_TO_GO_ON_WITH, exit_code, report_failures
+from tumble.cli.outcomes import exit_code, report_failures, what_next
 from tumble.commands import command
 from tumble.engine import failures
 from tumble.output_directory import Run, output_directory
@@ -54,8 +54,8 @@ def make_field(arguments: argparse.Namespace, seed: int) -> int:
         report_failures(truth, outcomes, verbose=arguments.verbose)
     if not arguments.quiet:
         made = len(outcomes) - len(failures(outcomes))
-        then = command("challenge", "solve", arguments.out) if made else NOTHING_TO_GO_ON_WITH
-        print(f"{made} campaigns are in {arguments.out}\nnext: {then}")
+        then = command("challenge", "solve", arguments.out) if made else None
+        print(f"{made} campaigns are in {arguments.out}\n{what_next(then)}")
     return exit_code(outcomes)
 
 

@@ -42,5 +42,10 @@ def tell_left_out(left_out: Mapping[str, str]) -> None:
         print(f"tumble: {sentence}", file=sys.stderr)
 
 
-NOTHING_TO_GO_ON_WITH = "check what is named above, then run the same command again with --force"
-"""What comes next where nothing was measured: no other verb."""
+def what_next(command: str | None) -> str:
+    """The last line of a verb: the command to type next; where nothing was measured, a sentence, since no verb can go on from there."""
+    return NOTHING_TO_GO_ON_WITH if command is None else f"next: {command}"
+
+
+NOTHING_TO_GO_ON_WITH = "Nothing to go on with: check what is named above, then run the same command again with --force."
+"""What is said where nothing was measured."""

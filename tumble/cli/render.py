@@ -6,7 +6,7 @@ from pathlib import Path
 
 from datasets.recipes.toml_files import load_recipe, recipe_to_dict
 from tumble.cli.options import add_configuration, add_jobs, add_output, verb_parser
-from tumble.cli.outcomes import NOTHING_TO_GO_ON_WITH, exit_code, report_failures
+from tumble.cli.outcomes import exit_code, report_failures, what_next
 from tumble.commands import command
 from tumble.engine import Outcome, State
 from tumble.output_directory import Run, output_directory
@@ -50,5 +50,5 @@ def _say(outcomes: tuple[Outcome, ...], out: Path, arguments: argparse.Namespace
     if arguments.json:
         print(json.dumps({"dataset": str(out), "sequences": made, "failed": len(outcomes) - made}))
     elif not arguments.quiet:
-        then = command("estimate", out, "--out", out.parent / "estimates") if made else NOTHING_TO_GO_ON_WITH
-        print(f"{made} of {len(outcomes)} sequences are in {out}\nnext: {then}")
+        then = command("estimate", out, "--out", out.parent / "estimates") if made else None
+        print(f"{made} of {len(outcomes)} sequences are in {out}\n{what_next(then)}")
