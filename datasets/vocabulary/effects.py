@@ -330,10 +330,13 @@ _ENTRIES = (
         "position_distortion",
         Stage.TRACKING,
         Scope.CAMPAIGN,
-        (Parameter("k", "1", (-0.05, 0.05), 1e-4, "displacement over distance from the middle, at the distance R"),),
-        "measured x = x + k (|x - c| / R)^2 (x - c), c the middle of all positions of the campaign, R the root mean square of their "
-        "distances from it: what a volume calibrated with wrong lens distortion does to positions",
-        "Luhmann, Robson, Kyle and Boehm, Close-Range Photogrammetry and 3D Imaging (2014), ch. 3.3: radial distortion left by calibration",
+        (
+            Parameter("k", "1", (-0.05, 0.05), 1e-4, "displacement over distance from the middle, at the distance R"),
+            *(Parameter(f"p_{axis}", "1", (-0.05, 0.05), 1e-4, f"displacement over R at R, decentred along {axis}") for axis in "xyz"),
+        ),
+        "measured x = x + R (k |u|^2 u + |u|^2 p + 2 (p . u) u), u = (x - c) / R, c the middle of all positions of the campaign, R the "
+        "root mean square of their distances from it: what a volume calibrated with wrong lens distortion does to positions",
+        "Brown, Photogrammetric Engineering 37 (1971) 855, in space; Luhmann and others, Close-Range Photogrammetry and 3D Imaging (2014)",
     ),
     EffectEntry(
         "spin_error",

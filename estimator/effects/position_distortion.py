@@ -1,8 +1,9 @@
-"""Positions of a tracker that are wrong by more the further they are from its middle, ``x + k (|x - c| / R)² (x - c)``.
+"""Positions of a tracker that are wrong by more the further they are from its middle: radial and decentring distortion of the volume.
 
-Cameras whose radial distortion was calibrated not quite right leave such an error in the positions that are triangulated from them [Luhmann
-et al. 2014]. Curved by it, free flight looks as if a force of some metres per square second acted. Valid for displacements that are small
-against R, cameras about the volume; c and R are those of the positions themselves.
+``x + R (k |u|² u + |u|² p + 2 (p · u) u)``, ``u = (x - c) / R``: Brown's terms of a lens [Brown 1971], in space. Cameras whose distortion is
+not quite what was calibrated leave such an error in the positions that are triangulated from them [Luhmann et al. 2014]; bent by it, free
+flight looks as if a small force acted. Valid for displacements that are small against R, cameras about the volume; c and R are those of
+the positions themselves.
 """
 
 from datasets.vocabulary.effects import EFFECTS
@@ -10,11 +11,12 @@ from estimator.effects.link import Array, EffectModel, Setting
 
 
 class PositionDistortion(EffectModel):
-    """A radial distortion of the measured volume."""
+    """A distortion of the measured volume."""
 
     entry = EFFECTS["position_distortion"]
 
     def tracked(self, theta: Array, x: Array, setting: Setting) -> Array:
-        """``x + k (|x - c| / R)² (x - c)``."""
-        away = x - setting.middle_world
-        return x + theta[0] * ((away / setting.reach_m) ** 2).sum(axis=1, keepdims=True) * away
+        """Radial, then decentring."""
+        u = (x - setting.middle_world) / setting.reach_m
+        squares = (u**2).sum(axis=1, keepdims=True)
+        return x + setting.reach_m * (theta[0] * squares * u + squares * theta[1:] + 2.0 * (u @ theta[1:])[:, None] * u)

@@ -324,12 +324,15 @@ def gyroscope_scale(key: str) -> None:
 
 
 def position_distortion(key: str) -> None:
-    """Nothing in the middle, k R at the distance R, eight times as much at twice the distance, always along the radius."""
+    """Nothing in the middle; k R at the distance R, eight times that at twice it, radially; of p as much across it, thrice as much along."""
     setting = replace(SETTING, middle_world=np.array([1.0, 2.0, 3.0]), reach_m=0.5)
     along = np.array([2.0, -1.0, 2.0]) / 3.0
     x = setting.middle_world + np.array([[0.0], [0.5], [1.0]]) * along
-    seen = MODELS[key].tracked(np.array([0.02]), x, setting)
+    seen = MODELS[key].tracked(np.array([0.02, 0.0, 0.0, 0.0]), x, setting)
     np.testing.assert_allclose(seen - x, np.array([[0.0], [0.01], [0.08]]) * along, atol=1e-15)
+    across = setting.middle_world + 0.5 * np.eye(3)[:2]
+    seen = MODELS[key].tracked(np.array([0.0, 0.02, 0.0, 0.0]), across, setting)
+    np.testing.assert_allclose(seen - across, [[0.03, 0.0, 0.0], [0.01, 0.0, 0.0]], atol=1e-15)
 
 
 def spin_error(key: str) -> None:

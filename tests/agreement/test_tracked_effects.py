@@ -26,7 +26,7 @@ SIZES = {
     "quadratic_drag": {"per_length": 0.15},
     "saturating_lift": {"coefficient": 5e-3, "length": 0.04},
     "steady_wind": {"w_x": 0.6, "w_y": -0.5, "w_z": 0.3},
-    "position_distortion": {"k": 0.01},
+    "position_distortion": {"k": 0.01, "p_x": 0.004, "p_y": -0.006, "p_z": 0.003},
     "spin_error": {"e_x": 0.1, "e_y": -0.2, "e_z": 0.05},
     "gyroscope_bias": {"b_x": 0.05, "b_y": -0.03, "b_z": 0.02},
     "gyroscope_scale": {"s_x": 0.02, "s_y": -0.01, "s_z": 0.03},
