@@ -324,7 +324,7 @@ def gyroscope_scale(key: str) -> None:
 
 
 def position_distortion(key: str) -> None:
-    """Nothing in the middle; k R at the distance R, eight times that at twice it, radially; of p as much across it, thrice as much along."""
+    """Nothing in the middle; k R at the distance R, eight times that at twice it, radially; of p as much across, thrice as much along."""
     setting = replace(SETTING, middle_world=np.array([1.0, 2.0, 3.0]), reach_m=0.5)
     along = np.array([2.0, -1.0, 2.0]) / 3.0
     x = setting.middle_world + np.array([[0.0], [0.5], [1.0]]) * along
