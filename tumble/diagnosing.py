@@ -45,6 +45,7 @@ from tumble.diagnosis_documents import (
     value_entries,
     verdict_entry,
 )
+from tumble.group_words import told_of_groups
 from tumble.reports.words import rms_word
 from tumble.result_files import estimate_path
 from tumble.unknowns import law_command, unknown_entry, with_unknown
@@ -187,7 +188,9 @@ def _apart(campaign: Prepared, fit: CampaignFit, tests: Sequence[ScoreTest], gro
     return separations(campaign.registered, fit, tests, group)
 
 
-def _step_entries(explanation: Explanation, campaign: Prepared) -> tuple[list[Document], list[Separation]]:
+def _step_entries(
+    explanation: Explanation, campaign: Prepared, candidates: Mapping[str, EffectModel]
+) -> tuple[list[Document], list[Separation]]:
     """The steps, and what would separate the groups of the effects that were found."""
     entries: list[Document] = []
     told: list[Separation] = []
@@ -195,7 +198,7 @@ def _step_entries(explanation: Explanation, campaign: Prepared) -> tuple[list[Do
     tests = tests_beside(begun.campaign, begun.trial.evidence.of)
     for step in explanation.steps:
         apart = _apart(campaign.at(begun.campaign), begun.fit, tests, step.group)
-        entries.append(step_entry(step, campaign.names, apart))
+        entries.append(step_entry(step, campaign.names, candidates, apart))
         told += apart
     return entries, told
 
@@ -209,8 +212,8 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told) -> 
     last = diagnosis_at(explanation.last, ended=True)
     written = estimated(question, campaign, out, fit=explanation.fit)
     verdict = _settled(verdict_of_explanation(verdict_of(last), explanation), written["settled"], explanation)
-    steps, apart = _step_entries(explanation, campaign)
-    verdict = replace(verdict, remarks=(*told_of_steps(explanation), *scattered(explanation), *verdict.remarks))
+    steps, apart = _step_entries(explanation, campaign, question.candidates)
+    verdict = replace(verdict, remarks=(*told_of_groups(steps), *scattered(explanation), *verdict.remarks))
     verdict = advised(verdict, apart if explanation.found else [], question.command("explain", ()))
     rest = unknown_entry(registered.campaign, explanation.fit, explanation.left, names, told=told)
     content = _content("explain", question, campaign, (explanation.fit, explanation.covariance))
@@ -312,21 +315,6 @@ def _next(question: Question, verdict: Verdict) -> str:
 
 def _ladder_command(question: Question, found: list[str]) -> str:
     return question.command("ladder" if found else "estimate", found)
-
-
-def told_of_steps(explanation: Explanation) -> tuple[str, ...]:
-    """What these data cannot tell from the effects that were found, with the odds."""
-    told = []
-    for step in explanation.steps:
-        others = [f"{_plain(key)} ({_odds(odds)})" for key, odds in zip(step.group[1:], step.odds[1:], strict=True)]
-        if others:
-            told.append(f"These data cannot tell {_plain(step.added)} from {', '.join(others)}.")
-    return tuple(told)
-
-
-def _odds(log_odds: float) -> str:
-    """Odds of another name against the first."""
-    return f"{np.exp(min(log_odds, 0.0)):.2g} : 1" if log_odds > -np.log(20.0) else "as likely, less probable a priori"
 
 
 def scattered(explanation: Explanation) -> tuple[str, ...]:

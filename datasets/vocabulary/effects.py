@@ -20,6 +20,7 @@ class Stage(StrEnum):
     OPTICS = "optics"
     EXPOSURE = "exposure"
     SEGMENTATION = "segmentation"
+    TRACKING = "tracking"
     GYROSCOPE = "gyroscope"
 
 
@@ -326,6 +327,29 @@ _ENTRIES = (
         "Light leaks through facets near the rim of refracting particles; measured on rendered diamond",
     ),
     EffectEntry(
+        "position_distortion",
+        Stage.TRACKING,
+        Scope.CAMPAIGN,
+        (
+            Parameter("k", "1", (-0.05, 0.05), 1e-4, "displacement over distance from the middle, at the distance R"),
+            *(Parameter(f"p_{axis}", "1", (-0.05, 0.05), 1e-4, f"displacement over R at R, decentred along {axis}") for axis in "xyz"),
+        ),
+        "measured x = x + R (k |u|^2 u + |u|^2 p + 2 (p . u) u), u = (x - c) / R, c the middle of all positions of the campaign, R the "
+        "root mean square of their distances from it: what a volume calibrated with wrong lens distortion does to positions",
+        "Brown, Photogrammetric Engineering 37 (1971) 855, in space; Luhmann and others, Close-Range Photogrammetry and 3D Imaging (2014)",
+    ),
+    EffectEntry(
+        "spin_error",
+        Stage.TRACKING,
+        Scope.SEQUENCE,
+        tuple(
+            Parameter(f"e_{axis}", "1", (-1.0, 1.0), 1e-3, f"error of the measured spin along {axis}, over the size of the measured spin")
+            for axis in "xyz"
+        ),
+        "measured omega = omega + |omega measured| e, another e in every sequence: an axis or a sign that was read wrongly",
+        "Fuller, Measurement Error Models (1987), ch. 1: errors in the explanatory variable",
+    ),
+    EffectEntry(
         "gyroscope_bias",
         Stage.GYROSCOPE,
         Scope.CAMPAIGN,
@@ -346,8 +370,9 @@ _ENTRIES = (
 EFFECTS: dict[str, EffectEntry] = {entry.key: entry for entry in _ENTRIES}
 """The catalogue by key, in no order of importance."""
 
-TRACKED_ONLY = ("saturating_lift", "steady_wind", "gyroscope_bias", "gyroscope_scale")
-"""Effects on trial in trajectories alone: those of a gyroscope, and those that flights of centimetres before a camera do not show."""
+TRACKED_ONLY = ("saturating_lift", "steady_wind", "position_distortion", "spin_error", "gyroscope_bias", "gyroscope_scale")
+"""Effects on trial in trajectories alone: those of a tracker or a gyroscope, and those that flights of centimetres before a camera do not
+show."""
 PICTURED: dict[str, EffectEntry] = {key: entry for key, entry in EFFECTS.items() if key not in TRACKED_ONLY}
 """The catalogue of what pictures can show."""
 

@@ -24,7 +24,7 @@ from estimator.effects.link import BodyChange, EffectModel, Moment, Places, Sett
 from estimator.effects.model import overrides
 
 Array = NDArray[np.float64]
-LINKS = ("times", "delays", "body", "air", "acceleration", "torque", "scale", "reading", "correct", "shift")
+LINKS = ("times", "delays", "body", "air", "acceleration", "torque", "scale", "tracked", "spun", "reading", "correct", "shift")
 """What an effect may override to act."""
 STAGES: Mapping[str, tuple[Stage, ...]] = {
     "times": (Stage.CLOCK,),
@@ -33,6 +33,8 @@ STAGES: Mapping[str, tuple[Stage, ...]] = {
     "acceleration": (Stage.DYNAMICS,),
     "torque": (Stage.DYNAMICS,),
     "scale": (Stage.BODY,),
+    "tracked": (Stage.TRACKING,),
+    "spun": (Stage.TRACKING,),
     "correct": (Stage.OPTICS,),
     "shift": (Stage.OPTICS, Stage.EXPOSURE, Stage.SEGMENTATION),
 }
@@ -284,11 +286,22 @@ class _Watch:
             raise InputError(f"{self.word}: expected scale() above 0, came {value:g}{self._parameters(theta)}.")
         return value
 
+    def tracked(self, answer: Any, theta: Array, x: Array, setting: Setting) -> Array:
+        """As many positions as came."""
+        return self._rows("tracked", answer, theta, x)
+
+    def spun(self, answer: Any, theta: Array, omega: Array, setting: Setting) -> Array:
+        """As many spins as came."""
+        return self._rows("spun", answer, theta, omega)
+
     def reading(self, answer: Any, theta: Array, omega: Array) -> Array:
         """As many readings as angular velocities."""
-        array = self._shaped("reading", answer, omega.shape, (theta,))
+        return self._rows("reading", answer, theta, omega)
+
+    def _rows(self, link: str, answer: Any, theta: Array, came: Array) -> Array:
+        array = self._shaped(link, answer, came.shape, (theta,))
         if not np.isfinite(array).all():
-            raise self._refuse("reading", theta, "")
+            raise self._refuse(link, theta, "")
         return array
 
     def correct(self, answer: Any, theta: Array, points_px: Array, camera: Any, times_s: Array) -> Array:

@@ -18,6 +18,7 @@ from estimator.effects.magnus_lift import MagnusLift
 from estimator.effects.motion_blur_threshold import MotionBlurThreshold
 from estimator.effects.outline_offset import OutlineOffset
 from estimator.effects.pixel_aspect import PixelAspect
+from estimator.effects.position_distortion import PositionDistortion
 from estimator.effects.principal_point import PrincipalPoint
 from estimator.effects.quadratic_drag import QuadraticDrag
 from estimator.effects.radial_distortion import RadialDistortion
@@ -25,6 +26,7 @@ from estimator.effects.rim_light_leak import RimLightLeak
 from estimator.effects.rolling_shutter import RollingShutter
 from estimator.effects.saturating_lift import SaturatingLift
 from estimator.effects.spin_damping import SpinDamping
+from estimator.effects.spin_error import SpinError
 from estimator.effects.steady_wind import SteadyWind
 from estimator.effects.tangential_distortion import TangentialDistortion
 from estimator.effects.trigger_jitter import TriggerJitter
@@ -61,6 +63,8 @@ MODELS: dict[str, EffectModel] = {
         OutlineOffset(),
         Blooming(),
         RimLightLeak(),
+        PositionDistortion(),
+        SpinError(),
         GyroscopeBias(),
         GyroscopeScale(),
     )

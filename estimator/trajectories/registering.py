@@ -40,6 +40,7 @@ def register_trajectories(trajectories: Sequence[Trajectory], *, told: Callable[
         tasks.append(task)
         flights.append(first_flight(task, trajectory.surroundings.body))
         told(trajectory.name)
+    tasks = _in_one_volume(tasks)
     campaign = Campaign(tuple(tasks), particles_of(trajectories), (0,) * len(tasks), floor_px=0.0, body_noise_px=0.0, kind=TRAJECTORIES)
     state = CampaignState(tuple(flights), tuple(np.zeros(0) for _ in flights))
     stated = [_stated(t) for t in trajectories]
@@ -48,6 +49,21 @@ def register_trajectories(trajectories: Sequence[Trajectory], *, told: Callable[
             fit = base_fit(campaign, state)
             campaign, state = replace(campaign, sequences=_with_noise(campaign, fit, stated)), CampaignState(fit.state.flights, state.theta)
     return Registered(campaign, state, (), ())
+
+
+def _in_one_volume(tasks: Sequence[TrajectoryTask]) -> list[TrajectoryTask]:
+    """The sequences with the middle and the size of all their positions, and the size of each one's spins, in their settings."""
+    places = np.concatenate([np.zeros((0, 3)), *(task.x_world[task.seen("x").all(axis=1)] for task in tasks)])
+    middle = places.mean(axis=0) if len(places) else np.zeros(3)
+    reach = float(np.sqrt(np.mean(np.sum((places - middle) ** 2, axis=1)))) if len(places) > 1 else 0.0
+    settings = [replace(t.setting, middle_world=middle, reach_m=reach or 1.0, spin_rads=_spin_rads(t) or 1.0) for t in tasks]
+    return [replace(task, setting=setting) for task, setting in zip(tasks, settings, strict=True)]
+
+
+def _spin_rads(task: TrajectoryTask) -> float:
+    """Root mean square (rad/s) of a sequence's measured spins; 0 where there is none."""
+    rows = task.seen("omega").all(axis=1)
+    return float(np.sqrt(np.mean(np.sum(task.omega_world[rows] ** 2, axis=1)))) if task.omega_world is not None and rows.any() else 0.0
 
 
 def particles_of(trajectories: Sequence[Trajectory]) -> tuple[int, ...]:

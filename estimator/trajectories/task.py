@@ -11,6 +11,7 @@ tracked frame at the flight's reference time.
 """
 
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,9 +21,12 @@ from estimator.effects.model import Model, overrides
 from estimator.fitting.prediction import VARIED, Prediction, predict
 from estimator.motion.flight import COM, INERTIA, N_PARAMETERS, OFFSET, OMEGA, THETA, Flight, V, X
 from estimator.motion.rotation import rotation_vector
-from estimator.trajectories.gyroscope import Channel, gyroscope_channel
+from estimator.trajectories.gyroscope import STEP_RADS, gyroscope_channel
+from estimator.trajectories.reported import Channel, Instrument
 
 Array = NDArray[np.float64]
+STEP_SHARE = 1e-4
+"""Of the measured volume's size: steps for derivatives of what a tracker reports."""
 
 
 @dataclass(frozen=True)
@@ -110,15 +114,15 @@ def trajectory_errors(task: TrajectoryTask, flight: Flight, model: Model, theta:
     """Residuals and derivatives at a flight and effect parameters ``theta`` (q,)."""
     spins = task.omega_world is not None or task.gyro is not None
     prediction = predict(flight, model, theta, task.setting, task.times_s, varied=VARIED & ~task.still, spins=spins)
-    scale = model.scale(theta)
-    away = prediction.poses.centre[:, 0] / scale - task.x_world
-    parts = [Channel(away, prediction.velocity / scale, _scaled(prediction, model, theta, scale))]
+    parts = [_positions(task, prediction, model, theta)]
     if task.R_world_body is not None:
         turned = rotation_vector(prediction.poses.R[:, 0] @ np.swapaxes(task.R_world_body, 1, 2))
         parts.append(Channel(turned, prediction.omega, _inverse_left_jacobian(turned) @ prediction.sensitivity[:, 3:]))
     if task.omega_world is not None and prediction.spin_sensitivity is not None:
         change = np.gradient(prediction.omega, task.times_s, axis=0)
-        parts.append(Channel(prediction.omega - task.omega_world, change, prediction.spin_sensitivity))
+        spun = Instrument("spun", partial(model.spun, setting=task.setting), STEP_RADS)
+        read = spun.of((model, theta), prediction.omega, change, prediction.spin_sensitivity)
+        parts.append(replace(read, e=read.e - task.omega_world))
     if task.gyro is not None and prediction.spin_sensitivity is not None:
         parts.append(gyroscope_channel(task.gyro, flight, (model, theta), prediction, task.times_s))
     J = np.concatenate([part.J for part in parts], axis=1)
@@ -128,6 +132,16 @@ def trajectory_errors(task: TrajectoryTask, flight: Flight, model: Model, theta:
     weight = np.where(seen, 1.0 / task.sigma, 0.0)
     e, rate = (np.concatenate(each, axis=1) * weight for each in ([p.e for p in parts], [p.rate for p in parts]))
     return TrajectoryErrors(e, J * weight[..., None], seen, rate, task.sigma**2, prediction, task.noise)
+
+
+def _positions(task: TrajectoryTask, prediction: Prediction, model: Model, theta: Array) -> Channel:
+    """Residuals of positions: lengths may be wrong by a factor, and the tracker's volume distorted."""
+    scale = model.scale(theta)
+    tracker = Instrument("tracked", partial(model.tracked, setting=task.setting), STEP_SHARE * task.setting.reach_m)
+    seen = tracker.of(
+        (model, theta), prediction.poses.centre[:, 0] / scale, prediction.velocity / scale, _scaled(prediction, model, theta, scale)
+    )
+    return replace(seen, e=seen.e - task.x_world)
 
 
 def _scaled(prediction: Prediction, model: Model, theta: Array, scale: float) -> Array:

@@ -105,6 +105,20 @@ class Gyroscope:
 
 
 @dataclass(frozen=True)
+class Tracker:
+    """Positions (n, 3) m that a tracker reports of points at (n, 3) m, about the middle (3,) m of a volume of a size in m."""
+
+    seen: Callable[[Array, Array, float, Values], Array]
+
+
+@dataclass(frozen=True)
+class SpinReading:
+    """What is read (n, 3) rad/s of spins (n, 3), world frame; the size (rad/s) of what is read."""
+
+    read: Callable[[Array, float, Values], Array]
+
+
+@dataclass(frozen=True)
 class Lens:
     """The true camera from the stated one."""
 
@@ -166,4 +180,6 @@ Link = (
     | Segmentation
     | ViewSegmentation
     | Gyroscope
+    | Tracker
+    | SpinReading
 )

@@ -323,6 +323,25 @@ def gyroscope_scale(key: str) -> None:
     assert not read[1].any()
 
 
+def position_distortion(key: str) -> None:
+    """Nothing in the middle; k R at the distance R, eight times that at twice it, radially; of p as much across, thrice as much along."""
+    setting = replace(SETTING, middle_world=np.array([1.0, 2.0, 3.0]), reach_m=0.5)
+    along = np.array([2.0, -1.0, 2.0]) / 3.0
+    x = setting.middle_world + np.array([[0.0], [0.5], [1.0]]) * along
+    seen = MODELS[key].tracked(np.array([0.02, 0.0, 0.0, 0.0]), x, setting)
+    np.testing.assert_allclose(seen - x, np.array([[0.0], [0.01], [0.08]]) * along, atol=1e-15)
+    across = setting.middle_world + 0.5 * np.eye(3)[:2]
+    seen = MODELS[key].tracked(np.array([0.0, 0.02, 0.0, 0.0]), across, setting)
+    np.testing.assert_allclose(seen - across, [[0.03, 0.0, 0.0], [0.01, 0.0, 0.0]], atol=1e-15)
+
+
+def spin_error(key: str) -> None:
+    """In units of the measured spin; the sign read wrongly is minus two of its direction."""
+    omega = np.array([[3.0, 0.0, 4.0]])
+    read = MODELS[key].spun(-2.0 * omega[0] / 5.0, omega, replace(SETTING, spin_rads=5.0))
+    np.testing.assert_allclose(read, -omega)
+
+
 def blooming(key: str) -> None:
     """Alike on circles about the picture's middle, all of it there, none in its corners."""
     middle, angle = np.array([511.5, 383.5]), np.linspace(0, 6, 70).reshape(5, 7, 2)
@@ -356,7 +375,7 @@ LAWS: dict[str, Callable[[str], None]] = {
         *(frame_rate, dropped_frames, trigger_jitter, centre_of_mass, inertia_ratios, length_scale, linear_drag, quadratic_drag),
         *(magnus_lift, spin_damping, radial_distortion, tangential_distortion, principal_point, pixel_aspect, focal_length),
         *(camera_vibration, defocus_growth, motion_blur_threshold, rolling_shutter, outline_offset, view_outline_offset, blooming),
-        *(rim_light_leak, saturating_lift, steady_wind, gyroscope_bias, gyroscope_scale),
+        *(rim_light_leak, saturating_lift, steady_wind, position_distortion, spin_error, gyroscope_bias, gyroscope_scale),
     )
 } | {"gravity": constant_acceleration, "uniform_acceleration": constant_acceleration}
 

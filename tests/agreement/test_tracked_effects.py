@@ -12,6 +12,7 @@ from datasets.vocabulary.effects import EFFECTS, TRACKED_ONLY
 from estimator.effects.model import Model
 from estimator.effects.registry import MODELS
 from estimator.fitting.campaign import CampaignState, fit_campaign
+from estimator.registration import Registered
 from estimator.trajectories.registering import register_trajectories, task_of
 from estimator.trajectories.starting import first_flight
 from estimator.trajectories.task import trajectory_errors
@@ -25,23 +26,29 @@ SIZES = {
     "quadratic_drag": {"per_length": 0.15},
     "saturating_lift": {"coefficient": 5e-3, "length": 0.04},
     "steady_wind": {"w_x": 0.6, "w_y": -0.5, "w_z": 0.3},
+    "position_distortion": {"k": 0.01, "p_x": 0.004, "p_y": -0.006, "p_z": 0.003},
+    "spin_error": {"e_x": 0.1, "e_y": -0.2, "e_z": 0.05},
     "gyroscope_bias": {"b_x": 0.05, "b_y": -0.03, "b_z": 0.02},
     "gyroscope_scale": {"s_x": 0.02, "s_y": -0.01, "s_z": 0.03},
 }
 CASES = {
     "saturating_lift": ("quadratic_drag", "saturating_lift"),
     "steady_wind": ("quadratic_drag", "steady_wind"),
+    "position_distortion": ("position_distortion",),
+    "spin_error": ("spin_error",),
     "gyroscope_bias": ("gyroscope_bias",),
     "gyroscope_scale": ("gyroscope_scale",),
 }
 SIGMA_X, SIGMA_THETA, SIGMA_SPIN = 5e-5, 1e-3, 5e-3
+MIDDLE, REACH_M = np.array([0.0, 0.0, -0.1]), 0.6
+"""Of the volume that a tracker measures."""
 
 
 def of_nature(keys: tuple[str, ...], rng: np.random.Generator, name: str) -> Trajectory:
     """A ball's flight with effects, without noise: poses and readings, or positions and spin where a force is hidden."""
     force = EffectsInForce({key: SIZES[key] for key in keys})
     v, omega = rng.uniform(-6.0, 6.0, 3), rng.normal(0.0, 1.0, 3) * rng.uniform(2.0, 200.0)
-    if "gyroscope_bias" in keys or "gyroscope_scale" in keys:
+    if not force.push:
         omega = rng.normal(0.0, 8.0, 3)
 
     def rate(_: float, y: Array) -> Array:
@@ -50,7 +57,7 @@ def of_nature(keys: tuple[str, ...], rng: np.random.Generator, name: str) -> Tra
         return np.concatenate([y[3:], GRAVITY + (force.acceleration(state) if force.push else 0.0)])
 
     solved = solve_ivp(rate, (0.0, TIMES[-1]), np.concatenate([np.zeros(3), v]), method="DOP853", t_eval=TIMES, rtol=1e-11, atol=1e-12)
-    x, n = solved.y[:3].T, len(TIMES)
+    x, n = force.tracked(solved.y[:3].T, MIDDLE, REACH_M), len(TIMES)
     where = Surroundings(GRAVITY, Body(np.zeros(3), np.eye(3), np.ones(3)))
     spins, sigma_x, sigma_spin = np.tile(omega, (n, 1)), np.full((n, 3), SIGMA_X), np.full((n, 3), SIGMA_SPIN)
     if force.push:
@@ -59,7 +66,22 @@ def of_nature(keys: tuple[str, ...], rng: np.random.Generator, name: str) -> Tra
     half = 0.5 * size * TIMES[:, None]
     q = np.hstack([np.sin(half) * omega / size, np.cos(half)])
     sigma_theta = np.full((n, 3), SIGMA_THETA)
-    return Trajectory(name, TIMES, x, q, None, sigma_x, sigma_theta, None, where, force.gyroscope(spins), sigma_spin)
+    read = force.spin_read(spins, size_as_read(force, omega))
+    return Trajectory(name, TIMES, x, q, read, sigma_x, sigma_theta, sigma_spin, where, force.gyroscope(spins), sigma_spin)
+
+
+def size_as_read(force: EffectsInForce, omega: Array) -> float:
+    """The size (rad/s) of what is read, which errors are relative to."""
+    size = 0.0
+    for _ in range(60):
+        size = float(np.linalg.norm(force.spin_read(omega[None], size)))
+    return size
+
+
+def in_the_true_volume(registered: Registered) -> Registered:
+    """A campaign whose tracker is described about the true middle and reach, not about those of what was measured."""
+    tasks = [replace(t, setting=replace(t.setting, middle_world=MIDDLE, reach_m=REACH_M)) for t in registered.campaign.sequences]
+    return replace(registered, campaign=replace(registered.campaign, sequences=tuple(tasks)))
 
 
 def test_every_such_effect_is_held_to_nature() -> None:
@@ -70,7 +92,7 @@ def test_every_such_effect_is_held_to_nature() -> None:
 def test_what_nature_does_is_recovered(key: str) -> None:
     keys, rng = CASES[key], np.random.default_rng(5)
     trajectories = [of_nature(keys, rng, f"{key}_{number}") for number in range(4)]
-    registered = register_trajectories(trajectories)
+    registered = in_the_true_volume(register_trajectories(trajectories))
     model = Model(tuple(MODELS[k] for k in keys))
     begin = np.concatenate([MODELS[k].starts(registered.campaign.sequences[0].setting)[0] for k in keys])
     begin[[name.endswith(("coefficient", "per_length")) for name in model.names]] = 5e-3

@@ -11,9 +11,11 @@ from datasets.atomic_files import written_whole
 from datasets.json_documents import revived
 from estimator.diagnosis.tested_values import p_words
 from estimator.diagnosis.verdict import percent
+from tumble.group_words import count_words, odds_words, value_words
 from tumble.numbers import compact
 from tumble.reports.charts import autocorrelation_chart, ladder_chart, map_chart
 from tumble.reports.payload import flat
+from tumble.reports.sequence_charts import sequence_charts
 from tumble.reports.shape_charts import shape_chart
 from tumble.reports.words import rms_word, rung_name
 from tumble.versions import versions
@@ -36,7 +38,8 @@ def write_campaign_page(document: Mapping[str, Any], path: Path) -> None:
 def render(document: Mapping[str, Any]) -> str:
     """The page's text."""
     environment = Environment(loader=PackageLoader("tumble.reports"), autoescape=True, undefined=StrictUndefined, trim_blocks=True)
-    environment.filters.update(words=_words, value=_value, interval=_interval, p=_p, percent=percent)
+    environment.filters.update(words=_words, value=_value, interval=_interval, p=_p, percent=percent, odds=odds_words, count=count_words)
+    environment.globals["named_value"] = value_words
     found = {"not_applicable": {}, "begun": None, **revived(dict(document))}
     return environment.get_template("campaign.html.j2").render(
         title=TITLES[found["verb"]],
@@ -49,6 +52,7 @@ def render(document: Mapping[str, Any]) -> str:
         unknown=_unknown(found.get("unknown")),
         ladder=_ladder(found["ladder"], found["noise_floor"], found.get("unit", "px")),
         steps=found["steps"] or [],
+        own=_own(found),
         autocorrelation=Markup(autocorrelation_chart(found["noise_floor"])) if found["noise_floor"] else None,
         configuration=flat(found["configuration"]),
         libraries=flat(found["versions"]),
@@ -89,6 +93,11 @@ def _ladder(rungs: Sequence[Mapping[str, Any]] | None, floor: Mapping[str, Any] 
         "chart": Markup(ladder_chart(rungs, floor["floor_px"], unit)),
         "floor_px": floor["floor_px"],
     }
+
+
+def _own(found: Mapping[str, Any]) -> dict[str, Markup]:
+    """Pictures of the values that every sequence has for itself, by effect."""
+    return {effect: Markup(chart) for effect, chart in sequence_charts(found["values"] or [], found["sequences"]).items()}
 
 
 def _unknown(entry: Mapping[str, Any] | None) -> dict[str, Any] | None:

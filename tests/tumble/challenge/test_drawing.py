@@ -56,7 +56,7 @@ def test_a_few_cases_cover_every_stage_with_different_effects(seed: int) -> None
     counts, span = RENDERED
     plan = Plan(Shape(rendered=True), replace(counts, singles=8), span, TABLE_READ, REACHING)
     cases = [c for c in draw_cases(plan, seed) if c.kind == "single"]
-    assert {EFFECTS[c.keys[0]].stage for c in cases} == set(Stage) - {Stage.CONTACT, Stage.GYROSCOPE}
+    assert {EFFECTS[c.keys[0]].stage for c in cases} == set(Stage) - {Stage.CONTACT, Stage.TRACKING, Stage.GYROSCOPE}
     assert len({c.keys for c in cases}) == len(cases) == 8
     assert all(c.recipe.tier == "rendered" and c.least_ratio >= 1.0 for c in cases)
 

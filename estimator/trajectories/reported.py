@@ -1,0 +1,57 @@
+"""What an instrument reports of a quantity, with derivatives: the quantity's own, passed on, and those by the instrument's parameters."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.effects.model import Model, overrides
+from estimator.motion.flight import N_PARAMETERS
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Channel:
+    """One channel: residuals ``e`` (n, 3), their ``rate`` (n, 3) by the time, derivatives ``J`` (n, 3, 21 + q)."""
+
+    e: Array
+    rate: Array
+    J: Array
+
+
+@dataclass(frozen=True)
+class Instrument:
+    """An instrument that ``report``s (n, 3) of true values (n, 3) at parameters (q,); ``link`` is what effects change of it.
+
+    ``step``: for derivatives by the true values; reports are smooth in them, mostly linear.
+    """
+
+    link: str
+    report: Callable[[Array, Array], Array]
+    step: float
+
+    def changed(self, model: Model) -> bool:
+        """Whether an effect makes it report anything but the true values."""
+        return any(overrides(effect, self.link) for effect in model.effects)
+
+    def of(self, at: tuple[Model, Array], true: Array, rate: Array, J: Array) -> Channel:
+        """Reports of ``true`` values (n, 3) with their ``rate`` (n, 3) and derivatives ``J`` (n, 3, 21 + q), as a channel."""
+        model, theta = at
+        if not self.changed(model):
+            return Channel(true, rate, J)
+        slope = self._slope(theta, true)
+        J = slope @ J
+        for effect, part in zip(model.effects, model.slices, strict=True):
+            for column in range(part.start, part.stop) if overrides(effect, self.link) else ():
+                change = np.zeros(len(theta))
+                change[column] = model.steps[column]
+                width = 2.0 * model.steps[column]
+                J[:, :, N_PARAMETERS + column] += (self.report(theta + change, true) - self.report(theta - change, true)) / width
+        return Channel(self.report(theta, true), np.einsum("nij,nj->ni", slope, rate), J)
+
+    def _slope(self, theta: Array, true: Array) -> Array:
+        """Derivatives (n, 3, 3) of reports by the true values."""
+        steps = self.step * np.eye(3)
+        return np.stack([(self.report(theta, true + d) - self.report(theta, true - d)) / (2.0 * self.step) for d in steps], axis=-1)

@@ -1,0 +1,46 @@
+"""One number with several names, in words: what these data cannot tell apart, with its value under each name."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from tumble.numbers import compact
+
+AS_LIKELY = 20.0
+"""Odds beyond which a name stays in its group only since the data cannot tell it apart: what is plausible a priori speaks against it."""
+NUMBERS = {2: "two", 3: "three", 4: "four", 5: "five"}
+
+
+def told_of_groups(steps: Sequence[Mapping[str, Any]]) -> tuple[str, ...]:
+    """A sentence for every group of more than one name."""
+    return tuple(_told(step["names"]) for step in steps if len(step["names"]) > 1)
+
+
+def _told(names: Sequence[Mapping[str, Any]]) -> str:
+    first, *others = names
+    told = ", or ".join(f"{_words(name)} ({odds_words(name['log_odds'])})" for name in others)
+    return f"One number, {count_words(len(names))} names, which these data cannot tell apart: {_words(first)}, or {told}."
+
+
+def _words(name: Mapping[str, Any]) -> str:
+    values = [value_words(each, scatter=name["scatter"]) for each in name["values"]]
+    return " ".join([name["effect"].replace("_", " "), *([", ".join(values)] if values else [])])
+
+
+def value_words(value: Mapping[str, Any], *, scatter: bool) -> str:
+    """A value with its standard deviation, or the scatter of the values of the sequences."""
+    unit = "" if value["unit"] == "1" else f" {value['unit']}"
+    of = f" ({value['sequence']})" if value["sequence"] else ""
+    name = value["parameter"].replace("_", " ")
+    return f"{name} scatters by {value['value']:.2g}{unit}" if scatter else f"{name} = {compact(value['value'], value['sigma'])}{unit}{of}"
+
+
+def odds_words(log_odds: float) -> str:
+    """Odds of another name against the first."""
+    return f"{np.exp(min(log_odds, 0.0)):.2g} : 1" if log_odds > -np.log(AS_LIKELY) else "as likely, less probable a priori"
+
+
+def count_words(count: int) -> str:
+    """A small number in words."""
+    return NUMBERS.get(count, str(count))
