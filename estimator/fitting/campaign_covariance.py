@@ -41,8 +41,8 @@ def campaign_covariance(campaign: Campaign, fit: CampaignFit) -> CampaignCovaria
         rows[layout.local] = i * own + np.arange(own)
         rows[layout.shared] = n * own + layout.place[i]
         place.append(rows)
-    precision, _ = shared_prior(campaign, layout, fit.model, fit.state)
-    H = np.diag(np.concatenate([np.zeros(n * own), precision]))
+    H = np.zeros((size, size))
+    H[n * own :, n * own :] = shared_prior(campaign, layout, fit.model, fit.state).information
     M = H.copy()
     weighted, more = [], campaign.kind.noise_ratio(campaign, fit.equations)
     for each, rows in zip(fit.equations, place, strict=True):

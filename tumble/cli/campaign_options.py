@@ -31,6 +31,7 @@ from tumble.reasons import grouped
 from tumble.reports.campaign_page import write_campaign_page
 from tumble.reports.words import rms_word, rung_name, unmeasured
 from tumble.result_files import SUFFIX
+from tumble.stating import known, possible
 
 REPORT_FILE = "report.html"
 SHOWN = 8
@@ -63,8 +64,14 @@ def question_of(arguments: argparse.Namespace) -> Question:
         effects=chosen_effects(arguments.effects) if arguments.effects else (),
         words=arguments.effects,
         also=chosen_effects(also) if also else (),
-        known=Known({} if arguments.gravity is None else {"gravity_world": arguments.gravity}, arguments.mesh),
+        known=known_by(arguments),
     )
+
+
+def known_by(arguments: argparse.Namespace) -> Known:
+    """What the user says beside the recordings."""
+    stated = (*map(known, arguments.known), *map(possible, arguments.possible))
+    return Known({} if arguments.gravity is None else {"gravity_world": arguments.gravity}, arguments.mesh, stated)
 
 
 def run_on_campaign(verb: str, arguments: argparse.Namespace, work: Work, *, steps: int = 0) -> int:
