@@ -23,6 +23,7 @@ from tumble.cli.options import add_configuration, add_jobs, add_known, add_outpu
 from tumble.cli.outcomes import tell_left_out, what_next
 from tumble.configuring import load_configuration
 from tumble.diagnosing import DIAGNOSIS_FILE, Question, prepared
+from tumble.limiting import facts_told
 from tumble.numbers import compact
 from tumble.output_directory import Run, note_failures, output_directory
 from tumble.progress import progress
@@ -159,10 +160,14 @@ def say_diagnosis(document: Document) -> None:
             say(_floor_sentence(document))
     if document["diagnosis"] is not None and document.get("not_applicable"):
         say(f"not on trial, since such measurements cannot show them beside the model: {', '.join(document['not_applicable'])}.")
+    for sentence in facts_told(document.get("facts", ())):
+        say(sentence)
     say(document["verdict"]["sentence"])
     for remark in document["verdict"]["remarks"]:
         say(remark)
     too_short = document["verdict"]["kind"] == "says nothing"
+    if document.get("limits") and not too_short:
+        say(document["limits"]["sentence"])
     say(what_next(None if too_short else document['verdict']['next']))
 
 
