@@ -16,6 +16,9 @@ from tumble.limiting import facts_told
 from tumble.output_directory import Run, output_directory
 from tumble.result_files import SUFFIX
 
+SHOWN = ("effects", "values", "settled", "rms_ete_px", "left_out", "facts", "limits")
+"""Parts of ``campaign.json`` that ``--json`` prints."""
+
 
 def estimate_campaign(arguments: argparse.Namespace, tell: Callable[[argparse.Namespace, list[Estimate]], int]) -> int:
     """Fit and print; exit code 1 when a sequence was left out or has no measurement."""
@@ -30,7 +33,7 @@ def estimate_campaign(arguments: argparse.Namespace, tell: Callable[[argparse.Na
     estimates = [read_estimate(path) for path in sorted(arguments.out.glob(f"*{SUFFIX}"))]
     code = tell(arguments, estimates)
     if arguments.json:
-        print(json.dumps(plain({key: document[key] for key in ("effects", "values", "settled", "rms_ete_px", "left_out", "facts", "limits")})))
+        print(json.dumps(plain({key: document[key] for key in SHOWN if key in document})))
     elif not arguments.quiet:
         if document["values"]:
             console().print(values_table(document["values"]))
