@@ -46,6 +46,8 @@ def read_mesh(path: Path) -> HullMesh:
             mesh = trimesh.load(path, force="mesh")
     except Exception as error:  # trimesh raises whatever its readers raise
         raise InputError(f"{path}: expected a mesh (PLY, STL, OBJ), came a file that cannot be read: {error}.") from error
+    if isinstance(mesh, trimesh.Trimesh):
+        mesh.merge_vertices(merge_tex=True, merge_norm=True)  # a corner with several normals is one point
     if not isinstance(mesh, trimesh.Trimesh) or len(mesh.faces) == 0 or not np.isfinite(mesh.vertices).all() or not mesh.is_watertight:
         raise InputError(f"{path}: expected a closed mesh, came one with open edges, without faces or without finite vertices.")
     extent = float(np.ptp(mesh.vertices, axis=0).max())

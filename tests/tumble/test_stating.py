@@ -14,6 +14,7 @@ from estimator.trajectories.registering import register_trajectories
 from tests.estimator.made_trajectories import Hidden, Tracker, campaign
 from tumble.quantities import Quantity, quantity
 from tumble.stating import facts_of, known, possible
+from tumble.tracked_bodies import rest_heights
 
 
 @pytest.fixture(scope="module")
@@ -75,6 +76,15 @@ def test_a_mesh_says_how_high_a_body_rests(tosses: Campaign, tmp_path: Path) -> 
         assert found.value == pytest.approx(true / quantity(recorded).value - 1.0, rel=1e-5)
     with pytest.raises(InputError, match="or --mesh"):
         fact("rest_height=29.4mm±0.2mm", tosses)
+
+
+def test_a_mesh_with_normals_of_its_own_at_every_corner_is_closed(tmp_path: Path) -> None:
+    """As OBJ files of cubes have them: eight points, a normal for each face that meets there."""
+    box = trimesh.creation.box((0.2, 0.1, 0.06))
+    lines = [f"v {x} {y} {z}" for x, y, z in box.vertices] + [f"vn {x} {y} {z}" for x, y, z in box.face_normals]
+    lines += ["f " + " ".join(f"{v + 1}//{number}" for v in face) for number, face in enumerate(box.faces, start=1)]
+    (tmp_path / "box.obj").write_text("\n".join(lines))
+    assert np.allclose(np.unique(rest_heights(tmp_path / "box.obj").round(9)), [0.03, 0.05, 0.1])
 
 
 def test_clock_gravity_and_parameters(tosses: Campaign) -> None:
