@@ -96,7 +96,7 @@ def prepare(
     campaign = found.registered.campaign
     _refuse_what_does_not_apply(campaign, effects)
     candidates = {**catalogue(), **{effect.entry.key: effect for effect in effects}}
-    return found.at(replace(campaign, facts=facts_of(known.stated, campaign, candidates, known.mesh)))
+    return found.at(replace(campaign, facts=(*campaign.facts, *facts_of(known.stated, campaign, candidates, known.mesh))))
 
 
 def _unstated(effects: Sequence[EffectModel], known: Known) -> list[EffectModel]:

@@ -30,8 +30,7 @@ from estimator.diagnosis.verdict import Verdict, verdict_of
 from estimator.effects.choosing import catalogue, contradiction
 from estimator.effects.link import EffectModel
 from estimator.fitting.campaign import Campaign, CampaignFit
-from estimator.fitting.campaign_covariance import CampaignCovariance, campaign_covariance
-from estimator.fitting.considered import Considered, Possible, considered, stated_possible
+from estimator.fitting.considered import Uncertain, uncertain
 from estimator.fitting.impacts import impacts
 from tumble.campaigning import Known, Prepared, prepare
 from tumble.commands import command
@@ -104,30 +103,11 @@ def fitted(campaign: Prepared, effects: Sequence[EffectModel]) -> tuple[Prepared
     return campaign.at(followed), fit
 
 
-@dataclass(frozen=True)
-class Uncertain:
-    """A fit with its uncertainty: ``at`` of what it measures, ``of_values`` of its effects' values, given that their names are right."""
-
-    fit: CampaignFit
-    at: Considered
-    of_values: CampaignCovariance
-
-
-def uncertain(question: Question, campaign: Prepared, fit: CampaignFit, names: Sequence[Possible] = ()) -> Uncertain:
-    """A fit with what is stated of effects that it lacks considered, and other ``names`` of those that it has."""
-    of = campaign.registered.campaign
-    covariance, named = campaign_covariance(of, fit), [each.effect.entry.key for each in names]
-    stated = stated_possible(of.facts, fit.model, question.candidates)
-    by_facts = considered(of, fit, covariance, stated)
-    other = [each for each in stated if each.effect.entry.key not in named]
-    return Uncertain(fit, considered(of, fit, covariance, (*names, *other)) if names else by_facts, by_facts.fitted)
-
-
 def estimated(question: Question, campaign: Prepared, out: Path, *, of: Uncertain | None = None) -> Document:
     """Fit with the question's effects (or take ``of``), write an estimate per sequence and ``campaign.json``; its content."""
     if of is None:
         campaign, fit = fitted(campaign, question.effects)
-        of = uncertain(question, campaign, fit)
+        of = uncertain(campaign.registered.campaign, fit, question.candidates)
     fit, at = of.fit, of.at
     configuration = configuration_from_dict(question.configuration)
     for estimate in campaign_estimates(campaign.registered, campaign.observations, fit, at, configuration):
@@ -159,7 +139,7 @@ def compared(question: Question, campaign: Prepared, told: Told) -> Document:
     telling = [sentence_of(each) for each in shown(maps) if each.significant][:MOST_TOLD]
     none = ("No map shows where.",) if missing and not telling else ()
     verdict = _unless_too_short(found, Verdict("judged", floor.sentence(*at), (*telling, *none), ()))
-    content = _content("compare", question, campaign, uncertain(question, campaign, fit))
+    content = _content("compare", question, campaign, uncertain(campaign.registered.campaign, fit, question.candidates))
     return {
         **content,
         "noise_floor": noise_floor_entry(floor, campaign.names, at),
@@ -191,7 +171,7 @@ def diagnosed(question: Question, campaign: Prepared, out: Path, told: Told) -> 
     verdict = advised(verdict, apart, question.command("diagnose", ()))
     left = family_of(found) if verdict.kind == "unknown" else None
     rest = None if left is None else unknown_entry(campaign.registered.campaign, fit, left, campaign.names)
-    content = _content("diagnose", question, campaign, uncertain(question, campaign, fit))
+    content = _content("diagnose", question, campaign, uncertain(campaign.registered.campaign, fit, question.candidates))
     return {
         **content,
         "diagnosis": diagnosis_entry(found, campaign.names, apart),
@@ -237,7 +217,7 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told) -> 
     last = diagnosis_at(explanation.last, ended=True)
     groups = groups_of(explanation)
     more = possible_names(explanation.path[-1], groups, explanation.fit.model.keys)
-    of = uncertain(question, campaign, explanation.fit, more)
+    of = uncertain(registered.campaign, explanation.fit, question.candidates, more)
     written = estimated(question, campaign, out, of=of)
     verdict = _settled(verdict_of_explanation(verdict_of(last), explanation), written["settled"], explanation)
     steps, apart = _step_entries(explanation, campaign, question.candidates)
@@ -275,7 +255,7 @@ def climbed(question: Question, campaign: Prepared, told: Told, errors: Velocity
         f"{'falls' if final < first else 'does not fall'}: {first:.4f} {unit} to {final:.4f} {unit} ({final / first - 1.0:+.0%})."
     )
     remarks = tuple(_useless(rung.added, question) for before, rung in pairwise(rungs) if rung.added and not _lowers(before, rung))
-    content = _content("ladder", question, campaign, uncertain(question, campaign, last))
+    content = _content("ladder", question, campaign, uncertain(campaign.registered.campaign, last, question.candidates))
     floor = _floor(registered.campaign, last)
     return {
         **content,

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from estimator.effects.link import EffectModel
 from estimator.effects.model import Model
 from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState, layout_of, sequence_equations, shared_prior
-from estimator.fitting.campaign_covariance import CampaignCovariance, placed
+from estimator.fitting.campaign_covariance import CampaignCovariance, campaign_covariance, placed
 from estimator.fitting.facts import Fact
 from estimator.fitting.stable_inverse import stable_inverse
 from estimator.motion.flight import N_PARAMETERS
@@ -64,6 +64,24 @@ class Considered:
         place = [rows[: self.own] for rows in self.covariance.place]
         x = np.unique(np.concatenate(place)) if place else np.zeros(0, dtype=np.int64)
         return CampaignCovariance(self.covariance.covariance[np.ix_(x, x)], tuple(np.searchsorted(x, rows) for rows in place))
+
+
+@dataclass(frozen=True)
+class Uncertain:
+    """A fit with its uncertainty: ``at`` of what it measures, ``of_values`` of its effects' values, given that their names are right."""
+
+    fit: CampaignFit
+    at: Considered
+    of_values: CampaignCovariance
+
+
+def uncertain(campaign: Campaign, fit: CampaignFit, candidates: Mapping[str, EffectModel], names: Sequence[Possible] = ()) -> Uncertain:
+    """A fit with what is stated of effects that it lacks considered, and other ``names`` of those that it has."""
+    covariance, named = campaign_covariance(campaign, fit), [each.effect.entry.key for each in names]
+    stated = stated_possible(campaign.facts, fit.model, candidates)
+    by_facts = considered(campaign, fit, covariance, stated)
+    other = [each for each in stated if each.effect.entry.key not in named]
+    return Uncertain(fit, considered(campaign, fit, covariance, (*names, *other)) if names else by_facts, by_facts.fitted)
 
 
 def stated_possible(facts: Sequence[Fact], model: Model, candidates: Mapping[str, EffectModel]) -> tuple[Possible, ...]:

@@ -12,6 +12,7 @@ from datasets.trajectory import Trajectory
 from estimator.diagnosis.base import base_fit
 from estimator.effects.link import Setting
 from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState
+from estimator.fitting.facts import Fact
 from estimator.measurements.trajectories import TRAJECTORIES
 from estimator.motion.rigid_body import rotation_matrices
 from estimator.registration import Registered
@@ -42,6 +43,7 @@ def register_trajectories(trajectories: Sequence[Trajectory], *, told: Callable[
         told(trajectory.name)
     tasks = _in_one_volume(tasks)
     campaign = Campaign(tuple(tasks), particles_of(trajectories), (0,) * len(tasks), floor_px=0.0, body_noise_px=0.0, kind=TRAJECTORIES)
+    campaign = replace(campaign, facts=_stated_lengths(trajectories))
     state = CampaignState(tuple(flights), tuple(np.zeros(0) for _ in flights))
     stated = [_stated(t) for t in trajectories]
     if tasks:
@@ -49,6 +51,15 @@ def register_trajectories(trajectories: Sequence[Trajectory], *, told: Callable[
             fit = base_fit(campaign, state)
             campaign, state = replace(campaign, sequences=_with_noise(campaign, fit, stated)), CampaignState(fit.state.flights, state.theta)
     return Registered(campaign, state, (), ())
+
+
+def _stated_lengths(trajectories: Sequence[Trajectory]) -> tuple[Fact, ...]:
+    """How sure a calibration is of all lengths, where it says so."""
+    said = {t.surroundings.sigma_length_scale for t in trajectories}
+    if len(said) > 1:
+        known = ", ".join("nothing" if each is None else f"{each:g}" for each in sorted(said, key=lambda each: each or 0.0))
+        raise InputError(f"{trajectories[0].name}: expected one sigma_length_scale for all trajectories of a campaign, got {known}.")
+    return tuple(Fact(f"sigma_length_scale = {s:g}", (("length_scale", (1.0,)),), 0.0, s) for s in said if s is not None)
 
 
 def _in_one_volume(tasks: Sequence[TrajectoryTask]) -> list[TrajectoryTask]:

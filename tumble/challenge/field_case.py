@@ -24,6 +24,8 @@ CHANNELS: Mapping[str, tuple[str, ...]] = {
     "gyroscope": ("gyro",),
 }
 """What each kind of campaign measures."""
+CALIBRATION = 1e-3
+"""Standard deviation that a calibration states of its lengths, relative."""
 Effects = dict[str, dict[str, tuple[float, ...]]]
 """Values of every flight by effect and parameter."""
 Vector = tuple[float, ...]

@@ -16,7 +16,7 @@ from datasets.errors import InputError
 from datasets.vocabulary.effects import Scope
 from estimator.effects.choosing import contradiction
 from tumble.challenge.drawing import direction, nested
-from tumble.challenge.field_case import CHANNELS, MEASURED, Effects, FieldCase, FlightPlan, Measured, Noise
+from tumble.challenge.field_case import CALIBRATION, CHANNELS, MEASURED, Effects, FieldCase, FlightPlan, Measured, Noise
 from tumble.challenge.field_limits import Known, known, limit_along
 from tumble.challenge.field_outside import draw_outside
 
@@ -42,8 +42,6 @@ OVER_LIMIT = (1.0, 10.0)
 OUTSIDE_SHARE = 0.1
 PUSH, STRAY = 0.3, 0.1
 """Sizes of pushes and of the stray effect over their limits; no part of the mess passes ``PUSH``."""
-CALIBRATION = 1e-3
-"""Standard deviation that a calibration states of its lengths, relative."""
 ROUNDED_FROM_S = 4e-3
 STATED_SHARE = 0.2
 """Campaigns whose files state their noise."""
