@@ -172,6 +172,15 @@ def test_without_a_name_other_inertia_ratios_are_another_particle() -> None:
         particles_of(named)
 
 
+def test_a_stated_calibration_is_a_fact_of_all_trajectories() -> None:
+    made = campaign(2, Hidden(), SMALL, sequences=2)
+    stated = [replace(t, surroundings=replace(t.surroundings, sigma_length_scale=1e-3)) for t in made]
+    (fact,) = register_trajectories(stated).campaign.facts
+    assert (fact.effects, fact.value, fact.sigma) == (("length_scale",), 0.0, 1e-3)
+    with pytest.raises(InputError, match="expected one sigma_length_scale for all trajectories of a campaign, got nothing, 0.001"):
+        register_trajectories([made[0], stated[1]])
+
+
 def with_body(trajectory: Trajectory, **changes: Any) -> Trajectory:
     surroundings = trajectory.surroundings
     return replace(trajectory, surroundings=replace(surroundings, body=replace(surroundings.body, **changes)))
