@@ -177,7 +177,7 @@ def test_a_stated_calibration_is_a_fact_of_all_trajectories() -> None:
     stated = [replace(t, surroundings=replace(t.surroundings, sigma_length_scale=1e-3)) for t in made]
     (fact,) = register_trajectories(stated).campaign.facts
     assert (fact.effects, fact.value, fact.sigma) == (("length_scale",), 0.0, 1e-3)
-    with pytest.raises(InputError, match="expected one sigma_length_scale for all trajectories of a campaign, got nothing, 0.001"):
+    with pytest.raises(InputError, match=r"expected one sigma_length_scale for all trajectories of a campaign, got nothing, 0\.001"):
         register_trajectories([made[0], stated[1]])
 
 
