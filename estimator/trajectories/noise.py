@@ -2,10 +2,10 @@
 
 A polynomial in time is taken off the residuals of every sequence and channel first, so that what a model misses does not count as noise,
 and rows that are far off are set aside. What is left, ``P r``, has the covariance ``sigma² P K P``, where ``K`` is that of an
-autoregressive process of second order [Box, Jenkins, Reinsel and Ljung 2015, ch. 3]: rows may be alike over two or three, or fade slowly.
-Its partial autocorrelations are those whose expected products with the next row and the one after, over the squares, are the measured
-ones; ``sigma`` follows from the squares. Such noise weighs on slow effects as white noise of a variance ``repeats`` times as large would,
-which is what fits and tests are told.
+ARMA(1, 1) process, ``rho_k = rho_1 phi^(k-1)`` [Box, Jenkins, Reinsel and Ljung 2015, ch. 3]: rows may be alike over two or three, fade
+slowly, or do so beside noise that does not. Its ``rho_1`` and ``phi`` are those whose expected products with the next row and the one
+after, over the squares, are the measured ones; ``sigma`` follows from the squares. Such noise weighs on slow effects as white noise of a
+variance ``repeats`` times as large would, which is what fits and tests are told.
 
 Whatever is faster than those polynomials counts as noise, a shaking table as much as a bad tracker: only noise that is stated tells them
 apart. Where it is, the stated size stands, and only the likeness of rows is estimated: residuals that are larger than stated are not noise,
@@ -16,7 +16,7 @@ unless the rows say otherwise. The estimate is shared by all sequences of a camp
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -36,10 +36,10 @@ LONGEST = 500
 """Rows that are looked at together: longer sequences are cut."""
 LAGS = 3
 """Products are taken of a row with itself, the next and the one after."""
-FIRST, SECOND = np.linspace(0.0, 0.9, 46), np.linspace(-0.6, 0.6, 61)
-"""Partial autocorrelations that are tried."""
-USUAL = (0.5, 0.2)
-"""Standard deviations of the partial autocorrelations of trackers' rows, before the data."""
+FIRST, FADING = np.linspace(0.0, 0.9, 46), np.linspace(0.0, 0.9, 31)
+"""``rho_1`` and ``phi`` that are tried."""
+USUAL = (0.5, 0.5)
+"""Their standard deviations among trackers, before the data."""
 CLIP, ROUNDS = 4.0, 8
 """Residuals beyond so many standard deviations count as that far, as in the fit; found by going round."""
 WORST = 0.5
@@ -51,20 +51,19 @@ MEDIAN_OVER_SIGMA = 0.6745
 class ChannelNoise:
     """Noise of a channel.
 
-    ``sigma``: standard deviation, that of rows that are far off included as far as a fit believes them; ``partial``: autocorrelations of a
-    row with the next, and with the one after where the next is known; ``far``: variance that rows far off add, over that of the others.
+    ``sigma``: standard deviation, that of rows that are far off included as far as a fit believes them; ``first``: correlation of a row
+    with the next; ``fading``: of each further one, over the one before; ``far``: variance that rows far off add, over that of the others.
     """
 
     sigma: float
-    partial: tuple[float, float]
+    first: float
+    fading: float
     far: float = 0.0
 
     @property
     def repeats(self) -> float:
-        """Over how many rows the noise is alike: the variance of a long mean over that of independent rows."""
-        first, second = self.partial
-        alike = (1.0 + first) * (1.0 + second) / ((1.0 - first) * (1.0 - second))
-        return max(float((alike + self.far) / (1.0 + self.far)), 1.0)
+        """Over how many rows the noise is alike: the variance of a long mean over that of independent rows of the same ``sigma``."""
+        return float((1.0 + 2.0 * self.first / (1.0 - self.fading) + self.far) / (1.0 + self.far))
 
 
 def channel_noise(residuals: Sequence[Array], *, stated: bool = False) -> ChannelNoise | None:
@@ -83,11 +82,12 @@ def channel_noise(residuals: Sequence[Array], *, stated: bool = False) -> Channe
     dropped, rows = sum(int(np.sum(~each)) for each in kept), sum(map(len, kept))
     far = CLIP**2 * dropped / max(rows, 1)
     if not stated:
-        return ChannelNoise(float(np.sqrt(variance * (1.0 + far))), _partial(correlations), far)
+        return ChannelNoise(float(np.sqrt(variance * (1.0 + far))), *correlations, far)
     excess = max(variance - 1.0, 0.0)
-    partial = _partial((variance * correlations - excess) / (variance - excess))
-    repeats = ChannelNoise(1.0, partial).repeats
-    return ChannelNoise(1.0, partial, far) if far == 0.0 else ChannelNoise(1.0, ((repeats + far - 1.0) / (repeats + far + 1.0), 0.0))
+    alike = np.array([correlations[0], correlations[0] * correlations[1]]) * variance - excess
+    first, second = np.maximum(alike, 0.0)
+    noise = ChannelNoise(1.0, float(first), float(np.clip(second / max(first, 1e-12), 0.0, FADING[-1])))
+    return replace(noise, first=noise.first + 0.5 * far * (1.0 - noise.fading))
 
 
 def _near(parts: Sequence[Array]) -> list[Kept]:
@@ -156,35 +156,22 @@ def _expected_of(kept: bytes) -> Array:
 
 
 @lru_cache(maxsize=1)
-def _autocorrelations() -> Array:
-    """Of every pair of ``FIRST`` and ``SECOND`` (k, ``LONGEST``)."""
-    first, second = (each.ravel() for each in np.meshgrid(FIRST, SECOND, indexing="ij"))
-    rho = np.ones((len(first), LONGEST))
-    rho[:, 1] = first
-    for lag in range(2, LONGEST):
-        rho[:, lag] = first * (1.0 - second) * rho[:, lag - 1] + second * rho[:, lag - 2]
-    return rho
+def _tried() -> tuple[Array, Array, Array]:
+    """Every pair of ``FIRST`` and ``FADING`` that a process can have (k, 2), its autocorrelations (k, ``LONGEST``), and its surprise (k,).
+
+    That is minus twice the logarithm of what is usual.
+    """
+    pairs = np.array([(first, fading) for first in FIRST for fading in FADING if first <= 0.5 * (1.0 + fading)])
+    rho = np.column_stack([np.ones(len(pairs)), pairs[:, :1] * pairs[:, 1:] ** np.arange(LONGEST - 1)])
+    return pairs, rho, np.asarray(np.sum((pairs / USUAL) ** 2, axis=1))
 
 
-@lru_cache(maxsize=1)
-def _surprise() -> Array:
-    """Of every pair of ``FIRST`` and ``SECOND`` before the data (k,): minus twice the logarithm of their prior."""
-    first, second = (each.ravel() for each in np.meshgrid(FIRST, SECOND, indexing="ij"))
-    return np.asarray((first / USUAL[0]) ** 2 + (second / USUAL[1]) ** 2)
-
-
-def _matched(products: Array, expected: Array) -> tuple[float, Array]:
-    """Variance, and autocorrelations (``LAGS``,) whose expected products over squares are the measured ones."""
-    rho = _autocorrelations()
+def _matched(products: Array, expected: Array) -> tuple[float, tuple[float, float]]:
+    """Variance, and the pair whose expected products over squares are the measured ones."""
+    pairs, rho, surprise = _tried()
     each = rho @ expected.T
     ratios = each[:, 1:] / np.maximum(each[:, :1], 1e-12)
     misfit = np.sum((ratios - products[1:] / max(products[0], 1e-300)) ** 2, axis=1) * each[:, 0]
-    best = int(np.argmin(misfit + _surprise()))
-    return max(float(products[0]), 1e-300) / max(float(each[best, 0]), 1e-12), rho[best, :LAGS]
-
-
-def _partial(correlations: Array) -> tuple[float, float]:
-    """Partial autocorrelations of autocorrelations (3,), within those that are tried [Durbin 1960]."""
-    first = float(np.clip(correlations[1], FIRST[0], FIRST[-1]))
-    second = float(np.clip((correlations[2] - first**2) / (1.0 - first**2), SECOND[0], SECOND[-1]))
-    return first, second
+    best = int(np.argmin(misfit + surprise))
+    first, fading = pairs[best].tolist()
+    return max(float(products[0]), 1e-300) / max(float(each[best, 0]), 1e-12), (first, fading)

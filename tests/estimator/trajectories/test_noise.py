@@ -22,7 +22,7 @@ def test_size_and_likeness_are_found_below_a_smooth_misfit(rho: float) -> None:
     assert noise is not None
     # 80 sequences with 19 rows left each: sigma is known to about 2%, rho to 0.05.
     assert noise.sigma == pytest.approx(3e-4, rel=0.08)
-    assert noise.partial[0] == pytest.approx(rho, abs=0.12)
+    assert noise.first == pytest.approx(rho, abs=0.12)
     assert noise.repeats == pytest.approx((1 + rho) / (1 - rho), rel=0.25)
 
 
@@ -35,7 +35,7 @@ def test_rows_that_are_alike_over_a_few_weigh_as_so_many_times_the_variance(widt
     noise = channel_noise(residuals, stated=stated)
     assert noise is not None
     assert noise.sigma == pytest.approx(1.0, rel=0.1)
-    assert noise.repeats == pytest.approx(width, rel=0.4)
+    assert noise.repeats == pytest.approx(width, rel=0.1 if width == 2 else 0.5)  # no ARMA(1, 1) is a mean of three
 
 
 def test_what_is_larger_than_stated_is_not_taken_for_noise() -> None:
