@@ -96,7 +96,7 @@ class Own:
 
     def sums(self, each: Array) -> Array:
         """Sums (s,) over every sequence's own."""
-        return np.bincount(self.owner, each)
+        return np.asarray(np.bincount(self.owner, each), dtype=np.float64)
 
     def eliminated(self, variance: Array) -> tuple[Quadratic, Array, Array, Array]:
         """Integrated out under prior variances (s,) of the sequences' units.
