@@ -13,7 +13,8 @@ from estimator.fitting.campaign import CampaignState, fit_campaign
 from estimator.trajectories.registering import register_trajectories
 from tumble.challenge.field_case import CHANNELS, MEASURED, FieldCase, FlightPlan, Measured, Noise
 from tumble.challenge.field_files import true_state, write_surroundings, write_trajectory, write_true_motion
-from tumble.challenge.field_flights import DENSE, FAR_OFF, flown, measured
+from tumble.challenge.field_flights import DENSE, flown, measured
+from tumble.challenge.field_noise import FAR_OFF
 
 SIGMA = {"x": 5e-4, "theta": 3e-3, "omega": 0.5, "gyro": 0.02}
 EFFECTS: dict[Measured, dict[str, dict[str, float]]] = {
