@@ -98,7 +98,7 @@ def test_the_same_case_is_seen_the_same_and_stamps_are_rounded_where_frames_are_
     case = replace(case, flights=tuple(replace(flight, rate_hz=230.0) for flight in case.flights[:1]))
     (first,), (again,) = observed(case), observed(case)
     rounded = replace(case, noise=replace(case.noise, rounded=True))
-    np.testing.assert_array_equal(first.recordings[0][5].points_px, again.recordings[0][5].points_px)  # type: ignore[union-attr]
+    np.testing.assert_array_equal(first.recordings[0][5].points_px, again.recordings[0][5].points_px)  # type: ignore[index,union-attr]
     np.testing.assert_allclose(observed(rounded)[0].clock.times_s, np.round(first.clock.times_s, 3), atol=1e-12)
 
 
