@@ -40,7 +40,7 @@ def write_surroundings(case: FieldCase, folder: Path) -> None:
     if case.noise.stated:
         lines += [f"{named[channel]} = {sigma!r}" for channel, sigma in case.noise.sigma.items()]
     if "length_scale" in case.mess:
-        lines.append(f"sigma_length_scale = {CALIBRATION!r}")
+        lines.append(f"sigma_length_scale = {CALIBRATION['length_scale']!r}")
     with written_whole(folder / FOLDER_FILE) as temporary:
         temporary.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
