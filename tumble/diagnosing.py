@@ -21,7 +21,7 @@ from estimator.diagnosis.map_words import sentence_of
 from estimator.diagnosis.noise_floor import NoiseFloor, noise_floor
 from estimator.diagnosis.residual_maps import residual_maps, shown
 from estimator.diagnosis.score_tests import ScoreTest
-from estimator.diagnosis.selection.names import possible_names
+from estimator.diagnosis.selection.names import possible_beside
 from estimator.diagnosis.selection.testing import tests_beside
 from estimator.diagnosis.separation import Separation, separations
 from estimator.diagnosis.separation_words import advised
@@ -234,7 +234,7 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told) -> 
     registered = campaign.registered
     last = diagnosis_at(explanation.last, ended=True)
     groups = groups_of(explanation)
-    more = possible_names(explanation.path[-1], groups, explanation.fit.model.keys)
+    more = possible_beside(explanation.last, groups)
     of = uncertain(question, campaign, explanation.fit, more)
     written = estimated(question, campaign, out, of=of)
     verdict = _settled(verdict_of_explanation(verdict_of(last), explanation), written["settled"], explanation)
