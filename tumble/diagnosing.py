@@ -21,7 +21,7 @@ from estimator.diagnosis.map_words import sentence_of
 from estimator.diagnosis.noise_floor import NoiseFloor, noise_floor
 from estimator.diagnosis.residual_maps import residual_maps, shown
 from estimator.diagnosis.score_tests import ScoreTest
-from estimator.diagnosis.selection.names import possible_beside
+from estimator.diagnosis.selection.names import possible_names
 from estimator.diagnosis.selection.testing import tests_beside
 from estimator.diagnosis.separation import Separation, separations
 from estimator.diagnosis.separation_words import advised
@@ -48,7 +48,7 @@ from tumble.diagnosis_documents import (
     value_entries,
     verdict_entry,
 )
-from tumble.limiting import fact_entries, groups_of, limits_entry, name_entries, names_sentence
+from tumble.limiting import fact_entries, groups_of, limits_entry, name_entries, names_sentence, settling
 from tumble.reports.words import rms_word
 from tumble.result_files import estimate_path
 from tumble.unknowns import law_command, unknown_entry, with_unknown
@@ -188,6 +188,7 @@ def diagnosed(question: Question, campaign: Prepared, out: Path, told: Told) -> 
     told("evidence")
     verdict = verdict_of(found)
     apart = _apart(campaign, fit, [f.test for f in found.findings], found.group) if verdict.kind == "found" else ()
+    verdict = replace(verdict, remarks=(*verdict.remarks, *settling(found.group)))
     verdict = advised(verdict, apart, question.command("diagnose", ()))
     left = family_of(found) if verdict.kind == "unknown" else None
     rest = None if left is None else unknown_entry(campaign.registered.campaign, fit, left, campaign.names)
@@ -234,7 +235,7 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told) -> 
     registered = campaign.registered
     last = diagnosis_at(explanation.last, ended=True)
     groups = groups_of(explanation)
-    more = possible_beside(explanation.last, groups)
+    more = possible_names(explanation.path[-1], groups, explanation.fit.model.keys)
     of = uncertain(question, campaign, explanation.fit, more)
     written = estimated(question, campaign, out, of=of)
     verdict = _settled(verdict_of_explanation(verdict_of(last), explanation), written["settled"], explanation)

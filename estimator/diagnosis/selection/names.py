@@ -58,11 +58,11 @@ def _under(at: At, members: Set, effect: int, probability: float) -> UnderName:
     return UnderName(of.effects[effect].entry.key, probability, named, fitted.mean[here], fitted.sigma[here])
 
 
-def possible_beside(at: At, groups: Sequence[Sequence[UnderName]]) -> tuple[Possible, ...]:
-    """What may be true beside the fitted set: other names of its effects, and effects that are neither shown nor excluded."""
+def possible_names(at: At, groups: Sequence[Sequence[UnderName]], model: Sequence[str]) -> tuple[Possible, ...]:
+    """What may be true beside a ``model``: other names of what it has, and effects that are neither shown nor excluded."""
     found: dict[str, Possible] = {}
     for name in (*(name for group in groups for name in group[1:]), *_additions(at)):
-        if name.key not in found and name.key not in at.fit.model.keys and len(name.mean):
+        if name.key not in found and name.key not in model and len(name.mean):
             found[name.key] = _possible(at, name)
     return tuple(found.values())
 

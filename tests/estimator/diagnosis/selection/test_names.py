@@ -9,7 +9,7 @@ from estimator.campaign_reporting import campaign_estimates
 from estimator.configuration import Configuration
 from estimator.diagnosis.explain import Explanation, explain
 from estimator.diagnosis.selection.groups import group_of
-from estimator.diagnosis.selection.names import UnderName, possible_beside, under_names
+from estimator.diagnosis.selection.names import UnderName, possible_names, under_names
 from estimator.effects.choosing import catalogue
 from estimator.fitting.campaign_covariance import campaign_covariance
 from estimator.fitting.considered import considered
@@ -32,7 +32,7 @@ def inside(seed: int) -> np.ndarray:
     registered, covariance = replace(registered, campaign=found.campaign), campaign_covariance(found.campaign, found.fit)
     made = {trajectory.name: trajectory for trajectory in trajectories}
     held = []
-    for possible in ((), possible_beside(found.last, groups_of(found))):
+    for possible in ((), possible_names(found.path[-1], groups_of(found), found.fit.model.keys)):
         at = considered(found.campaign, found.fit, covariance, possible)
         middles = [each.middle for each in campaign_estimates(registered, made, found.fit, at, Configuration())]
         pulls = [(m.v_world - v) / np.sqrt(np.diag(m.covariance)[:3]) for m, v in zip(middles, truth, strict=True) if m is not None]
@@ -57,5 +57,5 @@ def test_the_number_has_the_same_size_under_each_name() -> None:
     assert value["length_scale"][0] == pytest.approx(size, abs=0.1 * abs(size) + 1e-3)
     assert value["frame_rate"][0] == pytest.approx(0.5 * value["length_scale"][0], rel=0.15)
     assert sum(name.probability for name in group) == pytest.approx(1.0)
-    (other, *_) = possible_beside(found.last, [group])
+    (other, *_) = possible_names(found.path[-1], [group], found.fit.model.keys)
     assert other.covariance[0, 0] == pytest.approx(group[1].probability * (group[1].mean[0] ** 2 + group[1].sigma[0] ** 2))
