@@ -47,7 +47,7 @@ from tumble.diagnosis_documents import (
     value_entries,
     verdict_entry,
 )
-from tumble.limiting import fact_entries, groups_of, limits_entry, name_entries, names_sentence
+from tumble.limiting import fact_entries, groups_of, limits_entry, name_entries, names_sentence, settling
 from tumble.reports.words import rms_word
 from tumble.result_files import estimate_path
 from tumble.unknowns import law_command, unknown_entry, with_unknown
@@ -168,6 +168,7 @@ def diagnosed(question: Question, campaign: Prepared, out: Path, told: Told) -> 
     told("evidence")
     verdict = verdict_of(found)
     apart = _apart(campaign, fit, [f.test for f in found.findings], found.group) if verdict.kind == "found" else ()
+    verdict = replace(verdict, remarks=(*verdict.remarks, *settling(found.group)))
     verdict = advised(verdict, apart, question.command("diagnose", ()))
     left = family_of(found) if verdict.kind == "unknown" else None
     rest = None if left is None else unknown_entry(campaign.registered.campaign, fit, left, campaign.names)

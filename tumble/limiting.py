@@ -130,8 +130,15 @@ def _name_entry(name: UnderName) -> Entry:
 def names_sentence(group: Sequence[UnderName]) -> str:
     """A number under each of its names, and what would settle which it is."""
     told = " or ".join(_under(name) for name in group)
-    ways = "; ".join(f"--known {SETTLED_BY.get(name.key, _parameter(name))}{_well_enough(name, group)}" for name in group if len(name.mean))
-    return f"One number, {len(group)} names: {told}. State one of them, and it is settled: {ways}." if ways else f"{told}."
+    ways = [f"{SETTLED_BY[name.key]}, to ±{_well_enough(name, group)} or better" for name in group if name.key in SETTLED_BY]
+    settled = f" State one of them with --known, and it is settled: {'; '.join(ways)}." if ways else ""
+    return f"One number, {len(group)} names: {told}.{settled}"
+
+
+def settling(group: Sequence[str]) -> tuple[str, ...]:
+    """What a user can state so that a group of effects is settled, in a sentence; none where there is nothing that he could."""
+    ways = [SETTLED_BY[key] for key in group if key in SETTLED_BY]
+    return (f"State one of them with --known, and it is settled: {'; '.join(ways)}.",) if len(group) > 1 and ways else ()
 
 
 def _under(name: UnderName) -> str:
@@ -142,16 +149,12 @@ def _under(name: UnderName) -> str:
     return " ".join([_plain(name.key).lower(), *([values] if values else []), f"({name.probability:.0%})"])
 
 
-def _parameter(name: UnderName) -> str:
-    return f"'{name.key}.{name.parameters[0].name}=VALUE±SIGMA'"
-
-
 def _well_enough(name: UnderName, group: Sequence[UnderName]) -> str:
     """How well it has to be known: so that none of it, or all, loses a likelihood of ``FACTOR`` beyond what the names have now."""
     lead = max(other.probability for other in group) / max(min(other.probability for other in group), 1e-12)
     sigma = float(np.linalg.norm(name.mean)) / np.sqrt(2.0 * np.log(FACTOR * max(lead, 1.0)))
     unit = name.parameters[0].unit
-    return f", to ±{sigma:.2%} or better" if unit == "1" else f", to ±{sigma:.2g} {unit} or better"
+    return f"{sigma:.2%}" if unit == "1" else f"{sigma:.2g} {unit}"
 
 
 def _plain(key: str) -> str:

@@ -4,7 +4,8 @@ A group of an effect that was found and of what may stand in its place has a val
 settles the group, the model with the first name may be wrong: with the probability ``w`` of another name, its share of the group's, the
 other effect has the value that it has in the set with it in the first one's place. About none, where the fit has it, its variance is
 ``w (mean² + sigma²)``, and what the fit makes of that is for consider covariance to say (:mod:`estimator.fitting.considered`). That is the
-variance over the models of the group [Hoeting et al. 1999, Bayesian model averaging], in their linear neighbourhood.
+variance over the models of the group [Hoeting et al. 1999, Bayesian model averaging], in their linear neighbourhood. So it is for an effect
+that the data neither show nor exclude, beside all that was found.
 """
 
 from collections.abc import Sequence
@@ -12,9 +13,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import expit
 
 from datasets.vocabulary.effects import Parameter, Scope
-from estimator.diagnosis.selection.groups import Name
+from estimator.diagnosis.selection.groups import FACTOR, Name
 from estimator.diagnosis.selection.path import At
 from estimator.diagnosis.selection.search import Set
 from estimator.fitting.considered import Possible
@@ -57,15 +59,29 @@ def _under(at: At, members: Set, effect: int, probability: float) -> UnderName:
 
 
 def possible_names(at: At, groups: Sequence[Sequence[UnderName]], model: Sequence[str]) -> tuple[Possible, ...]:
-    """The other names of all groups as possible effects beside a ``model`` that has the first ones."""
-    effects = {e.entry.key: e for e in at.trial.evidence.of.effects}
+    """What may be true beside a ``model``: other names of what it has, and effects that are neither shown nor excluded."""
     found: dict[str, Possible] = {}
-    for name in (name for group in groups for name in group[1:]):
-        effect = effects[name.key]
-        if name.key in model or name.key in found or effect.entry.scope is Scope.SEQUENCE or not len(name.mean):
-            continue
-        covariance = np.zeros((len(effect.entry.parameters),) * 2)
-        place = [effect.entry.names.index(p.name) for p in name.parameters]
-        covariance[np.ix_(place, place)] = name.probability * (np.outer(name.mean, name.mean) + np.diag(name.sigma**2))
-        found[name.key] = Possible(effect.held_by(None), covariance)
+    for name in (*(name for group in groups for name in group[1:]), *_additions(at)):
+        if name.key not in found and name.key not in model and len(name.mean):
+            found[name.key] = _possible(at, name)
     return tuple(found.values())
+
+
+def _additions(at: At) -> list[UnderName]:
+    """Effects that the set may have, too: with odds of 1 to ``FACTOR`` or more."""
+    found = []
+    for effect in set(range(len(at.trial.evidence.of.effects))) - set(at.members) - at.trial.families:
+        wider = tuple(sorted((*at.members, effect)))
+        odds = at.trial.log_posterior(wider) - at.value
+        if odds >= -np.log(FACTOR) and at.trial.evidence.of.effects[effect].entry.scope is not Scope.SEQUENCE:
+            found.append(_under(at, wider, effect, float(expit(odds))))
+    return sorted(found, key=lambda name: -name.probability)
+
+
+def _possible(at: At, name: UnderName) -> Possible:
+    """A name as an effect that may be there with its probability."""
+    (effect,) = [e for e in at.trial.evidence.of.effects if e.entry.key == name.key]
+    covariance = np.zeros((len(effect.entry.parameters),) * 2)
+    place = [effect.entry.names.index(p.name) for p in name.parameters]
+    covariance[np.ix_(place, place)] = name.probability * (np.outer(name.mean, name.mean) + np.diag(name.sigma**2))
+    return Possible(effect.held_by(None), covariance)
