@@ -91,7 +91,8 @@ class Evidence:
         effects = range(len(self.of.effects))
         self._rows = [self.of.rows(e) for e in effects]
         self._own = [self._sequences(e) for e in effects]
-        self._rows = [self._rows[e] if own is None else np.concatenate(own) for e, own in enumerate(self._own)]
+        none = np.zeros(0, dtype=np.int64)
+        self._rows = [self._rows[e] if own is None else np.concatenate([none, *own]) for e, own in enumerate(self._own)]
         self._limits = [self._limit(e) for e in effects]
         self._bounds = np.array([self._bounds_of(column) for column in self.of.columns]).reshape(-1, 3).T
         self._whole = Quadratic(self.of.information, self.of.pull, self.of.misfit)
@@ -125,9 +126,20 @@ class Evidence:
         tried = self.of.tried(effect)
         if tried == 1:
             return rows
-        gain = [0.5 * float(np.sum(self.of.pull[r] ** 2 / np.diag(self.of.information)[r])) for r in rows]
-        kept = [r for r, g in zip(rows, gain, strict=True) if g > np.log(tried * len(rows))]
-        return kept or [rows[int(np.argmax(gain))]]
+        some = [r for r in rows if self._at_least_one(effect, r)]
+        gain = [0.5 * float(np.sum(self.of.pull[r] ** 2 / np.diag(self.of.information)[r])) for r in some]
+        kept = [r for r, g in zip(some, gain, strict=True) if g > np.log(tried * len(rows))]
+        return kept or [some[int(np.argmax(gain))]] if some else []
+
+    def _at_least_one(self, effect: int, rows: NDArray[np.int64]) -> bool:
+        """Whether what comes in whole numbers is, alone, nearer to one than to none."""
+        of = self.of.effects[effect]
+        whole = [row for row in rows if of.entry.parameters[self.of.columns[row].parameter].name in of.whole]
+        return not whole or any(abs(self.of.pull[r]) >= 0.5 * self.of.information[r, r] for r in whole)
+
+    def rows(self, effect: int) -> NDArray[np.int64]:
+        """Columns of an effect that are in use: of a searched place those of sequences in which it was worth the search."""
+        return self._rows[effect]
 
     def scales_of(self, effect: int) -> Array:
         """The scales of an effect's prior, over its limits."""

@@ -66,7 +66,7 @@ def _values(trial: Trial, members: Set, effect: int, name: int) -> tuple[NamedVa
     exchanged = tuple(sorted((*(e for e in members if e != effect), name)))
     of, fitted = trial.evidence.of, trial.evidence.fitted(exchanged)
     if of.effects[name].entry.scope is Scope.SEQUENCE:
-        sized = [e for e in exchanged if len(of.rows(e))]
+        sized = [e for e in exchanged if len(trial.evidence.rows(e))]
         scale = dict(zip(sized, fitted.scaled.scales, strict=True)).get(name, 0.0)
         return tuple(NamedValue(i, None, scale * limit, 0.0) for i, limit in sorted(trial.evidence.limits(name).items()))
     found = []
@@ -80,7 +80,7 @@ def _values(trial: Trial, members: Set, effect: int, name: int) -> tuple[NamedVa
 def difference(trial: Trial, members: Set, effect: int, other: int) -> float:
     """Log likelihood (nats) that is lost where ``other`` stands for the fitted ``effect`` of a set, both free, all else re-adjusted."""
     of, fitted = trial.evidence.of, trial.evidence.fitted(members)
-    first, second = of.rows(effect), of.rows(other)
+    first, second = trial.evidence.rows(effect), trial.evidence.rows(other)
     if not len(first) or not len(second):
         return np.inf
     here = np.concatenate([first, second])

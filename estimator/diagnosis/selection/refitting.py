@@ -61,7 +61,7 @@ def weighed_again(campaign: Campaign, fit: CampaignFit) -> tuple[Campaign, Campa
 
 
 def _model(campaign: Campaign, evidence: Evidence, members: Set) -> Model:
-    scales = dict(zip((e for e in members if len(evidence.of.rows(e))), evidence.scaled(members).scales, strict=True))
+    scales = dict(zip((e for e in members if len(evidence.rows(e))), evidence.scaled(members).scales, strict=True))
     effects = [_held(evidence, e, scales.get(e)) for e in members]
     return Model((*campaign.kind.base.effects, *effects))
 

@@ -19,11 +19,15 @@ BOTH = (-1.0, 1.0)
 
 @dataclass(frozen=True)
 class Made:
-    """An effect: its columns (n, q), of one sequence each where ``sequences`` says which, and the plausible ranges of its parameters."""
+    """An effect: its columns (n, q), of one sequence each where ``sequences`` says which, and the plausible ranges of its parameters.
+
+    ``whole``: whether they come in whole numbers.
+    """
 
     columns: Array
     plausible: tuple[tuple[float, float], ...] = (BOTH,)
     sequences: tuple[int, ...] | None = None
+    whole: bool = False
 
 
 def effect(number: int, made: Made) -> EffectModel:
@@ -31,7 +35,7 @@ def effect(number: int, made: Made) -> EffectModel:
     parameters = tuple(Parameter(f"p{i}", "1", limits, 1e-3, "") for i, limits in enumerate(made.plausible))
     scope = Scope.CAMPAIGN if made.sequences is None else Scope.SEQUENCE
     entry = EffectEntry(f"e{number}", Stage.DYNAMICS, scope, parameters, "", "")
-    return type(f"Made{number}", (EffectModel,), {"entry": entry})()
+    return type(f"Made{number}", (EffectModel,), {"entry": entry, "whole": entry.names if made.whole else ()})()
 
 
 def columns_of(number: int, made: Made) -> list[Column]:

@@ -143,6 +143,16 @@ def test_starts_that_were_tried_cost_their_number() -> None:
     assert one - many == pytest.approx(np.log(50.0))
 
 
+def test_what_comes_in_whole_numbers_is_not_there_by_a_tenth() -> None:
+    """Stamps that are rounded look like a tenth of a missing frame in every sequence, to hundreds of nats."""
+    x = 50.0 * own_columns(5, ROWS // 5)
+    for size, there in ((0.1, False), (1.0, True)):
+        made = Made(x, (BOTH,), tuple(range(5)), whole=True)
+        evidence = evidence_of([made], size * x.sum(axis=1) + noise(19), tried={0: 20})
+        assert len(evidence.rows(0)) == (5 if there else 0)
+        assert (evidence.log_evidence((0,)) > evidence.log_evidence(())) == there
+
+
 def test_the_posterior_is_that_of_ridge_regression_at_the_best_scale() -> None:
     x = column(17)
     y = 0.7 * x[:, 0] + noise(18)

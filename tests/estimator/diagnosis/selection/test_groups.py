@@ -72,6 +72,17 @@ def test_what_every_sequence_has_for_itself_is_no_alias_for_fitting_better() -> 
     assert [name.effect for name in group_of(made, (0,), 0)] == [0]
 
 
+def test_a_place_that_is_searched_for_counts_where_it_is_worth_the_search() -> None:
+    """One of twenty sequences shows it; the others' columns stand for no name, and the shared cause is none."""
+    sequences, each = 20, 6
+    own = Made(own_columns(sequences, each), (BOTH,), tuple(range(sequences)))
+    y = np.zeros(ROWS)
+    y[:each] = 8.0
+    made = Trial(evidence_of([alone(X[:, 0]), own], y + NOISE, tried={1: 30}), frozenset())
+    assert len(made.evidence.rows(1)) == 1 < len(made.evidence.of.rows(1))
+    assert [name.effect for name in group_of(made, (1,), 1)] == [1]
+
+
 def test_families_and_members_are_no_names_and_few_are_named() -> None:
     made = trial(*(alone(X[:, 0]) for _ in range(8)), y=0.6 * X[:, 0] + NOISE, families=(7,))
     group = [name.effect for name in group_of(made, (2,), 2)]
