@@ -7,6 +7,7 @@ import numpy as np
 
 from datasets.json_documents import Document
 from estimator.contact_validation.fitting import Fitted, Impacts
+from estimator.contact_validation.heights import Heights
 from estimator.contact_validation.held_out import Gain, Judged
 from estimator.contact_validation.ladder import Candidate, Ladder, Rung
 from estimator.contact_validation.quantities import ONE_CONTACT_P, Contact
@@ -17,6 +18,8 @@ from estimator.contact_validation.verdict import ContactVerdict
 FILE = "contact_validation.json"
 KIND = "contact_validation"
 Entry = dict[str, Any]
+SEEN = 2.0
+"""Standard deviations from which on lengths are said to differ."""
 
 
 def validation_document(source: str, found: Validation, left_out: Mapping[str, str], broken: Sequence[str]) -> Document:
@@ -34,6 +37,18 @@ def validation_document(source: str, found: Validation, left_out: Mapping[str, s
         "left_out": dict(left_out),
         "broken": list(broken),
     }
+
+
+def heights_entry(found: Heights) -> Entry:
+    """Heights at impacts against the mesh, and what they say of lengths."""
+    scale = f"{100.0 * found.scale:.2g}%±{100.0 * found.scale_sigma:.1g}%"
+    differ, amount = abs(found.scale) >= SEEN * found.scale_sigma, f"{abs(found.scale):.1%} too {'short' if found.scale > 0.0 else 'long'}"
+    sentence = (
+        f"Heights at {found.count} impacts against the mesh: recorded lengths are {amount if differ else 'right'} ({scale}), and the plate "
+        f"lies at {1e3 * found.offset_m:.3g} ± {1e3 * found.offset_sigma_m:.2g} mm along its normal."
+    )
+    sentence += f" A campaign takes it as --known 'length_scale={scale}'." if differ else ""
+    return {**vars(found), "sentence": sentence}
 
 
 def broken_document(source: str, left_out: Mapping[str, str], broken: Sequence[str], verdict: ContactVerdict) -> Document:
