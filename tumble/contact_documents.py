@@ -41,13 +41,19 @@ def validation_document(source: str, found: Validation, left_out: Mapping[str, s
 
 def heights_entry(found: Heights) -> Entry:
     """Heights at impacts against the mesh, and what they say of lengths."""
-    scale = f"{100.0 * found.scale:.2g}%±{100.0 * found.scale_sigma:.1g}%"
-    differ, amount = abs(found.scale) >= SEEN * found.scale_sigma, f"{abs(found.scale):.1%} too {'short' if found.scale > 0.0 else 'long'}"
+    scale = f"{100.0 * found.scale:.2g} ± {100.0 * found.scale_sigma:.1g} %"
+    differ = abs(found.scale) >= SEEN * found.scale_sigma
+    amount = f"{abs(found.scale):.1%} {'less' if found.scale > 0.0 else 'more'} than" if differ else "those of"
     sentence = (
-        f"Heights at {found.count} impacts against the mesh: recorded lengths are {amount if differ else 'right'} ({scale}), and the plate "
-        f"lies at {1e3 * found.offset_m:.3g} ± {1e3 * found.offset_sigma_m:.2g} mm along its normal."
+        f"Heights at {found.count} impacts are {amount} the mesh's ({scale}), and the plate lies at {1e3 * found.offset_m:.3g} ± "
+        f"{1e3 * found.offset_sigma_m:.2g} mm along its normal."
     )
-    sentence += f" A campaign takes it as --known 'length_scale={scale}'." if differ else ""
+    if differ:
+        corners = "rounder" if found.scale > 0.0 else "longer"
+        sentence += (
+            f" Recorded lengths are wrong, or corners are {corners} than the mesh's. Which, a height at rest tells: --known "
+            "'rest_height=MEASURED±SIGMA' with --mesh."
+        )
     return {**vars(found), "sentence": sentence}
 
 

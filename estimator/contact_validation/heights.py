@@ -5,8 +5,9 @@ times too short, and the plane at ``offset`` along the plate's normal ``n``, the
 
     n·x = offset + d / (1 + s),      d = -min n·(R c) over the corners c of the mesh,
 
-a straight line in ``d``, fitted by weighted least squares; a scatter beyond the stated noise widens it [Birge 1932]. Valid where all
-impacts are on one plane that stands still in the world frame, and where the mesh is the body's, in metres.
+a straight line in ``d``. Some events that are taken for impacts are none: residuals have Student's density, whose scale is that of their
+median and no less than the stated noise [Lange, Little and Taylor 1989]. Valid where all impacts are on one plane that stands still in the
+world frame, and where the mesh is the body's, in metres.
 """
 
 from collections.abc import Sequence
@@ -16,10 +17,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.contact_validation.measured import TURN, MeasuredImpact, X
+from estimator.effects.link import TAILS
 
 Array = NDArray[np.float64]
 LEAST = 4
 """Impacts from which on a line with its scatter can be fitted."""
+ROUNDS = 30
+"""Re-weightings; the last ones change nothing."""
+NORMAL_MEDIAN = 0.6745
+"""Median of the sizes of normal numbers of standard deviation 1."""
 SAME_PLANE = 1e-6
 """Largest difference between the normals of impacts on one plane."""
 
@@ -29,14 +35,14 @@ class Heights:
     """The line.
 
     ``scale`` and ``scale_sigma``: true lengths over recorded ones, minus 1; ``offset_m`` and ``offset_sigma_m``: the recorded place of the
-    plane along its normal; ``chi_square`` of ``count`` impacts with ``count - 2`` degrees of freedom.
+    plane along its normal; ``excess``: scatter of the ``count`` impacts about the line over the stated noise, 1 at least.
     """
 
     scale: float
     scale_sigma: float
     offset_m: float
     offset_sigma_m: float
-    chi_square: float
+    excess: float
     count: int
 
 
@@ -52,11 +58,22 @@ def heights_against(impacts: Sequence[MeasuredImpact]) -> Heights | None:
     A = np.column_stack([np.ones(len(depth)), depth]) * weight[:, None]
     if np.linalg.matrix_rank(A) < A.shape[1]:
         return None
-    (offset, slope), *_ = np.linalg.lstsq(A, height * weight, rcond=None)
-    chi_square = float(np.sum((height * weight - A @ [offset, slope]) ** 2))
-    covariance = np.linalg.inv(A.T @ A) * max(chi_square / (len(impacts) - 2), 1.0)
+    (offset, slope), covariance, excess = _line(A, height * weight, np.array([np.median(height - depth), 1.0]))
     sigma = np.sqrt(np.diag(covariance))
-    return Heights(float(1.0 / slope - 1.0), float(sigma[1] / slope**2), float(offset), float(sigma[0]), chi_square, len(impacts))
+    return Heights(float(1.0 / slope - 1.0), float(sigma[1] / slope**2), float(offset), float(sigma[0]), excess, len(impacts))
+
+
+def _line(A: Array, y: Array, start: Array) -> tuple[Array, Array, float]:
+    """Parameters, their covariance, and the scale of residuals under Student's density, from whitened rows A (n, 2) and y (n,)."""
+    p = start
+    for _ in range(ROUNDS):
+        residual = y - A @ p
+        scale = max(float(np.median(np.abs(residual)) / NORMAL_MEDIAN), 1.0)
+        weight = (TAILS + 1.0) / (TAILS + (residual / scale) ** 2)
+        H = A.T @ (weight[:, None] * A)
+        p = np.linalg.solve(H, A.T @ (weight * y))
+    covariance = scale**2 * np.linalg.inv(H) * (TAILS + 3.0) / (TAILS + 1.0)
+    return p, covariance, scale
 
 
 def _lowest(impact: MeasuredImpact) -> Array:

@@ -47,8 +47,8 @@ def test_shape_and_plate_are_those_stated(estimates: Path, tmp_path: Path) -> No
     heights = heights_against(found.impacts)
     assert heights is not None
     assert abs(heights.scale) < 3.0 * heights.scale_sigma
-    assert "recorded lengths are right" in heights_entry(heights)["sentence"]
-    assert "--known 'length_scale=2" in heights_entry(replace(heights, scale=0.021, scale_sigma=0.003))["sentence"]
+    assert "those of the mesh's" in heights_entry(heights)["sentence"]
+    assert "2.1% less than the mesh's" in heights_entry(replace(heights, scale=0.021, scale_sigma=0.003))["sentence"]
     rigid = fit(prepared(found.impacts, 0), RIGID).values
     assert abs(rigid[0] - 0.5) < 0.05
     assert abs(rigid[1] - 0.15) < 0.03

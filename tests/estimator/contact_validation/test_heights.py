@@ -46,6 +46,15 @@ def test_errors_are_as_large_as_stated() -> None:
     assert 0.5 < np.sqrt(np.mean(pulls**2)) < 1.6
 
 
+def test_events_that_are_no_impacts_do_not_matter() -> None:
+    made = impacts(0.02)
+    for i in (3, 11, 17):
+        made[i] = replace(made[i], state=replace(made[i].state, x_world=made[i].state.x_world + [0.0, 0.0, 0.01]))
+    found = heights_against(made)
+    assert found is not None
+    assert abs(found.scale - 0.02) < 3.0 * found.scale_sigma < 0.06
+
+
 def test_nothing_is_said_of_few_impacts_or_of_several_planes() -> None:
     made = impacts(0.0)
     assert heights_against(made[:3]) is None
