@@ -49,7 +49,7 @@ def test_errors_are_as_large_as_stated() -> None:
 def test_events_that_are_no_impacts_do_not_matter() -> None:
     made = impacts(0.02)
     for i in (3, 11, 17):
-        made[i] = replace(made[i], state=replace(made[i].state, x_world=made[i].state.x_world + [0.0, 0.0, 0.01]))
+        made[i] = replace(made[i], state=replace(made[i].state, x_world=made[i].state.x_world + np.array([0.0, 0.0, 0.01])))
     found = heights_against(made)
     assert found is not None
     assert abs(found.scale - 0.02) < 3.0 * found.scale_sigma < 0.06
