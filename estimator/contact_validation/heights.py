@@ -71,9 +71,9 @@ def _line(A: Array, y: Array, start: Array) -> tuple[Array, Array, float]:
         scale = max(float(np.median(np.abs(residual)) / NORMAL_MEDIAN), 1.0)
         weight = (TAILS + 1.0) / (TAILS + (residual / scale) ** 2)
         H = A.T @ (weight[:, None] * A)
-        p = np.linalg.solve(H, A.T @ (weight * y))
+        p = np.asarray(np.linalg.solve(H, A.T @ (weight * y)))
     covariance = scale**2 * np.linalg.inv(H) * (TAILS + 3.0) / (TAILS + 1.0)
-    return p, covariance, scale
+    return np.asarray(p), np.asarray(covariance), scale
 
 
 def _lowest(impact: MeasuredImpact) -> Array:
