@@ -7,6 +7,7 @@ import numpy as np
 
 from datasets.json_documents import Document
 from estimator.contact_validation.fitting import Fitted, Impacts
+from estimator.contact_validation.heights import Heights
 from estimator.contact_validation.held_out import Gain, Judged
 from estimator.contact_validation.ladder import Candidate, Ladder, Rung
 from estimator.contact_validation.quantities import ONE_CONTACT_P, Contact
@@ -17,6 +18,8 @@ from estimator.contact_validation.verdict import ContactVerdict
 FILE = "contact_validation.json"
 KIND = "contact_validation"
 Entry = dict[str, Any]
+SEEN = 2.0
+"""Standard deviations from which on lengths are said to differ."""
 
 
 def validation_document(source: str, found: Validation, left_out: Mapping[str, str], broken: Sequence[str]) -> Document:
@@ -34,6 +37,24 @@ def validation_document(source: str, found: Validation, left_out: Mapping[str, s
         "left_out": dict(left_out),
         "broken": list(broken),
     }
+
+
+def heights_entry(found: Heights) -> Entry:
+    """Heights at impacts against the mesh, and what they say of lengths."""
+    scale = f"{100.0 * found.scale:.2g} ± {100.0 * found.scale_sigma:.1g} %"
+    differ = abs(found.scale) >= SEEN * found.scale_sigma
+    amount = f"{abs(found.scale):.1%} {'less' if found.scale > 0.0 else 'more'} than" if differ else "those of"
+    sentence = (
+        f"Heights at {found.count} impacts are {amount} the mesh's ({scale}), and the plate lies at {1e3 * found.offset_m:.3g} ± "
+        f"{1e3 * found.offset_sigma_m:.2g} mm along its normal."
+    )
+    if differ:
+        corners = "rounder" if found.scale > 0.0 else "longer"
+        sentence += (
+            f" Recorded lengths are wrong, or corners are {corners} than the mesh's. Which, a height at rest tells: --known "
+            "'rest_height=MEASURED±SIGMA' with --mesh."
+        )
+    return {**vars(found), "sentence": sentence}
 
 
 def broken_document(source: str, left_out: Mapping[str, str], broken: Sequence[str], verdict: ContactVerdict) -> Document:

@@ -164,7 +164,7 @@ def _effect(said: Stated, campaign: Campaign, candidates: Mapping[str, EffectMod
     reason = campaign.kind.why_not(campaign, model)
     if reason is not None:
         raise said.refused(f"{said.effect} does not apply to these measurements: {reason}")
-    return model
+    return campaign.kind.adapted(model)
 
 
 def _parameters(said: Stated, model: EffectModel) -> tuple[str, ...]:

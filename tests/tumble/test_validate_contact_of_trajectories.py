@@ -1,5 +1,6 @@
 """``tumble validate-contact`` on estimates of trajectories: shape and plate are stated, since there are no pictures."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -7,11 +8,12 @@ import pytest
 import trimesh
 
 from estimator.contact_validation.fitting import fit
+from estimator.contact_validation.heights import heights_against
 from estimator.contact_validation.models import RIGID
 from estimator.contact_validation.spread import prepared
 from tests.estimator.trajectories.struck_tosses import toss
 from tumble.cli.main import main
-from tumble.contact_documents import FILE
+from tumble.contact_documents import FILE, heights_entry
 from tumble.contact_validating import Known, collected
 
 RUNS = 4
@@ -42,6 +44,11 @@ def test_shape_and_plate_are_those_stated(estimates: Path, tmp_path: Path) -> No
         assert impact.particle.solid.mass_kg == pytest.approx(1.2)
         # The lowest corner of the mesh is where the toss touched: on the board, at z = 0.
         assert abs(impact.state.x_world[2] + impact.low_corners[:, 2].min()) < 1e-3
+    heights = heights_against(found.impacts)
+    assert heights is not None
+    assert abs(heights.scale) < 3.0 * heights.scale_sigma
+    assert "those of the mesh's" in heights_entry(heights)["sentence"]
+    assert "2.1% less than the mesh's" in heights_entry(replace(heights, scale=0.021, scale_sigma=0.003))["sentence"]
     rigid = fit(prepared(found.impacts, 0), RIGID).values
     assert abs(rigid[0] - 0.5) < 0.05
     assert abs(rigid[1] - 0.15) < 0.03

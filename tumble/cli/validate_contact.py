@@ -11,12 +11,13 @@ from rich.table import Table
 from datasets.errors import InputError
 from datasets.json_documents import Document, plain, read_document, write_document
 from estimator.contact_validation.force_models import Materials
+from estimator.contact_validation.heights import heights_against
 from estimator.contact_validation.validate import DEFAULT_MODELS, LEAST_RUNS, MODELS, Question, validate
 from estimator.contact_validation.verdict import broken_verdict
 from tumble.cli.console import console
 from tumble.cli.options import add_output, positive, three_numbers, verb_parser
 from tumble.cli.outcomes import tell_left_out
-from tumble.contact_documents import FILE, KIND, broken_document, validation_document
+from tumble.contact_documents import FILE, KIND, broken_document, heights_entry, validation_document
 from tumble.contact_validating import DIAMOND_KG_M3, Collected, Known, collected
 from tumble.numbers import compact, with_sigma
 from tumble.output_directory import Run, note_failures, output_directory
@@ -115,7 +116,9 @@ def _validated(arguments: argparse.Namespace, question: Question, known: Known) 
         if not arguments.quiet:
             print(f"  {sentence}", file=sys.stderr, flush=True)
 
-    return validation_document(source, validate(found.impacts, question, told), found.left_out, found.broken)
+    heights = heights_against(found.impacts) if known.mesh is not None else None
+    document = validation_document(source, validate(found.impacts, question, told), found.left_out, found.broken)
+    return {**document, "heights": None if heights is None else heights_entry(heights)}
 
 
 def _runs(found: Collected) -> int:
@@ -137,6 +140,8 @@ def say_validation(document: Document) -> None:
         say(f"Found in 95% of sets like this one would be {'; '.join(detectable_words(each) for each in document['detectable'])}.")
     for remark in document["verdict"]["remarks"]:
         say(remark)
+    if document.get("heights"):
+        say(document["heights"]["sentence"])
     say(f"next: {document['verdict']['next']}")
 
 

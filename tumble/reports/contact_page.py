@@ -28,7 +28,7 @@ def render_contact(document: Mapping[str, Any]) -> str:
     """The page's text."""
     environment = Environment(loader=PackageLoader("tumble.reports"), autoescape=True, undefined=StrictUndefined, trim_blocks=True)
     environment.filters.update(value=_value, pm=_plus_minus, size=_size)
-    found = revived(dict(document))
+    found = {"heights": None, **revived(dict(document))}
     maps = [{**m, "chart": Markup(contact_map_chart(m)), "sentence": map_sentence(m)} for m in found["maps"]]
     rungs = found["ladder"]["rungs"]
     return environment.get_template("contact.html.j2").render(

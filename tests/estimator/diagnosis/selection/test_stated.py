@@ -8,6 +8,7 @@ import pytest
 from estimator.diagnosis.base import base_fit
 from estimator.diagnosis.selection.groups import group_of
 from estimator.diagnosis.selection.path import At, looked_at
+from estimator.diagnosis.selection.stated import with_facts
 from estimator.effects.choosing import catalogue
 from estimator.fitting.facts import Fact
 from estimator.registration import Registered
@@ -62,3 +63,9 @@ def test_the_quadratic_has_the_misfit_of_the_fact(tosses: Registered) -> None:
 
 def _squares(of: object, theta: np.ndarray) -> float:
     return float(of.misfit - 2.0 * of.pull @ theta + theta @ of.information @ theta)  # type: ignore[attr-defined]
+
+
+def test_where_the_noise_is_known_up_to_a_factor_a_fact_is_one_number_more(tosses: Registered) -> None:
+    bare = replace(seen(tosses).trial.evidence.of, count=12.0)
+    assert with_facts(bare, tosses.campaign) is bare
+    assert with_facts(bare, replace(tosses.campaign, facts=(LENGTH, CLOCK))).count == 14.0
