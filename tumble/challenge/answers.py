@@ -26,7 +26,7 @@ def answer(explained: Explanation) -> dict[str, Any]:
     campaign, begun = explained.campaign, explained.begun
     errors = {"base": explained.steps[0].before, "final": explained.held_out} if explained.steps else {}
     families = {t.effect.entry.key for t in explained.left.tests} if explained.left is not None else set()
-    first = [t for t in tests_beside(begun.campaign, begun.trial.evidence.of) if t.effect.entry.key not in families]
+    first = [t for t in tests_beside(begun.trial.evidence.of) if t.effect.entry.key not in families]
     return {
         "found": list(explained.found),
         "probability": probabilities(explained),
