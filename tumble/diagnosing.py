@@ -201,7 +201,7 @@ def _step_entries(
     entries: list[Document] = []
     told: list[Separation] = []
     begun = explanation.begun
-    tests = tests_beside(begun.campaign, begun.trial.evidence.of)
+    tests = tests_beside(begun.trial.evidence.of)
     for step in explanation.steps:
         apart = _apart(campaign.at(begun.campaign), begun.fit, tests, step.group)
         entries.append(step_entry(step, campaign.names, candidates, apart))

@@ -107,7 +107,7 @@ def diagnosis_at(at: At, *, ended: bool = False) -> Diagnosis:
     """The diagnosis where a search stands; where it has ``ended``, what is more probable there was refitted and refused."""
     of = at.trial.evidence.of
     numbers = [n for n in range(of.own, len(of.effects))]
-    tests = tests_beside(at.campaign, of)
+    tests = tests_beside(of)
     n = len([number for number in numbers if number not in at.trial.families])
     found = {number: _finding(at, number, test, n) for number, test in zip(numbers, tests, strict=True)}
     known = sorted((f for number, f in found.items() if number not in at.trial.families), key=lambda f: -f.log_odds)

@@ -12,13 +12,13 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
 
 from datasets.vocabulary.effects import Stage
 from estimator.diagnosis.law import Law, find_law
 from estimator.diagnosis.noise_floor import noise_floor
 from estimator.diagnosis.pooled_scores import pooled_scores
 from estimator.diagnosis.unknown import Unknown
+from estimator.diagnosis.wald import zero_p
 from estimator.effects.force_curves import ForceCurve, TorqueCurve
 from estimator.effects.law_effect import law_effect
 from estimator.effects.law_terms import Term
@@ -27,7 +27,6 @@ from estimator.effects.model import Model
 from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState, fit_campaign
 from estimator.fitting.campaign_covariance import CampaignCovariance, campaign_covariance
 from estimator.fitting.held_out import HeldOut, held_out
-from estimator.motion.flight import N_PARAMETERS
 
 Array = NDArray[np.float64]
 BOOTSTRAP_SEED = 20240229
@@ -188,16 +187,8 @@ def fit_terms(campaign: Campaign, fit: CampaignFit, terms: tuple[Valued, ...], f
     return min((each for each in found if each.cost < fit.cost), key=lambda each: each.cost, default=None)
 
 
-def _wald(campaign: Campaign, fit: CampaignFit, covariance: CampaignCovariance, terms: tuple[Valued, ...]) -> Array:
+def _wald(campaign: Campaign, fit: CampaignFit, covariance: CampaignCovariance, terms: tuple[Valued, ...]) -> list[float]:
     """p-value of each term's amplitudes being zero, of all particles."""
-    found, place = [], fit.model.slices[-1].start
-    each = sorted(set(campaign.sharing(fit.model.effects[-1].entry.scope)))
-    for term, values in terms:
-        columns = np.arange(place, place + term.amplitudes)
-        rows = np.concatenate([covariance.place[s][N_PARAMETERS + columns] for s in each])
-        C, amplitudes = covariance.covariance[np.ix_(rows, rows)], np.concatenate([fit.state.theta[s][columns] for s in each])
-        # C is singular where the data say nothing of the term
-        statistic = float(amplitudes @ np.linalg.pinv(C, rcond=1e-12, hermitian=True) @ amplitudes)
-        found.append(float(chi2.sf(statistic, len(rows))))
-        place += len(values)
-    return np.array(found)
+    starts = fit.model.slices[-1].start + np.cumsum([0, *(len(values) for _, values in terms[:-1])])
+    columns = [np.arange(start, start + term.amplitudes) for start, (term, _) in zip(starts, terms, strict=True)]
+    return [zero_p(campaign, fit, covariance, fit.model.effects[-1].entry.scope, each) for each in columns]

@@ -123,7 +123,7 @@ def explain(
     last = _without_families(path, catalogue)
     steps = _steps(begun, best, last, told)
     error = steps[-1].after if steps else held_out(last.campaign, last.fit.state, last.fit.model)
-    tests = tests_beside(last.campaign, last.trial.evidence.of)
+    tests = tests_beside(last.trial.evidence.of)
     left = unknown_of(last.trial, tests, last.members, present=any(e in best.trial.families for e in best.members))
     return Explanation(begun, last, path, steps, campaign_covariance(last.campaign, last.fit), tests, left, error)
 
@@ -144,7 +144,7 @@ def _steps(begun: At, best: At, last: At, told: Told) -> tuple[Step, ...]:
     members = [numbers[key] for key in last.keys]
     whole = best.trial.log_posterior(best.members)
     worth = {e: whole - best.trial.log_posterior(tuple(m for m in best.members if m != e)) for e in members}
-    tests = {t.effect.entry.key: t for t in tests_beside(begun.campaign, begun.trial.evidence.of)}
+    tests = {t.effect.entry.key: t for t in tests_beside(begun.trial.evidence.of)}
     before = held_out(last.campaign, begun.fit.state, begun.fit.model) if members else None
     found: list[Step] = []
     for e in sorted(members, key=lambda e: -worth[e]):

@@ -10,7 +10,7 @@ An effect that is not linear in a parameter (a frequency, the place of a gap) is
 corrected for their number.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -87,8 +87,8 @@ class ScoreTest:
     """One effect on trial.
 
     ``theta`` (c,) one-step values of its ``columns`` and ``covariance`` (c, c); ``statistic`` and its p-value ``p``, corrected for the
-    starts tried; ``explained``: fall of the weighted sum of squares; ``start`` [sequence or None] the best start. ``counts``: false where
-    an effect that comes in whole numbers has none. ``sharing``: see :meth:`Campaign.sharing`.
+    starts tried, 1 where an effect that comes in whole numbers has none; ``explained``: fall of the weighted sum of squares; ``starts``
+    [sequence or None] the best start.
     """
 
     effect: EffectModel
@@ -99,14 +99,6 @@ class ScoreTest:
     p: float
     explained: float
     starts: dict[int | None, Array]
-    counts: bool = True
-    sharing: tuple[int, ...] = ()
-
-    def owner(self, sequence: int) -> int | None:
-        """The ``sequence`` of the columns that a sequence has."""
-        if self.effect.entry.scope is Scope.SEQUENCE:
-            return sequence
-        return self.sharing[sequence] if len(set(self.sharing)) > 1 else None
 
     @property
     def random(self) -> bool:
@@ -118,32 +110,23 @@ Tested = tuple[list[ScoreTest], EfficientScores]
 """Tests of some candidates, and the scores of the columns that were kept."""
 
 
-def score_tests(campaign: Campaign, fit: CampaignFit, candidates: Candidates, *, like: CampaignFit | None = None) -> Tested:
-    """Test every candidate against the fit; also the scores of the columns that were kept, for comparing effects with one another.
-
-    ``like``: another fit, of which the size of the noise is measured. A poor fit shows more noise than there is.
-    """
+def score_tests(campaign: Campaign, fit: CampaignFit, candidates: Candidates) -> Tested:
+    """Test every candidate against the fit; also the scores of the columns that were kept, for comparing effects with one another."""
     linear = arranged(campaign, candidate_equations(campaign, fit, candidates), fit.model, candidates)
-    scores, chosen = efficient_scores(campaign, fit, linear, like=like)
-    shifts = [campaign.kind.time_shifts(campaign, i, each) for i, each in enumerate(linear.equations)]
-    tests = [
-        random_test(campaign, jitter_test(shifts), effect)
-        if effect.random
-        else test_of(scores, (number, effect, candidates.starts[number]), chosen, campaign.sharing(effect.entry.scope))
-        for number, effect in enumerate(candidates.effects)
-    ]
-    return tests, scores
+    scores, chosen = efficient_scores(campaign, fit, linear)
+    jitter = jitter_test([campaign.kind.time_shifts(campaign, i, each) for i, each in enumerate(linear.equations)])
+    return [test_of(scores, candidates, number, chosen, jitter) for number in range(len(candidates.effects))], scores
 
 
 def efficient_scores(
-    campaign: Campaign, fit: CampaignFit, linear: "Linear", *, like: CampaignFit | None = None
+    campaign: Campaign, fit: CampaignFit, linear: "Linear"
 ) -> tuple[EfficientScores, dict[tuple[int, int | None], int]]:
     """Scores of the best start of every effect with their noise, and which start that is, by effect and sequence."""
     scores, projection, seen = _projected(campaign, fit, linear)
     chosen = _best_starts(scores)
     kept = np.array([i for i, c in enumerate(scores.columns) if chosen.get((c.effect, c.sequence)) == c.start and seen[i]], dtype=np.int64)
     scores = scores.take(kept)
-    scores = replace(scores, M=_noise(campaign, fit, linear, (projection, kept), linear.equations if like is None else like.equations))
+    scores = replace(scores, M=_noise(campaign, fit, linear, (projection, kept)))
     return scores.take(np.flatnonzero(np.diag(scores.M) > LEAST_NOISE * np.diag(scores.H))), chosen
 
 
@@ -258,15 +241,13 @@ def _best_starts(scores: EfficientScores) -> dict[tuple[int, int | None], int]:
     return {key: start for key, (_, start) in best.items()}
 
 
-def _noise(
-    campaign: Campaign, fit: CampaignFit, linear: Linear, which: tuple[_Projection, Index], like: Sequence[SequenceEquations]
-) -> Array:
-    """Covariance (c, c) of the efficient scores of the columns kept, of noise as large as in ``like``."""
+def _noise(campaign: Campaign, fit: CampaignFit, linear: Linear, which: tuple[_Projection, Index]) -> Array:
+    """Covariance (c, c) of the efficient scores of the columns kept."""
     projection, kept = which
     layout = fit.layout
     prior = shared_prior(campaign, layout, fit.model, fit.state)
     total = projection.shared[:, kept].T @ prior.information @ projection.shared[:, kept]
-    weighted, more = [], campaign.kind.noise_ratio(campaign, like)
+    weighted, more = [], campaign.kind.noise_ratio(campaign, linear.equations)
     position = {int(column): i for i, column in enumerate(kept)}
     for each, place, own, number, A in zip(linear.equations, layout.place, linear.local, linear.number, projection.local, strict=True):
         change = np.zeros((each.frames.weighted.shape[-1], len(kept)))
@@ -278,33 +259,31 @@ def _noise(
         along, spread = each.frames.combined(change, more)
         weighted.append(along)
         total += spread
-    total += campaign.kind.repeated_noise(campaign, [e.errors for e in linear.equations], weighted, [e.errors for e in like])
+    errors = [each.errors for each in linear.equations]
+    total += campaign.kind.repeated_noise(campaign, errors, weighted, errors)
     return np.asarray(0.5 * (total + total.T))
 
 
 def test_of(
-    scores: EfficientScores,
-    which: tuple[int, EffectModel, Array],
-    chosen: Mapping[tuple[int, int | None], int],
-    sharing: tuple[int, ...],
+    scores: EfficientScores, candidates: Candidates, number: int, chosen: Mapping[tuple[int, int | None], int], jitter: JitterTest
 ) -> ScoreTest:
-    """The test of one effect: ``which`` its number in the scores, the effect, and its starts (s, q); the ``chosen`` explain most."""
-    number, effect, starts = which
+    """The test of candidate ``number``; the ``chosen`` starts explain most. What is drawn anew in every frame the residuals judge."""
+    effect, starts = candidates.effects[number], candidates.starts[number]
+    if effect.random:
+        sigma, variance = np.array([jitter.sigma_s]), np.array([[jitter.sigma_error_s**2]])
+        return ScoreTest(effect, (), sigma, variance, jitter.gain, jitter.p, jitter.gain, {None: sigma})
     part = scores.take(np.array([i for i, c in enumerate(scores.columns) if c.effect == number], dtype=np.int64))
     inverse = stable_inverse(part.H, 1e-10)
     theta = -inverse @ part.g
-    counts = not counts_nothing(effect, part.columns, theta)
     return ScoreTest(
         effect=effect,
         columns=part.columns,
         theta=theta,
         covariance=inverse @ part.M @ inverse,
         statistic=_statistic(part),
-        p=p_of(part, len(starts)) if counts else 1.0,
+        p=1.0 if counts_nothing(effect, part.columns, theta) else p_of(part, len(starts)),
         explained=float(part.g @ inverse @ part.g),
         starts={sequence: starts[start] for (e, sequence), start in chosen.items() if e == number},
-        counts=counts,
-        sharing=sharing,
     )
 
 
@@ -333,11 +312,3 @@ def counts_nothing(effect: EffectModel, columns: tuple[Column, ...], theta: Arra
     """Whether an effect that comes in whole numbers has none."""
     counts = [value for column, value in zip(columns, theta, strict=True) if effect.entry.parameters[column.parameter].name in effect.whole]
     return bool(effect.whole) and max(counts, default=0.0) < LEAST_COUNT
-
-
-def random_test(campaign: Campaign, result: JitterTest, effect: EffectModel) -> ScoreTest:
-    """Jitter of the frames' times, judged by the residuals."""
-    variance = np.array([[result.sigma_error_s**2]])
-    starts: dict[int | None, Array] = {None: np.array([result.sigma_s])}
-    sharing = campaign.sharing(effect.entry.scope)
-    return ScoreTest(effect, (), np.array([result.sigma_s]), variance, result.gain, result.p, result.gain, starts, sharing=sharing)

@@ -1,8 +1,10 @@
 """Whether a fitted effect is compatible with none [Wald 1943]."""
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.stats import chi2
 
+from datasets.vocabulary.effects import Scope
 from estimator.fitting.campaign import Campaign, CampaignFit
 from estimator.fitting.campaign_covariance import CampaignCovariance
 from estimator.motion.flight import N_PARAMETERS
@@ -16,8 +18,12 @@ def wald_p(campaign: Campaign, fit: CampaignFit, covariance: CampaignCovariance,
     if whole and not any(np.rint(theta[whole]).any() for theta in fit.state.theta):
         return 1.0
     counted = [i for i, p in enumerate(parameters) if p.name in effect.entry.sizes]
-    columns = part.start + np.array(counted)
-    sequences = sorted(set(campaign.sharing(effect.entry.scope)))
+    return zero_p(campaign, fit, covariance, effect.entry.scope, part.start + np.array(counted))
+
+
+def zero_p(campaign: Campaign, fit: CampaignFit, covariance: CampaignCovariance, scope: Scope, columns: NDArray[np.int64]) -> float:
+    """p-value of ``columns`` (c,) of the effects' parameters being zero in all sequences; the data may say nothing of some."""
+    sequences = sorted(set(campaign.sharing(scope)))
     rows = np.concatenate([covariance.place[s][N_PARAMETERS + columns] for s in sequences])
     theta = np.concatenate([fit.state.theta[s][columns] for s in sequences])
     C = covariance.covariance[np.ix_(rows, rows)]

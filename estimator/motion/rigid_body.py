@@ -61,10 +61,21 @@ def _rotation_matrices(q, R):  # type: ignore[no-untyped-def]
 
 def quaternion_product(a: Array, b: Array) -> Array:
     """The product ``a b`` of quaternions (..., 4), scalar last: first ``b``'s rotation, then ``a``'s."""
-    av, aw, bv, bw = a[..., :3], a[..., 3:], b[..., :3], b[..., 3:]
-    vector = aw * bv + bw * av + np.cross(av, bv)
-    scalar = aw * bw - np.sum(av * bv, axis=-1, keepdims=True)
-    return np.concatenate([vector, scalar], axis=-1)
+    out = np.empty(np.broadcast_shapes(a.shape, b.shape))
+    first, second = (np.ascontiguousarray(np.broadcast_to(each, out.shape), dtype=np.float64).reshape(-1, 4) for each in (a, b))
+    _quaternion_product(first, second, out.reshape(-1, 4))
+    return out
+
+
+@numba.njit(cache=True)
+def _quaternion_product(a, b, out):  # type: ignore[no-untyped-def]
+    for i in range(len(a)):
+        x, y, z, w = a[i, 0], a[i, 1], a[i, 2], a[i, 3]
+        p, q, r, s = b[i, 0], b[i, 1], b[i, 2], b[i, 3]
+        out[i, 0] = w * p + s * x + (y * r - z * q)
+        out[i, 1] = w * q + s * y + (z * p - x * r)
+        out[i, 2] = w * r + s * z + (x * q - y * p)
+        out[i, 3] = w * s - (x * p + y * q + z * r)
 
 
 def cross_product(a: Array, b: Array) -> Array:

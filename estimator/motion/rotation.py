@@ -1,5 +1,6 @@
 """Small rotations between matrices, vectors and quaternions (SciPy's conventions), over any leading axes."""
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
@@ -13,8 +14,35 @@ def rotation_from_vector(vectors: Array) -> Array:
 
 
 def rotation_vector(R: Array) -> Array:
-    """Rotation vectors (n, 3) rad of matrices (n, 3, 3)."""
-    return np.asarray(Rotation.from_matrix(R).as_rotvec(), dtype=np.float64)
+    """Rotation vectors (n, 3) rad of matrices (n, 3, 3), which are orthonormal."""
+    out = np.empty((len(R), 3))
+    _rotation_vector(np.ascontiguousarray(R, dtype=np.float64).reshape(-1, 9), out)
+    return out
+
+
+@numba.njit(cache=True)
+def _rotation_vector(R, out):  # type: ignore[no-untyped-def]
+    """By way of the quaternion, from the largest of its four numbers [Shepperd 1978]."""
+    q = np.empty(4)
+    for n in range(len(R)):
+        M = R[n]
+        trace, largest = M[0] + M[4] + M[8], 3
+        most = trace
+        for i in range(3):
+            if M[4 * i] > most:
+                most, largest = M[4 * i], i
+        if largest == 3:
+            q[0], q[1], q[2], q[3] = M[7] - M[5], M[2] - M[6], M[3] - M[1], 1.0 + trace
+        else:
+            i, j, k = largest, (largest + 1) % 3, (largest + 2) % 3
+            q[i], q[3] = 1.0 - trace + 2.0 * M[4 * i], M[3 * k + j] - M[3 * j + k]
+            q[j], q[k] = M[3 * j + i] + M[3 * i + j], M[3 * k + i] + M[3 * i + k]
+        if q[3] < 0.0:
+            q[:] = -q
+        sine, size = np.sqrt(q[0] ** 2 + q[1] ** 2 + q[2] ** 2), np.sqrt(q[0] ** 2 + q[1] ** 2 + q[2] ** 2 + q[3] ** 2)
+        factor = 2.0 / size if sine <= 1e-9 * size else 2.0 * np.arctan2(sine, q[3]) / sine
+        for i in range(3):
+            out[n, i] = factor * q[i]
 
 
 def quaternion(R: Array) -> Array:

@@ -49,11 +49,11 @@ def round_fall(start: States, times_s: Array, *, start_time_s: float, gravity: A
 def round_flight(start: States, times_s: Array, *, start_time_s: float, acceleration: Rate, torque: Rate | None) -> States:
     """States (f, m, ·) at every time of m round bodies; arguments as in :func:`estimator.motion.rigid_body.propagate`."""
     with np.errstate(over="ignore", invalid="ignore"):  # of trial steps that run away
-        motion = _motion(start, start_time_s, acceleration, torque)
-        longest = motion.longest(start, start_time_s, times_s)
+        motion, first = _motion(start, start_time_s, acceleration, torque)
+        longest = motion.longest(first, times_s)
         out = States(*(np.empty((len(times_s), *a.shape)) for a in (start.x, start.q, start.v, start.L)))
         for order in outwards(times_s, start_time_s):
-            here = _Node(start_time_s, start, *motion.rates(start_time_s, start))
+            here = first
             for rows in _steps(np.abs(times_s[order] - start_time_s), longest):
                 there = motion.advanced(here, float(times_s[order[rows][-1]]))
                 _interpolate(out, order[rows], times_s, (here, there))
@@ -92,11 +92,11 @@ class _Motion:
         """Acceleration and torque."""
         return self.acceleration(time, s, s.L), None if self.torque is None else self.torque(time, s, s.L)
 
-    def longest(self, s: States, time: float, times_s: Array) -> float:
+    def longest(self, first: _Node, times_s: Array) -> float:
         """The longest step (s); that between rows, 0, where forces change with time."""
-        known = self.rates(time, s)
+        known = (first.a, first.torque)
         for other in (times_s.min(), times_s.mean(), times_s.max()):
-            changed = self.rates(float(other), s)
+            changed = self.rates(float(other), first.state)
             if any(a is not None and b is not None and not np.array_equal(a, b) for a, b in zip(known, changed, strict=True)):
                 return 0.0
         return min(MAX_CHANGE / max(self.rate, 1e-12), MOST_ROWS * float(np.median(np.diff(times_s, append=times_s[-1:]))))
@@ -134,8 +134,8 @@ class _Motion:
         return States(s.x + h * v, s.q, s.v + h * a, s.L if m is None else s.L + h * m)
 
 
-def _motion(s: States, time: float, acceleration: Rate, torque: Rate | None) -> _Motion:
-    """The motion with its fastest rate, found by small changes of place, velocity and spin."""
+def _motion(s: States, time: float, acceleration: Rate, torque: Rate | None) -> tuple[_Motion, _Node]:
+    """The motion with its fastest rate, found by small changes of place, velocity and spin; and its first node."""
     motion, found = _Motion(acceleration, torque, 0.0), 0.0
     a, m = motion.rates(time, s)
     for name, size in (("x", 1.0), ("v", float(np.abs(s.v).max())), ("L", float(np.abs(s.L).max()))):
@@ -147,7 +147,7 @@ def _motion(s: States, time: float, acceleration: Rate, torque: Rate | None) -> 
             found = max(found, own, {"x": np.sqrt(rate), "v": rate, "L": 0.0}[name])
     if not found <= FASTEST_RADS:
         raise RanAway(RAN_AWAY.format(found))
-    return _Motion(acceleration, torque, found)
+    return _Motion(acceleration, torque, found), _Node(time, s, a, m)
 
 
 def _interpolate(out: States, rows: NDArray[np.int64], times_s: Array, ends: tuple[_Node, _Node]) -> None:

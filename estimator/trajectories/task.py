@@ -11,7 +11,7 @@ tracked frame at the flight's reference time.
 """
 
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -81,7 +81,7 @@ class TrajectoryTask:
         """The channels that were measured at all."""
         return frozenset(channel for channel in self.channels if self.seen(channel).any())
 
-    @property
+    @cached_property
     def still(self) -> NDArray[np.bool_]:
         """Which of a flight's parameters (21,) are not varied: the body is what is stated, unless an effect says otherwise."""
         mask = np.zeros(N_PARAMETERS, dtype=np.bool_)

@@ -32,7 +32,7 @@ def answer(explained: Explanation) -> dict[str, Any]:
     families = {t.effect.entry.key for t in explained.left.tests} if explained.left is not None else set()
     names = possible_names(explained.path[-1], groups_of(explained), explained.fit.model.keys)
     last = uncertain(campaign, explained.fit, catalogue(), names)
-    first = [t for t in tests_beside(begun.campaign, begun.trial.evidence.of) if t.effect.entry.key not in families]
+    first = [t for t in tests_beside(begun.trial.evidence.of) if t.effect.entry.key not in families]
     return {
         "found": list(explained.found),
         "probability": probabilities(explained),

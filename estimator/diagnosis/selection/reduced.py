@@ -6,11 +6,12 @@ of their information; under any prior variance of a sequence they then are indep
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag
-from scipy.linalg.lapack import dpotrf, dpotrs
+from scipy.linalg.lapack import dpotrs
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -34,34 +35,35 @@ class Quadratic:
 
 @dataclass(frozen=True)
 class Posterior:
-    """Amplitudes under their prior.
+    """Amplitudes under their prior of standard deviations ``sigma`` (q,).
 
-    ``mean`` (q,), ``covariance`` (q, q) for noise of variance one, ``misfit`` that the set leaves, prior included, and half the log
-    determinant of information over prior.
+    ``mean`` (q,), ``factor`` (q, q) of the information in units of the prior's, ``misfit`` that the set leaves, prior included, and half
+    the log determinant of information over prior.
     """
 
     mean: Array
-    covariance: Array
+    sigma: Array
+    factor: Array
     misfit: float
     half_log_det: float
+
+    @cached_property
+    def covariance(self) -> Array:
+        """Covariance (q, q) of the amplitudes for noise of variance one."""
+        return self.sigma[:, None] * _solved(self.factor, np.eye(len(self.sigma))) * self.sigma
 
 
 def posterior(of: Quadratic, sigma: Array) -> Posterior:
     """The posterior of all columns (q,) under a normal prior of standard deviations ``sigma`` (q,)."""
-    covariance, half = _under_prior(of.information, sigma)
-    mean = covariance @ of.pull
-    return Posterior(mean, covariance, of.misfit - float(of.pull @ mean), of.half_log_det + half)
+    factor: Array = np.linalg.cholesky(np.eye(len(sigma)) + sigma[:, None] * of.information * sigma).astype(np.float64, copy=False)
+    mean = sigma * _solved(factor, sigma * of.pull)
+    half = float(np.log(np.diagonal(factor)).sum())
+    return Posterior(mean, sigma, factor, of.misfit - float(of.pull @ mean), of.half_log_det + half)
 
 
-def _under_prior(information: Array, sigma: Array) -> tuple[Array, float]:
-    """``(information + diag(sigma⁻²))⁻¹`` (q, q), and half the log determinant of that information over the prior's."""
-    one = np.eye(len(sigma))
-    if not len(sigma):
-        return one, 0.0
-    L, failed = dpotrf(one + sigma[:, None] * information * sigma, lower=1)
-    if failed:
-        raise np.linalg.LinAlgError("expected information that is positive")
-    return sigma[:, None] * dpotrs(L, one, lower=1)[0] * sigma, float(np.log(np.diag(L)).sum())
+def _solved(factor: Array, of: Array) -> Array:
+    """``(L Lᵀ)⁻¹ of`` with L the ``factor``."""
+    return np.asarray(dpotrs(factor, of, lower=1)[0]).reshape(of.shape) if len(of) else of
 
 
 @dataclass(frozen=True)
@@ -98,22 +100,28 @@ class Own:
         """Sums (s,) over every sequence's own."""
         return np.asarray(np.bincount(self.owner, each), dtype=np.float64)
 
-    def eliminated(self, variance: Array) -> tuple[Quadratic, Array, Array, Array]:
-        """Integrated out under prior variances (s,) of the sequences' units.
+    def eliminated(self, variance: Array) -> tuple[Quadratic, Array]:
+        """The quadratic of the few columns with the units integrated out under prior variances (s,) of the sequences.
 
-        The quadratic of the few columns; then of the units the means (m,) at zero few, how they follow the few (m, k), and variances.
+        Beside it the units' covariance where the few are known: (m,) where they are independent, else (m, m).
         """
-        prior = variance[self.owner]
+        prior, few = variance[self.owner], self.few
         if self.information.ndim == 1:
             ratio = 1.0 + prior * self.information
-            spread, half = prior / ratio, 0.5 * float(np.log(ratio).sum())
-            mean, follow = spread * self.pull, spread[:, None] * self.cross
+            covariance, half = prior / ratio, 0.5 * float(np.log(ratio).sum())
+            mean, root = covariance * self.pull, np.sqrt(covariance)[:, None] * self.cross
+            taken = root.T @ root
         else:
-            covariance, half = _under_prior(self.information, np.sqrt(prior))
-            spread, mean, follow = np.diag(covariance), covariance @ self.pull, covariance @ self.cross
-        few = self.few
-        information, misfit = few.information - self.cross.T @ follow, few.misfit - float(self.pull @ mean)
-        return Quadratic(information, few.pull - self.cross.T @ mean, misfit, few.half_log_det + half), mean, follow, spread
+            alone = posterior(Quadratic(self.information, self.pull, 0.0), np.sqrt(prior))
+            covariance, half, mean = alone.covariance, alone.half_log_det, alone.mean
+            taken = self.cross.T @ covariance @ self.cross
+        misfit = few.misfit - float(self.pull @ mean)
+        return Quadratic(few.information - taken, few.pull - self.cross.T @ mean, misfit, few.half_log_det + half), covariance
+
+    def units(self, covariance: Array, few: Array) -> Array:
+        """Means (m,) of the units at values (k,) of the few columns."""
+        left = self.pull - self.cross @ few
+        return covariance * left if covariance.ndim == 1 else covariance @ left
 
 
 def independent(information: Array, rows: tuple[Index, ...]) -> bool:

@@ -6,22 +6,15 @@ evidence to say.
 
 import numpy as np
 
-from estimator.diagnosis.score_tests import EfficientScores, ScoreTest, random_test, test_of
+from estimator.diagnosis.score_tests import EfficientScores, ScoreTest, test_of
 from estimator.diagnosis.selection.linearised import Linearised
-from estimator.fitting.campaign import Campaign
 from estimator.fitting.stable_inverse import stable_inverse
 
 
-def tests_beside(campaign: Campaign, of: Linearised) -> tuple[ScoreTest, ...]:
+def tests_beside(of: Linearised) -> tuple[ScoreTest, ...]:
     """Tests of all effects that the fit lacks, in the order of ``of.effects``."""
     scores = scores_beside(of)
-    return tuple(
-        random_test(campaign, of.jitter, effect)
-        if effect.random
-        else test_of(scores, (number, effect, of.candidates.starts[number]), of.starts, campaign.sharing(effect.entry.scope))
-        for number, effect in enumerate(of.effects)
-        if number >= of.own
-    )
+    return tuple(test_of(scores, of.candidates, number, of.starts, of.jitter) for number in range(of.own, len(of.effects)))
 
 
 def scores_beside(of: Linearised) -> EfficientScores:

@@ -43,14 +43,15 @@ def test_elimination_is_the_posterior_of_all_columns(seed: int, hanging: bool, r
     every = posterior(whole.take(np.concatenate([FEW_ROWS, index])), np.concatenate([few, sigma]))
     taken = Own.of(whole, rows, limits).beside(FEW_ROWS)
     assert (taken.information.ndim == 2) is hanging
-    left, mean, follow, spread = taken.eliminated(variance)
+    left, covariance = taken.eliminated(variance)
     shared = posterior(left, few)
     assert shared.misfit == pytest.approx(every.misfit, rel=1e-9)
     assert shared.half_log_det == pytest.approx(every.half_log_det, rel=1e-9)
     np.testing.assert_allclose(shared.mean, every.mean[:FEW], rtol=1e-8, atol=1e-12)
     np.testing.assert_allclose(shared.covariance, every.covariance[:FEW, :FEW], rtol=1e-8, atol=1e-12)
-    np.testing.assert_allclose(taken.axes @ (mean - follow @ shared.mean), every.mean[FEW:], rtol=1e-7, atol=1e-10)
+    np.testing.assert_allclose(taken.axes @ taken.units(covariance, shared.mean), every.mean[FEW:], rtol=1e-7, atol=1e-10)
     alone = posterior(whole.take(index), sigma)
+    spread = covariance if covariance.ndim == 1 else np.diag(covariance)
     np.testing.assert_allclose(taken.axes**2 @ spread, np.diag(alone.covariance), rtol=1e-8)
 
 
