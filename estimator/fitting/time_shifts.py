@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import median_filter
 from scipy.optimize import brentq, minimize_scalar
 from scipy.stats import chi2
 
@@ -25,6 +26,12 @@ INDEPENDENT_DIFFERENCES = 2.0 / DIFFERENCE_VARIANCE
 """Of overlapping second differences: as many squares vary as the mean of all does."""
 DIFFERENCE_GAIN = 6.0
 """Variance of a second difference over that of what is differenced: 1 + 4 + 1."""
+NEIGHBOURS = np.array([[1], [1], [0], [1], [1]])
+"""Sightings whose median movement says where the middle one would be: a smooth misfit makes no outliers."""
+NORMAL_MEDIAN = 1.4826
+"""Standard deviation of normal errors over the median of their sizes."""
+FAR_OFF = 6.0
+"""Robust standard deviations from there: one in 10^8 of normal errors, while wrong outlines are off by tens."""
 WIDEST = 8.0
 """Logarithm of how far from the median noise of differences a jitter is looked for."""
 
@@ -58,6 +65,17 @@ def calibrated(shifts: Sequence[TimeShifts]) -> list[TimeShifts]:
     """
     more = max(_with_an_error(*_movements_noise(shifts)), _with_an_error(*_stretch_noise(shifts))) or 1.0
     return [replace(each, h=each.h / more, noise=each.noise * more) for each in shifts]
+
+
+def without_outliers(shifts: TimeShifts) -> TimeShifts:
+    """The shifts without weight where a sighting is off as a whole: one that moved far across the motion says nothing of the time."""
+    told = shifts.noise > 0.0
+    if shifts.still is None or told.sum() <= len(NEIGHBOURS):
+        return shifts
+    off = np.abs(shifts.still - median_filter(shifts.still, footprint=NEIGHBOURS, mode="nearest"))
+    far = off.max(axis=1) > FAR_OFF * NORMAL_MEDIAN * float(np.median(off[told]))
+    kept = np.where(far, 0.0, 1.0)
+    return replace(shifts, tau_s=shifts.tau_s * kept, h=np.where(far, 1e-150, shifts.h), noise=shifts.noise * kept)
 
 
 def _with_an_error(ratio: float, freedom: float) -> float:
@@ -139,7 +157,7 @@ class JitterTest:
 
 def jitter_test(shifts: Sequence[TimeShifts]) -> JitterTest:
     """Judge the shifts of the sequences of a campaign, each in the order of time."""
-    shifts = calibrated(shifts)
+    shifts = calibrated([without_outliers(each) for each in shifts])
     squares, noises = (np.concatenate(parts) for parts in zip(*(_differences(each.tau_s, each.noise) for each in shifts), strict=True))
     if not len(squares):
         return JitterTest(0.0, 0.0, 1.0, 0.0)
@@ -155,7 +173,7 @@ def jitter_test(shifts: Sequence[TimeShifts]) -> JitterTest:
 
 def jitter_found_with(shifts: Sequence[TimeShifts], p: float, probability: float) -> float:
     """Jitter (s) of which :func:`jitter_test` gives a p-value below ``p`` with a ``probability``; infinite where shifts say nothing."""
-    noises = np.concatenate([_differences(each.tau_s, each.noise)[1] for each in calibrated(shifts)])
+    noises = np.concatenate([_differences(each.tau_s, each.noise)[1] for each in calibrated([without_outliers(s) for s in shifts])])
     if not len(noises):
         return float("inf")
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from estimator.fitting.time_shifts import TimeShifts, jitter_found_with, jitter_test, noise_ratio
+from estimator.fitting.time_shifts import TimeShifts, jitter_found_with, jitter_test, noise_ratio, without_outliers
 
 NOISE_S = 2e-6
 
@@ -116,3 +116,25 @@ def test_a_jitter_is_found_as_often_as_its_limit_says(spread: float, probability
 
 def test_shifts_that_say_nothing_have_no_limit() -> None:
     assert jitter_found_with([TimeShifts(np.zeros(2), np.full(2, 1e-150), np.zeros(2))], 1e-3, 0.95) == np.inf
+
+
+def outlier(jitter_s: float, *, off: float) -> TimeShifts:
+    """100 sightings of which one is ``off`` as a whole, in standard deviations along the motion and across it."""
+    rng = np.random.default_rng(12)
+    tau, still = rng.normal(0.0, np.hypot(NOISE_S, jitter_s), 100), rng.normal(size=(100, 6))
+    tau[40], still[40, 1] = tau[40] + off * NOISE_S, off
+    return TimeShifts(tau, np.full(100, NOISE_S**-2), np.full(100, NOISE_S**2), still)
+
+
+def test_an_outline_that_is_off_as_a_whole_is_no_jitter() -> None:
+    assert jitter_test([outlier(0.0, off=30.0)]).p > 0.01
+    assert jitter_test([outlier(0.0, off=30.0)]).gain < 3.0
+    assert jitter_test([outlier(4.0 * NOISE_S, off=30.0)]).sigma_s == pytest.approx(4.0 * NOISE_S, rel=0.2)
+
+
+def test_a_smooth_misfit_makes_no_outliers() -> None:
+    each = outlier(0.0, off=0.0)
+    for misfit in (np.linspace(0.0, 200.0, 100), 50.0 * np.sin(np.linspace(0.0, 6.0, 100))):
+        assert each.still is not None
+        moved = replace(each, still=each.still + misfit[:, None])
+        np.testing.assert_array_equal(without_outliers(moved).noise, each.noise)

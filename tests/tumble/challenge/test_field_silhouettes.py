@@ -31,7 +31,7 @@ def tumble(*words: str | Path) -> int:
 def root(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """One campaign of one short flight, and its answer, found where the truth tree does not exist."""
     root = tmp_path_factory.mktemp("silhouettes")
-    small = ["--campaigns", "1", "--most-flights", "1", "--most-rows", "14", "--seed", "3", "--jobs", "1", "-q"]
+    small = ["--campaigns", "1", "--most-flights", "1", "--most-rows", "9", "--seed", "6", "--jobs", "1", "-q"]
     small += ["--measured", "silhouettes"]
     assert tumble("make", "--field", "--out", root / "made", *small) == 0
     (root / "made" / "truth").rename(root / "elsewhere")
@@ -82,7 +82,7 @@ def test_answers_are_scored_by_kind(root: Path, capsys: pytest.CaptureFixture[st
     for line in ("silhouettes: campaigns with a false name", "silhouettes: v inside its 95% ellipsoid", "where noise is not stated"):
         assert line in printed
     assert "1 silhouettes" in (root / "scored" / "field.md").read_text()
-    assert len(pd.read_csv(root / "scored" / "velocities.csv")) == 4
+    assert len(pd.read_csv(root / "scored" / "velocities.csv")) == 4  # v and omega, before and after
 
 
 def test_the_true_motion_is_that_of_the_frames() -> None:
