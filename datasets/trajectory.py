@@ -16,7 +16,8 @@ class Surroundings:
 
     ``gravity_world`` (3,) m/s². ``body``: where the centre of mass and the principal axes lie in the tracked frame, and the inertia ratios;
     ``sigma_x_m``, ``sigma_theta_rad``, ``sigma_omega_rads``, ``sigma_gyro_rads``: standard deviations of each coordinate where they are
-    known. ``spin_world`` (3,) rad/s: an angular velocity that was measured once in the flight, and ``sigma_spin`` (3,) of it.
+    known; ``sigma_length_scale``: that of all lengths, relative, as a calibration states it. ``spin_world`` (3,) rad/s: an angular velocity
+    that was measured once in the flight, and ``sigma_spin`` (3,) of it.
     ``world`` and ``tracked`` name the two frames, ``particle`` the body, which trajectories of one name share.
     """
 
@@ -26,6 +27,7 @@ class Surroundings:
     sigma_theta_rad: float | None = None
     sigma_omega_rads: float | None = None
     sigma_gyro_rads: float | None = None
+    sigma_length_scale: float | None = None
     spin_world: Array | None = None
     sigma_spin: Array | None = None
     world: str = "world"

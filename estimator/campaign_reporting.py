@@ -16,6 +16,7 @@ from estimator.configuration import Configuration
 from estimator.effects.parameter_values import WithInterval
 from estimator.fitting.campaign import CampaignFit, shared_prior, solve_arrow
 from estimator.fitting.campaign_covariance import CampaignCovariance
+from estimator.fitting.considered import Considered
 from estimator.fitting.forced_velocities import body_under, motion_under, velocities_under
 from estimator.fitting.measurement_kind import MeasurementKind
 from estimator.motion.flight import N_PARAMETERS, NAMES, OMEGA, Flight, V, fitted_body
@@ -66,17 +67,16 @@ def campaign_estimates(
     registered: Registered,
     observations: Mapping[str, Observation | Trajectory],
     fit: CampaignFit,
-    covariance: CampaignCovariance,
+    at: Considered,
     configuration: Configuration,
 ) -> tuple[Estimate, ...]:
-    """One estimate per sequence that was measured, in the campaign's order."""
+    """One estimate per sequence that was measured, in the campaign's order; its uncertainty is widened by what is possible."""
     made = []
-    to_go = left_to_go(registered, fit, covariance)
+    to_go = left_to_go(registered, fit, at.plain)
     for number, sequence in enumerate(registered.campaign.sequences):
         flight, theta = fit.state.flights[number], fit.state.theta[number]
-        C = covariance.of(number, np.arange(N_PARAMETERS + fit.model.size))
         what = (registered.campaign.kind, sequence, observations[sequence.name])
-        made.append(_estimate(what, (flight, theta), fit, (number, C, to_go), configuration))
+        made.append(_estimate(what, (flight, theta), fit, (number, at, to_go), configuration))
     return tuple(made)
 
 
@@ -84,10 +84,10 @@ def _estimate(
     what: tuple[MeasurementKind, Any, Observation | Trajectory],
     state: tuple[Flight, Array],
     fit: CampaignFit,
-    at: tuple[int, Array, float],
+    at: tuple[int, Considered, float],
     configuration: Configuration,
 ) -> Estimate:
-    (kind, sequence, observation), (flight, theta), (number, C, to_go) = what, state, at
+    (kind, sequence, observation), (flight, theta), (number, wide, to_go) = what, state, at
     setting = sequence.setting
     times = setting.times_s
     frames = fit.equations[number].frames
@@ -107,11 +107,11 @@ def _estimate(
         message=message,
         body=fitted_body(body_under(flight, fit.model, theta, setting)),
         motion=motion_under(flight, fit.model, theta, setting),
-        start=_velocity(flight, theta, (fit, setting.times_s[0], C), sequence),
-        middle=_velocity(flight, theta, (fit, middle, C), sequence),
+        start=_velocity(flight, (number, wide), float(times[0]), sequence),
+        middle=_velocity(flight, (number, wide), middle, sequence),
         parameters=(*NAMES, *fit.model.names),
         values=np.concatenate([flight.x, np.zeros(3), flight.v, flight.omega, flight.com, flight.inertia, [flight.offset_px], theta]),
-        covariance=C,
+        covariance=wide.covariance.of(number, np.arange(wide.own)),
         **told,
     )
     return without(estimate, kind.unmeasured(sequence))
@@ -173,11 +173,13 @@ def _judged(fit: CampaignFit, mean_square: float, to_go: float) -> tuple[Status,
     return Status.CONVERGED, f"converged, fitted jointly with its campaign; effects in the model: {effects or 'none'}."
 
 
-def _velocity(flight: Flight, theta: Array, at: tuple[CampaignFit, float, Array], sequence: Any) -> VelocityEstimate:
-    fit, time_s, C = at
-    value, J = velocities_under(flight, fit.model, theta, sequence.setting, float(time_s), known=np.diag(C)[:N_PARAMETERS] == 0.0)
+def _velocity(flight: Flight, at: tuple[int, Considered], time_s: float, sequence: Any) -> VelocityEstimate:
+    number, wide = at
+    C = wide.covariance.of(number, np.arange(N_PARAMETERS + wide.model.size))
+    known = np.diag(C)[:N_PARAMETERS] == 0.0
+    value, J = velocities_under(flight, wide.model, wide.theta[number], sequence.setting, time_s, known=known)
     covariance = J @ C @ J.T
-    return VelocityEstimate(float(time_s), value[:3], value[3:], 0.5 * (covariance + covariance.T), np.full((6, 6), np.nan))
+    return VelocityEstimate(time_s, value[:3], value[3:], 0.5 * (covariance + covariance.T), np.full((6, 6), np.nan))
 
 
 def _of_fit(fit: CampaignFit, number: int) -> dict[str, Any]:

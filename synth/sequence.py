@@ -3,6 +3,7 @@
 World frame: the HSV camera's. Every part draws from a random stream of its own (:mod:`synth.streams`).
 """
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -167,12 +168,16 @@ def hsv_outlines(plan: SequencePlan, noise: NoiseRecipe, rng: np.random.Generato
 
 def view_outlines(plan: SequencePlan, noise: NoiseRecipe, rng: np.random.Generator) -> tuple[Outline, ...]:
     """The outline of every calibrated view."""
-    mesh = outline_mesh(plan.view_vertices, plan.faces)
-    exact = (
-        plan.effects.view_segmented(exact_outline(mesh, view.intrinsics, view.R_cam_particle, view.t_cam_particle), view.intrinsics)
-        for view in plan.views
-    )
+    exact = exact_view_outlines(plan)
     return tuple(noisy_outline(o, spacing_px=noise.spacing_px, sigma_px=noise.rig_boundary_px, rng=rng) for o in exact)
+
+
+def exact_view_outlines(plan: SequencePlan) -> Iterator[Array]:
+    """The outline (n, 2) px of every calibrated view, as a segmentation without noise draws it."""
+    mesh = outline_mesh(plan.view_vertices, plan.faces)
+    for view in plan.views:
+        outline = exact_outline(mesh, view.intrinsics, view.R_cam_particle, view.t_cam_particle)
+        yield plan.effects.view_segmented(outline, view.intrinsics)
 
 
 def truth_of(plan: SequencePlan) -> Truth:

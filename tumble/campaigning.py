@@ -12,7 +12,7 @@ from datasets.observation_files import read_observation
 from datasets.trajectory import Trajectory
 from datasets.trajectory_files import read_trajectory, trajectories_in
 from estimator.configuration import Configuration
-from estimator.effects.choosing import refuse_without_gravity
+from estimator.effects.choosing import catalogue, refuse_without_gravity
 from estimator.effects.link import EffectModel
 from estimator.fitting.campaign import Campaign
 from estimator.registration import Registered, register
@@ -21,6 +21,7 @@ from tumble.notes import tell_notes
 from tumble.progress import progress
 from tumble.reasons import grouped
 from tumble.result_files import observations_in
+from tumble.stating import Stated, facts_of
 from tumble.tracked_bodies import body_from_mesh
 
 Read = TypeVar("Read", Observation, Trajectory)
@@ -28,14 +29,23 @@ Read = TypeVar("Read", Observation, Trajectory)
 
 @dataclass(frozen=True)
 class Known:
-    """What a user says about trajectories on the command line: ``surroundings`` as in their side-car, and a ``mesh`` of the body."""
+    """What a user says on the command line.
+
+    Of trajectories ``surroundings`` as in their side-car, and a ``mesh`` of the body; of effects what is ``stated``.
+    """
 
     surroundings: Mapping[str, Any] = field(default_factory=dict)
     mesh: Path | None = None
+    stated: tuple[Stated, ...] = ()
 
     @property
     def options(self) -> tuple[str, ...]:
         """The options that say so."""
+        return (*self.of_trajectories, *(word for each in self.stated for word in (each.option, each.words)))
+
+    @property
+    def of_trajectories(self) -> tuple[str, ...]:
+        """Those of them that are about trajectories."""
         gravity = self.surroundings.get("gravity_world")
         said = () if gravity is None else ("--gravity=" + ",".join(f"{g:g}" for g in gravity),)
         return (*said, *(() if self.mesh is None else ("--mesh", str(self.mesh))))
@@ -74,17 +84,25 @@ def prepare(
     InputError
         Where no sequence is left, with the reason of each; where an effect cannot be found in such measurements.
     """
-    found = _of_trajectories(source, effects, known or Known(), quiet=quiet) if trajectories_in(source) else None
-    if found is None and known is not None and known != Known():
-        raise InputError(
-            f"{source}: expected trajectories (*.csv, *.tum, *.txt) for {known.words}, came none: pictures state it themselves."
-        )
-    found = found or _of_pictures(source, configuration, effects, quiet=quiet)
+    known = known or Known()
+    found = _of_trajectories(source, effects, known, quiet=quiet) if trajectories_in(source) else None
+    if found is None and known.of_trajectories:
+        words = shlex.join(known.of_trajectories)
+        raise InputError(f"{source}: expected trajectories (*.csv, *.tum, *.txt) for {words}, got none: pictures state it themselves.")
+    found = found or _of_pictures(source, configuration, _unstated(effects, known), quiet=quiet)
     if not found.registered.campaign.sequences:
         reasons = "\n".join(f"  {who}: {reason}" for who, reason in grouped(found.left_out))
         raise InputError(f"{source}: no sequence of this campaign can be measured:\n{reasons}")
-    _refuse_what_does_not_apply(found.registered.campaign, effects)
-    return found
+    campaign = found.registered.campaign
+    _refuse_what_does_not_apply(campaign, effects)
+    candidates = {**catalogue(), **{effect.entry.key: effect for effect in effects}}
+    return found.at(replace(campaign, facts=(*campaign.facts, *facts_of(known.stated, campaign, candidates, known.mesh))))
+
+
+def _unstated(effects: Sequence[EffectModel], known: Known) -> list[EffectModel]:
+    """The effects of which nothing is stated: those have to show in the data."""
+    stated = [each.effect for each in known.stated]
+    return [effect for effect in effects if effect.entry.key not in stated]
 
 
 def _read_alone(folder: Path) -> Observation:
@@ -110,7 +128,7 @@ def _of_trajectories(source: Path, effects: Sequence[EffectModel], known: Known,
     if known.mesh is not None:
         body = body_from_mesh(known.mesh)
         trajectories = {name: replace(t, surroundings=replace(t.surroundings, body=body)) for name, t in trajectories.items()}
-    refuse_without_gravity([e.entry.key for e in effects], [t.surroundings.gravity_world for t in trajectories.values()])
+    refuse_without_gravity([e.entry.key for e in _unstated(effects, known)], [t.surroundings.gravity_world for t in trajectories.values()])
     with progress("register", len(trajectories), quiet=quiet) as advance:
         registered = register_trajectories(list(trajectories.values()), told=advance)
     return Prepared(registered, trajectories, left_out)

@@ -107,7 +107,7 @@ def _refuse_the_other_side(impacts: Sequence[MeasuredImpact], known: Known) -> N
     """
     if not impacts:
         return
-    approaching = nominal(impacts).velocities()[:, 2] < 0.0
+    approaching = nominal(impacts).velocities[:, 2] < 0.0
     pushed = np.array([(i.after[:3] - i.state.v_world) @ i.plate.normal_world > 0.0 for i in impacts])
     missing = int(np.sum(~(approaching & pushed)))
     if missing > MOST_AWAY * len(impacts):

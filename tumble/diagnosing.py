@@ -21,6 +21,7 @@ from estimator.diagnosis.map_words import sentence_of
 from estimator.diagnosis.noise_floor import NoiseFloor, noise_floor
 from estimator.diagnosis.residual_maps import residual_maps, shown
 from estimator.diagnosis.score_tests import ScoreTest
+from estimator.diagnosis.selection.names import possible_names
 from estimator.diagnosis.selection.testing import tests_beside
 from estimator.diagnosis.separation import Separation, separations
 from estimator.diagnosis.separation_words import advised
@@ -29,7 +30,8 @@ from estimator.diagnosis.verdict import Verdict, verdict_of
 from estimator.effects.choosing import catalogue, contradiction
 from estimator.effects.link import EffectModel
 from estimator.fitting.campaign import Campaign, CampaignFit
-from estimator.fitting.campaign_covariance import CampaignCovariance, campaign_covariance
+from estimator.fitting.considered import Uncertain, uncertain
+from estimator.fitting.impacts import impacts
 from tumble.campaigning import Known, Prepared, prepare
 from tumble.commands import command
 from tumble.diagnosis_documents import (
@@ -45,7 +47,7 @@ from tumble.diagnosis_documents import (
     value_entries,
     verdict_entry,
 )
-from tumble.group_words import told_of_groups
+from tumble.limiting import fact_entries, groups_of, limits_entry, name_entries, names_sentence, settling
 from tumble.reports.words import rms_word
 from tumble.result_files import estimate_path
 from tumble.unknowns import law_command, unknown_entry, with_unknown
@@ -101,17 +103,20 @@ def fitted(campaign: Prepared, effects: Sequence[EffectModel]) -> tuple[Prepared
     return campaign.at(followed), fit
 
 
-def estimated(question: Question, campaign: Prepared, out: Path, *, fit: CampaignFit | None = None) -> Document:
-    """Fit with the question's effects (or take ``fit``), write an estimate per sequence and ``campaign.json``; its content."""
-    if fit is None:
+def estimated(question: Question, campaign: Prepared, out: Path, *, of: Uncertain | None = None) -> Document:
+    """Fit with the question's effects (or take ``of``), write an estimate per sequence and ``campaign.json``; its content."""
+    if of is None:
         campaign, fit = fitted(campaign, question.effects)
-    covariance = campaign_covariance(campaign.registered.campaign, fit)
+        of = uncertain(campaign.registered.campaign, fit, question.candidates)
+    fit, at = of.fit, of.at
     configuration = configuration_from_dict(question.configuration)
-    for estimate in campaign_estimates(campaign.registered, campaign.observations, fit, covariance, configuration):
+    for estimate in campaign_estimates(campaign.registered, campaign.observations, fit, at, configuration):
         write_estimate(estimate, estimate_path(out, estimate.name))
-    values = effect_values(campaign.registered, fit, covariance)
+    values = effect_values(campaign.registered, fit, of.of_values)
     content = {
-        **campaign_content(campaign.registered.campaign, fit, covariance, values),
+        **campaign_content(campaign.registered.campaign, fit, at.fitted, values),
+        "facts": fact_entries(campaign.registered.campaign, fit),
+        "limits": limits_entry(impacts(campaign.registered.campaign, fit, at)),
         "source": str(question.source.resolve()),
         "left_out": campaign.left_out,
         "configuration": question.configuration,
@@ -134,7 +139,7 @@ def compared(question: Question, campaign: Prepared, told: Told) -> Document:
     telling = [sentence_of(each) for each in shown(maps) if each.significant][:MOST_TOLD]
     none = ("No map shows where.",) if missing and not telling else ()
     verdict = _unless_too_short(found, Verdict("judged", floor.sentence(*at), (*telling, *none), ()))
-    content = _content("compare", question, campaign, (fit, campaign_covariance(registered.campaign, fit)))
+    content = _content("compare", question, campaign, uncertain(campaign.registered.campaign, fit, question.candidates))
     return {
         **content,
         "noise_floor": noise_floor_entry(floor, campaign.names, at),
@@ -163,10 +168,11 @@ def diagnosed(question: Question, campaign: Prepared, out: Path, told: Told) -> 
     told("evidence")
     verdict = verdict_of(found)
     apart = _apart(campaign, fit, [f.test for f in found.findings], found.group) if verdict.kind == "found" else ()
+    verdict = replace(verdict, remarks=(*verdict.remarks, *settling(found.group)))
     verdict = advised(verdict, apart, question.command("diagnose", ()))
     left = family_of(found) if verdict.kind == "unknown" else None
     rest = None if left is None else unknown_entry(campaign.registered.campaign, fit, left, campaign.names)
-    content = _content("diagnose", question, campaign, (fit, campaign_covariance(campaign.registered.campaign, fit)))
+    content = _content("diagnose", question, campaign, uncertain(campaign.registered.campaign, fit, question.candidates))
     return {
         **content,
         "diagnosis": diagnosis_entry(found, campaign.names, apart),
@@ -210,15 +216,19 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told) -> 
     campaign = campaign.at(explanation.campaign)
     registered = campaign.registered
     last = diagnosis_at(explanation.last, ended=True)
-    written = estimated(question, campaign, out, fit=explanation.fit)
+    groups = groups_of(explanation)
+    more = possible_names(explanation.path[-1], groups, explanation.fit.model.keys)
+    of = uncertain(registered.campaign, explanation.fit, question.candidates, more)
+    written = estimated(question, campaign, out, of=of)
     verdict = _settled(verdict_of_explanation(verdict_of(last), explanation), written["settled"], explanation)
     steps, apart = _step_entries(explanation, campaign, question.candidates)
-    verdict = replace(verdict, remarks=(*told_of_groups(steps), *scattered(explanation), *verdict.remarks))
+    verdict = replace(verdict, remarks=(*map(names_sentence, groups), *scattered(explanation), *verdict.remarks))
     verdict = advised(verdict, apart if explanation.found else [], question.command("explain", ()))
     rest = unknown_entry(registered.campaign, explanation.fit, explanation.left, names, told=told)
-    content = _content("explain", question, campaign, (explanation.fit, explanation.covariance))
+    content = _content("explain", question, campaign, of)
     return {
         **content,
+        "names": name_entries(groups),
         "noise_floor": noise_floor_entry(_floor(registered.campaign, explanation.fit), names, _sure(last)),
         "maps": [map_entry(each) for each in residual_maps(registered.campaign, explanation.fit)],
         "begun": diagnosis_entry(diagnosis_at(explanation.begun), names),
@@ -246,7 +256,7 @@ def climbed(question: Question, campaign: Prepared, told: Told, errors: Velocity
         f"{'falls' if final < first else 'does not fall'}: {first:.4f} {unit} to {final:.4f} {unit} ({final / first - 1.0:+.0%})."
     )
     remarks = tuple(_useless(rung.added, question) for before, rung in pairwise(rungs) if rung.added and not _lowers(before, rung))
-    content = _content("ladder", question, campaign, (last, campaign_covariance(registered.campaign, last)))
+    content = _content("ladder", question, campaign, uncertain(campaign.registered.campaign, last, question.candidates))
     floor = _floor(registered.campaign, last)
     return {
         **content,
@@ -279,9 +289,9 @@ def _useless(key: str, question: Question) -> str:
     return f"{name} does not lower it: it does not belong in the model."
 
 
-def _content(verb: str, question: Question, campaign: Prepared, at: tuple[CampaignFit, CampaignCovariance]) -> Document:
+def _content(verb: str, question: Question, campaign: Prepared, of: Uncertain) -> Document:
     """What every verb says."""
-    fit, covariance = at
+    fit, at = of.fit, of.at
     return {
         "verb": verb,
         "source": str(question.source.resolve()),
@@ -292,7 +302,10 @@ def _content(verb: str, question: Question, campaign: Prepared, at: tuple[Campai
         "model": keys_of(fit),
         "settled": fit.settled,
         "rms_ete_px": rms_px(fit),
-        "values": value_entries(effect_values(campaign.registered, fit, covariance)),
+        "values": value_entries(effect_values(campaign.registered, fit, of.of_values)),
+        "facts": fact_entries(campaign.registered.campaign, fit),
+        "limits": limits_entry(impacts(campaign.registered.campaign, fit, at)),
+        "names": [],
         "noise_floor": None,
         "maps": None,
         "diagnosis": None,

@@ -1,6 +1,6 @@
 """One number with several names, in words: what these data cannot tell apart, with its value under each name."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -10,22 +10,6 @@ from tumble.numbers import compact
 AS_LIKELY = 20.0
 """Odds beyond which a name stays in its group only since the data cannot tell it apart: what is plausible a priori speaks against it."""
 NUMBERS = {2: "two", 3: "three", 4: "four", 5: "five"}
-
-
-def told_of_groups(steps: Sequence[Mapping[str, Any]]) -> tuple[str, ...]:
-    """A sentence for every group of more than one name."""
-    return tuple(_told(step["names"]) for step in steps if len(step["names"]) > 1)
-
-
-def _told(names: Sequence[Mapping[str, Any]]) -> str:
-    first, *others = names
-    told = ", or ".join(f"{_words(name)} ({odds_words(name['log_odds'])})" for name in others)
-    return f"One number, {count_words(len(names))} names, which these data cannot tell apart: {_words(first)}, or {told}."
-
-
-def _words(name: Mapping[str, Any]) -> str:
-    values = [value_words(each, scatter=name["scatter"]) for each in name["values"]]
-    return " ".join([name["effect"].replace("_", " "), *([", ".join(values)] if values else [])])
 
 
 def value_words(value: Mapping[str, Any], *, scatter: bool) -> str:

@@ -4,12 +4,26 @@ from pathlib import Path
 
 import numpy as np
 import trimesh
+from numpy.typing import NDArray
 
 from datasets.errors import InputError
 from datasets.plausibility import FARTHEST_M
 from datasets.vocabulary.body import Body
-from estimator.geometry.mass_properties import body_of
+from estimator.geometry.mass_properties import body_of, solid_of
 from estimator.geometry.visual_hull import HullMesh
+
+INSIDE = 1e-6
+"""Of a triangle, by which a point may lie outside and count as inside: rounding at the edges between triangles of one face."""
+
+
+def rest_heights(path: Path) -> NDArray[np.float64]:
+    """Heights (h,) m of the centre of mass above a level plane on which the body of a mesh can rest: on faces of its convex hull."""
+    solid = solid_of(read_mesh(path))
+    hull, centre = solid.convex_hull, np.asarray(solid.center_mass)
+    height = np.einsum("ij,ij->i", hull.face_normals, hull.triangles_center - centre)
+    below = centre + height[:, None] * hull.face_normals
+    stable = (trimesh.triangles.points_to_barycentric(hull.triangles, below) > -INSIDE).all(axis=1)
+    return np.asarray(height[stable])
 
 
 def body_from_mesh(path: Path) -> Body:
@@ -32,6 +46,8 @@ def read_mesh(path: Path) -> HullMesh:
             mesh = trimesh.load(path, force="mesh")
     except Exception as error:  # trimesh raises whatever its readers raise
         raise InputError(f"{path}: expected a mesh (PLY, STL, OBJ), came a file that cannot be read: {error}.") from error
+    if isinstance(mesh, trimesh.Trimesh):
+        mesh.merge_vertices(merge_tex=True, merge_norm=True)  # a corner with several normals is one point
     if not isinstance(mesh, trimesh.Trimesh) or len(mesh.faces) == 0 or not np.isfinite(mesh.vertices).all() or not mesh.is_watertight:
         raise InputError(f"{path}: expected a closed mesh, came one with open edges, without faces or without finite vertices.")
     extent = float(np.ptp(mesh.vertices, axis=0).max())

@@ -53,8 +53,10 @@ def _rates(y, K, mu, out):  # type: ignore[no-untyped-def]
 @numba.njit(cache=True)
 def _step(y, h, K, mu, k, new):  # type: ignore[no-untyped-def]  # noqa: PLR0917
     """One Dormand–Prince step into ``new``; returns the largest estimated error over what is tolerated."""
-    for stage in range(7):
-        for i in range(5):
+    _rates(y, K, mu, k[0])
+    for stage in range(1, 7):
+        # Rates depend on the first three alone; the last stage is the step itself.
+        for i in range(5 if stage == 6 else 3):
             new[i] = y[i]
             for j in range(stage):
                 new[i] += h * A[stage, j] * k[j, i]

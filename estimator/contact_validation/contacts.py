@@ -55,11 +55,13 @@ class Contacts:
     def __len__(self) -> int:
         return len(self.v)
 
+    @cached_property
     def matrices(self) -> Float[NDArray[np.float64], "n 3 3"]:
         """Collision matrices, contact axes: what an impulse over mass adds to the contact's velocity."""
         across = crossed(self.lever[:, None, :], self.axes)
         return np.eye(3) + np.einsum("nia,nab,njb->nij", across, self.turning, across)
 
+    @cached_property
     def velocities(self) -> Float[NDArray[np.float64], "n 3"]:
         """Velocity of the contact point as seen from the plate, contact axes."""
         return np.einsum("nij,nj->ni", self.axes, self.v + crossed(self.omega, self.lever) - self.plate_velocity)
@@ -78,6 +80,11 @@ class Contacts:
 
 def nominal(impacts: Sequence[MeasuredImpact], tilt: tuple[float, float] = UNTILTED) -> Contacts:
     """The contacts as measured, on plates turned by ``tilt`` (rad, see :func:`tilted`) against what is stated of them."""
+    return _nominal(tuple(impacts), tilt)
+
+
+@lru_cache(maxsize=64)
+def _nominal(impacts: tuple[MeasuredImpact, ...], tilt: tuple[float, float]) -> Contacts:
     return joined([_one(impact, tilt) for impact in impacts])
 
 
@@ -134,9 +141,15 @@ def _turned_axes(impact: MeasuredImpact, turns: Array) -> Array:
 
 @lru_cache(maxsize=4096)
 def _one(impact: MeasuredImpact, tilt: tuple[float, float]) -> Contacts:
-    axes = contact_axes(tilted(impact.plate.normal_world, tilt))
+    axes = _axes_of(tuple(impact.plate.normal_world.tolist()), tilt)
     corners = impact.low_corners
     lever = corners[int(np.argmin(corners @ axes[2]))]
     state = impact.state
     rows = (axes, lever, impact.turning, state.v_world, state.omega_world, impact.plate.velocity_world)
     return Contacts(*(np.asarray(row, dtype=np.float64)[None] for row in rows))
+
+
+@lru_cache(maxsize=4096)
+def _axes_of(normal: tuple[float, ...], tilt: tuple[float, float]) -> Array:
+    """Contact axes of a plate, the same for all impacts on it."""
+    return contact_axes(tilted(np.array(normal), tilt))

@@ -69,7 +69,7 @@ class PointContact:
 
     def impulses(self, contacts: Contacts) -> Float[NDArray[np.float64], "n 3"]:
         """Impulses over mass (m/s), contact axes."""
-        K, u = contacts.matrices(), contacts.velocities()
+        K, u = contacts.matrices.copy(), contacts.velocities
         K[:, 2, 2] += self.recoil
         struck = np.flatnonzero(u[:, 2] < -SLOWEST_MS)
         impulses = np.zeros((len(contacts), 3))

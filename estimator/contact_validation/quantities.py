@@ -65,7 +65,7 @@ def contact_of(impact: MeasuredImpact, friction: float, rng: np.random.Generator
     impulse, misfit = _impulses(here, jumps, weight)
     impulses, _ = _impulses(there, drawn_jumps, weight)
     e, es = restitutions(here, impulse, friction), restitutions(there, impulses, friction)
-    u, us = here.velocities(), there.velocities()
+    u, us = here.velocities, there.velocities
     w, ws = _after(here, impulse), _after(there, impulses)
     tangential, tangentials = (np.linalg.norm(p[:, :2], axis=1) for p in (impulse, impulses))
     return Contact(
@@ -93,7 +93,7 @@ def _one_contact_p(misfit: float) -> float:
 
 def restitutions(contacts: Contacts, impulses: Array, friction: float) -> Float[NDArray[np.float64], " n"]:
     """Stronge's e (n,) for which rigid contacts at ``friction`` give the normal impulses of ``impulses`` (n, 3), by bisection."""
-    K, u = contacts.matrices(), contacts.velocities()
+    K, u = contacts.matrices, contacts.velocities
     low, high = np.zeros(len(u)), np.full(len(u), 1.5)
     struck = u[:, 2] < 0.0
     for _ in range(BISECTIONS):
@@ -141,7 +141,7 @@ def _impulses(contacts: Contacts, jumps: Array, weight: Array) -> tuple[Array, A
 
 
 def _after(contacts: Contacts, impulses: Array) -> Array:
-    return np.asarray(contacts.velocities() + np.einsum("nij,nj->ni", contacts.matrices(), impulses))
+    return np.asarray(contacts.velocities + np.einsum("nij,nj->ni", contacts.matrices, impulses))
 
 
 def _about(values: Array, centre: Array) -> Array:

@@ -56,7 +56,7 @@ def residual_maps(impacts: Impacts, judged: Judged) -> tuple[ResidualMap, ...]:
 def directed(impacts: Impacts, residuals: Array) -> Float[NDArray[np.float64], "impact 3"]:
     """Residuals (n, 6) along normal, sliding direction and spin made, in standard deviations."""
     contacts = nominal(impacts.measured)
-    u = contacts.velocities()
+    u = contacts.velocities
     along = np.einsum("ni,nij->nj", np.column_stack([u[:, :2], np.zeros(len(u))]), contacts.axes)
     jump = impacts.after - np.concatenate([contacts.v, contacts.omega], axis=1)
     nothing = np.zeros_like(along)
@@ -72,7 +72,7 @@ def directed(impacts: Impacts, residuals: Array) -> Float[NDArray[np.float64], "
 
 def axes_of(measured: Sequence[MeasuredImpact]) -> list[tuple[str, str, Array]]:
     """Name, unit and place (n,) of each impact on every axis."""
-    u = nominal(measured).velocities()
+    u = nominal(measured).velocities
     angle = np.degrees(np.arctan2(np.linalg.norm(u[:, :2], axis=1), -u[:, 2]))
     return [
         ("impact angle", "°", angle),

@@ -15,6 +15,7 @@ from estimator.diagnosis.score_tests import Candidates
 from estimator.diagnosis.selection.evidence import Evidence
 from estimator.diagnosis.selection.linearised import linearised
 from estimator.diagnosis.selection.refitting import refitted, weighed_again
+from estimator.diagnosis.selection.stated import with_facts
 from estimator.effects.link import EffectModel
 from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState
 from estimator.fitting.following import following
@@ -36,7 +37,7 @@ def with_effect(campaign: Campaign, fit: CampaignFit, effect: EffectModel) -> tu
         longest = max((each.setting.times_s for each in campaign.sequences), key=len)
         got = f"{len(longest)} frames over {1e3 * float(np.ptp(longest)):.3g} ms"
         raise InputError(f"{effect.entry.key}: expected a sequence long enough to show it, got {got} at most.")
-    of = linearised(campaign, fit, {effect.entry.key: effect})
+    of = with_facts(linearised(campaign, fit, {effect.entry.key: effect}), campaign)
     return refitted(campaign, fit, Evidence(of), tuple(range(len(of.effects))))
 
 

@@ -218,8 +218,8 @@ SMALLEST_VISIBLE = 1e-12
 def _projected(campaign: Campaign, fit: CampaignFit, linear: Linear) -> tuple[EfficientScores, _Projection, NDArray[np.bool_]]:
     """Efficient scores without their noise, the projection behind them, and which columns (c,) the data see at all."""
     layout, c = fit.layout, len(linear.columns)
-    precision, values = shared_prior(campaign, layout, fit.model, fit.state)
-    bb, bg = np.diag(precision), precision * values
+    prior = shared_prior(campaign, layout, fit.model, fit.state)
+    bb, bg = prior.information.copy(), prior.gradient.copy()
     bc, cc, cg = np.zeros((layout.size, c)), np.zeros((c, c)), np.zeros(c)
     kept, whole = [], np.zeros(c)
     for each, place, own, number in zip(linear.equations, layout.place, linear.local, linear.number, strict=True):
@@ -264,8 +264,8 @@ def _noise(
     """Covariance (c, c) of the efficient scores of the columns kept, of noise as large as in ``like``."""
     projection, kept = which
     layout = fit.layout
-    precision, _ = shared_prior(campaign, layout, fit.model, fit.state)
-    total = projection.shared[:, kept].T @ (precision[:, None] * projection.shared[:, kept])
+    prior = shared_prior(campaign, layout, fit.model, fit.state)
+    total = projection.shared[:, kept].T @ prior.information @ projection.shared[:, kept]
     weighted, more = [], campaign.kind.noise_ratio(campaign, like)
     position = {int(column): i for i, column in enumerate(kept)}
     for each, place, own, number, A in zip(linear.equations, layout.place, linear.local, linear.number, projection.local, strict=True):

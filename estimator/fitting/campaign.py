@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from datasets.vocabulary.effects import Scope
 from estimator.effects.model import Model
 from estimator.fitting.composite_likelihood import WeighedFrames
+from estimator.fitting.facts import Fact, stated_rows
 from estimator.fitting.measurement_kind import MeasurementKind
 from estimator.fitting.stable_inverse import stable_inverse
 from estimator.motion.flight import COM, INERTIA, N_PARAMETERS, OFFSET, Flight, moved
@@ -39,7 +40,8 @@ FALLING, MOST_FALLING = 0.01, 40
 class Campaign:
     """Sequences with the number of the particle and of the camera each belongs to, and the noise outlines do not show.
 
-    ``kind`` says what the sequences are and works on them; all have a ``name`` and a ``setting``.
+    ``kind`` says what the sequences are and works on them; all have a ``name`` and a ``setting``. ``facts``: what is stated of the
+    parameters of effects beside the sequences.
     """
 
     sequences: tuple[Any, ...]
@@ -48,6 +50,7 @@ class Campaign:
     floor_px: float
     body_noise_px: float
     kind: MeasurementKind
+    facts: tuple[Fact, ...] = ()
 
     def sharing(self, scope: Scope) -> tuple[int, ...]:
         """Of every sequence, the first one with which it shares what is of a ``scope``."""
@@ -141,14 +144,33 @@ def _with_own_prior(frames: WeighedFrames, model: Model, theta: Array) -> Weighe
     return replace(frames, H=frames.H + np.diag(precision), g=frames.g + pull, known=frames.known + np.diag(precision))
 
 
-def shared_prior(campaign: Campaign, layout: Layout, model: Model, state: CampaignState) -> tuple[Array, Array]:
-    """Precision (size,) of the shared parameters and their values (size,): body, outline offset and effects that are held."""
+@dataclass(frozen=True)
+class Prior:
+    """What is known of the shared parameters beside the sequences: ``information`` (p, p), ``gradient`` (p,) and ``cost`` at a state."""
+
+    information: Array
+    gradient: Array
+    cost: float
+
+    @classmethod
+    def diagonal(cls, precision: Array, values: Array) -> "Prior":
+        """Independent normal priors about zero of parameters that are at ``values`` (p,)."""
+        return cls(np.diag(precision), precision * values, 0.5 * float(values @ (precision * values)))
+
+
+def shared_prior(campaign: Campaign, layout: Layout, model: Model, state: CampaignState) -> Prior:
+    """The prior of body, outline offset and effects that are held, and the facts that are stated."""
     precision, values = np.zeros(layout.size), np.zeros(layout.size)
     for sequence, flight, theta, place in zip(campaign.sequences, state.flights, state.theta, layout.place, strict=True):
         own = np.concatenate([campaign.kind.precision(sequence), model.precision])
         precision[place] = own[layout.shared]
         values[place] = _vector(flight, theta)[layout.shared]
-    return precision, values
+    held = Prior.diagonal(precision, values)
+    if not campaign.facts:
+        return held
+    A, y = stated_rows(campaign.facts, model, layout)
+    off = A @ values - y
+    return Prior(held.information + A.T @ A, held.gradient + A.T @ off, held.cost + 0.5 * float(off @ off))
 
 
 def _vector(flight: Flight, theta: Array) -> Array:
@@ -168,14 +190,13 @@ class ArrowSolution:
 
 
 def solve_arrow(
-    equations: Sequence[SequenceEquations], layout: Layout, prior: tuple[Array, Array], *, damping: float = 0.0
+    equations: Sequence[SequenceEquations], layout: Layout, prior: Prior, *, damping: float = 0.0
 ) -> ArrowSolution:
     """Eliminate the local blocks, solve for the shared parameters, substitute back.
 
     ``damping``: of every normal matrix so much of its diagonal is added to it [Marquardt 1963].
     """
-    precision, values = prior
-    H, g = np.diag(precision), precision * values
+    H, g = prior.information.copy(), prior.gradient.copy()
     inverses = []
     for each, place in zip(equations, layout.place, strict=True):
         full, gradient = each.frames.H, each.frames.g
@@ -333,12 +354,11 @@ def _cost(
 ) -> float:
     """Half the mean Huber cost per error times the number of sightings' independent errors, plus the prior's."""
     layout, model = kind
-    precision, values = shared_prior(campaign, layout, model, state)
     noise = like or [None] * len(residuals)
     data = sum(campaign.kind.cost(sequence, each, by) for sequence, each, by in zip(campaign.sequences, residuals, noise, strict=True))
     alone = np.array([e.entry.scope is Scope.SEQUENCE for e in model.effects], dtype=np.bool_)
     own = sum(float(model.prior_cost(theta)[alone].sum()) for theta in state.theta)
-    return float(data + 0.5 * values @ (precision * values) + own)
+    return float(data + shared_prior(campaign, layout, model, state).cost + own)
 
 
 def _relative_size(equations: Sequence[SequenceEquations], layout: Layout, solution: ArrowSolution) -> float:

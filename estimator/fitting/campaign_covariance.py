@@ -9,7 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.fitting.campaign import Campaign, CampaignFit, shared_prior
+from estimator.effects.model import Model
+from estimator.fitting.campaign import Campaign, CampaignFit, Layout, shared_prior
 from estimator.fitting.stable_inverse import stable_inverse
 from estimator.motion.flight import N_PARAMETERS
 
@@ -32,17 +33,11 @@ class CampaignCovariance:
 
 def campaign_covariance(campaign: Campaign, fit: CampaignFit) -> CampaignCovariance:
     """Covariance of all parameters at a fit."""
-    layout, n = fit.layout, len(campaign.sequences)
-    own = len(layout.local)
-    size = n * own + layout.size
-    place = []
-    for i in range(n):
-        rows = np.empty(N_PARAMETERS + fit.model.size, dtype=np.int64)
-        rows[layout.local] = i * own + np.arange(own)
-        rows[layout.shared] = n * own + layout.place[i]
-        place.append(rows)
-    precision, _ = shared_prior(campaign, layout, fit.model, fit.state)
-    H = np.diag(np.concatenate([np.zeros(n * own), precision]))
+    layout = fit.layout
+    place, size = placed(layout, fit.model, len(campaign.sequences))
+    first = size - layout.size
+    H = np.zeros((size, size))
+    H[first:, first:] = shared_prior(campaign, layout, fit.model, fit.state).information
     M = H.copy()
     weighted, more = [], campaign.kind.noise_ratio(campaign, fit.equations)
     for each, rows in zip(fit.equations, place, strict=True):
@@ -54,4 +49,15 @@ def campaign_covariance(campaign: Campaign, fit: CampaignFit) -> CampaignCovaria
     M += campaign.kind.repeated_noise(campaign, [e.errors for e in fit.equations], weighted)
     inverse = stable_inverse(H, 1e-13)
     covariance = inverse @ M @ inverse
-    return CampaignCovariance(0.5 * (covariance + covariance.T), tuple(place))
+    return CampaignCovariance(0.5 * (covariance + covariance.T), place)
+
+
+def placed(layout: Layout, model: Model, sequences: int) -> tuple[tuple[Index, ...], int]:
+    """Where the 21 + q parameters of every sequence lie among all, its own first and then what they share, and how many all are."""
+    own, place = len(layout.local), []
+    for i in range(sequences):
+        rows = np.empty(N_PARAMETERS + model.size, dtype=np.int64)
+        rows[layout.local] = i * own + np.arange(own)
+        rows[layout.shared] = sequences * own + layout.place[i]
+        place.append(rows)
+    return tuple(place), sequences * own + layout.size

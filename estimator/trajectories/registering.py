@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,7 @@ from datasets.trajectory import Trajectory
 from estimator.diagnosis.base import base_fit
 from estimator.effects.link import Setting
 from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState
+from estimator.fitting.facts import Fact
 from estimator.measurements.trajectories import TRAJECTORIES
 from estimator.motion.rigid_body import rotation_matrices
 from estimator.registration import Registered
@@ -41,13 +43,23 @@ def register_trajectories(trajectories: Sequence[Trajectory], *, told: Callable[
         told(trajectory.name)
     tasks = _in_one_volume(tasks)
     campaign = Campaign(tuple(tasks), particles_of(trajectories), (0,) * len(tasks), floor_px=0.0, body_noise_px=0.0, kind=TRAJECTORIES)
+    campaign = replace(campaign, facts=_stated_lengths(trajectories))
     state = CampaignState(tuple(flights), tuple(np.zeros(0) for _ in flights))
     stated = [_stated(t) for t in trajectories]
-    if tasks and not all(all(s.values()) for s in stated):
+    if tasks:
         for _ in range(ROUNDS):
             fit = base_fit(campaign, state)
             campaign, state = replace(campaign, sequences=_with_noise(campaign, fit, stated)), CampaignState(fit.state.flights, state.theta)
     return Registered(campaign, state, (), ())
+
+
+def _stated_lengths(trajectories: Sequence[Trajectory]) -> tuple[Fact, ...]:
+    """How sure a calibration is of all lengths, where it says so."""
+    said = {t.surroundings.sigma_length_scale for t in trajectories}
+    if len(said) > 1:
+        known = ", ".join("nothing" if each is None else f"{each:g}" for each in sorted(said, key=lambda each: each or 0.0))
+        raise InputError(f"{trajectories[0].name}: expected one sigma_length_scale for all trajectories of a campaign, got {known}.")
+    return tuple(Fact(f"sigma_length_scale = {s:g}", (("length_scale", (1.0,)),), 0.0, s) for s in said if s is not None)
 
 
 def _in_one_volume(tasks: Sequence[TrajectoryTask]) -> list[TrajectoryTask]:
@@ -125,28 +137,30 @@ def task_of(trajectory: Trajectory) -> TrajectoryTask:
 
 
 def _with_noise(campaign: Campaign, fit: CampaignFit, stated: Sequence[dict[str, bool]]) -> tuple[TrajectoryTask, ...]:
-    """The sequences with noise estimated from the fit's residuals wherever it is not stated."""
+    """The sequences with noise estimated from the fit's residuals; where it is stated, only the likeness of neighbouring rows."""
     tasks: list[TrajectoryTask] = list(campaign.sequences)
-    for channel in FIRST_GUESS:
-        rows = [i for i, s in enumerate(stated) if s.get(channel) is False]
-        for axis in range(3):
-            columns = {i: tasks[i].columns(channel).start + axis for i in rows if tasks[i].seen(channel)[:, axis].any()}
-            residuals = [_residuals(fit, tasks[i], (i, k)) for i, k in columns.items()]
-            noise = channel_noise(residuals) if residuals else None
-            for i, k in columns.items():
-                if noise is not None:
-                    tasks[i] = _replaced(tasks[i], k, noise.sigma, noise.repeats)
+    for channel, known, axis in product(FIRST_GUESS, (False, True), range(3)):
+        rows = [i for i, s in enumerate(stated) if s.get(channel) is known]
+        columns = {i: tasks[i].columns(channel).start + axis for i in rows if tasks[i].seen(channel)[:, axis].any()}
+        residuals = [_residuals(fit, tasks[i], (i, k), stated=known) for i, k in columns.items()]
+        noise = channel_noise(residuals, stated=known) if residuals else None
+        for i, k in columns.items():
+            if noise is not None:
+                tasks[i] = _replaced(tasks[i], k, None if known else noise.sigma, noise.repeats)
     return tuple(tasks)
 
 
-def _residuals(fit: CampaignFit, task: TrajectoryTask, at: tuple[int, int]) -> Array:
-    """Residuals of the rows of a sequence that were measured in a column, in their own unit."""
+def _residuals(fit: CampaignFit, task: TrajectoryTask, at: tuple[int, int], *, stated: bool) -> Array:
+    """Residuals of the rows of a sequence that were measured in a column, in standard deviations or, not stated, in their own unit."""
     number, column = at
     seen = np.isfinite(task.sigma[:, column])
-    return np.asarray(fit.equations[number].errors.e[seen, column] * task.sigma[seen, column])
+    e = fit.equations[number].errors.e[seen, column]
+    return np.asarray(e if stated else e * task.sigma[seen, column])
 
 
-def _replaced(task: TrajectoryTask, column: int, sigma: float, repeats: float) -> TrajectoryTask:
+def _replaced(task: TrajectoryTask, column: int, sigma: float | None, repeats: float) -> TrajectoryTask:
     new_sigma, new_repeats = task.sigma.copy(), task.repeats.copy()
-    new_sigma[np.isfinite(task.sigma[:, column]), column], new_repeats[column] = sigma, repeats
+    new_repeats[column] = repeats
+    if sigma is not None:
+        new_sigma[np.isfinite(task.sigma[:, column]), column] = sigma
     return replace(task, sigma=new_sigma, repeats=new_repeats)

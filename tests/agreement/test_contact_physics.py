@@ -1,6 +1,6 @@
 """The reduced laws of the ladder against nature's contact, at states and hulls that are known exactly."""
 
-from functools import cache
+from functools import cache, partial
 
 import numpy as np
 import pytest
@@ -12,6 +12,7 @@ from estimator.contact_validation.spread import prepared
 from scripts import contact_sets
 from scripts.contact_sets import drop_recipe, measured_set
 from synth.contact.law import contact_law
+from synth.sequence import plan_sequence
 
 RUNS, SEED = 10, 31
 EXACT = ("CORNER_ERROR_SHARE", "INERTIA_ERROR", "CENTRE_ERROR_SHARE")
@@ -30,8 +31,11 @@ HIDDEN = {
 def exact_impacts(key: str) -> Impacts:
     """Impacts with nothing wrong in them, in units of what an instrument would be uncertain of."""
     recipe = drop_recipe(SEED, (HIDDEN[key],) if key else ())
-    uncertain = prepared(measured_set(recipe, RUNS, np.random.default_rng(0)), 0)
+    planned = cache(partial(plan_sequence, recipe))
     with pytest.MonkeyPatch.context() as patch:
+        # Nature is the same in both sets: each drop is flown once.
+        patch.setattr(contact_sets, "plan_sequence", lambda _, index: planned(index))
+        uncertain = prepared(measured_set(recipe, RUNS, np.random.default_rng(0)), 0)
         patch.setattr(contact_sets, "SIGMAS", 1e-6 * contact_sets.SIGMAS)
         for name in EXACT:
             patch.setattr(contact_sets, name, 0.0)

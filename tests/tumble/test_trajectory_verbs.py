@@ -186,7 +186,7 @@ REFUSED = [
         "does not apply to these measurements: it needs a measured orientation or spin",
     ),
     (["estimate", "{tosses}", GRAVITY, "--mesh", "absent.ply"], "absent.ply: expected a mesh"),
-    (["compare", "{tosses}/..", GRAVITY], "expected trajectories (*.csv, *.tum, *.txt) for --gravity=0,0,-9.81, came none"),
+    (["compare", "{tosses}/..", GRAVITY], "expected trajectories (*.csv, *.tum, *.txt) for --gravity=0,0,-9.81, got none"),
     (["diagnose", "{tosses}", "--gravity=0,0,0", "--effects", "frame_rate"], "frame_rate cannot be found in force-free flight"),
 ]
 

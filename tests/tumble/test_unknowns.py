@@ -21,7 +21,7 @@ from estimator.fitting.held_out import held_out
 from tests.estimator.unknown_campaigns import unknown_campaign
 from tests.tumble.test_effect_writing import diagnosis
 from tumble.cli.main import main
-from tumble.diagnosing import told_of_steps, verdict_of_explanation
+from tumble.diagnosing import verdict_of_explanation
 from tumble.diagnosis_documents import Entry
 from tumble.reports.campaign_page import render
 from tumble.unknowns import NO_LAW, law_command, unknown_entry, with_unknown
@@ -100,18 +100,6 @@ def test_what_is_left_is_told_beside_what_was_found() -> None:
     assert "entre of mass" not in told.sentence
     assert "Once that plug-in is written: tumble ladder data --effects gravity,./my_law.py:MyLaw" in told.remarks
     assert verdict_of_explanation(last, explanation("gravity")).sentence.endswith("Then nothing more is missing.")
-
-
-def test_steps_tell_their_groups_with_the_odds() -> None:
-    def step(*group: str, odds: tuple[float, ...]) -> Any:
-        return SimpleNamespace(added=group[0], group=group, odds=odds)
-
-    steps = (step("frame_rate", "length_scale", odds=(0.0, -0.693)), step("gravity", odds=(0.0,)), step("a", "b", odds=(0.0, -5.0)))
-    told: Any = SimpleNamespace(steps=steps)
-    assert told_of_steps(told) == (
-        "These data cannot tell frame rate from length scale (0.5 : 1).",
-        "These data cannot tell a from b (as likely, less probable a priori).",
-    )
 
 
 def test_the_report_shows_curves_and_law(tmp_path: Path) -> None:

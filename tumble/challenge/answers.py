@@ -10,13 +10,17 @@ from datasets.vocabulary.effects import Scope
 from estimator.diagnosis.empirical_fit import fit_empirical
 from estimator.diagnosis.explain import Explanation
 from estimator.diagnosis.score_tests import ScoreTest
+from estimator.diagnosis.selection.names import possible_names
 from estimator.diagnosis.selection.testing import tests_beside
+from estimator.effects.choosing import catalogue
 from estimator.effects.curvature_bias import CurvatureBias
 from estimator.fitting.campaign import Campaign, CampaignFit
-from estimator.fitting.campaign_covariance import CampaignCovariance, campaign_covariance
+from estimator.fitting.campaign_covariance import CampaignCovariance
+from estimator.fitting.considered import uncertain
 from estimator.fitting.held_out import HeldOut
 from estimator.motion.flight import N_PARAMETERS, OMEGA, Flight, V
 from tumble.challenge.information import all_information
+from tumble.limiting import groups_of
 
 Array = NDArray[np.float64]
 
@@ -26,6 +30,8 @@ def answer(explained: Explanation) -> dict[str, Any]:
     campaign, begun = explained.campaign, explained.begun
     errors = {"base": explained.steps[0].before, "final": explained.held_out} if explained.steps else {}
     families = {t.effect.entry.key for t in explained.left.tests} if explained.left is not None else set()
+    names = possible_names(explained.path[-1], groups_of(explained), explained.fit.model.keys)
+    last = uncertain(campaign, explained.fit, catalogue(), names)
     first = [t for t in tests_beside(begun.campaign, begun.trial.evidence.of) if t.effect.entry.key not in families]
     return {
         "found": list(explained.found),
@@ -45,11 +51,11 @@ def answer(explained: Explanation) -> dict[str, Any]:
         ],
         "tests": [_test(test) for test in first],
         "information": {key: matrix.tolist() for key, matrix in all_information(begun.campaign, begun.fit, first).items()},
-        "parameters": parameters(campaign, explained.fit, explained.covariance),
+        "parameters": parameters(campaign, explained.fit, last.of_values),
         "axes": {sequence.name: flight.body.R_particle_body.tolist() for sequence, flight in _flights(campaign, explained.fit)},
         "velocities": {
-            "base": velocities(begun.campaign, begun.fit, campaign_covariance(begun.campaign, begun.fit)),
-            "final": velocities(campaign, explained.fit, explained.covariance),
+            "base": velocities(begun.campaign, begun.fit, uncertain(begun.campaign, begun.fit, catalogue()).at.fitted),
+            "final": velocities(campaign, explained.fit, last.at.fitted),
         },
         "held_out": {name: _held_out(value) for name, value in errors.items()},
     }

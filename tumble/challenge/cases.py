@@ -6,10 +6,10 @@ are numbers in an order that was shuffled.
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, TypeVar
 
 from datasets.atomic_files import written_whole
 from datasets.errors import InputError
@@ -17,6 +17,7 @@ from datasets.json_documents import plain, revived
 from datasets.recipes.recipe import Recipe
 from datasets.recipes.toml_files import recipe_from_dict, recipe_to_dict
 
+Read = TypeVar("Read")
 Kind = Literal["control", "single", "pair", "outside"]
 CASE_FILE = "case.json"
 CAMPAIGNS, TRUTH = "campaigns", "truth"
@@ -75,9 +76,14 @@ def case_from_dict(values: Mapping[str, Any]) -> Case:
 
 def write_case(case: Case, path: Path) -> None:
     """Write what is hidden."""
+    write_truth_document(case_to_dict(case), path)
+
+
+def write_truth_document(values: Mapping[str, Any], path: Path) -> None:
+    """Write plain values of a case of either challenge."""
     path.parent.mkdir(parents=True, exist_ok=True)
     with written_whole(path) as temporary:
-        temporary.write_text(json.dumps(plain(case_to_dict(case)), indent=1) + "\n", encoding="utf-8")
+        temporary.write_text(json.dumps(plain(values), indent=1) + "\n", encoding="utf-8")
 
 
 def read_cases(root: Path) -> tuple[Case, ...]:
@@ -88,14 +94,19 @@ def read_cases(root: Path) -> tuple[Case, ...]:
     InputError
         Where there is none, or a file is not one of ours.
     """
+    return cases_in(root, case_from_dict, "tumble challenge make")
+
+
+def cases_in(root: Path, from_dict: Callable[[dict[str, Any]], Read], maker: str) -> tuple[Read, ...]:
+    """Every case under ``root``, made ``from_dict``; ``maker``: the command that writes such cases."""
     files = sorted((root / TRUTH).glob(f"*/{CASE_FILE}"))
     if not files:
         raise InputError(f"{root}: expected the folder of a challenge with {TRUTH}/<campaign>/{CASE_FILE} in it, found none.")
-    return tuple(_read(path) for path in files)
+    return tuple(_read(path, from_dict, maker) for path in files)
 
 
-def _read(path: Path) -> Case:
+def _read(path: Path, from_dict: Callable[[dict[str, Any]], Read], maker: str) -> Read:
     try:
-        return case_from_dict(revived(json.loads(path.read_text(encoding="utf-8"))))
+        return from_dict(revived(json.loads(path.read_text(encoding="utf-8"))))
     except (ValueError, KeyError, TypeError) as error:
-        raise InputError(f"{path}: expected a case written by `tumble challenge make` ({type(error).__name__}: {error}).") from None
+        raise InputError(f"{path}: expected a case written by `{maker}` ({type(error).__name__}: {error}).") from None

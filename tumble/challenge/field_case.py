@@ -1,29 +1,30 @@
-"""One case of the field challenge: trajectories of a thing, what is hidden in them, and the mess that is always there.
+"""One case of the field challenge: trajectories or silhouettes of a thing, what is hidden in them, and the mess that is always there.
 
-``campaigns/<name>/observations/`` holds what the solver reads: ``<flight>.csv`` and ``trajectory.toml``. ``truth/<name>/case.json`` holds
+``campaigns/<name>/observations/`` holds what the solver reads: ``<flight>.csv`` and ``trajectory.toml``, or a folder for
+each flight's outlines. ``truth/<name>/case.json`` holds
 the case, ``truth/<name>/<flight>.csv`` the true motion.
 """
 
-import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from datasets.atomic_files import written_whole
-from datasets.errors import InputError
-from datasets.json_documents import plain
-from tumble.challenge.cases import CASE_FILE, TRUTH
+from tumble.challenge.cases import CASE_FILE, TRUTH, cases_in, write_truth_document
 
-Measured = Literal["poses", "positions_and_spin", "positions", "gyroscope"]
-MEASURED: tuple[Measured, ...] = ("poses", "positions_and_spin", "positions", "gyroscope")
+Measured = Literal["poses", "positions_and_spin", "positions", "gyroscope", "silhouettes"]
+MEASURED: tuple[Measured, ...] = ("poses", "positions_and_spin", "positions", "gyroscope", "silhouettes")
+TRAJECTORIES = MEASURED[:4]
 CHANNELS: Mapping[str, tuple[str, ...]] = {
     "poses": ("x", "theta"),
     "positions_and_spin": ("x", "omega"),
     "positions": ("x",),
     "gyroscope": ("gyro",),
+    "silhouettes": ("outline", "view"),
 }
 """What each kind of campaign measures."""
+CALIBRATION = {"length_scale": 1e-3, "focal_length": 1e-3, "principal_point": 1.0}
+"""Standard deviations that a calibration has: of lengths and of the focal length, relative, and of the principal point, px."""
 Effects = dict[str, dict[str, tuple[float, ...]]]
 """Values of every flight by effect and parameter."""
 Vector = tuple[float, ...]
@@ -45,9 +46,9 @@ class FlightPlan:
 class Noise:
     """Noise of every channel, and of the clock.
 
-    ``sigma``: standard deviation by channel (m, rad, rad/s) of the noise without its outliers; ``repeats``: over how many rows it is alike;
-    ``outliers``: share of rows that are far off; ``rounded``: whether time stamps are rounded to 1 ms; ``stated``: whether the files say
-    ``sigma``.
+    ``sigma``: standard deviation by channel (m, rad, rad/s, px) of the noise without its outliers; ``repeats``: over how many rows or
+    frames it is alike; ``outliers``: share of rows or whole outlines that are far off; ``rounded``: whether time stamps are rounded to
+    1 ms; ``stated``: whether the files say ``sigma``.
     """
 
     sigma: dict[str, float]
@@ -58,10 +59,26 @@ class Noise:
 
 
 @dataclass(frozen=True)
+class Scene:
+    """What silhouettes show: a body of a procedural ``family``, seen from the calibrated views of ``drops`` placements in the rig.
+
+    Flights have speeds (m/s) and spins (rad/s) in these ranges. ``R_particle_body``: rows of the true principal axes.
+    """
+
+    family: Literal["cut_stone", "jagged"]
+    irregularity: float
+    drops: int
+    speed_ms: Vector
+    spin_rads: Vector
+    R_particle_body: tuple[Vector, ...] = ()
+
+
+@dataclass(frozen=True)
 class FieldCase:
     """One campaign.
 
-    ``ratios``: inertia ratios of the body. ``hidden``: effects above their limit; ``over_limit``: their sizes over it. ``mess``: small
+    ``ratios``: inertia ratios of the body. ``scene``: what silhouettes show, ``None`` where trajectories are measured.
+    ``hidden``: effects above their limit; ``over_limit``: their sizes over it. ``mess``: small
     effects below it (a push of every flight, lengths off by what a calibration states, a stray effect) and ``mess_over_limit``.
     ``outside``: a force that the catalogue lacks. ``seed`` of the noise.
     """
@@ -77,6 +94,7 @@ class FieldCase:
     mess: Effects
     mess_over_limit: dict[str, float]
     outside: Effects
+    scene: Scene | None = None
 
     def values(self, number: int) -> dict[str, dict[str, float]]:
         """Everything that acts in one flight, values of one parameter added up."""
@@ -97,23 +115,22 @@ def is_field(root: Path) -> bool:
 
 def case_from_dict(values: Mapping[str, Any]) -> FieldCase:
     """A case from plain values, as :func:`dataclasses.asdict` and JSON make them."""
-    flights = tuple(FlightPlan(**{k: _fixed(v) for k, v in each.items()}) for each in values["flights"])
-    effects = {
-        part: {key: {name: tuple(v) for name, v in parameters.items()} for key, parameters in values[part].items()}
-        for part in ("hidden", "mess", "outside")
-    }
-    return FieldCase(**{**values, **effects, "flights": flights, "noise": Noise(**values["noise"]), "ratios": tuple(values["ratios"])})
+    flights = tuple(FlightPlan(**_fixed(each)) for each in values["flights"])
+    parts = {part: _fixed(values[part]) for part in ("hidden", "mess", "outside", "ratios")}
+    scene = Scene(**_fixed(values["scene"])) if values.get("scene") else None
+    return FieldCase(**{**values, **parts, "flights": flights, "noise": Noise(**values["noise"]), "scene": scene})
 
 
 def _fixed(value: Any) -> Any:
-    return tuple(value) if isinstance(value, list) else value
+    """The same with tuples for lists, however deep."""
+    if isinstance(value, dict):
+        return {key: _fixed(each) for key, each in value.items()}
+    return tuple(_fixed(each) for each in value) if isinstance(value, list | tuple) else value
 
 
 def write_case(case: FieldCase, path: Path) -> None:
     """Write what is hidden."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with written_whole(path) as temporary:
-        temporary.write_text(json.dumps(plain(asdict(case)), indent=1) + "\n", encoding="utf-8")
+    write_truth_document(asdict(case), path)
 
 
 def read_field_cases(root: Path) -> tuple[FieldCase, ...]:
@@ -124,14 +141,4 @@ def read_field_cases(root: Path) -> tuple[FieldCase, ...]:
     InputError
         Where there is none, or a file is not one of ours.
     """
-    files = sorted((root / TRUTH).glob(f"*/{CASE_FILE}"))
-    if not files:
-        raise InputError(f"{root}: expected the folder of a challenge with {TRUTH}/<campaign>/{CASE_FILE} in it, found none.")
-    return tuple(_read(path) for path in files)
-
-
-def _read(path: Path) -> FieldCase:
-    try:
-        return case_from_dict(json.loads(path.read_text(encoding="utf-8")))
-    except (ValueError, KeyError, TypeError) as error:
-        raise InputError(f"{path}: expected a case written by `tumble challenge make --field` ({type(error).__name__}: {error}).") from None
+    return cases_in(root, case_from_dict, "tumble challenge make --field")

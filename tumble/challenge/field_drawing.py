@@ -15,10 +15,13 @@ from scipy.spatial.transform import Rotation
 from datasets.errors import InputError
 from datasets.vocabulary.effects import Scope
 from estimator.effects.choosing import contradiction
-from tumble.challenge.drawing import direction, nested
-from tumble.challenge.field_case import CHANNELS, MEASURED, Effects, FieldCase, FlightPlan, Measured, Noise
+from tumble.challenge.drawing import LARGEST, RELATIVE_TO_PLAUSIBLE, direction, nested
+from tumble.challenge.field_case import CALIBRATION, CHANNELS, MEASURED, Effects, FieldCase, FlightPlan, Measured, Noise
 from tumble.challenge.field_limits import Known, known, limit_along
 from tumble.challenge.field_outside import draw_outside
+from tumble.challenge.field_picture_drawing import draw_silhouettes
+from tumble.challenge.field_silhouettes import as_flown
+from tumble.challenge.field_spans import ROUNDED_FROM_S, log_uniform
 
 Array = NDArray[np.float64]
 HIDDEN = (
@@ -37,14 +40,25 @@ HIDDEN = (
 )
 """Effects that are drawn. Not: jitter, which rounded stamps have anyway; missing frames, which come in whole numbers; a wind and a
 saturating lift, which act beside other effects or in their place."""
+HIDDEN_IN_PICTURES = (
+    *HIDDEN,
+    "focal_length",
+    "principal_point",
+    "radial_distortion",
+    "tangential_distortion",
+    "rolling_shutter",
+    "outline_offset",
+    "view_outline_offset",
+    "motion_blur_threshold",
+    "blooming",
+    "rim_light_leak",
+)
+"""Of silhouettes. Not: a vibration, which is searched for, and a growing defocus, which shows by its square."""
 MOST_HIDDEN = 3
 OVER_LIMIT = (1.0, 10.0)
 OUTSIDE_SHARE = 0.1
 PUSH, STRAY = 0.3, 0.1
 """Sizes of pushes and of the stray effect over their limits; no part of the mess passes ``PUSH``."""
-CALIBRATION = 1e-3
-"""Standard deviation that a calibration states of its lengths, relative."""
-ROUNDED_FROM_S = 4e-3
 STATED_SHARE = 0.2
 """Campaigns whose files state their noise."""
 ATTEMPTS = 10
@@ -57,11 +71,12 @@ NOISES = {"x": (2e-4, 2e-3), "theta": (2e-3, 1e-2), "omega": (0.3, 3.0), "gyro":
 
 @dataclass(frozen=True)
 class FieldPlan:
-    """How many campaigns, and the ranges of their flights and rows."""
+    """How many campaigns, the ranges of their flights and rows (or frames), and what they measure."""
 
     campaigns: int
     flights: tuple[int, int] = (1, 40)
     rows: tuple[int, int] = (8, 120)
+    measured: tuple[Measured, ...] = MEASURED
 
 
 def names_of(plan: FieldPlan) -> tuple[str, ...]:
@@ -98,12 +113,15 @@ def _drawn(plan: FieldPlan, name: str, rng: np.random.Generator, *, outside: boo
         hidden, over = draw_hidden(of, int(rng.integers(MOST_HIDDEN + 1)), rng)
         case = replace(case, hidden=hidden, over_limit=over)
     mess, over = draw_mess(of, tuple(case.hidden), rng)
-    return replace(case, mess=mess, mess_over_limit=over)
+    case = replace(case, mess=mess, mess_over_limit=over)
+    return case if case.scene is None else as_flown(case)
 
 
 def draw_flights(plan: FieldPlan, name: str, rng: np.random.Generator) -> FieldCase:
     """A campaign with its noise, nothing hidden."""
-    kind: Measured = MEASURED[int(rng.integers(len(MEASURED)))]
+    kind: Measured = plan.measured[int(rng.integers(len(plan.measured)))]
+    if kind == "silhouettes":
+        return draw_silhouettes(name, plan.flights, plan.rows, rng)
     rate = log_uniform(RATES_HZ[kind], rng)
     count = round(log_uniform(plan.flights, rng))
     flights = tuple(_flight(kind, f"{name}-{i + 1}", round(log_uniform(plan.rows, rng)), rate, rng) for i in range(count))
@@ -134,7 +152,8 @@ def _ratios(kind: Measured, rng: np.random.Generator) -> tuple[float, ...]:
 
 def draw_hidden(of: Known, count: int, rng: np.random.Generator) -> tuple[Effects, dict[str, float]]:
     """Up to ``count`` effects that these measurements can show beside one another, and their sizes over their limits."""
-    tried = [HIDDEN[i] for i in rng.permutation(len(HIDDEN)) if HIDDEN[i] in of.of.keys]
+    offered = offered_in(of)
+    tried = [offered[i] for i in rng.permutation(len(offered)) if offered[i] in of.of.keys]
     chosen: dict[str, Array] = {}
     for key in tried:
         if len(chosen) == count:
@@ -151,6 +170,11 @@ def draw_hidden(of: Known, count: int, rng: np.random.Generator) -> tuple[Effect
     return effects, over
 
 
+def offered_in(of: Known) -> tuple[str, ...]:
+    """The effects that may be hidden in such measurements, if they can be seen there."""
+    return HIDDEN if of.campaign.kind.unit != "px" else HIDDEN_IN_PICTURES
+
+
 def _shown(of: Known, together: dict[str, Array]) -> bool:
     """Whether all effects can be as large as their limits beside one another."""
     return all(limit_along(of, key, sizes, tuple(together)) < reach(of, key, sizes) for key, sizes in together.items())
@@ -160,7 +184,7 @@ def draw_mess(of: Known, hidden: tuple[str, ...], rng: np.random.Generator) -> t
     """Pushes of every flight, lengths off by what the calibration states, and one stray effect: all below their limits."""
     effects: Effects = {}
     over: dict[str, float] = {}
-    shown = [key for key in HIDDEN if key in of.of.keys and key not in hidden]
+    shown = [key for key in offered_in(of) if key in of.of.keys and key not in hidden]
 
     def add(key: str, sizes: Array, wanted: float, largest: float = float("inf")) -> None:
         limit = limit_along(of, key, sizes)
@@ -169,9 +193,10 @@ def draw_mess(of: Known, hidden: tuple[str, ...], rng: np.random.Generator) -> t
 
     if "uniform_acceleration" in shown:
         add("uniform_acceleration", rng.normal(size=(len(of.campaign.sequences), 3)), PUSH)
-    if "length_scale" in shown:
-        off = float(rng.normal())
-        add("length_scale", np.array([[np.sign(off)]]), PUSH, CALIBRATION * abs(off))
+    for key in [key for key in CALIBRATION if key in shown]:
+        off = rng.normal(size=(1, len(of.entry(key).sizes)))
+        size = float(np.linalg.norm(off))
+        add(key, off / size, PUSH, CALIBRATION[key] * size)
     strays = [key for key in shown if key not in effects]
     if strays:
         key = strays[int(rng.integers(len(strays)))]
@@ -189,6 +214,8 @@ def reach(of: Known, key: str, sizes: Array) -> float:
     """What ``sizes`` may be multiplied with before one is no longer plausible."""
     entry = of.entry(key)
     largest = np.array([p.plausible[1] for p in entry.parameters if p.name in entry.sizes])
+    if of.campaign.kind.unit == "px":
+        largest = np.minimum(largest, LARGEST.get(key, np.inf)) if key not in RELATIVE_TO_PLAUSIBLE else largest
     return float(np.min(largest / np.maximum(np.abs(sizes), 1e-300)))
 
 
@@ -196,11 +223,6 @@ def values_of(of: Known, key: str, sizes: Array) -> dict[str, tuple[float, ...]]
     """Values of every flight by parameter."""
     every = np.broadcast_to(sizes, (len(of.campaign.sequences), sizes.shape[1]))
     return {name: tuple(float(v) for v in column) for name, column in zip(of.entry(key).sizes, every.T, strict=True)}
-
-
-def log_uniform(span: tuple[float, float], rng: np.random.Generator) -> float:
-    """A number that is log-uniform over a span."""
-    return float(np.exp(rng.uniform(*np.log(span))))
 
 
 def _unit(rng: np.random.Generator) -> Array:

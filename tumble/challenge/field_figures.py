@@ -17,6 +17,7 @@ BINS = 10
 WORTH_STATING = 0.05
 """Most effects of the catalogue are rightly given next to no probability: those above this are shown apart."""
 LEAST_PARAMETERS, MOST_PARAMETERS = 92.0, 98.0
+VELOCITIES = ("v", "omega")
 NEEDED = 300
 """Campaigns that acceptance asks for."""
 
@@ -24,6 +25,7 @@ NEEDED = 300
 def field_figures(scored: FieldScored) -> list[Figure]:
     """Every figure; with fewer campaigns than acceptance asks for, none is said to hold or to be missed."""
     figures = [*_names(scored), *_probabilities(scored.probabilities), *_parameters(scored.parameters), *_velocities(scored.velocities)]
+    figures += [*_by_statement(scored), *_by_kind(scored)]
     few = len(scored.cases) < NEEDED
     return [replace(figure, needed=figure.n + 1) if few and figure.verdict in (HELD, MISSED) else figure for figure in figures]
 
@@ -41,15 +43,36 @@ def _names(scored: FieldScored) -> list[Figure]:
         share(LINE, "forces outside of the catalogue called unknown", outside["unknown"].astype(bool), least=90.0),
         share(LINE, "campaigns called unknown in which the catalogue has everything", inside["unknown"].astype(bool)),
     ]
-    for stated, words in ((True, "stated"), (False, "not stated")):
-        false = cases[cases["stated"].astype(bool) == stated]["false_names"] != ""
-        figures.append(share(LINE, f"campaigns with a false name where noise is {words}", false))
-    for kind in sorted(cases["measured"].unique()):
-        rows = hidden[hidden["measured"] == kind] if len(hidden) else hidden
-        named = _of(rows, "named", bool)
-        figures.append(share_of_rows(LINE, f"{kind}: hidden effects named or in a group", named, _of(rows, "case", str)))
-        figures.append(share(LINE, f"{kind}: campaigns with a false name", cases[cases["measured"] == kind]["false_names"] != ""))
     return figures
+
+
+def _by_statement(scored: FieldScored) -> list[Figure]:
+    """Where the files state their noise, and where they do not: false names, probabilities, intervals of v and omega."""
+    figures = []
+    for stated, words in ((True, "where noise is stated"), (False, "where noise is not stated")):
+        part = [_where(table, "stated", stated) for table in (scored.cases, scored.probabilities, scored.velocities)]
+        cases, probabilities, velocities = part
+        figures.append(share(LINE, f"campaigns with a false name {words}", _of(cases, "false_names", str) != ""))
+        if len(probabilities):
+            figures.append(_calibration(f"expected calibration error {words}", probabilities))
+        figures += [_inside_of(velocities, of, "final", f"{of} inside its 95% ellipsoid {words}") for of in VELOCITIES]
+    return figures
+
+
+def _by_kind(scored: FieldScored) -> list[Figure]:
+    """By what is measured: names, false names, intervals of v and omega."""
+    figures = []
+    for kind in sorted(scored.cases["measured"].unique()):
+        cases, hidden, velocities = (_where(table, "measured", kind) for table in (scored.cases, scored.hidden, scored.velocities))
+        named = share_of_rows(LINE, f"{kind}: hidden effects named or in a group", _of(hidden, "named", bool), _of(hidden, "case", str))
+        figures += [named, share(LINE, f"{kind}: campaigns with a false name", cases["false_names"] != "")]
+        there = [of for of in VELOCITIES if len(_where(velocities, "of", of))]
+        figures += [_inside_of(velocities, of, "final", f"{kind}: {of} inside its 95% ellipsoid") for of in there]
+    return figures
+
+
+def _where(table: pd.DataFrame, column: str, value: object) -> pd.DataFrame:
+    return table[table[column] == value] if len(table) else table
 
 
 def _probabilities(stated: pd.DataFrame) -> list[Figure]:
@@ -125,13 +148,15 @@ def _parameters(table: pd.DataFrame) -> list[Figure]:
 def _velocities(table: pd.DataFrame) -> list[Figure]:
     figures = []
     for model, words in (("final", "after explain"), ("base", "before")):
-        for of in ("v", "omega"):
-            rows = table[(table["model"] == model) & (table["of"] == of)] if len(table) else table
-            bounds = {"least": LEAST_PARAMETERS, "most": MOST_PARAMETERS} if model == "final" else {}
-            figures.append(
-                _inside(f"{of} of flights inside its 95% ellipsoid {words}", rows, "chi2", lambda chi2: chi2 <= INSIDE, **bounds)
-            )
+        bounds = {"least": LEAST_PARAMETERS, "most": MOST_PARAMETERS} if model == "final" else {}
+        figures += [_inside_of(table, of, model, f"{of} of flights inside its 95% ellipsoid {words}", **bounds) for of in VELOCITIES]
     return figures
+
+
+def _inside_of(table: pd.DataFrame, of: str, model: str, what: str, **bounds: Any) -> Figure:
+    """How often one velocity of flights is inside its ellipsoid."""
+    rows = _where(_where(table, "model", model), "of", of)
+    return _inside(what, rows, "chi2", lambda chi2: chi2 <= INSIDE, **bounds)
 
 
 def _inside(what: str, table: pd.DataFrame, column: str, hit: Callable[[Array], NDArray[np.bool_]], **bounds: Any) -> Figure:

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from datasets.atomic_files import written_whole
 from datasets.trajectory import Trajectory
 from datasets.trajectory_surroundings import FOLDER_FILE
-from tumble.challenge.field_case import FieldCase
+from tumble.challenge.field_case import CALIBRATION, FieldCase
 from tumble.challenge.field_flights import Flown
 
 Array = NDArray[np.float64]
@@ -39,6 +39,8 @@ def write_surroundings(case: FieldCase, folder: Path) -> None:
     lines += [f"inertia_ratios = {list(case.ratios)}", 'particle = "thing"']
     if case.noise.stated:
         lines += [f"{named[channel]} = {sigma!r}" for channel, sigma in case.noise.sigma.items()]
+    if "length_scale" in case.mess:
+        lines.append(f"sigma_length_scale = {CALIBRATION['length_scale']!r}")
     with written_whole(folder / FOLDER_FILE) as temporary:
         temporary.write_text("\n".join(lines) + "\n", encoding="utf-8")
 

@@ -12,15 +12,12 @@ from datasets.vocabulary.state import Motion
 from synth.effects import EffectsInForce, FlyingBody
 from synth.motion import Start, fly, fly_pushed
 from tumble.challenge.field_case import CHANNELS, FieldCase, FlightPlan
+from tumble.challenge.field_noise import far_off, heavy_tailed
 
 Array = NDArray[np.float64]
 GRAVITY = np.array([0.0, 0.0, -9.81])
 STATED_S = 1e-3
 """To what time stamps are rounded."""
-TAIL = 3
-"""Degrees of freedom of Student's t, of which half of the noise is; the other half is Gaussian."""
-FAR_OFF = (5.0, 20.0)
-"""How many standard deviations an outlier is off."""
 DENSE = 4
 """Rows of the true motion that is kept, per measured row."""
 RADIUS_M, MASS_KG = 0.02, 0.03
@@ -79,7 +76,8 @@ def exact_with_noise(case: FieldCase, number: int, flight: Flown) -> Trajectory:
     noise, n = case.noise, len(flight.nominal_s)
     q = Rotation.from_quat(flight.motion.q_world_body)
     far = rng.random(n) < noise.outliers
-    errors = {channel: noise.sigma[channel] * _drawn(rng, n, noise.repeats, far) for channel in CHANNELS[case.measured]}
+    drawn = {channel: heavy_tailed(rng, n, 3, noise.repeats) + far_off(rng, far, 3) for channel in CHANNELS[case.measured]}
+    errors = {channel: noise.sigma[channel] * each for channel, each in drawn.items()}
     times = np.round(flight.nominal_s / STATED_S) * STATED_S if noise.rounded else flight.nominal_s
     omega, gyro = flight.motion.omega_world, q.inv().apply(flight.motion.omega_world)
     force = EffectsInForce({key: each for key, each in case.values(number).items() if key.startswith("gyroscope") and any(each.values())})
@@ -109,14 +107,3 @@ def surroundings(case: FieldCase) -> Surroundings:
 def without_effects(case: FieldCase) -> FieldCase:
     """The same case with its noise alone."""
     return replace(case, hidden={}, mess={}, outside={})
-
-
-def _drawn(rng: np.random.Generator, n: int, repeats: int, far: NDArray[np.bool_]) -> Array:
-    """Noise (n, 3) of standard deviation one with heavy tails, alike over ``repeats`` rows, and rows that are ``far`` off."""
-    m = n + repeats - 1
-    tailed = rng.standard_t(TAIL, size=(m, 3)) / np.sqrt(TAIL / (TAIL - 2.0))
-    drawn = np.where(rng.random((m, 3)) < 0.5, tailed, rng.normal(size=(m, 3)))
-    alike = sum(drawn[k : k + n] for k in range(repeats)) / np.sqrt(repeats)
-    direction = rng.normal(size=(n, 3))
-    direction *= rng.uniform(*FAR_OFF, size=(n, 1)) / np.linalg.norm(direction, axis=1, keepdims=True)
-    return np.asarray(alike + far[:, None] * direction)

@@ -11,16 +11,20 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from datasets.errors import InputError
 from datasets.vocabulary.effects import EffectEntry, Scope
+from estimator.configuration import Configuration
 from estimator.diagnosis.base import base_fit
 from estimator.diagnosis.diagnose import ALPHA
 from estimator.diagnosis.selection.linearised import Linearised, linearised
 from estimator.effects.choosing import catalogue
 from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState
 from estimator.fitting.stable_inverse import stable_inverse
+from estimator.registration import Registered, register
 from estimator.trajectories.registering import register_trajectories, task_of
 from tumble.challenge.field_case import FieldCase
 from tumble.challenge.field_flights import exact_with_noise, flown, measured, without_effects
+from tumble.challenge.field_silhouettes import observed
 from tumble.challenge.limits import noncentrality
 
 Array = NDArray[np.float64]
@@ -49,10 +53,25 @@ class Known:
 
 def known(case: FieldCase) -> Known:
     """Fly a campaign with its noise alone, fit it and look at the information on every effect."""
-    bare = without_effects(case)
-    registered = register_trajectories([measured(bare, number) for number in range(len(bare.flights))])
+    registered = registered_case(without_effects(case))
     fit = base_fit(registered.campaign, registered.start)
     return Known(registered.campaign, fit, linearised(registered.campaign, fit, catalogue()))
+
+
+def registered_case(case: FieldCase) -> Registered:
+    """A campaign as the solver would register it.
+
+    Raises
+    ------
+    InputError
+        Where a flight cannot be measured.
+    """
+    if case.scene is None:
+        return register_trajectories([measured(case, number) for number in range(len(case.flights))])
+    registered = register(observed(case), Configuration())
+    if registered.left_out:
+        raise InputError(f"{registered.left_out[0].name}: expected flights that can be measured, got {registered.left_out[0].reason}")
+    return registered
 
 
 def limit_along(of: Known, key: str, sizes: Array, beside: Sequence[str] = ()) -> float:
@@ -90,12 +109,24 @@ def left_of(of: Known, case: FieldCase) -> float:
     campaign = replace(of.campaign, sequences=tuple(tasks))
     fit = base_fit(campaign, CampaignState(of.fit.state.flights, of.fit.state.theta))
     looked = linearised(campaign, fit, catalogue())
+    return max(_left(looked), 0.0)
+
+
+def left_in_pictures(of: Known, case: FieldCase) -> float:
+    """The same of silhouettes: flown with its noise, what is left beyond what is left of the campaign with its noise alone."""
+    registered = registered_case(case)
+    looked = linearised(registered.campaign, base_fit(registered.campaign, registered.start), catalogue())
+    return max(_left(looked) - _left(of.of), 0.0)
+
+
+def _left(looked: Linearised) -> float:
+    """What the best effect that flights share leaves of the misfit."""
     gains = [0.0]
     for number, effect in enumerate(looked.effects):
         rows = looked.rows(number)
         if len(rows) and effect.entry.scope is not Scope.SEQUENCE:
             gains.append(float(looked.pull[rows] @ stable_inverse(looked.information[np.ix_(rows, rows)]) @ looked.pull[rows]))
-    return max(looked.misfit - max(gains), 0.0)
+    return looked.misfit - max(gains)
 
 
 def _silent(case: FieldCase) -> FieldCase:

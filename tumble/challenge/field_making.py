@@ -4,11 +4,13 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from datasets.observation_files import write_observation
 from tumble.challenge.cases import CASE_FILE, campaign_folder, case_folder
 from tumble.challenge.field_case import write_case
 from tumble.challenge.field_drawing import FieldPlan, draw_field_case, names_of
 from tumble.challenge.field_files import write_surroundings, write_trajectory, write_true_motion
 from tumble.challenge.field_flights import DENSE, flown, measured
+from tumble.challenge.field_silhouettes import flown_in_pictures, observed
 from tumble.engine import Item, Outcome, run
 from tumble.progress import progress
 
@@ -29,9 +31,15 @@ def make_field_item(payload: dict[str, Any]) -> dict[str, Any]:
     case = draw_field_case(plan, payload["seed"], payload["number"])
     observations, truth = campaign_folder(out, case.name) / "observations", case_folder(out, case.name)
     observations.mkdir(parents=True, exist_ok=True)
-    write_surroundings(case, observations)
-    for number, plan_of_flight in enumerate(case.flights):
-        write_trajectory(measured(case, number), observations)
-        write_true_motion(flown(case, number, DENSE), truth / f"{plan_of_flight.name}.csv")
+    if case.scene is None:
+        write_surroundings(case, observations)
+        for number in range(len(case.flights)):
+            write_trajectory(measured(case, number), observations)
+    else:
+        for observation in observed(case):
+            write_observation(observation, observations / observation.name)
+    fly = flown if case.scene is None else flown_in_pictures
+    for number, flight in enumerate(case.flights):
+        write_true_motion(fly(case, number, DENSE), truth / f"{flight.name}.csv")
     write_case(case, truth / CASE_FILE)
     return {"name": case.name}

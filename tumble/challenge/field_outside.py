@@ -1,6 +1,6 @@
-"""Forces that the catalogue lacks, in a field campaign: attraction to a plane, or a thrust fixed to the body.
+"""What the catalogue lacks, in a field campaign: attraction to a plane, a thrust fixed to the body, in pictures also a drifting focus.
 
-The limit is the size at which what the best effect that flights share leaves of it would be found; it is approached by flying the force.
+The limit is the size at which what the best effect that flights share leaves of it would be found; it is approached by flying it.
 """
 
 from dataclasses import replace
@@ -10,9 +10,12 @@ from numpy.typing import NDArray
 
 from datasets.errors import InputError
 from datasets.recipes.effects import KNOWN
+from datasets.recipes.synth_only import SYNTH_ONLY
+from tumble.challenge.drawing import LARGEST_OUTSIDE, outside_effect
 from tumble.challenge.field_case import Effects, FieldCase
 from tumble.challenge.field_flights import flown
-from tumble.challenge.field_limits import Known, left_at_limit, left_of
+from tumble.challenge.field_limits import Known, left_at_limit, left_in_pictures, left_of
+from tumble.challenge.limits import TABLE, outside_limit, read_table
 
 Array = NDArray[np.float64]
 ROUNDS = 3
@@ -32,18 +35,38 @@ def draw_outside(case: FieldCase, of: Known, over: tuple[float, float], rng: np.
     InputError
         Where it would have to be larger than nature makes it.
     """
-    key = "wall_attraction" if case.measured.startswith("positions") else "outgassing_thrust"
-    unit = _wall(case, rng) if key == "wall_attraction" else _thrust(rng)
-    size = FIRST_MS2
-    for _ in range(ROUNDS):
-        left = left_of(of, replace(case, outside={key: _of_size(case, key, unit, size)}))
+    key, unit, first, largest = _in_pictures(rng) if case.scene is not None else _in_trajectories(case, rng)
+    limit = _limit(case, of, key, unit, (first, largest))
+    if limit * over[0] >= largest:
+        raise InputError(f"{key}: expected a limit below {largest:g}, came more.")
+    times = float(np.exp(rng.uniform(*np.log((over[0], min(over[1], largest / limit))))))
+    return {key: _of_size(case, key, unit, limit * times)}, {key: times}
+
+
+def _limit(case: FieldCase, of: Known, key: str, unit: dict[str, float], sizes: tuple[float, float]) -> float:
+    """The size whose remains would be found, approached from the first of ``sizes`` and at most the second."""
+    left_there, rounds = (left_of, ROUNDS) if case.scene is None else (left_in_pictures, 1)
+    size, largest = sizes
+    for _ in range(rounds):
+        left = left_there(of, replace(case, outside={key: _of_size(case, key, unit, size)}))
         if left <= 0.0:
             raise InputError(f"{key}: expected something left by the catalogue, came nothing.")
-        size = min(size * float(np.sqrt(left_at_limit(of) / left)), LARGEST_MS2)
-    if size * over[0] >= LARGEST_MS2:
-        raise InputError(f"{key}: expected a limit below {LARGEST_MS2:g} m/s2, came more.")
-    times = float(np.exp(rng.uniform(*np.log((over[0], min(over[1], LARGEST_MS2 / size))))))
-    return {key: _of_size(case, key, unit, size * times)}, {key: times}
+        size = min(size * float(np.sqrt(left_at_limit(of) / left)), largest)
+    return size
+
+
+def _in_trajectories(case: FieldCase, rng: np.random.Generator) -> tuple[str, dict[str, float], float, float]:
+    """A force of 1 m/s², what is flown first, and the largest."""
+    key = "wall_attraction" if case.measured.startswith("positions") else "outgassing_thrust"
+    return key, _wall(case, rng) if key == "wall_attraction" else _thrust(rng), FIRST_MS2, LARGEST_MS2
+
+
+def _in_pictures(rng: np.random.Generator) -> tuple[str, dict[str, float], float, float]:
+    """What the older challenge hides, of size one; first its limit there."""
+    key = tuple(SYNTH_ONLY)[int(rng.integers(len(SYNTH_ONLY)))]
+    values = outside_effect(key, 1.0, rng).values
+    unit = {name: float(np.ravel(value)[0]) for name, value in values.items()}
+    return key, unit, outside_limit(read_table(TABLE), key), LARGEST_OUTSIDE[key]
 
 
 def _wall(case: FieldCase, rng: np.random.Generator) -> dict[str, float]:

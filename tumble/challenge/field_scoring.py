@@ -124,7 +124,13 @@ def probability_rows(case: FieldCase, answer: Answer) -> Rows:
     true = set(case.hidden) | ({UNKNOWN} if case.outside else set())
     stated = {key: p for key, p in answer.get("probability", {}).items() if key not in there_anyway(case)}
     return [
-        {"effect": key, "probability": float(p), "true": key in true, "log_score": log_score(p, true=key in true)}
+        {
+            "effect": key,
+            "probability": float(p),
+            "true": key in true,
+            "log_score": log_score(p, true=key in true),
+            "stated": case.noise.stated,
+        }
         for key, p in stated.items()
     ]
 
@@ -140,13 +146,24 @@ def parameter_rows(case: FieldCase, answer: Answer) -> Rows:
     rows: Rows = []
     for row in answer["parameters"]:
         key = row["effect"]
-        true = case.values(numbers.get(row["sequence"], 0)).get(key, {}).get(row["parameter"])
+        there = case.values(numbers.get(row["sequence"], 0)).get(key, {})
+        if key == "centre_of_mass" and there:
+            there = dict(zip(there, axes_apart(case, answer) @ list(there.values()), strict=True))
+        true = there.get(row["parameter"])
         if true is None or not row["is_size"] or key not in {*case.hidden, PUSHES}:
             continue
         pull = (row["value"] - true) / row["sigma"] if row["sigma"] > 0 else float("nan")
         named = {name: row[name] for name in ("effect", "parameter", "sequence", "value", "sigma")}
-        rows.append({**named, "true": true, "pull": pull, "hidden": key in case.hidden})
+        rows.append({**named, "true": true, "pull": pull, "hidden": key in case.hidden, "stated": case.noise.stated})
     return rows
+
+
+def axes_apart(case: FieldCase, answer: Answer) -> Array:
+    """``R_found_true`` (3, 3): the true body's principal axes seen in those that the solver carved; those of trajectories are stated."""
+    found = next(iter(answer.get("axes", {}).values()), None)
+    if case.scene is None or found is None:
+        return np.eye(3)
+    return np.asarray(np.array(found).T @ np.array(case.scene.R_particle_body))
 
 
 def velocity_rows(case: FieldCase, root: Path, answer: Answer) -> Rows:
@@ -164,5 +181,5 @@ def velocity_rows(case: FieldCase, root: Path, answer: Answer) -> Rows:
             for name, part in parts:
                 chi2 = float(error[part] @ np.linalg.pinv(covariance[part, part], hermitian=True) @ error[part])
                 found = {"error": float(np.linalg.norm(error[part])), "chi2": chi2}
-                rows.append({"sequence": state["sequence"], "model": model, "of": name, **found})
+                rows.append({"sequence": state["sequence"], "model": model, "of": name, "stated": case.noise.stated, **found})
     return rows

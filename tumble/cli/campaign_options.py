@@ -23,6 +23,7 @@ from tumble.cli.options import add_configuration, add_jobs, add_known, add_outpu
 from tumble.cli.outcomes import tell_left_out, what_next
 from tumble.configuring import load_configuration
 from tumble.diagnosing import DIAGNOSIS_FILE, Question, prepared
+from tumble.limiting import facts_told
 from tumble.numbers import compact
 from tumble.output_directory import Run, note_failures, output_directory
 from tumble.progress import progress
@@ -31,6 +32,7 @@ from tumble.reasons import grouped
 from tumble.reports.campaign_page import write_campaign_page
 from tumble.reports.words import rms_word, rung_name, unmeasured
 from tumble.result_files import SUFFIX
+from tumble.stating import known, possible
 
 REPORT_FILE = "report.html"
 SHOWN = 8
@@ -63,8 +65,14 @@ def question_of(arguments: argparse.Namespace) -> Question:
         effects=chosen_effects(arguments.effects) if arguments.effects else (),
         words=arguments.effects,
         also=chosen_effects(also) if also else (),
-        known=Known({} if arguments.gravity is None else {"gravity_world": arguments.gravity}, arguments.mesh),
+        known=known_by(arguments),
     )
+
+
+def known_by(arguments: argparse.Namespace) -> Known:
+    """What the user says beside the recordings."""
+    stated = (*map(known, arguments.known), *map(possible, arguments.possible))
+    return Known({} if arguments.gravity is None else {"gravity_world": arguments.gravity}, arguments.mesh, stated)
 
 
 def run_on_campaign(verb: str, arguments: argparse.Namespace, work: Work, *, steps: int = 0) -> int:
@@ -152,10 +160,14 @@ def say_diagnosis(document: Document) -> None:
             say(_floor_sentence(document))
     if document["diagnosis"] is not None and document.get("not_applicable"):
         say(f"not on trial, since such measurements cannot show them beside the model: {', '.join(document['not_applicable'])}.")
+    for sentence in facts_told(document.get("facts", ())):
+        say(sentence)
     say(document["verdict"]["sentence"])
     for remark in document["verdict"]["remarks"]:
         say(remark)
     too_short = document["verdict"]["kind"] == "says nothing"
+    if document.get("limits") and not too_short:
+        say(document["limits"]["sentence"])
     say(what_next(None if too_short else document['verdict']['next']))
 
 

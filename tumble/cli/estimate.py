@@ -35,7 +35,8 @@ def parser() -> argparse.ArgumentParser:
         "estimate",
         description="Measure poses, trajectory and velocities. OBSERVATIONS is a dataset, a folder of observations, or one observation;\n"
         "only pictures or outlines, cameras, clock, gravity and calibrated views are read. With --effects all observations of the folder\n"
-        "are one campaign, fitted jointly with these effects in the model; campaign.json has their values. Trajectories\n"
+        "are one campaign, fitted jointly with these effects in the model; campaign.json has their values; so they are with\n"
+        "--known or --possible. Trajectories\n"
         "(*.csv, *.tum, *.txt) are one campaign of free flights; poses that strike something are free flights with impacts between, each\n"
         "by itself.",
         example="tumble estimate out/dataset --out out/estimates",
@@ -53,11 +54,12 @@ def parser() -> argparse.ArgumentParser:
 
 def run(arguments: argparse.Namespace) -> int:
     """Estimate; exit code 1 when an observation failed or its estimate is no measurement."""
-    if not arguments.effects and trajectories_in(arguments.observations):
+    stated = bool(arguments.known or arguments.possible)
+    if not (arguments.effects or stated) and trajectories_in(arguments.observations):
         code = estimate_with_impacts(arguments, tell)
         if code is not None:
             return code
-    if arguments.effects or trajectories_in(arguments.observations):
+    if arguments.effects or stated or trajectories_in(arguments.observations):
         return estimate_campaign(arguments, tell_statuses)
     configuration = load_configuration(arguments.config, arguments.settings)
     observations_in(arguments.observations)

@@ -12,8 +12,12 @@ from tumble.cli.campaign_options import campaign_of, described_effects, question
 from tumble.cli.console import console
 from tumble.cli.outcomes import what_next
 from tumble.diagnosing import CAMPAIGN_FILE, estimated
+from tumble.limiting import facts_told
 from tumble.output_directory import Run, output_directory
 from tumble.result_files import SUFFIX
+
+SHOWN = ("effects", "values", "settled", "rms_ete_px", "left_out", "facts", "limits")
+"""Parts of ``campaign.json`` that ``--json`` prints."""
 
 
 def estimate_campaign(arguments: argparse.Namespace, tell: Callable[[argparse.Namespace, list[Estimate]], int]) -> int:
@@ -29,9 +33,13 @@ def estimate_campaign(arguments: argparse.Namespace, tell: Callable[[argparse.Na
     estimates = [read_estimate(path) for path in sorted(arguments.out.glob(f"*{SUFFIX}"))]
     code = tell(arguments, estimates)
     if arguments.json:
-        print(json.dumps(plain({key: document[key] for key in ("effects", "values", "settled", "rms_ete_px", "left_out")})))
+        print(json.dumps(plain({key: document[key] for key in SHOWN if key in document})))
     elif not arguments.quiet:
-        console().print(values_table(document["values"]))
+        if document["values"]:
+            console().print(values_table(document["values"]))
+        limits = [document["limits"]["sentence"]] if document.get("limits") else []
+        for sentence in (*facts_told(document.get("facts", ())), *limits):
+            console().print(sentence, soft_wrap=True)
         then = question.command("diagnose", ()) if any(e.status is Status.CONVERGED for e in estimates) else None
         console().print(what_next(then), soft_wrap=True)
     return max(code, int(bool(document["left_out"])))

@@ -1,4 +1,4 @@
-"""``tumble challenge make --field`` and ``tumble challenge score`` of what it made: trajectories as the field has them."""
+"""``tumble challenge make --field`` and ``tumble challenge score`` of what it made: campaigns as the field has them."""
 
 import argparse
 import sys
@@ -7,7 +7,7 @@ from dataclasses import asdict
 from datasets.errors import InputError
 from tumble.challenge.acceptance import line_of
 from tumble.challenge.cases import CAMPAIGNS, TRUTH
-from tumble.challenge.field_case import read_field_cases
+from tumble.challenge.field_case import MEASURED, Measured, read_field_cases
 from tumble.challenge.field_drawing import FieldPlan
 from tumble.challenge.field_figures import field_figures
 from tumble.challenge.field_making import make_field_campaigns
@@ -28,7 +28,8 @@ NOT_IN_THE_FIELD = ("singles", "controls", "pairs", "outside", "effects", "small
 
 def field_options(part: argparse.ArgumentParser) -> None:
     """Options of ``make`` that only field campaigns have."""
-    part.add_argument("--field", action="store_true", help="trajectories as the field has them: several effects, and always a mess below")
+    part.add_argument("--field", action="store_true", help="campaigns as the field has them: several effects, and always a mess below")
+    part.add_argument("--measured", metavar="LIST", help=f"what field campaigns measure (default: {','.join(MEASURED)})")
     part.add_argument("--campaigns", type=positive, default=300, metavar="N", help="field campaigns (default: %(default)s)")
     part.add_argument("--most-flights", type=positive, default=40, metavar="N", help="of a field campaign (default: %(default)s)")
     part.add_argument("--most-rows", type=positive, default=120, metavar="N", help="of a flight in the field (default: %(default)s)")
@@ -47,7 +48,8 @@ def make_field(arguments: argparse.Namespace, seed: int) -> int:
         raise InputError(f"--field: expected none of the older challenge's options beside it, came --{', --'.join(given or ['tier'])}.")
     if arguments.most_rows < LEAST_ROWS:
         raise InputError(f"--most-rows {arguments.most_rows}: expected at least {LEAST_ROWS}, came fewer.")
-    plan = FieldPlan(arguments.campaigns, (1, arguments.most_flights), (LEAST_ROWS, arguments.most_rows))
+    kinds = _kinds(arguments.measured)
+    plan = FieldPlan(arguments.campaigns, (1, arguments.most_flights), (LEAST_ROWS, arguments.most_rows), kinds)
     described = Run("challenge make", {"field": asdict(plan), "seed": seed}, seed, reads=(), beside=(CAMPAIGNS,))
     with output_directory(arguments.out / TRUTH, described, resume=arguments.resume, force=arguments.force) as truth:
         outcomes = make_field_campaigns(plan, seed, arguments.out, jobs=arguments.jobs, quiet=arguments.quiet)
@@ -57,6 +59,15 @@ def make_field(arguments: argparse.Namespace, seed: int) -> int:
         then = command("challenge", "solve", arguments.out) if made else None
         print(f"{made} campaigns are in {arguments.out}\n{what_next(then)}")
     return exit_code(outcomes)
+
+
+def _kinds(words: str | None) -> tuple[Measured, ...]:
+    """Kinds of campaigns by name; all where none are named."""
+    given = words.split(",") if words else MEASURED
+    kinds = tuple(kind for kind in MEASURED if kind in given)
+    if len(kinds) != len(given):
+        raise InputError(f"--measured {words}: expected some of {', '.join(MEASURED)}, each once, got others.")
+    return kinds
 
 
 def score_field(arguments: argparse.Namespace) -> int:

@@ -39,11 +39,27 @@ def add_output(parser: argparse.ArgumentParser, *, default: str) -> None:
 
 
 def add_known(parser: argparse.ArgumentParser) -> None:
-    """``--gravity`` and ``--mesh``: what trajectories do not say themselves."""
+    """``--gravity``, ``--mesh``: what trajectories do not say themselves; ``--known``, ``--possible``: what is stated of effects."""
     parser.add_argument(
         "--gravity", type=three_numbers, metavar="X,Y,Z", help="trajectories: gravity in their frame, m/s2, e.g. --gravity=0,0,-9.81"
     )
     parser.add_argument("--mesh", type=Path, metavar="FILE", help="trajectories: the body as a closed mesh in metres, in the tracked frame")
+    parser.add_argument(
+        "--known",
+        action="append",
+        default=[],
+        metavar="FACT",
+        help="a number that was measured beside the recordings, with its standard deviation; can be given several times: "
+        "'length=100mm±0.2mm measured 98.0mm', 'rest_height=52.4mm±0.1mm measured 51.3mm±0.1mm', 'frame_rate=0±1e-5', "
+        "'gravity=9.807±0.003m/s2', 'centre_of_mass.c3=6±1mm'; +- is read as ±, %% as a hundredth",
+    )
+    parser.add_argument(
+        "--possible",
+        action="append",
+        default=[],
+        metavar="EFFECT=±SIGMA",
+        help="an effect that may be there though no data show it, with its standard deviation: length_scale=±0.2%%; widens v and ω",
+    )
 
 
 def three_numbers(text: str) -> tuple[float, ...]:

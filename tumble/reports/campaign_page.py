@@ -1,5 +1,6 @@
 """The report of ``compare``, ``diagnose``, ``explain`` and ``ladder``: one HTML page from a ``diagnosis.json``, alike for all four."""
 
+import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,7 @@ from datasets.json_documents import revived
 from estimator.diagnosis.tested_values import p_words
 from estimator.diagnosis.verdict import percent
 from tumble.group_words import count_words, odds_words, value_words
+from tumble.limiting import facts_told
 from tumble.numbers import compact
 from tumble.reports.charts import autocorrelation_chart, ladder_chart, map_chart
 from tumble.reports.payload import flat
@@ -39,11 +41,13 @@ def render(document: Mapping[str, Any]) -> str:
     """The page's text."""
     environment = Environment(loader=PackageLoader("tumble.reports"), autoescape=True, undefined=StrictUndefined, trim_blocks=True)
     environment.filters.update(words=_words, value=_value, interval=_interval, p=_p, percent=percent, odds=odds_words, count=count_words)
+    environment.filters["size"] = _size
     environment.globals["named_value"] = value_words
-    found = {"not_applicable": {}, "begun": None, **revived(dict(document))}
+    found = {"not_applicable": {}, "begun": None, "facts": [], "limits": None, **revived(dict(document))}
     return environment.get_template("campaign.html.j2").render(
         title=TITLES[found["verb"]],
         d=found,
+        facts=facts_told(found["facts"]),
         unit=found.get("unit", "px"),
         error=rms_word(found.get("unit", "px")),
         tone="good" if _nothing_to_do(found) else "neutral",
@@ -119,6 +123,10 @@ def _value(entry: Mapping[str, Any]) -> str:
 def _interval(entry: Mapping[str, Any]) -> str:
     low, high = entry["interval"]
     return f"{low:.4g} to {high:.4g}"
+
+
+def _size(value: float) -> str:
+    return f"{value:.2g}" if math.isfinite(value) else "–"
 
 
 def _p(value: float) -> str:

@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from scipy.special import gammaln, log_ndtr, logsumexp
 
 from datasets.vocabulary.effects import Scope
+from estimator.diagnosis.score_tests import Column
 from estimator.diagnosis.selection.linearised import Linearised
 from estimator.diagnosis.selection.reduced import Own, Posterior, Quadratic, posterior
 from estimator.effects.link import TAILS
@@ -70,7 +71,7 @@ class Fitted:
 
 @dataclass(frozen=True)
 class _At:
-    """A set at given scales: log evidence, the few columns with their posterior, and values of the sequences with their variances."""
+    """A set at given scales: log evidence, the few columns with their posterior, and units of the sequences with their variances."""
 
     value: float
     few: NDArray[np.int64]
@@ -92,7 +93,9 @@ class Evidence:
         self._own = [self._sequences(e) for e in effects]
         self._rows = [self._rows[e] if own is None else np.concatenate(own) for e, own in enumerate(self._own)]
         self._limits = [self._limit(e) for e in effects]
+        self._bounds = np.array([self._bounds_of(column) for column in self.of.columns]).reshape(-1, 3).T
         self._whole = Quadratic(self.of.information, self.of.pull, self.of.misfit)
+        self._apart: dict[int, Own] = {}
         self._taken: dict[tuple[int, tuple[int, ...]], Own] = {}
         self._hint: dict[int, int] = {}
 
@@ -102,6 +105,12 @@ class Evidence:
         limit = np.array([max(map(abs, parameters[self.of.columns[i].parameter].plausible)) for i in self._rows[effect]])
         seen = 1.0 / np.sqrt(np.diag(self.of.information)[self._rows[effect]])
         return np.where(np.isfinite(limit), limit, seen)
+
+    def _bounds_of(self, column: Column) -> tuple[float, float, bool]:
+        """Between which values a column's amplitude is believed, infinite where each sequence has its own, and whether it has one sign."""
+        entry = self.of.effects[column.effect].entry
+        low, high = (BEYOND * each for each in entry.parameters[column.parameter].plausible)
+        return (-np.inf, np.inf, False) if entry.scope is Scope.SEQUENCE else (low, high, low == 0.0 or high == 0.0)
 
     def _sequences(self, effect: int) -> tuple[NDArray[np.int64], ...] | None:
         """Rows of an effect with values of every sequence, by sequence; ``None`` for others."""
@@ -148,13 +157,15 @@ class Evidence:
         at = self._at(sized, scaled.scales)
         noise = self._noise(at.shared.misfit)
         own = self._scattered(sized)
-        rows = np.concatenate([at.few, *(self._own[own] or ())]) if own is not None else at.few
-        mean = np.concatenate([at.shared.mean, at.own])
-        sigma = np.sqrt(noise * np.concatenate([np.diag(at.shared.covariance), at.spread]))
+        rows, mean, variance = at.few, at.shared.mean, np.diag(at.shared.covariance)
+        if own is not None:
+            axes = self._out(own, at.few).axes
+            rows, mean = np.concatenate([rows, self._rows[own]]), np.concatenate([mean, axes @ at.own])
+            variance = np.concatenate([variance, axes**2 @ at.spread])
         fit = self.of.misfit - 2.0 * float(self.of.pull[rows] @ mean) + float(mean @ self.of.information[np.ix_(rows, rows)] @ mean)
         log_likelihood = self._log_density(max(fit, 0.0)) + sum(self.of.gain(e) for e in scaled.members)
         log_likelihood += self._inside(at.few, at.shared, noise)
-        return Fitted(scaled, log_likelihood, rows.astype(np.int64), mean, sigma, noise)
+        return Fitted(scaled, log_likelihood, rows, mean, np.sqrt(noise * variance), noise)
 
     def precisions(self, members: Sequence[int]) -> Array:
         """Information (q,) that the priors of a set give, by the rows of :meth:`fitted`."""
@@ -204,38 +215,38 @@ class Evidence:
         """A set at given scales of its effects' priors."""
         scale = dict(zip(sized, scales, strict=True))
         own = self._scattered(sized)
-        few = np.concatenate([np.zeros(0, dtype=np.int64), *(self._rows[e] for e in sized if e != own)]).astype(np.int64)
+        few = np.concatenate([np.zeros(0, dtype=np.int64), *(self._rows[e] for e in sized if e != own)])
         sigma = np.concatenate([np.zeros(0), *(scale[e] * self._limits[e] for e in sized if e != own)])
         if own is None:
-            shared, values, spread, tails = posterior(self._whole, few, sigma), np.zeros(0), np.zeros(0), 0.0
+            shared, values, spread, tails = posterior(self._whole.take(few), sigma), np.zeros(0), np.zeros(0), 0.0
         else:
-            out = self._out(own, few)
-            width = np.ones(out.there.shape)
-            width[out.there] = scale[own] * self._limits[own]
-            shared, values, spread, tails = self._with_tails(out, width, sigma)
-            values, spread = values[out.there], spread[out.there]
+            shared, values, spread, tails = self._with_tails(self._out(own, few), scale[own], sigma)
         noise = self._noise(shared.misfit)
         value = self._log_density(shared.misfit) - shared.half_log_det + tails
         return _At(value + self._inside(few, shared, noise) - self._searched(sized), few, shared, values, spread)
 
-    def _with_tails(self, own: Own, width: Array, sigma: Array) -> tuple[Posterior, Array, Array, float]:
-        """Values of every sequence under Student's prior of scales ``width`` (s, q); the few columns under ``sigma`` (k,)."""
-        w, q = np.ones(len(width)), own.there.sum(axis=1)
+    def _with_tails(self, own: Own, scale: float, sigma: Array) -> tuple[Posterior, Array, Array, float]:
+        """Units of every sequence under Student's prior of one ``scale``; the few columns under ``sigma`` (k,)."""
+        q = own.sums(np.ones(len(own.owner)))
+        w = np.ones(len(q))
         for _ in range(MOST_WEIGHED):
-            quadratic, mean, follow, variance = own.eliminated(width / np.sqrt(w)[:, None])
-            shared = posterior(quadratic, np.arange(len(sigma)), sigma)
+            quadratic, mean, follow, variance = own.eliminated(scale**2 / w)
+            shared = posterior(quadratic, sigma)
             values = mean - follow @ shared.mean
-            size = np.sum((values**2 / self._noise(shared.misfit) + variance) / width**2, axis=1)
+            size = own.sums(values**2 / self._noise(shared.misfit) + variance) / scale**2
             before, w = w, (TAILS + q) / (TAILS + size)
             if np.abs(np.log(w / before)).max() < WEIGHED:
                 break
-        told = q - w * np.sum(variance / width**2, axis=1)
+        told = q - w * own.sums(variance) / scale**2
         return shared, values, variance, float(np.sum(0.5 * TAILS * (np.log(w) - w + 1.0) + _width_of_precision(told)))
 
     def _out(self, effect: int, few: NDArray[np.int64]) -> Own:
+        """An effect's columns in every sequence, ready for elimination beside ``few``."""
+        if effect not in self._apart:
+            self._apart[effect] = Own.of(self._whole, self._own[effect] or (), self._limits[effect])
         key = (effect, tuple(few.tolist()))
         if key not in self._taken:
-            self._taken[key] = Own.of(self._whole, self._own[effect] or (), few)
+            self._taken[key] = self._apart[effect].beside(few)
         return self._taken[key]
 
     def _noise(self, misfit: float) -> float:
@@ -250,17 +261,13 @@ class Evidence:
 
     def _inside(self, rows: NDArray[np.int64], at: Posterior, noise: float) -> float:
         """Logarithm of the posterior's share that lies where amplitudes can be, over the prior's share where they have one sign only."""
-        total = 0.0
-        for i, row in enumerate(rows):
-            column = self.of.columns[row]
-            entry = self.of.effects[column.effect].entry
-            low, high = (BEYOND * each for each in entry.parameters[column.parameter].plausible)
-            if entry.scope is Scope.SEQUENCE or not np.isfinite([low, high]).all():
-                continue
-            sigma = float(np.sqrt(noise * at.covariance[i, i]))
-            total += _log_share((low - at.mean[i]) / sigma, (high - at.mean[i]) / sigma)
-            total += float(np.log(2.0)) * (low == 0.0 or high == 0.0)
-        return total
+        low, high, one_sided = self._bounds[:, rows]
+        bounded = np.isfinite(low) & np.isfinite(high)
+        if not bounded.any():
+            return 0.0
+        mean, sigma = at.mean[bounded], np.sqrt(noise * np.diag(at.covariance)[bounded])
+        share = _log_share((low[bounded] - mean) / sigma, (high[bounded] - mean) / sigma)
+        return float(np.sum(share + np.log(2.0) * one_sided[bounded]))
 
     def _searched(self, sized: Sequence[int]) -> float:
         """Logarithm of how many starts were tried where the best was taken, of every sequence that has its own."""
@@ -278,9 +285,8 @@ def _width_of_precision(told: Array) -> Array:
     return np.asarray(gammaln(0.5 * freedom) - gammaln(0.5 * TAILS) - 0.5 * told * np.log(0.5 * TAILS) - peak)
 
 
-def _log_share(low: float, high: float) -> float:
-    """Logarithm of the standard normal distribution's share between two bounds."""
-    if low > 0.0:
-        low, high = -high, -low
-    above, below = float(log_ndtr(high)), float(log_ndtr(low))
-    return above + float(np.log1p(-np.exp(min(below - above, -1e-12))))
+def _log_share(low: Array, high: Array) -> Array:
+    """Logarithm of the standard normal distribution's share between two bounds (n,)."""
+    low, high = np.where(low > 0.0, -high, low), np.where(low > 0.0, -low, high)
+    above, below = log_ndtr(high), log_ndtr(low)
+    return np.asarray(above + np.log1p(-np.exp(np.minimum(below - above, -1e-12))))

@@ -58,6 +58,8 @@ class Linearised:
         What the residuals say of an effect drawn anew in every frame.
     longest : Setting or None
         What is known of the longest sequence, whose starts are tried; ``None``: starts are those of the candidates.
+    stated : Array or None
+        The part (c, c) of ``information`` that facts give, which the scores do not have; ``None``: there are no facts.
     """
 
     effects: tuple[EffectModel, ...]
@@ -72,6 +74,7 @@ class Linearised:
     starts: Mapping[tuple[int, int | None], int]
     jitter: JitterTest
     longest: Setting | None = None
+    stated: Array | None = None
 
     @property
     def columns(self) -> tuple[Column, ...]:

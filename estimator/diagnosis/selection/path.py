@@ -14,6 +14,7 @@ from estimator.diagnosis.selection.evidence import Evidence
 from estimator.diagnosis.selection.linearised import linearised
 from estimator.diagnosis.selection.refitting import refitted
 from estimator.diagnosis.selection.search import Posterior, Set, Trial, searched
+from estimator.diagnosis.selection.stated import with_facts
 from estimator.effects.empirical import families
 from estimator.effects.link import EffectModel
 from estimator.fitting.campaign import Campaign, CampaignFit
@@ -65,7 +66,7 @@ def looked_at(campaign: Campaign, fit: CampaignFit, catalogue: Catalogue, *, unk
     """The posterior over sets of a ``catalogue`` about a fit; where asked for, of the empirical families, too."""
     places, times = [f.x for f in fit.state.flights], [s.setting.times_s for s in campaign.sequences]
     wide = {e.entry.key: e for e in families(places, times)} if unknown else {}
-    of = linearised(campaign, fit, {**catalogue, **wide})
+    of = with_facts(linearised(campaign, fit, {**catalogue, **wide}), campaign)
     trial = Trial(Evidence(of), frozenset(i for i, key in enumerate(of.keys) if key in wide))
     members = tuple(range(of.own))
     return At(campaign, fit, trial, searched(trial, members), members)

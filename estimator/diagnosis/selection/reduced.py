@@ -1,15 +1,16 @@
 """A linearised campaign with the values that every sequence has for itself integrated out.
 
 An effect with a value in every sequence has many columns. Under its prior they are eliminated (Schur's complement), and sets are compared
-in the few shared columns that are left. Where sequences share nothing else, their columns are independent blocks, and all are eliminated at
-once.
+in the few shared columns that are left. Where sequences share nothing else, each sequence's columns are turned once to the principal axes
+of their information; under any prior variance of a sequence they then are independent numbers, and no matrix is inverted.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cho_factor, cho_solve
+from scipy.linalg import block_diag
+from scipy.linalg.lapack import dpotrf, dpotrs
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -26,6 +27,10 @@ class Quadratic:
     misfit: float
     half_log_det: float = 0.0
 
+    def take(self, rows: Index) -> "Quadratic":
+        """The columns ``rows``, with zero for all others."""
+        return Quadratic(self.information[rows[:, None], rows], self.pull[rows], self.misfit, self.half_log_det)
+
 
 @dataclass(frozen=True)
 class Posterior:
@@ -41,76 +46,74 @@ class Posterior:
     half_log_det: float
 
 
-def posterior(of: Quadratic, rows: Index, sigma: Array) -> Posterior:
-    """The posterior of the columns ``rows`` (q,) under a normal prior of standard deviations ``sigma`` (q,)."""
-    G, b = of.information[np.ix_(rows, rows)], of.pull[rows]
-    L = np.linalg.cholesky(np.eye(len(rows)) + sigma[:, None] * G * sigma)
-    inverse = cho_solve((L, True), np.eye(len(rows))) if len(rows) else np.zeros((0, 0))
-    covariance = sigma[:, None] * inverse * sigma
-    mean = covariance @ b
-    return Posterior(mean, covariance, of.misfit - float(b @ mean), of.half_log_det + float(np.log(np.diag(L)).sum()))
+def posterior(of: Quadratic, sigma: Array) -> Posterior:
+    """The posterior of all columns (q,) under a normal prior of standard deviations ``sigma`` (q,)."""
+    covariance, half = _under_prior(of.information, sigma)
+    mean = covariance @ of.pull
+    return Posterior(mean, covariance, of.misfit - float(of.pull @ mean), of.half_log_det + half)
+
+
+def _under_prior(information: Array, sigma: Array) -> tuple[Array, float]:
+    """``(information + diag(sigma⁻²))⁻¹`` (q, q), and half the log determinant of that information over the prior's."""
+    one = np.eye(len(sigma))
+    if not len(sigma):
+        return one, 0.0
+    L, failed = dpotrf(one + sigma[:, None] * information * sigma, lower=1)
+    if failed:
+        raise np.linalg.LinAlgError("expected information that is positive")
+    return sigma[:, None] * dpotrs(L, one, lower=1)[0] * sigma, float(np.log(np.diag(L)).sum())
 
 
 @dataclass(frozen=True)
 class Own:
-    """Columns that sequences have for themselves, and the few others beside them, ready for elimination.
+    """Columns that sequences have for themselves, in units of their limits, and the few others beside them, ready for elimination.
 
-    ``rows`` [sequence] (q,), fewer where a sequence does not show all; ``few`` (k,) the columns that stay; ``blocks`` (s, q, q), ``cross``
-    (s, q, k) and ``pull`` (s, q) where sequences are independent blocks, else ``None``.
+    ``owner`` (m,): the sequence of each; ``axes`` (m, m): the columns' values of one unit of each; ``information``: (m,) where the units
+    are independent, else (m, m); ``pull`` (m,) and ``cross`` (m, k) with the ``few`` columns.
     """
 
-    whole: Quadratic
-    rows: tuple[Index, ...]
-    few: Index
-    blocks: Array | None
-    cross: Array | None
-    pull: Array | None
-
-    @property
-    def there(self) -> NDArray[np.bool_]:
-        """Which of the q columns each sequence has (s, q)."""
-        most = max(len(r) for r in self.rows)
-        return np.array([np.arange(most) < len(r) for r in self.rows])
+    owner: Index
+    axes: Array
+    information: Array
+    pull: Array
+    cross: Array
+    few: Quadratic
 
     @classmethod
-    def of(cls, whole: Quadratic, rows: tuple[Index, ...], few: Index) -> "Own":
-        """Take the columns out of a quadratic."""
-        if len({len(r) for r in rows}) > 1 or not independent(whole.information, rows):
-            return cls(whole, rows, few, None, None, None)
-        index = np.array(rows)
-        blocks = whole.information[index[:, :, None], index[:, None, :]]
-        return cls(whole, rows, few, blocks, whole.information[index[:, :, None], few[None, None, :]], whole.pull[index])
+    def of(cls, whole: Quadratic, rows: tuple[Index, ...], limits: Array) -> "Own":
+        """Take the columns ``rows`` [sequence] (q,) out of a quadratic, with all of its columns as the few; ``limits`` (m,)."""
+        index, owner = np.concatenate(rows), np.repeat(np.arange(len(rows)), [len(r) for r in rows])
+        apart = independent(whole.information, rows)
+        G = limits[:, None] * whole.information[np.ix_(index, index)] * limits
+        told = [np.linalg.eigh(G[np.ix_(owner == s, owner == s)]) for s in range(len(rows))] if apart else []
+        axes = limits[:, None] * (block_diag(*(vector for _, vector in told)) if apart else np.eye(len(index)))
+        information = np.maximum(np.concatenate([value for value, _ in told]), 0.0) if apart else G
+        return cls(owner, axes, information, axes.T @ whole.pull[index], axes.T @ whole.information[index], whole)
 
-    def eliminated(self, sigma: Array) -> tuple[Quadratic, Array, Array, Array]:
-        """Integrated out under standard deviations ``sigma`` (s, q).
+    def beside(self, few: Index) -> "Own":
+        """The same beside ``few`` of the other columns."""
+        return Own(self.owner, self.axes, self.information, self.pull, self.cross[:, few], self.few.take(few))
 
-        The quadratic of the few columns; then the means (s, q) at zero few, how they follow the few (s, q, k), and variances (s, q).
+    def sums(self, each: Array) -> Array:
+        """Sums (s,) over every sequence's own."""
+        return np.asarray(np.bincount(self.owner, each), dtype=np.float64)
+
+    def eliminated(self, variance: Array) -> tuple[Quadratic, Array, Array, Array]:
+        """Integrated out under prior variances (s,) of the sequences' units.
+
+        The quadratic of the few columns; then of the units the means (m,) at zero few, how they follow the few (m, k), and variances.
         """
-        if self.blocks is None or self.cross is None or self.pull is None:
-            return self._at_once(sigma)
-        K = np.eye(sigma.shape[1]) + sigma[:, :, None] * self.blocks * sigma[:, None, :]
-        inverse = sigma[:, :, None] * np.linalg.inv(K) * sigma[:, None, :]
-        mean, follow = np.einsum("sij,sj->si", inverse, self.pull), inverse @ self.cross
-        information = self.whole.information[np.ix_(self.few, self.few)] - np.einsum("sik,sil->kl", self.cross, follow)
-        pull = self.whole.pull[self.few] - np.einsum("sik,si->k", self.cross, mean)
-        half = 0.5 * float(np.linalg.slogdet(K)[1].sum())
-        left = Quadratic(information, pull, self.whole.misfit - float(np.sum(self.pull * mean)), self.whole.half_log_det + half)
-        return left, mean, follow, np.einsum("sii->si", inverse)
-
-    def _at_once(self, sigma: Array) -> tuple[Quadratic, Array, Array, Array]:
-        """The same where sequences hang together."""
-        there = self.there
-        rows, D = np.concatenate(self.rows), sigma[there]
-        G, C, b = self.whole.information[np.ix_(rows, rows)], self.whole.information[np.ix_(rows, self.few)], self.whole.pull[rows]
-        factor = cho_factor(np.eye(len(D)) + D[:, None] * G * D, lower=True)
-        inverse = D[:, None] * cho_solve(factor, np.diag(D))
-        mean, follow = inverse @ b, inverse @ C
-        information = self.whole.information[np.ix_(self.few, self.few)] - C.T @ follow
-        half = float(np.log(np.diag(factor[0])).sum())
-        left = Quadratic(information, self.whole.pull[self.few] - C.T @ mean, self.whole.misfit - float(b @ mean), half)
-        means, follows, variances = np.zeros(sigma.shape), np.zeros((*sigma.shape, len(self.few))), np.zeros(sigma.shape)
-        means[there], follows[there], variances[there] = mean, follow, np.diag(inverse)
-        return left, means, follows, variances
+        prior = variance[self.owner]
+        if self.information.ndim == 1:
+            ratio = 1.0 + prior * self.information
+            spread, half = prior / ratio, 0.5 * float(np.log(ratio).sum())
+            mean, follow = spread * self.pull, spread[:, None] * self.cross
+        else:
+            covariance, half = _under_prior(self.information, np.sqrt(prior))
+            spread, mean, follow = np.diag(covariance), covariance @ self.pull, covariance @ self.cross
+        few = self.few
+        information, misfit = few.information - self.cross.T @ follow, few.misfit - float(self.pull @ mean)
+        return Quadratic(information, few.pull - self.cross.T @ mean, misfit, few.half_log_det + half), mean, follow, spread
 
 
 def independent(information: Array, rows: tuple[Index, ...]) -> bool:

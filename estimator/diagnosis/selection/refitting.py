@@ -88,7 +88,7 @@ def _values(campaign: Campaign, fit: CampaignFit, evidence: Evidence, members: S
 
 
 def _of_effect(campaign: Campaign, fit: CampaignFit, of: tuple[Evidence, int], mean: dict[int, float], number: int) -> Array:
-    """Parameters (q,) of one effect in sequence ``number``; ``mean`` of every column."""
+    """Parameters (q,) of one effect in sequence ``number``; ``mean`` of the columns in use: nothing where no start was worth its search."""
     lin, e = of[0].of, of[1]
     effect = lin.effects[e]
     if effect.random:
@@ -102,7 +102,7 @@ def _of_effect(campaign: Campaign, fit: CampaignFit, of: tuple[Evidence, int], m
     for row in lin.rows(e):
         column = lin.columns[row]
         if column.sequence == owner:
-            value[column.parameter] = mean[int(row)] + (0.0 if there else value[column.parameter])
+            value[column.parameter] = mean.get(int(row), 0.0) + (0.0 if there else value[column.parameter])
     return value if there else effect.first_guess(value)
 
 

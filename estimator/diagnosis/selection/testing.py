@@ -31,12 +31,14 @@ def scores_beside(of: Linearised) -> EfficientScores:
     if not len(inside):
         return of.scores
     g, H, M = of.scores.g, of.scores.H, of.scores.M
-    prior = np.array([_precision(of, int(i)) for i in inside])
-    B = stable_inverse(H[np.ix_(inside, inside)] + np.diag(prior)) @ H[np.ix_(inside, outside)]
+    prior = np.diag([_precision(of, int(i)) for i in inside])
+    if of.stated is not None:
+        prior = prior + of.stated[np.ix_(inside, inside)]
+    B = stable_inverse(H[np.ix_(inside, inside)] + prior) @ H[np.ix_(inside, outside)]
     change = np.zeros((len(g), len(outside)))
     change[inside], change[outside, np.arange(len(outside))] = -B, 1.0
-    noise = change.T @ M @ change + B.T @ (prior[:, None] * B)
-    free = np.where(prior > 0.0, 0.0, g[inside])  # under a prior the fit's own gradient is what the prior pulls
+    noise = change.T @ M @ change + B.T @ prior @ B
+    free = np.where(np.diag(prior) > 0.0, 0.0, g[inside])  # under a prior the fit's own gradient is what the prior pulls
     information = H[np.ix_(outside, outside)] - H[np.ix_(outside, inside)] @ B
     columns = tuple(of.columns[i] for i in outside)
     return EfficientScores(columns, g[outside] - B.T @ free, 0.5 * (information + information.T), 0.5 * (noise + noise.T))

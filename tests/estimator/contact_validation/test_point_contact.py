@@ -44,7 +44,7 @@ def test_the_base_is_the_stronge_impulse() -> None:
 
 def test_without_friction_it_is_the_frictionless_impulse() -> None:
     c = contacts()
-    plain = Frictionless(0.6).follow(c.matrices(), c.velocities())
+    plain = Frictionless(0.6).follow(c.matrices, c.velocities)
     np.testing.assert_allclose(PointContact(0.6).impulses(c), plain.impulse, atol=1e-9)
 
 
@@ -123,9 +123,9 @@ def test_what_comes_out_scales_with_the_speed() -> None:
 def test_contacts_that_graze_are_followed_to_their_end() -> None:
     rng = np.random.default_rng(3)
     c = contacts()
-    u = c.velocities() * [1.0, 1.0, 1e-3]
+    u = c.velocities * [1.0, 1.0, 1e-3]
     for e in (0.02, 0.5, 1.0):
-        after = spring_many(c.matrices(), u, np.full(len(u), e), float(rng.uniform(0.0, 2.0)), 1.0 / STIFFEST)
+        after = spring_many(c.matrices, u, np.full(len(u), e), float(rng.uniform(0.0, 2.0)), 1.0 / STIFFEST)
         assert (after[:, 2] > -1e-9).all()
 
 
@@ -157,7 +157,7 @@ def test_adhesion_costs_the_energy_it_says() -> None:
 
 def _lost_closed_form(c: Contacts, adhesion: float) -> np.ndarray:
     """The work of a normal impulse, all of ``adhesion`` where the corner parts at all."""
-    K, u = c.matrices(), c.velocities() + np.einsum("nij,nj->ni", c.matrices(), RIGID.impulses(c))
+    K, u = c.matrices, c.velocities + np.einsum("nij,nj->ni", c.matrices, RIGID.impulses(c))
     return np.minimum(adhesion, 0.5 * u[:, 2] ** 2 / K[:, 2, 2])
 
 

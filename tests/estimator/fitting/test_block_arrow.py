@@ -9,7 +9,7 @@ import pytest
 from estimator.effects.model import Model
 from estimator.effects.registry import MODELS
 from estimator.fitting import campaign as module
-from estimator.fitting.campaign import Layout, layout_of, solve_arrow
+from estimator.fitting.campaign import Layout, Prior, layout_of, solve_arrow
 from estimator.motion.flight import N_PARAMETERS
 
 MODEL = Model((MODELS["uniform_acceleration"], MODELS["quadratic_drag"], MODELS["principal_point"], MODELS["frame_rate"]))
@@ -54,7 +54,7 @@ def test_eliminating_sequences_gives_the_step_of_the_whole(particle: tuple[int, 
     assert at.size == shared
     rng = np.random.default_rng(4)
     precision, values = rng.uniform(0.5, 2.0, at.size), rng.normal(size=at.size)
-    found = solve_arrow(seen, at, (precision, values))
+    found = solve_arrow(seen, at, Prior.diagonal(precision, values))
     local, common = dense(seen, at, precision, values)
     assert np.allclose(np.stack(found.local), local, rtol=1e-8, atol=1e-10)
     assert np.allclose(found.shared, common, rtol=1e-8, atol=1e-10)
@@ -73,5 +73,5 @@ def test_the_cost_is_linear_in_the_number_of_sequences(monkeypatch: pytest.Monke
     for count in (2, 8):
         sizes.clear()
         at = layout((0,) * count, (0,) * count)
-        solve_arrow(equations(count), at, (np.ones(at.size), np.zeros(at.size)))
+        solve_arrow(equations(count), at, Prior.diagonal(np.ones(at.size), np.zeros(at.size)))
         assert sorted(sizes) == sorted([len(at.local)] * count + [at.size])

@@ -6,12 +6,12 @@ from dataclasses import asdict, replace
 import numpy as np
 import pytest
 
-from tumble.challenge.field_case import CHANNELS, FieldCase, case_from_dict
+from tumble.challenge.field_case import CHANNELS, TRAJECTORIES, FieldCase, case_from_dict
 from tumble.challenge.field_drawing import HIDDEN, MOST_HIDDEN, OUTSIDE_SHARE, OVER_LIMIT, PUSH, STRAY, FieldPlan, draw_field_case, reach
 from tumble.challenge.field_limits import FOUND, known, left_at_limit, left_of, limit_along
 from tumble.challenge.limits import noncentrality
 
-PLAN = FieldPlan(400, (1, 4), (8, 20))
+PLAN = FieldPlan(400, (1, 4), (8, 20), TRAJECTORIES)
 SEED, COUNT = 7, 14
 
 
@@ -64,7 +64,7 @@ def test_limits_are_those_of_the_information_of_the_very_campaign(cases: list[Fi
 def test_about_one_in_ten_has_a_force_that_the_catalogue_lacks() -> None:
     drawn = [np.random.default_rng([SEED, number]).random() < OUTSIDE_SHARE for number in range(COUNT)]
     number = next(n for n in range(1000) if np.random.default_rng([SEED, n]).random() < OUTSIDE_SHARE)
-    case = draw_field_case(FieldPlan(1000, (2, 4), (10, 20)), SEED, number)
+    case = draw_field_case(FieldPlan(1000, (2, 4), (10, 20), TRAJECTORIES), SEED, number)
     assert any(drawn) == (number < COUNT)
     assert list(case.outside) in (["wall_attraction"], ["outgassing_thrust"])
     assert not case.hidden

@@ -11,9 +11,10 @@ from estimator.effects.choosing import catalogue
 from estimator.effects.model import Model
 from estimator.fitting.campaign import CampaignState, fit_campaign
 from estimator.trajectories.registering import register_trajectories
-from tumble.challenge.field_case import CHANNELS, MEASURED, FieldCase, FlightPlan, Measured, Noise
+from tumble.challenge.field_case import CHANNELS, TRAJECTORIES, FieldCase, FlightPlan, Measured, Noise
 from tumble.challenge.field_files import true_state, write_surroundings, write_trajectory, write_true_motion
-from tumble.challenge.field_flights import DENSE, FAR_OFF, flown, measured
+from tumble.challenge.field_flights import DENSE, flown, measured
+from tumble.challenge.field_noise import FAR_OFF
 
 SIGMA = {"x": 5e-4, "theta": 3e-3, "omega": 0.5, "gyro": 0.02}
 EFFECTS: dict[Measured, dict[str, dict[str, float]]] = {
@@ -45,7 +46,7 @@ def noise_of(kind: Measured, *, scale: float = 1.0, rounded: bool = False, outli
     return Noise({channel: scale * SIGMA[channel] for channel in CHANNELS[kind]}, 2, outliers, rounded, stated)
 
 
-@pytest.mark.parametrize("kind", MEASURED)
+@pytest.mark.parametrize("kind", TRAJECTORIES)
 def test_without_noise_the_instrument_predicts_every_row(kind: Measured) -> None:
     case = case_of(kind, noise_of(kind, scale=1e-3, outliers=0.0))
     registered = register_trajectories([measured(case, number) for number in range(2)])
@@ -62,7 +63,7 @@ def test_without_noise_the_instrument_predicts_every_row(kind: Measured) -> None
         np.testing.assert_allclose(flight.v, truth.motion.v_world[at], atol=0.02)
 
 
-@pytest.mark.parametrize("kind", MEASURED)
+@pytest.mark.parametrize("kind", TRAJECTORIES)
 def test_the_reader_takes_what_is_written(kind: Measured, tmp_path: Path) -> None:
     case = case_of(kind, noise_of(kind, rounded=True))
     written = measured(case, 1)

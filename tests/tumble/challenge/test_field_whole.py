@@ -8,7 +8,7 @@ import pytest
 
 from datasets.recipes.effects import KNOWN
 from datasets.trajectory_files import read_trajectory, trajectories_in
-from tumble.challenge.field_case import read_field_cases
+from tumble.challenge.field_case import TRAJECTORIES, read_field_cases
 from tumble.cli import main as command_line
 
 TABLES = ("cases", "hidden", "probabilities", "parameters", "velocities", "reliability")
@@ -23,6 +23,7 @@ def root(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Three campaigns of few flights, and answers found where the truth tree does not exist."""
     root = tmp_path_factory.mktemp("field")
     small = ["--campaigns", "3", "--most-flights", "3", "--most-rows", "16", "--seed", "5", "--jobs", "1", "-q"]
+    small += ["--measured", ",".join(TRAJECTORIES)]
     assert tumble("make", "--field", "--out", root / "made", *small) == 0
     (root / "made" / "truth").rename(root / "elsewhere")
     assert tumble("solve", root / "made", "--out", root / "answers", "--jobs", "1", "-q") == 0

@@ -12,7 +12,9 @@ from datasets.recipes.effects import KNOWN
 from tumble.challenge.cases import read_cases
 from tumble.cli import main as command_line
 
-TINY = ["--sequences", "2", "--frames", "30", "--views", "12", "--jobs", "1", "-q"]
+FLIGHT = ["--frames", "30", "--views", "12"]
+TINY = ["--sequences", "2", *FLIGHT, "--jobs", "1", "-q"]
+ALONE = ["--sequences", "1", *FLIGHT]
 
 
 def tumble(*words: str | Path) -> int:
@@ -34,7 +36,8 @@ def answers(challenge: Path) -> Path:
     truth = challenge / "made" / "truth"
     hidden = challenge / "elsewhere"
     truth.rename(hidden)
-    assert tumble("solve", challenge / "made", "--out", challenge / "answers", "--jobs", "1", "-q") == 0
+    keep = ["--keep", challenge / "kept"]
+    assert tumble("solve", challenge / "made", "--out", challenge / "answers", "--jobs", "1", "-q", *keep) == 0
     hidden.rename(truth)
     return challenge / "answers"
 
@@ -82,7 +85,8 @@ def test_resuming_solves_only_what_is_missing(challenge: Path, answers: Path) ->
 
 def test_scores_cover_every_case_and_print_every_line(challenge: Path, answers: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = challenge / "score"
-    assert tumble("score", challenge / "made", answers, "--out", out, "--jobs", "1", "--result", challenge / "result.json") == 0
+    kept = ["--keep", challenge / "kept", "--result", challenge / "result.json"]
+    assert tumble("score", challenge / "made", answers, "--out", out, "--jobs", "1", *kept) == 0
     printed = capsys.readouterr().out.splitlines()
     assert all("n = " in line and "asked: " in line for line in printed)
     assert {line[0] for line in printed} == {"1", "2", "3", "4", "5", "7"}
@@ -97,7 +101,7 @@ def test_scores_cover_every_case_and_print_every_line(challenge: Path, answers: 
 
 def test_a_gap_in_the_recording_is_found(tmp_path: Path) -> None:
     counts = ["--singles", "1", "--controls", "0", "--pairs", "0", "--outside", "0", "--effects", "dropped_frames", "--seed", "7"]
-    assert tumble("make", "--out", tmp_path / "made", *TINY, *counts) == 0
+    assert tumble("make", "--out", tmp_path / "made", *ALONE, *counts, "--jobs", "1", "-q") == 0
     assert tumble("solve", tmp_path / "made", "--out", tmp_path / "answers", "--jobs", "1", "-q") == 0
     said = json.loads((tmp_path / "answers" / "c001.answer.json").read_text())
     assert "dropped_frames" in said["found"]
@@ -106,7 +110,7 @@ def test_a_gap_in_the_recording_is_found(tmp_path: Path) -> None:
 
 
 def test_what_was_hidden_is_told_at_last(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    shape = ["--sequences", "2", "--frames", "30", "--views", "12", "--seed", "2"]
+    shape = [*ALONE, "--seed", "2"]
     assert tumble("hidden", "--out", tmp_path / "hidden", *shape) == 0
     told = " ".join(capsys.readouterr().out.split())
     assert told.index("Which effect is missing?") < told.index("held-out") < told.rindex("hidden was") > told.index("And the truth:")

@@ -26,56 +26,48 @@ def quadratic(seed: int, *, hanging: bool = False) -> Quadratic:
     return Quadratic(X.T @ X, X.T @ y, float(y @ y))
 
 
-def sizes(seed: int) -> tuple[Array, Array]:
-    """Standard deviations (k,) of the few columns and (s, q) of the own ones."""
+def sizes(seed: int) -> tuple[Array, Array, Array]:
+    """Standard deviations (k,) of the few columns, limits (m,) of the own ones, and their prior variances (s,) in those units."""
     rng = np.random.default_rng(seed)
-    return rng.uniform(0.1, 3.0, FEW), rng.uniform(0.1, 3.0, (SEQUENCES, OWN))
-
-
-def at_once(own: Own) -> Own:
-    """The same without its blocks."""
-    return Own(own.whole, own.rows, own.few, None, None, None)
+    return rng.uniform(0.1, 3.0, FEW), rng.uniform(0.1, 3.0, SEQUENCES * OWN), rng.uniform(0.1, 3.0, SEQUENCES)
 
 
 @pytest.mark.parametrize("seed", range(5))
 @pytest.mark.parametrize("hanging", [False, True])
-def test_elimination_is_the_posterior_of_all_columns(seed: int, hanging: bool) -> None:
-    whole, (few, own) = quadratic(seed, hanging=hanging), sizes(seed)
-    rows = np.concatenate([FEW_ROWS, *OWN_ROWS])
-    every = posterior(whole, rows, np.concatenate([few, own.ravel()]))
-    taken = Own.of(whole, OWN_ROWS, FEW_ROWS)
-    assert (taken.blocks is None) is hanging
-    for path in {id(each): each for each in (taken, at_once(taken))}.values():
-        left, mean, follow, variance = path.eliminated(own)
-        shared = posterior(left, FEW_ROWS, few)
-        assert shared.misfit == pytest.approx(every.misfit, rel=1e-9)
-        assert shared.half_log_det == pytest.approx(every.half_log_det, rel=1e-9)
-        np.testing.assert_allclose(shared.mean, every.mean[:FEW], rtol=1e-8, atol=1e-12)
-        np.testing.assert_allclose(shared.covariance, every.covariance[:FEW, :FEW], rtol=1e-8, atol=1e-12)
-        np.testing.assert_allclose((mean - follow @ shared.mean).ravel(), every.mean[FEW:], rtol=1e-7, atol=1e-10)
-        alone = posterior(whole, np.concatenate(OWN_ROWS), own.ravel())
-        np.testing.assert_allclose(variance.ravel(), np.diag(alone.covariance), rtol=1e-8)
+@pytest.mark.parametrize("rows", [OWN_ROWS, (*OWN_ROWS[:-1], OWN_ROWS[-1][:1])])
+def test_elimination_is_the_posterior_of_all_columns(seed: int, hanging: bool, rows: tuple[NDArray[np.int64], ...]) -> None:
+    whole, (few, limits, variance) = quadratic(seed, hanging=hanging), sizes(seed)
+    index = np.concatenate(rows)
+    limits = limits[: len(index)]
+    sigma = limits * np.sqrt(np.repeat(variance, [len(r) for r in rows]))
+    every = posterior(whole.take(np.concatenate([FEW_ROWS, index])), np.concatenate([few, sigma]))
+    taken = Own.of(whole, rows, limits).beside(FEW_ROWS)
+    assert (taken.information.ndim == 2) is hanging
+    left, mean, follow, spread = taken.eliminated(variance)
+    shared = posterior(left, few)
+    assert shared.misfit == pytest.approx(every.misfit, rel=1e-9)
+    assert shared.half_log_det == pytest.approx(every.half_log_det, rel=1e-9)
+    np.testing.assert_allclose(shared.mean, every.mean[:FEW], rtol=1e-8, atol=1e-12)
+    np.testing.assert_allclose(shared.covariance, every.covariance[:FEW, :FEW], rtol=1e-8, atol=1e-12)
+    np.testing.assert_allclose(taken.axes @ (mean - follow @ shared.mean), every.mean[FEW:], rtol=1e-7, atol=1e-10)
+    alone = posterior(whole.take(index), sigma)
+    np.testing.assert_allclose(taken.axes**2 @ spread, np.diag(alone.covariance), rtol=1e-8)
 
 
 def test_values_without_a_prior_scale_are_not_there() -> None:
-    whole, few = quadratic(1), sizes(1)[0]
-    left = Own.of(whole, OWN_ROWS, FEW_ROWS).eliminated(np.zeros((SEQUENCES, OWN)))[0]
-    with_few, without = posterior(left, FEW_ROWS, few), posterior(whole, FEW_ROWS, few)
+    whole, (few, limits, _) = quadratic(1), sizes(1)
+    left = Own.of(whole, OWN_ROWS, limits).beside(FEW_ROWS).eliminated(np.zeros(SEQUENCES))[0]
+    with_few, without = posterior(left, few), posterior(whole.take(FEW_ROWS), few)
     assert with_few.misfit == pytest.approx(without.misfit)
     assert with_few.half_log_det == pytest.approx(without.half_log_det)
 
 
 def test_a_set_without_columns_leaves_everything() -> None:
     whole = quadratic(2)
-    nothing = posterior(whole, np.zeros(0, dtype=np.int64), np.zeros(0))
+    nothing = posterior(whole.take(np.zeros(0, dtype=np.int64)), np.zeros(0))
     assert (nothing.misfit, nothing.half_log_det) == (whole.misfit, 0.0)
 
 
 def test_sequences_that_share_a_thing_do_not_pass_for_blocks() -> None:
     assert independent(quadratic(3).information, OWN_ROWS)
     assert not independent(quadratic(3, hanging=True).information, OWN_ROWS)
-
-
-def test_sequences_of_unlike_columns_are_taken_at_once() -> None:
-    uneven = (*OWN_ROWS[:-1], OWN_ROWS[-1][:1])
-    assert Own.of(quadratic(4), uneven, FEW_ROWS).blocks is None

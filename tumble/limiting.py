@@ -1,0 +1,161 @@
+"""What was stated, what limits v and omega, and a number under each of its names: as documents and in words."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from estimator.diagnosis.explain import Explanation
+from estimator.diagnosis.selection.groups import FACTOR, Name
+from estimator.diagnosis.selection.names import UnderName, under_names
+from estimator.fitting.campaign import Campaign, CampaignFit
+from estimator.fitting.facts import Fact
+from estimator.fitting.impacts import Impact, Impacts
+from tumble.numbers import compact
+
+Entry = dict[str, Any]
+NAMED = 0.2
+"""Share of the mean square error from which a thing is named as what limits a velocity."""
+SEEN = 2.0
+"""Standard deviations by which a model without an effect has to miss what is stated of it before that is said."""
+SETTLED_BY = {
+    "length_scale": "'length=100mm±0.2mm measured 98.0mm' (a length that is known and was recorded)",
+    "frame_rate": "'frame_rate=0±1e-5' (a checked clock)",
+    "gravity": "'gravity=9.807±0.003m/s2' (the size of gravity)",
+}
+"""What a user can type to state an effect; of all others its parameter."""
+
+
+def fact_entries(campaign: Campaign, fit: CampaignFit) -> list[Entry]:
+    """Every fact with what the fitted model has in its place."""
+    return [_fact_entry(fact, fit) for fact in campaign.facts]
+
+
+def facts_told(facts: Sequence[Entry]) -> list[str]:
+    """A sentence for each statement; several facts of one alike are told once."""
+    return list(dict.fromkeys(fact["sentence"] for fact in facts))
+
+
+def _fact_entry(fact: Fact, fit: CampaignFit) -> Entry:
+    theta = fit.state.theta[0]
+    parts = [(fit.model.slices[fit.model.keys.index(key)], weights) for key, weights in fact.weights if key in fit.model.keys]
+    model = float(sum(np.dot(weights, theta[part]) for part, weights in parts))
+    misses = (model - fact.value) / fact.sigma
+    found = _against(bool(parts), model, misses)
+    sentence = f"Stated: {fact.words}. {_plain(fact.effects[0])}: {compact(fact.value, fact.sigma)}, {found}."
+    entry = {"words": fact.words, "effects": list(fact.effects), "value": fact.value, "sigma": fact.sigma}
+    return {**entry, "model": model, "misses": misses, "sentence": sentence}
+
+
+def _against(there: bool, model: float, misses: float) -> str:
+    """What a model says to a fact that it misses by ``misses`` standard deviations."""
+    if there:
+        return f"fitted {model:.3g}, {abs(misses):.1f} σ from that"
+    lacks = "not in the model; v and ω are the less certain for it"
+    return lacks if abs(misses) < SEEN else f"{lacks}, and the model without it is {abs(misses):.1f} σ off"
+
+
+def limits_entry(found: Impacts) -> Entry:
+    """What limits v and omega."""
+    return {
+        "things": [_thing(each) for each in found.things],
+        "noise": _pair(found.noise),
+        "total": _pair(found.total),
+        "size": _pair(found.size),
+        "sentence": limits_sentence(found),
+    }
+
+
+def _thing(each: Impact) -> Entry:
+    kind = "fitted" if each.fitted else "possible"
+    return {
+        "name": each.name,
+        "kind": kind,
+        **_pair((each.v_ms, each.omega_rads)),
+        "v_before_ms": each.v_before_ms,
+        "omega_before_rads": each.omega_before_rads,
+    }
+
+
+def _pair(values: tuple[float, float]) -> Entry:
+    return {"v_ms": values[0], "omega_rads": values[1]}
+
+
+def limits_sentence(found: Impacts) -> str:
+    """What limits v and omega, in a sentence each."""
+    told = []
+    for i, (letter, unit) in enumerate((("v", "m/s"), ("ω", "rad/s"))):
+        total, size = found.total[i], found.size[i]
+        if not np.isfinite(total):
+            continue
+        things = [(_plain(t.name).lower(), (t.v_ms, t.omega_rads)[i]) for t in found.things]
+        ranked = sorted([*things, ("noise", found.noise[i])], key=lambda each: -each[1])
+        named = [each for each in ranked if each[1] ** 2 > NAMED * total**2] or ranked[:1]
+        by = ", ".join(f"{name} ({value:.2g})" for name, value in named)
+        told.append(f"{letter} is known to {total:.2g} {unit}{_share(total, size)}, limited by {by}")
+    return "; ".join(told) + "." if told else ""
+
+
+def _share(total: float, size: float) -> str:
+    return f", {total / size:.2%} of its size" if size > 0.0 else ""
+
+
+def groups_of(explanation: Explanation) -> tuple[tuple[UnderName, ...], ...]:
+    """The groups of an explanation that have several names, each name with its values."""
+    best = explanation.path[-1]
+    number = {key: e for e, key in enumerate(best.trial.evidence.of.keys)}
+    groups = []
+    for step in explanation.steps:
+        names = [Name(number[key], odds) for key, odds in zip(step.group, step.odds, strict=True)]
+        if len(names) > 1 and names[0].effect in best.members:
+            groups.append(under_names(best, best.members, names))
+    return tuple(groups)
+
+
+def name_entries(groups: Sequence[Sequence[UnderName]]) -> list[Entry]:
+    """Groups as a document has them."""
+    return [
+        {"added": group[0].key, "sentence": names_sentence(group), "names": [_name_entry(name) for name in group]} for group in groups
+    ]
+
+
+def _name_entry(name: UnderName) -> Entry:
+    values = [
+        {"parameter": p.name, "unit": p.unit, "value": float(value), "sigma": float(sigma)}
+        for p, value, sigma in zip(name.parameters, name.mean, name.sigma, strict=True)
+    ]
+    return {"effect": name.key, "probability": name.probability, "values": values}
+
+
+def names_sentence(group: Sequence[UnderName]) -> str:
+    """A number under each of its names, and what would settle which it is."""
+    told = " or ".join(_under(name) for name in group)
+    ways = [f"{SETTLED_BY[name.key]}, to ±{_well_enough(name, group)} or better" for name in group if name.key in SETTLED_BY]
+    settled = f" State one of them with --known, and it is settled: {'; '.join(ways)}." if ways else ""
+    return f"One number, {len(group)} names: {told}.{settled}"
+
+
+def settling(group: Sequence[str]) -> tuple[str, ...]:
+    """What a user can state so that a group of effects is settled, in a sentence; none where there is nothing that he could."""
+    ways = [SETTLED_BY[key] for key in group if key in SETTLED_BY]
+    return (f"State one of them with --known, and it is settled: {'; '.join(ways)}.",) if len(group) > 1 and ways else ()
+
+
+def _under(name: UnderName) -> str:
+    values = ", ".join(
+        f"{p.name} {compact(value, sigma)}{'' if p.unit == '1' else ' ' + p.unit}"
+        for p, value, sigma in zip(name.parameters, name.mean, name.sigma, strict=True)
+    )
+    return " ".join([_plain(name.key).lower(), *([values] if values else []), f"({name.probability:.0%})"])
+
+
+def _well_enough(name: UnderName, group: Sequence[UnderName]) -> str:
+    """How well it has to be known: so that none of it, or all, loses a likelihood of ``FACTOR`` beyond what the names have now."""
+    lead = max(other.probability for other in group) / max(min(other.probability for other in group), 1e-12)
+    sigma = float(np.linalg.norm(name.mean)) / np.sqrt(2.0 * np.log(FACTOR * max(lead, 1.0)))
+    unit = name.parameters[0].unit
+    return f"{sigma:.2%}" if unit == "1" else f"{sigma:.2g} {unit}"
+
+
+def _plain(key: str) -> str:
+    return key.replace("_", " ").capitalize()
