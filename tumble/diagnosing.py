@@ -194,9 +194,7 @@ def _apart(campaign: Prepared, fit: CampaignFit, tests: Sequence[ScoreTest], gro
     return separations(campaign.registered, fit, tests, group)
 
 
-def _step_entries(
-    explanation: Explanation, campaign: Prepared, candidates: Mapping[str, EffectModel]
-) -> tuple[list[Document], list[Separation]]:
+def _step_entries(explanation: Explanation, campaign: Prepared) -> tuple[list[Document], list[Separation]]:
     """The steps, and what would separate the groups of the effects that were found."""
     entries: list[Document] = []
     told: list[Separation] = []
@@ -204,7 +202,7 @@ def _step_entries(
     tests = tests_beside(begun.trial.evidence.of)
     for step in explanation.steps:
         apart = _apart(campaign.at(begun.campaign), begun.fit, tests, step.group)
-        entries.append(step_entry(step, campaign.names, candidates, apart))
+        entries.append(step_entry(step, campaign.names, apart))
         told += apart
     return entries, told
 
@@ -221,7 +219,7 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told) -> 
     of = uncertain(registered.campaign, explanation.fit, question.candidates, more)
     written = estimated(question, campaign, out, of=of)
     verdict = _settled(verdict_of_explanation(verdict_of(last), explanation), written["settled"], explanation)
-    steps, apart = _step_entries(explanation, campaign, question.candidates)
+    steps, apart = _step_entries(explanation, campaign)
     verdict = replace(verdict, remarks=(*map(names_sentence, groups), *scattered(explanation), *verdict.remarks))
     verdict = advised(verdict, apart if explanation.found else [], question.command("explain", ()))
     rest = unknown_entry(registered.campaign, explanation.fit, explanation.left, names, told=told)

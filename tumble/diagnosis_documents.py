@@ -1,11 +1,10 @@
 """Diagnoses and fitted campaigns as documents (``diagnosis.json``, ``campaign.json``); the reports are made from these alone."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from datasets.vocabulary.effects import EffectEntry, Scope
 from estimator.campaign_reporting import EffectValue
 from estimator.diagnosis.adding import Rung
 from estimator.diagnosis.diagnose import Diagnosis, Finding, detectable
@@ -15,7 +14,6 @@ from estimator.diagnosis.map_words import sentence_of, title_of
 from estimator.diagnosis.noise_floor import NoiseFloor
 from estimator.diagnosis.residual_maps import ResidualMap
 from estimator.diagnosis.score_tests import ScoreTest
-from estimator.diagnosis.selection.groups import Name
 from estimator.diagnosis.separation import Separation
 from estimator.diagnosis.separation_words import separation_sentence
 from estimator.diagnosis.tested_values import tested_values
@@ -205,28 +203,12 @@ def rung_entry(rung: Rung, names: Sequence[str], velocity: Entry | None, last: C
     }
 
 
-def _named(name: Name, entry: EffectEntry, sequences: Sequence[str]) -> Entry:
-    """One name of a group, and its values: what the number would be, were this its cause."""
-    values = [
-        {
-            "parameter": entry.parameters[v.parameter].name,
-            "unit": entry.parameters[v.parameter].unit,
-            "sequence": None if v.sequence is None else sequences[v.sequence],
-            "value": v.value,
-            "sigma": v.sigma,
-        }
-        for v in name.values
-    ]
-    return {"effect": entry.key, "log_odds": name.log_odds, "scatter": entry.scope is Scope.SEQUENCE, "values": values}
-
-
-def step_entry(step: Step, names: Sequence[str], effects: Mapping[str, EffectModel], apart: Sequence[Separation] = ()) -> Entry:
+def step_entry(step: Step, names: Sequence[str], apart: Sequence[Separation] = ()) -> Entry:
     """One effect of an explanation, and what would separate its group."""
     return {
         "added": step.added,
         "group": list(step.group),
         "odds": list(step.odds),
-        "names": [_named(name, effects[key].entry, names) for key, name in zip(step.group, step.names, strict=True)],
         "probability": step.probability,
         "worth": step.worth,
         "p": step.p,

@@ -200,6 +200,15 @@ _ENTRIES = (
         searched=("length",),
     ),
     EffectEntry(
+        "unmeasured_lift",
+        Stage.DYNAMICS,
+        Scope.SEQUENCE,
+        tuple(Parameter(f"w_{axis}", "1/s", (-5.0, 5.0), 1e-3, f"lift coefficient times unmeasured spin, along {axis}") for axis in "xyz"),
+        "dv/dt = g + w x v, another w in every sequence: lift of a spin that nobody measured, or that was measured wrongly (w: that of the "
+        "true spin beside the measured one)",
+        "Rubinow and Keller, J. Fluid Mech. 11 (1961) 447",
+    ),
+    EffectEntry(
         "steady_wind",
         Stage.DYNAMICS,
         Scope.CAMPAIGN,
@@ -339,17 +348,6 @@ _ENTRIES = (
         "Brown, Photogrammetric Engineering 37 (1971) 855, in space; Luhmann and others, Close-Range Photogrammetry and 3D Imaging (2014)",
     ),
     EffectEntry(
-        "spin_error",
-        Stage.TRACKING,
-        Scope.SEQUENCE,
-        tuple(
-            Parameter(f"e_{axis}", "1", (-1.0, 1.0), 1e-3, f"error of the measured spin along {axis}, over the size of the measured spin")
-            for axis in "xyz"
-        ),
-        "measured omega = omega + |omega measured| e, another e in every sequence: an axis or a sign that was read wrongly",
-        "Fuller, Measurement Error Models (1987), ch. 1: errors in the explanatory variable",
-    ),
-    EffectEntry(
         "gyroscope_bias",
         Stage.GYROSCOPE,
         Scope.CAMPAIGN,
@@ -370,7 +368,7 @@ _ENTRIES = (
 EFFECTS: dict[str, EffectEntry] = {entry.key: entry for entry in _ENTRIES}
 """The catalogue by key, in no order of importance."""
 
-TRACKED_ONLY = ("saturating_lift", "steady_wind", "position_distortion", "spin_error", "gyroscope_bias", "gyroscope_scale")
+TRACKED_ONLY = ("saturating_lift", "steady_wind", "unmeasured_lift", "position_distortion", "gyroscope_bias", "gyroscope_scale")
 """Effects on trial in trajectories alone: those of a tracker or a gyroscope, and those that flights of centimetres before a camera do not
 show."""
 PICTURED: dict[str, EffectEntry] = {key: entry for key, entry in EFFECTS.items() if key not in TRACKED_ONLY}

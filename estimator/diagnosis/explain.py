@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from estimator.diagnosis.base import base_fit
 from estimator.diagnosis.score_tests import ScoreTest
-from estimator.diagnosis.selection.groups import Name, group_of
+from estimator.diagnosis.selection.groups import group_of
 from estimator.diagnosis.selection.path import UNFLYABLE, At, looked_at, moved, path_from
 from estimator.diagnosis.selection.refitting import refitted, weighed_again
 from estimator.diagnosis.selection.search import Set
@@ -34,8 +34,6 @@ class Step:
         It, and what these data cannot tell from it, the most probable first.
     odds : tuple of float
         Log odds (nats) of the set with each member of the group against the set as it is.
-    names : tuple of Name
-        The members of the group with their values.
     probability : float
         Of the effect to be in the model, 0 to 1.
     worth : float
@@ -51,7 +49,6 @@ class Step:
     added: str
     group: tuple[str, ...]
     odds: tuple[float, ...]
-    names: tuple[Name, ...]
     probability: float
     worth: float
     p: float
@@ -156,7 +153,7 @@ def _steps(begun: At, best: At, last: At, told: Told) -> tuple[Step, ...]:
         p = tests[key].p * len(tests) if key in tests else float("nan")
         assert before is not None
         found.append(
-            Step(key, names, odds, group, best.posterior.probability(e), worth[e], min(p, 1.0), before, after, fit)
+            Step(key, names, odds, best.posterior.probability(e), worth[e], min(p, 1.0), before, after, fit)
         )
         told(f"{key}: held-out RMS {before.rms_px:.4f} -> {after.rms_px:.4f} {last.campaign.kind.unit}")
         before = after

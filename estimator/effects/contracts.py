@@ -32,7 +32,7 @@ INVISIBLE_PX = 1e-9
 OF_LINKS = ("derivatives", "it acts")
 """Contracts that an effect drawn anew in every frame cannot be held to, since it is a variance and touches no link, nor one that does
 nothing to pictures by itself: what a tracker or a gyroscope reports, or air that moves."""
-BY_THEMSELVES = tuple(link for link in LINKS if link not in ("tracked", "spun", "reading", "air"))
+BY_THEMSELVES = tuple(link for link in LINKS if link not in ("tracked", "reading", "air"))
 NOTHING = "no parameter to differentiate"
 
 

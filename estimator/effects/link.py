@@ -1,7 +1,7 @@
 """The protocol of an effect: the links of the forward chain that it may touch.
 
 ``times, delays -> body -> air -> acceleration, torque -> scale -> (poses) -> correct -> (tangency errors) -> shift``; of trajectories,
-whose rows know no pictures, ``... -> scale -> tracked`` (positions), ``... -> torque -> spun`` (spins) and ``reading`` (a gyroscope's).
+whose rows know no pictures, ``... -> scale -> tracked`` (positions) and ``... -> torque -> reading`` (a gyroscope's).
 An effect overrides the link it belongs to (a rolling shutter two: it delays outlines, and shears them); every other link is the identity.
 Parameters come as an array in the order of the effect's entry in the catalogue; derivatives are central differences of the link alone, in
 steps of the entry, so a plug-in needs none.
@@ -29,7 +29,7 @@ class Setting:
     ``times_s`` (f,) time stamps of the frames, ``exposure_s``, ``gravity_world`` (3,) m/s², ``inertia_ratios`` (3,) of the nominal body;
     ``edge_px`` the standard deviation of the blur that edges at rest have in its pictures, (n,) of n sightings or one for all: a particle
     that comes nearer is seen less sharply; 0 where outlines are given as such. Of trajectories: ``middle_world`` (3,) m of all positions of
-    the campaign and ``reach_m``, the root mean square of their distances from it; ``spin_rads``, that of the sequence's measured spins.
+    the campaign and ``reach_m``, the root mean square of their distances from it.
     """
 
     times_s: Array
@@ -39,7 +39,6 @@ class Setting:
     edge_px: Array | float = 0.0
     middle_world: Array | float = 0.0
     reach_m: float = 1.0
-    spin_rads: float = 1.0
 
     @cached_property
     def interval_s(self) -> float:
@@ -285,11 +284,6 @@ class EffectModel:
         """Where a tracker sees points that are at ``x`` (n, 3) m, world frame."""
         del theta, setting
         return x
-
-    def spun(self, theta: Array, omega: Array, setting: Setting) -> Array:
-        """What a measurement says (n, 3) rad/s of angular velocities ``omega`` (n, 3), world frame."""
-        del theta, setting
-        return omega
 
     def reading(self, theta: Array, omega: Array) -> Array:
         """What a gyroscope reads (n, 3) rad/s of angular velocities ``omega`` (n, 3) along its axes."""

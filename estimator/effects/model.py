@@ -123,12 +123,6 @@ class Model:
             x = effect.tracked(theta[part], x, setting)
         return x
 
-    def spun(self, theta: Array, omega: Array, setting: Setting) -> Array:
-        """What a measurement says (n, 3) rad/s of angular velocities (n, 3), world frame."""
-        for effect, part in zip(self.effects, self.slices, strict=True):
-            omega = effect.spun(theta[part], omega, setting)
-        return omega
-
     def reading(self, theta: Array, omega: Array) -> Array:
         """What a gyroscope reads (n, 3) rad/s of angular velocities (n, 3) along its axes."""
         for effect, part in zip(self.effects, self.slices, strict=True):

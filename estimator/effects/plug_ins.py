@@ -24,7 +24,7 @@ from estimator.effects.link import BodyChange, EffectModel, Moment, Places, Sett
 from estimator.effects.model import overrides
 
 Array = NDArray[np.float64]
-LINKS = ("times", "delays", "body", "air", "acceleration", "torque", "scale", "tracked", "spun", "reading", "correct", "shift")
+LINKS = ("times", "delays", "body", "air", "acceleration", "torque", "scale", "tracked", "reading", "correct", "shift")
 """What an effect may override to act."""
 STAGES: Mapping[str, tuple[Stage, ...]] = {
     "times": (Stage.CLOCK,),
@@ -34,7 +34,6 @@ STAGES: Mapping[str, tuple[Stage, ...]] = {
     "torque": (Stage.DYNAMICS,),
     "scale": (Stage.BODY,),
     "tracked": (Stage.TRACKING,),
-    "spun": (Stage.TRACKING,),
     "correct": (Stage.OPTICS,),
     "shift": (Stage.OPTICS, Stage.EXPOSURE, Stage.SEGMENTATION),
 }
@@ -289,10 +288,6 @@ class _Watch:
     def tracked(self, answer: Any, theta: Array, x: Array, setting: Setting) -> Array:
         """As many positions as came."""
         return self._rows("tracked", answer, theta, x)
-
-    def spun(self, answer: Any, theta: Array, omega: Array, setting: Setting) -> Array:
-        """As many spins as came."""
-        return self._rows("spun", answer, theta, omega)
 
     def reading(self, answer: Any, theta: Array, omega: Array) -> Array:
         """As many readings as angular velocities."""

@@ -26,11 +26,11 @@ from estimator.effects.rim_light_leak import RimLightLeak
 from estimator.effects.rolling_shutter import RollingShutter
 from estimator.effects.saturating_lift import SaturatingLift
 from estimator.effects.spin_damping import SpinDamping
-from estimator.effects.spin_error import SpinError
 from estimator.effects.steady_wind import SteadyWind
 from estimator.effects.tangential_distortion import TangentialDistortion
 from estimator.effects.trigger_jitter import TriggerJitter
 from estimator.effects.uniform_acceleration import UniformAcceleration
+from estimator.effects.unmeasured_lift import UnmeasuredLift
 from estimator.effects.view_outline_offset import ViewOutlineOffset
 
 MODELS: dict[str, EffectModel] = {
@@ -49,6 +49,7 @@ MODELS: dict[str, EffectModel] = {
         QuadraticDrag(),
         MagnusLift(),
         SaturatingLift(),
+        UnmeasuredLift(),
         SteadyWind(),
         SpinDamping(),
         RadialDistortion(),
@@ -64,7 +65,6 @@ MODELS: dict[str, EffectModel] = {
         Blooming(),
         RimLightLeak(),
         PositionDistortion(),
-        SpinError(),
         GyroscopeBias(),
         GyroscopeScale(),
     )

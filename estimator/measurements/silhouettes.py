@@ -141,7 +141,7 @@ class Silhouettes:
         del campaign
         if overrides(effect, "reading"):
             return "it acts on a gyroscope's readings"
-        if overrides(effect, "tracked", "spun"):
+        if overrides(effect, "tracked"):
             return "it acts on what a tracker reports"
         return "a flight of centimetres does not show it" if effect.entry.key in TRACKED_ONLY else None
 

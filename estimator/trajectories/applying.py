@@ -8,7 +8,7 @@ from estimator.effects.link import EffectModel
 from estimator.effects.model import overrides
 from estimator.trajectories.task import TrajectoryTask
 
-WITHOUT_PICTURES = ("times", "body", "air", "acceleration", "torque", "scale", "tracked", "spun", "reading")
+WITHOUT_PICTURES = ("times", "body", "air", "acceleration", "torque", "scale", "tracked", "reading")
 PLAUSIBLE: dict[str, tuple[float, float]] = {"centre_of_mass": (-0.05, 0.05), "trigger_jitter": (0.0, 0.01)}
 """Ranges of values for things of up to a metre, tracked at a few frames per second and more; the catalogue's are for particles of
 millimetres before a high-speed camera."""
@@ -35,8 +35,6 @@ def _conditions(effect: EffectModel) -> Iterator[tuple[frozenset[str], str]]:
         yield frozenset({"gyro"}), "it acts on a gyroscope's readings"
     if effect.random or overrides(effect, "times"):
         yield frozenset({"x", "theta"}), "it needs measured positions or orientations: a slowly changing spin tells no times"
-    if overrides(effect, "spun"):
-        yield frozenset({"omega"}), "it needs a measured spin"
     if overrides(effect, "scale", "tracked", "air") or (overrides(effect, "acceleration") and not overrides(effect, "torque")):
         yield frozenset({"x"}), "it needs measured positions"
     if overrides(effect, "body"):

@@ -63,18 +63,11 @@ def _stated_lengths(trajectories: Sequence[Trajectory]) -> tuple[Fact, ...]:
 
 
 def _in_one_volume(tasks: Sequence[TrajectoryTask]) -> list[TrajectoryTask]:
-    """The sequences with the middle and the size of all their positions, and the size of each one's spins, in their settings."""
+    """The sequences with the middle and the size of all their positions in their settings."""
     places = np.concatenate([np.zeros((0, 3)), *(task.x_world[task.seen("x").all(axis=1)] for task in tasks)])
     middle = places.mean(axis=0) if len(places) else np.zeros(3)
     reach = float(np.sqrt(np.mean(np.sum((places - middle) ** 2, axis=1)))) if len(places) > 1 else 0.0
-    settings = [replace(t.setting, middle_world=middle, reach_m=reach or 1.0, spin_rads=_spin_rads(t) or 1.0) for t in tasks]
-    return [replace(task, setting=setting) for task, setting in zip(tasks, settings, strict=True)]
-
-
-def _spin_rads(task: TrajectoryTask) -> float:
-    """Root mean square (rad/s) of a sequence's measured spins; 0 where there is none."""
-    rows = task.seen("omega").all(axis=1)
-    return float(np.sqrt(np.mean(np.sum(task.omega_world[rows] ** 2, axis=1)))) if task.omega_world is not None and rows.any() else 0.0
+    return [replace(task, setting=replace(task.setting, middle_world=middle, reach_m=reach or 1.0)) for task in tasks]
 
 
 def particles_of(trajectories: Sequence[Trajectory]) -> tuple[int, ...]:

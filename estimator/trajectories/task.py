@@ -21,7 +21,7 @@ from estimator.effects.model import Model, overrides
 from estimator.fitting.prediction import VARIED, Prediction, predict
 from estimator.motion.flight import COM, INERTIA, N_PARAMETERS, OFFSET, OMEGA, THETA, Flight, V, X
 from estimator.motion.rotation import rotation_vector
-from estimator.trajectories.gyroscope import STEP_RADS, gyroscope_channel
+from estimator.trajectories.gyroscope import gyroscope_channel
 from estimator.trajectories.reported import Channel, Instrument
 
 Array = NDArray[np.float64]
@@ -120,9 +120,7 @@ def trajectory_errors(task: TrajectoryTask, flight: Flight, model: Model, theta:
         parts.append(Channel(turned, prediction.omega, _inverse_left_jacobian(turned) @ prediction.sensitivity[:, 3:]))
     if task.omega_world is not None and prediction.spin_sensitivity is not None:
         change = np.gradient(prediction.omega, task.times_s, axis=0)
-        spun = Instrument("spun", partial(model.spun, setting=task.setting), STEP_RADS)
-        read = spun.of((model, theta), prediction.omega, change, prediction.spin_sensitivity)
-        parts.append(replace(read, e=read.e - task.omega_world))
+        parts.append(Channel(prediction.omega - task.omega_world, change, prediction.spin_sensitivity))
     if task.gyro is not None and prediction.spin_sensitivity is not None:
         parts.append(gyroscope_channel(task.gyro, flight, (model, theta), prediction, task.times_s))
     J = np.concatenate([part.J for part in parts], axis=1)

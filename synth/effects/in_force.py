@@ -24,7 +24,6 @@ from synth.effects.links import (
     PictureMotion,
     RowClock,
     Segmentation,
-    SpinReading,
     Sway,
     Threshold,
     Tracker,
@@ -77,10 +76,6 @@ class EffectsInForce:
     def tracked(self, x_world: Array, middle: Array, reach_m: float) -> Array:
         """Positions (n, 3) m that a tracker reports of points (n, 3) m, about the middle of its volume."""
         return reduce(lambda x, hook: hook[0].seen(x, middle, reach_m, hook[1]), self._of(Tracker), x_world)
-
-    def spin_read(self, omega_world: Array, size_rads: float) -> Array:
-        """What is read (n, 3) rad/s of spins (n, 3), world frame."""
-        return reduce(lambda omega, hook: hook[0].read(omega, size_rads, hook[1]), self._of(SpinReading), omega_world)
 
     def lens(self, stated: Intrinsics) -> Intrinsics:
         """The true camera, at rest."""

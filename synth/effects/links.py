@@ -112,13 +112,6 @@ class Tracker:
 
 
 @dataclass(frozen=True)
-class SpinReading:
-    """What is read (n, 3) rad/s of spins (n, 3), world frame; the size (rad/s) of what is read."""
-
-    read: Callable[[Array, float, Values], Array]
-
-
-@dataclass(frozen=True)
 class Lens:
     """The true camera from the stated one."""
 
@@ -181,5 +174,4 @@ Link = (
     | ViewSegmentation
     | Gyroscope
     | Tracker
-    | SpinReading
 )

@@ -27,7 +27,7 @@ SIZES = {
     "saturating_lift": {"coefficient": 5e-3, "length": 0.04},
     "steady_wind": {"w_x": 0.6, "w_y": -0.5, "w_z": 0.3},
     "position_distortion": {"k": 0.01, "p_x": 0.004, "p_y": -0.006, "p_z": 0.003},
-    "spin_error": {"e_x": 0.1, "e_y": -0.2, "e_z": 0.05},
+    "unmeasured_lift": {"w_x": 0.3, "w_y": -0.5, "w_z": 0.2},
     "gyroscope_bias": {"b_x": 0.05, "b_y": -0.03, "b_z": 0.02},
     "gyroscope_scale": {"s_x": 0.02, "s_y": -0.01, "s_z": 0.03},
 }
@@ -35,7 +35,7 @@ CASES = {
     "saturating_lift": ("quadratic_drag", "saturating_lift"),
     "steady_wind": ("quadratic_drag", "steady_wind"),
     "position_distortion": ("position_distortion",),
-    "spin_error": ("spin_error",),
+    "unmeasured_lift": ("quadratic_drag", "unmeasured_lift"),
     "gyroscope_bias": ("gyroscope_bias",),
     "gyroscope_scale": ("gyroscope_scale",),
 }
@@ -66,16 +66,7 @@ def of_nature(keys: tuple[str, ...], rng: np.random.Generator, name: str) -> Tra
     half = 0.5 * size * TIMES[:, None]
     q = np.hstack([np.sin(half) * omega / size, np.cos(half)])
     sigma_theta = np.full((n, 3), SIGMA_THETA)
-    read = force.spin_read(spins, size_as_read(force, omega))
-    return Trajectory(name, TIMES, x, q, read, sigma_x, sigma_theta, sigma_spin, where, force.gyroscope(spins), sigma_spin)
-
-
-def size_as_read(force: EffectsInForce, omega: Array) -> float:
-    """The size (rad/s) of what is read, which errors are relative to."""
-    size = 0.0
-    for _ in range(60):
-        size = float(np.linalg.norm(force.spin_read(omega[None], size)))
-    return size
+    return Trajectory(name, TIMES, x, q, None, sigma_x, sigma_theta, None, where, force.gyroscope(spins), sigma_spin)
 
 
 def in_the_true_volume(registered: Registered) -> Registered:

@@ -12,7 +12,6 @@ from datasets.atomic_files import written_whole
 from datasets.json_documents import revived
 from estimator.diagnosis.tested_values import p_words
 from estimator.diagnosis.verdict import percent
-from tumble.group_words import count_words, odds_words, value_words
 from tumble.limiting import facts_told
 from tumble.numbers import compact
 from tumble.reports.charts import autocorrelation_chart, ladder_chart, map_chart
@@ -40,9 +39,8 @@ def write_campaign_page(document: Mapping[str, Any], path: Path) -> None:
 def render(document: Mapping[str, Any]) -> str:
     """The page's text."""
     environment = Environment(loader=PackageLoader("tumble.reports"), autoescape=True, undefined=StrictUndefined, trim_blocks=True)
-    environment.filters.update(words=_words, value=_value, interval=_interval, p=_p, percent=percent, odds=odds_words, count=count_words)
+    environment.filters.update(words=_words, value=_value, interval=_interval, p=_p, percent=percent)
     environment.filters["size"] = _size
-    environment.globals["named_value"] = value_words
     found = {"not_applicable": {}, "begun": None, "facts": [], "limits": None, **revived(dict(document))}
     return environment.get_template("campaign.html.j2").render(
         title=TITLES[found["verb"]],

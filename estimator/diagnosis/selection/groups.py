@@ -6,7 +6,7 @@ re-adjusted [Björck and Golub 1973], times the signature's chi-squared. Where t
 with two names. Prior ranges still say which name is the more probable one.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,25 +23,11 @@ MOST_NAMED = 5
 
 
 @dataclass(frozen=True)
-class NamedValue:
-    """One number under one name: the effect's ``parameter``, by its place, of a ``sequence`` or of all.
-
-    Where every sequence has a value of its own, ``value`` is their scatter, and ``sigma`` 0.
-    """
-
-    parameter: int
-    sequence: int | None
-    value: float
-    sigma: float
-
-
-@dataclass(frozen=True)
 class Name:
-    """One name of a group: the effect's number, ``log_odds`` (nats) of the set with it against the set as it is, and its values there."""
+    """One name of a group: the effect's number, and ``log_odds`` (nats) of the set with it against the set as it is."""
 
     effect: int
     log_odds: float
-    values: tuple[NamedValue, ...] = ()
 
 
 def group_of(trial: Trial, members: Set, effect: int) -> tuple[Name, ...]:
@@ -57,24 +43,7 @@ def group_of(trial: Trial, members: Set, effect: int) -> tuple[Name, ...]:
         if odds >= -np.log(FACTOR) or (not wide and difference(trial, members, effect, other) <= np.log(FACTOR)):
             found.append(Name(other, float(odds)))
     found.sort(key=lambda name: -name.log_odds)
-    kept = (Name(effect, 0.0), *found)[:MOST_NAMED]
-    return tuple(replace(name, values=_values(trial, members, effect, name.effect)) for name in kept)
-
-
-def _values(trial: Trial, members: Set, effect: int, name: int) -> tuple[NamedValue, ...]:
-    """Values of an effect of a set, or of another that stands in its place."""
-    exchanged = tuple(sorted((*(e for e in members if e != effect), name)))
-    of, fitted = trial.evidence.of, trial.evidence.fitted(exchanged)
-    if of.effects[name].entry.scope is Scope.SEQUENCE:
-        sized = [e for e in exchanged if len(trial.evidence.rows(e))]
-        scale = dict(zip(sized, fitted.scaled.scales, strict=True)).get(name, 0.0)
-        return tuple(NamedValue(i, None, scale * limit, 0.0) for i, limit in sorted(trial.evidence.limits(name).items()))
-    found = []
-    for row, mean, sigma in zip(fitted.rows, fitted.mean, fitted.sigma, strict=True):
-        column = of.columns[row]
-        if column.effect == name:
-            found.append(NamedValue(column.parameter, column.sequence, float(mean), float(sigma)))
-    return tuple(found)
+    return (Name(effect, 0.0), *found)[:MOST_NAMED]
 
 
 def difference(trial: Trial, members: Set, effect: int, other: int) -> float:

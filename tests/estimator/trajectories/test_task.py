@@ -73,8 +73,8 @@ def test_rotation_is_left_out_where_it_was_not_measured() -> None:
 @pytest.mark.parametrize(
     ("name", "not_shown"),
     [
-        ("poses", {"spin_error"}),
-        ("positions", {"spin_error", "centre_of_mass", "inertia_ratios", "magnus_lift", "saturating_lift", "spin_damping"}),
+        ("poses", set()),
+        ("positions", {"centre_of_mass", "inertia_ratios", "magnus_lift", "saturating_lift", "spin_damping"}),
         ("positions and spin", {"centre_of_mass", "inertia_ratios"}),
     ],
 )

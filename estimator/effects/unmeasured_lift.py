@@ -1,0 +1,20 @@
+"""Lift of a spin that nobody measured, or of what a measured one is wrong by: ``dv/dt = g + w x v``, another w in every sequence.
+
+``w = C (omega_true - omega_measured)``, C the coefficient of lift [Rubinow and Keller 1961]. A spin that is read once, off marks on a ball,
+has now and then a wrong axis or sign; the flight tells. Along the flight w does nothing. Valid while the spin keeps its axis and size.
+"""
+
+from datasets.vocabulary.effects import EFFECTS
+from estimator.effects.link import Array, EffectModel, Moment, Setting
+from estimator.motion.rigid_body import cross_product
+
+
+class UnmeasuredLift(EffectModel):
+    """Lift of its own in every sequence."""
+
+    entry = EFFECTS["unmeasured_lift"]
+
+    def acceleration(self, theta: Array, moment: Moment, setting: Setting) -> Array | None:
+        """``w x u``, u the velocity through the air."""
+        del setting
+        return cross_product(theta, moment.through_air)
