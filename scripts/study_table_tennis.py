@@ -5,7 +5,7 @@ which is not part of Tumble. Nothing of Tumble is used, only numpy and SciPy, in
 
 1. Every shot has a position, a velocity and a lift ``W x v`` of its own, all share the drag ``k |v| v``; Huber's loss, since some rows are
    wrong. The measured spins are not used.
-2. ``W = C omega / (1 + l |omega| / |v|)`` across the flight, errors of the measured spins having Student's density of three degrees of
+2. ``W = C omega / (1 + l |omega| / |v|)`` across the flight, beside what a wrong spin makes of it: Student's density of three degrees of
    freedom and a scale that is fitted, since some spins are wrong by far more than was stated.
 """
 
@@ -29,7 +29,7 @@ ROUNDS = 20
 ALONG = 1e-3
 """Standard deviation (1/s) of W along the flight, of which nothing shows."""
 BEGIN = np.array([2.5e-3, 0.02, -2.0])
-"""Lift, its length (m) and the logarithm of the errors of spins over their size."""
+"""Lift, its length (m) and the logarithm of the scatter (1/s) that wrong spins bring."""
 WRONG = 0.5
 """Share of its size that a spin has to be off to be printed."""
 
@@ -132,12 +132,11 @@ def off(shot: Shot, own: Array, lift: float, length: float) -> tuple[Array, Arra
 
 
 def cost(at: Array, shots: list[Shot], fit: Fit) -> float:
-    """Minus the logarithm of the density of all W at lift, length and scale of the errors of spins."""
+    """Minus the logarithm of the density of all W at lift, length and scatter."""
     total = 0.0
     for shot, own, covariance in zip(shots, fit.own, fit.covariance, strict=True):
-        away, across, per_rads = off(shot, own, at[0], at[1])
-        spread = np.exp(at[2]) * np.linalg.norm(shot.spin) * per_rads
-        C = across @ covariance[6:9, 6:9] @ across.T + spread**2 * np.eye(2)
+        away, across, _ = off(shot, own, at[0], at[1])
+        C = across @ covariance[6:9, 6:9] @ across.T + np.exp(2.0 * at[2]) * np.eye(2)
         squares = float(away @ np.linalg.solve(C, away))
         total += 0.5 * (TAILS + 2.0) * np.log1p(squares / TAILS) + 0.5 * np.linalg.slogdet(C)[1]
     return float(total)
@@ -165,7 +164,7 @@ def main() -> int:
     print(f"lift: {1e3 * best[0]:.2f} +- {1e3 * sigma[0]:.2f} e-3, saturating over {1e3 * best[1]:.1f} +- {1e3 * sigma[1]:.1f} mm")
     plain = minimize(lambda at: cost(np.insert(at, 1, 0.0), shots, fit), BEGIN[[0, 2]], method="Nelder-Mead", options={"xatol": 1e-7})
     print(f"without saturation: {1e3 * plain.x[0]:.2f} e-3, less likely by {plain.fun - cost(best, shots, fit):.1f} nats")
-    print(f"spins are off by {np.exp(best[2]):.3f} of their size along each axis; by more than {WRONG:.0%} in:")
+    print(f"lift beside that of the measured spins scatters by {np.exp(best[2]):.3f} 1/s; spins are off by more than {WRONG:.0%} in:")
     for shot, own in zip(shots, fit.own, strict=True):
         away, across, per_rads = off(shot, own, best[0], best[1])
         if np.linalg.norm(away / per_rads) > WRONG * np.linalg.norm(shot.spin):

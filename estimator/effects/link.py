@@ -211,6 +211,8 @@ class EffectModel:
         sized = np.array([name in self.entry.sizes for name in self.entry.names])
         return np.asarray(~sized & (not theta[sized].any()))
 
+    of_unmeasured_spin: ClassVar[bool] = False
+    """Whether the effect stands for a spin that was not measured throughout."""
     frozen: ClassVar[tuple[str, ...]] = ()
     """Parameters that a search finds and a fit leaves as they are."""
     whole: ClassVar[tuple[str, ...]] = ()

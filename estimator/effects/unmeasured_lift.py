@@ -13,6 +13,7 @@ class UnmeasuredLift(EffectModel):
     """Lift of its own in every sequence."""
 
     entry = EFFECTS["unmeasured_lift"]
+    of_unmeasured_spin = True
 
     def acceleration(self, theta: Array, moment: Moment, setting: Setting) -> Array | None:
         """``w x u``, u the velocity through the air."""

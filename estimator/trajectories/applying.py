@@ -23,6 +23,8 @@ def why_not(effect: EffectModel, tasks: Sequence[TrajectoryTask]) -> str | None:
     for channels, said in _conditions(effect):
         if not measured & channels:
             return said
+    if effect.of_unmeasured_spin and (measured & {"theta", "gyro"} or any(_spin_changes(task) for task in tasks)):
+        return "the spin was measured throughout"
     if overrides(effect, "torque") and not measured & {"theta", "gyro"} and not any(_spin_changes(task) for task in tasks):
         return "it needs a spin that was measured more than once in a flight"
     return None

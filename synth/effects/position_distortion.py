@@ -1,7 +1,7 @@
 """A tracker whose volume is distorted: points are seen displaced by a share that grows with their distance from its middle.
 
-``reported = x + k |d|² d / R² + (|d|² p + 2 d (d · p)) / R``, ``d`` from the middle to x: radially and, where the distortion is not
-centred, along p [Brown 1971, in space]. Valid for small k and p.
+``seen = x + k |d|² d / R² + (|d|² p + 2 d (d · p)) / R``, ``d = x - c`` from the middle c: radial, and where the distortion is not centred
+[Brown 1971, in space]. Valid for small k and p.
 """
 
 import numpy as np

@@ -1,6 +1,6 @@
 """Lift of a spin that is not in the measurement, in a sequence.
 
-``dv/dt = w x u``, u the velocity against the air [Rubinow and Keller 1961]. Valid while the spin stays.
+``dv/dt = g + w x u``, u the velocity against the air [Rubinow and Keller 1961]. Valid while the spin stays.
 """
 
 import numpy as np

@@ -27,7 +27,7 @@ SIZES = {
     "saturating_lift": {"coefficient": 5e-3, "length": 0.04},
     "steady_wind": {"w_x": 0.6, "w_y": -0.5, "w_z": 0.3},
     "position_distortion": {"k": 0.01, "p_x": 0.004, "p_y": -0.006, "p_z": 0.003},
-    "unmeasured_lift": {"w_x": 0.3, "w_y": -0.5, "w_z": 0.2},
+    "unmeasured_lift": {"w_x": 0.1, "w_y": -0.15, "w_z": 0.05},
     "gyroscope_bias": {"b_x": 0.05, "b_y": -0.03, "b_z": 0.02},
     "gyroscope_scale": {"s_x": 0.02, "s_y": -0.01, "s_z": 0.03},
 }
@@ -35,7 +35,7 @@ CASES = {
     "saturating_lift": ("quadratic_drag", "saturating_lift"),
     "steady_wind": ("quadratic_drag", "steady_wind"),
     "position_distortion": ("position_distortion",),
-    "unmeasured_lift": ("quadratic_drag", "unmeasured_lift"),
+    "unmeasured_lift": ("unmeasured_lift",),
     "gyroscope_bias": ("gyroscope_bias",),
     "gyroscope_scale": ("gyroscope_scale",),
 }

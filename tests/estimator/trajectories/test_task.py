@@ -73,9 +73,9 @@ def test_rotation_is_left_out_where_it_was_not_measured() -> None:
 @pytest.mark.parametrize(
     ("name", "not_shown"),
     [
-        ("poses", set()),
+        ("poses", {"unmeasured_lift"}),
         ("positions", {"centre_of_mass", "inertia_ratios", "magnus_lift", "saturating_lift", "spin_damping"}),
-        ("positions and spin", {"centre_of_mass", "inertia_ratios"}),
+        ("positions and spin", {"centre_of_mass", "inertia_ratios", "unmeasured_lift"}),
     ],
 )
 def test_only_effects_that_apply_are_tried(name: str, not_shown: set[str]) -> None:
