@@ -169,5 +169,3 @@ def _with(last: At, keys: tuple[str, ...]) -> CampaignFit:
         return refitted(last.campaign, last.fit, last.trial.evidence, members, follow=False)[1]
     except UNFLYABLE:
         return last.fit
-
-

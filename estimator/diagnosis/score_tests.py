@@ -118,9 +118,7 @@ def score_tests(campaign: Campaign, fit: CampaignFit, candidates: Candidates) ->
     return [test_of(scores, candidates, number, chosen, jitter) for number in range(len(candidates.effects))], scores
 
 
-def efficient_scores(
-    campaign: Campaign, fit: CampaignFit, linear: "Linear"
-) -> tuple[EfficientScores, dict[tuple[int, int | None], int]]:
+def efficient_scores(campaign: Campaign, fit: CampaignFit, linear: "Linear") -> tuple[EfficientScores, dict[tuple[int, int | None], int]]:
     """Scores of the best start of every effect with their noise, and which start that is, by effect and sequence."""
     scores, projection, seen = _projected(campaign, fit, linear)
     chosen = _best_starts(scores)
