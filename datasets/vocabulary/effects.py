@@ -340,8 +340,8 @@ _ENTRIES = (
         Stage.TRACKING,
         Scope.CAMPAIGN,
         (
-            Parameter("k", "1", (-0.05, 0.05), 1e-4, "displacement over distance from the middle, at the distance R"),
-            *(Parameter(f"p_{axis}", "1", (-0.05, 0.05), 1e-4, f"displacement over R at R, decentred along {axis}") for axis in "xyz"),
+            Parameter("k", "1", (-0.01, 0.01), 1e-4, "displacement over distance from the middle, at the distance R"),
+            *(Parameter(f"p_{axis}", "1", (-0.01, 0.01), 1e-4, f"displacement over R at R, decentred along {axis}") for axis in "xyz"),
         ),
         "measured x = x + R (k |u|^2 u + |u|^2 p + 2 (p . u) u), u = (x - c) / R, c the middle of all positions of the campaign, R the "
         "root mean square of their distances from it: what a volume calibrated with wrong lens distortion does to positions",

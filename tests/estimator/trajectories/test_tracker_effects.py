@@ -14,7 +14,7 @@ from tests.estimator.made_trajectories import GRAVITY, RATE_HZ, Hidden, Tracker,
 
 Array = np.ndarray
 TRIED = ("position_distortion", "quadratic_drag", "linear_drag", "unmeasured_lift", "uniform_acceleration", "length_scale")
-K, DRAG = 0.02, 0.3
+K, DRAG = 0.01, 0.3
 TRACKER = Tracker(rows=40, sigma_x=3e-4, orientation=False, stated=True)
 BALL = Tracker(rows=40, sigma_x=5e-4, orientation=False, spin=True, stated=True)
 LIFT, NUMBER, WRONG = 2.5e-3, 8, (3, 6)
