@@ -15,6 +15,7 @@ from scipy.ndimage import median_filter
 from scipy.optimize import brentq, minimize_scalar
 from scipy.stats import chi2
 
+from estimator.fitting.alike_noise import channel_noise
 from estimator.fitting.composite_likelihood import Sighting, WeighedFrames, sighting
 from estimator.fitting.model_errors import ModelErrors
 from estimator.geometry.silhouettes import Silhouettes
@@ -86,6 +87,15 @@ def _with_an_error(ratio: float, freedom: float) -> float:
 def noise_ratio(shifts: Sequence[TimeShifts]) -> float:
     """Noise of the sightings over what its model says, 1 at least, from movements that have nothing to do with time."""
     return max(_movements_noise(shifts)[0], 1.0)
+
+
+def likeness(shifts: Sequence[TimeShifts]) -> float:
+    """Over how many sightings their noise is alike, from movements that have nothing to do with time.
+
+    Their size is modelled: what is larger, a slow misfit or a body-fixed error, is none of it.
+    """
+    noise = channel_noise([column for each in shifts if each.still is not None for column in each.still.T], stated=True)
+    return 1.0 if noise is None else noise.repeats
 
 
 def _movements_noise(shifts: Sequence[TimeShifts]) -> tuple[float, float]:

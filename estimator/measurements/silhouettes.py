@@ -19,7 +19,7 @@ from estimator.fitting.campaign import Campaign, CampaignFit, SequenceEquations
 from estimator.fitting.campaign_noise import repeated_noise
 from estimator.fitting.composite_likelihood import RandomShift, weigh_linear
 from estimator.fitting.model_errors import ModelErrors, ModelResiduals, SequenceTask, linearised, model_residuals
-from estimator.fitting.time_shifts import TimeShifts, noise_ratio, time_derivative, time_shifts
+from estimator.fitting.time_shifts import TimeShifts, likeness, noise_ratio, time_derivative, time_shifts
 from estimator.motion.flight import Flight
 from estimator.outline_tables import with_tables
 
@@ -129,8 +129,12 @@ class Silhouettes:
         return found.take(np.argsort(sightings.times_s, kind="stable"))
 
     def noise_ratio(self, campaign: Campaign, equations: Sequence[SequenceEquations]) -> float:
-        """From second differences of movements; what moves pictures from frame to frame enters, so it is cut at ``MOST_NOISE``."""
-        return min(noise_ratio([self.time_shifts(campaign, i, each) for i, each in enumerate(equations)]), MOST_NOISE)
+        """From second differences of movements, and from how alike they are.
+
+        What moves pictures from frame to frame enters the former, so it is cut at ``MOST_NOISE``.
+        """
+        shifts = [self.time_shifts(campaign, i, each) for i, each in enumerate(equations)]
+        return min(noise_ratio(shifts), MOST_NOISE) * likeness(shifts)
 
     def independent(self, campaign: Campaign) -> float:
         """Tangents."""

@@ -11,12 +11,12 @@ from datasets.errors import InputError
 from datasets.trajectory import Trajectory
 from estimator.diagnosis.base import base_fit
 from estimator.effects.link import Setting
+from estimator.fitting.alike_noise import channel_noise
 from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState
 from estimator.fitting.facts import Fact
 from estimator.measurements.trajectories import TRAJECTORIES
 from estimator.motion.rigid_body import rotation_matrices
 from estimator.registration import Registered
-from estimator.trajectories.noise import channel_noise
 from estimator.trajectories.starting import first_flight
 from estimator.trajectories.task import TrajectoryTask
 

@@ -1,4 +1,4 @@
-"""The noise of a trajectory, estimated from what a first fit of free flight leaves.
+"""Noise that is alike from row to row, estimated from what a first fit of free flight leaves: of trajectories, and of outlines' movements.
 
 A polynomial in time is taken off the residuals of every sequence and channel first, so that what a model misses does not count as noise,
 and rows that are far off are set aside. What is left, ``P r``, has the covariance ``sigma² P K P``, where ``K`` is that of an

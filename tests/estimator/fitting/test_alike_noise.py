@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from estimator.trajectories.noise import CLIP, channel_noise
+from estimator.fitting.alike_noise import CLIP, channel_noise
 
 
 def drawn(rho: float, rng: np.random.Generator, n: int) -> np.ndarray:
