@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from estimator.fitting.time_shifts import TimeShifts, jitter_found_with, jitter_test, noise_ratio, without_outliers
+from estimator.fitting.time_shifts import TimeShifts, jitter_found_with, jitter_test, likeness, noise_ratio, without_outliers
 
 NOISE_S = 2e-6
 
@@ -138,3 +138,17 @@ def test_a_smooth_misfit_makes_no_outliers() -> None:
         assert each.still is not None
         moved = replace(each, still=each.still + misfit[:, None])
         np.testing.assert_array_equal(without_outliers(moved).noise, each.noise)
+
+
+@pytest.mark.parametrize("width", [1, 2])
+def test_movements_that_are_alike_say_over_how_many_frames(width: int) -> None:
+    """Moving means of white noise, of the size that is modelled, beside a slow misfit of any size."""
+    rng = np.random.default_rng(8)
+
+    def moved(n: int) -> TimeShifts:
+        white = rng.normal(size=(n + width - 1, 6))
+        alike = sum(white[k : k + n] for k in range(width)) / np.sqrt(width)
+        slow = 10.0 * np.linspace(-1.0, 1.0, n)[:, None] ** 2
+        return TimeShifts(np.zeros(n), np.ones(n), np.ones(n), still=alike + slow)
+
+    assert likeness([moved(40) for _ in range(6)]) == pytest.approx(width, rel=0.15)
