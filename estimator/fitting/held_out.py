@@ -171,7 +171,8 @@ def _judge(campaign: Campaign, number: int, own: CampaignState, learned: _Learne
         e = np.concatenate([_left_out(equations, columns, normal, start) for start in range(QUARTERS)])
     except ASTRAY:
         return np.inf, 1.0
-    return float(np.sum(e**2)), float(equations.errors.seen.sum())
+    seen = equations.errors.seen
+    return float(np.sum(e**2)), float((seen & (seen.sum(axis=0) >= QUARTERS)).sum())
 
 
 def _settled(
@@ -199,13 +200,14 @@ def _with_prior(equations: SequenceEquations, columns: NDArray[np.int64], prior:
 
 
 def _left_out(equations: SequenceEquations, columns: NDArray[np.int64], normal: tuple[Array, Array], start: int) -> Array:
-    """Errors of every fourth frame from ``start`` on, under the state that the other frames give."""
+    """Errors of every fourth frame from ``start`` on, under the state that the other frames give.
+
+    What is measured in fewer frames than there are quarters is never left out, as a spin that was read once: no other frame tells it.
+    """
     frames, errors = equations.frames, equations.errors
-    n = len(errors.e)
-    out = np.zeros(n, dtype=np.bool_)
-    out[start::QUARTERS] = True
-    e, J = errors.e[out].ravel(), errors.J[out][..., columns].reshape(-1, len(columns))
-    W = frames.weighted[out][..., columns].reshape(-1, len(columns))
+    out = np.zeros(errors.e.shape, dtype=np.bool_)
+    out[start::QUARTERS] = errors.seen.sum(axis=0) >= QUARTERS
+    e, J, W = errors.e[out], errors.J[out][:, columns], frames.weighted[out][:, columns]
     step = -stable_inverse(normal[0] - J.T @ W) @ (normal[1] - W.T @ e)
     return np.asarray(e + J @ step)
 

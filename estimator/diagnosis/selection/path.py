@@ -6,9 +6,10 @@ of the set too. It ends where no set is more probable than the one that the flig
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.special import logsumexp
 
 from estimator.diagnosis.selection.evidence import Evidence
 from estimator.diagnosis.selection.linearised import linearised
@@ -85,6 +86,7 @@ def path_from(at: At, catalogue: Catalogue, told: Told) -> tuple[At, ...]:
 def _climbed(at: At, catalogue: Catalogue, told: Told, *, unknown: bool) -> tuple[At, ...]:
     """The path as far as it goes."""
     path, tried, astray = [at], {frozenset(at.keys)}, 0
+    refused: dict[frozenset[str], float] = {}
     while len(path) <= MOST_STEPS and astray < ASTRAY:
         now = path[-1]
         wanted = _next(now, tried)
@@ -95,11 +97,26 @@ def _climbed(at: At, catalogue: Catalogue, told: Told, *, unknown: bool) -> tupl
         gained = -np.inf if new is None else min(new.value - new.value_of(now.keys), new.value - now.value)
         if new is None or gained <= 0.0:
             astray += 1
+            refused[frozenset(now.named(wanted))] = gained
             continue
         told(f"{', '.join(new.keys) or 'nothing'}: log evidence {gained:+.1f}")
         path.append(new)
-        astray = 0
-    return tuple(path)
+        astray, refused = 0, {}
+    return (*path[:-1], believed(path[-1], refused))
+
+
+def believed(at: At, refused: Mapping[frozenset[str], float]) -> At:
+    """Where a search ended, with every set as probable as refits left it.
+
+    Sets that are more probable than the fitted one about its fit have lost ``refused`` (nats, negative) where they were refitted; of
+    others that the search never came to, nothing says that they are more than as probable.
+    """
+    values = {
+        s: min(at.trial.log_posterior(s), at.value + min(refused.get(frozenset(at.named(s)), 0.0), 0.0)) for s in at.posterior.sets
+    }
+    ordered = sorted(values, key=lambda s: (-values[s], s != at.members))
+    every = np.array([values[s] for s in ordered])
+    return replace(at, posterior=Posterior(tuple(ordered), tuple(float(p) for p in every - logsumexp(every))))
 
 
 def moved(now: At, members: Set, catalogue: Catalogue, *, unknown: bool) -> At | None:

@@ -1,11 +1,13 @@
 """The search over sets finds what was planted, alone, together, and nothing where nothing was."""
 
 from itertools import combinations
+from typing import Any, cast
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from estimator.diagnosis.selection.path import At, believed
 from estimator.diagnosis.selection.search import EXPECTED, MOST, UNKNOWN, Trial, searched
 from tests.estimator.diagnosis.selection.made_quadratics import Made, evidence_of
 
@@ -102,3 +104,16 @@ def test_no_probability_is_above_one(seed: int) -> None:
     """A document that says so is refused by its schema."""
     found = searched(trial(design(seed), {0: 0.9, C: 0.9}, seed))
     assert max(found.probability(e) for e in range(COLUMNS)) <= 1.0
+
+
+def test_a_set_that_refits_refused_is_as_probable_as_they_say() -> None:
+    """About the fit of nothing the first effect gains hundreds of nats; refitted it lost five, and the second was never refitted."""
+    rng = np.random.default_rng(12)
+    X = rng.normal(size=(60, 2))
+    trial = Trial(evidence_of([Made(X[:, :1]), Made(X[:, 1:])], 5.0 * X.sum(axis=1) + rng.normal(size=60)), frozenset())
+    at = At(cast("Any", None), cast("Any", None), trial, searched(trial), ())
+    assert at.posterior.best == (0, 1)
+    told = believed(at, {frozenset({"e0"}): -5.0, frozenset({"e0", "e1"}): -np.inf}).posterior
+    assert told.best == ()
+    assert told.probability(0) == pytest.approx(np.exp(-5.0) / (2.0 + np.exp(-5.0)))
+    assert told.probability(1) == pytest.approx(1.0 / (2.0 + np.exp(-5.0)))
