@@ -3,6 +3,7 @@
 import json
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from datasets.trajectory import Trajectory
 from tests.estimator.made_trajectories import Hidden, Tracker, campaign
 from tests.estimator.trajectories.struck_tosses import toss
 from tests.estimator.trajectories.test_gyroscope import gyro_rows
+from tumble.cli.campaign_options import values_table
 from tumble.cli.main import main
 from tumble.reports.words import rms_ete_px
 
@@ -223,3 +225,16 @@ def test_refused(
     filled = [w.format(**folders) for w in words]
     assert main([*filled, "--out", str(tmp_path / "out"), "-q"]) == 2
     assert said in capsys.readouterr().err
+
+
+def test_values_of_many_sequences_are_one_line_of_the_table() -> None:
+    def value(sequence: str | None, size: float) -> dict[str, Any]:
+        same = {"parameter": "a_x", "unit": "m/s2", "sigma": 0.1, "interval": [size - 0.2, size + 0.2], "plausible": True}
+        return {"effect": "drag" if sequence is None else "push", "sequence": sequence, "value": size, **same}
+
+    few = values_table([value(None, 1.0), value("a", 2.0), value("b", 3.0)])
+    assert few.row_count == 3
+    many = values_table([value(None, 1.0), *(value(f"toss_{i}", 0.1 * i) for i in range(40))])
+    assert many.row_count == 2
+    assert list(many.columns[2].cells) == ["all", "each of 40"]
+    assert list(many.columns[3].cells)[1] == "0 to 3.9"

@@ -188,14 +188,26 @@ def _floor_sentence(document: Document) -> str:
 
 
 def values_table(values: list[Mapping[str, Any]]) -> Table:
-    """Values of the effects in the model."""
+    """Values of the effects in the model; those of many sequences in one line, from the least to the largest."""
     table = _table("effect", "parameter", "sequence", "value", "95% interval", "")
+    alike: dict[tuple[str, str], list[Mapping[str, Any]]] = {}
     for v in values:
-        low, high = (float(x) for x in v["interval"])
-        name = f"{v['parameter']} ({v['unit']})"
-        within = "" if v["plausible"] else "not plausible"
-        table.add_row(v["effect"], name, v["sequence"] or "all", compact(v["value"], v["sigma"]), f"{low:.4g} to {high:.4g}", within)
+        alike.setdefault((v["effect"], v["parameter"]), []).append(v)
+    for (effect, _), each in alike.items():
+        name = f"{each[0]['parameter']} ({each[0]['unit']})"
+        if len(each) > SHOWN:
+            found = [float(v["value"]) for v in each]
+            table.add_row(effect, name, f"each of {len(each)}", f"{min(found):.2g} to {max(found):.2g}", "each in the report", _odd(each))
+            continue
+        for v in each:
+            low, high = (float(x) for x in v["interval"])
+            table.add_row(effect, name, v["sequence"] or "all", compact(v["value"], v["sigma"]), f"{low:.4g} to {high:.4g}", _odd([v]))
     return table
+
+
+def _odd(values: list[Mapping[str, Any]]) -> str:
+    """Whether any of some values is not plausible."""
+    return "" if all(v["plausible"] for v in values) else "not plausible"
 
 
 def candidates_table(diagnosis: Mapping[str, Any]) -> Table:
