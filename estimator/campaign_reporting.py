@@ -14,8 +14,8 @@ from datasets.trajectory import Trajectory
 from datasets.vocabulary.effects import Parameter, Scope
 from estimator.configuration import Configuration
 from estimator.effects.parameter_values import WithInterval
-from estimator.fitting.campaign import CampaignFit, shared_prior, solve_arrow
-from estimator.fitting.campaign_covariance import CampaignCovariance
+from estimator.fitting.campaign import CampaignFit, fit_campaign, shared_prior, solve_arrow
+from estimator.fitting.campaign_covariance import CampaignCovariance, campaign_covariance
 from estimator.fitting.considered import Considered
 from estimator.fitting.forced_velocities import body_under, motion_under, velocities_under
 from estimator.fitting.measurement_kind import MeasurementKind
@@ -27,6 +27,8 @@ from estimator.reporting import versions
 Array = NDArray[np.float64]
 MOST_TO_GO = 0.3
 """Standard deviations that a fit's next step may have where it counts as converged."""
+MORE_FITS = 3
+"""Times that a fit goes on which ended before that: its own end asks how little the cost changes."""
 
 
 @dataclass(frozen=True)
@@ -162,6 +164,15 @@ def left_to_go(registered: Registered, fit: CampaignFit, covariance: CampaignCov
         )
         largest = max(largest, float(steps.max()))
     return largest
+
+
+def settled_fit(registered: Registered, fit: CampaignFit) -> CampaignFit:
+    """A fit, gone on with as long as its next step is too large to count as converged."""
+    for _ in range(MORE_FITS):
+        if left_to_go(registered, fit, campaign_covariance(registered.campaign, fit)) < MOST_TO_GO:
+            break
+        fit = fit_campaign(registered.campaign, fit.state, fit.model)
+    return fit
 
 
 def _judged(fit: CampaignFit, mean_square: float, to_go: float) -> tuple[Status, str]:

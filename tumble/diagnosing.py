@@ -12,7 +12,7 @@ import numpy as np
 from datasets.estimate_files import write_estimate
 from datasets.json_documents import Document, write_document
 from datasets.vocabulary.effects import Scope
-from estimator.campaign_reporting import campaign_estimates, effect_values
+from estimator.campaign_reporting import campaign_estimates, effect_values, settled_fit
 from estimator.configuration import configuration_from_dict
 from estimator.diagnosis.adding import Rung, fit_with, ladder
 from estimator.diagnosis.diagnose import ALPHA, Diagnosis, diagnose, diagnosis_at, says_nothing
@@ -32,6 +32,7 @@ from estimator.effects.link import EffectModel
 from estimator.fitting.campaign import Campaign, CampaignFit
 from estimator.fitting.considered import Uncertain, uncertain
 from estimator.fitting.impacts import impacts
+from estimator.robust_scale import robust_sigma
 from tumble.campaigning import Known, Prepared, prepare
 from tumble.commands import command
 from tumble.diagnosis_documents import (
@@ -47,7 +48,7 @@ from tumble.diagnosis_documents import (
     value_entries,
     verdict_entry,
 )
-from tumble.limiting import fact_entries, groups_of, limits_entry, name_entries, names_sentence, settling
+from tumble.limiting import fact_entries, limits_entry, name_entries, names_sentence, settling
 from tumble.reports.words import rms_word
 from tumble.result_files import estimate_path
 from tumble.unknowns import law_command, unknown_entry, with_unknown
@@ -100,7 +101,8 @@ def prepared(question: Question, *, quiet: bool) -> Prepared:
 def fitted(campaign: Prepared, effects: Sequence[EffectModel]) -> tuple[Prepared, CampaignFit]:
     """The campaign fitted with ``effects``, and as it is at that fit."""
     followed, fit = fit_with(campaign.registered.campaign, campaign.registered.start, effects)
-    return campaign.at(followed), fit
+    at = campaign.at(followed)
+    return at, settled_fit(at.registered, fit)
 
 
 def estimated(question: Question, campaign: Prepared, out: Path, *, of: Uncertain | None = None) -> Document:
@@ -214,9 +216,9 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told) -> 
     campaign = campaign.at(explanation.campaign)
     registered = campaign.registered
     last = diagnosis_at(explanation.last, ended=True)
-    groups = groups_of(explanation)
+    groups = explanation.groups
     more = possible_names(explanation.path[-1], groups, explanation.fit.model.keys)
-    of = uncertain(registered.campaign, explanation.fit, question.candidates, more)
+    of = uncertain(registered.campaign, settled_fit(registered, explanation.fit), question.candidates, more)
     written = estimated(question, campaign, out, of=of)
     verdict = _settled(verdict_of_explanation(verdict_of(last), explanation), written["settled"], explanation)
     steps, apart = _step_entries(explanation, campaign)
@@ -335,7 +337,7 @@ def scattered(explanation: Explanation) -> tuple[str, ...]:
     for effect, part in zip(fit.model.effects, fit.model.slices, strict=True):
         if effect.entry.scope is Scope.SEQUENCE and effect.tails and effect.held is not None:
             values = np.array([theta[part] for theta in fit.state.theta])
-            size = np.maximum(np.median(np.abs(values), axis=0) / 0.6745, SMALLEST * np.abs(values).max())
+            size = np.maximum(robust_sigma(values), SMALLEST * np.abs(values).max())
             each = ", ".join(f"{p.name} {s:.2g} {p.unit}" for p, s in zip(effect.entry.parameters, size, strict=True))
             far = np.flatnonzero(np.sum((values / np.maximum(size, np.finfo(np.float64).tiny)) ** 2, axis=1) > FAR**2 * len(size))
             names = ", ".join(campaign.sequences[i].name for i in far[:MOST_TOLD]) + (", …" if len(far) > MOST_TOLD else "")

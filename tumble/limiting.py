@@ -5,9 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from estimator.diagnosis.explain import Explanation
-from estimator.diagnosis.selection.groups import FACTOR, Name
-from estimator.diagnosis.selection.names import UnderName, under_names
+from estimator.diagnosis.selection.groups import FACTOR
+from estimator.diagnosis.selection.names import UnderName
 from estimator.fitting.campaign import Campaign, CampaignFit
 from estimator.fitting.facts import Fact
 from estimator.fitting.impacts import Impact, Impacts
@@ -98,18 +97,6 @@ def limits_sentence(found: Impacts) -> str:
 
 def _share(total: float, size: float) -> str:
     return f", {total / size:.2%} of its size" if size > 0.0 else ""
-
-
-def groups_of(explanation: Explanation) -> tuple[tuple[UnderName, ...], ...]:
-    """The groups of an explanation that have several names, each name with its values."""
-    best = explanation.path[-1]
-    number = {key: e for e, key in enumerate(best.trial.evidence.of.keys)}
-    groups = []
-    for step in explanation.steps:
-        names = [Name(number[key], odds) for key, odds in zip(step.group, step.odds, strict=True)]
-        if len(names) > 1 and names[0].effect in best.members:
-            groups.append(under_names(best, best.members, names))
-    return tuple(groups)
 
 
 def name_entries(groups: Sequence[Sequence[UnderName]]) -> list[Entry]:

@@ -65,7 +65,7 @@ def known(words: str) -> Stated:
     Raises
     ------
     InputError
-        With the statement, what was expected and what came.
+        With the statement, what was expected and what was given.
     """
     found = _stated("--known", words, "NAME=VALUE±SIGMA, as in 'length=100mm±0.2mm measured 98.0mm'")
     length = found.name in LENGTHS
@@ -88,7 +88,7 @@ def possible(words: str) -> Stated:
     Raises
     ------
     InputError
-        With the statement, what was expected and what came.
+        With the statement, what was expected and what was given.
     """
     form = "EFFECT=±SIGMA, as in length_scale=±0.2%"
     found = _stated("--possible", words, form)

@@ -47,11 +47,11 @@ def read_mesh(path: Path) -> HullMesh:
     except Exception as error:  # trimesh raises whatever its readers raise
         raise InputError(f"{path}: expected a mesh (PLY, STL, OBJ), came a file that cannot be read: {error}.") from error
     if not isinstance(mesh, trimesh.Trimesh) or len(mesh.faces) == 0 or not np.isfinite(mesh.vertices).all():
-        raise InputError(f"{path}: expected a closed mesh, came one without faces or without finite vertices.")
+        raise InputError(f"{path}: expected a closed mesh, got one without faces or without finite vertices.")
     reach = float(np.abs(mesh.vertices).max())
     if not reach <= FARTHEST_M:
-        raise InputError(f"{path}: expected metres, came a body that reaches {reach:g} m; is it in millimetres?")
+        raise InputError(f"{path}: expected metres, got a body that reaches {reach:g} m; is it in millimetres?")
     mesh.merge_vertices(merge_tex=True, merge_norm=True)  # a corner with several normals is one point
     if not mesh.is_watertight:
-        raise InputError(f"{path}: expected a closed mesh, came one with open edges.")
+        raise InputError(f"{path}: expected a closed mesh, got one with open edges.")
     return HullMesh(np.asarray(mesh.vertices, dtype=np.float64), np.asarray(mesh.faces, dtype=np.int64))

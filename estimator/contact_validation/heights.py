@@ -18,14 +18,13 @@ from numpy.typing import NDArray
 
 from estimator.contact_validation.measured import TURN, MeasuredImpact, X
 from estimator.effects.link import TAILS
+from estimator.robust_scale import robust_sigma
 
 Array = NDArray[np.float64]
 LEAST = 4
 """Impacts from which on a line with its scatter can be fitted."""
 ROUNDS = 30
 """Re-weightings; the last ones change nothing."""
-NORMAL_MEDIAN = 0.6745
-"""Median of the sizes of normal numbers of standard deviation 1."""
 SAME_PLANE = 1e-6
 """Largest difference between the normals of impacts on one plane."""
 
@@ -68,7 +67,7 @@ def _line(A: Array, y: Array, start: Array) -> tuple[Array, Array, float]:
     p = start
     for _ in range(ROUNDS):
         residual = y - A @ p
-        scale = max(float(np.median(np.abs(residual)) / NORMAL_MEDIAN), 1.0)
+        scale = max(float(robust_sigma(residual)), 1.0)
         weight = (TAILS + 1.0) / (TAILS + (residual / scale) ** 2)
         H = A.T @ (weight[:, None] * A)
         p = np.asarray(np.linalg.solve(H, A.T @ (weight * y)))

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 
 from estimator.diagnosis.base import base_fit
 from estimator.diagnosis.score_tests import ScoreTest
-from estimator.diagnosis.selection.groups import group_of
+from estimator.diagnosis.selection.groups import Name, group_of
+from estimator.diagnosis.selection.names import UnderName, under_names
 from estimator.diagnosis.selection.path import UNFLYABLE, At, looked_at, moved, path_from
 from estimator.diagnosis.selection.refitting import refitted, weighed_again
 from estimator.diagnosis.selection.search import Set
@@ -105,6 +106,14 @@ class Explanation:
         """Keys of the effects in the last model."""
         return tuple(step.added for step in self.steps)
 
+    @property
+    def groups(self) -> tuple[tuple[UnderName, ...], ...]:
+        """The groups that have several names, each name with its values."""
+        best = self.path[-1]
+        number = {key: e for e, key in enumerate(best.trial.evidence.of.keys)}
+        found = [[Name(number[key], odds) for key, odds in zip(s.group, s.odds, strict=True)] for s in self.steps if len(s.group) > 1]
+        return tuple(under_names(best, best.members, names) for names in found if names[0].effect in best.members)
+
 
 Told = Callable[[str], None]
 
@@ -152,9 +161,7 @@ def _steps(begun: At, best: At, last: At, told: Told) -> tuple[Step, ...]:
         names, odds = best.named(tuple(name.effect for name in group)), tuple(name.log_odds for name in group)
         p = tests[key].p * len(tests) if key in tests else float("nan")
         assert before is not None
-        found.append(
-            Step(key, names, odds, best.posterior.probability(e), worth[e], min(p, 1.0), before, after, fit)
-        )
+        found.append(Step(key, names, odds, best.posterior.probability(e), worth[e], min(p, 1.0), before, after, fit))
         told(f"{key}: held-out RMS {before.rms_px:.4f} -> {after.rms_px:.4f} {last.campaign.kind.unit}")
         before = after
     return tuple(found)

@@ -286,15 +286,15 @@ class _Watch:
         return value
 
     def tracked(self, answer: Any, theta: Array, x: Array, setting: Setting) -> Array:
-        """As many positions as came."""
+        """As many positions as it was given."""
         return self._rows("tracked", answer, theta, x)
 
     def reading(self, answer: Any, theta: Array, omega: Array) -> Array:
         """As many readings as angular velocities."""
         return self._rows("reading", answer, theta, omega)
 
-    def _rows(self, link: str, answer: Any, theta: Array, came: Array) -> Array:
-        array = self._shaped(link, answer, came.shape, (theta,))
+    def _rows(self, link: str, answer: Any, theta: Array, given: Array) -> Array:
+        array = self._shaped(link, answer, given.shape, (theta,))
         if not np.isfinite(array).all():
             raise self._refuse(link, theta, "")
         return array

@@ -23,9 +23,12 @@ import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
+from estimator.robust_scale import robust_sigma
+
 Array = NDArray[np.float64]
 Kept = NDArray[np.bool_]
 DEGREE, ROWS_PER_DEGREE = 5, 10
+"""Of the polynomials: what a missing force or clock does to a flight; one degree for so many rows, as short ones would lose their noise."""
 LEAST_ROWS = 3
 """Kept rows beside a polynomial's coefficients; a sequence with fewer keeps all its rows."""
 LEAST_TOLD = 0.5
@@ -44,7 +47,6 @@ CLIP, ROUNDS = 4.0, 8
 """Residuals beyond so many standard deviations count as that far, as in the fit; found by going round."""
 WORST = 0.5
 """Of a sequence's largest residual, from which rows are set aside together: what is far off draws its neighbours with it."""
-MEDIAN_OVER_SIGMA = 0.6745
 
 
 @dataclass(frozen=True)
@@ -101,7 +103,7 @@ def _near(parts: Sequence[Array]) -> list[Kept]:
         every = np.concatenate(sizes) if sizes else np.zeros(0)
         if not len(every):
             break
-        sigma = float(np.median(every)) / MEDIAN_OVER_SIGMA
+        sigma = float(robust_sigma(every))
         new = [_kept(np.abs(r), sigma) for r in off]
         if all(np.array_equal(a, b) for a, b in zip(new, kept, strict=True)):
             break

@@ -19,6 +19,7 @@ from estimator.fitting.alike_noise import channel_noise
 from estimator.fitting.composite_likelihood import Sighting, WeighedFrames, sighting
 from estimator.fitting.model_errors import ModelErrors
 from estimator.geometry.silhouettes import Silhouettes
+from estimator.robust_scale import robust_sigma
 
 Array = NDArray[np.float64]
 DIFFERENCE_VARIANCE = 3.9
@@ -29,8 +30,6 @@ DIFFERENCE_GAIN = 6.0
 """Variance of a second difference over that of what is differenced: 1 + 4 + 1."""
 NEIGHBOURS = np.array([[1], [1], [0], [1], [1]])
 """Sightings whose median movement says where the middle one would be: a smooth misfit makes no outliers."""
-NORMAL_MEDIAN = 1.4826
-"""Standard deviation of normal errors over the median of their sizes."""
 FAR_OFF = 6.0
 """Robust standard deviations from there: one in 10^8 of normal errors, while wrong outlines are off by tens."""
 WIDEST = 8.0
@@ -74,7 +73,7 @@ def without_outliers(shifts: TimeShifts) -> TimeShifts:
     if shifts.still is None or told.sum() <= len(NEIGHBOURS):
         return shifts
     off = np.abs(shifts.still - median_filter(shifts.still, footprint=NEIGHBOURS, mode="nearest"))
-    far = off.max(axis=1) > FAR_OFF * NORMAL_MEDIAN * float(np.median(off[told]))
+    far = off.max(axis=1) > FAR_OFF * float(robust_sigma(off[told].ravel()))
     kept = np.where(far, 0.0, 1.0)
     return replace(shifts, tau_s=shifts.tau_s * kept, h=np.where(far, 1e-150, shifts.h), noise=shifts.noise * kept)
 

@@ -20,7 +20,6 @@ from estimator.fitting.considered import uncertain
 from estimator.fitting.held_out import HeldOut
 from estimator.motion.flight import N_PARAMETERS, OMEGA, Flight, V
 from tumble.challenge.information import all_information
-from tumble.limiting import groups_of
 
 Array = NDArray[np.float64]
 
@@ -30,7 +29,7 @@ def answer(explained: Explanation) -> dict[str, Any]:
     campaign, begun = explained.campaign, explained.begun
     errors = {"base": explained.steps[0].before, "final": explained.held_out} if explained.steps else {}
     families = {t.effect.entry.key for t in explained.left.tests} if explained.left is not None else set()
-    names = possible_names(explained.path[-1], groups_of(explained), explained.fit.model.keys)
+    names = possible_names(explained.path[-1], explained.groups, explained.fit.model.keys)
     last = uncertain(campaign, explained.fit, catalogue(), names)
     first = [t for t in tests_beside(begun.trial.evidence.of) if t.effect.entry.key not in families]
     return {

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,8 @@ WORTH_STATING = 0.05
 """Most effects of the catalogue are rightly given next to no probability: those above this are shown apart."""
 LEAST_PARAMETERS, MOST_PARAMETERS = 92.0, 98.0
 VELOCITIES = ("v", "omega")
+SIZES = (1.0, 1.5, 2.5, 5.0, 10.0)
+"""Limits between which names are told apart: no size decides anything."""
 NEEDED = 300
 """Campaigns that acceptance asks for."""
 
@@ -25,7 +28,7 @@ NEEDED = 300
 def field_figures(scored: FieldScored) -> list[Figure]:
     """Every figure; with fewer campaigns than acceptance asks for, none is said to hold or to be missed."""
     figures = [*_names(scored), *_probabilities(scored.probabilities), *_parameters(scored.parameters), *_velocities(scored.velocities)]
-    figures += [*_by_statement(scored), *_by_kind(scored)]
+    figures += [*_by_size(scored.hidden), *_by_statement(scored), *_by_kind(scored)]
     few = len(scored.cases) < NEEDED
     return [replace(figure, needed=figure.n + 1) if few and figure.verdict in (HELD, MISSED) else figure for figure in figures]
 
@@ -56,6 +59,16 @@ def _by_statement(scored: FieldScored) -> list[Figure]:
         if len(probabilities):
             figures.append(_calibration(f"expected calibration error {words}", probabilities))
         figures += [_inside_of(velocities, of, "final", f"{of} inside its 95% ellipsoid {words}") for of in VELOCITIES]
+    return figures
+
+
+def _by_size(hidden: pd.DataFrame) -> list[Figure]:
+    """By how far an effect is above its limit: names."""
+    figures = []
+    for low, high in pairwise(SIZES):
+        rows = hidden[(hidden["over_limit"] > low) & (hidden["over_limit"] <= high)] if len(hidden) else hidden
+        what = f"{low:g} to {high:g} limits: hidden effects named or in a group"
+        figures.append(share_of_rows(LINE, what, _of(rows, "named", bool), _of(rows, "case", str)))
     return figures
 
 

@@ -40,7 +40,7 @@ def draw_outside(case: FieldCase, of: Known, over: tuple[float, float], rng: np.
     key, unit, first, largest = _in_pictures(rng) if case.scene is not None else _in_trajectories(case, rng)
     limit = _limit(case, of, key, unit, (first, largest))
     if limit * over[0] >= largest:
-        raise InputError(f"{key}: expected a limit below {largest:g}, came more.")
+        raise InputError(f"{key}: expected a limit below {largest:g}, got more.")
     times = float(np.exp(rng.uniform(*np.log((over[0], min(over[1], largest / limit))))))
     return {key: _of_size(case, key, unit, limit * times)}, {key: times}
 

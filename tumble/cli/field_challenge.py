@@ -45,7 +45,7 @@ def make_field(arguments: argparse.Namespace, seed: int) -> int:
     """
     given = [name for name in NOT_IN_THE_FIELD if getattr(arguments, name)]
     if given or arguments.tier != "silhouette":
-        raise InputError(f"--field: expected none of the older challenge's options beside it, came --{', --'.join(given or ['tier'])}.")
+        raise InputError(f"--field: expected none of the older challenge's options beside it, got --{', --'.join(given or ['tier'])}.")
     if arguments.most_rows < LEAST_ROWS:
         raise InputError(f"--most-rows {arguments.most_rows}: expected at least {LEAST_ROWS}, came fewer.")
     kinds = _kinds(arguments.measured)

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from estimator.robust_scale import robust_sigma
 from tumble.reports.charts import MEASURED, NOISE, SOFT, figure_svg
 
 Z95 = 1.96
@@ -15,8 +16,6 @@ MOST_NAMED = 30
 """Sequences whose names find room under the picture."""
 WIDTH, HEIGHT, ROOM = 7.4, 1.25, 0.9
 """Of the picture, of each of its parts, and for the names below (inches)."""
-QUANTILE = 0.6745
-"""Median size of a normal variable over its standard deviation."""
 
 
 def sequence_charts(values: Sequence[Mapping[str, Any]], names: Sequence[str]) -> dict[str, str]:
@@ -39,7 +38,7 @@ def _chart(values: Sequence[Mapping[str, Any]], names: Sequence[str]) -> str:
             own = [v for v in values if v["parameter"] == parameter]
             place = [names.index(v["sequence"]) for v in own]
             value, sigma = (np.array([v[key] for v in own], dtype=np.float64) for key in ("value", "sigma"))
-            scatter = float(np.median(np.abs(value))) / QUANTILE
+            scatter = float(robust_sigma(value))
             axes.axhspan(-scatter, scatter, color=NOISE, alpha=0.25, linewidth=0)
             axes.axhline(0.0, color=SOFT, linewidth=0.8)
             bars = Z95 * np.where(np.isfinite(sigma), sigma, 0.0)

@@ -106,10 +106,10 @@ def _climbed(at: At, catalogue: Catalogue, told: Told, *, unknown: bool) -> tupl
 
 
 def believed(at: At, refused: Mapping[frozenset[str], float]) -> At:
-    """Where a search ended, with every set as probable as refits left it.
+    """Where a search ended, with the probabilities that refits confirm.
 
-    Sets that are more probable than the fitted one about its fit have lost ``refused`` (nats, negative) where they were refitted; of
-    others that the search never came to, nothing says that they are more than as probable.
+    A linearisation can overrate a set. A set that was refitted and refused lost ``refused`` nats (negative) against the fitted one, and
+    counts so much less. A set that was never refitted counts at most as much as the fitted one.
     """
     values = {
         s: min(at.trial.log_posterior(s), at.value + min(refused.get(frozenset(at.named(s)), 0.0), 0.0)) for s in at.posterior.sets
@@ -130,7 +130,7 @@ def moved(now: At, members: Set, catalogue: Catalogue, *, unknown: bool) -> At |
 def _next(now: At, tried: set[frozenset[str]]) -> Set | None:
     """The most probable set with at most one effect that the fitted one lacks; any, where there is none.
 
-    What is drawn anew in every frame comes after all else: whatever is missing looks like it from frame to frame.
+    Effects that are drawn anew in every frame are tried last: any missing effect raises the residuals from frame to frame, as they do.
     """
     least = now.value + GAIN
     better = [s for s in now.posterior.sets if now.trial.log_posterior(s) > least and frozenset(now.named(s)) not in tried]

@@ -144,7 +144,7 @@ def test_starts_that_were_tried_cost_their_number() -> None:
 
 
 def test_what_comes_in_whole_numbers_is_not_there_by_a_tenth() -> None:
-    """Stamps that are rounded look like a tenth of a missing frame in every sequence, to hundreds of nats."""
+    """A tenth of a missing frame in every sequence fits rounded time stamps, and gains hundreds of nats."""
     x = 50.0 * own_columns(5, ROWS // 5)
     for size, there in ((0.1, False), (1.0, True)):
         made = Made(x, (BOTH,), tuple(range(5)), whole=True)

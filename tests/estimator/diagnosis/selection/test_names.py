@@ -7,9 +7,8 @@ import pytest
 
 from estimator.campaign_reporting import campaign_estimates
 from estimator.configuration import Configuration
-from estimator.diagnosis.explain import Explanation, explain
-from estimator.diagnosis.selection.groups import group_of
-from estimator.diagnosis.selection.names import UnderName, possible_names, under_names
+from estimator.diagnosis.explain import explain
+from estimator.diagnosis.selection.names import possible_names
 from estimator.effects.choosing import catalogue
 from estimator.fitting.campaign_covariance import campaign_covariance
 from estimator.fitting.considered import considered
@@ -17,11 +16,6 @@ from estimator.trajectories.registering import register_trajectories
 from tests.estimator.confounded_campaigns import CONFOUNDED, confounded
 
 CATALOGUE = {key: effect for key, effect in catalogue().items() if key in CONFOUNDED}
-
-
-def groups_of(found: Explanation) -> list[tuple[UnderName, ...]]:
-    best = found.path[-1]
-    return [under_names(best, best.members, group_of(best.trial, best.members, e)) for e in best.members]
 
 
 def inside(seed: int) -> np.ndarray:
@@ -32,7 +26,7 @@ def inside(seed: int) -> np.ndarray:
     registered, covariance = replace(registered, campaign=found.campaign), campaign_covariance(found.campaign, found.fit)
     made = {trajectory.name: trajectory for trajectory in trajectories}
     held = []
-    for possible in ((), possible_names(found.path[-1], groups_of(found), found.fit.model.keys)):
+    for possible in ((), possible_names(found.path[-1], found.groups, found.fit.model.keys)):
         at = considered(found.campaign, found.fit, covariance, possible)
         middles = [each.middle for each in campaign_estimates(registered, made, found.fit, at, Configuration())]
         pulls = [(m.v_world - v) / np.sqrt(np.diag(m.covariance)[:3]) for m, v in zip(middles, truth, strict=True) if m is not None]
@@ -52,7 +46,7 @@ def test_the_number_has_the_same_size_under_each_name() -> None:
     assert kind == "length_scale"
     registered = register_trajectories(trajectories)
     found = explain(registered.campaign, registered.start, CATALOGUE)
-    (group,) = groups_of(found)
+    (group,) = found.groups
     value = {name.key: name.mean for name in group}
     assert value["length_scale"][0] == pytest.approx(size, abs=0.1 * abs(size) + 1e-3)
     assert value["frame_rate"][0] == pytest.approx(0.5 * value["length_scale"][0], rel=0.15)
