@@ -85,6 +85,10 @@ class MeasurementKind(Protocol):
         """Logarithm of the density of all residuals, each sequence's noise integrated."""
         ...
 
+    def squares(self, equations: Sequence["SequenceEquations"]) -> float:
+        """Weighted sum of squares of all errors, what is drawn anew in every frame integrated."""
+        ...
+
     def hollow(self, sequence: Any) -> float:
         """How much of the convex hulls of a body's outlines is empty, 0 where there are none."""
         ...

@@ -118,6 +118,10 @@ class Silhouettes:
         del campaign, equations
         return 0.0
 
+    def squares(self, equations: Sequence[SequenceEquations]) -> float:
+        """Of all errors, tangents that are alike as often as there are."""
+        return sum(float(np.sum(each.frames.weight * each.errors.e**2)) for each in equations)
+
     def hollow(self, sequence: SequenceTask) -> float:
         """Of the outlines that the hull casts."""
         return sequence.hollow

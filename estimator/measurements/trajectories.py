@@ -101,10 +101,15 @@ class Trajectories:
         return sequence.with_noise(noise)
 
     def log_density(self, campaign: Campaign, equations: Sequence[SequenceEquations]) -> float:
-        """Student's density of every sequence [O'Hagan and Forster 2004, ch. 11]."""
+        """Student's density of every sequence [O'Hagan and Forster 2004, ch. 11], its rows' random shifts in time integrated."""
         freedom = np.array([_freedom(task, each) for task, each in zip(campaign.sequences, equations, strict=True)])
         misfits = _misfits(campaign, equations)
-        return float(np.sum(-0.5 * (NOISE_FREEDOM + freedom) * np.log1p(misfits / NOISE_FREEDOM)))
+        spread = sum(float(np.sum(np.log1p(_shifted(each)))) for each in equations)
+        return float(np.sum(-0.5 * (NOISE_FREEDOM + freedom) * np.log1p(misfits / NOISE_FREEDOM))) - 0.5 * spread
+
+    def squares(self, equations: Sequence[SequenceEquations]) -> float:
+        """Of what random shifts of the rows' times do not explain."""
+        return sum(_marginal(each) for each in equations)
 
     def hollow(self, sequence: TrajectoryTask) -> float:
         """No outlines."""
@@ -182,8 +187,13 @@ def _marginal(equations: SequenceEquations) -> float:
     """Weighted sum of squares with the rows' random shifts in time integrated (Woodbury's identity)."""
     errors, weight = equations.errors, equations.frames.weight
     d = errors.rate * errors.jitter_s
-    taken = np.sum(weight * d * errors.e, axis=1) ** 2 / (1.0 + np.sum(weight * d**2, axis=1))
+    taken = np.sum(weight * d * errors.e, axis=1) ** 2 / (1.0 + _shifted(equations))
     return float(np.sum(weight * errors.e**2) - taken.sum())
+
+
+def _shifted(equations: SequenceEquations) -> Array:
+    """Variance (n,) along the motion that random shifts of the rows' times add, over that of the noise."""
+    return np.asarray(np.sum(equations.frames.weight * (equations.errors.rate * equations.errors.jitter_s) ** 2, axis=1))
 
 
 def _freedom(task: TrajectoryTask, equations: SequenceEquations) -> float:

@@ -49,7 +49,8 @@ class Linearised:
     count : float or None
         How many independent numbers that sum has, where its noise is known up to one factor; ``None`` where each sequence's noise is.
     density : float
-        What the fit's own logarithm of the density of all residuals has beside ``-S/2``.
+        What the fit's own logarithm of the density of all residuals has beside ``-S/2``, without the gain of what is drawn anew in every
+        frame: a set has that where it has such an effect. Noise that a fit has drawn anew in every frame is in its weights.
     candidates : Candidates
         The effects with the starts that were tried of each.
     starts : mapping
@@ -118,16 +119,17 @@ def linearised(campaign: Campaign, fit: CampaignFit, catalogue: Mapping[str, Eff
     scores = _amplitudes(scores, candidates)
     current = np.array([_current(fit, base.size, column, own) for column in scores.columns])
     known = campaign.kind.noise_scales(campaign, equations) is not None
-    squares = _squares(equations)
+    squares = campaign.kind.squares(equations) if known else None
+    jitter = jitter_test([campaign.kind.time_shifts(campaign, i, each) for i, each in enumerate(equations)])
     return Linearised(
         candidates.effects,
         len(own),
         scores,
-        *_quadratic(scores, current, squares if known else None),
-        campaign.kind.log_density(campaign, equations) + 0.5 * squares if known else 0.0,
+        *_quadratic(scores, current, squares),
+        _density(campaign, equations, squares) - 0.5 * jitter.gain * any(e.random for e in own),
         candidates,
         chosen,
-        jitter_test([campaign.kind.time_shifts(campaign, i, each) for i, each in enumerate(equations)]),
+        jitter,
         max((each.setting for each in campaign.sequences), key=lambda each: len(each.times_s)),
     )
 
@@ -148,8 +150,8 @@ def _equations(campaign: Campaign, fit: CampaignFit, others: Candidates) -> tupl
 
 
 def _free(model: Model) -> Model:
-    """The model with the priors of its effects left to the evidence, and nothing drawn anew in every frame."""
-    return Model(tuple(e if e.instrument else e.without_noise() if e.random else e.held_by(None) for e in model.effects))
+    """The model with the priors of its effects left to the evidence."""
+    return Model(tuple(e if e.instrument else e.held_by(None) for e in model.effects))
 
 
 def _without_effects(fit: CampaignFit, size: int) -> CampaignState:
@@ -174,9 +176,9 @@ def _current(fit: CampaignFit, before: int, column: Column, own: Sequence[Effect
     return float(fit.state.theta[column.sequence or 0][first + column.parameter])
 
 
-def _squares(equations: Sequence[SequenceEquations]) -> float:
-    """Weighted sum of squares of all errors."""
-    return sum(float(np.sum(each.frames.weight * each.errors.e**2)) for each in equations)
+def _density(campaign: Campaign, equations: Sequence[SequenceEquations], squares: float | None) -> float:
+    """What the logarithm of the density of all residuals has beside ``-S/2``; nothing where their density is not known."""
+    return 0.0 if squares is None else campaign.kind.log_density(campaign, equations) + 0.5 * squares
 
 
 def _quadratic(scores: EfficientScores, current: Array, squares: float | None) -> tuple[Array, Array, float, float | None]:
