@@ -26,7 +26,7 @@ from estimator.diagnosis.selection.testing import tests_beside
 from estimator.diagnosis.separation import Separation, separations
 from estimator.diagnosis.separation_words import advised
 from estimator.diagnosis.unknown import family_of
-from estimator.diagnosis.verdict import Verdict, verdict_of
+from estimator.diagnosis.verdict import Verdict, percent, verdict_of
 from estimator.effects.choosing import catalogue, contradiction
 from estimator.effects.link import EffectModel
 from estimator.fitting.campaign import Campaign, CampaignFit
@@ -355,7 +355,10 @@ def verdict_of_explanation(last: Verdict, explanation: Explanation) -> Verdict:
     found = explanation.found
     if not found:
         return last
-    sentence = f"The campaign is explained with {', '.join(map(_plain, found))}."
+    sure = [step.added for step in explanation.steps if step.established]
+    suspected = [f"{_plain(step.added)} ({percent(step.sure)})" for step in explanation.steps if not step.established]
+    sentence = f"The campaign is explained with {', '.join(map(_plain, sure)) or 'nothing that is established'}."
+    sentence += f" Suspected, and in the model, though not established: {', '.join(suspected)}." if suspected else ""
     if explanation.left is not None and explanation.left.present:
         return Verdict("found", f"{sentence} Something is left that no effect of the catalogue explains.", last.remarks, found)
     return Verdict("found", f"{sentence} Then nothing more is missing.", (), found)

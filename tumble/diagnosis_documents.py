@@ -210,6 +210,8 @@ def step_entry(step: Step, names: Sequence[str], apart: Sequence[Separation] = (
         "group": list(step.group),
         "odds": list(step.odds),
         "probability": step.probability,
+        "sure": step.sure,
+        "established": step.established,
         "worth": step.worth,
         "p": step.p,
         "before": held_out_entry(step.before, names),

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from estimator.diagnosis.selection.groups import FACTOR
-from estimator.diagnosis.selection.names import UnderName
+from estimator.diagnosis.selection.names import Part, UnderName
 from estimator.fitting.campaign import Campaign, CampaignFit
 from estimator.fitting.facts import Fact
 from estimator.fitting.impacts import Impact, Impacts
@@ -23,6 +23,7 @@ SETTLED_BY = {
     "gravity": "'gravity=9.807±0.003m/s2' (the size of gravity)",
 }
 """What a user can type to state an effect; of all others its parameter."""
+NOTHING_KNOWN = "something that no known effect describes"
 
 
 def fact_entries(campaign: Campaign, fit: CampaignFit) -> list[Entry]:
@@ -109,15 +110,17 @@ def name_entries(groups: Sequence[Sequence[UnderName]]) -> list[Entry]:
 def _name_entry(name: UnderName) -> Entry:
     values = [
         {"parameter": p.name, "unit": p.unit, "value": float(value), "sigma": float(sigma)}
-        for p, value, sigma in zip(name.parameters, name.mean, name.sigma, strict=True)
+        for part in name.parts
+        for p, value, sigma in zip(part.parameters, part.mean, part.sigma, strict=True)
     ]
-    return {"effect": name.key, "probability": name.probability, "values": values}
+    return {"effect": name.key, "probability": name.probability, "unknown": name.unknown, "values": [] if name.unknown else values}
 
 
 def names_sentence(group: Sequence[UnderName]) -> str:
     """A number under each of its names, and what would settle which it is."""
     told = " or ".join(_under(name) for name in group)
-    ways = [f"{SETTLED_BY[name.key]}, to ±{_well_enough(name, group)} or better" for name in group if name.key in SETTLED_BY]
+    single = [name for name in group if name.key in SETTLED_BY]
+    ways = [f"{SETTLED_BY[name.key]}, to ±{_well_enough(name, group)} or better" for name in single]
     settled = f" State one of them with --known, and it is settled: {'; '.join(ways)}." if ways else ""
     return f"One number, {len(group)} names: {told}.{settled}"
 
@@ -129,18 +132,24 @@ def settling(group: Sequence[str]) -> tuple[str, ...]:
 
 
 def _under(name: UnderName) -> str:
+    told = [NOTHING_KNOWN] if name.unknown else [_part(part) for part in name.parts]
+    return f"{' with '.join(told)} ({name.probability:.0%})"
+
+
+def _part(part: Part) -> str:
     values = ", ".join(
         f"{p.name} {compact(value, sigma)}{'' if p.unit == '1' else ' ' + p.unit}"
-        for p, value, sigma in zip(name.parameters, name.mean, name.sigma, strict=True)
+        for p, value, sigma in zip(part.parameters, part.mean, part.sigma, strict=True)
     )
-    return " ".join([_plain(name.key).lower(), *([values] if values else []), f"({name.probability:.0%})"])
+    return " ".join([_plain(part.key).lower(), *([values] if values else [])])
 
 
 def _well_enough(name: UnderName, group: Sequence[UnderName]) -> str:
     """How well it has to be known: so that none of it, or all, loses a likelihood of ``FACTOR`` beyond what the names have now."""
     lead = max(other.probability for other in group) / max(min(other.probability for other in group), 1e-12)
-    sigma = float(np.linalg.norm(name.mean)) / np.sqrt(2.0 * np.log(FACTOR * max(lead, 1.0)))
-    unit = name.parameters[0].unit
+    (part,) = name.parts
+    sigma = float(np.linalg.norm(part.mean)) / np.sqrt(2.0 * np.log(FACTOR * max(lead, 1.0)))
+    unit = part.parameters[0].unit
     return f"{sigma:.2%}" if unit == "1" else f"{sigma:.2g} {unit}"
 
 

@@ -13,6 +13,7 @@ from scipy.stats import chi2
 from estimator.diagnosis.ranking import whitener
 from estimator.diagnosis.score_tests import ScoreTest
 from estimator.diagnosis.selection.groups import FACTOR, group_of
+from estimator.diagnosis.selection.names import key_of
 from estimator.diagnosis.selection.path import At, looked_at
 from estimator.diagnosis.selection.search import Set
 from estimator.diagnosis.selection.testing import scores_beside, tests_beside
@@ -113,7 +114,7 @@ def diagnosis_at(at: At, *, ended: bool = False) -> Diagnosis:
     known = sorted((f for number, f in found.items() if number not in at.trial.families), key=lambda f: -f.log_odds)
     best: Set = at.members if ended else _best(at)
     new = sorted(set(best) - set(at.members), key=lambda e: (e in at.trial.families, at.trial.log_posterior(_less(best, e))))
-    group = tuple(at.named((name.effect,))[0] for name in group_of(at.trial, best, new[0])) if new else ()
+    group = tuple(key_of(at, name) for name in group_of(at.trial, best, new[0])) if new else ()
     scores = scores_beside(of)
     white = whitener(scores.M) @ scores.g if len(scores.g) else np.zeros(0)
     p = min((f.p for f in known), default=1.0)

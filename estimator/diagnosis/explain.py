@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 from estimator.diagnosis.base import base_fit
 from estimator.diagnosis.score_tests import ScoreTest
-from estimator.diagnosis.selection.groups import Name, group_of
-from estimator.diagnosis.selection.names import UnderName, under_names
+from estimator.diagnosis.selection.groups import FACTOR, group_of, sureness
+from estimator.diagnosis.selection.names import UnderName, key_of, under_names
 from estimator.diagnosis.selection.path import UNFLYABLE, At, looked_at, moved, path_from
 from estimator.diagnosis.selection.refitting import refitted, weighed_again
 from estimator.diagnosis.selection.search import Set
@@ -32,11 +32,16 @@ class Step:
     added : str
         The effect's key.
     group : tuple of str
-        It, and what these data cannot tell from it, the most probable first.
+        It, and what these data cannot tell from it, the most probable first; two effects together as one key, see
+        :func:`estimator.diagnosis.selection.names.key_of`.
+    names : tuple of UnderName
+        The group, with what it is under each name.
     odds : tuple of float
         Log odds (nats) of the set with each member of the group against the set as it is.
     probability : float
         Of the effect to be in the model, 0 to 1.
+    sure : float
+        Probability that it or something in its place is: 0 to 1.
     worth : float
         Log evidence (nats) that the model loses without it.
     p : float
@@ -49,13 +54,20 @@ class Step:
 
     added: str
     group: tuple[str, ...]
+    names: tuple[UnderName, ...]
     odds: tuple[float, ...]
     probability: float
+    sure: float
     worth: float
     p: float
     before: HeldOut
     after: HeldOut
     fit: CampaignFit
+
+    @property
+    def established(self) -> bool:
+        """Whether all that has neither it nor something in its place is less probable by ``FACTOR``; else it is suspected."""
+        return self.sure >= FACTOR / (1.0 + FACTOR)
 
 
 @dataclass(frozen=True)
@@ -109,10 +121,7 @@ class Explanation:
     @property
     def groups(self) -> tuple[tuple[UnderName, ...], ...]:
         """The groups that have several names, each name with its values."""
-        best = self.path[-1]
-        number = {key: e for e, key in enumerate(best.trial.evidence.of.keys)}
-        found = [[Name(number[key], odds) for key, odds in zip(s.group, s.odds, strict=True)] for s in self.steps if len(s.group) > 1]
-        return tuple(under_names(best, best.members, names) for names in found if names[0].effect in best.members)
+        return tuple(step.names for step in self.steps if len(step.names) > 1)
 
 
 Told = Callable[[str], None]
@@ -158,10 +167,11 @@ def _steps(begun: At, best: At, last: At, told: Told) -> tuple[Step, ...]:
         fit = _with(last, (*(step.added for step in found), key))
         after = held_out(last.campaign, fit.state, fit.model)
         group = group_of(best.trial, best.members, e)
-        names, odds = best.named(tuple(name.effect for name in group)), tuple(name.log_odds for name in group)
+        names, odds = tuple(key_of(best, name) for name in group), tuple(name.log_odds for name in group)
+        stated = (best.posterior.probability(e), sureness(best.trial, best.members, e))
         p = tests[key].p * len(tests) if key in tests else float("nan")
         assert before is not None
-        found.append(Step(key, names, odds, best.posterior.probability(e), worth[e], min(p, 1.0), before, after, fit))
+        found.append(Step(key, names, under_names(best, group), odds, *stated, worth[e], min(p, 1.0), before, after, fit))
         told(f"{key}: held-out RMS {before.rms_px:.4f} -> {after.rms_px:.4f} {last.campaign.kind.unit}")
         before = after
     return tuple(found)

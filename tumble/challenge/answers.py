@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from datasets.vocabulary.effects import Scope
 from estimator.diagnosis.empirical_fit import fit_empirical
-from estimator.diagnosis.explain import Explanation
+from estimator.diagnosis.explain import Explanation, Step
 from estimator.diagnosis.score_tests import ScoreTest
-from estimator.diagnosis.selection.names import possible_names
+from estimator.diagnosis.selection.names import JOINED, possible_names
 from estimator.diagnosis.selection.testing import tests_beside
 from estimator.effects.choosing import catalogue
 from estimator.effects.curvature_bias import CurvatureBias
@@ -39,9 +39,13 @@ def answer(explained: Explanation) -> dict[str, Any]:
         "steps": [
             {
                 "added": s.added,
-                "group": list(s.group),
+                "group": _group(s),
+                "names": list(s.group),
+                "unknown": any(name.unknown for name in s.names),
                 "odds": list(s.odds),
                 "probability": s.probability,
+                "sure": s.sure,
+                "established": s.established,
                 "p": s.p,
                 "before_px": s.before.rms_px,
                 "after_px": s.after.rms_px,
@@ -58,6 +62,12 @@ def answer(explained: Explanation) -> dict[str, Any]:
         },
         "held_out": {name: _held_out(value) for name, value in errors.items()},
     }
+
+
+def _group(step: Step) -> list[str]:
+    """The step's effect, then all effects of the catalogue that its other names have."""
+    keys = [key for name in step.names if not name.unknown for key in name.key.split(JOINED)]
+    return list(dict.fromkeys((step.added, *keys)))
 
 
 def probabilities(explained: Explanation) -> dict[str, float]:

@@ -44,7 +44,10 @@ def _names(scored: FieldScored) -> list[Figure]:
         share(LINE, "campaigns with a false name", cases["false_names"] != "", most=5.0),
         share(LINE, "the same without those with a force outside of the catalogue", inside["false_names"] != ""),
         share(LINE, "forces outside of the catalogue called unknown", outside["unknown"].astype(bool), least=90.0),
+        share(LINE, "the same, or unknown among the names of a group", outside["unknown_in_group"].astype(bool)),
         share(LINE, "campaigns called unknown in which the catalogue has everything", inside["unknown"].astype(bool)),
+        share(LINE, "the same of the names of a group", inside["unknown_in_group"].astype(bool)),
+        share(LINE, "campaigns with an effect that is suspected, not established", cases["suspected"] != ""),
     ]
     return figures
 

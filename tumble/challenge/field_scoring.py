@@ -18,7 +18,7 @@ from tumble.challenge.answers import no_answer
 from tumble.challenge.cases import case_folder
 from tumble.challenge.field_case import FieldCase
 from tumble.challenge.field_files import true_state
-from tumble.challenge.scoring import NO_ANSWER, read_answer
+from tumble.challenge.scoring import NO_ANSWER, named_steps, read_answer
 from tumble.output_directory import UNFINISHED
 from tumble.written_files import read_run
 
@@ -78,20 +78,20 @@ def there_anyway(case: FieldCase) -> frozenset[str]:
     return frozenset(pushed | ({JITTER} if case.noise.rounded else set()))
 
 
-def steps_of(answer: Answer) -> list[Answer]:
-    """Steps whose effect is in the last model."""
-    return [step for step in answer["steps"] if step["added"] in answer["found"]]
-
-
 def false_names(case: FieldCase, answer: Answer) -> list[str]:
     """Names in whose group nothing is that was hidden."""
-    right = set(case.hidden) | there_anyway(case)
-    return [step["added"] for step in steps_of(answer) if not right & {step["added"], *step["group"]}]
+    right = set(case.hidden) | there_anyway(case) | ({UNKNOWN} if case.outside else set())
+    return [step["added"] for step in named_steps(answer) if not right & called(step)]
+
+
+def called(step: Answer) -> set[str]:
+    """All that a step says may be there."""
+    return {step["added"], *step["group"]} | ({UNKNOWN} if step.get("unknown") else set())
 
 
 def case_row(case: FieldCase, answer: Answer) -> dict[str, Any]:
     """What was said of a campaign."""
-    steps = steps_of(answer)
+    steps = named_steps(answer)
     return {
         "flights": len(case.flights),
         "rows": sum(flight.rows for flight in case.flights),
@@ -102,7 +102,9 @@ def case_row(case: FieldCase, answer: Answer) -> dict[str, Any]:
         "found": "+".join(answer["found"]),
         "groups": " ".join("/".join(step["group"]) for step in steps),
         "false_names": "+".join(false_names(case, answer)),
+        "suspected": "+".join(step["added"] for step in answer["steps"] if step["added"] in answer["found"] and step not in steps),
         "unknown": bool(answer["unknown"]),
+        "unknown_in_group": bool(answer["unknown"]) or any(UNKNOWN in called(step) for step in steps),
         "answered": NO_ANSWER not in answer.get("reasons", []),
         "cpu_s": answer.get("cpu_s", {}).get("whole", float("nan")),
     }
@@ -110,10 +112,11 @@ def case_row(case: FieldCase, answer: Answer) -> dict[str, Any]:
 
 def hidden_rows(case: FieldCase, answer: Answer) -> Rows:
     """Of every hidden effect: whether it is in the model, or in a group of the model."""
-    grouped = {key for step in steps_of(answer) for key in step["group"]}
-    found = set(answer["found"])
+    steps = named_steps(answer)
+    grouped = {key for step in steps for key in called(step)}
+    found = {step["added"] for step in steps}
     return [
-        {"effect": key, "over_limit": over, "found": key in found, "named": key in found | grouped}
+        {"effect": key, "over_limit": over, "found": key in found, "named": key in grouped}
         for key, over in case.over_limit.items()
         if key in case.hidden
     ]

@@ -77,14 +77,19 @@ def _read(path: Path) -> dict[str, Any]:
     return dict(revived(json.loads(path.read_text(encoding="utf-8")))) if path.is_file() else {}
 
 
+def named_steps(answer: Answer) -> list[Answer]:
+    """Steps whose effect is in the last model and established; what is only suspected is no name."""
+    return [step for step in answer["steps"] if step["added"] in answer["found"] and step.get("established", True)]
+
+
 def named(case: Case, answer: Answer) -> dict[str, Any]:
-    """What was named against what is hidden; a step counts whose effect is in the last model. Without an answer nothing is right."""
-    accepted = [step for step in answer["steps"] if step["added"] in answer["found"]]
+    """What was named against what is hidden. Without an answer nothing is right."""
+    accepted = named_steps(answer)
     answered = NO_ANSWER not in answer.get("reasons", [])
     nothing = NOTHING if answered else NO_ANSWER
     first = accepted[0]["added"] if accepted else (UNKNOWN if answer["unknown"] else nothing)
     group = accepted[0]["group"] if accepted else []
-    called = {key for step in accepted for key in step["group"]} | set(answer["found"])
+    called = {key for step in accepted for key in (step["added"], *step["group"])}
     hidden = set(case.keys)
     stages = sorted({KNOWN[key].stage.value for key in case.keys})
     return {
@@ -104,7 +109,7 @@ def named(case: Case, answer: Answer) -> dict[str, Any]:
         "alone_first": first in hidden and len(group) == 1,
         "all_found": bool(hidden) and hidden <= called,
         "answered": answered,
-        "false_alarm": not hidden and bool(answer["found"] or answer["unknown"] or not answered),
+        "false_alarm": not hidden and bool(accepted or answer["unknown"] or not answered),
         "unknown": bool(answer["unknown"]),
         "stage": answer["stage"],
         "law": "+".join(answer.get("law", [])),

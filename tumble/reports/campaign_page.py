@@ -10,6 +10,7 @@ from markupsafe import Markup
 
 from datasets.atomic_files import written_whole
 from datasets.json_documents import revived
+from estimator.diagnosis.selection.names import JOINED
 from estimator.diagnosis.tested_values import p_words
 from estimator.diagnosis.verdict import percent
 from tumble.limiting import facts_told
@@ -110,7 +111,7 @@ def _unknown(entry: Mapping[str, Any] | None) -> dict[str, Any] | None:
 
 
 def _words(key: str) -> str:
-    return key.replace("_", " ")
+    return key.replace("_", " ").replace(JOINED, " with ")
 
 
 def _value(entry: Mapping[str, Any]) -> str:

@@ -1,15 +1,20 @@
 """Which effects the data cannot tell from one of a set: what would look the same in its place.
 
+A name of an effect that was found is what a nearly as probable set has instead of it: another effect, two together, or something unknown.
+What else such a set has must be of use there: without any of it, the set is less probable.
+
 Confounding is read off the information, not off a list. Of the fitted signature of an effect, another effect that is put in its place can
 make up a part; what it cannot is the squared sine of the principal angle between the signature and the other's columns, with all else
 re-adjusted [Björck and Golub 1973], times the signature's chi-squared. Where that is less than chance may make, the two are one number
 with two names. Prior ranges still say which name is the more probable one.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import expit, logsumexp
 
 from datasets.vocabulary.effects import Scope
 from estimator.diagnosis.selection.search import Set, Trial
@@ -18,32 +23,77 @@ from estimator.fitting.stable_inverse import stable_inverse
 Array = NDArray[np.float64]
 FACTOR = 20.0
 """Of likelihood, or of posterior probability, within which two effects are not told apart: strong evidence [Kass and Raftery 1995]."""
+LEAST_ODDS = -10.0
+"""Logarithm of the odds below which a set is not looked at for what it has of use."""
 MOST_NAMED = 5
 """Members of a group that are named; of more that do as well the most probable."""
 
 
 @dataclass(frozen=True)
 class Name:
-    """One name of a group: the effect's number, and ``log_odds`` (nats) of the set with it against the set as it is."""
+    """One name of a group: the numbers of its ``effects``, one as a rule, in the set ``members`` that has them in the first one's place.
 
-    effect: int
+    ``log_odds`` (nats) of that set against the set as it is.
+    """
+
+    effects: Set
+    members: Set
     log_odds: float
 
 
 def group_of(trial: Trial, members: Set, effect: int) -> tuple[Name, ...]:
     """The effect first, then what may stand in its place, the most probable first."""
-    own = trial.log_posterior(members)
-    found = []
+    found: dict[Set, Name] = {}
+    for name in sorted((*_alike(trial, members, effect), *_as_probable(trial, members, effect)), key=lambda name: -name.log_odds):
+        found.setdefault(name.effects, name)
+    least = [name for name in found.values() if not any(set(other) < set(name.effects) for other in found)]
+    return (Name((effect,), members, 0.0), *least)[:MOST_NAMED]
+
+
+def sureness(trial: Trial, members: Set, effect: int) -> float:
+    """Probability, 0 to 1, that an effect of a set is missing, or something in its place: against all sets with neither.
+
+    Sets with something of no use beside count on neither side.
+    """
+    some, none = [-np.inf], [-np.inf]
+    for other in list(trial.evidence.known):
+        new = tuple(e for e in other if e not in members)
+        odds = _odds(trial, other, members)
+        if effect in other or (new and odds > LEAST_ODDS and _of_use(trial, other, new)):
+            some.append(odds)
+        elif not new:
+            none.append(odds)
+    return float(expit(logsumexp(some) - logsumexp(none)))
+
+
+def _alike(trial: Trial, members: Set, effect: int) -> Iterator[Name]:
+    """Single effects in its place that lose no likelihood, whatever their prior ranges say."""
+    kept = tuple(e for e in members if e != effect)
     for other in range(len(trial.evidence.of.effects)):
-        if other in members or other in trial.families:
+        exchanged = tuple(sorted((*kept, other)))
+        if other in members or not trial.allowed(exchanged) or not _of_use(trial, exchanged, (other,)):
             continue
-        exchanged = tuple(sorted((*(e for e in members if e != effect), other)))
-        odds = trial.log_posterior(exchanged) - own
-        wide = trial.evidence.of.effects[other].entry.scope is Scope.SEQUENCE
-        if odds >= -np.log(FACTOR) or (not wide and difference(trial, members, effect, other) <= np.log(FACTOR)):
-            found.append(Name(other, float(odds)))
-    found.sort(key=lambda name: -name.log_odds)
-    return (Name(effect, 0.0), *found)[:MOST_NAMED]
+        wide = other in trial.families or trial.evidence.of.effects[other].entry.scope is Scope.SEQUENCE
+        if not wide and difference(trial, members, effect, other) <= np.log(FACTOR):
+            yield Name((other,), exchanged, _odds(trial, exchanged, members))
+
+
+def _as_probable(trial: Trial, members: Set, effect: int) -> Iterator[Name]:
+    """What nearly as probable sets without the effect have that the set lacks."""
+    for other in list(trial.evidence.known):
+        new = tuple(e for e in other if e not in members)
+        odds = _odds(trial, other, members)
+        if effect not in other and new and odds >= -np.log(FACTOR) and _of_use(trial, other, new):
+            yield Name(new, other, odds)
+
+
+def _odds(trial: Trial, one: Set, other: Set) -> float:
+    return float(trial.log_posterior(one) - trial.log_posterior(other))
+
+
+def _of_use(trial: Trial, members: Set, new: Set) -> bool:
+    """Whether a set is less probable without any of ``new``."""
+    return all(_odds(trial, tuple(e for e in members if e != each), members) < 0.0 for each in new)
 
 
 def difference(trial: Trial, members: Set, effect: int, other: int) -> float:

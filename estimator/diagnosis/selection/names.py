@@ -22,48 +22,72 @@ from estimator.diagnosis.selection.search import Set
 from estimator.fitting.considered import Possible
 
 Array = NDArray[np.float64]
+JOINED = "+"
+"""Between the keys of a name that is two effects together."""
 
 
 @dataclass(frozen=True)
-class UnderName:
-    """A group's number under one of its names.
+class Part:
+    """An effect of a name: its ``key`` and ``parameters`` with values ``mean`` (q,) and standard deviations ``sigma`` (q,).
 
-    ``key`` of the effect, its ``probability`` among the group's names, and ``parameters`` with their values ``mean`` (q,) and standard
-    deviations ``sigma`` (q,); none where the effect has no amplitudes shared by all sequences.
+    None where the effect has no amplitudes shared by all sequences.
     """
 
     key: str
-    probability: float
     parameters: tuple[Parameter, ...]
     mean: Array
     sigma: Array
 
 
-def under_names(at: At, members: Set, group: Sequence[Name]) -> tuple[UnderName, ...]:
-    """What a group of the effect ``group[0]`` of a set is under each of its names."""
+@dataclass(frozen=True)
+class UnderName:
+    """A group's number under one of its names: the name's ``parts``, one effect as a rule, and its ``probability`` among the names.
+
+    ``unknown``: whether one of the parts is no effect of the catalogue, but an empirical family.
+    """
+
+    parts: tuple[Part, ...]
+    probability: float
+    unknown: bool = False
+
+    @property
+    def key(self) -> str:
+        """The parts' keys."""
+        return JOINED.join(part.key for part in self.parts)
+
+
+def key_of(at: At, name: Name) -> str:
+    """What a name is called: its effects' keys."""
+    return JOINED.join(at.named(name.effects))
+
+
+def under_names(at: At, group: Sequence[Name]) -> tuple[UnderName, ...]:
+    """What a group is under each of its names."""
     log_odds = np.array([name.log_odds for name in group])
     weight = np.exp(log_odds - log_odds.max())
-    found = []
-    for name, share in zip(group, weight / weight.sum(), strict=True):
-        exchanged = tuple(sorted((*(e for e in members if e != group[0].effect), name.effect)))
-        found.append(_under(at, exchanged, name.effect, float(share)))
-    return tuple(found)
+    return tuple(_under(at, name, float(share)) for name, share in zip(group, weight / weight.sum(), strict=True))
 
 
-def _under(at: At, members: Set, effect: int, probability: float) -> UnderName:
+def _under(at: At, name: Name, probability: float) -> UnderName:
+    unknown = bool(set(name.effects) & at.trial.families)
+    return UnderName(tuple(_part(at, name.members, effect) for effect in name.effects), probability, unknown)
+
+
+def _part(at: At, members: Set, effect: int) -> Part:
     of, fitted = at.trial.evidence.of, at.trial.evidence.fitted(members)
     here = [i for i, row in enumerate(fitted.rows) if of.columns[row].effect == effect and of.columns[row].sequence is None]
     parameters = of.effects[effect].entry.parameters
     named = tuple(parameters[of.columns[fitted.rows[i]].parameter] for i in here)
-    return UnderName(of.effects[effect].entry.key, probability, named, fitted.mean[here], fitted.sigma[here])
+    return Part(of.effects[effect].entry.key, named, fitted.mean[here], fitted.sigma[here])
 
 
 def possible_names(at: At, groups: Sequence[Sequence[UnderName]], model: Sequence[str]) -> tuple[Possible, ...]:
     """What may be true beside a ``model``: other names of what it has, and effects that are neither shown nor excluded."""
     found: dict[str, Possible] = {}
-    for name in (*(name for group in groups for name in group[1:]), *_additions(at)):
-        if name.key not in found and name.key not in model and len(name.mean):
-            found[name.key] = _possible(at, name)
+    for name in (*(name for group in groups for name in group[1:] if not name.unknown), *_additions(at)):
+        for part in name.parts:
+            if part.key not in found and part.key not in model and len(part.mean):
+                found[part.key] = _possible(at, part, name.probability)
     return tuple(found.values())
 
 
@@ -74,14 +98,14 @@ def _additions(at: At) -> list[UnderName]:
         wider = tuple(sorted((*at.members, effect)))
         odds = at.trial.log_posterior(wider) - at.value
         if odds >= -np.log(FACTOR) and at.trial.evidence.of.effects[effect].entry.scope is not Scope.SEQUENCE:
-            found.append(_under(at, wider, effect, float(expit(odds))))
+            found.append(_under(at, Name((effect,), wider, float(odds)), float(expit(odds))))
     return sorted(found, key=lambda name: -name.probability)
 
 
-def _possible(at: At, name: UnderName) -> Possible:
-    """A name as an effect that may be there with its probability."""
-    (effect,) = [e for e in at.trial.evidence.of.effects if e.entry.key == name.key]
+def _possible(at: At, part: Part, probability: float) -> Possible:
+    """A part of a name as an effect that may be there with a probability."""
+    (effect,) = [e for e in at.trial.evidence.of.effects if e.entry.key == part.key]
     covariance = np.zeros((len(effect.entry.parameters),) * 2)
-    place = [effect.entry.names.index(p.name) for p in name.parameters]
-    covariance[np.ix_(place, place)] = name.probability * (np.outer(name.mean, name.mean) + np.diag(name.sigma**2))
+    place = [effect.entry.names.index(p.name) for p in part.parameters]
+    covariance[np.ix_(place, place)] = probability * (np.outer(part.mean, part.mean) + np.diag(part.sigma**2))
     return Possible(effect.held_by(None), covariance)

@@ -7,14 +7,14 @@ of the set too. It ends where no set is more probable than the one that the flig
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
-from scipy.special import logsumexp
 
 from estimator.diagnosis.selection.evidence import Evidence
 from estimator.diagnosis.selection.linearised import linearised
 from estimator.diagnosis.selection.refitting import refitted
-from estimator.diagnosis.selection.search import Posterior, Set, Trial, searched
+from estimator.diagnosis.selection.search import Overrated, Posterior, Set, Trial, exchanged_for_pairs, posterior_of, searched
 from estimator.diagnosis.selection.stated import with_facts
 from estimator.effects.empirical import families
 from estimator.effects.link import EffectModel
@@ -84,39 +84,43 @@ def path_from(at: At, catalogue: Catalogue, told: Told) -> tuple[At, ...]:
 
 
 def _climbed(at: At, catalogue: Catalogue, told: Told, *, unknown: bool) -> tuple[At, ...]:
-    """The path as far as it goes."""
+    """The path as far as it goes, with the probabilities at its end that refits confirm."""
     path, tried, astray = [at], {frozenset(at.keys)}, 0
-    refused: dict[frozenset[str], float] = {}
     while len(path) <= MOST_STEPS and astray < ASTRAY:
-        now = path[-1]
-        wanted = _next(now, tried)
+        wanted = _next(path[-1], tried)
+        if wanted is None:
+            path[-1] = replace(path[-1], posterior=exchanged_for_pairs(path[-1].trial, path[-1].members))
+            wanted = _next(path[-1], tried)
         if wanted is None:
             break
+        now = path[-1]
         tried.add(frozenset(now.named(wanted)))
         new = moved(now, wanted, catalogue, unknown=unknown)
         gained = -np.inf if new is None else min(new.value - new.value_of(now.keys), new.value - now.value)
         if new is None or gained <= 0.0:
             astray += 1
-            refused[frozenset(now.named(wanted))] = gained
+            path[-1] = believed(now, overrated=(*now.trial.overrated, _overrated(now, wanted, gained)))
             continue
         told(f"{', '.join(new.keys) or 'nothing'}: log evidence {gained:+.1f}")
         path.append(new)
-        astray, refused = 0, {}
-    return (*path[:-1], believed(path[-1], refused))
+        astray = 0
+    return (*path[:-1], believed(path[-1], fitted=path[-1].members))
 
 
-def believed(at: At, refused: Mapping[frozenset[str], float]) -> At:
-    """Where a search ended, with the probabilities that refits confirm.
+def believed(at: At, **what: Any) -> At:
+    """Where a search stands, with the probabilities that refits leave.
 
-    A linearisation can overrate a set. A set that was refitted and refused lost ``refused`` nats (negative) against the fitted one, and
-    counts so much less. A set that was never refitted counts at most as much as the fitted one.
+    A linearisation can overrate a set. One that was refitted and refused counts as that fit has it, and so does the step to it in other
+    sets. A set that was never refitted counts at most as much as the fitted one once the search has ended.
     """
-    values = {
-        s: min(at.trial.log_posterior(s), at.value + min(refused.get(frozenset(at.named(s)), 0.0), 0.0)) for s in at.posterior.sets
-    }
-    ordered = sorted(values, key=lambda s: (-values[s], s != at.members))
-    every = np.array([values[s] for s in ordered])
-    return replace(at, posterior=Posterior(tuple(ordered), tuple(float(p) for p in every - logsumexp(every))))
+    trial = replace(at.trial, **what)
+    return replace(at, trial=trial, posterior=posterior_of(trial))
+
+
+def _overrated(now: At, wanted: Set, gained: float) -> Overrated:
+    """The step to a set that was refitted and ``gained`` (nats) less than nothing."""
+    promised = now.trial.log_posterior(wanted) - now.value
+    return Overrated(frozenset(wanted) - set(now.members), frozenset(now.members) - set(wanted), promised - min(gained, 0.0))
 
 
 def moved(now: At, members: Set, catalogue: Catalogue, *, unknown: bool) -> At | None:

@@ -21,7 +21,7 @@ UNKNOWN = 0.05
 BEAM = 3
 MOST = 6
 PAIRS = 8
-"""Effects of which all pairs are looked at: those that alone explain most."""
+"""Effects of which all pairs are looked at: those that alone explain most, of all or in the place of one that is there."""
 Set = tuple[int, ...]
 
 
@@ -43,11 +43,30 @@ class Posterior:
 
 
 @dataclass(frozen=True)
+class Overrated:
+    """A step from the fitted set that a refit refused: effects ``added`` and ``removed``, and by how much (nats) it was overrated."""
+
+    added: frozenset[int]
+    removed: frozenset[int]
+    by: float
+
+    def of(self, members: Set) -> float:
+        """What a set is overrated by: it holds what was added and lacks what was removed."""
+        return self.by if self.added <= set(members) and not self.removed & set(members) else 0.0
+
+
+@dataclass(frozen=True)
 class Trial:
-    """What is searched: the evidence, and which of its effects are empirical families."""
+    """What is searched.
+
+    ``evidence``; ``families``: which of its effects are empirical ones; where a search has gone on from here, steps that refits refused,
+    ``overrated``, and the set that was ``fitted``: one that never was counts no more than that.
+    """
 
     evidence: Evidence
     families: frozenset[int]
+    overrated: tuple[Overrated, ...] = ()
+    fitted: Set | None = None
 
     @cached_property
     def _prior(self) -> tuple[float, float]:
@@ -58,6 +77,11 @@ class Trial:
 
     def log_posterior(self, members: Set) -> float:
         """Up to what all sets share (nats)."""
+        value = self._linear(members) - max((each.of(members) for each in self.overrated), default=0.0)
+        return value if self.fitted is None else min(value, self._linear(self.fitted))
+
+    def _linear(self, members: Set) -> float:
+        """What the linearised campaign says."""
         unknown = sum(e in self.families for e in members)
         known, wide = self._prior
         return (len(members) - unknown) * known + unknown * wide + self.evidence.log_evidence(members)
@@ -76,9 +100,27 @@ def searched(trial: Trial, start: Set = ()) -> Posterior:
         if wider == beam:
             break
         beam = wider
-    ordered = sorted(trial.evidence.known, key=trial.log_posterior, reverse=True)
-    values = np.array([trial.log_posterior(each) for each in ordered])
-    return Posterior(tuple(ordered), tuple(float(p) for p in values - logsumexp(values)))
+    return posterior_of(trial)
+
+
+def posterior_of(trial: Trial) -> Posterior:
+    """The posterior over all sets that were looked at, the fitted one first among equals."""
+    values = {each: trial.log_posterior(each) for each in trial.evidence.known}
+    ordered = sorted(values, key=lambda each: (-values[each], each != trial.fitted))
+    every = np.array([values[each] for each in ordered])
+    return Posterior(tuple(ordered), tuple(float(p) for p in every - logsumexp(every)))
+
+
+def exchanged_for_pairs(trial: Trial, members: Set) -> Posterior:
+    """The posterior with those sets, too, in which two effects stand for one of ``members``: those that do best there alone."""
+    for out in members:
+        kept = tuple(e for e in members if e != out)
+        others = [e for e in range(len(trial.evidence.of.effects)) if e not in members]
+        alone = sorted(others, key=lambda e: trial.log_posterior(tuple(sorted((*kept, e)))), reverse=True)
+        for pair in combinations(alone[:PAIRS], 2):
+            if trial.allowed((*kept, *pair)):
+                trial.log_posterior(tuple(sorted((*kept, *pair))))
+    return posterior_of(trial)
 
 
 def _pairs(trial: Trial, n: range) -> Iterator[Set]:

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from estimator.diagnosis.selection.groups import FACTOR, MOST_NAMED, group_of
-from estimator.diagnosis.selection.search import Trial, searched
+from estimator.diagnosis.selection.groups import FACTOR, MOST_NAMED, Name, group_of
+from estimator.diagnosis.selection.search import Overrated, Trial, exchanged_for_pairs, searched
 from tests.estimator.diagnosis.selection.made_quadratics import BOTH, Made, evidence_of, own_columns
 
 Array = NDArray[np.float64]
@@ -22,12 +22,17 @@ def alone(column: Array, limit: float = 1.0) -> Made:
     return Made(column[:, None], ((-limit, limit),))
 
 
+def effects_of(group: tuple[Name, ...]) -> list[int]:
+    """Of names that are one effect each."""
+    return [effect for name in group for effect in name.effects]
+
+
 def test_exactly_collinear_columns_are_aliases_of_equal_likelihood() -> None:
     """In other units, too: three times the column with a third of the range is the same effect under another name."""
     y = 0.6 * X[:, 0] + NOISE
     made = trial(alone(X[:, 0]), alone(3.0 * X[:, 0], 1.0 / 3.0), alone(X[:, 1]), y=y)
     group = group_of(made, (0,), 0)
-    assert [name.effect for name in group] == [0, 1]
+    assert effects_of(group) == [0, 1]
     assert group[1].log_odds == pytest.approx(0.0, abs=1e-6)
     fits = [made.evidence.fitted((e,)).log_likelihood for e in (0, 1)]
     assert fits[0] == pytest.approx(fits[1], abs=1e-6)
@@ -38,14 +43,14 @@ def test_orthogonal_columns_are_no_aliases() -> None:
     made = trial(*(alone(Q[:, i]) for i in range(4)), y=0.6 * Q[:, 0] + 0.6 * Q[:, 1] + NOISE)
     assert searched(made).best == (0, 1)
     for member in (0, 1):
-        assert [name.effect for name in group_of(made, (0, 1), member)] == [member]
+        assert effects_of(group_of(made, (0, 1), member)) == [member]
 
 
 def test_an_alias_of_a_wider_range_is_named_though_it_is_less_probable() -> None:
     """Equal likelihood is enough; the odds say which name is the more probable one."""
     made = trial(alone(X[:, 0], 0.8), alone(1e-3 * X[:, 0], 8e6), y=0.6 * X[:, 0] + NOISE)
     first, other = group_of(made, (0,), 0)
-    assert (first.effect, other.effect) == (0, 1)
+    assert (first.effects, other.effects) == ((0,), (1,))
     assert other.log_odds < first.log_odds == 0.0
 
 
@@ -56,7 +61,7 @@ def test_within_a_factor_of_twenty_is_alike_and_beyond_is_not() -> None:
         other = np.cos(turn) * X[:, 0] + np.sin(turn) * X[:, 1]
         made = trial(alone(X[:, 0]), alone(other), y=0.6 * X[:, 0] + NOISE)
         odds = made.log_posterior((1,)) - made.log_posterior((0,))
-        names.append([name.effect for name in group_of(made, (0,), 0)])
+        names.append(effects_of(group_of(made, (0,), 0)))
         assert (odds > -np.log(FACTOR)) == (len(names[-1]) == 2)
     assert names == [[0, 1], [0]]
 
@@ -69,7 +74,7 @@ def test_what_every_sequence_has_for_itself_is_no_alias_for_fitting_better() -> 
     y = 20.0 * 0.5 * cause + NOISE
     made = trial(alone(20.0 * cause), own, y=y)
     assert made.evidence.fitted((1,)).log_likelihood > made.evidence.fitted((0,)).log_likelihood - np.log(FACTOR)
-    assert [name.effect for name in group_of(made, (0,), 0)] == [0]
+    assert effects_of(group_of(made, (0,), 0)) == [0]
 
 
 def test_a_place_that_is_searched_for_counts_where_it_is_worth_the_search() -> None:
@@ -80,12 +85,45 @@ def test_a_place_that_is_searched_for_counts_where_it_is_worth_the_search() -> N
     y[:each] = 8.0
     made = Trial(evidence_of([alone(X[:, 0]), own], y + NOISE, tried={1: 30}), frozenset())
     assert len(made.evidence.rows(1)) == 1 < len(made.evidence.of.rows(1))
-    assert [name.effect for name in group_of(made, (1,), 1)] == [1]
+    assert effects_of(group_of(made, (1,), 1)) == [1]
 
 
-def test_families_and_members_are_no_names_and_few_are_named() -> None:
-    made = trial(*(alone(X[:, 0]) for _ in range(8)), y=0.6 * X[:, 0] + NOISE, families=(7,))
-    group = [name.effect for name in group_of(made, (2,), 2)]
+def test_members_are_no_names_and_few_are_named() -> None:
+    made = trial(*(alone(X[:, 0]) for _ in range(8)), y=0.6 * X[:, 0] + NOISE)
+    group = effects_of(group_of(made, (2,), 2))
     assert len(group) == MOST_NAMED
     assert group[0] == 2
-    assert 7 not in group
+
+
+def test_something_unknown_is_a_name_where_it_does_nearly_as_well() -> None:
+    """A family that explains as much is named, however wide; one that explains something else is not."""
+    made = trial(alone(X[:, 0]), alone(X[:, 0]), alone(X[:, 1]), y=0.6 * X[:, 0] + NOISE, families=(1, 2))
+    assert effects_of(group_of(made, (0,), 0)) == [0, 1]
+
+
+def test_two_effects_together_are_a_name_of_one() -> None:
+    """One effect of four numbers beside two of one number each, of which either alone explains half."""
+    four = Made(X[:, :4], (BOTH,) * 4)
+    made = trial(four, alone(X[:, 0]), alone(X[:, 1]), alone(X[:, 5]), y=0.5 * X[:, 0] + 0.5 * X[:, 1] + NOISE)
+    exchanged_for_pairs(made, (0,))
+    group = group_of(made, (0,), 0)
+    assert [name.effects for name in group] == [(0,), (1, 2)]
+    assert group[1].members == (1, 2)
+
+
+def test_what_another_set_has_of_no_use_is_no_name() -> None:
+    """A weak effect beside one that is not told from nothing: each may be exchanged for the other, but neither stands for the other."""
+    Q = np.linalg.qr(X)[0] * np.sqrt(ROWS)
+    noise = NOISE - Q @ (Q.T @ NOISE) / ROWS
+    made = trial(alone(Q[:, 0]), alone(Q[:, 1]), y=0.27 * Q[:, 0] + 0.05 * Q[:, 1] + noise)
+    assert made.log_posterior((1,)) > made.log_posterior((0,)) - np.log(FACTOR)
+    assert effects_of(group_of(made, (0,), 0)) == [0]
+
+
+def test_a_step_that_a_refit_refused_counts_less_in_every_set_that_takes_it() -> None:
+    made = trial(alone(X[:, 0]), alone(X[:, 1]), alone(X[:, 2]), y=0.6 * X[:, :3].sum(axis=1) + NOISE)
+    less = Trial(made.evidence, made.families, (Overrated(frozenset({1}), frozenset(), 5.0),))
+    lost = {members: made.log_posterior(members) - less.log_posterior(members) for members in ((), (0,), (1,), (0, 1), (1, 2), (0, 2))}
+    assert lost == {(): 0.0, (0,): 0.0, (1,): pytest.approx(5.0), (0, 1): pytest.approx(5.0), (1, 2): pytest.approx(5.0), (0, 2): 0.0}
+    ended = Trial(made.evidence, made.families, (), fitted=(0,))
+    assert ended.log_posterior((0, 1, 2)) == ended.log_posterior((0,)) < made.log_posterior((0, 1, 2))
