@@ -67,14 +67,18 @@ def sureness(trial: Trial, members: Set, effect: int) -> float:
 
 
 def _alike(trial: Trial, members: Set, effect: int) -> Iterator[Name]:
-    """Single effects in its place that lose no likelihood, whatever their prior ranges say."""
+    """Single effects that make up for it in likelihood, whatever their prior ranges say."""
     kept = tuple(e for e in members if e != effect)
     for other in range(len(trial.evidence.of.effects)):
         exchanged = tuple(sorted((*kept, other)))
-        if other in members or not trial.allowed(exchanged) or not _of_use(trial, exchanged, (other,)):
+        if other in members or not trial.allowed(exchanged):
             continue
+        trial.log_posterior(exchanged)
         wide = other in trial.families or trial.evidence.of.effects[other].entry.scope is Scope.SEQUENCE
-        if not wide and difference(trial, members, effect, other) <= np.log(FACTOR):
+        if wide or not len(trial.evidence.rows(other)):
+            continue
+        lost, regained = exchange(trial, members, effect, other)
+        if lost <= np.log(FACTOR) <= regained:
             yield Name((other,), exchanged, _odds(trial, exchanged, members))
 
 
@@ -96,18 +100,20 @@ def _of_use(trial: Trial, members: Set, new: Set) -> bool:
     return all(_odds(trial, tuple(e for e in members if e != each), members) < 0.0 for each in new)
 
 
-def difference(trial: Trial, members: Set, effect: int, other: int) -> float:
-    """Log likelihood (nats) that is lost where ``other`` stands for the fitted ``effect`` of a set, both free, all else re-adjusted."""
+def exchange(trial: Trial, members: Set, effect: int, other: int) -> tuple[float, float]:
+    """Log likelihood (nats) that is lost where ``other`` stands for the fitted ``effect`` of a set, and what more is lost without either.
+
+    Both are free, all else is re-adjusted.
+    """
     of, fitted = trial.evidence.of, trial.evidence.fitted(members)
     first, second = trial.evidence.rows(effect), trial.evidence.rows(other)
-    if not len(first) or not len(second):
-        return np.inf
     here = np.concatenate([first, second])
     kept = np.isin(fitted.rows, first, invert=True)
     beside, prior = fitted.rows[kept], trial.evidence.precisions(members)[kept]
     cross = of.information[np.ix_(beside, here)]
     G = of.information[np.ix_(here, here)] - cross.T @ stable_inverse(of.information[np.ix_(beside, beside)] + np.diag(prior)) @ cross
     k = len(first)
-    left = G[:k, :k] - G[:k, k:] @ stable_inverse(G[k:, k:], 1e-10) @ G[k:, :k]
+    made_up = G[:k, k:] @ stable_inverse(G[k:, k:], 1e-10) @ G[k:, :k]
     theta = fitted.mean[~kept]
-    return float(0.5 * theta @ left @ theta / fitted.noise)
+    lost, regained = (float(0.5 * theta @ each @ theta / fitted.noise) for each in (G[:k, :k] - made_up, made_up))
+    return lost, regained

@@ -99,7 +99,7 @@ def _climbed(at: At, catalogue: Catalogue, told: Told, *, unknown: bool) -> tupl
         gained = -np.inf if new is None else min(new.value - new.value_of(now.keys), new.value - now.value)
         if new is None or gained <= 0.0:
             astray += 1
-            path[-1] = believed(now, overrated=(*now.trial.overrated, _overrated(now, wanted, gained)))
+            path[-1] = believed(now, overrated=(*now.trial.overrated, overrated(now, wanted, gained)))
             continue
         told(f"{', '.join(new.keys) or 'nothing'}: log evidence {gained:+.1f}")
         path.append(new)
@@ -117,7 +117,7 @@ def believed(at: At, **what: Any) -> At:
     return replace(at, trial=trial, posterior=posterior_of(trial))
 
 
-def _overrated(now: At, wanted: Set, gained: float) -> Overrated:
+def overrated(now: At, wanted: Set, gained: float) -> Overrated:
     """The step to a set that was refitted and ``gained`` (nats) less than nothing."""
     promised = now.trial.log_posterior(wanted) - now.value
     return Overrated(frozenset(wanted) - set(now.members), frozenset(now.members) - set(wanted), promised - min(gained, 0.0))

@@ -47,9 +47,10 @@ def test_the_number_has_the_same_size_under_each_name() -> None:
     registered = register_trajectories(trajectories)
     found = explain(registered.campaign, registered.start, CATALOGUE)
     (group,) = found.groups
-    value = {name.key: name.mean for name in group}
+    value = {name.key: name.parts[0].mean for name in group if not name.unknown}
     assert value["length_scale"][0] == pytest.approx(size, abs=0.1 * abs(size) + 1e-3)
     assert value["frame_rate"][0] == pytest.approx(0.5 * value["length_scale"][0], rel=0.15)
     assert sum(name.probability for name in group) == pytest.approx(1.0)
     (other, *_) = possible_names(found.path[-1], [group], found.fit.model.keys)
-    assert other.covariance[0, 0] == pytest.approx(group[1].probability * (group[1].mean[0] ** 2 + group[1].sigma[0] ** 2))
+    (part,) = group[1].parts
+    assert other.covariance[0, 0] == pytest.approx(group[1].probability * (part.mean[0] ** 2 + part.sigma[0] ** 2))

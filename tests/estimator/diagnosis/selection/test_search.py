@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from estimator.diagnosis.selection.path import At, believed
+from estimator.diagnosis.selection.path import At, believed, overrated
 from estimator.diagnosis.selection.search import EXPECTED, MOST, UNKNOWN, Trial, searched
 from tests.estimator.diagnosis.selection.made_quadratics import Made, evidence_of
 
@@ -113,7 +113,8 @@ def test_a_set_that_refits_refused_is_as_probable_as_they_say() -> None:
     trial = Trial(evidence_of([Made(X[:, :1]), Made(X[:, 1:])], 5.0 * X.sum(axis=1) + rng.normal(size=60)), frozenset())
     at = At(cast("Any", None), cast("Any", None), trial, searched(trial), ())
     assert at.posterior.best == (0, 1)
-    told = believed(at, {frozenset({"e0"}): -5.0, frozenset({"e0", "e1"}): -np.inf}).posterior
+    refused = tuple(overrated(at, members, gained) for members, gained in (((0,), -5.0), ((0, 1), -np.inf)))
+    told = believed(at, overrated=refused, fitted=()).posterior
     assert told.best == ()
     assert told.probability(0) == pytest.approx(np.exp(-5.0) / (2.0 + np.exp(-5.0)))
     assert told.probability(1) == pytest.approx(1.0 / (2.0 + np.exp(-5.0)))

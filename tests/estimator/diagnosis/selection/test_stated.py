@@ -7,6 +7,7 @@ import pytest
 
 from estimator.diagnosis.base import base_fit
 from estimator.diagnosis.selection.groups import group_of
+from estimator.diagnosis.selection.names import key_of
 from estimator.diagnosis.selection.path import At, looked_at
 from estimator.diagnosis.selection.stated import with_facts
 from estimator.effects.choosing import catalogue
@@ -35,7 +36,7 @@ def seen(tosses: Registered, *facts: Fact) -> At:
 
 def names(at: At) -> tuple[str, ...]:
     best = at.posterior.best
-    return tuple(at.named((name.effect,))[0] for name in group_of(at.trial, best, best[0]))
+    return tuple(key_of(at, name) for name in group_of(at.trial, best, best[0]))
 
 
 def test_without_a_fact_it_is_one_number_with_three_names(tosses: Registered) -> None:
