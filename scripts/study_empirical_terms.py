@@ -17,11 +17,11 @@ import numpy as np
 
 from datasets.recipes.synth_only import SYNTH_ONLY
 from estimator.configuration import Configuration
-from estimator.diagnosis.base import base_fit
 from estimator.diagnosis.diagnose import diagnose
 from estimator.diagnosis.empirical_fit import fit_empirical
 from estimator.diagnosis.unknown import family_of
 from estimator.effects.choosing import catalogue
+from estimator.fitting.base_model import base_fit
 from estimator.fitting.held_out import held_out
 from estimator.registration import register
 from tumble.challenge.cases import Case

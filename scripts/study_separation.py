@@ -21,12 +21,12 @@ from datasets.observation import Observation
 from datasets.recipes.recipe import EffectRecipe, MotionRecipe, ParticleRecipe, Recipe, RigRecipe
 from datasets.vocabulary.camera import HsvCamera
 from estimator.configuration import Configuration
-from estimator.diagnosis.base import base_fit
 from estimator.diagnosis.candidate_recordings import FARTHER, RECORDINGS
 from estimator.diagnosis.diagnose import Diagnosis, diagnose
 from estimator.diagnosis.separation import MARGIN, Prospect, separations
 from estimator.effects.choosing import catalogue
 from estimator.effects.link import EffectModel
+from estimator.fitting.base_model import base_fit
 from estimator.fitting.campaign import CampaignFit
 from estimator.registration import Registered, register
 from synth.plan import SequencePlan

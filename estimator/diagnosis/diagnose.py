@@ -10,14 +10,15 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import chi2
 
+from datasets.vocabulary.effects import Parameter
 from estimator.diagnosis.ranking import whitener
 from estimator.diagnosis.score_tests import ScoreTest
 from estimator.diagnosis.selection.groups import FACTOR, group_of
 from estimator.diagnosis.selection.path import At, looked_at
 from estimator.diagnosis.selection.search import Set
 from estimator.diagnosis.selection.testing import scores_beside, tests_beside
-from estimator.diagnosis.tested_values import tested_values
 from estimator.effects.link import EffectModel
+from estimator.effects.parameter_values import WithInterval
 from estimator.fitting.campaign import Campaign, CampaignFit
 
 ALPHA = 0.01
@@ -144,9 +145,29 @@ def _finding(at: At, number: int, test: ScoreTest, candidates: int) -> Finding:
     return Finding(test, min(1.0, test.p * candidates), share, at.posterior.probability(number), float(odds))
 
 
-def detectable(test: ScoreTest) -> tuple[float, ...]:
-    """Size of each of a test's columns that would be seen in 95% of cases, in the parameter's unit."""
-    return tuple(SEEN_IN_95_PERCENT * float(np.sqrt(max(square, 0.0))) for square in np.diag(test.covariance))
+@dataclass(frozen=True)
+class TestedValue(WithInterval):
+    """One parameter of an effect on trial; ``sequence``: number of the sequence it belongs to, ``None`` where sequences share it."""
+
+    __test__ = False
+    parameter: Parameter
+    sequence: int | None
+    value: float
+    sigma: float
+
+    @property
+    def seen_from(self) -> float:
+        """Size that would be seen in 95% of cases, in the parameter's unit."""
+        return SEEN_IN_95_PERCENT * self.sigma
+
+
+def tested_values(test: ScoreTest) -> tuple[TestedValue, ...]:
+    """All values of a test; an effect that is random has no columns, and its one value is a standard deviation."""
+    parameters = test.effect.entry.parameters
+    places = [(c.parameter, c.sequence) for c in test.columns] or [(0, None)]
+    sigma = np.sqrt(np.maximum(np.diag(test.covariance), 0.0)).tolist()
+    values = zip(places, test.theta.tolist(), sigma, strict=False)
+    return tuple(TestedValue(parameters[number], sequence, value, s) for (number, sequence), value, s in values)
 
 
 def blind_to(diagnosis: Diagnosis) -> tuple[str, ...]:
@@ -161,5 +182,4 @@ def says_nothing(diagnosis: Diagnosis) -> bool:
 
 def _visible(test: ScoreTest) -> bool:
     largest = {p.name: max(abs(p.plausible[0]), abs(p.plausible[1])) for p in test.effect.entry.parameters}
-    sizes = zip(tested_values(test), detectable(test), strict=True)
-    return any(0.0 < limit < largest[value.parameter.name] for value, limit in sizes)
+    return any(0.0 < value.seen_from < largest[value.parameter.name] for value in tested_values(test))

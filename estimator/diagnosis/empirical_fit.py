@@ -18,7 +18,6 @@ from estimator.diagnosis.law import Law, find_law
 from estimator.diagnosis.noise_floor import noise_floor
 from estimator.diagnosis.pooled_scores import pooled_scores
 from estimator.diagnosis.unknown import Unknown
-from estimator.diagnosis.wald import zero_p
 from estimator.effects.force_curves import ForceCurve, TorqueCurve
 from estimator.effects.law_effect import law_effect
 from estimator.effects.law_terms import Term
@@ -27,6 +26,7 @@ from estimator.effects.model import Model
 from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState, fit_campaign
 from estimator.fitting.campaign_covariance import CampaignCovariance, campaign_covariance
 from estimator.fitting.held_out import HeldOut, held_out
+from estimator.fitting.wald import zero_p
 
 Array = NDArray[np.float64]
 BOOTSTRAP_SEED = 20240229

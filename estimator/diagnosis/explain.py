@@ -7,7 +7,6 @@ of held-out sequences is told beside it, effect by effect, as a check that a per
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from estimator.diagnosis.base import base_fit
 from estimator.diagnosis.score_tests import ScoreTest
 from estimator.diagnosis.selection.groups import Name, group_of
 from estimator.diagnosis.selection.names import UnderName, under_names
@@ -17,6 +16,7 @@ from estimator.diagnosis.selection.search import Set
 from estimator.diagnosis.selection.testing import tests_beside
 from estimator.diagnosis.unknown import Unknown, unknown_of
 from estimator.effects.link import EffectModel
+from estimator.fitting.base_model import base_fit
 from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState
 from estimator.fitting.campaign_covariance import CampaignCovariance, campaign_covariance
 from estimator.fitting.following import following

@@ -19,7 +19,6 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.diagnosis.tested_values import p_words
 from estimator.fitting.campaign import Campaign, CampaignFit, SequenceEquations
 from estimator.fitting.model_errors import SequenceTask
 from estimator.fitting.noise_model import measured_noise
@@ -71,29 +70,6 @@ class NoiseFloor:
     def explainable(self, p_missing: float, alpha: float) -> bool:
         """Whether there is something to explain: by size, by jumps, or because a candidate fits the pattern (``p_missing``, corrected)."""
         return self.interval[0] > self.allowed or self.jumps or p_missing < alpha
-
-    def sentence(self, p_missing: float, alpha: float) -> str:
-        """The finding in plain words; ``p_missing``: of the tests of all effects, corrected for their number."""
-        said = (
-            f"The residuals are {self.rms_px:.3f} px RMS; noise that changes with every frame makes {self.repeated_px:.3f} px of that "
-            f"(reduced chi-square {self.reduced:.2f}, 95%: {self.interval[0]:.2f} to {self.interval[1]:.2f}; up to "
-            f"{self.allowed:.2f} may come of the calibrated views and of hulls that are not quite the body)."
-        )
-        if self.jumps:
-            return (
-                f"{said} Whole frames jump: outlines alone would change by {OWN_TOO_LARGE * self.neighbours_px:.3f} px. "
-                "Something acts on frames one by one, like a trigger that jitters."
-            )
-        return self.concluded(said, f"{self.excess_px:.3f} px, alike in neighbouring frames", (p_missing, alpha))
-
-    def concluded(self, said: str, excess: str, at: tuple[float, float]) -> str:
-        """What was ``said`` with its conclusion: by the size of the ``excess``, or by p-value and level ``at``."""
-        p_missing, alpha = at
-        if self.interval[0] > self.allowed:
-            return f"{said} There is something to explain: about {excess}."
-        if p_missing < alpha:
-            return f"{said} Their pattern is not that of noise ({p_words(p_missing)}): there is something to explain."
-        return f"{said} There is nothing to explain."
 
 
 LAGS = np.array([1, 2, 3, 5, 8, 12, 20])

@@ -25,15 +25,6 @@ class TrajectoryFloor(NoiseFloor):
         """Rows that jump are what noise is measured by: no second judge knows better."""
         return False
 
-    def sentence(self, p_missing: float, alpha: float) -> str:
-        """The finding in plain words."""
-        said = (
-            f"The residuals are {self.rms_px:.2f} times the noise that each sequence shows; noise that changes from row to row makes "
-            f"{self.floor_px:.2f} of that (reduced chi-square {self.reduced:.2f}, 95%: {self.interval[0]:.2f} to {self.interval[1]:.2f}; "
-            "noise alone: 1 or less)."
-        )
-        return self.concluded(said, f"{self.excess_px:.2f} times the noise, alike in neighbouring rows", (p_missing, alpha))
-
 
 def trajectory_floor(campaign: Campaign, fit: CampaignFit, rng: np.random.Generator) -> TrajectoryFloor:
     """Judge the residuals of a fit."""

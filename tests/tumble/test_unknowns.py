@@ -10,12 +10,11 @@ import pytest
 from datasets.json_documents import read_document, write_document
 from estimator.diagnosis import empirical_fit
 from estimator.diagnosis.adding import with_effect
-from estimator.diagnosis.base import base_fit
 from estimator.diagnosis.diagnose import diagnose
 from estimator.diagnosis.unknown import Unknown, family_of
-from estimator.diagnosis.verdict import Verdict
 from estimator.effects.contracts import check_contracts
 from estimator.effects.plug_ins import load_plug_in
+from estimator.fitting.base_model import base_fit
 from estimator.fitting.campaign import CampaignFit
 from estimator.fitting.held_out import held_out
 from tests.estimator.unknown_campaigns import unknown_campaign
@@ -24,6 +23,7 @@ from tumble.cli.main import main
 from tumble.diagnosing import verdict_of_explanation
 from tumble.diagnosis_documents import Entry
 from tumble.reports.campaign_page import render
+from tumble.reports.verdict import Verdict
 from tumble.unknowns import NO_LAW, law_command, unknown_entry, with_unknown
 
 NAMES = ("first", "second")

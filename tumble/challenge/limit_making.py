@@ -20,13 +20,13 @@ from datasets.errors import InputError
 from datasets.recipes.recipe import EffectRecipe
 from datasets.vocabulary.effects import EFFECTS, PICTURED, Scope
 from estimator.configuration import Configuration
-from estimator.diagnosis.base import start_with
 from estimator.diagnosis.diagnose import ALPHA
 from estimator.diagnosis.ranking import remainders
 from estimator.diagnosis.score_tests import Candidates, EfficientScores, ScoreTest, score_tests
 from estimator.effects.choosing import catalogue
 from estimator.effects.link import Setting
 from estimator.effects.registry import MODELS
+from estimator.fitting.base_model import start_with
 from estimator.fitting.campaign import fit_campaign
 from estimator.fitting.following import following
 from estimator.registration import register

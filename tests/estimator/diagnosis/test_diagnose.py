@@ -7,10 +7,10 @@ import pytest
 from estimator.diagnosis.adding import fit_with
 from estimator.diagnosis.diagnose import ALPHA, Diagnosis, diagnose
 from estimator.diagnosis.unknown import family_of
-from estimator.diagnosis.verdict import verdict_of
 from estimator.effects.choosing import catalogue
 from estimator.trajectories.registering import register_trajectories
 from tests.estimator.made_trajectories import Hidden, Tracker, campaign
+from tumble.reports.verdict import verdict_of
 
 
 @cache

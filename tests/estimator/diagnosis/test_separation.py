@@ -14,11 +14,11 @@ from estimator.diagnosis.imagined_views import with_more_views
 from estimator.diagnosis.ranking import remainders, whitener
 from estimator.diagnosis.score_tests import Candidates, ScoreTest, score_tests
 from estimator.diagnosis.separation import Prospect, Separation, separations
-from estimator.diagnosis.separation_words import advised, separation_sentence
-from estimator.diagnosis.verdict import Verdict
 from estimator.effects.choosing import catalogue
 from estimator.fitting.campaign import sequence_equations
 from tests.estimator.small_campaign import fitted, registered
+from tumble.reports.separation_words import advised, separation_sentence
+from tumble.reports.verdict import Verdict
 
 MARGIN = 6.0
 PENALTY = 7.0

@@ -5,11 +5,11 @@ import pytest
 
 from datasets.trajectory import Surroundings, Trajectory
 from datasets.vocabulary.body import Body
-from estimator.diagnosis.base import base_fit
 from estimator.diagnosis.imagined_trajectories import Tracks
 from estimator.diagnosis.score_tests import Candidates, score_tests
 from estimator.diagnosis.separation import separations
 from estimator.effects.choosing import catalogue
+from estimator.fitting.base_model import base_fit
 from estimator.trajectories.registering import register_trajectories
 
 SIGMA_M, ROWS, INTERVAL_S = 5e-4, 60, 0.01

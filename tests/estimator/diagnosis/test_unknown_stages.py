@@ -11,9 +11,9 @@ from datasets.vocabulary.clock import Clock
 from datasets.vocabulary.effects import Stage
 from datasets.vocabulary.outline import Outline
 from estimator.configuration import Configuration
-from estimator.diagnosis.base import base_fit
 from estimator.diagnosis.diagnose import diagnose
 from estimator.diagnosis.unknown import family_of
+from estimator.fitting.base_model import base_fit
 from estimator.registration import register
 from synth.sequence import build_silhouette_sequence
 from tests.estimator.small_campaign import recipe

@@ -9,13 +9,13 @@ import pytest
 from datasets.errors import InputError
 from datasets.trajectory import Trajectory
 from estimator.diagnosis.adding import fit_with, with_effect
-from estimator.diagnosis.base import base_fit
 from estimator.diagnosis.diagnose import ALPHA, Diagnosis, diagnose
 from estimator.diagnosis.explain import explain
 from estimator.diagnosis.noise_floor import noise_floor
 from estimator.diagnosis.residual_maps import residual_maps
 from estimator.diagnosis.score_tests import Candidates, Column, EfficientScores, p_of
 from estimator.effects.choosing import catalogue
+from estimator.fitting.base_model import base_fit
 from estimator.fitting.campaign_covariance import campaign_covariance
 from estimator.motion.flight import N_PARAMETERS
 from estimator.registration import Registered

@@ -5,8 +5,8 @@ from dataclasses import replace
 
 from estimator.diagnosis.expected_difference import Expected
 from estimator.diagnosis.separation import Prospect, Separation
-from estimator.diagnosis.verdict import Verdict
 from estimator.effects.choosing import contradiction
+from tumble.reports.verdict import Verdict
 
 MOST_NAMED = 2
 
