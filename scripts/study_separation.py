@@ -3,7 +3,7 @@
 ``python -m scripts.study_separation --result docs/results/study_separation.json --page docs/studies/study_separation.md``. Silhouette
 tier, 0.2 px. A case hides one effect in small campaigns; where its pair is one group, every recording that synth can make is predicted
 (:mod:`estimator.diagnosis.separation`) and then made: as many drops as the prediction is for, thrown anew at random within the changed
-range. What counts is the difference of the criterion, rival minus the effect that is true, before and after.
+range. What counts is the log likelihood that the rival in the place of the effect that is true loses, before and after.
 """
 
 import argparse
@@ -145,9 +145,9 @@ def diagnosed(registered: Registered) -> tuple[CampaignFit, Diagnosis]:
 
 
 def difference(diagnosis: Diagnosis, true: str, rival: str) -> float:
-    """Chi-squared that the effect that is true explains beyond the rival, each alone."""
+    """Log likelihood (nats) that the effect that is true explains beyond the rival, each alone."""
     explained = {f.key: f.test.statistic for f in diagnosis.findings}
-    return explained[true] - explained[rival]
+    return 0.5 * (explained[true] - explained[rival])
 
 
 def run_case(case: Case, seed: int, keys: Sequence[str]) -> dict[str, Any]:
@@ -239,17 +239,17 @@ def page(rows: Sequence[Mapping[str, Any]]) -> str:
 PAGE = """# Telling two effects apart
 
 When a campaign cannot tell two effects apart, `tumble diagnose` and `tumble explain` say which further recording would, and which
-would not: the criterion that ranks effects is predicted for the campaign with an imagined recording more. Here the recordings are made
-and added. Silhouette tier, 0.2 px, two sequences of 60 or 100 frames, 24 views; the rows are in
+would not: the log likelihood that the wrong effect loses is predicted for the campaign with an imagined recording more. Here the
+recordings are made and added. Silhouette tier, 0.2 px, two sequences of 60 or 100 frames, 24 views; the rows are in
 [study_separation.json](../results/study_separation.json).
 
 Of {campaigns} campaigns with one effect hidden, {grouped} had the pair in one group; {recordings} recordings were made for those.
 **{advised} were said to tell the pair apart (with 95% probability or more), and {advised_told} of them did;
 {refused} were said to be in vain (less than 5%), and {refused_told} of those told it apart all the same.**
 Of the {between} in between, {between_told} told it apart: the advice is cautious.
-Told apart: the rival's criterion is worse than that of the true effect by more than the margin of groups, 6.
+Told apart: the rival loses more than the factor of groups, 20 (ln 20 = 3.0 nats).
 
-| hidden | further recording | how many (mean) | predicted difference (median) | measured (median) | advised, and did | vain, yet did |
+| hidden | further recording | drops (mean) | predicted difference, nats (median) | measured (median) | advised, and did | vain, yet did |
 | --- | --- | --- | --- | --- | --- | --- |
 {table}
 

@@ -23,7 +23,6 @@ from estimator.diagnosis.score_tests import ScoreTest
 from estimator.diagnosis.selection.names import possible_names
 from estimator.diagnosis.selection.testing import tests_beside
 from estimator.diagnosis.separation import Separation, separations
-from estimator.diagnosis.unknown import family_of
 from estimator.effects.choosing import catalogue, contradiction
 from estimator.effects.link import EffectModel
 from estimator.fitting.campaign import Campaign, CampaignFit
@@ -173,7 +172,7 @@ def diagnosed(question: Question, campaign: Prepared, out: Path, told: Told) -> 
     apart = _apart(campaign, fit, [f.test for f in found.findings], found.group) if verdict.kind == "found" else ()
     verdict = replace(verdict, remarks=(*verdict.remarks, *settling(found.group)))
     verdict = advised(verdict, apart, question.command("diagnose", ()))
-    left = family_of(found) if verdict.kind == "unknown" else None
+    left = found.unknown if verdict.kind == "unknown" else None
     rest = None if left is None else unknown_entry(campaign.registered.campaign, fit, left, campaign.names)
     content = _content("diagnose", question, campaign, uncertain(campaign.registered.campaign, fit, question.candidates))
     return {
@@ -216,7 +215,7 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told) -> 
     explanation = explain(campaign.registered.campaign, campaign.registered.start, question.candidates, told=told)
     campaign = campaign.at(explanation.campaign)
     registered = campaign.registered
-    last = diagnosis_at(explanation.last, ended=True)
+    last = explanation.diagnosis
     groups = explanation.groups
     more = possible_names(explanation.path[-1], groups, explanation.fit.model.keys)
     of = uncertain(registered.campaign, settled_fit(registered, explanation.fit), question.candidates, more)

@@ -8,12 +8,11 @@ import numpy as np
 from estimator.campaign_reporting import EffectValue
 from estimator.diagnosis.adding import Rung
 from estimator.diagnosis.diagnose import Diagnosis, Finding, tested_values
-from estimator.diagnosis.expected_difference import Expected
 from estimator.diagnosis.explain import Explanation, Step
 from estimator.diagnosis.noise_floor import NoiseFloor
 from estimator.diagnosis.residual_maps import ResidualMap
 from estimator.diagnosis.score_tests import ScoreTest
-from estimator.diagnosis.separation import Separation
+from estimator.diagnosis.separation import Expected, Separation
 from estimator.effects.link import EffectModel
 from estimator.fitting.campaign import Campaign, CampaignFit, SequenceEquations
 from estimator.fitting.campaign_covariance import CampaignCovariance

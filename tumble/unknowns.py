@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 
 from datasets.vocabulary.effects import Stage
+from estimator.diagnosis.diagnose import Unknown
 from estimator.diagnosis.empirical_fit import SUPERFLUOUS, EmpiricalFit, LawFit, Removed, fit_empirical
 from estimator.diagnosis.empirical_shape import Shape, empirical_shapes
 from estimator.diagnosis.law import Exponent, Regressed
-from estimator.diagnosis.unknown import Unknown
 from estimator.effects.empirical import ForceField, ZoomInTime
 from estimator.effects.law_effect import law_formula
 from estimator.effects.law_terms import Term

@@ -10,8 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import chi2
 
-from datasets.vocabulary.effects import Parameter
-from estimator.diagnosis.ranking import whitener
+from datasets.vocabulary.effects import Parameter, Stage
 from estimator.diagnosis.score_tests import ScoreTest
 from estimator.diagnosis.selection.groups import FACTOR, group_of
 from estimator.diagnosis.selection.path import At, looked_at
@@ -60,6 +59,26 @@ class Finding:
 
 
 @dataclass(frozen=True)
+class Unknown:
+    """The most probable empirical family: its test, corrected p-value, all families' tests, and whether it is ``present`` in the best set.
+
+    Families (:mod:`estimator.effects.empirical`) compete with the effects of the catalogue for a place in the model. The one that is in the
+    most probable set says at which stage something sits that no effect of the catalogue explains; where none is, the one that would be
+    the most probable is told, as not present.
+    """
+
+    test: ScoreTest
+    p: float
+    tests: tuple[ScoreTest, ...]
+    present: bool
+
+    @property
+    def stage(self) -> Stage:
+        """Where it sits."""
+        return self.test.effect.entry.stage
+
+
+@dataclass(frozen=True)
 class Diagnosis:
     """All candidates by descending odds, and what the evidence says of the model.
 
@@ -98,6 +117,15 @@ class Diagnosis:
         """Probability of scores as large as these where nothing is missing."""
         return float(chi2.sf(self.chi_square, max(self.degrees, 1)))
 
+    @property
+    def unknown(self) -> Unknown | None:
+        """What no effect of the catalogue explains; ``None`` where no family applies."""
+        if not self.families:
+            return None
+        best = max(self.families, key=lambda f: (f.key in self.missing, f.log_odds))
+        tests = tuple(f.test for f in self.families)
+        return Unknown(best.test, min(1.0, best.test.p * len(tests)), tests, best.key in self.missing)
+
 
 def diagnose(campaign: Campaign, fit: CampaignFit, candidates: Mapping[str, EffectModel]) -> Diagnosis:
     """Every candidate that is not in the model, and every empirical family, on trial."""
@@ -116,7 +144,7 @@ def diagnosis_at(at: At, *, ended: bool = False) -> Diagnosis:
     new = sorted(set(best) - set(at.members), key=lambda e: (e in at.trial.families, at.trial.log_posterior(_less(best, e))))
     group = tuple(at.named((name.effect,))[0] for name in group_of(at.trial, best, new[0])) if new else ()
     scores = scores_beside(of)
-    white = whitener(scores.M) @ scores.g if len(scores.g) else np.zeros(0)
+    white = scores.whitener @ scores.g if len(scores.g) else np.zeros(0)
     p = min((f.p for f in known), default=1.0)
     inside = [p for s, p in zip(at.posterior.sets, at.posterior.log_probability, strict=True) if set(s) <= set(at.members)]
     nothing = float(min(np.exp(inside).sum(), 1.0))

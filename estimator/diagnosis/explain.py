@@ -5,16 +5,15 @@ of held-out sequences is told beside it, effect by effect, as a check that a per
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-from estimator.diagnosis.score_tests import ScoreTest
+from estimator.diagnosis.diagnose import Diagnosis, Unknown, diagnosis_at
 from estimator.diagnosis.selection.groups import Name, group_of
 from estimator.diagnosis.selection.names import UnderName, under_names
 from estimator.diagnosis.selection.path import UNFLYABLE, At, looked_at, moved, path_from
 from estimator.diagnosis.selection.refitting import refitted, weighed_again
 from estimator.diagnosis.selection.search import Set
 from estimator.diagnosis.selection.testing import tests_beside
-from estimator.diagnosis.unknown import Unknown, unknown_of
 from estimator.effects.link import EffectModel
 from estimator.fitting.base_model import base_fit
 from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState
@@ -74,8 +73,8 @@ class Explanation:
         The effects that were found.
     covariance : CampaignCovariance
         Of the last fit.
-    tests : tuple of ScoreTest
-        Of all effects that the last fit lacks.
+    diagnosis : Diagnosis
+        Of the last fit.
     left : Unknown or None
         What no effect of the catalogue explains; ``None`` where no empirical family applies.
     held_out : HeldOut
@@ -87,7 +86,7 @@ class Explanation:
     path: tuple[At, ...]
     steps: tuple[Step, ...]
     covariance: CampaignCovariance
-    tests: tuple[ScoreTest, ...]
+    diagnosis: Diagnosis
     left: Unknown | None
     held_out: HeldOut
 
@@ -129,9 +128,9 @@ def explain(
     last = _without_families(path, catalogue)
     steps = _steps(begun, best, last, told)
     error = steps[-1].after if steps else held_out(last.campaign, last.fit.state, last.fit.model)
-    tests = tests_beside(last.trial.evidence.of)
-    left = unknown_of(last.trial, tests, last.members, present=any(e in best.trial.families for e in best.members))
-    return Explanation(begun, last, path, steps, campaign_covariance(last.campaign, last.fit), tests, left, error)
+    diagnosis = diagnosis_at(last, ended=True)
+    left = diagnosis.unknown and replace(diagnosis.unknown, present=any(e in best.trial.families for e in best.members))
+    return Explanation(begun, last, path, steps, campaign_covariance(last.campaign, last.fit), diagnosis, left, error)
 
 
 def _without_families(path: tuple[At, ...], catalogue: Mapping[str, EffectModel]) -> At:

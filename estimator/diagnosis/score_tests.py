@@ -27,6 +27,8 @@ from estimator.motion.flight import N_PARAMETERS
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
+SMALLEST_SHARE = 1e-3
+"""Smallest eigenvalue of the scores' correlation matrix that is believed; aliased columns would otherwise be told apart by rounding."""
 
 
 @dataclass(frozen=True)
@@ -80,6 +82,20 @@ class EfficientScores:
         square = np.ix_(rows, rows)
         M = self.M[square] if self.M.size else self.M
         return EfficientScores(tuple(self.columns[i] for i in rows), self.g[rows], self.H[square], M)
+
+    @property
+    def whitener(self) -> Array:
+        """The map (r, c) to the r independent numbers of size one that the scores hold."""
+        scale = 1.0 / np.sqrt(np.maximum(np.diag(self.M), 1e-300))
+        value, vector = np.linalg.eigh(self.M * scale[:, None] * scale)
+        told = value > SMALLEST_SHARE
+        return np.asarray((vector[:, told] / np.sqrt(value[told])).T * scale)
+
+    @property
+    def information(self) -> Array:
+        """Information (c, c) of the scores on the amplitudes, ``H M⁻¹ H``."""
+        signature = self.whitener @ self.H
+        return np.asarray(signature.T @ signature)
 
 
 @dataclass(frozen=True)

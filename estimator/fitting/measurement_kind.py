@@ -97,10 +97,6 @@ class MeasurementKind(Protocol):
         """Noise of the sightings over what its model says, 1 at least."""
         ...
 
-    def independent(self, campaign: "Campaign") -> float:
-        """Roughly how many independent numbers were measured, for penalties."""
-        ...
-
     def why_not(self, campaign: "Campaign", effect: EffectModel) -> str | None:
         """Why an effect does not apply to such measurements; ``None``: it does."""
         ...
@@ -111,6 +107,10 @@ class MeasurementKind(Protocol):
 
     def residual_maps(self, campaign: "Campaign", fit: "CampaignFit") -> Any:
         """Where they are: a tuple of :class:`estimator.diagnosis.residual_maps.ResidualMap`, those that show most first."""
+        ...
+
+    def imagination(self, campaign: "Campaign", number: int, fit: "CampaignFit", particles: Sequence[Any]) -> Any:
+        """How sequences like ``number`` are imagined: an :class:`estimator.diagnosis.imagined_sequences.Imagination`."""
         ...
 
     def statistics(self, equations: "SequenceEquations") -> dict[str, Any]:

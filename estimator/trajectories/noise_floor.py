@@ -5,7 +5,6 @@ of neighbouring rows is alike by ``rho``, that is ``1 - rho`` of its variance. R
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,27 +15,18 @@ from estimator.fitting.campaign import Campaign, CampaignFit
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class TrajectoryFloor(NoiseFloor):
-    """The noise floor of trajectories: every figure in standard deviations of the noise; outlines have no part in it."""
-
-    @property
-    def jumps(self) -> bool:
-        """Rows that jump are what noise is measured by: no second judge knows better."""
-        return False
-
-
-def trajectory_floor(campaign: Campaign, fit: CampaignFit, rng: np.random.Generator) -> TrajectoryFloor:
-    """Judge the residuals of a fit."""
+def trajectory_floor(campaign: Campaign, fit: CampaignFit, rng: np.random.Generator) -> NoiseFloor:
+    """Judge the residuals of a fit, in standard deviations of the noise; rows that jump are what that is measured by."""
     both = zip(campaign.sequences, fit.equations, strict=True)
     sums = [_sums(each.errors.e, each.errors.seen, task.repeats) for task, each in both]
     square, floor, _ = _ratios(sums, [np.arange(len(s.square)) for s in sums])
     drawn = np.array([_ratios(*resampled(sums, rng)) for _ in range(DRAWS)])
-    return TrajectoryFloor(
+    return NoiseFloor(
         rms_px=float(np.sqrt(square)),
         repeated_px=float(np.sqrt(floor)),
         neighbours_px=1.0,
         floor_px=float(np.sqrt(floor)),
+        jumps=False,
         reduced=square / max(floor, 1e-12),
         interval=interval_of(drawn[:, 0] / np.maximum(drawn[:, 1], 1e-12)),
         allowed=1.0,
