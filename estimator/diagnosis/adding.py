@@ -70,7 +70,7 @@ def ladder(
     told: Callable[[str], None] = lambda _added: None,
 ) -> Iterator[Rung]:
     """The base and then one effect more on every rung, all judged in the noise that the last one shows."""
-    campaign, fit = weighed_again(*following(campaign, base_fit(campaign, start)))
+    campaign, fit = fit_with(campaign, start, ())
     reached: list[tuple[str | None, Campaign, CampaignFit]] = [(None, campaign, fit)]
     for effect in effects:
         campaign, fit = with_effect(campaign, fit, effect)

@@ -18,6 +18,7 @@ from estimator.diagnosis.diagnose import Unknown
 from estimator.diagnosis.law import Law, find_law
 from estimator.diagnosis.noise_floor import noise_floor
 from estimator.diagnosis.pooled_scores import pooled_scores
+from estimator.effects.empirical import LARGEST
 from estimator.effects.force_curves import ForceCurve, TorqueCurve
 from estimator.effects.law_effect import law_effect
 from estimator.effects.law_terms import Term
@@ -32,9 +33,6 @@ Array = NDArray[np.float64]
 BOOTSTRAP_SEED = 20240229
 SUPERFLUOUS = 0.05
 LAW = "unknown_law"
-LARGEST = {"smooth_time_shift": 5e-4, "image_warp": 5.0, "zoom_in_time": 0.1, "body_outline": 1.0}
-"""Standard deviation of a prior on every coefficient of the families that are not pushes, in their units: larger than any such thing is,
-so that it speaks only where the data do not."""
 Told = Callable[[str], None]
 
 

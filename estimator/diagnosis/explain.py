@@ -7,18 +7,17 @@ of held-out sequences is told beside it, effect by effect, as a check that a per
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
+from estimator.diagnosis.adding import fit_with
 from estimator.diagnosis.diagnose import Diagnosis, Unknown, diagnosis_at
 from estimator.diagnosis.selection.groups import Name, group_of
 from estimator.diagnosis.selection.names import UnderName, under_names
 from estimator.diagnosis.selection.path import UNFLYABLE, At, looked_at, moved, path_from
-from estimator.diagnosis.selection.refitting import refitted, weighed_again
+from estimator.diagnosis.selection.refitting import refitted
 from estimator.diagnosis.selection.search import Set
 from estimator.diagnosis.selection.testing import tests_beside
 from estimator.effects.link import EffectModel
-from estimator.fitting.base_model import base_fit
 from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState
 from estimator.fitting.campaign_covariance import CampaignCovariance, campaign_covariance
-from estimator.fitting.following import following
 from estimator.fitting.held_out import HeldOut, held_out
 
 
@@ -121,7 +120,7 @@ def explain(
     campaign: Campaign, start: CampaignState, catalogue: Mapping[str, EffectModel], *, told: Told = lambda _sentence: None
 ) -> Explanation:
     """Find the most probable set of effects of a ``catalogue``."""
-    begun = looked_at(*weighed_again(*following(campaign, base_fit(campaign, start))), catalogue)
+    begun = looked_at(*fit_with(campaign, start, ()), catalogue)
     told("every effect was tested")
     path = path_from(begun, catalogue, told)
     best = path[-1]

@@ -12,7 +12,6 @@ The interval is a bootstrap over sequences and, within them, over sightings [Dav
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,7 +61,7 @@ class NoiseFloor:
 
 @dataclass(frozen=True)
 class Sums:
-    """Per sighting or row (n,): sums of squares, of squared changes and of products with the next one, and how many there are of them."""
+    """Per sighting or row (n,): sums of squares, of half the squared changes to the next one and of products with it, and their numbers."""
 
     square: Array
     count: Array
@@ -71,16 +70,42 @@ class Sums:
     pairs: Array
 
 
-AnySums = TypeVar("AnySums", bound=Sums)
+def floor_of(sums: Sequence[Sums], autocorrelation: Array, rng: np.random.Generator) -> NoiseFloor:
+    """The floor where all noise is new in every row and has the size 1 otherwise; ``sums`` of every sequence."""
+    square, repeated, _ = _ratios(sums, [np.arange(len(s.square)) for s in sums])
+    drawn = np.array([_ratios(*_resampled(sums, rng)) for _ in range(DRAWS)])
+    return NoiseFloor(
+        rms_px=float(np.sqrt(square)),
+        repeated_px=float(np.sqrt(repeated)),
+        neighbours_px=1.0,
+        floor_px=float(np.sqrt(repeated)),
+        jumps=False,
+        reduced=square / max(repeated, 1e-12),
+        interval=_interval(drawn[:, 0] / np.maximum(drawn[:, 1], 1e-12)),
+        allowed=1.0,
+        per_sequence=np.array([float(np.divide(*_ratios([s], [np.arange(len(s.square))])[:2])) for s in sums]),
+        lags=LAGS,
+        autocorrelation=autocorrelation,
+        autocorrelation_interval=_interval(drawn[:, 2] / np.maximum(drawn[:, 0], 1e-12)),
+        along_outline_rad=float("nan"),
+        expected_along_rad=float("nan"),
+    )
 
 
-def resampled(sums: Sequence[AnySums], rng: np.random.Generator) -> tuple[list[AnySums], list[NDArray[np.int64]]]:
+def _resampled(sums: Sequence[Sums], rng: np.random.Generator) -> tuple[list[Sums], list[NDArray[np.int64]]]:
     """Sequences drawn with replacement, and sightings or rows within them."""
     drawn = [sums[i] for i in rng.integers(0, len(sums), len(sums))]
     return drawn, [rng.integers(0, len(s.square), len(s.square)) for s in drawn]
 
 
-def interval_of(draws: Array) -> tuple[float, float]:
+def _ratios(sums: Sequence[Sums], rows: Sequence[NDArray[np.int64]]) -> tuple[float, float, float]:
+    """Mean square, mean square of the noise, and mean product with the next row."""
+    total = {name: sum(float(getattr(s, name)[r].sum()) for s, r in zip(sums, rows, strict=True)) for name in Sums.__annotations__}
+    count, pairs = max(total["count"], 1.0), max(total["pairs"], 1.0)
+    return total["square"] / count, total["change"] / pairs, total["product"] / pairs
+
+
+def _interval(draws: Array) -> tuple[float, float]:
     """The middle 95% of draws (d,)."""
     low, high = np.quantile(draws, [0.025, 0.975])
     return float(low), float(high)

@@ -179,8 +179,12 @@ def _present(registered: Registered, fit: CampaignFit, tests: Sequence[ScoreTest
     candidates = Candidates(tuple(t.effect for t in tests), starts)
     stands_for = tuple(count for _, count in few)
     equations = _counted_equations(campaign, fit, candidates, stands_for)
-    scores, _ = efficient_scores(campaign, fit, arranged(campaign, equations, fit.model, candidates))
+    scores = _scores(campaign, fit, equations, candidates)
     return _Present(campaign, stands_for, fit, tuple(tests), candidates, equations, scores, template, like, margin)
+
+
+def _scores(campaign: Campaign, fit: CampaignFit, equations: tuple[SequenceEquations, ...], candidates: Candidates) -> EfficientScores:
+    return efficient_scores(campaign, fit, arranged(campaign, equations, fit.model, candidates))[0]
 
 
 def _counted_equations(
@@ -236,9 +240,7 @@ def _with_drops(present: _Present, new: tuple[Any, Flight, SequenceEquations], d
     )
     state = CampaignState((*fit.state.flights, *[flight] * drops), (*fit.state.theta, *[fit.state.theta[t]] * drops))
     extended = replace(fit, state=state, layout=layout_of(more, fit.model))
-    linear = arranged(more, (*present.equations, *[equations] * drops), fit.model, present.candidates)
-    scores, _ = efficient_scores(more, extended, linear)
-    return scores
+    return _scores(more, extended, (*present.equations, *[equations] * drops), present.candidates)
 
 
 def _of_views(present: _Present, particles: Sequence[Particle], pairs: Sequence[Pair]) -> dict[Pair, Prospect]:
@@ -249,7 +251,7 @@ def _of_views(present: _Present, particles: Sequence[Particle], pairs: Sequence[
     both = zip(present.campaign.sequences, present.campaign.particle, strict=True)
     campaign = replace(present.campaign, sequences=tuple(present.like.more_views(sequence, particles[p]) for sequence, p in both))
     equations = _counted_equations(campaign, present.fit, present.candidates, present.stands_for)
-    scores, _ = efficient_scores(campaign, present.fit, arranged(campaign, equations, present.fit.model, present.candidates))
+    scores = _scores(campaign, present.fit, equations, present.candidates)
     return {pair: Prospect("views", MORE_VIEWS, 0, 0, present.expected(scores, pair)) for pair in asked}
 
 

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from estimator.fitting.time_shifts import TimeShifts
 
 Array = NDArray[np.float64]
+NOISE_FREEDOM = 10.0
+"""Degrees of freedom ``nu`` of the prior of a noise's variance: its standard deviation is known to about 20% before the data."""
 
 
 class MeasurementKind(Protocol):

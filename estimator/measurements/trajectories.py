@@ -18,6 +18,7 @@ from estimator.effects.link import EffectModel
 from estimator.effects.model import Model
 from estimator.fitting.campaign import Campaign, CampaignFit, SequenceEquations
 from estimator.fitting.composite_likelihood import WeighedFrames
+from estimator.fitting.measurement_kind import NOISE_FREEDOM
 from estimator.fitting.time_shifts import TimeShifts
 from estimator.motion.flight import COM, N_PARAMETERS, Flight
 from estimator.trajectories.applying import why_not, with_plausible_values
@@ -28,8 +29,6 @@ from estimator.trajectories.task import TrajectoryErrors, TrajectoryTask, trajec
 
 Array = NDArray[np.float64]
 HUBER = 4.0
-NOISE_FREEDOM = 10.0
-"""Degrees of freedom of the prior of a sequence's noise: what is stated or estimated is known to about 20%."""
 
 
 @dataclass(frozen=True)

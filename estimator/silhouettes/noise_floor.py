@@ -7,12 +7,12 @@ where nothing is missing, and where frames change by more than that, whole frame
 differences cannot tell from noise.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.diagnosis.noise_floor import DRAWS, LAGS, NoiseFloor, Sums, interval_of, resampled
+from estimator.diagnosis.noise_floor import LAGS, NoiseFloor, Sums, floor_of
 from estimator.fitting.campaign import Campaign, CampaignFit, SequenceEquations
 from estimator.fitting.model_errors import SequenceTask
 from estimator.fitting.noise_model import measured_noise
@@ -24,38 +24,32 @@ JUMPS = 0.95
 """Above this ratio of standard deviations frames change by more than their outlines' noise."""
 
 
-@dataclass(frozen=True)
-class _Sums(Sums):
-    """Sums of squared changes are not halved; ``own`` (n,) of the variances that neighbouring samples let expect."""
-
-    own: Array
-
-
 def silhouette_floor(campaign: Campaign, fit: CampaignFit, rng: np.random.Generator) -> NoiseFloor:
     """Judge the residuals of a fit to silhouettes."""
     sums = [_sums(sequence, each) for sequence, each in zip(campaign.sequences, fit.equations, strict=True)]
-    square, repeated, own, _ = _ratios(sums, [np.arange(len(s.square)) for s in sums])
-    drawn = np.array([_ratios(*resampled(sums, rng)) for _ in range(DRAWS)])
-    reduced = drawn[:, 0] / np.maximum(drawn[:, 1], 1e-12)
-    lagged = drawn[:, 3] / np.maximum(drawn[:, 0], 1e-12)
+    floor = floor_of(sums, _autocorrelation(campaign, fit), rng)
+    own = _own(campaign, fit)
+    neighbours, repeated = float(np.sqrt(own)), floor.repeated_px
     along, expected = _along(campaign, fit)
-    neighbours = float(np.sqrt(own))
-    return NoiseFloor(
-        rms_px=float(np.sqrt(square)),
-        repeated_px=float(np.sqrt(repeated)),
+    return replace(
+        floor,
         neighbours_px=neighbours,
-        floor_px=min(float(np.sqrt(repeated)), OWN_TOO_LARGE * neighbours),
-        jumps=float(np.sqrt(repeated)) > JUMPS * neighbours,
-        reduced=float(square / max(repeated, 1e-12)),
-        interval=interval_of(reduced),
-        allowed=1.0 + (max(_expected(fit) - own, 0.0) + campaign.body_noise_px**2) / max(repeated, 1e-12),
-        per_sequence=np.array([float(np.divide(*_ratios([s], [np.arange(len(s.square))])[:2])) for s in sums]),
-        lags=LAGS,
-        autocorrelation=_autocorrelation(campaign, fit),
-        autocorrelation_interval=interval_of(lagged),
+        floor_px=min(repeated, OWN_TOO_LARGE * neighbours),
+        jumps=repeated > JUMPS * neighbours,
+        allowed=1.0 + (max(_expected(fit) - own, 0.0) + campaign.body_noise_px**2) / max(repeated**2, 1e-12),
         along_outline_rad=along,
         expected_along_rad=expected,
     )
+
+
+def _own(campaign: Campaign, fit: CampaignFit) -> float:
+    """Mean variance (px²) that neighbouring samples of the outlines let expect."""
+    found = []
+    for sequence, each in zip(campaign.sequences, fit.equations, strict=True):
+        silhouettes = sequence.task.sightings.silhouettes
+        vertex = np.maximum(silhouettes.offsets[:-1, None, None] + each.errors.tangency.tangency[:, :, :2], 0)
+        found.append(silhouettes.sigma_px[np.minimum(vertex, len(silhouettes.sigma_px) - 1)][each.errors.seen] ** 2)
+    return float(np.mean(np.concatenate(found)))
 
 
 def _expected(fit: CampaignFit) -> float:
@@ -72,36 +66,17 @@ def _ordered(sequence: SequenceTask, step: int) -> tuple[NDArray[np.int64], NDAr
     return rows[:, 0], rows[:, 1]
 
 
-def _sums(sequence: SequenceTask, each: SequenceEquations) -> _Sums:
+def _sums(sequence: SequenceTask, each: SequenceEquations) -> Sums:
     e, seen = each.errors.e, each.errors.seen
-    silhouettes = sequence.task.sightings.silhouettes
-    vertex = np.maximum(silhouettes.offsets[:-1, None, None] + each.errors.tangency.tangency[:, :, :2], 0)
-    own = np.where(seen, silhouettes.sigma_px[np.minimum(vertex, len(silhouettes.sigma_px) - 1)] ** 2, 0.0)
     first, second = _ordered(sequence, 1)
     both = seen[first] & seen[second]
-    n = len(e)
-    change = np.bincount(first, np.where(both, (e[second] - e[first]) ** 2, 0.0).sum(axis=(1, 2)), n)
-    product = np.bincount(first, np.where(both, e[second] * e[first], 0.0).sum(axis=(1, 2)), n)
-    pairs = np.bincount(first, both.sum(axis=(1, 2)), n)
-    numbers = np.asarray(seen.sum(axis=(1, 2)), dtype=np.float64)
-    return _Sums(
-        (e**2).sum(axis=(1, 2)),
-        numbers,
-        np.asarray(change, dtype=np.float64),
-        np.asarray(product, dtype=np.float64),
-        np.asarray(pairs, dtype=np.float64),
-        own.sum(axis=(1, 2)),
-    )
 
+    def summed(pairs: Array) -> Array:
+        return np.bincount(first, np.where(both, pairs, 0.0).sum(axis=(1, 2)), len(e)).astype(np.float64)
 
-def _ratios(sums: list[_Sums], rows: list[NDArray[np.int64]]) -> tuple[float, float, float, float]:
-    """Mean square, repeated noise, expected own noise and lagged product, px², of the sightings ``rows`` of each sequence."""
-
-    def total(name: str) -> float:
-        return float(sum(getattr(s, name)[r].sum() for s, r in zip(sums, rows, strict=True)))
-
-    count, pairs = max(total("count"), 1.0), max(total("pairs"), 1.0)
-    return total("square") / count, 0.5 * total("change") / pairs, total("own") / count, total("product") / pairs
+    change, product = summed(0.5 * (e[second] - e[first]) ** 2), summed(e[second] * e[first])
+    count = seen.sum(axis=(1, 2)).astype(np.float64)
+    return Sums((e**2).sum(axis=(1, 2)), count, change, product, summed(np.ones(both.shape)))
 
 
 def _autocorrelation(campaign: Campaign, fit: CampaignFit) -> Array:

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.diagnosis.noise_floor import DRAWS, LAGS, NoiseFloor, Sums, interval_of, resampled
+from estimator.diagnosis.noise_floor import LAGS, NoiseFloor, Sums, floor_of
 from estimator.fitting.campaign import Campaign, CampaignFit
 
 Array = NDArray[np.float64]
@@ -19,24 +19,7 @@ def trajectory_floor(campaign: Campaign, fit: CampaignFit, rng: np.random.Genera
     """Judge the residuals of a fit, in standard deviations of the noise; rows that jump are what that is measured by."""
     both = zip(campaign.sequences, fit.equations, strict=True)
     sums = [_sums(each.errors.e, each.errors.seen, task.repeats) for task, each in both]
-    square, floor, _ = _ratios(sums, [np.arange(len(s.square)) for s in sums])
-    drawn = np.array([_ratios(*resampled(sums, rng)) for _ in range(DRAWS)])
-    return NoiseFloor(
-        rms_px=float(np.sqrt(square)),
-        repeated_px=float(np.sqrt(floor)),
-        neighbours_px=1.0,
-        floor_px=float(np.sqrt(floor)),
-        jumps=False,
-        reduced=square / max(floor, 1e-12),
-        interval=interval_of(drawn[:, 0] / np.maximum(drawn[:, 1], 1e-12)),
-        allowed=1.0,
-        per_sequence=np.array([float(np.divide(*_ratios([s], [np.arange(len(s.square))])[:2])) for s in sums]),
-        lags=LAGS,
-        autocorrelation=_autocorrelation([each.errors.e for each in fit.equations]),
-        autocorrelation_interval=interval_of(drawn[:, 2] / np.maximum(drawn[:, 0], 1e-12)),
-        along_outline_rad=float("nan"),
-        expected_along_rad=float("nan"),
-    )
+    return floor_of(sums, _autocorrelation([each.errors.e for each in fit.equations]), rng)
 
 
 def _sums(e: Array, seen: NDArray[np.bool_], repeats: Array) -> Sums:
@@ -47,13 +30,6 @@ def _sums(e: Array, seen: NDArray[np.bool_], repeats: Array) -> Sums:
     change = np.where(both, 0.5 * (following - e) ** 2 / (1.0 - rho), 0.0).sum(axis=1)
     product = np.where(both, following * e, 0.0).sum(axis=1)
     return Sums((e**2).sum(axis=1), seen.sum(axis=1).astype(np.float64), change, product, both.sum(axis=1).astype(np.float64))
-
-
-def _ratios(sums: Sequence[Sums], rows: Sequence[NDArray[np.int64]]) -> tuple[float, float, float]:
-    """Mean square, mean square of the noise, and mean product with the next row."""
-    total = {name: sum(float(getattr(s, name)[r].sum()) for s, r in zip(sums, rows, strict=True)) for name in Sums.__annotations__}
-    count, pairs = max(total["count"], 1.0), max(total["pairs"], 1.0)
-    return total["square"] / count, total["change"] / pairs, total["product"] / pairs
 
 
 def _autocorrelation(residuals: Sequence[Array]) -> Array:
