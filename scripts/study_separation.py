@@ -3,7 +3,7 @@
 ``python -m scripts.study_separation --result docs/results/study_separation.json --page docs/studies/study_separation.md``. Silhouette
 tier, 0.2 px. A case hides one effect in small campaigns; where its pair is one group, every recording that synth can make is predicted
 (:mod:`estimator.diagnosis.separation`) and then made: as many drops as the prediction is for, thrown anew at random within the changed
-range. What counts is the log likelihood that the rival in the place of the effect that is true loses, before and after.
+range. What counts are the log odds of the effect that is true against its rival, before and after.
 """
 
 import argparse
@@ -145,9 +145,9 @@ def diagnosed(registered: Registered) -> tuple[CampaignFit, Diagnosis]:
 
 
 def difference(diagnosis: Diagnosis, true: str, rival: str) -> float:
-    """Log likelihood (nats) that the effect that is true explains beyond the rival, each alone."""
-    explained = {f.key: f.test.statistic for f in diagnosis.findings}
-    return 0.5 * (explained[true] - explained[rival])
+    """Log odds (nats) of the effect that is true against its rival, each alone beside the base model: what groups are made by."""
+    odds = {f.key: f.log_odds for f in diagnosis.findings}
+    return odds[true] - odds[rival]
 
 
 def run_case(case: Case, seed: int, keys: Sequence[str]) -> dict[str, Any]:
@@ -254,7 +254,7 @@ Told apart: the rival loses more than the factor of groups, 20 (ln 20 = 3.0 nats
 {table}
 
 The predicted difference is that of the worse case, whichever of the two effects is true, each at the size that the first campaign gives
-it; the measured one knows which was true. Drops are thrown at random within the changed range, not as the one imagined.
+it; the measured one, the log odds of the two, knows which was true. Drops are thrown at random within the changed range, not as the one imagined.
 
 ```sh
 python -m scripts.study_separation --result docs/results/study_separation.json --page docs/studies/study_separation.md

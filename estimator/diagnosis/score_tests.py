@@ -103,8 +103,7 @@ class ScoreTest:
     """One effect on trial.
 
     ``theta`` (c,) one-step values of its ``columns`` and ``covariance`` (c, c); ``statistic`` and its p-value ``p``, corrected for the
-    starts tried, 1 where an effect that comes in whole numbers has none; ``explained``: fall of the weighted sum of squares; ``starts``
-    [sequence or None] the best start.
+    starts tried, 1 where an effect that comes in whole numbers has none; ``starts`` [sequence or None] the best start.
     """
 
     effect: EffectModel
@@ -113,7 +112,6 @@ class ScoreTest:
     covariance: Array
     statistic: float
     p: float
-    explained: float
     starts: dict[int | None, Array]
 
     @property
@@ -285,7 +283,7 @@ def test_of(
     effect, starts = candidates.effects[number], candidates.starts[number]
     if effect.random:
         sigma, variance = np.array([jitter.sigma_s]), np.array([[jitter.sigma_error_s**2]])
-        return ScoreTest(effect, (), sigma, variance, jitter.gain, jitter.p, jitter.gain, {None: sigma})
+        return ScoreTest(effect, (), sigma, variance, jitter.gain, jitter.p, {None: sigma})
     part = scores.take(np.array([i for i, c in enumerate(scores.columns) if c.effect == number], dtype=np.int64))
     inverse = stable_inverse(part.H, 1e-10)
     theta = -inverse @ part.g
@@ -296,7 +294,6 @@ def test_of(
         covariance=inverse @ part.M @ inverse,
         statistic=_statistic(part),
         p=1.0 if counts_nothing(effect, part.columns, theta) else p_of(part, len(starts)),
-        explained=float(part.g @ inverse @ part.g),
         starts={sequence: starts[start] for (e, sequence), start in chosen.items() if e == number},
     )
 

@@ -57,7 +57,7 @@ def test_what_is_hidden_is_found_with_its_size(hidden: Hidden, tracker: Tracker,
 def test_gravity_frame_rate_and_lengths_are_one_number() -> None:
     registered = register_trajectories(campaign(11, Hidden(more_gravity=0.2), Tracker()))
     found = diagnosed(registered)
-    explained = {f.key: f.test.explained for f in found.findings}
+    explained = {f.key: f.test.statistic for f in found.findings}
     assert {"frame_rate", "length_scale"} <= set(found.group)
     assert explained["frame_rate"] == pytest.approx(explained["length_scale"], abs=1.0)
     assert explained["gravity"] > explained["frame_rate"] - 1.0
