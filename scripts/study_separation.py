@@ -254,7 +254,8 @@ Told apart: the rival loses more than the factor of groups, 20 (ln 20 = 3.0 nats
 {table}
 
 The predicted difference is that of the worse case, whichever of the two effects is true, each at the size that the first campaign gives
-it; the measured one, the log odds of the two, knows which was true. Drops are thrown at random within the changed range, not as the one imagined.
+it; the measured one, the log odds of the two, knows which was true. Drops are thrown at random within the changed range, not as the one
+imagined.
 
 ```sh
 python -m scripts.study_separation --result docs/results/study_separation.json --page docs/studies/study_separation.md

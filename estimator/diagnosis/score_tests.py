@@ -12,6 +12,7 @@ corrected for their number.
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -91,7 +92,7 @@ class EfficientScores:
         told = value > SMALLEST_SHARE
         return np.asarray((vector[:, told] / np.sqrt(value[told])).T * scale)
 
-    @property
+    @cached_property
     def information(self) -> Array:
         """Information (c, c) of the scores on the amplitudes, ``H M⁻¹ H``."""
         signature = self.whitener @ self.H

@@ -1,4 +1,4 @@
-"""Where a model fails: maps of the signed, outline-normal residual over time, place, direction, speed, spin and calibrated view.
+"""Where a model of silhouettes fails: maps of the signed, outline-normal residual over time, place, direction, speed, spin and view.
 
 A residual is positive where the outline lies outside of what the model predicts. In every bin of a map the residuals ``e`` with outward
 normals ``u`` are taken apart by least squares: ``e = offset + u . d``, so a map shows outlines that are too large or too small (offset)
@@ -32,12 +32,7 @@ BODY_SHARE = 0.5
 """Of the body-fixed error that covariances are kept safe with: what maps of recordings in which nothing is missing need."""
 FIXED = ("view", "body_direction")
 """Axes along which places on the body stay together: the whole of that error counts."""
-COMPONENTS = {
-    "offset": "outwards",
-    "along_v": "along the velocity",
-    "along_x": "along the picture's x",
-    "along_y": "along the picture's y",
-}
+COMPONENTS = ("offset", "along_v", "along_x", "along_y")
 
 
 def silhouette_maps(campaign: Campaign, fit: CampaignFit) -> tuple[ResidualMap, ...]:
