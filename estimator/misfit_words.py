@@ -4,8 +4,14 @@ from typing import Any
 
 import numpy as np
 
-from estimator.diagnosis.tested_values import p_words
 from estimator.fitting.adequacy import AXES, INADEQUATE_P, Misfit
+
+LEAST_P = 1e-16
+
+
+def p_words(p: float, name: str = "p ") -> str:
+    """A p-value for people; what is below all that an approximation can know is not told apart."""
+    return f"{name}= {p:.1e}" if p > LEAST_P else f"{name}< {LEAST_P:.0e}"
 
 
 def adequacy_statistics(tested: Misfit | None) -> dict[str, Any]:

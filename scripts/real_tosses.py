@@ -20,14 +20,12 @@ from scipy.spatial.transform import Rotation
 from datasets.trajectory_files import read_trajectory, trajectories_in
 from estimator.campaign_reporting import effect_values
 from estimator.diagnosis.adding import with_effect
-from estimator.diagnosis.base import base_fit
-from estimator.diagnosis.diagnose import Diagnosis, diagnose
+from estimator.diagnosis.diagnose import Diagnosis, diagnose, tested_values
 from estimator.diagnosis.explain import Explanation, explain
-from estimator.diagnosis.map_words import sentence_of
 from estimator.diagnosis.noise_floor import noise_floor
 from estimator.diagnosis.residual_maps import residual_maps, shown
-from estimator.diagnosis.tested_values import tested_values
 from estimator.effects.choosing import catalogue
+from estimator.fitting.base_model import base_fit
 from estimator.fitting.campaign import CampaignFit
 from estimator.fitting.campaign_covariance import campaign_covariance
 from estimator.fitting.held_out import held_out
@@ -36,6 +34,7 @@ from estimator.trajectories.registering import register_trajectories
 from scripts.real_tosses_page import page
 from scripts.toss_study import TossStudy, toss_command
 from tumble.diagnosis_documents import value_entries
+from tumble.reports.map_words import sentence_of
 
 Array = NDArray[np.float64]
 RATE_HZ, HALF_WIDTH_M, GRAVITY_MS2 = 148.0, 0.0524, 9.81

@@ -17,11 +17,10 @@ import numpy as np
 
 from datasets.recipes.synth_only import SYNTH_ONLY
 from estimator.configuration import Configuration
-from estimator.diagnosis.base import base_fit
 from estimator.diagnosis.diagnose import diagnose
 from estimator.diagnosis.empirical_fit import fit_empirical
-from estimator.diagnosis.unknown import family_of
 from estimator.effects.choosing import catalogue
+from estimator.fitting.base_model import base_fit
 from estimator.fitting.held_out import held_out
 from estimator.registration import register
 from tumble.challenge.cases import Case
@@ -46,7 +45,7 @@ def row_of(case: Case) -> dict[str, Any]:
     registered = register([o for o, _ in build(case)], Configuration())
     campaign = registered.campaign
     fit = base_fit(campaign, registered.start)
-    left = family_of(diagnose(campaign, fit, catalogue()))
+    left = diagnose(campaign, fit, catalogue()).unknown
     told: dict[str, Any] = {"case": case.name, "effect": case.recipe.effects[0].key, "values": dict(case.recipe.effects[0].values)}
     told |= {"unknown": left.present, "stage": left.stage.value, "family": left.test.effect.entry.key, "oracle_px": oracle_px(case)}
     if not left.present:

@@ -3,7 +3,7 @@
 ``python -m scripts.study_separation --result docs/results/study_separation.json --page docs/studies/study_separation.md``. Silhouette
 tier, 0.2 px. A case hides one effect in small campaigns; where its pair is one group, every recording that synth can make is predicted
 (:mod:`estimator.diagnosis.separation`) and then made: as many drops as the prediction is for, thrown anew at random within the changed
-range. What counts is the difference of the criterion, rival minus the effect that is true, before and after.
+range. What counts are the log odds of the effect that is true against its rival, before and after.
 """
 
 import argparse
@@ -21,12 +21,12 @@ from datasets.observation import Observation
 from datasets.recipes.recipe import EffectRecipe, MotionRecipe, ParticleRecipe, Recipe, RigRecipe
 from datasets.vocabulary.camera import HsvCamera
 from estimator.configuration import Configuration
-from estimator.diagnosis.base import base_fit
 from estimator.diagnosis.candidate_recordings import FARTHER, RECORDINGS
 from estimator.diagnosis.diagnose import Diagnosis, diagnose
 from estimator.diagnosis.separation import MARGIN, Prospect, separations
 from estimator.effects.choosing import catalogue
 from estimator.effects.link import EffectModel
+from estimator.fitting.base_model import base_fit
 from estimator.fitting.campaign import CampaignFit
 from estimator.registration import Registered, register
 from synth.plan import SequencePlan
@@ -145,9 +145,9 @@ def diagnosed(registered: Registered) -> tuple[CampaignFit, Diagnosis]:
 
 
 def difference(diagnosis: Diagnosis, true: str, rival: str) -> float:
-    """Chi-squared that the effect that is true explains beyond the rival, each alone."""
-    explained = {f.key: f.test.statistic for f in diagnosis.findings}
-    return explained[true] - explained[rival]
+    """Log odds (nats) of the effect that is true against its rival, each alone beside the base model: what groups are made by."""
+    odds = {f.key: f.log_odds for f in diagnosis.findings}
+    return odds[true] - odds[rival]
 
 
 def run_case(case: Case, seed: int, keys: Sequence[str]) -> dict[str, Any]:
@@ -239,22 +239,23 @@ def page(rows: Sequence[Mapping[str, Any]]) -> str:
 PAGE = """# Telling two effects apart
 
 When a campaign cannot tell two effects apart, `tumble diagnose` and `tumble explain` say which further recording would, and which
-would not: the criterion that ranks effects is predicted for the campaign with an imagined recording more. Here the recordings are made
-and added. Silhouette tier, 0.2 px, two sequences of 60 or 100 frames, 24 views; the rows are in
+would not: the log likelihood that the wrong effect loses is predicted for the campaign with an imagined recording more. Here the
+recordings are made and added. Silhouette tier, 0.2 px, two sequences of 60 or 100 frames, 24 views; the rows are in
 [study_separation.json](../results/study_separation.json).
 
 Of {campaigns} campaigns with one effect hidden, {grouped} had the pair in one group; {recordings} recordings were made for those.
 **{advised} were said to tell the pair apart (with 95% probability or more), and {advised_told} of them did;
 {refused} were said to be in vain (less than 5%), and {refused_told} of those told it apart all the same.**
 Of the {between} in between, {between_told} told it apart: the advice is cautious.
-Told apart: the rival's criterion is worse than that of the true effect by more than the margin of groups, 6.
+Told apart: the rival loses more than the factor of groups, 20 (ln 20 = 3.0 nats).
 
-| hidden | further recording | how many (mean) | predicted difference (median) | measured (median) | advised, and did | vain, yet did |
+| hidden | further recording | drops (mean) | predicted difference, nats (median) | measured (median) | advised, and did | vain, yet did |
 | --- | --- | --- | --- | --- | --- | --- |
 {table}
 
 The predicted difference is that of the worse case, whichever of the two effects is true, each at the size that the first campaign gives
-it; the measured one knows which was true. Drops are thrown at random within the changed range, not as the one imagined.
+it; the measured one, the log odds of the two, knows which was true. Drops are thrown at random within the changed range, not as the one
+imagined.
 
 ```sh
 python -m scripts.study_separation --result docs/results/study_separation.json --page docs/studies/study_separation.md

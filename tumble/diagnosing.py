@@ -17,16 +17,12 @@ from estimator.configuration import configuration_from_dict
 from estimator.diagnosis.adding import Rung, fit_with, ladder
 from estimator.diagnosis.diagnose import ALPHA, Diagnosis, diagnose, diagnosis_at, says_nothing
 from estimator.diagnosis.explain import Explanation, explain
-from estimator.diagnosis.map_words import sentence_of
 from estimator.diagnosis.noise_floor import NoiseFloor, noise_floor
 from estimator.diagnosis.residual_maps import residual_maps, shown
 from estimator.diagnosis.score_tests import ScoreTest
 from estimator.diagnosis.selection.names import possible_names
 from estimator.diagnosis.selection.testing import tests_beside
 from estimator.diagnosis.separation import Separation, separations
-from estimator.diagnosis.separation_words import advised
-from estimator.diagnosis.unknown import family_of
-from estimator.diagnosis.verdict import Verdict, percent, verdict_of
 from estimator.effects.choosing import catalogue, contradiction
 from estimator.effects.link import EffectModel
 from estimator.fitting.campaign import Campaign, CampaignFit
@@ -49,6 +45,10 @@ from tumble.diagnosis_documents import (
     verdict_entry,
 )
 from tumble.limiting import fact_entries, limits_entry, name_entries, names_sentence, settling
+from tumble.reports.map_words import sentence_of
+from tumble.reports.noise_floor_words import floor_sentence
+from tumble.reports.separation_words import advised
+from tumble.reports.verdict import Verdict, percent, verdict_of
 from tumble.reports.words import rms_word
 from tumble.result_files import estimate_path
 from tumble.unknowns import law_command, unknown_entry, with_unknown
@@ -140,11 +140,11 @@ def compared(question: Question, campaign: Prepared, told: Told) -> Document:
     missing = floor.explainable(*at)
     telling = [sentence_of(each) for each in shown(maps) if each.significant][:MOST_TOLD]
     none = ("No map shows where.",) if missing and not telling else ()
-    verdict = _unless_too_short(found, Verdict("judged", floor.sentence(*at), (*telling, *none), ()))
+    verdict = _unless_too_short(found, Verdict("judged", floor_sentence(floor, registered.campaign.kind.unit, at), (*telling, *none), ()))
     content = _content("compare", question, campaign, uncertain(campaign.registered.campaign, fit, question.candidates))
     return {
         **content,
-        "noise_floor": noise_floor_entry(floor, campaign.names, at),
+        "noise_floor": noise_floor_entry(floor, registered.campaign, at),
         "maps": [map_entry(each) for each in maps],
         "verdict": verdict_entry(verdict, question.command("diagnose" if missing else "estimate", ())),
     }
@@ -172,13 +172,13 @@ def diagnosed(question: Question, campaign: Prepared, out: Path, told: Told) -> 
     apart = _apart(campaign, fit, [f.test for f in found.findings], found.group) if verdict.kind == "found" else ()
     verdict = replace(verdict, remarks=(*verdict.remarks, *settling(found.group)))
     verdict = advised(verdict, apart, question.command("diagnose", ()))
-    left = family_of(found) if verdict.kind == "unknown" else None
+    left = found.unknown if verdict.kind == "unknown" else None
     rest = None if left is None else unknown_entry(campaign.registered.campaign, fit, left, campaign.names)
     content = _content("diagnose", question, campaign, uncertain(campaign.registered.campaign, fit, question.candidates))
     return {
         **content,
         "diagnosis": diagnosis_entry(found, campaign.names, apart),
-        "noise_floor": noise_floor_entry(_floor(campaign.registered.campaign, fit), campaign.names, _sure(found)),
+        "noise_floor": noise_floor_entry(_floor(campaign.registered.campaign, fit), campaign.registered.campaign, _sure(found)),
         "unknown": rest,
         "verdict": verdict_entry(
             with_unknown(verdict, rest, partial(question.command, "ladder")), law_command(out) if rest else _next(question, verdict)
@@ -215,7 +215,7 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told) -> 
     explanation = explain(campaign.registered.campaign, campaign.registered.start, question.candidates, told=told)
     campaign = campaign.at(explanation.campaign)
     registered = campaign.registered
-    last = diagnosis_at(explanation.last, ended=True)
+    last = explanation.diagnosis
     groups = explanation.groups
     more = possible_names(explanation.path[-1], groups, explanation.fit.model.keys)
     of = uncertain(registered.campaign, settled_fit(registered, explanation.fit), question.candidates, more)
@@ -229,7 +229,7 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told) -> 
     return {
         **content,
         "names": name_entries(groups),
-        "noise_floor": noise_floor_entry(_floor(registered.campaign, explanation.fit), names, _sure(last)),
+        "noise_floor": noise_floor_entry(_floor(registered.campaign, explanation.fit), registered.campaign, _sure(last)),
         "maps": [map_entry(each) for each in residual_maps(registered.campaign, explanation.fit)],
         "begun": diagnosis_entry(diagnosis_at(explanation.begun), names),
         "diagnosis": diagnosis_entry(last, names),
@@ -260,7 +260,7 @@ def climbed(question: Question, campaign: Prepared, told: Told, errors: Velocity
     floor = _floor(registered.campaign, last)
     return {
         **content,
-        "noise_floor": noise_floor_entry(floor, campaign.names, (1.0, 0.0)),
+        "noise_floor": noise_floor_entry(floor, registered.campaign, (1.0, 0.0)),
         "ladder": [rung_entry(rung, campaign.names, None if errors is None else errors(rung.fit, campaign), last) for rung in rungs],
         "verdict": verdict_entry(_unless_too_short(at_first, Verdict("judged", sentence, remarks, ())), question.command("diagnose", ())),
     }

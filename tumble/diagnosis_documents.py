@@ -7,21 +7,20 @@ import numpy as np
 
 from estimator.campaign_reporting import EffectValue
 from estimator.diagnosis.adding import Rung
-from estimator.diagnosis.diagnose import Diagnosis, Finding, detectable
-from estimator.diagnosis.expected_difference import Expected
+from estimator.diagnosis.diagnose import Diagnosis, Finding, tested_values
 from estimator.diagnosis.explain import Explanation, Step
-from estimator.diagnosis.map_words import sentence_of, title_of
 from estimator.diagnosis.noise_floor import NoiseFloor
 from estimator.diagnosis.residual_maps import ResidualMap
 from estimator.diagnosis.score_tests import ScoreTest
-from estimator.diagnosis.separation import Separation
-from estimator.diagnosis.separation_words import separation_sentence
-from estimator.diagnosis.tested_values import tested_values
-from estimator.diagnosis.verdict import Verdict
+from estimator.diagnosis.separation import Expected, Separation
 from estimator.effects.link import EffectModel
 from estimator.fitting.campaign import Campaign, CampaignFit, SequenceEquations
 from estimator.fitting.campaign_covariance import CampaignCovariance
 from estimator.fitting.held_out import HeldOut
+from tumble.reports.map_words import sentence_of, title_of
+from tumble.reports.noise_floor_words import floor_sentence
+from tumble.reports.separation_words import separation_sentence
+from tumble.reports.verdict import Verdict
 
 Entry = dict[str, Any]
 
@@ -121,9 +120,9 @@ def _tested_values(test: ScoreTest, names: Sequence[str]) -> list[Entry]:
             "sigma": value.sigma,
             "interval": list(value.interval),
             "plausible": value.plausible,
-            "seen_from": limit,
+            "seen_from": value.seen_from,
         }
-        for value, limit in zip(tested_values(test), detectable(test), strict=True)
+        for value in tested_values(test)
     ]
 
 
@@ -163,7 +162,7 @@ def map_entry(found: ResidualMap) -> Entry:
     }
 
 
-def noise_floor_entry(floor: NoiseFloor, names: Sequence[str], at: tuple[float, float]) -> Entry:
+def noise_floor_entry(floor: NoiseFloor, campaign: Campaign, at: tuple[float, float]) -> Entry:
     """The noise floor; ``at``: p-value of the tests of all effects and the one below which something is missing."""
     return {
         "rms_px": floor.rms_px,
@@ -174,14 +173,14 @@ def noise_floor_entry(floor: NoiseFloor, names: Sequence[str], at: tuple[float, 
         "reduced_chi_square": floor.reduced,
         "interval": list(floor.interval),
         "allowed": floor.allowed,
-        "per_sequence": dict(zip(names, floor.per_sequence.tolist(), strict=True)),
+        "per_sequence": dict(zip((s.name for s in campaign.sequences), floor.per_sequence.tolist(), strict=True)),
         "lags": floor.lags,
         "autocorrelation": floor.autocorrelation,
         "autocorrelation_interval": list(floor.autocorrelation_interval),
         "along_outline_rad": floor.along_outline_rad,
         "expected_along_rad": floor.expected_along_rad,
         "explainable": floor.explainable(*at),
-        "sentence": floor.sentence(*at),
+        "sentence": floor_sentence(floor, campaign.kind.unit, at),
     }
 
 

@@ -7,23 +7,23 @@ from pathlib import Path
 import numpy as np
 
 from datasets.vocabulary.effects import Stage
+from estimator.diagnosis.diagnose import Unknown
 from estimator.diagnosis.empirical_fit import SUPERFLUOUS, EmpiricalFit, LawFit, Removed, fit_empirical
 from estimator.diagnosis.empirical_shape import Shape, empirical_shapes
 from estimator.diagnosis.law import Exponent, Regressed
-from estimator.diagnosis.tested_values import p_words
-from estimator.diagnosis.unknown import Unknown
-from estimator.diagnosis.verdict import Verdict
-from estimator.diagnosis.wald import wald_p
 from estimator.effects.empirical import ForceField, ZoomInTime
 from estimator.effects.law_effect import law_formula
 from estimator.effects.law_terms import Term
 from estimator.effects.link import EffectModel
 from estimator.effects.parameter_values import Z95
 from estimator.fitting.campaign import Campaign, CampaignFit
+from estimator.fitting.wald import wald_p
+from estimator.misfit_words import p_words
 from estimator.motion.flight import N_PARAMETERS
 from tumble.commands import command
 from tumble.diagnosis_documents import Entry, held_out_entry
 from tumble.numbers import compact
+from tumble.reports.verdict import Verdict
 from tumble.reports.words import rms_word
 
 PLUG_IN, CLASS = "my_law.py", "MyLaw"

@@ -10,13 +10,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from datasets.errors import InputError
-from estimator.diagnosis.base import base_fit
 from estimator.diagnosis.score_tests import Candidates
 from estimator.diagnosis.selection.evidence import Evidence
 from estimator.diagnosis.selection.linearised import linearised
 from estimator.diagnosis.selection.refitting import refitted, weighed_again
 from estimator.diagnosis.selection.stated import with_facts
 from estimator.effects.link import EffectModel
+from estimator.fitting.base_model import base_fit
 from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState
 from estimator.fitting.following import following
 from estimator.fitting.held_out import HeldOut, held_out
@@ -70,7 +70,7 @@ def ladder(
     told: Callable[[str], None] = lambda _added: None,
 ) -> Iterator[Rung]:
     """The base and then one effect more on every rung, all judged in the noise that the last one shows."""
-    campaign, fit = weighed_again(*following(campaign, base_fit(campaign, start)))
+    campaign, fit = fit_with(campaign, start, ())
     reached: list[tuple[str | None, Campaign, CampaignFit]] = [(None, campaign, fit)]
     for effect in effects:
         campaign, fit = with_effect(campaign, fit, effect)

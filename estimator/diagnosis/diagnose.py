@@ -10,15 +10,15 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import chi2
 
-from estimator.diagnosis.ranking import whitener
+from datasets.vocabulary.effects import Parameter, Stage
 from estimator.diagnosis.score_tests import ScoreTest
 from estimator.diagnosis.selection.groups import FACTOR, group_of
 from estimator.diagnosis.selection.names import key_of
 from estimator.diagnosis.selection.path import At, looked_at
 from estimator.diagnosis.selection.search import Set
 from estimator.diagnosis.selection.testing import scores_beside, tests_beside
-from estimator.diagnosis.tested_values import tested_values
 from estimator.effects.link import EffectModel
+from estimator.effects.parameter_values import WithInterval
 from estimator.fitting.campaign import Campaign, CampaignFit
 
 ALPHA = 0.01
@@ -60,6 +60,26 @@ class Finding:
 
 
 @dataclass(frozen=True)
+class Unknown:
+    """The most probable empirical family: its test, corrected p-value, all families' tests, and whether it is ``present`` in the best set.
+
+    Families (:mod:`estimator.effects.empirical`) compete with the effects of the catalogue for a place in the model. The one that is in the
+    most probable set says at which stage something sits that no effect of the catalogue explains; where none is, the one that would be
+    the most probable is told, as not present.
+    """
+
+    test: ScoreTest
+    p: float
+    tests: tuple[ScoreTest, ...]
+    present: bool
+
+    @property
+    def stage(self) -> Stage:
+        """Where it sits."""
+        return self.test.effect.entry.stage
+
+
+@dataclass(frozen=True)
 class Diagnosis:
     """All candidates by descending odds, and what the evidence says of the model.
 
@@ -98,6 +118,15 @@ class Diagnosis:
         """Probability of scores as large as these where nothing is missing."""
         return float(chi2.sf(self.chi_square, max(self.degrees, 1)))
 
+    @property
+    def unknown(self) -> Unknown | None:
+        """What no effect of the catalogue explains; ``None`` where no family applies."""
+        if not self.families:
+            return None
+        best = max(self.families, key=lambda f: (f.key in self.missing, f.log_odds))
+        tests = tuple(f.test for f in self.families)
+        return Unknown(best.test, min(1.0, best.test.p * len(tests)), tests, best.key in self.missing)
+
 
 def diagnose(campaign: Campaign, fit: CampaignFit, candidates: Mapping[str, EffectModel]) -> Diagnosis:
     """Every candidate that is not in the model, and every empirical family, on trial."""
@@ -116,7 +145,7 @@ def diagnosis_at(at: At, *, ended: bool = False) -> Diagnosis:
     new = sorted(set(best) - set(at.members), key=lambda e: (e in at.trial.families, at.trial.log_posterior(_less(best, e))))
     group = tuple(key_of(at, name) for name in group_of(at.trial, best, new[0])) if new else ()
     scores = scores_beside(of)
-    white = whitener(scores.M) @ scores.g if len(scores.g) else np.zeros(0)
+    white = scores.whitener @ scores.g if len(scores.g) else np.zeros(0)
     p = min((f.p for f in known), default=1.0)
     inside = [p for s, p in zip(at.posterior.sets, at.posterior.log_probability, strict=True) if set(s) <= set(at.members)]
     nothing = float(min(np.exp(inside).sum(), 1.0))
@@ -145,9 +174,29 @@ def _finding(at: At, number: int, test: ScoreTest, candidates: int) -> Finding:
     return Finding(test, min(1.0, test.p * candidates), share, at.posterior.probability(number), float(odds))
 
 
-def detectable(test: ScoreTest) -> tuple[float, ...]:
-    """Size of each of a test's columns that would be seen in 95% of cases, in the parameter's unit."""
-    return tuple(SEEN_IN_95_PERCENT * float(np.sqrt(max(square, 0.0))) for square in np.diag(test.covariance))
+@dataclass(frozen=True)
+class TestedValue(WithInterval):
+    """One parameter of an effect on trial; ``sequence``: number of the sequence it belongs to, ``None`` where sequences share it."""
+
+    __test__ = False
+    parameter: Parameter
+    sequence: int | None
+    value: float
+    sigma: float
+
+    @property
+    def seen_from(self) -> float:
+        """Size that would be seen in 95% of cases, in the parameter's unit."""
+        return SEEN_IN_95_PERCENT * self.sigma
+
+
+def tested_values(test: ScoreTest) -> tuple[TestedValue, ...]:
+    """All values of a test; an effect that is random has no columns, and its one value is a standard deviation."""
+    parameters = test.effect.entry.parameters
+    places = [(c.parameter, c.sequence) for c in test.columns] or [(0, None)]
+    sigma = np.sqrt(np.maximum(np.diag(test.covariance), 0.0)).tolist()
+    values = zip(places, test.theta.tolist(), sigma, strict=False)
+    return tuple(TestedValue(parameters[number], sequence, value, s) for (number, sequence), value, s in values)
 
 
 def blind_to(diagnosis: Diagnosis) -> tuple[str, ...]:
@@ -162,5 +211,4 @@ def says_nothing(diagnosis: Diagnosis) -> bool:
 
 def _visible(test: ScoreTest) -> bool:
     largest = {p.name: max(abs(p.plausible[0]), abs(p.plausible[1])) for p in test.effect.entry.parameters}
-    sizes = zip(tested_values(test), detectable(test), strict=True)
-    return any(0.0 < limit < largest[value.parameter.name] for value, limit in sizes)
+    return any(0.0 < value.seen_from < largest[value.parameter.name] for value in tested_values(test))

@@ -1,10 +1,10 @@
 """When nothing in the catalogue fits: fit an empirical term, see what it removes and what shape it has, and propose a law.
 
-The family that names the stage (:mod:`estimator.diagnosis.unknown`) joins the model and everything is refitted; for forces and torques that
-is a curve of each per sequence (:mod:`estimator.effects.force_curves`), of which one that is compatible with zero goes again. What it is
-worth is judged on frames and sequences that were not fitted: the share of the excess over the noise floor that it removes. For a
-force or torque a law is looked for (:mod:`estimator.diagnosis.law`) and fitted to the campaign in the curves' place; terms whose
-amplitudes are then compatible with zero go again. A law that predicts no better than the model without it is none.
+The family that names the stage (:class:`estimator.diagnosis.diagnose.Unknown`) joins the model and everything is refitted; for forces and
+torques that is a curve of each per sequence (:mod:`estimator.effects.force_curves`). What it is worth is told by frames and sequences that
+were not fitted: the share of the excess over the noise floor that it removes. For a force or torque a law is looked for
+(:mod:`estimator.diagnosis.law`) and fitted to the campaign in the curves' place; terms whose amplitudes are then compatible with zero go
+again. A law that predicts no better than the model without it is none.
 """
 
 from collections.abc import Callable
@@ -14,11 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.vocabulary.effects import Stage
+from estimator.diagnosis.diagnose import Unknown
 from estimator.diagnosis.law import Law, find_law
 from estimator.diagnosis.noise_floor import noise_floor
 from estimator.diagnosis.pooled_scores import pooled_scores
-from estimator.diagnosis.unknown import Unknown
-from estimator.diagnosis.wald import zero_p
+from estimator.effects.empirical import LARGEST
 from estimator.effects.force_curves import ForceCurve, TorqueCurve
 from estimator.effects.law_effect import law_effect
 from estimator.effects.law_terms import Term
@@ -27,14 +27,12 @@ from estimator.effects.model import Model
 from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState, fit_campaign
 from estimator.fitting.campaign_covariance import CampaignCovariance, campaign_covariance
 from estimator.fitting.held_out import HeldOut, held_out
+from estimator.fitting.wald import zero_p
 
 Array = NDArray[np.float64]
 BOOTSTRAP_SEED = 20240229
 SUPERFLUOUS = 0.05
 LAW = "unknown_law"
-LARGEST = {"smooth_time_shift": 5e-4, "image_warp": 5.0, "zoom_in_time": 0.1, "body_outline": 1.0}
-"""Standard deviation of a prior on every coefficient of the families that are not pushes, in their units: larger than any such thing is,
-so that it speaks only where the data do not."""
 Told = Callable[[str], None]
 
 
@@ -97,20 +95,10 @@ def fit_empirical(campaign: Campaign, fit: CampaignFit, left: Unknown, *, told: 
     return EmpiricalFit(terms, wide, covariance, removed, law)
 
 
-def empirical_terms(fit: CampaignFit, terms: tuple[EffectModel, ...]) -> list[slice]:
-    """Where the parameters of the last effects of a model lie."""
-    return list(fit.model.slices[-len(terms) :])
-
-
 def _held(effect: EffectModel) -> EffectModel:
     """A family under its prior."""
     size = LARGEST.get(effect.entry.key)
-    if size is None:
-        return effect
-    kind = type(effect)
-    held = type(kind.__name__, (kind,), {"held": (size,) * len(effect.entry.parameters), "__doc__": kind.__doc__})()
-    vars(held).update(vars(effect))
-    return held
+    return effect if size is None else effect.held_by((size,) * len(effect.entry.parameters))
 
 
 def _with_terms(campaign: Campaign, fit: CampaignFit, terms: tuple[EffectModel, ...]) -> CampaignFit:

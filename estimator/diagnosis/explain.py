@@ -5,21 +5,19 @@ of held-out sequences is told beside it, effect by effect, as a check that a per
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-from estimator.diagnosis.base import base_fit
-from estimator.diagnosis.score_tests import ScoreTest
+from estimator.diagnosis.adding import fit_with
+from estimator.diagnosis.diagnose import Diagnosis, Unknown, diagnosis_at
 from estimator.diagnosis.selection.groups import FACTOR, group_of, sureness
 from estimator.diagnosis.selection.names import UnderName, key_of, under_names
 from estimator.diagnosis.selection.path import UNFLYABLE, At, looked_at, moved, path_from
-from estimator.diagnosis.selection.refitting import refitted, weighed_again
+from estimator.diagnosis.selection.refitting import refitted
 from estimator.diagnosis.selection.search import Set
 from estimator.diagnosis.selection.testing import tests_beside
-from estimator.diagnosis.unknown import Unknown, unknown_of
 from estimator.effects.link import EffectModel
 from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState
 from estimator.fitting.campaign_covariance import CampaignCovariance, campaign_covariance
-from estimator.fitting.following import following
 from estimator.fitting.held_out import HeldOut, held_out
 
 
@@ -86,8 +84,8 @@ class Explanation:
         The effects that were found.
     covariance : CampaignCovariance
         Of the last fit.
-    tests : tuple of ScoreTest
-        Of all effects that the last fit lacks.
+    diagnosis : Diagnosis
+        Of the last fit.
     left : Unknown or None
         What no effect of the catalogue explains; ``None`` where no empirical family applies.
     held_out : HeldOut
@@ -99,7 +97,7 @@ class Explanation:
     path: tuple[At, ...]
     steps: tuple[Step, ...]
     covariance: CampaignCovariance
-    tests: tuple[ScoreTest, ...]
+    diagnosis: Diagnosis
     left: Unknown | None
     held_out: HeldOut
 
@@ -131,16 +129,16 @@ def explain(
     campaign: Campaign, start: CampaignState, catalogue: Mapping[str, EffectModel], *, told: Told = lambda _sentence: None
 ) -> Explanation:
     """Find the most probable set of effects of a ``catalogue``."""
-    begun = looked_at(*weighed_again(*following(campaign, base_fit(campaign, start))), catalogue)
+    begun = looked_at(*fit_with(campaign, start, ()), catalogue)
     told("every effect was tested")
     path = path_from(begun, catalogue, told)
     best = path[-1]
     last = _without_families(path, catalogue)
     steps = _steps(begun, best, last, told)
     error = steps[-1].after if steps else held_out(last.campaign, last.fit.state, last.fit.model)
-    tests = tests_beside(last.trial.evidence.of)
-    left = unknown_of(last.trial, tests, last.members, present=any(e in best.trial.families for e in best.members))
-    return Explanation(begun, last, path, steps, campaign_covariance(last.campaign, last.fit), tests, left, error)
+    diagnosis = diagnosis_at(last, ended=True)
+    left = diagnosis.unknown and replace(diagnosis.unknown, present=any(e in best.trial.families for e in best.members))
+    return Explanation(begun, last, path, steps, campaign_covariance(last.campaign, last.fit), diagnosis, left, error)
 
 
 def _without_families(path: tuple[At, ...], catalogue: Mapping[str, EffectModel]) -> At:

@@ -2,9 +2,9 @@
 
 Terms of :mod:`estimator.effects.law_terms` are taken up one after the other (forward selection, then what became superfluous is dropped)
 as long as Schwarz's criterion falls: remainder of the white regression plus the logarithm of its number of data per parameter [Schwarz
-1978; Brunton, Proctor and Kutz 2016 on sparse regression for dynamics]. Of sets whose criteria differ by less than ``MENTION`` the first
-of the library counts, which goes from simple to involved; those within ``MARGIN`` are alternatives [Kass and Raftery 1995]. A single term
-that the catalogue has is an alternative at most: whoever asks for a law has tried the catalogue.
+1978; Brunton, Proctor and Kutz 2016 on sparse regression for dynamics]. Of sets whose criteria differ by less than ``MARGIN`` the first of
+the library counts, which goes from simple to involved; the others are alternatives. A single term that the catalogue has is an alternative
+at most: whoever asks for a law has tried the catalogue.
 
 Amplitudes are eliminated (variable projection [Golub and Pereyra 1973]); exponents and places are found by nonlinear least squares from
 the best of a grid. An exponent is held at usual values while terms compete, unless freeing it is worth a parameter; its interval is its
@@ -21,12 +21,14 @@ from scipy.optimize import brentq, least_squares
 from scipy.stats import chi2
 
 from estimator.diagnosis.pooled_scores import PooledScores
+from estimator.diagnosis.selection.groups import FACTOR
 from estimator.effects.law_terms import TERMS, Term
 
 Array = NDArray[np.float64]
 MOST_TERMS, BEST_STARTS = 4, 3
 RISE_95 = float(chi2.ppf(0.95, 1))
-MENTION, MARGIN = 6.0, 10.0
+MARGIN = 2.0 * float(np.log(FACTOR))
+"""Difference of the criterion, about twice that of log evidence, within which two laws are not told apart."""
 KNOWN = ("constant", "across_velocity")
 """Terms without an exponent that are in the catalogue as they are (gravity, Magnus lift)."""
 
@@ -125,7 +127,7 @@ def _first(tried: Iterable[Regressed], nothing: float) -> Regressed:
         return Regressed((), np.zeros(0), nothing, nothing)
     least = min(each.criterion for each in unknown)
     order = [term.key for term in TERMS]
-    close = [each for each in unknown if each.criterion <= least + MENTION]
+    close = [each for each in unknown if each.criterion <= least + MARGIN]
     return min(close, key=lambda each: (len(each.terms), [order.index(key) for key in each.keys]))
 
 
@@ -147,9 +149,13 @@ def _freed(pooled: PooledScores, best: Regressed, penalty: float) -> Regressed:
     """The set with free exponents where that is worth a parameter."""
     for number, each in enumerate(best.terms):
         if each.held and each.term.power is not None:
-            free = regress(pooled, tuple(replace(t, held=t.held and i != number) for i, t in enumerate(best.terms)), penalty)
-            best = min(best, free, key=lambda tried: tried.criterion)
+            best = min(best, _with_free(pooled, best, number, penalty), key=lambda tried: tried.criterion)
     return best
+
+
+def _with_free(pooled: PooledScores, best: Regressed, number: int, penalty: float) -> Regressed:
+    """The set with the exponent of one term free."""
+    return regress(pooled, tuple(replace(t, held=t.held and i != number) for i, t in enumerate(best.terms)), penalty)
 
 
 def _dropped(pooled: PooledScores, best: Regressed, penalty: float) -> Regressed:
@@ -238,7 +244,7 @@ def _simple(pooled: PooledScores, best: Regressed, penalty: float) -> tuple[Regr
         if each.term.power is None:
             continue
         which = number, [p.name for p in each.term.shapes].index(each.term.power)
-        free = regress(pooled, tuple(replace(t, held=t.held and i != number) for i, t in enumerate(best.terms)), penalty)
+        free = _with_free(pooled, best, number, penalty)
         interval = _profile(pooled, free, which)
         value = float(free.terms[number].shape[which[1]])
         taken = next((n for n in each.term.usual if interval[0] <= n <= interval[1]), value)

@@ -1,11 +1,9 @@
 """Is there anything to explain at all? Residuals of a fitted campaign against noise that repeats.
 
-What a model can be blamed for changes smoothly from frame to frame; an outline's own noise does not. Half the mean square of the change
-from one frame to the next, of one view's tangency, is therefore noise whatever the model [von Neumann 1941, mean square successive
-difference]. The reduced chi-square is the mean square of the residuals over that: 1 for noise alone, more where the calibrated views'
-noise and the body-fixed error, which both repeat over many frames, add their share: ``allowed`` is what they may bring. The noise that
-neighbouring samples of the outlines let expect is a second judge: it is about 20% too large in recordings where nothing is missing, and
-where frames change by more than that, whole frames jump (a trigger that jitters), which successive differences cannot tell from noise.
+What a model can be blamed for changes smoothly from frame to frame; a measurement's own noise does not. Half the mean square of the change
+from one frame to the next is therefore noise whatever the model [von Neumann 1941, mean square successive difference]. The reduced
+chi-square is the mean square of the residuals over that: 1 for noise alone, up to ``allowed`` where noise repeats over many frames. Each
+kind of measurement makes its own floor (:mod:`estimator.silhouettes.noise_floor`, :mod:`estimator.trajectories.noise_floor`).
 
 Size alone is a blunt judge; whether the residuals' pattern is that of some effect is a sharp one (the score tests), so both are heard.
 
@@ -13,23 +11,16 @@ The interval is a bootstrap over sequences and, within them, over sightings [Dav
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import TypeVar
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.diagnosis.tested_values import p_words
-from estimator.fitting.campaign import Campaign, CampaignFit, SequenceEquations
-from estimator.fitting.model_errors import SequenceTask
-from estimator.fitting.noise_model import measured_noise
+from estimator.fitting.campaign import Campaign, CampaignFit
 
 Array = NDArray[np.float64]
-OWN_TOO_LARGE = 0.8
-"""Standard deviation found over the one that neighbouring samples let expect, in recordings where nothing is missing."""
-JUMPS = 0.95
-"""Above this ratio of standard deviations frames change by more than their outlines' noise."""
 DRAWS = 400
+LAGS = np.array([1, 2, 3, 5, 8, 12, 20])
 
 
 @dataclass(frozen=True)
@@ -37,17 +28,17 @@ class NoiseFloor:
     """How large the residuals are and how large noise alone would be.
 
     ``rms_px`` of the residuals, ``repeated_px`` of the noise that changes with every frame, ``neighbours_px`` expected from neighbouring
-    samples of the outlines; ``floor_px``: what no model can go below. ``reduced`` chi-square with its 95% ``interval`` and the
-    one ``allowed``;
-    ``per_sequence`` (s,) each sequence's. ``lags`` (l,) frames and ``autocorrelation`` (l,) of the residuals in time with 95%
-    ``autocorrelation_interval`` (2,) of the first; ``along_outline_rad``: turn of the tangent over which residuals are alike,
-    ``expected_along_rad`` that of the noise.
+    samples of the outlines; ``floor_px``: what no model can go below; ``jumps``: whether whole frames change by more than that.
+    ``reduced`` chi-square with its 95% ``interval`` and the one ``allowed``; ``per_sequence`` (s,) each sequence's. ``lags`` (l,) frames
+    and ``autocorrelation`` (l,) of the residuals in time with 95% ``autocorrelation_interval`` (2,) of the first;
+    ``along_outline_rad``: turn of the tangent over which residuals are alike, ``expected_along_rad`` that of the noise.
     """
 
     rms_px: float
     repeated_px: float
     neighbours_px: float
     floor_px: float
+    jumps: bool
     reduced: float
     interval: tuple[float, float]
     allowed: float
@@ -63,45 +54,14 @@ class NoiseFloor:
         """RMS (px) of what is left above noise and what is allowed beside it."""
         return float(np.sqrt(max(self.rms_px**2 - self.allowed * self.floor_px**2, 0.0)))
 
-    @property
-    def jumps(self) -> bool:
-        """Whether whole frames change by more than their outlines' noise."""
-        return self.repeated_px > JUMPS * self.neighbours_px
-
     def explainable(self, p_missing: float, alpha: float) -> bool:
         """Whether there is something to explain: by size, by jumps, or because a candidate fits the pattern (``p_missing``, corrected)."""
         return self.interval[0] > self.allowed or self.jumps or p_missing < alpha
 
-    def sentence(self, p_missing: float, alpha: float) -> str:
-        """The finding in plain words; ``p_missing``: of the tests of all effects, corrected for their number."""
-        said = (
-            f"The residuals are {self.rms_px:.3f} px RMS; noise that changes with every frame makes {self.repeated_px:.3f} px of that "
-            f"(reduced chi-square {self.reduced:.2f}, 95%: {self.interval[0]:.2f} to {self.interval[1]:.2f}; up to "
-            f"{self.allowed:.2f} may come of the calibrated views and of hulls that are not quite the body)."
-        )
-        if self.jumps:
-            return (
-                f"{said} Whole frames jump: outlines alone would change by {OWN_TOO_LARGE * self.neighbours_px:.3f} px. "
-                "Something acts on frames one by one, like a trigger that jitters."
-            )
-        return self.concluded(said, f"{self.excess_px:.3f} px, alike in neighbouring frames", (p_missing, alpha))
-
-    def concluded(self, said: str, excess: str, at: tuple[float, float]) -> str:
-        """What was ``said`` with its conclusion: by the size of the ``excess``, or by p-value and level ``at``."""
-        p_missing, alpha = at
-        if self.interval[0] > self.allowed:
-            return f"{said} There is something to explain: about {excess}."
-        if p_missing < alpha:
-            return f"{said} Their pattern is not that of noise ({p_words(p_missing)}): there is something to explain."
-        return f"{said} There is nothing to explain."
-
-
-LAGS = np.array([1, 2, 3, 5, 8, 12, 20])
-
 
 @dataclass(frozen=True)
 class Sums:
-    """Per sighting or row (n,): sums of squares, of squared changes and of products with the next one, and how many there are of them."""
+    """Per sighting or row (n,): sums of squares, of half the squared changes to the next one and of products with it, and their numbers."""
 
     square: Array
     count: Array
@@ -110,128 +70,48 @@ class Sums:
     pairs: Array
 
 
-AnySums = TypeVar("AnySums", bound=Sums)
+def floor_of(sums: Sequence[Sums], autocorrelation: Array, rng: np.random.Generator) -> NoiseFloor:
+    """The floor where all noise is new in every row and has the size 1 otherwise; ``sums`` of every sequence."""
+    square, repeated, _ = _ratios(sums, [np.arange(len(s.square)) for s in sums])
+    drawn = np.array([_ratios(*_resampled(sums, rng)) for _ in range(DRAWS)])
+    return NoiseFloor(
+        rms_px=float(np.sqrt(square)),
+        repeated_px=float(np.sqrt(repeated)),
+        neighbours_px=1.0,
+        floor_px=float(np.sqrt(repeated)),
+        jumps=False,
+        reduced=square / max(repeated, 1e-12),
+        interval=_interval(drawn[:, 0] / np.maximum(drawn[:, 1], 1e-12)),
+        allowed=1.0,
+        per_sequence=np.array([float(np.divide(*_ratios([s], [np.arange(len(s.square))])[:2])) for s in sums]),
+        lags=LAGS,
+        autocorrelation=autocorrelation,
+        autocorrelation_interval=_interval(drawn[:, 2] / np.maximum(drawn[:, 0], 1e-12)),
+        along_outline_rad=float("nan"),
+        expected_along_rad=float("nan"),
+    )
 
 
-def resampled(sums: Sequence[AnySums], rng: np.random.Generator) -> tuple[list[AnySums], list[NDArray[np.int64]]]:
+def _resampled(sums: Sequence[Sums], rng: np.random.Generator) -> tuple[list[Sums], list[NDArray[np.int64]]]:
     """Sequences drawn with replacement, and sightings or rows within them."""
     drawn = [sums[i] for i in rng.integers(0, len(sums), len(sums))]
     return drawn, [rng.integers(0, len(s.square), len(s.square)) for s in drawn]
 
 
-def interval_of(draws: Array) -> tuple[float, float]:
+def _ratios(sums: Sequence[Sums], rows: Sequence[NDArray[np.int64]]) -> tuple[float, float, float]:
+    """Mean square, mean square of the noise, and mean product with the next row."""
+    total = {name: sum(float(getattr(s, name)[r].sum()) for s, r in zip(sums, rows, strict=True)) for name in Sums.__annotations__}
+    count, pairs = max(total["count"], 1.0), max(total["pairs"], 1.0)
+    return total["square"] / count, total["change"] / pairs, total["product"] / pairs
+
+
+def _interval(draws: Array) -> tuple[float, float]:
     """The middle 95% of draws (d,)."""
     low, high = np.quantile(draws, [0.025, 0.975])
     return float(low), float(high)
-
-
-@dataclass(frozen=True)
-class _Sums(Sums):
-    """Sums of squared changes are not halved; ``own`` (n,) of the variances that neighbouring samples let expect."""
-
-    own: Array
 
 
 def noise_floor(campaign: Campaign, fit: CampaignFit, rng: np.random.Generator) -> NoiseFloor:
     """Judge the residuals of a fit as the campaign's kind of measurement does."""
     floor: NoiseFloor = campaign.kind.noise_floor(campaign, fit, rng)
     return floor
-
-
-def silhouette_floor(campaign: Campaign, fit: CampaignFit, rng: np.random.Generator) -> NoiseFloor:
-    """Judge the residuals of a fit to silhouettes."""
-    sums = [_sums(sequence, each) for sequence, each in zip(campaign.sequences, fit.equations, strict=True)]
-    square, repeated, own, _ = _ratios(sums, [np.arange(len(s.square)) for s in sums])
-    drawn = np.array([_ratios(*resampled(sums, rng)) for _ in range(DRAWS)])
-    reduced = drawn[:, 0] / np.maximum(drawn[:, 1], 1e-12)
-    lagged = drawn[:, 3] / np.maximum(drawn[:, 0], 1e-12)
-    along, expected = _along(campaign, fit)
-    neighbours = float(np.sqrt(own))
-    return NoiseFloor(
-        rms_px=float(np.sqrt(square)),
-        repeated_px=float(np.sqrt(repeated)),
-        neighbours_px=neighbours,
-        floor_px=min(float(np.sqrt(repeated)), OWN_TOO_LARGE * neighbours),
-        reduced=float(square / max(repeated, 1e-12)),
-        interval=interval_of(reduced),
-        allowed=1.0 + (max(_expected(fit) - own, 0.0) + campaign.body_noise_px**2) / max(repeated, 1e-12),
-        per_sequence=np.array([float(np.divide(*_ratios([s], [np.arange(len(s.square))])[:2])) for s in sums]),
-        lags=LAGS,
-        autocorrelation=_autocorrelation(campaign, fit),
-        autocorrelation_interval=interval_of(lagged),
-        along_outline_rad=along,
-        expected_along_rad=expected,
-    )
-
-
-def _expected(fit: CampaignFit) -> float:
-    """Mean variance (px²) of the residuals that outlines and calibrated views let expect."""
-    return float(np.mean(np.concatenate([each.errors.tangency.variance[:, :, :2][each.errors.seen] for each in fit.equations])))
-
-
-def _ordered(sequence: SequenceTask, step: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Sightings of one camera that are ``step`` frames apart: the earlier and the later ones."""
-    sightings = sequence.task.sightings
-    number = {(int(c), int(f)): i for i, (c, f) in enumerate(zip(sightings.camera, sightings.frame, strict=True))}
-    pairs = [(i, number[c, f + step]) for (c, f), i in number.items() if (c, f + step) in number]
-    rows = np.array(pairs, dtype=np.int64).reshape(-1, 2)
-    return rows[:, 0], rows[:, 1]
-
-
-def _sums(sequence: SequenceTask, each: SequenceEquations) -> _Sums:
-    e, seen = each.errors.e, each.errors.seen
-    silhouettes = sequence.task.sightings.silhouettes
-    vertex = np.maximum(silhouettes.offsets[:-1, None, None] + each.errors.tangency.tangency[:, :, :2], 0)
-    own = np.where(seen, silhouettes.sigma_px[np.minimum(vertex, len(silhouettes.sigma_px) - 1)] ** 2, 0.0)
-    first, second = _ordered(sequence, 1)
-    both = seen[first] & seen[second]
-    n = len(e)
-    change = np.bincount(first, np.where(both, (e[second] - e[first]) ** 2, 0.0).sum(axis=(1, 2)), n)
-    product = np.bincount(first, np.where(both, e[second] * e[first], 0.0).sum(axis=(1, 2)), n)
-    pairs = np.bincount(first, both.sum(axis=(1, 2)), n)
-    numbers = np.asarray(seen.sum(axis=(1, 2)), dtype=np.float64)
-    return _Sums(
-        (e**2).sum(axis=(1, 2)),
-        numbers,
-        np.asarray(change, dtype=np.float64),
-        np.asarray(product, dtype=np.float64),
-        np.asarray(pairs, dtype=np.float64),
-        own.sum(axis=(1, 2)),
-    )
-
-
-def _ratios(sums: list[_Sums], rows: list[NDArray[np.int64]]) -> tuple[float, float, float, float]:
-    """Mean square, repeated noise, expected own noise and lagged product, px², of the sightings ``rows`` of each sequence."""
-
-    def total(name: str) -> float:
-        return float(sum(getattr(s, name)[r].sum() for s, r in zip(sums, rows, strict=True)))
-
-    count, pairs = max(total("count"), 1.0), max(total("pairs"), 1.0)
-    return total("square") / count, 0.5 * total("change") / pairs, total("own") / count, total("product") / pairs
-
-
-def _autocorrelation(campaign: Campaign, fit: CampaignFit) -> Array:
-    """Correlation (l,) of the residuals of one view's tangency with those ``LAGS`` frames later."""
-    result = np.full(len(LAGS), np.nan)
-    square = sum(float((each.errors.e**2).sum()) for each in fit.equations) / max(sum(int(e.errors.seen.sum()) for e in fit.equations), 1)
-    for k, lag in enumerate(LAGS):
-        product, pairs = 0.0, 0
-        for sequence, each in zip(campaign.sequences, fit.equations, strict=True):
-            first, second = _ordered(sequence, int(lag))
-            both = each.errors.seen[first] & each.errors.seen[second]
-            product += float((each.errors.e[first] * each.errors.e[second])[both].sum())
-            pairs += int(both.sum())
-        if pairs:
-            result[k] = product / pairs / max(square, 1e-12)
-    return result
-
-
-def _along(campaign: Campaign, fit: CampaignFit) -> tuple[float, float]:
-    """Turn of the tangent over which residuals, and the noise of the outlines, are alike (rad)."""
-    found, expected = [], []
-    for sequence, each in zip(campaign.sequences, fit.equations, strict=True):
-        tangency = each.errors.tangency
-        error = np.concatenate([each.errors.e, tangency.error[:, :, 2:]], axis=2)
-        found.append(measured_noise(replace(tangency, error=error)).correlation_rad)
-        expected.append(float(np.median(sequence.task.sightings.silhouettes.correlation_rad)))
-    return float(np.median(found)), float(np.median(expected))

@@ -18,7 +18,6 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.diagnosis.ranking import whitener
 from estimator.diagnosis.score_tests import Candidates, EfficientScores, score_tests
 from estimator.effects.force_curves import DEGREES, FreeForceCurve, FreeTorqueCurve, StandingForceCurve, StandingTorqueCurve
 from estimator.effects.law_terms import Link, Term
@@ -75,7 +74,7 @@ def pooled_scores(campaign: Campaign, wide: CampaignFit) -> PooledScores:
     _, scores = score_tests(campaign, standing, Candidates.of(campaign, (FreeForceCurve(), FreeTorqueCurve())))
     node, weight = np.polynomial.legendre.leggauss(NODES)
     powers = np.polynomial.legendre.legvander(node, DEGREES[-1])
-    W = whitener(scores.M)
+    W = scores.whitener
     design = _design(scores, W, len(campaign.sequences))
     curves = np.array([theta[-2 * N_COEFFICIENTS :].reshape(2, len(DEGREES), 3) for theta in wide.state.theta])
     there = sum((np.einsum("rsdx,sdx->r", design[link], curves[:, number]) for number, link in enumerate(LINKS)), np.zeros(len(W)))

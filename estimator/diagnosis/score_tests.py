@@ -12,6 +12,7 @@ corrected for their number.
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +28,8 @@ from estimator.motion.flight import N_PARAMETERS
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
+SMALLEST_SHARE = 1e-3
+"""Smallest eigenvalue of the scores' correlation matrix that is believed; aliased columns would otherwise be told apart by rounding."""
 
 
 @dataclass(frozen=True)
@@ -81,14 +84,27 @@ class EfficientScores:
         M = self.M[square] if self.M.size else self.M
         return EfficientScores(tuple(self.columns[i] for i in rows), self.g[rows], self.H[square], M)
 
+    @property
+    def whitener(self) -> Array:
+        """The map (r, c) to the r independent numbers of size one that the scores hold."""
+        scale = 1.0 / np.sqrt(np.maximum(np.diag(self.M), 1e-300))
+        value, vector = np.linalg.eigh(self.M * scale[:, None] * scale)
+        told = value > SMALLEST_SHARE
+        return np.asarray((vector[:, told] / np.sqrt(value[told])).T * scale)
+
+    @cached_property
+    def information(self) -> Array:
+        """Information (c, c) of the scores on the amplitudes, ``H M⁻¹ H``."""
+        signature = self.whitener @ self.H
+        return np.asarray(signature.T @ signature)
+
 
 @dataclass(frozen=True)
 class ScoreTest:
     """One effect on trial.
 
     ``theta`` (c,) one-step values of its ``columns`` and ``covariance`` (c, c); ``statistic`` and its p-value ``p``, corrected for the
-    starts tried, 1 where an effect that comes in whole numbers has none; ``explained``: fall of the weighted sum of squares; ``starts``
-    [sequence or None] the best start.
+    starts tried, 1 where an effect that comes in whole numbers has none; ``starts`` [sequence or None] the best start.
     """
 
     effect: EffectModel
@@ -97,7 +113,6 @@ class ScoreTest:
     covariance: Array
     statistic: float
     p: float
-    explained: float
     starts: dict[int | None, Array]
 
     @property
@@ -269,7 +284,7 @@ def test_of(
     effect, starts = candidates.effects[number], candidates.starts[number]
     if effect.random:
         sigma, variance = np.array([jitter.sigma_s]), np.array([[jitter.sigma_error_s**2]])
-        return ScoreTest(effect, (), sigma, variance, jitter.gain, jitter.p, jitter.gain, {None: sigma})
+        return ScoreTest(effect, (), sigma, variance, jitter.gain, jitter.p, {None: sigma})
     part = scores.take(np.array([i for i, c in enumerate(scores.columns) if c.effect == number], dtype=np.int64))
     inverse = stable_inverse(part.H, 1e-10)
     theta = -inverse @ part.g
@@ -280,7 +295,6 @@ def test_of(
         covariance=inverse @ part.M @ inverse,
         statistic=_statistic(part),
         p=1.0 if counts_nothing(effect, part.columns, theta) else p_of(part, len(starts)),
-        explained=float(part.g @ inverse @ part.g),
         starts={sequence: starts[start] for (e, sequence), start in chosen.items() if e == number},
     )
 

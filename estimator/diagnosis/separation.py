@@ -1,12 +1,14 @@
 """What further data would tell apart effects that these data cannot.
 
-The difference of the criterion that is to be expected (:mod:`estimator.diagnosis.expected_difference`) needs no data, only where tangencies
-would lie: so it is computed for the campaign as it is and for the campaign with an imagined recording more. A pair counts as told
-apart where the difference exceeds the margin of groups in 95% of cases, whichever of the two is true; each is taken at the size that
-the campaign gives it.
+Where effect A has the size ``theta`` and nothing else is missing, effect B in its place loses the log likelihood by which groups are made
+(:mod:`estimator.diagnosis.selection.groups`): ``d = thetaᵀ (G_AA - G_AB G_BB⁻¹ G_BA) theta / 2`` with the information ``G = H M⁻¹ H`` of
+the scores. In data with noise the logarithm of the ratio is normal about ``d`` with the variance ``2 d`` [Cox 1961]. ``G`` needs no data,
+only where tangencies would lie: so it is worked out for the campaign as it is, and for the campaign with an imagined recording more. A pair
+counts as told apart where the ratio exceeds the factor of groups in 95% of cases, whichever of the two is true; each is taken at the size
+that the campaign gives it.
 
-Holds as far as effects are small enough for their signatures to be linear. An effect that every sequence has a size of its own of is taken
-to be absent from a new recording.
+Holds as far as effects are small enough for their signatures to be linear. An effect with one value per sequence is taken to be absent from
+a new recording.
 """
 
 from collections.abc import Sequence
@@ -15,6 +17,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import norm
 
 from datasets.vocabulary.effects import Scope, Stage
 from estimator.diagnosis.candidate_recordings import (
@@ -24,12 +27,10 @@ from estimator.diagnosis.candidate_recordings import (
     CandidateRecording,
     corners_of,
 )
-from estimator.diagnosis.expected_difference import Expected, expected
-from estimator.diagnosis.imagined_sequences import Drop, Imagination, Pictures, counted, hull_of
-from estimator.diagnosis.imagined_trajectories import Tracks
-from estimator.diagnosis.imagined_views import with_more_views
+from estimator.diagnosis.imagined_sequences import Drop, Imagination, counted
 from estimator.diagnosis.score_tests import (
     Candidates,
+    Column,
     EfficientScores,
     ScoreTest,
     arranged,
@@ -41,7 +42,7 @@ from estimator.diagnosis.selection.groups import FACTOR
 from estimator.effects.link import EffectModel
 from estimator.effects.view_outline_offset import ViewOutlineOffset
 from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState, SequenceEquations, layout_of, sequence_equations
-from estimator.fitting.model_errors import SequenceTask
+from estimator.fitting.stable_inverse import stable_inverse
 from estimator.motion.flight import Flight, V
 from estimator.particle import Particle
 from estimator.registration import Registered
@@ -49,10 +50,10 @@ from estimator.side_by_side import each_of
 
 Array = NDArray[np.float64]
 Pair = tuple[str, str]
-MARGIN = 2.0 * float(np.log(FACTOR))
-"""Difference of the criterion, twice that of log likelihoods, beyond which two effects count as told apart."""
-FEWEST = np.exp(np.e)
-"""Measurements, of which the penalty is Akaike's 2."""
+MARGIN = float(np.log(FACTOR))
+"""Log likelihood (nats) by which the wrong effect has to lose for two to count as told apart."""
+SURE = 0.95
+"""Probability with which a pair must be told apart for data to count as telling it apart."""
 MORE_VIEWS = "twice as many calibrated views"
 MOST_RIVALS = 2
 """Effects beside the first that are compared with it: more alike than these is no group any more."""
@@ -62,6 +63,19 @@ LEAST_SIGHTINGS, MOST_SIGHTINGS, MOST_TOGETHER = 8, 30, 240
 """How many sightings of a sequence, and of all that are recorded, stand for the rest."""
 LEAST_SEEN = 0.6
 """Share of a recording's frames that must lie in the picture."""
+
+
+@dataclass(frozen=True)
+class Expected:
+    """Log likelihood (nats) by which the wrong effect loses: expected ``difference``, and ``probability`` that it exceeds the margin."""
+
+    difference: float
+    probability: float
+
+    @property
+    def separates(self) -> bool:
+        """Whether the pair would be told apart."""
+        return self.probability >= SURE
 
 
 @dataclass(frozen=True)
@@ -96,21 +110,19 @@ def separations(
     Effects drawn anew in every frame have no signature to compare; pairs with them are left out.
     """
     plain = [t for t in tests if not t.random and t.columns]
-    rivals = [key for key in group[1 : 1 + MOST_RIVALS] if key in {t.effect.entry.key for t in plain}]
-    if not rivals or group[0] not in {t.effect.entry.key for t in plain}:
+    known = {t.effect.entry.key for t in plain}
+    pairs = [(group[0], rival) for rival in group[1 : 1 + MOST_RIVALS] if {group[0], rival} <= known]
+    if not pairs:
         return ()
-    present = _present(registered, fit, plain)
-    pairs = [(group[0], rival) for rival in rivals]
-    now = {pair: _expected(present.scores, present, pair, margin) for pair in pairs}
+    present = _present(registered, fit, plain, margin)
+    now = {pair: present.expected(present.scores, pair) for pair in pairs}
     found: dict[Pair, list[Prospect]] = {pair: [] for pair in pairs}
     recordings = [r for r in RECORDINGS if present.like.camera is not None or not r.pictures]
-    for recorded in each_of(lambda r: _of_recording(present, r, pairs, margin), recordings):
-        for pair, prospect in recorded.items():
-            found[pair].append(prospect)
-    for pair, prospect in _of_views(present, registered.particles, pairs, margin).items():
+    prospects = [*each_of(lambda r: _of_recording(present, r, pairs), recordings), _of_views(present, registered.particles, pairs)]
+    for pair, prospect in (item for each in prospects for item in each.items()):
         found[pair].append(prospect)
     for pair in pairs:
-        found[pair] += [p for m in MEASUREMENTS if (p := _of_measurement(present, m, pair, margin)) is not None]
+        found[pair] += [p for m in MEASUREMENTS if (p := _of_measurement(present, m, pair)) is not None]
     return tuple(Separation(pair, margin, now[pair], tuple(sorted(found[pair], key=_order))) for pair in pairs)
 
 
@@ -122,10 +134,9 @@ def _order(prospect: Prospect) -> tuple[int, float]:
 class _Present:
     """The campaign as it is, linearised in all candidates, and what new recordings are made like.
 
-    ``whole`` is the campaign with all sightings; those of ``campaign`` are few, and in each sequence stand for so many each.
+    The sightings of ``campaign`` are few, and in each sequence stand for so many each.
     """
 
-    whole: Campaign
     campaign: Campaign
     stands_for: tuple[float, ...]
     fit: CampaignFit
@@ -135,24 +146,45 @@ class _Present:
     scores: EfficientScores
     template: int
     like: Imagination
+    margin: float
 
     def number(self, key: str) -> int:
         """The candidate with a key."""
         return next(i for i, e in enumerate(self.candidates.effects) if e.entry.key == key)
 
+    def expected(self, scores: EfficientScores, pair: Pair, known: Array | float = 0.0) -> Expected:
+        """What to expect of a pair, whichever of the two is true: the worse case; ``known``: information (c,) from elsewhere."""
+        G = scores.information + np.diag(np.broadcast_to(known, len(scores.columns)))
+        lost = min(self.lost(G, scores.columns, (self.number(a), self.number(b))) for a, b in (pair, pair[::-1]))
+        return Expected(lost, float(norm.cdf((lost - self.margin) / np.sqrt(2.0 * max(lost, 1e-12)))))
 
-def _present(registered: Registered, fit: CampaignFit, tests: Sequence[ScoreTest]) -> _Present:
+    def lost(self, G: Array, columns: Sequence[Column], which: tuple[int, int]) -> float:
+        """Log likelihood (nats) that is lost where the second effect stands for the first at the size that its test has."""
+        first, second = (np.array([i for i, c in enumerate(columns) if c.effect == e], dtype=np.int64) for e in which)
+        test = self.tests[which[0]]
+        sizes = {(c.parameter, c.sequence): float(v) for c, v in zip(test.columns, test.theta, strict=True)}
+        theta = np.array([sizes.get((columns[i].parameter, columns[i].sequence), 0.0) for i in first])
+        cross = G[np.ix_(second, first)]
+        left = G[np.ix_(first, first)] - cross.T @ stable_inverse(G[np.ix_(second, second)], 1e-10) @ cross
+        return max(float(0.5 * theta @ left @ theta), 0.0)
+
+
+def _present(registered: Registered, fit: CampaignFit, tests: Sequence[ScoreTest], margin: float) -> _Present:
     whole = registered.campaign
     template = int(np.argmax([whole.kind.sightings(s) for s in whole.sequences]))
-    like = _imagination(registered, fit, template)
+    like: Imagination = whole.kind.imagination(whole, template, fit, registered.particles)
     few = [like.thinned(sequence, _most_sightings(whole)) for sequence in whole.sequences]
     campaign = replace(whole, sequences=tuple(sequence for sequence, _ in few))
     starts = tuple(np.unique(np.stack(list(t.starts.values())), axis=0) for t in tests)
     candidates = Candidates(tuple(t.effect for t in tests), starts)
     stands_for = tuple(count for _, count in few)
     equations = _counted_equations(campaign, fit, candidates, stands_for)
-    scores, _ = efficient_scores(campaign, fit, arranged(campaign, equations, fit.model, candidates))
-    return _Present(whole, campaign, stands_for, fit, tuple(tests), candidates, equations, scores, template, like)
+    scores = _scores(campaign, fit, equations, candidates)
+    return _Present(campaign, stands_for, fit, tuple(tests), candidates, equations, scores, template, like, margin)
+
+
+def _scores(campaign: Campaign, fit: CampaignFit, equations: tuple[SequenceEquations, ...], candidates: Candidates) -> EfficientScores:
+    return efficient_scores(campaign, fit, arranged(campaign, equations, fit.model, candidates))[0]
 
 
 def _counted_equations(
@@ -161,16 +193,7 @@ def _counted_equations(
     return tuple(counted(e, n) for e, n in zip(candidate_equations(campaign, fit, candidates), stands_for, strict=True))
 
 
-def _imagination(registered: Registered, fit: CampaignFit, number: int) -> Imagination:
-    """New sequences are made like sequence ``number``."""
-    sequence, flight, theta = registered.campaign.sequences[number], fit.state.flights[number], fit.state.theta[number]
-    if not isinstance(sequence, SequenceTask):
-        return Tracks(sequence, flight, fit.model, theta)
-    corners = hull_of(registered.particles[registered.campaign.particle[number]])
-    return Pictures(sequence, flight, corners, fit.model, theta)
-
-
-def _of_recording(present: _Present, candidate: CandidateRecording, pairs: Sequence[Pair], margin: float) -> dict[Pair, Prospect]:
+def _of_recording(present: _Present, candidate: CandidateRecording, pairs: Sequence[Pair]) -> dict[Pair, Prospect]:
     """What one such drop would do for each pair, and where that is not enough, what as many as the campaign has would."""
     made = present.like.imagined(candidate.change(present.like.recorded))
     if made.frames < LEAST_SEEN * len(made.drop.times_s):
@@ -181,11 +204,8 @@ def _of_recording(present: _Present, candidate: CandidateRecording, pairs: Seque
         wanted = [pair for pair in pairs if pair not in found or not found[pair].expected.separates]
         if wanted:
             scores = _with_drops(present, (sequence, made.drop.flight, equations), drops)
-            whole = replace(present.whole, sequences=(*present.whole.sequences, *[made.sequence] * drops))
             for pair in wanted:
-                found[pair] = Prospect(
-                    candidate.key, candidate.words, drops, made.frames, _expected(scores, replace(present, whole=whole), pair, margin)
-                )
+                found[pair] = Prospect(candidate.key, candidate.words, drops, made.frames, present.expected(scores, pair))
     return found
 
 
@@ -220,46 +240,40 @@ def _with_drops(present: _Present, new: tuple[Any, Flight, SequenceEquations], d
     )
     state = CampaignState((*fit.state.flights, *[flight] * drops), (*fit.state.theta, *[fit.state.theta[t]] * drops))
     extended = replace(fit, state=state, layout=layout_of(more, fit.model))
-    linear = arranged(more, (*present.equations, *[equations] * drops), fit.model, present.candidates)
-    scores, _ = efficient_scores(more, extended, linear)
-    return scores
+    return _scores(more, extended, (*present.equations, *[equations] * drops), present.candidates)
 
 
-def _of_views(present: _Present, particles: Sequence[Particle], pairs: Sequence[Pair], margin: float) -> dict[Pair, Prospect]:
+def _of_views(present: _Present, particles: Sequence[Particle], pairs: Sequence[Pair]) -> dict[Pair, Prospect]:
     """What twice the calibrated views would do for pairs with an effect on the body or on the views."""
     asked = [pair for pair in pairs if any(_of_body(present.candidates.effects[present.number(key)]) for key in pair)]
-    if not asked or not isinstance(present.like, Pictures):
+    if not asked or not particles:
         return {}
-    campaign = present.campaign
-    more = [
-        with_more_views(sequence, particles[p], hull_of(particles[p]))
-        for sequence, p in zip(campaign.sequences, campaign.particle, strict=True)
-    ]
-    campaign = replace(campaign, sequences=tuple(more))
+    both = zip(present.campaign.sequences, present.campaign.particle, strict=True)
+    campaign = replace(present.campaign, sequences=tuple(present.like.more_views(sequence, particles[p]) for sequence, p in both))
     equations = _counted_equations(campaign, present.fit, present.candidates, present.stands_for)
-    scores, _ = efficient_scores(campaign, present.fit, arranged(campaign, equations, present.fit.model, present.candidates))
-    return {pair: Prospect("views", MORE_VIEWS, 0, 0, _expected(scores, present, pair, margin)) for pair in asked}
+    scores = _scores(campaign, present.fit, equations, present.candidates)
+    return {pair: Prospect("views", MORE_VIEWS, 0, 0, present.expected(scores, pair)) for pair in asked}
 
 
 def _of_body(effect: EffectModel) -> bool:
     return effect.entry.stage is Stage.BODY or effect.entry.key == ViewOutlineOffset.entry.key
 
 
-def _of_measurement(present: _Present, measurement: CandidateMeasurement, pair: Pair, margin: float) -> Prospect | None:
+def _of_measurement(present: _Present, measurement: CandidateMeasurement, pair: Pair) -> Prospect | None:
     """What a measurement would do for a pair; ``None`` where it measures neither."""
     numbers = [present.number(key) for key in pair]
     precision = np.zeros(len(present.scores.columns))
     for row, column in enumerate(present.scores.columns):
         if column.effect in numbers and present.candidates.effects[column.effect].entry.scope is not Scope.SEQUENCE:
-            precision[row] = _precision(present, measurement, (column.effect, column.start, column.parameter))
+            precision[row] = _precision(present, measurement, column)
     if not precision.any():
         return None
-    H, M = present.scores.H + np.diag(precision), present.scores.M + np.diag(precision)
-    return Prospect(measurement.key, measurement.words, 0, 0, _expected(replace(present.scores, H=H, M=M), present, pair, margin))
+    return Prospect(measurement.key, measurement.words, 0, 0, present.expected(present.scores, pair, precision))
 
 
-def _precision(present: _Present, measurement: CandidateMeasurement, which: tuple[int, int, int]) -> float:
-    effect, parameter = present.candidates.effects[which[0]], which[2]
+def _precision(present: _Present, measurement: CandidateMeasurement, column: Column) -> float:
+    """Information that a measurement has of a column's parameter."""
+    effect, parameter = present.candidates.effects[column.effect], column.parameter
     entry = effect.entry
     sigma = measurement.sigma.get(f"{entry.key}.{entry.parameters[parameter].name}")
     if sigma is not None:
@@ -272,14 +286,3 @@ def _precision(present: _Present, measurement: CandidateMeasurement, which: tupl
     times = np.zeros(len(corners))
     moved = effect.correct(up, corners, camera, times) - effect.correct(down, corners, camera, times)
     return float(np.mean(np.sum((moved / (2.0 * step)) ** 2, axis=1)) / measurement.corner_px**2)
-
-
-def penalty_of(campaign: Campaign) -> float:
-    """Penalty per parameter: ``2 ln ln n`` of n independent measurements [Hannan and Quinn 1979], 2 at least."""
-    return float(2.0 * np.log(np.log(max(campaign.kind.independent(campaign), FEWEST))))
-
-
-def _expected(scores: EfficientScores, present: _Present, pair: Pair, margin: float) -> Expected:
-    first, second = (present.number(key) for key in pair)
-    tests = (present.tests[first], present.tests[second])
-    return expected(scores, (first, second), tests, (penalty_of(present.whole), margin))

@@ -17,6 +17,9 @@ from datasets.vocabulary.effects import EffectEntry, Parameter, Scope, Stage
 from estimator.effects.link import Array, EffectModel, Moment, Places, Setting
 
 REFERENCE = "Kennedy and O'Hagan, J. R. Stat. Soc. B 63 (2001) 425: model discrepancy as a smooth function"
+LARGEST = {"smooth_time_shift": 5e-4, "image_warp": 5.0, "zoom_in_time": 0.1, "body_outline": 1.0}
+"""Standard deviation of a prior on every coefficient of the families that are not pushes, in their units: larger than any such thing is,
+so that it speaks only where the data do not."""
 
 
 def phase(time_s: Array | float, setting: Setting) -> Array:

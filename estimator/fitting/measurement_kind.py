@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from estimator.fitting.time_shifts import TimeShifts
 
 Array = NDArray[np.float64]
+NOISE_FREEDOM = 10.0
+"""Degrees of freedom ``nu`` of the prior of a noise's variance: its standard deviation is known to about 20% before the data."""
 
 
 class MeasurementKind(Protocol):
@@ -101,10 +103,6 @@ class MeasurementKind(Protocol):
         """Noise of the sightings over what its model says, 1 at least."""
         ...
 
-    def independent(self, campaign: "Campaign") -> float:
-        """Roughly how many independent numbers were measured, for penalties."""
-        ...
-
     def why_not(self, campaign: "Campaign", effect: EffectModel) -> str | None:
         """Why an effect does not apply to such measurements; ``None``: it does."""
         ...
@@ -115,6 +113,10 @@ class MeasurementKind(Protocol):
 
     def residual_maps(self, campaign: "Campaign", fit: "CampaignFit") -> Any:
         """Where they are: a tuple of :class:`estimator.diagnosis.residual_maps.ResidualMap`, those that show most first."""
+        ...
+
+    def imagination(self, campaign: "Campaign", number: int, fit: "CampaignFit", particles: Sequence[Any]) -> Any:
+        """How sequences like ``number`` are imagined: an :class:`estimator.diagnosis.imagined_sequences.Imagination`."""
         ...
 
     def statistics(self, equations: "SequenceEquations") -> dict[str, Any]:

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from datasets.estimate import FrameReport
 from datasets.observation import Observation
 from datasets.vocabulary.effects import TRACKED_ONLY
-from estimator.diagnosis.noise_floor import NoiseFloor, silhouette_floor
-from estimator.diagnosis.residual_maps import ResidualMap, silhouette_maps
+from estimator.diagnosis.noise_floor import NoiseFloor
+from estimator.diagnosis.residual_maps import ResidualMap
 from estimator.effects.curvature_bias import CurvatureBias
 from estimator.effects.link import EffectModel
 from estimator.effects.model import Model, overrides
@@ -22,10 +22,15 @@ from estimator.fitting.model_errors import ModelErrors, ModelResiduals, Sequence
 from estimator.fitting.time_shifts import TimeShifts, likeness, noise_ratio, time_derivative, time_shifts
 from estimator.motion.flight import Flight
 from estimator.outline_tables import with_tables
+from estimator.particle import Particle
+from estimator.silhouettes.hull_outlines import hull_of
+from estimator.silhouettes.imagined import Pictures
+from estimator.silhouettes.noise_floor import silhouette_floor
+from estimator.silhouettes.residual_maps import silhouette_maps
 
 Array = NDArray[np.float64]
 INDEPENDENT_TANGENTS = 12.0
-"""Roughly how many independent tangents an outline has, for the ratio of data to prior in the step control and for penalties."""
+"""Roughly how many independent tangents an outline has, for the ratio of data to prior in the step control."""
 MOST_NOISE = 1.5
 """Of eight campaigns with nothing hidden, six of them of spiky bodies, the largest has 1.33."""
 
@@ -140,10 +145,6 @@ class Silhouettes:
         shifts = [self.time_shifts(campaign, i, each) for i, each in enumerate(equations)]
         return min(noise_ratio(shifts), MOST_NOISE) * likeness(shifts)
 
-    def independent(self, campaign: Campaign) -> float:
-        """Tangents."""
-        return INDEPENDENT_TANGENTS * sum(self.sightings(s) for s in campaign.sequences)
-
     def why_not(self, campaign: Campaign, effect: EffectModel) -> str | None:
         """All effects apply but those on a gyroscope and those that such short flights do not show."""
         del campaign
@@ -160,6 +161,11 @@ class Silhouettes:
     def residual_maps(self, campaign: Campaign, fit: CampaignFit) -> tuple[ResidualMap, ...]:
         """Of outline-normal residuals."""
         return silhouette_maps(campaign, fit)
+
+    def imagination(self, campaign: Campaign, number: int, fit: CampaignFit, particles: Sequence[Particle]) -> Pictures:
+        """Pictures of the particle's hull."""
+        corners = hull_of(particles[campaign.particle[number]])
+        return Pictures(campaign.sequences[number], fit.state.flights[number], corners, fit.model, fit.state.theta[number])
 
     def statistics(self, equations: SequenceEquations) -> dict[str, Any]:
         """Pairs and their errors."""

@@ -12,22 +12,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.estimate import FrameReport
+from estimator.diagnosis.noise_floor import NoiseFloor
 from estimator.diagnosis.residual_maps import ResidualMap
 from estimator.effects.link import EffectModel
 from estimator.effects.model import Model
 from estimator.fitting.campaign import Campaign, CampaignFit, SequenceEquations
 from estimator.fitting.composite_likelihood import WeighedFrames
+from estimator.fitting.measurement_kind import NOISE_FREEDOM
 from estimator.fitting.time_shifts import TimeShifts
 from estimator.motion.flight import COM, N_PARAMETERS, Flight
 from estimator.trajectories.applying import why_not, with_plausible_values
-from estimator.trajectories.noise_floor import TrajectoryFloor, trajectory_floor
+from estimator.trajectories.imagined import Tracks
+from estimator.trajectories.noise_floor import trajectory_floor
 from estimator.trajectories.residual_maps import trajectory_maps
 from estimator.trajectories.task import TrajectoryErrors, TrajectoryTask, trajectory_errors
 
 Array = NDArray[np.float64]
 HUBER = 4.0
-NOISE_FREEDOM = 10.0
-"""Degrees of freedom of the prior of a sequence's noise: what is stated or estimated is known to about 20%."""
 
 
 @dataclass(frozen=True)
@@ -128,21 +129,22 @@ class Trajectories:
         del campaign, equations
         return 1.0
 
-    def independent(self, campaign: Campaign) -> float:
-        """Numbers measured, each as often as it does not repeat."""
-        return float(sum(np.sum(np.isfinite(task.sigma) / task.repeats) for task in campaign.sequences))
-
     def why_not(self, campaign: Campaign, effect: EffectModel) -> str | None:
         """Effects on pictures, and those on what was not measured, do not apply."""
         return why_not(effect, campaign.sequences)
 
-    def noise_floor(self, campaign: Campaign, fit: CampaignFit, rng: np.random.Generator) -> TrajectoryFloor:
+    def noise_floor(self, campaign: Campaign, fit: CampaignFit, rng: np.random.Generator) -> NoiseFloor:
         """Against noise that changes from row to row."""
         return trajectory_floor(campaign, fit, rng)
 
     def residual_maps(self, campaign: Campaign, fit: CampaignFit) -> tuple[ResidualMap, ...]:
         """Of positions and turns."""
         return trajectory_maps(campaign, fit)
+
+    def imagination(self, campaign: Campaign, number: int, fit: CampaignFit, particles: Sequence[Any]) -> Tracks:
+        """Rows like the measured ones."""
+        del particles
+        return Tracks(campaign.sequences[number], fit.state.flights[number], fit.model, fit.state.theta[number])
 
     def statistics(self, equations: SequenceEquations) -> dict[str, Any]:
         """RMS of the residuals, each channel in its own unit, and of its noise."""

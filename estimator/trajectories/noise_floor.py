@@ -5,57 +5,21 @@ of neighbouring rows is alike by ``rho``, that is ``1 - rho`` of its variance. R
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.diagnosis.noise_floor import DRAWS, LAGS, NoiseFloor, Sums, interval_of, resampled
+from estimator.diagnosis.noise_floor import LAGS, NoiseFloor, Sums, floor_of
 from estimator.fitting.campaign import Campaign, CampaignFit
 
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class TrajectoryFloor(NoiseFloor):
-    """The noise floor of trajectories: every figure in standard deviations of the noise; outlines have no part in it."""
-
-    @property
-    def jumps(self) -> bool:
-        """Rows that jump are what noise is measured by: no second judge knows better."""
-        return False
-
-    def sentence(self, p_missing: float, alpha: float) -> str:
-        """The finding in plain words."""
-        said = (
-            f"The residuals are {self.rms_px:.2f} times the noise that each sequence shows; noise that changes from row to row makes "
-            f"{self.floor_px:.2f} of that (reduced chi-square {self.reduced:.2f}, 95%: {self.interval[0]:.2f} to {self.interval[1]:.2f}; "
-            "noise alone: 1 or less)."
-        )
-        return self.concluded(said, f"{self.excess_px:.2f} times the noise, alike in neighbouring rows", (p_missing, alpha))
-
-
-def trajectory_floor(campaign: Campaign, fit: CampaignFit, rng: np.random.Generator) -> TrajectoryFloor:
-    """Judge the residuals of a fit."""
+def trajectory_floor(campaign: Campaign, fit: CampaignFit, rng: np.random.Generator) -> NoiseFloor:
+    """Judge the residuals of a fit, in standard deviations of the noise; rows that jump are what that is measured by."""
     both = zip(campaign.sequences, fit.equations, strict=True)
     sums = [_sums(each.errors.e, each.errors.seen, task.repeats) for task, each in both]
-    square, floor, _ = _ratios(sums, [np.arange(len(s.square)) for s in sums])
-    drawn = np.array([_ratios(*resampled(sums, rng)) for _ in range(DRAWS)])
-    return TrajectoryFloor(
-        rms_px=float(np.sqrt(square)),
-        repeated_px=float(np.sqrt(floor)),
-        neighbours_px=1.0,
-        floor_px=float(np.sqrt(floor)),
-        reduced=square / max(floor, 1e-12),
-        interval=interval_of(drawn[:, 0] / np.maximum(drawn[:, 1], 1e-12)),
-        allowed=1.0,
-        per_sequence=np.array([float(np.divide(*_ratios([s], [np.arange(len(s.square))])[:2])) for s in sums]),
-        lags=LAGS,
-        autocorrelation=_autocorrelation([each.errors.e for each in fit.equations]),
-        autocorrelation_interval=interval_of(drawn[:, 2] / np.maximum(drawn[:, 0], 1e-12)),
-        along_outline_rad=float("nan"),
-        expected_along_rad=float("nan"),
-    )
+    return floor_of(sums, _autocorrelation([each.errors.e for each in fit.equations]), rng)
 
 
 def _sums(e: Array, seen: NDArray[np.bool_], repeats: Array) -> Sums:
@@ -66,13 +30,6 @@ def _sums(e: Array, seen: NDArray[np.bool_], repeats: Array) -> Sums:
     change = np.where(both, 0.5 * (following - e) ** 2 / (1.0 - rho), 0.0).sum(axis=1)
     product = np.where(both, following * e, 0.0).sum(axis=1)
     return Sums((e**2).sum(axis=1), seen.sum(axis=1).astype(np.float64), change, product, both.sum(axis=1).astype(np.float64))
-
-
-def _ratios(sums: Sequence[Sums], rows: Sequence[NDArray[np.int64]]) -> tuple[float, float, float]:
-    """Mean square, mean square of the noise, and mean product with the next row."""
-    total = {name: sum(float(getattr(s, name)[r].sum()) for s, r in zip(sums, rows, strict=True)) for name in Sums.__annotations__}
-    count, pairs = max(total["count"], 1.0), max(total["pairs"], 1.0)
-    return total["square"] / count, total["change"] / pairs, total["product"] / pairs
 
 
 def _autocorrelation(residuals: Sequence[Array]) -> Array:

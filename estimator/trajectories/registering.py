@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from datasets.errors import InputError
 from datasets.trajectory import Trajectory
-from estimator.diagnosis.base import base_fit
 from estimator.effects.link import Setting
 from estimator.fitting.alike_noise import channel_noise
+from estimator.fitting.base_model import base_fit
 from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState
 from estimator.fitting.facts import Fact
 from estimator.measurements.trajectories import TRAJECTORIES

@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
-from estimator.diagnosis.map_axes import Axis, even, phase
-from estimator.diagnosis.residual_maps import ResidualMap
+from estimator.diagnosis.residual_maps import Axis, ResidualMap, even, phase
 from estimator.fitting.campaign import Campaign, CampaignFit, SequenceEquations
 from estimator.trajectories.task import TrajectoryTask
 

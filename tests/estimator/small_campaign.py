@@ -5,7 +5,7 @@ from functools import cache
 from datasets.observation import Observation
 from datasets.recipes.recipe import EffectRecipe, MotionRecipe, ParticleRecipe, Recipe, RigRecipe
 from estimator.configuration import Configuration
-from estimator.diagnosis.base import base_fit
+from estimator.fitting.base_model import base_fit
 from estimator.fitting.campaign import CampaignFit
 from estimator.registration import Registered, register
 from synth.sequence import build_silhouette_sequence

@@ -10,12 +10,10 @@ import pytest
 from datasets.json_documents import read_document, write_document
 from estimator.diagnosis import empirical_fit
 from estimator.diagnosis.adding import with_effect
-from estimator.diagnosis.base import base_fit
-from estimator.diagnosis.diagnose import diagnose
-from estimator.diagnosis.unknown import Unknown, family_of
-from estimator.diagnosis.verdict import Verdict
+from estimator.diagnosis.diagnose import Unknown, diagnose
 from estimator.effects.contracts import check_contracts
 from estimator.effects.plug_ins import load_plug_in
+from estimator.fitting.base_model import base_fit
 from estimator.fitting.campaign import CampaignFit
 from estimator.fitting.held_out import held_out
 from tests.estimator.unknown_campaigns import unknown_campaign
@@ -24,6 +22,7 @@ from tumble.cli.main import main
 from tumble.diagnosing import verdict_of_explanation
 from tumble.diagnosis_documents import Entry
 from tumble.reports.campaign_page import render
+from tumble.reports.verdict import Verdict
 from tumble.unknowns import NO_LAW, law_command, unknown_entry, with_unknown
 
 NAMES = ("first", "second")
@@ -35,7 +34,7 @@ def left() -> tuple[CampaignFit, Unknown, Entry]:
     """Shared by all tests here, so it is asked for before anything is patched."""
     registered = unknown_campaign("outgassing_thrust")
     fit = base_fit(registered.campaign, registered.start)
-    rest = family_of(diagnose(registered.campaign, fit, {}))
+    rest = diagnose(registered.campaign, fit, {}).unknown
     told: list[str] = []
     entry = unknown_entry(registered.campaign, fit, rest, NAMES, told=told.append)
     assert entry is not None

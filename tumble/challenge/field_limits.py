@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from datasets.errors import InputError
 from datasets.vocabulary.effects import EffectEntry, Scope
 from estimator.configuration import Configuration
-from estimator.diagnosis.base import base_fit
 from estimator.diagnosis.diagnose import ALPHA
 from estimator.diagnosis.selection.linearised import Linearised, linearised
 from estimator.effects.choosing import catalogue
+from estimator.fitting.base_model import base_fit
 from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState
 from estimator.fitting.stable_inverse import stable_inverse
 from estimator.registration import Registered, register

@@ -20,13 +20,12 @@ from datasets.errors import InputError
 from datasets.recipes.recipe import EffectRecipe
 from datasets.vocabulary.effects import EFFECTS, PICTURED, Scope
 from estimator.configuration import Configuration
-from estimator.diagnosis.base import start_with
 from estimator.diagnosis.diagnose import ALPHA
-from estimator.diagnosis.ranking import remainders
 from estimator.diagnosis.score_tests import Candidates, EfficientScores, ScoreTest, score_tests
 from estimator.effects.choosing import catalogue
 from estimator.effects.link import Setting
 from estimator.effects.registry import MODELS
+from estimator.fitting.base_model import start_with
 from estimator.fitting.campaign import fit_campaign
 from estimator.fitting.following import following
 from estimator.registration import register
@@ -119,9 +118,14 @@ def left_by_shared(scores: EfficientScores, tests: Sequence[ScoreTest]) -> tuple
     An acceleration that each sequence has for itself follows any force in short flights; it loses by its many parameters, not by what it
     leaves.
     """
-    shared = {number: left for number, left in remainders(scores).items() if tests[number].effect.entry.scope is not Scope.SEQUENCE}
-    best = min(shared, key=lambda number: shared[number])
-    return shared[best], len(scores.columns) - len(tests[best].columns)
+    white, left = scores.whitener, {}
+    y = white @ scores.g
+    for number in sorted({c.effect for c in scores.columns if tests[c.effect].effect.entry.scope is not Scope.SEQUENCE}):
+        X = white @ scores.H[:, [i for i, c in enumerate(scores.columns) if c.effect == number]]
+        theta, *_ = np.linalg.lstsq(X, y, rcond=1e-10)
+        left[number] = float(np.sum((y - X @ theta) ** 2))
+    best = min(left, key=lambda number: left[number])
+    return left[best], len(y) - len(tests[best].columns)
 
 
 def table_of(products: Sequence[Path], shape: Shape, seed: int) -> LimitTable:

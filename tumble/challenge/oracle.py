@@ -16,10 +16,10 @@ from datasets.atomic_files import written_whole
 from datasets.json_documents import plain
 from datasets.recipes.effects import values_in_sequence
 from estimator.configuration import configuration_from_dict
-from estimator.diagnosis.base import start_with
 from estimator.diagnosis.score_tests import Candidates, score_tests
 from estimator.effects.choosing import catalogue
 from estimator.effects.model import Model
+from estimator.fitting.base_model import start_with
 from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState, fit_campaign
 from estimator.fitting.campaign_covariance import campaign_covariance
 from estimator.fitting.following import following

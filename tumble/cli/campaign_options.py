@@ -12,9 +12,8 @@ from rich.table import Table
 
 from datasets.estimate_files import read_estimate
 from datasets.json_documents import Document, plain, read_document, write_document
-from estimator.diagnosis.tested_values import p_words
-from estimator.diagnosis.verdict import percent
 from estimator.effects.choosing import chosen_effects
+from estimator.misfit_words import p_words
 from estimator.side_by_side import processes
 from tumble.campaigning import Known, Prepared
 from tumble.cli.console import console
@@ -30,6 +29,7 @@ from tumble.progress import progress
 from tumble.read_paths import effects_read, observations_read, paths_given
 from tumble.reasons import grouped
 from tumble.reports.campaign_page import write_campaign_page
+from tumble.reports.verdict import percent
 from tumble.reports.words import rms_word, rung_name, unmeasured
 from tumble.result_files import SUFFIX
 from tumble.stating import known, possible

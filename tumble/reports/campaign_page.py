@@ -11,14 +11,14 @@ from markupsafe import Markup
 from datasets.atomic_files import written_whole
 from datasets.json_documents import revived
 from estimator.diagnosis.selection.names import JOINED
-from estimator.diagnosis.tested_values import p_words
-from estimator.diagnosis.verdict import percent
+from estimator.misfit_words import p_words
 from tumble.limiting import facts_told
 from tumble.numbers import compact
 from tumble.reports.charts import autocorrelation_chart, ladder_chart, map_chart
 from tumble.reports.payload import flat
 from tumble.reports.sequence_charts import sequence_charts
 from tumble.reports.shape_charts import shape_chart
+from tumble.reports.verdict import percent
 from tumble.reports.words import rms_word, rung_name
 from tumble.versions import versions
 

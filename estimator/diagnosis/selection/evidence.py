@@ -27,10 +27,9 @@ from estimator.diagnosis.score_tests import Column
 from estimator.diagnosis.selection.linearised import Linearised
 from estimator.diagnosis.selection.reduced import Own, Posterior, Quadratic, posterior
 from estimator.effects.link import TAILS
+from estimator.fitting.measurement_kind import NOISE_FREEDOM
 
 Array = NDArray[np.float64]
-NOISE_FREEDOM = 10.0
-"""``nu``: the noise's standard deviation is known to about 20%."""
 SHARES = 0.5 * np.logspace(-3.0, 0.0, 7)
 """``r``: standard deviations of the prior over the plausible limit, which is two of the widest; less than a thousandth of a range is
 nothing."""

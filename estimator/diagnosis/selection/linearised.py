@@ -20,11 +20,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.diagnosis.ranking import SMALLEST_SHARE
-from estimator.diagnosis.score_tests import Candidates, Column, EfficientScores, arranged, efficient_scores, joint_model
+from estimator.diagnosis.score_tests import Candidates, Column, EfficientScores, arranged, candidate_equations, efficient_scores
 from estimator.effects.link import EffectModel, Setting
 from estimator.effects.model import Model
-from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState, SequenceEquations, layout_of, sequence_equations
+from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState, SequenceEquations, layout_of
 from estimator.fitting.time_shifts import JitterTest, jitter_test
 
 Array = NDArray[np.float64]
@@ -113,7 +112,7 @@ def linearised(campaign: Campaign, fit: CampaignFit, catalogue: Mapping[str, Eff
     others = Candidates.of(campaign, [e for key, e in catalogue.items() if key not in fit.model.keys])
     dummies = tuple(np.zeros((1, len(e.entry.parameters))) for e in own)
     candidates = Candidates((*own, *others.effects), (*dummies, *others.starts))
-    equations = _equations(campaign, fit, others)
+    equations = candidate_equations(campaign, replace(fit, model=_free(fit.model)), others)
     bare = replace(fit, model=base, layout=layout_of(campaign, base), state=_without_effects(fit, base.size))
     scores, chosen = efficient_scores(campaign, bare, arranged(campaign, equations, base, candidates))
     scores = _amplitudes(scores, candidates)
@@ -140,13 +139,6 @@ def _base_and_own(campaign: Campaign, fit: CampaignFit) -> tuple[Model, tuple[Ef
     if fit.model.keys[: len(base.keys)] != base.keys:
         raise ValueError(f"expected a model that begins with {base.keys}, got {fit.model.keys}")
     return base, fit.model.effects[len(base.effects) :]
-
-
-def _equations(campaign: Campaign, fit: CampaignFit, others: Candidates) -> tuple[SequenceEquations, ...]:
-    """Every sequence linearised in its flight, in the fit's effects at their values, and in all others at their starts."""
-    model, tried = joint_model(_free(fit.model), others)
-    state = CampaignState(fit.state.flights, tuple(np.concatenate([theta, tried]) for theta in fit.state.theta))
-    return tuple(sequence_equations(campaign, i, state, model) for i in range(len(campaign.sequences)))
 
 
 def _free(model: Model) -> Model:
@@ -188,14 +180,6 @@ def _quadratic(scores: EfficientScores, current: Array, squares: float | None) -
         return H, score, float(squares - 2.0 * scores.g @ current + current @ H @ current), None
     if not len(score):
         return H, score, 0.0, 1.0
-    white = _whitener(scores.M)
+    white = scores.whitener
     X, y = white @ H, white @ score
     return X.T @ X, X.T @ y, float(y @ y), float(len(y))
-
-
-def _whitener(M: Array) -> Array:
-    """The map (r, c) to the r independent numbers of size one that scores of covariance ``M`` (c, c) hold."""
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(M), 1e-300))
-    value, vector = np.linalg.eigh(M * scale[:, None] * scale)
-    told = value > SMALLEST_SHARE
-    return np.asarray((vector[:, told] / np.sqrt(value[told])).T * scale)

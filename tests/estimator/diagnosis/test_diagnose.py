@@ -6,11 +6,10 @@ import pytest
 
 from estimator.diagnosis.adding import fit_with
 from estimator.diagnosis.diagnose import ALPHA, Diagnosis, diagnose
-from estimator.diagnosis.unknown import family_of
-from estimator.diagnosis.verdict import verdict_of
 from estimator.effects.choosing import catalogue
 from estimator.trajectories.registering import register_trajectories
 from tests.estimator.made_trajectories import Hidden, Tracker, campaign
+from tumble.reports.verdict import verdict_of
 
 
 @cache
@@ -32,7 +31,7 @@ def test_what_is_missing_is_named_with_its_odds() -> None:
     assert best.share > 0.9
     assert [f.log_odds for f in found.findings] == sorted((f.log_odds for f in found.findings), reverse=True)
     assert verdict_of(found).add == ("quadratic_drag",)
-    assert not family_of(found).present
+    assert not found.unknown.present
 
 
 def test_a_model_that_has_the_effect_lacks_nothing() -> None:

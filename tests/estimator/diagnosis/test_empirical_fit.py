@@ -10,13 +10,12 @@ from numpy.typing import NDArray
 
 from datasets.vocabulary.effects import Stage
 from estimator.diagnosis import empirical_fit
-from estimator.diagnosis.base import base_fit
-from estimator.diagnosis.diagnose import diagnose
+from estimator.diagnosis.diagnose import Unknown, diagnose
 from estimator.diagnosis.empirical_fit import EmpiricalFit, LawFit, fit_empirical, fit_terms
 from estimator.diagnosis.empirical_shape import empirical_shapes
-from estimator.diagnosis.unknown import Unknown, family_of
 from estimator.effects.law_terms import Term
 from estimator.effects.model import Model
+from estimator.fitting.base_model import base_fit
 from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState, fit_campaign
 from estimator.fitting.held_out import HeldOut
 from estimator.motion.flight import N_PARAMETERS
@@ -30,7 +29,7 @@ Array = NDArray[np.float64]
 def found(key: str) -> tuple[Unknown, EmpiricalFit]:
     registered = unknown_campaign(key)
     fit = base_fit(registered.campaign, registered.start)
-    left = family_of(diagnose(registered.campaign, fit, {}))
+    left = diagnose(registered.campaign, fit, {}).unknown
     return left, fit_empirical(registered.campaign, fit, left)
 
 

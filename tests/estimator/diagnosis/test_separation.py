@@ -8,20 +8,17 @@ import pytest
 
 from estimator.diagnosis.candidate_recordings import FARTHER, RECORDINGS
 from estimator.diagnosis.diagnose import diagnose
-from estimator.diagnosis.expected_difference import Expected, moments
-from estimator.diagnosis.imagined_sequences import Drop, Pictures, counted, hull_of, silhouettes_of, thinned
-from estimator.diagnosis.imagined_views import with_more_views
-from estimator.diagnosis.ranking import remainders, whitener
+from estimator.diagnosis.imagined_sequences import Drop, counted
 from estimator.diagnosis.score_tests import Candidates, ScoreTest, score_tests
-from estimator.diagnosis.separation import Prospect, Separation, separations
-from estimator.diagnosis.separation_words import advised, separation_sentence
-from estimator.diagnosis.verdict import Verdict
+from estimator.diagnosis.separation import Prospect, Separation, _present, separations
 from estimator.effects.choosing import catalogue
 from estimator.fitting.campaign import sequence_equations
+from estimator.silhouettes.hull_outlines import hull_of
+from estimator.silhouettes.imagined import Pictures, silhouettes_of, thinned
+from estimator.silhouettes.imagined_views import with_more_views
 from tests.estimator.small_campaign import fitted, registered
 
-MARGIN = 6.0
-PENALTY = 7.0
+MARGIN = 3.0
 
 
 @cache
@@ -61,31 +58,32 @@ def prospects(separation: Separation) -> dict[str, Prospect]:
 # The expected difference
 
 
-def test_moments_are_those_of_drawn_scores() -> None:
+def test_the_difference_is_the_log_likelihood_that_drawn_scores_lose() -> None:
+    """Scores are drawn under an effect of a known size; the likelihood ratio to the best of its rival scatters as expected."""
     campaign, fit = registered().campaign, fitted()
     keys = ("linear_drag", "quadratic_drag", "gravity", "outline_offset", "frame_rate")
-    tests, scores = score_tests(campaign, fit, Candidates.of(campaign, [catalogue()[k] for k in keys]))
-    rng, white = np.random.default_rng(8), whitener(scores.M)
-    for true, rival, size in ((0, 1, 8.0), (1, 2, 5.0), (2, 0, 6.0)):
-        rows = [i for i, c in enumerate(scores.columns) if c.effect == true]
-        theta = size * np.sqrt(np.diag(tests[true].covariance)) / np.sqrt(len(rows))
-        mean, deviation = moments(scores, white, (true, rival), theta, PENALTY)
-        drawn = []
+    tests, _ = score_tests(campaign, fit, Candidates.of(campaign, [catalogue()[k] for k in keys]))
+    rng = np.random.default_rng(8)
+    for true, rival, size in ((0, 1, 30.0), (1, 2, 5.0), (2, 0, 6.0)):
+        sized = replace(tests[true], theta=size * np.sqrt(np.diag(tests[true].covariance) / len(tests[true].columns)))
+        present = _present(registered(), fit, [sized if t is tests[true] else t for t in tests], MARGIN)
+        scores, d = present.scores, present.lost(present.scores.information, present.scores.columns, (true, rival))
+        signature = scores.whitener @ scores.H
+        first, second = (signature[:, [i for i, c in enumerate(scores.columns) if c.effect == e]] for e in (true, rival))
+        made = first @ sized.theta
+        ratio = []
         for _ in range(400):
-            # Scores as the whitener sees them: eigenvalues that it does not believe are as large as it takes them for.
-            y = -white @ scores.H[:, rows] @ theta + rng.standard_normal(len(scores.columns))
-            left = remainders(replace(scores, g=np.linalg.solve(white, y)))
-            columns = [sum(c.effect == e for c in scores.columns) for e in (true, rival)]
-            drawn.append(left[rival] - left[true] + PENALTY * (columns[1] - columns[0]))
-        assert np.mean(drawn) == pytest.approx(mean, abs=4.0 * deviation / np.sqrt(len(drawn)))
-        assert np.std(drawn) == pytest.approx(deviation, rel=0.15)
+            y = made + rng.standard_normal(len(made))
+            best, *_ = np.linalg.lstsq(second, made, rcond=1e-10)
+            ratio.append(0.5 * (np.sum((y - second @ best) ** 2) - np.sum((y - made) ** 2)))
+        assert np.mean(ratio) == pytest.approx(d, abs=4.0 * np.sqrt(2.0 * d / len(ratio)))
+        assert np.std(ratio) == pytest.approx(np.sqrt(2.0 * d), rel=0.15)
 
 
 def test_an_effect_is_not_told_from_itself() -> None:
-    campaign, fit = registered().campaign, fitted()
-    _, scores = score_tests(campaign, fit, Candidates.of(campaign, [catalogue()["linear_drag"]]))
-    mean, deviation = moments(scores, whitener(scores.M), (0, 0), np.array([1.0]), PENALTY)
-    assert (mean, deviation) == pytest.approx((0.0, 0.0), abs=1e-6)
+    present = _present(registered(), fitted(), linear_tests(), MARGIN)
+    number = present.number("linear_drag")
+    assert present.lost(present.scores.information, present.scores.columns, (number, number)) == pytest.approx(0.0, abs=1e-6)
 
 
 # Imagined recordings
@@ -191,37 +189,3 @@ def test_random_effects_and_single_ones_have_no_pairs() -> None:
     every = [f.test for f in tests]
     assert separations(registered(), fitted(), every, ("gravity", "trigger_jitter"), margin=MARGIN) == ()
     assert separations(registered(), fitted(), every, ("gravity",), margin=MARGIN) == ()
-
-
-# Words
-
-
-def prospect(key: str, drops: int, difference: float, probability: float) -> Prospect:
-    return Prospect(key, f"a {key} drop", drops, 30, Expected(difference, probability))
-
-
-def test_the_sentence_names_what_would_and_what_would_not() -> None:
-    told = Separation(
-        ("linear_drag", "quadratic_drag"),
-        MARGIN,
-        Expected(0.4, 0.0),
-        (prospect("faster", 1, 31.0, 0.99), prospect("calm", 1, 25.0, 0.96), prospect("similar", 4, 1.25, 0.0)),
-    )
-    sentence = separation_sentence(told)
-    assert sentence == (
-        "Linear drag or quadratic drag (expected difference of the criterion now 0.4, more than 6 is needed): a faster drop (31) or "
-        "a calm drop (25) would tell them apart; 4 times a similar drop (1.2) would not."
-    )
-
-
-def test_where_nothing_helps_the_sentence_says_so() -> None:
-    told = Separation(("blooming", "outline_offset"), MARGIN, Expected(0.1, 0.0), (prospect("faster", 4, 3.0, 0.1),))
-    assert "no recording on trial would tell them apart; the best, 4 times a faster drop (3.0), would not do." in separation_sentence(told)
-
-
-def test_effects_that_contradict_each_other_are_never_advised_together() -> None:
-    told = Separation(("frame_rate", "length_scale"), MARGIN, Expected(0.0, 0.0), (prospect("second", 1, 50.0, 1.0),))
-    assert separation_sentence(told).endswith("Either way only one of them can be in a model.")
-    verdict = advised(Verdict("found", "Frame rate.", ("First.",), ("frame_rate",)), [told], "tumble diagnose data")
-    assert verdict.add == ("frame_rate",)
-    assert verdict.remarks == ("First.", separation_sentence(told), "With the new recording in the same folder: tumble diagnose data")

@@ -5,11 +5,11 @@ import pytest
 
 from datasets.trajectory import Surroundings, Trajectory
 from datasets.vocabulary.body import Body
-from estimator.diagnosis.base import base_fit
-from estimator.diagnosis.imagined_trajectories import Tracks
 from estimator.diagnosis.score_tests import Candidates, score_tests
 from estimator.diagnosis.separation import separations
 from estimator.effects.choosing import catalogue
+from estimator.fitting.base_model import base_fit
+from estimator.trajectories.imagined import Tracks
 from estimator.trajectories.registering import register_trajectories
 
 SIGMA_M, ROWS, INTERVAL_S = 5e-4, 60, 0.01
@@ -33,7 +33,7 @@ def test_scales_need_a_known_start_or_a_measurement_and_no_camera_is_offered() -
     fit = base_fit(found.campaign, found.start)
     effects = [catalogue()[k] for k in ("frame_rate", "length_scale", "linear_drag", "quadratic_drag", "gravity")]
     tests, _ = score_tests(found.campaign, fit, Candidates.of(found.campaign, effects))
-    (scales,) = separations(found, fit, tests, ("frame_rate", "length_scale"), margin=6.0)
+    (scales,) = separations(found, fit, tests, ("frame_rate", "length_scale"), margin=3.0)
     assert not scales.now.separates
     told = {p.key: p.expected for p in scales.prospects}
     assert set(told) == {

@@ -11,9 +11,8 @@ from datasets.vocabulary.clock import Clock
 from datasets.vocabulary.effects import Stage
 from datasets.vocabulary.outline import Outline
 from estimator.configuration import Configuration
-from estimator.diagnosis.base import base_fit
 from estimator.diagnosis.diagnose import diagnose
-from estimator.diagnosis.unknown import family_of
+from estimator.fitting.base_model import base_fit
 from estimator.registration import register
 from synth.sequence import build_silhouette_sequence
 from tests.estimator.small_campaign import recipe
@@ -55,5 +54,5 @@ def test_an_unknown_outside_of_the_dynamics_is_told_by_its_stage(spoilt: Callabl
     made = recipe(frames=40)
     seen = [spoilt(build_silhouette_sequence(made, i)[0]) for i in range(made.sequences)]
     registered = register(seen, Configuration())
-    left = family_of(diagnose(registered.campaign, base_fit(registered.campaign, registered.start), {}))
+    left = diagnose(registered.campaign, base_fit(registered.campaign, registered.start), {}).unknown
     assert (left.present, left.stage) == (True, stage)

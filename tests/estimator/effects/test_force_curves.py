@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from estimator.diagnosis.base import base_fit
 from estimator.effects.contracts import check_contracts
 from estimator.effects.force_curves import DEGREES, LARGEST_MS2, ForceCurve, TorqueCurve, basis
 from estimator.effects.law_effect import law_effect
 from estimator.effects.law_terms import TERMS, Term
 from estimator.effects.link import Moment, Setting
 from estimator.effects.model import Model
+from estimator.fitting.base_model import base_fit
 from estimator.fitting.campaign import CampaignState, fit_campaign, sequence_equations
 from estimator.motion.flight import N_PARAMETERS
 from tests.estimator.small_campaign import fitted, registered

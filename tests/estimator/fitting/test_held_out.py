@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from estimator.diagnosis.adding import with_effect
-from estimator.diagnosis.base import base_fit
 from estimator.diagnosis.score_tests import Candidates, score_tests
-from estimator.diagnosis.wald import wald_p
 from estimator.effects.choosing import catalogue
 from estimator.fitting import held_out as module
+from estimator.fitting.base_model import base_fit
 from estimator.fitting.campaign_covariance import campaign_covariance
 from estimator.fitting.held_out import held_out
+from estimator.fitting.wald import wald_p
 from estimator.registration import Registered
 from estimator.trajectories.registering import register_trajectories
 from tests.estimator.made_trajectories import Hidden, Tracker, measured

@@ -9,13 +9,13 @@ import pytest
 from datasets.errors import InputError
 from datasets.trajectory import Trajectory
 from estimator.diagnosis.adding import fit_with, with_effect
-from estimator.diagnosis.base import base_fit
 from estimator.diagnosis.diagnose import ALPHA, Diagnosis, diagnose
 from estimator.diagnosis.explain import explain
 from estimator.diagnosis.noise_floor import noise_floor
 from estimator.diagnosis.residual_maps import residual_maps
 from estimator.diagnosis.score_tests import Candidates, Column, EfficientScores, p_of
 from estimator.effects.choosing import catalogue
+from estimator.fitting.base_model import base_fit
 from estimator.fitting.campaign_covariance import campaign_covariance
 from estimator.motion.flight import N_PARAMETERS
 from estimator.registration import Registered
@@ -57,7 +57,7 @@ def test_what_is_hidden_is_found_with_its_size(hidden: Hidden, tracker: Tracker,
 def test_gravity_frame_rate_and_lengths_are_one_number() -> None:
     registered = register_trajectories(campaign(11, Hidden(more_gravity=0.2), Tracker()))
     found = diagnosed(registered)
-    explained = {f.key: f.test.explained for f in found.findings}
+    explained = {f.key: f.test.statistic for f in found.findings}
     assert {"frame_rate", "length_scale"} <= set(found.group)
     assert explained["frame_rate"] == pytest.approx(explained["length_scale"], abs=1.0)
     assert explained["gravity"] > explained["frame_rate"] - 1.0

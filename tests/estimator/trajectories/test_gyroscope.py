@@ -10,10 +10,10 @@ from datasets.trajectory import Surroundings, Trajectory
 from datasets.vocabulary.body import Body
 from estimator.campaign_reporting import effect_values
 from estimator.diagnosis.adding import fit_with
-from estimator.diagnosis.base import base_fit
 from estimator.diagnosis.residual_maps import residual_maps
 from estimator.effects.choosing import catalogue
 from estimator.effects.model import Model
+from estimator.fitting.base_model import base_fit
 from estimator.fitting.campaign import CampaignFit
 from estimator.fitting.campaign_covariance import campaign_covariance
 from estimator.motion.flight import N_PARAMETERS, OMEGA, THETA, V, X, moved

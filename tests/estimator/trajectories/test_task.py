@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from estimator.diagnosis.base import base_fit
 from estimator.effects.choosing import catalogue
 from estimator.effects.model import Model
+from estimator.fitting.base_model import base_fit
 from estimator.fitting.campaign_covariance import campaign_covariance
 from estimator.motion.flight import N_PARAMETERS, NAMES, OMEGA, THETA, moved
 from estimator.trajectories.registering import register_trajectories, task_of

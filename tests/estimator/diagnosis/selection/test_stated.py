@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from estimator.diagnosis.base import base_fit
 from estimator.diagnosis.selection.groups import group_of
 from estimator.diagnosis.selection.names import key_of
 from estimator.diagnosis.selection.path import At, looked_at
 from estimator.diagnosis.selection.stated import with_facts
 from estimator.effects.choosing import catalogue
+from estimator.fitting.base_model import base_fit
 from estimator.fitting.facts import Fact
 from estimator.registration import Registered
 from estimator.trajectories.registering import register_trajectories

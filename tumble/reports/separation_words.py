@@ -3,10 +3,9 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
-from estimator.diagnosis.expected_difference import Expected
-from estimator.diagnosis.separation import Prospect, Separation
-from estimator.diagnosis.verdict import Verdict
+from estimator.diagnosis.separation import Expected, Prospect, Separation
 from estimator.effects.choosing import contradiction
+from tumble.reports.verdict import Verdict
 
 MOST_NAMED = 2
 
@@ -14,7 +13,7 @@ MOST_NAMED = 2
 def separation_sentence(separation: Separation) -> str:
     """What would tell the pair apart, what would not, and by how much."""
     first, second = (key.replace("_", " ") for key in separation.pair)
-    opening = f"{first.capitalize()} or {second} (expected difference of the criterion now {_number(separation.now)}, more than "
+    opening = f"{first.capitalize()} or {second} (expected difference of log likelihoods now {_number(separation.now)}, more than "
     opening += f"{separation.margin:.2g} is needed): "
     recordings = [p for p in separation.prospects if p.drops]
     measurements = [p for p in separation.prospects if not p.drops and p.expected.separates]

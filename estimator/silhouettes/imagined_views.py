@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from estimator.diagnosis.imagined_sequences import like_noise, outline_of
 from estimator.fitting.model_errors import SequenceTask
 from estimator.fitting.pose_refinement import Views
 from estimator.geometry.epipolar_tangency import PoseSet
 from estimator.geometry.silhouettes import Silhouettes
 from estimator.particle import Particle
+from estimator.silhouettes.hull_outlines import like_noise, outline_of
 
 Array = NDArray[np.float64]
 TURN = Rotation.from_rotvec(1.2 * np.array([0.48, 0.6, 0.64]))

@@ -3,8 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from estimator.diagnosis.diagnose import Diagnosis, Finding, blind_to, says_nothing
-from estimator.diagnosis.tested_values import TestedValue, tested_values
+from estimator.diagnosis.diagnose import Diagnosis, Finding, TestedValue, blind_to, says_nothing, tested_values
 
 
 @dataclass(frozen=True)

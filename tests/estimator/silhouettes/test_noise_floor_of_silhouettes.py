@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from estimator.diagnosis.noise_floor import NoiseFloor, noise_floor
 from estimator.fitting.campaign import CampaignFit
 from tests.estimator.small_campaign import fitted, registered
+from tumble.reports.noise_floor_words import floor_sentence
 
 Array = NDArray[np.float64]
 
@@ -33,7 +34,7 @@ def test_noise_alone_leaves_nothing_to_explain() -> None:
     assert not floor.explainable(1.0, 0.01)
     assert floor.interval[0] < floor.reduced < floor.interval[1]
     assert floor.excess_px < 0.05
-    assert "nothing to explain" in floor.sentence(1.0, 0.01)
+    assert "nothing to explain" in floor_sentence(floor, "px", (1.0, 0.01))
 
 
 def test_white_errors_have_a_reduced_chi_square_of_one() -> None:
@@ -49,7 +50,7 @@ def test_a_smooth_error_is_found_with_its_size() -> None:
     assert floor.explainable(1.0, 0.01)
     assert abs(floor.excess_px - 0.3 * np.sqrt(0.5)) < 0.08
     assert floor.autocorrelation[0] > 0.5
-    assert "alike in neighbouring frames" in floor.sentence(1.0, 0.01)
+    assert "alike in neighbouring frames" in floor_sentence(floor, "px", (1.0, 0.01))
 
 
 def test_frames_that_jump_are_told_from_smooth_errors() -> None:
@@ -57,10 +58,10 @@ def test_frames_that_jump_are_told_from_smooth_errors() -> None:
     floor = judged(with_errors(lambda e, frame: e + jumps[frame.astype(int)]))
     assert floor.jumps
     assert floor.floor_px < floor.repeated_px
-    assert "trigger that jitters" in floor.sentence(1.0, 0.01)
+    assert "trigger that jitters" in floor_sentence(floor, "px", (1.0, 0.01))
 
 
 def test_a_pattern_that_an_effect_fits_counts_however_small() -> None:
     floor = judged(fitted())
     assert floor.explainable(1e-9, 0.01)
-    assert "pattern is not that of noise" in floor.sentence(1e-9, 0.01)
+    assert "pattern is not that of noise" in floor_sentence(floor, "px", (1e-9, 0.01))

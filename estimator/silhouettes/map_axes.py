@@ -5,31 +5,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from estimator.diagnosis.residual_maps import DIRECTIONS, Axis, even, phase
 from estimator.fitting.campaign import Campaign, CampaignFit, SequenceEquations
 from estimator.fitting.model_errors import SequenceTask
 from estimator.geometry.sphere import fibonacci_sphere
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
-BINS, DIRECTIONS, BODY_CELLS, GRID = 10, 12, 16, 4
-
-
-@dataclass(frozen=True)
-class Axis:
-    """One axis of maps.
-
-    ``bin`` (r,) of every residual and ``centre`` (b,) of each bin in ``unit``, ``second`` (b,) its second coordinate; ``edges`` (b + 1,)
-    where bins follow one another. ``displaces``: whether displacements make sense in a bin.
-    """
-
-    name: str
-    title: str
-    unit: str
-    bin: Index
-    centre: Array
-    second: Array | None = None
-    edges: Array | None = None
-    displaces: bool = True
+BODY_CELLS, GRID = 16, 4
 
 
 @dataclass(frozen=True)
@@ -92,14 +75,6 @@ def _flying(sequence: SequenceTask, each: SequenceEquations) -> Array:
     return np.asarray(moving / np.maximum(np.linalg.norm(moving, axis=1, keepdims=True), 1e-12))
 
 
-def even(name: str, title: str, unit: str, values: Array) -> Axis:
-    """Bins of equal width over all values."""
-    low, high = float(values.min()), float(values.max())
-    edges = np.linspace(low, high + 1e-9 * max(1.0, abs(high)), BINS + 1)
-    number = np.clip(np.digitize(values, edges) - 1, 0, BINS - 1).astype(np.int64)
-    return Axis(name, title, unit, number, np.asarray(0.5 * (edges[1:] + edges[:-1])), edges=np.asarray(edges))
-
-
 def _grid(points: Array) -> Axis:
     """A grid over the part of the picture that was used."""
     low, high = points.min(axis=0), points.max(axis=0)
@@ -114,16 +89,6 @@ def _directions(name: str, title: str, degrees: Array) -> Axis:
     width = 360.0 / DIRECTIONS
     number = (np.round(degrees / width).astype(np.int64)) % DIRECTIONS
     return Axis(name, title, "°", number, width * np.arange(DIRECTIONS, dtype=np.float64), displaces=False)
-
-
-def phase(degrees: Array) -> Axis:
-    """Bins of the angle turned since the first frame; where that is less than a turn it says the same as time."""
-    whole = bool(degrees.max() >= 360.0)
-    title = "angle turned, modulo one turn" if whole else "angle turned since the first frame"
-    degrees = degrees % 360.0
-    width = 360.0 / DIRECTIONS
-    number = np.minimum((degrees / width).astype(np.int64), DIRECTIONS - 1)
-    return Axis("spin_phase", title, "°", number, width * (np.arange(DIRECTIONS, dtype=np.float64) + 0.5))
 
 
 def _cells(normals: Array) -> Axis:

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from estimator.diagnosis.map_axes import axes_of
-from estimator.diagnosis.map_words import sentence_of, title_of
 from estimator.diagnosis.residual_maps import ResidualMap, residual_maps, shown
 from estimator.fitting.campaign import CampaignFit, SequenceEquations
 from estimator.fitting.model_errors import SequenceTask
+from estimator.silhouettes.map_axes import axes_of
 from tests.estimator.small_campaign import fitted, registered
+from tumble.reports.map_words import sentence_of, title_of
 
 Array = NDArray[np.float64]
 Change = Callable[[SequenceTask, SequenceEquations], Array]
