@@ -40,9 +40,10 @@ def first_flight(task: TrajectoryTask, body: Body) -> Flight:
 
 
 def _middle(task: TrajectoryTask) -> int:
-    """The middle row of those with an orientation, or with what the gyroscope reads, or of all."""
+    """The middle row of those with an orientation, or with all that the gyroscope ever reads, or of all."""
     for channel in ("theta", "gyro"):
-        rows = np.flatnonzero(task.seen(channel).all(axis=1))
+        seen = task.seen(channel)
+        rows = np.flatnonzero((seen == seen.any(axis=0)).all(axis=1) & seen.any())
         if len(rows):
             return int(rows[len(rows) // 2])
     return len(task.times_s) // 2
@@ -50,8 +51,8 @@ def _middle(task: TrajectoryTask) -> int:
 
 def _spin(task: TrajectoryTask, middle: int, R_world_tracked: Array) -> Array:
     """Angular velocity (3,) about the middle row, world frame."""
-    if task.gyro is not None and task.seen("gyro")[middle].all():
-        return np.asarray(R_world_tracked @ task.gyro[middle])
+    if task.gyro is not None and task.seen("gyro")[middle].any():
+        return np.asarray(R_world_tracked @ np.where(task.seen("gyro")[middle], task.gyro[middle], 0.0))
     if task.R_world_body is not None:
         rows = np.flatnonzero(task.seen("theta").all(axis=1))
         here = int(np.searchsorted(rows, middle))
