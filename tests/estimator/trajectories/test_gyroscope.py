@@ -59,6 +59,15 @@ def test_the_damping_of_a_spin_is_recovered_from_a_gyroscope_alone(ratios: tuple
     np.testing.assert_allclose(noise, NOISE_RADS, rtol=0.15)
 
 
+def test_an_axis_that_a_gyroscope_never_reads_starts_at_rest() -> None:
+    """A saturated axis has no reading in any row: the fit starts with what the others read."""
+    (each,) = gyro_rows(4, 0.0, (1.0, 1.0, 1.0), sequences=1)
+    assert each.gyro is not None
+    blind = replace(each, gyro=np.column_stack([each.gyro[:, :2], np.full(len(each.gyro), np.nan)]))
+    flight = first_flight(task_of(blind), blind.surroundings.body)
+    np.testing.assert_allclose(flight.omega, [*each.gyro[60, :2], 0.0], atol=0.1)
+
+
 def test_a_gyroscope_alone_shows_where_it_misses_and_what_needs_more_is_refused() -> None:
     registered = register_trajectories(gyro_rows(5, 0.2, (0.55, 0.56, 1.0)))
     task = registered.campaign.sequences[0]
