@@ -110,7 +110,19 @@ def _pages(path: Path, stack: tifffile.TiffFile, size: int) -> tuple[Page, ...]:
             raise InputError(f"{path}: frame {number}: expected another page, came one that is there already; the file's pages are a loop.")
         seen.add(page.offset)
         found.append(_page(page, f"{path}: frame {number}", size))
+    _check_end(path, stack, len(found))
     return tuple(found)
+
+
+def _check_end(path: Path, stack: tifffile.TiffFile, count: int) -> None:
+    """That the last page says that it is the last: where the file is cut off, tifffile finds fewer pages and goes on."""
+    at = stack.pages.next_page_offset
+    if at is None:
+        return
+    stack.filehandle.seek(at)
+    width = stack.tiff.offsetsize
+    if int.from_bytes(stack.filehandle.read(width), "little" if stack.byteorder == "<" else "big") != 0:
+        raise InputError(f"{path}: expected another page after frame {count - 1}, got none; the file is cut off or damaged.")
 
 
 def _page(page: tifffile.TiffPage, where: str, size: int) -> Page:

@@ -1,8 +1,9 @@
 """AVI, MP4 and MOV films, decoded by OpenCV's FFmpeg: FFV1 and other grey films as they are, all others turned to grey of 8 bit.
 
 Grey of 8 and 16 bit comes through to the bit (FFV1, raw, HuffYUV). Anything else (MJPEG, H.264, ...) was compressed with loss or has
-colours; it is read as luma of 8 bit, and the header says what that costs. The frame rate of a film is that of its playback, not of the
-camera: it is read, and the note says so. Pictures are decoded one after the other; going back begins anew.
+colours; it is read as luma of 8 bit, and the header says what that costs. The frame rate of a film is that of its playback, not the
+camera's (and FFmpeg tells no more than 600 Hz of an AVI), so it is shown, and the camera's has to be stated. Pictures are decoded one
+after the other; going back begins anew.
 """
 
 from collections.abc import Iterator
@@ -14,17 +15,16 @@ import cv2
 import numpy as np
 
 from datasets.errors import InputError
-from datasets.video.header import FASTEST_HZ, Header, Origin, Picture, Stated, check_size
+from datasets.video.header import FASTEST_HZ, UNKNOWN_DEPTH, Header, Origin, Picture, Stated, check_size
 
 SUFFIXES = (".avi", ".mp4", ".mov", ".mkv")
 GREY = {"Y800": 8, "Y8  ": 8, "GREY": 8, "Y1\x00\x10": 16}
 """Pixel formats that OpenCV hands through unchanged, and their bits."""
 DEEP = {"Y1\x00\x09": 9, "Y1\x00\x0a": 10, "Y1\x00\x0c": 12, "Y1\x00\x0e": 14}
 """Grey of other depths: OpenCV would cut them to 8 bit."""
-PLAYBACK = "the film's playback rate, which is rarely the camera's; state --rate"
 LOSSY = (
-    "{codec}: compression and 8 bit changed the grey values. Outlines then err by some hundredths to tenths of a pixel, alike in neighbouring "
-    "frames and blocks of 8 or 16 px, which no noise model knows; use the camera's own file where there is one"
+    "{codec}: compression and 8 bit changed the grey values. Outlines then err by some hundredths to tenths of a pixel, alike in "
+    "neighbouring frames and blocks of 8 or 16 px, which no noise model knows; use the camera's own file where there is one"
 )
 
 
@@ -113,11 +113,17 @@ def read_film(path: Path) -> Film:
         width_px=width,
         height_px=height,
         count=int(count),
-        bit_depth=Stated(bits or 8, Origin.READ, "pixel format" if bits else "colours or luma, turned to grey of 8 bit"),
-        rate_hz=Stated(rate, Origin.ASSUMED, PLAYBACK) if 0 < rate <= FASTEST_HZ else None,
+        bit_depth=_depth(bits),
+        playback_hz=rate if 0 < rate <= FASTEST_HZ else None,
         lossy="" if bits else LOSSY.format(codec=codec.strip() or "this codec"),
     )
     return Film(path, header, bits is not None, _Decoder(path, bits is None))
+
+
+def _depth(bits: int | None) -> Stated[int]:
+    if bits == 16:
+        return Stated(16, Origin.ASSUMED, UNKNOWN_DEPTH)
+    return Stated(8, Origin.READ, "pixel format" if bits else "colours or luma, turned to grey of 8 bit")
 
 
 def _open(path: Path, *, convert: bool) -> cv2.VideoCapture:

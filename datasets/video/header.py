@@ -19,6 +19,9 @@ MOST_FRAMES = 10**6
 """Pictures of a recording at most, as in a recipe."""
 
 
+UNKNOWN_DEPTH = "stored in 16 bit; how many carry signal is not said"
+
+
 class Origin(StrEnum):
     """Where a value is from: the file, the command line, or an assumption that is named."""
 
@@ -50,7 +53,8 @@ class Header:
     ``rate_hz``: pictures per second as stored. ``exposure_s``: of each picture (s). ``stamps_s`` (count,) s: a time stamp of each picture,
     from the trigger where that is known; without them pictures are evenly spaced by the rate, ``first`` being the number of the first one
     (the trigger's is 0). ``stamped``: which moment of an exposure stamps name. ``bit_depth``: bits that carry signal.
-    ``lossy``: what compression took, in words; empty where nothing was lost.
+    ``lossy``: what compression took, in words; empty where nothing was lost. ``playback_hz``: at which a film is played, which says
+    nothing of the camera.
     """
 
     kind: str
@@ -65,6 +69,7 @@ class Header:
     first: int = 0
     trigger: Stated[str] | None = None
     lossy: str = ""
+    playback_hz: float | None = None
 
     def stamps(self, rate_hz: float) -> Float[NDArray[np.float64], " frame"]:
         """Time stamps (s) of all pictures; evenly spaced by ``rate_hz`` where the file has none."""

@@ -18,7 +18,7 @@ from datasets.errors import InputError
 from datasets.tiff_codecs import JPEG as TIFF_JPEG
 from datasets.tiff_pages import Page, decoded, index
 from datasets.video.film import grey_of
-from datasets.video.header import MOST_FRAMES, Header, Origin, Picture, Stated, check_size
+from datasets.video.header import MOST_FRAMES, UNKNOWN_DEPTH, Header, Origin, Picture, Stated, check_size
 
 TIFF_SUFFIXES = (".tif", ".tiff")
 FORMATS = ("PNG", "BMP", "PPM", "JPEG")
@@ -26,7 +26,6 @@ SUFFIXES = (".png", ".bmp", ".pgm", ".jpg", ".jpeg")
 DEEP_MODES = ("I;16", "I;16L", "I;16B", "I")
 """How Pillow calls grey of 16 bit."""
 LOSSY_JPEG = "JPEG changed the grey values in blocks of 8 x 8 px: outlines err alike along stretches, which no noise model knows"
-UNKNOWN_DEPTH = "stored in 16 bit; how many carry signal is not said"
 
 
 @dataclass(frozen=True)

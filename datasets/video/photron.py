@@ -1,7 +1,8 @@
 """Photron ``.mraw`` with its ``.cihx`` or ``.cih``: 8, packed 10 and 12, and 16 bit, without a header in the pictures' file.
 
 ``.cihx`` is XML between two blocks of zeros, ``.cih`` lines of ``name : value``. Pictures lie after each other, top row first; pixels are
-packed as in :mod:`datasets.video.packing`. There are no time stamps: picture ``k`` was taken at ``(first + k skip) / rate`` from the trigger's
+packed as in
+:mod:`datasets.video.packing`. There are no time stamps: picture ``k`` was taken at ``(first + k skip) / rate`` from the trigger's
 picture, ``first`` being the file's StartFrame. [Photron, "PFV4 user's manual"; fields as in ladisk/pyMRAW].
 
 Read here in own code: pyMRAW is GPL, unpacks a whole recording into memory and believes every size that the header states.

@@ -1,0 +1,148 @@
+"""``tumble import`` over several flights, one item each: an observation, or a draft where something is missing, and a page to look at."""
+
+import shutil
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from datasets.atomic_files import temporary_beside, write_failure
+from datasets.errors import InputError
+from datasets.observation_files import FILE, read_observation, write_observation
+from datasets.plausibility import check_observation
+from datasets.video import Moment
+from estimator.readiness import look_at
+from tumble.checking.checked import Check, camera_check, plain_check
+from tumble.engine import Item, Outcome, run
+from tumble.importing.draft import DRAFT_FILE, IMPORT_FILE, write_values
+from tumble.importing.gathering import Gathered, flight_name, gather
+from tumble.importing.request import Request
+from tumble.progress import progress
+from tumble.reports.check_page import write_check_page
+
+OBSERVATIONS = "observations"
+
+
+def flights_of(videos: Sequence[Path], request: Request) -> list[tuple[Path, ...]]:
+    """Which videos are one flight: each by itself, or all of them where each has a calibration of its own.
+
+    Raises
+    ------
+    InputError
+        Where numbers do not fit, or two flights would have one name.
+    """
+    together = len(videos) > 1 and len(request.cameras) == len(videos)
+    if not together and len(request.cameras) > 1:
+        raise InputError(
+            f"--camera: expected one calibration for all videos, or one for each of the {len(videos)} cameras of one flight, "
+            f"got {len(request.cameras)}."
+        )
+    flights: list[tuple[Path, ...]] = [tuple(videos)] if together else [(video,) for video in videos]
+    names = [flight_name(flight) for flight in flights]
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError(f"{name}: expected recordings with names of their own, got {names.count(name)} that become {name!r}.")
+    return flights
+
+
+def import_all(flights: Sequence[tuple[Path, ...]], request: Request, out: Path, *, command: str, quiet: bool) -> tuple[Outcome, ...]:
+    """Import every flight that ``out`` lacks; ``command`` completes a draft."""
+    items = [_item(flight, request, out, command) for flight in flights]
+    if len(items) == 1:
+        items[0].payload["draft"] = str(out / DRAFT_FILE)
+    with progress("import", len(items), quiet=quiet) as advance:
+        return run(import_item, items, jobs=1, advance=advance)
+
+
+def import_item(payload: dict[str, Any]) -> dict[str, Any]:
+    """Import one flight: write its observation or draft, and its page."""
+    request, videos = _request(payload["request"]), [Path(video) for video in payload["videos"]]
+    gathered = gather(videos, request)
+    folder = Path(payload["folder"])
+    if gathered.observation is None:
+        write_values(Path(payload["draft"]), gathered.values, gathered.missing, payload["command"])
+    else:
+        check_observation(gathered.observation, folder / FILE)
+        with folder_whole(folder) as temporary:
+            write_values(temporary / IMPORT_FILE, gathered.values, (), "")
+            write_observation(gathered.observation, temporary)
+    check = checked(gathered, folder)
+    write_check_page(check, Path(payload["page"]))
+    return {"missing": [vars(missing) for missing in gathered.missing], **plain_check(check)}
+
+
+@contextmanager
+def folder_whole(folder: Path) -> Iterator[Path]:
+    """Hand out a temporary folder beside ``folder``; rename it when the block ends well, remove it otherwise."""
+    temporary = temporary_beside(folder)
+    shutil.rmtree(temporary, ignore_errors=True)
+    try:
+        temporary.mkdir(parents=True)
+        yield temporary
+        temporary.replace(folder)
+    except OSError as error:
+        raise write_failure(folder, error) from error
+    finally:
+        shutil.rmtree(temporary, ignore_errors=True)
+        with suppress(OSError):  # other observations are in it
+            folder.parent.rmdir()
+
+
+def checked(gathered: Gathered, folder: Path) -> Check:
+    """The check of what was gathered; an observation's pictures are read from its own folder."""
+    observation = read_observation(folder) if gathered.observation is not None else None
+    recordings = [source.recording for source in gathered.sources] if observation is None else observation.recordings
+    clock = None if gathered.timing is None else gathered.timing.clock
+    cameras = []
+    for number, (source, recording) in enumerate(zip(gathered.sources, recordings, strict=True)):
+        name = "hsv" if len(gathered.sources) == 1 else f"hsv_{number + 1}"
+        size = source.size_px if source.size_px is not None else _calibrated_size(gathered, number)
+        times, exposure = (None, None) if clock is None else (clock.times_s, clock.exposure_s)
+        look = look_at(recording, size, times_s=times, exposure_s=exposure, name=str(source.path))
+        cameras.append(camera_check(name, recording, look))
+    return Check(gathered.name, tuple(cameras), gathered.values, gathered.missing, gathered.remarks)
+
+
+def _calibrated_size(gathered: Gathered, number: int) -> tuple[int, int]:
+    """Of outlines, whose file does not say how large the picture was."""
+    if not gathered.cameras:
+        return (1 << 16, 1 << 16)
+    lens = gathered.cameras[number].intrinsics
+    return lens.width_px, lens.height_px
+
+
+def _item(flight: tuple[Path, ...], request: Request, out: Path, command: str) -> Item:
+    name = flight_name(flight)
+    folder = out / OBSERVATIONS / name
+    payload = {
+        "videos": [str(video) for video in flight],
+        "request": plain_request(request),
+        "folder": str(folder),
+        "draft": str(out / f"{name}.{DRAFT_FILE}"),
+        "page": str(out / f"{name}.check.html"),
+        "command": command,
+    }
+    return Item(name, payload, folder / FILE)
+
+
+def plain_request(request: Request) -> dict[str, Any]:
+    """A request as JSON-compatible values, paths made absolute."""
+    text = {key: value for key, value in vars(request).items()}
+    return {
+        **text,
+        "frames": list(request.frames),
+        "cameras": [str(path.resolve()) for path in request.cameras],
+        "particle": None if request.particle is None else str(request.particle.resolve()),
+        "stamped": None if request.stamped is None else request.stamped.value,
+    }
+
+
+def _request(plain: dict[str, Any]) -> Request:
+    first, end = plain["frames"]
+    return replace(
+        Request(**{**plain, "frames": (first, end)}),
+        cameras=tuple(Path(path) for path in plain["cameras"]),
+        particle=None if plain["particle"] is None else Path(plain["particle"]),
+        stamped=None if plain["stamped"] is None else Moment(plain["stamped"]),
+    )
