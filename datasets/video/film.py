@@ -3,9 +3,10 @@
 Grey of 8 and 16 bit comes through to the bit (FFV1, raw, HuffYUV). Anything else (MJPEG, H.264, ...) was compressed with loss or has
 colours; it is read as luma of 8 bit, and the header says what that costs. The frame rate of a film is that of its playback, not the
 camera's (and FFmpeg tells no more than 600 Hz of an AVI), so it is shown, and the camera's has to be stated. Pictures are decoded one
-after the other; going back begins anew.
+after the other; going back begins anew. Damage within a picture goes unnoticed, as in formats without compression: FFmpeg conceals it.
 """
 
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -16,6 +17,9 @@ import numpy as np
 
 from datasets.errors import InputError
 from datasets.video.header import FASTEST_HZ, UNKNOWN_DEPTH, Header, Origin, Picture, Stated, check_size
+
+os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
+# Read when the first film is opened: what FFmpeg would print of a damaged one is said by the errors raised here.
 
 SUFFIXES = (".avi", ".mp4", ".mov", ".mkv")
 GREY = {"Y800": 8, "Y8  ": 8, "GREY": 8, "Y1\x00\x10": 16}

@@ -120,6 +120,19 @@ def check_size(path: Path, width_px: int, height_px: int, count: int) -> None:
         raise InputError(f"{path}: expected 1 to {MOST_FRAMES} pictures, got {count}.")
 
 
+def read_rate(path: Path, rate_hz: float) -> float:
+    """``rate_hz`` where a high-speed camera can have it.
+
+    Raises
+    ------
+    InputError
+        Naming the file.
+    """
+    if not SLOWEST_HZ <= rate_hz <= FASTEST_HZ:
+        raise InputError(f"{path}: frame rate: expected {SLOWEST_HZ:g} to {FASTEST_HZ:g} Hz, got {rate_hz:g}.")
+    return rate_hz
+
+
 def read_positive(path: Path, name: str, value: float, unit: str, most: float) -> float:
     """``value`` where it can be one (positive, at most ``most``); an error that names the file otherwise.
 
@@ -133,5 +146,5 @@ def read_positive(path: Path, name: str, value: float, unit: str, most: float) -
     return value
 
 
-FASTEST_HZ, LONGEST_S = 1e8, 1.0
+SLOWEST_HZ, FASTEST_HZ, LONGEST_S = 1.0, 1e8, 1.0
 """Rates and exposures beyond these are no high-speed camera's; those of a recipe and of an observation."""

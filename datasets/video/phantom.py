@@ -18,7 +18,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.errors import InputError
-from datasets.video.header import FASTEST_HZ, LONGEST_S, Header, Moment, Origin, Picture, Stated, check_size, read_positive
+from datasets.video.header import (
+    FASTEST_HZ,
+    LONGEST_S,
+    SLOWEST_HZ,
+    Header,
+    Moment,
+    Origin,
+    Picture,
+    Stated,
+    check_size,
+    read_positive,
+    read_rate,
+)
 from datasets.video.packing import packed_size, unpacked
 from datasets.video.phantom_table import LINEAR_DN
 
@@ -152,7 +164,11 @@ def _places(path: Path, stream: BinaryIO, table: tuple[int, int, int], size: int
     if at + count * width > size:
         raise InputError(f"{path}: expected places of {count} pictures from byte {at}, got {size} bytes in all; it is cut off or damaged.")
     stream.seek(at)
-    return np.frombuffer(stream.read(count * width), f"<u{width}").astype(np.uint64)
+    places = np.frombuffer(stream.read(count * width), f"<u{width}").astype(np.uint64)
+    beyond = np.flatnonzero(places >= size)
+    if len(beyond):
+        raise InputError(f"{path}: frame {beyond[0]}: expected it to begin before byte {size}, the file's end, got {places[beyond[0]]}.")
+    return places
 
 
 def _setup(path: Path, stream: BinaryIO, at: int, size: int) -> tuple[bytes, int]:
@@ -202,9 +218,9 @@ def _depth(path: Path, bits: int, setup: bytes) -> Stated[int]:
 
 def _rate(path: Path, setup: bytes) -> Stated[float]:
     exact = struct.unpack_from("<d", setup, EXACT_RATE)[0] if len(setup) >= EXACT_RATE + 8 else 0.0
-    if 0.0 < exact <= FASTEST_HZ:
+    if SLOWEST_HZ <= exact <= FASTEST_HZ:
         return Stated(exact, Origin.READ, "setup, dFrameRate")
-    return Stated(read_positive(path, "frame rate", float(_number(setup, RATE)), "Hz", FASTEST_HZ), Origin.READ, "setup, FrameRate")
+    return Stated(read_rate(path, float(_number(setup, RATE))), Origin.READ, "setup, FrameRate")
 
 
 def _exposure(path: Path, setup: bytes, blocks: dict[int, bytes]) -> Stated[float]:

@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from datasets.errors import InputError
-from datasets.video.header import FASTEST_HZ, LONGEST_S, Header, Origin, Picture, Stated, check_size, read_positive
+from datasets.video.header import LONGEST_S, Header, Origin, Picture, Stated, check_size, read_positive, read_rate
 from datasets.video.packing import packed_size, unpacked
 
 SIDE_CARS = (".cihx", ".cih")
@@ -164,7 +164,8 @@ def _header(told: _Told, bits: int) -> Header:
     rate, skip, first = told.number("rate"), told.whole("skip", 1), told.whole("first", 0)
     if not 1 <= skip <= 10**6:
         raise InputError(f"{told.path}: skipFrame: expected 1 (every picture) or more, got {skip}.")
-    read_positive(told.path, "record rate", rate, "Hz", FASTEST_HZ)
+    read_rate(told.path, rate)
+    read_rate(told.path, rate / skip)
     depth = told.whole("depth", bits)
     if not 1 <= depth <= 16:
         raise InputError(f"{told.path}: effective bits: expected 1 to 16, got {depth}.")

@@ -6,6 +6,7 @@ from typing import Any
 from datasets.observation import Observation, Recording
 from estimator.readiness import Look, look_at
 from tumble.checking.findings import Finding, findings_of
+from tumble.checking.geometry import Geometry, geometry_of
 from tumble.checking.table import Row, rows_of
 from tumble.importing.request import Missing, Value
 
@@ -23,10 +24,14 @@ class CameraCheck:
 
 @dataclass(frozen=True)
 class Check:
-    """A recording's check. ``values``, ``missing``, ``remarks``: what an import knows; nothing for an observation that is there."""
+    """A recording's check; ``geometry``: what views, clock and gravity say together, where they are known.
+
+    ``values``, ``missing``, ``remarks``: what an import knows; nothing for an observation that is there.
+    """
 
     name: str
     cameras: tuple[CameraCheck, ...]
+    geometry: Geometry | None = None
     values: tuple[Value, ...] = ()
     missing: tuple[Missing, ...] = ()
     remarks: tuple[str, ...] = ()
@@ -35,6 +40,7 @@ class Check:
     def findings(self) -> tuple[Finding, ...]:
         """Of all cameras, those that are bad first."""
         found = [finding for camera in self.cameras for finding in camera.findings]
+        found += self.geometry.findings if self.geometry is not None else ()
         return tuple(sorted(found, key=lambda finding: not finding.bad))
 
     @property
@@ -63,7 +69,7 @@ def check_observation(observation: Observation) -> Check:
         name = f"{observation.name}, camera {camera.name}"
         look = look_at(recording, size, times_s=clock.times_s, exposure_s=clock.exposure_s, name=name)
         cameras.append(camera_check(camera.name, recording, look))
-    return Check(observation.name, tuple(cameras))
+    return Check(observation.name, tuple(cameras), geometry_of(observation, cameras[0].look))
 
 
 def plain_check(check: Check) -> dict[str, Any]:
@@ -71,7 +77,10 @@ def plain_check(check: Check) -> dict[str, Any]:
     return {
         "name": check.name,
         "good": check.good,
-        "figures": {camera.name: {name: text for name, text in camera.rows} for camera in check.cameras},
+        "figures": {
+            **{f"camera {camera.name}": dict(camera.rows) for camera in check.cameras},
+            **({} if check.geometry is None else {"geometry": dict(check.geometry.rows)}),
+        },
         "findings": [{"bad": finding.bad, "sentence": finding.sentence} for finding in check.findings],
         "remarks": list(check.remarks),
         "values": [{"name": v.name, "value": v.shown, "origin": v.origin.value, "note": v.note} for v in check.values],

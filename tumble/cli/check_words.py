@@ -21,8 +21,8 @@ def say_check(check: Mapping[str, Any], *, with_values: bool) -> None:
     out = console()
     if with_values:
         say_values(check["name"], check["values"])
-    for camera, rows in check["figures"].items():
-        table = Table(f"{check['name']}, camera {camera}", "", box=None, pad_edge=False)
+    for part, rows in check["figures"].items():
+        table = Table(f"{check['name']}, {part}", "", box=None, pad_edge=False)
         for name, text in rows.items():
             table.add_row(name, text)
         out.print(table)

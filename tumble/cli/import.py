@@ -8,6 +8,7 @@ from typing import Any
 
 from datasets.errors import InputError
 from datasets.video import Moment
+from datasets.video.header import FASTEST_HZ, SLOWEST_HZ
 from datasets.video.photron import SIDE_CARS
 from tumble.cli.check_words import say_check, say_values
 from tumble.cli.console import console
@@ -89,8 +90,8 @@ def request_of(arguments: argparse.Namespace) -> Request:
 
 def _rate(text: str) -> float:
     rate = quantity("--rate", text, UNITS_HZ)
-    if rate <= 0.0:
-        raise InputError(f"--rate {text}: expected more than 0 pictures per second.")
+    if not SLOWEST_HZ <= rate <= FASTEST_HZ:
+        raise InputError(f"--rate {text}: expected {SLOWEST_HZ:g} to {FASTEST_HZ:g} Hz, got {rate:g}.")
     return rate
 
 

@@ -14,6 +14,7 @@ from datasets.plausibility import check_observation
 from datasets.video import Moment
 from estimator.readiness import look_at
 from tumble.checking.checked import Check, camera_check, plain_check
+from tumble.checking.geometry import geometry_of
 from tumble.engine import Item, Outcome, run
 from tumble.importing.draft import DRAFT_FILE, IMPORT_FILE, write_values
 from tumble.importing.gathering import Gathered, flight_name, gather
@@ -101,7 +102,8 @@ def checked(gathered: Gathered, folder: Path) -> Check:
         times, exposure = (None, None) if clock is None else (clock.times_s, clock.exposure_s)
         look = look_at(recording, size, times_s=times, exposure_s=exposure, name=str(source.path))
         cameras.append(camera_check(name, recording, look))
-    return Check(gathered.name, tuple(cameras), gathered.values, gathered.missing, gathered.remarks)
+    geometry = None if observation is None else geometry_of(observation, cameras[0].look)
+    return Check(gathered.name, tuple(cameras), geometry, gathered.values, gathered.missing, gathered.remarks)
 
 
 def _calibrated_size(gathered: Gathered, number: int) -> tuple[int, int]:
