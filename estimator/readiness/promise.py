@@ -10,7 +10,7 @@ Valid for a free flight of one particle that is seen by its first camera in most
 calibration and a bias of the hull are not in it, so estimates are at best as good as this.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -119,6 +119,8 @@ def _deviations(task: FitTask, flight: Flight, particle: Particle, configuration
     imagined = _as_seen(task, flight, particle)
     settings = refinement_settings(configuration)
     at = linearise(imagined, flight, settings)
+    frames = replace(at.frames, chi2=at.frames.count.astype(np.float64))  # errors are to be as large as the noise model says
+    at = replace(at, frames=frames)
     try:
         covariance, _ = covariance_and_bound(imagined, at, np.diag(task.prior.precision), settings)
     except NothingSeen:

@@ -21,12 +21,14 @@ from datasets.video.writing import Recorded, write_cine, write_film, write_mraw
 from scripts.bench_estimate import as_pictures
 from synth.sequence import build_silhouette_sequence
 from tumble.cli.main import main
+from tumble.importing import importing
+from tumble.reports import check_page
 from tumble.written_files import read_run
 
-SIZE, FRAMES = 200, 12
+SIZE, FRAMES = 160, 12
 RECIPE = Recipe(
     seed=5,
-    particle=ParticleRecipe(irregularity=0.6, size_mm=(4.0, 4.0)),
+    particle=ParticleRecipe(irregularity=0.6, size_mm=(3.0, 3.0)),
     motion=MotionRecipe(frames=FRAMES, speed_ms=(0.3, 0.8), spin_rads=(120.0, 200.0)),
     hsv=HsvRecipe(width_px=SIZE, height_px=SIZE, focal_mm=60.0),
     rig=RigRecipe(drops=2),
@@ -34,6 +36,13 @@ RECIPE = Recipe(
 )
 NAME = "drop"
 Pictures = list[NDArray[np.uint16]]
+
+
+@pytest.fixture(autouse=True)
+def quick(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without what views and gravity say and without charts, which take a second; they are tested in test_check.py."""
+    monkeypatch.setattr(importing, "geometry_of", lambda *_: None)
+    monkeypatch.setattr(check_page, "figure_svg", lambda *_, **__: "")
 
 
 @pytest.fixture(scope="module")
@@ -92,9 +101,7 @@ FORMS = {
 
 
 @pytest.mark.parametrize("form", list(FORMS))
-def test_a_recording_becomes_the_very_same_observation(
-    form: str, known: Path, pictures: Pictures, how: Recorded, tmp_path: Path
-) -> None:
+def test_a_recording_becomes_the_very_same_observation(form: str, known: Path, pictures: Pictures, how: Recorded, tmp_path: Path) -> None:
     """The same document to the byte, and the same pixels: an estimate from there on cannot differ."""
     video, words = FORMS[form](tmp_path, pictures, how)
     assert imported(video, known, tmp_path / "out", "-q", *words) == 0
@@ -269,7 +276,7 @@ def test_a_calibration_of_another_picture_size_is_refused(
 ) -> None:
     write_mraw(tmp_path / f"{NAME}.mraw", [picture[:100] for picture in pictures], how, bits=12)
     assert imported(tmp_path / f"{NAME}.mraw", known, tmp_path / "out") == 2
-    assert "expected a calibration of pictures of 200 x 100 px" in capsys.readouterr().err
+    assert "expected a calibration of pictures of 160 x 100 px" in capsys.readouterr().err
 
 
 def test_of_several_recordings_a_damaged_one_loses_no_other(

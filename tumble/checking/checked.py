@@ -69,7 +69,7 @@ def check_observation(observation: Observation) -> Check:
         name = f"{observation.name}, camera {camera.name}"
         look = look_at(recording, size, times_s=clock.times_s, exposure_s=clock.exposure_s, name=name)
         cameras.append(camera_check(camera.name, recording, look))
-    return Check(observation.name, tuple(cameras), geometry_of(observation, cameras[0].look))
+    return Check(observation.name, tuple(cameras), geometry_of(observation, [each.look for each in cameras]))
 
 
 def plain_check(check: Check) -> dict[str, Any]:

@@ -1,14 +1,17 @@
 """What the calibrated views, the clock and gravity say together, before any fit: pair errors, the fall, and the promised accuracy."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from datasets.errors import InputError
 from datasets.observation import Observation
 from estimator.configuration import Configuration
-from estimator.particle import Particle
-from estimator.pipeline import observed_particle, tracks_of
+from estimator.outlines.behind_plate import beside_plate
+from estimator.outlines.recording import view_outlines_of
+from estimator.outlines.result import OutlineTrack
+from estimator.particle import Particle, particle_of
 from estimator.readiness import Fall, Look, Promise, depth_of, fall_of, promise_of, wobble_of
 from tumble.checking.findings import Finding
 from tumble.checking.table import Row
@@ -21,14 +24,19 @@ LARGE_ETE_PX = 1.5
 
 @dataclass(frozen=True)
 class Geometry:
-    """Figures and findings of an observation's views, and the promise where one can be made."""
+    """Figures and findings of an observation's views, and the promise where one can be made.
+
+    ``views``: the outlines of the calibrated views; ``errors_px``: RMS ETE of each against the others, by its number.
+    """
 
     rows: tuple[Row, ...]
     findings: tuple[Finding, ...]
+    views: OutlineTrack | None = None
+    errors_px: Mapping[int, float] = field(default_factory=dict)
 
 
-def geometry_of(observation: Observation, look: Look) -> Geometry:
-    """What views, clock and gravity say; ``look`` is that at the first camera.
+def geometry_of(observation: Observation, looks: Sequence[Look]) -> Geometry:
+    """What views, clock and gravity say; ``looks``: at every camera.
 
     Views that do not belong together are a finding, not an error.
     """
@@ -36,12 +44,15 @@ def geometry_of(observation: Observation, look: Look) -> Geometry:
         return Geometry((("calibrated views", "none"),), (Finding(True, "there are no calibrated views: nothing can be measured."),))
     configuration = Configuration()
     try:
-        particle = observed_particle(observation, configuration)
+        views = view_outlines_of(observation.view_recording, observation.views, name=f"{observation.name}, calibrated views")
+        particle = particle_of(views.outlines, observation.views, configuration)
     except InputError as error:
         return Geometry((("calibrated views", str(len(observation.views))),), (Finding(True, str(error)),))
     rows, findings = _views(particle, len(observation.views))
+    errors = dict(zip(particle.report.numbers.tolist(), particle.report.rms_px.tolist(), strict=True))
+    look = looks[0]
     if observation.companion is not None or len(look.path.frame) == 0:
-        return Geometry(tuple(rows), tuple(findings))
+        return Geometry(tuple(rows), tuple(findings), views, errors)
     depth = depth_of(particle, look, observation.cameras[0].intrinsics)
     rows.append(("distance, from the outlines' size", f"{depth:.4g} m"))
     wobble = wobble_of(particle, np.random.default_rng(configuration.seed))
@@ -49,8 +60,9 @@ def geometry_of(observation: Observation, look: Look) -> Geometry:
     if fall is not None:
         rows.append(("the centre falls with, of the stated gravity", f"{fall.share:.2f} ± {fall.sigma:.2f}"))
         findings += _odd_fall(fall)
-    promise = promise_of(observation, tracks_of(observation), look, particle, configuration)
-    return Geometry((*rows, *_promised(promise)), tuple(findings))
+    tracks = tuple(beside_plate(each.track, observation, number) for number, each in enumerate(looks))
+    promise = promise_of(observation, tracks, look, particle, configuration)
+    return Geometry((*rows, *_promised(promise)), tuple(findings), views, errors)
 
 
 def _views(particle: Particle, count: int) -> tuple[list[Row], list[Finding]]:

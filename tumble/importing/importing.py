@@ -102,7 +102,7 @@ def checked(gathered: Gathered, folder: Path) -> Check:
         times, exposure = (None, None) if clock is None else (clock.times_s, clock.exposure_s)
         look = look_at(recording, size, times_s=times, exposure_s=exposure, name=str(source.path))
         cameras.append(camera_check(name, recording, look))
-    geometry = None if observation is None else geometry_of(observation, cameras[0].look)
+    geometry = None if observation is None else geometry_of(observation, [each.look for each in cameras])
     return Check(gathered.name, tuple(cameras), geometry, gathered.values, gathered.missing, gathered.remarks)
 
 

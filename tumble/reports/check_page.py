@@ -15,6 +15,7 @@ from datasets.observation import Frames
 from datasets.vocabulary.camera import Intrinsics
 from tumble.checking.checked import CameraCheck, Check
 from tumble.checking.findings import left_out, numbers_text
+from tumble.checking.geometry import Geometry
 from tumble.reports.charts import BAD, MEASURED, SOFT, figure_svg
 from tumble.reports.pictures import Window, crop_uri, follow
 from tumble.versions import versions
@@ -23,6 +24,8 @@ MOST_PICTURES = 24
 """Spread over the recording, of each camera; a page stays below about 1 MB."""
 MOST_LEFT_OUT = 12
 """Of the frames that are left out, besides."""
+MOST_VIEWS, MOST_WORST = 18, 6
+"""Calibrated views: spread over all, and those that fit worst."""
 
 
 def write_check_page(check: Check, path: Path) -> None:
@@ -39,6 +42,7 @@ def render_check(check: Check) -> str:
         check=check,
         verdict=_verdict(check),
         cameras=[_camera(camera) for camera in check.cameras],
+        views=[] if check.geometry is None or check.geometry.views is None else _views(check.geometry),
         made_by=versions()["tumble"],
     )
 
@@ -61,8 +65,37 @@ def _camera(camera: CameraCheck) -> dict[str, Any]:
         "left_out": [(reason, numbers_text(numbers)) for reason, numbers in left_out(look).items()],
         "pictures": [_picture(camera, k, windows[k]) for k in chosen],
         "shown": f"{len(chosen)} of {len(look.track)} frames",
+        "whole": _whole(camera),
         "chart": Markup(figure_svg(lambda figure: _draw(figure, camera), width=7.4, height=3.4)) if len(look.path.frame) > 1 else None,
     }
+
+
+def _views(geometry: Geometry) -> list[dict[str, Any]]:
+    """Outlines of calibrated views, each in a square of its own, with the error of its pairs."""
+    assert geometry.views is not None
+    frames = geometry.views.frames
+    chosen = np.linspace(0, len(frames) - 1, min(MOST_VIEWS, len(frames))).round().astype(int)
+    worst = [number for number, _ in sorted(geometry.errors_px.items(), key=lambda item: -item[1])[:MOST_WORST]]
+    shown = []
+    for number in sorted({*chosen.tolist(), *worst}):
+        points, error = frames[number].outline.points_px, geometry.errors_px.get(number)
+        side = 1.1 * float(np.ptp(points, axis=0).max()) if len(points) else 1.0
+        middle = 0.5 * (points.min(axis=0) + points.max(axis=0)) if len(points) else np.zeros(2)
+        said = "" if error is None else f", {error:.2f} px"
+        shown.append(
+            {"number": number, "side": side, "points": _points(points - middle + 0.5 * side), "said": f"{frames[number].status}{said}"}
+        )
+    return shown
+
+
+def _whole(camera: CameraCheck) -> dict[str, Any] | None:
+    """The first picture as a whole with the way that the outline's centre takes."""
+    if not isinstance(camera.recording, Frames):
+        return None
+    lens = _size(camera)
+    side = max(lens.width_px, lens.height_px)
+    uri = crop_uri(camera.recording, 0, Window(0, 0, side))
+    return {"uri": uri, "side": side, "height": lens.height_px, "width": lens.width_px, "points": _points(camera.look.path.c + 0.5)}
 
 
 def _size(camera: CameraCheck) -> Intrinsics:
@@ -110,7 +143,7 @@ def _draw(figure: Figure, camera: CameraCheck) -> None:
     top.plot(0.5 * (look.path.frame[1:] + look.path.frame[:-1]), steps, ".-", color=MEASURED, linewidth=0.8, markersize=3)
     for step in look.odd_steps:
         top.axvline(0.5 * (step.first + step.second), color=BAD, linewidth=1.0)
-    top.set_ylim(bottom=0.0)
+    top.set_ylim(0.0, 1.15 * float(steps.max()) + 0.01)
     top.set_ylabel("motion, px per frame")
     bottom.plot(np.arange(len(look.extent_px)), look.extent_px, ".", color=MEASURED, markersize=3)
     out = ~look.track.used
