@@ -14,6 +14,7 @@ from datasets.observation import Frames, Observation
 from datasets.observation_files import frames_file, read_observation, write_observation
 from datasets.recipes.recipe import HsvRecipe, MotionRecipe, NoiseRecipe, ParticleRecipe, Recipe, RigRecipe
 from datasets.tiff_frames import TiffFrames, write_stack
+from estimator.configuration import Configuration
 from scripts.bench_estimate import as_pictures
 from synth.sequence import build_silhouette_sequence
 from tumble.checking import geometry
@@ -38,6 +39,7 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     """Without charts and the promise, which take a second; the good recording's page has them."""
     monkeypatch.setattr(check_page, "figure_svg", lambda *_, **__: "")
     monkeypatch.setattr(geometry, "promise_of", lambda *_: None)
+    monkeypatch.setattr(geometry, "Configuration", lambda: Configuration(hull_resolution=24, directions=20))
 
 
 @pytest.fixture(scope="module")

@@ -18,6 +18,8 @@ from datasets.recipes.recipe import HsvRecipe, MotionRecipe, NoiseRecipe, Partic
 from datasets.tiff_frames import TiffFrames
 from datasets.video.phantom_table import LINEAR_DN
 from datasets.video.writing import Recorded, write_cine, write_film, write_mraw
+from datasets.vocabulary.outline import Outline
+from estimator.readiness import look_at
 from scripts.bench_estimate import as_pictures
 from synth.sequence import build_silhouette_sequence
 from tumble.cli.main import main
@@ -43,6 +45,12 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     """Without what views and gravity say and without charts, which take a second; they are tested in test_check.py."""
     monkeypatch.setattr(importing, "geometry_of", lambda *_: None)
     monkeypatch.setattr(check_page, "figure_svg", lambda *_, **__: "")
+
+
+@pytest.fixture
+def blind(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without looking for outlines, where only what is written matters."""
+    monkeypatch.setattr(importing, "look_at", lambda recording, size, **_: look_at([Outline(np.zeros((0, 2)))] * len(recording), size))
 
 
 @pytest.fixture(scope="module")
@@ -100,6 +108,7 @@ FORMS = {
 }
 
 
+@pytest.mark.usefixtures("blind")
 @pytest.mark.parametrize("form", list(FORMS))
 def test_a_recording_becomes_the_very_same_observation(form: str, known: Path, pictures: Pictures, how: Recorded, tmp_path: Path) -> None:
     """The same document to the byte, and the same pixels: an estimate from there on cannot differ."""
@@ -112,6 +121,7 @@ def test_a_recording_becomes_the_very_same_observation(form: str, known: Path, p
         np.testing.assert_array_equal(frames.read(k), picture)
 
 
+@pytest.mark.usefixtures("blind")
 @pytest.mark.parametrize("bits", [8, 10, 12, 16])
 def test_a_phantom_recording(bits: int, known: Path, pictures: Pictures, how: Recorded, tmp_path: Path) -> None:
     """The same pixels; times to half a nanosecond, the camera's own resolution, and half an exposure after its stamps."""
@@ -148,6 +158,7 @@ def test_what_is_missing_is_named_with_what_to_type(
     assert (read_run(tmp_path / "out") or {})["state"] == "finished"
 
 
+@pytest.mark.usefixtures("blind")
 def test_a_draft_is_completed_by_the_command_it_names(known: Path, pictures: Pictures, how: Recorded, tmp_path: Path) -> None:
     write_mraw(tmp_path / f"{NAME}.mraw", pictures, how, bits=12)
     assert main(["import", str(tmp_path / f"{NAME}.mraw"), "--frames", "2:11", "--out", str(tmp_path / "out"), "-q"]) == 1
@@ -175,6 +186,7 @@ def test_a_dry_run_says_the_header_and_writes_nothing(
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.usefixtures("blind")
 def test_values_that_are_given_are_taken_and_said_to_be(known: Path, pictures: Pictures, how: Recorded, tmp_path: Path) -> None:
     write_cine(tmp_path / f"{NAME}.cine", pictures, how, bits=16)
     words = ["--rate", "2kHz", "--exposure", "40us", "--stamps", "middle", "--frames", "3:", "-q"]
@@ -188,6 +200,7 @@ def test_values_that_are_given_are_taken_and_said_to_be(known: Path, pictures: P
     assert told["bit_depth"]["origin"] == "read"
 
 
+@pytest.mark.usefixtures("blind")
 def test_time_stamps_that_contradict_the_frame_rate_are_said(
     known: Path, pictures: Pictures, how: Recorded, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -235,6 +248,7 @@ def test_a_particle_that_stands_still_is_no_background(
     assert not (tmp_path / "out" / "observations").exists()
 
 
+@pytest.mark.usefixtures("blind")
 @pytest.mark.parametrize("taken", ["first:3", "FILE"])
 def test_a_background_without_the_particle(taken: str, known: Path, pictures: Pictures, how: Recorded, tmp_path: Path) -> None:
     empty = np.full_like(pictures[0], int(np.median(pictures[0])))
@@ -279,6 +293,7 @@ def test_a_calibration_of_another_picture_size_is_refused(
     assert "expected a calibration of pictures of 160 x 100 px" in capsys.readouterr().err
 
 
+@pytest.mark.usefixtures("blind")
 def test_of_several_recordings_a_damaged_one_loses_no_other(
     known: Path, pictures: Pictures, how: Recorded, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -295,6 +310,7 @@ def test_of_several_recordings_a_damaged_one_loses_no_other(
     assert len(list(out.glob(f"observations/*/{FILE}"))) == 3
 
 
+@pytest.mark.usefixtures("blind")
 def test_two_cameras_of_one_flight(known: Path, pictures: Pictures, how: Recorded, tmp_path: Path) -> None:
     for name in ("left", "right"):
         write_cine(tmp_path / f"{name}.cine", pictures, how, bits=12)
@@ -314,7 +330,6 @@ def test_real_recordings_import_with_one_command(file: str, count: int, shared_d
 
 def test_the_real_balls_centre_moves_on_a_line(shared_data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     from datasets.video import open_video
-    from estimator.readiness import look_at
     from tumble.importing.clip import clip_of
 
     clip, _ = clip_of(open_video(shared_data / "video" / "ball_12bit.mraw"), (None, None), None)
