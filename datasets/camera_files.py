@@ -24,8 +24,8 @@ BESIDE = ("format", "schema_version", "sha256", "name", "recording")
 POSED = ("R_cam_world", "t_cam_world")
 
 
-def read_camera(path: Path) -> HsvCamera:
-    """The camera of a calibration, or the first one of an observation.
+def read_camera(path: Path, number: int = 0) -> HsvCamera:
+    """The camera of a calibration, or camera ``number`` of an observation (its last one where it has fewer).
 
     Raises
     ------
@@ -34,7 +34,7 @@ def read_camera(path: Path) -> HsvCamera:
     """
     told = observation_at(path)
     if told is not None:
-        return told.cameras[0]
+        return told.cameras[min(number, len(told.cameras) - 1)]
     table = _table(path)
     alone = {key: table[key] for key in table if key not in (*BESIDE, *POSED)}
     entry = {

@@ -48,7 +48,7 @@ class Film:
         """Picture ``index``, (height, width) DN; see :class:`datasets.video.header.Video`."""
         picture = self._state.picture(index)
         if picture is None or picture.shape[:2] != (self.header.height_px, self.header.width_px):
-            raise InputError(f"{self.path}: frame {index}: expected a picture, got none; the film is cut off or damaged.")
+            raise InputError(f"{self.path}: frame {index}: expected a picture, got none; the film is cut off or states too many.")
         return grey_of(picture)
 
 

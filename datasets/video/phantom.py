@@ -50,12 +50,16 @@ MOST_BLOCKS = 100
 
 @dataclass(frozen=True)
 class Cine:
-    """The pictures of a ``.cine`` file; ``places`` (count,) bytes: where each begins. ``bits``: stored per pixel (8, 16, 10 or 12)."""
+    """The pictures of a ``.cine`` file; ``places`` (count,) bytes: where each begins. ``bits``: stored per pixel (8, 16, 10 or 12).
+
+    ``upwards``: the bottom row lies first, as in a bitmap whose height is stated positive.
+    """
 
     path: Path
     header: Header
     places: NDArray[np.uint64]
     bits: int
+    upwards: bool
 
     def read(self, index: int) -> Picture:
         """Picture ``index``, (height, width) DN; see :class:`datasets.video.header.Video`."""
@@ -71,7 +75,7 @@ class Cine:
             return LINEAR_DN[values] if self.bits == 10 else values
         rows = data.reshape(shape[0], -1)[:, : shape[1] * self.bits // 8]
         plain: Picture = np.ascontiguousarray(rows).view("<u2" if self.bits == 16 else "u1").astype(np.uint16)
-        plain = plain[::-1]
+        plain = plain[::-1] if self.upwards else plain
         if self.bits == 16 and int(plain.max()) >= 1 << self.header.bit_depth.value:
             raise InputError(f"{where}: expected values of {self.header.bit_depth.value} bit, as the setup says, got {int(plain.max())}.")
         return plain
@@ -135,7 +139,7 @@ def _opened(path: Path, stream: BinaryIO, size: int) -> Cine:
         first=first,
         trigger=Stated(f"between the camera's pictures -1 and 0; the first one here is {first}", Origin.READ, "header"),
     )
-    return Cine(path, header, places, bits)
+    return Cine(path, header, places, bits, height > 0)
 
 
 def _fields(path: Path, stream: BinaryIO, layout: struct.Struct, at: int, size: int) -> tuple[Any, ...]:

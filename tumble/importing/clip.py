@@ -1,5 +1,6 @@
 """The pictures of a recording that are taken, as an observation has them: a range, a bit depth, a background."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -90,9 +91,10 @@ def background_picture(path: Path) -> Picture:
     video = open_video(path)
     if path.suffix.lower() in TIFF_SUFFIXES and video.header.count == 1:
         return video.read(0)
-    return median_picture([video.read(k) for k in range(min(video.header.count, MOST_MEDIAN_PICTURES))])
+    return median_picture(video.read, video.header.count)
 
 
-def median_picture(pictures: list[Picture]) -> Picture:
-    """The median of pictures, pixel by pixel (DN, rounded)."""
-    return np.asarray(np.rint(np.median(np.stack(pictures), axis=0)), dtype=np.uint16)
+def median_picture(read: Callable[[int], Picture], count: int) -> Picture:
+    """The median of the first ``count`` pictures, pixel by pixel (DN, rounded); of some spread over them where they are many."""
+    chosen = np.unique(np.linspace(0, count - 1, min(count, MOST_MEDIAN_PICTURES)).astype(int))
+    return np.asarray(np.rint(np.median(np.stack([read(int(k)) for k in chosen]), axis=0)), dtype=np.uint16)

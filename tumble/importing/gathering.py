@@ -97,7 +97,7 @@ def flight_name(videos: Sequence[Path]) -> str:
 
 def _camera(path: Path, sources: Sequence[Source], number: int) -> HsvCamera:
     """The calibrated camera of a source, of the size of its pictures, with a name of its own."""
-    camera, source = read_camera(path), sources[number]
+    camera, source = read_camera(path, number), sources[number]
     size = (camera.intrinsics.width_px, camera.intrinsics.height_px)
     if source.size_px is not None and size != source.size_px:
         raise InputError(

@@ -121,7 +121,7 @@ def _background(clip: Clip, said: str) -> tuple[NDArray[np.uint16] | None, Value
     if said == "auto":
         return None, _background_value(said)
     if said.startswith(FIRST):
-        background = median_picture([clip.read(k) for k in range(_count(said, len(clip)))])
+        background = median_picture(clip.read, _count(said, len(clip)))
     else:
         background = background_picture(Path(said))
     header = clip.video.header
