@@ -12,6 +12,8 @@ SATURATED_SHARE = 0.01
 """Share of a picture's pixels at full scale that is more than glints on a particle; a saturated background fills most of a picture."""
 FAINT = 0.1
 """Contrast, as a share of full scale, below which 8 bit leave some 25 grey levels between particle and background."""
+UNLIKE = 0.15
+"""Difference of pictures from those of their outlines, as a share of the contrast: 0.04 of a real back-lit ball, 0.2 to 1.4 of bubbles."""
 SMALL_PX = 20.0
 """Extent below which an outline has fewer than 60 points: too few for three angles."""
 LONG_SMEAR_PX = 2.0
@@ -32,7 +34,17 @@ class Finding:
 
 def findings_of(look: Look) -> tuple[Finding, ...]:
     """What speaks against one camera's recording."""
-    told = (_used(look), _saturation(look), *_steps(look), _times(look), _faint(look), _small(look), _smear(look), _still(look))
+    told = (
+        _used(look),
+        _saturation(look),
+        *_steps(look),
+        _times(look),
+        _faint(look),
+        _edges(look),
+        _small(look),
+        _smear(look),
+        _still(look),
+    )
     return tuple(finding for finding in told if finding is not None)
 
 
@@ -109,6 +121,17 @@ def _faint(look: Look) -> Finding | None:
     if not np.isfinite(contrast).any() or float(np.nanmedian(contrast)) >= FAINT:
         return None
     return Finding(False, f"the contrast is {np.nanmedian(contrast):.0%} of full scale: more light makes outlines less noisy.")
+
+
+def _edges(look: Look) -> Finding | None:
+    misfit = np.array([frame.misfit for frame in look.track.frames if frame.seen])
+    if not np.isfinite(misfit).any() or float(np.nanmedian(misfit)) <= UNLIKE:
+        return None
+    return Finding(
+        False,
+        f"near the outline pictures differ from those of an opaque body by {np.nanmedian(misfit):.0%} of the contrast: glare, light that "
+        "leaks through, or an outline that is not on the particle's edge. Look at the pictures.",
+    )
 
 
 def _small(look: Look) -> Finding | None:

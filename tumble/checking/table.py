@@ -21,6 +21,7 @@ def rows_of(look: Look) -> list[Row]:
             ("noise of a pixel (share of the contrast)", _spread(np.array([frame.noise for frame in seen]), "", 4)),
             ("width of edges, 10-90%", _spread(np.array([frame.edge_width_px for frame in seen]), "px", 2)),
             ("noise of an outline's points", _spread(np.array([frame.sigma_px for frame in seen]), "px", 3)),
+            ("pictures unlike their outlines (share of the contrast)", _spread(np.array([frame.misfit for frame in seen]), "", 3)),
             ("pixels at full scale", _spread(100.0 * look.saturated, "%", 2)),
         ]
     rows.append(("motion from frame to frame", _number(look.step_px, "px", 3)))

@@ -9,7 +9,7 @@ from tumble.cli.check_words import say_check
 from tumble.cli.console import console
 from tumble.cli.exit_codes import ALL_MEASURED, INCOMPLETE
 from tumble.cli.options import add_output, verb_parser
-from tumble.cli.outcomes import exit_code, report_failures
+from tumble.cli.outcomes import exit_code, report_failures, what_next
 from tumble.commands import command
 from tumble.engine import State
 from tumble.output_directory import Run, output_directory
@@ -46,5 +46,6 @@ def run(arguments: argparse.Namespace) -> int:
         for outcome in done:
             say_check(outcome.result, with_values=False)
             console().print(f"page: {arguments.out / f'{outcome.name}.check.html'}", soft_wrap=True)
-        console().print(f"next: {command('estimate', arguments.observations)}", soft_wrap=True)
+        then = command("estimate", arguments.observations) if good and done else None
+        console().print(what_next(then), soft_wrap=True)
     return max(exit_code(outcomes), ALL_MEASURED if good else INCOMPLETE)
