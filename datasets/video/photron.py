@@ -151,9 +151,9 @@ class _Told:
         return int(text)
 
     def number(self, key: str) -> float:
-        """A number, or one over another as in ``1/5000``."""
+        """A number, or one over another as in ``1/5000``; a unit may follow."""
         text = self.text(key)
-        found = re.fullmatch(r"([0-9.eE+-]{1,40})(?:\s*/\s*([0-9.eE+-]{1,40}))?", text)
+        found = re.fullmatch(r"([0-9.]{1,40}(?:[eE][+-]?[0-9]{1,4})?)(?:\s*/\s*([0-9.]{1,40}))?\s*(?:s|sec|fps|Hz)?", text)
         try:
             return float(found[1]) / float(found[2] or 1.0)  # type: ignore[index]
         except (TypeError, ValueError, ZeroDivisionError):

@@ -117,6 +117,8 @@ def _turned(base: Flight, spin_rads: float, rng: np.random.Generator) -> Flight:
 def _deviations(task: FitTask, flight: Flight, particle: Particle, configuration: Configuration) -> Array | None:
     """Standard deviations (6,) of v and omega of a flight as its own outlines would show it; ``None`` where they do not determine it."""
     imagined = _as_seen(task, flight, particle)
+    if imagined is None:
+        return None
     settings = refinement_settings(configuration)
     at = linearise(imagined, flight, settings)
     frames = replace(at.frames, chi2=at.frames.count.astype(np.float64))  # errors are to be as large as the noise model says
@@ -130,13 +132,18 @@ def _deviations(task: FitTask, flight: Flight, particle: Particle, configuration
     return np.sqrt(np.concatenate([np.diag(v), np.diag(omega)]))
 
 
-def _as_seen(task: FitTask, flight: Flight, particle: Particle) -> FitTask:
-    """The task with the outlines that the particle's convex hull casts along ``flight``, as noisy as the recorded ones."""
+def _as_seen(task: FitTask, flight: Flight, particle: Particle) -> FitTask | None:
+    """The task with the outlines that the particle's convex hull casts along ``flight``, as noisy as the recorded ones.
+
+    ``None`` where the flight goes behind a camera.
+    """
     sightings = task.sightings
     predicted, _ = poses_and_sensitivity(flight, sightings.times_s)
     corners = hull_of(particle)
     R = sightings.R_cam_world @ predicted.R[:, 0]
     centre = np.einsum("nij,nj->ni", sightings.R_cam_world, predicted.centre[:, 0]) + sightings.t_cam_world
+    if float(centre[:, 2].min()) <= float(np.linalg.norm(corners, axis=1).max()):
+        return None
     lenses = [sightings.cameras[c].intrinsics for c in sightings.camera]
     polygons = [outline_of(corners @ a.T + b, lens) for a, b, lens in zip(R, centre, lenses, strict=True)]
     seen = like_noise(polygons, lenses, sightings.silhouettes)

@@ -202,6 +202,23 @@ def test_values_that_are_given_are_taken_and_said_to_be(known: Path, pictures: P
 
 
 @pytest.mark.usefixtures("blind")
+def test_gravity_from_a_file_and_a_draft_for_each_of_several(known: Path, pictures: Pictures, how: Recorded, tmp_path: Path) -> None:
+    (tmp_path / "level.toml").write_text("gravity_world = [0.1, 9.7, 0.2]\n")
+    (tmp_path / "camera.json").write_text(
+        json.dumps({"intrinsics": {"width_px": SIZE, "height_px": SIZE, "fx_px": 3333.0, "fy_px": 3333.0}})
+    )
+    for name in ("one", "two"):
+        write_mraw(tmp_path / f"{name}.mraw", pictures, how, bits=12)
+    words = ["import", str(tmp_path / "one.mraw"), str(tmp_path / "two.mraw"), "--gravity", str(tmp_path / "level.toml")]
+    assert main([*words, "--camera", str(tmp_path / "camera.json"), "--out", str(tmp_path / "out"), "-q"]) == 1
+    for name in ("one", "two"):
+        draft = tomllib.loads((tmp_path / "out" / f"{name}.draft.toml").read_text())
+        assert set(draft["missing"]) == {"particle"}
+        assert draft["gravity"]["value"] == [0.1, 9.7, 0.2]
+        assert "focal" not in draft["camera"]["value"]
+
+
+@pytest.mark.usefixtures("blind")
 def test_time_stamps_that_contradict_the_frame_rate_are_said(
     known: Path, pictures: Pictures, how: Recorded, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

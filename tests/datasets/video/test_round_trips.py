@@ -1,5 +1,6 @@
 """A small recording written as cameras write it and read back: the same pixels, the same times, and where each value is from."""
 
+import struct
 from collections.abc import Callable
 from pathlib import Path
 
@@ -141,6 +142,36 @@ def test_a_camera_that_kept_every_third_picture(tmp_path: Path) -> None:
     assert header.stamps_s is not None
     assert header.rate_hz.value == 10_000.0
     np.testing.assert_array_equal(header.stamps_s.value, (-7 + 3 * np.arange(4)) / 30_000.0)
+
+
+@pytest.mark.parametrize("shutter", ["2e-05", "1/50000", "1/50000 sec", "0.00002s"])
+def test_a_shutter_as_cameras_write_it(shutter: str, tmp_path: Path) -> None:
+    write_mraw(tmp_path / "a.mraw", recorded(8), HOW, bits=8)
+    cih = tmp_path / "a.cih"
+    cih.write_text(cih.read_text().replace("Shutter Speed(s) : 2e-05", f"Shutter Speed(s) : {shutter}"))
+    exposure = open_video(cih).header.exposure_s
+    assert exposure is not None
+    assert exposure.value == pytest.approx(2e-5, rel=1e-12)
+
+
+def test_an_old_phantom_file_and_one_that_lies_top_down(tmp_path: Path) -> None:
+    path, pictures = cine(16)(tmp_path)
+    data = bytearray(path.read_bytes())
+    at = struct.unpack_from("<I", data, 32)[0]
+    places = struct.unpack_from("<4Q", data, at)
+    struct.pack_into("<4I", data, at, *places)  # version 0 has places of four bytes
+    data[6] = 0
+    struct.pack_into("<i", data, 44 + 8, -22)
+    path.write_bytes(data)
+    np.testing.assert_array_equal(open_video(path).read(2), pictures[2][::-1])
+
+
+def test_a_tiff_in_jpeg_says_that_it_lost_something(tmp_path: Path) -> None:
+    smooth = [cv2.GaussianBlur(picture, (0, 0), 5) for picture in recorded(8, width=64, height=40)]
+    tifffile.imwrite(tmp_path / "a.tif", np.stack(smooth).astype(np.uint8), compression="jpeg", photometric="minisblack", rowsperstrip=16)
+    video = open_video(tmp_path / "a.tif")
+    assert "JPEG" in video.header.lossy
+    assert np.abs(video.read(3).astype(int) - smooth[3]).max() < 8
 
 
 def test_values_at_the_high_end_are_shifted_down(tmp_path: Path) -> None:
