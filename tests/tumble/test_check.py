@@ -170,6 +170,6 @@ def test_a_page_for_every_observation_of_a_folder(good: Path, tmp_path: Path) ->
     for name in ("a", "b"):
         shutil.copytree(good, tmp_path / "all" / name)
     (tmp_path / "all" / "b" / "frames_hsv.tif").write_bytes(b"II*\0")
-    assert main(["check", str(tmp_path / "all"), "--out", str(tmp_path / "out"), "-q"]) == 1
+    assert main(["check", str(tmp_path / "all"), "--out", str(tmp_path / "out"), "--jobs", "1", "-q"]) == 1
     assert [path.name for path in sorted((tmp_path / "out").glob("*.html"))] == ["a.check.html"]
     assert [failure["item"] for failure in (read_run(tmp_path / "out") or {})["failures"]] == ["b"]

@@ -78,7 +78,7 @@ def how(known: Path) -> Recorded:
 
 def imported(videos: Path | list[Path], known: Path, out: Path, *more: str) -> int:
     stated = ["--camera", str(known), "--particle", str(known), "--gravity", "down"]
-    return main(["import", *map(str, videos if isinstance(videos, list) else [videos]), *stated, "--out", str(out), *more])
+    return main(["import", *map(str, videos if isinstance(videos, list) else [videos]), *stated, "--out", str(out), "--jobs", "1", *more])
 
 
 def tiff(**settings: object) -> Callable[[Path, Pictures, Recorded], tuple[Path, list[str]]]:
@@ -210,7 +210,7 @@ def test_gravity_from_a_file_and_a_draft_for_each_of_several(known: Path, pictur
     for name in ("one", "two"):
         write_mraw(tmp_path / f"{name}.mraw", pictures, how, bits=12)
     words = ["import", str(tmp_path / "one.mraw"), str(tmp_path / "two.mraw"), "--gravity", str(tmp_path / "level.toml")]
-    assert main([*words, "--camera", str(tmp_path / "camera.json"), "--out", str(tmp_path / "out"), "-q"]) == 1
+    assert main([*words, "--camera", str(tmp_path / "camera.json"), "--out", str(tmp_path / "out"), "--jobs", "1", "-q"]) == 1
     for name in ("one", "two"):
         draft = tomllib.loads((tmp_path / "out" / f"{name}.draft.toml").read_text())
         assert set(draft["missing"]) == {"particle"}

@@ -11,11 +11,11 @@ from tumble.reports.check_page import write_check_page
 from tumble.result_files import observations_in
 
 
-def check_all(source: Path, out: Path, *, quiet: bool) -> tuple[Outcome, ...]:
+def check_all(source: Path, out: Path, *, jobs: int, quiet: bool) -> tuple[Outcome, ...]:
     """Check every observation of ``source`` whose page ``out`` lacks."""
     items = [_item(folder, out) for folder in observations_in(source)]
     with progress("check", len(items), quiet=quiet) as advance:
-        return run(check_item, items, jobs=1, advance=advance)
+        return run(check_item, items, jobs=jobs, advance=advance)
 
 
 def check_item(payload: dict[str, Any]) -> dict[str, Any]:

@@ -13,9 +13,10 @@ from datasets.names import file_name
 from datasets.observation import Observation
 from datasets.video import Origin
 from datasets.vocabulary.camera import HsvCamera
+from datasets.vocabulary.clock import Clock
 from tumble.importing.request import Missing, Request, Value
 from tumble.importing.sources import Source, source_of
-from tumble.importing.timing import Timing, timing_of
+from tumble.importing.timing import clock_of
 from tumble.result_files import observations_in
 
 Array = NDArray[np.float64]
@@ -39,7 +40,7 @@ GRAVITY = Missing(
 class Gathered:
     """What is known of one flight: ``values`` with where they are from, what is ``missing``, ``remarks`` for the user.
 
-    ``sources``: one per camera. ``timing``: where the rate is known. ``observation``: where nothing is missing.
+    ``sources``: one per camera. ``clock``: where rate and exposure are known. ``observation``: where nothing is missing.
     """
 
     name: str
@@ -48,7 +49,7 @@ class Gathered:
     values: tuple[Value, ...]
     missing: tuple[Missing, ...]
     remarks: tuple[str, ...]
-    timing: Timing | None
+    clock: Clock | None
     observation: Observation | None
 
 
@@ -61,7 +62,7 @@ def gather(videos: Sequence[Path], request: Request, *, decode: bool = True) -> 
         Where a file is damaged or what was stated contradicts it.
     """
     sources = tuple(source_of(path, request, decode=decode) for path in videos)
-    timing, values, missing, remarks = timing_of(sources, request)
+    clock, values, missing, remarks = clock_of(sources, request)
     cameras = tuple(_camera(path, sources, k) for k, path in enumerate(request.cameras))
     values += [
         Value("camera", _lens(c), str(p.resolve()), Origin.GIVEN, f"--camera {p}") for c, p in zip(cameras, request.cameras, strict=True)
@@ -73,12 +74,12 @@ def gather(videos: Sequence[Path], request: Request, *, decode: bool = True) -> 
     values += [] if gravity is None else [gravity[1]]
     missing += ([] if particle is not None else [PARTICLE]) + ([] if gravity is not None else [GRAVITY])
     observation = None
-    if timing is not None and particle is not None and gravity is not None and not missing:
+    if clock is not None and particle is not None and gravity is not None and not missing:
         observation = Observation(
             name=flight_name(videos),
             cameras=cameras,
             recordings=tuple(source.recording for source in sources),
-            clock=timing.clock,
+            clock=clock,
             gravity_world=gravity[0],
             views=particle.views,
             view_recording=particle.view_recording,
@@ -86,7 +87,7 @@ def gather(videos: Sequence[Path], request: Request, *, decode: bool = True) -> 
         )
     every = [*(value for source in sources for value in source.values), *values]
     said = [*(remark for source in sources for remark in source.remarks), *remarks]
-    return Gathered(flight_name(videos), sources, cameras, tuple(every), tuple(missing), tuple(said), timing, observation)
+    return Gathered(flight_name(videos), sources, cameras, tuple(every), tuple(missing), tuple(said), clock, observation)
 
 
 def flight_name(videos: Sequence[Path]) -> str:

@@ -47,13 +47,15 @@ def flights_of(videos: Sequence[Path], request: Request) -> list[tuple[Path, ...
     return flights
 
 
-def import_all(flights: Sequence[tuple[Path, ...]], request: Request, out: Path, *, command: str, quiet: bool) -> tuple[Outcome, ...]:
+def import_all(
+    flights: Sequence[tuple[Path, ...]], request: Request, out: Path, *, command: str, jobs: int, quiet: bool
+) -> tuple[Outcome, ...]:
     """Import every flight that ``out`` lacks; ``command`` completes a draft."""
     items = [_item(flight, request, out, command) for flight in flights]
     if len(items) == 1:
         items[0].payload["draft"] = str(out / DRAFT_FILE)
     with progress("import", len(items), quiet=quiet) as advance:
-        return run(import_item, items, jobs=1, advance=advance)
+        return run(import_item, items, jobs=jobs, advance=advance)
 
 
 def import_item(payload: dict[str, Any]) -> dict[str, Any]:
@@ -94,7 +96,7 @@ def checked(gathered: Gathered, folder: Path) -> Check:
     """The check of what was gathered; an observation's pictures are read from its own folder."""
     observation = read_observation(folder) if gathered.observation is not None else None
     recordings = [source.recording for source in gathered.sources] if observation is None else observation.recordings
-    clock = None if gathered.timing is None else gathered.timing.clock
+    clock = gathered.clock
     cameras = []
     for number, (source, recording) in enumerate(zip(gathered.sources, recordings, strict=True)):
         name = "hsv" if len(gathered.sources) == 1 else f"hsv_{number + 1}"

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from datasets.errors import InputError
 from datasets.observation import Recording
 from datasets.outline_files import read_outlines
-from datasets.video import Header, Origin, Stated, open_video
+from datasets.video import Header, Origin, open_video
 from datasets.vocabulary.outline import Outline
 from estimator.outlines.masks import outline_of_mask
 from estimator.outlines.standing import ghost_px
@@ -146,8 +146,3 @@ def _count(said: str, most: int) -> int:
     if not number.isdecimal() or not 1 <= int(number) <= most:
         raise InputError(f"--background {said}: expected first:N with N from 1 to {most}, the number of pictures taken.")
     return int(number)
-
-
-def stated(value: Stated[float] | None, given: float | None, option: str) -> Stated[float] | None:
-    """What the user gave, otherwise what the file says."""
-    return value if given is None else Stated(given, Origin.GIVEN, option)

@@ -1,7 +1,6 @@
 """When each picture was taken: the middle of its exposure, from time stamps or from the frame rate."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
@@ -24,18 +23,12 @@ EXPOSURE = Missing(
 )
 
 
-@dataclass(frozen=True)
-class Timing:
-    """The ``clock`` of a flight, the middle of each exposure."""
-
-    clock: Clock
+Found = tuple[Clock | None, list[Value], list[Missing], list[str]]
+"""The clock where it is known, values with where they are from, what is missing, and what is odd."""
 
 
-Found = tuple[Timing | None, list[Value], list[Missing], list[str]]
-
-
-def timing_of(sources: Sequence[Source], request: Request) -> Found:
-    """The clock of one flight, values with where they are from, what is missing and what is odd.
+def clock_of(sources: Sequence[Source], request: Request) -> Found:
+    """What is known of when the pictures of one flight were taken.
 
     Raises
     ------
@@ -47,8 +40,8 @@ def timing_of(sources: Sequence[Source], request: Request) -> Found:
         raise InputError(f"{sources[0].path}: expected as many pictures of every camera of a flight, got {counts}.")
     found = [_one(source, request) for source in sources]
     first = found[0]
-    for source, (timing, *_) in zip(sources, found, strict=True):
-        _check_alike(source, timing, first[0])
+    for source, (clock, *_) in zip(sources, found, strict=True):
+        _check_alike(source, clock, first[0])
     return first
 
 
@@ -69,7 +62,7 @@ def _one(source: Source, request: Request) -> Found:
     if exposure is None:
         return None, values, missing, remarks
     shift = 0.5 * exposure.value if moment.value is Moment.START else 0.0
-    return Timing(Clock(stamps.value + shift, exposure.value)), values, missing, remarks
+    return Clock(stamps.value + shift, exposure.value), values, missing, remarks
 
 
 def _ends(stamps: Array) -> list[float]:
@@ -115,10 +108,10 @@ def _stamps(source: Source, rate: Stated[float], request: Request) -> tuple[Stat
     return Stated(stamps[taken], header.stamps_s.origin, header.stamps_s.note), remarks
 
 
-def _check_alike(source: Source, timing: Timing | None, first: Timing | None) -> None:
-    if timing is None or first is None or len(first.clock.times_s) < 2:
+def _check_alike(source: Source, clock: Clock | None, first: Clock | None) -> None:
+    if clock is None or first is None or len(first.times_s) < 2:
         return
-    own, other = (each.clock.times_s - each.clock.times_s[0] for each in (timing, first))
+    own, other = (each.times_s - each.times_s[0] for each in (clock, first))
     apart = float(np.abs(own - other).max())
     if apart > APART * float(np.diff(other).min()):
         raise InputError(f"{source.path}: expected the times of the flight's other camera, got ones that are up to {apart:.3g} s apart.")

@@ -1,6 +1,5 @@
 """The page of ``tumble check``: outlines over frames, figures, what speaks against the recording. One file that loads nothing."""
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -150,11 +149,3 @@ def _draw(figure: Figure, camera: CameraCheck) -> None:
     bottom.plot(np.flatnonzero(out), look.extent_px[out], "x", color=SOFT, markersize=4)
     bottom.set_ylabel("size, px")
     bottom.set_xlabel("frame (crosses: left out)")
-
-
-def pages_of(checks: Sequence[Check], folder: Path) -> list[Path]:
-    """Write a page for each check into ``folder``; their paths."""
-    paths = [folder / f"{check.name}.check.html" for check in checks]
-    for check, path in zip(checks, paths, strict=True):
-        write_check_page(check, path)
-    return paths
