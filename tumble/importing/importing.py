@@ -18,11 +18,14 @@ from tumble.checking.geometry import geometry_of
 from tumble.engine import Item, Outcome, run
 from tumble.importing.draft import DRAFT_FILE, IMPORT_FILE, write_values
 from tumble.importing.gathering import Gathered, flight_name, gather
+from tumble.importing.pulsed import Pulse, pulsed
 from tumble.importing.request import Request
-from tumble.progress import progress
+from tumble.progress import PULSE, progress
 from tumble.reports.check_page import write_check_page
 
 OBSERVATIONS = "observations"
+PASSES = 3
+"""How often an import reads a picture: to write it, to outline it, to count what is saturated."""
 
 
 def flights_of(videos: Sequence[Path], request: Request) -> list[tuple[Path, ...]]:
@@ -54,23 +57,32 @@ def import_all(
     items = [_item(flight, request, out, command) for flight in flights]
     if len(items) == 1:
         items[0].payload["draft"] = str(out / DRAFT_FILE)
-    with progress("import", len(items), quiet=quiet) as advance:
+    with progress("import", len(items), quiet=quiet, pulses=out) as advance:
         return run(import_item, items, jobs=jobs, advance=advance)
 
 
 def import_item(payload: dict[str, Any]) -> dict[str, Any]:
     """Import one flight: write its observation or draft, and its page."""
-    request, videos = _request(payload["request"]), [Path(video) for video in payload["videos"]]
-    gathered = gather(videos, request)
+    pulse = Path(payload["pulse"])
+    try:
+        return _imported(payload, pulse)
+    finally:
+        pulse.unlink(missing_ok=True)
+
+
+def _imported(payload: dict[str, Any], path: Path) -> dict[str, Any]:
+    gathered = gather([Path(video) for video in payload["videos"]], _request(payload["request"]))
     folder = Path(payload["folder"])
+    pulse = Pulse(path, PASSES * sum(len(source.frames) for source in gathered.sources))
     if gathered.observation is None:
         write_values(Path(payload["draft"]), gathered.values, gathered.missing, payload["command"])
     else:
         check_observation(gathered.observation, folder / FILE)
+        counted = tuple(pulsed(recording, pulse) for recording in gathered.observation.recordings)
         with folder_whole(folder) as temporary:
             write_values(temporary / IMPORT_FILE, gathered.values, (), "")
-            write_observation(gathered.observation, temporary)
-    check = checked(gathered, folder)
+            write_observation(replace(gathered.observation, recordings=counted), temporary)
+    check = checked(gathered, folder, pulse)
     write_check_page(check, Path(payload["page"]))
     return {"missing": [vars(missing) for missing in gathered.missing], **plain_check(check)}
 
@@ -92,8 +104,8 @@ def folder_whole(folder: Path) -> Iterator[Path]:
             folder.parent.rmdir()
 
 
-def checked(gathered: Gathered, folder: Path) -> Check:
-    """The check of what was gathered; an observation's pictures are read from its own folder."""
+def checked(gathered: Gathered, folder: Path, pulse: Pulse) -> Check:
+    """The check of what was gathered; an observation's pictures are read from its own folder, and counted."""
     observation = read_observation(folder) if gathered.observation is not None else None
     recordings = [source.recording for source in gathered.sources] if observation is None else observation.recordings
     clock = gathered.clock
@@ -102,7 +114,7 @@ def checked(gathered: Gathered, folder: Path) -> Check:
         name = "hsv" if len(gathered.sources) == 1 else f"hsv_{number + 1}"
         size = source.size_px if source.size_px is not None else _calibrated_size(gathered, number)
         times, exposure = (None, None) if clock is None else (clock.times_s, clock.exposure_s)
-        look = look_at(recording, size, times_s=times, exposure_s=exposure, name=str(source.path))
+        look = look_at(pulsed(recording, pulse), size, times_s=times, exposure_s=exposure, name=str(source.path))
         cameras.append(camera_check(name, recording, look))
     geometry = None if observation is None else geometry_of(observation, [each.look for each in cameras])
     return Check(gathered.name, tuple(cameras), geometry, gathered.values, gathered.missing, gathered.remarks)
@@ -125,6 +137,7 @@ def _item(flight: tuple[Path, ...], request: Request, out: Path, command: str) -
         "folder": str(folder),
         "draft": str(out / f"{name}.{DRAFT_FILE}"),
         "page": str(out / f"{name}.check.html"),
+        "pulse": str(out / f"{name}{PULSE}"),
         "command": command,
     }
     return Item(name, payload, folder / FILE)
