@@ -285,7 +285,10 @@ BAD = {
     "bits that are too few": (["--bits", "8"], "frame 0: expected values of 8 bit, got"),
     "a rate that is none": (["--rate", "fast"], "--rate fast: expected a number with Hz, fps, kHz, MHz"),
     "gravity that is none": (["--gravity", "up"], "--gravity up: expected down, three numbers"),
-    "an exposure longer than a frame": (["--exposure", "1ms"], "expected at most the time between two frames"),
+    "an exposure longer than a frame": (
+        ["--exposure", "1ms"],
+        "drop.mraw: at $.clock.exposure_s: expected at most the time between two frames",
+    ),
     "too many background pictures": (["--background", "first:99"], "expected first:N with N from 1 to 12"),
     "no such background": (["--background", "nothing.png"], "nothing.png: there is no such file"),
     "two cameras of one": (["--camera", "x.toml"], "--camera: expected one calibration for all videos"),

@@ -54,9 +54,8 @@ def import_all(
     flights: Sequence[tuple[Path, ...]], request: Request, out: Path, *, command: str, jobs: int, quiet: bool
 ) -> tuple[Outcome, ...]:
     """Import every flight that ``out`` lacks; ``command`` completes a draft."""
-    items = [_item(flight, request, out, command) for flight in flights]
-    if len(items) == 1:
-        items[0].payload["draft"] = str(out / DRAFT_FILE)
+    drafts = [out / (DRAFT_FILE if len(flights) == 1 else f"{flight_name(flight)}.{DRAFT_FILE}") for flight in flights]
+    items = [_item(flight, request, out, {"draft": str(d), "command": command}) for flight, d in zip(flights, drafts, strict=True)]
     with progress("import", len(items), quiet=quiet, pulses=out) as advance:
         return run(import_item, items, jobs=jobs, advance=advance)
 
@@ -77,7 +76,7 @@ def _imported(payload: dict[str, Any], path: Path) -> dict[str, Any]:
     if gathered.observation is None:
         write_values(Path(payload["draft"]), gathered.values, gathered.missing, payload["command"])
     else:
-        check_observation(gathered.observation, folder / FILE)
+        check_observation(gathered.observation, gathered.sources[0].path)
         counted = tuple(pulsed(recording, pulse) for recording in gathered.observation.recordings)
         with folder_whole(folder) as temporary:
             write_values(temporary / IMPORT_FILE, gathered.values, (), "")
@@ -128,17 +127,17 @@ def _calibrated_size(gathered: Gathered, number: int) -> tuple[int, int]:
     return lens.width_px, lens.height_px
 
 
-def _item(flight: tuple[Path, ...], request: Request, out: Path, command: str) -> Item:
+def _item(flight: tuple[Path, ...], request: Request, out: Path, draft: dict[str, str]) -> Item:
+    """``draft``: where one would lie, and the command that completes it."""
     name = flight_name(flight)
     folder = out / OBSERVATIONS / name
     payload = {
         "videos": [str(video) for video in flight],
         "request": plain_request(request),
         "folder": str(folder),
-        "draft": str(out / f"{name}.{DRAFT_FILE}"),
         "page": str(out / f"{name}.check.html"),
         "pulse": str(out / f"{name}{PULSE}"),
-        "command": command,
+        **draft,
     }
     return Item(name, payload, folder / FILE)
 
