@@ -7,7 +7,7 @@ motion across the picture. With times that are k times too long, ``s = 1 / k²``
 The centre of an outline is not that of mass. While the particle turns by half a turn during the recording the difference bends the path
 like an acceleration of ``w (pi / T)²``, ``w`` the RMS difference of the hull in drawn orientations; so an acceleration has that as its
 prior, and short recordings say little.
-Valid for a free flight without impacts.
+Of a recording with impacts the longest flight without any is taken.
 """
 
 from dataclasses import dataclass
@@ -50,15 +50,15 @@ def fall_of(look: Look, camera: HsvCamera, gravity_world: Array, *, depth_m: flo
 
     ``None`` where there are too few centres or gravity is along the line of sight.
     """
-    if look.times_s is None or len(look.path.frame) < FEWEST or not np.any(gravity_world):
+    if look.times_s is None or len(look.free.frame) < FEWEST or not np.any(gravity_world):
         return None
     g = camera.R_cam_world @ gravity_world
     if float(np.hypot(g[0], g[1])) < SEEN_MS2:
         return None
     lens = camera.intrinsics
-    t = look.times_s[look.path.frame]
+    t = look.times_s[look.free.frame]
     t = t - t.mean()
-    xy = lens.normalise(look.path.c)
+    xy = lens.normalise(look.free.c)
     (start, slope, _), rest = parabola(look)
     scale = depth_m / np.array([lens.fx_px, lens.fy_px])
     noise = max(float(np.sqrt(np.mean(rest**2))) / lens.fx_px, 1e-9)

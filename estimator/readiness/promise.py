@@ -6,8 +6,9 @@ that flight, as noisy as the recorded ones, and the normal equations of the esti
 Cramér and Rao for what is unbiased]. Depth is from the area of the outlines: that of a convex body is a quarter of its surface in the mean
 over all orientations [Cauchy 1832].
 
-Valid for a free flight of one particle that is seen by its first camera in most frames; outlines' errors other than noise, a wrong
-calibration and a bias of the hull are not in it, so estimates are at best as good as this.
+Valid for a free flight of one particle (of a recording with impacts: the longest stretch without any) that is seen by its first camera in
+most frames; outlines' errors other than noise, a wrong calibration and a bias of the hull are not in it, so estimates are at best as good
+as this.
 """
 
 from dataclasses import dataclass, replace
@@ -60,8 +61,10 @@ def promise_of(
         sightings = usable_sightings(observation, tracks, configuration)
     except NoMeasurement:
         return None
-    if look.times_s is None or len(look.path.frame) < configuration.minimum_frames:
+    if look.times_s is None or len(look.free.frame) < configuration.minimum_frames:
         return None
+    within = (sightings.frame >= look.free.frame[0]) & (sightings.frame <= look.free.frame[-1])
+    sightings = sightings.take(np.flatnonzero(within))
     rng = np.random.default_rng(configuration.seed)
     views = views_like(particle, sightings.silhouettes, rng)
     task = fit_task(observation, particle, sightings, views, configuration)
@@ -95,7 +98,7 @@ def _flight(observation: Observation, look: Look, particle: Particle, sightings:
     x_cam = z * np.append(centre, 1.0)
     v_cam = z * np.append(coefficients[1] / [lens.fx_px, lens.fy_px], 0.0)
     return Flight(
-        time_s=float(look.times_s[look.path.frame].mean()),
+        time_s=float(look.times_s[look.free.frame].mean()),
         x=camera.R_cam_world.T @ (x_cam - camera.t_cam_world),
         q=np.array([0.0, 0.0, 0.0, 1.0]),
         v=camera.R_cam_world.T @ v_cam,

@@ -1,6 +1,6 @@
 """Everything that a check says of one recording, and where it comes from."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from datasets.observation import Observation, Recording
@@ -68,6 +68,8 @@ def check_observation(observation: Observation) -> Check:
         size = (camera.intrinsics.width_px, camera.intrinsics.height_px)
         name = f"{observation.name}, camera {camera.name}"
         look = look_at(recording, size, times_s=clock.times_s, exposure_s=clock.exposure_s, name=name)
+        if observation.companion is not None:
+            look = replace(look, odd_steps=())  # which of two particles an outline is of changes from frame to frame
         cameras.append(camera_check(camera.name, recording, look))
     return Check(observation.name, tuple(cameras), geometry_of(observation, [each.look for each in cameras]))
 

@@ -27,6 +27,11 @@ def rows_of(look: Look) -> list[Row]:
     rows.append(("motion from frame to frame", _number(look.step_px, "px", 3)))
     if look.smear_px is not None:
         rows.append(("motion during an exposure", _number(look.smear_px, "px", 3)))
+    if look.kinks:
+        rows.append(("kinks of the path (impacts?) at frames", ", ".join(f"{kink:.1f}" for kink in look.kinks)))
+        rows.append(
+            ("longest flight between them", f"frames {look.free.frame[0]} to {look.free.frame[-1]}" if len(look.free.frame) else "none")
+        )
     rows.append(("centres from a parabola, RMS", _number(look.bend_px, "px", 4)))
     if look.times_s is not None and len(look.times_s) > 1:
         gap = float(np.median(np.diff(look.times_s)))

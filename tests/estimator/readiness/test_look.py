@@ -158,6 +158,24 @@ def test_the_fall_says_by_how_much_times_are_wrong(share: float) -> None:
         assert all(abs(fall.share - 1.0) > 3.0 * fall.sigma for fall in found if fall is not None)
 
 
+def test_a_drop_on_to_a_plate_is_judged_by_its_longest_flight() -> None:
+    rng = np.random.default_rng(3)
+    lens = Intrinsics(1024, 1024, 6000.0, 6000.0, 511.5, 511.5)
+    times = np.arange(120) / 4000.0
+    t = times - times[40]
+    fall_m = np.where(t < 0, 0.8 * t, -0.3 * t) + 0.5 * 9.81 * t**2
+    centres = lens.project(np.column_stack([0.1 * t, fall_m, np.full(120, 0.6)])) + rng.normal(scale=0.02, size=(120, 2))
+    look = look_at([Outline(ROUND + c) for c in centres], (1024, 1024), times_s=times)
+    assert look.odd_steps == ()
+    (kink,) = look.kinks
+    assert kink == pytest.approx(40.0, abs=0.2)
+    assert (look.free.frame[0], look.free.frame[-1]) == (44, 119)
+    fall = fall_of(look, HsvCamera("hsv", lens, np.eye(3), np.zeros(3)), np.array([0.0, 9.81, 0.0]), depth_m=0.6, wobble_m=2e-5)
+    assert fall is not None
+    assert abs(fall.share - 1.0) < 2.0 * fall.sigma
+    assert fall.sigma < 0.3
+
+
 def test_gravity_along_the_line_of_sight_is_not_seen() -> None:
     look, camera = falling(1.0, np.random.default_rng(0))
     assert fall_of(look, camera, np.array([0.0, 0.0, 9.81]), depth_m=0.6, wobble_m=1e-5) is None
