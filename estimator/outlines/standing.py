@@ -16,6 +16,8 @@ from estimator.outlines.settings import OutlineSettings
 
 SHOWN = 0.5
 """Share of the pictures in which a ghost has to be seen: what moves is at one place in fewer."""
+LEAST_SHARE = 0.3
+"""Of the area that moves: a smaller ghost is dust that came or went, not the particle."""
 NOISES = 6.0
 """Standard deviations of a pixel's noise from which a difference is no noise; a patch of many such pixels is needed besides."""
 
@@ -35,11 +37,12 @@ def ghost_px(background: NDArray[np.uint16], pictures: Sequence[NDArray[np.uint1
         darker += strong & (difference < 0)
         brighter += strong & (difference > 0)
     least = SHOWN * len(pictures)
-    dark_particle = darker[darker < least].sum() >= brighter[brighter < least].sum()
+    moving = [int(each[each < least].sum()) / len(pictures) for each in (darker, brighter)]
+    dark_particle = moving[0] >= moving[1]
     stays = ((brighter if dark_particle else darker) >= least).astype(np.uint8)
     number, _, stats, centres = cv2.connectedComponentsWithStats(cv2.morphologyEx(stays, cv2.MORPH_OPEN, np.ones((3, 3), np.uint8)))
     if number < 2:
         return None
     largest = 1 + int(np.argmax(stats[1:, cv2.CC_STAT_AREA]))
-    large = stats[largest, cv2.CC_STAT_AREA] >= OutlineSettings().least_area_px2
+    large = stats[largest, cv2.CC_STAT_AREA] >= max(OutlineSettings().least_area_px2, LEAST_SHARE * max(moving))
     return np.asarray(centres[largest], dtype=np.float64) if large else None

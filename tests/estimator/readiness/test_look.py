@@ -85,6 +85,13 @@ def test_a_particle_that_stood_still_is_a_ghost_in_the_background(levels: dict[s
     assert ghost_px(disc((-99.0, 0.0), seed=99, **levels), flight) is None
 
 
+def test_dust_that_went_is_no_ghost() -> None:
+    flight = [disc((20.0 + 9.0 * k, 40.0), seed=k) for k in range(10)]
+    background = disc((-99.0, 0.0), seed=99)
+    background[60:67, 60:67] = 200
+    assert ghost_px(background, flight) is None
+
+
 def test_a_particle_that_comes_to_rest_is_no_ghost() -> None:
     flight = [disc((20.0 + 9.0 * min(k, 4), 40.0), seed=k) for k in range(12)]
     assert ghost_px(disc((-99.0, 0.0), seed=99), flight) is None
