@@ -54,7 +54,7 @@ class Header:
     from the trigger where that is known; without them pictures are evenly spaced by the rate, ``first`` being the number of the first one
     (the trigger's is 0). ``stamped``: which moment of an exposure stamps name. ``bit_depth``: bits that carry signal.
     ``lossy``: what compression took, in words; empty where nothing was lost. ``playback_hz``: at which a film is played, which says
-    nothing of the camera.
+    nothing of the camera. ``remark``: what is odd about the file, in words.
     """
 
     kind: str
@@ -70,6 +70,7 @@ class Header:
     trigger: Stated[str] | None = None
     lossy: str = ""
     playback_hz: float | None = None
+    remark: str = ""
 
     def stamps(self, rate_hz: float) -> Float[NDArray[np.float64], " frame"]:
         """Time stamps (s) of all pictures; evenly spaced by ``rate_hz`` where the file has none."""

@@ -6,9 +6,9 @@ header is read before any picture is decoded, and a picture beyond the stated or
 
 import re
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -106,7 +106,21 @@ def read_image_folder(path: Path) -> ImageFolder:
         raise InputError(f"{path}: expected at most {MOST_FRAMES} pictures, got {len(files)}.")
     size = image_size(files[0])
     lossy = LOSSY_JPEG if kinds[0] in (".jpg", ".jpeg") else ""
-    return ImageFolder(path, _header(path, f"folder of {kinds[0]}", size, len(files), lossy), tuple(files))
+    header = _header(path, f"folder of {kinds[0]}", size, len(files), lossy)
+    return ImageFolder(path, replace(header, remark=_gaps(files)), tuple(files))
+
+
+def _gaps(files: Sequence[Path]) -> str:
+    """Where the last numbers in the names jump though they rise evenly elsewhere; empty where they do not."""
+    numbers = np.array([next((int(n) for n in reversed(re.findall(r"[0-9]{1,18}", file.stem))), -1) for file in files])
+    steps = np.diff(numbers)
+    if len(steps) == 0 or (steps == steps.min()).all() or steps.min() < 1:
+        return ""
+    k = int(np.argmax(steps))
+    return (
+        f"the names jump from {files[k].name} to {files[k + 1].name}: pictures are missing there, and times are counted as if none were; "
+        "take one side with --frames"
+    )
 
 
 def in_order(file: Path) -> tuple[tuple[str, int], ...]:
@@ -124,9 +138,17 @@ def read_image(path: Path) -> Picture:
         Naming the file, what was expected and what came.
     """
     if path.suffix.lower() in TIFF_SUFFIXES:
-        return _page(path, index(path)[0], 0)
+        pages = index(path)
+        if len(pages) > 1:
+            raise InputError(
+                f"{path}: expected a TIFF of one picture in a folder of pictures, got a stack of {len(pages)}; import it by its name."
+            )
+        return _page(path, pages[0], 0)
     with _opened(path) as image:
         values = np.asarray(image if image.mode in DEEP_MODES else image.convert("L" if image.mode in ("1", "L") else "RGB"))
+        largest = _largest_of_pgm(path)
+        if largest is not None:  # Pillow stretches values to 16 bit
+            values = np.rint(values * (largest / 65535.0))
         return grey_of(values[..., ::-1] if values.ndim == 3 else values)
 
 
@@ -147,6 +169,7 @@ def _opened(path: Path) -> Iterator[Image.Image]:
             warnings.simplefilter("ignore")  # of large pictures, which are refused here
             with Image.open(path, formats=FORMATS) as image:
                 check_size(path, image.width, image.height, 1)
+                _check_png(path)
                 yield image
     except FileNotFoundError:
         raise InputError(f"{path}: there is no such file.") from None
@@ -155,6 +178,26 @@ def _opened(path: Path) -> Iterator[Image.Image]:
     except Exception as error:  # Pillow raises whatever its readers raise
         kinds = ", ".join(FORMATS)
         raise InputError(f"{path}: expected a picture ({kinds}), got a file that is damaged or of another kind ({error}).") from None
+
+
+def _head(path: Path) -> bytes:
+    """The first bytes of a file, more than the headers of these kinds take."""
+    with path.open("rb") as stream:
+        return stream.read(1024)
+
+
+def _check_png(path: Path) -> None:
+    """Refuse PNG in colours of 16 bit, of which Pillow would keep 8 without a word."""
+    head = _head(path)
+    if head.startswith(b"\x89PNG") and len(head) > 25 and head[24] == 16 and head[25] != 0:
+        raise InputError(f"{path}: expected grey of 8 or 16 bit, or colours of 8 bit, got colours of 16 bit; save it as grey.")
+
+
+def _largest_of_pgm(path: Path) -> int | None:
+    """The largest value that a binary PGM states where that is more than a byte's; ``None`` for other files."""
+    found = re.match(rb"P5\s+(?:#[^\n]*\n\s*)*[0-9]+\s+(?:#[^\n]*\n\s*)*[0-9]+\s+(?:#[^\n]*\n\s*)*([0-9]{1,5})\s", _head(path))
+    largest = 0 if found is None else int(found[1])
+    return largest if largest > 255 else None
 
 
 def _header(path: Path, kind: str, size: tuple[tuple[int, int], int], count: int, lossy: str) -> Header:

@@ -50,8 +50,7 @@ def source_of(path: Path, request: Request, *, decode: bool = True) -> Source:
     clip, depth = clip_of(open_video(path), request.frames, request.bits, decode=decode)
     header = clip.video.header
     values, remarks = [*_of_header(path, header, clip), Value("bit_depth", f"{depth.value} bit", depth.value, depth.origin, depth.note)], []
-    if header.lossy:
-        remarks.append(header.lossy)
+    remarks += [remark for remark in (header.lossy, header.remark) if remark]
     if request.masks:
         outlines = _of_masks(clip) if decode else ()
         values.append(Value("outlines", "of masks", "masks", Origin.GIVEN, "--masks"))

@@ -68,7 +68,10 @@ def images(suffix: str, bits: int) -> Callable[[Path], tuple[Path, Pictures]]:
         pictures = recorded(bits)
         for k, picture in enumerate(pictures):
             stored = picture.astype(np.uint16 if bits > 8 else np.uint8)
-            if suffix == ".tif":
+            if suffix == ".pgm" and bits > 8:
+                head = f"P5\n# by a camera\n{picture.shape[1]} {picture.shape[0]}\n4095\n".encode()
+                (folder / f"frame {8 + k}.pgm").write_bytes(head + picture.astype(">u2").tobytes())
+            elif suffix == ".tif":
                 tifffile.imwrite(folder / f"frame {8 + k}.tif", stored, photometric="minisblack")
             else:
                 Image.fromarray(stored).save(folder / f"frame {8 + k}{suffix}")
@@ -90,6 +93,7 @@ FORMS = {
     "PNG 8": images(".png", 8),
     "PNG 16": images(".png", 16),
     "PGM": images(".pgm", 8),
+    "PGM 12": images(".pgm", 12),
     "BMP": images(".bmp", 8),
     "TIFF files": images(".tif", 16),
 }
@@ -216,6 +220,23 @@ def test_colours_and_jpeg_of_a_phantom_are_refused(tmp_path: Path) -> None:
     path.write_bytes(data)
     with pytest.raises(InputError, match="colour camera's mosaic"):
         open_video(path)
+
+
+def test_a_gap_in_the_numbers_of_pictures_is_said(tmp_path: Path) -> None:
+    path, _ = images(".png", 8)(tmp_path)
+    assert open_video(path).header.remark == ""
+    (path / "frame 9.png").unlink()
+    assert "jump from frame 8.png to frame 10.png" in open_video(path).header.remark
+
+
+def test_pictures_that_would_lose_something_are_refused(tmp_path: Path) -> None:
+    (tmp_path / "colours").mkdir()
+    cv2.imwrite(str(tmp_path / "colours" / "0.png"), np.full((8, 8, 3), 40_000, np.uint16))
+    (tmp_path / "stacks").mkdir()
+    tifffile.imwrite(tmp_path / "stacks" / "0.tif", np.stack(recorded(12)), photometric="minisblack")
+    for name, expected in (("colours", "got colours of 16 bit"), ("stacks", "got a stack of 4")):
+        with pytest.raises(InputError, match=expected):
+            read_whole(tmp_path / name)
 
 
 def test_what_is_no_recording_is_refused(tmp_path: Path) -> None:
