@@ -12,6 +12,7 @@ from datasets.vocabulary.camera import HsvCamera, Intrinsics
 from datasets.vocabulary.outline import Outline
 from estimator.configuration import Configuration
 from estimator.outlines.masks import outline_of_mask
+from estimator.outlines.occupancy import Departure, plain_occupancy
 from estimator.outlines.recording import outlines_of
 from estimator.outlines.standing import ghost_px
 from estimator.particle import Particle, particle_of
@@ -223,3 +224,11 @@ def test_too_little_seen_promises_nothing(known: Known) -> None:
     few = Observation(**{**vars(observation), "recordings": (observation.recordings[0][:5],)})  # type: ignore[index]
     look = look_at(few.recordings[0], (1024, 1024), times_s=observation.clock.times_s[:5])
     assert promise_of(few, (look.track,), look, particle, Configuration()) is None
+
+
+def test_a_bubble_as_bright_inside_as_its_background_has_no_level_of_its_own() -> None:
+    y, x = np.mgrid[:60, :60]
+    radius = np.hypot(x - 30, y - 30)
+    ring = np.where(np.abs(radius - 18) < 2, 900.0, 0.0).astype(np.float32)
+    occupancy = plain_occupancy(Departure(ring, 5.0), radius < 20)
+    assert np.all(np.isfinite(occupancy))
