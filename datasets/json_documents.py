@@ -77,7 +77,7 @@ def read_document(path: Path, kind: str) -> Document:
     InputError
         Naming the file and what is wrong with it, see the module's description.
     """
-    document = _parse(path)
+    document = parsed_json(path)
     _check_kind(path, kind, document)
     _check_digest(path, document)
     violation = first_violation(document, kind)
@@ -97,8 +97,14 @@ def _layout(value: Any, indent: int = 0) -> str:
     return json.dumps(value, allow_nan=False, ensure_ascii=False)
 
 
-def _parse(path: Path) -> Any:
-    """JSON of ``path``, without what :mod:`datasets.plain_values` refuses."""
+def parsed_json(path: Path) -> Any:
+    """JSON of ``path``, without what :mod:`datasets.plain_values` refuses.
+
+    Raises
+    ------
+    InputError
+        Naming the file, where it is missing, empty, cut off or no JSON.
+    """
     try:
         text = path.read_text(encoding="utf-8")
     except FileNotFoundError:

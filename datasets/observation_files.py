@@ -95,7 +95,7 @@ def read_observation(folder: Path) -> Observation:
     times, views = _array(document["clock"]["times_s"]), document["views"]
     obs = Observation(
         name=document["name"],
-        cameras=tuple(_camera(entry) for entry in document["cameras"]),
+        cameras=tuple(camera_of_entry(entry) for entry in document["cameras"]),
         recordings=tuple(_load(entry["recording"], folder, len(times)) for entry in document["cameras"]),
         clock=Clock(times, float(document["clock"]["exposure_s"])),
         gravity_world=_array(document["gravity_world"]),
@@ -153,7 +153,8 @@ def _camera_entry(camera: HsvCamera) -> Document:
     }
 
 
-def _camera(entry: Document) -> HsvCamera:
+def camera_of_entry(entry: Document) -> HsvCamera:
+    """A high-speed camera from its entry in a document that fits the schema."""
     return HsvCamera(entry["name"], _intrinsics(entry["intrinsics"]), _array(entry["R_cam_world"]), _array(entry["t_cam_world"]))
 
 

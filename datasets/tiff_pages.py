@@ -2,14 +2,12 @@
 
 tifffile reads the headers. A damaged or forged header is refused by its sizes alone: a page that comes twice, a picture beyond
 :data:`~datasets.vocabulary.camera.LARGEST_PICTURE_PX`, strips or tiles of no size or of another number, bytes beyond the file's end,
-compressed bytes that cannot become as many pixels as are stated. Strips and tiles are uncompressed, deflate or PackBits; decoding stops
-beyond the stated size, so a small file cannot fill the memory.
+compressed bytes that cannot become as many pixels as are stated. Decoding stops beyond the stated size
+(:mod:`datasets.tiff_codecs`), so a small file cannot fill the memory.
 """
 
 import logging
 import math
-import zlib
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO
@@ -19,10 +17,9 @@ import tifffile
 from numpy.typing import NDArray
 
 from datasets.errors import InputError
+from datasets.tiff_codecs import DECODERS, JPEG, RATIOS, WORDS, jpeg
 from datasets.vocabulary.camera import LARGEST_PICTURE_PX, LARGEST_SIDE_PX
 
-DEFLATE_RATIO, PACKBITS_RATIO = 1032, 64
-"""Bytes that one compressed byte becomes at most: a deflate match of 258 bytes takes 2 bits, a PackBits run of 128 takes 2 bytes."""
 GREY_TYPES = (np.dtype(np.uint8), np.dtype(np.uint16))
 
 logging.getLogger("tifffile").addHandler(logging.NullHandler())
@@ -35,6 +32,7 @@ class Page:
 
     ``offsets`` and ``counts`` (bytes) say where each block lies; ``dtype`` has the file's byte order; ``scheme`` is TIFF's number of the
     compression; ``differenced``: each value is the difference from its left neighbour (TIFF's predictor 2).
+    ``tables``: what JPEG strips have in common.
     """
 
     shape: tuple[int, int]
@@ -44,6 +42,7 @@ class Page:
     counts: tuple[int, ...]
     scheme: int
     differenced: bool
+    tables: bytes | None = None
 
 
 def index(path: Path) -> tuple[Page, ...]:
@@ -93,44 +92,14 @@ def _values(data: bytes, page: Page, tall: int) -> NDArray[np.generic]:
     """The values (tall, columns) of one strip or tile."""
     row = page.block[1] * page.dtype.itemsize
     least, most = tall * row, page.block[0] * row  # some programs fill the last strip up
-    raw = DECODERS[page.scheme](data, most)
+    if page.scheme == JPEG:
+        raw = jpeg(data, ((tall, page.block[1]), page.block), page.tables)
+    else:
+        raw = DECODERS[page.scheme](data, most)
     if not least <= len(raw) <= most:
         raise ValueError(f"expected {least} bytes in a strip or tile, came {len(raw) if len(raw) < least else 'more'}")
     values = np.frombuffer(raw, page.dtype, count=tall * page.block[1]).reshape(tall, page.block[1])
     return np.cumsum(values, axis=1, dtype=page.dtype.newbyteorder("=")) if page.differenced else values
-
-
-def _inflated(data: bytes, most: int) -> bytes:
-    """Deflate data, uncompressed up to the first byte beyond ``most``."""
-    try:
-        return zlib.decompressobj().decompress(data, most + 1)
-    except zlib.error as error:
-        raise ValueError(f"expected deflate data, came damaged ones ({error})") from None
-
-
-def _unpacked(data: bytes, most: int) -> bytes:
-    """PackBits data, unpacked up to the run that goes beyond ``most`` bytes."""
-    found, at = bytearray(), 0
-    while at < len(data) - 1 and len(found) <= most:
-        head = data[at]
-        if head < 128:
-            found += data[at + 1 : at + 2 + head]
-            at += 2 + head
-        elif head > 128:
-            found += data[at + 1 : at + 2] * (257 - head)
-            at += 2
-        else:
-            at += 1
-    return bytes(found)
-
-
-DECODERS: dict[int, Callable[[bytes, int], bytes]] = {
-    int(tifffile.COMPRESSION.NONE): lambda data, most: data[:most],
-    int(tifffile.COMPRESSION.ADOBE_DEFLATE): _inflated,
-    int(tifffile.COMPRESSION.DEFLATE): _inflated,
-    int(tifffile.COMPRESSION.PACKBITS): _unpacked,
-}
-RATIOS = {int(tifffile.COMPRESSION.NONE): 1, int(tifffile.COMPRESSION.PACKBITS): PACKBITS_RATIO}
 
 
 def _pages(path: Path, stack: tifffile.TiffFile, size: int) -> tuple[Page, ...]:
@@ -141,7 +110,19 @@ def _pages(path: Path, stack: tifffile.TiffFile, size: int) -> tuple[Page, ...]:
             raise InputError(f"{path}: frame {number}: expected another page, came one that is there already; the file's pages are a loop.")
         seen.add(page.offset)
         found.append(_page(page, f"{path}: frame {number}", size))
+    _check_end(path, stack, len(found))
     return tuple(found)
+
+
+def _check_end(path: Path, stack: tifffile.TiffFile, count: int) -> None:
+    """That the last page says that it is the last: where the file is cut off, tifffile finds fewer pages and goes on."""
+    at = stack.pages.next_page_offset
+    if at is None:
+        return
+    stack.filehandle.seek(at)
+    width = stack.tiff.offsetsize
+    if int.from_bytes(stack.filehandle.read(width), "little" if stack.byteorder == "<" else "big") != 0:
+        raise InputError(f"{path}: expected another page after frame {count - 1}, got none; the file is cut off or damaged.")
 
 
 def _page(page: tifffile.TiffPage, where: str, size: int) -> Page:
@@ -161,7 +142,7 @@ def _page(page: tifffile.TiffPage, where: str, size: int) -> Page:
     if end > size:
         raise InputError(f"{where} is cut off (it should end at byte {end}, the file has {size}).")
     dtype = np.dtype(page.dtype).newbyteorder(page.parent.byteorder)
-    found = Page((height, width), dtype, block, offsets, counts, int(page.compression), int(page.predictor) == 2)
+    found = Page((height, width), dtype, block, offsets, counts, int(page.compression), int(page.predictor) == 2, page.jpegtables)
     _check_claim(found, where)
     return found
 
@@ -182,17 +163,19 @@ def _check_kind(page: tifffile.TiffPage, where: str) -> None:
             f"{where}: expected 1 to {LARGEST_SIDE_PX} px along each side and at most {LARGEST_PICTURE_PX:.0e} px, "
             f"came {page.shape[1]} x {page.shape[0]}."
         )
-    if int(page.compression) not in DECODERS or int(page.predictor) not in (1, 2) or int(page.fillorder) != 1:
+    scheme = int(page.compression)
+    known = scheme in DECODERS or (scheme == JPEG and page.bitspersample == 8 and int(page.predictor) == 1)
+    if not known or int(page.predictor) not in (1, 2) or int(page.fillorder) != 1:
         name = getattr(page.compression, "name", page.compression)
         raise InputError(
-            f"{where}: expected pictures without compression, or deflate or PackBits, came compression {name} with predictor "
+            f"{where}: expected pictures with {WORDS}, came compression {name} with predictor "
             f"{int(page.predictor)} and fill order {int(page.fillorder)}; write the stack anew without compression."
         )
 
 
 def _check_claim(page: Page, where: str) -> None:
     """That every strip or tile has enough bytes to become the pixels that are stated."""
-    ratio = RATIOS.get(page.scheme, DEFLATE_RATIO)
+    ratio = RATIOS[page.scheme]
     rows = page.shape[0] % page.block[0] or page.block[0] if page.block[1] == page.shape[1] else page.block[0]
     least = rows * page.block[1] * page.dtype.itemsize
     if min(page.counts) * ratio < least:

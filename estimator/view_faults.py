@@ -43,6 +43,7 @@ def view_fault(outlines: Sequence[Outline], views: Sequence[CalibratedView]) -> 
 def _disagreement_px(outlines: Sequence[Outline], views: Sequence[CalibratedView]) -> float:
     """Median over the views of the RMS error of each against the others; infinite where they do not see one body."""
     seen = silhouettes(outlines, [v.intrinsics for v in views])
-    poses = PoseSet(np.stack([v.R_cam_particle for v in views]).astype(float), np.stack([v.t_cam_particle for v in views]).astype(float))
+    R = np.ascontiguousarray([v.R_cam_particle for v in views], dtype=np.float64)  # of transposed ones the kernel would be compiled anew
+    poses = PoseSet(R, np.array([v.t_cam_particle for v in views], dtype=np.float64))
     among = disagreement(seen, poses, bounding_ball(outlines, views)[0])
     return float(np.median(among.view_rms_px)) if among.seen_share >= LEAST_PAIRS else float("inf")

@@ -57,14 +57,14 @@ def centroid_path(track: OutlineTrack, *, in_part: bool = False) -> CentroidPath
     frames = np.flatnonzero(track.seen if in_part else track.used)
     outlines = [track.frames[f].outline.points_px for f in frames]
     kept = [i for i, points in enumerate(outlines) if len(points) >= 3]
-    moments = np.array([_moments(outlines[i]) for i in kept]).reshape(-1, 3)
+    moments = np.array([polygon_moments(outlines[i]) for i in kept]).reshape(-1, 3)
     area = moments[:, 0]
     near = np.array([np.median(area[max(0, i - 3) : i + 4]) for i in range(len(area))])
     good = np.flatnonzero((area > 0) & (np.abs(area - near) <= AREA_JUMP * near))
     return CentroidPath(frames[np.array(kept, dtype=np.int64)][good].astype(np.int64), moments[good, 1:])
 
 
-def _moments(points: Array) -> tuple[float, float, float]:
+def polygon_moments(points: Array) -> tuple[float, float, float]:
     """Area and centroid of a polygon (n, 2)."""
     x, y = (points - points[0]).T
     cross = x * np.roll(y, -1) - np.roll(x, -1) * y

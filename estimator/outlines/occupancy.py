@@ -23,6 +23,8 @@ _CEILING = 1.1
 _LEAK_PX = 1.2
 _LEAK_REACH_PX = 5
 _FAINTEST = 0.2
+ROUNDING_DN = 0.3
+"""Standard deviation of rounding to whole numbers."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +64,7 @@ def _matched(picture: Picture, background: Background, level: Picture, plain: Ma
 
 def _spread(amount: Float[NDArray[np.float32], " n"]) -> float:
     """Robust standard deviation (DN), at least that of rounding to whole numbers."""
-    return max(1.4826 * float(np.median(np.abs(amount))), 0.3)
+    return max(1.4826 * float(np.median(np.abs(amount))), ROUNDING_DN)
 
 
 def plain_occupancy(departure: Departure, filled: Mask) -> Picture:
@@ -70,7 +72,8 @@ def plain_occupancy(departure: Departure, filled: Mask) -> Picture:
     depth = cv2.distanceTransform(filled.astype(np.uint8), cv2.DIST_L2, 5)
     inside = departure.amount[depth > 0.3 * depth.max()]
     near = cv2.dilate(filled.astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
-    return np.where(near, departure.amount / np.float32(np.percentile(inside, 75)), np.float32(0))
+    full = max(float(np.percentile(inside, 75)), ROUNDING_DN)  # a bubble is as bright inside as what is behind it
+    return np.where(near, departure.amount / np.float32(full), np.float32(0))
 
 
 def occupancy_of(departure: Departure, filled: Mask, blur_px: float) -> tuple[Picture, float]:

@@ -7,6 +7,7 @@ import zlib
 from collections.abc import Callable
 from pathlib import Path
 
+import imagecodecs
 import numpy as np
 import pytest
 import tifffile
@@ -20,9 +21,10 @@ from datasets.tiff_frames import TiffFrames
 from datasets.truth_files import read_mesh
 from tests.hostile.valid_files import pack_bits, tiff
 
-DEFLATE, PACKBITS, NONE, LZW = 8, 32773, 1, 5
+DEFLATE, PACKBITS, NONE, LZW, JPEG, ZSTD, LZMA = 8, 32773, 1, 5, 7, 50000, 34925
 PLAIN = np.arange(48 * 64, dtype="<u2").reshape(48, 64)
 FEW_BYTES = 2**26
+LARGE_JPEG = imagecodecs.jpeg8_encode(np.zeros((8000, 8000), np.uint8))
 
 
 def refused(read: Callable[[], object], path: Path, message: str) -> None:
@@ -54,7 +56,12 @@ TIFFS: dict[str, tuple[Callable[[], bytes], str]] = {
     "too few bytes for the pixels": (lambda: tiff([zeros(2**16)], 8000, 8000, DEFLATE), "expected at least 124032 bytes in a strip"),
     "a page that links to itself": (lambda: tiff([PLAIN.tobytes()], 64, 48, NONE, loop=0), "frame 1: expected another page"),
     "pages in a ring": (lambda: tiff([PLAIN.tobytes()] * 3, 64, 48, NONE, loop=1), "frame 3: expected another page"),
-    "compression that is not read": (lambda: tiff([b"abc"], 64, 48, LZW), "expected pictures without compression.*came compression LZW"),
+    "LZW data of 16 MB": (lambda: tiff([imagecodecs.lzw_encode(bytes(2**24))], 64, 48, LZW), "expected 6144 bytes.*came more"),
+    "Zstandard data of 128 MB": (lambda: tiff([imagecodecs.zstd_encode(bytes(2**27))], 64, 48, ZSTD), "frame 0 cannot be .*Zstandard data"),
+    "a JPEG of another size": (lambda: tiff([LARGE_JPEG], 64, 48, JPEG, bits=8), "frame 0 cannot be read .*of another size"),
+    "JPEG of 16 bit": (lambda: tiff([LARGE_JPEG], 64, 48, JPEG), "expected pictures with no compression.*came compression JPEG"),
+    "damaged LZW data": (lambda: tiff([b"\xff" * 200], 64, 48, LZW), "frame 0 cannot be read .*"),
+    "compression that is not read": (lambda: tiff([b"abc"], 64, 48, LZMA), "expected pictures with no compression.*came compression LZMA"),
     "text": (lambda: b"no picture at all", "expected a TIFF stack"),
 }
 

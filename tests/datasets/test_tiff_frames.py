@@ -55,8 +55,11 @@ def test_wrong_pictures_are_a_programming_mistake(tmp_path):
 
 @pytest.mark.parametrize(
     "settings",
-    [{"compression": "zlib"}, {"byteorder": ">"}, {"bigtiff": True}, {"tile": (16, 16)}, {"rowsperstrip": 7}],
-    ids=["compressed", "big endian", "BigTIFF", "tiled", "strips"],
+    [
+        *({"compression": "zlib"}, {"byteorder": ">"}, {"bigtiff": True}, {"tile": (16, 16)}, {"rowsperstrip": 7}),
+        *({"compression": "lzw"}, {"compression": "lzw", "predictor": True, "rowsperstrip": 7}, {"compression": "zstd", "byteorder": ">"}),
+    ],
+    ids=["compressed", "big endian", "BigTIFF", "tiled", "strips", "LZW", "LZW differences", "Zstandard"],
 )
 def test_other_programs_stacks_are_read(tmp_path, settings):
     stack = np.stack([RAMP, RAMP[::-1], RAMP.T.reshape(48, 64)])

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from datasets.camera_files import read_camera, read_gravity
 from datasets.dataset_files import read_dataset
 from datasets.estimate_files import read_estimate
 from datasets.json_documents import read_document
@@ -14,6 +15,7 @@ from datasets.scoring.gate import load_baseline
 from datasets.tiff_frames import TiffFrames
 from datasets.trajectory_files import read_trajectory
 from datasets.truth_files import read_truth
+from datasets.video import open_video
 from synth.particles.mesh_import import read_mesh as import_mesh
 from tests.hostile import valid_files
 from tests.hostile.mutations import ARCHIVE, BYTES, JSON, TEXT, Mutation
@@ -42,6 +44,17 @@ def _stack(name: str) -> Reader:
         frames.background()
 
     return Reader(name, valid_files.pictures, name, BYTES, read)
+
+
+def _video(file: str, mutations: tuple[Mutation, ...] = BYTES, folder: str = "") -> Reader:
+    """A recording in the file that is spoiled, or in the ``folder`` of pictures that it is in."""
+
+    def read(root: Path) -> None:
+        video = open_video(root / (folder or file))
+        for k in range(video.header.count):
+            video.read(k)
+
+    return Reader(folder or file, valid_files.videos, file, mutations, read)
 
 
 def _masks(folder: Path) -> None:
@@ -81,6 +94,17 @@ READERS = (
     Reader("configuration.toml", valid_files.texts, "configuration.toml", TEXT, lambda f: load_configuration(f / "configuration.toml", [])),
     Reader("dataset.json", valid_files.documents, "dataset.json", JSON, read_dataset),
     Reader("baseline.json", valid_files.documents, "baseline.json", JSON, lambda folder: load_baseline(folder / "baseline.json")),
+    *(_video(f"drop_{bits}.cine") for bits in (8, 10, 12, 16)),
+    *(_video(f"drop_{bits}.mraw") for bits in (8, 12, 16)),
+    _video("drop_12.cih", TEXT),
+    _video("drop_xml.cihx", (*TEXT, *BYTES)),
+    *(_video(f"{name}.tif") for name in ("lzw", "zstd", "jpeg")),
+    *(_video(f"{name}.avi") for name in ("ffv1_8", "ffv1_16", "mjpg")),
+    _video("film.mp4"),
+    *(_video(f"{name}/1{suffix}", folder=name) for name, suffix in valid_files.IMAGES.items()),
+    Reader("camera.toml", valid_files.texts, "camera.toml", TEXT, lambda folder: read_camera(folder / "camera.toml")),
+    Reader("camera.json", valid_files.texts, "camera.json", JSON, lambda folder: read_camera(folder / "camera.json")),
+    Reader("gravity.toml", valid_files.texts, "gravity.toml", TEXT, lambda folder: read_gravity(folder / "gravity.toml")),
     _document("campaign.json"),
     _document("diagnosis.json"),
 )

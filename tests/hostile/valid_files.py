@@ -1,5 +1,6 @@
 """Small valid files of every format that a reader takes, to be spoiled."""
 
+import json
 import shutil
 import struct
 from pathlib import Path
@@ -7,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import tifffile
 import trimesh
+from PIL import Image
 from scipy.spatial.transform import Rotation
 
 from datasets.dataset_files import Dataset, write_dataset
@@ -18,6 +20,8 @@ from datasets.recipes.recipe import EffectRecipe, PlateRecipe, Recipe
 from datasets.recipes.toml_files import recipe_to_toml
 from datasets.tiff_frames import FrameStackWriter, TiffFrames
 from datasets.truth_files import write_truth
+from datasets.video.phantom_table import LINEAR_DN
+from datasets.video.writing import Recorded, write_cine, write_film, write_mraw
 from datasets.vocabulary.camera import HsvCamera, Intrinsics
 from datasets.vocabulary.clock import Clock
 from datasets.vocabulary.outline import Outline
@@ -93,7 +97,11 @@ def meshes(folder: Path) -> None:
 
 
 def texts(folder: Path) -> None:
-    """A recipe, a configuration, and trajectories in both formats with their side-car."""
+    """A recipe, a configuration, a calibration, and trajectories in both formats with their side-car."""
+    lens = {"width_px": WIDTH, "height_px": HEIGHT, "fx_px": 600.0, "fy_px": 600.0, "distortion": [0.01, 0.0, 0.0, 0.0, 0.0]}
+    (folder / "camera.toml").write_text("".join(f"{key} = {value}\n" for key, value in lens.items()))
+    (folder / "camera.json").write_text(json.dumps({"intrinsics": lens, "t_cam_world": [0.0, 0.0, 0.1]}))
+    (folder / "gravity.toml").write_text("gravity_world = [0.0, 9.8, 0.1]\n")
     drag = EffectRecipe("uniform_acceleration", {"a_x": (0.5, 1.0), "a_y": 0.1})
     (folder / "recipe.toml").write_text(recipe_to_toml(Recipe(sequences=2, effects=(drag,), plate=PlateRecipe(), tier="silhouette")))
     (folder / "configuration.toml").write_text("hull_resolution = 32\nambiguity = 1.2\nkeep_out_of_plate = 1\nseed = 3\n")
@@ -117,6 +125,44 @@ def pictures(folder: Path) -> None:
     tifffile.imwrite(folder / "deflate.tif", stack, compression="zlib", rowsperstrip=7, byteorder=">", **grey)
     tifffile.imwrite(folder / "tiles.tif", stack, compression="zlib", predictor=True, tile=(16, 16), bigtiff=True, **grey)
     (folder / "packbits.tif").write_bytes(tiff([pack_bits(p.astype("<u2").tobytes()) for p in stack], WIDTH, HEIGHT, 32773))
+
+
+IMAGES = {"png": ".png", "deep": ".png", "bmp": ".bmp", "pgm": ".pgm", "jpg": ".jpg"}
+"""Folders of pictures, and their kind."""
+
+
+def videos(folder: Path) -> None:
+    """Recordings of every kind that is imported."""
+    rng = np.random.default_rng(2)
+    values = (rng.integers(0, 1 << BITS, (PICTURES, HEIGHT, WIDTH)) // 64 * 64).astype(np.uint16)
+    how = Recorded(4000.0, 5e-5, BITS, -1)
+    for bits in (8, 10, 12, 16):
+        shown = values >> 4 if bits == 8 else LINEAR_DN[values >> 2] if bits == 10 else values
+        write_cine(folder / f"drop_{bits}.cine", list(shown), how, bits=bits)
+        if bits != 10:
+            write_mraw(folder / f"drop_{bits}.mraw", list(shown), how, bits=bits)
+    shutil.copy(folder / "drop_12.mraw", folder / "drop_xml.mraw")
+    (folder / "drop_xml.cihx").write_text("!\0\0" + CIHX + "\0\0", encoding="utf-8")
+    grey = {"photometric": "minisblack", "metadata": None}
+    tifffile.imwrite(folder / "lzw.tif", values, compression="lzw", predictor=True, rowsperstrip=7, **grey)
+    tifffile.imwrite(folder / "zstd.tif", values, compression="zstd", **grey)
+    tifffile.imwrite(folder / "jpeg.tif", (values >> 4).astype(np.uint8), compression="jpeg", rowsperstrip=8, **grey)
+    for bits in (8, 16):
+        write_film(folder / f"ffv1_{bits}.avi", list(values >> 4 if bits == 8 else values), 30.0, bits=bits)
+    write_film(folder / "mjpg.avi", list(values >> 4), 30.0, bits=8, codec="MJPG")
+    write_film(folder / "film.mp4", list(values >> 4), 30.0, bits=8, codec="mp4v")
+    for name, suffix in IMAGES.items():
+        (folder / name).mkdir()
+        for k, picture in enumerate(values):
+            Image.fromarray(picture if name == "deep" else (picture >> 4).astype(np.uint8)).save(folder / name / f"{k}{suffix}")
+
+
+CIHX = f"""<cih><imageFileInfo><fileFormat>Mraw</fileFormat></imageFileInfo>
+<imageDataInfo><resolution><width>{WIDTH}</width><height>{HEIGHT}</height></resolution>
+<colorInfo><type>Raw</type><bit>12</bit></colorInfo><effectiveBit><depth>{BITS}</depth><side>Lower</side></effectiveBit></imageDataInfo>
+<frameInfo><totalFrame>{PICTURES}</totalFrame><startFrame>-1</startFrame><skipFrame>1</skipFrame></frameInfo>
+<recordInfo><recordRate>4000</recordRate><shutterSpeed>20000</shutterSpeed><shutterSpeedNsec>50000</shutterSpeedNsec></recordInfo>
+<deviceInfo><deviceName>a camera</deviceName></deviceInfo></cih>"""
 
 
 def tiff(strips: list[bytes], width: int, height: int, compression: int, *, bits: int = 16, loop: int | None = None) -> bytes:

@@ -20,6 +20,13 @@ TOSSES = "tosses --gravity=0,0,-9.81"
 WHOLE: Mapping[str, tuple[str, str, tuple[str, ...]]] = {
     "doctor": ("", "", ()),
     "render": (SMALL, "dataset.json", ()),
+    "import": (
+        "render/observations/cut_stone-0000/outlines_hsv.npz --camera render/observations/cut_stone-0000 --particle render "
+        "--gravity down --rate 4000 --exposure 50us",
+        "observations/outlines_hsv/observation.json",
+        ("render",),
+    ),
+    "check": ("render", "cut_stone-0000.check.html", ("render",)),
     "estimate": ("render", "cut_stone-0000.estimate.json", ("render",)),
     "score": ("estimate --truth render/truth", "scores.csv", ("estimate",)),
     "report": ("estimate --truth render/truth", "report.html", ("estimate",)),

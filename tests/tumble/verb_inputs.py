@@ -17,6 +17,8 @@ WRITES = {"out", "result", "table", "write"}
 COMMANDS: Mapping[str, str] = {
     "quickstart": "",
     "render": "--config config/recipe.toml",
+    "import": "videos/drop.cine --camera calibration/camera.toml --particle dataset/observations/one --gravity down",
+    "check": "dataset",
     "estimate": "dataset --config config/estimator.toml --mesh mesh/body.ply --gravity=0,9.81,0 --effects plug_in/my_wind.py:MyWind",
     "compare": "dataset --config config/estimator.toml --mesh mesh/body.ply --also plug_in/my_wind.py:MyWind",
     "diagnose": "dataset --config config/estimator.toml --mesh mesh/body.ply --also plug_in/my_wind.py:MyWind",
@@ -49,6 +51,8 @@ def make_inputs(folder: Path) -> None:
         "answers/notes.txt": "",
         "kept/c001.registered.pickle": "",
         "mesh/body.ply": "",
+        "videos/drop.cine": "",
+        "calibration/camera.toml": "",
         "particles/stone.ply": "",
         "challenge/campaigns/c001/observations/one/observation.json": "{}",
         "limits/limits.json": TABLE.read_text(encoding="utf-8"),
@@ -79,4 +83,5 @@ def paths_given(parser: argparse.ArgumentParser, words: list[str]) -> dict[str, 
     """What a command reads, by option."""
     values = vars(parser.parse_args(words))
     read = [name for name, action in options(parser).items() if action.type is Path and name not in WRITES]
-    return {name: values[name] for name in read if isinstance(values[name], Path)}
+    first = {name: values[name][0] if isinstance(values[name], list) and values[name] else values[name] for name in read}
+    return {name: path for name, path in first.items() if isinstance(path, Path)}

@@ -19,6 +19,8 @@ VERBS: tuple[tuple[str, str], ...] = (
     ("doctor", "say what works on this machine and what to type to get the rest"),
     ("quickstart", "render, estimate, score and report two small sequences of a cut stone"),
     ("render", "make a dataset from a recipe"),
+    ("import", "make observations of a camera's own recordings"),
+    ("check", "look at observations before anything is fitted"),
     ("estimate", "measure poses, trajectory and velocities from observations alone"),
     ("compare", "show where the model of a campaign fails, and whether it does"),
     ("diagnose", "say which physical effect the model of a campaign misses"),
@@ -84,7 +86,7 @@ def _trace(error: Exception, arguments: Sequence[str]) -> None:
 
 
 def _interrupted(name: str) -> int:
-    resumable = name in {"render", "estimate", "quickstart", "challenge"}
+    resumable = name in {"render", "import", "check", "estimate", "quickstart", "challenge"}
     again = " The same command with --resume goes on from here." if resumable else ""
     print(f"tumble: stopped. Finished items are whole.{again}", file=sys.stderr)
     return INTERRUPTED

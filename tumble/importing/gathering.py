@@ -1,0 +1,149 @@
+"""One flight's recordings and what was stated beside them, made into an observation, or into a list of what is missing."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from datasets.camera_files import observation_at, read_camera, read_gravity
+from datasets.errors import InputError
+from datasets.names import file_name
+from datasets.observation import Observation
+from datasets.video import Origin
+from datasets.vocabulary.camera import HsvCamera
+from datasets.vocabulary.clock import Clock
+from tumble.importing.request import Missing, Request, Value
+from tumble.importing.sources import Source, source_of
+from tumble.importing.timing import clock_of
+from tumble.result_files import observations_in
+
+Array = NDArray[np.float64]
+STANDARD_GRAVITY_MS2 = 9.80665
+CAMERA = Missing(
+    "camera",
+    "lengths need the camera's focal length in pixels",
+    "--camera FILE (TOML or JSON with width_px, height_px, fx_px, fy_px; or an observation that has the camera)",
+)
+PARTICLE = Missing(
+    "particle",
+    "rotation is measured against calibrated views of the particle",
+    "--particle FOLDER (an observation, or a dataset, that has the particle's calibrated views)",
+)
+GRAVITY = Missing(
+    "gravity", "flights bend by it", "--gravity down (rows of the picture run downwards), --gravity=X,Y,Z in m/s2, or --gravity FILE"
+)
+
+
+@dataclass(frozen=True)
+class Gathered:
+    """What is known of one flight: ``values`` with where they are from, what is ``missing``, ``remarks`` for the user.
+
+    ``sources``: one per camera. ``clock``: where rate and exposure are known. ``observation``: where nothing is missing.
+    """
+
+    name: str
+    sources: tuple[Source, ...]
+    cameras: tuple[HsvCamera, ...]
+    values: tuple[Value, ...]
+    missing: tuple[Missing, ...]
+    remarks: tuple[str, ...]
+    clock: Clock | None
+    observation: Observation | None
+
+
+def gather(videos: Sequence[Path], request: Request, *, decode: bool = True) -> Gathered:
+    """Read one flight's ``videos`` (one per camera) and everything that was stated beside them; without ``decode`` headers only.
+
+    Raises
+    ------
+    InputError
+        Where a file is damaged or what was stated contradicts it.
+    """
+    sources = tuple(source_of(path, request, decode=decode) for path in videos)
+    clock, values, missing, remarks = clock_of(sources, request)
+    cameras = tuple(_camera(path, sources, k) for k, path in enumerate(request.cameras))
+    values += [
+        Value("camera", _lens(c), str(p.resolve()), Origin.GIVEN, f"--camera {p}") for c, p in zip(cameras, request.cameras, strict=True)
+    ]
+    missing += [] if cameras else [CAMERA]
+    particle = None if request.particle is None else _particle(request.particle)
+    gravity = None if request.gravity is None else _gravity(request.gravity, cameras)
+    values += [] if request.particle is None or particle is None else [_views_value(request.particle, particle)]
+    values += [] if gravity is None else [gravity[1]]
+    missing += ([] if particle is not None else [PARTICLE]) + ([] if gravity is not None else [GRAVITY])
+    observation = None
+    if clock is not None and particle is not None and gravity is not None and not missing:
+        observation = Observation(
+            name=flight_name(videos),
+            cameras=cameras,
+            recordings=tuple(source.recording for source in sources),
+            clock=clock,
+            gravity_world=gravity[0],
+            views=particle.views,
+            view_recording=particle.view_recording,
+            mass_kg=particle.mass_kg,
+        )
+    every = [*(value for source in sources for value in source.values), *values]
+    said = [*(remark for source in sources for remark in source.remarks), *remarks]
+    return Gathered(flight_name(videos), sources, cameras, tuple(every), tuple(missing), tuple(said), clock, observation)
+
+
+def flight_name(videos: Sequence[Path]) -> str:
+    """The name of a flight's observation: that of its first video."""
+    first = videos[0].resolve()
+    return file_name(first.name if first.is_dir() else first.stem)
+
+
+def _camera(path: Path, sources: Sequence[Source], number: int) -> HsvCamera:
+    """The calibrated camera of a source, of the size of its pictures, with a name of its own."""
+    camera, source = read_camera(path, number), sources[number]
+    size = (camera.intrinsics.width_px, camera.intrinsics.height_px)
+    if source.size_px is not None and size != source.size_px:
+        raise InputError(
+            f"{path}: expected a calibration of pictures of {source.size_px[0]} x {source.size_px[1]} px as {source.path} has, "
+            f"got {size[0]} x {size[1]}; a part of the sensor has a principal point and a size of its own."
+        )
+    return replace(camera, name="hsv" if len(sources) == 1 else f"hsv_{number + 1}")
+
+
+def _lens(camera: HsvCamera) -> str:
+    return f"focal length {camera.intrinsics.fx_px:.1f} x {camera.intrinsics.fy_px:.1f} px"
+
+
+def _particle(path: Path) -> Observation:
+    folders = observations_in(path.parent if path.is_file() else path)
+    told = observation_at(folders[0])
+    if told is None or not told.views:
+        raise InputError(f"{path}: expected an observation with calibrated views of the particle, got one without.")
+    return told
+
+
+def _views_value(path: Path, particle: Observation) -> Value:
+    weighed = "" if particle.mass_kg is None else f", mass {particle.mass_kg:g} kg"
+    return Value("particle", f"{len(particle.views)} calibrated views{weighed}", str(path.resolve()), Origin.GIVEN, f"--particle {path}")
+
+
+def _gravity(said: str, cameras: Sequence[HsvCamera]) -> tuple[Array, Value]:
+    """Gravity (3,) m/s2 in the world frame, which is the first camera's unless its calibration says otherwise."""
+    if said == "down":
+        R = cameras[0].R_cam_world if cameras else np.eye(3)
+        vector, origin = R.T @ np.array([0.0, STANDARD_GRAVITY_MS2, 0.0]), Origin.ASSUMED
+        note = "--gravity down: standard gravity along the picture's columns, the camera taken to be level"
+    elif Path(said).exists():
+        vector, origin, note = read_gravity(Path(said)), Origin.GIVEN, f"--gravity {said}"
+    else:
+        vector, origin, note = _numbers(said), Origin.GIVEN, "--gravity"
+    shown = ", ".join(f"{component:.4f}" for component in vector)
+    return vector, Value("gravity", f"({shown}) m/s2", vector.tolist(), origin, note)
+
+
+def _numbers(said: str) -> Array:
+    try:
+        vector = np.array([float(part) for part in said.split(",")])
+    except ValueError:
+        vector = np.zeros(0)
+    if vector.shape != (3,) or not np.all(np.isfinite(vector)):
+        raise InputError(f"--gravity {said}: expected down, three numbers as in 0,9.81,0, or a file that is there.")
+    return vector
