@@ -3,7 +3,7 @@
 ``python -m scripts.study_separation --result docs/results/study_separation.json --page docs/studies/study_separation.md``. Silhouette
 tier, 0.2 px. A case hides one effect in small campaigns; where its pair is one group, every recording that synth can make is predicted
 (:mod:`estimator.diagnosis.separation`) and then made: as many drops as the prediction is for, thrown anew at random within the changed
-range. What counts are the log odds of the effect that is true against its rival, before and after.
+range. What counts is the log likelihood that the rival loses in place of the effect that is true, before and after.
 """
 
 import argparse
@@ -22,12 +22,13 @@ from datasets.recipes.recipe import EffectRecipe, MotionRecipe, ParticleRecipe, 
 from datasets.vocabulary.camera import HsvCamera
 from estimator.configuration import Configuration
 from estimator.diagnosis.candidate_recordings import FARTHER, RECORDINGS
-from estimator.diagnosis.diagnose import Diagnosis, diagnose
+from estimator.diagnosis.diagnose import diagnosis_at
+from estimator.diagnosis.selection.groups import exchange
+from estimator.diagnosis.selection.path import At, looked_at
 from estimator.diagnosis.separation import MARGIN, Prospect, separations
 from estimator.effects.choosing import catalogue
 from estimator.effects.link import EffectModel
 from estimator.fitting.base_model import base_fit
-from estimator.fitting.campaign import CampaignFit
 from estimator.registration import Registered, register
 from synth.plan import SequencePlan
 from synth.sequence import hsv_camera, hsv_outlines, observation_of, plan_sequence, view_outlines
@@ -138,16 +139,15 @@ def candidates() -> dict[str, EffectModel]:
     return {key: effect for key, effect in catalogue().items() if not effect.entry.searched}
 
 
-def diagnosed(registered: Registered) -> tuple[CampaignFit, Diagnosis]:
-    """The base model's fit and every candidate on trial."""
-    fit = base_fit(registered.campaign, registered.start)
-    return fit, diagnose(registered.campaign, fit, candidates())
+def looked(registered: Registered) -> At:
+    """All sets of candidates about the base model's fit."""
+    return looked_at(registered.campaign, base_fit(registered.campaign, registered.start), candidates(), unknown=True)
 
 
-def difference(diagnosis: Diagnosis, true: str, rival: str) -> float:
-    """Log odds (nats) of the effect that is true against its rival, each alone beside the base model: what groups are made by."""
-    odds = {f.key: f.log_odds for f in diagnosis.findings}
-    return odds[true] - odds[rival]
+def difference(at: At, true: str, rival: str) -> float:
+    """Log likelihood (nats) that is lost where the rival stands for the effect that is true, both free: what groups are made by."""
+    one, other = (at.trial.evidence.of.keys.index(key) for key in (true, rival))
+    return exchange(at.trial, (one,), one, other)[0]
 
 
 def run_case(case: Case, seed: int, keys: Sequence[str]) -> dict[str, Any]:
@@ -157,17 +157,18 @@ def run_case(case: Case, seed: int, keys: Sequence[str]) -> dict[str, Any]:
     more = {key: [recording(recipe, SEQUENCES * (1 + n) + i, key) for i in range(SEQUENCES)] for n, key in enumerate(keys)}
     everything = register([*base, *(o for each in more.values() for o in each)], Configuration())
     now = part(everything, [o.name for o in base])
-    fit, found = diagnosed(now)
+    at = looked(now)
+    found = diagnosis_at(at)
     told: dict[str, Any] = {"case": case.name, "seed": seed, "true": true, "rival": case.rival, "p": found.p, "recordings": []}
-    told |= {"difference": difference(found, true, case.rival), "left_out": [each.name for each in everything.left_out]}
+    told |= {"difference": difference(at, true, case.rival), "left_out": [each.name for each in everything.left_out]}
     told["group"] = {true, case.rival} <= set(found.group)
     if not told["group"] or told["left_out"]:
         return told
-    (separation,) = separations(now, fit, [f.test for f in found.findings], (true, case.rival))
+    (separation,) = separations(now, at.fit, [f.test for f in found.findings], (true, case.rival))
     told["predicted"] = separation.now.difference
     for prospect in (p for p in separation.prospects if p.key in keys):
         names = [o.name for o in [*base, *more[prospect.key][: prospect.drops]]]
-        _, after = diagnosed(part(everything, names))
+        after = looked(part(everything, names))
         told["recordings"].append(outcome(prospect, difference(after, true, case.rival)))
     return told
 
@@ -254,8 +255,8 @@ Told apart: the rival loses more than the factor of groups, 20 (ln 20 = 3.0 nats
 {table}
 
 The predicted difference is that of the worse case, whichever of the two effects is true, each at the size that the first campaign gives
-it; the measured one, the log odds of the two, knows which was true. Drops are thrown at random within the changed range, not as the one
-imagined.
+it; the measured one, of the fitted effect that is true, knows which that was. Drops are thrown at random within the changed range, not
+as the one imagined.
 
 ```sh
 python -m scripts.study_separation --result docs/results/study_separation.json --page docs/studies/study_separation.md

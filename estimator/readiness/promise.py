@@ -22,7 +22,6 @@ from datasets.observation import Observation
 from datasets.vocabulary.camera import Intrinsics
 from datasets.vocabulary.outline import signed_area
 from estimator.configuration import Configuration
-from estimator.diagnosis.imagined_sequences import NEVER_OUTLYING, hull_of, like_noise, outline_of
 from estimator.fitting.refinement import NothingSeen, covariance_and_bound, linearise
 from estimator.fitting.trajectory import FitTask, Sightings
 from estimator.motion.flight import OMEGA, Flight, V, poses_and_sensitivity
@@ -30,6 +29,8 @@ from estimator.outlines.result import OutlineTrack
 from estimator.particle import Particle, views_like
 from estimator.pipeline import NoMeasurement, fit_task, refinement_settings, usable_sightings
 from estimator.readiness.look import Look, parabola
+from estimator.silhouettes.hull_outlines import hull_of, like_noise, outline_of
+from estimator.silhouettes.imagined import NEVER_OUTLYING
 
 Array = NDArray[np.float64]
 DRAWS = 5

@@ -84,8 +84,9 @@ def test_a_force_for_which_there_is_no_law_is_said_to_have_none(monkeypatch: pyt
     assert entry["sentences"][-1] == NO_LAW
 
 
-def explanation(*found: str, left: bool = False) -> Any:
-    return SimpleNamespace(found=found, left=SimpleNamespace(present=left))
+def explanation(*found: str, left: bool = False, sure: float = 0.99) -> Any:
+    steps = [SimpleNamespace(added=key, sure=sure, established=sure > 0.95) for key in found]
+    return SimpleNamespace(found=found, steps=steps, left=SimpleNamespace(present=left))
 
 
 def test_what_is_left_is_told_beside_what_was_found() -> None:
@@ -99,6 +100,9 @@ def test_what_is_left_is_told_beside_what_was_found() -> None:
     assert "entre of mass" not in told.sentence
     assert "Once that plug-in is written: tumble ladder data --effects gravity,./my_law.py:MyLaw" in told.remarks
     assert verdict_of_explanation(last, explanation("gravity")).sentence.endswith("Then nothing more is missing.")
+    suspected = verdict_of_explanation(last, explanation("gravity", sure=0.8)).sentence
+    assert "nothing that is established" in suspected
+    assert "not established: gravity (80.0%)" in suspected
 
 
 def test_the_report_shows_curves_and_law(tmp_path: Path) -> None:
