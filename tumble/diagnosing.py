@@ -48,7 +48,7 @@ from tumble.limiting import fact_entries, limits_entry, name_entries, names_sent
 from tumble.reports.map_words import sentence_of
 from tumble.reports.noise_floor_words import floor_sentence
 from tumble.reports.separation_words import advised
-from tumble.reports.verdict import Verdict, percent, verdict_of
+from tumble.reports.verdict import Verdict, likely_more, percent, verdict_of
 from tumble.reports.words import rms_word
 from tumble.result_files import estimate_path
 from tumble.unknowns import law_command, unknown_entry, with_unknown
@@ -356,11 +356,14 @@ def verdict_of_explanation(last: Verdict, explanation: Explanation) -> Verdict:
     if not found:
         return last
     sure = [step.added for step in explanation.steps if step.established]
-    suspected = [f"{_plain(step.added)} ({percent(step.sure)})" for step in explanation.steps if not step.established]
+    rest = [step for step in explanation.steps if not step.established]
+    suspected = [f"{_plain(step.added)} or something in its place ({percent(step.sure)})" for step in rest]
     sentence = f"The campaign is explained with {', '.join(map(_plain, sure)) or 'nothing that is established'}."
     sentence += f" Suspected, and in the model, though not established: {', '.join(suspected)}." if suspected else ""
     if explanation.left is not None and explanation.left.present:
         return Verdict("found", f"{sentence} Something is left that no effect of the catalogue explains.", last.remarks, found)
+    if explanation.diagnosis.probability < 0.5:
+        return Verdict("found", f"{sentence} {likely_more(explanation.diagnosis)}", (), found)
     return Verdict("found", f"{sentence} Then nothing more is missing.", (), found)
 
 

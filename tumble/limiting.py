@@ -11,6 +11,7 @@ from estimator.fitting.campaign import Campaign, CampaignFit
 from estimator.fitting.facts import Fact
 from estimator.fitting.impacts import Impact, Impacts
 from tumble.numbers import compact
+from tumble.reports.verdict import NOTHING_KNOWN
 
 Entry = dict[str, Any]
 NAMED = 0.2
@@ -23,7 +24,6 @@ SETTLED_BY = {
     "gravity": "'gravity=9.807±0.003m/s2' (the size of gravity)",
 }
 """What a user can type to state an effect; of all others its parameter."""
-NOTHING_KNOWN = "something that no known effect describes"
 
 
 def fact_entries(campaign: Campaign, fit: CampaignFit) -> list[Entry]:

@@ -220,7 +220,7 @@ def with_unknown(verdict: Verdict, entry: Entry | None, ladder: Callable[[Sequen
         return verdict
     opening = "Something is missing that no effect of the catalogue explains."
     if verdict.kind == "found":
-        opening = f"{verdict.sentence.split(' Something is left:')[0].split(' Then nothing')[0]} {opening}"
+        opening = f"{verdict.sentence.split(' Something is left')[0].split(' Then nothing')[0]} {opening}"
     kind = verdict.kind if verdict.kind == "found" else "unknown"
     kept = [key for key in verdict.add if key not in entry["superfluous"]] if verdict.kind == "found" else []
     then = f"Once that plug-in is written: {ladder([*kept, f'./{PLUG_IN}:{CLASS}'])}"

@@ -147,8 +147,7 @@ def diagnosis_at(at: At, *, ended: bool = False) -> Diagnosis:
     scores = scores_beside(of)
     white = scores.whitener @ scores.g if len(scores.g) else np.zeros(0)
     p = min((f.p for f in known), default=1.0)
-    inside = [p for s, p in zip(at.posterior.sets, at.posterior.log_probability, strict=True) if set(s) <= set(at.members)]
-    nothing = float(min(np.exp(inside).sum(), 1.0))
+    nothing = 1.0 - at.posterior.more_than(at.members)
     superfluous = at.named(tuple(e for e in at.members if e not in best))
     families = tuple(f for number, f in found.items() if number in at.trial.families)
     return Diagnosis(tuple(known), families, at.named(tuple(new)), group, superfluous, nothing, p, float(white @ white), len(white))

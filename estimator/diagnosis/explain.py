@@ -134,7 +134,7 @@ def explain(
     path = path_from(begun, catalogue, told)
     best = path[-1]
     last = _without_families(path, catalogue)
-    steps = _steps(begun, best, last, told)
+    steps = _steps(begun, best if set(last.keys) <= set(best.keys) else last, last, told)
     error = steps[-1].after if steps else held_out(last.campaign, last.fit.state, last.fit.model)
     diagnosis = diagnosis_at(last, ended=True)
     left = diagnosis.unknown and replace(diagnosis.unknown, present=any(e in best.trial.families for e in best.members))

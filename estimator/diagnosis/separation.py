@@ -111,7 +111,7 @@ def separations(
     """
     plain = [t for t in tests if not t.random and t.columns]
     known = {t.effect.entry.key for t in plain}
-    pairs = [(group[0], rival) for rival in group[1 : 1 + MOST_RIVALS] if {group[0], rival} <= known]
+    pairs = [(group[0], rival) for rival in [r for r in group[1:] if {group[0], r} <= known][:MOST_RIVALS]]
     if not pairs:
         return ()
     present = _present(registered, fit, plain, margin)

@@ -26,7 +26,8 @@ from tumble.reports.verdict import Verdict
 from tumble.unknowns import NO_LAW, law_command, unknown_entry, with_unknown
 
 NAMES = ("first", "second")
-FOUND = Verdict("found", "The campaign is explained with gravity. Something is left: more.", ("a remark",), ("gravity",))
+LEFT = "The campaign is explained with gravity. Something is left that no effect of the catalogue explains."
+FOUND = Verdict("found", LEFT, ("a remark",), ("gravity",))
 
 
 @cache
@@ -86,7 +87,7 @@ def test_a_force_for_which_there_is_no_law_is_said_to_have_none(monkeypatch: pyt
 
 def explanation(*found: str, left: bool = False, sure: float = 0.99) -> Any:
     steps = [SimpleNamespace(added=key, sure=sure, established=sure > 0.95) for key in found]
-    return SimpleNamespace(found=found, steps=steps, left=SimpleNamespace(present=left))
+    return SimpleNamespace(found=found, steps=steps, left=SimpleNamespace(present=left), diagnosis=SimpleNamespace(probability=0.8))
 
 
 def test_what_is_left_is_told_beside_what_was_found() -> None:
@@ -102,7 +103,7 @@ def test_what_is_left_is_told_beside_what_was_found() -> None:
     assert verdict_of_explanation(last, explanation("gravity")).sentence.endswith("Then nothing more is missing.")
     suspected = verdict_of_explanation(last, explanation("gravity", sure=0.8)).sentence
     assert "nothing that is established" in suspected
-    assert "not established: gravity (80.0%)" in suspected
+    assert "not established: gravity or something in its place (80.0%)" in suspected
 
 
 def test_the_report_shows_curves_and_law(tmp_path: Path) -> None:

@@ -22,6 +22,8 @@ from estimator.motion.flight import N_PARAMETERS, OMEGA, Flight, V
 from tumble.challenge.information import all_information
 
 Array = NDArray[np.float64]
+UNKNOWN = "unknown"
+"""What a name is called that no effect of the catalogue has, and its probability."""
 
 
 def answer(explained: Explanation) -> dict[str, Any]:
@@ -40,8 +42,7 @@ def answer(explained: Explanation) -> dict[str, Any]:
             {
                 "added": s.added,
                 "group": _group(s),
-                "names": list(s.group),
-                "unknown": any(name.unknown for name in s.names),
+                "names": [[UNKNOWN] if name.unknown else name.key.split(JOINED) for name in s.names],
                 "odds": list(s.odds),
                 "probability": s.probability,
                 "sure": s.sure,
@@ -75,7 +76,7 @@ def probabilities(explained: Explanation) -> dict[str, float]:
     last = explained.path[-1]
     keys = last.trial.evidence.of.keys
     found = {keys[e]: last.posterior.probability(e) for e in range(len(keys)) if e not in last.trial.families}
-    return {**found, "unknown": float(sum(last.posterior.probability(e) for e in last.trial.families))}
+    return {**found, UNKNOWN: float(sum(last.posterior.probability(e) for e in last.trial.families))}
 
 
 def unexplained(campaign: Campaign, explained: Explanation) -> dict[str, Any]:

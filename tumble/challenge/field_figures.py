@@ -48,6 +48,7 @@ def _names(scored: FieldScored) -> list[Figure]:
         share(LINE, "campaigns called unknown in which the catalogue has everything", inside["unknown"].astype(bool)),
         share(LINE, "the same of the names of a group", inside["unknown_in_group"].astype(bool)),
         share(LINE, "campaigns with an effect that is suspected, not established", cases["suspected"] != ""),
+        share(LINE, "campaigns with a false name, suspected ones counted", cases["false_names_or_suspected"] != ""),
     ]
     return figures
 

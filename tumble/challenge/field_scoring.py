@@ -14,7 +14,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from datasets.errors import InputError
-from tumble.challenge.answers import no_answer
+from tumble.challenge.answers import UNKNOWN, no_answer
 from tumble.challenge.cases import case_folder
 from tumble.challenge.field_case import FieldCase
 from tumble.challenge.field_files import true_state
@@ -25,7 +25,6 @@ from tumble.written_files import read_run
 Array = NDArray[np.float64]
 Answer = Mapping[str, Any]
 Rows = list[dict[str, Any]]
-UNKNOWN = "unknown"
 PUSHES, JITTER = "uniform_acceleration", "trigger_jitter"
 LEAST_PROBABILITY = 1e-6
 """A probability counts as at least this, and as at most one minus it, in the logarithmic score."""
@@ -80,18 +79,18 @@ def there_anyway(case: FieldCase) -> frozenset[str]:
 
 def false_names(case: FieldCase, answer: Answer) -> list[str]:
     """Names in whose group nothing is that was hidden."""
-    right = set(case.hidden) | there_anyway(case) | ({UNKNOWN} if case.outside else set())
-    return [step["added"] for step in named_steps(answer) if not right & called(step)]
+    return false_among(case, named_steps(answer))
 
 
-def called(step: Answer) -> set[str]:
-    """All that a step says may be there."""
-    return {step["added"], *step["group"]} | ({UNKNOWN} if step.get("unknown") else set())
+def false_among(case: FieldCase, steps: Sequence[Answer]) -> list[str]:
+    """Effects of steps of whose names none is right; a name of two effects is right where both were hidden."""
+    right = set(case.hidden) | ({UNKNOWN} if case.outside else set())
+    return [s["added"] for s in steps if s["added"] not in there_anyway(case) and not any(set(name) <= right for name in s["names"])]
 
 
 def case_row(case: FieldCase, answer: Answer) -> dict[str, Any]:
     """What was said of a campaign."""
-    steps = named_steps(answer)
+    steps, in_model = named_steps(answer), [step for step in answer["steps"] if step["added"] in answer["found"]]
     return {
         "flights": len(case.flights),
         "rows": sum(flight.rows for flight in case.flights),
@@ -102,9 +101,10 @@ def case_row(case: FieldCase, answer: Answer) -> dict[str, Any]:
         "found": "+".join(answer["found"]),
         "groups": " ".join("/".join(step["group"]) for step in steps),
         "false_names": "+".join(false_names(case, answer)),
-        "suspected": "+".join(step["added"] for step in answer["steps"] if step["added"] in answer["found"] and step not in steps),
+        "false_names_or_suspected": "+".join(false_among(case, in_model)),
+        "suspected": "+".join(step["added"] for step in in_model if step not in steps),
         "unknown": bool(answer["unknown"]),
-        "unknown_in_group": bool(answer["unknown"]) or any(UNKNOWN in called(step) for step in steps),
+        "unknown_in_group": bool(answer["unknown"]) or any([UNKNOWN] in step["names"] for step in steps),
         "answered": NO_ANSWER not in answer.get("reasons", []),
         "cpu_s": answer.get("cpu_s", {}).get("whole", float("nan")),
     }
@@ -113,7 +113,8 @@ def case_row(case: FieldCase, answer: Answer) -> dict[str, Any]:
 def hidden_rows(case: FieldCase, answer: Answer) -> Rows:
     """Of every hidden effect: whether it is in the model, or in a group of the model."""
     steps = named_steps(answer)
-    grouped = {key for step in steps for key in called(step)}
+    right = set(case.hidden) | there_anyway(case)
+    grouped = {key for step in steps for name in step["names"] if set(name) <= right for key in name}
     found = {step["added"] for step in steps}
     return [
         {"effect": key, "over_limit": over, "found": key in found, "named": key in grouped}

@@ -124,6 +124,8 @@ def left_by_shared(scores: EfficientScores, tests: Sequence[ScoreTest]) -> tuple
         X = white @ scores.H[:, [i for i, c in enumerate(scores.columns) if c.effect == number]]
         theta, *_ = np.linalg.lstsq(X, y, rcond=1e-10)
         left[number] = float(np.sum((y - X @ theta) ** 2))
+    if not left:
+        return float(y @ y), len(y)
     best = min(left, key=lambda number: left[number])
     return left[best], len(y) - len(tests[best].columns)
 

@@ -17,7 +17,7 @@ from datasets.recipes.effects import KNOWN, values_in_sequence
 from datasets.truth import Truth
 from datasets.truth_files import read_truth
 from datasets.vocabulary.effects import EFFECTS, Scope, Stage
-from tumble.challenge.answers import no_answer
+from tumble.challenge.answers import UNKNOWN, no_answer
 from tumble.challenge.cases import Case, case_folder, sequence_name
 from tumble.challenge.drawing import is_plausible
 from tumble.challenge.limits import LimitTable, noncentrality
@@ -28,7 +28,7 @@ from tumble.written_files import read_run
 
 Array = NDArray[np.float64]
 Answer = Mapping[str, Any]
-NOTHING, UNKNOWN, NO_ANSWER = "nothing", "unknown", "no answer"
+NOTHING, NO_ANSWER = "nothing", "no answer"
 
 
 @dataclass(frozen=True)

@@ -4,11 +4,17 @@ import math
 from dataclasses import dataclass
 
 from estimator.diagnosis.diagnose import Diagnosis, Finding, TestedValue, blind_to, says_nothing, tested_values
+from estimator.diagnosis.selection.groups import FACTOR
+from estimator.diagnosis.selection.names import JOINED
+
+NOTHING_KNOWN = "something that no known effect describes"
+MOST_LIKELY = 4
+"""Effects that are told where none stands out."""
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """``kind``: "nothing missing", "found", "unknown" or "says nothing"; a sentence, remarks, and the effects to add next."""
+    """``kind``: "nothing missing", "found", "unknown", "judged" or "says nothing"; a sentence, remarks, and the effects to add next."""
 
     kind: str
     sentence: str
@@ -39,6 +45,8 @@ def verdict_of(diagnosis: Diagnosis) -> Verdict:
         return Verdict("says nothing", sentence, remarks, ())
     if not diagnosis.missing:
         sure = percent(diagnosis.probability)
+        if diagnosis.probability < 0.5:
+            return Verdict("judged", f"Nothing is established. {likely_more(diagnosis)}", _blind(diagnosis), ())
         sentence = f"Nothing is missing (probability {sure}): with none of {n} further effects is the model more probable."
         needless = (f"The evidence does without: {_listed(diagnosis.superfluous)}.",) if diagnosis.superfluous else ()
         return Verdict("nothing missing", sentence, (*needless, *_blind(diagnosis)), ())
@@ -50,6 +58,13 @@ def verdict_of(diagnosis: Diagnosis) -> Verdict:
         return Verdict("unknown", sentence, ("Look at the maps of residuals (tumble compare) for where it sits.",), ())
     told = " and ".join(f"{key.replace('_', ' ')} ({value_words(known[key])})" for key in named)
     return Verdict("found", f"{opening} Most probable: {told}.", _remarks(diagnosis, known[named[0]]), named)
+
+
+def likely_more(diagnosis: Diagnosis) -> str:
+    """That something more is probably missing, though no one effect stands out."""
+    likely = sorted((f for f in diagnosis.findings if f.probability > 1.0 / (1.0 + FACTOR)), key=lambda f: -f.probability)[:MOST_LIKELY]
+    told = f": {' or '.join(f.key.replace('_', ' ') for f in likely)}" if likely else ""
+    return f"Something more is probably missing ({percent(1.0 - diagnosis.probability)}), and the data do not tell what{told}."
 
 
 def percent(probability: float) -> str:
@@ -68,7 +83,8 @@ def _listed(keys: tuple[str, ...]) -> str:
 
 
 def _remarks(diagnosis: Diagnosis, best: Finding) -> tuple[str, ...]:
-    others = [key.replace("_", " ") for key in diagnosis.group[1:]]
+    families = {f.key for f in diagnosis.families}
+    others = [NOTHING_KNOWN if key in families else key.replace("_", " ").replace(JOINED, " with ") for key in diagnosis.group[1:]]
     remarks = []
     if others:
         remarks.append(f"These data cannot tell it from: {', '.join(others)}.")

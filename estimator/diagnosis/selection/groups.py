@@ -1,7 +1,8 @@
 """Which effects the data cannot tell from one of a set: what would look the same in its place.
 
 A name of an effect that was found is what a nearly as probable set has instead of it: another effect, two together, or something unknown.
-What else such a set has must be of use there: without any of it, the set is less probable.
+What such a set has instead must be of use there (without any of it, the set is less probable), and the effect itself must not be (put back,
+it makes the set no more probable).
 
 Confounding is read off the information, not off a list. Of the fitted signature of an effect, another effect that is put in its place can
 make up a part; what it cannot is the squared sine of the principal angle between the signature and the other's columns, with all else
@@ -10,7 +11,7 @@ with two names. Prior ranges still say which name is the more probable one.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,8 +24,8 @@ from estimator.fitting.stable_inverse import stable_inverse
 Array = NDArray[np.float64]
 FACTOR = 20.0
 """Of likelihood, or of posterior probability, within which two effects are not told apart: strong evidence [Kass and Raftery 1995]."""
-LEAST_ODDS = -10.0
-"""Logarithm of the odds below which a set is not looked at for what it has of use."""
+LEAST_ODDS = -2.0 * float(np.log(FACTOR))
+"""Logarithm of the odds below which a set does not count against an effect."""
 MOST_NAMED = 5
 """Members of a group that are named; of more that do as well the most probable."""
 
@@ -43,26 +44,21 @@ class Name:
 
 def group_of(trial: Trial, members: Set, effect: int) -> tuple[Name, ...]:
     """The effect first, then what may stand in its place, the most probable first."""
-    found: dict[Set, Name] = {}
+    trial, found = replace(trial, fitted=None), dict[Set, Name]()
     for name in sorted((*_alike(trial, members, effect), *_as_probable(trial, members, effect)), key=lambda name: -name.log_odds):
-        found.setdefault(name.effects, name)
+        found.setdefault(name.effects, replace(name, log_odds=min(name.log_odds, 0.0)))
     least = [name for name in found.values() if not any(set(other) < set(name.effects) for other in found)]
     return (Name((effect,), members, 0.0), *least)[:MOST_NAMED]
 
 
 def sureness(trial: Trial, members: Set, effect: int) -> float:
-    """Probability, 0 to 1, that an effect of a set is missing, or something in its place: against all sets with neither.
-
-    Sets with something of no use beside count on neither side.
-    """
+    """Probability, 0 to 1, that an effect of a set is missing, or something in its place: against all sets with neither."""
+    trial = replace(trial, fitted=None)
     some, none = [-np.inf], [-np.inf]
     for other in list(trial.evidence.known):
-        new = tuple(e for e in other if e not in members)
         odds = _odds(trial, other, members)
-        if effect in other or (new and odds > LEAST_ODDS and _of_use(trial, other, new)):
-            some.append(odds)
-        elif not new:
-            none.append(odds)
+        if odds > LEAST_ODDS:
+            (some if effect in other or _in_place(trial, other, effect) else none).append(odds)
     return float(expit(logsumexp(some) - logsumexp(none)))
 
 
@@ -73,21 +69,23 @@ def _alike(trial: Trial, members: Set, effect: int) -> Iterator[Name]:
         exchanged = tuple(sorted((*kept, other)))
         if other in members or not trial.allowed(exchanged):
             continue
-        trial.log_posterior(exchanged)
+        odds = _odds(trial, exchanged, members)
         wide = other in trial.families or trial.evidence.of.effects[other].entry.scope is Scope.SEQUENCE
-        if wide or not len(trial.evidence.rows(other)):
+        if wide or not len(trial.evidence.rows(other)) or not np.isfinite(odds):
             continue
         lost, regained = exchange(trial, members, effect, other)
         if lost <= np.log(FACTOR) <= regained:
-            yield Name((other,), exchanged, _odds(trial, exchanged, members))
+            yield Name((other,), exchanged, odds)
 
 
 def _as_probable(trial: Trial, members: Set, effect: int) -> Iterator[Name]:
-    """What nearly as probable sets without the effect have that the set lacks."""
+    """What nearly as probable sets without the effect have in its place, that the set lacks."""
     for other in list(trial.evidence.known):
         new = tuple(e for e in other if e not in members)
         odds = _odds(trial, other, members)
-        if effect not in other and new and odds >= -np.log(FACTOR) and _of_use(trial, other, new):
+        if effect in other or not new or odds < -np.log(FACTOR):
+            continue
+        if _of_use(trial, other, new) and _in_place(trial, other, effect):
             yield Name(new, other, odds)
 
 
@@ -98,6 +96,11 @@ def _odds(trial: Trial, one: Set, other: Set) -> float:
 def _of_use(trial: Trial, members: Set, new: Set) -> bool:
     """Whether a set is less probable without any of ``new``."""
     return all(_odds(trial, tuple(e for e in members if e != each), members) < 0.0 for each in new)
+
+
+def _in_place(trial: Trial, other: Set, effect: int) -> bool:
+    """Whether a set without an effect has something in its place: put back, the effect is of no use there."""
+    return trial.log_posterior(tuple(sorted((*other, effect)))) <= trial.log_posterior(other)
 
 
 def exchange(trial: Trial, members: Set, effect: int, other: int) -> tuple[float, float]:

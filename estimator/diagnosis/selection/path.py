@@ -26,6 +26,8 @@ GAIN = 0.5
 ASTRAY = 3
 """Sets in a row whose fit is less probable than where the search stands, after which it ends there."""
 MOST_STEPS = 12
+IMPOSSIBLE = 1e3
+"""Nats by which a set counts as overrated whose flights run away."""
 UNFLYABLE = (RanAway, np.linalg.LinAlgError)
 Told = Callable[[str], None]
 Catalogue = Mapping[str, EffectModel]
@@ -104,6 +106,7 @@ def _climbed(at: At, catalogue: Catalogue, told: Told, *, unknown: bool) -> tupl
         told(f"{', '.join(new.keys) or 'nothing'}: log evidence {gained:+.1f}")
         path.append(new)
         astray = 0
+    exchanged_for_pairs(path[-1].trial, path[-1].members)
     return (*path[:-1], believed(path[-1], fitted=path[-1].members))
 
 
@@ -119,8 +122,9 @@ def believed(at: At, **what: Any) -> At:
 
 def overrated(now: At, wanted: Set, gained: float) -> Overrated:
     """The step to a set that was refitted and ``gained`` (nats) less than nothing."""
-    promised = now.trial.log_posterior(wanted) - now.value
-    return Overrated(frozenset(wanted) - set(now.members), frozenset(now.members) - set(wanted), promised - min(gained, 0.0))
+    promised = now.trial.linear(wanted) - now.value
+    new, old = frozenset(wanted), frozenset(now.members)
+    return Overrated(new - old, old - new, old & new, min(promised - min(gained, 0.0), IMPOSSIBLE))
 
 
 def moved(now: At, members: Set, catalogue: Catalogue, *, unknown: bool) -> At | None:

@@ -42,17 +42,32 @@ class Posterior:
         return float(min(sum(np.exp(p) for each, p in zip(self.sets, self.log_probability, strict=True) if effect in each), 1.0))
 
 
+    def more_than(self, members: Set) -> float:
+        """Probability of more effects than those of a set: what may be exchanged for one of them is not one more."""
+        inside = [np.exp(p) for each, p in zip(self.sets, self.log_probability, strict=True) if len(each) > len(members)]
+        return float(min(sum(inside), 1.0))
+
+
 @dataclass(frozen=True)
 class Overrated:
-    """A step from the fitted set that a refit refused: effects ``added`` and ``removed``, and by how much (nats) it was overrated."""
+    """A step from the fitted set that a refit refused: effects ``added``, ``removed``, ``kept``; ``by`` how many nats it was overrated."""
 
     added: frozenset[int]
     removed: frozenset[int]
+    kept: frozenset[int]
     by: float
 
     def of(self, members: Set) -> float:
-        """What a set is overrated by: it holds what was added and lacks what was removed."""
-        return self.by if self.added <= set(members) and not self.removed & set(members) else 0.0
+        """What a set is overrated by.
+
+        An addition counts beside all that was fitted, a removal where nothing is added, an exchange wherever it is made.
+        """
+        held = set(members)
+        if not self.added:
+            there = held <= self.kept
+        else:
+            there = self.added <= held and not self.removed & held and bool(self.removed or self.kept <= held)
+        return self.by if there else 0.0
 
 
 @dataclass(frozen=True)
@@ -77,10 +92,10 @@ class Trial:
 
     def log_posterior(self, members: Set) -> float:
         """Up to what all sets share (nats)."""
-        value = self._linear(members) - max((each.of(members) for each in self.overrated), default=0.0)
-        return value if self.fitted is None else min(value, self._linear(self.fitted))
+        value = self.linear(members) - max((each.of(members) for each in self.overrated), default=0.0)
+        return value if self.fitted is None else min(value, self.linear(self.fitted))
 
-    def _linear(self, members: Set) -> float:
+    def linear(self, members: Set) -> float:
         """What the linearised campaign says."""
         unknown = sum(e in self.families for e in members)
         known, wide = self._prior

@@ -34,7 +34,7 @@ def case_of(*, rounded: bool = True, **changes: Any) -> FieldCase:
 
 
 def answer_of(*groups: tuple[str, ...], **more: Any) -> dict[str, Any]:
-    steps = [{"added": group[0], "group": list(group)} for group in groups]
+    steps = [{"added": group[0], "group": list(group), "names": [name.split("+") for name in group]} for group in groups]
     return {"found": [group[0] for group in groups], "steps": steps, "unknown": False, "parameters": [], **more}
 
 
@@ -43,6 +43,23 @@ def test_a_name_is_false_where_nothing_hidden_is_in_its_group() -> None:
     assert false_names(case, answer_of(("length_scale", "gravity"), ("quadratic_drag",))) == []
     assert false_names(case, answer_of(("length_scale", "frame_rate"), ("linear_drag", "quadratic_drag"))) == ["length_scale"]
     assert false_names(case_of(hidden={}, over_limit={}), answer_of(("gravity",))) == ["gravity"]
+
+
+def test_a_name_of_two_effects_is_right_where_both_were_hidden_and_unknown_where_the_catalogue_lacks_it() -> None:
+    case = case_of()
+    assert false_names(case, answer_of(("position_distortion", "gravity+quadratic_drag"))) == []
+    assert false_names(case, answer_of(("position_distortion", "gravity+linear_drag"))) == ["position_distortion"]
+    assert false_names(case, answer_of(("length_scale", "unknown"))) == ["length_scale"]
+    assert false_names(case_of(outside={"wall": {}}), answer_of(("length_scale", "unknown"))) == []
+    rows = {row["effect"]: row["named"] for row in hidden_rows(case, answer_of(("position_distortion", "gravity+linear_drag")))}
+    assert rows == {"quadratic_drag": False, "gravity": False}
+
+
+def test_what_is_only_suspected_is_told_apart() -> None:
+    answer = answer_of(("length_scale",), ("gravity",))
+    answer["steps"][0]["established"] = False
+    row = case_row(case_of(), answer)
+    assert (row["false_names"], row["false_names_or_suspected"], row["suspected"]) == ("", "length_scale", "length_scale")
 
 
 def test_pushes_and_the_jitter_of_rounded_stamps_are_truly_there() -> None:

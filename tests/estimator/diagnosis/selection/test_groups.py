@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from estimator.diagnosis.selection.groups import FACTOR, MOST_NAMED, Name, group_of
+from estimator.diagnosis.selection.groups import FACTOR, MOST_NAMED, Name, group_of, sureness
 from estimator.diagnosis.selection.search import Overrated, Trial, exchanged_for_pairs, searched
 from tests.estimator.diagnosis.selection.made_quadratics import BOTH, Made, evidence_of, own_columns
 
@@ -120,10 +120,22 @@ def test_what_another_set_has_of_no_use_is_no_name() -> None:
     assert effects_of(group_of(made, (0,), 0)) == [0]
 
 
-def test_a_step_that_a_refit_refused_counts_less_in_every_set_that_takes_it() -> None:
+def test_what_stands_for_another_member_is_no_name_and_makes_nothing_surer() -> None:
+    """A weak effect beside a strong one with six aliases, orthogonal to it: they are the strong one's names alone."""
+    Q = np.linalg.qr(X)[0] * np.sqrt(ROWS)
+    noise = NOISE - Q @ (Q.T @ NOISE) / ROWS
+    made = trial(alone(Q[:, 0]), *(alone(Q[:, 1]) for _ in range(7)), y=0.36 * Q[:, 0] + 0.6 * Q[:, 1] + noise)
+    posterior = searched(made)
+    assert effects_of(group_of(made, (0, 1), 0)) == [0]
+    assert len(group_of(made, (0, 1), 1)) == MOST_NAMED
+    assert sureness(made, (0, 1), 0) == pytest.approx(posterior.probability(0), abs=0.01)
+    assert sureness(made, (0, 1), 1) > 0.999
+
+
+def test_a_step_that_a_refit_refused_counts_less_beside_all_that_was_fitted() -> None:
     made = trial(alone(X[:, 0]), alone(X[:, 1]), alone(X[:, 2]), y=0.6 * X[:, :3].sum(axis=1) + NOISE)
-    less = Trial(made.evidence, made.families, (Overrated(frozenset({1}), frozenset(), 5.0),))
-    lost = {members: made.log_posterior(members) - less.log_posterior(members) for members in ((), (0,), (1,), (0, 1), (1, 2), (0, 2))}
-    assert lost == {(): 0.0, (0,): 0.0, (1,): pytest.approx(5.0), (0, 1): pytest.approx(5.0), (1, 2): pytest.approx(5.0), (0, 2): 0.0}
+    less = Trial(made.evidence, made.families, (Overrated(frozenset({1}), frozenset(), frozenset({0}), 5.0),))
+    lost = {members: made.log_posterior(members) - less.log_posterior(members) for members in ((), (0,), (1,), (0, 1), (0, 1, 2), (0, 2))}
+    assert lost == {(): 0.0, (0,): 0.0, (1,): 0.0, (0, 1): pytest.approx(5.0), (0, 1, 2): pytest.approx(5.0), (0, 2): 0.0}
     ended = Trial(made.evidence, made.families, (), fitted=(0,))
     assert ended.log_posterior((0, 1, 2)) == ended.log_posterior((0,)) < made.log_posterior((0, 1, 2))
