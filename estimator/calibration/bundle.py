@@ -59,18 +59,20 @@ class Rig:
 class Bundle:
     """What was seen, and what is believed.
 
-    ``sightings``, the placement of each picture, corners of the board (n, 3) m, noise (px), the prior's information (p, p).
+    ``sightings``, the placement of each picture, corners of the board (n, 3) m, noise of each sighting (px), and the
+    information (p, p) of the prior.
     """
 
     sightings: tuple[BoardSighting, ...]
     placements: dict[int, int]
     corners_m: Array
-    sigma_px: float
+    sigmas_px: tuple[float, ...]
     prior: Array
 
     def cost(self, rig: Rig) -> float:
         """Half the sum of squares."""
-        total = sum(float((self._residuals(rig, s) ** 2).sum()) for s in self.sightings) / self.sigma_px**2
+        pairs = zip(self.sightings, self.sigmas_px, strict=True)
+        total = sum(float((self._residuals(rig, s) ** 2).sum()) / sigma**2 for s, sigma in pairs)
         off = lens_parameters(rig)
         return 0.5 * (total + float(off @ self.prior @ off))
 
@@ -82,10 +84,10 @@ class Bundle:
         """Normal equations about ``rig``."""
         size = rig.board_slice(len(rig.t_board)).start
         H, g, total = np.zeros((size, size)), np.zeros(size), 0.0
-        for sighting in self.sightings:
-            r = self._residuals(rig, sighting).ravel() / self.sigma_px
+        for sighting, sigma in zip(self.sightings, self.sigmas_px, strict=True):
+            r = self._residuals(rig, sighting).ravel() / sigma
             where, J = self._jacobian(rig, sighting)
-            J /= self.sigma_px
+            J /= sigma
             H[where[:, None], where] += J.T @ J
             g[where] += J.T @ r
             total += float(r @ r)

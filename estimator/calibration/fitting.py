@@ -20,10 +20,12 @@ Array = NDArray[np.float64]
 
 OUTLIER_SIGMAS = 5.0
 """Corners farther off than this many robust standard deviations are left out: of noise alone one in a million is."""
+NOISIEST = 3.0
+"""Times the noise of all corners that a picture's may have: blurred and steep ones have twice; wrong corners bend a fit by more."""
 DISHONEST_P = 0.01
 """Below it the halves differ by more than the stated uncertainty explains; one calibration in a hundred is widened without need."""
 ROUNDS = 6
-"""Of leaving out and fitting again, at most; two are usual. What fits again comes back: a wrong corner pulls its neighbours off at first."""
+"""Of leaving out and fitting again, at most; two are usual. What fits again comes back: a wrong corner pulls its neighbours off."""
 MOST_STEPS = 100
 SMALLEST_NOISE_PX = 1e-6
 """Of corners without any noise, as tests have them: rounding."""
@@ -40,6 +42,11 @@ class RigFit:
     covariance: Array
     left_out: int
     settled: bool
+
+    @property
+    def rms_px(self) -> float:
+        """RMS residual of a coordinate (px)."""
+        return float(np.sqrt(np.mean(np.concatenate([r.ravel() for r in self.bundle.residuals_px(self.rig)]) ** 2)))
 
 
 def fit_rig(sightings: tuple[BoardSighting, ...], board: Board, sizes: tuple[tuple[int, int], ...]) -> RigFit:
@@ -64,13 +71,13 @@ def fit_rig(sightings: tuple[BoardSighting, ...], board: Board, sizes: tuple[tup
 def fit_from(rig: Rig, sightings: tuple[BoardSighting, ...], board: Board) -> RigFit:
     """The same from a start, whose placements are the sightings' pictures in order."""
     placements = {picture: b for b, picture in enumerate(sorted({s.picture for s in sightings}))}
-    bundle = Bundle(sightings, placements, board.corners_m, 1.0, lens_prior(rig))
+    bundle = Bundle(sightings, placements, board.corners_m, (1.0,) * len(sightings), lens_prior(rig))
     for round_number in range(ROUNDS):  # the first one is made as if noise were 1 px
         solution = minimise(Problem(bundle.cost, bundle.linearise, moved), rig, max_steps=MOST_STEPS)
         rig = solution.state
         kept = _without_outliers(replace(bundle, sightings=sightings), rig)
         before, bundle = _corners(bundle.sightings), replace(bundle, sightings=kept)
-        bundle = replace(bundle, sigma_px=_noise(bundle, rig))
+        bundle = replace(bundle, sigmas_px=_noise(bundle, rig))
         if _corners(kept) == before and round_number:
             break
     covariance = camera_covariance(bundle.linearise(rig).H, rig.camera_parameters)
@@ -82,20 +89,25 @@ def _corners(sightings: tuple[BoardSighting, ...]) -> int:
     return sum(len(s.corners) for s in sightings)
 
 
-def _noise(bundle: Bundle, rig: Rig) -> float:
-    """Standard deviation (px) of a coordinate, from residuals and the numbers that they determine."""
-    residuals = np.concatenate([r.ravel() for r in bundle.residuals_px(rig)])
-    free = max(len(residuals) - rig.board_slice(len(rig.t_board)).start, 1)
-    return float(np.sqrt((residuals**2).sum() / free))
+def _noise(bundle: Bundle, rig: Rig) -> tuple[float, ...]:
+    """Standard deviation (px) of a coordinate in each sighting: steep boards and smaller squares have noisier corners.
+
+    Every sighting's mean square is raised by the same share for the numbers that the fit has determined.
+    """
+    squares = [float((r**2).mean()) for r in bundle.residuals_px(rig)]
+    count = 2 * _corners(bundle.sightings)
+    share = count / max(count - rig.board_slice(len(rig.t_board)).start, 1)
+    return tuple(max(float(np.sqrt(square * share)), SMALLEST_NOISE_PX) for square in squares)
 
 
 def _without_outliers(bundle: Bundle, rig: Rig) -> tuple[BoardSighting, ...]:
-    """The bundle's sightings without corners that are off."""
+    """The bundle's sightings without corners that are off by the measure of their own picture."""
     residuals = bundle.residuals_px(rig)
-    scale = max(float(robust_sigma(np.concatenate([r.ravel() for r in residuals]))), SMALLEST_NOISE_PX)
+    usual = float(robust_sigma(np.concatenate([residual.ravel() for residual in residuals])))
     kept = []
     for sighting, residual in zip(bundle.sightings, residuals, strict=True):
-        good = np.abs(residual).max(axis=1) < OUTLIER_SIGMAS * scale
+        scale = min(float(robust_sigma(residual.ravel())), NOISIEST * usual)
+        good = np.abs(residual).max(axis=1) < OUTLIER_SIGMAS * max(scale, SMALLEST_NOISE_PX)
         if np.count_nonzero(good) < FEWEST_CORNERS:
             good[:] = True  # a whole picture that is off must not vanish without a word
         kept.append(replace(sighting, corners=sighting.corners[good], points_px=sighting.points_px[good]))

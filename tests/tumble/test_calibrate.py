@@ -47,7 +47,7 @@ def test_a_camera_is_found_and_taken_by_import(boards: Path, tmp_path: Path, cap
 
 def test_a_rig_is_found_in_the_first_cameras_frame(boards: Path, tmp_path: Path) -> None:
     out = tmp_path / "rig"
-    assert main(["calibrate", "rig", str(boards / "cam0"), str(boards / "cam1"), *WORDS, "--out", str(out)]) in {0, 1}
+    assert main(["calibrate", "rig", str(boards / "cam0"), str(boards / "cam1"), *WORDS, "--out", str(out)]) == 0
     made = read_calibration(out)
     assert [camera.name for camera in made.cameras] == ["cam0", "cam1"]
     np.testing.assert_array_equal(made.cameras[0].R_cam_world, np.eye(3))

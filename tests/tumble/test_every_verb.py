@@ -43,6 +43,8 @@ ELSEWHERE: Mapping[str, str] = {
     "quickstart": "tumble/test_measuring.py",
     "calibrate camera": "tumble/test_calibrate.py",
     "calibrate rig": "tumble/test_calibrate.py",
+    "calibrate gravity": "tumble/test_calibrate_gravity.py",
+    "calibrate check": "tumble/test_calibrate_check.py",
     "validate-contact": "tumble/test_validate_contact.py",
     "gate": "tumble/test_gate.py",
     "challenge make": "tumble/challenge/test_whole.py",

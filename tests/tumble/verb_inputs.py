@@ -20,6 +20,8 @@ COMMANDS: Mapping[str, str] = {
     "import": "videos/drop.cine --camera calibration/camera.toml --particle dataset/observations/one --gravity down",
     "calibrate camera": "boards/one.png --board chessboard:9x6:5mm",
     "calibrate rig": "boards/one.png --board chessboard:9x6:5mm",
+    "calibrate gravity": "boards/one.png --camera calibration/camera.toml",
+    "calibrate check": "calibration/camera.toml boards/one.png --board chessboard:9x6:5mm",
     "check": "dataset",
     "estimate": "dataset --config config/estimator.toml --mesh mesh/body.ply --gravity=0,9.81,0 --effects plug_in/my_wind.py:MyWind",
     "compare": "dataset --config config/estimator.toml --mesh mesh/body.ply --also plug_in/my_wind.py:MyWind",

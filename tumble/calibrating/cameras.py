@@ -87,7 +87,7 @@ def _calibrated(
         cameras=tuple(HsvCamera(name, lens, R, t) for name, lens, R, t in lenses),
         covariance=0.5 * (fit.covariance + fit.covariance.T) * factor**2,
         fit=CalibrationFit(
-            rms_px=fit.bundle.sigma_px,
+            rms_px=fit.rms_px,
             corners=sum(len(s.corners) for s in fit.bundle.sightings),
             pictures=len(fit.bundle.sightings),
             left_out=fit.left_out,
@@ -105,10 +105,10 @@ def _refuse_poor(fit: RigFit, board: Board, targets: Sequence[Sequence[Target]])
     rms = [float(np.sqrt((r**2).mean())) for r in residuals]
     worst = fit.bundle.sightings[int(np.argmax(rms))]
     name = targets[worst.camera][worst.picture].name
-    if not fit.bundle.sigma_px < WORST_RMS_PX:
+    if not fit.rms_px < WORST_RMS_PX:
         raise InputError(
             f"{name}: expected corners that fit the board {board.words} to {WORST_RMS_PX:g} px, got {max(rms):.3g} px RMS in this picture "
-            f"and {fit.bundle.sigma_px:.3g} px in all; is --board right, is the board flat, and are pictures paired rightly?"
+            f"and {fit.rms_px:.3g} px in all; is --board right, is the board flat, and are pictures paired rightly?"
         )
     for c, lens in enumerate(fit.rig.lenses):
         sigma = float(np.sqrt(fit.covariance[fit.rig.lens_slice(c).start, fit.rig.lens_slice(c).start])) / lens.fx_px

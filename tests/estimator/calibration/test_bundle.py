@@ -36,7 +36,7 @@ def test_gradient_is_that_of_central_differences():
     cameras, poses = ring(2, rng), placements(3, rng)
     rig = true_rig(cameras, poses)
     sightings = seen(cameras, poses, 0.5, rng)
-    bundle = Bundle(sightings, {p: p for p in range(3)}, BOARD.corners_m, 0.5, lens_prior(rig))
+    bundle = Bundle(sightings, {p: p for p in range(3)}, BOARD.corners_m, (0.5,) * len(sightings), lens_prior(rig))
     equations = bundle.linearise(rig)
     scale = 1e-4 / np.sqrt(np.diag(equations.H) + 1e-30)
     for k in range(len(equations.g)):
@@ -51,7 +51,7 @@ def test_without_noise_the_rig_is_found_exactly():
     cameras, poses = ring(3, rng), placements(12, rng)
     fit = fit_rig(seen(cameras, poses, 0.0, rng), BOARD, SIZES * 3)
     assert fit.settled
-    assert fit.bundle.sigma_px < 1e-3
+    assert fit.rms_px < 1e-3
     for camera, lens, R, t in zip(cameras, fit.rig.lenses, fit.rig.R_cam, fit.rig.t_cam, strict=True):
         assert lens.fx_px == pytest.approx(camera.intrinsics.fx_px, abs=0.05)
         np.testing.assert_allclose(R, camera.R_cam_world, atol=1e-5)
@@ -99,7 +99,7 @@ def test_wrong_corners_are_left_out():
     sightings[2] = BoardSighting(0, sightings[2].picture, sightings[2].corners, points)
     fit = fit_rig(tuple(sightings), BOARD, SIZES)
     assert 3 <= fit.left_out <= 5
-    assert fit.bundle.sigma_px < 0.04
+    assert fit.rms_px < 0.04
 
 
 def test_too_few_pictures_and_cameras_that_share_none_are_named():
