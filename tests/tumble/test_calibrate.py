@@ -7,8 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from datasets.calibration_files import FILE, read_calibration
+from datasets.calibration_files import FILE, read_calibration, write_calibration
 from datasets.camera_files import read_camera
+from datasets.tiff_frames import FrameStackWriter
+from datasets.video.images import read_image
+from datasets.vocabulary.board import Board
+from datasets.vocabulary.calibration import Calibration
 from tests.calibrations import BOARD, LENS, placements, ring, write_pictures
 from tumble.cli.main import main
 
@@ -127,3 +131,56 @@ def test_a_rig_that_shares_no_target_is_refused(boards: Path, tmp_path: Path, ca
 )
 def test_boards_that_are_none(board: str, expected: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert expected in refused(["camera", "x.png", "--board", board], tmp_path, capsys)
+
+
+def test_import_takes_a_camera_and_the_cameras_of_a_rig(boards: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    rig, gravity = tmp_path / "rig", tmp_path / "gravity"
+    assert main(["calibrate", "rig", str(boards / "cam0"), str(boards / "cam1"), *WORDS, "--out", str(rig)]) == 0
+    gravity.mkdir()
+    down = np.array([0.0, 9.8, 0.3])
+    write_calibration(Calibration(gravity_world=down, gravity_covariance=1e-4 * np.eye(3)), gravity / FILE)
+    capsys.readouterr()
+    words = ["--camera", str(rig), "--camera", str(rig), "--gravity", str(gravity), "--rate", "1000", "--exposure", "1ms"]
+    assert main(["import", str(boards / "cam0"), str(boards / "cam1"), *words, "--dry-run", "--json", "--out", str(tmp_path / "run")]) == 0
+    (found,) = json.loads(capsys.readouterr().out)
+    shown = {value["name"]: value for value in found["values"]}
+    assert shown["gravity"]["value"] == down.tolist()
+    assert shown["gravity"]["origin"] == "given"
+    assert [missing["name"] for missing in found["missing"]] == ["particle"]
+    assert main(["import", str(boards / "cam0"), "--camera", str(gravity), "--dry-run", "--out", str(tmp_path / "run")]) == 2
+    assert f"{gravity}: expected a calibration with a camera, got one of gravity alone" in capsys.readouterr().err
+
+
+def test_a_chessboard_in_a_stack_of_16_bit(tmp_path: Path) -> None:
+    rng, board = np.random.default_rng(5), Board(8, 6, 5e-3)
+    poses = placements(10, rng, tilt_rad=0.5, distance_m=0.17)
+    folder = write_pictures(tmp_path / "pictures", ring(1, rng)[0], poses, rng, board)
+    with FrameStackWriter(tmp_path / "stack.tif") as writer:
+        for file in sorted(folder.iterdir()):
+            writer.append(read_image(file).astype(np.uint16) * 13)
+    out = tmp_path / "camera"
+    assert main(["calibrate", "camera", str(tmp_path / "stack.tif"), "--board", board.words, "-q", "--out", str(out)]) == 0
+    made = read_calibration(out)
+    assert made.covariance is not None
+    assert abs(made.cameras[0].intrinsics.fx_px - LENS.fx_px) < 4 * np.sqrt(made.covariance[0, 0])
+
+
+def test_pictures_paired_wrongly_are_refused(boards: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for name, first in (("one", 0), ("two", 1)):
+        (tmp_path / name).mkdir()
+        for k in range(7):
+            shutil.copy(boards / f"cam{first}" / f"{k + first:02d}.png", tmp_path / name / f"{k}.png")
+    said = refused(["rig", str(tmp_path / "one"), str(tmp_path / "two"), *WORDS], tmp_path, capsys)
+    assert "are pictures paired rightly?" in said
+
+
+def test_a_rig_of_others_is_read_and_checked(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    K = np.array([[900.0, 0.0, 160.0], [0.0, 900.0, 120.0], [0.0, 0.0, 1.0]])
+    np.save(tmp_path / "P.npy", np.stack([K @ np.column_stack([np.eye(3), [x, 0.0, 500.0]]) for x in (0.0, 100.0)]))
+    words = ["rig", str(tmp_path / "P.npy"), "--unit", "mm"]
+    assert "expected --size WIDTHxHEIGHT beside matrices" in refused(words, tmp_path, capsys)
+    assert "expected --board BOARD with pictures, or files of others" in refused(["rig", str(tmp_path)], tmp_path, capsys)
+    out = tmp_path / "rig"
+    assert main(["calibrate", *words, "--size", "320x240", "--out", str(out)]) == 0
+    assert "not stated" in capsys.readouterr().out
+    np.testing.assert_allclose(read_calibration(out).cameras[1].t_cam_world, [0.1, 0.0, 0.0], atol=1e-12)
