@@ -7,22 +7,21 @@ coefficients L1..L11 of the direct linear transformation are P row by row with P
 import io
 import re
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 from numpy.lib import format as npy
 from numpy.typing import NDArray
-from scipy.io import loadmat, whosmat
 from scipy.linalg import rq
 
 from datasets.errors import InputError
+from datasets.rig_files.matlab import read_matlab
 from datasets.vocabulary.camera import HsvCamera, Intrinsics
 
 Array = NDArray[np.float64]
 
 LARGEST_BYTES = 2**20
-"""A calibration takes kilobytes; compressed ones of this size stay below a gigabyte."""
+"""A calibration takes kilobytes."""
 MOST_CAMERAS = 64
 LARGEST_SKEW_PX = 0.1
 """By which columns may lean over the height of a picture: cameras' do not, and what a free fit finds of it is error. More is refused."""
@@ -70,7 +69,7 @@ def read_matrices(path: Path) -> Float[NDArray[np.float64], "camera 3 4"]:
         values = readers.get(path.suffix.lower(), _table)(path, data)
     except InputError:
         raise
-    except Exception as error:  # NumPy and SciPy raise whatever their readers raise
+    except Exception as error:  # NumPy raises whatever its readers raise
         raise InputError(f"{path}: expected matrices, got a file that is damaged or of another kind ({error}).") from None
     return _as_matrices(path, values)
 
@@ -119,23 +118,16 @@ def _npy(path: Path, data: bytes) -> Array:
 
 
 def _mat(path: Path, data: bytes) -> Array:
-    """All variables of 3 x 4 (x n) numbers in the order of the numbers in their names, or one of 11 x n."""
-    listed = {name: shape for name, shape, kind in whosmat(_stream(data)) if kind in ("double", "single")}
-    ours = [name for name, shape in listed.items() if shape[:2] == (3, 4) and len(shape) <= 3 and (*shape, 1)[2] <= MOST_CAMERAS]
-    columns = [name for name, shape in listed.items() if shape[0] == DLT_COEFFICIENTS and len(shape) == 2 and shape[1] <= MOST_CAMERAS]
-    chosen = sorted(ours, key=_in_order) or columns[:1]
+    """All variables of 3 x 4 (x n) numbers in the order of the numbers in their names, a cell array of 3 x 4, or one of 11 x n."""
+    found = read_matlab(path, data)
+    chosen = [name for name in sorted(found, key=_in_order) if all(a.shape[:2] == (3, 4) for a in found[name])]
+    columns = [arrays[0] for arrays in found.values() if len(arrays) == 1 and arrays[0].ndim == 2 and len(arrays[0]) == DLT_COEFFICIENTS]
+    if not chosen and not columns:
+        names = ", ".join(found) or "no numbers"
+        raise InputError(f"{path}: expected variables of 3 x 4 (x n) or 11 x n numbers, or a cell array of 3 x 4, got {names[:200]}.")
     if not chosen:
-        raise InputError(f"{path}: expected variables of 3 x 4 (x n) or 11 x n numbers, got {', '.join(listed) or 'no numbers'}.")
-    found = loadmat(_stream(data), variable_names=chosen)
-    arrays = [np.asarray(found[name], dtype=np.float64) for name in chosen]
-    if not ours:
-        return arrays[0]
-    return np.concatenate([np.moveaxis(a.reshape(3, 4, -1), 2, 0) for a in arrays])
-
-
-def _stream(data: bytes) -> Any:
-    """A file in memory, which SciPy takes though its types do not say so."""
-    return io.BytesIO(data)
+        return columns[0]
+    return np.concatenate([np.moveaxis(a.reshape(3, 4, -1), 2, 0) for name in chosen for a in found[name]])
 
 
 def _in_order(name: str) -> tuple[str, int]:

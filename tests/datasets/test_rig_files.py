@@ -47,7 +47,10 @@ def test_matrices_of_any_scale_and_form(tmp_path: Path) -> None:
     shift = np.array([[1.0, 0.0, 1.0], [0.0, 1.0, 1.0], [0.0, 0.0, 1.0]])  # MATLAB's first pixel is (1, 1)
     savemat(tmp_path / "rig.mat", {"P10": shift @ stacked[1], "P2": shift @ stacked[0]})
     savemat(tmp_path / "one.mat", {"cameras": np.moveaxis(shift @ stacked, 0, 2)}, do_compression=True)
-    for name in ("rig.npy", "rig.csv", "dlt.csv", "rig.mat", "one.mat"):
+    cells = np.empty((1, 2), dtype=object)
+    cells[0, :] = [shift @ P for P in stacked]
+    savemat(tmp_path / "cells.mat", {"P": cells})
+    for name in ("rig.npy", "rig.csv", "dlt.csv", "rig.mat", "one.mat", "cells.mat"):
         found, notes = read_rig([tmp_path / name], Convention(size=SIZE))
         same(found, true)
         assert any("first pixel" in note for note in notes)

@@ -42,7 +42,7 @@ BITS = 12
 
 
 RIGS = {
-    **dict.fromkeys(("p.npy", "p.mat", "zipped.mat"), BYTES),
+    **dict.fromkeys(("p.npy", "p.mat", "zipped.mat", "cells.mat"), BYTES),
     **dict.fromkeys(("p.csv", "dlt.csv", "pair.yml", "one.xml", "one.cameramodel"), TEXT),
 }
 """Rigs of other programs, and how they are spoiled."""
@@ -57,6 +57,9 @@ def rigs(folder: Path) -> None:
     np.savetxt(folder / "dlt.csv", np.stack([(P / P[2, 3]).ravel()[:11] for P in stacked], axis=1), delimiter=",")
     savemat(folder / "p.mat", {"P1": stacked[0], "P2": stacked[1]})
     savemat(folder / "zipped.mat", {"P": np.moveaxis(stacked, 0, 2)}, do_compression=True)
+    cells = np.empty((1, 2), dtype=object)
+    cells[0, :] = list(stacked)
+    savemat(folder / "cells.mat", {"P": cells})
     for name in ("pair.yml", "one.xml"):
         storage = cv2.FileStorage(str(folder / name), cv2.FILE_STORAGE_WRITE)
         storage.write("image_width", 640)
