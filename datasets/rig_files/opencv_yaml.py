@@ -1,14 +1,14 @@
-"""Cameras as OpenCV's samples and people write them with ``cv::FileStorage``: YAML, XML or JSON.
+"""Cameras as OpenCV's samples and people write them with ``cv::FileStorage``, in YAML.
 
 ``camera_matrix``, ``K`` or ``M`` with ``distortion_coefficients``, ``dist_coeffs`` or ``D``, the picture's size as ``image_width`` and
 ``image_height``, a pose (world to camera) as ``R`` (3 x 3, or Rodrigues' vector) and ``T``. Several cameras have numbers behind these names
 (``M1``, ``D1``, ``M2``, ``D2``); of a pair, plain ``R`` and ``T`` take the first camera's frame to the second's.
+Matrices are found by their form, since OpenCV's own parser writes past its memory on some damaged files.
 """
 
 import re
 from pathlib import Path
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation
 from datasets.errors import InputError
 from datasets.names import file_name
 from datasets.rig_files.cameramodel import five
-from datasets.rig_files.matrices import MOST_CAMERAS, bytes_of
+from datasets.rig_files.matrices import MOST_CAMERAS, NUMBER, bytes_of
 from datasets.vocabulary.camera import LARGEST_SIDE_PX, HsvCamera, Intrinsics
 
 Array = NDArray[np.float64]
@@ -27,6 +27,14 @@ KINDS = {
     "T": ("t", "tvec"),
 }
 """Names of what a camera has, without their numbers, in lower case."""
+MATRIX = re.compile(
+    r"^([A-Za-z_][A-Za-z_0-9]{0,60}):(?: !!opencv-matrix)?\n"
+    r" rows: ([0-9]{1,3})\n cols: ([0-9]{1,3})\n(?: dt: [^\n]{1,9}\n)? data: \[([^\]]*)\]",
+    re.MULTILINE,
+)
+SIZES = re.compile(r": !!opencv-nd-matrix\n sizes: \[ ?([0-9]{1,3})(?:, ?([0-9]{1,3}))? ?\]")
+SIDE = re.compile(r"^(image_width|image_height): ([0-9]{1,6})$", re.MULTILINE)
+"""In text with single blanks."""
 
 
 def read_opencv(path: Path, size: tuple[int, int] | None) -> list[HsvCamera]:
@@ -59,28 +67,31 @@ def _keys(number: str, place: int, pair: bool) -> tuple[str, ...]:
 
 def _entries(path: Path) -> tuple[dict[tuple[str, str], Array], tuple[int, int] | None]:
     """Arrays by kind and number, and the picture's size."""
-    data = bytes_of(path)
-    text = data.decode("utf-8", errors="replace")
-    if "\0" in text or not text.lstrip().startswith(("%YAML", "<?xml", "{")):
-        raise InputError(f"{path}: expected a file that OpenCV wrote (%YAML, <?xml or JSON), got another kind.")
-    found: dict[tuple[str, str], Array] = {}
-    size: dict[str, int] = {}
     try:
-        storage = cv2.FileStorage(text, cv2.FILE_STORAGE_READ | cv2.FILE_STORAGE_MEMORY)
-        root = storage.root()
-        for key in root.keys():
-            node = root.getNode(key)
-            if key in ("image_width", "image_height") and node.isInt():
-                size[key] = int(node.real())
-            split = re.fullmatch(r"([A-Za-z_]+?)_?([0-9]{0,3})", key)
-            kind = next((k for k, names in KINDS.items() if split is not None and split[1].lower() in names), None)
-            if kind is not None and split is not None and node.isMap():
-                found[kind, split[2]] = np.asarray(node.mat(), dtype=np.float64)
-    except (cv2.error, SystemError, ValueError, TypeError, UnicodeError) as error:
-        said = str(error).strip().splitlines() or [""]
-        raise InputError(f"{path}: expected a file that OpenCV wrote, got one that is damaged ({said[0][:120]}).") from None
-    sides = tuple(size.get(key, 0) for key in ("image_width", "image_height"))
-    return found, (sides[0], sides[1]) if all(1 <= side <= LARGEST_SIDE_PX for side in sides) else None
+        text = bytes_of(path).decode("utf-8")
+    except UnicodeDecodeError:
+        raise InputError(f"{path}: expected YAML that OpenCV wrote, got binary data.") from None
+    plain = "\n".join(line.rstrip() for line in re.sub(r"[ \t]+", " ", text).splitlines()) + "\n"
+    plain = SIZES.sub(lambda found: f": !!opencv-matrix\n rows: {found[1]}\n cols: {found[2] or 1}", plain)
+    found: dict[tuple[str, str], Array] = {}
+    for key, rows, columns, data in MATRIX.findall(plain):
+        split = re.fullmatch(r"([A-Za-z_]+?)_?([0-9]{0,3})", key)
+        kind = next((k for k, names in KINDS.items() if split is not None and split[1].lower() in names), None)
+        if kind is not None and split is not None:
+            found[kind, split[2]] = _matrix(path, key, (int(rows), int(columns)), data.split(","))
+    sides = {key: int(number) for key, number in SIDE.findall(plain)}
+    size = (sides.get("image_width", 0), sides.get("image_height", 0))
+    return found, size if all(1 <= side <= LARGEST_SIDE_PX for side in size) else None
+
+
+def _matrix(path: Path, key: str, shape: tuple[int, int], cells: list[str]) -> Array:
+    """The numbers of a matrix."""
+    numbers = [cell.strip() for cell in cells]
+    wrong = next((number for number in numbers if NUMBER.fullmatch(number) is None), None)
+    if wrong is not None or len(numbers) != shape[0] * shape[1]:
+        came = f"{len(numbers)}" if wrong is None else repr(wrong[:40])
+        raise InputError(f"{path}: {key}: expected {shape[0]} x {shape[1]} numbers, got {came}.")
+    return np.array([float(number) for number in numbers]).reshape(shape)
 
 
 def _camera(path: Path, name: str, found: dict[str, Array], size: tuple[int, int]) -> HsvCamera:

@@ -16,7 +16,7 @@ from datasets.rounded_rotations import nearest_rotation
 from datasets.vocabulary.camera import HsvCamera
 
 MATRICES = (".npy", ".mat", ".csv", ".txt")
-OPENCV = (".yml", ".yaml", ".xml")
+OPENCV = (".yml", ".yaml")
 MRCAL = (".cameramodel",)
 SUFFIXES = (*OPENCV, *MRCAL, *MATRICES)
 UNITS_M = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}

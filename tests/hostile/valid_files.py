@@ -43,7 +43,7 @@ BITS = 12
 
 RIGS = {
     **dict.fromkeys(("p.npy", "p.mat", "zipped.mat", "cells.mat"), BYTES),
-    **dict.fromkeys(("p.csv", "dlt.csv", "pair.yml", "one.xml", "one.cameramodel"), TEXT),
+    **dict.fromkeys(("p.csv", "dlt.csv", "pair.yml", "one.cameramodel"), TEXT),
 }
 """Rigs of other programs, and how they are spoiled."""
 
@@ -60,16 +60,15 @@ def rigs(folder: Path) -> None:
     cells = np.empty((1, 2), dtype=object)
     cells[0, :] = list(stacked)
     savemat(folder / "cells.mat", {"P": cells})
-    for name in ("pair.yml", "one.xml"):
-        storage = cv2.FileStorage(str(folder / name), cv2.FILE_STORAGE_WRITE)
-        storage.write("image_width", 640)
-        storage.write("image_height", 480)
-        for k, camera in enumerate(true if name == "pair.yml" else true[:1], start=1):
-            storage.write(f"M{k}", camera.intrinsics.K)
-            storage.write(f"D{k}", np.array([[-0.1, 0.02, 0.0, 0.0, 0.0]]))
-        storage.write("R", true[1].R_cam_world)
-        storage.write("T", true[1].t_cam_world)
-        storage.release()
+    storage = cv2.FileStorage(str(folder / "pair.yml"), cv2.FILE_STORAGE_WRITE)
+    storage.write("image_width", 640)
+    storage.write("image_height", 480)
+    for k, camera in enumerate(true, start=1):
+        storage.write(f"M{k}", camera.intrinsics.K)
+        storage.write(f"D{k}", np.array([[-0.1, 0.02, 0.0, 0.0, 0.0]]))
+    storage.write("R", true[1].R_cam_world)
+    storage.write("T", true[1].t_cam_world)
+    storage.release()
     (folder / "one.cameramodel").write_text(model(true[0]), encoding="utf-8")
     check = CrossValidation(9.0, 9, 0.4, True, 1.0)
     fit = CalibrationFit(0.03, 800, 12, 1, check)
