@@ -62,7 +62,7 @@ def main() -> None:
         document = {"seed": arguments.seed, "figures": figures(rigs), "rigs": rigs}
         with written_whole(arguments.result) as temporary:
             temporary.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
-        write_page(page(document), arguments.page)
+    write_page(page({"seed": arguments.seed, "figures": figures(rigs), "rigs": rigs}), arguments.page)
     print("\n".join(f"{name}: {value}" for name, value in lines(figures(rigs), len(rigs))))
 
 

