@@ -1,8 +1,8 @@
 """A camera's calibration and the direction of gravity in files of their own, TOML or JSON, with the keys of ``observation.json``.
 
 A calibration has ``intrinsics`` (``width_px``, ``height_px``, ``fx_px``, ``fy_px``; ``cx_px``, ``cy_px``, ``distortion`` where known) or
-these keys alone, and ``R_cam_world``, ``t_cam_world`` where the camera is not the first. A gravity file has ``gravity_world`` (m/s2). An
-observation serves as either.
+these keys alone, and ``R_cam_world``, ``t_cam_world`` where the camera is not the first. A gravity file has ``gravity_world`` (m/s2). A
+calibration of ``tumble calibrate`` (its folder or its file) and an observation serve as either.
 """
 
 from pathlib import Path
@@ -12,12 +12,15 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
+from datasets.calibration_files import FILE as CALIBRATION_FILE
+from datasets.calibration_files import KIND, read_calibration
 from datasets.errors import InputError
 from datasets.json_documents import parsed_json
 from datasets.observation import Observation
 from datasets.observation_files import FILE, camera_of_entry, read_observation
 from datasets.schema_errors import first_violation
 from datasets.toml_text import read_toml
+from datasets.vocabulary.calibration import Calibration
 from datasets.vocabulary.camera import HsvCamera
 
 BESIDE = ("format", "schema_version", "sha256", "name", "recording")
@@ -25,15 +28,17 @@ POSED = ("R_cam_world", "t_cam_world")
 
 
 def read_camera(path: Path, number: int = 0) -> HsvCamera:
-    """The camera of a calibration, or camera ``number`` of an observation (its last one where it has fewer).
+    """The camera of a calibration, or camera ``number`` of an observation or a rig (its last one where it has fewer).
 
     Raises
     ------
     InputError
         Naming the file, the place in it, what was expected and what came.
     """
-    told = observation_at(path)
+    told = calibration_at(path) or observation_at(path)
     if told is not None:
+        if not told.cameras:
+            raise InputError(f"{path}: expected a calibration with a camera, got one of gravity alone.")
         return told.cameras[min(number, len(told.cameras) - 1)]
     table = _table(path)
     alone = {key: table[key] for key in table if key not in (*BESIDE, *POSED)}
@@ -57,12 +62,25 @@ def read_gravity(path: Path) -> Float[NDArray[np.float64], "3"]:
     InputError
         Naming the file, the place in it, what was expected and what came.
     """
-    told = observation_at(path)
+    told = calibration_at(path) or observation_at(path)
     if told is not None:
+        if told.gravity_world is None:
+            raise InputError(f"{path}: expected a calibration with gravity, got one of cameras alone.")
         return told.gravity_world
     table = _table(path)
     _check(path, {"gravity_world": table.get("gravity_world")})
     return np.array(table["gravity_world"], dtype=np.float64)
+
+
+def calibration_at(path: Path) -> Calibration | None:
+    """The calibration whose folder or document ``path`` is; ``None`` where it is another file."""
+    if path.is_dir():
+        return read_calibration(path) if (path / CALIBRATION_FILE).exists() else None
+    if path.suffix.lower() != ".json":
+        return None
+    document = parsed_json(path)
+    ours = isinstance(document, dict) and document.get("format") == f"tumble {KIND}"
+    return read_calibration(path) if ours else None
 
 
 def observation_at(path: Path) -> Observation | None:

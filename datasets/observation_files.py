@@ -57,7 +57,7 @@ def write_observation(obs: Observation, folder: Path) -> None:
     further = obs.further_recordings or (None,) * len(obs.cameras)
     cameras = [
         {
-            **_camera_entry(camera),
+            **camera_entry(camera),
             "recording": _store_camera(camera.name, recording, folder),
             **_plate_outline_entry(outline),
             **_further_entry(camera.name, other, folder),
@@ -144,7 +144,8 @@ def _intrinsics(entry: Document) -> Intrinsics:
     )
 
 
-def _camera_entry(camera: HsvCamera) -> Document:
+def camera_entry(camera: HsvCamera) -> Document:
+    """A high-speed camera's entry in a document, without its recording."""
     return {
         "name": camera.name,
         "intrinsics": _intrinsics_entry(camera.intrinsics),

@@ -14,7 +14,7 @@ from datasets.observation import CalibratedView, Frames, Observation, Recording
 from datasets.plausible_pace import check_pace
 from datasets.rounded_rotations import ROUNDED_ROTATION
 from datasets.tiff_frames import TiffFrames
-from datasets.vocabulary.camera import LARGEST_PICTURE_PX, Intrinsics
+from datasets.vocabulary.camera import LARGEST_PICTURE_PX, HsvCamera, Intrinsics
 from datasets.vocabulary.frames import is_rotation
 from datasets.vocabulary.outline import Outline
 from datasets.vocabulary.plate import Plate
@@ -58,8 +58,7 @@ def check_observation(obs: Observation, path: Path) -> None:
     times = len(obs.clock.times_s)
     for c, (camera, recording) in enumerate(zip(obs.cameras, obs.recordings, strict=True)):
         where = f"$.cameras[{c}]"
-        _check_pose(camera.R_cam_world, camera.t_cam_world, f"{path}: at {where}", "world")
-        _check_intrinsics(camera.intrinsics, f"{path}: at {where}.intrinsics")
+        check_camera(camera, f"{path}: at {where}")
         _check_recording(recording, [camera.intrinsics] * times, path, f'camera "{camera.name}"')
     for camera, recording in zip(obs.cameras, obs.further_recordings, strict=bool(obs.further_recordings)):
         _check_recording(recording, [camera.intrinsics] * times, path, f'camera "{camera.name}", further outlines')
@@ -149,6 +148,19 @@ def _check_pose(R: Array, t: Array, where: str, frame: str) -> None:
 def _departure(R: Array) -> str:
     error = float(np.abs(R @ R.T - np.eye(3)).max())
     return f"a mirrored one (determinant {np.linalg.det(R):.3g})" if error < 1e-6 else f"one whose rows miss orthonormality by {error:.2g}"
+
+
+@np.errstate(all="ignore")
+def check_camera(camera: HsvCamera, where: str) -> None:
+    """Refuse, naming ``where``, a camera with a pose or a lens that none can have.
+
+    Raises
+    ------
+    InputError
+        With what was expected and what came.
+    """
+    _check_pose(camera.R_cam_world, camera.t_cam_world, where, "world")
+    _check_intrinsics(camera.intrinsics, f"{where}.intrinsics")
 
 
 def _check_intrinsics(intrinsics: Intrinsics, where: str) -> None:

@@ -21,7 +21,7 @@ NAMES = (
     *("*.estimate.json", "*.answer.json", "campaign.json", "diagnosis.json", "contact_validation.json", "report.html"),
     *("scores.csv", "scores.json", "impacts.csv", "collisions.csv", "figures.json", "verdict.json", "summary.json"),
     *("cases.csv", "parameters.csv", "velocities.csv", "demo.toml", "[clo0-9][0-9][0-9][0-9].json", "*.pulse", "*.partial"),
-    *("import.toml", "*draft.toml", "*.check.html"),
+    *("import.toml", "*draft.toml", "*.check.html", "calibration.json", "calibration.html"),
 )
 """Names that Tumble gives to files: what a killed run may have written."""
 

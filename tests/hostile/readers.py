@@ -10,7 +10,9 @@ from datasets.estimate_files import read_estimate
 from datasets.json_documents import read_document
 from datasets.observation_files import read_observation
 from datasets.outline_files import read_outlines
+from datasets.plumb_files import read_plumb_points
 from datasets.recipes.toml_files import load_recipe
+from datasets.rig_files.opening import Convention, read_rig
 from datasets.scoring.gate import load_baseline
 from datasets.tiff_frames import TiffFrames
 from datasets.trajectory_files import read_trajectory
@@ -73,6 +75,11 @@ def _mesh(suffix: str, read: Callable[[Path], object]) -> Reader:
     return Reader(f"stone{suffix}", valid_files.meshes, f"stone{suffix}", BYTES if suffix != ".obj" else TEXT, read)
 
 
+def _rig(name: str, mutations: tuple[Mutation, ...]) -> Reader:
+    """A rig of another program."""
+    return Reader(f"rig {name}", valid_files.rigs, name, mutations, lambda folder: read_rig([folder / name], Convention(size=(640, 480))))
+
+
 READERS = (
     Reader("observation.json", valid_files.observation, "observation.json", JSON, read_observation),
     Reader("outlines.npz", valid_files.observation, OUTLINES, ARCHIVE, lambda folder: read_outlines(folder / OUTLINES)),
@@ -105,6 +112,9 @@ READERS = (
     Reader("camera.toml", valid_files.texts, "camera.toml", TEXT, lambda folder: read_camera(folder / "camera.toml")),
     Reader("camera.json", valid_files.texts, "camera.json", JSON, lambda folder: read_camera(folder / "camera.json")),
     Reader("gravity.toml", valid_files.texts, "gravity.toml", TEXT, lambda folder: read_gravity(folder / "gravity.toml")),
+    *(_rig(name, mutations) for name, mutations in valid_files.RIGS.items()),
+    Reader("calibration.json", valid_files.rigs, "calibration.json", JSON, lambda folder: read_camera(folder / "calibration.json")),
+    Reader("plumb.csv", valid_files.rigs, "plumb.csv", TEXT, lambda folder: read_plumb_points(folder / "plumb.csv")),
     _document("campaign.json"),
     _document("diagnosis.json"),
 )

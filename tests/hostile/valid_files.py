@@ -5,12 +5,15 @@ import shutil
 import struct
 from pathlib import Path
 
+import cv2
 import numpy as np
 import tifffile
 import trimesh
 from PIL import Image
+from scipy.io import savemat
 from scipy.spatial.transform import Rotation
 
+from datasets.calibration_files import write_calibration
 from datasets.dataset_files import Dataset, write_dataset
 from datasets.estimate_files import write_estimate
 from datasets.json_documents import write_document
@@ -22,16 +25,56 @@ from datasets.tiff_frames import FrameStackWriter, TiffFrames
 from datasets.truth_files import write_truth
 from datasets.video.phantom_table import LINEAR_DN
 from datasets.video.writing import Recorded, write_cine, write_film, write_mraw
+from datasets.vocabulary.calibration import Calibration, CalibrationFit, CrossValidation
 from datasets.vocabulary.camera import HsvCamera, Intrinsics
 from datasets.vocabulary.clock import Clock
 from datasets.vocabulary.outline import Outline
 from datasets.vocabulary.plate import Plate
 from tests.datasets.conftest import make_estimate, make_truth, square_outline
 from tests.datasets.test_measured_entries import impact_at, with_impact
+from tests.datasets.test_rig_files import P_of, model
+from tests.datasets.test_rig_files import cameras as rig_cameras
+from tests.hostile.mutations import BYTES, TEXT
 
 ROOT = Path(__file__).resolve().parents[2]
 WIDTH, HEIGHT, PICTURES = 24, 20, 3
 BITS = 12
+
+
+RIGS = {
+    **dict.fromkeys(("p.npy", "p.mat", "zipped.mat", "cells.mat"), BYTES),
+    **dict.fromkeys(("p.csv", "dlt.csv", "pair.yml", "one.cameramodel"), TEXT),
+}
+"""Rigs of other programs, and how they are spoiled."""
+
+
+def rigs(folder: Path) -> None:
+    """Rigs in the files of other programs, a calibration, points of a plumb line."""
+    true = rig_cameras()
+    stacked = np.stack([P_of(camera) for camera in true])
+    np.save(folder / "p.npy", stacked)
+    np.savetxt(folder / "p.csv", stacked.reshape(-1, 4), delimiter=",")
+    np.savetxt(folder / "dlt.csv", np.stack([(P / P[2, 3]).ravel()[:11] for P in stacked], axis=1), delimiter=",")
+    savemat(folder / "p.mat", {"P1": stacked[0], "P2": stacked[1]})
+    savemat(folder / "zipped.mat", {"P": np.moveaxis(stacked, 0, 2)}, do_compression=True)
+    cells = np.empty((1, 2), dtype=object)
+    cells[0, :] = list(stacked)
+    savemat(folder / "cells.mat", {"P": cells})
+    storage = cv2.FileStorage(str(folder / "pair.yml"), cv2.FILE_STORAGE_WRITE)
+    storage.write("image_width", 640)
+    storage.write("image_height", 480)
+    for k, camera in enumerate(true, start=1):
+        storage.write(f"M{k}", camera.intrinsics.K)
+        storage.write(f"D{k}", np.array([[-0.1, 0.02, 0.0, 0.0, 0.0]]))
+    storage.write("R", true[1].R_cam_world)
+    storage.write("T", true[1].t_cam_world)
+    storage.release()
+    (folder / "one.cameramodel").write_text(model(true[0]), encoding="utf-8")
+    check = CrossValidation(9.0, 9, 0.4, True, 1.0)
+    fit = CalibrationFit(0.03, 800, 12, 1, check)
+    calibration = Calibration(tuple(true), np.eye(24), fit, "chessboard:9x6:5mm", np.array([0.0, 9.8, 0.1]), 1e-4 * np.eye(3), ("a note",))
+    write_calibration(calibration, folder / "calibration.json")
+    (folder / "plumb.csv").write_text("camera,line,x_px,y_px\n1,1,10.5,20\n2,1,11,22.25\n", encoding="utf-8")
 
 
 def observation(folder: Path) -> None:

@@ -41,6 +41,10 @@ WHOLE: Mapping[str, tuple[str, str, tuple[str, ...]]] = {
 """Of a verb: its words, a file that it writes, and the verbs that make what it reads."""
 ELSEWHERE: Mapping[str, str] = {
     "quickstart": "tumble/test_measuring.py",
+    "calibrate camera": "tumble/test_calibrate.py",
+    "calibrate rig": "tumble/test_calibrate.py",
+    "calibrate gravity": "tumble/test_calibrate_gravity.py",
+    "calibrate check": "tumble/test_calibrate_check.py",
     "validate-contact": "tumble/test_validate_contact.py",
     "gate": "tumble/test_gate.py",
     "challenge make": "tumble/challenge/test_whole.py",

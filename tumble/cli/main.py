@@ -19,6 +19,7 @@ VERBS: tuple[tuple[str, str], ...] = (
     ("doctor", "say what works on this machine and what to type to get the rest"),
     ("quickstart", "render, estimate, score and report two small sequences of a cut stone"),
     ("render", "make a dataset from a recipe"),
+    ("calibrate", "calibrate cameras, rigs and the direction of gravity from pictures of targets"),
     ("import", "make observations of a camera's own recordings"),
     ("check", "look at observations before anything is fitted"),
     ("estimate", "measure poses, trajectory and velocities from observations alone"),

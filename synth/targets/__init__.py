@@ -1,0 +1,1 @@
+"""Pictures of calibration targets, drawn exactly through a known camera."""

@@ -1,0 +1,1 @@
+"""``tumble calibrate``: pictures of targets, or others' calibration files, become a calibration and a page to look at."""
