@@ -64,9 +64,11 @@ def render(document: Mapping[str, Any]) -> str:
 
 
 def _nothing_to_do(found: Mapping[str, Any]) -> bool:
-    """Whether the evidence misses nothing, the fit settled, and nothing unknown is left."""
+    """Whether the evidence misses nothing, the fit settled, nothing unknown is left, and all that was found is established."""
     complete = found["diagnosis"] is not None and not found["diagnosis"]["missing"] and found.get("unknown") is None
-    return bool(complete and found["settled"] and found["verdict"]["kind"] in ("nothing missing", "found"))
+    sure = all(step["established"] for step in found["steps"] or [])
+    likely = found["diagnosis"] is None or found["diagnosis"]["probability"] >= 0.5
+    return bool(complete and sure and likely and found["settled"] and found["verdict"]["kind"] in ("nothing missing", "found"))
 
 
 def _maps(entries: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:

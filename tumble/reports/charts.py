@@ -47,11 +47,12 @@ def ladder_chart(rungs: Sequence[Mapping[str, Any]], floor_px: float, unit: str 
         axes.plot(places, held, "o-", color=MEASURED, label="not fitted", linewidth=2)
         for place, value in zip(places, held, strict=True):
             axes.annotate(f"{value:.4f}", (place, value), xytext=(0, 7), textcoords="offset points", ha="center")
-        axes.set_xticks(list(places), [rung_name(rung).replace("_", " ") for rung in rungs])
+        names = [rung_name(rung).replace("_", " ") for rung in rungs]
+        axes.set_xticks(list(places), ["\n" * (place % 2) + name for place, name in enumerate(names)])
         axes.set_xlim(-0.4, len(rungs) - 0.6)
         axes.set_ylim(0, 1.2 * max(*held, floor_px))
         axes.set_ylabel(f"RMS {rms_word(unit)}, {unit}")
-        axes.legend(frameon=False, loc="lower right")
+        axes.legend(frameon=False, loc="upper right")
 
     return svg(draw, width=7.4, height=2.9)
 
