@@ -20,7 +20,7 @@ def _inflated(data: bytes, most: int) -> bytes:
     try:
         return zlib.decompressobj().decompress(data, most + 1)
     except zlib.error as error:
-        raise ValueError(f"expected deflate data, came damaged ones ({error})") from None
+        raise ValueError(f"expected deflate data, got damaged ones ({error})") from None
 
 
 def _unpacked(data: bytes, most: int) -> bytes:
@@ -44,7 +44,7 @@ def _library(decode: Callable[..., bytes], name: str) -> Callable[[bytes, int], 
         try:
             return bytes(decode(data, out=most + 1))
         except Exception as error:  # imagecodecs has an exception of its own for every codec
-            raise ValueError(f"expected {name} data, came damaged ones ({error})") from None
+            raise ValueError(f"expected {name} data, got damaged ones ({error})") from None
 
     return decoded
 
@@ -78,4 +78,4 @@ def jpeg(data: bytes, shapes: tuple[tuple[int, int], ...], tables: bytes | None)
             return bytes(imagecodecs.jpeg8_decode(data, tables=tables, out=np.empty(shape, np.uint8)).tobytes())
         except Exception as error:
             said = str(error)
-    raise ValueError(f"expected JPEG data, came damaged ones or of another size ({said})")
+    raise ValueError(f"expected JPEG data, got damaged ones or of another size ({said})")

@@ -248,7 +248,7 @@ Of {campaigns} campaigns with one effect hidden, {grouped} had the pair in one g
 **{advised} were said to tell the pair apart (with 95% probability or more), and {advised_told} of them did;
 {refused} were said to be in vain (less than 5%), and {refused_told} of those told it apart all the same.**
 Of the {between} in between, {between_told} told it apart: the advice is cautious.
-Told apart: the rival loses more than the factor of groups, 20 (ln 20 = 3.0 nats).
+Told apart: in place of the true effect the rival loses a likelihood ratio of more than 20 (ln 20 = 3.0 nats).
 
 | hidden | further recording | drops (mean) | predicted difference, nats (median) | measured (median) | advised, and did | vain, yet did |
 | --- | --- | --- | --- | --- | --- | --- |

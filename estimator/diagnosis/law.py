@@ -28,7 +28,7 @@ Array = NDArray[np.float64]
 MOST_TERMS, BEST_STARTS = 4, 3
 RISE_95 = float(chi2.ppf(0.95, 1))
 MARGIN = 2.0 * float(np.log(FACTOR))
-"""Difference of the criterion, about twice that of log evidence, within which two laws are not told apart."""
+"""Difference of Schwarz's criterion, about twice that of log evidence, within which both of two laws are listed."""
 KNOWN = ("constant", "across_velocity")
 """Terms without an exponent that are in the catalogue as they are (gravity, Magnus lift)."""
 

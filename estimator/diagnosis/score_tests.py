@@ -29,7 +29,7 @@ from estimator.motion.flight import N_PARAMETERS
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 SMALLEST_SHARE = 1e-3
-"""Smallest eigenvalue of the scores' correlation matrix that is believed; aliased columns would otherwise be told apart by rounding."""
+"""Smallest eigenvalue of the scores' correlation matrix that is kept; below it, rounding would seem to distinguish aliased columns."""
 
 
 @dataclass(frozen=True)

@@ -1,11 +1,11 @@
-"""What further data would tell apart effects that these data cannot.
+"""What further data would distinguish effects that these data cannot.
 
 Where effect A has the size ``theta`` and nothing else is missing, effect B in its place loses the log likelihood by which groups are made
 (:mod:`estimator.diagnosis.selection.groups`): ``d = thetaᵀ (G_AA - G_AB G_BB⁻¹ G_BA) theta / 2`` with the information ``G = H M⁻¹ H`` of
 the scores. In data with noise the logarithm of the ratio is normal about ``d`` with the variance ``2 d`` [Cox 1961]. ``G`` needs no data,
 only where tangencies would lie: so it is worked out for the campaign as it is, and for the campaign with an imagined recording more. A pair
-counts as told apart where the ratio exceeds the factor of groups in 95% of cases, whichever of the two is true; each is taken at the size
-that the campaign gives it.
+counts as distinguished where the likelihood ratio exceeds ``FACTOR`` in 95% of cases, whichever of the two is true; each is taken at the
+size that the campaign gives it.
 
 Holds as far as effects are small enough for their signatures to be linear. An effect with one value per sequence is taken to be absent from
 a new recording.
@@ -51,9 +51,9 @@ from estimator.side_by_side import each_of
 Array = NDArray[np.float64]
 Pair = tuple[str, str]
 MARGIN = float(np.log(FACTOR))
-"""Log likelihood (nats) by which the wrong effect has to lose for two to count as told apart."""
+"""Log likelihood ratio (nats) from which on two effects count as distinguished."""
 SURE = 0.95
-"""Probability with which a pair must be told apart for data to count as telling it apart."""
+"""Probability with which data must distinguish a pair to be advised."""
 MORE_VIEWS = "twice as many calibrated views"
 MOST_RIVALS = 2
 """Effects beside the first that are compared with it: more alike than these is no group any more."""
@@ -74,7 +74,7 @@ class Expected:
 
     @property
     def separates(self) -> bool:
-        """Whether the pair would be told apart."""
+        """Whether the data would distinguish the pair."""
         return self.probability >= SURE
 
 

@@ -12,25 +12,18 @@ from numpy.typing import NDArray
 
 from datasets.observation import Frames, Observation
 from datasets.observation_files import frames_file, read_observation, write_observation
-from datasets.recipes.recipe import HsvRecipe, MotionRecipe, NoiseRecipe, ParticleRecipe, Recipe, RigRecipe
 from datasets.tiff_frames import TiffFrames, write_stack
 from estimator.configuration import Configuration
 from scripts.bench_estimate import as_pictures
 from synth.sequence import build_silhouette_sequence
+from tests.tumble.small_drops import small_drop
 from tumble.checking import geometry
 from tumble.cli.main import main
 from tumble.reports import check_page
 from tumble.written_files import read_run
 
 SIZE, FRAMES, NAME = 200, 24, "cut_stone-0000"
-RECIPE = Recipe(
-    seed=5,
-    particle=ParticleRecipe(irregularity=0.6, size_mm=(3.0, 3.0)),
-    motion=MotionRecipe(frames=FRAMES, speed_ms=(0.3, 0.8), spin_rads=(120.0, 200.0)),
-    hsv=HsvRecipe(width_px=SIZE, height_px=SIZE, focal_mm=60.0),
-    rig=RigRecipe(drops=2),
-    noise=NoiseRecipe(hsv_boundary_px=0.0),
-)
+RECIPE = small_drop(frames=FRAMES, size_px=SIZE)
 Pictures = list[NDArray[np.uint16]]
 
 

@@ -15,7 +15,6 @@ from PIL import Image
 
 from datasets.observation import Frames
 from datasets.observation_files import FILE, frames_file, read_observation
-from datasets.recipes.recipe import HsvRecipe, MotionRecipe, NoiseRecipe, ParticleRecipe, Recipe, RigRecipe
 from datasets.tiff_frames import TiffFrames
 from datasets.video.phantom_table import LINEAR_DN
 from datasets.video.writing import Recorded, write_cine, write_film, write_mraw
@@ -23,20 +22,14 @@ from datasets.vocabulary.outline import Outline
 from estimator.readiness import look_at
 from scripts.bench_estimate import as_pictures
 from synth.sequence import build_silhouette_sequence
+from tests.tumble.small_drops import small_drop
 from tumble.cli.main import main
 from tumble.importing import importing
 from tumble.reports import check_page
 from tumble.written_files import read_run
 
 SIZE, FRAMES = 160, 12
-RECIPE = Recipe(
-    seed=5,
-    particle=ParticleRecipe(irregularity=0.6, size_mm=(3.0, 3.0)),
-    motion=MotionRecipe(frames=FRAMES, speed_ms=(0.3, 0.8), spin_rads=(120.0, 200.0)),
-    hsv=HsvRecipe(width_px=SIZE, height_px=SIZE, focal_mm=60.0),
-    rig=RigRecipe(drops=2),
-    noise=NoiseRecipe(hsv_boundary_px=0.0),
-)
+RECIPE = small_drop(frames=FRAMES, size_px=SIZE)
 NAME = "drop"
 Pictures = list[NDArray[np.uint16]]
 

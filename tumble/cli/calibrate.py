@@ -3,7 +3,7 @@
 import argparse
 import json
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 from rich.table import Table
@@ -22,12 +22,11 @@ from tumble.calibrating.gravity import calibrate_gravity
 from tumble.calibrating.words import camera_rows, gravity_rows, verdict_of
 from tumble.cli.console import console
 from tumble.cli.exit_codes import ALL_MEASURED, INCOMPLETE
-from tumble.cli.options import add_output, verb_parser
+from tumble.cli.options import Part, add_output, add_parts, run_part, verb_parser
 from tumble.importing.gathering import STANDARD_GRAVITY_MS2
 from tumble.output_directory import Run, output_directory
 from tumble.reports.calibration_page import write_calibration_page
 
-Part = tuple[str, str, Callable[[argparse.ArgumentParser], None], Callable[[argparse.Namespace], int]]
 PAGE = "calibration.html"
 
 
@@ -39,19 +38,14 @@ def parser() -> argparse.ArgumentParser:
         "Each part writes calibration.json, which `tumble import --camera` and `--gravity` take, and a page.",
         example="tumble calibrate camera boards --board charuco:12x9:5mm:3.7mm:DICT_5X5_250 --out out/camera",
     )
-    parts = verb.add_subparsers(dest="part", required=True, metavar="PART")
-    for name, text, options, _ in PARTS:
-        part = parts.add_parser(name, help=text, description=text)
-        options(part)
+    for part in add_parts(verb, PARTS):
         part.add_argument("--json", action="store_true", help="print the result as JSON on standard output")
-        part.add_argument("-v", "--verbose", action="store_true", help="say more; show the traceback of an error")
-        part.add_argument("-q", "--quiet", action="store_true", help="no progress and no tables; errors only")
     return verb
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Run one part."""
-    return {name: action for name, _, _, action in PARTS}[arguments.part](arguments)
+    return run_part(arguments, PARTS)
 
 
 def _board_option(part: argparse.ArgumentParser) -> None:

@@ -5,7 +5,6 @@ import hashlib
 import json
 import secrets
 import sys
-from collections.abc import Callable
 from dataclasses import asdict, replace
 from pathlib import Path
 
@@ -26,7 +25,7 @@ from tumble.challenge.summary import TABLES, of_challenge, pooled, read_tables, 
 from tumble.cli.exit_codes import ALL_MEASURED, INCOMPLETE
 from tumble.cli.field_challenge import field_options, make_field, score_field
 from tumble.cli.hidden import show_hidden
-from tumble.cli.options import add_configuration, add_jobs, add_output, positive, verb_parser
+from tumble.cli.options import Part, add_configuration, add_jobs, add_output, add_parts, positive, run_part, verb_parser
 from tumble.cli.outcomes import exit_code, report_failures, what_next
 from tumble.commands import command
 from tumble.configuring import load_configuration
@@ -34,8 +33,6 @@ from tumble.engine import failures
 from tumble.output_directory import Run, output_directory
 from tumble.read_paths import paths_given
 from tumble.written_files import read_run, refuse_other_file
-
-Part = tuple[str, str, Callable[[argparse.ArgumentParser], None], Callable[[argparse.Namespace], int]]
 
 
 def parser() -> argparse.ArgumentParser:
@@ -45,18 +42,13 @@ def parser() -> argparse.ArgumentParser:
         description="Hide effects in campaigns, find them without knowing, and count how often that works.",
         example="tumble challenge make --out out/challenge",
     )
-    parts = verb.add_subparsers(dest="part", required=True, metavar="PART")
-    for name, text, options, _ in PARTS:
-        part = parts.add_parser(name, help=text, description=text)
-        options(part)
-        part.add_argument("-v", "--verbose", action="store_true", help="say more; show the traceback of an error")
-        part.add_argument("-q", "--quiet", action="store_true", help="no progress and no tables; errors only")
+    add_parts(verb, PARTS)
     return verb
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Run one part."""
-    return {name: action for name, _, _, action in PARTS}[arguments.part](arguments)
+    return run_part(arguments, PARTS)
 
 
 def _shape_options(part: argparse.ArgumentParser) -> None:

@@ -2,6 +2,7 @@
 
 import argparse
 import os
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from tumble.cli.exit_codes import IN_SHORT
@@ -20,6 +21,28 @@ def verb_parser(name: str, *, description: str, example: str) -> argparse.Argume
     loudness.add_argument("-v", "--verbose", action="store_true", help="say more; show the traceback of an error")
     loudness.add_argument("-q", "--quiet", action="store_true", help="no progress and no tables; errors only")
     return parser
+
+
+Part = tuple[str, str, Callable[[argparse.ArgumentParser], None], Callable[[argparse.Namespace], int]]
+"""Of a verb: its name, what it does in words, what adds its options, and what runs it."""
+
+
+def add_parts(verb: argparse.ArgumentParser, parts: Sequence[Part]) -> list[argparse.ArgumentParser]:
+    """The parsers of a verb's ``parts``, each with its options, ``-v`` and ``-q``; which one is wanted is ``part``."""
+    chosen = verb.add_subparsers(dest="part", required=True, metavar="PART")
+    made = []
+    for name, text, options, _ in parts:
+        part = chosen.add_parser(name, help=text, description=text)
+        options(part)
+        part.add_argument("-v", "--verbose", action="store_true", help="say more; show the traceback of an error")
+        part.add_argument("-q", "--quiet", action="store_true", help="no progress and no tables; errors only")
+        made.append(part)
+    return made
+
+
+def run_part(arguments: argparse.Namespace, parts: Sequence[Part]) -> int:
+    """Run the part that is wanted."""
+    return {name: action for name, _, _, action in parts}[arguments.part](arguments)
 
 
 def add_configuration(parser: argparse.ArgumentParser, *, what: str) -> None:

@@ -7,14 +7,13 @@ of the set too. It ends where no set is more probable than the one that the flig
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
 from estimator.diagnosis.selection.evidence import Evidence
 from estimator.diagnosis.selection.linearised import linearised
 from estimator.diagnosis.selection.refitting import refitted
-from estimator.diagnosis.selection.search import Overrated, Posterior, Set, Trial, exchanged_for_pairs, posterior_of, searched
+from estimator.diagnosis.selection.search import Overrated, Posterior, Set, Trial, look_at_pairs, posterior_of, searched
 from estimator.diagnosis.selection.stated import with_facts
 from estimator.effects.empirical import families
 from estimator.effects.link import EffectModel
@@ -91,7 +90,8 @@ def _climbed(at: At, catalogue: Catalogue, told: Told, *, unknown: bool) -> tupl
     while len(path) <= MOST_STEPS and astray < ASTRAY:
         wanted = _next(path[-1], tried)
         if wanted is None:
-            path[-1] = replace(path[-1], posterior=exchanged_for_pairs(path[-1].trial, path[-1].members))
+            look_at_pairs(path[-1].trial, path[-1].members)
+            path[-1] = judged_by(path[-1], path[-1].trial)
             wanted = _next(path[-1], tried)
         if wanted is None:
             break
@@ -101,22 +101,22 @@ def _climbed(at: At, catalogue: Catalogue, told: Told, *, unknown: bool) -> tupl
         gained = -np.inf if new is None else min(new.value - new.value_of(now.keys), new.value - now.value)
         if new is None or gained <= 0.0:
             astray += 1
-            path[-1] = believed(now, overrated=(*now.trial.overrated, overrated(now, wanted, gained)))
+            path[-1] = judged_by(now, replace(now.trial, overrated=(*now.trial.overrated, overrated(now, wanted, gained))))
             continue
         told(f"{', '.join(new.keys) or 'nothing'}: log evidence {gained:+.1f}")
         path.append(new)
         astray = 0
-    exchanged_for_pairs(path[-1].trial, path[-1].members)
-    return (*path[:-1], believed(path[-1], fitted=path[-1].members))
+    last = path[-1]
+    look_at_pairs(last.trial, last.members)
+    return (*path[:-1], judged_by(last, replace(last.trial, fitted=last.members)))
 
 
-def believed(at: At, **what: Any) -> At:
-    """Where a search stands, with the probabilities that refits leave.
+def judged_by(at: At, trial: Trial) -> At:
+    """Where a search stands, with the probabilities of all sets that a ``trial`` has by now.
 
     A linearisation can overrate a set. One that was refitted and refused counts as that fit has it, and so does the step to it in other
     sets. A set that was never refitted counts at most as much as the fitted one once the search has ended.
     """
-    trial = replace(at.trial, **what)
     return replace(at, trial=trial, posterior=posterior_of(trial))
 
 

@@ -4,7 +4,7 @@ A set's prior is a product: every effect of the catalogue is in the model with t
 empirical family ("something unknown"), one of them at a time.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations
@@ -39,13 +39,15 @@ class Posterior:
 
     def probability(self, effect: int) -> float:
         """Of an effect to be in the model."""
-        return float(min(sum(np.exp(p) for each, p in zip(self.sets, self.log_probability, strict=True) if effect in each), 1.0))
-
+        return self._of(lambda each: effect in each)
 
     def more_than(self, members: Set) -> float:
         """Probability of more effects than those of a set: what may be exchanged for one of them is not one more."""
-        inside = [np.exp(p) for each, p in zip(self.sets, self.log_probability, strict=True) if len(each) > len(members)]
-        return float(min(sum(inside), 1.0))
+        return self._of(lambda each: len(each) > len(members))
+
+    def _of(self, holds: Callable[[Set], bool]) -> float:
+        """Probability of the sets for which something ``holds``."""
+        return float(min(sum(np.exp(p) for each, p in zip(self.sets, self.log_probability, strict=True) if holds(each)), 1.0))
 
 
 @dataclass(frozen=True)
@@ -126,8 +128,8 @@ def posterior_of(trial: Trial) -> Posterior:
     return Posterior(tuple(ordered), tuple(float(p) for p in every - logsumexp(every)))
 
 
-def exchanged_for_pairs(trial: Trial, members: Set) -> Posterior:
-    """The posterior with those sets, too, in which two effects stand for one of ``members``: those that do best there alone."""
+def look_at_pairs(trial: Trial, members: Set) -> None:
+    """Work out the sets in which two effects stand for one of ``members``, those that do best there alone; the posterior then has them."""
     for out in members:
         kept = tuple(e for e in members if e != out)
         others = [e for e in range(len(trial.evidence.of.effects)) if e not in members]
@@ -135,7 +137,6 @@ def exchanged_for_pairs(trial: Trial, members: Set) -> Posterior:
         for pair in combinations(alone[:PAIRS], 2):
             if trial.allowed((*kept, *pair)):
                 trial.log_posterior(tuple(sorted((*kept, *pair))))
-    return posterior_of(trial)
 
 
 def _pairs(trial: Trial, n: range) -> Iterator[Set]:

@@ -1,5 +1,6 @@
 """The search over sets finds what was planted, alone, together, and nothing where nothing was."""
 
+from dataclasses import replace
 from itertools import combinations
 from typing import Any, cast
 
@@ -7,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from estimator.diagnosis.selection.path import At, believed, overrated
+from estimator.diagnosis.selection.path import At, judged_by, overrated
 from estimator.diagnosis.selection.search import EXPECTED, MOST, UNKNOWN, Trial, searched
 from tests.estimator.diagnosis.selection.made_quadratics import Made, evidence_of
 
@@ -114,7 +115,7 @@ def test_a_set_that_refits_refused_is_as_probable_as_they_say() -> None:
     at = At(cast("Any", None), cast("Any", None), trial, searched(trial), ())
     assert at.posterior.best == (0, 1)
     refused = tuple(overrated(at, members, gained) for members, gained in (((0,), -5.0), ((0, 1), -np.inf)))
-    told = believed(at, overrated=refused, fitted=()).posterior
+    told = judged_by(at, replace(at.trial, overrated=refused, fitted=())).posterior
     assert told.best == ()
     assert told.probability(0) == pytest.approx(np.exp(-5.0) / (2.0 + np.exp(-5.0)))
     assert told.probability(1) == pytest.approx(1.0 / (2.0 + np.exp(-5.0)))
