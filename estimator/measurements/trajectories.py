@@ -199,8 +199,15 @@ def _shifted(equations: SequenceEquations) -> Array:
 
 
 def _freedom(task: TrajectoryTask, equations: SequenceEquations) -> float:
-    """Independent numbers of a sequence beside those of its own flight."""
-    measured = float(np.sum(equations.errors.seen / task.repeats))
+    """Independent numbers of a sequence beside those of its own flight: what :func:`_marginal` is expected to be where the model is right.
+
+    Of noise that repeats, a row has a part of a number; along the motion, where random times are independent, nearly one.
+    """
+    errors = equations.errors
+    weight = errors.seen / task.repeats
+    square = weight * (errors.rate * errors.jitter_s) ** 2
+    shifted = square.sum(axis=1)
+    measured = float(weight.sum() + np.sum((shifted - np.sum(weight * square, axis=1)) / (1.0 + shifted)))
     return max(measured - float(np.count_nonzero(np.diag(equations.frames.H)[:N_PARAMETERS] > 0.0)), 1.0)
 
 
