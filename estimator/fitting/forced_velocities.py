@@ -17,6 +17,8 @@ from estimator.motion.rigid_body import States, angular_velocity, inverted, rota
 from estimator.motion.rotation import quaternion
 
 Array = NDArray[np.float64]
+FORCES = ("acceleration", "torque")
+"""The links by which an effect pushes and turns a body."""
 
 
 def body_under(flight: Flight, model: Model, theta: Array, setting: Setting) -> Flight:
@@ -25,12 +27,17 @@ def body_under(flight: Flight, model: Model, theta: Array, setting: Setting) -> 
     return replace(flight, com=flight.com + change.com, inertia=flight.inertia + change.inertia)
 
 
-def forced_states(flight: Flight, steps: Array, at: tuple[Model, Array, Setting], times_s: Array) -> tuple[States, Array]:
-    """States (f, m, ·) and angular velocities (f, m, 3) at nominal ``times_s`` of the flights reached by steps (m, 21)."""
+def forced_states(
+    flight: Flight, steps: Array, at: tuple[Model, Array, Setting], times_s: Array, *, forces_at: Array | None = None
+) -> tuple[States, Array]:
+    """States (f, m, ·) and angular velocities (f, m, 3) at nominal ``times_s`` of the flights reached by steps (m, 21).
+
+    ``forces_at`` (m, q): parameters for the forces on each flight; ``None``: those of ``at``, as for everything else.
+    """
     model, theta, setting = at
     own = body_under(flight, model, theta, setting)
-    forced = any(overrides(e, "acceleration", "torque") for e in model.effects)
-    forces = ModelForces(model, np.tile(theta, (len(steps), 1)), setting) if forced else None
+    forced = any(overrides(e, *FORCES) for e in model.effects)
+    forces = ModelForces(model, np.tile(theta, (len(steps), 1)) if forces_at is None else forces_at, setting) if forced else None
     reached = states(own, steps, model.times(theta, setting, times_s), forces)
     inverse = inverted(inertia_matrix(own, own.inertia + steps[:, INERTIA]))
     omega = np.stack([angular_velocity(q, L, inverse) for q, L in zip(reached.q, reached.L, strict=True)])
@@ -51,21 +58,39 @@ def velocities_under(
     flight: Flight, model: Model, theta: Array, setting: Setting, time_s: float, *, known: NDArray[np.bool_] | None = None
 ) -> tuple[Array, Array]:
     """(v, omega) (6,) at a nominal time, and its derivative (6, 21 + q); zero by parameters of the flight that are ``known`` (21,)."""
-    times = np.array([time_s])
+    times, at = np.array([time_s]), (model, theta, setting)
     varied = np.flatnonzero(STEPS) if known is None else np.flatnonzero((STEPS > 0.0) & ~known)
-    steps = np.zeros((1 + 2 * len(varied), N_PARAMETERS))
-    steps[1 + 2 * np.arange(len(varied)), varied] = STEPS[varied]
-    steps[2 + 2 * np.arange(len(varied)), varied] = -STEPS[varied]
-    reached, omega = forced_states(flight, steps, (model, theta, setting), times)
+    pushed, carried = _columns(model)
+    size = np.concatenate([STEPS[varied], model.steps[pushed]])
+    moved = np.diag(np.concatenate([STEPS, model.steps]))[np.concatenate([varied, N_PARAMETERS + pushed])]
+    moved = np.vstack([np.zeros(N_PARAMETERS + model.size), moved, -moved])
+    steps, thetas = moved[:, :N_PARAMETERS], theta + moved[:, N_PARAMETERS:]
+    reached, omega = forced_states(flight, steps, at, times, forces_at=thetas)
     every = np.hstack([reached.v[0], omega[0]])
+    high, low = np.split(every[1:], 2)
     J = np.zeros((6, N_PARAMETERS + model.size))
-    J[:, varied] = ((every[1::2] - every[2::2]) / (2.0 * STEPS[varied])[:, None]).T
-    for column, step in enumerate(model.steps):
-        change = np.zeros(model.size)
-        change[column] = step
-        high, low = (_velocity(flight, (model, theta + sign * change, setting), times) for sign in (1.0, -1.0))
-        J[:, N_PARAMETERS + column] = (high - low) / (2.0 * step)
+    J[:, np.concatenate([varied, N_PARAMETERS + pushed])] = ((high - low) / (2.0 * size)[:, None]).T
+    for column in carried:
+        J[:, N_PARAMETERS + column] = _derivative(flight, at, times, int(column))
     return every[0], J
+
+
+def _columns(model: Model) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Parameters of effects that only push, and of those that change the body or the clock; no other changes how a body moves."""
+    columns = [(e, np.arange(part.start, part.stop)) for e, part in zip(model.effects, model.slices, strict=True)]
+    carried = [each for e, each in columns if overrides(e, "body", "times")]
+    pushed = [each for e, each in columns if overrides(e, "air", *FORCES) and not overrides(e, "body", "times")]
+    none = np.zeros(0, dtype=np.int64)
+    return np.concatenate([none, *pushed]), np.concatenate([none, *carried])
+
+
+def _derivative(flight: Flight, at: tuple[Model, Array, Setting], times_s: Array, column: int) -> Array:
+    """Derivative (6,) of (v, omega) by one of the model's parameters."""
+    model, theta, setting = at
+    change = np.zeros(model.size)
+    change[column] = model.steps[column]
+    high, low = (_velocity(flight, (model, theta + sign * change, setting), times_s) for sign in (1.0, -1.0))
+    return np.asarray((high - low) / (2.0 * model.steps[column]))
 
 
 def _velocity(flight: Flight, at: tuple[Model, Array, Setting], times_s: Array) -> Array:

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import gammaln
 
 from datasets.estimate import FrameReport
 from estimator.diagnosis.noise_floor import NoiseFloor
@@ -102,11 +103,15 @@ class Trajectories:
         return sequence.with_noise(noise)
 
     def log_density(self, campaign: Campaign, equations: Sequence[SequenceEquations]) -> float:
-        """Student's density of every sequence [O'Hagan and Forster 2004, ch. 11], its rows' random shifts in time integrated."""
-        freedom = np.array([_freedom(task, each) for task, each in zip(campaign.sequences, equations, strict=True)])
-        misfits = _misfits(campaign, equations)
+        """Student's density of every sequence [O'Hagan and Forster 2004, ch. 11], its rows' random shifts in time integrated.
+
+        Over that of numbers of variance one: how many independent ones there are depends on the model where noise repeats.
+        """
+        n = np.array([_freedom(task, each) for task, each in zip(campaign.sequences, equations, strict=True)])
+        half, misfits = 0.5 * (NOISE_FREEDOM + n), _misfits(campaign, equations)
         spread = sum(float(np.sum(np.log1p(_shifted(each)))) for each in equations)
-        return float(np.sum(-0.5 * (NOISE_FREEDOM + freedom) * np.log1p(misfits / NOISE_FREEDOM))) - 0.5 * spread
+        scale = gammaln(half) - gammaln(0.5 * NOISE_FREEDOM) - 0.5 * n * np.log(0.5 * NOISE_FREEDOM)
+        return float(np.sum(scale - half * np.log1p(misfits / NOISE_FREEDOM))) - 0.5 * spread
 
     def squares(self, equations: Sequence[SequenceEquations]) -> float:
         """Of what random shifts of the rows' times do not explain."""
