@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from datasets.covariances import check_covariance
 from datasets.errors import InputError
 from datasets.json_documents import Document, read_document, write_document
 from datasets.observation_files import camera_entry, camera_of_entry
@@ -75,11 +76,7 @@ def _covariance(path: Path, key: str, rows: Any, size: int) -> Array | None:
     if len(rows) != size or any(len(row) != size for row in rows):
         raise InputError(f"{path}: at $.{key}: expected {size} rows of {size} numbers, got another shape.")
     matrix = np.array(rows, dtype=np.float64)
-    deviations = np.sqrt(np.maximum(np.diag(matrix), 0.0))
-    with np.errstate(over="ignore", invalid="ignore"):
-        sound = np.all(np.abs(matrix - matrix.T) <= 1e-6 * np.outer(deviations, deviations)) and bool(np.all(np.diag(matrix) >= 0))
-    if not sound:
-        raise InputError(f"{path}: at $.{key}: expected a covariance (symmetric, no negative variance), got another matrix.")
+    check_covariance(matrix, f"{path}: at $.{key}")
     return matrix
 
 

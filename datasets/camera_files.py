@@ -39,7 +39,8 @@ def read_camera(path: Path, number: int = 0) -> HsvCamera:
     if told is not None:
         if not told.cameras:
             raise InputError(f"{path}: expected a calibration with a camera, got one of gravity alone.")
-        return told.cameras[min(number, len(told.cameras) - 1)]
+        number = min(number, len(told.cameras) - 1)
+        return told.camera(number) if isinstance(told, Calibration) else told.cameras[number]
     table = _table(path)
     alone = {key: table[key] for key in table if key not in (*BESIDE, *POSED)}
     entry = {
@@ -54,8 +55,8 @@ def read_camera(path: Path, number: int = 0) -> HsvCamera:
     return camera_of_entry(entry)
 
 
-def read_gravity(path: Path) -> Float[NDArray[np.float64], "3"]:
-    """The acceleration of gravity (3,) m/s2 in the first camera's frame.
+def read_gravity(path: Path) -> tuple[Float[NDArray[np.float64], "3"], Float[NDArray[np.float64], "3 3"] | None]:
+    """The acceleration of gravity (3,) m/s2 in the first camera's frame, and its covariance (3, 3) where there is one.
 
     Raises
     ------
@@ -66,10 +67,10 @@ def read_gravity(path: Path) -> Float[NDArray[np.float64], "3"]:
     if told is not None:
         if told.gravity_world is None:
             raise InputError(f"{path}: expected a calibration with gravity, got one of cameras alone.")
-        return told.gravity_world
+        return told.gravity_world, told.gravity_covariance
     table = _table(path)
     _check(path, {"gravity_world": table.get("gravity_world")})
-    return np.array(table["gravity_world"], dtype=np.float64)
+    return np.array(table["gravity_world"], dtype=np.float64), None
 
 
 def calibration_at(path: Path) -> Calibration | None:

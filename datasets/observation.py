@@ -76,8 +76,9 @@ class Observation:
 
     ``recordings[c]`` belongs to ``cameras[c]`` and has one entry per time of ``clock``;
     ``view_recording`` has one entry per view. ``gravity_world`` in m/s². ``mass_kg`` only where it was weighed.
-    ``plate``: the plate that the particle falls on, where its plane was measured. ``plate_outlines``: where the plate is seen in each
-    camera's background (one per camera, ``None`` where it is not; no entries: nowhere); within it no outline can be told.
+    ``gravity_covariance`` (3, 3): where it was measured with one. ``plate``: the plate that the particle falls on, where its plane was
+    measured. ``plate_outlines``: where the plate is seen in each camera's background (one per camera, ``None`` where it is not; no entries:
+    nowhere); within it no outline can be told.
 
     ``companion``: a second particle. Pictures then show two outlines where the two are apart and one where they are not:
     ``further_recordings[c]`` has the smaller outline of each picture of ``recordings[c]``, empty where there is but one. Whose an outline
@@ -98,4 +99,5 @@ class Observation:
     plate_outlines: tuple[Outline | None, ...] = ()
     companion: Companion | None = None
     further_recordings: tuple[Recording, ...] = ()
+    gravity_covariance: Array | None = None
     notes: tuple[str, ...] = ()

@@ -73,6 +73,8 @@ def write_observation(obs: Observation, folder: Path) -> None:
         "mass_kg": obs.mass_kg,
         "views": views,
     }
+    if obs.gravity_covariance is not None:
+        content["gravity_covariance"] = obs.gravity_covariance
     if obs.plate is not None:
         content["plate"] = state_entries.plate_entry(obs.plate)
     if obs.companion is not None:
@@ -106,6 +108,7 @@ def read_observation(folder: Path) -> Observation:
         plate_outlines=_plate_outlines(document["cameras"]),
         companion=_companion(document["companion"], folder) if "companion" in document else None,
         further_recordings=_further_recordings(document, folder),
+        gravity_covariance=_array(document["gravity_covariance"]) if "gravity_covariance" in document else None,
     )
     check_observation(obs, folder / FILE)
     return with_rotations(obs, folder / FILE)
@@ -146,17 +149,25 @@ def _intrinsics(entry: Document) -> Intrinsics:
 
 def camera_entry(camera: HsvCamera) -> Document:
     """A high-speed camera's entry in a document, without its recording."""
-    return {
+    entry = {
         "name": camera.name,
         "intrinsics": _intrinsics_entry(camera.intrinsics),
         "R_cam_world": camera.R_cam_world,
         "t_cam_world": camera.t_cam_world,
     }
+    return entry if camera.lens_covariance is None else {**entry, "lens_covariance": camera.lens_covariance}
 
 
 def camera_of_entry(entry: Document) -> HsvCamera:
     """A high-speed camera from its entry in a document that fits the schema."""
-    return HsvCamera(entry["name"], _intrinsics(entry["intrinsics"]), _array(entry["R_cam_world"]), _array(entry["t_cam_world"]))
+    spread = entry.get("lens_covariance")
+    return HsvCamera(
+        entry["name"],
+        _intrinsics(entry["intrinsics"]),
+        _array(entry["R_cam_world"]),
+        _array(entry["t_cam_world"]),
+        None if spread is None else _array(spread),
+    )
 
 
 def _plate_outline_entry(outline: Outline | None) -> Document:

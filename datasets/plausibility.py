@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from datasets.covariances import check_covariance
 from datasets.errors import InputError
 from datasets.observation import CalibratedView, Frames, Observation, Recording
 from datasets.plausible_pace import check_pace
@@ -53,6 +54,8 @@ def check_observation(obs: Observation, path: Path) -> None:
     _check_names(obs, path)
     _check_clock(obs, path)
     _check_gravity(obs.gravity_world, path)
+    if obs.gravity_covariance is not None:
+        check_covariance(obs.gravity_covariance, f"{path}: at $.gravity_covariance")
     if obs.mass_kg is not None and not 0 < obs.mass_kg < HEAVIEST_KG:
         raise InputError(f"{path}: at $.mass_kg: expected kilograms below {HEAVIEST_KG:g}, came {obs.mass_kg:g}; is it in grams?")
     times = len(obs.clock.times_s)
@@ -161,6 +164,8 @@ def check_camera(camera: HsvCamera, where: str) -> None:
     """
     _check_pose(camera.R_cam_world, camera.t_cam_world, where, "world")
     _check_intrinsics(camera.intrinsics, f"{where}.intrinsics")
+    if camera.lens_covariance is not None:
+        check_covariance(camera.lens_covariance, f"{where}.lens_covariance")
 
 
 def _check_intrinsics(intrinsics: Intrinsics, where: str) -> None:

@@ -15,6 +15,7 @@ from datasets.estimate import Estimate, Status
 from datasets.observation import Frames, Observation
 from estimator.configuration import Configuration
 from estimator.fitting.adequacy import misfit
+from estimator.fitting.calibration_share import CalibrationShare, calibration_share
 from estimator.fitting.flight_starts import at_time, best_spin, best_start, flight_of_track, starts_along
 from estimator.fitting.focal_refinement import FocalRefined, refine_with_focal
 from estimator.fitting.focal_search import FocalPrior
@@ -22,12 +23,12 @@ from estimator.fitting.levenberg_marquardt import Outcome, Solution
 from estimator.fitting.noise_model import measured_noise
 from estimator.fitting.pose_refinement import Views
 from estimator.fitting.pose_search import FoundPoses, SearchEffort, search_pose
-from estimator.fitting.refinement import NothingSeen, Refined, Refinement, refine_flight
+from estimator.fitting.refinement import NothingSeen, Refined, Refinement, refine_flight, with_noise_of
 from estimator.fitting.tracking import Track, track
-from estimator.fitting.trajectory import FitTask, Prior, Sightings, errors_of, fit, fit_growing, particle_poses
+from estimator.fitting.trajectory import FitTask, Prior, Sightings, errors_of, fit, fit_growing, particle_poses, unbiased_errors
 from estimator.fitting.viewing_angles import with_clear_angles
 from estimator.geometry.silhouettes import silhouettes
-from estimator.motion.flight import N_PARAMETERS, Flight, poses
+from estimator.motion.flight import N_PARAMETERS, Flight, poses, poses_and_sensitivity
 from estimator.motion.rigid_body import RanAway
 from estimator.motion.rotation import rotation_vector
 from estimator.outlines.behind_plate import beside_plate
@@ -139,7 +140,9 @@ def _estimated(observation: Observation, tracks: tuple[OutlineTrack, ...], parti
     status, message = judge(_without_the_same(biased, contest, refined, configuration), refined)
     tested = misfit(with_clear_angles(biased, flight), refined, refinement_settings(configuration)) if focal is None else None
     outcome = (status, message, tested)
-    return converged_estimate(observation, tracks, (particle, found), refined, outcome, configuration=configuration, focal=focal)
+    share = None if focal is not None else calibration_of(biased, observation, refined.flight, configuration)
+    shown = (particle, found)
+    return converged_estimate(observation, tracks, shown, refined, outcome, configuration=configuration, focal=focal, share=share)
 
 
 def tracks_of(observation: Observation) -> tuple[OutlineTrack, ...]:
@@ -192,6 +195,17 @@ def refined_flight(task: FitTask, flight: Flight, configuration: Configuration) 
         return refine_flight(task, flight, settings), None
     focal = refine_with_focal(task, flight, settings, FocalPrior(configuration.focal_prior))
     return focal.refined, focal
+
+
+def calibration_of(task: FitTask, observation: Observation, flight: Flight, configuration: Configuration) -> CalibrationShare | None:
+    """What the stated uncertainty of camera and gravity adds to that of a refined flight."""
+    if observation.gravity_covariance is None and all(camera.lens_covariance is None for camera in observation.cameras):
+        return None
+    settings = refinement_settings(configuration)
+    task = with_clear_angles(task, flight)
+    predicted, _ = poses_and_sensitivity(flight, task.sightings.times_s)
+    task, _ = with_noise_of(task, unbiased_errors(task, flight, predicted))
+    return calibration_share(task, flight, settings, observation.gravity_covariance)
 
 
 def refinement_settings(configuration: Configuration) -> Refinement:

@@ -13,6 +13,7 @@ from datasets.observation import Observation
 from datasets.vocabulary.state import Motion
 from estimator.configuration import Configuration
 from estimator.fitting.adequacy import Misfit
+from estimator.fitting.calibration_share import CalibrationShare, calibration_sentence, calibration_statistics
 from estimator.fitting.focal_refinement import FocalRefined
 from estimator.fitting.pose_search import FoundPoses
 from estimator.fitting.refinement import Refined
@@ -61,10 +62,12 @@ def converged_estimate(
     *,
     configuration: Configuration,
     focal: FocalRefined | None = None,
+    share: CalibrationShare | None = None,
 ) -> Estimate:
     """The estimate of a fit that ended with a flight; its numbers are left out where the status says that there is no convergence.
 
     ``outcome``: status, message and the test of the residuals. ``focal``: the focal length, where it was measured.
+    ``share``: what the stated uncertainty of camera and gravity adds.
     """
     particle, found = seen
     status, message, tested = outcome
@@ -85,6 +88,10 @@ def converged_estimate(
     if status is Status.NO_CONVERGENCE:
         return Estimate(name=observation.name, status=status, message=message, **told)
     times = observation.clock.times_s
+    middle = _velocity(refined, float(times[(len(times) - 1) // 2]), share)
+    if share is not None:
+        statistics["calibration"] = calibration_statistics(refined, share, middle)
+        message = " ".join(part for part in (message, calibration_sentence(statistics["calibration"])) if part)
     if observation.mass_kg is not None:
         statistics["momenta"] = _momenta(refined.flight, particle, observation.mass_kg, float(times[(len(times) - 1) // 2]))
     return Estimate(
@@ -93,11 +100,11 @@ def converged_estimate(
         message=message,
         body=fitted_body(refined.flight),
         motion=motion_of(refined.flight, times),
-        start=_velocity(refined, float(times[0])),
-        middle=_velocity(refined, float(times[(len(times) - 1) // 2])),
+        start=_velocity(refined, float(times[0]), share),
+        middle=middle,
         parameters=NAMES if focal is None else (*NAMES, "log_focal_factor"),
         values=flight_values(refined.flight) if focal is None else np.append(flight_values(refined.flight), focal.log_factor),
-        covariance=refined.covariance if focal is None else focal.covariance,
+        covariance=_covariance(refined, share) if focal is None else focal.covariance,
         bound=refined.bound if focal is None else focal.bound,
         **told,
     )
@@ -139,10 +146,17 @@ SILENT = 0.8
 """A standard deviation above this share of the prior's means that the pictures had little to say."""
 
 
-def _velocity(refined: Refined, time_s: float) -> VelocityEstimate:
+def _covariance(refined: Refined, share: CalibrationShare | None) -> Array:
+    """Covariance (21, 21) of the flight's parameters, the calibration's share in it."""
+    return refined.covariance if share is None else refined.covariance + share.parameters @ share.parameters.T
+
+
+def _velocity(refined: Refined, time_s: float, share: CalibrationShare | None = None) -> VelocityEstimate:
     v, omega = velocities(refined.flight, np.zeros((1, N_PARAMETERS)), time_s)
     J = velocity_sensitivity(refined.flight, time_s)
     covariance, bound = J @ refined.covariance @ J.T, J @ refined.bound @ J.T
+    if share is not None:
+        covariance = covariance + share.covariance(J, time_s - refined.flight.time_s)
     return VelocityEstimate(time_s, v[0], omega[0], 0.5 * (covariance + covariance.T), 0.5 * (bound + bound.T))
 
 

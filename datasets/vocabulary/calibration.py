@@ -1,6 +1,6 @@
 """Calibrated cameras with the covariance of all their parameters, and how it was checked."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
@@ -61,3 +61,11 @@ class Calibration:
     gravity_world: Float[NDArray[np.float64], "3"] | None = None
     gravity_covariance: Float[NDArray[np.float64], "3 3"] | None = None
     notes: tuple[str, ...] = ()
+
+    def camera(self, number: int) -> HsvCamera:
+        """One of the cameras, with the covariance of its lens."""
+        if self.covariance is None:
+            return self.cameras[number]
+        names = parameter_names(len(self.cameras))
+        rows = [names.index(f"{number}.{name}") for name in LENS]
+        return replace(self.cameras[number], lens_covariance=self.covariance[np.ix_(rows, rows)])

@@ -4,7 +4,7 @@
 ``u = fx x_d + cx``. [Brown 1971; the OpenCV calibration model]. Valid for moderate distortion, where the map is one to one.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -39,6 +39,16 @@ class Intrinsics:
         """The calibration matrix (px)."""
         return np.array([[self.fx_px, 0.0, self.cx_px], [0.0, self.fy_px, self.cy_px], [0.0, 0.0, 1.0]])
 
+    @property
+    def numbers(self) -> Float[NDArray[np.float64], "9"]:
+        """fx, fy, cx, cy (px), k1, k2, p1, p2, k3."""
+        return np.array([self.fx_px, self.fy_px, self.cx_px, self.cy_px, *self.distortion])
+
+    def with_numbers(self, numbers: Float[NDArray[np.float64], "9"]) -> "Intrinsics":
+        """The same picture through the lens of other :attr:`numbers`."""
+        fx, fy, cx, cy, k1, k2, p1, p2, k3 = map(float, numbers)
+        return replace(self, fx_px=fx, fy_px=fy, cx_px=cx, cy_px=cy, distortion=(k1, k2, p1, p2, k3))
+
     def project(self, points_cam: Float[NDArray[np.float64], "n 3"]) -> Float[NDArray[np.float64], "n 2"]:
         """Pixel coordinates (px) of points in camera coordinates (m), distortion included."""
         xy = points_cam[:, :2] / points_cam[:, 2:]
@@ -66,9 +76,13 @@ class Intrinsics:
 
 @dataclass(frozen=True)
 class HsvCamera:
-    """A high-speed video camera; ``R_cam_world`` (3, 3), ``t_cam_world`` (3,) m map world to camera coordinates."""
+    """A high-speed video camera; ``R_cam_world`` (3, 3), ``t_cam_world`` (3,) m map world to camera coordinates.
+
+    ``lens_covariance`` (9, 9): that of fx, fy, cx, cy (px), k1, k2, p1, p2, k3, where its calibration states one.
+    """
 
     name: str
     intrinsics: Intrinsics
     R_cam_world: Array
     t_cam_world: Array
+    lens_covariance: Array | None = None

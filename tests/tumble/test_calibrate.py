@@ -184,3 +184,15 @@ def test_a_rig_of_others_is_read_and_checked(tmp_path: Path, capsys: pytest.Capt
     assert main(["calibrate", *words, "--size", "320x240", "--out", str(out)]) == 0
     assert "not stated" in capsys.readouterr().out
     np.testing.assert_allclose(read_calibration(out).cameras[1].t_cam_world, [0.1, 0.0, 0.0], atol=1e-12)
+
+
+def test_a_camera_of_a_calibration_says_how_sure_it_is(boards: Path, tmp_path: Path) -> None:
+    rig = tmp_path / "rig"
+    assert main(["calibrate", "rig", str(boards / "cam0"), str(boards / "cam1"), *WORDS, "--out", str(rig)]) == 0
+    made = read_calibration(rig)
+    assert made.covariance is not None
+    for number, first in ((0, 0), (1, 9)):
+        spread = read_camera(rig, number).lens_covariance
+        assert spread is not None
+        np.testing.assert_array_equal(spread, made.covariance[first : first + 9, first : first + 9])
+    assert all(camera.lens_covariance is None for camera in made.cameras)

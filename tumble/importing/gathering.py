@@ -71,7 +71,7 @@ def gather(videos: Sequence[Path], request: Request, *, decode: bool = True) -> 
     particle = None if request.particle is None else _particle(request.particle)
     gravity = None if request.gravity is None else _gravity(request.gravity, cameras)
     values += [] if request.particle is None or particle is None else [_views_value(request.particle, particle)]
-    values += [] if gravity is None else [gravity[1]]
+    values += [] if gravity is None else [gravity[2]]
     missing += ([] if particle is not None else [PARTICLE]) + ([] if gravity is not None else [GRAVITY])
     observation = None
     if clock is not None and particle is not None and gravity is not None and not missing:
@@ -84,6 +84,7 @@ def gather(videos: Sequence[Path], request: Request, *, decode: bool = True) -> 
             views=particle.views,
             view_recording=particle.view_recording,
             mass_kg=particle.mass_kg,
+            gravity_covariance=gravity[1],
         )
     every = [*(value for source in sources for value in source.values), *values]
     said = [*(remark for source in sources for remark in source.remarks), *remarks]
@@ -109,7 +110,11 @@ def _camera(path: Path, sources: Sequence[Source], number: int) -> HsvCamera:
 
 
 def _lens(camera: HsvCamera) -> str:
-    return f"focal length {camera.intrinsics.fx_px:.1f} x {camera.intrinsics.fy_px:.1f} px"
+    words = f"focal length {camera.intrinsics.fx_px:.1f} x {camera.intrinsics.fy_px:.1f} px"
+    if camera.lens_covariance is None:
+        return f"{words}, how sure it is not stated"
+    sigma = np.sqrt(camera.lens_covariance[0, 0]) / camera.intrinsics.fx_px
+    return f"{words} ± {100.0 * sigma:.2g} %"
 
 
 def _particle(path: Path) -> Observation:
@@ -125,18 +130,19 @@ def _views_value(path: Path, particle: Observation) -> Value:
     return Value("particle", f"{len(particle.views)} calibrated views{weighed}", str(path.resolve()), Origin.GIVEN, f"--particle {path}")
 
 
-def _gravity(said: str, cameras: Sequence[HsvCamera]) -> tuple[Array, Value]:
-    """Gravity (3,) m/s2 in the world frame, which is the first camera's unless its calibration says otherwise."""
+def _gravity(said: str, cameras: Sequence[HsvCamera]) -> tuple[Array, Array | None, Value]:
+    """Gravity (3,) m/s2 in the world frame, which is the first camera's unless its calibration says otherwise; its covariance, if any."""
+    covariance = None
     if said == "down":
         R = cameras[0].R_cam_world if cameras else np.eye(3)
         vector, origin = R.T @ np.array([0.0, STANDARD_GRAVITY_MS2, 0.0]), Origin.ASSUMED
         note = "--gravity down: standard gravity along the picture's columns, the camera taken to be level"
     elif Path(said).exists():
-        vector, origin, note = read_gravity(Path(said)), Origin.GIVEN, f"--gravity {said}"
+        (vector, covariance), origin, note = read_gravity(Path(said)), Origin.GIVEN, f"--gravity {said}"
     else:
         vector, origin, note = _numbers(said), Origin.GIVEN, "--gravity"
     shown = ", ".join(f"{component:.4f}" for component in vector)
-    return vector, Value("gravity", f"({shown}) m/s2", vector.tolist(), origin, note)
+    return vector, covariance, Value("gravity", f"({shown}) m/s2", vector.tolist(), origin, note)
 
 
 def _numbers(said: str) -> Array:

@@ -1,0 +1,140 @@
+"""What the uncertainty of the camera's calibration, and of measured gravity, adds to that of a flight.
+
+A calibration is not estimated again from a flight, it is considered [Schmidt 1966; Bierman 1977, ch. 8]: with ``H`` the normal matrix at
+the fitted flight, ``W`` the weighed derivatives and ``e(p)`` the errors, a lens or a gravity that is off by ``d`` moves the fit by
+``-H⁻¹ Wᵀ (de/dp) d``. For ``d`` the columns of ``L``, ``L Lᵀ`` the stated covariance, that gives the columns ``A`` whose ``A Aᵀ`` is
+added to the flight's covariance. A gravity that is off enters the velocity at another time directly, too. Derivatives are central
+differences; the particle's calibrated views, whose cameras are others as a rule, say how well they agree themselves.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from datasets.estimate import VelocityEstimate
+from datasets.vocabulary.camera import HsvCamera
+from estimator.fitting.refinement import Linearised, Refined, Refinement, linearise, scaled_inverse
+from estimator.fitting.trajectory import FitTask, unbiased_errors
+from estimator.fitting.within_sequence import within_equations
+from estimator.geometry.silhouettes import Silhouettes
+from estimator.motion.flight import N_PARAMETERS, Flight, poses_and_sensitivity, velocity_sensitivity
+
+Array = NDArray[np.float64]
+STEP = 0.01
+"""Of the central differences, in standard deviations of the calibration: one of those may move outlines by many times their noise."""
+
+
+@dataclass(frozen=True)
+class CalibrationShare:
+    """Moves ``parameters`` (21, c) of a flight with each of c independent errors of the calibration, one standard deviation of each.
+
+    ``gravity`` (3, c) m/s2: by how much the true gravity is then another.
+    """
+
+    parameters: Array
+    gravity: Array
+
+    def covariance(self, J: Array, since_s: float) -> Array:
+        """What it adds to the covariance (6, 6) of (v, omega), of derivatives ``J`` (6, 21), ``since_s`` after the flight's own time."""
+        moved = J @ self.parameters
+        moved[:3] += since_s * self.gravity
+        return np.asarray(moved @ moved.T)
+
+
+def calibration_share(
+    task: FitTask, flight: Flight, settings: Refinement, gravity_covariance: Array | None = None
+) -> CalibrationShare | None:
+    """The share of a calibration in a refined flight; ``None`` where no uncertainty is stated."""
+    cameras = enumerate(task.sightings.cameras)
+    lenses = [_through(task, flight, (number, column)) for number, camera in cameras for column in _lens_errors(camera)]
+    pulls = [] if gravity_covariance is None else list(_columns(gravity_covariance))
+    if not (lenses or pulls):
+        return None
+    at = linearise(task, flight, settings)
+    inverse = scaled_inverse(at.H)
+
+    def moved(other: Callable[[float], tuple[FitTask, Flight]]) -> Array:
+        (high, high_within), (low, low_within) = (_seen(*other(sign * STEP), at, settings) for sign in (1.0, -1.0))
+        change = np.where(np.isfinite(high - low), high - low, 0.0)
+        change_of_gradient = np.einsum("nksp,nks->p", at.frames.weighted, change) + high_within - low_within
+        return np.asarray(-inverse @ change_of_gradient / (2.0 * STEP))
+
+    columns = [moved(other) for other in (*lenses, *(_under(task, flight, pull) for pull in pulls))]
+    gravity = np.zeros((3, len(lenses) + len(pulls)))
+    gravity[:, len(lenses) :] = np.array(pulls).reshape(-1, 3).T
+    return CalibrationShare(np.array(columns).reshape(-1, N_PARAMETERS).T, gravity)
+
+
+def _seen(task: FitTask, flight: Flight, at: Linearised, settings: Refinement) -> tuple[Array, Array]:
+    """Errors (n, k, 2) px of the pairs with views, NaN where there is none, and the gradient (21,) of those within the sequence."""
+    predicted, _ = poses_and_sensitivity(flight, task.sightings.times_s)
+    errors = unbiased_errors(task, flight, predicted)
+    within = within_equations(task, flight, predicted, at.S, most_pairs=settings.within_pairs, floor_px=settings.floor_px)
+    return np.where(errors.told[..., :2], errors.error[..., :2], np.nan), within.g
+
+
+def _columns(covariance: Array) -> Iterator[Array]:
+    """Independent errors (n,) each, one standard deviation large, whose squares sum to a covariance (n, n)."""
+    scale = np.sqrt(np.diag(covariance))
+    scale[scale == 0.0] = 1.0
+    values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
+    for value, vector in zip(values, vectors.T, strict=True):
+        if value > 0.0:
+            yield np.sqrt(value) * scale * vector
+
+
+def _lens_errors(camera: HsvCamera) -> Sequence[Array]:
+    return [] if camera.lens_covariance is None else list(_columns(camera.lens_covariance))
+
+
+def _through(task: FitTask, flight: Flight, error: tuple[int, Array]) -> Callable[[float], tuple[FitTask, Flight]]:
+    """The task as one camera would have it whose lens is off by so many times an ``error`` (its number, (9,))."""
+    number, off = error
+    given, first = task.sightings.cameras[number].intrinsics, task.sightings.silhouettes
+    own = np.flatnonzero(task.sightings.camera == number)
+    rows = _rows(first, own)
+
+    def through(times: float) -> tuple[FitTask, Flight]:
+        lens = given.with_numbers(given.numbers + times * off)
+        xy, focal = first.xy.copy(), first.focal_px.copy()
+        xy[rows], focal[own] = lens.normalise(first.points_px[rows]), (lens.fx_px, lens.fy_px)
+        return replace(task, sightings=replace(task.sightings, silhouettes=replace(first, xy=xy, focal_px=focal))), flight
+
+    return through
+
+
+def _under(task: FitTask, flight: Flight, pull: Array) -> Callable[[float], tuple[FitTask, Flight]]:
+    """The flight under a gravity that is off by so many times a ``pull`` (3,)."""
+    return lambda times: (task, replace(flight, gravity_world=flight.gravity_world + times * pull))
+
+
+def _rows(hulls: Silhouettes, which: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Vertices of some hulls."""
+    parts = [np.arange(hulls.offsets[i], hulls.offsets[i + 1]) for i in which]
+    return np.concatenate([np.zeros(0, dtype=np.int64), *parts])
+
+
+def calibration_statistics(refined: Refined, share: CalibrationShare, velocity: VelocityEstimate) -> dict[str, Any]:
+    """Standard deviations of v (m/s) and omega (rad/s) at a time, root sums of squares, by the calibration alone and of all."""
+    J = velocity_sensitivity(refined.flight, velocity.time_s)
+    of_it = share.covariance(J, velocity.time_s - refined.flight.time_s)
+    names = (("v_ms", slice(0, 3)), ("omega_rads", slice(3, 6)))
+    return {name: {"calibration": _size(of_it[part, part]), "all": _size(velocity.covariance[part, part])} for name, part in names}
+
+
+def calibration_sentence(shares: dict[str, Any]) -> str:
+    """Where the calibration has the larger share of a variance, that it has; nothing otherwise."""
+    told = (("v_ms", "v", "m/s"), ("omega_rads", "ω", "rad/s"))
+    limited = [
+        f"{name} (± {shares[key]['calibration']:.2g} of ± {shares[key]['all']:.2g} {unit})"
+        for key, name, unit in told
+        if 2.0 * shares[key]["calibration"] ** 2 > shares[key]["all"] ** 2
+    ]
+    return f"The stated calibration, not the outlines, limits {' and '.join(limited)}." if limited else ""
+
+
+def _size(covariance: Array) -> float:
+    return float(np.sqrt(np.trace(covariance)))
