@@ -77,7 +77,7 @@ def test_a_good_recording(good: Path, tmp_path: Path, capsys: pytest.CaptureFixt
     assert f"next: tumble estimate {good}" in said
     page = (tmp_path / "out" / f"{NAME}.check.html").read_text()
     assert "Nothing speaks against a measurement." in page
-    assert page.count("data:image/jpeg") == FRAMES + 1
+    assert page.count("data:image/webp") == FRAMES + 1
     assert page.count("<polygon") == FRAMES + 12
     assert "promised: each component of omega" in page
     assert "http://" not in page.replace("http://www.w3.org", "")

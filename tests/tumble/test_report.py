@@ -13,15 +13,17 @@ from datasets.estimate import Estimate, ImpactEstimate, Status
 from datasets.observation import Observation
 from datasets.truth import Truth
 from datasets.vocabulary.outline import Outline
+from estimator.pipeline import tracks_of
 from synth.sequence import build_silhouette_sequence
 from tests.datasets.test_truth_files import impact
 from tests.tumble.made_up import made_up_estimate, small_recipe
 from tumble.cli.estimate import impact_sentence
 from tumble.environment import find_chromium
 from tumble.numbers import with_sigma
+from tumble.reports.csv_tables import TABLES
 from tumble.reports.overlay import estimated_outlines, hull_of
 from tumble.reports.page import render, write_page
-from tumble.reports.payload import flat, sequence_payload
+from tumble.reports.payload import flat, sequence_parts, sequence_payload
 from tumble.reports.record import Record
 
 
@@ -41,8 +43,8 @@ def estimates(sequences: list[tuple[Observation, Truth]]) -> list[Estimate]:
 def page(sequences: list[tuple[Observation, Truth]], estimates: list[Estimate], tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("report") / "report.html"
     pairs = zip(sequences, estimates, strict=True)
-    records = [Record(e, observation, truth, estimated_outlines(e, observation)) for (observation, truth), e in pairs]
-    write_page(records, path, title="A <report> & more")
+    records = [Record(e, o, truth, estimated_outlines(e, o), tracks_of(o), hull_of(e, o)) for (o, truth), e in pairs]
+    write_page([sequence_parts(record, most_frames=8) for record in records], path, title="A <report> & more")
     return path
 
 
@@ -119,7 +121,7 @@ def test_both_sides_of_an_impact_are_told_beside_the_true_one(
     assert after["heading"] == "Velocities right after impact 1"
     assert [row["true"] for row in before["rows"][:3]] == pytest.approx(true.v_before.tolist())
     assert [row["true"] for row in after["rows"][3:6]] == pytest.approx(true.omega_after.tolist())
-    assert "right before impact 1" in render([payload], title="t")
+    assert "right before impact 1" in render([sequence_parts(record, most_frames=8)], title="t")
     said = impact_sentence(1, measured)
     assert when in said
     assert before["rows"][6]["text"] in said
@@ -136,19 +138,19 @@ def test_a_report_without_observation_and_truth_still_says_the_numbers(estimates
     payload = sequence_payload(Record(estimates[0]), most_frames=8)
     assert payload["cameras"][0]["pictures"] == []
     assert payload["velocities"][1]["rows"][0]["true_text"] == ""
-    assert "Infinity" not in render([payload], title="t")
+    assert "Infinity" not in render([sequence_parts(Record(estimates[0]), most_frames=8)], title="t")
 
 
 def test_an_estimate_without_a_measurement_has_a_page() -> None:
     nothing = Estimate("lost", Status.NO_CONVERGENCE, "no start came below 1 px")
     payload = sequence_payload(Record(nothing), most_frames=8)
     assert payload["velocities"] == []
-    assert "no start came below 1 px" in render([payload], title="t")
+    assert "no start came below 1 px" in render([sequence_parts(Record(nothing), most_frames=8)], title="t")
 
 
 def test_the_page_refers_to_nothing_outside(page: Path) -> None:
     text = page.read_text(encoding="utf-8")
-    assert re.findall(r"""(?:src|href)\s*=\s*["'](?!data:)[^"']*""", text) == []
+    assert re.findall(r"""(?:src|href)\s*=\s*["'](?!data:|#)[^"']*""", text) == []
     assert "@import" not in text
     assert set(re.findall(r"https?://[^\s\"']+", text)) <= {"http://www.w3.org/2000/svg"}
     assert "<title>A &lt;report&gt; &amp; more</title>" in text
@@ -263,6 +265,9 @@ def test_the_page_fits_a_phone(browser: Browser) -> None:
 
 
 def test_the_embedded_data_is_json(page: Path) -> None:
-    found = re.search(r'<script type="application/json" id="data">(.*?)</script>', page.read_text(encoding="utf-8"), re.DOTALL)
-    assert found is not None
-    assert len(json.loads(found.group(1))["sequences"]) == 2
+    text = page.read_text(encoding="utf-8")
+    found = re.findall(r'<script type="application/json" id="([^"]*)">(.*?)</script>', text, re.DOTALL)
+    known = {name: json.loads(content) for name, content in found}
+    assert [known[f"sequence-{k}"]["status"] for k in range(2)] == ["converged", "ambiguous"]
+    for name in TABLES:
+        assert known[f"csv-{name}"] == (page.parent / f"{name}.csv").read_text(encoding="utf-8")
