@@ -1,7 +1,7 @@
 /* The frame, the outlines over it and the residuals between them */
 
 const FACTORS = [0, 1, 2, 5, 10, 20, 50, 100];
-const WHISKER_SHARE = 0.05; // of the picture's side, as long as the residuals of a typical frame are drawn at most
+const WHISKER_SHARE = 0.02; // of the picture's side, as long as the RMS residual of a typical frame is drawn at most
 const OUTLINE_WIDTH = 2.5;
 
 function imageOf(shown) {
@@ -60,6 +60,7 @@ function fillSeen(context, seen) {
 
 function drawWhiskers(context, canvas, shown) {
   const factor = Number(byId("exaggeration").value);
+  byId("factor").textContent = factor > 1 ? "drawn " + factor + " times as long as they are" : factor ? "as long as they are" : "not drawn";
   if (!factor) return;
   const from = onCanvas(shown.whiskers.from, shown, canvas), to = onCanvas(shown.whiskers.to, shown, canvas), px = unpacked(shown.whiskers.px);
   for (const [wide, halo] of [[4, true], [2, false]]) {
@@ -74,14 +75,15 @@ function drawWhiskers(context, canvas, shown) {
   }
 }
 
-/* The factor with which the residuals of a typical frame are well seen and no longer than their share of the picture. */
+/* The largest factor with which the RMS residual of the median frame is no longer than its share of the picture. */
 function fittingFactor() {
-  const shown = camera().pictures.filter((entry) => entry.whiskers);
-  if (!shown.length) return 0;
-  const largest = shown.map((entry) => Math.max(...unpacked(entry.whiskers.px).map(Math.abs)) / SETTINGS.distance_steps / entry.window[2]).sort((a, b) => a - b);
-  const typical = largest[Math.floor(largest.length / 2)];
+  const shares = camera().pictures.filter((entry) => entry.whiskers).map((entry) => rms(unpacked(entry.whiskers.px)) / SETTINGS.distance_steps / entry.window[2]);
+  if (!shares.length) return 0;
+  const typical = shares.sort((a, b) => a - b)[Math.floor(shares.length / 2)];
   return FACTORS.filter((factor) => factor * typical <= WHISKER_SHARE).pop() || 1;
 }
+
+const rms = (values) => Math.sqrt(values.reduce((total, value) => total + value * value, 0) / values.length);
 
 function fillFactors() {
   const any = camera().pictures.some((entry) => entry.whiskers), best = fittingFactor();

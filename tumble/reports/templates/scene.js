@@ -3,7 +3,7 @@
 const FIRST_TURNS = { body: [0, 0], trajectory: [0.7, -0.45] };
 const turns = { body: [...FIRST_TURNS.body], trajectory: [...FIRST_TURNS.trajectory] };
 const LIGHT = [-0.4, -0.6, -0.7]; // from the upper left, towards the body from where it is looked at
-const ROOM = 0.62; // of half the canvas, that the body fills at most: axes reach beyond it
+const ROOM = 0.7; // of half the canvas, that the body fills at most: axes reach beyond it
 
 /* Camera axes, x right, y down, z away, turned about the upright axis and then about the level one. */
 function turned(point, [yaw, pitch]) {

@@ -28,7 +28,9 @@ function pickCamera(number) {
 /* On paper the page is black on white, whatever the screen is. */
 function onPaper(printed) {
   document.documentElement.classList.toggle("paper", printed);
-  if (state.shown) show(state.frame);
+  if (!state.shown) return;
+  fillVelocities();
+  show(state.frame);
 }
 
 function listen() {
