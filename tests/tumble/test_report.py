@@ -16,9 +16,9 @@ from datasets.vocabulary.outline import Outline
 from estimator.pipeline import tracks_of
 from synth.sequence import build_silhouette_sequence
 from tests.datasets.test_truth_files import impact
+from tests.tumble.browsing import Tab, opened
 from tests.tumble.made_up import made_up_estimate, small_recipe
 from tumble.cli.estimate import impact_sentence
-from tumble.environment import find_chromium
 from tumble.numbers import with_sigma
 from tumble.reports.csv_tables import TABLES
 from tumble.reports.overlay import estimated_outlines, hull_of
@@ -166,50 +166,18 @@ def test_a_value_is_as_fine_as_its_uncertainty() -> None:
     assert with_sigma(1.5, float("nan")) == "1.5000 ± unknown"
 
 
-class Browser:
-    """A page opened from disk, and whatever it asked for."""
-
-    def __init__(self, page: object, requests: list[str], errors: list[str]) -> None:
-        self.page, self.requests, self.errors = page, requests, errors
-
-
 @pytest.fixture(scope="module")
-def browser(page: Path) -> Iterator[Browser]:
-    chromium = find_chromium()
-    if chromium is None:
-        pytest.skip("there is no Chromium here; `tumble doctor` says how to get it")
-    playwright = pytest.importorskip("playwright.sync_api")
-    with playwright.sync_playwright() as driver:
-        opened = driver.chromium.launch(executable_path=str(chromium), args=["--no-sandbox", "--disable-gpu"])
-        tab = opened.new_page(viewport={"width": 1280, "height": 900}, color_scheme="light")
-        requests: list[str] = []
-        errors: list[str] = []
-        tab.on("request", lambda request: requests.append(request.url))
-        tab.on("pageerror", lambda error: errors.append(str(error)))
-        tab.on("console", lambda message: errors.append(message.text) if message.type == "error" else None)
-        tab.goto(page.as_uri())
-        yield Browser(tab, requests, errors)
-        opened.close()
+def browser(page: Path) -> Iterator[Tab]:
+    with opened(page) as tab:
+        yield tab
 
 
-COUNT_COLOUR = """([id, red, green, blue]) => {
-  const canvas = document.getElementById(id), data = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data;
-  let count = 0;
-  for (let k = 0; k < data.length; k += 4) {
-    count += Math.abs(data[k] - red) + Math.abs(data[k + 1] - green) + Math.abs(data[k + 2] - blue) < 12 && data[k + 3] > 200;
-  }
-  return count;
-}"""
 ESTIMATED = (0xD9, 0x48, 0x0F)
 OBSERVED = (0x1C, 0x7E, 0xD6)
 TEXTS = "(query) => [...document.querySelectorAll(query)].map((cell) => cell.textContent)"
 
 
-def colour_count(browser: Browser, canvas: str, colour: tuple[int, int, int]) -> int:
-    return int(browser.page.evaluate(COUNT_COLOUR, [canvas, *colour]))
-
-
-def test_the_numbers_on_the_page_are_those_of_the_estimate(browser: Browser, estimates: list[Estimate]) -> None:
+def test_the_numbers_on_the_page_are_those_of_the_estimate(browser: Tab, estimates: list[Estimate]) -> None:
     browser.page.click('.pick[data-sequence="0"]')
     middle = estimates[0].middle
     assert middle is not None
@@ -222,19 +190,19 @@ def test_the_numbers_on_the_page_are_those_of_the_estimate(browser: Browser, est
     assert "171.5" in browser.page.inner_text("#minima")
 
 
-def test_canvases_are_drawn_and_the_outline_can_be_switched_off(browser: Browser) -> None:
+def test_canvases_are_drawn_and_the_outline_can_be_switched_off(browser: Tab) -> None:
     browser.page.click('.pick[data-sequence="0"]')
-    drawn = colour_count(browser, "player", ESTIMATED)
+    drawn = browser.colour_count("player", ESTIMATED)
     assert drawn > 500
-    assert colour_count(browser, "player", OBSERVED) > 200
-    assert colour_count(browser, "trajectory", ESTIMATED) > 50
-    assert colour_count(browser, "errors", ESTIMATED) > 50
+    assert browser.colour_count("player", OBSERVED) > 200
+    assert browser.colour_count("trajectory", ESTIMATED) > 50
+    assert browser.colour_count("errors", ESTIMATED) > 50
     browser.page.uncheck("#show-estimated")
-    assert colour_count(browser, "player", ESTIMATED) < 0.2 * drawn
+    assert browser.colour_count("player", ESTIMATED) < 0.2 * drawn
     browser.page.check("#show-estimated")
 
 
-def test_frames_can_be_stepped_and_the_view_turned(browser: Browser) -> None:
+def test_frames_can_be_stepped_and_the_view_turned(browser: Tab) -> None:
     browser.page.click('.pick[data-sequence="0"]')
     picture = "(id) => document.getElementById(id).toDataURL()"
     first, view = (browser.page.evaluate(picture, name) for name in ("player", "trajectory"))
@@ -247,18 +215,18 @@ def test_frames_can_be_stepped_and_the_view_turned(browser: Browser) -> None:
     assert browser.page.evaluate(picture, "trajectory") != view
 
 
-def test_another_sequence_can_be_picked(browser: Browser, estimates: list[Estimate]) -> None:
+def test_another_sequence_can_be_picked(browser: Tab, estimates: list[Estimate]) -> None:
     browser.page.click('.pick[data-sequence="1"]')
     assert browser.page.inner_text("#status") == "ambiguous"
     assert estimates[1].name in browser.page.inner_text("#verdict")
 
 
-def test_the_page_asks_nothing_of_a_network_and_has_no_errors(browser: Browser, page: Path) -> None:
+def test_the_page_asks_nothing_of_a_network_and_has_no_errors(browser: Tab, page: Path) -> None:
     assert [url for url in browser.requests if not url.startswith("data:")] == [page.as_uri()]
     assert browser.errors == []
 
 
-def test_the_page_fits_a_phone(browser: Browser) -> None:
+def test_the_page_fits_a_phone(browser: Tab) -> None:
     browser.page.set_viewport_size({"width": 390, "height": 800})
     assert browser.page.evaluate("() => document.documentElement.scrollWidth") <= 390
     browser.page.set_viewport_size({"width": 1280, "height": 900})

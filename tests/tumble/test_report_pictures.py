@@ -1,6 +1,8 @@
 """A report of pictures, from files to the page in a browser: outlines, residuals, the body that turns, table, print, accessibility."""
 
 import hashlib
+import re
+import shutil
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -13,22 +15,13 @@ from datasets.estimate_files import write_estimate
 from datasets.truth_files import write_truth
 from scripts.bench_estimate import as_pictures
 from synth.sequence import build_silhouette_sequence
+from tests.tumble.browsing import Tab, opened, serious_findings
 from tests.tumble.made_up import made_up_estimate
 from tests.tumble.small_drops import small_drop
 from tumble.cli.main import main
-from tumble.environment import find_chromium
 
 FRAMES = 6
 NAMES = ("drop_a", "drop_b", "drop_c")
-SERIOUS = {"serious", "critical"}
-COUNT_COLOUR = """([id, red, green, blue]) => {
-  const canvas = document.getElementById(id), data = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data;
-  let count = 0;
-  for (let k = 0; k < data.length; k += 4) {
-    count += Math.abs(data[k] - red) + Math.abs(data[k + 1] - green) + Math.abs(data[k + 2] - blue) < 12 && data[k + 3] > 200;
-  }
-  return count;
-}"""
 SEEN, OUTSIDE, INSIDE = (0x1C, 0x7E, 0xD6), (0x9C, 0x36, 0xB5), (0x08, 0x7F, 0x5B)
 NAMES_SHOWN = "() => [...document.querySelectorAll('#index tbody tr:not([hidden]) .pick')].map((button) => button.textContent)"
 DRAWN = "(id) => document.getElementById(id).toDataURL()"
@@ -56,24 +49,15 @@ def out(files: Path) -> Path:
 
 
 @pytest.fixture(scope="module")
-def tab(out: Path) -> Iterator[Any]:
-    chromium = find_chromium()
-    if chromium is None:
-        pytest.skip("there is no Chromium here; `tumble doctor` says how to get it")
-    playwright = pytest.importorskip("playwright.sync_api")
-    with playwright.sync_playwright() as driver:
-        browser = driver.chromium.launch(executable_path=str(chromium), args=["--no-sandbox", "--disable-gpu"])
-        opened = browser.new_page(viewport={"width": 1280, "height": 900}, color_scheme="light")
-        opened.faults = []
-        opened.on("pageerror", lambda error: opened.faults.append(str(error)))
-        opened.on("console", lambda message: opened.faults.append(message.text) if message.type == "error" else None)
-        opened.goto((out / "report.html").as_uri())
-        yield opened
-        browser.close()
+def opened_page(out: Path) -> Iterator[Tab]:
+    with opened(out / "report.html") as tab:
+        yield tab
 
 
-def count(tab: Any, canvas: str, colour: tuple[int, int, int]) -> int:
-    return int(tab.evaluate(COUNT_COLOUR, [canvas, *colour]))
+@pytest.fixture
+def tab(opened_page: Tab) -> Any:
+    """The page itself, for what a person does."""
+    return opened_page.page
 
 
 def test_files_that_were_read_have_their_digests(files: Path, out: Path) -> None:
@@ -84,18 +68,19 @@ def test_files_that_were_read_have_their_digests(files: Path, out: Path) -> None
     assert told == {name: hashlib.sha256(path.read_bytes()).hexdigest() for name, path in expected.items()}
 
 
-def test_the_outline_seen_in_a_picture_and_the_residuals_are_drawn(tab: Any) -> None:
+def test_the_outline_seen_in_a_picture_and_the_residuals_are_drawn(tab: Any, opened_page: Tab) -> None:
+    count = opened_page.colour_count
     tab.click('.pick[data-sequence="0"]')
-    assert count(tab, "player", SEEN) > 200
+    assert count("player", SEEN) > 200
     tab.uncheck("#show-seen")
-    assert count(tab, "player", SEEN) < 20
+    assert count("player", SEEN) < 20
     tab.check("#show-seen")
     assert "residual RMS" in tab.inner_text("#frame-label")
     tab.select_option("#exaggeration", "50")
-    whiskers = count(tab, "player", OUTSIDE) + count(tab, "player", INSIDE)
+    whiskers = count("player", OUTSIDE) + count("player", INSIDE)
     assert whiskers > 200
     tab.select_option("#exaggeration", "0")
-    assert count(tab, "player", OUTSIDE) + count(tab, "player", INSIDE) < 0.1 * whiskers
+    assert count("player", OUTSIDE) + count("player", INSIDE) < 0.1 * whiskers
 
 
 def test_the_body_is_turned_by_mouse_and_keys(tab: Any) -> None:
@@ -165,16 +150,21 @@ def test_it_prints_black_on_white(tab: Any) -> None:
     tab.emulate_media(color_scheme="light")
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_axe_finds_nothing_serious(tab: Any, scheme: str) -> None:
-    axe = pytest.importorskip("axe_playwright_python.sync_playwright").Axe()
-    tab.emulate_media(color_scheme=scheme)
-    tab.evaluate("() => document.querySelectorAll('details').forEach((part) => { part.open = true; })")
-    found = axe.run(tab).response["violations"]
-    assert [(entry["id"], entry["impact"]) for entry in found if entry["impact"] in SERIOUS] == []
-    tab.emulate_media(color_scheme="light")
+def test_axe_finds_nothing_serious(opened_page: Tab) -> None:
+    assert serious_findings(opened_page) == []
 
 
-def test_nothing_went_wrong_on_the_way(tab: Any) -> None:
-    tab.click('.pick[data-sequence="1"]')
-    assert tab.faults == []
+def test_nothing_went_wrong_on_the_way(opened_page: Tab) -> None:
+    opened_page.page.click('.pick[data-sequence="1"]')
+    assert opened_page.errors == []
+
+
+def test_a_sequence_that_cannot_be_read_is_named_and_the_page_has_the_others(
+    files: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    shutil.copytree(files, tmp_path / "some")
+    (tmp_path / "some" / "observations" / "drop_b" / "observation.json").write_text("{}")
+    words = ["report", str(tmp_path / "some" / "estimates"), "--observations", str(tmp_path / "some" / "observations")]
+    assert main([*words, "--jobs", "1", "-q", "--out", str(tmp_path / "out")]) == 1
+    assert "drop_b failed" in capsys.readouterr().err
+    assert re.findall(r'class="pick"[^>]*>([^<]*)<', (tmp_path / "out" / "report.html").read_text()) == ["drop_a", "drop_c"]
