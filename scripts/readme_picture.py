@@ -11,12 +11,12 @@ from playwright.sync_api import sync_playwright
 from datasets.errors import InputError
 from tumble.environment import find_chromium
 
-WIDTH_PX, FRAME = 1180, 12
+WIDTH_PX, FRAME = 1180, 20
 REGION = ".columns"
 
 
 def take(page: Path, target: Path) -> None:
-    """Save the region of ``page`` that shows a frame, the trajectory and the errors.
+    """Save the region of ``page`` that shows a frame, its residuals, the body and the trajectory.
 
     Raises
     ------

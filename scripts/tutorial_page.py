@@ -87,14 +87,14 @@ def page_text(result: Facts, files: Path) -> str:
     template = environment.get_template("tutorial.md.j2")
     return template.render(
         result["facts"],
-        shown=partial(_shown, result["steps"]),
+        shown=partial(shown, result["steps"]),
         written=lambda key: result["steps"][key]["written"].rstrip(),
         file=lambda name: (files / name).read_text(encoding="utf-8").rstrip(),
         percent=lambda rungs: f"{1.0 - rungs[-1]['held_out_px'] / rungs[0]['held_out_px']:.0%}",
     )
 
 
-def _shown(steps: Facts, key: str, first: int | None = None) -> str:
+def shown(steps: Facts, key: str, first: int | None = None) -> str:
     """A step as a block: its command and what it printed, or only its ``first`` lines and "…"."""
     step = steps[key]
     lines = step["printed"].splitlines()

@@ -1,16 +1,29 @@
-"""Collects what a report shows: estimates, and observations and truth where they are at hand."""
+"""Collects what a report shows: estimates, and observations and truth where they are at hand; one sequence at a time, in parallel."""
 
+import hashlib
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from datasets.estimate_files import read_estimate
+from datasets.observation import Observation
 from datasets.observation_files import read_observation
 from datasets.trajectory_files import trajectories_in
 from datasets.truth_files import FILE as TRUTH_FILE
 from datasets.truth_files import read_truth
-from tumble.reports.overlay import estimated_outlines
+from estimator.pipeline import tracks_of
+from tumble.engine import Item, Outcome, run
+from tumble.progress import progress
+from tumble.reports.overlay import estimated_outlines, hull_of
+from tumble.reports.page import pictures_each
+from tumble.reports.payload import sequence_parts
 from tumble.reports.record import Record
-from tumble.result_files import estimates_in, observations_in
+from tumble.result_files import SUFFIX, estimates_in, observations_in
 from tumble.written_files import read_run
+
+CHUNK = 1 << 20
+"""Bytes of a file that are read at once for its digest."""
 
 
 def source_of(estimates: Path) -> Path | None:
@@ -23,19 +36,62 @@ def source_of(estimates: Path) -> Path | None:
     return source if source is not None and source.exists() and not trajectories_in(source) else None
 
 
-def collect(estimates: Path, observations: Path | None, truth: Path | None) -> list[Record]:
-    """One record per estimate, by name."""
-    folders = {folder.name: folder for folder in observations_in(observations)} if observations is not None else {}
-    return [_record(path, folders, truth) for path in estimates_in(estimates)]
+def collect(
+    estimates: Path, observations: Path | None, truth: Path | None, *, out: Path, jobs: int, quiet: bool
+) -> tuple[Outcome, ...]:
+    """The parts of the page of every estimate, by name, as results of ``jobs`` processes."""
+    folders = {folder.name: str(folder) for folder in observations_in(observations)} if observations is not None else {}
+    paths = estimates_in(estimates)
+    shared = {"observations": folders, "truth": None if truth is None else str(truth), "most_frames": pictures_each(len(paths))}
+    items = [_item(path, shared, out) for path in paths]
+    with progress("report", len(items), quiet=quiet) as advance:
+        return run(report_item, items, jobs=jobs, advance=advance)
 
 
-def _record(path: Path, folders: dict[str, Path], truth: Path | None) -> Record:
+def _item(path: Path, shared: dict[str, Any], out: Path) -> Item:
+    """One sequence. Its product is never written, so that a run that goes on makes the whole page anew."""
+    name = path.name.removesuffix(SUFFIX)
+    return Item(name, {"estimate": str(path), **shared}, out / f"{name}.part")
+
+
+def report_item(payload: dict[str, Any]) -> dict[str, Any]:
+    """What the page shows of one sequence."""
+    path = Path(payload["estimate"])
     estimate = read_estimate(path)
-    observation = read_observation(folders[estimate.name]) if estimate.name in folders else None
-    known = truth is not None and (truth / estimate.name / TRUTH_FILE).is_file()
-    return Record(
-        estimate,
-        observation,
-        read_truth(truth / estimate.name) if known and truth is not None else None,
-        () if observation is None else estimated_outlines(estimate, observation),
+    folder = payload["observations"].get(estimate.name)
+    truth = None if payload["truth"] is None else Path(payload["truth"]) / estimate.name
+    known = truth is not None and (truth / TRUTH_FILE).is_file()
+    read = [Path(folder)] if folder is not None else []
+    record = Record(estimate, truth=read_truth(truth) if truth is not None and known else None)
+    if folder is not None:
+        record = _with_pictures(record, read_observation(Path(folder)))
+    digests = _digests(path, [*read, *([truth] if truth is not None and known else [])])
+    return sequence_parts(replace(record, read=digests), most_frames=payload["most_frames"])
+
+
+def _with_pictures(record: Record, observation: Observation) -> Record:
+    """The record with what was observed: the outlines seen and estimated, and the body."""
+    return replace(
+        record,
+        observation=observation,
+        outlines_px=estimated_outlines(record.estimate, observation),
+        tracks=tracks_of(observation),
+        hull=hull_of(record.estimate, observation),
     )
+
+
+def _digests(estimate: Path, folders: Sequence[Path]) -> tuple[tuple[str, str], ...]:
+    """Name and SHA-256 of the estimate and of every file in ``folders``; names are from the folder above each."""
+    files = [(estimate.name, estimate)]
+    for folder in folders:
+        root = folder.parent.parent
+        files += [(str(path.relative_to(root)), path) for path in sorted(folder.rglob("*")) if path.is_file()]
+    return tuple((name, _sha256(path)) for name, path in files)
+
+
+def _sha256(path: Path) -> str:
+    found = hashlib.sha256()
+    with path.open("rb") as file:
+        while part := file.read(CHUNK):
+            found.update(part)
+    return found.hexdigest()

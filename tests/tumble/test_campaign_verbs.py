@@ -19,6 +19,7 @@ from datasets.recipes.recipe import EffectRecipe, Recipe
 from datasets.truth_files import write_truth
 from synth.sequence import build_silhouette_sequence
 from tests.estimator.small_campaign import recipe
+from tests.tumble.browsing import opened, serious_findings
 from tumble.cli.main import main
 
 DRAG = 4.0
@@ -226,6 +227,12 @@ def test_the_report_says_what_the_document_says(compared: Path) -> None:
     assert not re.findall(r'(?:src|href)="(?!data:)[^#]', text), "the page would load something"
     assert "NaN" not in text
     assert "#0102" not in text, "a stand-in colour was left"
+
+
+def test_the_page_can_be_used_by_everybody(compared: Path) -> None:
+    with opened(compared / "report.html") as tab:
+        assert serious_findings(tab) == []
+        assert tab.page.locator("figure details tbody tr").count() >= len(result(compared)["maps"])
 
 
 def test_the_ladder_and_candidates_are_on_the_page(explained: Path) -> None:

@@ -16,6 +16,7 @@ from datasets.tiff_frames import TiffFrames, write_stack
 from estimator.configuration import Configuration
 from scripts.bench_estimate import as_pictures
 from synth.sequence import build_silhouette_sequence
+from tests.tumble.browsing import opened, serious_findings
 from tests.tumble.small_drops import small_drop
 from tumble.checking import geometry
 from tumble.cli.main import main
@@ -77,7 +78,7 @@ def test_a_good_recording(good: Path, tmp_path: Path, capsys: pytest.CaptureFixt
     assert f"next: tumble estimate {good}" in said
     page = (tmp_path / "out" / f"{NAME}.check.html").read_text()
     assert "Nothing speaks against a measurement." in page
-    assert page.count("data:image/jpeg") == FRAMES + 1
+    assert page.count("data:image/webp") == FRAMES + 1
     assert page.count("<polygon") == FRAMES + 12
     assert "promised: each component of omega" in page
     assert "http://" not in page.replace("http://www.w3.org", "")
@@ -85,6 +86,12 @@ def test_a_good_recording(good: Path, tmp_path: Path, capsys: pytest.CaptureFixt
     assert len(page) < 1_000_000
     described = read_run(tmp_path / "out") or {}
     assert f"{NAME}.check.html" in described["files"]
+
+
+def test_the_page_can_be_used_by_everybody(quick: None, good: Path, tmp_path: Path) -> None:
+    main(["check", str(good), "--out", str(tmp_path / "out"), "-q"])
+    with opened(tmp_path / "out" / f"{NAME}.check.html") as tab:
+        assert serious_findings(tab) == []
 
 
 def brighter(pictures: Pictures) -> Pictures:

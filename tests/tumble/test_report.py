@@ -13,15 +13,17 @@ from datasets.estimate import Estimate, ImpactEstimate, Status
 from datasets.observation import Observation
 from datasets.truth import Truth
 from datasets.vocabulary.outline import Outline
+from estimator.pipeline import tracks_of
 from synth.sequence import build_silhouette_sequence
 from tests.datasets.test_truth_files import impact
+from tests.tumble.browsing import Tab, opened
 from tests.tumble.made_up import made_up_estimate, small_recipe
 from tumble.cli.estimate import impact_sentence
-from tumble.environment import find_chromium
 from tumble.numbers import with_sigma
+from tumble.reports.csv_tables import TABLES
 from tumble.reports.overlay import estimated_outlines, hull_of
 from tumble.reports.page import render, write_page
-from tumble.reports.payload import flat, sequence_payload
+from tumble.reports.payload import flat, sequence_parts, sequence_payload
 from tumble.reports.record import Record
 
 
@@ -41,8 +43,8 @@ def estimates(sequences: list[tuple[Observation, Truth]]) -> list[Estimate]:
 def page(sequences: list[tuple[Observation, Truth]], estimates: list[Estimate], tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("report") / "report.html"
     pairs = zip(sequences, estimates, strict=True)
-    records = [Record(e, observation, truth, estimated_outlines(e, observation)) for (observation, truth), e in pairs]
-    write_page(records, path, title="A <report> & more")
+    records = [Record(e, o, truth, estimated_outlines(e, o), tracks_of(o), hull_of(e, o)) for (o, truth), e in pairs]
+    write_page([sequence_parts(record, most_frames=8) for record in records], path, title="A <report> & more")
     return path
 
 
@@ -119,7 +121,7 @@ def test_both_sides_of_an_impact_are_told_beside_the_true_one(
     assert after["heading"] == "Velocities right after impact 1"
     assert [row["true"] for row in before["rows"][:3]] == pytest.approx(true.v_before.tolist())
     assert [row["true"] for row in after["rows"][3:6]] == pytest.approx(true.omega_after.tolist())
-    assert "right before impact 1" in render([payload], title="t")
+    assert "right before impact 1" in render([sequence_parts(record, most_frames=8)], title="t")
     said = impact_sentence(1, measured)
     assert when in said
     assert before["rows"][6]["text"] in said
@@ -136,19 +138,19 @@ def test_a_report_without_observation_and_truth_still_says_the_numbers(estimates
     payload = sequence_payload(Record(estimates[0]), most_frames=8)
     assert payload["cameras"][0]["pictures"] == []
     assert payload["velocities"][1]["rows"][0]["true_text"] == ""
-    assert "Infinity" not in render([payload], title="t")
+    assert "Infinity" not in render([sequence_parts(Record(estimates[0]), most_frames=8)], title="t")
 
 
 def test_an_estimate_without_a_measurement_has_a_page() -> None:
     nothing = Estimate("lost", Status.NO_CONVERGENCE, "no start came below 1 px")
     payload = sequence_payload(Record(nothing), most_frames=8)
     assert payload["velocities"] == []
-    assert "no start came below 1 px" in render([payload], title="t")
+    assert "no start came below 1 px" in render([sequence_parts(Record(nothing), most_frames=8)], title="t")
 
 
 def test_the_page_refers_to_nothing_outside(page: Path) -> None:
     text = page.read_text(encoding="utf-8")
-    assert re.findall(r"""(?:src|href)\s*=\s*["'](?!data:)[^"']*""", text) == []
+    assert re.findall(r"""(?:src|href)\s*=\s*["'](?!data:|#)[^"']*""", text) == []
     assert "@import" not in text
     assert set(re.findall(r"https?://[^\s\"']+", text)) <= {"http://www.w3.org/2000/svg"}
     assert "<title>A &lt;report&gt; &amp; more</title>" in text
@@ -164,50 +166,18 @@ def test_a_value_is_as_fine_as_its_uncertainty() -> None:
     assert with_sigma(1.5, float("nan")) == "1.5000 ± unknown"
 
 
-class Browser:
-    """A page opened from disk, and whatever it asked for."""
-
-    def __init__(self, page: object, requests: list[str], errors: list[str]) -> None:
-        self.page, self.requests, self.errors = page, requests, errors
-
-
 @pytest.fixture(scope="module")
-def browser(page: Path) -> Iterator[Browser]:
-    chromium = find_chromium()
-    if chromium is None:
-        pytest.skip("there is no Chromium here; `tumble doctor` says how to get it")
-    playwright = pytest.importorskip("playwright.sync_api")
-    with playwright.sync_playwright() as driver:
-        opened = driver.chromium.launch(executable_path=str(chromium), args=["--no-sandbox", "--disable-gpu"])
-        tab = opened.new_page(viewport={"width": 1280, "height": 900}, color_scheme="light")
-        requests: list[str] = []
-        errors: list[str] = []
-        tab.on("request", lambda request: requests.append(request.url))
-        tab.on("pageerror", lambda error: errors.append(str(error)))
-        tab.on("console", lambda message: errors.append(message.text) if message.type == "error" else None)
-        tab.goto(page.as_uri())
-        yield Browser(tab, requests, errors)
-        opened.close()
+def browser(page: Path) -> Iterator[Tab]:
+    with opened(page) as tab:
+        yield tab
 
 
-COUNT_COLOUR = """([id, red, green, blue]) => {
-  const canvas = document.getElementById(id), data = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data;
-  let count = 0;
-  for (let k = 0; k < data.length; k += 4) {
-    count += Math.abs(data[k] - red) + Math.abs(data[k + 1] - green) + Math.abs(data[k + 2] - blue) < 12 && data[k + 3] > 200;
-  }
-  return count;
-}"""
 ESTIMATED = (0xD9, 0x48, 0x0F)
 OBSERVED = (0x1C, 0x7E, 0xD6)
 TEXTS = "(query) => [...document.querySelectorAll(query)].map((cell) => cell.textContent)"
 
 
-def colour_count(browser: Browser, canvas: str, colour: tuple[int, int, int]) -> int:
-    return int(browser.page.evaluate(COUNT_COLOUR, [canvas, *colour]))
-
-
-def test_the_numbers_on_the_page_are_those_of_the_estimate(browser: Browser, estimates: list[Estimate]) -> None:
+def test_the_numbers_on_the_page_are_those_of_the_estimate(browser: Tab, estimates: list[Estimate]) -> None:
     browser.page.click('.pick[data-sequence="0"]')
     middle = estimates[0].middle
     assert middle is not None
@@ -220,19 +190,19 @@ def test_the_numbers_on_the_page_are_those_of_the_estimate(browser: Browser, est
     assert "171.5" in browser.page.inner_text("#minima")
 
 
-def test_canvases_are_drawn_and_the_outline_can_be_switched_off(browser: Browser) -> None:
+def test_canvases_are_drawn_and_the_outline_can_be_switched_off(browser: Tab) -> None:
     browser.page.click('.pick[data-sequence="0"]')
-    drawn = colour_count(browser, "player", ESTIMATED)
+    drawn = browser.colour_count("player", ESTIMATED)
     assert drawn > 500
-    assert colour_count(browser, "player", OBSERVED) > 200
-    assert colour_count(browser, "trajectory", ESTIMATED) > 50
-    assert colour_count(browser, "errors", ESTIMATED) > 50
+    assert browser.colour_count("player", OBSERVED) > 200
+    assert browser.colour_count("trajectory", ESTIMATED) > 50
+    assert browser.colour_count("errors", ESTIMATED) > 50
     browser.page.uncheck("#show-estimated")
-    assert colour_count(browser, "player", ESTIMATED) < 0.2 * drawn
+    assert browser.colour_count("player", ESTIMATED) < 0.2 * drawn
     browser.page.check("#show-estimated")
 
 
-def test_frames_can_be_stepped_and_the_view_turned(browser: Browser) -> None:
+def test_frames_can_be_stepped_and_the_view_turned(browser: Tab) -> None:
     browser.page.click('.pick[data-sequence="0"]')
     picture = "(id) => document.getElementById(id).toDataURL()"
     first, view = (browser.page.evaluate(picture, name) for name in ("player", "trajectory"))
@@ -245,24 +215,27 @@ def test_frames_can_be_stepped_and_the_view_turned(browser: Browser) -> None:
     assert browser.page.evaluate(picture, "trajectory") != view
 
 
-def test_another_sequence_can_be_picked(browser: Browser, estimates: list[Estimate]) -> None:
+def test_another_sequence_can_be_picked(browser: Tab, estimates: list[Estimate]) -> None:
     browser.page.click('.pick[data-sequence="1"]')
     assert browser.page.inner_text("#status") == "ambiguous"
     assert estimates[1].name in browser.page.inner_text("#verdict")
 
 
-def test_the_page_asks_nothing_of_a_network_and_has_no_errors(browser: Browser, page: Path) -> None:
+def test_the_page_asks_nothing_of_a_network_and_has_no_errors(browser: Tab, page: Path) -> None:
     assert [url for url in browser.requests if not url.startswith("data:")] == [page.as_uri()]
     assert browser.errors == []
 
 
-def test_the_page_fits_a_phone(browser: Browser) -> None:
+def test_the_page_fits_a_phone(browser: Tab) -> None:
     browser.page.set_viewport_size({"width": 390, "height": 800})
     assert browser.page.evaluate("() => document.documentElement.scrollWidth") <= 390
     browser.page.set_viewport_size({"width": 1280, "height": 900})
 
 
 def test_the_embedded_data_is_json(page: Path) -> None:
-    found = re.search(r'<script type="application/json" id="data">(.*?)</script>', page.read_text(encoding="utf-8"), re.DOTALL)
-    assert found is not None
-    assert len(json.loads(found.group(1))["sequences"]) == 2
+    text = page.read_text(encoding="utf-8")
+    found = re.findall(r'<script type="application/json" id="([^"]*)">(.*?)</script>', text, re.DOTALL)
+    known = {name: json.loads(content) for name, content in found}
+    assert [known[f"sequence-{k}"]["status"] for k in range(2)] == ["converged", "ambiguous"]
+    for name in TABLES:
+        assert known[f"csv-{name}"] == (page.parent / f"{name}.csv").read_text(encoding="utf-8")

@@ -4,7 +4,9 @@ import argparse
 import json
 from pathlib import Path
 
-from tumble.cli.options import add_output, verb_parser
+from tumble.cli.options import add_jobs, add_output, verb_parser
+from tumble.cli.outcomes import exit_code, report_failures
+from tumble.engine import State
 from tumble.output_directory import Run, output_directory
 from tumble.read_paths import observations_read, paths_given
 from tumble.reporting import collect, source_of
@@ -17,8 +19,8 @@ def parser() -> argparse.ArgumentParser:
     """The verb's options."""
     verb = verb_parser(
         "report",
-        description="Write report.html: frames with the estimated outline over them, errors, trajectory, velocities with intervals.\n"
-        "It opens from disk and needs no network.",
+        description="Write report.html: frames with the outlines seen and estimated over them, residuals, the body in 3D, trajectory,\n"
+        "velocities with intervals. It opens from disk and needs no network. Beside it, every number as CSV.",
         example="tumble report out/estimates --truth out/dataset/truth --out out/report",
     )
     verb.add_argument("estimates", type=Path, metavar="ESTIMATES", help="a folder of estimates, or one estimate file")
@@ -26,6 +28,7 @@ def parser() -> argparse.ArgumentParser:
     verb.add_argument("--truth", type=Path, metavar="FOLDER", help="the dataset's truth folder, to show beside the estimates")
     verb.add_argument("--title", default="Tumble report", help="the page's title (default: %(default)s)")
     add_output(verb, default="out/report")
+    add_jobs(verb)
     return verb
 
 
@@ -38,10 +41,16 @@ def run(arguments: argparse.Namespace) -> int:
     reads = paths_given(arguments.estimates, *pictures, arguments.truth)
     described = Run("report", content, reads=reads)
     with output_directory(arguments.out, described, resume=arguments.resume, force=arguments.force) as out:
-        write_page(collect(arguments.estimates, observations, arguments.truth), out / PAGE, title=arguments.title)
+        outcomes = collect(arguments.estimates, observations, arguments.truth, out=out, jobs=arguments.jobs, quiet=arguments.quiet)
+        parts = [outcome.result for outcome in outcomes if outcome.state is State.DONE]
+        if parts:
+            write_page(parts, out / PAGE, title=arguments.title)
+        report_failures(out, outcomes, verbose=arguments.verbose)
     path = arguments.out / PAGE
+    if not parts:
+        return exit_code(outcomes)
     if arguments.json:
         print(json.dumps({"report": str(path)}))
     elif not arguments.quiet:
         print(f"report: {path}")
-    return 0
+    return exit_code(outcomes)

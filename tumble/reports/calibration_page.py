@@ -14,6 +14,7 @@ from datasets.atomic_files import written_whole
 from datasets.vocabulary.calibration import Calibration
 from estimator.calibration.fitting import RigFit
 from tumble.calibrating.words import camera_rows, gravity_rows, verdict_of
+from tumble.reports.chart_tables import table_behind
 from tumble.reports.charts import BAD, MEASURED, SOFT, figure_svg
 from tumble.versions import versions
 
@@ -62,7 +63,9 @@ def _chart(fit: RigFit, camera: int) -> Markup:
         right.bar([s.picture for s, _ in chosen], rms, color=MEASURED)
         right.set(xlabel="picture", ylabel="RMS residual, px")
 
-    return Markup(figure_svg(draw, width=7.4, height=3.3))
+    says = "Mean residuals of corners over the picture, and RMS residual of every picture"
+    heads, rows = ("picture", "corners", "RMS residual, px"), [(s.picture, len(r), e) for (s, r), e in zip(chosen, rms, strict=True)]
+    return Markup(figure_svg(draw, width=7.4, height=3.3, says=says) + table_behind(heads, rows))
 
 
 def _cells(points: NDArray[np.float64], residuals: NDArray[np.float64], size: tuple[int, int]) -> tuple[Any, Any, Sequence[bool]]:

@@ -6,9 +6,11 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import matplotlib as mpl
+from markupsafe import escape
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from tumble.reports.chart_tables import table_behind
 from tumble.reports.words import rms_word, rung_name
 
 INK, SOFT, MEASURED, NOISE, BAD = "#010203", "#010204", "#010205", "#010206", "#010207"
@@ -31,8 +33,12 @@ STYLE: Any = {
 
 def map_chart(entry: Mapping[str, Any]) -> str:
     """One map of residuals: points with error bars, or circles where it has two coordinates."""
-    draw = _plane if entry["second"] is not None else _line
-    return svg(lambda axes: draw(axes, entry), width=3.7, height=2.5)
+    flat = entry["second"] is not None
+    draw, error = _plane if flat else _line, f"{_kind(entry)}, {entry.get('residual_unit', 'px')}"
+    heads = [*(_plane_axes(entry) if flat else (_axis(entry),)), error, "standard deviation"]
+    columns = [entry["centre"], *([entry["second"]] if flat else []), entry["mean_px"], entry["sigma_px"]]
+    picture = svg(lambda axes: draw(axes, entry), width=3.7, height=2.5, says=f"{error}, over {' and '.join(heads[:-2])}")
+    return picture + table_behind(heads, zip(*columns, strict=True))
 
 
 def ladder_chart(rungs: Sequence[Mapping[str, Any]], floor_px: float, unit: str = "px") -> str:
@@ -54,21 +60,22 @@ def ladder_chart(rungs: Sequence[Mapping[str, Any]], floor_px: float, unit: str 
         axes.set_ylabel(f"RMS {rms_word(unit)}, {unit}")
         axes.legend(frameon=False, loc="upper right")
 
-    return svg(draw, width=7.4, height=2.9)
+    return svg(draw, width=7.4, height=2.9, says="RMS of every model, fitted and not fitted, over the noise floor: the table below")
 
 
 def autocorrelation_chart(floor: Mapping[str, Any]) -> str:
     """Likeness of residuals some frames apart."""
+    pairs = [(lag, r) for lag, r in zip(floor["lags"], floor["autocorrelation"], strict=True) if isinstance(r, float)]
 
     def draw(axes: Axes) -> None:
-        pairs = [(lag, r) for lag, r in zip(floor["lags"], floor["autocorrelation"], strict=True) if isinstance(r, float)]
         axes.axhline(0.0, color=SOFT, linewidth=0.8)
         axes.plot([lag for lag, _ in pairs], [r for _, r in pairs], "o-", color=MEASURED)
         axes.set_ylim(min(-0.1, *(1.1 * r for _, r in pairs)), max(0.5, *(1.1 * r for _, r in pairs)))
         axes.set_xlabel("frames apart")
         axes.set_ylabel("correlation of residuals")
 
-    return svg(draw, width=3.7, height=2.3)
+    heads = ("frames apart", "correlation of residuals")
+    return svg(draw, width=3.7, height=2.3, says=f"{heads[1]}, over {heads[0]}") + table_behind(heads, pairs)
 
 
 def _line(axes: Axes, entry: Mapping[str, Any]) -> None:
@@ -78,8 +85,21 @@ def _line(axes: Axes, entry: Mapping[str, Any]) -> None:
         rows = [k for k, is_strong in enumerate(strong) if is_strong is wanted]
         centre, mean, sigma = ([entry[key][k] for k in rows] for key in ("centre", "mean_px", "sigma_px"))
         axes.errorbar(centre, mean, yerr=[1.96 * s for s in sigma], fmt="o", color=colour, markersize=4, linewidth=1.2)
-    axes.set_xlabel(f"{AXIS.get(entry['name'], entry['name'])}, {entry['unit']}" if entry["unit"] != "number" else AXIS[entry["name"]])
-    axes.set_ylabel(f"{KIND.get(entry['kind'], entry['kind'].replace('_', ' '))}, {entry.get('residual_unit', 'px')}")
+    axes.set_xlabel(_axis(entry))
+    axes.set_ylabel(f"{_kind(entry)}, {entry.get('residual_unit', 'px')}")
+
+
+def _axis(entry: Mapping[str, Any]) -> str:
+    name = AXIS.get(entry["name"], entry["name"])
+    return name if entry["unit"] == "number" else f"{name}, {entry['unit']}"
+
+
+def _plane_axes(entry: Mapping[str, Any]) -> tuple[str, str]:
+    return ("x, px", "y, px") if entry["name"] == "place" else ("longitude (body axes), °", "latitude, °")
+
+
+def _kind(entry: Mapping[str, Any]) -> str:
+    return KIND.get(entry["kind"], entry["kind"].replace("_", " "))
 
 
 def _plane(axes: Axes, entry: Mapping[str, Any]) -> None:
@@ -92,8 +112,9 @@ def _plane(axes: Axes, entry: Mapping[str, Any]) -> None:
         axes.invert_yaxis()
         axes.set_aspect("equal", adjustable="datalim")
     axes.margins(0.18)
-    axes.set_xlabel("x, px" if entry["name"] == "place" else "longitude (body axes), °")
-    axes.set_ylabel("y, px" if entry["name"] == "place" else "latitude, °")
+    x, y = _plane_axes(entry)
+    axes.set_xlabel(x)
+    axes.set_ylabel(y)
     axes.set_title(f"{KIND[entry['kind']]}: largest circle {largest:.3f} px", fontsize=9, color=SOFT)
 
 
@@ -108,12 +129,12 @@ AXIS = {
 KIND = {"offset": "outwards", "along_v": "along v", "along_x": "along x", "along_y": "along y"}
 
 
-def svg(draw: Any, *, width: float, height: float) -> str:
-    """The picture as an SVG element in the page's colours."""
-    return figure_svg(lambda figure: draw(figure.add_subplot()), width=width, height=height)
+def svg(draw: Any, *, width: float, height: float, says: str) -> str:
+    """The picture as an SVG element in the page's colours; ``says``: what it shows, for who cannot see it."""
+    return figure_svg(lambda figure: draw(figure.add_subplot()), width=width, height=height, says=says)
 
 
-def figure_svg(draw: Callable[[Figure], None], *, width: float, height: float) -> str:
+def figure_svg(draw: Callable[[Figure], None], *, width: float, height: float, says: str) -> str:
     """A picture of several parts, alike."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(width, height), layout="constrained")
@@ -125,4 +146,4 @@ def figure_svg(draw: Callable[[Figure], None], *, width: float, height: float) -
     element = re.sub(r"<metadata>.*?</metadata>", "", element, flags=re.DOTALL)
     for stand_in, colour in COLOURS.items():
         element = element.replace(stand_in, colour)
-    return element.replace("<svg ", '<svg aria-hidden="true" class="chart" ', 1)
+    return element.replace("<svg ", f'<svg role="img" aria-label="{escape(says)}" class="chart" ', 1)

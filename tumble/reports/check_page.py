@@ -15,6 +15,7 @@ from datasets.vocabulary.camera import Intrinsics
 from tumble.checking.checked import CameraCheck, Check
 from tumble.checking.findings import left_out, numbers_text
 from tumble.checking.geometry import Geometry
+from tumble.reports.chart_tables import table_behind
 from tumble.reports.charts import BAD, MEASURED, SOFT, figure_svg
 from tumble.reports.pictures import Window, crop_uri, follow
 from tumble.versions import versions
@@ -65,7 +66,7 @@ def _camera(camera: CameraCheck) -> dict[str, Any]:
         "pictures": [_picture(camera, k, windows[k]) for k in chosen],
         "shown": f"{len(chosen)} of {len(look.track)} frames",
         "whole": _whole(camera),
-        "chart": Markup(figure_svg(lambda figure: _draw(figure, camera), width=7.4, height=3.4)) if len(look.path.frame) > 1 else None,
+        "chart": Markup(_chart(camera)) if len(look.path.frame) > 1 else None,
     }
 
 
@@ -134,11 +135,26 @@ def _points(points: NDArray[np.float64]) -> str:
     return " ".join(f"{x:.2f},{y:.2f}" for x, y in points)
 
 
+def _chart(camera: CameraCheck) -> str:
+    """Motion and size over the frames, and the same in numbers."""
+    path, extent = camera.look.path, camera.look.extent_px
+    steps = dict(zip(path.frame[1:].tolist(), _steps_px(camera).tolist(), strict=True))
+    rows = [(k, steps.get(k), float(extent[k]), str(frame.status)) for k, frame in enumerate(camera.look.track.frames)]
+    picture = figure_svg(lambda figure: _draw(figure, camera), width=7.4, height=3.4, says="Motion and size of the outline over the frames")
+    return picture + table_behind(("frame", "motion since the last one, px per frame", "size, px", "used"), rows)
+
+
+def _steps_px(camera: CameraCheck) -> NDArray[np.float64]:
+    """How far the outline's centre moves from one usable frame to the next, px per frame."""
+    path = camera.look.path
+    return np.asarray(np.hypot(*np.diff(path.c, axis=0).T) / np.diff(path.frame))
+
+
 def _draw(figure: Figure, camera: CameraCheck) -> None:
     """Over the frames: how far the centre moved, and the contrast or the size."""
     look = camera.look
     top, bottom = figure.subplots(2, 1, sharex=True)
-    steps = np.hypot(*np.diff(look.path.c, axis=0).T) / np.diff(look.path.frame)
+    steps = _steps_px(camera)
     top.plot(0.5 * (look.path.frame[1:] + look.path.frame[:-1]), steps, ".-", color=MEASURED, linewidth=0.8, markersize=3)
     for step in look.odd_steps:
         top.axvline(0.5 * (step.first + step.second), color=BAD, linewidth=1.0)

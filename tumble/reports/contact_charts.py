@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from tumble.reports.chart_tables import table_behind
 from tumble.reports.charts import BAD, INK, MEASURED, NOISE, SOFT, figure_svg, svg
 
 Z95 = 1.96
@@ -36,7 +37,19 @@ def experiment_chart(document: Mapping[str, Any], rows: Sequence[int]) -> str:
         )
         top.legend(frameon=False, ncols=3, loc="lower center", bbox_to_anchor=(0.5, 1.0))
 
-    return figure_svg(draw, width=figure_size[0], height=figure_size[1])
+    says = "Linear and angular speed after every impact, measured and predicted"
+    picture = figure_svg(draw, width=figure_size[0], height=figure_size[1], says=says)
+    return picture + table_behind(*_speed_table(document, rows))
+
+
+def _speed_table(document: Mapping[str, Any], rows: Sequence[int]) -> tuple[list[str], list[list[Any]]]:
+    """Of each impact of ``rows`` the linear (m/s) and angular (rad/s) speed after it, measured and by every model shown."""
+    models = document["models"][:SHOWN]
+    heads = ["impact", *(f"{part} {of}" for of in ("measured", *(m["title"] for m in models)) for part in ("|v|, m/s,", "|ω|, rad/s,"))]
+    sources = [[i["after"] for i in document["impacts"]], *(m["predicted"] for m in models)]
+    parts = (slice(0, 3), slice(3, 6))
+    table = [[document["impacts"][k]["name"], *(float(np.linalg.norm(s[k][p])) for s in sources for p in parts)] for k in rows]
+    return heads, table
 
 
 def draw_experiment(linear: Axes, angular: Axes, document: Mapping[str, Any], rows: Sequence[int]) -> None:
@@ -120,7 +133,7 @@ def contact_ladder_chart(rungs: Sequence[Mapping[str, Any]], impacts: int) -> st
         axes.minorticks_off()
         axes.legend(frameon=False, loc="upper right")
 
-    return svg(draw, width=7.4, height=3.1)
+    return svg(draw, width=7.4, height=3.1, says="Negative log score per held-out impact of every model: the table below")
 
 
 def _wrapped(words: str) -> str:
@@ -146,7 +159,9 @@ def contact_map_chart(entry: Mapping[str, Any]) -> str:
         axes.set_xlabel(f"{entry['axis']}, {entry['unit']}")
         axes.set_ylabel(f"{KINDS[entry['kind']]}, σ")
 
-    return svg(draw, width=3.7, height=2.5)
+    heads = (f"{entry['axis']}, {entry['unit']}", f"{KINDS[entry['kind']]}, σ")
+    picture = svg(draw, width=3.7, height=2.5, says=f"{heads[1]}, over {heads[0]}")
+    return picture + table_behind(heads, zip(entry["place"], entry["residual"], strict=True))
 
 
 KINDS = {"normal": "v along the normal", "sliding": "v along the sliding", "spin": "spin made"}

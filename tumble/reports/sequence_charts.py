@@ -50,4 +50,5 @@ def _chart(values: Sequence[Mapping[str, Any]], names: Sequence[str]) -> str:
         else:
             parts[-1].set_xlabel("number of the sequence")
 
-    return figure_svg(draw, width=WIDTH, height=HEIGHT * len(parameters) + ROOM)
+    says = f"{', '.join(parameters)} of every sequence, with 95 % intervals: the table below".replace("_", " ")
+    return figure_svg(draw, width=WIDTH, height=HEIGHT * len(parameters) + ROOM, says=says)

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
+from tumble.reports.chart_tables import table_behind
 from tumble.reports.charts import BAD, INK, MEASURED, NOISE, SOFT, svg
 
 LINES = (MEASURED, BAD, INK)
@@ -16,7 +17,13 @@ def shape_chart(shape: Mapping[str, Any]) -> str:
     """One recovered curve or field."""
     over = tuple(shape["over"])
     draw = _in_time if over == ("time_s",) else (_arrows if over == ("x_px", "y_px") else _directions)
-    return svg(lambda axes: draw(axes, shape), width=3.7, height=2.5)
+    picture = svg(lambda axes: draw(axes, shape), width=3.7, height=2.5, says=f"{shape['of']}, {shape['unit']}".replace("_", " "))
+    value, sigma = np.array(shape["value"]), np.array(shape["sigma"])
+    names = shape["axes"] if len(shape["axes"]) == value.shape[1] else [""] * value.shape[1]
+    parts = [f"{name}, {shape['unit']}".removeprefix(", ") for name in names]
+    heads = [*over, *(f"{part}{more}" for part in parts for more in ("", ", standard deviation"))]
+    places = np.array(shape["place"])[:, : len(over)]
+    return picture + table_behind(heads, np.column_stack([places, np.stack([value, sigma], axis=2).reshape(len(value), -1)]).tolist())
 
 
 def _in_time(axes: Axes, shape: Mapping[str, Any]) -> None:
