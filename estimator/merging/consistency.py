@@ -1,9 +1,9 @@
 """Which of the pairwise motions to believe: those that agree around cycles, and the tree of sets that they span.
 
 Three motions between three sets close a loop, ``X_ij X_jk X_ki = 1``, if all are right; wrong ones close none [Govindu 2004; Zach,
-Klopschitz and Pollefeys 2010]. A motion's votes are the third sets over which it closes a loop with any motion of the two other pairs. Each
-pair keeps its motion of most votes (of least cost among equals); pairs without a vote are no edge. The sets that edges connect, as the largest
-component, are placed along the tree of least cost. Of two sets nothing can be checked: their best motion is the edge.
+Klopschitz and Pollefeys 2010]. A motion's votes are the third sets over which it closes a loop with any motion of the two other pairs.
+Each pair keeps its motion of most votes (of least cost among equals); pairs without a vote are no edge. The largest group of sets that
+edges connect is placed along the tree of least cost. Of two sets nothing can be checked: their best motion is the edge.
 """
 
 from collections.abc import Mapping
@@ -21,7 +21,7 @@ from estimator.merging.view_set import ViewSet
 
 Array = NDArray[np.float64]
 LOOP_RAD = np.deg2rad(4.0)
-"""A loop closes within this turn: motions of sets of six views are good to 0.1° (outlines of 0.2 px) or 1° (calibrations off by a pixel)."""
+"""A loop closes within this turn: sets of six views are turned right to 0.1° (outlines of 0.2 px) or 1° (calibrations off by a pixel)."""
 LOOP_SHARE = 0.03
 """And within this share of the particle's extent."""
 KEPT = 4

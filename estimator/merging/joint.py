@@ -1,12 +1,12 @@
 """All sets together: where the particle lies in every set, from the tangency errors of every pair of views of different sets.
 
-Set ``i`` has the motion ``x_set = R_i x_particle + t_i``; the frame of the first set is the particle's, which fixes the gauge. A small motion
-``xi_i`` moves the particle as set ``i`` sees it along the particle's axes about a pivot. Moving it in all sets alike changes nothing, so the
-error of a view of set ``i`` with a view of set ``j`` has the derivative ``J`` by ``xi_i`` and ``-J`` by ``xi_j``: one Jacobian of the
-kernel serves both.
+Set ``i`` has the motion ``x_set = R_i x_particle + t_i``; the first set stays where it is, which fixes the gauge. A small motion ``xi_i``
+moves the particle as set ``i`` sees it along the particle's axes about a pivot. Moving it in all sets alike changes nothing: the error of
+a view of set ``i`` with a view of set ``j`` has the derivative ``J`` by ``xi_i`` and ``-J`` by ``xi_j``: one Jacobian serves both.
 
-One outline's noise enters the pairs with all others. The covariance is therefore the sandwich ``H⁻¹ M H⁻¹`` [White 1982]: ``M`` adds up what
-the noise of every tangent does to the gradient, alike at neighbouring tangents of one outline (:mod:`estimator.fitting.correlated_sums`).
+One outline's noise enters the pairs with all others. The covariance is therefore the sandwich ``H⁻¹ M H⁻¹`` [White 1982]: ``M`` adds up
+what the noise of every tangent does to the gradient; it is alike at neighbouring tangents of one outline
+(:mod:`estimator.fitting.correlated_sums`).
 """
 
 from dataclasses import dataclass, replace
@@ -139,7 +139,7 @@ def _linear(task: JointTask, at: Placements) -> tuple[TangencyErrors, _Linear]:
     J[np.arange(m), task.set_of[a]] = own
     J[np.arange(m), task.set_of[b]] = -own
     weight = 0.5 * _robust(z2, task.huber)[1] / variance
-    return errors, _Linear(e, J.reshape(m, -1)[:, POSE:], weight, z2, (a, b, side))
+    return errors, _Linear(e, J.reshape(m, POSE * sets)[:, POSE:], weight, z2, (a, b, side))
 
 
 def _equations(linear: _Linear) -> NormalEquations:

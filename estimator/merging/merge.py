@@ -11,7 +11,7 @@ What does not belong is named with the reason and left out. The estimator sees n
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import combinations
 
 import numpy as np
@@ -20,15 +20,16 @@ from numpy.typing import NDArray
 from datasets.errors import InputError
 from datasets.observation import CalibratedView
 from datasets.vocabulary.outline import Outline
-from estimator.fitting.view_disagreement import disagreement, misplaced
+from estimator.configuration import Configuration
+from estimator.fitting.view_disagreement import Disagreement, disagreement, misplaced
 from estimator.geometry.epipolar_tangency import PoseSet
 from estimator.geometry.silhouettes import silhouettes
 from estimator.merging.consistency import Consensus, agree
 from estimator.merging.joint import Joint, JointTask, Placements, fit_jointly
-from estimator.merging.placing import placed_by_all
+from estimator.merging.placing import fitting, placed_by_all, stands
 from estimator.merging.set_motion import MotionEffort, SetMotions, find_motions
 from estimator.merging.view_set import ViewSet
-from estimator.particle import view_agreement
+from estimator.particle import view_agreement, view_poses
 
 Array = NDArray[np.float64]
 MOST_ROUNDS = 4
@@ -48,11 +49,11 @@ class LeftOut:
 
 @dataclass(frozen=True)
 class Merged:
-    """One set of views in the frame of the first placed set.
+    """One set of views; the particle's frame has the axes of the first placed set and its origin in the middle of that set's hull.
 
-    ``placed``: numbers of the sets, in the order of ``joint``'s placements. ``outlines``, ``views`` (n): all views used, ``set_of`` (n,) and
-    ``view_of`` (n,) the set's number and the view's in it, ``view_rms_px`` (n,) RMS ETE of each against those of other sets, ``set_rms_px``
-    alike of the placed sets. ``calibration_px``: by how much the rig's calibration misplaces a view.
+    ``placed``: numbers of the sets, in the order of ``joint``'s placements. ``outlines``, ``views`` (n): all views used, ``set_of`` and
+    ``view_of`` (n,) the set's number and the view's in it, ``view_rms_px`` (n,) RMS ETE of each against those of other sets,
+    ``set_rms_px`` alike of the placed sets. ``calibration_px``: by how much the rig's calibration misplaces a view.
     """
 
     placed: tuple[int, ...]
@@ -70,12 +71,43 @@ class Merged:
 
 @dataclass(frozen=True)
 class MergeSettings:
-    """``effort`` of the search; ``foreign_view_ratio``: times the usual disagreement from which on a view does not belong; ``floor_px``: noise that
-    outlines do not show, as in :class:`estimator.configuration.Configuration`."""
+    """The search's ``effort``; ``foreign_view_ratio`` and ``floor_px`` as in :class:`estimator.configuration.Configuration`.
 
-    effort: MotionEffort = MotionEffort()
-    foreign_view_ratio: float = 4.0
-    floor_px: float = 0.04
+    A view does not belong from ``foreign_view_ratio`` times the usual disagreement on; ``floor_px`` is noise that outlines do not show.
+    """
+
+    effort: MotionEffort = field(default_factory=MotionEffort)
+    foreign_view_ratio: float = Configuration.foreign_view_ratio
+    floor_px: float = Configuration.floor_px
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """Sets fitted jointly: the ``sets``, the task with the views that belong, and its result."""
+
+    sets: tuple[ViewSet, ...]
+    task: JointTask
+    joint: Joint
+
+    @property
+    def kept(self) -> NDArray[np.int64]:
+        """Numbers of the views that belong."""
+        return np.flatnonzero(self.task.used)
+
+    @property
+    def as_one(self) -> tuple[list[Outline], list[CalibratedView]]:
+        """Outlines and views that belong, in the particle's frame."""
+        poses = self.task.poses(self.joint.placements)
+        outlines, views = [o for s in self.sets for o in s.outlines], [v for s in self.sets for v in s.views]
+        return [outlines[k] for k in self.kept], [
+            replace(views[k], R_cam_particle=poses.R[k], t_cam_particle=poses.t[k]) for k in self.kept
+        ]
+
+    @property
+    def among(self) -> Disagreement:
+        """How the views that belong agree."""
+        poses = self.task.poses(self.joint.placements)
+        return disagreement(self.task.seen.take(self.kept.tolist()), PoseSet(poses.R[self.kept], poses.t[self.kept]), self.task.pivot)
 
 
 def merge(sets: Sequence[ViewSet], settings: MergeSettings, advance: Callable[[], None] = lambda: None) -> Merged:
@@ -88,20 +120,58 @@ def merge(sets: Sequence[ViewSet], settings: MergeSettings, advance: Callable[[]
     """
     every = list(sets)
     motions = _motions(every, settings.effort, advance)
-    consensus = agree(every, motions)
+    consensus = agree(every, _believable(every, motions))
     if len(every) > 1 and len(consensus.placed) < 2:
         raise InputError(_nothing_agrees(every, motions))
-    placed, task, joint = _fitted(every, consensus.placed, consensus.placements, settings)
+    placed, fitted = _without_foreign_sets(every, consensus, settings)
     reasons: dict[int, str] = {}
-    for number in [n for n in range(len(every)) if n not in consensus.placed]:
-        found = placed_by_all(every[number], _as_one(task, joint, every, placed), settings.effort)
+    for number in [n for n in range(len(every)) if n not in placed]:
+        found = placed_by_all(every[number], fitted.as_one, settings.effort)
         if isinstance(found, str):
             reasons[number] = found
             continue
-        R, t = found
-        start = Placements(np.concatenate([joint.placements.R, R[None]]), np.concatenate([joint.placements.t, t[None]]))
-        placed, task, joint = _fitted(every, (*placed, number), start, settings)
-    return _merged(every, (placed, task, joint), consensus, reasons)
+        at, placed = fitted.joint.placements, (*placed, number)
+        start = Placements(np.concatenate([at.R, found[0][None]]), np.concatenate([at.t, found[1][None]]))
+        fitted = fit_sets([every[i] for i in placed], start, settings)
+    return _merged(every, placed, fitted, consensus, reasons)
+
+
+def _believable(sets: list[ViewSet], motions: dict[tuple[int, int], SetMotions]) -> dict[tuple[int, int], SetMotions]:
+    """The motions that tangency and containment allow; of two sets alone, which no third can check, the only one.
+
+    Raises
+    ------
+    InputError
+        Where there are two sets and more than one motion between them.
+    """
+    judge = stands if len(sets) == 2 else fitting
+    rows = {pair: judge(sets[pair[0]], sets[pair[1]], found)[0] for pair, found in motions.items()}
+    if len(sets) == 2 and len(rows[1, 0]) > 1:
+        raise InputError(
+            f"drops {sets[0].name}, {sets[1].name}: expected one way of turning the second that fits the first, got {len(rows[1, 0])}, as "
+            "a symmetric body has. Further drops would decide."
+        )
+    return {pair: replace(found, poses=found.poses.take(rows[pair]), rms_px=found.rms_px[rows[pair]]) for pair, found in motions.items()}
+
+
+def _without_foreign_sets(sets: list[ViewSet], consensus: Consensus, settings: MergeSettings) -> tuple[tuple[int, ...], Fitted]:
+    """The joint fit of the placed sets, and once more without those of which no view belongs.
+
+    Raises
+    ------
+    InputError
+        Where fewer than two sets are left.
+    """
+    placed, start = consensus.placed, consensus.placements
+    while True:
+        fitted = fit_sets([sets[i] for i in placed], start, settings)
+        belongs = [bool(fitted.task.used[fitted.task.set_of == k].any()) for k in range(len(placed))]
+        if all(belongs):
+            return placed, fitted
+        at, rows = fitted.joint.placements, np.flatnonzero(belongs)
+        if len(rows) < 2:
+            raise InputError(f"drops {', '.join(s.name for s in sets)}: expected at least two whose views agree, got {len(rows)}.")
+        placed, start = tuple(placed[k] for k in rows), Placements(at.R[rows], at.t[rows])
 
 
 def _motions(sets: list[ViewSet], effort: MotionEffort, advance: Callable[[], None]) -> dict[tuple[int, int], SetMotions]:
@@ -116,9 +186,9 @@ def _nothing_agrees(sets: list[ViewSet], motions: dict[tuple[int, int], SetMotio
     best = min((float(m.rms_px[0]) for m in motions.values() if len(m.rms_px)), default=float("inf"))
     within = max(_own(s) for s in sets)
     return (
-        f"sets {', '.join(s.name for s in sets)}: expected views of one particle that agree once each set is turned as a whole, got none that "
-        f"do: the best pair of sets is off by {best:.2f} px RMS, views within a set by up to {within:.2f} px. Is it one particle, and is the "
-        "rig's calibration that of these pictures?"
+        f"drops {', '.join(s.name for s in sets)}: expected views of one particle that agree once each drop is turned as a whole, got none "
+        f"that do: the best pair of drops is off by {best:.2f} px RMS, views within a drop by up to {within:.2f} px. Is it one particle, "
+        "and is the rig's calibration that of these pictures?"
     )
 
 
@@ -126,34 +196,49 @@ def _own(one: ViewSet) -> float:
     return disagreement(one.seen, one.poses, one.centre).rms_px
 
 
-def _task(sets: list[ViewSet], placed: tuple[int, ...], settings: MergeSettings) -> JointTask:
-    chosen = [sets[i] for i in placed]
-    outlines, views = [o for s in chosen for o in s.outlines], [v for s in chosen for v in s.views]
-    return JointTask(
+def fit_sets(sets: Sequence[ViewSet], start: Placements, settings: MergeSettings) -> Fitted:
+    """The joint fit of sets from ``start``, without the views that do not belong; a set may have none left."""
+    fitted = _belonging(sets, start, settings)
+    whole = np.bincount(fitted.task.set_of, weights=fitted.task.used) > 0
+    return _with_calibration(fitted) if whole.all() else fitted
+
+
+def _belonging(sets: Sequence[ViewSet], start: Placements, settings: MergeSettings) -> Fitted:
+    fitted = _first_fit(sets, start, settings)
+    for _ in range(MOST_ROUNDS):
+        poses = fitted.task.poses(fitted.joint.placements)
+        _, _, foreign = view_agreement(fitted.task.seen, poses, fitted.task.pivot, settings.foreign_view_ratio)
+        used = ~_with_whole_sets(foreign, fitted.task.set_of)
+        whole = np.bincount(fitted.task.set_of, weights=used) > 0
+        if np.array_equal(used, fitted.task.used) or not whole.all():
+            return replace(fitted, task=replace(fitted.task, used=used))
+        fitted = _again(replace(fitted.task, used=used), fitted)
+    return fitted
+
+
+def _with_calibration(fitted: Fitted) -> Fitted:
+    """Once more where the views disagree by more than their outlines explain: each is misplaced by so much."""
+    calibration_px = fitted.among.calibration_px
+    if calibration_px == 0.0:
+        return fitted
+    return _again(replace(fitted.task, seen=misplaced(fitted.task.seen, calibration_px)), fitted)
+
+
+def _first_fit(sets: Sequence[ViewSet], start: Placements, settings: MergeSettings) -> Fitted:
+    outlines, views = [o for s in sets for o in s.outlines], [v for s in sets for v in s.views]
+    task = JointTask(
         seen=misplaced(silhouettes(outlines, [v.intrinsics for v in views]), settings.floor_px),
-        in_set=PoseSet(np.concatenate([s.poses.R for s in chosen]), np.concatenate([s.poses.t for s in chosen])),
-        set_of=np.repeat(np.arange(len(chosen)), [len(s) for s in chosen]),
-        pivot=chosen[0].centre,
+        in_set=PoseSet(np.concatenate([s.poses.R for s in sets]), np.concatenate([s.poses.t for s in sets])),
+        set_of=np.repeat(np.arange(len(sets)), [len(s) for s in sets]),
+        pivot=start.R[0].T @ (sets[0].centre - start.t[0]),
         used=np.ones(len(views), dtype=np.bool_),
         huber=settings.effort.huber,
     )
+    return Fitted(tuple(sets), task, fit_jointly(task, start))
 
 
-def _fitted(
-    sets: list[ViewSet], placed: tuple[int, ...], start: Placements, settings: MergeSettings
-) -> tuple[tuple[int, ...], JointTask, Joint]:
-    """The joint fit without the views that do not belong."""
-    task = _task(sets, placed, settings)
-    joint = fit_jointly(task, start)
-    for _ in range(MOST_ROUNDS):
-        poses = task.poses(joint.placements)
-        _, _, foreign = view_agreement(task.seen, poses, task.pivot, settings.foreign_view_ratio)
-        used = ~_with_whole_sets(foreign, task.set_of)
-        if np.array_equal(used, task.used):
-            break
-        task = replace(task, used=used)
-        joint = fit_jointly(task, joint.placements)
-    return _with_calibration(placed, task, joint)
+def _again(task: JointTask, fitted: Fitted) -> Fitted:
+    return replace(fitted, task=task, joint=fit_jointly(task, fitted.joint.placements))
 
 
 def _with_whole_sets(foreign: NDArray[np.bool_], set_of: NDArray[np.int64]) -> NDArray[np.bool_]:
@@ -161,51 +246,32 @@ def _with_whole_sets(foreign: NDArray[np.bool_], set_of: NDArray[np.int64]) -> N
     return np.asarray(foreign | (share > MOSTLY)[set_of])
 
 
-def _with_calibration(placed: tuple[int, ...], task: JointTask, joint: Joint) -> tuple[tuple[int, ...], JointTask, Joint]:
-    """The fit once more where views disagree by more than their outlines explain: each is misplaced by so much."""
-    kept = np.flatnonzero(task.used)
-    poses = task.poses(joint.placements)
-    among = disagreement(task.seen.take(kept.tolist()), PoseSet(poses.R[kept], poses.t[kept]), task.pivot)
-    if among.calibration_px == 0.0:
-        return placed, task, joint
-    task = replace(task, seen=misplaced(task.seen, among.calibration_px))
-    return placed, task, fit_jointly(task, joint.placements)
-
-
-def _as_one(task: JointTask, joint: Joint, sets: list[ViewSet], placed: tuple[int, ...]) -> tuple[list[Outline], list[CalibratedView]]:
-    poses = task.poses(joint.placements)
-    outlines, views = [o for i in placed for o in sets[i].outlines], [v for i in placed for v in sets[i].views]
-    kept = np.flatnonzero(task.used)
-    return [outlines[k] for k in kept], [replace(views[k], R_cam_particle=poses.R[k], t_cam_particle=poses.t[k]) for k in kept]
-
-
-def _merged(
-    sets: list[ViewSet], fitted: tuple[tuple[int, ...], JointTask, Joint], consensus: Consensus, reasons: dict[int, str]
-) -> Merged:
-    placed, task, joint = fitted
-    outlines, views = _as_one(task, joint, sets, placed)
-    kept = np.flatnonzero(task.used)
+def _merged(sets: list[ViewSet], placed: tuple[int, ...], fitted: Fitted, consensus: Consensus, reasons: dict[int, str]) -> Merged:
+    fitted = _about_the_middle(fitted)
+    task, kept = fitted.task, fitted.kept
+    outlines, views = fitted.as_one
     view_of = np.concatenate([sets[i].numbers for i in placed])
-    view_rms, set_rms = _rms(task, joint)
-    among = disagreement(silhouettes(outlines, [v.intrinsics for v in views]), _poses_of(views), task.pivot)
-    numbered = [replace(v, drop=placed[task.set_of[k]], camera=int(view_of[k])) for v, k in zip(views, kept, strict=True)]
+    view_rms, set_rms = _rms(task, fitted.joint)
     return Merged(
         placed=placed,
-        joint=joint,
+        joint=fitted.joint,
         outlines=tuple(outlines),
-        views=tuple(numbered),
+        views=tuple(replace(v, drop=placed[task.set_of[k]], camera=int(view_of[k])) for v, k in zip(views, kept, strict=True)),
         set_of=np.array(placed)[task.set_of[kept]],
         view_of=view_of[kept],
         view_rms_px=view_rms[kept],
         set_rms_px=set_rms,
-        calibration_px=among.calibration_px,
+        calibration_px=disagreement(silhouettes(outlines, [v.intrinsics for v in views]), view_poses(views), task.pivot).calibration_px,
         consensus=consensus,
         left_out=_left_out(sets, placed, task, view_rms, reasons),
     )
 
 
-def _poses_of(views: Sequence[CalibratedView]) -> PoseSet:
-    return PoseSet(np.stack([v.R_cam_particle for v in views]), np.stack([v.t_cam_particle for v in views]))
+def _about_the_middle(fitted: Fitted) -> Fitted:
+    """The same with the pivot as origin of the particle's frame."""
+    at = fitted.joint.placements
+    moved = Placements(at.R, at.t + at.R @ fitted.task.pivot)
+    return replace(fitted, task=replace(fitted.task, pivot=np.zeros(3)), joint=replace(fitted.joint, placements=moved))
 
 
 def _rms(task: JointTask, joint: Joint) -> tuple[Array, Array]:

@@ -37,15 +37,28 @@ def placed_by_all(
 
 
 def stands(one: ViewSet, placed: ViewSet, found: SetMotions) -> tuple[NDArray[np.int64], str]:
-    """Numbers of the motions that errors and containment do not refuse, and in words what they were judged by."""
+    """Numbers of the motions that fit and that the best of them does not refuse, best first, and in words what they were judged by."""
+    fit, said = fitting(one, placed, found)
+    if len(fit) == 0:
+        return fit, said
+    limit = rms_limit_px(float(found.rms_px[fit[0]]), _noise_of(one, placed), len(one) * len(placed))
+    return fit[found.rms_px[fit] <= limit], said
+
+
+def fitting(one: ViewSet, placed: ViewSet, found: SetMotions) -> tuple[NDArray[np.int64], str]:
+    """Numbers of the motions whose errors and protrusion are what noise and calibration make, and in words what was asked."""
     if len(found.rms_px) == 0:
         return np.zeros(0, dtype=np.int64), "no start of the search converged"
-    noise = max(_noise_px(placed), _noise_px(one))
-    limit = rms_limit_px(0.0, noise, len(one) * len(placed))
-    reach = np.array([outside_px(one, placed, found.poses.take(np.array([n]))) for n in range(len(found.rms_px))])
-    allowed = PROTRUSION_SIGMAS * noise + max(float(np.max(own_protrusion_px(placed.as_views, placed.hull.vertices))), 0.0)
-    said = f"RMS ETE {found.rms_px[0]:.2f} px ({limit:.2f} px at most), outlines {reach[0]:.1f} px out of their hull ({allowed:.1f} px at most)"
-    return np.flatnonzero((found.rms_px <= limit) & (reach <= allowed)), said
+    most = PROTRUSION_SIGMAS * _noise_of(one, placed)
+    allowed = most + max(float(np.max(own_protrusion_px(placed.as_views, placed.hull.vertices))), 0.0)
+    low = np.flatnonzero(found.rms_px <= most)
+    reach = {n: outside_px(one, placed, found.poses.take(np.array([n]))) for n in {0, *low.tolist()}}
+    said = f"RMS ETE {found.rms_px[0]:.2f} px ({most:.2f} px at most), {reach[0]:.1f} px out of their hull ({allowed:.1f} px at most)"
+    return np.array([n for n in low.tolist() if reach[n] <= allowed], dtype=np.int64), said
+
+
+def _noise_of(one: ViewSet, placed: ViewSet) -> float:
+    return max(_noise_px(one), _noise_px(placed))
 
 
 def _noise_px(views: ViewSet) -> float:

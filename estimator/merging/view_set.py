@@ -13,7 +13,6 @@ from datasets.observation import CalibratedView
 from datasets.vocabulary.outline import Outline
 from estimator.fitting.pose_refinement import Views
 from estimator.geometry.epipolar_tangency import PoseSet
-from estimator.geometry.mass_properties import body_of
 from estimator.geometry.silhouettes import Silhouettes, silhouettes
 from estimator.geometry.visual_hull import HullMesh, visual_hull
 
@@ -27,7 +26,7 @@ class ViewSet:
     """A set of k views of one instant.
 
     ``views`` (k) map the set's own frame to their cameras; ``seen`` and ``poses`` are the same, packed. ``hull``: their visual hull (m, the
-    set's frame), ``centre`` (3,) m its centre of mass. ``numbers`` (k,): the views' numbers in what was given.
+    set's frame), ``centre`` (3,) m its middle. ``numbers`` (k,): the views' numbers in what was given.
     """
 
     name: str
@@ -71,6 +70,6 @@ def view_set(name: str, outlines: Sequence[Outline], views: Sequence[CalibratedV
         seen=silhouettes(kept, [v.intrinsics for v in posed]),
         poses=PoseSet(np.stack([v.R_cam_particle for v in posed]).astype(float), np.stack([v.t_cam_particle for v in posed]).astype(float)),
         hull=hull,
-        centre=body_of(hull).com_particle,
+        centre=np.asarray(hull.vertices.mean(axis=0)),  # a hull of three views may be open: it has no volume to weigh
         numbers=tuple(present),
     )
