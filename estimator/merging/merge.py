@@ -30,6 +30,7 @@ from estimator.merging.placing import fitting, placed_by_all, stands
 from estimator.merging.set_motion import MotionEffort, SetMotions, find_motions
 from estimator.merging.view_set import ViewSet
 from estimator.particle import view_agreement, view_poses
+from estimator.view_faults import view_fault
 
 Array = NDArray[np.float64]
 MOST_ROUNDS = 4
@@ -184,11 +185,11 @@ def _motions(sets: list[ViewSet], effort: MotionEffort, advance: Callable[[], No
 
 def _nothing_agrees(sets: list[ViewSet], motions: dict[tuple[int, int], SetMotions]) -> str:
     best = min((float(m.rms_px[0]) for m in motions.values() if len(m.rms_px)), default=float("inf"))
-    within = max(_own(s) for s in sets)
+    worst = max(sets, key=_own)
     return (
         f"drops {', '.join(s.name for s in sets)}: expected views of one particle that agree once each drop is turned as a whole, got none "
-        f"that do: the best pair of drops is off by {best:.2f} px RMS, views within a drop by up to {within:.2f} px. Is it one particle, "
-        "and is the rig's calibration that of these pictures?"
+        f"that do: the best pair of drops is off by {best:.2f} px RMS, views within a drop by up to {_own(worst):.2f} px. "
+        + (view_fault(worst.outlines, worst.views) or "Is it one particle, and is the rig's calibration that of these pictures?")
     )
 
 

@@ -14,7 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.fitting.pose_refinement import MINIMUM_VALID_SHARE, Equations, Poses, descend
+from estimator.fitting.pose_refinement import MINIMUM_VALID_SHARE, Equations, Poses, Views, descend
+from estimator.fitting.pose_search import spread
 from estimator.fitting.pose_starts import distinct
 from estimator.geometry.epipolar_tangency import PoseSet, TangencyErrors, tangency_errors
 from estimator.geometry.silhouettes import Silhouettes
@@ -28,9 +29,13 @@ AT_ONCE = 256
 
 @dataclass(frozen=True)
 class MotionEffort:
-    """Starts over all rotations (2000: the nearest is 15° off at most), those refined coarsely, and finely; steps of either."""
+    """Starts over all rotations (2000: the nearest is 15° off at most), those refined coarsely, and finely; steps of either.
+
+    Starts are ranked and coarsely refined against ``coarse_views`` of the second set at most.
+    """
 
     starts: int = 2000
+    coarse_views: int = 12
     coarse: int = 64
     coarse_steps: int = 12
     fine: int = 8
@@ -57,23 +62,25 @@ def find_motions(first: ViewSet, second: ViewSet, numbers: tuple[int, int], effo
     """Distinct motions that meet the tangencies of all pairs of views of two sets, from no start at all."""
     R = even_rotations(effort.starts)
     starts = Poses(R, np.broadcast_to(first.centre, (len(R), 3)).copy(), np.zeros(len(R)))
-    costs = np.concatenate([_equations(first, second, part, effort.huber).cost for part in _parts(starts)])
+    every = second.as_views
+    few = every.take(spread(len(second), effort.coarse_views))
+    costs = np.concatenate([_equations(first, few, part, effort.huber).cost for part in _parts(starts)])
     ranked = Poses(starts.R, starts.centre_cam, costs).take(np.argsort(costs)[: effort.coarse])
-    coarse = refine_motions(first, second, ranked, steps=effort.coarse_steps, effort=effort)
+    coarse = _refined(first, few, ranked, steps=effort.coarse_steps, huber=effort.huber)
     best = distinct(coarse, separation_rad=effort.separation_rad)
     best = best.take(np.arange(min(effort.fine, len(best.R))))
-    fine = distinct(refine_motions(first, second, best, steps=effort.fine_steps, effort=effort), separation_rad=effort.separation_rad)
-    return SetMotions(*numbers, fine, motion_rms_px(first, second, fine))
+    fine = distinct(_refined(first, every, best, steps=effort.fine_steps, huber=effort.huber), separation_rad=effort.separation_rad)
+    return SetMotions(*numbers, fine, motion_rms_px(first, every, fine))
 
 
-def refine_motions(first: ViewSet, second: ViewSet, starts: Poses, *, steps: int, effort: MotionEffort) -> Poses:
+def _refined(first: ViewSet, second: Views, starts: Poses, *, steps: int, huber: float) -> Poses:
     """The motions after at most ``steps`` damped steps from ``starts``."""
     if len(starts.R) == 0:
         return starts
-    return descend(lambda trial, _: _equations(first, second, trial, effort.huber), starts, iterations=steps)
+    return descend(lambda trial, _: _equations(first, second, trial, huber), starts, iterations=steps)
 
 
-def motion_errors(first: ViewSet, second: ViewSet, motions: Poses, *, huber: float = np.inf) -> TangencyErrors:
+def motion_errors(first: ViewSet, second: Views, motions: Poses, *, huber: float = np.inf) -> TangencyErrors:
     """Errors of the k views of ``first`` with those of ``second`` under n motions: entry ``i k + c`` is of motion ``i``, view ``c``."""
     R_first, t_first = first.poses.R, first.poses.t
     R = (R_first[None] @ motions.R[:, None]).reshape(-1, 3, 3)
@@ -83,7 +90,7 @@ def motion_errors(first: ViewSet, second: ViewSet, motions: Poses, *, huber: flo
     return tangency_errors(
         _repeated(first.seen, len(motions.R)),
         PoseSet(np.ascontiguousarray(R), np.ascontiguousarray(t)),
-        second.seen,
+        second.silhouettes,
         second.poses,
         pivot_particle=second.centre,
         axes=axes,
@@ -91,7 +98,7 @@ def motion_errors(first: ViewSet, second: ViewSet, motions: Poses, *, huber: flo
     )
 
 
-def motion_rms_px(first: ViewSet, second: ViewSet, motions: Poses) -> Array:
+def motion_rms_px(first: ViewSet, second: Views, motions: Poses) -> Array:
     """Plain RMS (n,) px of the errors in the first's pictures."""
     if len(motions.R) == 0:
         return np.zeros(0)
@@ -101,7 +108,7 @@ def motion_rms_px(first: ViewSet, second: ViewSet, motions: Poses) -> Array:
     return np.asarray(np.sqrt(squares / np.maximum(told.sum(axis=1), 1)))
 
 
-def _equations(first: ViewSet, second: ViewSet, motions: Poses, huber: float) -> Equations:
+def _equations(first: ViewSet, second: Views, motions: Poses, huber: float) -> Equations:
     n, k = len(motions.R), len(first)
     errors = motion_errors(first, second, motions, huber=huber)
     valid = errors.valid.reshape(n, -1)

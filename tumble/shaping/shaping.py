@@ -50,7 +50,8 @@ def shape(drops: Sequence[Drop], name: str, *, mass_kg: float | None, advance: C
     outlines, views = _all_views(sets[0], posed=drops[0].posed) if merged is None else (merged.outlines, merged.views)
     outlines = view_outlines_of(outlines, views, name=name).outlines
     particle = particle_of(outlines, views, Configuration())
-    solid = solid_figures(particle.outlines, particle.calibrated, np.random.default_rng(Configuration().seed))
+    rng, exact = np.random.default_rng(Configuration().seed), particle.casting_hull if particle.has_exact_hull else None
+    solid = solid_figures(particle.outlines, particle.calibrated, rng, hull=exact)
     checks = _checks(sets, (merged, settings), (particle, solid))
     notes = [*unusable, *([] if merged is None else _left_out_words(merged)), *([particle.sentence] if particle.sentence else [])]
     weighed = mass_kg if mass_kg is not None else next((d.mass_kg for d in drops if d.mass_kg is not None), None)
