@@ -1,7 +1,7 @@
 """Drops merged into one set of views: against the truth, with what does not belong, of real outlines; what a particle file saves.
 
 ``python -m scripts.study_shape --data FOLDER --result docs/results/study_shape.json``. FOLDER holds ``particles`` (scanned bodies) and
-``silhouettes`` (``oxford_dino``, ``uct_stone6``); what is absent is left out. ``--only merging,foreign,volumes,real,known`` runs parts.
+``silhouettes`` (``oxford_dino``, ``uct_stone6``); what is absent is left out. ``--only merging,real`` runs parts.
 Every drop is six outlines of the synthetic rig (0.2 px of noise) in the frame of its first camera, so its orientation is withheld.
 """
 
@@ -11,6 +11,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -18,10 +19,15 @@ import trimesh
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from datasets.dataset_files import observation_folder
 from datasets.errors import InputError
-from datasets.observation import CalibratedView
+from datasets.observation import CalibratedView, Frames, Observation
+from datasets.observation_files import read_observation
 from datasets.particle_files import with_particle
-from datasets.recipes.recipe import ParticleRecipe, Recipe, RigRecipe
+from datasets.recipes.recipe import MotionRecipe, ParticleRecipe, Recipe, RigRecipe
+from datasets.scoring.score import score
+from datasets.tiff_frames import FrameStackWriter, write_stack
+from datasets.vocabulary.camera import HsvCamera
 from datasets.vocabulary.outline import Outline
 from estimator.configuration import Configuration
 from estimator.measuring import measure
@@ -30,9 +36,11 @@ from estimator.merging.solid import solid_figures
 from estimator.merging.view_set import ViewSet, view_set
 from scripts.real_outlines import dinosaur, stone
 from scripts.scanned_particles import SIX
-from synth.sequence import build_silhouette_sequence, plan_sequence, view_outlines
+from synth.rendering.sequence import render_sequence
+from synth.sequence import build_silhouette_campaign, build_silhouette_sequence, plan_sequence, view_outlines
 from synth.streams import streams_of
-from tumble.shaping.drops import Drop
+from tumble.shaping.drops import Drop, drop_of
+from tumble.shaping.drops import Pictures as PicturesRead
 from tumble.shaping.shaping import shape
 
 Array = NDArray[np.float64]
@@ -41,6 +49,8 @@ OWN = (("cut_stone", 11), ("cut_stone", 12), ("jagged", 13))
 """Particles of the project's own family, with their seeds."""
 VIEW_COUNTS = (6, 12, 24, 36, 60)
 FOREIGN_TRIALS, FOREIGN_DROPS = 40, 5
+FLIGHTS = 3
+"""Sequences of each particle in which velocities are compared."""
 TRUE_BY_DEG = 1.0
 """Turn up to which a real placement counts as right."""
 
@@ -278,6 +288,81 @@ def known(data: Path) -> list[dict[str, Any]]:
     return rows
 
 
+def pictures(data: Path) -> list[dict[str, Any]]:
+    """The same particles in ten rendered drops each: from pictures and backgrounds in files, no outline given."""
+    rows = []
+    for name, particle, seed in _particles(data):
+        recipe = Recipe(seed=seed, particle=particle, motion=MotionRecipe(frames=3), rig=RigRecipe(drops=DROPS, rendered=True))
+        with TemporaryDirectory() as folder:
+            out = Path(folder)
+            sequence = render_sequence(recipe, 0, out / "dataset")
+            observation = read_observation(observation_folder(out / "dataset", sequence))
+            rig = _files_of_drops(observation, out)
+            start = time.process_time()
+            sets = sets_of([drop_of(path, rig[0], PicturesRead(backgrounds=rig[1])) for path in sorted(out.glob("drop*.tif"))])
+            merged = merge(sets, MergeSettings())
+            seconds = time.process_time() - start
+        firsts = [next(v for v in observation.views if v.drop == k) for k in range(DROPS)]
+        R, t = np.array([v.R_cam_particle for v in firsts]), np.array([v.t_cam_particle for v in firsts])
+        found = against_truth(merged, R, t, np.zeros(3))
+        out_of = [vars(o) for o in merged.left_out]
+        rms = float(np.sqrt(np.mean(merged.set_rms_px**2)))
+        rows.append({"particle": name, "placed": len(merged.placed), "left_out": out_of, **found, "rms_ete_px": rms, "seconds": seconds})
+        print(json.dumps(rows[-1]), flush=True)
+    return rows
+
+
+def _files_of_drops(observation: Observation, out: Path) -> tuple[tuple[HsvCamera, ...], tuple[Path, ...]]:
+    """A stack for each drop, a background for each camera; the rig in its first camera's frame, and the backgrounds' files."""
+    frames = observation.view_recording
+    assert isinstance(frames, Frames)
+    for drop in range(DROPS):
+        with FrameStackWriter(out / f"drop{drop:02d}.tif") as writer:
+            for k in range(CAMERAS):
+                writer.append(frames.read(CAMERAS * drop + k))
+    backgrounds = [frames.background_of(k) for k in range(CAMERAS)]
+    for k, background in enumerate(backgrounds):
+        write_stack(out / f"background{k}.tif", [background])  # type: ignore[list-item]
+    _, views = withheld((), observation.views[:CAMERAS])
+    cameras = tuple(HsvCamera(f"c{k}", v.intrinsics, v.R_cam_particle, v.t_cam_particle) for k, v in enumerate(views))
+    return cameras, tuple(out / f"background{k}.tif" for k in range(CAMERAS))
+
+
+def velocities(data: Path) -> dict[str, Any]:
+    """Errors of v and ω with merged views over those with the given ones, the same sequences."""
+    rows = []
+    for name, particle, seed in _particles(data):
+        recipe = Recipe(seed=seed, particle=particle, sequences=FLIGHTS, same_particle=True)
+        campaign = build_silhouette_campaign(recipe)
+        views, outlines = campaign[0][0].views, list(campaign[0][0].view_recording)
+        rows_of = [[i for i, v in enumerate(views) if v.drop == k] for k in range(DROPS)]
+        drops = [
+            Drop(f"drop{k}", Path(f"drop{k}"), *withheld([outlines[i] for i in part], [views[i] for i in part]), {})  # type: ignore[misc]
+            for k, part in enumerate(rows_of)
+        ]
+        shaped = shape(drops, name, mass_kg=None)
+        kept = replace(shaped.particle, made=_InMemory(*shaped.made))  # type: ignore[arg-type]
+        for observation, truth in campaign:
+            given, merged = (score(measure(o, Configuration()), truth) for o in (observation, with_particle(observation, kept)))
+            rows.append({"sequence": truth.name, "given": _errors(given), "merged": _errors(merged)})
+            print(json.dumps(rows[-1]), flush=True)
+    both = [r for r in rows if r["given"] and r["merged"]]
+    ratio = {key: _rms([r["merged"][key] for r in both]) / _rms([r["given"][key] for r in both]) for key in KEYS}
+    return {"sequences": rows, "rms_merged_over_given": ratio}
+
+
+KEYS = ("in_plane_ms", "out_of_plane_ms", "angular_rads")
+
+
+def _rms(values: Sequence[float]) -> float:
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+def _errors(scored: Any) -> dict[str, float]:
+    """Errors of v and ω; empty where there is no measurement."""
+    return {key: float(scored[key]) for key in KEYS} if all(np.isfinite(scored.get(key, np.nan)) for key in KEYS) else {}
+
+
 @dataclass(frozen=True)
 class _InMemory:
     """What a particle file keeps, without the file."""
@@ -290,7 +375,10 @@ class _InMemory:
         return self.arrays if of == self.of else None
 
 
-PARTS: dict[str, Callable[[Path], Any]] = {"merging": merging, "foreign": foreign, "volumes": volumes, "real": real, "known": known}
+PARTS: dict[str, Callable[[Path], Any]] = {
+    **{"merging": merging, "pictures": pictures, "foreign": foreign, "volumes": volumes, "velocities": velocities},
+    **{"real": real, "known": known},
+}
 
 
 def main() -> int:

@@ -9,7 +9,7 @@ what the noise of every tangent does to the gradient; it is alike at neighbourin
 (:mod:`estimator.fitting.correlated_sums`).
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +19,7 @@ from estimator.fitting.levenberg_marquardt import NormalEquations, Outcome, Prob
 from estimator.fitting.noise_model import normal_angle
 from estimator.geometry.epipolar_tangency import PoseSet, TangencyErrors, tangency_errors
 from estimator.geometry.silhouettes import Silhouettes
-from estimator.motion.rotation import rotation_from_vector
+from estimator.motion.rotation import rotation_from_vector, rotation_vector
 
 Array = NDArray[np.float64]
 POSE = 6
@@ -27,15 +27,46 @@ POSE = 6
 
 @dataclass(frozen=True)
 class Placements:
-    """Where the particle lies in s sets: ``R`` (s, 3, 3), ``t`` (s, 3) m map particle to set coordinates."""
+    """Where the particle lies in s sets: ``R`` (s, 3, 3), ``t`` (s, 3) m map particle to set coordinates.
+
+    ``rig_R`` (c, 3, 3) and ``rig_t`` (c, 3) m: by how much c cameras of the rig are turned and moved from where its calibration has them.
+    """
 
     R: Array
     t: Array
+    rig_R: Array = field(default_factory=lambda: np.zeros((0, 3, 3)))
+    rig_t: Array = field(default_factory=lambda: np.zeros((0, 3)))
 
     def moved(self, steps: Array, pivot: Array) -> "Placements":
         """The particle moved by ``steps`` (s, 6), translation (m) and turn (rad) along its own axes about ``pivot`` (3,)."""
         R = self.R @ rotation_from_vector(steps[:, 3:])
-        return Placements(R, self.t + np.einsum("sij,sj->si", self.R, pivot + steps[:, :3]) - R @ pivot)
+        return replace(self, R=R, t=self.t + np.einsum("sij,sj->si", self.R, pivot + steps[:, :3]) - R @ pivot)
+
+    def with_cameras_moved(self, steps: Array) -> "Placements":
+        """The cameras' corrections changed by ``steps`` (c, 6), translation (m) and turn (rad) along the cameras' axes."""
+        return replace(self, rig_R=rotation_from_vector(steps[:, 3:]) @ self.rig_R, rig_t=self.rig_t + steps[:, :3])
+
+    @property
+    def corrections(self) -> Array:
+        """The cameras' corrections (c, 6): m and rad."""
+        return np.concatenate([self.rig_t, rotation_vector(self.rig_R)], axis=1)
+
+    def take(self, rows: NDArray[np.int64]) -> "Placements":
+        """The sets ``rows`` alone."""
+        return replace(self, R=self.R[rows], t=self.t[rows])
+
+
+@dataclass(frozen=True)
+class RigErrors:
+    """Cameras that several sets share and whose calibration may be off.
+
+    ``camera_of`` (n,): which of c cameras a view is of, -1 where of none. Its correction turns about ``pivot`` (c, 3) m, camera
+    coordinates, the middle of where the particle lay, and has the standard deviations ``sigma`` (c, 6), m and rad.
+    """
+
+    camera_of: NDArray[np.int64]
+    pivot: Array
+    sigma: Array
 
 
 @dataclass(frozen=True)
@@ -43,7 +74,8 @@ class JointTask:
     """What is fitted: n views of s sets.
 
     ``seen`` and ``in_set`` (from set to camera coordinates) of every view, ``set_of`` (n,) which set it is of, ``pivot`` (3,) m in the
-    particle's frame, ``used`` (n,) which views count; errors beyond ``huber`` standard deviations keep a constant influence.
+    particle's frame, ``used`` (n,) which views count; errors beyond ``huber`` standard deviations keep a constant influence. ``rig``: what
+    may be off of it; then views of one set tell of it, too.
     """
 
     seen: Silhouettes
@@ -52,24 +84,37 @@ class JointTask:
     pivot: Array
     used: NDArray[np.bool_]
     huber: float
+    rig: RigErrors | None = None
 
     @property
     def pairs(self) -> Array:
-        """Weight (n, n) of pairs, each once: 1 for used views of different sets."""
-        across = self.set_of[:, None] != self.set_of[None, :]
-        return np.triu(across & self.used[:, None] & self.used[None, :]).astype(np.float64)
+        """Weight (n, n) of pairs, each once: 1 for used views of different sets or, where the rig may be off, for all that are used."""
+        across = (self.set_of[:, None] != self.set_of[None, :]) | (self.rig is not None)
+        return np.triu(across & self.used[:, None] & self.used[None, :], 1).astype(np.float64)
 
     def poses(self, at: Placements) -> PoseSet:
         """From particle to camera coordinates, of every view."""
         R_set, t_set = at.R[self.set_of], at.t[self.set_of]
-        t = np.einsum("nij,nj->ni", self.in_set.R, t_set) + self.in_set.t
-        return PoseSet(np.ascontiguousarray(self.in_set.R @ R_set), np.ascontiguousarray(t))
+        R, t = self.in_set.R @ R_set, np.einsum("nij,nj->ni", self.in_set.R, t_set) + self.in_set.t
+        if self.rig is not None:
+            rows = np.flatnonzero(self.rig.camera_of >= 0)
+            c = self.rig.camera_of[rows]
+            about = self.rig.pivot[c]
+            t[rows] = np.einsum("nij,nj->ni", at.rig_R[c], t[rows] - about) + about + at.rig_t[c]
+            R[rows] = at.rig_R[c] @ R[rows]
+        return PoseSet(np.ascontiguousarray(R), np.ascontiguousarray(t))
 
     def errors(self, at: Placements, pairs: Array | None = None) -> TangencyErrors:
-        """Errors of all ``pairs`` (those of different sets where none are given), derivatives along the particle's axes."""
+        """Errors of all ``pairs`` (those of :attr:`pairs` where none are given), derivatives along the particle's axes."""
         poses = self.poses(at)
         weight = self.pairs if pairs is None else pairs
         return tangency_errors(self.seen, poses, self.seen, poses, pivot_particle=self.pivot, axes=poses.R, weight=weight)
+
+    def moved(self, at: Placements, step: Array) -> Placements:
+        """The placements of all sets but the first, and the cameras, moved by ``step``."""
+        own = POSE * (len(at.R) - 1)
+        placed = at.moved(np.concatenate([np.zeros(POSE), step[:own]]).reshape(-1, POSE), self.pivot)
+        return placed.with_cameras_moved(step[own:].reshape(-1, POSE)) if self.rig is not None else placed
 
 
 @dataclass(frozen=True)
@@ -97,20 +142,23 @@ class _Linear:
 
 
 def fit_jointly(task: JointTask, start: Placements) -> Joint:
-    """Refine the placements of all sets but the first, from ``start``; one set alone stays as it is."""
+    """Refine the placements of all sets but the first, and the rig where it may be off, from ``start``; one set alone stays as it is."""
     sets = len(start.R)
-    if sets < 2:
-        return Joint(start, np.zeros((POSE * sets,) * 2), 1.0, True)
+    if sets == 1:
+        return Joint(start, np.zeros((POSE, POSE)), 1.0, True)
+    if task.rig is not None and len(start.rig_R) == 0:
+        cameras = len(task.rig.pivot)
+        start = replace(start, rig_R=np.tile(np.eye(3), (cameras, 1, 1)), rig_t=np.zeros((cameras, 3)))
     problem = Problem(
         cost=lambda at: _cost(task, at),
-        linearise=lambda at: _equations(_linear(task, at)[1]),
-        move=lambda at, step: at.moved(np.concatenate([np.zeros(POSE), step]).reshape(sets, POSE), task.pivot),
+        linearise=lambda at: _equations(task, at, _linear(task, at)[1]),
+        move=task.moved,
     )
     solution = minimise(problem, start)
     errors, linear = _linear(task, solution.state)
     mean_square = float(np.mean(linear.z2)) if len(linear.z2) else float("inf")
-    covariance = np.zeros((POSE * sets,) * 2)
-    covariance[POSE:, POSE:] = _sandwich(task, errors, linear) * max(mean_square, 1.0)
+    covariance, own = np.zeros((POSE * sets,) * 2), POSE * (sets - 1)
+    covariance[POSE:, POSE:] = _sandwich(task, (errors, linear), solution.state, max(mean_square, 1.0))[:own, :own]
     return Joint(solution.state, covariance, mean_square, solution.outcome is not Outcome.STALLED)
 
 
@@ -124,7 +172,8 @@ def _robust(z2: Array, huber: float) -> tuple[Array, Array]:
 def _cost(task: JointTask, at: Placements) -> float:
     errors = task.errors(at)
     told = errors.told
-    return 0.5 * float(_robust(errors.error[told] ** 2 / errors.variance[told], task.huber)[0].sum())
+    cost = 0.5 * float(_robust(errors.error[told] ** 2 / errors.variance[told], task.huber)[0].sum())
+    return cost if task.rig is None else cost + 0.5 * float(np.sum((at.corrections / task.rig.sigma) ** 2))
 
 
 def _linear(task: JointTask, at: Placements) -> tuple[TangencyErrors, _Linear]:
@@ -136,20 +185,49 @@ def _linear(task: JointTask, at: Placements) -> tuple[TangencyErrors, _Linear]:
     m, sets = len(e), len(at.R)
     J = np.zeros((m, sets, POSE))
     own = errors.jacobian[a, b, side, :POSE]
-    J[np.arange(m), task.set_of[a]] = own
-    J[np.arange(m), task.set_of[b]] = -own
+    J[np.arange(m), task.set_of[a]] += own
+    J[np.arange(m), task.set_of[b]] -= own
+    columns = J.reshape(m, POSE * sets)[:, POSE:]
+    if task.rig is not None:
+        columns = np.hstack([columns, _by_cameras(task, at, own, (a, b))])
     weight = 0.5 * _robust(z2, task.huber)[1] / variance
-    return errors, _Linear(e, J.reshape(m, POSE * sets)[:, POSE:], weight, z2, (a, b, side))
+    return errors, _Linear(e, columns, weight, z2, (a, b, side))
 
 
-def _equations(linear: _Linear) -> NormalEquations:
+def _by_cameras(task: JointTask, at: Placements, own: Array, pairs: tuple[NDArray[np.int64], NDArray[np.int64]]) -> Array:
+    """Derivatives (m, 6 c) by the cameras' corrections: a camera moved is the particle moved in its views, about another point."""
+    assert task.rig is not None
+    poses = task.poses(at)
+    J = np.zeros((len(own), len(task.rig.pivot), POSE))
+    for sign, views in zip((1.0, -1.0), pairs, strict=True):
+        rows = np.flatnonzero(task.rig.camera_of[views] >= 0)
+        view = views[rows]
+        camera = task.rig.camera_of[view]
+        back = poses.R[view].transpose(0, 2, 1)
+        shift = np.einsum("mi,mij->mj", own[rows, :3], back)
+        turn = np.einsum("mi,mij->mj", own[rows, 3:], back)
+        arm = poses.R[view] @ task.pivot + poses.t[view] - task.rig.pivot[camera] - at.rig_t[camera]
+        J[rows, camera] += sign * np.hstack([shift, turn + np.cross(arm, shift)])
+    return J.reshape(len(own), -1)
+
+
+def _equations(task: JointTask, at: Placements, linear: _Linear) -> NormalEquations:
     weighted = linear.J * linear.weight[:, None]
-    cost = 0.5 * float(np.sum(linear.weight * linear.e**2))
-    return NormalEquations(weighted.T @ linear.J, weighted.T @ linear.e, cost)
+    H, g, cost = weighted.T @ linear.J, weighted.T @ linear.e, 0.5 * float(np.sum(linear.weight * linear.e**2))
+    if task.rig is not None:
+        own, known = POSE * (len(at.R) - 1), task.rig.sigma.ravel() ** -2.0
+        H[own:, own:] += np.diag(known)
+        g[own:] += known * at.corrections.ravel()
+        cost += 0.5 * float(np.sum((at.corrections / task.rig.sigma) ** 2))
+    return NormalEquations(H, g, cost)
 
 
-def _sandwich(task: JointTask, errors: TangencyErrors, linear: _Linear) -> Array:
-    """``H⁻¹ M H⁻¹``: the noise of each tangency moves its own error and, with the other sign and magnified, its partner's."""
+def _sandwich(task: JointTask, fitted: tuple[TangencyErrors, _Linear], at: Placements, more: float) -> Array:
+    """``H⁻¹ (more M + Λ) H⁻¹``: the noise of each tangency moves its own error and, with the other sign and magnified, its partner's.
+
+    Λ is the information of what is known of the rig.
+    """
+    errors, linear = fitted
     weighted = np.zeros((*errors.error.shape, linear.J.shape[1]))
     weighted[linear.places] = linear.J * linear.weight[:, None]
     first = weighted[:, :, :2] + errors.jacobian[:, :, 2:, 6, None] * weighted[:, :, 2:]
@@ -160,11 +238,9 @@ def _sandwich(task: JointTask, errors: TangencyErrors, linear: _Linear) -> Array
     angle = normal_angle(np.concatenate([errors.direction[a, b, side], errors.direction[a, b, 2 + side]]))
     sigma = task.seen.sigma_px[task.seen.offsets[outline] + vertex]
     along = np.concatenate([first[a, b, side], second[a, b, side]])
-    meat = AlongOutlines(outline, angle, sigma, sigma**2, task.seen.correlation_rad).covariance(along)
-    inverse = np.linalg.inv(_equations(linear).H)
+    meat = more * AlongOutlines(outline, angle, sigma, sigma**2, task.seen.correlation_rad).covariance(along)
+    if task.rig is not None:
+        own = POSE * (len(at.R) - 1)
+        meat[own:, own:] += np.diag(task.rig.sigma.ravel() ** -2.0)
+    inverse = np.linalg.inv(_equations(task, at, linear).H)
     return np.asarray(inverse @ meat @ inverse)
-
-
-def with_views(task: JointTask, used: NDArray[np.bool_]) -> JointTask:
-    """The task with these views alone."""
-    return replace(task, used=used)

@@ -10,7 +10,7 @@
 What does not belong is named with the reason and left out. The estimator sees no truth and takes no start from anybody.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import combinations
 
@@ -27,6 +27,7 @@ from estimator.geometry.silhouettes import silhouettes
 from estimator.merging.consistency import Consensus, agree
 from estimator.merging.joint import Joint, JointTask, Placements, fit_jointly
 from estimator.merging.placing import fitting, placed_by_all, stands
+from estimator.merging.rig_errors import rig_errors
 from estimator.merging.set_motion import MotionEffort, SetMotions, find_motions
 from estimator.merging.view_set import ViewSet
 from estimator.particle import view_agreement, view_poses
@@ -54,7 +55,8 @@ class Merged:
 
     ``placed``: numbers of the sets, in the order of ``joint``'s placements. ``outlines``, ``views`` (n): all views used, ``set_of`` and
     ``view_of`` (n,) the set's number and the view's in it, ``view_rms_px`` (n,) RMS ETE of each against those of other sets,
-    ``set_rms_px`` alike of the placed sets. ``calibration_px``: by how much the rig's calibration misplaces a view.
+    ``set_rms_px`` alike of the placed sets. ``calibration_px``: by how much the rig's calibration misplaces a view; ``rig``: what was found
+    of its errors, by camera (its number in a set): translation (m) and turn (rad) along the camera's axes (6,).
     """
 
     placed: tuple[int, ...]
@@ -66,6 +68,7 @@ class Merged:
     view_rms_px: Array
     set_rms_px: Array
     calibration_px: float
+    rig: Mapping[int, Array]
     consensus: Consensus
     left_out: tuple[LeftOut, ...]
 
@@ -169,10 +172,10 @@ def _without_foreign_sets(sets: list[ViewSet], consensus: Consensus, settings: M
         belongs = [bool(fitted.task.used[fitted.task.set_of == k].any()) for k in range(len(placed))]
         if all(belongs):
             return placed, fitted
-        at, rows = fitted.joint.placements, np.flatnonzero(belongs)
+        rows = np.flatnonzero(belongs)
         if len(rows) < 2:
             raise InputError(f"drops {', '.join(s.name for s in sets)}: expected at least two whose views agree, got {len(rows)}.")
-        placed, start = tuple(placed[k] for k in rows), Placements(at.R[rows], at.t[rows])
+        placed, start = tuple(placed[k] for k in rows), fitted.joint.placements.take(rows)
 
 
 def _motions(sets: list[ViewSet], effort: MotionEffort, advance: Callable[[], None]) -> dict[tuple[int, int], SetMotions]:
@@ -218,11 +221,20 @@ def _belonging(sets: Sequence[ViewSet], start: Placements, settings: MergeSettin
 
 
 def _with_calibration(fitted: Fitted) -> Fitted:
-    """Once more where the views disagree by more than their outlines explain: each is misplaced by so much."""
-    calibration_px = fitted.among.calibration_px
-    if calibration_px == 0.0:
+    """Once more where the views disagree by more than their outlines explain: with the rig's own errors, where enough sets share it.
+
+    By what disagreement is left each view is misplaced, which the covariance contains.
+    """
+    before = fitted.among.calibration_px
+    if before == 0.0:
         return fitted
-    return _again(replace(fitted.task, seen=misplaced(fitted.task.seen, calibration_px)), fitted)
+    rig = rig_errors(fitted.sets, fitted.task, fitted.joint.placements, before)
+    if rig is not None:
+        better = _again(replace(fitted.task, rig=rig), fitted)
+        if better.among.calibration_px < before:
+            fitted = better
+    left = fitted.among.calibration_px
+    return fitted if left == 0.0 else _again(replace(fitted.task, seen=misplaced(fitted.task.seen, left)), fitted)
 
 
 def _first_fit(sets: Sequence[ViewSet], start: Placements, settings: MergeSettings) -> Fitted:
@@ -263,15 +275,22 @@ def _merged(sets: list[ViewSet], placed: tuple[int, ...], fitted: Fitted, consen
         view_rms_px=view_rms[kept],
         set_rms_px=set_rms,
         calibration_px=disagreement(silhouettes(outlines, [v.intrinsics for v in views]), view_poses(views), task.pivot).calibration_px,
+        rig=_rig_found(task, fitted.joint.placements, view_of),
         consensus=consensus,
         left_out=_left_out(sets, placed, task, view_rms, reasons),
     )
 
 
+def _rig_found(task: JointTask, at: Placements, view_of: NDArray[np.int64]) -> dict[int, Array]:
+    if task.rig is None:
+        return {}
+    return {int(view_of[np.argmax(task.rig.camera_of == c)]): row for c, row in enumerate(at.corrections)}
+
+
 def _about_the_middle(fitted: Fitted) -> Fitted:
     """The same with the pivot as origin of the particle's frame."""
     at = fitted.joint.placements
-    moved = Placements(at.R, at.t + at.R @ fitted.task.pivot)
+    moved = replace(at, t=at.t + at.R @ fitted.task.pivot)
     return replace(fitted, task=replace(fitted.task, pivot=np.zeros(3)), joint=replace(fitted.joint, placements=moved))
 
 

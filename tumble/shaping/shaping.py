@@ -121,6 +121,7 @@ def _merging(sets: Sequence[ViewSet], merged: Merged) -> dict[str, Any]:
         "mean_square": merged.joint.mean_square,
         "settled": merged.joint.settled,
         "calibration_px": merged.calibration_px,
+        "rig": [{"camera": camera, "moved_m": row[:3], "turned_rad": row[3:]} for camera, row in merged.rig.items()],
         "left_out": [vars(out) for out in merged.left_out],
     }
 
