@@ -388,10 +388,11 @@ def main() -> int:
     parser.add_argument("--only", default=",".join(PARTS), help="parts, with commas (default: %(default)s)")
     parser.add_argument("--result", type=Path, default=Path("out/study_shape.json"))
     arguments = parser.parse_args()
-    before = json.loads(arguments.result.read_text()) if arguments.result.exists() else {}
-    result = {**before, **{name: PARTS[name](arguments.data) for name in arguments.only.split(",")}}
     arguments.result.parent.mkdir(parents=True, exist_ok=True)
-    arguments.result.write_text(json.dumps(result, indent=1) + "\n")
+    for name in arguments.only.split(","):
+        found = PARTS[name](arguments.data)
+        before = json.loads(arguments.result.read_text()) if arguments.result.exists() else {}
+        arguments.result.write_text(json.dumps({**before, name: found}, indent=1) + "\n")
     return 0
 
 
