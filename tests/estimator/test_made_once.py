@@ -36,6 +36,11 @@ def given(request: pytest.FixtureRequest) -> Given:
     return view_outlines(plan, recipe.noise, np.random.default_rng(1)), plan.views
 
 
+@pytest.fixture(scope="module")
+def made(given: Given) -> Particle:
+    return particle_of(*given, SMALL)
+
+
 def same(a: Particle, b: Particle) -> None:
     for x, y in zip(arrays_of(a.once).items(), arrays_of(b.once).items(), strict=True):
         assert x[0] == y[0]
@@ -44,8 +49,7 @@ def same(a: Particle, b: Particle) -> None:
     np.testing.assert_array_equal(a.casting_mesh.ends, b.casting_mesh.ends)
 
 
-def test_what_is_kept_is_what_would_be_made(given: Given) -> None:
-    made = particle_of(*given, SMALL)
+def test_what_is_kept_is_what_would_be_made(given: Given, made: Particle) -> None:
     kept = Kept(digest_of(*given, SMALL), arrays_of(made.once))
     again = particle_of(*given, SMALL, kept)
     assert again.made.hull is not None
@@ -65,8 +69,8 @@ def test_another_outline_view_or_setting_is_another_digest(given: Given) -> None
     assert particle_of(outlines, turned, SMALL, Kept(first, {})).made == MadeOnce()
 
 
-def test_arrays_of_something_else_are_refused(given: Given) -> None:
-    arrays = arrays_of(particle_of(*given, SMALL).once)
+def test_arrays_of_something_else_are_refused(made: Particle) -> None:
+    arrays = arrays_of(made.once)
     with pytest.raises(InputError, match="expected the arrays that tumble shape makes"):
         made_of_arrays({"hollow": np.array([0.0])})
     with pytest.raises(InputError, match="vertices that are not there"):

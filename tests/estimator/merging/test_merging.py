@@ -22,7 +22,7 @@ from estimator.motion.rotation import rotation_from_vector
 from scripts.study_shape import Rendered, against_truth, rendered, sets_of, withheld
 from tests.estimator.exact import ellipsoid_outline, rig
 
-SETTINGS = MergeSettings(effort=MotionEffort(starts=1000, coarse=32))
+SETTINGS = MergeSettings(effort=MotionEffort(starts=600, coarse=24))
 STONE = ParticleRecipe(size_mm=(6.0, 6.0))
 
 
@@ -147,8 +147,8 @@ def test_the_fit_ends_where_the_gradient_is_nothing(made: Rendered, sets: list[V
 
 def test_a_foreign_set_is_named(sets: list[ViewSet], foreign: Rendered) -> None:
     other = view_set("other", foreign.drops[0].outlines, foreign.drops[0].views)
-    merged = merge([sets[0], other, *sets[1:]], SETTINGS)
-    assert merged.placed == (0, 2, 3, 4)
+    merged = merge([sets[0], other, *sets[1:3]], SETTINGS)
+    assert merged.placed == (0, 2, 3)
     assert [(out.name, out.view) for out in merged.left_out] == [("other", None)]
     assert "out of their hull" in merged.left_out[0].reason
 
@@ -157,9 +157,9 @@ def test_a_foreign_view_is_named(made: Rendered, sets: list[ViewSet], foreign: R
     outlines = list(made.drops[2].outlines)
     outlines[4] = foreign.drops[0].outlines[4]
     mixed = view_set("drop2", outlines, made.drops[2].views)
-    merged = merge([*sets[:2], mixed, sets[3]], SETTINGS)
+    merged = merge([*sets[:2], mixed], SETTINGS)
     assert [(out.name, out.view) for out in merged.left_out] == [("drop2", 4)]
-    assert len(merged.views) == 23
+    assert len(merged.views) == 17
 
 
 def test_two_particles_alone_are_refused(sets: list[ViewSet], foreign: Rendered) -> None:
