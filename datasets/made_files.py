@@ -29,6 +29,10 @@ class MadeFile:
     sha256: str
     names: tuple[str, ...]
 
+    def __str__(self) -> str:
+        """The file, for messages."""
+        return str(self.folder / MADE_FILE)
+
     def load(self, of: str) -> Arrays | None:
         """See :class:`datasets.observation.Made`.
 

@@ -69,12 +69,12 @@ def read_particle(folder: Path) -> ParticleFile:
     """
     path = folder / PARTICLE_FILE
     document = read_document(path, KIND)
-    views = tuple(_rounded(view_of_entry(entry)) for entry in document["views"]["cameras"])
+    views = tuple(view_of_entry(entry) for entry in document["views"]["cameras"])
     outlines = read_outlines(folder / document["views"]["recording"]["file"], len(views))
     check_view_set(views, outlines, path)
     return ParticleFile(
         name=document["name"],
-        views=views,
+        views=tuple(map(_rounded, views)),
         outlines=outlines,
         mass_kg=document.get("mass_kg"),
         merging=revived(document["merging"]),

@@ -74,6 +74,7 @@ def check_observation(obs: Observation, path: Path) -> None:
     check_pace(obs, path)
 
 
+@np.errstate(all="ignore")
 def check_view_set(views: tuple[CalibratedView, ...], recording: Recording, path: Path) -> None:
     """Check calibrated views and what they recorded, of the document ``path``.
 

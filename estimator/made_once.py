@@ -98,8 +98,8 @@ def arrays_of(made: MadeOnce) -> dict[str, NDArray[np.generic]]:
     return {name.lower(): np.ascontiguousarray(value) for name, value in arrays.items()}
 
 
-def made_of_arrays(arrays: Mapping[str, NDArray[np.generic]]) -> MadeOnce:
-    """The inverse of :func:`arrays_of`.
+def made_of_arrays(arrays: Mapping[str, NDArray[np.generic]], where: str) -> MadeOnce:
+    """The inverse of :func:`arrays_of`; ``where`` they are from, for messages.
 
     Raises
     ------
@@ -116,7 +116,7 @@ def made_of_arrays(arrays: Mapping[str, NDArray[np.generic]]) -> MadeOnce:
         convex = _floats(arrays["convex_vertices"]) if "convex_vertices" in arrays else None
         return MadeOnce(hull, catalogue, float(arrays["hollow"][0]), exact, convex, cast)
     except (KeyError, IndexError, ValueError) as error:
-        raise InputError(f"particle file: expected the arrays that tumble shape makes, got others ({error}).") from None
+        raise InputError(f"{where}: expected the arrays that tumble shape makes, got others ({error}).") from None
 
 
 def _mesh(arrays: Mapping[str, NDArray[np.generic]], name: str) -> HullMesh | None:

@@ -213,7 +213,7 @@ def particle_of(
         Where fewer than three views have an outline and belong together.
     """
     arrays = None if stored is None else stored.load(digest_of(outlines, views, configuration))
-    made = NOTHING_MADE if arrays is None else made_of_arrays(arrays)
+    made = NOTHING_MADE if arrays is None else made_of_arrays(arrays, str(stored))
     present = [i for i, o in enumerate(outlines) if not o.empty]
     absent = tuple(i for i, o in enumerate(outlines) if o.empty)
     if len(present) < MINIMUM_VIEWS:

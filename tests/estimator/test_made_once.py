@@ -71,7 +71,7 @@ def test_another_outline_view_or_setting_is_another_digest(given: Given) -> None
 
 def test_arrays_of_something_else_are_refused(made: Particle) -> None:
     arrays = arrays_of(made.once)
-    with pytest.raises(InputError, match="expected the arrays that tumble shape makes"):
-        made_of_arrays({"hollow": np.array([0.0])})
+    with pytest.raises(InputError, match="here: expected the arrays that tumble shape makes"):
+        made_of_arrays({"hollow": np.array([0.0])}, "here")
     with pytest.raises(InputError, match="vertices that are not there"):
-        made_of_arrays({**arrays, "hull_faces": np.array([[0, 1, 10**6]])})
+        made_of_arrays({**arrays, "hull_faces": np.array([[0, 1, 10**6]])}, "here")

@@ -73,6 +73,11 @@ def _document(name: str) -> Reader:
     return Reader(name, valid_files.documents, name, JSON, lambda folder: read_document(folder / name, name.removesuffix(".json")))
 
 
+def _made_arrays(folder: Path) -> None:
+    path = folder / "made.npz"
+    made_of_arrays(read_arrays(path, valid_files.MADE), str(path))
+
+
 def _made(particle: ParticleFile) -> None:
     if particle.made is not None:
         particle.made.load(particle.made.of)
@@ -125,7 +130,7 @@ READERS = (
     *(_rig(name, mutations) for name, mutations in valid_files.RIGS.items()),
     Reader("calibration.json", valid_files.rigs, "calibration.json", JSON, lambda folder: read_camera(folder / "calibration.json")),
     Reader("particle.json", valid_files.particle, "particle.json", JSON, lambda folder: _made(read_particle(folder))),
-    Reader("made.npz", valid_files.particle, "made.npz", ARCHIVE, lambda f: made_of_arrays(read_arrays(f / "made.npz", valid_files.MADE))),
+    Reader("made.npz", valid_files.particle, "made.npz", ARCHIVE, _made_arrays),
     Reader("plumb.csv", valid_files.rigs, "plumb.csv", TEXT, lambda folder: read_plumb_points(folder / "plumb.csv")),
     _document("campaign.json"),
     _document("diagnosis.json"),
