@@ -1,7 +1,8 @@
 """What an instrument may see of a sequence: pictures or outlines, cameras, clock, gravity and calibrated views."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Protocol, runtime_checkable
 
 import numpy as np
@@ -40,6 +41,15 @@ class Frames(Protocol):
 
     def background_of(self, index: int) -> NDArray[np.uint16] | None:
         """The background that belongs to picture ``index`` (views of several rig cameras have one each), else :meth:`background`."""
+        ...
+
+
+@runtime_checkable
+class Made(Protocol):
+    """What was made once of a particle's views, kept in a file."""
+
+    def load(self, of: str) -> Mapping[str, NDArray[np.generic]] | None:
+        """The arrays that were made from what has the digest ``of``; ``None`` where the file holds those of something else."""
         ...
 
 
@@ -84,6 +94,8 @@ class Observation:
     ``further_recordings[c]`` has the smaller outline of each picture of ``recordings[c]``, empty where there is but one. Whose an outline
     is, is not told.
 
+    ``particle``: the folder of the particle file that the views are from, where it is known; ``made``: what is kept there.
+
     ``notes``: what a reader changed, in sentences for a person.
     """
 
@@ -100,4 +112,6 @@ class Observation:
     companion: Companion | None = None
     further_recordings: tuple[Recording, ...] = ()
     gravity_covariance: Array | None = None
+    particle: Path | None = None
+    made: Made | None = None
     notes: tuple[str, ...] = ()

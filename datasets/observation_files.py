@@ -5,6 +5,7 @@
 Frames are read lazily. Nothing here knows of truth or recipes: an estimator may import it.
 """
 
+import os
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ from numpy.typing import NDArray
 from datasets import state_entries
 from datasets.errors import InputError
 from datasets.json_documents import Document, read_document, write_document
+from datasets.made_files import made_in
 from datasets.observation import CalibratedView, Companion, Frames, Observation, Recording
 from datasets.outline_files import read_outlines, write_outlines
 from datasets.plausibility import check_observation
@@ -64,7 +66,7 @@ def write_observation(obs: Observation, folder: Path) -> None:
         }
         for camera, recording, outline, other in zip(obs.cameras, obs.recordings, plates, further, strict=True)
     ]
-    views = {"recording": _store_views(obs, folder), "cameras": [_view_entry(view) for view in obs.views]}
+    views = {"recording": _store_views(obs, folder), "cameras": [view_entry(view) for view in obs.views]}
     content: Document = {
         "name": obs.name,
         "cameras": cameras,
@@ -75,6 +77,8 @@ def write_observation(obs: Observation, folder: Path) -> None:
     }
     if obs.gravity_covariance is not None:
         content["gravity_covariance"] = obs.gravity_covariance
+    if obs.particle is not None:
+        content["particle"] = Path(os.path.relpath(obs.particle, folder)).as_posix()
     if obs.plate is not None:
         content["plate"] = state_entries.plate_entry(obs.plate)
     if obs.companion is not None:
@@ -95,13 +99,14 @@ def read_observation(folder: Path) -> Observation:
         raise InputError(f"{folder}: expected the folder of an observation, came {'a file' if folder.exists() else 'nothing'}.")
     document = read_document(folder / FILE, "observation")
     times, views = _array(document["clock"]["times_s"]), document["views"]
+    particle = folder / document["particle"] if "particle" in document else None
     obs = Observation(
         name=document["name"],
         cameras=tuple(camera_of_entry(entry) for entry in document["cameras"]),
         recordings=tuple(_load(entry["recording"], folder, len(times)) for entry in document["cameras"]),
         clock=Clock(times, float(document["clock"]["exposure_s"])),
         gravity_world=_array(document["gravity_world"]),
-        views=tuple(_view(entry) for entry in views["cameras"]),
+        views=tuple(view_of_entry(entry) for entry in views["cameras"]),
         view_recording=_load(views["recording"], folder, len(views["cameras"])),
         mass_kg=document.get("mass_kg"),
         plate=state_entries.plate(document["plate"]) if "plate" in document else None,
@@ -109,6 +114,8 @@ def read_observation(folder: Path) -> Observation:
         companion=_companion(document["companion"], folder) if "companion" in document else None,
         further_recordings=_further_recordings(document, folder),
         gravity_covariance=_array(document["gravity_covariance"]) if "gravity_covariance" in document else None,
+        particle=particle,
+        made=None if particle is None else made_in(particle),
     )
     check_observation(obs, folder / FILE)
     return with_rotations(obs, folder / FILE)
@@ -200,17 +207,18 @@ def _further_recordings(document: Document, folder: Path) -> tuple[Recording, ..
 
 
 def _companion_entry(companion: Companion, folder: Path) -> Document:
-    views = [_view_entry(view) for view in companion.views]
+    views = [view_entry(view) for view in companion.views]
     recording = _store_outlines(companion.view_recording, folder / "companion_view_outlines.npz")
     return {"mass_kg": companion.mass_kg, "views": {"recording": recording, "cameras": views}}
 
 
 def _companion(entry: Document, folder: Path) -> Companion:
-    views = tuple(_view(view) for view in entry["views"]["cameras"])
+    views = tuple(view_of_entry(view) for view in entry["views"]["cameras"])
     return Companion(views, _load(entry["views"]["recording"], folder, len(views)), entry.get("mass_kg"))
 
 
-def _view_entry(view: CalibratedView) -> Document:
+def view_entry(view: CalibratedView) -> Document:
+    """A calibrated view's entry in a document."""
     return {
         "intrinsics": _intrinsics_entry(view.intrinsics),
         "R_cam_particle": view.R_cam_particle,
@@ -220,7 +228,8 @@ def _view_entry(view: CalibratedView) -> Document:
     }
 
 
-def _view(entry: Document) -> CalibratedView:
+def view_of_entry(entry: Document) -> CalibratedView:
+    """A calibrated view from its entry in a document that fits the schema."""
     R, t = _array(entry["R_cam_particle"]), _array(entry["t_cam_particle"])
     return CalibratedView(_intrinsics(entry["intrinsics"]), R, t, entry.get("drop", 0), entry.get("camera", 0))
 

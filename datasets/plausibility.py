@@ -77,6 +77,19 @@ def check_observation(obs: Observation, path: Path) -> None:
     check_pace(obs, path)
 
 
+@np.errstate(all="ignore")
+def check_view_set(views: tuple[CalibratedView, ...], recording: Recording, path: Path) -> None:
+    """Check calibrated views and what they recorded, of the document ``path``.
+
+    Raises
+    ------
+    InputError
+        At the first thing that cannot be true.
+    """
+    _check_views(views, f"{path}: at $.views")
+    _check_recording(recording, [view.intrinsics for view in views], path, "calibrated views")
+
+
 def _check_names(obs: Observation, path: Path) -> None:
     names = [camera.name for camera in obs.cameras]
     for c, name in enumerate(names):

@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 from datasets import state_entries
 from datasets.array_files import read_arrays, write_arrays
-from datasets.atomic_files import written_whole
 from datasets.errors import InputError
 from datasets.impact_entries import impact, impact_entry, remnant, remnant_entry
 from datasets.json_documents import read_document, revived, write_document
+from datasets.mesh_files import write_mesh
 from datasets.schema_errors import shown
 from datasets.tiff_frames import FrameStackWriter, TiffFrames
 from datasets.truth import Remnant, Truth
@@ -121,19 +121,6 @@ def _remnant(entry: dict[str, Any], folder: Path, count: int) -> Remnant:
     if len(vertices) != count:
         raise InputError(f"{folder / entry['mesh']}: expected the {count} vertices of the whole particle, came {len(vertices)}.")
     return remnant(entry, vertices)
-
-
-def write_mesh(path: Path, vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> None:
-    """Write a triangle mesh as binary PLY with float64 vertices (m)."""
-    header = (
-        "ply\nformat binary_little_endian 1.0\n"
-        f"element vertex {len(vertices)}\nproperty double x\nproperty double y\nproperty double z\n"
-        f"element face {len(faces)}\nproperty list uchar int vertex_indices\nend_header\n"
-    )
-    rows = np.empty(len(faces), dtype=[("count", "u1"), ("corners", "<i4", (3,))])
-    rows["count"], rows["corners"] = 3, faces
-    with written_whole(path) as temporary:
-        temporary.write_bytes(header.encode("ascii") + np.ascontiguousarray(vertices, dtype="<f8").tobytes() + rows.tobytes())
 
 
 def read_mesh(path: Path) -> tuple[NDArray[np.float64], NDArray[np.int64]]:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.errors import InputError
-from datasets.observation import CalibratedView
+from datasets.observation import CalibratedView, Made
 from datasets.vocabulary.body import Body
 from datasets.vocabulary.outline import Outline
 from estimator.configuration import Configuration
@@ -27,6 +27,7 @@ from estimator.geometry.silhouettes import Silhouettes, like_silhouettes, silhou
 from estimator.geometry.tangent_hull import Likeness
 from estimator.geometry.tangent_polytope import tangent_polytope
 from estimator.geometry.visual_hull import HullMesh, bounding_ball, visual_hull
+from estimator.made_once import NOTHING_MADE, MadeOnce, digest_of, made_of_arrays
 from estimator.outlines.pictured import Pictures, mean_seen
 from estimator.view_faults import view_fault
 
@@ -84,7 +85,7 @@ class Particle:
     """The particle as the views show it: hull, body, start catalogue, the views in use and how they agree.
 
     ``seen``: the views' outlines, with the noise that the views show among themselves where that is more than the outlines'.
-    ``fault``: what is likely wrong with views that disagree, in a sentence.
+    ``fault``: what is likely wrong with views that disagree, in a sentence. ``made``: what a particle file keeps, not made again.
     """
 
     outlines: tuple[Outline, ...]
@@ -97,6 +98,7 @@ class Particle:
     report: ViewReport
     disagreement: Disagreement
     fault: str = ""
+    made: MadeOnce = NOTHING_MADE
 
     @property
     def extent_m(self) -> float:
@@ -124,6 +126,8 @@ class Particle:
     @cached_property
     def hollow(self) -> float:
         """Mean share of the convex hulls of the views' outlines that the body leaves empty."""
+        if self.made.hollow is not None:
+            return self.made.hollow
         return hollow_beyond_noise([outline.points_px for outline in self.outlines])
 
     @cached_property
@@ -131,6 +135,8 @@ class Particle:
         """What casts the body's outlines: its exact visual hull where it has hollows (seconds), the carved one where it has none."""
         if self.hollow <= LEAST_HOLLOW:
             return self.hull
+        if self.made.exact_hull is not None:
+            return self.made.exact_hull
         try:
             return exact_hull(self.outlines, self.calibrated, tolerance_px=TOLERANCE_PX)
         except InputError:
@@ -144,6 +150,8 @@ class Particle:
     @cached_property
     def convex_vertices(self) -> Array:
         """Vertices (v, 3) m of the polytope of the views' tangent planes, or the carved hull's where noise leaves no polytope."""
+        if self.made.convex_vertices is not None:
+            return self.made.convex_vertices
         try:
             return tangent_polytope(self.seen, self.poses, self.body.com_particle)
         except InputError:
@@ -152,10 +160,25 @@ class Particle:
     @cached_property
     def cast_in_views(self) -> tuple[Array, ...]:
         """Outlines (v, 2) px that the body casts in the calibrated views, sharp: of the exact hull, or of the polytope."""
+        if self.made.cast_in_views:
+            return self.made.cast_in_views
         views = [(v.intrinsics, v.R_cam_particle, v.t_cam_particle) for v in self.calibrated]
         if not self.has_exact_hull:
             return tuple(cast_convex(self.convex_vertices, *view) for view in views)
         return tuple(cast_outline(self.casting_mesh, *view, finer=FINER_IN_VIEWS) for view in views)
+
+    @property
+    def once(self) -> MadeOnce:
+        """All that recordings of this particle share, made here where it is not there yet."""
+        exact = self.has_exact_hull
+        return MadeOnce(
+            hull=self.hull,
+            catalogue=self.catalogue,
+            hollow=self.hollow,
+            exact_hull=self.casting_hull if exact else None,
+            convex_vertices=None if exact else self.convex_vertices,
+            cast_in_views=self.cast_in_views,
+        )
 
     @property
     def has_exact_hull(self) -> bool:
@@ -179,14 +202,18 @@ def view_poses(views: Sequence[CalibratedView]) -> PoseSet:
     return PoseSet(np.stack([v.R_cam_particle for v in views]).astype(float), np.stack([v.t_cam_particle for v in views]).astype(float))
 
 
-def particle_of(outlines: Sequence[Outline], views: Sequence[CalibratedView], configuration: Configuration) -> Particle:
-    """Check the views against one another, carve the hull and take its mass properties.
+def particle_of(
+    outlines: Sequence[Outline], views: Sequence[CalibratedView], configuration: Configuration, stored: Made | None = None
+) -> Particle:
+    """Check the views against one another, carve the hull and take its mass properties; ``stored``: what was made of such views before.
 
     Raises
     ------
     InputError
         Where fewer than three views have an outline and belong together.
     """
+    arrays = None if stored is None else stored.load(digest_of(outlines, views, configuration))
+    made = NOTHING_MADE if arrays is None else made_of_arrays(arrays, str(stored))
     present = [i for i, o in enumerate(outlines) if not o.empty]
     absent = tuple(i for i, o in enumerate(outlines) if o.empty)
     if len(present) < MINIMUM_VIEWS:
@@ -204,7 +231,7 @@ def particle_of(outlines: Sequence[Outline], views: Sequence[CalibratedView], co
         raise InputError(said.rstrip())
     every = outlines, views
     outlines, views, seen = [outlines[i] for i in kept], [views[i] for i in kept], seen.take(kept)
-    hull = visual_hull(outlines, views, resolution=configuration.hull_resolution)
+    hull = made.hull or visual_hull(outlines, views, resolution=configuration.hull_resolution)
     body = body_of(hull)
     among = disagreement(seen, view_poses(views), body.com_particle)
     return Particle(
@@ -214,10 +241,11 @@ def particle_of(outlines: Sequence[Outline], views: Sequence[CalibratedView], co
         poses=view_poses(views),
         hull=hull,
         body=body,
-        catalogue=start_catalogue(hull.vertices, body.com_particle, directions=configuration.directions),
+        catalogue=made.catalogue or start_catalogue(hull.vertices, body.com_particle, directions=configuration.directions),
         report=report,
         disagreement=among,
         fault=view_fault(*every) if among.calibration_px > 0.0 else "",
+        made=made,
     )
 
 

@@ -157,7 +157,7 @@ def tracks_of(observation: Observation) -> tuple[OutlineTrack, ...]:
 def observed_particle(observation: Observation, configuration: Configuration) -> Particle:
     """The particle as the calibrated views show it."""
     seen = view_outlines_of(observation.view_recording, observation.views, name=f"{observation.name}, calibrated views")
-    return particle_of(seen.outlines, observation.views, configuration)
+    return particle_of(seen.outlines, observation.views, configuration, observation.made)
 
 
 def biased_task(

@@ -1,6 +1,6 @@
 """Usual mistakes in calibrated views, told by how well the views agree with one another once a mistake is taken back.
 
-Rotations given the other way round, and pictures whose rows are counted upwards. A mistake is only named, never corrected.
+Rotations given the other way round, pictures whose rows are counted upwards, mirrored pictures. A mistake is only named, never corrected.
 """
 
 from collections.abc import Sequence
@@ -26,14 +26,21 @@ def upside_down(outline: Outline, height_px: int) -> Outline:
     return Outline(oriented(outline.points_px * [1.0, -1.0] + [0.0, height_px - 1.0]))
 
 
+def mirrored(outline: Outline, width_px: int) -> Outline:
+    """The outline in a picture whose columns are counted from the other end."""
+    return Outline(oriented(outline.points_px * [-1.0, 1.0] + [width_px - 1.0, 0.0]))
+
+
 def view_fault(outlines: Sequence[Outline], views: Sequence[CalibratedView]) -> str:
     """What is likely wrong with views that disagree; empty where taking back no mistake makes them agree. Outlines are not empty."""
     given = _disagreement_px(outlines, views)
     transposed = [replace(v, R_cam_particle=v.R_cam_particle.T) for v in views]
     turned = [upside_down(o, v.intrinsics.height_px) for o, v in zip(outlines, views, strict=True)]
+    flipped = [mirrored(o, v.intrinsics.width_px) for o, v in zip(outlines, views, strict=True)]
     for seen, stated, said in (
         (outlines, transposed, "their rotations are transposed: R_cam_particle maps particle to camera axes"),
         (turned, views, "the rows of their pictures are counted upwards: pixel y runs downwards"),
+        (flipped, views, "their pictures are mirrored: pixel x runs to the right"),
     ):
         if BETTER * _disagreement_px(seen, stated) < given:
             return f"The calibrated views agree if {said}."

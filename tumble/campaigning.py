@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 from datasets.errors import InputError
 from datasets.observation import Observation
 from datasets.observation_files import read_observation
+from datasets.particle_files import read_particle, with_particle
 from datasets.trajectory import Trajectory
 from datasets.trajectory_files import read_trajectory, trajectories_in
 from estimator.configuration import Configuration
@@ -31,17 +32,20 @@ Read = TypeVar("Read", Observation, Trajectory)
 class Known:
     """What a user says on the command line.
 
-    Of trajectories ``surroundings`` as in their side-car, and a ``mesh`` of the body; of effects what is ``stated``.
+    Of trajectories ``surroundings`` as in their side-car, and a ``mesh`` of the body; of effects what is ``stated``; of observations the
+    folder of the ``particle`` file whose views count.
     """
 
     surroundings: Mapping[str, Any] = field(default_factory=dict)
     mesh: Path | None = None
     stated: tuple[Stated, ...] = ()
+    particle: Path | None = None
 
     @property
     def options(self) -> tuple[str, ...]:
         """The options that say so."""
-        return (*self.of_trajectories, *(word for each in self.stated for word in (each.option, each.words)))
+        particle = () if self.particle is None else ("--particle", str(self.particle))
+        return (*particle, *self.of_trajectories, *(word for each in self.stated for word in (each.option, each.words)))
 
     @property
     def of_trajectories(self) -> tuple[str, ...]:
@@ -85,11 +89,13 @@ def prepare(
         Where no sequence is left, with the reason of each; where an effect cannot be found in such measurements.
     """
     known = known or Known()
+    if known.particle is not None and trajectories_in(source):
+        raise InputError(f"{known.particle}: expected no --particle with trajectories, which have no views, got one.")
     found = _of_trajectories(source, effects, known, quiet=quiet) if trajectories_in(source) else None
     if found is None and known.of_trajectories:
         words = shlex.join(known.of_trajectories)
         raise InputError(f"{source}: expected trajectories (*.csv, *.tum, *.txt) for {words}, got none: pictures state it themselves.")
-    found = found or _of_pictures(source, configuration, _unstated(effects, known), quiet=quiet)
+    found = found or _of_pictures(source, configuration, _unstated(effects, known), known.particle, quiet=quiet)
     if not found.registered.campaign.sequences:
         reasons = "\n".join(f"  {who}: {reason}" for who, reason in grouped(found.left_out))
         raise InputError(f"{source}: no sequence of this campaign can be measured:\n{reasons}")
@@ -113,8 +119,13 @@ def _read_alone(folder: Path) -> Observation:
     return observation
 
 
-def _of_pictures(source: Path, configuration: Configuration, effects: Sequence[EffectModel], *, quiet: bool) -> Prepared:
+def _of_pictures(
+    source: Path, configuration: Configuration, effects: Sequence[EffectModel], particle: Path | None, *, quiet: bool
+) -> Prepared:
     observations, left_out = _read(observations_in(source), _read_alone)
+    if particle is not None:
+        known = read_particle(particle)
+        observations = {name: with_particle(observation, known) for name, observation in observations.items()}
     tell_notes((note for observation in observations.values() for note in observation.notes), quiet=quiet)
     refuse_without_gravity([e.entry.key for e in effects], [o.gravity_world for o in observations.values()])
     with progress("register", len(observations), quiet=quiet) as advance:

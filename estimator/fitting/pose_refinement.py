@@ -5,6 +5,7 @@ converge. All starts advance together, each with its own damping [Marquardt 1963
 all that is needed. A pair without tangent planes has no cost, so poses are compared by their mean cost per valid pair.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -59,28 +60,50 @@ def pose_errors(first: Silhouettes, poses: Poses, views: Views, *, huber: float 
     return tangency_errors(first, chosen, views.silhouettes, views.poses, pivot_particle=views.centre, huber=huber)
 
 
+@dataclass(frozen=True)
+class Equations:
+    """Of n candidates: ``cost`` (n,) per valid pair, and the normal matrix (n, 6, 6) and gradient (n, 6) of translation and rotation."""
+
+    cost: Array
+    normal: Array
+    gradient: Array
+
+
 def refine(first: Silhouettes, poses: Poses, views: Views, *, iterations: int, tolerance: float = 1e-5, huber: float = np.inf) -> Poses:
     """The candidates after at most ``iterations`` damped steps; each stops when its cost falls by less than ``tolerance`` (relative)."""
+
+    def equations(trial: Poses, rows: NDArray[np.int64]) -> Equations:
+        errors = pose_errors(first.take(rows.tolist()), trial, views, huber=huber)
+        return Equations(mean_cost(errors), errors.normal[:, :6, :6], errors.gradient[:, :6])
+
+    return descend(equations, poses, iterations=iterations, tolerance=tolerance)
+
+
+def descend(
+    equations: Callable[[Poses, NDArray[np.int64]], Equations], poses: Poses, *, iterations: int, tolerance: float = 1e-5
+) -> Poses:
+    """Damped steps from every candidate of its own; ``equations`` says cost and derivatives of the candidates that have the numbers given.
+
+    A step moves ``centre_cam`` by its first three numbers and turns ``R``, from the left, by the last three.
+    """
     n = len(poses.R)
     damping = np.full(n, FIRST_DAMPING)
     active = np.ones(n, dtype=np.bool_)
-    R, centre, cost = poses.R.copy(), poses.centre_cam.copy(), np.full(n, np.inf)
-    errors = pose_errors(first, poses, views, huber=huber)
-    cost = mean_cost(errors)
-    normal, gradient = errors.normal[:, :6, :6].copy(), errors.gradient[:, :6].copy()
+    R, centre = poses.R.copy(), poses.centre_cam.copy()
+    now = equations(poses, np.arange(n))
+    cost, normal, gradient = now.cost.copy(), now.normal.copy(), now.gradient.copy()
     for _ in range(iterations):
         rows = np.flatnonzero(active & np.isfinite(cost))
         if len(rows) == 0:
             break
         step = damped_step(normal[rows], gradient[rows], damping[rows])
         trial = Poses(rotation_from_vector(step[:, 3:]) @ R[rows], centre[rows] + step[:, :3], cost[rows])
-        errors = pose_errors(first.take(rows.tolist()), trial, views, huber=huber)
-        new = mean_cost(errors)
-        better = new < cost[rows]
-        done = better & (cost[rows] - new <= tolerance * cost[rows])
+        new = equations(trial, rows)
+        better = new.cost < cost[rows]
+        done = better & (cost[rows] - new.cost <= tolerance * cost[rows])
         took = rows[better]
-        R[took], centre[took], cost[took] = trial.R[better], trial.centre_cam[better], new[better]
-        normal[took], gradient[took] = errors.normal[better, :6, :6], errors.gradient[better, :6]
+        R[took], centre[took], cost[took] = trial.R[better], trial.centre_cam[better], new.cost[better]
+        normal[took], gradient[took] = new.normal[better], new.gradient[better]
         damping[took] = np.maximum(damping[took] / 10.0, 1e-9)
         damping[rows[~better]] *= 10.0
         active[rows[done]] = False

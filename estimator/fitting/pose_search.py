@@ -39,7 +39,7 @@ class FoundPoses:
 def search_pose(silhouette: Silhouettes, views: Views, catalogue: StartCatalogue, effort: SearchEffort) -> FoundPoses:
     """Distinct poses of a single silhouette (``len(silhouette) == 1``) that minimise its ETE, best first."""
     starts = likely_starts(silhouette.xy, catalogue, count=effort.starts)
-    few = views.take(_spread(len(views.silhouettes), effort.coarse_views))
+    few = views.take(spread(len(views.silhouettes), effort.coarse_views))
     coarse = refine(_repeat(silhouette, len(starts.R)), starts, few, iterations=effort.coarse_steps, tolerance=1e-3)
     best = distinct(coarse, separation_rad=effort.separation_rad)
     best = best.take(np.arange(min(effort.candidates, len(best.R))))
@@ -59,7 +59,8 @@ def rms_ete_px(first: Silhouettes, poses: Poses, views: Views) -> Array:
     return np.asarray(np.sqrt(squares / np.maximum(told.sum(axis=(1, 2)), 1)))
 
 
-def _spread(count: int, wanted: int) -> list[int]:
+def spread(count: int, wanted: int) -> list[int]:
+    """Numbers of at most ``wanted`` of ``count`` views, evenly spread."""
     return sorted(set(np.linspace(0, count - 1, min(wanted, count)).round().astype(int).tolist()))
 
 

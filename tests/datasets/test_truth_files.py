@@ -9,9 +9,10 @@ import trimesh
 from datasets.dataset_files import Dataset, observation_folder, read_dataset, truth_folder, write_dataset
 from datasets.errors import InputError
 from datasets.impact_entries import NUMBERS, TABLES, VECTORS
+from datasets.mesh_files import write_mesh
 from datasets.tiff_frames import TiffFrames, write_stack
 from datasets.truth import Impact, Remnant, Truth
-from datasets.truth_files import read_truth, write_mesh, write_truth
+from datasets.truth_files import read_truth, write_truth
 from datasets.vocabulary.plate import Plate
 
 

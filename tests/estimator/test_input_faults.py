@@ -11,7 +11,7 @@ from datasets.vocabulary.outline import Outline
 from estimator.configuration import Configuration
 from estimator.input_faults import _of_times
 from estimator.measuring import measure
-from estimator.view_faults import upside_down, view_fault
+from estimator.view_faults import mirrored, upside_down, view_fault
 from synth.sequence import build_silhouette_sequence
 
 RECIPE = Recipe(
@@ -52,6 +52,11 @@ def test_transposed_views_are_named(sequence: Observation) -> None:
 def test_views_counted_upwards_are_named(sequence: Observation) -> None:
     turned = [upside_down(o, v.intrinsics.height_px) for o, v in zip(outlines_of_views(sequence), sequence.views, strict=True)]
     assert "counted upwards" in view_fault(turned, sequence.views)
+
+
+def test_mirrored_views_are_named(sequence: Observation) -> None:
+    turned = [mirrored(o, v.intrinsics.width_px) for o, v in zip(outlines_of_views(sequence), sequence.views, strict=True)]
+    assert "mirrored" in view_fault(turned, sequence.views)
 
 
 def test_right_views_have_no_fault(sequence: Observation) -> None:

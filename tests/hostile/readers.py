@@ -4,12 +4,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from datasets.array_files import read_arrays
 from datasets.camera_files import read_camera, read_gravity
 from datasets.dataset_files import read_dataset
 from datasets.estimate_files import read_estimate
 from datasets.json_documents import read_document
 from datasets.observation_files import read_observation
 from datasets.outline_files import read_outlines
+from datasets.particle_files import ParticleFile, read_particle
 from datasets.plumb_files import read_plumb_points
 from datasets.recipes.toml_files import load_recipe
 from datasets.rig_files.opening import Convention, read_rig
@@ -18,6 +20,7 @@ from datasets.tiff_frames import TiffFrames
 from datasets.trajectory_files import read_trajectory
 from datasets.truth_files import read_truth
 from datasets.video import open_video
+from estimator.made_once import made_of_arrays
 from synth.particles.mesh_import import read_mesh as import_mesh
 from tests.hostile import valid_files
 from tests.hostile.mutations import ARCHIVE, BYTES, JSON, TEXT, Mutation
@@ -70,7 +73,19 @@ def _document(name: str) -> Reader:
     return Reader(name, valid_files.documents, name, JSON, lambda folder: read_document(folder / name, name.removesuffix(".json")))
 
 
+def _made_arrays(folder: Path) -> None:
+    path = folder / "made.npz"
+    made_of_arrays(read_arrays(path, valid_files.MADE), str(path))
+
+
+def _made(particle: ParticleFile) -> None:
+    if particle.made is not None:
+        particle.made.load(particle.made.of)
+
+
 OUTLINES = "outlines_left.npz"
+
+
 def _mesh(suffix: str, read: Callable[[Path], object]) -> Reader:
     return Reader(f"stone{suffix}", valid_files.meshes, f"stone{suffix}", BYTES if suffix != ".obj" else TEXT, read)
 
@@ -114,6 +129,8 @@ READERS = (
     Reader("gravity.toml", valid_files.texts, "gravity.toml", TEXT, lambda folder: read_gravity(folder / "gravity.toml")),
     *(_rig(name, mutations) for name, mutations in valid_files.RIGS.items()),
     Reader("calibration.json", valid_files.rigs, "calibration.json", JSON, lambda folder: read_camera(folder / "calibration.json")),
+    Reader("particle.json", valid_files.particle, "particle.json", JSON, lambda folder: _made(read_particle(folder))),
+    Reader("made.npz", valid_files.particle, "made.npz", ARCHIVE, _made_arrays),
     Reader("plumb.csv", valid_files.rigs, "plumb.csv", TEXT, lambda folder: read_plumb_points(folder / "plumb.csv")),
     _document("campaign.json"),
     _document("diagnosis.json"),

@@ -19,6 +19,7 @@ from datasets.estimate_files import write_estimate
 from datasets.json_documents import write_document
 from datasets.observation import CalibratedView, Companion, Observation
 from datasets.observation_files import write_observation
+from datasets.particle_files import ParticleFile, write_particle
 from datasets.recipes.recipe import EffectRecipe, PlateRecipe, Recipe
 from datasets.recipes.toml_files import recipe_to_toml
 from datasets.tiff_frames import FrameStackWriter, TiffFrames
@@ -30,6 +31,9 @@ from datasets.vocabulary.camera import HsvCamera, Intrinsics
 from datasets.vocabulary.clock import Clock
 from datasets.vocabulary.outline import Outline
 from datasets.vocabulary.plate import Plate
+from estimator.fitting.pose_starts import StartCatalogue
+from estimator.geometry.visual_hull import HullMesh
+from estimator.made_once import MadeOnce, arrays_of
 from tests.datasets.conftest import make_estimate, make_truth, square_outline
 from tests.datasets.test_measured_entries import impact_at, with_impact
 from tests.datasets.test_rig_files import P_of, model
@@ -75,6 +79,25 @@ def rigs(folder: Path) -> None:
     calibration = Calibration(tuple(true), np.eye(24), fit, "chessboard:9x6:5mm", np.array([0.0, 9.8, 0.1]), 1e-4 * np.eye(3), ("a note",))
     write_calibration(calibration, folder / "calibration.json")
     (folder / "plumb.csv").write_text("camera,line,x_px,y_px\n1,1,10.5,20\n2,1,11,22.25\n", encoding="utf-8")
+
+
+MADE = (
+    *("cast_offsets", "cast_points", "catalogue_middle", "catalogue_r", "catalogue_support", "convex_vertices", "hollow"),
+    *("hull_faces", "hull_vertices"),
+)
+"""Arrays of a body without hollows."""
+
+
+def particle(folder: Path) -> None:
+    """A particle file with what was made once."""
+    intrinsics = Intrinsics(WIDTH, HEIGHT, 600.0, 600.0, 11.5, 9.5)
+    views = tuple(CalibratedView(intrinsics, np.eye(3), np.array([0.0, 0.0, 1.2]), k, k) for k in range(2))
+    hull = HullMesh(np.vstack([np.zeros(3), np.eye(3)]), np.array([[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]]))
+    ring = square_outline(10, 9, 4.0)
+    made = MadeOnce(
+        hull, StartCatalogue(np.eye(3)[None], np.ones((1, 72)), np.zeros((1, 2))), 0.0, None, hull.vertices, (ring.points_px,) * 2
+    )
+    write_particle(ParticleFile("stone", views, (ring, ring), 1e-3, {"settled": True}), folder, ("ab" * 32, arrays_of(made)))
 
 
 def observation(folder: Path) -> None:

@@ -26,6 +26,7 @@ WHOLE: Mapping[str, tuple[str, str, tuple[str, ...]]] = {
         "observations/outlines_hsv/observation.json",
         ("render",),
     ),
+    "shape": ("render", "particle.json", ("render",)),
     "check": ("render", "cut_stone-0000.check.html", ("render",)),
     "estimate": ("render", "cut_stone-0000.estimate.json", ("render",)),
     "score": ("estimate --truth render/truth", "scores.csv", ("estimate",)),

@@ -14,6 +14,7 @@ from tumble.cli.main import VERBS
 ROOT = Path(__file__).resolve().parents[2]
 WRITES = {"out", "result", "table", "write"}
 """Options that name what a verb writes, not what it reads."""
+SETTINGS = "--particle stone --config config/estimator.toml"
 COMMANDS: Mapping[str, str] = {
     "quickstart": "",
     "render": "--config config/recipe.toml",
@@ -22,12 +23,13 @@ COMMANDS: Mapping[str, str] = {
     "calibrate rig": "boards/one.png --board chessboard:9x6:5mm",
     "calibrate gravity": "boards/one.png --camera calibration/camera.toml",
     "calibrate check": "calibration/camera.toml boards/one.png --board chessboard:9x6:5mm",
+    "shape": "drops/one.npz dataset --rig calibration/camera.toml --background boards/one.png",
     "check": "dataset",
-    "estimate": "dataset --config config/estimator.toml --mesh mesh/body.ply --gravity=0,9.81,0 --effects plug_in/my_wind.py:MyWind",
-    "compare": "dataset --config config/estimator.toml --mesh mesh/body.ply --also plug_in/my_wind.py:MyWind",
-    "diagnose": "dataset --config config/estimator.toml --mesh mesh/body.ply --also plug_in/my_wind.py:MyWind",
-    "explain": "dataset --config config/estimator.toml --mesh mesh/body.ply --also plug_in/my_wind.py:MyWind",
-    "ladder": "dataset --config config/estimator.toml --mesh mesh/body.ply --effects plug_in/my_wind.py:MyWind --truth dataset/truth",
+    "estimate": f"dataset {SETTINGS} --mesh mesh/body.ply --gravity=0,9.81,0 --effects plug_in/my_wind.py:MyWind",
+    "compare": f"dataset {SETTINGS} --mesh mesh/body.ply --also plug_in/my_wind.py:MyWind",
+    "diagnose": f"dataset {SETTINGS} --mesh mesh/body.ply --also plug_in/my_wind.py:MyWind",
+    "explain": f"dataset {SETTINGS} --mesh mesh/body.ply --also plug_in/my_wind.py:MyWind",
+    "ladder": f"dataset {SETTINGS} --mesh mesh/body.ply --effects plug_in/my_wind.py:MyWind --truth dataset/truth",
     "validate-contact": "estimates --observations dataset --mesh mesh/body.ply",
     "score": "estimates --truth dataset/truth",
     "report": "estimates --observations dataset --truth dataset/truth",
@@ -57,6 +59,8 @@ def make_inputs(folder: Path) -> None:
         "mesh/body.ply": "",
         "videos/drop.cine": "",
         "boards/one.png": "",
+        "drops/one.npz": "",
+        "stone/particle.json": "{}",
         "calibration/camera.toml": "",
         "particles/stone.ply": "",
         "challenge/campaigns/c001/observations/one/observation.json": "{}",

@@ -45,7 +45,7 @@ def geometry_of(observation: Observation, looks: Sequence[Look]) -> Geometry:
     configuration = Configuration()
     try:
         views = view_outlines_of(observation.view_recording, observation.views, name=f"{observation.name}, calibrated views")
-        particle = particle_of(views.outlines, observation.views, configuration)
+        particle = particle_of(views.outlines, observation.views, configuration, observation.made)
     except InputError as error:
         return Geometry((("calibrated views", str(len(observation.views))),), (Finding(True, str(error)),))
     rows, findings = _views(particle, len(observation.views))

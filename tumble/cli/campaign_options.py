@@ -72,7 +72,12 @@ def question_of(arguments: argparse.Namespace) -> Question:
 def known_by(arguments: argparse.Namespace) -> Known:
     """What the user says beside the recordings."""
     stated = (*map(known, arguments.known), *map(possible, arguments.possible))
-    return Known({} if arguments.gravity is None else {"gravity_world": arguments.gravity}, arguments.mesh, stated)
+    return Known(
+        {} if arguments.gravity is None else {"gravity_world": arguments.gravity},
+        arguments.mesh,
+        stated,
+        getattr(arguments, "particle", None),
+    )
 
 
 def run_on_campaign(verb: str, arguments: argparse.Namespace, work: Work, *, steps: int = 0) -> int:
@@ -113,7 +118,7 @@ def _incomplete(document: Document, out: Path) -> int:
 def read_by(arguments: argparse.Namespace) -> tuple[Path, ...]:
     """What a verb on a campaign reads."""
     plug_ins = effects_read(f"{arguments.effects},{getattr(arguments, 'also', '')}")
-    options = paths_given(arguments.config, arguments.mesh, getattr(arguments, "truth", None))
+    options = paths_given(arguments.config, arguments.mesh, getattr(arguments, "truth", None), getattr(arguments, "particle", None))
     return (*observations_read(arguments.observations), *plug_ins, *options)
 
 
@@ -168,7 +173,7 @@ def say_diagnosis(document: Document) -> None:
     too_short = document["verdict"]["kind"] == "says nothing"
     if document.get("limits") and not too_short:
         say(document["limits"]["sentence"])
-    say(what_next(None if too_short else document['verdict']['next']))
+    say(what_next(None if too_short else document["verdict"]["next"]))
 
 
 def _table(first: str, *headings: str) -> Table:

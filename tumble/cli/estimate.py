@@ -10,6 +10,7 @@ from rich.table import Table
 
 from datasets.estimate import Estimate, ImpactEstimate, Status
 from datasets.estimate_files import read_estimate
+from datasets.particle_files import read_particle
 from datasets.trajectory_files import trajectories_in
 from tumble.cli.console import console
 from tumble.cli.estimate_campaign import estimate_campaign
@@ -63,10 +64,16 @@ def run(arguments: argparse.Namespace) -> int:
         return estimate_campaign(arguments, tell_statuses)
     configuration = load_configuration(arguments.config, arguments.settings)
     observations_in(arguments.observations)
-    reads = paths_given(*observations_read(arguments.observations), arguments.config)
-    described = Run("estimate", {"observations": str(arguments.observations.resolve()), **configuration}, reads=reads)
+    if arguments.particle is not None:
+        read_particle(arguments.particle)  # a wrong one ends the run before it begins
+    reads = paths_given(*observations_read(arguments.observations), arguments.config, arguments.particle)
+    content = {"observations": str(arguments.observations.resolve()), **configuration}
+    content |= {} if arguments.particle is None else {"particle": str(arguments.particle.resolve())}
+    described = Run("estimate", content, reads=reads)
     with output_directory(arguments.out, described, resume=arguments.resume, force=arguments.force) as out:
-        outcomes = estimate_all(arguments.observations, configuration, out, jobs=arguments.jobs, quiet=arguments.quiet)
+        outcomes = estimate_all(
+            arguments.observations, configuration, out, jobs=arguments.jobs, quiet=arguments.quiet, particle=arguments.particle
+        )
         report_failures(out, outcomes, verbose=arguments.verbose)
     products = [estimate_path(arguments.out, outcome.name) for outcome in outcomes]
     return max(exit_code(outcomes), tell(arguments, [read_estimate(path) for path in products if path.exists()]))

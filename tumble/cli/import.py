@@ -44,7 +44,7 @@ def parser() -> argparse.ArgumentParser:
         help="the picture without the particle: modelled from the recording, a file, or the median of the first N pictures (default: auto)",
     )
     verb.add_argument("--camera", type=Path, action="append", default=[], metavar="FILE", help="the camera's calibration")
-    verb.add_argument("--particle", type=Path, metavar="FOLDER", help="an observation that has the particle's calibrated views")
+    verb.add_argument("--particle", type=Path, metavar="FOLDER", help="what tumble shape wrote, or an observation with views")
     verb.add_argument("--gravity", metavar="down|X,Y,Z|FILE", help="gravity in the first camera's frame, m/s2; down: along the columns")
     verb.add_argument("--rate", metavar="HZ", help="pictures per second, where the file does not say or is wrong: 4000, 4kHz")
     verb.add_argument("--exposure", metavar="TIME", help="length of an exposure, where the file does not say: 20us")

@@ -20,6 +20,7 @@ VERBS: tuple[tuple[str, str], ...] = (
     ("quickstart", "render, estimate, score and report two small sequences of a cut stone"),
     ("render", "make a dataset from a recipe"),
     ("calibrate", "calibrate cameras, rigs and the direction of gravity from pictures of targets"),
+    ("shape", "merge drops of a particle seen by a rig into one set of views, a particle file"),
     ("import", "make observations of a camera's own recordings"),
     ("check", "look at observations before anything is fitted"),
     ("estimate", "measure poses, trajectory and velocities from observations alone"),
@@ -87,7 +88,7 @@ def _trace(error: Exception, arguments: Sequence[str]) -> None:
 
 
 def _interrupted(name: str) -> int:
-    resumable = name in {"render", "import", "check", "estimate", "quickstart", "challenge"}
+    resumable = name in {"render", "shape", "import", "check", "estimate", "quickstart", "challenge"}
     again = " The same command with --resume goes on from here." if resumable else ""
     print(f"tumble: stopped. Finished items are whole.{again}", file=sys.stderr)
     return INTERRUPTED

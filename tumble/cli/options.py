@@ -62,10 +62,11 @@ def add_output(parser: argparse.ArgumentParser, *, default: str) -> None:
 
 
 def add_known(parser: argparse.ArgumentParser) -> None:
-    """``--gravity``, ``--mesh``: what trajectories do not say themselves; ``--known``, ``--possible``: what is stated of effects."""
+    """``--gravity``, ``--mesh``: what trajectories do not say themselves; ``--particle``; ``--known``, ``--possible``: of effects."""
     parser.add_argument(
         "--gravity", type=three_numbers, metavar="X,Y,Z", help="trajectories: gravity in their frame, m/s2, e.g. --gravity=0,0,-9.81"
     )
+    parser.add_argument("--particle", type=Path, metavar="STONE", help="what tumble shape wrote: its views instead of those stated")
     parser.add_argument("--mesh", type=Path, metavar="FILE", help="trajectories: the body as a closed mesh in metres, in the tracked frame")
     parser.add_argument(
         "--known",

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from datasets.camera_files import observation_at, read_camera, read_gravity
 from datasets.errors import InputError
 from datasets.names import file_name
-from datasets.observation import Observation
+from datasets.observation import CalibratedView, Made, Observation, Recording
+from datasets.particle_files import is_particle, read_particle
 from datasets.video import Origin
 from datasets.vocabulary.camera import HsvCamera
 from datasets.vocabulary.clock import Clock
@@ -29,7 +30,7 @@ CAMERA = Missing(
 PARTICLE = Missing(
     "particle",
     "rotation is measured against calibrated views of the particle",
-    "--particle FOLDER (an observation, or a dataset, that has the particle's calibrated views)",
+    "--particle FOLDER (what tumble shape wrote, or an observation or a dataset that has the particle's calibrated views)",
 )
 GRAVITY = Missing(
     "gravity", "flights bend by it", "--gravity down (rows of the picture run downwards), --gravity=X,Y,Z in m/s2, or --gravity FILE"
@@ -51,6 +52,17 @@ class Gathered:
     remarks: tuple[str, ...]
     clock: Clock | None
     observation: Observation | None
+
+
+@dataclass(frozen=True)
+class Particle:
+    """Calibrated views and their recording, the mass where it was weighed, and the particle file's folder with what is kept there."""
+
+    views: tuple[CalibratedView, ...]
+    view_recording: Recording
+    mass_kg: float | None
+    particle: Path | None
+    made: Made | None
 
 
 def gather(videos: Sequence[Path], request: Request, *, decode: bool = True) -> Gathered:
@@ -85,6 +97,8 @@ def gather(videos: Sequence[Path], request: Request, *, decode: bool = True) -> 
             view_recording=particle.view_recording,
             mass_kg=particle.mass_kg,
             gravity_covariance=gravity[1],
+            particle=particle.particle,
+            made=particle.made,
         )
     every = [*(value for source in sources for value in source.values), *values]
     said = [*(remark for source in sources for remark in source.remarks), *remarks]
@@ -117,15 +131,19 @@ def _lens(camera: HsvCamera) -> str:
     return f"{words} ± {100.0 * sigma:.2g} %"
 
 
-def _particle(path: Path) -> Observation:
+def _particle(path: Path) -> Particle:
+    """The views of a particle file, or of an observation."""
+    if is_particle(path):
+        known = read_particle(path)
+        return Particle(known.views, known.outlines, known.mass_kg, known.folder, known.made)
     folders = observations_in(path.parent if path.is_file() else path)
     told = observation_at(folders[0])
     if told is None or not told.views:
         raise InputError(f"{path}: expected an observation with calibrated views of the particle, got one without.")
-    return told
+    return Particle(told.views, told.view_recording, told.mass_kg, told.particle, told.made)
 
 
-def _views_value(path: Path, particle: Observation) -> Value:
+def _views_value(path: Path, particle: Particle) -> Value:
     weighed = "" if particle.mass_kg is None else f", mass {particle.mass_kg:g} kg"
     return Value("particle", f"{len(particle.views)} calibrated views{weighed}", str(path.resolve()), Origin.GIVEN, f"--particle {path}")
 

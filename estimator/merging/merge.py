@@ -1,0 +1,325 @@
+"""From sets of calibrated silhouettes to one: pairwise motions, what agrees around cycles, all sets together, what does not belong.
+
+1. Motions of every pair of sets, from no start (:mod:`estimator.merging.set_motion`).
+2. Those that close loops; the tree they span (:mod:`estimator.merging.consistency`).
+3. All placements together (:mod:`estimator.merging.joint`); views that disagree with all others by several times what is usual are left
+   out and the fit is made again, until none is left to leave out.
+4. A set outside of the tree is searched once more, against all placed views at once; it is placed where one motion alone meets their
+   tangencies and lies within their hull.
+
+What does not belong is named with the reason and left out. The estimator sees no truth and takes no start from anybody.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from datasets.errors import InputError
+from datasets.observation import CalibratedView
+from datasets.vocabulary.outline import Outline
+from estimator.configuration import Configuration
+from estimator.fitting.view_disagreement import Disagreement, disagreement, misplaced
+from estimator.geometry.epipolar_tangency import PoseSet
+from estimator.geometry.silhouettes import silhouettes
+from estimator.merging.consistency import Consensus, agree
+from estimator.merging.joint import Joint, JointTask, Placements, fit_jointly
+from estimator.merging.placing import fitting, placed_by_all, stands
+from estimator.merging.rig_errors import rig_errors
+from estimator.merging.set_motion import MotionEffort, SetMotions, find_motions
+from estimator.merging.view_set import ViewSet
+from estimator.particle import view_agreement, view_poses
+from estimator.view_faults import view_fault
+
+Array = NDArray[np.float64]
+MOST_ROUNDS = 4
+"""Fits, each without the views that the one before has shown not to belong."""
+MOSTLY = 0.5
+"""A set of which a larger share of views does not belong is left out as a whole."""
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """A set, or one view of it, that does not belong, and why."""
+
+    name: str
+    view: int | None
+    reason: str
+
+
+@dataclass(frozen=True)
+class Merged:
+    """One set of views; the particle's frame has the axes of the first placed set and its origin in the middle of that set's hull.
+
+    ``placed``: numbers of the sets, in the order of ``joint``'s placements. ``outlines``, ``views`` (n): all views used, ``set_of`` and
+    ``view_of`` (n,) the set's number and the view's in it, ``view_rms_px`` (n,) RMS ETE of each against those of other sets,
+    ``set_rms_px`` alike of the placed sets. ``calibration_px``: by how much the rig's calibration misplaces a view; ``rig``: what was found
+    of its errors, by camera (its number in a set): translation (m) and turn (rad) along the camera's axes (6,).
+    """
+
+    placed: tuple[int, ...]
+    joint: Joint
+    outlines: tuple[Outline, ...]
+    views: tuple[CalibratedView, ...]
+    set_of: NDArray[np.int64]
+    view_of: NDArray[np.int64]
+    view_rms_px: Array
+    set_rms_px: Array
+    calibration_px: float
+    rig: Mapping[int, Array]
+    consensus: Consensus
+    left_out: tuple[LeftOut, ...]
+
+
+@dataclass(frozen=True)
+class MergeSettings:
+    """The search's ``effort``; ``foreign_view_ratio`` and ``floor_px`` as in :class:`estimator.configuration.Configuration`.
+
+    A view does not belong from ``foreign_view_ratio`` times the usual disagreement on; ``floor_px`` is noise that outlines do not show.
+    """
+
+    effort: MotionEffort = field(default_factory=MotionEffort)
+    foreign_view_ratio: float = Configuration.foreign_view_ratio
+    floor_px: float = Configuration.floor_px
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """Sets fitted jointly: the ``sets``, the task with the views that belong, and its result."""
+
+    sets: tuple[ViewSet, ...]
+    task: JointTask
+    joint: Joint
+
+    @property
+    def kept(self) -> NDArray[np.int64]:
+        """Numbers of the views that belong."""
+        return np.flatnonzero(self.task.used)
+
+    @property
+    def as_one(self) -> tuple[list[Outline], list[CalibratedView]]:
+        """Outlines and views that belong, in the particle's frame."""
+        poses = self.task.poses(self.joint.placements)
+        outlines, views = [o for s in self.sets for o in s.outlines], [v for s in self.sets for v in s.views]
+        return [outlines[k] for k in self.kept], [
+            replace(views[k], R_cam_particle=poses.R[k], t_cam_particle=poses.t[k]) for k in self.kept
+        ]
+
+    @property
+    def among(self) -> Disagreement:
+        """How the views that belong agree."""
+        poses = self.task.poses(self.joint.placements)
+        return disagreement(self.task.seen.take(self.kept.tolist()), PoseSet(poses.R[self.kept], poses.t[self.kept]), self.task.pivot)
+
+
+def merge(sets: Sequence[ViewSet], settings: MergeSettings, advance: Callable[[], None] = lambda: None) -> Merged:
+    """Merge sets of views of one particle; ``advance`` is called for every pair that is done.
+
+    Raises
+    ------
+    InputError
+        Where no two sets can be placed against each other.
+    """
+    every = list(sets)
+    motions = _motions(every, settings.effort, advance)
+    consensus = agree(every, _believable(every, motions))
+    if len(every) > 1 and len(consensus.placed) < 2:
+        raise InputError(_nothing_agrees(every, motions))
+    placed, fitted = _without_foreign_sets(every, consensus, settings)
+    reasons: dict[int, str] = {}
+    for number in [n for n in range(len(every)) if n not in placed]:
+        found = placed_by_all(every[number], fitted.as_one, settings.effort)
+        if isinstance(found, str):
+            reasons[number] = found
+            continue
+        at, placed = fitted.joint.placements, (*placed, number)
+        start = Placements(np.concatenate([at.R, found[0][None]]), np.concatenate([at.t, found[1][None]]))
+        fitted = fit_sets([every[i] for i in placed], start, settings)
+    return _merged(every, placed, fitted, consensus, reasons)
+
+
+def _believable(sets: list[ViewSet], motions: dict[tuple[int, int], SetMotions]) -> dict[tuple[int, int], SetMotions]:
+    """The motions that tangency and containment allow; of two sets alone, which no third can check, the only one.
+
+    Raises
+    ------
+    InputError
+        Where there are two sets and more than one motion between them.
+    """
+    judge = stands if len(sets) == 2 else fitting
+    rows = {pair: judge(sets[pair[0]], sets[pair[1]], found)[0] for pair, found in motions.items()}
+    if len(sets) == 2 and len(rows[1, 0]) > 1:
+        raise InputError(
+            f"drops {sets[0].name}, {sets[1].name}: expected one way of turning the second that fits the first, got {len(rows[1, 0])}, as "
+            "a symmetric body has. Further drops would decide."
+        )
+    return {pair: replace(found, poses=found.poses.take(rows[pair]), rms_px=found.rms_px[rows[pair]]) for pair, found in motions.items()}
+
+
+def _without_foreign_sets(sets: list[ViewSet], consensus: Consensus, settings: MergeSettings) -> tuple[tuple[int, ...], Fitted]:
+    """The joint fit of the placed sets, and once more without those of which no view belongs.
+
+    Raises
+    ------
+    InputError
+        Where fewer than two sets are left.
+    """
+    placed, start = consensus.placed, consensus.placements
+    while True:
+        fitted = fit_sets([sets[i] for i in placed], start, settings)
+        belongs = [bool(fitted.task.used[fitted.task.set_of == k].any()) for k in range(len(placed))]
+        if all(belongs):
+            return placed, fitted
+        rows = np.flatnonzero(belongs)
+        if len(rows) < 2:
+            raise InputError(f"drops {', '.join(s.name for s in sets)}: expected at least two whose views agree, got {len(rows)}.")
+        placed, start = tuple(placed[k] for k in rows), fitted.joint.placements.take(rows)
+
+
+def _motions(sets: list[ViewSet], effort: MotionEffort, advance: Callable[[], None]) -> dict[tuple[int, int], SetMotions]:
+    motions = {}
+    for j, i in combinations(range(len(sets)), 2):
+        motions[i, j] = find_motions(sets[i], sets[j], (i, j), effort)
+        advance()
+    return motions
+
+
+def _nothing_agrees(sets: list[ViewSet], motions: dict[tuple[int, int], SetMotions]) -> str:
+    best = min((float(m.rms_px[0]) for m in motions.values() if len(m.rms_px)), default=float("inf"))
+    worst = max(sets, key=_own)
+    return (
+        f"drops {', '.join(s.name for s in sets)}: expected views of one particle that agree once each drop is turned as a whole, got none "
+        f"that do: the best pair of drops is off by {best:.2f} px RMS, views within a drop by up to {_own(worst):.2f} px. "
+        + (view_fault(worst.outlines, worst.views) or "Is it one particle, and is the rig's calibration that of these pictures?")
+    )
+
+
+def _own(one: ViewSet) -> float:
+    return disagreement(one.seen, one.poses, one.centre).rms_px
+
+
+def fit_sets(sets: Sequence[ViewSet], start: Placements, settings: MergeSettings) -> Fitted:
+    """The joint fit of sets from ``start``, without the views that do not belong; a set may have none left."""
+    fitted = _belonging(sets, start, settings)
+    whole = np.bincount(fitted.task.set_of, weights=fitted.task.used) > 0
+    return _with_calibration(fitted) if whole.all() else fitted
+
+
+def _belonging(sets: Sequence[ViewSet], start: Placements, settings: MergeSettings) -> Fitted:
+    fitted = _first_fit(sets, start, settings)
+    for _ in range(MOST_ROUNDS):
+        poses = fitted.task.poses(fitted.joint.placements)
+        _, _, foreign = view_agreement(fitted.task.seen, poses, fitted.task.pivot, settings.foreign_view_ratio)
+        used = ~_with_whole_sets(foreign, fitted.task.set_of)
+        whole = np.bincount(fitted.task.set_of, weights=used) > 0
+        if np.array_equal(used, fitted.task.used) or not whole.all():
+            return replace(fitted, task=replace(fitted.task, used=used))
+        fitted = _again(replace(fitted.task, used=used), fitted)
+    return fitted
+
+
+def _with_calibration(fitted: Fitted) -> Fitted:
+    """Once more where the views disagree by more than their outlines explain: with the rig's own errors, where enough sets share it.
+
+    By what disagreement is left each view is misplaced, which the covariance contains.
+    """
+    before = fitted.among.calibration_px
+    if before == 0.0:
+        return fitted
+    rig = rig_errors(fitted.sets, fitted.task, fitted.joint.placements, before)
+    if rig is not None:
+        better = _again(replace(fitted.task, rig=rig), fitted)
+        if better.among.calibration_px < before:
+            fitted = better
+    left = fitted.among.calibration_px
+    return fitted if left == 0.0 else _again(replace(fitted.task, seen=misplaced(fitted.task.seen, left)), fitted)
+
+
+def _first_fit(sets: Sequence[ViewSet], start: Placements, settings: MergeSettings) -> Fitted:
+    outlines, views = [o for s in sets for o in s.outlines], [v for s in sets for v in s.views]
+    task = JointTask(
+        seen=misplaced(silhouettes(outlines, [v.intrinsics for v in views]), settings.floor_px),
+        in_set=PoseSet(np.concatenate([s.poses.R for s in sets]), np.concatenate([s.poses.t for s in sets])),
+        set_of=np.repeat(np.arange(len(sets)), [len(s) for s in sets]),
+        pivot=start.R[0].T @ (sets[0].centre - start.t[0]),
+        used=np.ones(len(views), dtype=np.bool_),
+        huber=settings.effort.huber,
+    )
+    return Fitted(tuple(sets), task, fit_jointly(task, start))
+
+
+def _again(task: JointTask, fitted: Fitted) -> Fitted:
+    return replace(fitted, task=task, joint=fit_jointly(task, fitted.joint.placements))
+
+
+def _with_whole_sets(foreign: NDArray[np.bool_], set_of: NDArray[np.int64]) -> NDArray[np.bool_]:
+    share = np.bincount(set_of, weights=foreign) / np.bincount(set_of)
+    return np.asarray(foreign | (share > MOSTLY)[set_of])
+
+
+def _merged(sets: list[ViewSet], placed: tuple[int, ...], fitted: Fitted, consensus: Consensus, reasons: dict[int, str]) -> Merged:
+    fitted = _about_the_middle(fitted)
+    task, kept = fitted.task, fitted.kept
+    outlines, views = fitted.as_one
+    view_of = np.concatenate([sets[i].numbers for i in placed])
+    view_rms, set_rms = _rms(task, fitted.joint)
+    return Merged(
+        placed=placed,
+        joint=fitted.joint,
+        outlines=tuple(outlines),
+        views=tuple(replace(v, drop=placed[task.set_of[k]], camera=int(view_of[k])) for v, k in zip(views, kept, strict=True)),
+        set_of=np.array(placed)[task.set_of[kept]],
+        view_of=view_of[kept],
+        view_rms_px=view_rms[kept],
+        set_rms_px=set_rms,
+        calibration_px=disagreement(silhouettes(outlines, [v.intrinsics for v in views]), view_poses(views), task.pivot).calibration_px,
+        rig=_rig_found(task, fitted.joint.placements, view_of),
+        consensus=consensus,
+        left_out=_left_out(sets, placed, task, view_rms, reasons),
+    )
+
+
+def _rig_found(task: JointTask, at: Placements, view_of: NDArray[np.int64]) -> dict[int, Array]:
+    if task.rig is None:
+        return {}
+    return {int(view_of[np.argmax(task.rig.camera_of == c)]): row for c, row in enumerate(at.corrections)}
+
+
+def _about_the_middle(fitted: Fitted) -> Fitted:
+    """The same with the pivot as origin of the particle's frame."""
+    at = fitted.joint.placements
+    moved = replace(at, t=at.t + at.R @ fitted.task.pivot)
+    return replace(fitted, task=replace(fitted.task, pivot=np.zeros(3)), joint=replace(fitted.joint, placements=moved))
+
+
+def _rms(task: JointTask, joint: Joint) -> tuple[Array, Array]:
+    """RMS ETE (px) of every view, used or not, against the used views of other sets, and of the used views of every set."""
+    against = (task.set_of[:, None] != task.set_of[None, :]) & task.used[None, :]
+    errors = task.errors(joint.placements, against.astype(np.float64))
+    told = errors.told[:, :, :2]
+    square, count = np.where(told, errors.error[:, :, :2] ** 2, 0.0).sum(axis=(1, 2)), told.sum(axis=(1, 2))
+    by_set = [np.bincount(task.set_of, weights=values * task.used) for values in (square, count)]
+    return np.sqrt(square / np.maximum(count, 1)), np.sqrt(by_set[0] / np.maximum(by_set[1], 1))
+
+
+def _left_out(
+    sets: list[ViewSet], placed: tuple[int, ...], task: JointTask, view_rms: Array, reasons: dict[int, str]
+) -> tuple[LeftOut, ...]:
+    typical = float(np.median(view_rms[task.used])) if task.used.any() else 0.0
+    said = [LeftOut(sets[number].name, None, reason) for number, reason in reasons.items()]
+    start = 0
+    for number in placed:
+        one = sets[number]
+        rows = np.arange(start, start + len(one))
+        start += len(one)
+        out = rows[~task.used[rows]]
+        if len(out) == len(rows):
+            text = f"RMS ETE {float(np.sqrt(np.mean(view_rms[rows] ** 2))):.1f} px, the others' median {typical:.2f} px"
+            said.append(LeftOut(one.name, None, text))
+            continue
+        said += [
+            LeftOut(one.name, one.numbers[k - rows[0]], f"RMS ETE {view_rms[k]:.1f} px, the others' median {typical:.2f} px") for k in out
+        ]
+    return tuple(said)

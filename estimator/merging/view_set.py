@@ -1,0 +1,75 @@
+"""One drop: calibrated silhouettes of the particle at one instant, in a frame of their own.
+
+The set's frame is that of the rig in which it was taken. Where the particle lies in another set's frame is what merging finds.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from datasets.observation import CalibratedView
+from datasets.vocabulary.outline import Outline
+from estimator.fitting.pose_refinement import Views
+from estimator.geometry.epipolar_tangency import PoseSet
+from estimator.geometry.silhouettes import Silhouettes, silhouettes
+from estimator.geometry.visual_hull import HullMesh, visual_hull
+
+Array = NDArray[np.float64]
+COARSE_RESOLUTION = 48
+"""Voxels along an edge of a single set's hull, which only says where the particle is and whether others' outlines lie within it."""
+
+
+@dataclass(frozen=True)
+class ViewSet:
+    """A set of k views of one instant.
+
+    ``views`` (k) map the set's own frame to their cameras; ``seen`` and ``poses`` are the same, packed. ``hull``: their visual hull (m, the
+    set's frame), ``centre`` (3,) m its middle. ``numbers`` (k,): the views' numbers in what was given.
+    """
+
+    name: str
+    outlines: tuple[Outline, ...]
+    views: tuple[CalibratedView, ...]
+    seen: Silhouettes
+    poses: PoseSet
+    hull: HullMesh
+    centre: Array
+    numbers: tuple[int, ...]
+
+    def __len__(self) -> int:
+        return len(self.views)
+
+    @property
+    def extent_m(self) -> float:
+        """Largest extent (m) of the hull along the axes of the set's frame."""
+        return float(np.ptp(self.hull.vertices, axis=0).max())
+
+    @property
+    def as_views(self) -> Views:
+        """The views as a pose search uses them."""
+        return Views(self.seen, self.poses, self.centre)
+
+
+def view_set(name: str, outlines: Sequence[Outline], views: Sequence[CalibratedView]) -> ViewSet:
+    """The set of those ``views`` that have an outline.
+
+    Raises
+    ------
+    InputError
+        Where fewer than three have one, or they leave no body.
+    """
+    present = [i for i, outline in enumerate(outlines) if not outline.empty]
+    kept, posed = [outlines[i] for i in present], [views[i] for i in present]
+    hull = visual_hull(kept, posed, resolution=COARSE_RESOLUTION)
+    return ViewSet(
+        name=name,
+        outlines=tuple(kept),
+        views=tuple(posed),
+        seen=silhouettes(kept, [v.intrinsics for v in posed]),
+        poses=PoseSet(np.stack([v.R_cam_particle for v in posed]).astype(float), np.stack([v.t_cam_particle for v in posed]).astype(float)),
+        hull=hull,
+        centre=np.asarray(hull.vertices.mean(axis=0)),  # a hull of three views may be open: it has no volume to weigh
+        numbers=tuple(present),
+    )

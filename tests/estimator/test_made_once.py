@@ -1,0 +1,77 @@
+"""What a particle file keeps gives the same numbers as making it on the way, and counts only for what it was made from."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from datasets.errors import InputError
+from datasets.observation import CalibratedView
+from datasets.recipes.recipe import ParticleRecipe, Recipe, RigRecipe
+from datasets.vocabulary.outline import Outline
+from estimator.configuration import Configuration
+from estimator.made_once import MadeOnce, arrays_of, digest_of, made_of_arrays
+from estimator.particle import LEAST_HOLLOW, Particle, particle_of
+from synth.sequence import plan_sequence, view_outlines
+
+SMALL = Configuration(hull_resolution=32, directions=50)
+Given = tuple[tuple[Outline, ...], tuple[CalibratedView, ...]]
+
+
+@dataclass(frozen=True)
+class Kept:
+    of: str
+    arrays: Mapping[str, NDArray[np.generic]]
+
+    def load(self, of: str) -> Mapping[str, NDArray[np.generic]] | None:
+        return self.arrays if of == self.of else None
+
+
+@pytest.fixture(scope="module", params=["cut_stone", "jagged"])
+def given(request: pytest.FixtureRequest) -> Given:
+    recipe = Recipe(seed=3, particle=ParticleRecipe(family=request.param, irregularity=0.8, size_mm=(6.0, 6.0)), rig=RigRecipe(drops=2))
+    plan = plan_sequence(recipe, 0)
+    return view_outlines(plan, recipe.noise, np.random.default_rng(1)), plan.views
+
+
+@pytest.fixture(scope="module")
+def made(given: Given) -> Particle:
+    return particle_of(*given, SMALL)
+
+
+def same(a: Particle, b: Particle) -> None:
+    for x, y in zip(arrays_of(a.once).items(), arrays_of(b.once).items(), strict=True):
+        assert x[0] == y[0]
+        np.testing.assert_array_equal(x[1], y[1])
+    np.testing.assert_array_equal(a.body.com_particle, b.body.com_particle)
+    np.testing.assert_array_equal(a.casting_mesh.ends, b.casting_mesh.ends)
+
+
+def test_what_is_kept_is_what_would_be_made(given: Given, made: Particle) -> None:
+    kept = Kept(digest_of(*given, SMALL), arrays_of(made.once))
+    again = particle_of(*given, SMALL, kept)
+    assert again.made.hull is not None
+    assert (again.made.exact_hull is not None) == (made.hollow > LEAST_HOLLOW)
+    same(made, again)
+
+
+def test_another_outline_view_or_setting_is_another_digest(given: Given) -> None:
+    outlines, views = given
+    first = digest_of(outlines, views, SMALL)
+    moved = [Outline(outlines[0].points_px + 1e-12), *outlines[1:]]
+    turned = [replace(views[0], t_cam_particle=views[0].t_cam_particle + 1e-12), *views[1:]]
+    assert (
+        len({first, digest_of(moved, views, SMALL), digest_of(outlines, turned, SMALL), digest_of(outlines, views, Configuration())}) == 4
+    )
+    assert digest_of(outlines, views, replace(SMALL, pose_starts=99)) == first
+    assert particle_of(outlines, turned, SMALL, Kept(first, {})).made == MadeOnce()
+
+
+def test_arrays_of_something_else_are_refused(made: Particle) -> None:
+    arrays = arrays_of(made.once)
+    with pytest.raises(InputError, match="here: expected the arrays that tumble shape makes"):
+        made_of_arrays({"hollow": np.array([0.0])}, "here")
+    with pytest.raises(InputError, match="vertices that are not there"):
+        made_of_arrays({**arrays, "hull_faces": np.array([[0, 1, 10**6]])}, "here")

@@ -1,0 +1,140 @@
+"""``tumble shape``: drops in, a particle file out that import and estimate take; what is wrong is named."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from datasets.calibration_files import write_calibration
+from datasets.estimate_files import read_estimate
+from datasets.mesh_files import write_mesh
+from datasets.observation_files import read_observation, write_observation
+from datasets.outline_files import write_outlines
+from datasets.particle_files import read_particle
+from datasets.recipes.recipe import MotionRecipe, ParticleRecipe, Recipe, RigRecipe
+from datasets.vocabulary.calibration import Calibration
+from datasets.vocabulary.camera import HsvCamera
+from scripts.study_shape import Rendered, rendered
+from synth.sequence import build_silhouette_sequence
+from tumble.cli.main import main
+
+RECIPE = Recipe(
+    seed=3,
+    particle=ParticleRecipe(size_mm=(6.0, 6.0)),
+    motion=MotionRecipe(frames=20, speed_ms=(0.3, 0.6), spin_rads=(100.0, 150.0)),
+    rig=RigRecipe(drops=3),
+)
+
+
+@pytest.fixture(scope="module")
+def made() -> Rendered:
+    return rendered("stone", ParticleRecipe(size_mm=(6.0, 6.0)), 21, drops=3)
+
+
+@pytest.fixture(scope="module")
+def drops(made: Rendered, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Outlines of three drops, one of them as masks, and the rig."""
+    folder = tmp_path_factory.mktemp("drops")
+    for drop in made.drops:
+        write_outlines(folder / f"{drop.name}.npz", drop.outlines)
+    (folder / "masks").mkdir()
+    for camera, (outline, view) in enumerate(zip(made.drops[2].outlines, made.drops[2].views, strict=True)):
+        mask = np.zeros((view.intrinsics.height_px, view.intrinsics.width_px), np.uint8)
+        cv2.fillPoly(mask, [np.round(outline.points_px * 64).astype(np.int32)], 255, shift=6)
+        cv2.imwrite(str(folder / "masks" / f"c{camera}.png"), mask)
+    cameras = tuple(HsvCamera(f"c{k}", v.intrinsics, v.R_cam_particle, v.t_cam_particle) for k, v in enumerate(made.drops[0].views))
+    (folder / "rig").mkdir()
+    write_calibration(Calibration(cameras=cameras), folder / "rig" / "calibration.json")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def stone(drops: Path) -> Path:
+    out = drops / "stone"
+    assert main(["shape", str(drops / "drop0.npz"), str(drops / "drop1.npz"), "--rig", str(drops / "rig"), "--out", str(out), "-q"]) == 0
+    return out
+
+
+def test_a_particle_file_says_what_was_found(stone: Path, made: Rendered) -> None:
+    particle = read_particle(stone)
+    assert len(particle.views) == 12
+    assert particle.merging is not None
+    assert [entry["name"] for entry in particle.merging["sets"]] == ["drop0", "drop1"]
+    assert np.array(particle.merging["covariance"]).shape == (12, 12)
+    R = [np.array(entry["R_set_particle"]) for entry in particle.merging["sets"]]
+    turned = R[1] @ R[0].T @ (made.R[1] @ made.R[0].T).T
+    assert np.rad2deg(np.arccos((np.trace(turned) - 1.0) / 2.0)) < 0.25
+    assert particle.shape["volume_sigma_m3"] > 0.0
+    assert any("further views would do" in note for note in particle.notes)
+    assert (stone / "surface.ply").stat().st_size > 1000
+
+
+def test_masks_named_as_the_cameras_may_lack_one(stone: Path, drops: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    five = drops / "five"
+    five.mkdir()
+    for camera in (0, 1, 2, 4, 5):
+        (five / f"c{camera}.png").write_bytes((drops / "masks" / f"c{camera}.png").read_bytes())
+    words = ["shape", str(stone), str(five), "--rig", str(drops / "rig"), "--masks", "--out", str(drops / "more"), "--json"]
+    assert main(words) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert [(entry["name"], entry["views"]) for entry in document["merging"]["sets"]] == [("stone", 12), ("five", 5)]
+    assert {entry["view"] for entry in document["merging"]["views"] if entry["set"] == "five"} == {0, 1, 2, 3, 4}
+    (five / "c5.png").rename(five / "picture9.png")
+    assert main([*words[:-3], "--out", str(drops / "not")]) == 2
+    assert "name the others' files as the cameras are named (c0, c1, c2, c3, c4, c5)" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("{drops}/drop0.npz",), "expected --rig RIG once, or once for each of the 1 drops"),
+        (("{drops}/drop0.npz", "--rig", "{drops}/drop1.npz"), "expected a rig as tumble calibrate rig writes it"),
+        (("{drops}/stone", "--rig", "{drops}/rig"), "expected no --rig where all drops are calibrated already"),
+        (("{drops}/drop0.npz", "--rig", "{drops}/rig", "--mass", "-1"), "expected kilograms"),
+        (("{drops}/masks", "--rig", "{drops}/rig", "--background", "{drops}/masks/c0.png"), "expected --background for each of the 6"),
+    ],
+)
+def test_what_is_wrong_is_named(stone: Path, drops: Path, words: tuple[str, ...], said: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert stone.is_dir()
+    assert main(["shape", *(word.format(drops=drops) for word in words), "--out", str(drops / "refused")]) == 2
+    assert said in capsys.readouterr().err
+    assert not (drops / "refused").exists()
+
+
+def test_estimates_are_the_same_with_and_without_what_is_kept(tmp_path: Path) -> None:
+    """An estimate from the views that an observation states, from the particle file, and from one that keeps nothing."""
+    observation = build_silhouette_sequence(RECIPE, 0)[0]
+    write_observation(observation, tmp_path / "one")
+    assert main(["shape", str(tmp_path / "one"), "--out", str(tmp_path / "stone"), "-q"]) == 0
+    particle = read_particle(tmp_path / "stone")
+    assert particle.merging is None
+    common = ["estimate", str(tmp_path / "one"), "--jobs", "1", "-q"]
+    assert main([*common, "--out", str(tmp_path / "plain")]) in (0, 1)
+    assert main([*common, "--particle", str(tmp_path / "stone"), "--out", str(tmp_path / "kept")]) in (0, 1)
+    named = replace(read_observation(tmp_path / "one"), particle=tmp_path / "stone")
+    write_observation(replace(named, views=particle.views, view_recording=particle.outlines), tmp_path / "named" / "one")
+    assert read_observation(tmp_path / "named" / "one").made is not None
+    assert main(["estimate", str(tmp_path / "named" / "one"), "--jobs", "1", "-q", "--out", str(tmp_path / "third")]) in (0, 1)
+    (first, second, third) = ((tmp_path / where / "one.estimate.json").read_bytes() for where in ("plain", "kept", "third"))
+    assert first == second == third
+    assert read_estimate(tmp_path / "kept" / "one.estimate.json").middle is not None
+
+
+def test_import_takes_a_particle_file(stone: Path, drops: Path, tmp_path: Path) -> None:
+    observation = build_silhouette_sequence(RECIPE, 0)[0]
+    write_observation(observation, tmp_path / "one")
+    words = ["import", str(tmp_path / "one" / "outlines_hsv.npz"), "--camera", str(tmp_path / "one"), "--particle", str(stone)]
+    assert main([*words, "--gravity", "down", "--rate", "4000", "--exposure", "50us", "--out", str(tmp_path / "run"), "-q"]) in (0, 1)
+    read = read_observation(tmp_path / "run" / "observations" / "outlines_hsv")
+    assert len(read.views) == 12
+    assert read.made is not None
+    assert read.particle is not None
+    assert read.particle.resolve() == stone.resolve()
+
+
+def test_a_mesh_is_written_as_ply(tmp_path: Path) -> None:
+    write_mesh(tmp_path / "m.ply", np.eye(3), np.array([[0, 1, 2]]))
+    assert (tmp_path / "m.ply").read_bytes().startswith(b"ply\nformat binary_little_endian")

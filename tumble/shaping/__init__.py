@@ -1,0 +1,1 @@
+"""``tumble shape``: drops of calibrated silhouettes become one particle file."""
