@@ -116,6 +116,7 @@ def test_both_sides_of_an_impact_are_told_beside_the_true_one(
     payload = sequence_payload(record, most_frames=8)
     when = with_sigma(1e3 * time_s, 2e-3)
     first, before, after, last = payload["velocities"]
+    assert payload["impacts"] == [3.0]
     assert [first["heading"][:23], last["heading"][:24]] == ["Velocities at the start", "Velocities at the middle"]
     assert before["heading"] == f"Velocities right before impact 1 ({when} ms)"
     assert after["heading"] == "Velocities right after impact 1"

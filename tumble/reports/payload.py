@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from datasets.estimate import Estimate
 from datasets.vocabulary.state import Motion
 from tumble.numbers import decimals, rounded
 from tumble.reports.body_shape import body_shape
@@ -38,6 +39,7 @@ def sequence_payload(record: Record, *, most_frames: int) -> dict[str, Any]:
         "body": None if record.hull is None or estimate.body is None else body_shape(record.hull, estimate.body),
         "trajectory": None if estimate.motion is None else _trajectory(estimate.motion),
         "true_trajectory": None if record.truth is None else _trajectory(record.truth.motion),
+        "impacts": _impact_frames(estimate),
         "velocities": velocity_tables(estimate, record.truth),
         "minima": _minima(estimate.statistics.get(MINIMA)),
         "parameters": _parameters(record),
@@ -69,6 +71,14 @@ def _trajectory(motion: Motion) -> dict[str, Any]:
         "q": _rounded_rows(motion.q_world_body),
         "omega": _rounded_rows(motion.omega_world),
     }
+
+
+def _impact_frames(estimate: Estimate) -> list[float]:
+    """At which frame each impact is, in fractions of frames."""
+    times_s = np.zeros(0) if estimate.motion is None else estimate.motion.times_s
+    if not len(times_s):
+        return []
+    return [round(float(np.interp(impact.time_s, times_s, np.arange(len(times_s)))), 2) for impact in estimate.impacts]
 
 
 def _rounded_rows(rows: Any) -> list[list[float]]:

@@ -16,6 +16,7 @@ function drawErrors() {
   context.clearRect(0, 0, canvas.width, canvas.height);
   context.font = FONT;
   drawErrorAxes(context, scale);
+  sequence().impacts.forEach((frame) => drawImpact(context, scale, frame));
   camera().frames.forEach((entry) => drawError(context, scale, entry));
   const shown = picture();
   tellErrors(canvas, shown);
@@ -35,6 +36,15 @@ function drawError(context, scale, entry) {
   context.strokeStyle = colour("seen");
   context.lineWidth = 1.5;
   context.strokeRect(x - 3, errorY(scale, entry.residual[0]) - 3, 6, 6);
+}
+
+function drawImpact(context, scale, frame) {
+  context.setLineDash([4, 4]);
+  drawPath(context, [[errorX(scale, frame), scale.top], [errorX(scale, frame), scale.bottom]], colour("soft"), 1);
+  context.setLineDash([]);
+  context.fillStyle = colour("soft");
+  context.textAlign = "left";
+  context.fillText("impact", errorX(scale, frame) + 4, scale.top + 8);
 }
 
 function drawErrorAxes(context, scale) {
