@@ -9,6 +9,7 @@ from typing import Any
 from datasets.estimate_files import read_estimate
 from datasets.observation import Observation
 from datasets.observation_files import read_observation
+from datasets.particle_files import read_particle, with_particle
 from datasets.trajectory_files import trajectories_in
 from datasets.truth_files import FILE as TRUTH_FILE
 from datasets.truth_files import read_truth
@@ -36,13 +37,26 @@ def source_of(estimates: Path) -> Path | None:
     return source if source is not None and source.exists() and not trajectories_in(source) else None
 
 
+def particle_of(estimates: Path) -> Path | None:
+    """The particle file whose views a folder of estimates was made with, as its ``run.json`` says, if it is still there."""
+    run = read_run(estimates)
+    path = Path(run["configuration"]["particle"]) if run and "particle" in run["configuration"] else None
+    return path if path is not None and path.exists() else None
+
+
 def collect(
     estimates: Path, observations: Path | None, truth: Path | None, *, out: Path, jobs: int, quiet: bool
 ) -> tuple[Outcome, ...]:
     """The parts of the page of every estimate, by name, as results of ``jobs`` processes."""
     folders = {folder.name: str(folder) for folder in observations_in(observations)} if observations is not None else {}
     paths = estimates_in(estimates)
-    shared = {"observations": folders, "truth": None if truth is None else str(truth), "most_frames": pictures_each(len(paths))}
+    particle = particle_of(estimates)
+    shared = {
+        "observations": folders,
+        "truth": None if truth is None else str(truth),
+        "particle": None if particle is None else str(particle),
+        "most_frames": pictures_each(len(paths)),
+    }
     items = [_item(path, shared, out) for path in paths]
     with progress("report", len(items), quiet=quiet) as advance:
         return run(report_item, items, jobs=jobs, advance=advance)
@@ -64,9 +78,15 @@ def report_item(payload: dict[str, Any]) -> dict[str, Any]:
     read = [Path(folder)] if folder is not None else []
     record = Record(estimate, truth=read_truth(truth) if truth is not None and known else None)
     if folder is not None:
-        record = _with_pictures(record, read_observation(Path(folder)))
+        record = _with_pictures(record, _observed(Path(folder), payload["particle"]))
     digests = _digests(path, [*read, *([truth] if truth is not None and known else [])])
     return sequence_parts(replace(record, read=digests), most_frames=payload["most_frames"])
+
+
+def _observed(folder: Path, particle: str | None) -> Observation:
+    """The observation, with the views that the estimate was made with."""
+    observation = read_observation(folder)
+    return observation if particle is None else with_particle(observation, read_particle(Path(particle)))
 
 
 def _with_pictures(record: Record, observation: Observation) -> Record:

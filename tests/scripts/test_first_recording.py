@@ -36,8 +36,6 @@ def test_the_page_is_that_of_its_result() -> None:
 @pytest.mark.parametrize("step", STEPS, ids=lambda step: step.key)
 def test_every_command_is_one_that_the_program_takes(step: Step) -> None:
     verb, *words = shlex.split(step.command)[1:]
-    if verb == "shape" and verb not in dict(VERBS):
-        pytest.skip("tumble shape is not there yet")
     assert verb in dict(VERBS)
     assert importlib.import_module(f"tumble.cli.{verb}").parser().parse_args(words) is not None
 

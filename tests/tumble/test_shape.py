@@ -20,6 +20,7 @@ from datasets.vocabulary.camera import HsvCamera
 from scripts.study_shape import Rendered, rendered
 from synth.sequence import build_silhouette_sequence
 from tumble.cli.main import main
+from tumble.reporting import collect
 
 RECIPE = Recipe(
     seed=3,
@@ -120,6 +121,10 @@ def test_estimates_are_the_same_with_and_without_what_is_kept(tmp_path: Path) ->
     assert main(["estimate", str(tmp_path / "named" / "one"), "--jobs", "1", "-q", "--out", str(tmp_path / "third")]) in (0, 1)
     (first, second, third) = ((tmp_path / where / "one.estimate.json").read_bytes() for where in ("plain", "kept", "third"))
     assert first == second == third
+    bare = replace(read_observation(tmp_path / "one"), views=(), view_recording=())
+    write_observation(bare, tmp_path / "bare" / "one")
+    (shown,) = collect(tmp_path / "kept", tmp_path / "bare", None, out=tmp_path / "page", jobs=1, quiet=True)
+    assert shown.result["shown"]["body"] is not None
     assert read_estimate(tmp_path / "kept" / "one.estimate.json").middle is not None
 
 
