@@ -122,7 +122,7 @@ def test_estimates_are_the_same_with_and_without_what_is_kept(tmp_path: Path) ->
     (first, second, third) = ((tmp_path / where / "one.estimate.json").read_bytes() for where in ("plain", "kept", "third"))
     assert first == second == third
     bare = replace(read_observation(tmp_path / "one"), views=(), view_recording=())
-    write_observation(bare, tmp_path / "bare" / "one")
+    write_observation(bare, tmp_path / "bare" / bare.name)
     (shown,) = collect(tmp_path / "kept", tmp_path / "bare", None, out=tmp_path / "page", jobs=1, quiet=True)
     assert shown.result["shown"]["body"] is not None
     assert read_estimate(tmp_path / "kept" / "one.estimate.json").middle is not None
