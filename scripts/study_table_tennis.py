@@ -7,6 +7,8 @@ which is not part of Tumble. Nothing of Tumble is used, only numpy and SciPy, in
    wrong. The measured spins are not used.
 2. ``W = C omega / (1 + l |omega| / |v|)`` across the flight, beside what a wrong spin makes of it: Student's density of three degrees of
    freedom and a scale that is fitted, since some spins are wrong by far more than was stated.
+3. The same where each spin is either right, W as in 2 with a normal scatter, or wrong, W then as of any shot and nothing to do with the
+   spin: how much more likely that makes the 37 lifts, and which spins are wrong.
 """
 
 import argparse
@@ -16,7 +18,8 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize
+from scipy.optimize import OptimizeResult, minimize
+from scipy.special import expit
 
 Array = NDArray[np.float64]
 GRAVITY = np.array([0.0, 0.0, -9.81])
@@ -30,6 +33,8 @@ ALONG = 1e-3
 """Standard deviation (1/s) of W along the flight, of which nothing shows."""
 BEGIN = np.array([2.5e-3, 0.02, -2.0])
 """Lift, its length (m) and the logarithm of the scatter (1/s) that wrong spins bring."""
+EITHER = {"scatter of right ones": -2.5, "of wrong ones": -1.0, "odds of a right one": 0.5}
+"""Where the search in 3 begins, all logarithms; scatters in 1/s."""
 WRONG = 0.5
 """Share of its size that a spin has to be off to be printed."""
 
@@ -150,6 +155,51 @@ def spread_of(at: Array, shots: list[Shot], fit: Fit) -> Array:
     return np.sqrt(np.diag(np.linalg.inv(H / 4.0 / np.outer(h, h))))
 
 
+def ways(at: Array, shots: list[Shot], fit: Fit) -> Array:
+    """Logarithm of the density (s, 2) of every W with its probability: the spin is right, or wrong; ``at`` (5,) as in :func:`either`."""
+    found = []
+    for shot, own, covariance in zip(shots, fit.own, fit.covariance, strict=True):
+        away, across, _ = off(shot, own, at[0], at[1])
+        for W, scatter, odds in ((away, at[2], at[4]), (across @ own[6:9], at[3], -at[4])):
+            C = across @ covariance[6:9, 6:9] @ across.T + np.exp(2.0 * scatter) * np.eye(2)
+            found.append(np.log(expit(odds)) - 0.5 * W @ np.linalg.solve(C, W) - 0.5 * np.linalg.slogdet(C)[1])
+    return np.array(found).reshape(-1, 2)
+
+
+def either(shots: list[Shot], fit: Fit, *, saturates: bool, lifts: bool = True) -> OptimizeResult:
+    """Lift, its length, logarithms of both scatters and of the odds of a spin to be right; ``fun``: minus the log likelihood."""
+    free = np.array([lifts, saturates, True, lifts, lifts])
+    begin = np.array([BEGIN[0] * lifts, BEGIN[1] * saturates, *EITHER.values()])
+    begin[4] = begin[4] if lifts else 50.0
+
+    def less(moved: Array) -> float:
+        at = begin.copy()
+        at[free] = moved
+        return -float(np.logaddexp.reduce(ways(at, shots, fit), axis=1).sum())
+
+    options = {"xatol": 1e-7, "fatol": 1e-7, "maxiter": 4000, "maxfev": 8000}
+    found = minimize(less, begin[free], method="Nelder-Mead", options=options)
+    at = begin.copy()
+    at[free] = found.x
+    return OptimizeResult(x=at, fun=found.fun)
+
+
+def told_either(shots: list[Shot], fit: Fit) -> None:
+    """Print what 3 says."""
+    best, plain = either(shots, fit, saturates=True), either(shots, fit, saturates=False)
+    none = either(shots, fit, saturates=False, lifts=False)
+    print("where a spin is either right or wrong:")
+    print(f"  {expit(best.x[4]):.0%} are right; lift {1e3 * best.x[0]:.1f} e-3, saturating over {1e3 * best.x[1]:.0f} mm: a spin of")
+    per = [best.x[0] / (1.0 + best.x[1] * spin / 8.0) for spin in (80.0, 200.0, 400.0)]
+    print(f"  80, 200, 400 rad/s at 8 m/s lifts by {', '.join(f'{1e3 * each:.2f}' for each in per)} e-3 of it")
+    print(f"  scatter {np.exp(best.x[2]):.3f} 1/s of right ones, {np.exp(best.x[3]):.3f} 1/s of wrong ones")
+    print(f"  more likely by {plain.fun - best.fun:.1f} nats than without saturation (lift {1e3 * plain.x[0]:.2f} e-3)")
+    print(f"  more likely by {none.fun - best.fun:.1f} nats than where no spin says anything")
+    rows = ways(best.x, shots, fit)
+    wrong = [shot.name for shot, (right, other) in zip(shots, rows, strict=True) if other > right]
+    print(f"  more probably wrong than right: {', '.join(wrong)}")
+
+
 def main() -> int:
     """Fit, and print the values and the spins that are wrong."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -169,6 +219,7 @@ def main() -> int:
         away, across, per_rads = off(shot, own, best[0], best[1])
         if np.linalg.norm(away / per_rads) > WRONG * np.linalg.norm(shot.spin):
             print(f"  shot {shot.name}: measured {(across @ shot.spin).round(0)}, flown {(across @ own[6:9] / per_rads).round(0)} rad/s")
+    told_either(shots, fit)
     return 0
 
 
