@@ -105,3 +105,36 @@ def test_one_thread_and_no_thread_are_refused(rig: Path, tmp_path: Path, capsys:
     (tmp_path / "p.csv").write_text("camera,line,x_px,y_px\n1,1,5\n", encoding="utf-8")
     assert main(["calibrate", "gravity", str(tmp_path / "p.csv"), "--camera", str(camera), "--out", str(tmp_path / "o")]) == 2
     assert "line 2: expected camera (from 1), line, x_px and y_px" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("reading", "turn"),
+    [("3,0±0.1", [np.deg2rad(3.0), 0.0, 0.0]), ("0,-2±0.1", [0.0, 0.0, np.deg2rad(-2.0)])],
+)
+def test_a_level_on_the_camera(reading: str, turn: list[float], tmp_path: Path) -> None:
+    """A camera that was turned up, or anticlockwise as seen from behind, from where it looked level."""
+    out = tmp_path / "gravity"
+    assert main(["calibrate", "gravity", f"--level={reading}", "--out", str(out), "-q"]) == 0
+    vector, covariance = read_gravity(out)
+    R_level_camera = Rotation.from_rotvec(turn).as_matrix()
+    np.testing.assert_allclose(vector, 9.80665 * R_level_camera.T @ [0.0, 1.0, 0.0], atol=1e-12)
+    assert covariance is not None
+    np.testing.assert_allclose(covariance @ vector, 0.0, atol=1e-12)
+    np.testing.assert_allclose(np.sort(np.linalg.eigvalsh(covariance))[1:], (9.80665 * np.deg2rad(0.1)) ** 2)
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--level", "1±0.1"], "expected PITCH,ROLL±SIGMA in degrees"),
+        (["--level", "0,0"], "expected PITCH,ROLL±SIGMA in degrees"),
+        (["--level", "0,120±1"], "expected PITCH,ROLL±SIGMA in degrees"),
+        (["--level", "0,nan±1"], "expected PITCH,ROLL±SIGMA in degrees"),
+        ([], "expected pictures of a plumb line with --camera, or --level"),
+        (["picture.png"], "expected pictures of a plumb line with --camera, or --level"),
+    ],
+)
+def test_levels_that_say_nothing(words: list[str], said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["calibrate", "gravity", *words, "--out", str(tmp_path / "gravity")]) == 2
+    assert said in capsys.readouterr().err
+    assert not (tmp_path / "gravity").exists()

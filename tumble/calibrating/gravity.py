@@ -1,6 +1,7 @@
-"""``tumble calibrate gravity``: pictures of a plumb line, or points of it, -> gravity in the first camera's frame."""
+"""``tumble calibrate gravity``: pictures of a plumb line, points of it, or a level's readings -> gravity in the first camera's frame."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,39 @@ from datasets.vocabulary.calibration import LENS, POSE, Calibration
 from datasets.vocabulary.camera import HsvCamera
 from estimator.calibration.plumb_line import Thread, gravity_direction, thread_in
 from tumble.calibrating.pictures import Target, targets_in
+
+STEEPEST_DEG = 89.0
+"""Of a level's readings: pitch and roll are the same turn where a camera looks straight up."""
+
+
+@dataclass(frozen=True)
+class Level:
+    """What a level on a camera reads: ``pitch_deg`` that it looks up, ``roll_deg`` that its right side is low, ``sigma_deg`` of both."""
+
+    words: str
+    pitch_deg: float
+    roll_deg: float
+    sigma_deg: float
+
+
+def level_of(words: str) -> Level:
+    """A level's readings as they are typed, ``PITCH,ROLL±SIGMA`` in degrees.
+
+    Raises
+    ------
+    InputError
+        With what was expected and what was given.
+    """
+    readings, _, sure = words.replace("+-", "±").partition("±")
+    try:
+        pitch, roll = (float(each) for each in readings.split(","))
+        sigma = float(sure)
+    except ValueError:
+        pitch = roll = sigma = float("nan")
+    if not (abs(pitch) <= STEEPEST_DEG and abs(roll) <= STEEPEST_DEG and 0.0 < sigma <= STEEPEST_DEG):
+        form = f"PITCH,ROLL±SIGMA in degrees up to {STEEPEST_DEG:g}, as in 0.4,-0.1±0.05"
+        raise InputError(f"--level {words}: expected {form}, got another text.")
+    return Level(words, pitch, roll, sigma)
 
 
 def calibration_of(path: Path) -> Calibration:
@@ -71,6 +105,18 @@ def calibrate_gravity(paths: Sequence[Path], camera: Path, strength_ms2: float) 
         notes.append(f"Views of the plumb line differ by more than their points explain: the uncertainty is widened by {down.factor:.2g}.")
     return Calibration(
         gravity_world=strength_ms2 * down.direction_world, gravity_covariance=strength_ms2**2 * down.covariance, notes=tuple(notes)
+    )
+
+
+def levelled(level: Level, strength_ms2: float) -> Calibration:
+    """Gravity in the frame of a camera on which a level was read."""
+    pitch, roll = np.radians([level.pitch_deg, level.roll_deg])
+    down = np.array([np.cos(pitch) * np.sin(roll), np.cos(pitch) * np.cos(roll), -np.sin(pitch)])
+    across = np.eye(3) - np.outer(down, down)
+    return Calibration(
+        gravity_world=strength_ms2 * down,
+        gravity_covariance=(strength_ms2 * np.radians(level.sigma_deg)) ** 2 * across,
+        notes=(f"From a level on the first camera: {level.words}; strength {strength_ms2:g} m/s2.",),
     )
 
 

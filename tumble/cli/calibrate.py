@@ -18,7 +18,7 @@ from datasets.vocabulary.camera import HsvCamera
 from estimator.calibration.fitting import RigFit
 from tumble.calibrating.cameras import calibrate_camera, calibrate_rig
 from tumble.calibrating.checking import check_calibration
-from tumble.calibrating.gravity import calibrate_gravity
+from tumble.calibrating.gravity import calibrate_gravity, level_of, levelled
 from tumble.calibrating.words import camera_rows, gravity_rows, verdict_of
 from tumble.cli.console import console
 from tumble.cli.exit_codes import ALL_MEASURED, INCOMPLETE
@@ -119,11 +119,17 @@ def _gravity_options(part: argparse.ArgumentParser) -> None:
     part.add_argument(
         "pictures",
         type=Path,
-        nargs="+",
+        nargs="*",
         metavar="PICTURE",
         help="of a plumb line; of a rig a file or folder for each camera; or one CSV file with the columns camera,line,x_px,y_px",
     )
-    part.add_argument("--camera", type=Path, required=True, metavar="CALIBRATION", help="the calibrated camera or rig")
+    part.add_argument("--camera", type=Path, metavar="CALIBRATION", help="with pictures: the calibrated camera or rig")
+    part.add_argument(
+        "--level",
+        metavar="PITCH,ROLL±SIGMA",
+        help="in the place of pictures: readings in degrees of a level on the (first) camera, as in 0.4,-0.1±0.05; PITCH: it looks up, "
+        "ROLL: its right side, seen from behind, is low",
+    )
     part.add_argument(
         "--strength", type=float, default=STANDARD_GRAVITY_MS2, metavar="MS2", help="of gravity where you are (default: %(default)s)"
     )
@@ -133,12 +139,16 @@ def _gravity_options(part: argparse.ArgumentParser) -> None:
 def _gravity(arguments: argparse.Namespace) -> int:
     if not 0 < arguments.strength <= STRONGEST_GRAVITY_MS2:
         raise InputError(f"--strength {arguments.strength:g}: expected m/s2, as 9.81, got another value.")
-    content = {"pictures": [str(p.resolve()) for p in arguments.pictures], "camera": str(arguments.camera.resolve())}
-    described = Run(
-        "calibrate gravity", {**content, "strength": arguments.strength}, reads=(*arguments.pictures, arguments.camera)
-    )  # fmt: skip
+    seen = bool(arguments.pictures) and arguments.camera is not None
+    if seen == (arguments.level is not None) or bool(arguments.pictures) != (arguments.camera is not None):
+        form = "pictures of a plumb line with --camera, or --level PITCH,ROLL±SIGMA"
+        raise InputError(f"calibrate gravity: expected {form}, got neither or both.")
+    level = None if arguments.level is None else level_of(arguments.level)
+    content = {"pictures": [str(p.resolve()) for p in arguments.pictures], "camera": None if level else str(arguments.camera.resolve())}
+    content |= {"level": arguments.level, "strength": arguments.strength}
+    described = Run("calibrate gravity", content, reads=() if level else (*arguments.pictures, arguments.camera))
     with output_directory(arguments.out, described, resume=arguments.resume, force=arguments.force) as out:
-        made = calibrate_gravity(arguments.pictures, arguments.camera, arguments.strength)
+        made = levelled(level, arguments.strength) if level else calibrate_gravity(arguments.pictures, arguments.camera, arguments.strength)
         _write(made, None, out)
     return say(made, arguments)
 
@@ -204,6 +214,6 @@ def _table(title: str, rows: list[tuple[str, str, str]]) -> None:
 PARTS: tuple[Part, ...] = (
     ("camera", "one camera from pictures of a board", _camera_options, _camera),
     ("rig", "several cameras, with their poses, from a board that they see at once, or from files of others", _rig_options, _rig),
-    ("gravity", "the direction of gravity from pictures of a plumb line", _gravity_options, _gravity),
+    ("gravity", "the direction of gravity from pictures of a plumb line, or from a level", _gravity_options, _gravity),
     ("check", "a calibration: whether its uncertainty is honest, and whether further pictures agree with it", _check_options, _check),
 )
