@@ -44,12 +44,13 @@ class Edge:
 class Consensus:
     """The ``edges`` believed, the sets that hang together (``placed``, ascending) and where the particle lies in each of these.
 
-    The particle's frame is that of the first of them.
+    The particle's frame is that of the first of them. ``others``: sets that hang together apart from these, as another particle's do.
     """
 
     edges: Mapping[Pair, Edge]
     placed: tuple[int, ...]
     placements: Placements
+    others: tuple[tuple[int, ...], ...] = ()
 
 
 def agree(sets: list[ViewSet], motions: Mapping[Pair, SetMotions]) -> Consensus:
@@ -63,7 +64,8 @@ def agree(sets: list[ViewSet], motions: Mapping[Pair, SetMotions]) -> Consensus:
     labels = connected_components(weights, directed=False)[1]
     largest = int(np.argmax(np.bincount(labels)))
     placed = tuple(np.flatnonzero(labels == largest).tolist())
-    return Consensus(edges, placed, _along_tree(placed, weights, edges))
+    groups = [tuple(np.flatnonzero(labels == label).tolist()) for label in np.unique(labels) if label != largest]
+    return Consensus(edges, placed, _along_tree(placed, weights, edges), tuple(group for group in groups if len(group) > 1))
 
 
 def _candidates(sets: list[ViewSet], found: SetMotions) -> list[Edge]:

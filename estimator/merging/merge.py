@@ -132,12 +132,18 @@ def merge(sets: Sequence[ViewSet], settings: MergeSettings, advance: Callable[[]
     for number in [n for n in range(len(every)) if n not in placed]:
         found = placed_by_all(every[number], fitted.as_one, settings.effort)
         if isinstance(found, str):
-            reasons[number] = found
+            reasons[number] = found + _of_a_group(every, number, consensus)
             continue
         at, placed = fitted.joint.placements, (*placed, number)
         start = Placements(np.concatenate([at.R, found[0][None]]), np.concatenate([at.t, found[1][None]]))
         fitted = fit_sets([every[i] for i in placed], start, settings)
     return _merged(every, placed, fitted, consensus, reasons)
+
+
+def _of_a_group(sets: list[ViewSet], number: int, consensus: Consensus) -> str:
+    """With which other sets one agrees that is not placed, in words; empty where with none."""
+    mates = [sets[n].name for group in consensus.others if number in group for n in group if n != number]
+    return f"; it agrees with {', '.join(mates)}: is that another particle?" if mates else ""
 
 
 def _believable(sets: list[ViewSet], motions: dict[tuple[int, int], SetMotions]) -> dict[tuple[int, int], SetMotions]:

@@ -4,10 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import trimesh
+from scipy.spatial.transform import Rotation
 
 from datasets.errors import InputError
 from datasets.recipes.recipe import ParticleRecipe
 from datasets.vocabulary.outline import Outline
+from estimator.fitting.pose_refinement import Poses
 from estimator.geometry.silhouettes import silhouettes
 from estimator.merging.consistency import agree
 from estimator.merging.joint import JointTask, Placements, RigErrors, _equations, _linear, fit_jointly
@@ -153,6 +156,21 @@ def test_a_foreign_set_is_named(sets: list[ViewSet], foreign: Rendered) -> None:
     assert "out of their hull" in merged.left_out[0].reason
 
 
+def test_sets_of_another_particle_are_a_group_of_their_own(sets: list[ViewSet], rng: np.random.Generator) -> None:
+    """Right motions between sets 0, 2, 4 and 6 and between sets 1, 3 and 5, wrong ones between the two groups."""
+    seven = [sets[k % 4] for k in range(7)]
+    turned = Rotation.random(7, rng=rng).as_matrix()
+    motions = {}
+    for i in range(7):
+        for j in range(i):
+            R = turned[i] @ turned[j].T if (i - j) % 2 == 0 else Rotation.random(rng=rng).as_matrix()
+            motions[i, j] = SetMotions(i, j, Poses(R[None], (R @ seven[j].centre)[None], np.ones(1)), np.ones(1))
+    consensus = agree(seven, motions)
+    assert consensus.placed == (0, 2, 4, 6)
+    assert consensus.others == ((1, 3, 5),)
+    np.testing.assert_allclose(consensus.placements.R, turned[[0, 2, 4, 6]] @ turned[0].T, atol=1e-9)
+
+
 def test_a_foreign_view_is_named(made: Rendered, sets: list[ViewSet], foreign: Rendered) -> None:
     outlines = list(made.drops[2].outlines)
     outlines[4] = foreign.drops[0].outlines[4]
@@ -187,16 +205,12 @@ def test_wrong_motions_close_no_loop(sets: list[ViewSet]) -> None:
 
 
 def test_even_rotations_leave_no_large_hole(rng: np.random.Generator) -> None:
-    from scipy.spatial.transform import Rotation
-
     q = Rotation.from_matrix(even_rotations(2000)).as_quat()
     there = Rotation.random(500, rng=rng).as_quat()
     assert np.rad2deg(2.0 * np.arccos(np.abs(there @ q.T).max(axis=1))).max() < 18.0
 
 
 def test_volume_and_moments_are_inside_what_is_stated(made: Rendered, merged: Merged) -> None:
-    import trimesh
-
     solid = trimesh.Trimesh(made.vertices, made.faces)
     found = solid_figures(merged.outlines, merged.views, np.random.default_rng(0))
     moments = np.linalg.eigvalsh(solid.moment_inertia)
