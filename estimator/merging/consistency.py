@@ -6,7 +6,7 @@ Each pair keeps its motion of most votes (of least cost among equals); pairs wit
 edges connect is placed along the tree of least cost. Of two sets nothing can be checked: their best motion is the edge.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -51,6 +51,15 @@ class Consensus:
     placed: tuple[int, ...]
     placements: Placements
     others: tuple[tuple[int, ...], ...] = ()
+
+    def renumbered(self, numbers: Sequence[int]) -> "Consensus":
+        """The same where set ``k`` is set ``numbers[k]``."""
+        return Consensus(
+            edges={(numbers[i], numbers[j]): edge for (i, j), edge in self.edges.items()},
+            placed=tuple(numbers[k] for k in self.placed),
+            placements=self.placements,
+            others=tuple(tuple(numbers[k] for k in group) for group in self.others),
+        )
 
 
 def agree(sets: list[ViewSet], motions: Mapping[Pair, SetMotions]) -> Consensus:

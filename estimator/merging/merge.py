@@ -30,7 +30,7 @@ from estimator.merging.placing import fitting, placed_by_all, stands
 from estimator.merging.rig_errors import rig_errors
 from estimator.merging.set_motion import MotionEffort, SetMotions, find_motions
 from estimator.merging.view_set import ViewSet
-from estimator.particle import view_agreement, view_poses
+from estimator.particle import MINIMUM_VIEWS, view_agreement, view_poses
 from estimator.view_faults import view_fault
 
 Array = NDArray[np.float64]
@@ -123,10 +123,13 @@ def merge(sets: Sequence[ViewSet], settings: MergeSettings, advance: Callable[[]
         Where no two sets can be placed against each other.
     """
     every = list(sets)
-    motions = _motions(every, settings.effort, advance)
-    consensus = agree(every, _believable(every, motions))
-    if len(every) > 1 and len(consensus.placed) < 2:
-        raise InputError(_nothing_agrees(every, motions))
+    full = [n for n, one in enumerate(every) if not one.is_small]
+    if not full:
+        raise InputError(f"drops {', '.join(s.name for s in every)}: expected one with at least {MINIMUM_VIEWS} usable views, got none.")
+    motions = _motions([every[n] for n in full], settings.effort, advance)
+    consensus = agree([every[n] for n in full], _believable([every[n] for n in full], motions)).renumbered(full)
+    if len(full) > 1 and len(consensus.placed) < 2:
+        raise InputError(_nothing_agrees([every[n] for n in full], motions))
     placed, fitted = _without_foreign_sets(every, consensus, settings)
     reasons: dict[int, str] = {}
     for number in [n for n in range(len(every)) if n not in placed]:
@@ -176,7 +179,7 @@ def _without_foreign_sets(sets: list[ViewSet], consensus: Consensus, settings: M
     while True:
         fitted = fit_sets([sets[i] for i in placed], start, settings)
         belongs = [bool(fitted.task.used[fitted.task.set_of == k].any()) for k in range(len(placed))]
-        if all(belongs):
+        if all(belongs) or len(placed) == 1:
             return placed, fitted
         rows = np.flatnonzero(belongs)
         if len(rows) < 2:

@@ -14,7 +14,7 @@ from datasets.vocabulary.outline import Outline
 from estimator.fitting.pose_competition import PROTRUSION_SIGMAS, own_protrusion_px, protrusion_px, rms_limit_px
 from estimator.fitting.pose_refinement import Poses
 from estimator.fitting.view_disagreement import UNEXPLAINED_PX, disagreement
-from estimator.merging.set_motion import MotionEffort, SetMotions, find_motions
+from estimator.merging.set_motion import MotionEffort, SetMotions, find_motions, motions_of_few
 from estimator.merging.view_set import ViewSet, view_set
 
 Array = NDArray[np.float64]
@@ -26,7 +26,7 @@ def placed_by_all(
 ) -> tuple[Array, Array] | str:
     """``R``, ``t`` (m) from the particle's frame to the set's, or in words why there is none."""
     placed = view_set(OTHERS, *others)
-    found = find_motions(one, placed, (0, 1), effort)
+    found = motions_of_few(one, placed, effort) if one.is_small else find_motions(one, placed, (0, 1), effort)
     standing, said = stands(one, placed, found)
     if len(standing) == 0:
         return f"no placement meets the other sets: {said}"

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from estimator.fitting.pose_refinement import MINIMUM_VALID_SHARE, Equations, Poses, Views, descend
 from estimator.fitting.pose_search import spread
-from estimator.fitting.pose_starts import distinct
+from estimator.fitting.pose_starts import distinct, likely_starts, start_catalogue
 from estimator.geometry.epipolar_tangency import PoseSet, TangencyErrors, tangency_errors
 from estimator.geometry.silhouettes import Silhouettes
 from estimator.merging.view_set import ViewSet
@@ -25,6 +25,10 @@ from estimator.motion.even_rotations import even_rotations
 Array = NDArray[np.float64]
 AT_ONCE = 256
 """Motions whose errors are computed together, to bound memory."""
+
+
+FEW_STARTS, FEW_FINE = 200, 24
+"""Starts and candidates where one or two views are placed, as for single pictures with few views (:mod:`estimator.pipeline`)."""
 
 
 @dataclass(frozen=True)
@@ -71,6 +75,20 @@ def find_motions(first: ViewSet, second: ViewSet, numbers: tuple[int, int], effo
     best = best.take(np.arange(min(effort.fine, len(best.R))))
     fine = distinct(_refined(first, every, best, steps=effort.fine_steps, huber=effort.huber), separation_rad=effort.separation_rad)
     return SetMotions(*numbers, fine, motion_rms_px(first, every, fine))
+
+
+def motions_of_few(few: ViewSet, placed: ViewSet, effort: MotionEffort) -> SetMotions:
+    """The same for one or two views, whose middle is not known: starts are those of the first view alone, by its support function."""
+    catalogue = start_catalogue(placed.hull.vertices, placed.centre)
+    alone = likely_starts(few.seen.xy[few.seen.slice_of(0)], catalogue, count=FEW_STARTS)
+    back = few.poses.R[0].T
+    starts = Poses(back @ alone.R, (alone.centre_cam - few.poses.t[0]) @ back.T, alone.cost)
+    every = placed.as_views
+    coarse = _refined(few, every.take(spread(len(placed), effort.coarse_views)), starts, steps=effort.coarse_steps, huber=effort.huber)
+    best = distinct(coarse, separation_rad=effort.separation_rad)
+    best = best.take(np.arange(min(FEW_FINE, len(best.R))))
+    fine = distinct(_refined(few, every, best, steps=effort.fine_steps, huber=effort.huber), separation_rad=effort.separation_rad)
+    return SetMotions(0, 1, fine, motion_rms_px(few, every, fine))
 
 
 def _refined(first: ViewSet, second: Views, starts: Poses, *, steps: int, huber: float) -> Poses:

@@ -180,6 +180,17 @@ def test_a_foreign_view_is_named(made: Rendered, sets: list[ViewSet], foreign: R
     assert len(merged.views) == 17
 
 
+def test_a_drop_of_one_view_is_placed_by_the_others(made: Rendered, sets: list[ViewSet]) -> None:
+    one = view_set("one", made.drops[3].outlines[2:3], made.drops[3].views[2:3])
+    merged = merge([one, *sets[:2]], SETTINGS)
+    assert merged.placed == (1, 2, 0)
+    order = [3, 0, 1]
+    found = against_truth(merged, made.R[order], made.t[order], np.zeros(3))
+    assert found["relative_rotation_deg"]["largest"] < 0.5
+    with pytest.raises(InputError, match="expected one with at least 3 usable views"):
+        merge([one], SETTINGS)
+
+
 def test_two_particles_alone_are_refused(sets: list[ViewSet], foreign: Rendered) -> None:
     other = view_set("other", foreign.drops[0].outlines, foreign.drops[0].views)
     with pytest.raises(InputError, match="best pair of drops is off by"):
