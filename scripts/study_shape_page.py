@@ -111,9 +111,9 @@ def real(found: Mapping[str, Any]) -> list[str]:
     return [
         "## Real outlines, cut into sets whose relative pose is withheld",
         "",
-        "The turntable's 36 views as six sets of six, two ways; the stone's six views as two sets of three, all ten ways, and each as a drop "
-        "of its own. Right: within 1°, of a single view within 5°. The given calibrations disagree with themselves by 0.43 and 0.70 px RMS "
-        "([real outlines](real_outlines.md)).",
+        "The turntable's 36 views as six sets of six, two ways; the stone's six views as two sets of three, all ten ways, and each as a "
+        "drop of its own. Right: within 1°, of a single view within 5°. The given calibrations disagree with themselves by 0.43 and "
+        "0.70 px RMS ([real outlines](real_outlines.md)).",
         "",
         *table(["set", "", "rotation from what was given: median, largest", "worst set's RMS ETE", "time"], cells),
     ]
