@@ -29,7 +29,7 @@ from estimator.merging.joint import Joint, JointTask, Placements, fit_jointly
 from estimator.merging.placing import fitting, placed_by_all, stands
 from estimator.merging.rig_errors import rig_errors
 from estimator.merging.set_motion import MotionEffort, SetMotions, find_motions
-from estimator.merging.view_set import ViewSet
+from estimator.merging.view_set import ViewSet, view_set
 from estimator.particle import MINIMUM_VIEWS, view_agreement, view_poses
 from estimator.view_faults import view_fault
 
@@ -132,15 +132,36 @@ def merge(sets: Sequence[ViewSet], settings: MergeSettings, advance: Callable[[]
         raise InputError(_nothing_agrees([every[n] for n in full], motions))
     placed, fitted = _without_foreign_sets(every, consensus, settings)
     reasons: dict[int, str] = {}
+    odd: tuple[LeftOut, ...] = ()
     for number in [n for n in range(len(every)) if n not in placed]:
         found = placed_by_all(every[number], fitted.as_one, settings.effort)
         if isinstance(found, str):
-            reasons[number] = found + _of_a_group(every, number, consensus)
-            continue
+            agreeing, out = _agreeing(every[number], settings.foreign_view_ratio)
+            again = placed_by_all(agreeing, fitted.as_one, settings.effort) if out else found
+            if isinstance(again, str):
+                reasons[number] = found + _of_a_group(every, number, consensus)
+                continue
+            every[number], found, odd = agreeing, again, (*odd, *out)
         at, placed = fitted.joint.placements, (*placed, number)
         start = Placements(np.concatenate([at.R, found[0][None]]), np.concatenate([at.t, found[1][None]]))
         fitted = fit_sets([every[i] for i in placed], start, settings)
-    return _merged(every, placed, fitted, consensus, reasons)
+    merged = _merged(every, placed, fitted, consensus, reasons)
+    return replace(merged, left_out=(*odd, *merged.left_out))
+
+
+def _agreeing(one: ViewSet, ratio: float) -> tuple[ViewSet, tuple[LeftOut, ...]]:
+    """A set without the views that disagree with its others, and which; as it is where there are none, or too few others."""
+    rms, _, foreign = view_agreement(one.seen, one.poses, one.centre, ratio)
+    kept = np.flatnonzero(~foreign)
+    if len(kept) == len(one) or len(kept) < MINIMUM_VIEWS:
+        return one, ()
+    fewer = view_set(one.name, [one.outlines[k] for k in kept], [one.views[k] for k in kept])
+    typical = float(np.median(rms[kept]))
+    out = [
+        LeftOut(one.name, one.numbers[k], f"RMS ETE {rms[k]:.1f} px among the drop's views, the others' median {typical:.2f} px")
+        for k in np.flatnonzero(foreign)
+    ]
+    return replace(fewer, numbers=tuple(one.numbers[k] for k in kept)), tuple(out)
 
 
 def _of_a_group(sets: list[ViewSet], number: int, consensus: Consensus) -> str:

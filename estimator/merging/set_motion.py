@@ -19,7 +19,7 @@ from estimator.fitting.pose_search import spread
 from estimator.fitting.pose_starts import distinct, likely_starts, start_catalogue
 from estimator.geometry.epipolar_tangency import PoseSet, TangencyErrors, tangency_errors
 from estimator.geometry.silhouettes import Silhouettes
-from estimator.merging.view_set import ViewSet
+from estimator.merging.view_set import MINIMUM_VIEWS, ViewSet
 from estimator.motion.even_rotations import even_rotations
 
 Array = NDArray[np.float64]
@@ -53,7 +53,7 @@ class SetMotions:
     """Distinct motions from set ``second`` to set ``first``, best first.
 
     ``poses``: ``R`` (n, 3, 3) turns the second's axes into the first's, ``centre_cam`` (n, 3) m is where the second's centre lies in the
-    first's frame, ``cost`` per valid pair. ``rms_px`` (n,): of the errors in the first's pictures.
+    first's frame, ``cost`` per valid pair. ``rms_px`` (n,): see :func:`motion_rms_px`.
     """
 
     first: int
@@ -117,13 +117,26 @@ def motion_errors(first: ViewSet, second: Views, motions: Poses, *, huber: float
 
 
 def motion_rms_px(first: ViewSet, second: Views, motions: Poses) -> Array:
-    """Plain RMS (n,) px of the errors in the first's pictures."""
+    """RMS (n,) px of the errors in the first's pictures, without the worst view of either set that has more than three.
+
+    A single view that does not belong is left out later, by name; it must not refuse the motion of its set.
+    """
     if len(motions.R) == 0:
         return np.zeros(0)
     errors = motion_errors(first, second, motions)
-    told = errors.told[:, :, :2].reshape(len(motions.R), -1)
-    squares = np.where(told, errors.error[:, :, :2].reshape(told.shape) ** 2, 0.0).sum(axis=1)
-    return np.asarray(np.sqrt(squares / np.maximum(told.sum(axis=1), 1)))
+    told = errors.told[:, :, :2]
+    shape = (len(motions.R), len(first), len(second.silhouettes))
+    square = np.where(told, errors.error[:, :, :2] ** 2, 0.0).sum(axis=2).reshape(shape)
+    return np.array([rms_without_worst(s, c) for s, c in zip(square, told.sum(axis=2).reshape(shape), strict=True)])
+
+
+def rms_without_worst(square: Array, count: NDArray[np.int64]) -> float:
+    """RMS of errors whose ``square`` sums and ``count`` (n, k) are given, without the worst row and column of more than three."""
+    for axis in (1, 0):
+        if square.shape[1 - axis] > MINIMUM_VIEWS:
+            worst = int(np.argmax(square.sum(axis=axis) / np.maximum(count.sum(axis=axis), 1)))
+            square, count = np.delete(square, worst, axis=1 - axis), np.delete(count, worst, axis=1 - axis)
+    return float(np.sqrt(square.sum() / max(int(count.sum()), 1)))
 
 
 def _equations(first: ViewSet, second: Views, motions: Poses, huber: float) -> Equations:
