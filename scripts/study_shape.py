@@ -50,7 +50,7 @@ OWN = (("cut_stone", 11), ("cut_stone", 12), ("jagged", 13))
 """Particles of the project's own family, with their seeds."""
 VIEW_COUNTS = (6, 12, 24, 36, 60)
 FOREIGN_TRIALS, FOREIGN_DROPS = 40, 5
-FLIGHTS = 3
+FLIGHTS = 2
 """Sequences of each particle in which velocities are compared."""
 TRUE_BY_DEG = 1.0
 """Turn up to which a real placement counts as right; of a single view as for single pictures, 5°."""
@@ -347,19 +347,19 @@ def _files_of_drops(observation: Observation, out: Path) -> tuple[tuple[HsvCamer
 def velocities(data: Path) -> dict[str, Any]:
     """Errors of v and ω with merged views over those with the given ones, the same sequences."""
     rows = []
-    for name, particle, seed in _particles(data):
+    for _, particle, seed in _particles(data):
         recipe = Recipe(seed=seed, particle=particle, sequences=FLIGHTS, same_particle=True)
         campaign = build_silhouette_campaign(recipe)
         views, outlines = campaign[0][0].views, list(campaign[0][0].view_recording)
         rows_of = [[i for i, v in enumerate(views) if v.drop == k] for k in range(DROPS)]
-        drops = [
-            Drop(f"drop{k}", Path(f"drop{k}"), *withheld([outlines[i] for i in part], [views[i] for i in part]), {})  # type: ignore[misc]
+        sets = [
+            view_set(f"drop{k}", *withheld([outlines[i] for i in part], [views[i] for i in part]))  # type: ignore[misc]
             for k, part in enumerate(rows_of)
         ]
-        shaped = shape(drops, name, mass_kg=None)
-        kept = replace(shaped.particle, made=_InMemory(*shaped.made))  # type: ignore[arg-type]
+        found = merge(sets, MergeSettings())
         for observation, truth in campaign:
-            given, merged = (score(measure(o, Configuration()), truth) for o in (observation, with_particle(observation, kept)))
+            other = replace(observation, views=found.views, view_recording=found.outlines)
+            given, merged = (score(measure(o, Configuration()), truth) for o in (observation, other))
             rows.append({"sequence": truth.name, "given": _errors(given), "merged": _errors(merged)})
             print(json.dumps(rows[-1]), flush=True)
     both = [r for r in rows if r["given"] and r["merged"]]
@@ -367,7 +367,7 @@ def velocities(data: Path) -> dict[str, Any]:
     return {"sequences": rows, "rms_merged_over_given": ratio}
 
 
-KEYS = ("in_plane_ms", "out_of_plane_ms", "angular_rads")
+KEYS = ("middle_in_plane_ms", "middle_out_of_plane_ms", "middle_angular_rads")
 
 
 def _rms(values: Sequence[float]) -> float:

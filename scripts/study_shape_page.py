@@ -181,7 +181,8 @@ def velocities(found: Mapping[str, Any]) -> list[str]:
         "## Velocities with merged views",
         "",
         f"RMS error with merged views over that with the given ones, {count} of {len(found['sequences'])} sequences measured both ways: "
-        f"v in the picture's plane {ratio['in_plane_ms']:.2f}, out of it {ratio['out_of_plane_ms']:.2f}, ω {ratio['angular_rads']:.2f}.",
+        f"v in the picture's plane {ratio['middle_in_plane_ms']:.2f}, out of it {ratio['middle_out_of_plane_ms']:.2f}, "
+        f"ω {ratio['middle_angular_rads']:.2f}.",
     ]
 
 
