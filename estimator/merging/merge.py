@@ -24,7 +24,7 @@ from estimator.configuration import Configuration
 from estimator.fitting.view_disagreement import Disagreement, disagreement, misplaced
 from estimator.geometry.epipolar_tangency import PoseSet
 from estimator.geometry.silhouettes import silhouettes
-from estimator.merging.consistency import Consensus, agree
+from estimator.merging.consistency import Consensus, agree, alone
 from estimator.merging.joint import Joint, JointTask, Placements, fit_jointly
 from estimator.merging.placing import fitting, placed_by_all, stands
 from estimator.merging.rig_errors import rig_errors
@@ -126,10 +126,7 @@ def merge(sets: Sequence[ViewSet], settings: MergeSettings, advance: Callable[[]
     full = [n for n, one in enumerate(every) if not one.is_small]
     if not full:
         raise InputError(f"drops {', '.join(s.name for s in every)}: expected one with at least {MINIMUM_VIEWS} usable views, got none.")
-    motions = _motions([every[n] for n in full], settings.effort, advance)
-    consensus = agree([every[n] for n in full], _believable([every[n] for n in full], motions)).renumbered(full)
-    if len(full) > 1 and len(consensus.placed) < 2:
-        raise InputError(_nothing_agrees([every[n] for n in full], motions))
+    consensus = _agreed([every[n] for n in full], settings, advance).renumbered(full)
     placed, fitted = _without_foreign_sets(every, consensus, settings)
     reasons: dict[int, str] = {}
     odd: tuple[LeftOut, ...] = ()
@@ -170,22 +167,34 @@ def _of_a_group(sets: list[ViewSet], number: int, consensus: Consensus) -> str:
     return f"; it agrees with {', '.join(mates)}: is that another particle?" if mates else ""
 
 
-def _believable(sets: list[ViewSet], motions: dict[tuple[int, int], SetMotions]) -> dict[tuple[int, int], SetMotions]:
-    """The motions that tangency and containment allow; of two sets alone, which no third can check, the only one.
+def _agreed(sets: list[ViewSet], settings: MergeSettings, advance: Callable[[], None]) -> Consensus:
+    """The sets that loops of motions connect or, where no loop closes, the best pair between which one motion alone stands.
 
     Raises
     ------
     InputError
-        Where there are two sets and more than one motion between them.
+        Where there is no such pair.
     """
-    judge = stands if len(sets) == 2 else fitting
-    rows = {pair: judge(sets[pair[0]], sets[pair[1]], found)[0] for pair, found in motions.items()}
-    if len(sets) == 2 and len(rows[1, 0]) > 1:
-        raise InputError(
-            f"drops {sets[0].name}, {sets[1].name}: expected one way of turning the second that fits the first, got {len(rows[1, 0])}, as "
-            "a symmetric body has. Further drops would decide."
-        )
-    return {pair: replace(found, poses=found.poses.take(rows[pair]), rms_px=found.rms_px[rows[pair]]) for pair, found in motions.items()}
+    motions = _motions(sets, settings.effort, advance)
+    consensus = agree(sets, {pair: _only(found, fitting(sets[pair[0]], sets[pair[1]], found)[0]) for pair, found in motions.items()})
+    if len(sets) == 1 or len(consensus.placed) > 1:
+        return consensus
+    standing = {pair: stands(sets[pair[0]], sets[pair[1]], found)[0] for pair, found in motions.items()}
+    unique = [pair for pair, rows in standing.items() if len(rows) == 1]
+    if unique:
+        best = min(unique, key=lambda pair: float(motions[pair].poses.cost[standing[pair][0]]))
+        return alone(sets, _only(motions[best], standing[best]))
+    several = next((pair for pair, rows in standing.items() if len(rows) > 1), None)
+    if several is None:
+        raise InputError(_nothing_agrees(sets, motions))
+    raise InputError(
+        f"drops {sets[several[1]].name}, {sets[several[0]].name}: expected one way of turning the second that fits the first, got "
+        f"{len(standing[several])}, as a symmetric body has. Further drops would decide."
+    )
+
+
+def _only(found: SetMotions, rows: NDArray[np.int64]) -> SetMotions:
+    return replace(found, poses=found.poses.take(rows), rms_px=found.rms_px[rows])
 
 
 def _without_foreign_sets(sets: list[ViewSet], consensus: Consensus, settings: MergeSettings) -> tuple[tuple[int, ...], Fitted]:

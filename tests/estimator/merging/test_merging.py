@@ -180,6 +180,18 @@ def test_a_foreign_view_is_named(made: Rendered, sets: list[ViewSet], foreign: R
     assert len(merged.views) == 17
 
 
+def test_a_view_that_spoils_the_hull_of_its_drop_is_named_alone() -> None:
+    """The drop's middle is far off by it, so that no motion fits the whole drop."""
+    own, other = rendered("own", STONE, 111, drops=3), rendered("other", STONE, 511, drops=1)
+    outlines = [*own.drops[1].outlines[:5], other.drops[0].outlines[5]]
+    spoiled = view_set("spoiled", outlines, own.drops[1].views)
+    whole = [view_set(own.drops[k].name, own.drops[k].outlines, own.drops[k].views) for k in (0, 2)]
+    merged = merge([whole[0], spoiled, whole[1]], SETTINGS)
+    assert [(out.name, out.view) for out in merged.left_out] == [("spoiled", 5)]
+    assert "among the drop's views" in merged.left_out[0].reason
+    assert len(merged.views) == 17
+
+
 def test_a_drop_of_one_view_is_placed_by_the_others(made: Rendered, sets: list[ViewSet]) -> None:
     one = view_set("one", made.drops[3].outlines[2:3], made.drops[3].views[2:3])
     merged = merge([one, *sets[:2]], SETTINGS)
