@@ -3,10 +3,10 @@
 Three motions between three sets close a loop, ``X_ij X_jk X_ki = 1``, if all are right; wrong ones close none [Govindu 2004; Zach,
 Klopschitz and Pollefeys 2010]. A motion's votes are the third sets over which it closes a loop with any motion of the two other pairs.
 Each pair keeps its motion of most votes (of least cost among equals); pairs without a vote are no edge. The largest group of sets that
-edges connect is placed along the tree of least cost. Of two sets nothing can be checked: their best motion is the edge.
+edges connect is placed along the tree of least cost. Of two sets no loop can be made: see :func:`alone`.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -44,12 +44,22 @@ class Edge:
 class Consensus:
     """The ``edges`` believed, the sets that hang together (``placed``, ascending) and where the particle lies in each of these.
 
-    The particle's frame is that of the first of them.
+    The particle's frame is that of the first of them. ``others``: sets that hang together apart from these, as another particle's do.
     """
 
     edges: Mapping[Pair, Edge]
     placed: tuple[int, ...]
     placements: Placements
+    others: tuple[tuple[int, ...], ...] = ()
+
+    def renumbered(self, numbers: Sequence[int]) -> "Consensus":
+        """The same where set ``k`` is set ``numbers[k]``."""
+        return Consensus(
+            edges={(numbers[i], numbers[j]): edge for (i, j), edge in self.edges.items()},
+            placed=tuple(numbers[k] for k in self.placed),
+            placements=self.placements,
+            others=tuple(tuple(numbers[k] for k in group) for group in self.others),
+        )
 
 
 def agree(sets: list[ViewSet], motions: Mapping[Pair, SetMotions]) -> Consensus:
@@ -63,7 +73,18 @@ def agree(sets: list[ViewSet], motions: Mapping[Pair, SetMotions]) -> Consensus:
     labels = connected_components(weights, directed=False)[1]
     largest = int(np.argmax(np.bincount(labels)))
     placed = tuple(np.flatnonzero(labels == largest).tolist())
-    return Consensus(edges, placed, _along_tree(placed, weights, edges))
+    groups = [tuple(np.flatnonzero(labels == label).tolist()) for label in np.unique(labels) if label != largest]
+    return Consensus(edges, placed, _along_tree(placed, weights, edges), tuple(group for group in groups if len(group) > 1))
+
+
+def alone(sets: list[ViewSet], found: SetMotions) -> Consensus:
+    """What the best motion between two sets alone says, which no loop has checked."""
+    edge = _candidates(sets, found)[0]
+    first = min(found.first, found.second)
+    second = max(found.first, found.second)
+    step = _step(second, first, {(found.first, found.second): edge})
+    placements = Placements(np.stack([np.eye(3), step[0]]), np.stack([np.zeros(3), step[1]]))
+    return Consensus({(found.first, found.second): edge}, (first, second), placements)
 
 
 def _candidates(sets: list[ViewSet], found: SetMotions) -> list[Edge]:
@@ -76,10 +97,10 @@ def _candidates(sets: list[ViewSet], found: SetMotions) -> list[Edge]:
 
 
 def _chosen(pair: Pair, some: list[Edge], every: Mapping[Pair, list[Edge]], sets: list[ViewSet]) -> Edge | None:
-    """The candidate of most votes; none where no loop closes though there are loops."""
+    """The candidate of most votes; none where no loop closes."""
     thirds = [k for k in range(len(sets)) if k not in pair]
     if not some or not thirds:
-        return some[0] if some else None
+        return None
     votes = [sum(_closes(pair, edge, k, every, sets) for k in thirds) for edge in some]
     best = max(range(len(some)), key=lambda n: (votes[n], -some[n].cost))
     if votes[best] == 0:

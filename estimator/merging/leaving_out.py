@@ -45,6 +45,5 @@ def _again(sets: Sequence[ViewSet], merged: Merged, k: int, settings: MergeSetti
     shift = np.mean(np.einsum("sji,sj->si", start.R, now.t - start.t), axis=0)
     R_back = R @ turn.T
     t_back = t - R_back @ shift
-    centre = at.R[k].T @ (one.centre - at.t[k])
     turned = float(np.rad2deg(Rotation.from_matrix(R_back @ at.R[k].T).magnitude()))
-    return SetAgain(one.name, turned, float(np.linalg.norm(R_back @ centre + t_back - one.centre)))
+    return SetAgain(one.name, turned, float(np.linalg.norm(t_back - at.t[k])))

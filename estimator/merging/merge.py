@@ -24,13 +24,13 @@ from estimator.configuration import Configuration
 from estimator.fitting.view_disagreement import Disagreement, disagreement, misplaced
 from estimator.geometry.epipolar_tangency import PoseSet
 from estimator.geometry.silhouettes import silhouettes
-from estimator.merging.consistency import Consensus, agree
+from estimator.merging.consistency import Consensus, agree, alone
 from estimator.merging.joint import Joint, JointTask, Placements, fit_jointly
 from estimator.merging.placing import fitting, placed_by_all, stands
 from estimator.merging.rig_errors import rig_errors
 from estimator.merging.set_motion import MotionEffort, SetMotions, find_motions
-from estimator.merging.view_set import ViewSet
-from estimator.particle import view_agreement, view_poses
+from estimator.merging.view_set import ViewSet, view_set
+from estimator.particle import MINIMUM_VIEWS, view_agreement, view_poses
 from estimator.view_faults import view_fault
 
 Array = NDArray[np.float64]
@@ -123,39 +123,78 @@ def merge(sets: Sequence[ViewSet], settings: MergeSettings, advance: Callable[[]
         Where no two sets can be placed against each other.
     """
     every = list(sets)
-    motions = _motions(every, settings.effort, advance)
-    consensus = agree(every, _believable(every, motions))
-    if len(every) > 1 and len(consensus.placed) < 2:
-        raise InputError(_nothing_agrees(every, motions))
+    full = [n for n, one in enumerate(every) if not one.is_small]
+    if not full:
+        raise InputError(f"drops {', '.join(s.name for s in every)}: expected one with at least {MINIMUM_VIEWS} usable views, got none.")
+    consensus = _agreed([every[n] for n in full], settings, advance).renumbered(full)
     placed, fitted = _without_foreign_sets(every, consensus, settings)
     reasons: dict[int, str] = {}
+    odd: tuple[LeftOut, ...] = ()
     for number in [n for n in range(len(every)) if n not in placed]:
         found = placed_by_all(every[number], fitted.as_one, settings.effort)
         if isinstance(found, str):
-            reasons[number] = found
-            continue
+            agreeing, out = _agreeing(every[number], settings.foreign_view_ratio)
+            again = placed_by_all(agreeing, fitted.as_one, settings.effort) if out else found
+            if isinstance(again, str):
+                reasons[number] = found + _of_a_group(every, number, consensus)
+                continue
+            every[number], found, odd = agreeing, again, (*odd, *out)
         at, placed = fitted.joint.placements, (*placed, number)
         start = Placements(np.concatenate([at.R, found[0][None]]), np.concatenate([at.t, found[1][None]]))
         fitted = fit_sets([every[i] for i in placed], start, settings)
-    return _merged(every, placed, fitted, consensus, reasons)
+    merged = _merged(every, placed, fitted, consensus, reasons)
+    return replace(merged, left_out=(*odd, *merged.left_out))
 
 
-def _believable(sets: list[ViewSet], motions: dict[tuple[int, int], SetMotions]) -> dict[tuple[int, int], SetMotions]:
-    """The motions that tangency and containment allow; of two sets alone, which no third can check, the only one.
+def _agreeing(one: ViewSet, ratio: float) -> tuple[ViewSet, tuple[LeftOut, ...]]:
+    """A set without the views that disagree with its others, and which; as it is where there are none, or too few others."""
+    rms, _, foreign = view_agreement(one.seen, one.poses, one.centre, ratio)
+    kept = np.flatnonzero(~foreign)
+    if len(kept) == len(one) or len(kept) < MINIMUM_VIEWS:
+        return one, ()
+    fewer = view_set(one.name, [one.outlines[k] for k in kept], [one.views[k] for k in kept])
+    typical = float(np.median(rms[kept]))
+    out = [
+        LeftOut(one.name, one.numbers[k], f"RMS ETE {rms[k]:.1f} px among the drop's views, the others' median {typical:.2f} px")
+        for k in np.flatnonzero(foreign)
+    ]
+    return replace(fewer, numbers=tuple(one.numbers[k] for k in kept)), tuple(out)
+
+
+def _of_a_group(sets: list[ViewSet], number: int, consensus: Consensus) -> str:
+    """With which other sets one agrees that is not placed, in words; empty where with none."""
+    mates = [sets[n].name for group in consensus.others if number in group for n in group if n != number]
+    return f"; it agrees with {', '.join(mates)}: is that another particle?" if mates else ""
+
+
+def _agreed(sets: list[ViewSet], settings: MergeSettings, advance: Callable[[], None]) -> Consensus:
+    """The sets that loops of motions connect or, where no loop closes, the best pair between which one motion alone stands.
 
     Raises
     ------
     InputError
-        Where there are two sets and more than one motion between them.
+        Where there is no such pair.
     """
-    judge = stands if len(sets) == 2 else fitting
-    rows = {pair: judge(sets[pair[0]], sets[pair[1]], found)[0] for pair, found in motions.items()}
-    if len(sets) == 2 and len(rows[1, 0]) > 1:
-        raise InputError(
-            f"drops {sets[0].name}, {sets[1].name}: expected one way of turning the second that fits the first, got {len(rows[1, 0])}, as "
-            "a symmetric body has. Further drops would decide."
-        )
-    return {pair: replace(found, poses=found.poses.take(rows[pair]), rms_px=found.rms_px[rows[pair]]) for pair, found in motions.items()}
+    motions = _motions(sets, settings.effort, advance)
+    consensus = agree(sets, {pair: _only(found, fitting(sets[pair[0]], sets[pair[1]], found)[0]) for pair, found in motions.items()})
+    if len(sets) == 1 or len(consensus.placed) > 1:
+        return consensus
+    standing = {pair: stands(sets[pair[0]], sets[pair[1]], found)[0] for pair, found in motions.items()}
+    unique = [pair for pair, rows in standing.items() if len(rows) == 1]
+    if unique:
+        best = min(unique, key=lambda pair: float(motions[pair].poses.cost[standing[pair][0]]))
+        return alone(sets, _only(motions[best], standing[best]))
+    several = next((pair for pair, rows in standing.items() if len(rows) > 1), None)
+    if several is None:
+        raise InputError(_nothing_agrees(sets, motions))
+    raise InputError(
+        f"drops {sets[several[1]].name}, {sets[several[0]].name}: expected one way of turning the second that fits the first, got "
+        f"{len(standing[several])}, as a symmetric body has. Further drops would decide."
+    )
+
+
+def _only(found: SetMotions, rows: NDArray[np.int64]) -> SetMotions:
+    return replace(found, poses=found.poses.take(rows), rms_px=found.rms_px[rows])
 
 
 def _without_foreign_sets(sets: list[ViewSet], consensus: Consensus, settings: MergeSettings) -> tuple[tuple[int, ...], Fitted]:
@@ -170,7 +209,7 @@ def _without_foreign_sets(sets: list[ViewSet], consensus: Consensus, settings: M
     while True:
         fitted = fit_sets([sets[i] for i in placed], start, settings)
         belongs = [bool(fitted.task.used[fitted.task.set_of == k].any()) for k in range(len(placed))]
-        if all(belongs):
+        if all(belongs) or len(placed) == 1:
             return placed, fitted
         rows = np.flatnonzero(belongs)
         if len(rows) < 2:

@@ -13,9 +13,10 @@ from datasets.observation import CalibratedView
 from datasets.vocabulary.outline import Outline
 from estimator.fitting.pose_competition import PROTRUSION_SIGMAS, own_protrusion_px, protrusion_px, rms_limit_px
 from estimator.fitting.pose_refinement import Poses
-from estimator.fitting.view_disagreement import UNEXPLAINED_PX, disagreement
-from estimator.merging.set_motion import MotionEffort, SetMotions, find_motions
-from estimator.merging.view_set import ViewSet, view_set
+from estimator.fitting.view_disagreement import UNEXPLAINED_PX
+from estimator.geometry.epipolar_tangency import tangency_errors
+from estimator.merging.set_motion import MotionEffort, SetMotions, find_motions, motions_of_few
+from estimator.merging.view_set import MINIMUM_VIEWS, ViewSet, view_set
 
 Array = NDArray[np.float64]
 OTHERS = "all placed views"
@@ -26,7 +27,7 @@ def placed_by_all(
 ) -> tuple[Array, Array] | str:
     """``R``, ``t`` (m) from the particle's frame to the set's, or in words why there is none."""
     placed = view_set(OTHERS, *others)
-    found = find_motions(one, placed, (0, 1), effort)
+    found = motions_of_few(one, placed, effort) if one.is_small else find_motions(one, placed, (0, 1), effort)
     standing, said = stands(one, placed, found)
     if len(standing) == 0:
         return f"no placement meets the other sets: {said}"
@@ -62,12 +63,24 @@ def _noise_of(one: ViewSet, placed: ViewSet) -> float:
 
 
 def _noise_px(views: ViewSet) -> float:
-    among = disagreement(views.seen, views.poses, views.centre)
-    return float(np.hypot(max(among.rms_px, among.expected_px), UNEXPLAINED_PX))
+    """RMS (px) of the views among themselves, without the worst of more than three, or what outlines explain where that is more."""
+    k = len(views)
+    errors = tangency_errors(views.seen, views.poses, views.seen, views.poses, pivot_particle=views.centre, weight=1.0 - np.eye(k))
+    told = errors.told[:, :, :2]
+    square, expected = (np.where(told, values, 0.0).sum(axis=2) for values in (errors.error[:, :, :2] ** 2, errors.variance[:, :, :2]))
+    if k > MINIMUM_VIEWS:
+        kept = np.delete(np.arange(k), int(np.argmax(square.sum(axis=1))))
+        square, expected, told = square[np.ix_(kept, kept)], expected[np.ix_(kept, kept)], told[np.ix_(kept, kept)]
+    count = max(int(told.sum()), 1)
+    return float(np.sqrt(max(square.sum(), expected.sum()) / count + UNEXPLAINED_PX**2))
 
 
 def outside_px(one: ViewSet, placed: ViewSet, motion: Poses) -> float:
-    """How far (px) any outline of ``one`` reaches out of the image of the other's hull under one motion; negative: inside by so much."""
+    """How far (px) outlines of ``one`` reach out of the image of the other's hull under one motion; negative: inside by so much.
+
+    The farthest of all views but one where there are more than three: a single view that does not belong is left out later, by name.
+    """
     R = one.poses.R @ motion.R[0]
     centre = one.poses.R @ motion.centre_cam[0] + one.poses.t
-    return float(np.max(protrusion_px(one.seen, Poses(R, centre, np.zeros(len(one))), placed.hull.vertices - placed.centre)))
+    reach = np.sort(protrusion_px(one.seen, Poses(R, centre, np.zeros(len(one))), placed.hull.vertices - placed.centre))
+    return float(reach[-1 if len(reach) <= MINIMUM_VIEWS else -2])

@@ -32,7 +32,7 @@ def rig_errors(sets: Sequence[ViewSet], task: JointTask, at: Placements, calibra
     pivot = np.array([centre[camera_of == c].mean(axis=0) for c in range(len(shared))])
     focal = np.array([task.seen.focal_px[np.argmax(camera_of == c), 0] for c in range(len(shared))])
     moved = calibration_px * pivot[:, 2] / focal
-    radius = 0.5 * float(np.median([one.extent_m for one in sets]))
+    radius = 0.5 * float(np.nanmedian([one.extent_m for one in sets]))
     return RigErrors(camera_of, pivot, np.repeat(np.column_stack([moved, moved / radius]), 3, axis=1))
 
 

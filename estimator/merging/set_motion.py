@@ -16,15 +16,19 @@ from numpy.typing import NDArray
 
 from estimator.fitting.pose_refinement import MINIMUM_VALID_SHARE, Equations, Poses, Views, descend
 from estimator.fitting.pose_search import spread
-from estimator.fitting.pose_starts import distinct
+from estimator.fitting.pose_starts import distinct, likely_starts, start_catalogue
 from estimator.geometry.epipolar_tangency import PoseSet, TangencyErrors, tangency_errors
 from estimator.geometry.silhouettes import Silhouettes
-from estimator.merging.view_set import ViewSet
+from estimator.merging.view_set import MINIMUM_VIEWS, ViewSet
 from estimator.motion.even_rotations import even_rotations
 
 Array = NDArray[np.float64]
 AT_ONCE = 256
 """Motions whose errors are computed together, to bound memory."""
+
+
+FEW_STARTS, FEW_FINE = 200, 24
+"""Starts and candidates where one or two views are placed, as for single pictures with few views (:mod:`estimator.pipeline`)."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +53,7 @@ class SetMotions:
     """Distinct motions from set ``second`` to set ``first``, best first.
 
     ``poses``: ``R`` (n, 3, 3) turns the second's axes into the first's, ``centre_cam`` (n, 3) m is where the second's centre lies in the
-    first's frame, ``cost`` per valid pair. ``rms_px`` (n,): of the errors in the first's pictures.
+    first's frame, ``cost`` per valid pair. ``rms_px`` (n,): see :func:`motion_rms_px`.
     """
 
     first: int
@@ -71,6 +75,20 @@ def find_motions(first: ViewSet, second: ViewSet, numbers: tuple[int, int], effo
     best = best.take(np.arange(min(effort.fine, len(best.R))))
     fine = distinct(_refined(first, every, best, steps=effort.fine_steps, huber=effort.huber), separation_rad=effort.separation_rad)
     return SetMotions(*numbers, fine, motion_rms_px(first, every, fine))
+
+
+def motions_of_few(few: ViewSet, placed: ViewSet, effort: MotionEffort) -> SetMotions:
+    """The same for one or two views, whose middle is not known: starts are those of the first view alone, by its support function."""
+    catalogue = start_catalogue(placed.hull.vertices, placed.centre)
+    alone = likely_starts(few.seen.xy[few.seen.slice_of(0)], catalogue, count=FEW_STARTS)
+    back = few.poses.R[0].T
+    starts = Poses(back @ alone.R, (alone.centre_cam - few.poses.t[0]) @ back.T, alone.cost)
+    every = placed.as_views
+    coarse = _refined(few, every.take(spread(len(placed), effort.coarse_views)), starts, steps=effort.coarse_steps, huber=effort.huber)
+    best = distinct(coarse, separation_rad=effort.separation_rad)
+    best = best.take(np.arange(min(FEW_FINE, len(best.R))))
+    fine = distinct(_refined(few, every, best, steps=effort.fine_steps, huber=effort.huber), separation_rad=effort.separation_rad)
+    return SetMotions(0, 1, fine, motion_rms_px(few, every, fine))
 
 
 def _refined(first: ViewSet, second: Views, starts: Poses, *, steps: int, huber: float) -> Poses:
@@ -99,13 +117,26 @@ def motion_errors(first: ViewSet, second: Views, motions: Poses, *, huber: float
 
 
 def motion_rms_px(first: ViewSet, second: Views, motions: Poses) -> Array:
-    """Plain RMS (n,) px of the errors in the first's pictures."""
+    """RMS (n,) px of the errors in the first's pictures, without the worst view of either set that has more than three.
+
+    A single view that does not belong is left out later, by name; it must not refuse the motion of its set.
+    """
     if len(motions.R) == 0:
         return np.zeros(0)
     errors = motion_errors(first, second, motions)
-    told = errors.told[:, :, :2].reshape(len(motions.R), -1)
-    squares = np.where(told, errors.error[:, :, :2].reshape(told.shape) ** 2, 0.0).sum(axis=1)
-    return np.asarray(np.sqrt(squares / np.maximum(told.sum(axis=1), 1)))
+    told = errors.told[:, :, :2]
+    shape = (len(motions.R), len(first), len(second.silhouettes))
+    square = np.where(told, errors.error[:, :, :2] ** 2, 0.0).sum(axis=2).reshape(shape)
+    return np.array([rms_without_worst(s, c) for s, c in zip(square, told.sum(axis=2).reshape(shape), strict=True)])
+
+
+def rms_without_worst(square: Array, count: NDArray[np.int64]) -> float:
+    """RMS of errors whose ``square`` sums and ``count`` (n, k) are given, without the worst row and column of more than three."""
+    for axis in (1, 0):
+        if square.shape[1 - axis] > MINIMUM_VIEWS:
+            worst = int(np.argmax(square.sum(axis=axis) / np.maximum(count.sum(axis=axis), 1)))
+            square, count = np.delete(square, worst, axis=1 - axis), np.delete(count, worst, axis=1 - axis)
+    return float(np.sqrt(square.sum() / max(int(count.sum()), 1)))
 
 
 def _equations(first: ViewSet, second: Views, motions: Poses, huber: float) -> Equations:

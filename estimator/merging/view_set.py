@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from datasets.errors import InputError
 from datasets.observation import CalibratedView
 from datasets.vocabulary.outline import Outline
 from estimator.fitting.pose_refinement import Views
@@ -17,6 +18,9 @@ from estimator.geometry.silhouettes import Silhouettes, silhouettes
 from estimator.geometry.visual_hull import HullMesh, visual_hull
 
 Array = NDArray[np.float64]
+MINIMUM_VIEWS = 3
+"""Views that make a hull."""
+NO_HULL = HullMesh(np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64))
 COARSE_RESOLUTION = 48
 """Voxels along an edge of a single set's hull, which only says where the particle is and whether others' outlines lie within it."""
 
@@ -26,7 +30,8 @@ class ViewSet:
     """A set of k views of one instant.
 
     ``views`` (k) map the set's own frame to their cameras; ``seen`` and ``poses`` are the same, packed. ``hull``: their visual hull (m, the
-    set's frame), ``centre`` (3,) m its middle. ``numbers`` (k,): the views' numbers in what was given.
+    set's frame), ``centre`` (3,) m its middle; fewer than three views have no hull (one without vertices) and no known middle.
+    ``numbers`` (k,): the views' numbers in what was given.
     """
 
     name: str
@@ -43,8 +48,15 @@ class ViewSet:
 
     @property
     def extent_m(self) -> float:
-        """Largest extent (m) of the hull along the axes of the set's frame."""
+        """Largest extent (m) of the hull along the axes of the set's frame; that of a set without a hull is not known: NaN."""
+        if self.is_small:
+            return float("nan")
         return float(np.ptp(self.hull.vertices, axis=0).max())
+
+    @property
+    def is_small(self) -> bool:
+        """Whether the views are too few for a hull: such a set is only placed against others."""
+        return len(self.views) < MINIMUM_VIEWS
 
     @property
     def as_views(self) -> Views:
@@ -58,11 +70,14 @@ def view_set(name: str, outlines: Sequence[Outline], views: Sequence[CalibratedV
     Raises
     ------
     InputError
-        Where fewer than three have one, or they leave no body.
+        Where none has one, or three and more leave no body.
     """
     present = [i for i, outline in enumerate(outlines) if not outline.empty]
     kept, posed = [outlines[i] for i in present], [views[i] for i in present]
-    hull = visual_hull(kept, posed, resolution=COARSE_RESOLUTION)
+    if not present:
+        raise InputError(f"{name}: expected a view with a usable outline, got none")
+    small = len(present) < MINIMUM_VIEWS
+    hull = NO_HULL if small else visual_hull(kept, posed, resolution=COARSE_RESOLUTION)
     return ViewSet(
         name=name,
         outlines=tuple(kept),
@@ -70,6 +85,8 @@ def view_set(name: str, outlines: Sequence[Outline], views: Sequence[CalibratedV
         seen=silhouettes(kept, [v.intrinsics for v in posed]),
         poses=PoseSet(np.stack([v.R_cam_particle for v in posed]).astype(float), np.stack([v.t_cam_particle for v in posed]).astype(float)),
         hull=hull,
-        centre=np.asarray(hull.vertices.mean(axis=0)),  # a hull of three views may be open: it has no volume to weigh
+        centre=np.full(3, np.nan)
+        if small
+        else np.asarray(hull.vertices.mean(axis=0)),  # a hull of three views may be open: it has no volume to weigh
         numbers=tuple(present),
     )

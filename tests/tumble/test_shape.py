@@ -9,16 +9,22 @@ import numpy as np
 import pytest
 
 from datasets.calibration_files import write_calibration
+from datasets.errors import InputError
 from datasets.estimate_files import read_estimate
 from datasets.mesh_files import write_mesh
+from datasets.observation import Observation
 from datasets.observation_files import read_observation, write_observation
 from datasets.outline_files import write_outlines
 from datasets.particle_files import read_particle
 from datasets.recipes.recipe import MotionRecipe, ParticleRecipe, Recipe, RigRecipe
 from datasets.vocabulary.calibration import Calibration
 from datasets.vocabulary.camera import HsvCamera
+from estimator.configuration import Configuration
 from scripts.study_shape import Rendered, rendered
 from synth.sequence import build_silhouette_sequence
+from tests.estimator.made_trajectories import Hidden, Tracker, campaign
+from tests.tumble.test_trajectory_verbs import write_csv
+from tumble.campaigning import Known, prepare
 from tumble.cli.main import main
 from tumble.reporting import collect
 
@@ -138,6 +144,22 @@ def test_import_takes_a_particle_file(stone: Path, drops: Path, tmp_path: Path) 
     assert read.made is not None
     assert read.particle is not None
     assert read.particle.resolve() == stone.resolve()
+
+
+def test_a_campaign_takes_a_particle_file_and_trajectories_none(stone: Path, tmp_path: Path) -> None:
+    observation = build_silhouette_sequence(RECIPE, 0)[0]
+    write_observation(replace(observation, views=(), view_recording=()), tmp_path / "one")
+    known = Known(particle=stone)
+    assert known.options == ("--particle", str(stone))
+    prepared = prepare(tmp_path / "one", Configuration(), [], quiet=True, known=known)
+    (found,) = prepared.observations.values()
+    assert isinstance(found, Observation)
+    assert len(found.views) == 12
+    (tmp_path / "tosses").mkdir()
+    for trajectory in campaign(8, Hidden(), Tracker(rows=20), sequences=1):
+        write_csv(trajectory, tmp_path / "tosses")
+    with pytest.raises(InputError, match="expected no --particle with trajectories"):
+        prepare(tmp_path / "tosses", Configuration(), [], quiet=True, known=known)
 
 
 def test_a_mesh_is_written_as_ply(tmp_path: Path) -> None:

@@ -20,7 +20,7 @@ from estimator.merging.prediction import largest_gap, predicted_views
 from estimator.merging.solid import Solid, solid_figures
 from estimator.merging.view_set import ViewSet, view_set
 from estimator.outlines.recording import view_outlines_of
-from estimator.particle import MINIMUM_VIEWS, Particle, particle_of
+from estimator.particle import Particle, particle_of
 from tumble.shaping.drops import Drop
 
 WANTED_EXCESS = 0.01
@@ -69,13 +69,12 @@ def shape(drops: Sequence[Drop], name: str, *, mass_kg: float | None, advance: C
 
 
 def _sets(drops: Sequence[Drop]) -> tuple[list[ViewSet], list[str]]:
-    """The sets that have a hull, and in words what could not be used."""
+    """The sets of usable views, and in words what could not be used."""
     sets, said = [], []
     for drop in drops:
         said += [f"{drop.name}: view {k} left out: {reason}." for k, reason in drop.faults.items()]
-        usable = sum(not outline.empty for outline in drop.outlines)
-        if usable < MINIMUM_VIEWS:
-            said.append(f"{drop.name}: left out: expected at least {MINIMUM_VIEWS} views with a usable outline, got {usable}.")
+        if all(outline.empty for outline in drop.outlines):
+            said.append(f"{drop.name}: left out: expected a view with a usable outline, got none of {len(drop.outlines)}.")
             continue
         try:
             sets.append(view_set(drop.name, drop.outlines, drop.views))

@@ -4,10 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import trimesh
+from scipy.spatial.transform import Rotation
 
 from datasets.errors import InputError
 from datasets.recipes.recipe import ParticleRecipe
 from datasets.vocabulary.outline import Outline
+from estimator.fitting.pose_refinement import Poses
 from estimator.geometry.silhouettes import silhouettes
 from estimator.merging.consistency import agree
 from estimator.merging.joint import JointTask, Placements, RigErrors, _equations, _linear, fit_jointly
@@ -153,6 +156,21 @@ def test_a_foreign_set_is_named(sets: list[ViewSet], foreign: Rendered) -> None:
     assert "out of their hull" in merged.left_out[0].reason
 
 
+def test_sets_of_another_particle_are_a_group_of_their_own(sets: list[ViewSet], rng: np.random.Generator) -> None:
+    """Right motions between sets 0, 2, 4 and 6 and between sets 1, 3 and 5, wrong ones between the two groups."""
+    seven = [sets[k % 4] for k in range(7)]
+    turned = Rotation.random(7, rng=rng).as_matrix()
+    motions = {}
+    for i in range(7):
+        for j in range(i):
+            R = turned[i] @ turned[j].T if (i - j) % 2 == 0 else Rotation.random(rng=rng).as_matrix()
+            motions[i, j] = SetMotions(i, j, Poses(R[None], (R @ seven[j].centre)[None], np.ones(1)), np.ones(1))
+    consensus = agree(seven, motions)
+    assert consensus.placed == (0, 2, 4, 6)
+    assert consensus.others == ((1, 3, 5),)
+    np.testing.assert_allclose(consensus.placements.R, turned[[0, 2, 4, 6]] @ turned[0].T, atol=1e-9)
+
+
 def test_a_foreign_view_is_named(made: Rendered, sets: list[ViewSet], foreign: Rendered) -> None:
     outlines = list(made.drops[2].outlines)
     outlines[4] = foreign.drops[0].outlines[4]
@@ -160,6 +178,29 @@ def test_a_foreign_view_is_named(made: Rendered, sets: list[ViewSet], foreign: R
     merged = merge([*sets[:2], mixed], SETTINGS)
     assert [(out.name, out.view) for out in merged.left_out] == [("drop2", 4)]
     assert len(merged.views) == 17
+
+
+def test_a_view_that_spoils_the_hull_of_its_drop_is_named_alone() -> None:
+    """The drop's middle is far off by it, so that no motion fits the whole drop."""
+    own, other = rendered("own", STONE, 111, drops=3), rendered("other", STONE, 511, drops=1)
+    outlines = [*own.drops[1].outlines[:5], other.drops[0].outlines[5]]
+    spoiled = view_set("spoiled", outlines, own.drops[1].views)
+    whole = [view_set(own.drops[k].name, own.drops[k].outlines, own.drops[k].views) for k in (0, 2)]
+    merged = merge([whole[0], spoiled, whole[1]], SETTINGS)
+    assert [(out.name, out.view) for out in merged.left_out] == [("spoiled", 5)]
+    assert "among the drop's views" in merged.left_out[0].reason
+    assert len(merged.views) == 17
+
+
+def test_a_drop_of_one_view_is_placed_by_the_others(made: Rendered, sets: list[ViewSet]) -> None:
+    one = view_set("one", made.drops[3].outlines[2:3], made.drops[3].views[2:3])
+    merged = merge([one, *sets[:2]], SETTINGS)
+    assert merged.placed == (1, 2, 0)
+    order = [3, 0, 1]
+    found = against_truth(merged, made.R[order], made.t[order], np.zeros(3))
+    assert found["relative_rotation_deg"]["largest"] < 0.5
+    with pytest.raises(InputError, match="expected one with at least 3 usable views"):
+        merge([one], SETTINGS)
 
 
 def test_two_particles_alone_are_refused(sets: list[ViewSet], foreign: Rendered) -> None:
@@ -187,16 +228,12 @@ def test_wrong_motions_close_no_loop(sets: list[ViewSet]) -> None:
 
 
 def test_even_rotations_leave_no_large_hole(rng: np.random.Generator) -> None:
-    from scipy.spatial.transform import Rotation
-
     q = Rotation.from_matrix(even_rotations(2000)).as_quat()
     there = Rotation.random(500, rng=rng).as_quat()
     assert np.rad2deg(2.0 * np.arccos(np.abs(there @ q.T).max(axis=1))).max() < 18.0
 
 
 def test_volume_and_moments_are_inside_what_is_stated(made: Rendered, merged: Merged) -> None:
-    import trimesh
-
     solid = trimesh.Trimesh(made.vertices, made.faces)
     found = solid_figures(merged.outlines, merged.views, np.random.default_rng(0))
     moments = np.linalg.eigvalsh(solid.moment_inertia)
