@@ -1,6 +1,7 @@
 """``tumble shape``: drops in, a particle file out that import and estimate take; what is wrong is named."""
 
 import json
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -20,9 +21,12 @@ from datasets.vocabulary.camera import HsvCamera
 from estimator.outlines.result import EMPTY
 from scripts.study_shape import Rendered, rendered
 from synth.sequence import build_silhouette_sequence
+from tumble.campaigning import Known
+from tumble.cli.campaign_options import described_effects
 from tumble.cli.main import main
 from tumble.cli.shape import shape_rows
-from tumble.reporting import collect
+from tumble.diagnosing import Question
+from tumble.reporting import collect, particle_of
 from tumble.shaping.drops import Drop
 from tumble.shaping.shaping import shape
 
@@ -129,6 +133,11 @@ def test_estimates_are_the_same_with_and_without_what_is_kept(tmp_path: Path) ->
     write_observation(bare, tmp_path / "bare" / bare.name)
     (shown,) = collect(tmp_path / "kept", tmp_path / "bare", None, out=tmp_path / "page", jobs=1, quiet=True)
     assert shown.result["shown"]["body"] is not None
+    (tmp_path / "stone").rename(tmp_path / "elsewhere")
+    shutil.copytree(tmp_path / "one", tmp_path / "own" / bare.name)
+    (shown,) = collect(tmp_path / "kept", tmp_path / "own", None, out=tmp_path / "page", jobs=1, quiet=True)
+    assert shown.result["shown"]["cameras"][0]["pictures"]
+    assert shown.result["shown"]["body"] is None  # not the body of the observation's own views, which lies in another frame
     assert read_estimate(tmp_path / "kept" / "one.estimate.json").middle is not None
 
 
@@ -176,3 +185,11 @@ def test_one_drop_that_is_left_lies_as_that_drop_does(made: Rendered) -> None:
     nothing = replace(first, outlines=(EMPTY,) * 6)
     views = shape([nothing, replace(second, posed=True)], "one", mass_kg=None).particle.views
     np.testing.assert_array_equal(views[0].t_cam_particle, second.views[0].t_cam_particle)
+
+
+def test_a_report_knows_the_particle_of_a_joint_fit(tmp_path: Path) -> None:
+    """``estimate --effects --particle`` states it as ``estimate --particle`` does."""
+    known = Known(particle=tmp_path / "stone")
+    content = described_effects(Question(source=tmp_path, configuration={}, effects=(), words="quadratic_drag", known=known))
+    (tmp_path / "run.json").write_text(json.dumps({"schema": "tumble-run", "configuration": content}), encoding="utf-8")
+    assert particle_of(tmp_path) == (tmp_path / "stone").resolve()
