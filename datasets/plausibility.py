@@ -179,6 +179,15 @@ def check_camera(camera: HsvCamera, where: str) -> None:
     _check_intrinsics(camera.intrinsics, f"{where}.intrinsics")
     if camera.lens_covariance is not None:
         check_covariance(camera.lens_covariance, f"{where}.lens_covariance")
+        _check_focal_sigma(camera.lens_covariance, camera.intrinsics, f"{where}.lens_covariance")
+
+
+def _check_focal_sigma(covariance: NDArray[np.float64], intrinsics: Intrinsics, where: str) -> None:
+    """A standard deviation as large as the focal length says that it may be none: no derivative holds there."""
+    for row, focal in enumerate((intrinsics.fx_px, intrinsics.fy_px)):
+        sigma = float(np.sqrt(covariance[row, row]))
+        if sigma >= focal:
+            raise InputError(f"{where}: expected focal lengths known to less than themselves, got {focal:.6g} ± {sigma:.3g} px.")
 
 
 def _check_intrinsics(intrinsics: Intrinsics, where: str) -> None:

@@ -14,6 +14,7 @@ from datasets.trajectory import Trajectory
 from datasets.vocabulary.effects import Parameter, Scope
 from estimator.configuration import Configuration
 from estimator.effects.parameter_values import WithInterval
+from estimator.fitting.calibration_share import with_what_is_missing
 from estimator.fitting.campaign import CampaignFit, fit_campaign, shared_prior, solve_arrow
 from estimator.fitting.campaign_covariance import CampaignCovariance, campaign_covariance
 from estimator.fitting.considered import Considered
@@ -78,7 +79,9 @@ def campaign_estimates(
     for number, sequence in enumerate(registered.campaign.sequences):
         flight, theta = fit.state.flights[number], fit.state.theta[number]
         what = (registered.campaign.kind, sequence, observations[sequence.name])
-        made.append(_estimate(what, (flight, theta), fit, (number, at, to_go), configuration))
+        one = _estimate(what, (flight, theta), fit, (number, at, to_go), configuration)
+        observation = observations[sequence.name]
+        made.append(with_what_is_missing(one, observation) if isinstance(observation, Observation) else one)
     return tuple(made)
 
 

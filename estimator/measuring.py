@@ -12,6 +12,7 @@ from datasets.estimate import Estimate, Status
 from datasets.observation import Observation
 from estimator.breakage import worse_part
 from estimator.configuration import Configuration
+from estimator.fitting.calibration_share import with_what_is_missing
 from estimator.fitting.impact_search import Kink, centroid_path, clear_kinks, find_kinks
 from estimator.impact_pipeline import Seen, estimate_with_impacts
 from estimator.input_faults import input_fault, with_fault
@@ -40,10 +41,10 @@ def measure(observation: Observation, configuration: Configuration) -> Estimate:
     check_focal_prior(observation, configuration)
     check_plate_settings(observation, configuration)
     if observation.companion is not None:
-        return measure_pair(observation, configuration)
+        return with_what_is_missing(measure_pair(observation, configuration), observation)
     tracks = tracks_of(observation)
     seen = Seen(observation, tracks, observed_particle(observation, configuration))
-    estimate = _measured(seen, configuration)
+    estimate = with_what_is_missing(_measured(seen, configuration), observation)
     fault = None if estimate.impacts else input_fault(observation, tracks, seen.particle, estimate, configuration)
     return estimate if fault is None else with_fault(estimate, fault)
 

@@ -9,12 +9,13 @@ from typing import Any
 from datasets.estimate_files import read_estimate
 from datasets.observation import Observation
 from datasets.observation_files import read_observation
-from datasets.particle_files import read_particle, with_particle
+from datasets.particle_files import is_particle, read_particle, with_particle
 from datasets.trajectory_files import trajectories_in
 from datasets.truth_files import FILE as TRUTH_FILE
 from datasets.truth_files import read_truth
 from estimator.pipeline import tracks_of
 from tumble.engine import Item, Outcome, run
+from tumble.notes import tell_notes
 from tumble.progress import progress
 from tumble.reports.overlay import estimated_outlines, hull_of
 from tumble.reports.page import pictures_each
@@ -38,19 +39,19 @@ def source_of(estimates: Path) -> Path | None:
 
 
 def particle_of(estimates: Path) -> Path | None:
-    """The particle file whose views a folder of estimates was made with, as its ``run.json`` says, if it is still there."""
+    """The particle file whose views a folder of estimates was made with, as its ``run.json`` says; it may be gone."""
     run = read_run(estimates)
-    path = Path(run["configuration"]["particle"]) if run and "particle" in run["configuration"] else None
-    return path if path is not None and path.exists() else None
+    return Path(run["configuration"]["particle"]) if run and "particle" in run["configuration"] else None
 
 
-def collect(
-    estimates: Path, observations: Path | None, truth: Path | None, *, out: Path, jobs: int, quiet: bool
-) -> tuple[Outcome, ...]:
+def collect(estimates: Path, observations: Path | None, truth: Path | None, *, out: Path, jobs: int, quiet: bool) -> tuple[Outcome, ...]:
     """The parts of the page of every estimate, by name, as results of ``jobs`` processes."""
     folders = {folder.name: str(folder) for folder in observations_in(observations)} if observations is not None else {}
     paths = estimates_in(estimates)
     particle = particle_of(estimates)
+    if particle is not None and not is_particle(particle):
+        gone = f"{particle}: expected the particle file that these estimates were made with, got none: their outlines are not drawn."
+        tell_notes([gone], quiet=quiet)
     shared = {
         "observations": folders,
         "truth": None if truth is None else str(truth),
@@ -84,9 +85,13 @@ def report_item(payload: dict[str, Any]) -> dict[str, Any]:
 
 
 def _observed(folder: Path, particle: str | None) -> Observation:
-    """The observation, with the views that the estimate was made with."""
+    """The observation, with the views that the estimate was made with; with none where these are gone, not with others."""
     observation = read_observation(folder)
-    return observation if particle is None else with_particle(observation, read_particle(Path(particle)))
+    if particle is None:
+        return observation
+    if not is_particle(Path(particle)):
+        return replace(observation, views=(), view_recording=(), made=None)
+    return with_particle(observation, read_particle(Path(particle)))
 
 
 def _with_pictures(record: Record, observation: Observation) -> Record:

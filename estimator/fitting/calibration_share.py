@@ -14,7 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.estimate import VelocityEstimate
+from datasets.estimate import Estimate, VelocityEstimate
+from datasets.observation import Observation
 from datasets.vocabulary.camera import HsvCamera
 from estimator.fitting.refinement import Linearised, Refined, Refinement, linearise, scaled_inverse
 from estimator.fitting.trajectory import FitTask, unbiased_errors
@@ -134,6 +135,19 @@ def calibration_sentence(shares: dict[str, Any]) -> str:
         if 2.0 * shares[key]["calibration"] ** 2 > shares[key]["all"] ** 2
     ]
     return f"The stated calibration, not the outlines, limits {' and '.join(limited)}." if limited else ""
+
+
+NOT_CONSIDERED = (
+    "The stated uncertainty of the camera and of gravity is not in the error bars of such a measurement, only in those of free flights."
+)
+
+
+def with_what_is_missing(estimate: Estimate, observation: Observation) -> Estimate:
+    """The estimate; where a calibration's uncertainty is stated and not in its error bars, its message says so."""
+    stated = (observation.gravity_covariance, *(camera.lens_covariance for camera in observation.cameras))
+    if estimate.middle is None or "calibration" in estimate.statistics or not any(each is not None and each.any() for each in stated):
+        return estimate
+    return replace(estimate, message=f"{estimate.message} {NOT_CONSIDERED}".strip())
 
 
 def _size(covariance: Array) -> float:

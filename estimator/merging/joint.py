@@ -172,7 +172,12 @@ def _robust(z2: Array, huber: float) -> tuple[Array, Array]:
 def _cost(task: JointTask, at: Placements) -> float:
     errors = task.errors(at)
     told = errors.told
-    cost = 0.5 * float(_robust(errors.error[told] ** 2 / errors.variance[told], task.huber)[0].sum())
+    return _cost_of(errors.error[told] ** 2 / errors.variance[told], task, at)
+
+
+def _cost_of(z2: Array, task: JointTask, at: Placements) -> float:
+    """The same of squared standardised errors (m,). The linearisation has this cost, too: steps are judged by the fall from it."""
+    cost = 0.5 * float(_robust(z2, task.huber)[0].sum())
     return cost if task.rig is None else cost + 0.5 * float(np.sum((at.corrections / task.rig.sigma) ** 2))
 
 
@@ -213,12 +218,11 @@ def _by_cameras(task: JointTask, at: Placements, own: Array, pairs: tuple[NDArra
 
 def _equations(task: JointTask, at: Placements, linear: _Linear) -> NormalEquations:
     weighted = linear.J * linear.weight[:, None]
-    H, g, cost = weighted.T @ linear.J, weighted.T @ linear.e, 0.5 * float(np.sum(linear.weight * linear.e**2))
+    H, g, cost = weighted.T @ linear.J, weighted.T @ linear.e, _cost_of(linear.z2, task, at)
     if task.rig is not None:
         own, known = POSE * (len(at.R) - 1), task.rig.sigma.ravel() ** -2.0
         H[own:, own:] += np.diag(known)
         g[own:] += known * at.corrections.ravel()
-        cost += 0.5 * float(np.sum((at.corrections / task.rig.sigma) ** 2))
     return NormalEquations(H, g, cost)
 
 

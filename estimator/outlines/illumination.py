@@ -45,7 +45,7 @@ def illumination_of(picture: Picture, *, rejections: int = 6) -> Illumination:
         inside = np.abs(departure) < 4.0 * spread
     outside = (coarse - level)[~inside]
     full = np.asarray(cv2.resize(level, (shape[1], shape[0]), interpolation=cv2.INTER_CUBIC), dtype=np.float32)
-    mask = cv2.resize((~_opened(inside)).astype(np.uint8), (shape[1], shape[0]), interpolation=cv2.INTER_NEAREST)
+    mask = cv2.resize((~_without_specks(inside)).astype(np.uint8), (shape[1], shape[0]), interpolation=cv2.INTER_NEAREST)
     grown = cv2.dilate(mask, np.ones((2 * step + 5, 2 * step + 5), np.uint8)) > 0
     return Illumination(full, np.asarray(grown, dtype=bool), bool(outside.sum() <= 0))
 
@@ -61,7 +61,12 @@ def fitted_surface(picture: Picture, valid: Mask) -> Picture:
     return np.asarray(terms @ weights, dtype=np.float32)
 
 
-def _opened(inside: Mask) -> Mask:
-    """``inside`` with single deviating pixels (noise) forgiven."""
-    objects = cv2.morphologyEx((~inside).astype(np.uint8), cv2.MORPH_OPEN, np.ones((2, 2), np.uint8))
-    return np.asarray(objects == 0, dtype=bool)
+def _without_specks(inside: Mask) -> Mask:
+    """``inside`` with deviations that hold no 2 x 2 pixels (noise) forgiven; larger ones keep their thin tips [opening by reconstruction].
+
+    Not OpenCV's opening: by an even kernel it moves what it keeps by a pixel, 10 px of the whole picture, off the object's own tips.
+    """
+    deviating = (~inside).astype(np.uint8)
+    labels = cv2.connectedComponents(deviating, connectivity=8)[1]
+    solid = cv2.erode(deviating, np.ones((2, 2), np.uint8)) > 0
+    return np.asarray(~np.isin(labels, labels[solid]), dtype=bool)

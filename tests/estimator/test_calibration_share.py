@@ -1,6 +1,7 @@
 """The stated uncertainty of camera and gravity is in that of the velocities, and is said where it limits them."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,7 +12,9 @@ from datasets.observation import Observation
 from datasets.observation_files import read_observation, write_observation
 from datasets.recipes.recipe import MotionRecipe, ParticleRecipe, Recipe, RigRecipe
 from datasets.vocabulary.camera import HsvCamera
+from estimator import measuring
 from estimator.configuration import Configuration
+from estimator.fitting.calibration_share import NOT_CONSIDERED, with_what_is_missing
 from estimator.pipeline import estimate
 from synth.sequence import build_silhouette_sequence
 
@@ -115,3 +118,37 @@ def test_what_is_no_covariance_is_refused(seen: Observation, tmp_path_factory: p
     with pytest.raises(InputError, match=r"gravity_covariance: expected a covariance"):
         write_observation(told, folder)
     assert not (folder / "observation.json").exists()
+
+
+@pytest.mark.parametrize(
+    ("spread", "said"),
+    [
+        (np.array([[1.0, 5.0], [5.0, 1.0]]), "expected a covariance"),
+        (np.array([[0.0, 1.0], [1.0, 1.0]]), "expected a covariance"),
+        (np.diag([1e12, 1.0]), r"expected focal lengths known to less than themselves, got 6000 ± 1e\+06 px"),
+    ],
+    ids=["indefinite", "varies with what does not vary", "larger than the focal length"],
+)
+def test_lenses_that_nobody_can_have_measured_are_refused(seen: Observation, tmp_path: Path, spread: np.ndarray, said: str) -> None:  # type: ignore[type-arg]
+    covariance = np.zeros((9, 9))
+    covariance[:2, :2] = spread
+    with pytest.raises(InputError, match=f"lens_covariance: {said}"):
+        write_observation(replace(seen, cameras=(replace(seen.cameras[0], lens_covariance=covariance),)), tmp_path)
+
+
+def test_a_singular_covariance_rounded_to_six_digits_is_one(seen: Observation, tmp_path: Path) -> None:
+    error = np.array([1.0, 1.0 / 3.0, 0.7, 0.1, 1e-3, 1e-2, 1e-4, 1e-5, 17.3])
+    rounded = np.vectorize(lambda value: float(f"{value:.6g}"))(np.outer(error, error))
+    write_observation(replace(seen, cameras=(replace(seen.cameras[0], lens_covariance=rounded),)), tmp_path)
+
+
+def test_error_bars_without_it_say_so(seen: Observation, plain: Estimate, stated: Estimate, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Impacts, pairs, measured focal lengths and campaigns do not consider a calibration: ``plain`` stands for one of those."""
+    told = replace(seen, cameras=(replace(seen.cameras[0], lens_covariance=np.eye(9)),))
+    exact = replace(seen, cameras=(replace(seen.cameras[0], lens_covariance=np.zeros((9, 9))),), gravity_covariance=np.zeros((3, 3)))
+    assert NOT_CONSIDERED in with_what_is_missing(plain, told).message
+    for estimate_, observation in ((plain, seen), (plain, exact), (stated, told)):
+        assert with_what_is_missing(estimate_, observation) is estimate_
+    assert NOT_CONSIDERED not in with_what_is_missing(replace(plain, middle=None), told).message
+    monkeypatch.setattr(measuring, "_measured", lambda *_: plain)
+    assert NOT_CONSIDERED in measuring.measure(told, Configuration()).message

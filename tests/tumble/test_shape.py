@@ -1,6 +1,7 @@
 """``tumble shape``: drops in, a particle file out that import and estimate take; what is wrong is named."""
 
 import json
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -20,13 +21,19 @@ from datasets.recipes.recipe import MotionRecipe, ParticleRecipe, Recipe, RigRec
 from datasets.vocabulary.calibration import Calibration
 from datasets.vocabulary.camera import HsvCamera
 from estimator.configuration import Configuration
+from estimator.outlines.result import EMPTY
 from scripts.study_shape import Rendered, rendered
 from synth.sequence import build_silhouette_sequence
 from tests.estimator.made_trajectories import Hidden, Tracker, campaign
 from tests.tumble.test_trajectory_verbs import write_csv
 from tumble.campaigning import Known, prepare
+from tumble.cli.campaign_options import described_effects
 from tumble.cli.main import main
-from tumble.reporting import collect
+from tumble.cli.shape import shape_rows
+from tumble.diagnosing import Question
+from tumble.reporting import collect, particle_of
+from tumble.shaping.drops import Drop
+from tumble.shaping.shaping import shape
 
 RECIPE = Recipe(
     seed=3,
@@ -131,6 +138,11 @@ def test_estimates_are_the_same_with_and_without_what_is_kept(tmp_path: Path) ->
     write_observation(bare, tmp_path / "bare" / bare.name)
     (shown,) = collect(tmp_path / "kept", tmp_path / "bare", None, out=tmp_path / "page", jobs=1, quiet=True)
     assert shown.result["shown"]["body"] is not None
+    (tmp_path / "stone").rename(tmp_path / "elsewhere")
+    shutil.copytree(tmp_path / "one", tmp_path / "own" / bare.name)
+    (shown,) = collect(tmp_path / "kept", tmp_path / "own", None, out=tmp_path / "page", jobs=1, quiet=True)
+    assert shown.result["shown"]["cameras"][0]["pictures"]
+    assert shown.result["shown"]["body"] is None  # not the body of the observation's own views, which lies in another frame
     assert read_estimate(tmp_path / "kept" / "one.estimate.json").middle is not None
 
 
@@ -165,3 +177,40 @@ def test_a_campaign_takes_a_particle_file_and_trajectories_none(stone: Path, tmp
 def test_a_mesh_is_written_as_ply(tmp_path: Path) -> None:
     write_mesh(tmp_path / "m.ply", np.eye(3), np.array([[0, 1, 2]]))
     assert (tmp_path / "m.ply").read_bytes().startswith(b"ply\nformat binary_little_endian")
+
+
+def test_a_picture_given_twice_counts_once(stone: Path, drops: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A drop given twice made the volume ten times surer; also one that a particle file has already."""
+    words = ["shape", str(drops / "drop0.npz"), str(drops / "drop0.npz"), "--rig", str(drops / "rig"), "--out", str(drops / "again")]
+    assert main([*words, "--json"]) == 1
+    document = json.loads(capsys.readouterr().out)
+    assert len(document["views"]["cameras"]) == 6
+    assert any("view 5 left out: its outline is that of drop0, view 5 to the last digit" in note for note in document["notes"])
+    words = ["shape", str(stone), str(drops / "drop1.npz"), "--rig", str(drops / "rig"), "--out", str(drops / "known"), "-q"]
+    assert main(words) == 1
+    assert len(read_particle(drops / "known").views) == 12
+
+
+def test_what_too_few_views_leave_unknown_is_not_stated(made: Rendered) -> None:
+    drop = made.drops[0]
+    few = Drop("few", Path("few"), tuple(drop.outlines[:4]), tuple(drop.views[:4]), {})
+    particle = shape([few], "few", mass_kg=None).particle
+    rows = dict(shape_rows(particle))
+    assert rows["hull larger than the body by"].startswith("unknown")
+    assert "can only be told from 6 views on, here by 2 more" in particle.notes[-1]
+
+
+def test_one_drop_that_is_left_lies_as_that_drop_does(made: Rendered) -> None:
+    """A particle's frame is kept, whichever drop it was given as."""
+    first, second = (Drop(d.name, Path(d.name), tuple(d.outlines), tuple(d.views), {}) for d in made.drops[:2])
+    nothing = replace(first, outlines=(EMPTY,) * 6)
+    views = shape([nothing, replace(second, posed=True)], "one", mass_kg=None).particle.views
+    np.testing.assert_array_equal(views[0].t_cam_particle, second.views[0].t_cam_particle)
+
+
+def test_a_report_knows_the_particle_of_a_joint_fit(tmp_path: Path) -> None:
+    """``estimate --effects --particle`` states it as ``estimate --particle`` does."""
+    known = Known(particle=tmp_path / "stone")
+    content = described_effects(Question(source=tmp_path, configuration={}, effects=(), words="quadratic_drag", known=known))
+    (tmp_path / "run.json").write_text(json.dumps({"schema": "tumble-run", "configuration": content}), encoding="utf-8")
+    assert particle_of(tmp_path) == (tmp_path / "stone").resolve()

@@ -124,7 +124,9 @@ def read_by(arguments: argparse.Namespace) -> tuple[Path, ...]:
 
 def described_effects(question: Question) -> dict[str, Any]:
     """The effects of a question as ``run.json`` has them."""
-    return {"effects": question.words, "also": [e.entry.key for e in question.also], "known": question.known.words}
+    content = {"effects": question.words, "also": [e.entry.key for e in question.also], "known": question.known.words}
+    particle = question.known.particle
+    return content if particle is None else {**content, "particle": str(particle.resolve())}
 
 
 @contextmanager

@@ -1,8 +1,10 @@
 """``tumble shape``: a particle's shape from drops of calibrated silhouettes, its orientation between them unknown."""
 
 import argparse
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from rich.table import Table
 
@@ -154,7 +156,7 @@ def shape_rows(particle: ParticleFile) -> list[tuple[str, str]]:
     ratios = " : ".join([*(with_sigma(value, shape_["inertia_ratios_sigma"]) for value in shape_["inertia_ratios"][:2]), "1"])
     rows = [
         ("volume", f"{with_sigma(shape_['volume_m3'] * 1e9, shape_['volume_sigma_m3'] * 1e9)} mm³"),
-        ("hull larger than the body by", f"{shape_['hull_volume_excess']:.1%} (taken off)"),
+        ("hull larger than the body by", _excess_words(shape_)),
         ("centre of mass", f"({centre}) mm, particle frame"),
         ("principal moments", ratios),
         ("largest extent", f"{shape_['extent_m'] * 1e3:.3f} mm"),
@@ -164,3 +166,10 @@ def shape_rows(particle: ParticleFile) -> list[tuple[str, str]]:
     if predicted is not None:
         rows.append(("outlines predicted from the other views", f"reach out by {max(predicted['outside_px']):.2f} px at most"))
     return rows
+
+
+def _excess_words(shape_: Mapping[str, Any]) -> str:
+    """The hull's excess of volume, or that too few views leave it unknown (the volume is then the hull's own)."""
+    if not math.isfinite(shape_["volume_sigma_m3"]):
+        return "unknown: too few views to compare halves of them"
+    return f"{shape_['hull_volume_excess']:.1%} (taken off)"

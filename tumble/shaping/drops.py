@@ -15,7 +15,7 @@ from datasets.observation_files import FILE as OBSERVATION_FILE
 from datasets.outline_files import read_outlines
 from datasets.particle_files import is_particle, read_particle
 from datasets.video import open_video
-from datasets.video.images import SUFFIXES, TIFF_SUFFIXES
+from datasets.video.images import ImageFolder
 from datasets.vocabulary.camera import HsvCamera
 from datasets.vocabulary.outline import Outline
 from estimator.outlines.masks import outline_of_mask
@@ -130,7 +130,7 @@ def drop_of(path: Path, rig: Sequence[HsvCamera], pictures: Pictures) -> Drop:
         _refuse_other_count(path, len(outlines), rig)
         return _drop(path, name, views, outlines)
     clip, _ = clip_of(open_video(path), (None, None), None)
-    rows, cameras = _rows(path, len(clip), rig)
+    rows, cameras = _rows(clip, rig)
     _refuse_other_size(path, clip, [rig[k] for k in cameras])
     seen = tuple(views[k] for k in cameras)
     if pictures.masks:
@@ -148,12 +148,13 @@ def _drop(
     return Drop(name, path, track.outlines, tuple(views), faults, mass_kg, posed)
 
 
-def _rows(path: Path, count: int, rig: Sequence[HsvCamera]) -> tuple[list[int], list[int]]:
+def _rows(clip: Clip, rig: Sequence[HsvCamera]) -> tuple[list[int], list[int]]:
     """Which picture is of which camera: by the names of a folder's files where they are the cameras', else by their order."""
-    if path.is_dir():
-        stems = [file_name(p.stem) for p in sorted(path.iterdir()) if p.suffix.lower() in (*SUFFIXES, *TIFF_SUFFIXES)]
+    path, count = clip.video.path, len(clip)
+    if isinstance(clip.video, ImageFolder):
+        stems = [file_name(file.stem) for file in clip.video.files]
         names = [camera.name for camera in rig]
-        if stems and set(stems) <= set(names) and len(stems) == count:
+        if set(stems) <= set(names):
             return list(range(count)), [names.index(stem) for stem in stems]
     _refuse_other_count(path, count, rig)
     return list(range(count)), list(range(count))

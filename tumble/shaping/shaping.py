@@ -20,7 +20,8 @@ from estimator.merging.prediction import largest_gap, predicted_views
 from estimator.merging.solid import Solid, solid_figures
 from estimator.merging.view_set import ViewSet, view_set
 from estimator.outlines.recording import view_outlines_of
-from estimator.particle import Particle, particle_of
+from estimator.outlines.result import EMPTY
+from estimator.particle import MINIMUM_VIEWS, Particle, particle_of
 from tumble.shaping.drops import Drop
 
 WANTED_EXCESS = 0.01
@@ -44,10 +45,11 @@ def shape(drops: Sequence[Drop], name: str, *, mass_kg: float | None, advance: C
     InputError
         Where too few drops or views are left, or they do not agree.
     """
-    sets, unusable = _sets(drops)
+    found, unusable = _sets(drops)
+    sets = [one for one, _ in found]
     settings = MergeSettings(foreign_view_ratio=Configuration().foreign_view_ratio, floor_px=Configuration().floor_px)
     merged = merge(sets, settings, advance) if len(sets) > 1 else None
-    outlines, views = _all_views(sets[0], posed=drops[0].posed) if merged is None else (merged.outlines, merged.views)
+    outlines, views = _all_views(sets[0], posed=found[0][1].posed) if merged is None else (merged.outlines, merged.views)
     outlines = view_outlines_of(outlines, views, name=name).outlines
     particle = particle_of(outlines, views, Configuration())
     rng, exact = np.random.default_rng(Configuration().seed), particle.casting_hull if particle.has_exact_hull else None
@@ -63,26 +65,42 @@ def shape(drops: Sequence[Drop], name: str, *, mass_kg: float | None, advance: C
         merging=None if merged is None else _merging(sets, merged),
         shape=_figures(solid, particle),
         checks=checks,
-        notes=tuple([*notes, *_few_views_words(checks)]),
+        notes=tuple([*notes, *_few_views_words(checks, excess_known=bool(np.isfinite(solid.volume_sigma_m3)))]),
     )
     return Shaped(told, solid.surface, (digest_of(outlines, views, Configuration()), arrays_of(particle.once)))
 
 
-def _sets(drops: Sequence[Drop]) -> tuple[list[ViewSet], list[str]]:
-    """The sets of usable views, and in words what could not be used."""
-    sets, said = [], []
+def _sets(drops: Sequence[Drop]) -> tuple[list[tuple[ViewSet, Drop]], list[str]]:
+    """The sets that have a hull, each with its drop, and in words what could not be used."""
+    sets: list[tuple[ViewSet, Drop]] = []
+    said: list[str] = []
+    seen: dict[bytes, str] = {}
     for drop in drops:
         said += [f"{drop.name}: view {k} left out: {reason}." for k, reason in drop.faults.items()]
-        if all(outline.empty for outline in drop.outlines):
-            said.append(f"{drop.name}: left out: expected a view with a usable outline, got none of {len(drop.outlines)}.")
+        outlines, again = _seen_first(drop, seen)
+        said += again
+        if all(outline.empty for outline in outlines):
+            said.append(f"{drop.name}: left out: expected a view with a usable outline, got none of {len(outlines)}.")
             continue
         try:
-            sets.append(view_set(drop.name, drop.outlines, drop.views))
+            sets.append((view_set(drop.name, outlines, drop.views), drop))
         except InputError as error:
             said.append(f"{drop.name}: left out: {error}.")
     if not sets:
         raise InputError(f"{drops[0].path}: expected drops whose views show one body, got none. {' '.join(said)}")
     return sets, said
+
+
+def _seen_first(drop: Drop, seen: dict[bytes, str]) -> tuple[list[Outline], list[str]]:
+    """The drop's outlines, empty where one is that of a view in an earlier drop to the last digit, and this in words; adds to ``seen``.
+
+    The same picture given twice tells nothing new but would count twice in every uncertainty. No two pictures give the same outline.
+    """
+    keys = [outline.points_px.tobytes() for outline in drop.outlines]
+    twice = {k: seen[key] for k, key in enumerate(keys) if not drop.outlines[k].empty and key in seen}
+    seen |= {key: f"{drop.name}, view {k}" for k, key in enumerate(keys) if k not in twice}
+    outlines = [EMPTY if k in twice else outline for k, outline in enumerate(drop.outlines)]
+    return outlines, [f"{drop.name}: view {k} left out: its outline is that of {other} to the last digit." for k, other in twice.items()]
 
 
 def _all_views(one: ViewSet, *, posed: bool) -> tuple[tuple[Outline, ...], tuple[CalibratedView, ...]]:
@@ -145,7 +163,7 @@ def _checks(sets: Sequence[ViewSet], merging: tuple[Merged | None, MergeSettings
     predicted = predicted_views(particle.outlines, particle.calibrated, particle.body.com_particle)
     gap = largest_gap(particle.calibrated)
     count = len(particle.calibrated)
-    wanted = int(np.ceil(count * solid.excess / WANTED_EXCESS))
+    wanted = int(np.ceil(count * solid.excess / WANTED_EXCESS)) if np.isfinite(solid.volume_sigma_m3) else 2 * MINIMUM_VIEWS
     return {
         "views_predicted_from_the_others": None
         if predicted is None
@@ -157,13 +175,17 @@ def _checks(sets: Sequence[ViewSet], merging: tuple[Merged | None, MergeSettings
     }
 
 
-def _few_views_words(checks: dict[str, Any]) -> list[str]:
+def _few_views_words(checks: dict[str, Any], *, excess_known: bool) -> list[str]:
     more = checks["further_views_wanted"]
     if not more:
         return []
     x, y, z = checks["largest_gap_direction"]
+    large = (
+        f"The hull is larger than the body by more than {WANTED_EXCESS:.0%} of its volume: some {more} further views would do."
+        if excess_known
+        else f"How much larger than the body the hull is can only be told from {2 * MINIMUM_VIEWS} views on, here by {more} more."
+    )
     return [
-        f"The hull is larger than the body by more than {WANTED_EXCESS:.0%} of its volume: some {more} further views would do. No view "
-        f"looks within {checks['largest_gap_deg']:.0f} degrees of the direction ({x:.2f}, {y:.2f}, {z:.2f}), particle frame: let the "
-        "particle lie so that one does."
+        f"{large} No view looks within {checks['largest_gap_deg']:.0f} degrees of the direction ({x:.2f}, {y:.2f}, {z:.2f}), particle "
+        "frame: let the particle lie so that one does."
     ]
