@@ -109,7 +109,7 @@ def test_a_report_finds_the_observations_by_itself(
 ) -> None:
     assert main(["report", str(estimates), "--truth", str(dataset / "truth"), "--out", str(tmp_path / "r"), "--json"]) == 0
     page = Path(json.loads(capsys.readouterr().out)["report"])
-    assert '"observed":[' in page.read_text(encoding="utf-8")
+    assert '"seen":"' in page.read_text(encoding="utf-8")
 
 
 def test_quickstart_runs_every_verb_and_can_be_repeated(
