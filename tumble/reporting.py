@@ -6,6 +6,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from datasets.errors import InputError
+from datasets.estimate import Estimate
 from datasets.estimate_files import read_estimate
 from datasets.observation import Observation
 from datasets.observation_files import read_observation
@@ -79,9 +81,22 @@ def report_item(payload: dict[str, Any]) -> dict[str, Any]:
     read = [Path(folder)] if folder is not None else []
     record = Record(estimate, truth=read_truth(truth) if truth is not None and known else None)
     if folder is not None:
-        record = _with_pictures(record, _observed(Path(folder), payload["particle"]))
+        observation = _observed(Path(folder), payload["particle"])
+        _check_same(estimate, observation, folder)
+        record = _with_pictures(record, observation)
     digests = _digests(path, [*read, *([truth] if truth is not None and known else [])])
     return sequence_parts(replace(record, read=digests), most_frames=payload["most_frames"])
+
+
+def _check_same(estimate: Estimate, observation: Observation, folder: str) -> None:
+    """Refuse an observation of fewer pictures or cameras than the estimate of its name was made from."""
+    wanted = [1 + max((f.frame for f in estimate.frames), default=-1), 1 + max((f.camera for f in estimate.frames), default=-1)]
+    got = [len(observation.clock.times_s), len(observation.cameras)]
+    if any(w > g for w, g in zip(wanted, got, strict=True)):
+        raise InputError(
+            f"{folder}: expected the recording that {estimate.name} was estimated from, with frames up to {wanted[0] - 1} of "
+            f"{wanted[1]} camera(s), got {got[0]} frames of {got[1]}."
+        )
 
 
 def _observed(folder: Path, particle: str | None) -> Observation:

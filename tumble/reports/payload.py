@@ -3,6 +3,8 @@
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from datasets.estimate import Estimate
 from datasets.vocabulary.state import Motion
@@ -15,6 +17,7 @@ from tumble.reports.sequence_row import sequence_row
 from tumble.reports.velocity_tables import velocity_tables
 from tumble.reports.words import meaning, next_steps
 
+Array = NDArray[np.float64]
 MINIMA = "competing_minima"
 MINIMUM_WORDS = {"rms_ete_px": "RMS ETE, px", "cost": "cost per pair (1 is expected)"}
 """Headings of the columns that are known, in their order."""
@@ -37,8 +40,9 @@ def sequence_payload(record: Record, *, most_frames: int) -> dict[str, Any]:
         "next": next_steps(estimate),
         "cameras": cameras(record, most_frames),
         "body": None if record.hull is None or estimate.body is None else body_shape(record.hull, estimate.body),
-        "trajectory": None if estimate.motion is None else _trajectory(estimate.motion),
-        "true_trajectory": None if record.truth is None else _trajectory(record.truth.motion),
+        "trajectory": None if estimate.motion is None else _trajectory(estimate.motion, record),
+        "true_trajectory": None if record.truth is None else _trajectory(record.truth.motion, record),
+        "world": _world_words(record),
         "impacts": _impact_frames(estimate),
         "velocities": velocity_tables(estimate, record.truth),
         "minima": _minima(estimate.statistics.get(MINIMA)),
@@ -65,12 +69,31 @@ def _text(value: Any) -> str:
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
-def _trajectory(motion: Motion) -> dict[str, Any]:
+def _trajectory(motion: Motion, record: Record) -> dict[str, Any]:
+    """Along the first camera's axes; where there is no observation, these are taken for the world's."""
+    R, t = _first_camera(record)
     return {
-        "x_mm": _rounded_rows(motion.x_world * 1e3),
-        "q": _rounded_rows(motion.q_world_body),
-        "omega": _rounded_rows(motion.omega_world),
+        "x_mm": _rounded_rows((motion.x_world @ R.T + t) * 1e3),
+        "q": _rounded_rows((Rotation.from_matrix(R) * Rotation.from_quat(motion.q_world_body)).as_quat()),
+        "omega": _rounded_rows(motion.omega_world @ R.T),
     }
+
+
+def _first_camera(record: Record) -> tuple[Array, Array]:
+    """``R_cam_world`` and ``t_cam_world`` (m) of the first camera."""
+    if record.observation is None:
+        return np.eye(3), np.zeros(3)
+    camera = record.observation.cameras[0]
+    return np.asarray(camera.R_cam_world), np.asarray(camera.t_cam_world)
+
+
+def _world_words(record: Record) -> str:
+    """In which frame velocities are given."""
+    R, t = _first_camera(record)
+    if record.observation is None:
+        return "World frame."
+    same = np.allclose(R, np.eye(3)) and np.allclose(t, 0.0)
+    return "World frame, which is the first camera's." if same else "World frame, which is not the first camera's."
 
 
 def _impact_frames(estimate: Estimate) -> list[float]:

@@ -32,7 +32,7 @@ function fillVelocities() {
     });
     section.append(element("h2", {}, part.heading), table(heads, rows, part.heading));
   }
-  if (section.childElementCount) section.append(element("p", { class: "caption" }, "World frame, which is the first camera's. Angular velocity is given in the world frame too."));
+  if (section.childElementCount) section.append(element("p", { class: "caption" }, sequence().world + " Angular velocity is given in the world frame too."));
 }
 
 function fillVerdict() {
