@@ -31,7 +31,8 @@ from datasets.vocabulary.camera import HsvCamera
 from datasets.vocabulary.outline import Outline
 from estimator.configuration import Configuration
 from estimator.measuring import measure
-from estimator.merging.merge import Merged, MergeSettings, merge
+from estimator.merging.fitted import MergeSettings
+from estimator.merging.merge import Merged, merge
 from estimator.merging.solid import solid_figures
 from estimator.merging.view_set import ViewSet, view_set
 from estimator.outlines.recording import view_outlines_of

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from estimator.merging.fitted import MergeSettings, fit_sets
 from estimator.merging.joint import Placements
-from estimator.merging.merge import Merged, MergeSettings, fit_sets
+from estimator.merging.merge import Merged
 from estimator.merging.placing import placed_by_all
 from estimator.merging.view_set import ViewSet
 

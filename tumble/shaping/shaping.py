@@ -14,8 +14,9 @@ from datasets.vocabulary.outline import Outline
 from estimator.configuration import Configuration
 from estimator.geometry.visual_hull import HullMesh
 from estimator.made_once import arrays_of, digest_of
+from estimator.merging.fitted import MergeSettings
 from estimator.merging.leaving_out import sets_again
-from estimator.merging.merge import Merged, MergeSettings, merge
+from estimator.merging.merge import Merged, merge
 from estimator.merging.prediction import largest_gap, predicted_views
 from estimator.merging.solid import Solid, solid_figures
 from estimator.merging.view_set import ViewSet, view_set

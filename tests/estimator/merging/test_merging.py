@@ -13,9 +13,10 @@ from datasets.vocabulary.outline import Outline
 from estimator.fitting.pose_refinement import Poses
 from estimator.geometry.silhouettes import silhouettes
 from estimator.merging.consistency import agree
+from estimator.merging.fitted import MergeSettings
 from estimator.merging.joint import JointTask, Placements, RigErrors, _equations, _linear, fit_jointly
 from estimator.merging.leaving_out import sets_again
-from estimator.merging.merge import Merged, MergeSettings, merge
+from estimator.merging.merge import Merged, merge
 from estimator.merging.prediction import largest_gap, predicted_views
 from estimator.merging.set_motion import MotionEffort, SetMotions, find_motions
 from estimator.merging.solid import solid_figures
