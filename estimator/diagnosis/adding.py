@@ -13,13 +13,14 @@ from datasets.errors import InputError
 from estimator.diagnosis.score_tests import Candidates
 from estimator.diagnosis.selection.evidence import Evidence
 from estimator.diagnosis.selection.linearised import linearised
-from estimator.diagnosis.selection.refitting import refitted, weighed_again
+from estimator.diagnosis.selection.refitting import refitted
 from estimator.diagnosis.selection.stated import with_facts
 from estimator.effects.link import EffectModel
 from estimator.fitting.base_model import base_fit
 from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState
 from estimator.fitting.following import following
 from estimator.fitting.held_out import HeldOut, held_out
+from estimator.fitting.weighing_again import weighed_again
 
 
 def with_effect(campaign: Campaign, fit: CampaignFit, effect: EffectModel) -> tuple[Campaign, CampaignFit]:

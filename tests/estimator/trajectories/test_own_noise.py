@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from estimator.diagnosis.selection.refitting import weighed_again
 from estimator.effects.model import Model
 from estimator.effects.registry import MODELS
 from estimator.fitting.base_model import base_fit
 from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState, fit_campaign
+from estimator.fitting.weighing_again import weighed_again
 from estimator.registration import Registered
 from estimator.trajectories.registering import register_trajectories
 from tests.estimator.made_trajectories import Hidden, Tracker, campaign
