@@ -1,7 +1,7 @@
 """From a laboratory's own files to a scored flight: draws the files, types every command, and writes docs/first_recording.md.
 
 ``python -m scripts.first_recording --out out/first_recording``. The page gives what each command printed and took, all together at most
-15 minutes on two cores (acceptance 6 of issue 33); drawing the files (two minutes) is not part of it.
+15 minutes on two cores; drawing the files (two minutes) is not part of it.
 """
 
 import argparse

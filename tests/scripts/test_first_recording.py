@@ -17,7 +17,7 @@ from scripts.tutorial import Step
 from tumble.cli.main import VERBS
 
 MOST_COMMANDS, MOST_SECONDS = 8, 900
-"""Asked by acceptance 6 of issue 33."""
+"""Commands and minutes at most, from files to a score."""
 MOST_BYTES = 600_000
 
 
