@@ -6,6 +6,7 @@ segments: what a slow first flight leaves open, the tumbling after the impact us
 """
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,10 +15,12 @@ from datasets.estimate import Estimate, Status
 from datasets.observation import Observation
 from estimator.breakage import worse_after
 from estimator.configuration import Configuration
+from estimator.fitting.calibration_share import calibration_sentence, states_calibration
 from estimator.fitting.impact_search import Kink
 from estimator.fitting.levenberg_marquardt import Solution
 from estimator.fitting.loose_contact import LooseContact
 from estimator.fitting.noise_model import measured_noise
+from estimator.fitting.piecewise_calibration import share_of, with_calibration
 from estimator.fitting.piecewise_fit import PiecewiseRefined, fit_piecewise, flown, in_order, piecewise_cost, refine_piecewise
 from estimator.fitting.plate_contact import PlateTask
 from estimator.fitting.pose_refinement import Poses, refine
@@ -111,8 +114,13 @@ def _estimated(seen: Seen, kinks: list[Kink], configuration: Configuration) -> E
     status, message = judge_chain(chains, told.refined, configuration)
     outcome = (status, " ".join([message, *contact_sentences(told, _frame_s(seen))]))
     fitted = (seen.particle, chains[0].found)
-    estimate = impacts_estimate(seen.observation, seen.tracks, fitted, told.refined, outcome, configuration=configuration, plate=plate)
-    estimate = replace(estimate, statistics={**estimate.statistics, "impacts": [dict(vars(s)) for s in told.spreads]})
+    refined, calibration = _considered(seen, task, told.refined, configuration, plate)
+    estimate = impacts_estimate(seen.observation, seen.tracks, fitted, refined, outcome, configuration=configuration, plate=plate)
+    told_of = {**estimate.statistics, "impacts": [dict(vars(s)) for s in told.spreads]}
+    if calibration is not None:
+        told_of["calibration"] = calibration
+        estimate = replace(estimate, message=f"{estimate.message} {calibration_sentence(calibration)}".strip())
+    estimate = replace(estimate, statistics=told_of)
     return _unless_broken(estimate, seen.observation.clock.times_s)
 
 
@@ -223,6 +231,17 @@ def _with_jumps_alone(
         if len(jump) == 1:
             return chains, None
         chains = fitted_chains(seen, task, np.delete(refined.flight.times_s, int(np.argmin(jump))), configuration)
+
+
+def _considered(
+    seen: Seen, task: FitTask, refined: PiecewiseRefined, configuration: Configuration, plate: PlateTask | None
+) -> tuple[PiecewiseRefined, dict[str, Any] | None]:
+    """The refined flight with the stated uncertainty of camera and gravity in its covariance, and what is told of that."""
+    if not states_calibration(seen.observation):
+        return refined, None
+    prepared = prepared_task(seen, task, refined.flight, configuration)
+    wider, share = with_calibration(prepared, refined, refinement_settings(configuration), plate, seen.observation.gravity_covariance)
+    return wider, None if share is None else share_of(wider, share)
 
 
 def edge_kink(tracks: tuple[OutlineTrack, ...], kinks: list[Kink]) -> str | None:

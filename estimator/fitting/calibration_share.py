@@ -9,7 +9,7 @@ differences; the particle's calibrated views, whose cameras are others as a rule
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,9 +21,11 @@ from estimator.fitting.refinement import Linearised, Refined, Refinement, linear
 from estimator.fitting.trajectory import FitTask, unbiased_errors
 from estimator.fitting.within_sequence import within_equations
 from estimator.geometry.silhouettes import Silhouettes
-from estimator.motion.flight import N_PARAMETERS, Flight, poses_and_sensitivity, velocity_sensitivity
+from estimator.motion.flight import Flight, FlightPoses, poses_and_sensitivity, velocity_sensitivity
 
 Array = NDArray[np.float64]
+State = TypeVar("State")
+Other = Callable[[float], tuple[FitTask, State]]
 STEP = 0.01
 """Of the central differences, in standard deviations of the calibration: one of those may move outlines by many times their noise."""
 
@@ -49,29 +51,50 @@ def calibration_share(
     task: FitTask, flight: Flight, settings: Refinement, gravity_covariance: Array | None = None
 ) -> CalibrationShare | None:
     """The share of a calibration in a refined flight; ``None`` where no uncertainty is stated."""
+    others, gravity = calibration_errors(task, flight, gravity_covariance, _under)
+    if not others:
+        return None
+    at = linearise(task, flight, settings)
+
+    def seen(task: FitTask, flight: Flight) -> tuple[Array, Array]:
+        return seen_under(task, flight, poses_and_sensitivity(flight, task.sightings.times_s)[0], (at, settings))
+
+    return CalibrationShare(calibration_moves(at, others, seen), gravity)
+
+
+def calibration_errors(
+    task: FitTask, flight: State, gravity_covariance: Array | None, under: Callable[[State, Array], State]
+) -> tuple[list[Other[State]], Array]:
+    """Independent errors of the calibration, each the task and the flight with so many times of it, and what they add to gravity (3, c).
+
+    ``under``: a flight under a gravity that is another by (3,) m/s2.
+    """
     cameras = enumerate(task.sightings.cameras)
     lenses = [_through(task, flight, (number, column)) for number, camera in cameras for column in _lens_errors(camera)]
     pulls = [] if gravity_covariance is None else list(_columns(gravity_covariance))
-    if not (lenses or pulls):
-        return None
-    at = linearise(task, flight, settings)
-    inverse = scaled_inverse(at.H)
-
-    def moved(other: Callable[[float], tuple[FitTask, Flight]]) -> Array:
-        (high, high_within), (low, low_within) = (_seen(*other(sign * STEP), at, settings) for sign in (1.0, -1.0))
-        change = np.where(np.isfinite(high - low), high - low, 0.0)
-        change_of_gradient = np.einsum("nksp,nks->p", at.frames.weighted, change) + high_within - low_within
-        return np.asarray(-inverse @ change_of_gradient / (2.0 * STEP))
-
-    columns = [moved(other) for other in (*lenses, *(_under(task, flight, pull) for pull in pulls))]
     gravity = np.zeros((3, len(lenses) + len(pulls)))
     gravity[:, len(lenses) :] = np.array(pulls).reshape(-1, 3).T
-    return CalibrationShare(np.array(columns).reshape(-1, N_PARAMETERS).T, gravity)
+
+    def pulled(pull: Array) -> Other[State]:
+        return lambda times: (task, under(flight, times * pull))
+
+    return [*lenses, *(pulled(pull) for pull in pulls)], gravity
 
 
-def _seen(task: FitTask, flight: Flight, at: Linearised, settings: Refinement) -> tuple[Array, Array]:
-    """Errors (n, k, 2) px of the pairs with views, NaN where there is none, and the gradient (21,) of those within the sequence."""
-    predicted, _ = poses_and_sensitivity(flight, task.sightings.times_s)
+def calibration_moves(at: Linearised, others: Sequence[Other[State]], seen: Callable[[FitTask, State], tuple[Array, Array]]) -> Array:
+    """By how much each of c errors moves the p parameters (p, c); ``seen``: errors and gradient as of :func:`seen_under`."""
+    inverse, columns = scaled_inverse(at.H), []
+    for other in others:
+        (high, high_within), (low, low_within) = (seen(*other(sign * STEP)) for sign in (1.0, -1.0))
+        change = np.where(np.isfinite(high - low), high - low, 0.0)
+        change_of_gradient = np.einsum("nksp,nks->p", at.frames.weighted, change) + high_within - low_within
+        columns.append(-inverse @ change_of_gradient / (2.0 * STEP))
+    return np.array(columns).reshape(-1, len(at.g)).T
+
+
+def seen_under(task: FitTask, flight: Flight, predicted: FlightPoses, of: tuple[Linearised, Refinement]) -> tuple[Array, Array]:
+    """Errors (n, k, 2) px of the pairs with views, NaN where there is none, and the gradient (p,) of those within the sequence."""
+    at, settings = of
     errors = unbiased_errors(task, flight, predicted)
     within = within_equations(task, flight, predicted, at.S, most_pairs=settings.within_pairs, floor_px=settings.floor_px)
     return np.where(errors.told[..., :2], errors.error[..., :2], np.nan), within.g
@@ -91,14 +114,14 @@ def _lens_errors(camera: HsvCamera) -> Sequence[Array]:
     return [] if camera.lens_covariance is None else list(_columns(camera.lens_covariance))
 
 
-def _through(task: FitTask, flight: Flight, error: tuple[int, Array]) -> Callable[[float], tuple[FitTask, Flight]]:
+def _through(task: FitTask, flight: State, error: tuple[int, Array]) -> Other[State]:
     """The task as one camera would have it whose lens is off by so many times an ``error`` (its number, (9,))."""
     number, off = error
     given, first = task.sightings.cameras[number].intrinsics, task.sightings.silhouettes
     own = np.flatnonzero(task.sightings.camera == number)
     rows = _rows(first, own)
 
-    def through(times: float) -> tuple[FitTask, Flight]:
+    def through(times: float) -> tuple[FitTask, State]:
         lens = given.with_numbers(given.numbers + times * off)
         xy, focal = first.xy.copy(), first.focal_px.copy()
         xy[rows], focal[own] = lens.normalise(first.points_px[rows]), (lens.fx_px, lens.fy_px)
@@ -107,9 +130,8 @@ def _through(task: FitTask, flight: Flight, error: tuple[int, Array]) -> Callabl
     return through
 
 
-def _under(task: FitTask, flight: Flight, pull: Array) -> Callable[[float], tuple[FitTask, Flight]]:
-    """The flight under a gravity that is off by so many times a ``pull`` (3,)."""
-    return lambda times: (task, replace(flight, gravity_world=flight.gravity_world + times * pull))
+def _under(flight: Flight, pull: Array) -> Flight:
+    return replace(flight, gravity_world=flight.gravity_world + pull)
 
 
 def _rows(hulls: Silhouettes, which: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -138,16 +160,21 @@ def calibration_sentence(shares: dict[str, Any]) -> str:
 
 
 NOT_CONSIDERED = (
-    "The stated uncertainty of the camera and of gravity is not in the error bars of such a measurement, only in those of free flights."
+    "The stated uncertainty of the camera and of gravity is not in these error bars, only in those of single particles measured one by one."
 )
 
 
 def with_what_is_missing(estimate: Estimate, observation: Observation) -> Estimate:
     """The estimate; where a calibration's uncertainty is stated and not in its error bars, its message says so."""
-    stated = (observation.gravity_covariance, *(camera.lens_covariance for camera in observation.cameras))
-    if estimate.middle is None or "calibration" in estimate.statistics or not any(each is not None and each.any() for each in stated):
+    if estimate.middle is None or "calibration" in estimate.statistics or not states_calibration(observation):
         return estimate
     return replace(estimate, message=f"{estimate.message} {NOT_CONSIDERED}".strip())
+
+
+def states_calibration(observation: Observation) -> bool:
+    """Whether an observation says that its camera or gravity is not known exactly."""
+    stated = (observation.gravity_covariance, *(camera.lens_covariance for camera in observation.cameras))
+    return any(each is not None and bool(each.any()) for each in stated)
 
 
 def _size(covariance: Array) -> float:

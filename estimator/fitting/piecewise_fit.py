@@ -124,7 +124,7 @@ def widened_by(task: FitTask, refined: PiecewiseRefined, settings: Refinement, l
     The covariance is the one with the impacts of ``loose`` loosened, and the step to where that would lead, times itself.
     """
     task, flight = with_noise_at(task, refined.flight)[0], refined.flight
-    at, known, _ = _seen_at(task, flight, settings, (None, loose))
+    at, known, _ = seen_at(task, flight, settings, (None, loose))
     covariance, bound = (c[: flight.size, : flight.size] for c in _covariance_and_bound(task, at, known.H, settings))
     step = (scaled_inverse(at.H) @ at.g)[: flight.size]
     return replace(refined, refined=replace(refined.refined, covariance=covariance + np.outer(step, step), bound=bound))
@@ -137,9 +137,9 @@ def _refined_once(
 
     def further(flight: PiecewiseFlight, step: Array) -> tuple[PiecewiseFlight, Seen] | None:
         there = moved_loose(flight, step, loose)
-        return (there, _seen_at(task, there, settings, (plate, loose))) if in_order(there) else None
+        return (there, seen_at(task, there, settings, (plate, loose))) if in_order(there) else None
 
-    start = (flight, _seen_at(task, flight, settings, (plate, loose)))
+    start = (flight, seen_at(task, flight, settings, (plate, loose)))
     flight, (at, known, held), settled = stepped(start, lambda seen: (seen[0].H, seen[0].g), further)
     covariance, bound = (c[: flight.size, : flight.size] for c in _covariance_and_bound(task, at, known.H, settings))
     places = np.column_stack([task.sightings.camera, task.sightings.frame])
@@ -147,9 +147,10 @@ def _refined_once(
     return PiecewiseRefined(flight, refined, task.sightings.times_s, held)
 
 
-def _seen_at(
+def seen_at(
     task: FitTask, flight: PiecewiseFlight, settings: Refinement, besides: tuple[PlateTask | None, tuple[LooseContact, ...]]
 ) -> Seen:
+    """The equations at a flight, ``besides``: a plate that it is held to, and impacts whose poses before and after may differ."""
     motion = loose_sensitivity(flight, task.sightings.times_s, besides[1])
     known, held = _known(task, flight, *besides)
     return _with_known(linearised(task, flight.first, motion, settings), known), known, held

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,9 +13,12 @@ from datasets.observation import Observation
 from datasets.observation_files import read_observation, write_observation
 from datasets.recipes.recipe import MotionRecipe, ParticleRecipe, Recipe, RigRecipe
 from datasets.vocabulary.camera import HsvCamera
-from estimator import measuring
+from estimator import measuring, pipeline
 from estimator.configuration import Configuration
 from estimator.fitting.calibration_share import NOT_CONSIDERED, with_what_is_missing
+from estimator.fitting.piecewise_calibration import with_calibration
+from estimator.fitting.piecewise_fit import PiecewiseRefined
+from estimator.motion.piecewise import PiecewiseFlight
 from estimator.pipeline import estimate
 from synth.sequence import build_silhouette_sequence
 
@@ -100,6 +104,27 @@ def test_they_are_wider_by_as_much_as_a_wrong_gravity_moves_the_estimate(seen: O
         assert added == pytest.approx(abs(there.v_world[0] - without.v_world[0]), abs=0.02 * np.sqrt(without.covariance[0, 0]))
 
 
+def test_a_flight_without_an_impact_is_widened_as_a_free_one(seen: Observation, monkeypatch: pytest.MonkeyPatch) -> None:
+    error = lens_errors(seen)
+    stated = replace(seen, cameras=(replace(seen.cameras[0], lens_covariance=np.outer(error, error)),), gravity_covariance=0.1 * np.eye(3))
+    found: list[tuple[Any, ...]] = []
+    refine, share = pipeline.refine_flight, pipeline.calibration_share
+    monkeypatch.setattr(pipeline, "refine_flight", lambda *given: found.append(refine(*given)) or found[-1])
+    monkeypatch.setattr(pipeline, "calibration_share", lambda *given: found.append((*given, share(*given))) or found[-1][-1])
+    estimate(stated, Configuration())
+    refined, (task, flight, settings, gravity, free) = found
+    whole = PiecewiseRefined(PiecewiseFlight(flight, ()), refined, task.sightings.times_s)
+    wider, added = with_calibration(task, whole, settings, None, gravity)
+    expected = free.parameters @ free.parameters.T
+    assert added is not None
+    scale = np.sqrt(np.diag(refined.covariance))
+    np.testing.assert_allclose(added / np.outer(scale, scale), expected / np.outer(scale, scale), rtol=5e-3, atol=0.02)
+    np.testing.assert_allclose(wider.refined.covariance, refined.covariance + added)
+    unstated = tuple(replace(camera, lens_covariance=None) for camera in task.sightings.cameras)
+    plain = replace(task, sightings=replace(task.sightings, cameras=unstated))
+    assert with_calibration(plain, whole, settings) == (whole, None)
+
+
 def test_it_is_written_and_read(seen: Observation, tmp_path_factory: pytest.TempPathFactory) -> None:
     folder = tmp_path_factory.mktemp("stated")
     spread = np.diag(np.arange(1.0, 10.0))
@@ -143,7 +168,7 @@ def test_a_singular_covariance_rounded_to_six_digits_is_one(seen: Observation, t
 
 
 def test_error_bars_without_it_say_so(seen: Observation, plain: Estimate, stated: Estimate, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Impacts, pairs, measured focal lengths and campaigns do not consider a calibration: ``plain`` stands for one of those."""
+    """Pairs, measured focal lengths and campaigns do not consider a calibration: ``plain`` stands for one of those."""
     told = replace(seen, cameras=(replace(seen.cameras[0], lens_covariance=np.eye(9)),))
     exact = replace(seen, cameras=(replace(seen.cameras[0], lens_covariance=np.zeros((9, 9))),), gravity_covariance=np.zeros((3, 3)))
     assert NOT_CONSIDERED in with_what_is_missing(plain, told).message

@@ -56,6 +56,28 @@ def test_a_particle_is_kept_out_of_the_stated_plate(sequence: tuple[Observation,
     assert np.all(shift < 3.0 * np.sqrt(np.diag(free.impacts[0].after.covariance))[:3])
 
 
+def test_a_camera_that_is_not_known_exactly_widens_what_is_known_of_an_impact(
+    sequence: tuple[Observation, Truth], plain: Estimate
+) -> None:
+    """Pixels longer by 1 % one way: velocities are less known by as much as they move where the camera is off by that."""
+    camera = sequence[0].cameras[0]
+    error = np.zeros(9)
+    error[1] = 0.01 * camera.intrinsics.fy_px
+    stated = replace(sequence[0], cameras=(replace(camera, lens_covariance=np.outer(error, error)),))
+    found = measure(stated, QUICK)
+    lenses = [camera.intrinsics.with_numbers(camera.intrinsics.numbers + share * error) for share in (0.1, -0.1)]
+    high, low = (measure(replace(sequence[0], cameras=(replace(camera, intrinsics=lens),)), QUICK).impacts[0] for lens in lenses)
+    moved = {"before": high.before.v_world - low.before.v_world, "after": high.after.v_world - low.after.v_world}
+    for side in ("before", "after"):
+        wider, narrower = getattr(found.impacts[0], side), getattr(plain.impacts[0], side)
+        np.testing.assert_array_equal(wider.v_world, narrower.v_world)
+        added = np.sqrt(wider.covariance[1, 1] - narrower.covariance[1, 1])
+        assert added > 0.0
+        assert added == pytest.approx(abs(moved[side][1]) / 0.2, rel=0.25, abs=0.5 * np.sqrt(narrower.covariance[1, 1]))
+    shares = found.statistics["calibration"]["v_ms"]
+    assert 0.0 < shares["calibration"] < shares["all"]
+
+
 def test_a_plate_that_nobody_stated_is_measured(sequence: tuple[Observation, Truth], plain: Estimate, tmp_path: Path) -> None:
     """Its tilt in the picture from its outline, its lean towards the camera from the impulse, no better than friction allows."""
     observation, truth = sequence
