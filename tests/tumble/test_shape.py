@@ -26,7 +26,7 @@ from tumble.cli.campaign_options import described_effects
 from tumble.cli.main import main
 from tumble.cli.shape import shape_rows
 from tumble.diagnosing import Question
-from tumble.reporting import collect, particle_of
+from tumble.reporting import collect, frame_words, particle_of
 from tumble.shaping.drops import Drop
 from tumble.shaping.shaping import shape
 
@@ -104,6 +104,10 @@ def test_masks_named_as_the_cameras_may_lack_one(stone: Path, drops: Path, capsy
         (("{drops}/stone", "--rig", "{drops}/rig"), "expected no --rig where all drops are calibrated already"),
         (("{drops}/drop0.npz", "--rig", "{drops}/rig", "--mass", "-1"), "expected kilograms"),
         (("{drops}/masks", "--rig", "{drops}/rig", "--background", "{drops}/masks/c0.png"), "expected --background for each of the 6"),
+        (
+            ("{drops}/masks", "--rig", "{drops}/rig", "--masks", "--background", "{drops}/masks/c0.png"),
+            "expected no --background with --masks",
+        ),
     ],
 )
 def test_what_is_wrong_is_named(stone: Path, drops: Path, words: tuple[str, ...], said: str, capsys: pytest.CaptureFixture[str]) -> None:
@@ -129,6 +133,8 @@ def test_estimates_are_the_same_with_and_without_what_is_kept(tmp_path: Path) ->
     assert main(["estimate", str(tmp_path / "named" / "one"), "--jobs", "1", "-q", "--out", str(tmp_path / "third")]) in (0, 1)
     (first, second, third) = ((tmp_path / where / "one.estimate.json").read_bytes() for where in ("plain", "kept", "third"))
     assert first == second == third
+    assert [bool(frame_words(tmp_path / where)) for where in ("plain", "kept", "third")] == [False, True, True]
+    assert "Orientations are in the frame of" in frame_words(tmp_path / "third")
     bare = replace(read_observation(tmp_path / "one"), views=(), view_recording=())
     write_observation(bare, tmp_path / "bare" / bare.name)
     (shown,) = collect(tmp_path / "kept", tmp_path / "bare", None, out=tmp_path / "page", jobs=1, quiet=True)

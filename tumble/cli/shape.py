@@ -82,6 +82,8 @@ def run(arguments: argparse.Namespace) -> int:
 def _check(arguments: argparse.Namespace) -> None:
     if arguments.mass is not None and not 0 < arguments.mass < HEAVIEST_KG:
         raise InputError(f"--mass {arguments.mass:g}: expected kilograms, above 0 and below {HEAVIEST_KG:g}, got another value.")
+    if arguments.masks and arguments.background:
+        raise InputError(f"{arguments.background[0]}: expected no --background with --masks, which need none, got one.")
     count = sum(not is_calibrated(path) for path in arguments.drops)
     if count and len(arguments.rig) not in (1, count):
         raise InputError(
