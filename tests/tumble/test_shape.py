@@ -182,7 +182,7 @@ def test_what_too_few_views_leave_unknown_is_not_stated(made: Rendered) -> None:
     particle = shape([few], "few", mass_kg=None).particle
     rows = dict(shape_rows(particle))
     assert rows["hull larger than the body by"].startswith("unknown")
-    assert "can only be told from 6 views on, here by 2 more" in particle.notes[-1]
+    assert "can only be told from 6 directions on, here by 2 more" in particle.notes[-1]
 
 
 def test_one_drop_that_is_left_lies_as_that_drop_does(made: Rendered) -> None:
