@@ -107,6 +107,7 @@ def report_item(payload: dict[str, Any]) -> dict[str, Any]:
         observation = _observed(Path(folder), payload["particle"])
         _check_same(estimate, observation, folder)
         record = _with_pictures(record, observation)
+        read += [Path(payload["particle"])] if payload["particle"] is not None and is_particle(Path(payload["particle"])) else []
     digests = _digests(path, [*read, *([truth] if truth is not None and known else [])])
     return sequence_parts(replace(record, read=digests), most_frames=payload["most_frames"])
 

@@ -139,6 +139,7 @@ def test_estimates_are_the_same_with_and_without_what_is_kept(tmp_path: Path) ->
     write_observation(bare, tmp_path / "bare" / bare.name)
     (shown,) = collect(tmp_path / "kept", tmp_path / "bare", None, out=tmp_path / "page", jobs=1, quiet=True)
     assert shown.result["shown"]["body"] is not None
+    assert any(name.endswith("stone/particle.json") for name, _ in shown.result["shown"]["read"])
     (tmp_path / "stone").rename(tmp_path / "elsewhere")
     shutil.copytree(tmp_path / "one", tmp_path / "own" / bare.name)
     (shown,) = collect(tmp_path / "kept", tmp_path / "own", None, out=tmp_path / "page", jobs=1, quiet=True)
