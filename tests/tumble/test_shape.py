@@ -171,7 +171,7 @@ def test_a_picture_given_twice_counts_once(stone: Path, drops: Path, capsys: pyt
     assert main([*words, "--json"]) == 1
     document = json.loads(capsys.readouterr().out)
     assert len(document["views"]["cameras"]) == 6
-    assert any("view 5 left out: its outline is that of drop0, view 5 to the last digit" in note for note in document["notes"])
+    assert any("drop0-2: view 5 left out: its outline is that of drop0, view 5 to the last digit" in note for note in document["notes"])
     words = ["shape", str(stone), str(drops / "drop1.npz"), "--rig", str(drops / "rig"), "--out", str(drops / "known"), "-q"]
     assert main(words) == 1
     assert len(read_particle(drops / "known").views) == 12

@@ -22,7 +22,7 @@ from tumble.commands import command
 from tumble.numbers import with_sigma
 from tumble.output_directory import Run, output_directory
 from tumble.progress import progress
-from tumble.shaping.drops import Drop, Pictures, calibrated_drop, drop_of, is_calibrated, rig_of
+from tumble.shaping.drops import Drop, Pictures, calibrated_drop, drop_of, is_calibrated, named_apart, rig_of
 from tumble.shaping.shaping import shape
 
 SURFACE = "surface.ply"
@@ -106,7 +106,7 @@ def _drops(arguments: argparse.Namespace) -> list[Drop]:
         if arguments.background and len(arguments.background) != len(rig):
             raise InputError(f"{path}: expected --background for each of the {len(rig)} cameras, got it {len(arguments.background)} times.")
         found.append(drop_of(path, rig, Pictures(arguments.masks, tuple(arguments.background))))
-    return found
+    return named_apart(found)
 
 
 def _make(drops: Sequence[Drop], out: Path, arguments: argparse.Namespace) -> None:
