@@ -41,9 +41,9 @@ class MadeFile:
         InputError
             Where the file is not the one that the document names.
         """
-        if of != self.of:
-            return None
         path = self.folder / MADE_FILE
+        if of != self.of or not path.exists():
+            return None
         if _digest(path) != self.sha256:
             raise InputError(f"{path}: expected the file that {PARTICLE_FILE} names by its digest, got another; run tumble shape again.")
         return read_arrays(path, self.names)
@@ -73,8 +73,5 @@ def made_of_entry(folder: Path, entry: Document | None) -> MadeFile | None:
 
 
 def _digest(path: Path) -> str:
-    try:
-        with path.open("rb") as stream:
-            return hashlib.file_digest(stream, "sha256").hexdigest()
-    except FileNotFoundError:
-        raise InputError(f"{path}: there is no such file; run tumble shape again.") from None
+    with path.open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()

@@ -25,8 +25,12 @@ from estimator.fitting.pose_starts import StartCatalogue
 from estimator.geometry.visual_hull import HullMesh
 
 Array = NDArray[np.float64]
-MAKERS = ("particle.py", "made_once.py", "fitting/pose_starts.py", "fitting/view_disagreement.py", "geometry")
-"""The code whose text counts: what it makes may differ when it does."""
+MAKERS = (
+    *("particle.py", "made_once.py", "fitting/pose_starts.py", "fitting/view_disagreement.py", "geometry"),
+    *("motion/rotation.py", "outlines"),
+)
+VOCABULARY = "vocabulary"
+"""The code whose text counts, of the estimator and of the datasets (cameras and outlines): what it makes may differ when it does."""
 LIBRARIES = ("numpy", "scipy", "scikit-image", "opencv-python-headless", "manifold3d", "trimesh", "shapely")
 """Libraries whose version counts."""
 SETTINGS = ("hull_resolution", "directions", "foreign_view_ratio")
@@ -65,8 +69,8 @@ def digest_of(outlines: Sequence[Outline], views: Sequence[CalibratedView], conf
 @cache
 def _of_code() -> str:
     total = hashlib.sha256()
-    for name in MAKERS:
-        place = files("estimator").joinpath(*name.split("/"))
+    places = [*(files("estimator").joinpath(*name.split("/")) for name in MAKERS), files("datasets").joinpath(VOCABULARY)]
+    for place in places:
         sources = sorted((p for p in place.iterdir() if p.name.endswith(".py")), key=lambda p: p.name) if place.is_dir() else [place]
         for source in sources:
             total.update(source.read_bytes())

@@ -1,6 +1,7 @@
 """Collects what a report shows: estimates, and observations and truth where they are at hand; one sequence at a time, in parallel."""
 
 import hashlib
+import os
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -9,7 +10,9 @@ from typing import Any
 from datasets.errors import InputError
 from datasets.estimate import Estimate
 from datasets.estimate_files import read_estimate
+from datasets.json_documents import read_document
 from datasets.observation import Observation
+from datasets.observation_files import FILE as OBSERVATION_FILE
 from datasets.observation_files import read_observation
 from datasets.particle_files import is_particle, read_particle, with_particle
 from datasets.trajectory_files import trajectories_in
@@ -44,6 +47,26 @@ def particle_of(estimates: Path) -> Path | None:
     """The particle file whose views a folder of estimates was made with, as its ``run.json`` says; it may be gone."""
     run = read_run(estimates)
     return Path(run["configuration"]["particle"]) if run and "particle" in run["configuration"] else None
+
+
+def frame_words(estimates: Path) -> str:
+    """Whose frame orientations are in, where estimates were made with the views of a particle file; empty where nobody says so."""
+    particle = particle_of(estimates) or _named_by(source_of(estimates))
+    if particle is None:
+        return ""
+    return f"Orientations are in the frame of {os.path.relpath(particle)}: where that is not the truth's, their errors say nothing."
+
+
+def _named_by(source: Path | None) -> Path | None:
+    """The particle file that the first observation of ``source`` names, if it can still be read."""
+    if source is None:
+        return None
+    try:
+        folder = observations_in(source)[0]
+        named = read_document(folder / OBSERVATION_FILE, "observation").get("particle")
+    except InputError:
+        return None
+    return None if named is None else (folder / named).resolve()
 
 
 def collect(estimates: Path, observations: Path | None, truth: Path | None, *, out: Path, jobs: int, quiet: bool) -> tuple[Outcome, ...]:
@@ -84,6 +107,7 @@ def report_item(payload: dict[str, Any]) -> dict[str, Any]:
         observation = _observed(Path(folder), payload["particle"])
         _check_same(estimate, observation, folder)
         record = _with_pictures(record, observation)
+        read += [Path(payload["particle"])] if payload["particle"] is not None and is_particle(Path(payload["particle"])) else []
     digests = _digests(path, [*read, *([truth] if truth is not None and known else [])])
     return sequence_parts(replace(record, read=digests), most_frames=payload["most_frames"])
 

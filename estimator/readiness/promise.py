@@ -7,8 +7,8 @@ Cramér and Rao for what is unbiased]. Depth is from the area of the outlines: t
 over all orientations [Cauchy 1832].
 
 Valid for a free flight of one particle (of a recording with impacts: the longest stretch without any) that is seen by its first camera in
-most frames; outlines' errors other than noise, a wrong calibration and a bias of the hull are not in it, so estimates are at best as good
-as this.
+most frames. The stated uncertainty of its lens and of gravity is in it; outlines' errors other than noise, a calibration that is worse than
+it says and a bias of the hull are not, so estimates are at best as good as this.
 """
 
 from dataclasses import dataclass, replace
@@ -22,6 +22,7 @@ from datasets.observation import Observation
 from datasets.vocabulary.camera import Intrinsics
 from datasets.vocabulary.outline import signed_area
 from estimator.configuration import Configuration
+from estimator.fitting.calibration_share import calibration_share
 from estimator.fitting.refinement import NothingSeen, covariance_and_bound, linearise
 from estimator.fitting.trajectory import FitTask, Sightings
 from estimator.motion.flight import OMEGA, Flight, V, poses_and_sensitivity
@@ -71,7 +72,8 @@ def promise_of(
     task = fit_task(observation, particle, sightings, views, configuration)
     base = _flight(observation, look, particle, sightings)
     spin = TURN_RAD / float(np.ptp(sightings.times_s))
-    found = [_deviations(task, _turned(base, spin, rng), particle, configuration) for _ in range(DRAWS)]
+    pull = observation.gravity_covariance
+    found = [_deviations(task, _turned(base, spin, rng), particle, configuration, gravity_covariance=pull) for _ in range(DRAWS)]
     known = np.array([each for each in found if each is not None])
     if len(known) == 0:
         return None
@@ -118,7 +120,9 @@ def _turned(base: Flight, spin_rads: float, rng: np.random.Generator) -> Flight:
     return Flight(**{**vars(base), "q": q, "omega": spin_rads * axis / np.linalg.norm(axis)})
 
 
-def _deviations(task: FitTask, flight: Flight, particle: Particle, configuration: Configuration) -> Array | None:
+def _deviations(
+    task: FitTask, flight: Flight, particle: Particle, configuration: Configuration, *, gravity_covariance: Array | None
+) -> Array | None:
     """Standard deviations (6,) of v and omega of a flight as its own outlines would show it; ``None`` where they do not determine it."""
     imagined = _as_seen(task, flight, particle)
     if imagined is None:
@@ -131,6 +135,8 @@ def _deviations(task: FitTask, flight: Flight, particle: Particle, configuration
         covariance, _ = covariance_and_bound(imagined, at, np.diag(task.prior.precision), settings)
     except NothingSeen:
         return None
+    share = calibration_share(imagined, flight, settings, gravity_covariance)
+    covariance = covariance if share is None else covariance + share.parameters @ share.parameters.T
     R = imagined.sightings.cameras[0].R_cam_world
     v, omega = (R @ covariance[part, part] @ R.T for part in (V, OMEGA))
     return np.sqrt(np.concatenate([np.diag(v), np.diag(omega)]))

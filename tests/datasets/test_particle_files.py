@@ -47,6 +47,14 @@ def test_arrays_that_were_changed_are_refused(tmp_path: Path) -> None:
         made.load("ab" * 32)
 
 
+def test_arrays_that_have_gone_are_made_again(tmp_path: Path) -> None:
+    write_particle(PARTICLE, tmp_path, ("ab" * 32, ARRAYS))
+    (tmp_path / MADE_FILE).unlink()
+    made = read_particle(tmp_path).made
+    assert made is not None
+    assert made.load("ab" * 32) is None
+
+
 @pytest.mark.parametrize(
     ("key", "value", "said"),
     [

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 
 from datasets.vocabulary.camera import HsvCamera, Intrinsics
-from tumble.shaping.drops import Pictures, drop_of
+from tumble.shaping.drops import Drop, Pictures, drop_of, named_apart
 
 
 def camera(name: str, number: int) -> HsvCamera:
@@ -24,3 +24,9 @@ def test_pictures_named_as_cameras_are_of_these_however_numbers_sort(tmp_path: P
     for outline, view in zip(drop.outlines, drop.views, strict=True):
         number = round(view.intrinsics.fx_px - 100.0)
         assert abs(outline.points_px[:, 0].min() - (5 * number - 0.5)) < 1.0
+
+
+def test_drops_of_one_name_are_told_apart() -> None:
+    """``monday/01`` and ``tuesday/01``: tables and notes go by names."""
+    drops = [Drop(name, Path(name), (), (), {}) for name in ("01", "02", "01", "01")]
+    assert [drop.name for drop in named_apart(drops)] == ["01", "02", "01-2", "01-3"]

@@ -31,7 +31,7 @@ from tumble.cli.campaign_options import described_effects
 from tumble.cli.main import main
 from tumble.cli.shape import shape_rows
 from tumble.diagnosing import Question
-from tumble.reporting import collect, particle_of
+from tumble.reporting import collect, frame_words, particle_of
 from tumble.shaping.drops import Drop
 from tumble.shaping.shaping import shape
 
@@ -109,6 +109,10 @@ def test_masks_named_as_the_cameras_may_lack_one(stone: Path, drops: Path, capsy
         (("{drops}/stone", "--rig", "{drops}/rig"), "expected no --rig where all drops are calibrated already"),
         (("{drops}/drop0.npz", "--rig", "{drops}/rig", "--mass", "-1"), "expected kilograms"),
         (("{drops}/masks", "--rig", "{drops}/rig", "--background", "{drops}/masks/c0.png"), "expected --background for each of the 6"),
+        (
+            ("{drops}/masks", "--rig", "{drops}/rig", "--masks", "--background", "{drops}/masks/c0.png"),
+            "expected no --background with --masks",
+        ),
     ],
 )
 def test_what_is_wrong_is_named(stone: Path, drops: Path, words: tuple[str, ...], said: str, capsys: pytest.CaptureFixture[str]) -> None:
@@ -134,10 +138,13 @@ def test_estimates_are_the_same_with_and_without_what_is_kept(tmp_path: Path) ->
     assert main(["estimate", str(tmp_path / "named" / "one"), "--jobs", "1", "-q", "--out", str(tmp_path / "third")]) in (0, 1)
     (first, second, third) = ((tmp_path / where / "one.estimate.json").read_bytes() for where in ("plain", "kept", "third"))
     assert first == second == third
+    assert [bool(frame_words(tmp_path / where)) for where in ("plain", "kept", "third")] == [False, True, True]
+    assert "Orientations are in the frame of" in frame_words(tmp_path / "third")
     bare = replace(read_observation(tmp_path / "one"), views=(), view_recording=())
     write_observation(bare, tmp_path / "bare" / bare.name)
     (shown,) = collect(tmp_path / "kept", tmp_path / "bare", None, out=tmp_path / "page", jobs=1, quiet=True)
     assert shown.result["shown"]["body"] is not None
+    assert any(name.endswith("stone/particle.json") for name, _ in shown.result["shown"]["read"])
     (tmp_path / "stone").rename(tmp_path / "elsewhere")
     shutil.copytree(tmp_path / "one", tmp_path / "own" / bare.name)
     (shown,) = collect(tmp_path / "kept", tmp_path / "own", None, out=tmp_path / "page", jobs=1, quiet=True)
@@ -185,7 +192,7 @@ def test_a_picture_given_twice_counts_once(stone: Path, drops: Path, capsys: pyt
     assert main([*words, "--json"]) == 1
     document = json.loads(capsys.readouterr().out)
     assert len(document["views"]["cameras"]) == 6
-    assert any("view 5 left out: its outline is that of drop0, view 5 to the last digit" in note for note in document["notes"])
+    assert any("drop0-2: view 5 left out: its outline is that of drop0, view 5 to the last digit" in note for note in document["notes"])
     words = ["shape", str(stone), str(drops / "drop1.npz"), "--rig", str(drops / "rig"), "--out", str(drops / "known"), "-q"]
     assert main(words) == 1
     assert len(read_particle(drops / "known").views) == 12
@@ -197,7 +204,7 @@ def test_what_too_few_views_leave_unknown_is_not_stated(made: Rendered) -> None:
     particle = shape([few], "few", mass_kg=None).particle
     rows = dict(shape_rows(particle))
     assert rows["hull larger than the body by"].startswith("unknown")
-    assert "can only be told from 6 views on, here by 2 more" in particle.notes[-1]
+    assert "can only be told from 6 directions on, here by 2 more" in particle.notes[-1]
 
 
 def test_one_drop_that_is_left_lies_as_that_drop_does(made: Rendered) -> None:

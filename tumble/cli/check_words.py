@@ -10,7 +10,9 @@ from tumble.cli.console import console
 
 def say_values(name: str, values: Sequence[Mapping[str, Any]]) -> None:
     """A table of values with where each is from."""
-    table = Table(name, "", "from", "", box=None, pad_edge=False)
+    table = Table(box=None, pad_edge=False)
+    for head in (name, "", "from", ""):
+        table.add_column(head, overflow="fold")  # a path that is cut off says nothing
     for value in values:
         table.add_row(value["name"].replace("_", " "), value["value"], value["origin"], value["note"])
     console().print(table)

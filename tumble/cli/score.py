@@ -16,6 +16,7 @@ from tumble.cli.console import console
 from tumble.cli.options import add_output, verb_parser
 from tumble.commands import command
 from tumble.output_directory import Run, output_directory
+from tumble.reporting import frame_words
 from tumble.scoring import (
     COLLISIONS_FILE,
     IMPACTS_FILE,
@@ -74,6 +75,8 @@ def run(arguments: argparse.Namespace) -> int:
         print(json.dumps({**summary(table), **struck}))
     elif not arguments.quiet:
         say_scores(table)
+        if words := frame_words(arguments.estimates):
+            console().print(words, soft_wrap=True)
         if len(impacts):
             say_impacts(impact_summary(impacts))
         if len(collisions):

@@ -22,7 +22,7 @@ from tumble.commands import command
 from tumble.numbers import with_sigma
 from tumble.output_directory import Run, output_directory
 from tumble.progress import progress
-from tumble.shaping.drops import Drop, Pictures, calibrated_drop, drop_of, is_calibrated, rig_of
+from tumble.shaping.drops import Drop, Pictures, calibrated_drop, drop_of, is_calibrated, named_apart, rig_of
 from tumble.shaping.shaping import shape
 
 SURFACE = "surface.ply"
@@ -82,6 +82,8 @@ def run(arguments: argparse.Namespace) -> int:
 def _check(arguments: argparse.Namespace) -> None:
     if arguments.mass is not None and not 0 < arguments.mass < HEAVIEST_KG:
         raise InputError(f"--mass {arguments.mass:g}: expected kilograms, above 0 and below {HEAVIEST_KG:g}, got another value.")
+    if arguments.masks and arguments.background:
+        raise InputError(f"{arguments.background[0]}: expected no --background with --masks, which need none, got one.")
     count = sum(not is_calibrated(path) for path in arguments.drops)
     if count and len(arguments.rig) not in (1, count):
         raise InputError(
@@ -104,7 +106,7 @@ def _drops(arguments: argparse.Namespace) -> list[Drop]:
         if arguments.background and len(arguments.background) != len(rig):
             raise InputError(f"{path}: expected --background for each of the {len(rig)} cameras, got it {len(arguments.background)} times.")
         found.append(drop_of(path, rig, Pictures(arguments.masks, tuple(arguments.background))))
-    return found
+    return named_apart(found)
 
 
 def _make(drops: Sequence[Drop], out: Path, arguments: argparse.Namespace) -> None:

@@ -1,7 +1,7 @@
 """Drops as a user has them: pictures, masks or outlines of one instant, one for each camera of a rig, or views calibrated already."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -138,6 +138,13 @@ def drop_of(path: Path, rig: Sequence[HsvCamera], pictures: Pictures) -> Drop:
         return _drop(path, name, seen, tuple(outline_of_mask(clip.read(k), full=full) for k in rows))
     backgrounds = tuple(background_picture(pictures.backgrounds[k]) for k in cameras) if pictures.backgrounds else ()
     return _drop(path, name, seen, RigPictures(clip, tuple(rows), backgrounds))
+
+
+def named_apart(drops: Sequence[Drop]) -> list[Drop]:
+    """The drops with names of their own: of those that share one the second is called ``name-2``."""
+    names = [drop.name for drop in drops]
+    earlier = [names[:k].count(name) for k, name in enumerate(names)]
+    return [replace(drop, name=f"{drop.name}-{count + 1}") if count else drop for drop, count in zip(drops, earlier, strict=True)]
 
 
 def _drop(

@@ -18,7 +18,7 @@ from estimator.merging.fitted import MergeSettings
 from estimator.merging.leaving_out import sets_again
 from estimator.merging.merge import Merged, merge
 from estimator.merging.prediction import largest_gap, predicted_views
-from estimator.merging.solid import Solid, solid_figures
+from estimator.merging.solid import Solid, solid_figures, ways_of_looking
 from estimator.merging.view_set import ViewSet, view_set
 from estimator.outlines.recording import view_outlines_of
 from estimator.outlines.result import EMPTY
@@ -163,7 +163,7 @@ def _checks(sets: Sequence[ViewSet], merging: tuple[Merged | None, MergeSettings
     (merged, settings), (particle, solid) = merging, found
     predicted = predicted_views(particle.outlines, particle.calibrated, particle.body.com_particle)
     gap = largest_gap(particle.calibrated)
-    count = len(particle.calibrated)
+    count = int(ways_of_looking(particle.calibrated, particle.body.com_particle).max()) + 1
     wanted = int(np.ceil(count * solid.excess / WANTED_EXCESS)) if np.isfinite(solid.volume_sigma_m3) else 2 * MINIMUM_VIEWS
     return {
         "views_predicted_from_the_others": None
@@ -184,7 +184,7 @@ def _few_views_words(checks: dict[str, Any], *, excess_known: bool) -> list[str]
     large = (
         f"The hull is larger than the body by more than {WANTED_EXCESS:.0%} of its volume: some {more} further views would do."
         if excess_known
-        else f"How much larger than the body the hull is can only be told from {2 * MINIMUM_VIEWS} views on, here by {more} more."
+        else f"How much larger than the body the hull is can only be told from {2 * MINIMUM_VIEWS} directions on, here by {more} more."
     )
     return [
         f"{large} No view looks within {checks['largest_gap_deg']:.0f} degrees of the direction ({x:.2f}, {y:.2f}, {z:.2f}), particle "

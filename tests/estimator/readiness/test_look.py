@@ -1,6 +1,7 @@
 """What is seen of a recording before any fit: odd steps, standing particles, masks, the fall, the promise."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -232,3 +233,20 @@ def test_a_bubble_as_bright_inside_as_its_background_has_no_level_of_its_own() -
     ring = np.where(np.abs(radius - 18) < 2, 900.0, 0.0).astype(np.float32)
     occupancy = plain_occupancy(Departure(ring, 5.0), radius < 20)
     assert np.all(np.isfinite(occupancy))
+
+
+def test_the_promise_has_the_stated_calibration_in_it(known: Known) -> None:
+    """A focal length along y known to a hundredth makes v and omega uncertain by as much, whatever outlines say."""
+    observation, particle = known
+    camera = observation.cameras[0]
+
+    def with_sigma(share: float) -> Observation:
+        off = np.zeros(9)
+        off[1] = share * camera.intrinsics.fy_px
+        return replace(observation, cameras=(replace(camera, lens_covariance=np.outer(off, off)),))
+
+    usual, sure, unsure = promised(observation, particle), promised(with_sigma(1e-9), particle), promised(with_sigma(0.01), particle)
+    np.testing.assert_allclose(sure.v_ms, usual.v_ms, rtol=1e-6)
+    assert np.all(unsure.v_ms[:2] > 1.3 * usual.v_ms[:2])
+    assert unsure.v_ms[2] > usual.v_ms[2]
+    assert np.all(unsure.omega_rads > 1.1 * usual.omega_rads)
