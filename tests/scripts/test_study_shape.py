@@ -43,6 +43,16 @@ def test_acceptance_of_real_outlines_holds() -> None:
     assert all(row.get("right", True) for row in DOCUMENT["real"].values())
 
 
+def test_acceptance_of_volumes_and_velocities_holds() -> None:
+    convex = [row for row in DOCUMENT["volumes"] if row["convexity"] >= study_shape_page.CONVEX]
+    assert max(abs(row["volume_error"]) for row in convex if row["views"] == 60) <= 0.02
+    assert max(row["inertia_ratio_error"] for row in convex if row["views"] == 60) <= 0.02
+    for what in ("volume", "inertia_ratio"):
+        assert np.mean([abs(row[f"{what}_error"]) <= 2.0 * row[f"{what}_sigma"] for row in convex]) >= 0.9
+    assert max(DOCUMENT["velocities"]["rms_merged_over_given"].values()) <= 1.3
+    assert all(row["identical"] for row in DOCUMENT["known"])
+
+
 def test_nothing_tells_how_the_particle_lay(made: Rendered) -> None:
     for drop, R in zip(made.drops, made.R, strict=True):
         np.testing.assert_allclose(drop.views[0].R_cam_particle, np.eye(3), atol=1e-12)
