@@ -13,14 +13,13 @@ from pathlib import Path
 from typing import Any
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
-from playwright.sync_api import sync_playwright
 
 from datasets.atomic_files import written_whole
 from datasets.errors import InputError
+from scripts.browser import tab
 from scripts.first_recording_files import NAME, draw_everything
 from scripts.tutorial import ROOT, Step, run_step
 from scripts.tutorial_page import shown
-from tumble.environment import find_chromium
 
 PAGE, IMAGES = ROOT / "docs/first_recording.md", ROOT / "docs/images/first_recording"
 RESULT = ROOT / "docs/results/first_recording.json"
@@ -77,7 +76,7 @@ def page_text(result: dict[str, Any]) -> str:
         ends=lambda key, first, last: shown({key: {**result[key], "printed": ends_of(result[key]["printed"], first, last)}}, key),
         seconds=lambda key: f"{result[key]['seconds']:.0f} s",
         commands=len(result),
-        minutes=f"{took / 60:.0f}",
+        minutes=f"{took / 60:.1f}",
         drops=DROPS,
         frames=FRAMES,
         placements=PLACEMENTS,
@@ -98,24 +97,18 @@ def take_pictures(work: Path) -> None:
     InputError
         Where there is no browser.
     """
-    chromium = find_chromium()
-    if chromium is None:
-        raise InputError("a browser is needed for the pictures: apt-get install chromium")
     IMAGES.mkdir(parents=True, exist_ok=True)
-    with sync_playwright() as driver:
-        browser = driver.chromium.launch(executable_path=str(chromium), args=["--no-sandbox"])
-        tab = browser.new_page(viewport={"width": WIDTH_PX, "height": 900}, color_scheme="light")
+    with tab(WIDTH_PX) as shown_in:
         for name, page, region, highest in PICTURES:
-            tab.goto((work / page).resolve().as_uri())
+            shown_in.goto((work / page).resolve().as_uri())
             if name == "report":
-                tab.evaluate(f"show({FRAME})")
-            tab.wait_for_timeout(300)
-            box = tab.locator(region).first.bounding_box()
+                shown_in.evaluate(f"show({FRAME})")
+            shown_in.wait_for_timeout(300)
+            box = shown_in.locator(region).first.bounding_box()
             if box is None:
                 raise InputError(f"{page}: expected {region} on it, got nothing")
             clip = {**box, "height": min(box["height"], highest)}
-            tab.screenshot(path=IMAGES / f"{name}.png", clip=clip, full_page=True)
-        browser.close()
+            shown_in.screenshot(path=IMAGES / f"{name}.png", clip=clip, full_page=True)
 
 
 def _write(path: Path, text: str) -> None:

@@ -6,10 +6,7 @@
 import sys
 from pathlib import Path
 
-from playwright.sync_api import sync_playwright
-
-from datasets.errors import InputError
-from tumble.environment import find_chromium
+from scripts.browser import tab
 
 WIDTH_PX, FRAME = 1180, 20
 REGION = ".columns"
@@ -23,18 +20,12 @@ def take(page: Path, target: Path) -> None:
     InputError
         Where there is no browser.
     """
-    chromium = find_chromium()
-    if chromium is None:
-        raise InputError("a browser is needed: apt-get install chromium")
-    with sync_playwright() as driver:
-        browser = driver.chromium.launch(executable_path=str(chromium), args=["--no-sandbox"])
-        tab = browser.new_page(viewport={"width": WIDTH_PX, "height": 900}, color_scheme="light")
-        tab.goto(page.resolve().as_uri())
-        tab.evaluate(f"show({FRAME})")
-        tab.wait_for_timeout(300)
-        target.parent.mkdir(parents=True, exist_ok=True)
-        tab.locator(REGION).screenshot(path=target)
-        browser.close()
+    target.parent.mkdir(parents=True, exist_ok=True)
+    with tab(WIDTH_PX) as shown_in:
+        shown_in.goto(page.resolve().as_uri())
+        shown_in.evaluate(f"show({FRAME})")
+        shown_in.wait_for_timeout(300)
+        shown_in.locator(REGION).screenshot(path=target)
 
 
 if __name__ == "__main__":

@@ -18,13 +18,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from playwright.sync_api import sync_playwright
-
 from datasets.atomic_files import written_whole
-from datasets.errors import InputError
+from scripts.browser import tab
 from scripts.tutorial_page import facts_of, page_text
 from tumble.cli.exit_codes import ALL_MEASURED, INCOMPLETE
-from tumble.environment import find_chromium
 
 ROOT = Path(__file__).parents[1]
 FILES = ROOT / "docs" / "tutorial_files"
@@ -171,21 +168,15 @@ def take_pictures(work: Path) -> None:
     InputError
         Where there is no browser.
     """
-    chromium = find_chromium()
-    if chromium is None:
-        raise InputError("a browser is needed for the pictures: apt-get install chromium")
     IMAGES.mkdir(parents=True, exist_ok=True)
-    with sync_playwright() as driver:
-        browser = driver.chromium.launch(executable_path=str(chromium), args=["--no-sandbox"])
-        tab = browser.new_page(viewport={"width": WIDTH_PX, "height": 900}, color_scheme="light")
+    with tab(WIDTH_PX) as shown_in:
         for name, folder, region, figures in PICTURES:
-            tab.goto((work / folder / "report.html").resolve().as_uri())
+            shown_in.goto((work / folder / "report.html").resolve().as_uri())
             if figures:
-                tab.evaluate(
+                shown_in.evaluate(
                     "([region, n]) => [...document.querySelector(region).children].slice(n).forEach(e => e.remove())", [region, figures]
                 )
-            tab.locator(region).first.screenshot(path=IMAGES / f"{name}.png")
-        browser.close()
+            shown_in.locator(region).first.screenshot(path=IMAGES / f"{name}.png")
 
 
 if __name__ == "__main__":

@@ -116,8 +116,8 @@ def _agreeing(one: ViewSet, ratio: float) -> tuple[ViewSet, tuple[LeftOut, ...]]
 
 def _of_a_group(sets: list[ViewSet], number: int, consensus: Consensus) -> str:
     """With which other sets one agrees that is not placed, in words; empty where with none."""
-    mates = [sets[n].name for group in consensus.others if number in group for n in group if n != number]
-    return f"; it agrees with {', '.join(mates)}: is that another particle?" if mates else ""
+    agreeing = [sets[n].name for group in consensus.others if number in group for n in group if n != number]
+    return f"; it agrees with {', '.join(agreeing)}: is that another particle?" if agreeing else ""
 
 
 def _agreed(sets: list[ViewSet], settings: MergeSettings, advance: Callable[[], None]) -> Consensus:
