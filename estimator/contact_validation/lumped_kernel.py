@@ -40,13 +40,14 @@ def _overlap(depth, deepest, share):  # type: ignore[no-untyped-def]
 def _rates(y, deepest, share, K, friction, stiffness, out):  # type: ignore[no-untyped-def]  # noqa: PLR0917
     """Derivatives of y = (u, δ, T)."""
     overlap = _overlap(y[3], deepest, share)
-    normal = overlap**1.5
-    size, limit = math.hypot(y[4], y[5]), friction * normal
-    cut = limit / size if size > limit else 1.0
+    root = math.sqrt(overlap)
+    normal = overlap * root
+    size2, limit = y[4] * y[4] + y[5] * y[5], friction * normal
+    cut = limit / math.sqrt(size2) if size2 > limit * limit else 1.0
     for i in range(3):
         out[i] = K[i, 0] * cut * y[4] + K[i, 1] * cut * y[5] + K[i, 2] * normal
     out[3] = -y[2]
-    S = 1.5 * stiffness * math.sqrt(overlap)
+    S = 1.5 * stiffness * root
     opening = y[2] / share / (2.0 * max(overlap, LEAST_OVERLAP)) if y[2] > 0.0 else 0.0
     for i in range(2):
         out[4 + i] = -S * y[i] - opening * cut * y[4 + i]
