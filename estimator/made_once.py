@@ -27,7 +27,7 @@ from estimator.geometry.visual_hull import HullMesh
 Array = NDArray[np.float64]
 MAKERS = (
     *("particle.py", "made_once.py", "fitting/pose_starts.py", "fitting/view_disagreement.py", "geometry"),
-    *("motion/rotation.py", "outlines"),
+    *("motion/rotation.py", "outlines", "robust_scale.py"),
 )
 VOCABULARY = "vocabulary"
 """The code whose text counts, of the estimator and of the datasets (cameras and outlines): what it makes may differ when it does."""
