@@ -12,6 +12,7 @@ hollows that it bridges and roughness, makes the true bias smaller: the predicti
 Valid for noise that is white along the outline. Blur is not described: it cuts corners beyond what the smoothing does.
 """
 
+import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -39,6 +40,14 @@ class Calibration:
 
     level: float
     slope: float
+
+
+@dataclass(frozen=True)
+class DrawnBias:
+    """Bias ``curves`` (k, 180) px of outlines' tangents, and the digest ``of`` the drawn noise that they are the mean over."""
+
+    curves: Float[NDArray[np.float64], "k 180"]
+    of: str
 
 
 @dataclass(frozen=True)
@@ -88,15 +97,38 @@ def bias_curves(
 
     ``samples`` (n,): how many points each outline was seen with, zero where there is none; ``pairs`` of draws for each.
     """
+    return bias_under(polygons, drawn_noise(polygons, noise_px, samples, pairs=pairs, rng=rng))
+
+
+def noise_streams(rng: np.random.Generator) -> tuple[np.random.Generator, np.random.Generator]:
+    """Where the noise of views and that of sightings is drawn from."""
+    for_views, for_sightings = rng.spawn(2)
+    return for_views, for_sightings
+
+
+def drawn_noise(polygons: Sequence[Array], noise_px: float, samples: Rows, *, pairs: int, rng: np.random.Generator) -> list[Array]:
+    """Noise (pairs, samples) px of the points of each outline; none where it has too few corners or was seen with too few points."""
+    seen = [int(n) if len(p) >= SMALLEST_POLYGON and n >= MINIMUM_POINTS else 0 for p, n in zip(polygons, samples, strict=True)]
+    return [noise_px * rng.standard_normal((pairs, count)) for count in seen]
+
+
+def bias_under(polygons: Sequence[Array], drawn: Sequence[Array]) -> Float[NDArray[np.float64], "n 180"]:
+    """Bias (px) of the tangents of outlines (v, 2) px whose points have the noise ``drawn``; zero where there is none."""
     outward = outward_directions()
     curves = np.zeros((len(polygons), DIRECTIONS))
-    for i, (points, count) in enumerate(zip(polygons, samples, strict=True)):
-        if len(points) < SMALLEST_POLYGON or count < MINIMUM_POINTS:
-            continue
-        drawn = noise_px * rng.standard_normal((pairs, int(count)))
-        closed = np.ascontiguousarray(np.concatenate([points, points[:1]]))
-        curves[i] = _mean_support(closed, drawn, WEIGHTS, outward) - (points @ outward.T).max(axis=0)
+    for i, (points, noise) in enumerate(zip(polygons, drawn, strict=True)):
+        if noise.size > 0:
+            closed = np.ascontiguousarray(np.concatenate([points, points[:1]]))
+            curves[i] = _mean_support(closed, noise, WEIGHTS, outward) - (points @ outward.T).max(axis=0)
     return curves
+
+
+def noise_digest(drawn: Sequence[Array]) -> str:
+    """SHA-256 of drawn noise."""
+    total = hashlib.sha256(repr([noise.shape for noise in drawn]).encode())
+    for noise in drawn:
+        total.update(np.ascontiguousarray(noise).tobytes())
+    return total.hexdigest()
 
 
 def seen_support(points: Array, noise_px: float, samples: int, outward: Array, *, pairs: int, seed: int) -> Array:
