@@ -84,31 +84,35 @@ def _told(valid: NDArray[np.bool_], variance: Array) -> NDArray[np.bool_]:
     return np.asarray(valid[..., None] & (variance < SURE_PX**2))
 
 
-@numba.njit(cache=True, inline="always")
+_part = numba.njit(cache=True, inline="always", error_model="numpy")
+"""Compiled into the function that calls it: views of small arrays that are handed on take longer than what is done with them."""
+
+
+@_part
 def _cross(a, b, out):  # type: ignore[no-untyped-def]
     out[0] = a[1] * b[2] - a[2] * b[1]
     out[1] = a[2] * b[0] - a[0] * b[2]
     out[2] = a[0] * b[1] - a[1] * b[0]
 
 
-@numba.njit(cache=True, inline="always")
+@_part
 def _dot(a, b):  # type: ignore[no-untyped-def]
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-@numba.njit(cache=True, inline="always")
+@_part
 def _rotate(R, a, out):  # type: ignore[no-untyped-def]
     for i in range(3):
         out[i] = R[i, 0] * a[0] + R[i, 1] * a[1] + R[i, 2] * a[2]
 
 
-@numba.njit(cache=True, inline="always")
+@_part
 def _rotate_back(R, a, out):  # type: ignore[no-untyped-def]
     for i in range(3):
         out[i] = R[0, i] * a[0] + R[1, i] * a[1] + R[2, i] * a[2]
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def _extremes(xy, e1, e2):  # type: ignore[no-untyped-def]
     """Vertices of largest and smallest pencil angle; (-1, -1) where a ray is 90° or more from the reference ``e1``."""
     upper, lower = -1, -1
@@ -125,7 +129,7 @@ def _extremes(xy, e1, e2):  # type: ignore[no-untyped-def]
     return upper, lower
 
 
-@numba.njit(cache=True)
+@_part
 def _line_distance(n, x, y, focal, q):  # type: ignore[no-untyped-def]
     """Distance (px) of the pixel of ray (x, y, 1) from the image of the plane with normal ``n``; ``q`` gets its gradient in ``n``."""
     a, b = n[0] / focal[0], n[1] / focal[1]
@@ -137,7 +141,7 @@ def _line_distance(n, x, y, focal, q):  # type: ignore[no-untyped-def]
     return s / g
 
 
-@numba.njit(cache=True)
+@_part
 def _unit_in_picture(n, focal, outward, direction):  # type: ignore[no-untyped-def]
     """Unit normal, in pixels and outwards from the silhouette, of the image of the plane with normal ``n``."""
     a, b = n[0] / focal[0], n[1] / focal[1]
@@ -145,14 +149,14 @@ def _unit_in_picture(n, focal, outward, direction):  # type: ignore[no-untyped-d
     direction[0], direction[1] = a * g, b * g
 
 
-@numba.njit(cache=True)
+@_part
 def _pencil_scale(n, baseline_length, focal):  # type: ignore[no-untyped-def]
     """Pixels that a tangency point moves per radian of pencil angle; ``n`` is baseline x ray in that camera's axes."""
     a, b = n[0] / focal[0], n[1] / focal[1]
     return _dot(n, n) / (baseline_length * np.sqrt(a * a + b * b))
 
 
-@numba.njit(cache=True)
+@_part
 def _baseline(poses, pivot, b, arm, centre):  # type: ignore[no-untyped-def]
     """Baseline ``b``, the pivot (``arm[1]``) and the arm from it to the second camera (``arm[0]``), all in the first's axes."""
     (R_a, t_a), (R_b, t_b) = poses
@@ -168,7 +172,7 @@ def _baseline(poses, pivot, b, arm, centre):  # type: ignore[no-untyped-def]
     return np.sqrt(_dot(b, b))
 
 
-@numba.njit(cache=True)
+@_part
 def _pencil_axes(b, length, pivot, axes):  # type: ignore[no-untyped-def]
     """Unit axes across the baseline ``b``: ``axes[0]`` towards the pivot, then b x axes[0]; False for a pivot on the baseline."""
     along = _dot(pivot, b) / (length * length)
@@ -185,14 +189,14 @@ def _pencil_axes(b, length, pivot, axes):  # type: ignore[no-untyped-def]
     return True
 
 
-@numba.njit(cache=True)
+@_part
 def _second_axes(R_a, R_b, a, out, tmp):  # type: ignore[no-untyped-def]
     """A direction ``a`` in the first camera's axes, in the second's."""
     _rotate_back(R_a, a, tmp)
     _rotate(R_b, tmp, out)
 
 
-@numba.njit(cache=True)
+@_part
 def _first_error(geometry, rays, outward, row, direction):  # type: ignore[no-untyped-def]
     """The first's tangency point against the plane through the second's tangency ray ``w``; fills the pose columns of ``row``."""
     _R_a, _R_b, b, arm, focal, _focal_b, work = geometry
@@ -212,7 +216,7 @@ def _first_error(geometry, rays, outward, row, direction):  # type: ignore[no-un
     return error
 
 
-@numba.njit(cache=True)
+@_part
 def _second_error(geometry, rays, outward, row, direction):  # type: ignore[no-untyped-def]
     """The second's tangency point against the plane through the first's tangency ray; fills the pose columns of ``row``."""
     R_a, R_b, b, arm, _focal_a, focal, work = geometry
@@ -233,7 +237,7 @@ def _second_error(geometry, rays, outward, row, direction):  # type: ignore[no-u
     return error
 
 
-@numba.njit(cache=True)
+@_part
 def _scale_ratio(geometry, rays, length):  # type: ignore[no-untyped-def]
     """Pixels per radian of pencil angle in the first picture over those in the second."""
     R_a, R_b, b, _arm, focal_a, focal_b, work = geometry
@@ -246,7 +250,7 @@ def _scale_ratio(geometry, rays, length):  # type: ignore[no-untyped-def]
     return scale_a / _pencil_scale(turned, length, focal_b)
 
 
-@numba.njit(cache=True)
+@_part
 def _pair(poses, pivot, hulls, out, work):  # type: ignore[no-untyped-def]
     """Fill the errors, variances, Jacobian and tangency numbers of one pair; False where there is no tangent plane."""
     (R_a, _t_a), (R_b, _t_b) = poses
@@ -282,7 +286,7 @@ def _pair(poses, pivot, hulls, out, work):  # type: ignore[no-untyped-def]
     return True
 
 
-@numba.njit(cache=True)
+@_part
 def _turn_columns(jacobian, R):  # type: ignore[no-untyped-def]
     """Express the pose columns, given along camera axes, along the axes that ``R`` maps to camera axes."""
     row = np.empty(3)
@@ -292,7 +296,7 @@ def _turn_columns(jacobian, R):  # type: ignore[no-untyped-def]
             jacobian[m, block : block + 3] = row
 
 
-@numba.njit(cache=True)
+@_part
 def _accumulate(pair, huber, normal, gradient):  # type: ignore[no-untyped-def]
     """Add one pair's whitened outer products; returns its (Huber) cost. Each of the four errors counts half."""
     error, variance, jacobian, weight = pair
@@ -315,7 +319,7 @@ def _accumulate(pair, huber, normal, gradient):  # type: ignore[no-untyped-def]
     return cost
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def _kernel(first, second, weight, settings, arrays):  # type: ignore[no-untyped-def]
     R_a, t_a, axes, xy_a, sigma_a, focal_a, offsets_a = first
     R_b, t_b, xy_b, sigma_b, focal_b, offsets_b = second
