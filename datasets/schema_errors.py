@@ -12,6 +12,8 @@ from jsonschema import Draft202012Validator, TypeChecker, validators
 from jsonschema.exceptions import ValidationError
 
 _LONGEST = 60
+_OF_NO_NUMBER = {"type", "pattern", "description"}
+"""Keywords that restrict no number but by its type."""
 
 
 @cache
@@ -28,6 +30,24 @@ def _pattern(_validator: Any, pattern: str, instance: Any, _schema: Any) -> Iter
         yield ValidationError(f"does not match {pattern}")
 
 
+def _items(validator: Any, items: Any, instance: Any, whole: Any) -> Iterator[ValidationError]:
+    """JSON Schema's ``items``; of numbers that nothing but their type restricts, none is looked at twice."""
+    restricted = not isinstance(items, dict) or not items.keys() <= _OF_NO_NUMBER or "number" not in items.get("type", ())
+    if restricted or not isinstance(instance, list) or any(type(each) not in (int, float) for each in instance):
+        yield from Draft202012Validator.VALIDATORS["items"](validator, items, instance, whole)
+
+
+def _inlined(part: Any, definitions: dict[str, Any]) -> Any:
+    """A part of a schema with the definitions of plain values in the places of references to them."""
+    if isinstance(part, list):
+        return [_inlined(each, definitions) for each in part]
+    if not isinstance(part, dict):
+        return part
+    meant = definitions.get(str(part.get("$ref", "")).removeprefix("#/$defs/")) if len(part) == 1 else None
+    plain = meant is not None and meant.keys() <= _OF_NO_NUMBER
+    return meant if plain else {key: _inlined(each, definitions) for key, each in part.items()}
+
+
 def _is_integer(_checker: TypeChecker, instance: Any) -> bool:
     """Integers written as such; ``640.0`` is none, since sizes and numbers of pictures are used as they come."""
     return isinstance(instance, int) and not isinstance(instance, bool)
@@ -35,13 +55,15 @@ def _is_integer(_checker: TypeChecker, instance: Any) -> bool:
 
 _extend: Any = validators.extend
 _Validator = _extend(
-    Draft202012Validator, {"pattern": _pattern}, type_checker=Draft202012Validator.TYPE_CHECKER.redefine("integer", _is_integer)
+    Draft202012Validator,
+    {"pattern": _pattern, "items": _items},
+    type_checker=Draft202012Validator.TYPE_CHECKER.redefine("integer", _is_integer),
 )
 
 
 @cache
 def _validator(kind: str) -> Any:
-    return _Validator(schema(kind))
+    return _Validator(_inlined(schema(kind), schema(kind).get("$defs", {})))
 
 
 def first_violation(document: Any, kind: str) -> str | None:

@@ -26,7 +26,8 @@ class Configuration:
     deviation of the high-speed camera's focal length; 0 means that it is known, otherwise it is measured with the flight, from the camera's
     as a start. ``minimum_frames``: fewer usable frames give no measurement. ``keep_out_of_plate``: 1 requires that the
     particle does not reach into the plate it falls on; ``estimate_plate``: 1 measures the plate's plane with the flight, from what is
-    stated of it or from the impacts alone. ``seed`` feeds the drawn starts and the drawn noise of the views' likeness.
+    stated of it or from the impacts alone. ``surface_fit``: 1 fits a free flight once more, to all outline samples with the surface as
+    an unknown (decision 53; for bodies without sharp edges). ``seed`` feeds the drawn starts and the drawn noise of the views' likeness.
     """
 
     hull_resolution: int = 64
@@ -52,10 +53,11 @@ class Configuration:
     foreign_view_ratio: float = 4.0
     keep_out_of_plate: int = 0
     estimate_plate: int = 0
+    surface_fit: int = 0
     seed: int = 0
 
 
-SWITCHES = ("keep_out_of_plate", "estimate_plate")
+SWITCHES = ("keep_out_of_plate", "estimate_plate", "surface_fit")
 """Settings that are 0 or 1."""
 
 

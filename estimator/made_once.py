@@ -1,4 +1,6 @@
-"""What is made of a particle's views once and is the same for every recording of it: hull, starts, hollows, what the hull casts.
+"""What is made of a particle's views once and is the same for every recording of it.
+
+Their silhouettes, the hull and its mass properties, starts, hollows, what the hull casts in the views and how that is biased there.
 
 It is kept as arrays under the digest of what it was made from: outlines, views, the settings that matter and the code. Arrays are kept to
 the last bit, so an estimate is the same whether they were there or were made on the way. What depends on a recording (the views in its
@@ -19,15 +21,18 @@ from numpy.typing import NDArray
 
 from datasets.errors import InputError
 from datasets.observation import CalibratedView
+from datasets.vocabulary.body import Body
 from datasets.vocabulary.outline import Outline
 from estimator.configuration import Configuration
 from estimator.fitting.pose_starts import StartCatalogue
+from estimator.geometry.outline_bias import DrawnBias
+from estimator.geometry.silhouettes import Silhouettes
 from estimator.geometry.visual_hull import HullMesh
 
 Array = NDArray[np.float64]
 MAKERS = (
     *("particle.py", "made_once.py", "fitting/pose_starts.py", "fitting/view_disagreement.py", "geometry"),
-    *("motion/rotation.py", "outlines"),
+    *("motion/rotation.py", "outlines", "robust_scale.py"),
 )
 VOCABULARY = "vocabulary"
 """The code whose text counts, of the estimator and of the datasets (cameras and outlines): what it makes may differ when it does."""
@@ -47,6 +52,10 @@ class MadeOnce:
     exact_hull: HullMesh | None = None
     convex_vertices: Array | None = None
     cast_in_views: tuple[Array, ...] = ()
+    silhouettes: Silhouettes | None = None
+    body: Body | None = None
+    largest_moment_per_mass: float | None = None
+    view_bias: DrawnBias | None = None
 
 
 NOTHING_MADE = MadeOnce()
@@ -96,6 +105,12 @@ def arrays_of(made: MadeOnce) -> dict[str, NDArray[np.generic]]:
         arrays |= {f"catalogue_{name}": value for name, value in vars(made.catalogue).items()}
     if made.convex_vertices is not None:
         arrays["convex_vertices"] = made.convex_vertices
+    for name, record in (("silhouettes", made.silhouettes), ("body", made.body)):
+        arrays |= {} if record is None else {f"{name}_{part}": value for part, value in vars(record).items()}
+    if made.largest_moment_per_mass is not None:
+        arrays["largest_moment_per_mass"] = np.array([made.largest_moment_per_mass])
+    if made.view_bias is not None:
+        arrays |= {"view_bias": made.view_bias.curves, "view_bias_of": np.frombuffer(bytes.fromhex(made.view_bias.of), np.uint8)}
     lengths = [len(outline) for outline in made.cast_in_views]
     arrays["cast_points"] = np.concatenate([np.zeros((0, 2)), *made.cast_in_views])
     arrays["cast_offsets"] = np.concatenate([[0], np.cumsum(lengths)]).astype(np.int64)
@@ -118,7 +133,18 @@ def made_of_arrays(arrays: Mapping[str, NDArray[np.generic]], where: str) -> Mad
         offsets = arrays["cast_offsets"].astype(np.int64)
         cast = tuple(np.split(_floats(arrays["cast_points"]), offsets[1:-1]))
         convex = _floats(arrays["convex_vertices"]) if "convex_vertices" in arrays else None
-        return MadeOnce(hull, catalogue, float(arrays["hollow"][0]), exact, convex, cast)
+        return MadeOnce(
+            hull=hull,
+            catalogue=catalogue,
+            hollow=float(arrays["hollow"][0]),
+            exact_hull=exact,
+            convex_vertices=convex,
+            cast_in_views=cast,
+            silhouettes=_silhouettes(arrays),
+            body=_body(arrays),
+            largest_moment_per_mass=float(arrays["largest_moment_per_mass"][0]) if "largest_moment_per_mass" in arrays else None,
+            view_bias=_view_bias(arrays),
+        )
     except (KeyError, IndexError, ValueError) as error:
         raise InputError(f"{where}: expected the arrays that tumble shape makes, got others ({error}).") from None
 
@@ -130,6 +156,30 @@ def _mesh(arrays: Mapping[str, NDArray[np.generic]], name: str) -> HullMesh | No
     if faces.size and not 0 <= int(faces.min()) <= int(faces.max()) < len(vertices):
         raise ValueError(f"{name}: faces name vertices that are not there")
     return HullMesh(vertices, faces)
+
+
+def _silhouettes(arrays: Mapping[str, NDArray[np.generic]]) -> Silhouettes | None:
+    if "silhouettes_offsets" not in arrays:
+        return None
+    kept: dict[str, Any] = {name: arrays[f"silhouettes_{name}"] for name in Silhouettes.__dataclass_fields__}
+    kept = {name: values.astype(np.int64) if name in ("offsets", "samples") else _floats(values) for name, values in kept.items()}
+    found = Silhouettes(**kept)
+    counts = np.diff(found.offsets)
+    if found.offsets[0] != 0 or counts.min(initial=0) < 0 or {len(found.xy), len(found.sigma_px)} != {int(found.offsets[-1])}:
+        raise ValueError("silhouettes: offsets that are not theirs")
+    return found
+
+
+def _body(arrays: Mapping[str, NDArray[np.generic]]) -> Body | None:
+    if "body_com_particle" not in arrays:
+        return None
+    return Body(**{name: _floats(arrays[f"body_{name.lower()}"]) for name in Body.__dataclass_fields__})
+
+
+def _view_bias(arrays: Mapping[str, NDArray[np.generic]]) -> DrawnBias | None:
+    if "view_bias" not in arrays:
+        return None
+    return DrawnBias(_floats(arrays["view_bias"]), arrays["view_bias_of"].astype(np.uint8).tobytes().hex())
 
 
 def _floats(values: NDArray[np.generic]) -> Array:

@@ -4,7 +4,7 @@ Which of them belong together, the visual hull they carve, the body that fills i
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
 import numpy as np
@@ -23,6 +23,7 @@ from estimator.geometry.epipolar_tangency import PoseSet, tangency_errors
 from estimator.geometry.exact_hull import exact_hull
 from estimator.geometry.hollows import hollow_beyond_noise
 from estimator.geometry.mass_properties import body_of, largest_moment_per_mass
+from estimator.geometry.outline_bias import DrawnBias, bias_under, drawn_noise, noise_digest, noise_streams
 from estimator.geometry.silhouettes import Silhouettes, like_silhouettes, silhouettes
 from estimator.geometry.tangent_hull import Likeness
 from estimator.geometry.tangent_polytope import tangent_polytope
@@ -85,7 +86,8 @@ class Particle:
     """The particle as the views show it: hull, body, start catalogue, the views in use and how they agree.
 
     ``seen``: the views' outlines, with the noise that the views show among themselves where that is more than the outlines'.
-    ``fault``: what is likely wrong with views that disagree, in a sentence. ``made``: what a particle file keeps, not made again.
+    ``fault``: what is likely wrong with views that disagree, in a sentence. ``made``: what a particle file keeps, not made again, and in
+    any case the views' silhouettes.
     """
 
     outlines: tuple[Outline, ...]
@@ -167,11 +169,22 @@ class Particle:
             return tuple(cast_convex(self.convex_vertices, *view) for view in views)
         return tuple(cast_outline(self.casting_mesh, *view, finer=FINER_IN_VIEWS) for view in views)
 
-    @property
-    def once(self) -> MadeOnce:
+    def bias_of_views(self, *, pairs: int, rng: np.random.Generator) -> DrawnBias:
+        """Bias of the tangents of the views as they were seen, over ``pairs`` of draws; not made again where kept for the same draws."""
+        cast = self.cast_in_views
+        drawn = drawn_noise(cast, float(np.median(self.seen.noise_px)), self.seen.samples, pairs=pairs, rng=rng)
+        kept, of = self.made.view_bias, noise_digest(drawn)
+        return kept if kept is not None and kept.of == of else DrawnBias(bias_under(cast, drawn), of)
+
+    def once(self, configuration: Configuration) -> MadeOnce:
         """All that recordings of this particle share, made here where it is not there yet."""
         exact = self.has_exact_hull
+        for_views, _ = noise_streams(np.random.default_rng(configuration.seed))
         return MadeOnce(
+            silhouettes=self.made.silhouettes,
+            body=self.body,
+            largest_moment_per_mass=self.largest_moment_per_mass,
+            view_bias=self.bias_of_views(pairs=configuration.bias_pairs, rng=for_views),
             hull=self.hull,
             catalogue=self.catalogue,
             hollow=self.hollow,
@@ -185,9 +198,11 @@ class Particle:
         """Whether the casting hull is an exact one."""
         return self.casting_hull is not self.hull
 
-    @property
+    @cached_property
     def largest_moment_per_mass(self) -> float:
         """Largest principal moment over mass (m²) of the uniform hull."""
+        if self.made.largest_moment_per_mass is not None:
+            return self.made.largest_moment_per_mass
         return largest_moment_per_mass(self.hull)
 
     @property
@@ -221,7 +236,8 @@ def particle_of(
             f"calibrated views: expected at least {MINIMUM_VIEWS} with a usable outline, got {len(present)} of {len(outlines)}"
         )
     outlines, views = [outlines[i] for i in present], [views[i] for i in present]
-    seen = silhouettes(outlines, [v.intrinsics for v in views])
+    seen = made.silhouettes or silhouettes(outlines, [v.intrinsics for v in views])
+    made = replace(made, silhouettes=seen)
     agreement = view_agreement(seen, view_poses(views), bounding_ball(outlines, views)[0], configuration.foreign_view_ratio)
     report = ViewReport(*agreement, np.array(present, dtype=np.int64), absent)
     kept = np.flatnonzero(~report.foreign).tolist()
@@ -232,7 +248,7 @@ def particle_of(
     every = outlines, views
     outlines, views, seen = [outlines[i] for i in kept], [views[i] for i in kept], seen.take(kept)
     hull = made.hull or visual_hull(outlines, views, resolution=configuration.hull_resolution)
-    body = body_of(hull)
+    body = made.body or body_of(hull)
     among = disagreement(seen, view_poses(views), body.com_particle)
     return Particle(
         outlines=tuple(outlines),

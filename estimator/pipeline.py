@@ -39,6 +39,7 @@ from estimator.particle import Particle, particle_of, views_like
 from estimator.predicted_bias import with_predicted_bias
 from estimator.reporting import converged_estimate, empty_estimate
 from estimator.rival_flights import Standing, few_views, other_side, standing
+from estimator.surface.joint import joint_fit
 
 Array = NDArray[np.float64]
 LOST_RMS_PX = 1.0
@@ -103,6 +104,8 @@ def check_focal_prior(observation: Observation, configuration: Configuration) ->
             f"{observation.name}: expected one high-speed camera where its focal length is to be measured (focal_prior > 0), "
             f"got {len(observation.cameras)}"
         )
+    if configuration.focal_prior > 0.0 and configuration.surface_fit:
+        raise InputError(f"{observation.name}: expected focal_prior = 0 where surface_fit = 1, got {configuration.focal_prior:g}")
 
 
 def estimate_free_flight(
@@ -137,6 +140,8 @@ def _estimated(observation: Observation, tracks: tuple[OutlineTrack, ...], parti
     flight = contest.flights[0].state
     biased = biased_task(observation, task, particle, flight, configuration, pictures=pictures)
     refined, focal = refined_flight(biased, flight, configuration)
+    if configuration.surface_fit:
+        refined = on_all_samples(refined, task, particle, configuration)
     status, message = judge(_without_the_same(biased, contest, refined, configuration), refined)
     tested = misfit(with_clear_angles(biased, flight), refined, refinement_settings(configuration)) if focal is None else None
     outcome = (status, message, tested)
@@ -195,6 +200,14 @@ def refined_flight(task: FitTask, flight: Flight, configuration: Configuration) 
         return refine_flight(task, flight, settings), None
     focal = refine_with_focal(task, flight, settings, FocalPrior(configuration.focal_prior))
     return focal.refined, focal
+
+
+def on_all_samples(refined: Refined, task: FitTask, particle: Particle, configuration: Configuration) -> Refined:
+    """The flight fitted once more, to every outline sample and with the surface as an unknown."""
+    joint = joint_fit(particle, task.sightings, refined.flight, task.prior, huber=configuration.huber, seed=configuration.seed)
+    predicted = poses(joint.flight, np.zeros((1, N_PARAMETERS)), task.sightings.times_s)
+    settled = refined.settled and joint.settled
+    return replace(refined, flight=joint.flight, covariance=joint.covariance, predicted=predicted, settled=settled)
 
 
 def calibration_of(task: FitTask, observation: Observation, flight: Flight, configuration: Configuration) -> CalibrationShare | None:

@@ -22,7 +22,16 @@ from estimator.fitting.model_errors import cast_outlines
 from estimator.fitting.pose_refinement import Views
 from estimator.fitting.trajectory import FitTask, particle_poses
 from estimator.geometry.cast_outline import cast_convex
-from estimator.geometry.outline_bias import DIRECTIONS, Calibration, OutlineBias, Rows, bias_curves, outward_directions, supports
+from estimator.geometry.outline_bias import (
+    DIRECTIONS,
+    Calibration,
+    OutlineBias,
+    Rows,
+    bias_curves,
+    noise_streams,
+    outward_directions,
+    supports,
+)
 from estimator.geometry.silhouettes import Silhouettes
 from estimator.motion.flight import N_PARAMETERS, Flight, FlightPoses, poses
 from estimator.outlines.pictured import Pictures, pictured_supports
@@ -65,7 +74,7 @@ def with_bias_at(
     if pairs == 0 or spacing.min() <= 1.0:
         return task
     noise = float(np.median(first.noise_px[first.samples > 0]))
-    for_views, for_sightings = rng.spawn(2)
+    for_views, for_sightings = noise_streams(rng)
     of_views = known or _of_views(task, particle, spacing, (noise, pictures), pairs=pairs, rng=for_views)
     there = _cast_in_sightings(task, particle, *motion) if cast_there is None else cast_there
     own = _curves(there, (noise, pictures), first.samples, pairs=pairs, rng=for_sightings)
@@ -90,7 +99,7 @@ def _curves(polygons: Sequence[Array], seeing: Seeing, samples: Rows, *, pairs: 
 def _of_views(task: FitTask, particle: Particle, spacing: Array, seeing: Seeing, *, pairs: int, rng: np.random.Generator) -> OutlineBias:
     """The views' bias and what it says of predictions, without any sightings."""
     cast = particle.cast_in_views
-    view = bias_curves(cast, float(np.median(particle.seen.noise_px)), particle.seen.samples, pairs=pairs, rng=rng)
+    view = particle.bias_of_views(pairs=pairs, rng=rng).curves
     coarse = np.maximum(np.round(particle.seen.samples / spacing), 1).astype(np.int64)
     typical = None if seeing[1] is None else seeing[1].typical(len(cast))
     shrunk = [p / s for p, s in zip(cast, spacing, strict=True)]

@@ -164,7 +164,7 @@ def run_case(case: Case, seed: int, keys: Sequence[str]) -> dict[str, Any]:
     told["group"] = {true, case.rival} <= set(found.group)
     if not told["group"] or told["left_out"]:
         return told
-    (separation,) = separations(now, at.fit, [f.test for f in found.findings], (true, case.rival))
+    (separation,) = separations(now, at.fit, [f.test for f in found.findings], [(true, case.rival)])[0]
     told["predicted"] = separation.now.difference
     for prospect in (p for p in separation.prospects if p.key in keys):
         names = [o.name for o in [*base, *more[prospect.key][: prospect.drops]]]

@@ -19,7 +19,6 @@ from estimator.diagnosis.diagnose import ALPHA, Diagnosis, diagnose, diagnosis_a
 from estimator.diagnosis.explain import Explanation, explain
 from estimator.diagnosis.noise_floor import NoiseFloor, noise_floor
 from estimator.diagnosis.residual_maps import residual_maps, shown
-from estimator.diagnosis.score_tests import ScoreTest
 from estimator.diagnosis.selection.names import possible_names
 from estimator.diagnosis.selection.testing import tests_beside
 from estimator.diagnosis.separation import Separation, separations
@@ -169,7 +168,8 @@ def diagnosed(question: Question, campaign: Prepared, out: Path, told: Told) -> 
     found = diagnose(campaign.registered.campaign, fit, question.candidates)
     told("evidence")
     verdict = verdict_of(found)
-    apart = _apart(campaign, fit, [f.test for f in found.findings], found.group) if verdict.kind == "found" else ()
+    tests, group = [f.test for f in found.findings], [found.group]
+    apart = separations(campaign.registered, fit, tests, group)[0] if verdict.kind == "found" else ()
     verdict = replace(verdict, remarks=(*verdict.remarks, *settling(found.group)))
     verdict = advised(verdict, apart, question.command("diagnose", ()))
     left = found.unknown if verdict.kind == "unknown" else None
@@ -191,22 +191,14 @@ def _sure(found: Diagnosis) -> tuple[float, float]:
     return (min(found.p, 0.5 * ALPHA) if found.missing else max(found.p, ALPHA)), ALPHA
 
 
-def _apart(campaign: Prepared, fit: CampaignFit, tests: Sequence[ScoreTest], group: Sequence[str]) -> tuple[Separation, ...]:
-    """What would tell the members of a group apart."""
-    return separations(campaign.registered, fit, tests, group)
-
-
 def _step_entries(explanation: Explanation, campaign: Prepared) -> tuple[list[Document], list[Separation]]:
     """The steps, and what would separate the groups of the effects that were found."""
-    entries: list[Document] = []
-    told: list[Separation] = []
     begun = explanation.begun
     tests = tests_beside(begun.trial.evidence.of)
-    for step in explanation.steps:
-        apart = _apart(campaign.at(begun.campaign), begun.fit, tests, step.group)
-        entries.append(step_entry(step, campaign.names, apart))
-        told += apart
-    return entries, told
+    at = campaign.at(begun.campaign).registered
+    apart = separations(at, begun.fit, tests, [step.group for step in explanation.steps])
+    entries = [step_entry(step, campaign.names, each) for step, each in zip(explanation.steps, apart, strict=True)]
+    return entries, [separation for each in apart for separation in each]
 
 
 def explained(question: Question, campaign: Prepared, out: Path, told: Told) -> Document:

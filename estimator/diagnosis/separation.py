@@ -103,19 +103,20 @@ class Separation:
 
 
 def separations(
-    registered: Registered, fit: CampaignFit, tests: Sequence[ScoreTest], group: Sequence[str], *, margin: float = MARGIN
-) -> tuple[Separation, ...]:
-    """How to tell the first effect of ``group`` from each of the others; ``tests`` are of ``fit``, those of the whole catalogue.
+    registered: Registered, fit: CampaignFit, tests: Sequence[ScoreTest], groups: Sequence[Sequence[str]], *, margin: float = MARGIN
+) -> list[tuple[Separation, ...]]:
+    """How to tell the first effect of each of the ``groups`` from the others of its own.
 
-    Effects drawn anew in every frame have no signature to compare; pairs with them are left out.
+    ``tests`` are of ``fit``, those of the whole catalogue. Effects drawn anew in every frame have no signature to compare; pairs with them
+    are left out.
     """
     plain = [t for t in tests if not t.random and t.columns]
     known = {t.effect.entry.key for t in plain}
-    pairs = [(group[0], rival) for rival in [r for r in group[1:] if {group[0], r} <= known][:MOST_RIVALS]]
+    of_groups = [[(group[0], rival) for rival in [r for r in group[1:] if {group[0], r} <= known][:MOST_RIVALS]] for group in groups]
+    pairs = list(dict.fromkeys(pair for of_group in of_groups for pair in of_group))
     if not pairs:
-        return ()
+        return [() for _ in groups]
     present = _present(registered, fit, plain, margin)
-    now = {pair: present.expected(present.scores, pair) for pair in pairs}
     found: dict[Pair, list[Prospect]] = {pair: [] for pair in pairs}
     recordings = [r for r in RECORDINGS if present.like.camera is not None or not r.pictures]
     prospects = [*each_of(lambda r: _of_recording(present, r, pairs), recordings), _of_views(present, registered.particles, pairs)]
@@ -123,7 +124,8 @@ def separations(
         found[pair].append(prospect)
     for pair in pairs:
         found[pair] += [p for m in MEASUREMENTS if (p := _of_measurement(present, m, pair)) is not None]
-    return tuple(Separation(pair, margin, now[pair], tuple(sorted(found[pair], key=_order))) for pair in pairs)
+    told = {p: Separation(p, margin, present.expected(present.scores, p), tuple(sorted(found[p], key=_order))) for p in pairs}
+    return [tuple(told[pair] for pair in of_group) for of_group in of_groups]
 
 
 def _order(prospect: Prospect) -> tuple[int, float]:

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar, Self
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -92,26 +93,37 @@ class Moving:
 
     def arms(self, normals_body: Array) -> Array:
         """From the centre to the points (n, ..., 3) m of the outline whose outward normals are ``normals_body`` (n, ..., 3)."""
-        return np.einsum("nij,n...j->n...i", self.R_cam_body, self.furthest(normals_body))
+        found = self.furthest(normals_body)
+        return np.asarray((found.reshape(len(found), -1, 3) @ self.R_cam_body.transpose(0, 2, 1)).reshape(found.shape))
 
     def arms_towards(self, u: Array) -> Array:
         """From the centre to the points (n, a, 3) m of the outline that lie furthest along directions ``u`` (a, 2) in the picture."""
-        return self.arms(np.einsum("nji,aj->nai", self.R_cam_body[:, :2], u))
-
-    def velocity(self, arms: Array) -> Array:
-        """Velocity (n, ..., 3) m/s of the body's points at the ends of ``arms`` (n, ..., 3)."""
-        return np.asarray(_along(self.v_cam, arms) + np.cross(_along(self.omega_cam, arms), arms))
+        return self.arms(u @ self.R_cam_body[:, :2])
 
     def velocity_px(self, arms: Array, focal_px: Array) -> Array:
-        """Their velocity (n, ..., 2) px/s in the picture of a camera with focal lengths ``focal_px`` (n, 2) or (2,)."""
-        velocity, place = self.velocity(arms), _along(self.centre_cam, arms) + arms
-        focal = _along(focal_px, arms) if focal_px.ndim > 1 else focal_px
-        return np.asarray(focal * (velocity[..., :2] - place[..., :2] / place[..., 2:] * velocity[..., 2:]) / place[..., 2:])
+        """Velocity (n, ..., 2) px/s of the body's points at the ends of ``arms`` (n, ..., 3) in the picture.
+
+        ``focal_px`` (n, 2) or (2,): the camera's focal lengths.
+        """
+        n = len(arms)
+        flat = np.ascontiguousarray(arms).reshape(n, -1, 3)
+        found = _velocities_px(flat, self.centre_cam, self.v_cam, self.omega_cam, np.ascontiguousarray(np.broadcast_to(focal_px, (n, 2))))
+        return np.asarray(found.reshape(*arms.shape[:-1], 2))
 
 
-def _along(values: Array, arms: Array) -> Array:
-    """Values (n, c) of sightings beside ``arms`` (n, ..., 3)."""
-    return values.reshape(len(values), *[1] * (arms.ndim - 2), -1)
+@numba.njit(cache=True, error_model="numpy")
+def _velocities_px(arms, centre, v, omega, focal):  # type: ignore[no-untyped-def]
+    """``v + omega x arm`` (n, m, 2) px/s in the picture, of the ends of ``arms`` (n, m, 3) m from ``centre`` (n, 3) m."""
+    found = np.empty((*arms.shape[:2], 2))
+    for i in range(len(arms)):
+        wx, wy, wz = omega[i]
+        for j in range(arms.shape[1]):
+            x, y, z = arms[i, j]
+            vx, vy, vz = v[i, 0] + (wy * z - wz * y), v[i, 1] + (wz * x - wx * z), v[i, 2] + (wx * y - wy * x)
+            depth = centre[i, 2] + z
+            found[i, j, 0] = focal[i, 0] * (vx - (centre[i, 0] + x) / depth * vz) / depth
+            found[i, j, 1] = focal[i, 1] * (vy - (centre[i, 1] + y) / depth * vz) / depth
+    return found
 
 
 @dataclass(frozen=True, eq=False)

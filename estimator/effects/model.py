@@ -179,6 +179,8 @@ class ModelForces:
 
     def _air(self) -> Array | None:
         """Velocity of the air (m, 3); ``None`` where it is still."""
+        if not self._acting["air"]:
+            return None
         winds = [effect.air(self.theta[:, part]) for effect, part in self._acting["air"]]
         moving = [wind for wind in winds if wind is not None]
         return np.asarray(sum(moving)) if moving else None

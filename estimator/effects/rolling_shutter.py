@@ -40,21 +40,29 @@ class RollingShutter(EffectModel):
         return np.asarray(_reach(seen, normal, towards, beside) - _reach(still, normal, towards, beside))
 
 
+@numba.njit(cache=True, error_model="numpy", fastmath={"nnan", "nsz"})
+def _furthest(x, y, ux, uy):  # type: ignore[no-untyped-def]
+    reach = -np.inf
+    for a in range(len(x)):
+        along = ux * x[a] + uy * y[a]
+        reach = along if along > reach else reach
+    return reach
+
+
 @numba.njit(cache=True)
 def _reach(points, normal, towards, beside):  # type: ignore[no-untyped-def]
     """How far (n, k, 2) px points (n, a, 2) reach along unit normals (n, k, 2, 2), of those ``beside`` the direction ``towards``."""
     n, k, two, _ = normal.shape
     number = points.shape[1]
-    reach = np.full((n, k, two), -np.inf)
+    reach = np.full((n, k, two), np.nan)
     for i in range(n):
+        if np.isnan(points[i]).any():  # of a flight led astray
+            continue
+        around = np.concatenate((points[i, number - beside :], points[i], points[i, :beside]))
+        x, y = around[:, 0].copy(), around[:, 1].copy()
         for j in range(k):
             for side in range(two):
-                ux, uy = normal[i, j, side, 0], normal[i, j, side, 1]
-                for step in range(-beside, beside + 1):
-                    a = (towards[i, j, side] + step) % number
-                    along = ux * points[i, a, 0] + uy * points[i, a, 1]
-                    if np.isnan(along):  # of a flight led astray
-                        reach[i, j, side] = np.nan
-                        break
-                    reach[i, j, side] = max(reach[i, j, side], along)
+                first = towards[i, j, side] % number
+                window = slice(first, first + 2 * beside + 1)
+                reach[i, j, side] = _furthest(x[window], y[window], normal[i, j, side, 0], normal[i, j, side, 1])
     return reach

@@ -7,6 +7,7 @@ tabled over an octahedral map of the sphere [Cigolle et al. 2014], whose cells a
 from dataclasses import dataclass
 from functools import lru_cache
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -42,11 +43,21 @@ def _rim(packed: bytes) -> Rim:
 
 def _cell(normals: Array) -> NDArray[np.int64]:
     """Cell (...) of each direction (..., 3) of any length."""
-    flat = normals[..., :2] / np.maximum(np.abs(normals).sum(axis=-1, keepdims=True), 1e-300)
-    folded = (1.0 - np.abs(flat[..., ::-1])) * np.where(flat >= 0.0, 1.0, -1.0)
-    place = np.where(normals[..., 2:] >= 0.0, flat, folded)
-    cell = np.clip(((place + 1.0) * (0.5 * CELLS)).astype(np.int64), 0, CELLS - 1)
-    return np.asarray(cell[..., 0] * CELLS + cell[..., 1])
+    return np.asarray(_cells(np.ascontiguousarray(normals).reshape(-1, 3)).reshape(normals.shape[:-1]))
+
+
+@numba.njit(cache=True)
+def _cells(normals):  # type: ignore[no-untyped-def]
+    cell = np.empty(len(normals), np.int64)
+    for i in range(len(normals)):
+        x, y, z = normals[i]
+        length = max(abs(x) + abs(y) + abs(z), 1e-300)
+        x, y = x / length, y / length
+        if z < 0.0:
+            x, y = (1.0 - abs(y)) * (1.0 if x >= 0.0 else -1.0), (1.0 - abs(x)) * (1.0 if y >= 0.0 else -1.0)
+        row, column = int((x + 1.0) * (0.5 * CELLS)), int((y + 1.0) * (0.5 * CELLS))
+        cell[i] = min(max(row, 0), CELLS - 1) * CELLS + min(max(column, 0), CELLS - 1)
+    return cell
 
 
 def _directions() -> Array:

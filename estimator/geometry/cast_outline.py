@@ -9,6 +9,7 @@ roughness of a carved hull.
 from dataclasses import dataclass
 
 import cv2
+import numba
 import numpy as np
 import shapely
 import trimesh
@@ -54,14 +55,12 @@ def cast_outline(mesh: CastingMesh, camera: Intrinsics, R_cam_particle: Array, t
     The contour generator is drawn ``finer`` times finer than the pixels.
     """
     pixels = camera.project(mesh.vertices @ R_cam_particle.T + t_cam_particle)
-    convex = shapely.Polygon(pixels[ConvexHull(pixels).vertices])
-    drawn = _drawn_rim(mesh, pixels, finer)
+    rim = mesh.ends[_on_rim(np.ascontiguousarray(pixels), mesh.faces, mesh.beside)]
+    corners = _hull_corners(mesh, pixels, rim)
+    drawn = _drawn_rim(pixels, rim, finer)
     if len(drawn) < FEWEST_CORNERS:  # seen edge on
-        return np.asarray(shapely.get_coordinates(convex.exterior)[:-1])
-    rim = shapely.Polygon(drawn)
-    pockets = np.array(shapely.get_parts(convex.difference(rim.buffer(0.0).simplify(SIMPLER_PX))))
-    hollows = shapely.union_all([p for p in pockets if _depth_px(p, convex) > SHALLOW_PX])
-    rest = convex.difference(hollows.buffer(OPENED_PX))
+        return corners
+    rest = shapely.Polygon(corners).difference(_hollows(drawn, corners).buffer(OPENED_PX))
     return np.asarray(shapely.get_coordinates(largest_part(rest).exterior)[:-1])
 
 
@@ -91,19 +90,71 @@ def cast_convex(vertices: Array, camera: Intrinsics, R_cam_particle: Array, t_ca
     return np.asarray(pixels[ConvexHull(pixels).vertices])
 
 
-def _depth_px(pocket: shapely.Polygon, convex: shapely.Polygon) -> float:
-    """How far a hollow reaches in from the convex outline."""
-    return float(shapely.distance(shapely.points(shapely.get_coordinates(pocket)), convex.exterior).max())
+def _hull_corners(mesh: CastingMesh, pixels: Array, rim: NDArray[np.int64]) -> Array:
+    """The corners (c, 2) px of the convex outline: the contour generator of a closed mesh holds them all, and is much smaller than it."""
+    if 2 * len(mesh.ends) == 3 * len(mesh.faces):
+        held = np.zeros(len(pixels), dtype=np.bool_)
+        held[rim] = True
+        pixels = pixels[held]
+    return np.asarray(pixels[ConvexHull(pixels).vertices])
 
 
-def _drawn_rim(mesh: CastingMesh, pixels: Array, finer: int) -> Array:
-    """The outer boundary (n, 2) px of the drawn contour generator."""
+def _hollows(drawn: Array, corners: Array) -> shapely.Geometry:
+    """What the ``drawn`` rim (n, 2) px leaves of the convex outline, where it is deeper than ``SHALLOW_PX``.
+
+    No hollow is deeper than the rim's points.
+    """
+    if _depths_px(drawn, corners).max() <= SHALLOW_PX:
+        return shapely.Polygon()
+    pockets = shapely.get_parts(shapely.Polygon(corners).difference(shapely.Polygon(drawn).buffer(0.0).simplify(SIMPLER_PX)))
+    points, pocket = shapely.get_coordinates(pockets, return_index=True)
+    return shapely.union_all(pockets[np.unique(pocket[_depths_px(points, corners) > SHALLOW_PX])])
+
+
+def _depths_px(points: Array, corners: Array) -> Array:
+    """How far (n,) px points (n, 2) lie inside the convex outline with ``corners`` (c, 2): within the nearest of its sides."""
+    side = np.roll(corners, -1, axis=0) - corners
+    normal = np.column_stack([side[:, 1], -side[:, 0]]) / np.linalg.norm(side, axis=1)[:, None]
+    return np.asarray((np.sum(corners * normal, axis=1) - points @ normal.T).min(axis=1))
+
+
+@numba.njit(cache=True)
+def _on_rim(pixels, faces, beside):  # type: ignore[no-untyped-def]
+    """Edges (e,) between a face that looks at the camera and one that looks away."""
+    seen, rim = np.empty(len(faces), np.bool_), np.empty(len(beside), np.bool_)
+    for f in range(len(faces)):
+        a, b, c = pixels[faces[f, 0]], pixels[faces[f, 1]], pixels[faces[f, 2]]
+        seen[f] = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]) > 0.0
+    for e in range(len(beside)):
+        rim[e] = seen[beside[e, 0]] != seen[beside[e, 1]]
+    return rim
+
+
+@numba.njit(cache=True)
+def _draw(picture, lines):  # type: ignore[no-untyped-def]
+    """Draw lines (n, 2, 2) between pixels as OpenCV does, which takes longer to read so many short ones than to draw them."""
+    for i in range(len(lines)):
+        x, y, x1, y1 = lines[i, 0, 0], lines[i, 0, 1], lines[i, 1, 0], lines[i, 1, 1]
+        if x1 < x:
+            x, y, x1, y1 = x1, y1, x, y
+        along, across, up = x1 - x, abs(y1 - y), 1 if y1 >= y else -1
+        steep = across > along
+        if steep:
+            along, across = across, along
+        left = along - 2 * across
+        for _ in range(along + 1):
+            picture[y, x] = 255
+            both = left < 0
+            left += 2 * along * both - 2 * across
+            x += 1 if both or not steep else 0
+            y += up if both or steep else 0
+
+
+def _drawn_rim(pixels: Array, rim: NDArray[np.int64], finer: int) -> Array:
+    """The outer boundary (n, 2) px of the drawn contour generator, edges ``rim`` (e, 2)."""
     corner = pixels.min(axis=0) - MARGIN_PX
-    (a, b, c), x, y = mesh.faces.T, pixels[:, 0], pixels[:, 1]
-    seen = (x[b] - x[a]) * (y[c] - y[a]) - (y[b] - y[a]) * (x[c] - x[a]) > 0.0
-    rim = mesh.ends[seen[mesh.beside[:, 0]] != seen[mesh.beside[:, 1]]]
     width, height = np.ceil((pixels.max(axis=0) + MARGIN_PX - corner) * finer).astype(int)
     drawn = np.zeros((height, width), np.uint8)
-    cv2.polylines(drawn, np.round((pixels[rim] - corner) * finer).astype(np.int32), isClosed=False, color=255)
+    _draw(drawn, np.round((pixels[rim] - corner) * finer).astype(np.int64))
     contours, _ = cv2.findContours(drawn, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
     return np.asarray(max(contours, key=cv2.contourArea)[:, 0] / finer + corner)

@@ -1,5 +1,8 @@
 """Closed curves as the points of a polygon, and the directions of their normals."""
 
+from collections.abc import Sequence
+from functools import cache
+
 import numpy as np
 import shapely
 from jaxtyping import Float
@@ -15,10 +18,24 @@ def resampled(points: Float[NDArray[np.float64], "n 2"], spacing: float, *, fewe
     return np.column_stack([np.interp(at, arc, closed[:, axis]) for axis in range(2)])
 
 
+@cache
 def unit_circle(count: int) -> Float[NDArray[np.float64], "count 2"]:
-    """Unit vectors in equal steps, from the first axis on towards the second."""
+    """Unit vectors in equal steps, from the first axis on towards the second; made once, so they cannot be written to."""
     angle = 2.0 * np.pi * np.arange(count) / count
-    return np.column_stack([np.cos(angle), np.sin(angle)])
+    circle = np.column_stack([np.cos(angle), np.sin(angle)])
+    circle.setflags(write=False)
+    return circle
+
+
+def area(points: Float[NDArray[np.float64], "n 2"]) -> float:
+    """Of a closed polygon; negative where it is counted from the second axis towards the first."""
+    x, y = points.T
+    return 0.5 * float(x[:-1] @ y[1:] - x[1:] @ y[:-1] + x[-1] * y[0] - x[0] * y[-1])
+
+
+def largest_ring(rings: Sequence[Float[NDArray[np.float64], "n 2"]]) -> Float[NDArray[np.float64], "n 2"]:
+    """The closed polygon of the greatest area: where an outline falls apart, that is what is seen."""
+    return np.asarray(max(rings, key=area) if len(rings) > 1 else rings[0], dtype=np.float64)
 
 
 def largest_part(geometry: shapely.Geometry) -> shapely.Polygon:

@@ -84,221 +84,200 @@ def _told(valid: NDArray[np.bool_], variance: Array) -> NDArray[np.bool_]:
     return np.asarray(valid[..., None] & (variance < SURE_PX**2))
 
 
-@numba.njit(cache=True, inline="always")
-def _cross(a, b, out):  # type: ignore[no-untyped-def]
-    out[0] = a[1] * b[2] - a[2] * b[1]
-    out[1] = a[2] * b[0] - a[0] * b[2]
-    out[2] = a[0] * b[1] - a[1] * b[0]
+# Three-vectors and matrices are tuples of floats in the kernel: a slice of an array is counted, and counting took as long as computing.
+_compiled = numba.njit(cache=True, error_model="numpy")
 
 
-@numba.njit(cache=True, inline="always")
+@_compiled
+def _vector(a, i):  # type: ignore[no-untyped-def]
+    return a[i, 0], a[i, 1], a[i, 2]
+
+
+@_compiled
+def _matrix(a, i):  # type: ignore[no-untyped-def]
+    return (a[i, 0, 0], a[i, 0, 1], a[i, 0, 2]), (a[i, 1, 0], a[i, 1, 1], a[i, 1, 2]), (a[i, 2, 0], a[i, 2, 1], a[i, 2, 2])
+
+
+@_compiled
+def _cross(a, b):  # type: ignore[no-untyped-def]
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+@_compiled
 def _dot(a, b):  # type: ignore[no-untyped-def]
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-@numba.njit(cache=True, inline="always")
-def _rotate(R, a, out):  # type: ignore[no-untyped-def]
-    for i in range(3):
-        out[i] = R[i, 0] * a[0] + R[i, 1] * a[1] + R[i, 2] * a[2]
+@_compiled
+def _rotate(R, a):  # type: ignore[no-untyped-def]
+    return _dot(R[0], a), _dot(R[1], a), _dot(R[2], a)
 
 
-@numba.njit(cache=True, inline="always")
-def _rotate_back(R, a, out):  # type: ignore[no-untyped-def]
-    for i in range(3):
-        out[i] = R[0, i] * a[0] + R[1, i] * a[1] + R[2, i] * a[2]
+@_compiled
+def _rotate_back(R, a):  # type: ignore[no-untyped-def]
+    return (
+        R[0][0] * a[0] + R[1][0] * a[1] + R[2][0] * a[2],
+        R[0][1] * a[0] + R[1][1] * a[1] + R[2][1] * a[2],
+        R[0][2] * a[0] + R[1][2] * a[1] + R[2][2] * a[2],
+    )
 
 
-@numba.njit(cache=True)
-def _extremes(xy, e1, e2):  # type: ignore[no-untyped-def]
+@_compiled
+def _between(R_a, R_b, a):  # type: ignore[no-untyped-def]
+    """A direction ``a`` in the axes of the camera ``R_a``, in those of ``R_b``."""
+    return _rotate(R_b, _rotate_back(R_a, a))
+
+
+@_compiled
+def _extremes(xy, start, stop, e1, e2):  # type: ignore[no-untyped-def]
     """Vertices of largest and smallest pencil angle; (-1, -1) where a ray is 90° or more from the reference ``e1``."""
     upper, lower = -1, -1
     high, low = -np.inf, np.inf
-    for v in range(xy.shape[0]):
-        along = e1[0] * xy[v, 0] + e1[1] * xy[v, 1] + e1[2]
+    for v in range(start, stop):
+        x, y = xy[v, 0], xy[v, 1]
+        along = e1[0] * x + e1[1] * y + e1[2]
         if along <= 0.0:
             return -1, -1
-        tangent = (e2[0] * xy[v, 0] + e2[1] * xy[v, 1] + e2[2]) / along
+        tangent = (e2[0] * x + e2[1] * y + e2[2]) / along
         if tangent > high:
-            high, upper = tangent, v
+            high, upper = tangent, v - start
         if tangent < low:
-            low, lower = tangent, v
+            low, lower = tangent, v - start
     return upper, lower
 
 
-@numba.njit(cache=True)
-def _line_distance(n, x, y, focal, q):  # type: ignore[no-untyped-def]
-    """Distance (px) of the pixel of ray (x, y, 1) from the image of the plane with normal ``n``; ``q`` gets its gradient in ``n``."""
+@_compiled
+def _line_distance(n, x, y, focal):  # type: ignore[no-untyped-def]
+    """Distance (px) of the pixel of ray (x, y, 1) from the image of the plane with normal ``n``, and its gradient in ``n``."""
     a, b = n[0] / focal[0], n[1] / focal[1]
     g = np.sqrt(a * a + b * b)
     s = n[0] * x + n[1] * y + n[2]
-    q[0] = x / g - s * a / focal[0] / g**3
-    q[1] = y / g - s * b / focal[1] / g**3
-    q[2] = 1.0 / g
-    return s / g
+    return s / g, (x / g - s * a / focal[0] / g**3, y / g - s * b / focal[1] / g**3, 1.0 / g)
 
 
-@numba.njit(cache=True)
-def _unit_in_picture(n, focal, outward, direction):  # type: ignore[no-untyped-def]
+@_compiled
+def _unit_in_picture(n, focal, outward):  # type: ignore[no-untyped-def]
     """Unit normal, in pixels and outwards from the silhouette, of the image of the plane with normal ``n``."""
     a, b = n[0] / focal[0], n[1] / focal[1]
     g = outward / np.sqrt(a * a + b * b)
-    direction[0], direction[1] = a * g, b * g
+    return a * g, b * g
 
 
-@numba.njit(cache=True)
+@_compiled
 def _pencil_scale(n, baseline_length, focal):  # type: ignore[no-untyped-def]
     """Pixels that a tangency point moves per radian of pencil angle; ``n`` is baseline x ray in that camera's axes."""
     a, b = n[0] / focal[0], n[1] / focal[1]
     return _dot(n, n) / (baseline_length * np.sqrt(a * a + b * b))
 
 
-@numba.njit(cache=True)
-def _baseline(poses, pivot, b, arm, centre):  # type: ignore[no-untyped-def]
-    """Baseline ``b``, the pivot (``arm[1]``) and the arm from it to the second camera (``arm[0]``), all in the first's axes."""
-    (R_a, t_a), (R_b, t_b) = poses
-    _rotate_back(R_b, t_b, centre)
-    for i in range(3):
-        centre[i] = -centre[i]
-    _rotate(R_a, centre, b)
-    _rotate(R_a, pivot, arm[1])
-    for i in range(3):
-        b[i] += t_a[i]
-        arm[1, i] += t_a[i]
-        arm[0, i] = b[i] - arm[1, i]
-    return np.sqrt(_dot(b, b))
+@_compiled
+def _baseline(first, second, pivot):  # type: ignore[no-untyped-def]
+    """Baseline, the arm from the pivot to the second camera, and the pivot, all in the first's axes."""
+    (R_a, t_a), (R_b, t_b) = first, second
+    there = _rotate_back(R_b, t_b)
+    b = _rotate(R_a, (-there[0], -there[1], -there[2]))
+    b = b[0] + t_a[0], b[1] + t_a[1], b[2] + t_a[2]
+    p = _rotate(R_a, pivot)
+    p = p[0] + t_a[0], p[1] + t_a[1], p[2] + t_a[2]
+    return b, (b[0] - p[0], b[1] - p[1], b[2] - p[2]), p
 
 
-@numba.njit(cache=True)
-def _pencil_axes(b, length, pivot, axes):  # type: ignore[no-untyped-def]
-    """Unit axes across the baseline ``b``: ``axes[0]`` towards the pivot, then b x axes[0]; False for a pivot on the baseline."""
+@_compiled
+def _pencil_axes(b, length, pivot):  # type: ignore[no-untyped-def]
+    """Unit axes across the baseline ``b``: towards the pivot, then b x that one; False for a pivot on the baseline."""
     along = _dot(pivot, b) / (length * length)
-    for i in range(3):
-        axes[0, i] = pivot[i] - along * b[i]
-    norm = np.sqrt(_dot(axes[0], axes[0]))
-    if norm <= 1e-12:
-        return False
-    for i in range(3):
-        axes[0, i] /= norm
-    _cross(b, axes[0], axes[1])
-    for i in range(3):
-        axes[1, i] /= length
-    return True
+    e = pivot[0] - along * b[0], pivot[1] - along * b[1], pivot[2] - along * b[2]
+    norm = np.sqrt(_dot(e, e))
+    e = e[0] / norm, e[1] / norm, e[2] / norm
+    f = _cross(b, e)
+    return norm > 1e-12, e, (f[0] / length, f[1] / length, f[2] / length)
 
 
-@numba.njit(cache=True)
-def _second_axes(R_a, R_b, a, out, tmp):  # type: ignore[no-untyped-def]
-    """A direction ``a`` in the first camera's axes, in the second's."""
-    _rotate_back(R_a, a, tmp)
-    _rotate(R_b, tmp, out)
+@_compiled
+def _pose_columns(side, lever, further, outward):  # type: ignore[no-untyped-def]
+    """Derivatives of an error by translation and rotation (6,), from those of its plane's normal."""
+    return (
+        side[0] * outward,
+        side[1] * outward,
+        side[2] * outward,
+        outward * (lever[0] + further[0]),
+        outward * (lever[1] + further[1]),
+        outward * (lever[2] + further[2]),
+    )
 
 
-@numba.njit(cache=True)
-def _first_error(geometry, rays, outward, row, direction):  # type: ignore[no-untyped-def]
-    """The first's tangency point against the plane through the second's tangency ray ``w``; fills the pose columns of ``row``."""
-    _R_a, _R_b, b, arm, focal, _focal_b, work = geometry
-    u_a, w, _u_b = rays
-    n, q, side, tmp = work[0], work[1], work[2], work[3]
-    _cross(b, w, n)
-    error = outward * _line_distance(n, u_a[0], u_a[1], focal, q)
-    _unit_in_picture(n, focal, outward, direction)
-    _cross(w, q, side)
-    _cross(q, b, tmp)
-    row[:3] = side
-    _cross(arm[0], side, row[3:6])
-    _cross(w, tmp, side)
-    for i in range(3):
-        row[i] *= outward
-        row[3 + i] = outward * (row[3 + i] + side[i])
-    return error
+@_compiled
+def _first_error(geometry, u_a, w, outward):  # type: ignore[no-untyped-def]
+    """The first's tangency point against the plane through the second's tangency ray ``w``: error, pose columns, direction."""
+    _R_a, _R_b, b, arm, focal, _focal_b = geometry
+    n = _cross(b, w)
+    distance, q = _line_distance(n, u_a[0], u_a[1], focal)
+    side = _cross(w, q)
+    columns = _pose_columns(side, _cross(arm, side), _cross(w, _cross(q, b)), outward)
+    return outward * distance, columns, _unit_in_picture(n, focal, outward)
 
 
-@numba.njit(cache=True)
-def _second_error(geometry, rays, outward, row, direction):  # type: ignore[no-untyped-def]
-    """The second's tangency point against the plane through the first's tangency ray; fills the pose columns of ``row``."""
-    R_a, R_b, b, arm, _focal_a, focal, work = geometry
-    u_a, _w, u_b = rays
-    n, turned, q, side, tmp = work[0], work[1], work[2], work[3], work[4]
-    _cross(b, u_a, n)
-    _second_axes(R_a, R_b, n, turned, tmp)
-    error = outward * _line_distance(turned, u_b[0], u_b[1], focal, q)
-    _unit_in_picture(turned, focal, outward, direction)
-    _second_axes(R_b, R_a, q, turned, tmp)
-    _cross(u_a, turned, side)
-    _cross(n, turned, tmp)
-    row[:3] = side
-    _cross(arm[0], side, row[3:6])
-    for i in range(3):
-        row[i] *= outward
-        row[3 + i] = outward * (row[3 + i] - tmp[i])
-    return error
+@_compiled
+def _second_error(geometry, u_a, u_b, outward):  # type: ignore[no-untyped-def]
+    """The second's tangency point against the plane through the first's tangency ray: error, pose columns, direction."""
+    R_a, R_b, b, arm, _focal_a, focal = geometry
+    n = _cross(b, u_a)
+    turned = _between(R_a, R_b, n)
+    distance, q = _line_distance(turned, u_b[0], u_b[1], focal)
+    back = _between(R_b, R_a, q)
+    side, tmp = _cross(u_a, back), _cross(n, back)
+    columns = _pose_columns(side, _cross(arm, side), (-tmp[0], -tmp[1], -tmp[2]), outward)
+    return outward * distance, columns, _unit_in_picture(turned, focal, outward)
 
 
-@numba.njit(cache=True)
-def _scale_ratio(geometry, rays, length):  # type: ignore[no-untyped-def]
+@_compiled
+def _scale_ratio(geometry, u_a, w, length):  # type: ignore[no-untyped-def]
     """Pixels per radian of pencil angle in the first picture over those in the second."""
-    R_a, R_b, b, _arm, focal_a, focal_b, work = geometry
-    u_a, w, _u_b = rays
-    n, turned, tmp = work[0], work[1], work[2]
-    _cross(b, u_a, n)
-    scale_a = _pencil_scale(n, length, focal_a)
-    _cross(b, w, n)
-    _second_axes(R_a, R_b, n, turned, tmp)
-    return scale_a / _pencil_scale(turned, length, focal_b)
+    R_a, R_b, b, _arm, focal_a, focal_b = geometry
+    scale_a = _pencil_scale(_cross(b, u_a), length, focal_a)
+    return scale_a / _pencil_scale(_between(R_a, R_b, _cross(b, w)), length, focal_b)
 
 
-@numba.njit(cache=True)
-def _pair(poses, pivot, hulls, out, work):  # type: ignore[no-untyped-def]
-    """Fill the errors, variances, Jacobian and tangency numbers of one pair; False where there is no tangent plane."""
-    (R_a, _t_a), (R_b, _t_b) = poses
-    (xy_a, sigma_a, focal_a), (xy_b, sigma_b, focal_b) = hulls
-    error, variance, jacobian, tangency, direction = out
-    b, arm, axes, axes_b = work[5], work[6:8], work[8:10], work[10:12]
-    length = _baseline(poses, pivot, b, arm, work[0])
-    if length <= 1e-9 or not _pencil_axes(b, length, arm[1], axes):
-        return False
-    _second_axes(R_a, R_b, axes[0], axes_b[0], work[0])
-    _second_axes(R_a, R_b, axes[1], axes_b[1], work[0])
-    tangency[0], tangency[1] = _extremes(xy_a, axes[0], axes[1])
-    tangency[2], tangency[3] = _extremes(xy_b, axes_b[0], axes_b[1])
-    if tangency[0] < 0 or tangency[2] < 0:
-        return False
-    geometry = (R_a, R_b, b, arm, focal_a, focal_b, work)
-    u_a, u_b, w = work[12], work[13], work[14]
-    u_a[2], u_b[2] = 1.0, 1.0
-    for m in range(2):
-        v_a, v_b = tangency[m], tangency[2 + m]
-        u_a[0], u_a[1], u_b[0], u_b[1] = xy_a[v_a, 0], xy_a[v_a, 1], xy_b[v_b, 0], xy_b[v_b, 1]
-        _second_axes(R_b, R_a, u_b, w, work[0])
-        rays = (u_a, w, u_b)
-        outward = 1.0 - 2.0 * m
-        error[m] = _first_error(geometry, rays, outward, jacobian[m], direction[m])
-        error[2 + m] = _second_error(geometry, rays, outward, jacobian[2 + m], direction[2 + m])
-        ratio = _scale_ratio(geometry, rays, length)
-        jacobian[m, 6], jacobian[m, 7] = 1.0, -ratio
-        jacobian[2 + m, 6], jacobian[2 + m, 7] = -1.0 / ratio, 1.0
-        own, other = sigma_a[v_a] ** 2, sigma_b[v_b] ** 2
-        variance[m] = own + ratio**2 * other
-        variance[2 + m] = other + own / ratio**2
-    return True
+@_compiled
+def _touched(poses, pivot, hull_a, hull_b):  # type: ignore[no-untyped-def]
+    """Whether there are tangent planes, baseline, arm and its length, and the tangency numbers; hulls are vertices, start and stop."""
+    first, second = poses
+    xy_a, start_a, stop_a = hull_a
+    xy_b, start_b, stop_b = hull_b
+    line, arm, there = _baseline(first, second, pivot)
+    length = np.sqrt(_dot(line, line))
+    found, e, f = _pencil_axes(line, length, there)
+    if length <= 1e-9 or not found:
+        return False, line, arm, length, (-1, -1, -1, -1)
+    upper, lower = _extremes(xy_a, start_a, stop_a, e, f)
+    e, f = _between(first[0], second[0], e), _between(first[0], second[0], f)
+    upper_b, lower_b = _extremes(xy_b, start_b, stop_b, e, f)
+    return upper >= 0 and upper_b >= 0, line, arm, length, (upper, lower, upper_b, lower_b)
 
 
-@numba.njit(cache=True)
-def _turn_columns(jacobian, R):  # type: ignore[no-untyped-def]
-    """Express the pose columns, given along camera axes, along the axes that ``R`` maps to camera axes."""
-    row = np.empty(3)
-    for m in range(4):
-        for block in (0, 3):
-            _rotate_back(R, jacobian[m, block : block + 3], row)
-            jacobian[m, block : block + 3] = row
+@_compiled
+def _put(at, found, axes, jacobian, direction):  # type: ignore[no-untyped-def]
+    """Write the pose columns, along the axes that ``axes`` maps to camera axes, and the direction of one error; returns the error."""
+    i, j, m = at
+    error, columns, d = found
+    moved, turned = _rotate_back(axes, columns[:3]), _rotate_back(axes, columns[3:])
+    for c in range(3):
+        jacobian[i, j, m, c] = moved[c]
+        jacobian[i, j, m, 3 + c] = turned[c]
+    direction[i, j, m, 0], direction[i, j, m, 1] = d
+    return error
 
 
-@numba.njit(cache=True)
-def _accumulate(pair, huber, normal, gradient):  # type: ignore[no-untyped-def]
+@_compiled
+def _accumulate(at, settings, pairs, normal, gradient):  # type: ignore[no-untyped-def]
     """Add one pair's whitened outer products; returns its (Huber) cost. Each of the four errors counts half."""
-    error, variance, jacobian, weight = pair
+    i, j = at
+    weight, huber = settings
+    error, variance, jacobian = pairs
     cost = 0.0
     for m in range(4):
-        z2 = error[m] ** 2 / variance[m]
+        e, var = error[i, j, m], variance[i, j, m]
+        z2 = e**2 / var
         robust = 1.0
         if z2 > huber * huber:
             z = np.sqrt(z2)
@@ -306,46 +285,49 @@ def _accumulate(pair, huber, normal, gradient):  # type: ignore[no-untyped-def]
             cost += 0.25 * weight * (2.0 * huber * z - huber * huber)
         else:
             cost += 0.25 * weight * z2
-        w = 0.5 * weight * robust / variance[m]
-        for i in range(N_COLUMNS):
-            wi = w * jacobian[m, i]
-            gradient[i] += wi * error[m]
-            for j in range(i + 1):
-                normal[i, j] += wi * jacobian[m, j]
+        w = 0.5 * weight * robust / var
+        for r in range(N_COLUMNS):
+            wr = w * jacobian[i, j, m, r]
+            gradient[i, r] += wr * e
+            for c in range(r + 1):
+                normal[i, r, c] += wr * jacobian[i, j, m, c]
     return cost
 
 
-@numba.njit(cache=True)
+@_compiled
 def _kernel(first, second, weight, settings, arrays):  # type: ignore[no-untyped-def]
     R_a, t_a, axes, xy_a, sigma_a, focal_a, offsets_a = first
     R_b, t_b, xy_b, sigma_b, focal_b, offsets_b = second
     error, variance, jacobian, tangency, direction, valid, normal, gradient, cost = arrays
-    pivot, huber, offset_px = settings
-    n, k = R_a.shape[0], R_b.shape[0]
-    work = np.empty((15, 3))
-    for i in range(n):
-        a0, a1 = offsets_a[i], offsets_a[i + 1]
-        normal[i] = 0.0
-        gradient[i] = 0.0
-        cost[i] = 0.0
-        for j in range(k):
-            b0, b1 = offsets_b[j], offsets_b[j + 1]
-            if weight[i, j] == 0.0 or a0 == a1 or b0 == b1:
-                valid[i, j] = False
+    about, huber, offset_px = settings
+    pivot = about[0], about[1], about[2]
+    for i in range(R_a.shape[0]):
+        pose_a, f_a, a, turn = (_matrix(R_a, i), _vector(t_a, i)), (focal_a[i, 0], focal_a[i, 1]), offsets_a[i], _matrix(axes, i)
+        for j in range(R_b.shape[0]):
+            pose_b, f_b, b = (_matrix(R_b, j), _vector(t_b, j)), (focal_b[j, 0], focal_b[j, 1]), offsets_b[j]
+            if weight[i, j] == 0.0 or a == offsets_a[i + 1] or b == offsets_b[j + 1]:
                 continue
-            out = (error[i, j], variance[i, j], jacobian[i, j], tangency[i, j], direction[i, j])
-            valid[i, j] = _pair(
-                ((R_a[i], t_a[i]), (R_b[j], t_b[j])),
-                pivot,
-                ((xy_a[a0:a1], sigma_a[a0:a1], focal_a[i]), (xy_b[b0:b1], sigma_b[b0:b1], focal_b[j])),
-                out,
-                work,
-            )
-            if valid[i, j]:
-                for m in range(4):
-                    error[i, j, m] += offset_px * jacobian[i, j, m, 6]
-                _turn_columns(jacobian[i, j], axes[i])
-                cost[i] += _accumulate((error[i, j], variance[i, j], jacobian[i, j], weight[i, j]), huber, normal[i], gradient[i])
+            hulls = (xy_a, a, offsets_a[i + 1]), (xy_b, b, offsets_b[j + 1])
+            there, line, arm, length, touched = _touched((pose_a, pose_b), pivot, hulls[0], hulls[1])
+            tangency[i, j, 0], tangency[i, j, 1], tangency[i, j, 2], tangency[i, j, 3] = touched
+            if not there:
+                continue
+            valid[i, j] = True
+            geometry = (pose_a[0], pose_b[0], line, arm, f_a, f_b)
+            for m in range(2):
+                v_a, v_b, outward = a + tangency[i, j, m], b + tangency[i, j, 2 + m], 1.0 - 2.0 * m
+                u_a, u_b = (xy_a[v_a, 0], xy_a[v_a, 1], 1.0), (xy_b[v_b, 0], xy_b[v_b, 1], 1.0)
+                w = _between(pose_b[0], pose_a[0], u_b)
+                ratio = _scale_ratio(geometry, u_a, w, length)
+                jacobian[i, j, m, 6], jacobian[i, j, m, 7] = 1.0, -ratio
+                jacobian[i, j, 2 + m, 6], jacobian[i, j, 2 + m, 7] = -1.0 / ratio, 1.0
+                error[i, j, m] = _put((i, j, m), _first_error(geometry, u_a, w, outward), turn, jacobian, direction)
+                error[i, j, 2 + m] = _put((i, j, 2 + m), _second_error(geometry, u_a, u_b, outward), turn, jacobian, direction)
+                own, other = sigma_a[v_a] ** 2, sigma_b[v_b] ** 2
+                variance[i, j, m], variance[i, j, 2 + m] = own + ratio**2 * other, other + own / ratio**2
+            for m in range(4):
+                error[i, j, m] += offset_px * jacobian[i, j, m, 6]
+            cost[i] += _accumulate((i, j), (weight[i, j], huber), (error, variance, jacobian), normal, gradient)
         for r in range(N_COLUMNS):
             for c in range(r):
                 normal[i, c, r] = normal[i, r, c]

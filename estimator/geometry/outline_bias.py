@@ -12,6 +12,7 @@ hollows that it bridges and roughness, makes the true bias smaller: the predicti
 Valid for noise that is white along the outline. Blur is not described: it cuts corners beyond what the smoothing does.
 """
 
+import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -39,6 +40,14 @@ class Calibration:
 
     level: float
     slope: float
+
+
+@dataclass(frozen=True)
+class DrawnBias:
+    """Bias ``curves`` (k, 180) px of outlines' tangents, and the digest ``of`` the drawn noise that they are the mean over."""
+
+    curves: Float[NDArray[np.float64], "k 180"]
+    of: str
 
 
 @dataclass(frozen=True)
@@ -88,25 +97,45 @@ def bias_curves(
 
     ``samples`` (n,): how many points each outline was seen with, zero where there is none; ``pairs`` of draws for each.
     """
+    return bias_under(polygons, drawn_noise(polygons, noise_px, samples, pairs=pairs, rng=rng))
+
+
+def noise_streams(rng: np.random.Generator) -> tuple[np.random.Generator, np.random.Generator]:
+    """Where the noise of views and that of sightings is drawn from."""
+    for_views, for_sightings = rng.spawn(2)
+    return for_views, for_sightings
+
+
+def drawn_noise(polygons: Sequence[Array], noise_px: float, samples: Rows, *, pairs: int, rng: np.random.Generator) -> list[Array]:
+    """Noise (pairs, samples) px of the points of each outline; none where it has too few corners or was seen with too few points."""
+    seen = [int(n) if len(p) >= SMALLEST_POLYGON and n >= MINIMUM_POINTS else 0 for p, n in zip(polygons, samples, strict=True)]
+    return [noise_px * rng.standard_normal((pairs, count)) for count in seen]
+
+
+def bias_under(polygons: Sequence[Array], drawn: Sequence[Array]) -> Float[NDArray[np.float64], "n 180"]:
+    """Bias (px) of the tangents of outlines (v, 2) px whose points have the noise ``drawn``; zero where there is none."""
     outward = outward_directions()
     curves = np.zeros((len(polygons), DIRECTIONS))
-    for i, (points, count) in enumerate(zip(polygons, samples, strict=True)):
-        if len(points) < SMALLEST_POLYGON or count < MINIMUM_POINTS:
-            continue
-        drawn = noise_px * rng.standard_normal((pairs, int(count)))
-        closed = np.ascontiguousarray(np.concatenate([points, points[:1]]))
-        curves[i] = _mean_support(closed, drawn, WEIGHTS, outward) - (points @ outward.T).max(axis=0)
+    for i, (points, noise) in enumerate(zip(polygons, drawn, strict=True)):
+        if noise.size > 0:
+            curves[i] = seen_support(points, noise, outward) - (points @ outward.T).max(axis=0)
     return curves
 
 
-def seen_support(points: Array, noise_px: float, samples: int, outward: Array, *, pairs: int, seed: int) -> Array:
-    """Mean support (d,) px along ``outward`` (d, 2) of the hull of an outline (v, 2) px as it is seen: ``samples`` points, noisy, smoothed.
+def noise_digest(drawn: Sequence[Array]) -> str:
+    """SHA-256 of drawn noise."""
+    total = hashlib.sha256(repr([noise.shape for noise in drawn]).encode())
+    for noise in drawn:
+        total.update(np.ascontiguousarray(noise).tobytes())
+    return total.hexdigest()
 
-    ``pairs`` of draws of opposite noise from ``seed``.
+
+def seen_support(points: Array, drawn: Array, outward: Array) -> Array:
+    """Mean support (d,) px along ``outward`` (d, 2) of the hull of an outline (v, 2) px as it is seen: sampled, noisy, smoothed.
+
+    ``drawn`` (pairs, samples) px: noise of its samples, which counts with both signs; zeros: there is none.
     """
-    drawn = noise_px * np.random.default_rng(seed).standard_normal((pairs, samples))
-    closed = np.ascontiguousarray(np.concatenate([points, points[:1]]))
-    return np.asarray(_mean_support(closed, drawn, WEIGHTS, outward))
+    return np.asarray(_mean_support(np.ascontiguousarray(points), drawn, WEIGHTS, np.ascontiguousarray(outward.T)))
 
 
 def supports(silhouettes: Silhouettes) -> Float[NDArray[np.float64], "n 180"]:
@@ -129,59 +158,77 @@ def curve_at(curves: Array, row: Rows, direction: Array) -> Array:
     return np.asarray((1.0 - share) * curves[row, low] + share * curves[row, (low + 1) % DIRECTIONS])
 
 
-@numba.njit(cache=True)
-def _samples_along(closed, count, phase):  # type: ignore[no-untyped-def]
-    """``count`` points evenly along a closed polygon, the first ``phase`` steps from its start."""
-    total = 0.0
-    for v in range(closed.shape[0] - 1):
-        total += np.hypot(closed[v + 1, 0] - closed[v, 0], closed[v + 1, 1] - closed[v, 1])
-    points = np.empty((count, 2))
-    step, passed, v = total / count, 0.0, 0
-    length = np.hypot(closed[1, 0] - closed[0, 0], closed[1, 1] - closed[0, 1])
+FAST = {"nnan", "ninf", "nsz", "reassoc", "contract"}
+
+
+@numba.njit(cache=True, fastmath=FAST)
+def _lengths(points):  # type: ignore[no-untyped-def]
+    """Lengths (v,) of a closed polygon's edges."""
+    n = len(points)
+    length = np.empty(n)
+    for v in range(n):
+        after = v + 1 if v + 1 < n else 0
+        length[v] = np.sqrt((points[after, 0] - points[v, 0]) ** 2 + (points[after, 1] - points[v, 1]) ** 2)
+    return length
+
+
+@numba.njit(cache=True, fastmath=FAST)
+def _samples_along(points, length, count, phase):  # type: ignore[no-untyped-def]
+    """Coordinates (2, count) of points evenly along a closed polygon, the first ``phase`` steps from its start."""
+    n, samples = len(points), np.empty((2, count))
+    step, passed, v = length.sum() / count, 0.0, 0
     for j in range(count):
         where = (j + phase) * step
-        while where > passed + length and v < closed.shape[0] - 2:
-            passed += length
+        while where > passed + length[v] and v < n - 1:
+            passed += length[v]
             v += 1
-            length = np.hypot(closed[v + 1, 0] - closed[v, 0], closed[v + 1, 1] - closed[v, 1])
-        share = min(1.0, (where - passed) / max(length, 1e-12))
+        share, after = min(1.0, (where - passed) / max(length[v], 1e-12)), v + 1 if v + 1 < n else 0
         for a in range(2):
-            points[j, a] = closed[v, a] + share * (closed[v + 1, a] - closed[v, a])
-    return points
+            samples[a, j] = points[v, a] + share * (points[after, a] - points[v, a])
+    return samples
 
 
-@numba.njit(cache=True, fastmath={"nnan", "ninf", "nsz", "reassoc", "contract"})
-def _add_supports(points, moved, weights, outward, support):  # type: ignore[no-untyped-def]
-    """Add the supports of the outline with its points ``moved`` along its normals, then smoothed."""
-    n, half = len(points), len(weights) // 2
-    noisy, x, y = np.empty((n, 2)), np.zeros(n), np.zeros(n)
+@numba.njit(cache=True, fastmath=FAST)
+def _smoothed(samples, moved, weights):  # type: ignore[no-untyped-def]
+    """The outline (2, n) with its samples ``moved`` (n,) along its normals, then smoothed."""
+    n, half = samples.shape[1], len(weights) // 2
+    noisy, smooth = np.empty((2, n + 2 * half)), np.zeros((2, n))
+    before = n - 1
     for j in range(n):
-        tx = points[(j + 1) % n, 0] - points[j - 1, 0]
-        ty = points[(j + 1) % n, 1] - points[j - 1, 1]
-        g = moved[j] / max(np.hypot(tx, ty), 1e-12)
-        noisy[j, 0] = points[j, 0] + g * ty
-        noisy[j, 1] = points[j, 1] - g * tx
-    for j in range(n):
-        for w in range(-half, half + 1):
-            x[j] += weights[w + half] * noisy[(j + w) % n, 0]
-            y[j] += weights[w + half] * noisy[(j + w) % n, 1]
-    for d in range(outward.shape[0]):
-        u, v, best = outward[d, 0], outward[d, 1], -1e300
-        for j in range(n):
-            reach = x[j] * u + y[j] * v
-            best = reach if reach > best else best
-        support[d] += best
+        after = j + 1 if j + 1 < n else 0
+        tx, ty = samples[0, after] - samples[0, before], samples[1, after] - samples[1, before]
+        g = moved[j] / max(np.sqrt(tx * tx + ty * ty), 1e-12)
+        noisy[0, half + j], noisy[1, half + j] = samples[0, j] + g * ty, samples[1, j] - g * tx
+        before = j
+    for a in range(2):
+        noisy[a, :half], noisy[a, n + half :] = noisy[a, n : n + half], noisy[a, half : 2 * half]
+        for w in range(len(weights)):
+            for j in range(n):
+                smooth[a, j] += weights[w] * noisy[a, j + w]
+    return smooth
+
+
+@numba.njit(cache=True, fastmath=FAST)
+def _support(points, outward):  # type: ignore[no-untyped-def]
+    """Support (d,) of points (2, n) along ``outward`` (2, d); directions are the inner loop, which processors do four at a time."""
+    support = np.full(outward.shape[1], -1e300)
+    for j in range(points.shape[1]):
+        x, y = points[0, j], points[1, j]
+        for d in range(outward.shape[1]):
+            reach = x * outward[0, d] + y * outward[1, d]
+            support[d] = reach if reach > support[d] else support[d]
+    return support
 
 
 @numba.njit(cache=True)
-def _mean_support(closed, drawn, weights, outward):  # type: ignore[no-untyped-def]
+def _mean_support(points, drawn, weights, outward):  # type: ignore[no-untyped-def]
     """Mean support (d,) of the drawn outlines: for each row of ``drawn`` (pairs, n) its noise and the opposite one, which may be none."""
-    support = np.zeros(outward.shape[0])
+    support = np.zeros(outward.shape[1])
     pairs, count = drawn.shape
-    twice = np.any(drawn != 0.0)
+    twice, length = np.any(drawn != 0.0), _lengths(points)
     for i in range(pairs):
-        points = _samples_along(closed, count, (i + 0.5) / pairs)
-        _add_supports(points, drawn[i], weights, outward, support)
+        samples = _samples_along(points, length, count, (i + 0.5) / pairs)
+        support += _support(_smoothed(samples, drawn[i], weights), outward)
         if twice:
-            _add_supports(points, -drawn[i], weights, outward, support)
+            support += _support(_smoothed(samples, -drawn[i], weights), outward)
     return support / ((2 if twice else 1) * pairs)

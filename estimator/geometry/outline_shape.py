@@ -19,19 +19,20 @@ winding numbers, Chen and McMains 2005], and what the tangents recede is tabled.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
+from functools import cached_property
 
 import cv2
 import manifold3d
 import numba
 import numpy as np
 import shapely
-from contourpy import LineType, contour_generator
+from contourpy import FillType, LineType, SerialContourGenerator, ZInterp
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
 from scipy.spatial import ConvexHull
 
 from datasets.vocabulary.effects import FLATNESS_HALF_ANGLE_DEG, FLATNESS_REACH_PX
-from estimator.geometry.closed_curves import resampled, unit_circle
+from estimator.geometry.closed_curves import area, largest_ring, resampled, unit_circle
 from estimator.geometry.coverage import coverage
 from estimator.geometry.hollows import hollow_share
 from estimator.geometry.outline_bias import seen_support
@@ -189,13 +190,7 @@ def outline_shape(
 
 def _positive(points: Array) -> Array:
     """The same polygon, counted from the x axis towards the y axis."""
-    return points if _area(points) > 0 else points[::-1]
-
-
-def _area(points: Array) -> float:
-    """Of a closed polygon (v, 2); negative where it is counted the other way round."""
-    after = np.roll(points, -1, axis=0)
-    return 0.5 * float(np.sum(points[:, 0] * after[:, 1] - points[:, 1] * after[:, 0]))
+    return points if area(points) > 0 else points[::-1]
 
 
 def outward() -> Array:
@@ -233,21 +228,28 @@ class _Look:
         """Whether the outline was sampled at all."""
         return self.sampling is not None and self.sampling.samples[self.number] >= MINIMUM_POINTS
 
+    @cached_property
+    def noise(self) -> Array:
+        """Draws (pairs, samples) px of the samples' noise, the same for all curves; none where the outline was not sampled."""
+        if self.sampling is None or not self.sampled:
+            return np.zeros((SEEN_PAIRS, 0))
+        samples = int(self.sampling.samples[self.number])
+        return self.sampling.noise_px * np.random.default_rng(self.number).standard_normal((SEEN_PAIRS, samples))
+
     def noisy(self, curve: Array) -> Array:
         """Noisy and smoothed, with the same noise for all."""
-        noise_px = 0.0 if self.sampling is None else self.sampling.noise_px
-        return self._seen(curve, noise_px, SEEN_PAIRS)
+        return self._seen(curve, self.noise)
 
     def smooth(self, curve: Array) -> Array:
         """Smoothed, without the noise, which moves curves alike that differ by little."""
-        return self._seen(curve, 0.0, SMOOTH_PHASES)
+        return self._seen(curve, np.zeros((SMOOTH_PHASES, self.noise.shape[1])))
 
-    def _seen(self, curve: Array, noise_px: float, draws: int) -> Array:
-        if self.sampling is None or not self.sampled:
+    def _seen(self, curve: Array, drawn: Array) -> Array:
+        if not self.sampled:
             return np.asarray((curve @ outward().T).max(axis=0))
-        first = int(np.argmin(np.sum((curve - self.start) ** 2, axis=1)))
-        curve = np.concatenate([curve[first:], curve[:first]])
-        return seen_support(curve, noise_px, int(self.sampling.samples[self.number]), outward(), pairs=draws, seed=self.number)
+        x, y = (curve - self.start).T
+        first = int(np.argmin(x**2 + y**2))
+        return seen_support(np.concatenate([curve[first:], curve[:first]]), drawn, outward())
 
 
 def _recession(points: Array, look: _Look) -> tuple[Array, Array]:
@@ -277,11 +279,31 @@ def _half_level(drawing: tuple[NDArray[np.float32], Array], blur_px: float) -> A
     coarse = cv2.resize(padded, (padded.shape[1] // larger, padded.shape[0] // larger), interpolation=cv2.INTER_AREA)
     left = np.sqrt((blur / larger) ** 2 - 1.0 / 12.0)  # a pixel is a blur by itself
     level = cv2.GaussianBlur(coarse, (0, 0), left, borderType=cv2.BORDER_CONSTANT)
-    curves: list[Array] = contour_generator(z=level, line_type=LineType.Separate).lines(0.5)  # type: ignore[assignment]
+    curves = _level_curves(level)
     if not curves:
         return np.zeros((0, 2))
     longest = max(curves, key=len)[:-1]
     return _positive(first + DRAWN_PX * ((longest + 0.5) * larger - 0.5 - margin))
+
+
+def _level_curves(level: NDArray[np.float32]) -> Sequence[Array]:
+    """The curves (m, 2), ends included, on the half level of a drawing.
+
+    The generator is made as :func:`contourpy.contour_generator` does, whose masked arrays take longer than the curves.
+    """
+    x, y = np.meshgrid(np.arange(level.shape[1], dtype=np.float64), np.arange(level.shape[0], dtype=np.float64))
+    made = SerialContourGenerator(
+        x,
+        y,
+        level.astype(np.float64),
+        None,  # type: ignore[arg-type]
+        corner_mask=False,
+        line_type=LineType.Separate,
+        fill_type=FillType.OuterOffset,
+        quad_as_tri=False,
+        z_interp=ZInterp.Linear,
+    )
+    return made.lines(0.5)  # type: ignore[return-value]
 
 
 def _drawing(points: Array) -> tuple[NDArray[np.float32], Array]:
@@ -304,16 +326,11 @@ def _parallel(points: Array, look: _Look) -> tuple[Array, Array]:
         if not left:
             inner[:, i:] = inner[:, max(i - 1, 0)][:, None]
             break
-        inner[:, i] = (reach - look.smooth(_largest(left))) / depth
+        inner[:, i] = (reach - look.smooth(largest_ring(left))) / depth
     for i, depth in enumerate(DEPTHS_PX if look.sampled else ()):
         wide = section.offset(depth, manifold3d.JoinType.Round, circular_segments=4 * ARC_SEGMENTS).to_polygons()
-        outer[:, i] = (look.smooth(_largest(wide)) - reach) / depth
+        outer[:, i] = (look.smooth(largest_ring(wide)) - reach) / depth
     return inner, outer
-
-
-def _largest(rims: Sequence[Array]) -> Array:
-    """The outer rim (v, 2) px of the greatest area: where an outline falls apart, that is what is seen."""
-    return np.asarray(max(rims, key=_area), dtype=np.float64)
 
 
 def _leak(points: Array, look: _Look) -> Array:
@@ -331,7 +348,7 @@ def _leak(points: Array, look: _Look) -> Array:
         if not left:
             ratio[:, i:] = ratio[:, max(i - 1, 0)][:, None]
             break
-        ratio[:, i] = (reach - look.smooth(_largest(left))) / DEPTHS_PX[i]
+        ratio[:, i] = (reach - look.smooth(largest_ring(left))) / DEPTHS_PX[i]
     return ratio
 
 

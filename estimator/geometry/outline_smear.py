@@ -8,9 +8,11 @@ smooth stretch with the outward normal ``u`` thus moves by ``(1/2 - L) |u . w|``
 Valid where the outline moves by little more than an affine map during the exposure, and hollows are wider than the smear.
 """
 
+import manifold3d
 import numpy as np
-import shapely
 from numpy.typing import NDArray
+
+from estimator.geometry.closed_curves import largest_ring
 
 Array = NDArray[np.float64]
 LEVELS = np.array([0.1, 0.3, 0.5, 0.7, 0.9])
@@ -20,7 +22,7 @@ INSTANTS = (-0.5, 0.0, 0.5)
 
 
 def smear_losses(points: Array, motion: Array, outward: Array) -> Array:
-    """Recession (a, L) px of the tangents with normals ``outward`` (a, 2) of a smeared outline ``points`` (v, 2) px.
+    """Recession (a, L) px of the tangents with normals ``outward`` (a, 2) of a smeared outline ``points`` (v, 2) px, either way round.
 
     ``motion`` (3, 2) maps ``x, y, 1`` (px) to the displacement (px) during the exposure. The last level's where nothing is left.
     """
@@ -31,12 +33,10 @@ def smear_losses(points: Array, motion: Array, outward: Array) -> Array:
     losses = np.zeros((len(outward), len(LEVELS)))
     where = np.array(INSTANTS)[:, None, None] * moved
     for i, level in enumerate(LEVELS):
-        placed = shapely.make_valid(shapely.polygons(points + level * where))
-        parts = shapely.get_parts(shapely.intersection_all(placed))
-        parts = parts[shapely.area(parts) > 0.0]
-        if len(parts) == 0:
+        first, middle, last = (manifold3d.CrossSection([ring], manifold3d.FillRule.NonZero) for ring in points + level * where)
+        left = (first ^ middle ^ last).to_polygons()
+        if not left:
             losses[:, i:] = losses[:, max(i - 1, 0)][:, None]
             break
-        left = shapely.get_coordinates(parts[np.argmax(shapely.area(parts))])
-        losses[:, i] = support.max(axis=0) - (left @ outward.T).max(axis=0) - 0.5 * level * along
+        losses[:, i] = support.max(axis=0) - (largest_ring(left) @ outward.T).max(axis=0) - 0.5 * level * along
     return np.asarray(np.maximum(losses, 0.0))

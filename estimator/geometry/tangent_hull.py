@@ -12,15 +12,17 @@ where ``c`` are the filter's weights.
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
-from scipy.signal import savgol_coeffs, savgol_filter
+from scipy.ndimage import convolve1d
+from scipy.signal import savgol_coeffs
 from scipy.spatial import ConvexHull
-from scipy.stats import median_abs_deviation
 
 from estimator.geometry.closed_curves import resampled, unit_circle
+from estimator.robust_scale import robust_sigma
 
 Array = NDArray[np.float64]
 
@@ -72,7 +74,7 @@ def tangent_hull(points_px: Float[NDArray[np.float64], "n 2"], *, window: int = 
     if len(samples) < MINIMUM_POINTS or np.ptp(samples, axis=0).min() < 1.0:
         return _empty()
     window = min(window, len(samples) // 4 * 2 + 1)
-    smooth = savgol_filter(samples, window, 2, axis=0, mode="wrap")
+    smooth = _smooth(samples, window)
     normal = normals(smooth)
     noise = _point_noise(samples - smooth, normal, window)
     rows = np.sort(ConvexHull(smooth).vertices)
@@ -100,7 +102,7 @@ def degraded_hull(
         return _empty()
     spacing = likeness.spacing_px
     window = min(_odd(WINDOW * max(1.0, spacing)), len(fine) // 4 * 2 + 1)
-    smooth = savgol_filter(fine, window, 2, axis=0, mode="wrap")
+    smooth = _smooth(fine, window)
     normal = normals(smooth)
     noise = _point_noise(fine - smooth, normal, window)
     extra = np.sqrt(max(likeness.noise_px**2 - noise**2, 0.0))
@@ -114,23 +116,27 @@ def degraded_hull(
 def smoothed(points_px: Float[NDArray[np.float64], "n 2"]) -> Float[NDArray[np.float64], "m 2"]:
     """A closed outline (px) of :data:`MINIMUM_POINTS` samples at least, smoothed as its tangents are, with its hollows."""
     samples = evenly_spaced(points_px)
-    return np.asarray(savgol_filter(samples, min(WINDOW, len(samples) // 4 * 2 + 1), 2, axis=0, mode="wrap"))
+    return _smooth(samples, min(WINDOW, len(samples) // 4 * 2 + 1))
 
 
 def _mean_support_points(fine: Array, spacing: float, extra_px: float, likeness: Likeness, rng: np.random.Generator) -> Array:
     """Support points (direction, 2) of the Minkowski mean of the degraded outlines' hulls."""
     outward = unit_circle(likeness.directions)
     count = max(MINIMUM_POINTS, round(len(fine) / max(spacing, 1.0)))
-    total = np.zeros((likeness.directions, 2))
-    for draw in range(likeness.draws):
-        where = (np.arange(count) + draw / likeness.draws) * (len(fine) / count)
-        low = where.astype(np.int64)
-        share = (where - low)[:, None]
-        coarse = (1.0 - share) * fine[low % len(fine)] + share * fine[(low + 1) % len(fine)]
-        noisy = coarse + normals(coarse) * (extra_px * rng.standard_normal((count, 1)))
-        smooth = savgol_filter(noisy, min(WINDOW, count // 4 * 2 + 1), 2, axis=0, mode="wrap")
-        total += smooth[np.argmax(smooth @ outward.T, axis=0)]
-    return np.asarray(total / likeness.draws)
+    phase = np.arange(likeness.draws)[:, None] / likeness.draws
+    where = (np.arange(count) + phase) * (len(fine) / count)
+    low = where.astype(np.int64)
+    share = (where - low)[:, :, None]
+    coarse = (1.0 - share) * fine[low % len(fine)] + share * fine[(low + 1) % len(fine)]
+    noisy = coarse + normals(coarse) * (extra_px * rng.standard_normal((likeness.draws, count, 1)))
+    smooth = _smooth(noisy, min(WINDOW, count // 4 * 2 + 1))
+    reached = np.argmax(outward @ np.swapaxes(smooth, 1, 2), axis=2)
+    return np.asarray(np.take_along_axis(smooth, reached[:, :, None], axis=1).sum(axis=0) / likeness.draws)
+
+
+def _smooth(points: Array, window: int) -> Array:
+    """Closed curves (..., n, 2) with the local quadratic fit in place of their points."""
+    return np.asarray(convolve1d(points, _weights(window), axis=-2, mode="wrap"))
 
 
 def _odd(x: float) -> int:
@@ -156,8 +162,11 @@ def _empty() -> TangentHull:
     return TangentHull(np.zeros((0, 2)), np.zeros(0), 1.0, 0.0, 0)
 
 
+@cache
 def _weights(window: int) -> Array:
-    return np.asarray(savgol_coeffs(window, 2), dtype=np.float64)
+    weights = np.asarray(savgol_coeffs(window, 2), dtype=np.float64)
+    weights.setflags(write=False)
+    return weights
 
 
 def evenly_spaced(points: Array) -> Array:
@@ -172,14 +181,15 @@ def evenly_spaced(points: Array) -> Array:
 
 
 def normals(smooth: Array) -> Array:
-    """Unit normals (n, 2) of a closed curve, outwards for positive orientation."""
-    tangent = np.roll(smooth, -1, axis=0) - np.roll(smooth, 1, axis=0)
-    normal = np.column_stack([tangent[:, 1], -tangent[:, 0]])
-    return np.asarray(normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12))
+    """Unit normals (..., n, 2) of closed curves, outwards for positive orientation."""
+    tangent = np.roll(smooth, -1, axis=-2) - np.roll(smooth, 1, axis=-2)
+    normal = np.stack([tangent[..., 1], -tangent[..., 0]], axis=-1)
+    return np.asarray(normal / np.maximum(np.linalg.norm(normal, axis=-1, keepdims=True), 1e-12))
 
 
 def _point_noise(residual: Array, normal: Array, window: int) -> float:
     """Robust standard deviation (px) of the samples along the outline's normal, from what the smoothing took off."""
     c = _weights(window)
     share = 1.0 - 2.0 * c[window // 2] + float(np.sum(c**2))
-    return float(median_abs_deviation(np.sum(residual * normal, axis=1), scale="normal")) / np.sqrt(share)
+    along = np.sum(residual * normal, axis=1)
+    return float(robust_sigma(along - np.median(along))) / np.sqrt(share)

@@ -5,7 +5,7 @@ level is polygonised by marching cubes [Lewiner 2003, scikit-image]. The hull co
 looks into stay filled, so volume is over-estimated and centre of mass and inertia inherit a bias, which falls with views.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -58,7 +58,7 @@ def visual_hull(outlines: Sequence[Outline], views: Sequence[CalibratedView], *,
     depth = np.full(len(points), np.inf)
     alive = np.arange(len(points))
     for outline, view in used:
-        distance = _signed_distance_m(points[alive], outline, view)
+        distance = inside_by(outline, view)(points[alive])
         depth[alive] = np.minimum(depth[alive], distance)
         alive = alive[depth[alive] > -2.0 * step]
     volume = np.maximum(depth, -2.0 * step).reshape((resolution,) * 3)
@@ -89,14 +89,18 @@ def bounding_ball(outlines: Sequence[Outline], views: Sequence[CalibratedView]) 
     return np.asarray(centre, dtype=np.float64), 1.03 * radius
 
 
-def _signed_distance_m(points: Array, outline: Outline, view: CalibratedView) -> Array:
-    """Signed distance (m, positive inside) of the projections of ``points`` (n, 3) from an outline."""
-    cam = points @ view.R_cam_particle.T + view.t_cam_particle
+def inside_by(outline: Outline, view: CalibratedView) -> Callable[[Array], Array]:
+    """How far (m, n) points (n, 3), particle frame, project inside an outline; negative outside."""
     image = _distance_image(outline)
-    px = view.intrinsics.project(cam) - image.corner_px
-    values = map_coordinates(image.values, [px[:, 1], px[:, 0]], order=1, mode="nearest", prefilter=False)
-    outside = np.maximum(np.maximum(-px, px - (np.array(image.values.shape[::-1]) - 1)), 0.0).sum(axis=1)
-    return np.asarray((values - outside) * cam[:, 2] / view.intrinsics.fx_px, dtype=np.float64)
+
+    def distance(points: Array) -> Array:
+        cam = points @ view.R_cam_particle.T + view.t_cam_particle
+        px = view.intrinsics.project(cam) - image.corner_px
+        values = map_coordinates(image.values, [px[:, 1], px[:, 0]], order=1, mode="nearest", prefilter=False)
+        outside = np.maximum(np.maximum(-px, px - (np.array(image.values.shape[::-1]) - 1)), 0.0).sum(axis=1)
+        return np.asarray((values - outside) * cam[:, 2] / view.intrinsics.fx_px, dtype=np.float64)
+
+    return distance
 
 
 def _distance_image(outline: Outline) -> _DistanceImage:

@@ -32,6 +32,8 @@ from estimator.particle import MINIMUM_VIEWS, view_agreement, view_poses
 from estimator.view_faults import view_fault
 
 Array = NDArray[np.float64]
+SETS_WITHOUT_LOOP = 2
+"""So many sets make one pair, of which no loop can be made."""
 
 
 @dataclass(frozen=True)
@@ -137,13 +139,8 @@ def _agreed(sets: list[ViewSet], settings: MergeSettings, advance: Callable[[], 
     if unique:
         best = min(unique, key=lambda pair: float(motions[pair].poses.cost[standing[pair][0]]))
         return alone(sets, _only(motions[best], standing[best]))
-    several = next((pair for pair, rows in standing.items() if len(rows) > 1), None)
-    if several is None:
-        raise InputError(_nothing_agrees(sets, motions))
-    raise InputError(
-        f"drops {sets[several[1]].name}, {sets[several[0]].name}: expected one way of turning the second that fits the first, got "
-        f"{len(standing[several])}, as a symmetric body has. Further drops would decide."
-    )
+    several = {pair: len(rows) for pair, rows in standing.items() if len(rows) > 1}
+    raise InputError(_undecided(sets, several) if several else _nothing_agrees(sets, motions))
 
 
 def _only(found: SetMotions, rows: NDArray[np.int64]) -> SetMotions:
@@ -176,6 +173,22 @@ def _motions(sets: list[ViewSet], effort: MotionEffort, advance: Callable[[], No
         motions[i, j] = find_motions(sets[i], sets[j], (i, j), effort)
         advance()
     return motions
+
+
+def _undecided(sets: list[ViewSet], several: Mapping[tuple[int, int], int]) -> str:
+    """What to say where the pairs ``several`` fit in more than one way each, and no loop of three drops decides between them."""
+    if len(sets) == SETS_WITHOUT_LOOP:
+        return (
+            f"drops {sets[0].name}, {sets[1].name}: expected one way of turning the second that fits the first, got "
+            f"{next(iter(several.values()))}, as a symmetric body has. Further drops would decide."
+        )
+    names, pairs = ", ".join(s.name for s in sets), len(sets) * (len(sets) - 1) // 2
+    return (
+        f"drops {names}: expected ways of turning them that agree around three drops, got none. {len(several)} of {pairs} pairs of drops "
+        f"fit each other in several ways, in up to {max(several.values())}, but no three of these agree: the drops show a body that is "
+        "nearly alike from many sides, as a ball is, or particles that look alike. Is it one particle? Then views that show its corners "
+        "would decide, or one of these drops alone makes a particle file."
+    )
 
 
 def _nothing_agrees(sets: list[ViewSet], motions: dict[tuple[int, int], SetMotions]) -> str:

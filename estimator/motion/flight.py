@@ -53,7 +53,7 @@ NAMES = (
 )
 STEPS = np.array([1e-6] * 3 + [1e-5] * 3 + [1e-4] * 3 + [1e-3] * 3 + [1e-6] * 3 + [1e-4] * 5 + [0.0])
 """Central-difference steps: truncation below 1e-8 and rounding below 1e-9 of each column."""
-_SYMMETRIC = ((0, 0), (1, 1), (0, 1), (0, 2), (1, 2))
+SYMMETRIC = ((0, 0), (1, 1), (0, 1), (0, 2), (1, 2))
 
 
 @dataclass(frozen=True)
@@ -121,7 +121,7 @@ def moved(flight: Flight, step: Array) -> Flight:
 def inertia_matrix(flight: Flight, inertia: Array) -> Array:
     """Inertia (m, 3, 3) per nominal largest moment, nominal body axes, of perturbations ``inertia`` (m, 5)."""
     E = np.zeros((len(inertia), 3, 3))
-    for column, (i, j) in enumerate(_SYMMETRIC):
+    for column, (i, j) in enumerate(SYMMETRIC):
         E[:, i, j] = inertia[:, column]
         E[:, j, i] = inertia[:, column]
     root = np.sqrt(flight.body.inertia_ratios)

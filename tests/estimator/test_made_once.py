@@ -13,7 +13,9 @@ from datasets.errors import InputError
 from datasets.observation import CalibratedView
 from datasets.recipes.recipe import ParticleRecipe, Recipe, RigRecipe
 from datasets.vocabulary.outline import Outline
+from estimator import particle as particle_module
 from estimator.configuration import Configuration
+from estimator.geometry.outline_bias import noise_streams
 from estimator.made_once import MAKERS, VOCABULARY, MadeOnce, arrays_of, digest_of, made_of_arrays
 from estimator.particle import LEAST_HOLLOW, Particle, particle_of
 from synth.sequence import plan_sequence, view_outlines
@@ -44,19 +46,45 @@ def made(given: Given) -> Particle:
 
 
 def same(a: Particle, b: Particle) -> None:
-    for x, y in zip(arrays_of(a.once).items(), arrays_of(b.once).items(), strict=True):
+    for x, y in zip(arrays_of(a.once(SMALL)).items(), arrays_of(b.once(SMALL)).items(), strict=True):
         assert x[0] == y[0]
         np.testing.assert_array_equal(x[1], y[1])
-    np.testing.assert_array_equal(a.body.com_particle, b.body.com_particle)
+    for part in vars(a.body):
+        np.testing.assert_array_equal(getattr(a.body, part), getattr(b.body, part))
+        assert getattr(a.body, part).strides == getattr(b.body, part).strides
     np.testing.assert_array_equal(a.casting_mesh.ends, b.casting_mesh.ends)
 
 
 def test_what_is_kept_is_what_would_be_made(given: Given, made: Particle) -> None:
-    kept = Kept(digest_of(*given, SMALL), arrays_of(made.once))
+    kept = Kept(digest_of(*given, SMALL), arrays_of(made.once(SMALL)))
     again = particle_of(*given, SMALL, kept)
     assert again.made.hull is not None
     assert (again.made.exact_hull is not None) == (made.hollow > LEAST_HOLLOW)
     same(made, again)
+
+
+def test_a_particle_with_a_file_makes_nothing_of_its_views_again(given: Given, made: Particle, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A second sequence's time: silhouettes, mass properties and the bias of the views are read, and are those that would be made."""
+    rng = np.random.default_rng(SMALL.seed)
+    of_views, _ = noise_streams(rng)
+    wanted = made.bias_of_views(pairs=SMALL.bias_pairs, rng=of_views)
+    kept = Kept(digest_of(*given, SMALL), arrays_of(made.once(SMALL)))
+    for name in ("silhouettes", "visual_hull", "body_of", "start_catalogue", "largest_moment_per_mass", "bias_under", "cast_convex"):
+        monkeypatch.setattr(particle_module, name, None)
+    again = particle_of(*given, SMALL, kept)
+    of_views, _ = noise_streams(np.random.default_rng(SMALL.seed))
+    found = again.bias_of_views(pairs=SMALL.bias_pairs, rng=of_views)
+    np.testing.assert_array_equal(found.curves, wanted.curves)
+    np.testing.assert_array_equal(again.seen.xy, made.seen.xy)
+    assert again.largest_moment_per_mass == made.largest_moment_per_mass
+
+
+def test_the_bias_of_views_is_kept_for_its_own_draws_alone(given: Given, made: Particle) -> None:
+    again = particle_of(*given, SMALL, Kept(digest_of(*given, SMALL), arrays_of(made.once(SMALL))))
+    for pairs, seed in ((SMALL.bias_pairs, SMALL.seed + 1), (SMALL.bias_pairs + 1, SMALL.seed)):
+        kept, fresh = (one.bias_of_views(pairs=pairs, rng=np.random.default_rng(seed)) for one in (again, made))
+        assert kept.of == fresh.of != again.made.view_bias.of  # type: ignore[union-attr]
+        np.testing.assert_array_equal(kept.curves, fresh.curves)
 
 
 def test_another_outline_view_or_setting_is_another_digest(given: Given) -> None:
@@ -68,13 +96,15 @@ def test_another_outline_view_or_setting_is_another_digest(given: Given) -> None
         len({first, digest_of(moved, views, SMALL), digest_of(outlines, turned, SMALL), digest_of(outlines, views, Configuration())}) == 4
     )
     assert digest_of(outlines, views, replace(SMALL, pose_starts=99)) == first
-    assert particle_of(outlines, turned, SMALL, Kept(first, {})).made == MadeOnce()
+    assert replace(particle_of(outlines, turned, SMALL, Kept(first, {})).made, silhouettes=None) == MadeOnce()
 
 
 def test_arrays_of_something_else_are_refused(made: Particle) -> None:
-    arrays = arrays_of(made.once)
+    arrays = arrays_of(made.once(SMALL))
     with pytest.raises(InputError, match="here: expected the arrays that tumble shape makes"):
         made_of_arrays({"hollow": np.array([0.0])}, "here")
+    with pytest.raises(InputError, match="offsets that are not theirs"):
+        made_of_arrays({**arrays, "silhouettes_offsets": np.array([0, 10**6])}, "here")
     with pytest.raises(InputError, match="vertices that are not there"):
         made_of_arrays({**arrays, "hull_faces": np.array([[0, 1, 10**6]])}, "here")
 

@@ -68,7 +68,7 @@ def shape(drops: Sequence[Drop], name: str, *, mass_kg: float | None, advance: C
         checks=checks,
         notes=tuple([*notes, *_few_views_words(checks, excess_known=bool(np.isfinite(solid.volume_sigma_m3)))]),
     )
-    return Shaped(told, solid.surface, (digest_of(outlines, views, Configuration()), arrays_of(particle.once)))
+    return Shaped(told, solid.surface, (digest_of(outlines, views, Configuration()), arrays_of(particle.once(Configuration()))))
 
 
 def _sets(drops: Sequence[Drop]) -> tuple[list[tuple[ViewSet, Drop]], list[str]]:

@@ -47,7 +47,7 @@ def linear_tests() -> tuple[ScoreTest, ...]:
 
 @cache
 def apart(first: str, second: str) -> Separation:
-    (found,) = separations(registered(), fitted(), linear_tests(), (first, second), margin=MARGIN)
+    (found,) = separations(registered(), fitted(), linear_tests(), [(first, second)], margin=MARGIN)[0]
     return found
 
 
@@ -187,5 +187,5 @@ def test_more_speed_tells_the_drags_apart_better_than_more_of_the_same() -> None
 def test_random_effects_and_single_ones_have_no_pairs() -> None:
     tests = diagnose(registered().campaign, fitted(), {k: catalogue()[k] for k in ("trigger_jitter", "gravity")}).findings
     every = [f.test for f in tests]
-    assert separations(registered(), fitted(), every, ("gravity", "trigger_jitter"), margin=MARGIN) == ()
-    assert separations(registered(), fitted(), every, ("gravity",), margin=MARGIN) == ()
+    assert separations(registered(), fitted(), every, [("gravity", "trigger_jitter")], margin=MARGIN) == [()]
+    assert separations(registered(), fitted(), every, [("gravity",)], margin=MARGIN) == [()]

@@ -33,7 +33,7 @@ def test_scales_need_a_known_start_or_a_measurement_and_no_camera_is_offered() -
     fit = base_fit(found.campaign, found.start)
     effects = [catalogue()[k] for k in ("frame_rate", "length_scale", "linear_drag", "quadratic_drag", "gravity")]
     tests, _ = score_tests(found.campaign, fit, Candidates.of(found.campaign, effects))
-    (scales,) = separations(found, fit, tests, ("frame_rate", "length_scale"), margin=3.0)
+    (scales,) = separations(found, fit, tests, [("frame_rate", "length_scale")], margin=3.0)[0]
     assert not scales.now.separates
     told = {p.key: p.expected for p in scales.prospects}
     assert set(told) == {

@@ -1,5 +1,8 @@
 """Outlines that meshes cast: convex ones exactly, hollows between spikes, and none that a rough surface only suggests."""
 
+from dataclasses import replace
+
+import cv2
 import numpy as np
 import pytest
 import shapely
@@ -8,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
 from datasets.vocabulary.camera import Intrinsics
-from estimator.geometry.cast_outline import SHALLOW_PX, cast_outline, casting_mesh, with_hollows_seen
+from estimator.geometry.cast_outline import SHALLOW_PX, _draw, cast_outline, casting_mesh, with_hollows_seen
 from estimator.geometry.closed_curves import unit_circle
 from estimator.geometry.outline_shape import outline_shape
 from estimator.geometry.visual_hull import HullMesh
@@ -59,6 +62,24 @@ def test_a_notch_is_cut_out_and_a_scratch_is_not() -> None:
         missing = 60.0 * 40.0 - seen.area
         expected = 0.5 * 20.0 * depth_m / 1e-4 if is_hollow else 0.0
         assert missing == pytest.approx(expected, abs=2.5)
+
+
+def test_lines_are_drawn_as_opencv_draws_them() -> None:
+    rng = np.random.default_rng(0)
+    short = rng.integers(4, 96, (400, 1, 2)) + rng.integers(-4, 5, (400, 2, 2))
+    for lines in (short, rng.integers(0, 100, (40, 2, 2))):
+        here, theirs = np.zeros((2, 100, 100), np.uint8)
+        _draw(here, lines)
+        cv2.polylines(theirs, lines.astype(np.int32), isClosed=False, color=255)
+        np.testing.assert_array_equal(here, theirs)
+
+
+def test_the_corners_of_a_convex_outline_are_found_on_the_rim_alone() -> None:
+    ball = trimesh.creation.icosphere(subdivisions=3, radius=4e-3)
+    mesh = casting_mesh(HullMesh(np.asarray(ball.vertices), np.asarray(ball.faces)))
+    rim_alone = cast_outline(mesh, CAMERA, np.eye(3), DEPTH)
+    everything = cast_outline(replace(mesh, ends=mesh.ends[:-1], beside=mesh.beside[:-1]), CAMERA, np.eye(3), DEPTH)
+    np.testing.assert_array_equal(rim_alone, everything)
 
 
 def star(points: int = 5, *, outer: float = 40.0, inner: float = 14.0) -> Array:

@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.signal import savgol_coeffs, savgol_filter
 
-from estimator.geometry.tangent_hull import NOISE_FLOOR_PX, WINDOW, Likeness, TangentHull, degraded_hull, tangent_hull
+from estimator.geometry.closed_curves import unit_circle
+from estimator.geometry.tangent_hull import NOISE_FLOOR_PX, WINDOW, Likeness, TangentHull, degraded_hull, normals, tangent_hull
 
 Array = NDArray[np.float64]
 RADIUS_PX, SIGMA_PX, DRAWS = 30.0, 0.2, 60
@@ -101,6 +103,33 @@ def test_a_fine_outline_made_like_a_coarse_one_has_its_bias(hulls: list[TangentH
     own = np.mean(support(like.points_px) / 4.0 - RADIUS_PX)
     assert own == pytest.approx(np.mean([support(h.points_px) - RADIUS_PX for h in hulls]), abs=0.012)
     assert own > 0.08
+
+
+def test_drawing_all_coarse_outlines_at_once_is_drawing_one_after_the_other() -> None:
+    """To the last bit: a particle's estimates are the same as before, which drew them so."""
+    fine, like = noisy_circle(np.random.default_rng(7), 0.05), Likeness(spacing_px=3.0, noise_px=0.6)
+    found = degraded_hull(fine, like, np.random.default_rng(8))
+    outward, rng, total = unit_circle(like.directions), np.random.default_rng(8), np.zeros((like.directions, 2))
+    extra, count = np.sqrt(like.noise_px**2 - found.noise_px**2), round(len(fine) / 3)
+    for draw in range(like.draws):
+        where = (np.arange(count) + draw / like.draws) * (len(fine) / count)
+        low = where.astype(np.int64)
+        coarse = (1.0 - (where - low)[:, None]) * fine[low] + (where - low)[:, None] * fine[(low + 1) % len(fine)]
+        noisy = coarse + normals(coarse) * (extra * rng.standard_normal((count, 1)))
+        smooth = savgol_filter(noisy, WINDOW, 2, axis=0, mode="wrap")
+        total += smooth[np.argmax(smooth @ outward.T, axis=0)]
+    np.testing.assert_array_equal(found.points_px, total / like.draws)
+
+
+def test_the_smoothing_weights_are_made_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Making them anew took half the time of smoothing an outline."""
+    rng = np.random.default_rng(2)
+    degraded_hull(noisy_circle(rng), Likeness(4.0, 0.8), rng)
+    made = []
+    monkeypatch.setattr("estimator.geometry.tangent_hull.savgol_coeffs", lambda *given: made.append(given) or savgol_coeffs(*given))
+    tangent_hull(noisy_circle(rng))
+    degraded_hull(noisy_circle(rng), Likeness(4.0, 0.8), rng)
+    assert made == []
 
 
 def test_uneven_and_coarse_outlines_are_resampled() -> None:

@@ -12,6 +12,7 @@ from datasets.recipes.recipe import ParticleRecipe
 from datasets.vocabulary.outline import Outline
 from estimator.fitting.pose_refinement import Poses
 from estimator.geometry.silhouettes import silhouettes
+from estimator.merging import merge as merge_module
 from estimator.merging.consistency import agree
 from estimator.merging.fitted import MergeSettings
 from estimator.merging.joint import JointTask, Placements, RigErrors, _equations, _linear, fit_jointly
@@ -217,6 +218,26 @@ def test_two_sets_of_a_symmetric_body_are_ambiguous() -> None:
     pair = [view_set(f"drop{k}", *withheld(outlines[6 * k : 6 * k + 6], views[6 * k : 6 * k + 6])) for k in range(2)]
     with pytest.raises(InputError, match="that fits the first, got 4, as a symmetric body has"):
         merge(pair, SETTINGS)
+
+
+def test_drops_that_fit_in_pairs_but_close_no_loop_are_not_called_a_symmetric_pair(
+    sets: list[ViewSet], rng: np.random.Generator, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of three drops of a ball, or of particles that look alike, any turn fits, and no three turns agree."""
+
+    def any_turn(first: ViewSet, second: ViewSet, pair: tuple[int, int], effort: MotionEffort) -> SetMotions:
+        R = Rotation.random(3, rng=rng).as_matrix()
+        return SetMotions(*pair, Poses(R, np.tile(first.centre, (3, 1)), np.ones(3)), np.ones(3))
+
+    monkeypatch.setattr(merge_module, "find_motions", any_turn)
+    for judged in ("fitting", "stands"):
+        monkeypatch.setattr(merge_module, judged, lambda *given: (np.arange(3), ""))
+    with pytest.raises(InputError) as refused:
+        merge(sets[:3], SETTINGS)
+    said = str(refused.value)
+    assert "ways of turning them that agree around three drops, got none. 3 of 3 pairs of drops fit each other in several ways" in said
+    assert "one of these drops alone makes a particle file" in said
+    assert "as a symmetric body has" not in said
 
 
 def test_wrong_motions_close_no_loop(sets: list[ViewSet]) -> None:

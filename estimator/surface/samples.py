@@ -1,0 +1,80 @@
+"""Distances of all outline samples from the outlines that surface and flight cast, with their derivatives by radii and flight."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+from scipy.sparse import csr_array
+
+from datasets.observation import CalibratedView
+from datasets.vocabulary.camera import Intrinsics
+from datasets.vocabulary.outline import Outline
+from estimator.fitting.trajectory import Sightings, particle_poses
+from estimator.motion.flight import N_PARAMETERS, OFFSET, Flight, poses_and_sensitivity
+from estimator.surface.contact import Contact, contact_of
+from estimator.surface.star_surface import StarSurface
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Samples:
+    """Residuals ``gap_px`` (m,) of samples in the order of their outlines, ``starts`` (k + 1,) where those of each picture begin.
+
+    ``by_radius`` (m, n) px/m and ``by_flight`` (m, 21): their derivatives.
+    """
+
+    gap_px: Float[NDArray[np.float64], " m"]
+    starts: NDArray[np.int64]
+    by_radius: csr_array
+    by_flight: Float[NDArray[np.float64], "m 21"]
+
+
+def samples_of_views(surface: StarSurface, outlines: Sequence[Outline], views: Sequence[CalibratedView]) -> Samples:
+    """Those of the calibrated views, which the flight does not move."""
+    parts = []
+    for outline, view in zip(outlines, views, strict=True):
+        met = contact_of(surface, view.intrinsics, view.R_cam_particle, view.t_cam_particle, outline.points_px)
+        across = _across(met, view.intrinsics)
+        parts.append((met, across @ view.R_cam_particle, np.zeros((len(across), N_PARAMETERS))))
+    return _stacked(surface, parts, 0.0)
+
+
+def samples_of_frames(surface: StarSurface, sightings: Sightings, flight: Flight) -> Samples:
+    """Those of the high-speed cameras' pictures under a flight."""
+    predicted, sensitivity = poses_and_sensitivity(flight, sightings.times_s)
+    placed = particle_poses(flight, predicted, sightings)
+    parts = []
+    for k, outline in enumerate(sightings.outlines_px):
+        camera = sightings.cameras[int(sightings.camera[k])]
+        met = contact_of(surface, camera.intrinsics, placed.R[k], placed.t[k], outline)
+        across = _across(met, camera.intrinsics)
+        world = across @ camera.R_cam_world
+        arm = (met.point - camera.t_cam_world) @ camera.R_cam_world - predicted.centre[k, 0]
+        by_flight = -np.concatenate([world, np.cross(arm, world)], axis=1) @ sensitivity[k]
+        by_flight[:, OFFSET] = -1.0
+        parts.append((met, across @ placed.R[k], by_flight))
+    return _stacked(surface, parts, flight.offset_px)
+
+
+def _across(met: Contact, camera: Intrinsics) -> Array:
+    """By how much (s, 3) px/m the cast outline moves along its normal where the body's points move, camera coordinates."""
+    x, y, z = met.point.T
+    u, v = met.normal[:, 0] * camera.fx_px, met.normal[:, 1] * camera.fy_px
+    return np.column_stack([u / z, v / z, -(u * x + v * y) / z**2])
+
+
+def _stacked(surface: StarSurface, parts: Sequence[tuple[Contact, Array, Array]], offset_px: float) -> Samples:
+    """All pictures' samples; each part has its contact, how the outline moves with points of the particle (s, 3), and with the flight."""
+    directions, n = surface.sphere.directions, len(surface.radii)
+    counts = np.array([len(met.gap_px) for met, _, _ in parts], dtype=np.int64)
+    first, second = (np.concatenate([getattr(met, name) for met, _, _ in parts]) for name in ("first", "second"))
+    share, across = np.concatenate([met.share for met, _, _ in parts]), np.concatenate([a for _, a, _ in parts])
+    rows = np.arange(len(share))
+    values = [-(1.0 - share) * np.sum(across * directions[first], axis=1), -share * np.sum(across * directions[second], axis=1)]
+    place = (np.concatenate([rows, rows]), np.concatenate([first, second]))
+    by_radius = csr_array((np.concatenate(values), place), shape=(len(rows), n))
+    gap = np.concatenate([met.gap_px for met, _, _ in parts]) - offset_px
+    return Samples(gap, np.concatenate([[0], np.cumsum(counts)]), by_radius, np.concatenate([f for _, _, f in parts]))

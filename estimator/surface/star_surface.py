@@ -1,0 +1,100 @@
+"""A star-shaped surface: one radius along each direction of a subdivided icosahedron, first those of the visual hull.
+
+What a radius differs from the mean of its neighbours by is the discrete Laplacian, whose squares are the energy of a surface that is smooth
+[Sorkine, Computer Graphics Forum 25 (2006) 789]; a ball has none.
+"""
+
+from dataclasses import dataclass, replace
+from functools import cache
+
+import numpy as np
+import trimesh
+from jaxtyping import Float
+from numpy.typing import NDArray
+from scipy.sparse import csr_array, diags_array, eye_array
+
+from estimator.geometry.visual_hull import bounding_ball, inside_by
+from estimator.particle import Particle
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+SUBDIVISIONS = 5
+"""10,242 directions: edges are a sixtieth of the body's extent, some two samples of a view's outline."""
+MARCHED, HALVED, REACH = 45, 12, 1.1
+"""Steps from the centre until a point lies outside a cone, halvings of the last step, and how far they go in radii of the ball around."""
+
+
+@dataclass(frozen=True, eq=False)
+class Sphere:
+    """``directions`` (n, 3), ``faces`` (f, 3), of every edge its ``ends`` (e, 2) and the faces ``beside`` it (e, 2).
+
+    ``laplacian`` (n, n): a value less the mean of its neighbours'. ``edge``: mean length of an edge on the unit sphere.
+    """
+
+    directions: Array
+    faces: Index
+    ends: Index
+    beside: Index
+    laplacian: csr_array
+    edge: float
+
+
+@cache
+def sphere(subdivisions: int = SUBDIVISIONS) -> Sphere:
+    """The subdivided icosahedron."""
+    mesh = trimesh.creation.icosphere(subdivisions=subdivisions)
+    ends, n = np.asarray(mesh.face_adjacency_edges), len(mesh.vertices)
+    both = np.concatenate([ends, ends[:, ::-1]])
+    adjacency = csr_array((np.ones(len(both)), (both[:, 0], both[:, 1])), shape=(n, n))
+    mean = diags_array(1.0 / adjacency.sum(axis=1)) @ adjacency
+    directions = np.asarray(mesh.vertices, dtype=np.float64)
+    edge = float(np.linalg.norm(directions[ends[:, 0]] - directions[ends[:, 1]], axis=1).mean())
+    faces, beside = np.asarray(mesh.faces, dtype=np.int64), np.asarray(mesh.face_adjacency)
+    return Sphere(directions, faces, ends, beside, csr_array(eye_array(n) - mean), edge)
+
+
+@dataclass(frozen=True, eq=False)
+class StarSurface:
+    """``radii`` (n,) m along the directions of a ``sphere`` from a ``centre`` (3,) m, particle frame."""
+
+    sphere: Sphere
+    centre: Array
+    radii: Array
+
+    @property
+    def vertices(self) -> Float[NDArray[np.float64], "n 3"]:
+        """Corners, m, particle frame."""
+        return self.centre + self.radii[:, None] * self.sphere.directions
+
+    @property
+    def edge_m(self) -> float:
+        """Typical length of an edge."""
+        return self.sphere.edge * float(self.radii.mean())
+
+    def grown(self, by: Array) -> "StarSurface":
+        """The surface with its radii larger by ``by`` (n,) m."""
+        return replace(self, radii=self.radii + by)
+
+
+def star_surface(particle: Particle, subdivisions: int = SUBDIVISIONS) -> StarSurface:
+    """The visual hull of a particle's views as seen from its centre of mass: where each direction first leaves one of the views' cones."""
+    ball = sphere(subdivisions)
+    _, reach = bounding_ball(particle.outlines, particle.calibrated)
+    cones = [inside_by(o, v) for o, v in zip(particle.outlines, particle.calibrated, strict=True)]
+    centre, n = particle.body.com_particle, len(ball.directions)
+
+    def inside(radii: Array, rows: Index) -> NDArray[np.bool_]:
+        points = centre + radii[:, None] * ball.directions[rows]
+        return np.asarray(np.min([cone(points) for cone in cones], axis=0) > 0.0)
+
+    low, high, left = np.zeros(n), np.full(n, REACH * reach), np.arange(n)
+    for radius in np.linspace(0.0, REACH * reach, MARCHED)[1:]:
+        within = inside(np.full(len(left), radius), left)
+        high[left[~within]] = radius
+        low[left[within]] = radius
+        left = left[within]
+    for _ in range(HALVED):
+        middle = 0.5 * (low + high)
+        within = inside(middle, np.arange(n))
+        low, high = np.where(within, middle, low), np.where(within, high, middle)
+    return StarSurface(ball, centre, 0.5 * (low + high))

@@ -1,0 +1,91 @@
+"""The joint fit of surface and flight on a small sequence of a smooth body: nearer to the truth than tangents, within its error bars."""
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.interpolate import CubicSpline
+
+from datasets.errors import InputError
+from datasets.estimate import Estimate, Status
+from datasets.observation import Observation
+from datasets.recipes.recipe import MotionRecipe, ParticleRecipe, Recipe, RigRecipe
+from datasets.scoring.metrics import COMPONENTS
+from datasets.scoring.score import score
+from datasets.truth import Truth
+from estimator import pipeline
+from estimator.configuration import Configuration
+from estimator.fitting.trajectory import Sightings
+from estimator.motion.flight import N_PARAMETERS, Flight, moved, velocities
+from estimator.particle import Particle
+from estimator.surface.joint import JointFit, joint_fit
+from estimator.surface.samples import samples_of_frames
+from estimator.surface.star_surface import star_surface
+from synth.sequence import build_silhouette_sequence
+
+RECIPE = Recipe(
+    seed=8,
+    particle=ParticleRecipe(family="cut_stone", irregularity=0.2, size_mm=(6.0, 6.0)),
+    motion=MotionRecipe(frames=24, speed_ms=(1.5, 2.5), spin_rads=(120.0, 200.0)),
+    rig=RigRecipe(drops=3),
+)
+COARSE = 4
+
+
+@pytest.fixture(scope="module")
+def made() -> tuple[Observation, Truth]:
+    return build_silhouette_sequence(RECIPE, 0)
+
+
+@dataclass(frozen=True)
+class Measured:
+    """The joint fit, the flight of the tangents that it began with, and what it was given."""
+
+    estimate: Estimate
+    flight: Flight
+    particle: Particle
+    sightings: Sightings
+
+
+@pytest.fixture(scope="module")
+def measured(made: tuple[Observation, Truth]) -> Measured:
+    given: list[tuple[Any, ...]] = []
+
+    def coarse(*arguments: Any, **named: Any) -> JointFit:
+        given.append(arguments)
+        return joint_fit(*arguments, **named, subdivisions=COARSE)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(pipeline, "joint_fit", coarse)
+        estimate = pipeline.estimate(made[0], Configuration(surface_fit=1))
+    particle, sightings, flight, _ = given[0]
+    return Measured(replace(estimate, status=Status.CONVERGED), flight, particle, sightings)
+
+
+def test_it_is_nearer_to_the_truth_than_tangents(made: tuple[Observation, Truth], measured: Measured) -> None:
+    scored = score(measured.estimate, made[1])
+    motion, middle = made[1].motion, measured.estimate.middle
+    assert middle is not None
+    _, before = velocities(measured.flight, np.zeros((1, N_PARAMETERS)), middle.time_s)
+    true = CubicSpline(motion.times_s, motion.omega_world)(middle.time_s)
+    assert scored["middle_angular_rads"] < 0.8 * np.linalg.norm(before[0] - true)
+
+
+def test_its_error_bars_hold_the_truth(made: tuple[Observation, Truth], measured: Measured) -> None:
+    scored = score(measured.estimate, made[1])
+    assert max(abs(scored[f"middle_pull_{c}"]) for c in COMPONENTS) < 3.0
+
+
+def test_derivatives_by_the_flight_are_differences(measured: Measured) -> None:
+    surface = star_surface(measured.particle, COARSE)
+    step = np.zeros(N_PARAMETERS)
+    step[:12] = [2e-6, -2e-6, 4e-5, 5e-4, -5e-4, 5e-4, 1e-4, 1e-4, 2e-3, 0.02, -0.02, 0.02]
+    at, after = (samples_of_frames(surface, measured.sightings, flight) for flight in (measured.flight, moved(measured.flight, step)))
+    found, told = after.gap_px - at.gap_px, at.by_flight @ step
+    assert np.median(np.abs(found - told)) < 0.05 * np.median(np.abs(told))
+
+
+def test_a_focal_length_is_not_measured_beside_a_surface(made: tuple[Observation, Truth]) -> None:
+    with pytest.raises(InputError, match="expected focal_prior = 0"):
+        pipeline.estimate(made[0], Configuration(surface_fit=1, focal_prior=0.1))
