@@ -26,16 +26,16 @@ from datasets.estimate import Estimate
 from datasets.json_documents import plain
 from datasets.observation import Observation
 from datasets.recipes.recipe import EffectRecipe
-from estimator.configuration import Configuration
 from estimator.contact_validation.detection import power
 from estimator.contact_validation.fitting import fit
 from estimator.contact_validation.held_out import judge
-from estimator.contact_validation.models import RIGID as RIGID_MODEL
-from estimator.contact_validation.models import impulse_model
+from estimator.contact_validation.laws.models import RIGID as RIGID_MODEL
+from estimator.contact_validation.laws.models import impulse_model
 from estimator.contact_validation.spread import prepared
 from estimator.contact_validation.validate import LEAST_RUNS, Question, Validation, validate
 from estimator.contact_validation.verdict import broken_verdict
-from estimator.measuring import measure
+from estimator.data.configuration import Configuration
+from estimator.measure import measure
 from scripts.acceptance_runs import acceptance_parser, run_missing, seed_of, write_figures
 from scripts.contact_sets import FRICTION, MOST_RUNS, RESTITUTION, drop_recipe, measured_set
 from synth.sequence import build_silhouette_sequence

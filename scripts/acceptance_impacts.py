@@ -17,8 +17,8 @@ import numpy as np
 from datasets.atomic_files import written_whole
 from datasets.recipes.recipe import DropperRecipe, ParticleRecipe, PlateRecipe, Recipe
 from datasets.scoring.impacts import impact_table, score_impacts
-from estimator.configuration import Configuration
-from estimator.measuring import measure
+from estimator.data.configuration import Configuration
+from estimator.measure import measure
 from scripts.acceptance_runs import acceptance_parser, run_missing, seed_of, write_figures
 from scripts.impact_figures import impact_figures, impacts_table, not_found, statuses_of
 from synth.sequence import build_silhouette_sequence

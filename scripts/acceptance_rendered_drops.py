@@ -29,11 +29,11 @@ from datasets.observation_files import read_observation, write_observation
 from datasets.recipes.recipe import DropperRecipe, EffectRecipe, ParticleRecipe, PlateRecipe, Recipe
 from datasets.scoring.impacts import impact_table, score_impacts
 from datasets.truth_files import read_truth
-from estimator.configuration import Configuration
 from estimator.contact_validation.validate import Question, validate
-from estimator.measuring import measure
+from estimator.data.configuration import Configuration
+from estimator.measure import measure
 from estimator.outlines.recording import view_outlines_of
-from estimator.pipeline import tracks_of
+from estimator.outlines.sightings import tracks_of
 from scripts.acceptance_runs import acceptance_parser, run_missing, seed_of, write_figures
 from scripts.impact_figures import impact_figures, impacts_table, not_found, statuses_of
 from synth.rendering.sequence import render_sequence

@@ -20,8 +20,8 @@ from datasets.recipes.recipe import ParticleRecipe, Recipe
 from datasets.scoring.metrics import COMPONENTS
 from datasets.scoring.score import score
 from datasets.scoring.table import coverage, score_table, status_counts, worse_sequences
-from estimator.configuration import Configuration
-from estimator.pipeline import estimate
+from estimator.data.configuration import Configuration
+from estimator.measuring.free_flight import estimate
 from scripts.scanned_particles import scanned_files
 from synth.sequence import build_silhouette_sequence
 from tumble.engine import Item, failures, run

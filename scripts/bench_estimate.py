@@ -31,8 +31,8 @@ from datasets.observation_files import frames_file, read_observation, write_obse
 from datasets.recipes.recipe import HsvRecipe, MotionRecipe, NoiseRecipe, Recipe  # noqa: E402
 from datasets.tiff_frames import FrameStackWriter, TiffFrames  # noqa: E402
 from datasets.vocabulary.outline import Outline  # noqa: E402
-from estimator.configuration import Configuration  # noqa: E402
-from estimator.pipeline import estimate  # noqa: E402
+from estimator.data.configuration import Configuration  # noqa: E402
+from estimator.measuring.free_flight import estimate  # noqa: E402
 from synth.sequence import build_silhouette_sequence  # noqa: E402
 
 MOTION = MotionRecipe(frames=100, speed_ms=(1.0, 2.0), spin_rads=(100.0, 200.0))

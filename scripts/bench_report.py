@@ -25,8 +25,8 @@ from datasets.estimate_files import write_estimate
 from datasets.observation_files import read_observation
 from datasets.recipes.recipe import HsvRecipe, MotionRecipe, NoiseRecipe, Recipe, RigRecipe
 from datasets.truth_files import write_truth
-from estimator.configuration import Configuration
-from estimator.pipeline import estimate
+from estimator.data.configuration import Configuration
+from estimator.measuring.free_flight import estimate
 from scripts.bench_estimate import as_pictures
 from synth.sequence import build_silhouette_sequence
 from tumble.cli.main import main

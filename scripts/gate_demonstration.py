@@ -26,14 +26,16 @@ from datasets.recipes.recipe import Recipe
 from datasets.recipes.toml_files import load_recipe
 from datasets.scoring.score import Row, score
 from datasets.vocabulary.outline import Outline
-from estimator import pipeline, reporting
-from estimator.configuration import Configuration
-from estimator.fitting import refinement
+from estimator.data.configuration import Configuration
+from estimator.fitting import refinement, tasks
 from estimator.geometry import tangent_hull
+from estimator.measuring import free_flight
 from estimator.motion import flight as flight_model
 from estimator.motion.flight import Flight
 from estimator.motion.rigid_body import rotation_matrices
+from estimator.outlines import sightings
 from estimator.outlines.result import OutlineTrack
+from estimator.reports import reporting
 from synth.sequence import build_silhouette_sequence
 from tumble.cli.gate import verdict
 from tumble.gating import recipe_file, sources_digest
@@ -45,14 +47,14 @@ GROWTH_PX = 0.01
 @contextmanager
 def sinking_threshold() -> Iterator[None]:
     """Outlines cut at a threshold that sinks from frame to frame, so that each is a little wider than the one before."""
-    original = pipeline.outlines_of
+    original = sightings.outlines_of
 
     def sinking(*arguments: Any, **settings: Any) -> OutlineTrack:
         track = original(*arguments, **settings)
         frames = tuple(replace(f, outline=_widened(f.outline, GROWTH_PX * k)) for k, f in enumerate(track.frames))
         return OutlineTrack(frames)
 
-    with mock.patch.object(pipeline, "outlines_of", sinking):
+    with mock.patch.object(sightings, "outlines_of", sinking):
         yield
 
 
@@ -111,7 +113,7 @@ def boastful_covariance() -> Iterator[None]:
         refined = original(*arguments, **settings)
         return replace(refined, covariance=refined.covariance / 16.0)
 
-    with mock.patch.object(pipeline, "refine_flight", boast):
+    with mock.patch.object(tasks, "refine_flight", boast):
         yield
 
 
@@ -157,7 +159,7 @@ def rows_of(recipe: Recipe, change: Change) -> list[Row]:
     for index in range(recipe.sequences):
         observation, truth = build_silhouette_sequence(recipe, index)
         with change.patched():
-            rows.append(score(pipeline.estimate(change.observed(observation), change.configuration), truth))
+            rows.append(score(free_flight.estimate(change.observed(observation), change.configuration), truth))
     return rows
 
 

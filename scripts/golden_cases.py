@@ -34,16 +34,17 @@ from datasets.recipes.recipe import (
 )
 from datasets.trajectory import Surroundings, Trajectory
 from datasets.truth import Truth
-from estimator.campaign_reporting import campaign_estimates
-from estimator.configuration import Configuration
 from estimator.contact_validation.validate import Question, validate
+from estimator.data.configuration import Configuration
 from estimator.diagnosis.explain import explain
 from estimator.effects.choosing import catalogue
-from estimator.fitting.considered import uncertain
-from estimator.measuring import measure
-from estimator.registration import Registered, register
-from estimator.trajectories.impacts import measure_impacts
-from estimator.trajectories.registering import register_trajectories
+from estimator.fitting.campaigns.considered import uncertain
+from estimator.fitting.campaigns.registered import Registered
+from estimator.measure import measure
+from estimator.measurements.silhouettes.registration import register
+from estimator.measurements.trajectories.impacts import measure_impacts
+from estimator.measurements.trajectories.registering import register_trajectories
+from estimator.reports.campaign_reporting import campaign_estimates
 from scripts.golden_records import Record, joined, of_estimate, of_explanation, of_validation
 from synth.rendering.sequence import render_sequence
 from synth.sequence import build_silhouette_sequence

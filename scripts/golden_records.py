@@ -18,13 +18,13 @@ from typing import Any
 import numpy as np
 
 from datasets.estimate import CollisionEstimate, Estimate, Measured, VelocityEstimate
-from estimator.campaign_reporting import EffectValue, effect_values
 from estimator.contact_validation.validate import Validation
 from estimator.diagnosis.diagnose import diagnosis_at
 from estimator.diagnosis.explain import Explanation
 from estimator.diagnosis.noise_floor import noise_floor
-from estimator.fitting.considered import Uncertain
-from estimator.registration import Registered
+from estimator.fitting.campaigns.considered import Uncertain
+from estimator.fitting.campaigns.registered import Registered
+from estimator.reports.campaign_reporting import EffectValue, effect_values
 
 VALUE_SIGMAS = 0.02
 SIGMA_SHARE = 0.01

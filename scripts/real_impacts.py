@@ -24,14 +24,14 @@ from datasets.estimate import Estimate
 from datasets.estimate_files import read_estimate, write_estimate
 from estimator.contact.hertz_mindlin import Integration
 from estimator.contact_validation.fitting import fit
-from estimator.contact_validation.force_models import PARAMETERS, Materials, hertz_mindlin_at_corner
 from estimator.contact_validation.held_out import judge
+from estimator.contact_validation.laws.force_models import PARAMETERS, Materials, hertz_mindlin_at_corner
+from estimator.contact_validation.laws.models import RIGID, ContactModel
 from estimator.contact_validation.measured import MeasuredImpact
-from estimator.contact_validation.models import RIGID, ContactModel
 from estimator.contact_validation.quantities import Contact
 from estimator.contact_validation.spread import prepared
 from estimator.contact_validation.validate import Question, Validation, validate, values_of
-from estimator.trajectories.impacts import measure_impacts
+from estimator.measurements.trajectories.impacts import measure_impacts
 from scripts.real_impacts_cube import (
     HALF_WIDTH_M,
     MASS_KG,

@@ -18,19 +18,19 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from datasets.trajectory_files import read_trajectory, trajectories_in
-from estimator.campaign_reporting import effect_values
 from estimator.diagnosis.adding import with_effect
 from estimator.diagnosis.diagnose import Diagnosis, diagnose, tested_values
 from estimator.diagnosis.explain import Explanation, explain
 from estimator.diagnosis.noise_floor import noise_floor
 from estimator.diagnosis.residual_maps import residual_maps, shown
 from estimator.effects.choosing import catalogue
-from estimator.fitting.base_model import base_fit
-from estimator.fitting.campaign import CampaignFit
-from estimator.fitting.campaign_covariance import campaign_covariance
-from estimator.fitting.held_out import held_out
-from estimator.registration import Registered
-from estimator.trajectories.registering import register_trajectories
+from estimator.fitting.campaigns.base_model import base_fit
+from estimator.fitting.campaigns.campaign import CampaignFit
+from estimator.fitting.campaigns.campaign_covariance import campaign_covariance
+from estimator.fitting.campaigns.held_out import held_out
+from estimator.fitting.campaigns.registered import Registered
+from estimator.measurements.trajectories.registering import register_trajectories
+from estimator.reports.campaign_reporting import effect_values
 from scripts.real_tosses_page import page
 from scripts.toss_study import TossStudy, toss_command
 from tumble.diagnosis_documents import value_entries

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from estimator.fitting.alike_noise import channel_noise
+from estimator.likelihood.alike_noise import channel_noise
 
 Array = NDArray[np.float64]
 Rng = np.random.Generator

@@ -16,13 +16,13 @@ from typing import Any
 import numpy as np
 
 from datasets.recipes.synth_only import SYNTH_ONLY
-from estimator.configuration import Configuration
+from estimator.data.configuration import Configuration
 from estimator.diagnosis.diagnose import diagnose
 from estimator.diagnosis.empirical_fit import fit_empirical
 from estimator.effects.choosing import catalogue
-from estimator.fitting.base_model import base_fit
-from estimator.fitting.held_out import held_out
-from estimator.registration import register
+from estimator.fitting.campaigns.base_model import base_fit
+from estimator.fitting.campaigns.held_out import held_out
+from estimator.measurements.silhouettes.registration import register
 from tumble.challenge.cases import Case
 from tumble.challenge.drawing import Counts, Plan, Shape, Sizes, draw_cases
 from tumble.challenge.limits import TABLE, read_table

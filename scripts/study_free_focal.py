@@ -17,8 +17,8 @@ from datasets.estimate import Estimate, Status
 from datasets.observation import Observation
 from datasets.recipes.recipe import HsvRecipe, ParticleRecipe, Recipe
 from datasets.truth import Truth
-from estimator.configuration import Configuration
-from estimator.pipeline import estimate
+from estimator.data.configuration import Configuration
+from estimator.measuring.free_flight import estimate
 from scripts.scanned_particles import SIX, scanned_files
 from synth.sequence import build_silhouette_sequence
 

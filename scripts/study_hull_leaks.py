@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.recipes.recipe import MotionRecipe, ParticleRecipe, Recipe, RigRecipe
-from estimator.configuration import Configuration
-from estimator.fitting.model_errors import seen_outlines
+from estimator.appearance.model_errors import seen_outlines
+from estimator.data.configuration import Configuration
 from estimator.geometry.hollows import hollow_share
 from estimator.geometry.outline_shape import DEPTHS_PX, as_of_a_hull, outline_shape
-from estimator.registration import register
+from estimator.measurements.silhouettes.registration import register
 from scripts.study_pages import LARGEST_SEED, body_study_arguments, write_body_study
 from synth.sequence import build_silhouette_sequence
 

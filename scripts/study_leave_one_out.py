@@ -21,11 +21,11 @@ from scipy.spatial.transform import Rotation
 
 from datasets.atomic_files import written_whole
 from datasets.recipes.recipe import MotionRecipe, ParticleRecipe, Recipe
-from estimator.configuration import Configuration
-from estimator.fitting.pose_refinement import Views
-from estimator.fitting.pose_search import SearchEffort, search_pose
+from estimator.data.configuration import Configuration
+from estimator.data.views import Views
 from estimator.geometry.epipolar_tangency import PoseSet
-from estimator.particle import Particle, particle_of
+from estimator.particle.particle import Particle, particle_of
+from estimator.poses.pose_search import SearchEffort, search_pose
 from scripts.scanned_particles import REGULAR, SIX, scanned_files
 from scripts.study_pages import figure, write_figure, write_page
 from scripts.study_runs import PROCEDURAL, sources_hash

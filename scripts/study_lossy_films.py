@@ -18,7 +18,7 @@ from datasets.recipes.recipe import HsvRecipe, MotionRecipe, NoiseRecipe, Partic
 from datasets.video import open_video
 from datasets.video.writing import write_film
 from estimator.outlines import OutlineTrack, extract_outlines
-from estimator.outlines.contour import outward_normals
+from estimator.outlines.pictures.contour import outward_normals
 from scripts.bench_estimate import painted
 from synth.sequence import build_silhouette_sequence
 from tumble.importing.clip import clip_of

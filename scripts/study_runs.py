@@ -26,8 +26,8 @@ from datasets.recipes.recipe import MotionRecipe, ParticleRecipe, Recipe
 from datasets.recipes.toml_files import recipe_from_dict, recipe_to_dict
 from datasets.scoring.metrics import COMPONENTS
 from datasets.scoring.score import score
-from estimator.configuration import Configuration
-from estimator.pipeline import estimate
+from estimator.data.configuration import Configuration
+from estimator.measuring.free_flight import estimate
 from scripts.scanned_particles import SIX, scanned_files
 from synth.sequence import build_silhouette_sequence
 from tumble.engine import Item, failures, run

@@ -20,7 +20,7 @@ from datasets.atomic_files import written_whole
 from datasets.observation import Observation
 from datasets.recipes.recipe import EffectRecipe, MotionRecipe, ParticleRecipe, Recipe, RigRecipe
 from datasets.vocabulary.camera import HsvCamera
-from estimator.configuration import Configuration
+from estimator.data.configuration import Configuration
 from estimator.diagnosis.candidate_recordings import FARTHER, RECORDINGS
 from estimator.diagnosis.diagnose import diagnosis_at
 from estimator.diagnosis.selection.groups import exchange
@@ -28,8 +28,9 @@ from estimator.diagnosis.selection.path import At, looked_at
 from estimator.diagnosis.separation import MARGIN, Prospect, separations
 from estimator.effects.choosing import catalogue
 from estimator.effects.link import EffectModel
-from estimator.fitting.base_model import base_fit
-from estimator.registration import Registered, register
+from estimator.fitting.campaigns.base_model import base_fit
+from estimator.fitting.campaigns.registered import Registered
+from estimator.measurements.silhouettes.registration import register
 from synth.plan import SequencePlan
 from synth.sequence import hsv_camera, hsv_outlines, observation_of, plan_sequence, view_outlines
 from synth.streams import streams_of

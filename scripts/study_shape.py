@@ -29,8 +29,8 @@ from datasets.scoring.score import score
 from datasets.tiff_frames import FrameStackWriter, write_stack
 from datasets.vocabulary.camera import HsvCamera
 from datasets.vocabulary.outline import Outline
-from estimator.configuration import Configuration
-from estimator.measuring import measure
+from estimator.data.configuration import Configuration
+from estimator.measure import measure
 from estimator.merging.fitted import MergeSettings
 from estimator.merging.merge import Merged, merge
 from estimator.merging.solid import solid_figures

@@ -12,14 +12,14 @@ from typing import Any
 import numpy as np
 
 from datasets.recipes.recipe import EffectRecipe, HsvRecipe, MotionRecipe, ParticleRecipe, Recipe, RigRecipe
-from estimator.configuration import Configuration
+from estimator.data.configuration import Configuration
 from estimator.effects.model import Model
 from estimator.effects.registry import MODELS
-from estimator.fitting.campaign import CampaignState, fit_campaign
-from estimator.fitting.campaign_covariance import campaign_covariance
-from estimator.fitting.following import following
+from estimator.fitting.campaigns.campaign import CampaignState, fit_campaign
+from estimator.fitting.campaigns.campaign_covariance import campaign_covariance
+from estimator.fitting.campaigns.following import following
+from estimator.measurements.silhouettes.registration import register
 from estimator.motion.flight import N_PARAMETERS
-from estimator.registration import register
 from scripts.study_pages import LARGEST_SEED, body_study_arguments, write_body_study
 from synth.sequence import build_silhouette_sequence
 

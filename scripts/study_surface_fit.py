@@ -18,8 +18,8 @@ from datasets.atomic_files import written_whole
 from datasets.recipes.recipe import ParticleRecipe, Recipe
 from datasets.scoring.metrics import COMPONENTS
 from datasets.scoring.score import INTERVAL_95, score
-from estimator.configuration import Configuration
-from estimator.pipeline import estimate
+from estimator.data.configuration import Configuration
+from estimator.measuring.free_flight import estimate
 from scripts.scanned_particles import IRREGULAR, REGULAR
 from synth.sequence import build_silhouette_sequence
 

@@ -17,8 +17,8 @@ import pandas as pd
 from datasets.atomic_files import written_whole
 from estimator.diagnosis.adding import fit_with
 from estimator.effects.registry import MODELS
-from estimator.fitting.campaign_covariance import campaign_covariance
-from estimator.side_by_side import processes
+from estimator.fitting.campaigns.campaign_covariance import campaign_covariance
+from estimator.fitting.side_by_side import processes
 from tumble.challenge.acceptance import velocity_falls
 from tumble.challenge.answers import velocities
 from tumble.challenge.cases import Case, campaign_folder, read_cases

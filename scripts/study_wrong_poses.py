@@ -27,8 +27,8 @@ from datasets.observation import CalibratedView, Observation
 from datasets.recipes.recipe import MotionRecipe, ParticleRecipe, Recipe, RigRecipe
 from datasets.scoring.score import score
 from datasets.truth import Truth
-from estimator.configuration import Configuration
-from estimator.measuring import measure
+from estimator.data.configuration import Configuration
+from estimator.measure import measure
 from synth.sequence import build_silhouette_sequence
 
 Array = NDArray[np.float64]

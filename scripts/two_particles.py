@@ -21,8 +21,8 @@ from datasets.recipes.recipe import Recipe
 from datasets.recipes.toml_files import load_recipe
 from datasets.scoring.collisions import collision_summary, parts_of, score_collision
 from datasets.scoring.impacts import SIDES, impact_summary, impact_table, score_impacts
-from estimator.configuration import Configuration
-from estimator.measuring import measure
+from estimator.data.configuration import Configuration
+from estimator.measure import measure
 from scripts.acceptance_runs import acceptance_parser, run_missing, write_figures
 from synth.sequence import build_silhouette_sequence
 from tumble.engine import Item

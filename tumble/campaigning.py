@@ -12,12 +12,13 @@ from datasets.observation_files import read_observation
 from datasets.particle_files import read_particle, with_particle
 from datasets.trajectory import Trajectory
 from datasets.trajectory_files import read_trajectory, trajectories_in
-from estimator.configuration import Configuration
+from estimator.data.configuration import Configuration
 from estimator.effects.choosing import catalogue, refuse_without_gravity
 from estimator.effects.link import EffectModel
-from estimator.fitting.campaign import Campaign
-from estimator.registration import Registered, register
-from estimator.trajectories.registering import register_trajectories
+from estimator.fitting.campaigns.campaign import Campaign
+from estimator.fitting.campaigns.registered import Registered
+from estimator.measurements.silhouettes.registration import register
+from estimator.measurements.trajectories.registering import register_trajectories
 from tumble.notes import tell_notes
 from tumble.progress import progress
 from tumble.reasons import grouped

@@ -7,7 +7,7 @@ from typing import Any
 
 from datasets.errors import InputError
 from datasets.toml_text import parsed_toml, read_toml
-from estimator.configuration import configuration_from_dict
+from estimator.data.configuration import configuration_from_dict
 
 
 def load_configuration(path: Path | None, settings: Sequence[str]) -> dict[str, Any]:

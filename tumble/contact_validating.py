@@ -18,14 +18,14 @@ from datasets.estimate_files import read_estimate
 from datasets.observation import Observation
 from datasets.observation_files import read_observation
 from datasets.vocabulary.plate import Plate
-from estimator.breakage import worse_after
-from estimator.configuration import configuration_from_dict
 from estimator.contact.constants import require_positive
 from estimator.contact.solid import Solid, SolidHull, solid_hull_of
 from estimator.contact_validation.contacts import nominal
 from estimator.contact_validation.measured import MeasuredImpact, measured_impact
-from estimator.impact_contacts import CLEAR_CHI_SQUARE
-from estimator.pipeline import observed_particle
+from estimator.data.configuration import configuration_from_dict
+from estimator.impacts.breakage import worse_after
+from estimator.impacts.impact_contacts import CLEAR_CHI_SQUARE
+from estimator.particle.observed import observed_particle
 from tumble.reasons import grouped
 from tumble.reporting import source_of
 from tumble.result_files import estimates_in, observations_in

@@ -12,8 +12,7 @@ import numpy as np
 from datasets.estimate_files import write_estimate
 from datasets.json_documents import Document, write_document
 from datasets.vocabulary.effects import Scope
-from estimator.campaign_reporting import campaign_estimates, effect_values, settled_fit
-from estimator.configuration import configuration_from_dict
+from estimator.data.configuration import configuration_from_dict
 from estimator.diagnosis.adding import Rung, fit_with, ladder
 from estimator.diagnosis.diagnose import ALPHA, Diagnosis, diagnose, diagnosis_at, says_nothing
 from estimator.diagnosis.explain import Explanation, explain
@@ -24,10 +23,11 @@ from estimator.diagnosis.selection.testing import tests_beside
 from estimator.diagnosis.separation import Separation, separations
 from estimator.effects.choosing import catalogue, contradiction
 from estimator.effects.link import EffectModel
-from estimator.fitting.campaign import Campaign, CampaignFit
-from estimator.fitting.considered import Uncertain, uncertain
-from estimator.fitting.impacts import impacts
-from estimator.robust_scale import robust_sigma
+from estimator.fitting.campaigns.campaign import Campaign, CampaignFit
+from estimator.fitting.campaigns.considered import Uncertain, uncertain
+from estimator.fitting.campaigns.impacts import impacts
+from estimator.geometry.robust_scale import robust_sigma
+from estimator.reports.campaign_reporting import campaign_estimates, effect_values, settled_fit
 from tumble.campaigning import Known, Prepared, prepare
 from tumble.commands import command
 from tumble.diagnosis_documents import (

@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 
-from estimator.campaign_reporting import EffectValue
 from estimator.diagnosis.adding import Rung
 from estimator.diagnosis.diagnose import Diagnosis, Finding, tested_values
 from estimator.diagnosis.explain import Explanation, Step
@@ -14,9 +13,10 @@ from estimator.diagnosis.residual_maps import ResidualMap
 from estimator.diagnosis.score_tests import ScoreTest
 from estimator.diagnosis.separation import Expected, Separation
 from estimator.effects.link import EffectModel
-from estimator.fitting.campaign import Campaign, CampaignFit, SequenceEquations
-from estimator.fitting.campaign_covariance import CampaignCovariance
-from estimator.fitting.held_out import HeldOut
+from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, SequenceEquations
+from estimator.fitting.campaigns.campaign_covariance import CampaignCovariance
+from estimator.fitting.campaigns.held_out import HeldOut
+from estimator.reports.campaign_reporting import EffectValue
 from tumble.reports.map_words import sentence_of, title_of
 from tumble.reports.noise_floor_words import floor_sentence
 from tumble.reports.separation_words import separation_sentence

@@ -10,12 +10,13 @@ from datasets.errors import InputError, TumbleError
 from datasets.observation import Observation
 from datasets.observation_files import read_observation
 from datasets.recipes.recipe import MotionRecipe, ParticleRecipe, Recipe, RigRecipe
-from estimator.configuration import Configuration
+from estimator.appearance.effect_contracts import Kept, check_contracts
+from estimator.data.configuration import Configuration
 from estimator.effects.choosing import chosen_effects
-from estimator.effects.contracts import Kept, check_contracts
 from estimator.effects.link import EffectModel
 from estimator.effects.plug_ins import is_plug_in
-from estimator.registration import Registered, register
+from estimator.fitting.campaigns.registered import Registered
+from estimator.measurements.silhouettes.registration import register
 from tumble.result_files import observations_in
 
 RECIPE = Recipe(

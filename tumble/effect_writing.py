@@ -1,7 +1,7 @@
 """Writes effects of users' own: a plug-in from the law or the empirical term that a diagnosis proposes, or a minimal one to start from.
 
-The functions of a law's terms are copied as they stand in :mod:`estimator.effects.law_terms`, so the file can be read and edited alone.
-The next command runs the file, so no text of a diagnosis gets into it: only the names of terms and families that are known here, and
+The functions of a law's terms are copied as they stand in :mod:`estimator.effects.empirical.law_terms`, so the file can be read and edited
+alone. The next command runs the file, so no text of a diagnosis gets into it: only the names of terms and families that are known here, and
 numbers.
 """
 
@@ -18,9 +18,9 @@ from datasets.atomic_files import written_whole
 from datasets.errors import InputError
 from datasets.json_documents import read_document, revived
 from datasets.vocabulary.effects import EFFECTS, Parameter
-from estimator.effects.empirical import EMPIRICAL
-from estimator.effects.law_effect import REFERENCE, law_formula
-from estimator.effects.law_terms import TERMS, Term
+from estimator.effects.empirical.families import EMPIRICAL
+from estimator.effects.empirical.law_effect import REFERENCE, law_formula
+from estimator.effects.empirical.law_terms import TERMS, Term
 from estimator.effects.model import overrides
 from estimator.effects.plug_ins import LINKS
 from tumble.commands import command

@@ -6,8 +6,8 @@ from typing import Any
 from datasets.estimate_files import write_estimate
 from datasets.observation_files import read_observation
 from datasets.particle_files import read_particle, with_particle
-from estimator.configuration import configuration_from_dict
-from estimator.measuring import measure
+from estimator.data.configuration import configuration_from_dict
+from estimator.measure import measure
 from tumble.engine import Item, Outcome, run
 from tumble.notes import tell_notes
 from tumble.progress import progress

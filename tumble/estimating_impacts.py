@@ -7,7 +7,7 @@ from datasets.errors import InputError
 from datasets.estimate_files import write_estimate
 from datasets.trajectory import Trajectory
 from datasets.trajectory_files import read_trajectory, trajectories_in
-from estimator.trajectories.impacts import may_have_impacts, measure_impacts
+from estimator.measurements.trajectories.impacts import may_have_impacts, measure_impacts
 from tumble.campaigning import Known
 from tumble.result_files import estimate_path
 from tumble.tracked_bodies import body_from_mesh

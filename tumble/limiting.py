@@ -7,9 +7,9 @@ import numpy as np
 
 from estimator.diagnosis.selection.groups import FACTOR
 from estimator.diagnosis.selection.names import Part, UnderName
-from estimator.fitting.campaign import Campaign, CampaignFit
-from estimator.fitting.facts import Fact
-from estimator.fitting.impacts import Impact, Impacts
+from estimator.fitting.campaigns.campaign import Campaign, CampaignFit
+from estimator.fitting.campaigns.facts import Fact
+from estimator.fitting.campaigns.impacts import Impact, Impacts
 from tumble.numbers import compact
 from tumble.reports.verdict import NOTHING_KNOWN
 

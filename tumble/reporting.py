@@ -18,7 +18,7 @@ from datasets.particle_files import is_particle, read_particle, with_particle
 from datasets.trajectory_files import trajectories_in
 from datasets.truth_files import FILE as TRUTH_FILE
 from datasets.truth_files import read_truth
-from estimator.pipeline import tracks_of
+from estimator.outlines.sightings import tracks_of
 from tumble.engine import Item, Outcome, run
 from tumble.notes import tell_notes
 from tumble.progress import progress

@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 from datasets.errors import InputError
 from datasets.vocabulary.effects import Scope
 from estimator.effects.link import EffectModel
-from estimator.fitting.campaign import Campaign
-from estimator.fitting.facts import Fact
+from estimator.fitting.campaigns.campaign import Campaign
+from estimator.fitting.campaigns.facts import Fact
 from tumble.quantities import Quantity, quantity
 from tumble.tracked_bodies import rest_heights
 

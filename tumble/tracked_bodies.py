@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from datasets.errors import InputError
 from datasets.plausibility import FARTHEST_M
 from datasets.vocabulary.body import Body
-from estimator.geometry.mass_properties import body_of, solid_of
 from estimator.geometry.visual_hull import HullMesh
+from estimator.particle.mass_properties import body_of, solid_of
 
 INSIDE = 1e-6
 """Of a triangle, by which a point may lie outside and count as inside: rounding at the edges between triangles of one face."""

@@ -11,15 +11,15 @@ from estimator.diagnosis.diagnose import Unknown
 from estimator.diagnosis.empirical_fit import SUPERFLUOUS, EmpiricalFit, LawFit, Removed, fit_empirical
 from estimator.diagnosis.empirical_shape import Shape, empirical_shapes
 from estimator.diagnosis.law import Exponent, Regressed
-from estimator.effects.empirical import ForceField, ZoomInTime
-from estimator.effects.law_effect import law_formula
-from estimator.effects.law_terms import Term
+from estimator.effects.empirical.families import ForceField, ZoomInTime
+from estimator.effects.empirical.law_effect import law_formula
+from estimator.effects.empirical.law_terms import Term
 from estimator.effects.link import EffectModel
 from estimator.effects.parameter_values import Z95
-from estimator.fitting.campaign import Campaign, CampaignFit
-from estimator.fitting.wald import wald_p
-from estimator.misfit_words import p_words
+from estimator.fitting.campaigns.campaign import Campaign, CampaignFit
+from estimator.fitting.campaigns.wald import wald_p
 from estimator.motion.flight import N_PARAMETERS
+from estimator.reports.misfit_words import p_words
 from tumble.commands import command
 from tumble.diagnosis_documents import Entry, held_out_entry
 from tumble.numbers import compact

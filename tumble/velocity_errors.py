@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 
 from datasets.truth_files import read_truth
-from estimator.fitting.campaign import CampaignFit
-from estimator.fitting.forced_velocities import motion_under
+from estimator.fitting.campaigns.campaign import CampaignFit
+from estimator.fitting.campaigns.forced_velocities import motion_under
 from tumble.campaigning import Prepared
 
 

@@ -14,7 +14,7 @@ from estimator.calibration.bundle import Bundle, Rig, lens_prior, lens_vector, m
 from estimator.calibration.sighting import FEWEST_CORNERS, BoardSighting
 from estimator.calibration.starting import start
 from estimator.fitting.levenberg_marquardt import Outcome, Problem, minimise
-from estimator.robust_scale import robust_sigma
+from estimator.geometry.robust_scale import robust_sigma
 
 Array = NDArray[np.float64]
 

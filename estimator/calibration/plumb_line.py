@@ -15,7 +15,7 @@ from scipy.stats import chi2
 from datasets.errors import InputError
 from datasets.vocabulary.camera import HsvCamera
 from estimator.calibration.fitting import DISHONEST_P
-from estimator.robust_scale import robust_sigma
+from estimator.geometry.robust_scale import robust_sigma
 
 Array = NDArray[np.float64]
 

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from datasets.errors import InputError
 from estimator.contact.constants import require_positive
-from estimator.geometry.mass_properties import body_of, solid_of
 from estimator.geometry.visual_hull import HullMesh
+from estimator.particle.mass_properties import body_of, solid_of
 
 Array = NDArray[np.float64]
 SMALLEST_VOLUME_RATIO = 1e-9

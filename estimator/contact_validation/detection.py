@@ -16,7 +16,7 @@ from scipy.stats import norm
 
 from estimator.contact_validation.fitting import SCATTERS, Fitted, Impacts, costs_of, fit, whitened
 from estimator.contact_validation.held_out import CHANCE, FOLDS, LEAST_AGREEMENT, Judged, by_run
-from estimator.contact_validation.models import ADDITIONS, ContactModel, FreeParameter, Physics, impulse_model
+from estimator.contact_validation.laws.models import ADDITIONS, ContactModel, FreeParameter, Physics, impulse_model
 
 Array = NDArray[np.float64]
 NOISES = 200

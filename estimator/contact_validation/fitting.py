@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from scipy.stats import chi2
 
+from estimator.contact_validation.laws.models import ContactModel
 from estimator.contact_validation.measured import MeasuredImpact
-from estimator.contact_validation.models import ContactModel
 
 Array = NDArray[np.float64]
 FREEDOM = 6.0

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from estimator.contact_validation.measured import TURN, MeasuredImpact, X
 from estimator.effects.link import TAILS
-from estimator.robust_scale import robust_sigma
+from estimator.geometry.robust_scale import robust_sigma
 
 Array = NDArray[np.float64]
 LEAST = 4

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from estimator.contact_validation.fitting import Fitted, Impacts, fit, log_volumes
 from estimator.contact_validation.held_out import Gain, Judged, gain, judge
-from estimator.contact_validation.models import ADDITIONS, FRICTIONLESS, RIGID, ContactModel, Physics, impulse_model
+from estimator.contact_validation.laws.models import ADDITIONS, FRICTIONLESS, RIGID, ContactModel, Physics, impulse_model
 from estimator.contact_validation.spread import carried
 
 Array = NDArray[np.float64]

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from estimator.contact_validation.contacts import Contacts, nominal
+from estimator.contact_validation.laws.point_contact import PointContact
 from estimator.contact_validation.measured import MeasuredImpact
-from estimator.contact_validation.point_contact import PointContact
 
 Array = NDArray[np.float64]
 TOGETHER_S = 5e-4

@@ -19,10 +19,10 @@ from numpy.typing import NDArray
 
 from estimator.contact_validation.contacts import Draws, drawn, drawn_corners
 from estimator.contact_validation.fitting import Fitted, Impacts, fit, whitening_of
+from estimator.contact_validation.laws.models import RIGID
+from estimator.contact_validation.laws.point_contact import PointContact, point_contact
 from estimator.contact_validation.measured import OMEGA_AFTER, V_AFTER, MeasuredImpact
-from estimator.contact_validation.models import RIGID
 from estimator.contact_validation.next_contacts import next_contacts
-from estimator.contact_validation.point_contact import PointContact, point_contact
 
 Array = NDArray[np.float64]
 DRAWS = 160

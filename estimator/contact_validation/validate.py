@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 from datasets.errors import InputError
 from estimator.contact_validation.detection import Detectable, detectable
 from estimator.contact_validation.fitting import Fitted, Impacts, fit
-from estimator.contact_validation.force_models import Materials, hertz_mindlin_at_corner, hertz_mindlin_clump
 from estimator.contact_validation.held_out import Gain, Judged, gain
 from estimator.contact_validation.ladder import Ladder, climb
+from estimator.contact_validation.laws.force_models import Materials, hertz_mindlin_at_corner, hertz_mindlin_clump
+from estimator.contact_validation.laws.models import FRICTIONLESS, RIGID, SPHERE, ContactModel
+from estimator.contact_validation.laws.point_contact import PointContact, point_contact
 from estimator.contact_validation.measured import MeasuredImpact
-from estimator.contact_validation.models import FRICTIONLESS, RIGID, SPHERE, ContactModel
 from estimator.contact_validation.next_contacts import shared_by_corners
-from estimator.contact_validation.point_contact import PointContact, point_contact
 from estimator.contact_validation.quantities import Contact, contact_of
 from estimator.contact_validation.residual_maps import ResidualMap, residual_maps
 from estimator.contact_validation.spread import draws_of, predicted_covariance, prepared

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from estimator.contact_validation.ladder import Ladder, Rung
-from estimator.contact_validation.models import ADDITIONS
+from estimator.contact_validation.laws.models import ADDITIONS
 from estimator.contact_validation.next_contacts import TOGETHER_S
 from estimator.contact_validation.quantities import Contact, inconsistent
 

@@ -16,11 +16,11 @@ from estimator.diagnosis.selection.linearised import linearised
 from estimator.diagnosis.selection.refitting import refitted
 from estimator.diagnosis.selection.stated import with_facts
 from estimator.effects.link import EffectModel
-from estimator.fitting.base_model import base_fit
-from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState
-from estimator.fitting.following import following
-from estimator.fitting.held_out import HeldOut, held_out
-from estimator.fitting.weighing_again import weighed_again
+from estimator.fitting.campaigns.base_model import base_fit
+from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState
+from estimator.fitting.campaigns.following import following
+from estimator.fitting.campaigns.held_out import HeldOut, held_out
+from estimator.fitting.campaigns.weighing_again import weighed_again
 
 
 def with_effect(campaign: Campaign, fit: CampaignFit, effect: EffectModel) -> tuple[Campaign, CampaignFit]:
@@ -43,7 +43,7 @@ def with_effect(campaign: Campaign, fit: CampaignFit, effect: EffectModel) -> tu
 
 
 def fit_with(campaign: Campaign, start: CampaignState, effects: Sequence[EffectModel]) -> tuple[Campaign, CampaignFit]:
-    """Free flight with all of ``effects``, and the campaign as it is at that fit (:mod:`estimator.fitting.following`)."""
+    """Free flight with all of ``effects``, and the campaign as it is at that fit (:mod:`estimator.fitting.campaigns.following`)."""
     campaign, fit = weighed_again(*following(campaign, base_fit(campaign, start)))
     for effect in effects:
         campaign, fit = with_effect(campaign, fit, effect)
@@ -54,7 +54,7 @@ def fit_with(campaign: Campaign, start: CampaignState, effects: Sequence[EffectM
 class Rung:
     """One step of a ladder: what was ``added`` (``None``: the base), the fit, and its errors on what it was not fitted to.
 
-    ``campaign`` is as it is at the fit (:mod:`estimator.fitting.following`).
+    ``campaign`` is as it is at the fit (:mod:`estimator.fitting.campaigns.following`).
     """
 
     added: str | None

@@ -19,7 +19,7 @@ from estimator.diagnosis.selection.search import Set
 from estimator.diagnosis.selection.testing import scores_beside, tests_beside
 from estimator.effects.link import EffectModel
 from estimator.effects.parameter_values import WithInterval
-from estimator.fitting.campaign import Campaign, CampaignFit
+from estimator.fitting.campaigns.campaign import Campaign, CampaignFit
 
 ALPHA = 0.01
 """p-value, corrected for the number of candidates, below which the scores of one are no noise."""
@@ -63,9 +63,9 @@ class Finding:
 class Unknown:
     """The most probable empirical family: its test, corrected p-value, all families' tests, and whether it is ``present`` in the best set.
 
-    Families (:mod:`estimator.effects.empirical`) compete with the effects of the catalogue for a place in the model. The one that is in the
-    most probable set says at which stage something sits that no effect of the catalogue explains; where none is, the one that would be
-    the most probable is told, as not present.
+    Families (:mod:`estimator.effects.empirical.families`) compete with the effects of the catalogue for a place in the model. The one that
+    is in the most probable set says at which stage something sits that no effect of the catalogue explains; where none is, the one that
+    would be the most probable is told, as not present.
     """
 
     test: ScoreTest

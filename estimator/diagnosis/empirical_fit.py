@@ -1,8 +1,8 @@
 """When nothing in the catalogue fits: fit an empirical term, see what it removes and what shape it has, and propose a law.
 
 The family that names the stage (:class:`estimator.diagnosis.diagnose.Unknown`) joins the model and everything is refitted; for forces and
-torques that is a curve of each per sequence (:mod:`estimator.effects.force_curves`). What it is worth is told by frames and sequences that
-were not fitted: the share of the excess over the noise floor that it removes. For a force or torque a law is looked for
+torques that is a curve of each per sequence (:mod:`estimator.effects.empirical.force_curves`). What it is worth is told by frames and
+sequences that were not fitted: the share of the excess over the noise floor that it removes. For a force or torque a law is looked for
 (:mod:`estimator.diagnosis.law`) and fitted to the campaign in the curves' place; terms whose amplitudes are then compatible with zero go
 again. A law that predicts no better than the model without it is none.
 """
@@ -18,16 +18,16 @@ from estimator.diagnosis.diagnose import Unknown
 from estimator.diagnosis.law import Law, find_law
 from estimator.diagnosis.noise_floor import noise_floor
 from estimator.diagnosis.pooled_scores import pooled_scores
-from estimator.effects.empirical import LARGEST
-from estimator.effects.force_curves import ForceCurve, TorqueCurve
-from estimator.effects.law_effect import law_effect
-from estimator.effects.law_terms import Term
+from estimator.effects.empirical.families import LARGEST
+from estimator.effects.empirical.force_curves import ForceCurve, TorqueCurve
+from estimator.effects.empirical.law_effect import law_effect
+from estimator.effects.empirical.law_terms import Term
 from estimator.effects.link import EffectModel
 from estimator.effects.model import Model
-from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState, fit_campaign
-from estimator.fitting.campaign_covariance import CampaignCovariance, campaign_covariance
-from estimator.fitting.held_out import HeldOut, held_out
-from estimator.fitting.wald import zero_p
+from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState, fit_campaign
+from estimator.fitting.campaigns.campaign_covariance import CampaignCovariance, campaign_covariance
+from estimator.fitting.campaigns.held_out import HeldOut, held_out
+from estimator.fitting.campaigns.wald import zero_p
 
 Array = NDArray[np.float64]
 BOOTSTRAP_SEED = 20240229

@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.vocabulary.effects import Scope
+from estimator.appearance.model_errors import SequenceTask
 from estimator.diagnosis.empirical_fit import EmpiricalFit
 from estimator.diagnosis.pooled_scores import moments_along
-from estimator.effects.empirical import BodyOutline, ImageWarp, SmoothForce, SmoothTimeShift, SmoothTorque, ZoomInTime, harmonics
-from estimator.effects.force_curves import basis
+from estimator.effects.empirical.families import BodyOutline, ImageWarp, SmoothForce, SmoothTimeShift, SmoothTorque, ZoomInTime, harmonics
+from estimator.effects.empirical.force_curves import basis
 from estimator.effects.link import EffectModel
-from estimator.fitting.campaign import Campaign
-from estimator.fitting.model_errors import SequenceTask
+from estimator.fitting.campaigns.campaign import Campaign
 from estimator.geometry.sphere import fibonacci_sphere
 from estimator.motion.flight import N_PARAMETERS
 

@@ -16,9 +16,9 @@ from estimator.diagnosis.selection.refitting import refitted
 from estimator.diagnosis.selection.search import Set
 from estimator.diagnosis.selection.testing import tests_beside
 from estimator.effects.link import EffectModel
-from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState
-from estimator.fitting.campaign_covariance import CampaignCovariance, campaign_covariance
-from estimator.fitting.held_out import HeldOut, held_out
+from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState
+from estimator.fitting.campaigns.campaign_covariance import CampaignCovariance, campaign_covariance
+from estimator.fitting.campaigns.held_out import HeldOut, held_out
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.vocabulary.camera import HsvCamera, Intrinsics
-from estimator.fitting.campaign import SequenceEquations
+from estimator.fitting.campaigns.campaign import SequenceEquations
 from estimator.motion.flight import Flight
 
 Array = NDArray[np.float64]

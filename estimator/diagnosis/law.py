@@ -1,10 +1,10 @@
 """A law for an unknown force or torque: sparse regression of what the sequences say together on a library of terms.
 
-Terms of :mod:`estimator.effects.law_terms` are taken up one after the other (forward selection, then what became superfluous is dropped)
-as long as Schwarz's criterion falls: remainder of the white regression plus the logarithm of its number of data per parameter [Schwarz
-1978; Brunton, Proctor and Kutz 2016 on sparse regression for dynamics]. Of sets whose criteria differ by less than ``MARGIN`` the first of
-the library counts, which goes from simple to involved; the others are alternatives. A single term that the catalogue has is an alternative
-at most: whoever asks for a law has tried the catalogue.
+Terms of :mod:`estimator.effects.empirical.law_terms` are taken up one after the other (forward selection, then what became superfluous is
+dropped) as long as Schwarz's criterion falls: remainder of the white regression plus the logarithm of its number of data per parameter
+[Schwarz 1978; Brunton, Proctor and Kutz 2016 on sparse regression for dynamics]. Of sets whose criteria differ by less than ``MARGIN`` the
+first of the library counts, which goes from simple to involved; the others are alternatives. A single term that the catalogue has is an
+alternative at most: whoever asks for a law has tried the catalogue.
 
 Amplitudes are eliminated (variable projection [Golub and Pereyra 1973]); exponents and places are found by nonlinear least squares from
 the best of a grid. An exponent is held at usual values while terms compete, unless freeing it is worth a parameter; its interval is its
@@ -22,7 +22,7 @@ from scipy.stats import chi2
 
 from estimator.diagnosis.pooled_scores import PooledScores
 from estimator.diagnosis.selection.groups import FACTOR
-from estimator.effects.law_terms import TERMS, Term
+from estimator.effects.empirical.law_terms import TERMS, Term
 
 Array = NDArray[np.float64]
 MOST_TERMS, BEST_STARTS = 4, 3

@@ -3,7 +3,8 @@
 What a model can be blamed for changes smoothly from frame to frame; a measurement's own noise does not. Half the mean square of the change
 from one frame to the next is therefore noise whatever the model [von Neumann 1941, mean square successive difference]. The reduced
 chi-square is the mean square of the residuals over that: 1 for noise alone, up to ``allowed`` where noise repeats over many frames. Each
-kind of measurement makes its own floor (:mod:`estimator.silhouettes.noise_floor`, :mod:`estimator.trajectories.noise_floor`).
+kind of measurement makes its own floor (:mod:`estimator.measurements.silhouettes.noise_floor`,
+:mod:`estimator.measurements.trajectories.noise_floor`).
 
 Size alone is a blunt judge; whether the residuals' pattern is that of some effect is a sharp one (the score tests), so both are heard.
 
@@ -16,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.fitting.campaign import Campaign, CampaignFit
+from estimator.fitting.campaigns.campaign import Campaign, CampaignFit
 
 Array = NDArray[np.float64]
 DRAWS = 400

@@ -1,7 +1,7 @@
 """What all sequences of a campaign together say of a force and a torque that the model lacks, ready for regression on laws.
 
-The columns are the coefficients of :mod:`estimator.effects.force_curves` of every sequence, and the scores are taken where fitted curves
-``c0`` stand still in the model: there everything else is linear, however strong the force. The efficient scores ``g`` have mean
+The columns are the coefficients of :mod:`estimator.effects.empirical.force_curves` of every sequence, and the scores are taken where fitted
+curves ``c0`` stand still in the model: there everything else is linear, however strong the force. The efficient scores ``g`` have mean
 ``-H (c - c0)`` for a true curve with coefficients ``c``, and covariance ``M``. A law with parameters theta gives, along the motion of the
 flights, the coefficients ``c(theta)``; so ``W (H c0 - g) = W H c(theta) + noise`` with ``WᵀW = M⁻¹`` is a regression with white noise.
 
@@ -19,12 +19,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.diagnosis.score_tests import Candidates, EfficientScores, score_tests
-from estimator.effects.force_curves import DEGREES, FreeForceCurve, FreeTorqueCurve, StandingForceCurve, StandingTorqueCurve
-from estimator.effects.law_terms import Link, Term
+from estimator.effects.empirical.force_curves import DEGREES, FreeForceCurve, FreeTorqueCurve, StandingForceCurve, StandingTorqueCurve
+from estimator.effects.empirical.law_terms import Link, Term
 from estimator.effects.link import Moment
 from estimator.effects.model import Model
-from estimator.fitting.campaign import Campaign, CampaignFit, fit_campaign
-from estimator.fitting.forced_velocities import forced_states
+from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, fit_campaign
+from estimator.fitting.campaigns.forced_velocities import forced_states
 from estimator.motion.flight import N_PARAMETERS
 from estimator.motion.rigid_body import rotation_matrices
 

@@ -1,7 +1,7 @@
 """Where a model fails: maps of residuals over time, place, direction, speed and spin, and the axes that all kinds of measurement share.
 
-What the mean residual in a bin is and how sure, each kind says (:mod:`estimator.silhouettes.residual_maps`,
-:mod:`estimator.trajectories.residual_maps`).
+What the mean residual in a bin is and how sure, each kind says (:mod:`estimator.measurements.silhouettes.residual_maps`,
+:mod:`estimator.measurements.trajectories.residual_maps`).
 """
 
 from collections.abc import Sequence
@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.fitting.campaign import Campaign, CampaignFit
+from estimator.fitting.campaigns.campaign import Campaign, CampaignFit
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

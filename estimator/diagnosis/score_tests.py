@@ -21,9 +21,9 @@ from scipy.stats import chi2
 from datasets.vocabulary.effects import Scope
 from estimator.effects.link import LEAST_COUNT, EffectModel
 from estimator.effects.model import Model
-from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState, SequenceEquations, sequence_equations, shared_prior
+from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState, SequenceEquations, sequence_equations, shared_prior
 from estimator.fitting.stable_inverse import stable_inverse
-from estimator.fitting.time_shifts import JitterTest, jitter_test
+from estimator.likelihood.time_shifts import JitterTest, jitter_test
 from estimator.motion.flight import N_PARAMETERS
 
 Array = NDArray[np.float64]

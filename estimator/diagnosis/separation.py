@@ -39,14 +39,14 @@ from estimator.diagnosis.score_tests import (
     joint_model,
 )
 from estimator.diagnosis.selection.groups import FACTOR
+from estimator.effects.catalogue.segmentation.view_outline_offset import ViewOutlineOffset
 from estimator.effects.link import EffectModel
-from estimator.effects.view_outline_offset import ViewOutlineOffset
-from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState, SequenceEquations, layout_of, sequence_equations
+from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState, SequenceEquations, layout_of, sequence_equations
+from estimator.fitting.campaigns.registered import Registered
+from estimator.fitting.side_by_side import each_of
 from estimator.fitting.stable_inverse import stable_inverse
 from estimator.motion.flight import Flight, V
-from estimator.particle import Particle
-from estimator.registration import Registered
-from estimator.side_by_side import each_of
+from estimator.particle.particle import Particle
 
 Array = NDArray[np.float64]
 Pair = tuple[str, str]

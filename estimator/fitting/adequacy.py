@@ -18,9 +18,9 @@ from numpy.polynomial.legendre import legvander
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
-from estimator.fitting.noise_model import with_noise
+from estimator.data.fit_task import FitTask
 from estimator.fitting.refinement import NothingSeen, Refined, Refinement, determined, linearised, sandwich, scaled_inverse
-from estimator.fitting.trajectory import FitTask
+from estimator.likelihood.noise_model import with_noise
 from estimator.motion.flight import N_PARAMETERS, FlightPoses, poses_and_sensitivity
 
 Array = NDArray[np.float64]

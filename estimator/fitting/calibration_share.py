@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 from datasets.estimate import Estimate, VelocityEstimate
 from datasets.observation import Observation
 from datasets.vocabulary.camera import HsvCamera
+from estimator.appearance.flight_errors import unbiased_errors
+from estimator.data.fit_task import FitTask
 from estimator.fitting.refinement import Linearised, Refined, Refinement, linearise, scaled_inverse
-from estimator.fitting.trajectory import FitTask, unbiased_errors
 from estimator.fitting.within_sequence import within_equations
 from estimator.geometry.silhouettes import Silhouettes
 from estimator.motion.flight import Flight, FlightPoses, poses_and_sensitivity, velocity_sensitivity

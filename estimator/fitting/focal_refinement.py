@@ -13,7 +13,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.fitting.composite_likelihood import weigh
+from estimator.appearance.flight_errors import particle_poses, unbiased_errors
+from estimator.data.fit_task import FitTask
 from estimator.fitting.focal_search import LONGEST_STEP, FocalPrior, with_focal_column
 from estimator.fitting.refinement import (
     SETTLED,
@@ -27,9 +28,9 @@ from estimator.fitting.refinement import (
     scaled_inverse,
     with_noise_of,
 )
-from estimator.fitting.trajectory import FitTask, particle_poses, unbiased_errors
 from estimator.geometry.focal_derivative import focal_derivative, with_focal
 from estimator.geometry.silhouettes import Silhouettes
+from estimator.likelihood.composite_likelihood import weigh
 from estimator.motion.flight import N_PARAMETERS, Flight, moved, poses_and_sensitivity
 
 Array = NDArray[np.float64]

@@ -14,14 +14,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.fitting.composite_likelihood import shared_view_noise, weigh
+from estimator.data.views import Poses, Views
 from estimator.fitting.levenberg_marquardt import NormalEquations, Outcome, Problem, minimise
-from estimator.fitting.pose_refinement import Poses, Views, mean_cost, pose_errors, pose_set
-from estimator.fitting.pose_search import rms_ete_px
 from estimator.geometry.epipolar_tangency import TangencyErrors
 from estimator.geometry.focal_derivative import focal_derivative, with_focal
 from estimator.geometry.silhouettes import Silhouettes
+from estimator.likelihood.composite_likelihood import shared_view_noise, weigh
 from estimator.motion.rotation import rotation_from_vector
+from estimator.poses.pose_refinement import mean_cost, pose_errors, pose_set
+from estimator.poses.pose_search import rms_ete_px
 
 Array = NDArray[np.float64]
 MOST_STEPS = 60

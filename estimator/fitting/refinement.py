@@ -7,12 +7,14 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.fitting.body_fixed_error import COARSE, body_noise, body_places
-from estimator.fitting.composite_likelihood import WeighedFrames, information, shared_view_noise, weigh
-from estimator.fitting.noise_model import MeasuredNoise, measured_noise, with_noise
-from estimator.fitting.trajectory import FitTask, body_normals, pose_map, prior_values, unbiased_errors
+from estimator.appearance.flight_errors import body_normals, unbiased_errors
+from estimator.data.fit_task import FitTask
+from estimator.fitting.trajectory import pose_map, prior_values
 from estimator.fitting.within_sequence import WithinEquations, within_equations
 from estimator.geometry.epipolar_tangency import TangencyErrors
+from estimator.likelihood.body_fixed_error import COARSE, body_noise, body_places
+from estimator.likelihood.composite_likelihood import WeighedFrames, information, shared_view_noise, weigh
+from estimator.likelihood.noise_model import MeasuredNoise, measured_noise, with_noise
 from estimator.motion.flight import N_PARAMETERS, Flight, FlightPoses, moved, poses_and_sensitivity
 from estimator.motion.rigid_body import RanAway
 
@@ -71,7 +73,7 @@ class Linearised:
 
 @dataclass(frozen=True)
 class Refinement:
-    """Settings: see :class:`estimator.configuration.Configuration`."""
+    """Settings: see :class:`estimator.data.configuration.Configuration`."""
 
     floor_px: float
     body_noise_px: float

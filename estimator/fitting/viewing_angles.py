@@ -10,7 +10,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.fitting.trajectory import FitTask, particle_poses
+from estimator.appearance.flight_errors import particle_poses
+from estimator.data.fit_task import FitTask
 from estimator.geometry.epipolar_tangency import PoseSet
 from estimator.motion.flight import N_PARAMETERS, Flight, FlightPoses, poses
 

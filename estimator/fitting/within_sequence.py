@@ -12,7 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.fitting.trajectory import FitTask, Sightings, particle_poses
+from estimator.appearance.flight_errors import particle_poses
+from estimator.data.fit_task import FitTask, Sightings
 from estimator.fitting.viewing_angles import sines_between
 from estimator.geometry.epipolar_tangency import PoseSet, TangencyErrors, tangency_errors
 from estimator.motion.flight import OFFSET, Flight, FlightPoses

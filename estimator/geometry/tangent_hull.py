@@ -22,7 +22,7 @@ from scipy.signal import savgol_coeffs
 from scipy.spatial import ConvexHull
 
 from estimator.geometry.closed_curves import resampled, unit_circle
-from estimator.robust_scale import robust_sigma
+from estimator.geometry.robust_scale import robust_sigma
 
 Array = NDArray[np.float64]
 

@@ -1,7 +1,7 @@
 """Sets fitted jointly, without the views that do not belong, and with what the rig's calibration leaves.
 
 A view does not belong where it disagrees with all others several times as much as is usual
-(:func:`estimator.particle.view_agreement`); the fit is made again without it, until none is left to leave out.
+(:func:`estimator.particle.particle.view_agreement`); the fit is made again without it, until none is left to leave out.
 """
 
 from collections.abc import Sequence
@@ -12,15 +12,15 @@ from numpy.typing import NDArray
 
 from datasets.observation import CalibratedView
 from datasets.vocabulary.outline import Outline
-from estimator.configuration import Configuration
-from estimator.fitting.view_disagreement import Disagreement, disagreement, misplaced
+from estimator.data.configuration import Configuration
 from estimator.geometry.epipolar_tangency import PoseSet
 from estimator.geometry.silhouettes import silhouettes
 from estimator.merging.joint import Joint, JointTask, Placements, fit_jointly
 from estimator.merging.rig_errors import rig_errors
 from estimator.merging.set_motion import MotionEffort
 from estimator.merging.view_set import ViewSet
-from estimator.particle import view_agreement
+from estimator.particle.particle import view_agreement
+from estimator.particle.view_disagreement import Disagreement, disagreement, misplaced
 
 MOST_ROUNDS = 4
 """Fits, each without the views that the one before has shown not to belong."""
@@ -30,7 +30,7 @@ MOSTLY = 0.5
 
 @dataclass(frozen=True)
 class MergeSettings:
-    """The search's ``effort``; ``foreign_view_ratio`` and ``floor_px`` as in :class:`estimator.configuration.Configuration`.
+    """The search's ``effort``; ``foreign_view_ratio`` and ``floor_px`` as in :class:`estimator.data.configuration.Configuration`.
 
     A view does not belong from ``foreign_view_ratio`` times the usual disagreement on; ``floor_px`` is noise that outlines do not show.
     """

@@ -6,7 +6,7 @@ a view of set ``i`` with a view of set ``j`` has the derivative ``J`` by ``xi_i`
 
 One outline's noise enters the pairs with all others. The covariance is therefore the sandwich ``H⁻¹ M H⁻¹`` [White 1982]: ``M`` adds up
 what the noise of every tangent does to the gradient; it is alike at neighbouring tangents of one outline
-(:mod:`estimator.fitting.correlated_sums`).
+(:mod:`estimator.likelihood.correlated_sums`).
 """
 
 from dataclasses import dataclass, field, replace
@@ -14,11 +14,11 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.fitting.correlated_sums import AlongOutlines
 from estimator.fitting.levenberg_marquardt import NormalEquations, Outcome, Problem, minimise
-from estimator.fitting.noise_model import normal_angle
 from estimator.geometry.epipolar_tangency import PoseSet, TangencyErrors, tangency_errors
 from estimator.geometry.silhouettes import Silhouettes
+from estimator.likelihood.correlated_sums import AlongOutlines
+from estimator.likelihood.noise_model import normal_angle
 from estimator.motion.rotation import rotation_from_vector, rotation_vector
 
 Array = NDArray[np.float64]

@@ -20,7 +20,6 @@ from numpy.typing import NDArray
 from datasets.errors import InputError
 from datasets.observation import CalibratedView
 from datasets.vocabulary.outline import Outline
-from estimator.fitting.view_disagreement import disagreement
 from estimator.geometry.silhouettes import silhouettes
 from estimator.merging.consistency import Consensus, agree, alone
 from estimator.merging.fitted import Fitted, MergeSettings, fit_sets
@@ -28,8 +27,9 @@ from estimator.merging.joint import Joint, JointTask, Placements
 from estimator.merging.placing import fitting, placed_by_all, stands
 from estimator.merging.set_motion import MotionEffort, SetMotions, find_motions
 from estimator.merging.view_set import ViewSet, view_set
-from estimator.particle import MINIMUM_VIEWS, view_agreement, view_poses
-from estimator.view_faults import view_fault
+from estimator.particle.particle import MINIMUM_VIEWS, view_agreement, view_poses
+from estimator.particle.view_disagreement import disagreement
+from estimator.particle.view_faults import view_fault
 
 Array = NDArray[np.float64]
 SETS_WITHOUT_LOOP = 2

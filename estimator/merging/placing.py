@@ -1,6 +1,6 @@
 """A set placed against all views that are placed already: one search, and whether its result stands.
 
-With many views the tangencies alone refuse a wrong pose. As for single pictures (:mod:`estimator.fitting.pose_competition`) a motion stands
+With many views the tangencies alone refuse a wrong pose. As for single pictures (:mod:`estimator.poses.pose_competition`) a motion stands
 where its error is one that noise and calibration make, and where the set's outlines lie within the image of the others' hull.
 """
 
@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 
 from datasets.observation import CalibratedView
 from datasets.vocabulary.outline import Outline
-from estimator.fitting.pose_competition import PROTRUSION_SIGMAS, own_protrusion_px, protrusion_px, rms_limit_px
-from estimator.fitting.pose_refinement import Poses
-from estimator.fitting.view_disagreement import UNEXPLAINED_PX
+from estimator.data.views import Poses
 from estimator.geometry.epipolar_tangency import tangency_errors
 from estimator.merging.set_motion import MotionEffort, SetMotions, find_motions, motions_of_few
 from estimator.merging.view_set import MINIMUM_VIEWS, ViewSet, view_set
+from estimator.particle.view_disagreement import UNEXPLAINED_PX
+from estimator.poses.pose_competition import PROTRUSION_SIGMAS, own_protrusion_px, protrusion_px, rms_limit_px
 
 Array = NDArray[np.float64]
 OTHERS = "all placed views"

@@ -18,8 +18,8 @@ from estimator.geometry.cast_outline import cast_convex
 from estimator.geometry.closed_curves import unit_circle
 from estimator.geometry.silhouettes import silhouettes
 from estimator.geometry.sphere import fibonacci_sphere
-from estimator.geometry.tangent_polytope import tangent_polytope
-from estimator.particle import MINIMUM_VIEWS, view_poses
+from estimator.particle.particle import MINIMUM_VIEWS, view_poses
+from estimator.particle.tangent_polytope import tangent_polytope
 
 Array = NDArray[np.float64]
 DIRECTIONS, SPHERE = 180, 2000

@@ -3,7 +3,7 @@
 Every view of the first set with every view of the second: k m pairs give 4 k m distances for six unknowns, so that the right motion
 stands out where a single view's pose would be ambiguous [Forbes, Nicolls, de Jager and Voigt 2006]. Starts are spread evenly over all
 rotations and ranked by their cost; translation starts where the centres of the two sets' hulls meet. The best are refined together
-(:func:`estimator.fitting.pose_refinement.descend`), distinct minima are kept.
+(:func:`estimator.poses.pose_refinement.descend`), distinct minima are kept.
 
 Not valid for bodies whose outlines are the same from directions that a symmetry maps to one another: every such motion costs the same, and
 all are returned.
@@ -14,13 +14,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.fitting.pose_refinement import MINIMUM_VALID_SHARE, Equations, Poses, Views, descend
-from estimator.fitting.pose_search import spread
-from estimator.fitting.pose_starts import distinct, likely_starts, start_catalogue
+from estimator.data.views import Poses, Views
 from estimator.geometry.epipolar_tangency import PoseSet, TangencyErrors, tangency_errors
 from estimator.geometry.silhouettes import Silhouettes
+from estimator.merging.even_rotations import even_rotations
 from estimator.merging.view_set import MINIMUM_VIEWS, ViewSet
-from estimator.motion.even_rotations import even_rotations
+from estimator.poses.pose_refinement import MINIMUM_VALID_SHARE, Equations, descend
+from estimator.poses.pose_search import spread
+from estimator.poses.pose_starts import distinct, likely_starts, start_catalogue
 
 Array = NDArray[np.float64]
 AT_ONCE = 256
@@ -28,7 +29,8 @@ AT_ONCE = 256
 
 
 FEW_STARTS, FEW_FINE = 200, 24
-"""Starts and candidates where one or two views are placed, as for single pictures with few views (:mod:`estimator.pipeline`)."""
+"""Starts and candidates where one or two views are placed, as for single pictures with few views
+(:mod:`estimator.measuring.free_flight`)."""
 
 
 @dataclass(frozen=True)

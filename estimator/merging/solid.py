@@ -23,12 +23,12 @@ from datasets.errors import InputError
 from datasets.observation import CalibratedView
 from datasets.vocabulary.body import Body
 from datasets.vocabulary.outline import Outline
-from estimator.geometry.exact_hull import exact_hull
 from estimator.geometry.hollows import hollow_beyond_noise
-from estimator.geometry.mass_properties import body_of, solid_of
 from estimator.geometry.visual_hull import HullMesh, visual_hull
 from estimator.merging.consistency import LOOP_RAD
-from estimator.particle import LEAST_HOLLOW, MINIMUM_VIEWS, TOLERANCE_PX
+from estimator.particle.exact_hull import exact_hull
+from estimator.particle.mass_properties import body_of, solid_of
+from estimator.particle.particle import LEAST_HOLLOW, MINIMUM_VIEWS, TOLERANCE_PX
 
 Array = NDArray[np.float64]
 SPLITS = 2

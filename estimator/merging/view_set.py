@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from datasets.errors import InputError
 from datasets.observation import CalibratedView
 from datasets.vocabulary.outline import Outline
-from estimator.fitting.pose_refinement import Views
+from estimator.data.views import Views
 from estimator.geometry.epipolar_tangency import PoseSet
 from estimator.geometry.silhouettes import Silhouettes, silhouettes
 from estimator.geometry.visual_hull import HullMesh, visual_hull

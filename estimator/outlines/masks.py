@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.vocabulary.outline import Outline
-from estimator.outlines.contour import half_level_contour
+from estimator.outlines.pictures.contour import half_level_contour
 from estimator.outlines.result import EMPTY
 from estimator.outlines.settings import OutlineSettings
 

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from datasets.errors import InputError
 from datasets.observation import Frames
-from estimator.outlines.background import Background, background_of_sequence, read_picture
-from estimator.outlines.component import Place
-from estimator.outlines.frame import Sighting, Window, look, whole
+from estimator.outlines.pictures.background import Background, background_of_sequence, read_picture
+from estimator.outlines.pictures.component import Place
+from estimator.outlines.pictures.frame import Sighting, Window, look, whole
 from estimator.outlines.result import FrameOutline, FrameStatus, OutlineTrack
 from estimator.outlines.settings import OutlineSettings
 

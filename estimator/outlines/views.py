@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 from datasets.errors import InputError
 from datasets.observation import CalibratedView, Frames
-from estimator.outlines.background import background_of_picture, measured, read_picture
-from estimator.outlines.frame import look, whole
+from estimator.outlines.pictures.background import background_of_picture, measured, read_picture
+from estimator.outlines.pictures.frame import look, whole
 from estimator.outlines.result import OutlineTrack
 from estimator.outlines.settings import OutlineSettings
 from estimator.outlines.track import without_blurred

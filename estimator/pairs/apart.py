@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.vocabulary.outline import Outline, signed_area
-from estimator.fitting.impact_search import CentroidPath, centroid_path
+from estimator.impacts.impact_search import CentroidPath, centroid_path
 from estimator.outlines.result import FrameOutline, FrameStatus, OutlineTrack, left_out
 
 Array = NDArray[np.float64]
@@ -85,7 +85,7 @@ def joint_kink(tracks: tuple[OutlineTrack, OutlineTrack], among: Array) -> tuple
     """The frame (continuous) among ``among`` (n,) at which both paths bend together, and by how much (px per frame) each does.
 
     Over the whole sequence two parabolas of common acceleration that meet there, for both particles at once: unlike the search of
-    :mod:`estimator.fitting.impact_search`, it needs no pictures near the impact, when the two are mostly hidden in one outline.
+    :mod:`estimator.impacts.impact_search`, it needs no pictures near the impact, when the two are mostly hidden in one outline.
     """
     paths = [centroid_path(track) for track in tracks]
     left = [sum(_bent(path, float(at))[1] for path in paths) for at in among]

@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.vocabulary.camera import HsvCamera
-from estimator.configuration import Configuration
-from estimator.fitting.pose_refinement import Views
-from estimator.fitting.pose_search import SearchEffort, search_pose
+from estimator.data.configuration import Configuration
+from estimator.data.views import Views
 from estimator.geometry.silhouettes import Silhouettes, silhouettes
 from estimator.outlines.result import FrameOutline, OutlineTrack
 from estimator.pairs.apart import Run
-from estimator.particle import Particle, views_like
+from estimator.particle.particle import Particle, views_like
+from estimator.poses.pose_search import SearchEffort, search_pose
 
 Array = NDArray[np.float64]
 LOOKED_AT = 3

@@ -17,13 +17,13 @@ from scipy.stats import chi2
 
 from datasets.estimate import CollisionEstimate, Measured
 from datasets.observation import Observation
-from estimator.fitting.pair_fit import TIME, PairRefined, parameter_maps
-from estimator.geometry.mass_properties import solid_of
 from estimator.motion.piecewise import Touch, touch_and_sensitivity
 from estimator.motion.rotation import rotation_from_vector
 from estimator.pairs.nearest import Nearest
+from estimator.pairs.pair_fit import TIME, PairRefined, parameter_maps
 from estimator.pairs.touching import Hulls, nearest_at
-from estimator.particle import Particle
+from estimator.particle.mass_properties import solid_of
+from estimator.particle.particle import Particle
 
 Array = NDArray[np.float64]
 DRAWS = 600

@@ -12,15 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.fitting.levenberg_marquardt import NormalEquations
-from estimator.fitting.pair_fit import PAIR, PairFlight, parameter_maps
 from estimator.motion.flight import COM
 from estimator.motion.piecewise import touch_and_sensitivity
 from estimator.pairs.nearest import Nearest, nearest
-from estimator.particle import Particle
+from estimator.pairs.pair_fit import PAIR, PairFlight, parameter_maps
+from estimator.particle.particle import Particle
 
 Array = NDArray[np.float64]
 HULL_SHARE = 0.005
-"""Standard deviation of a hull's surface as a share of the particle's extent, as :mod:`estimator.plate_gap` has it for a plate."""
+"""Standard deviation of a hull's surface as a share of the particle's extent, as :mod:`estimator.impacts.plate_gap` has it for a plate."""
 
 
 @dataclass(frozen=True)

@@ -19,10 +19,10 @@ from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
 from datasets.vocabulary.camera import HsvCamera
-from estimator.fitting.impact_search import polygon_moments
-from estimator.particle import Particle
+from estimator.appearance.hull_outlines import hull_of
+from estimator.impacts.impact_search import polygon_moments
+from estimator.particle.particle import Particle
 from estimator.readiness.look import Look, parabola
-from estimator.silhouettes.hull_outlines import hull_of
 
 Array = NDArray[np.float64]
 DEPTH_KNOWN = 0.15

@@ -1,7 +1,7 @@
 """A first look at what one camera recorded: outlines, contrast, saturation, size, motion and blur, and how smooth the path is.
 
 In free flight the outline's centre moves on a parabola but for a wobble of a fraction of a pixel, so a lost picture or a wrong time stamp
-shows as one step that is a multiple of its neighbours. Impacts are kinks of the path (:mod:`estimator.fitting.impact_search`); what is said
+shows as one step that is a multiple of its neighbours. Impacts are kinks of the path (:mod:`estimator.impacts.impact_search`); what is said
 of a flight is said of the longest stretch without any. Valid for any recording; nothing is known here of camera, particle or
 gravity.
 """
@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from datasets.observation import Frames, Recording
 from datasets.vocabulary.camera import Intrinsics
-from estimator.fitting.impact_search import CentroidPath, centroid_path, clear_kinks, find_kinks
-from estimator.outlines.background import SATURATED
+from estimator.impacts.impact_search import CentroidPath, centroid_path, clear_kinks, find_kinks
+from estimator.outlines.pictures.background import SATURATED
 from estimator.outlines.recording import checked
 from estimator.outlines.result import OutlineTrack
 from estimator.outlines.track import extract_outlines

@@ -21,17 +21,19 @@ from scipy.spatial.transform import Rotation
 from datasets.observation import Observation
 from datasets.vocabulary.camera import Intrinsics
 from datasets.vocabulary.outline import signed_area
-from estimator.configuration import Configuration
+from estimator.appearance.hull_outlines import hull_of, like_noise, outline_of
+from estimator.data.configuration import Configuration
+from estimator.data.fit_task import FitTask, Sightings
+from estimator.data.no_measurement import NoMeasurement
 from estimator.fitting.calibration_share import calibration_share
 from estimator.fitting.refinement import NothingSeen, covariance_and_bound, linearise
-from estimator.fitting.trajectory import FitTask, Sightings
+from estimator.fitting.tasks import fit_task, refinement_settings
+from estimator.measurements.silhouettes.imagined import NEVER_OUTLYING
 from estimator.motion.flight import OMEGA, Flight, V, poses_and_sensitivity
 from estimator.outlines.result import OutlineTrack
-from estimator.particle import Particle, views_like
-from estimator.pipeline import NoMeasurement, fit_task, refinement_settings, usable_sightings
+from estimator.outlines.sightings import usable_sightings
+from estimator.particle.particle import Particle, views_like
 from estimator.readiness.look import Look, parabola
-from estimator.silhouettes.hull_outlines import hull_of, like_noise, outline_of
-from estimator.silhouettes.imagined import NEVER_OUTLYING
 
 Array = NDArray[np.float64]
 DRAWS = 5

@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 from scipy.sparse import csc_array, csr_array
 from scipy.sparse.linalg import SuperLU, splu
 
+from estimator.data.fit_task import Prior, Sightings
 from estimator.fitting.refinement import scaled_inverse
-from estimator.fitting.trajectory import Prior, Sightings
 from estimator.motion.flight import COM, INERTIA, N_PARAMETERS, OFFSET, Flight, moved
-from estimator.particle import Particle
+from estimator.particle.particle import Particle
 from estimator.surface.mass import N_MASS, MassResponse, mass_response
 from estimator.surface.samples import Samples, samples_of_frames, samples_of_views
 from estimator.surface.star_surface import SUBDIVISIONS, StarSurface, star_surface

@@ -7,9 +7,9 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from datasets.vocabulary.body import Body
-from estimator.geometry.mass_properties import solid_of
 from estimator.geometry.visual_hull import HullMesh
 from estimator.motion.flight import SYMMETRIC
+from estimator.particle.mass_properties import solid_of
 from estimator.surface.star_surface import StarSurface
 
 Array = NDArray[np.float64]

@@ -11,7 +11,8 @@ from scipy.sparse import csr_array
 from datasets.observation import CalibratedView
 from datasets.vocabulary.camera import Intrinsics
 from datasets.vocabulary.outline import Outline
-from estimator.fitting.trajectory import Sightings, particle_poses
+from estimator.appearance.flight_errors import particle_poses
+from estimator.data.fit_task import Sightings
 from estimator.motion.flight import N_PARAMETERS, OFFSET, Flight, poses_and_sensitivity
 from estimator.surface.contact import Contact, contact_of
 from estimator.surface.star_surface import StarSurface

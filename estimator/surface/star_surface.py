@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array, diags_array, eye_array
 
 from estimator.geometry.visual_hull import bounding_ball, inside_by
-from estimator.particle import Particle
+from estimator.particle.particle import Particle
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

@@ -17,19 +17,19 @@ from datasets.recipes.recipe import EffectRecipe, HsvRecipe, MotionRecipe, Parti
 from datasets.vocabulary.body import Body
 from datasets.vocabulary.effects import EFFECTS
 from datasets.vocabulary.state import Motion
+from estimator.appearance.model_errors import ModelErrors, SequenceTask, model_errors
+from estimator.appearance.outline_tables import shape_at
+from estimator.appearance.prediction import predict
+from estimator.appearance.rim import rim_of
+from estimator.data.fit_task import FitTask, Prior, Sightings
+from estimator.data.views import Views
 from estimator.effects.link import Setting
 from estimator.effects.model import Model
 from estimator.effects.registry import MODELS
-from estimator.fitting.model_errors import ModelErrors, SequenceTask, model_errors
-from estimator.fitting.pose_refinement import Views
-from estimator.fitting.prediction import predict
-from estimator.fitting.rim import rim_of
-from estimator.fitting.trajectory import FitTask, Prior, Sightings
 from estimator.geometry.cast_outline import casting_mesh
 from estimator.geometry.outline_shape import outline_shape
 from estimator.geometry.visual_hull import HullMesh
 from estimator.motion.flight import Flight
-from estimator.outline_tables import shape_at
 from synth.frame_outlines import frame_outlines
 from synth.plan import SequencePlan
 from synth.sequence import plan_sequence

@@ -12,7 +12,7 @@ import pytest
 
 from datasets.vocabulary.effects import EFFECTS, PICTURED, Stage
 from estimator.effects.registry import MODELS
-from estimator.fitting.time_shifts import TimeShifts, jitter_test, time_derivative
+from estimator.likelihood.time_shifts import TimeShifts, jitter_test, time_derivative
 from synth.effects import REALISATIONS
 from tests.agreement.exact_sequences import RECIPE, Values, errors_at, made, rms
 from tests.agreement.sizes import SIZES

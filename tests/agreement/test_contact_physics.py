@@ -7,7 +7,7 @@ import pytest
 
 from datasets.recipes.recipe import EffectRecipe
 from estimator.contact_validation.fitting import Fitted, Impacts, fit
-from estimator.contact_validation.models import RIGID, impulse_model
+from estimator.contact_validation.laws.models import RIGID, impulse_model
 from estimator.contact_validation.spread import prepared
 from scripts import contact_sets
 from scripts.contact_sets import drop_recipe, measured_set

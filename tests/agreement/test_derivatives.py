@@ -1,17 +1,17 @@
 """The columns that fits use are the derivatives of the whole chain, at the true state and size of every effect.
 
 Central differences of the tangency errors themselves, at tangencies that stay at their vertex. The contracts in
-``tests/estimator/effects/test_contracts.py`` hold every effect to 2% on smoothed outlines; on exact ones the columns are exact.
+``tests/estimator/appearance/test_effect_contracts.py`` hold every effect to 2% on smoothed outlines; on exact ones the columns are exact.
 """
 
 import numpy as np
 import pytest
 
 from datasets.vocabulary.effects import EFFECTS, PICTURED
+from estimator.appearance.model_errors import ModelErrors, model_errors
 from estimator.effects.model import Model
 from estimator.effects.registry import MODELS
-from estimator.fitting.model_errors import ModelErrors, model_errors
-from estimator.fitting.time_shifts import time_derivative
+from estimator.likelihood.time_shifts import time_derivative
 from estimator.motion.flight import COM, N_PARAMETERS, STEPS, Flight, moved
 from tests.agreement.exact_sequences import Array, errors_at, made, task_of, theta_of, true_flight
 from tests.agreement.sizes import SIZES

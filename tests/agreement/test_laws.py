@@ -12,14 +12,14 @@ import pytest
 from datasets.vocabulary.body import Body
 from datasets.vocabulary.camera import Intrinsics
 from datasets.vocabulary.effects import EFFECTS, PICTURED
+from estimator.appearance.prediction import Prediction, predict
+from estimator.data.fit_task import OUTWARD
 from estimator.effects.link import Moment, Moving, Places, Setting
 from estimator.effects.model import Model, ModelForces
 from estimator.effects.registry import MODELS
-from estimator.fitting.prediction import Prediction, predict
-from estimator.fitting.time_shifts import gain_of
-from estimator.fitting.trajectory import OUTWARD
 from estimator.geometry.outline_shape import ANGLES, BLURS_PX, DEPTHS_PX, outline_shape
 from estimator.geometry.outline_smear import LEVELS
+from estimator.likelihood.time_shifts import gain_of
 from estimator.motion.flight import N_PARAMETERS, Flight, inertia_matrix, states
 from estimator.motion.rigid_body import States, angular_velocity, rotation_matrices
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from datasets.vocabulary.effects import PICTURED
+from estimator.appearance.model_errors import ModelErrors, model_errors
 from estimator.effects.model import Model
 from estimator.effects.registry import MODELS
-from estimator.fitting.model_errors import ModelErrors, model_errors
 from estimator.motion.flight import COM, N_PARAMETERS, moved
 from tests.agreement.exact_sequences import made, task_of, theta_of, true_flight
 from tests.agreement.sizes import SIZES

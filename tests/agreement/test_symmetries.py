@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from estimator.appearance.model_errors import ModelErrors, SequenceTask, model_errors
+from estimator.appearance.prediction import Prediction, predict
 from estimator.effects.model import Model
 from estimator.effects.registry import MODELS
-from estimator.fitting.model_errors import ModelErrors, SequenceTask, model_errors
-from estimator.fitting.prediction import Prediction, predict
 from estimator.motion.flight import Flight
 from tests.agreement.exact_sequences import Array, Made, made, setting_of, task_of, theta_of, true_flight
 from tests.agreement.sizes import SIZES

@@ -11,11 +11,11 @@ from datasets.vocabulary.body import Body
 from datasets.vocabulary.effects import EFFECTS, TRACKED_ONLY
 from estimator.effects.model import Model
 from estimator.effects.registry import MODELS
-from estimator.fitting.campaign import CampaignState, fit_campaign
-from estimator.registration import Registered
-from estimator.trajectories.registering import register_trajectories, task_of
-from estimator.trajectories.starting import first_flight
-from estimator.trajectories.task import trajectory_errors
+from estimator.fitting.campaigns.campaign import CampaignState, fit_campaign
+from estimator.fitting.campaigns.registered import Registered
+from estimator.measurements.trajectories.registering import register_trajectories, task_of
+from estimator.measurements.trajectories.starting import first_flight
+from estimator.measurements.trajectories.task import trajectory_errors
 from synth.effects.in_force import EffectsInForce
 from synth.effects.links import FlightState
 

@@ -12,7 +12,8 @@ ROOT = Path(__file__).parents[2]
 
 
 def header(side: str, key: str) -> str:
-    return ast.get_docstring(ast.parse((ROOT / side / "effects" / f"{key}.py").read_text(encoding="utf-8"))) or ""
+    (path,) = (ROOT / side / "effects").rglob(f"{key}.py")
+    return ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or ""
 
 
 @pytest.mark.parametrize("side", ["estimator", "synth"])

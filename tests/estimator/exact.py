@@ -10,7 +10,7 @@ from datasets.observation import CalibratedView
 from datasets.recipes.recipe import RigRecipe
 from datasets.vocabulary.camera import Intrinsics
 from datasets.vocabulary.outline import Outline, oriented
-from estimator.fitting.pose_refinement import Views
+from estimator.data.views import Views
 from estimator.geometry.epipolar_tangency import PoseSet
 from estimator.geometry.silhouettes import Silhouettes, pack
 from estimator.geometry.tangent_hull import TangentHull

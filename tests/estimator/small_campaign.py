@@ -4,10 +4,11 @@ from functools import cache
 
 from datasets.observation import Observation
 from datasets.recipes.recipe import EffectRecipe, MotionRecipe, ParticleRecipe, Recipe, RigRecipe
-from estimator.configuration import Configuration
-from estimator.fitting.base_model import base_fit
-from estimator.fitting.campaign import CampaignFit
-from estimator.registration import Registered, register
+from estimator.data.configuration import Configuration
+from estimator.fitting.campaigns.base_model import base_fit
+from estimator.fitting.campaigns.campaign import CampaignFit
+from estimator.fitting.campaigns.registered import Registered
+from estimator.measurements.silhouettes.registration import register
 from synth.sequence import build_silhouette_sequence
 
 

@@ -4,8 +4,9 @@ from dataclasses import replace
 from functools import cache
 
 from datasets.recipes.recipe import EffectRecipe, Recipe, RigRecipe
-from estimator.configuration import Configuration
-from estimator.registration import Registered, register
+from estimator.data.configuration import Configuration
+from estimator.fitting.campaigns.registered import Registered
+from estimator.measurements.silhouettes.registration import register
 from synth.sequence import build_silhouette_sequence
 from tests.estimator.small_campaign import recipe
 

@@ -20,7 +20,7 @@ from datasets.tiff_frames import TiffFrames
 from datasets.trajectory_files import read_trajectory
 from datasets.truth_files import read_truth
 from datasets.video import open_video
-from estimator.made_once import made_of_arrays
+from estimator.particle.made_once import made_of_arrays
 from synth.particles.mesh_import import read_mesh as import_mesh
 from tests.hostile import valid_files
 from tests.hostile.mutations import ARCHIVE, BYTES, JSON, TEXT, Mutation

@@ -31,9 +31,9 @@ from datasets.vocabulary.camera import HsvCamera, Intrinsics
 from datasets.vocabulary.clock import Clock
 from datasets.vocabulary.outline import Outline
 from datasets.vocabulary.plate import Plate
-from estimator.fitting.pose_starts import StartCatalogue
 from estimator.geometry.visual_hull import HullMesh
-from estimator.made_once import MadeOnce, arrays_of
+from estimator.particle.made_once import MadeOnce, arrays_of
+from estimator.poses.pose_starts import StartCatalogue
 from tests.datasets.conftest import make_estimate, make_truth, square_outline
 from tests.datasets.test_measured_entries import impact_at, with_impact
 from tests.datasets.test_rig_files import P_of, model

@@ -8,8 +8,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from datasets.estimate import ImpactEstimate, Status, VelocityEstimate
-from estimator.contact_validation.models import RIGID
-from estimator.trajectories.impacts import measure_impacts
+from estimator.contact_validation.laws.models import RIGID
+from estimator.measurements.trajectories.impacts import measure_impacts
 from scripts.real_impacts import several_contacts
 from scripts.real_impacts_cube import (
     BOARD,

@@ -6,7 +6,7 @@ import pytest
 
 from datasets.estimate import Status
 from estimator.geometry.visual_hull import bounding_ball
-from estimator.particle import view_poses
+from estimator.particle.particle import view_poses
 from scripts.real_outlines import dinosaur, left_out_pose, pairwise_rms_px, stone, told, unsmoothed
 
 

@@ -13,7 +13,7 @@ from datasets.observation_files import write_observation
 from datasets.recipes.recipe import EffectRecipe
 from datasets.truth import Truth
 from synth.sequence import build_silhouette_sequence
-from tests.estimator.test_measuring import RECIPE, part
+from tests.estimator.test_measure import RECIPE, part
 from tumble.cli.main import main
 
 DROPS = Path(__file__).resolve().parents[2] / "docs" / "tutorial_files" / "impacts.toml"

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from datasets.observation import Frames, Observation
 from datasets.observation_files import frames_file, read_observation, write_observation
 from datasets.tiff_frames import TiffFrames, write_stack
-from estimator.configuration import Configuration
+from estimator.data.configuration import Configuration
 from scripts.bench_estimate import as_pictures
 from synth.sequence import build_silhouette_sequence
 from tests.tumble.browsing import opened, serious_findings

@@ -7,8 +7,8 @@ from typing import Any
 
 from estimator.diagnosis.adding import with_effect
 from estimator.effects.registry import MODELS
-from estimator.fitting.campaign import CampaignFit
-from estimator.fitting.held_out import HeldOut, held_out
+from estimator.fitting.campaigns.campaign import CampaignFit
+from estimator.fitting.campaigns.held_out import HeldOut, held_out
 from tests.estimator.small_campaign import fitted, registered
 from tumble.diagnosis_documents import explanation_ladder
 from tumble.reports.words import rung_name

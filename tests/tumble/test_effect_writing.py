@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from datasets.json_documents import write_document
-from estimator.effects.empirical import EMPIRICAL, ForceField, ZoomInTime
-from estimator.effects.law_effect import law_formula
-from estimator.effects.law_terms import TERMS, Term
+from estimator.effects.empirical.families import EMPIRICAL, ForceField, ZoomInTime
+from estimator.effects.empirical.law_effect import law_formula
+from estimator.effects.empirical.law_terms import TERMS, Term
 from estimator.effects.link import EffectModel, Moment, Setting
 from estimator.effects.plug_ins import load_plug_in
 from tumble.cli.main import main

@@ -8,8 +8,7 @@ from typing import Any
 import pytest
 
 from datasets.errors import InputError
-from estimator import pipeline
-from estimator.fitting import refinement
+from estimator.fitting import refinement, tasks
 from scripts.gate_demonstration import body_axes
 from tumble import estimating, gating
 from tumble.cli.main import main
@@ -99,10 +98,10 @@ def test_an_estimate_that_fails_makes_the_run_worse(
     original = refinement.refine_flight
 
     def breaks_once(*arguments: Any, **settings: Any) -> Any:
-        monkeypatch.setattr(pipeline, "refine_flight", original)
+        monkeypatch.setattr(tasks, "refine_flight", original)
         raise ZeroDivisionError("planted")
 
-    monkeypatch.setattr(pipeline, "refine_flight", breaks_once)
+    monkeypatch.setattr(tasks, "refine_flight", breaks_once)
     assert gate(kept, "--json", work="failure") == 1
     said = json.loads(capsys.readouterr().out)
     assert said["sequences"] == ["cut_stone-0000"]

@@ -8,7 +8,7 @@ import pytest
 from datasets.estimate import Estimate, Status
 from datasets.estimate_files import read_estimate, write_estimate
 from estimator.fitting.adequacy import Misfit
-from estimator.misfit_words import adequacy_statistics, misfit_sentence
+from estimator.reports.misfit_words import adequacy_statistics, misfit_sentence
 from tumble.cli.estimate import _status_cell, remarks, tell
 from tumble.reports.words import MISFIT_MEANING, MISFIT_NEXT, meaning, next_steps
 

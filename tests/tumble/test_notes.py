@@ -11,7 +11,7 @@ import tumble.estimating
 from datasets.errors import InputError
 from datasets.estimate import Estimate, Status
 from datasets.observation_files import write_observation
-from estimator.configuration import Configuration
+from estimator.data.configuration import Configuration
 from synth.sequence import build_silhouette_sequence
 from tests.tumble.made_up import small_recipe
 from tumble.campaigning import prepare

@@ -13,7 +13,7 @@ from datasets.estimate import Estimate, ImpactEstimate, Status
 from datasets.observation import Observation
 from datasets.truth import Truth
 from datasets.vocabulary.outline import Outline
-from estimator.pipeline import tracks_of
+from estimator.outlines.sightings import tracks_of
 from synth.sequence import build_silhouette_sequence
 from tests.datasets.test_truth_files import impact
 from tests.tumble.browsing import Tab, opened

@@ -20,7 +20,7 @@ from datasets.particle_files import read_particle
 from datasets.recipes.recipe import MotionRecipe, ParticleRecipe, Recipe, RigRecipe
 from datasets.vocabulary.calibration import Calibration
 from datasets.vocabulary.camera import HsvCamera
-from estimator.configuration import Configuration
+from estimator.data.configuration import Configuration
 from estimator.outlines.result import EMPTY
 from scripts.study_shape import Rendered, rendered
 from synth.sequence import build_silhouette_sequence

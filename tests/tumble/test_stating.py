@@ -8,9 +8,9 @@ import trimesh
 
 from datasets.errors import InputError
 from estimator.effects.choosing import catalogue
-from estimator.fitting.campaign import Campaign
-from estimator.fitting.facts import Fact
-from estimator.trajectories.registering import register_trajectories
+from estimator.fitting.campaigns.campaign import Campaign
+from estimator.fitting.campaigns.facts import Fact
+from estimator.measurements.trajectories.registering import register_trajectories
 from tests.estimator.made_trajectories import Hidden, Tracker, campaign
 from tumble.quantities import Quantity, quantity
 from tumble.stating import facts_of, known, possible

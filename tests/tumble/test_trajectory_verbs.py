@@ -13,8 +13,8 @@ from datasets.estimate_files import read_estimate
 from datasets.json_documents import read_document
 from datasets.trajectory import Trajectory
 from tests.estimator.made_trajectories import Hidden, Tracker, campaign
-from tests.estimator.trajectories.struck_tosses import toss
-from tests.estimator.trajectories.test_gyroscope import gyro_rows
+from tests.estimator.measurements.trajectories.struck_tosses import toss
+from tests.estimator.measurements.trajectories.test_gyroscope import gyro_rows
 from tumble.cli.campaign_options import values_table
 from tumble.cli.main import main
 from tumble.reports.words import rms_ete_px

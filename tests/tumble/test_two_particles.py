@@ -18,8 +18,8 @@ from datasets.observation_files import read_observation, write_observation
 from datasets.scoring.collisions import score_collision, true_collision
 from datasets.truth_files import read_truth
 from datasets.vocabulary.outline import Outline
-from estimator.configuration import Configuration
-from estimator.measuring import measure
+from estimator.data.configuration import Configuration
+from estimator.measure import measure
 from synth.pair_outlines import outlines_of_two
 from tumble.cli.main import main
 

@@ -8,14 +8,14 @@ from typing import Any
 import pytest
 
 from datasets.json_documents import read_document, write_document
+from estimator.appearance.effect_contracts import check_contracts
 from estimator.diagnosis import empirical_fit
 from estimator.diagnosis.adding import with_effect
 from estimator.diagnosis.diagnose import Unknown, diagnose
-from estimator.effects.contracts import check_contracts
 from estimator.effects.plug_ins import load_plug_in
-from estimator.fitting.base_model import base_fit
-from estimator.fitting.campaign import CampaignFit
-from estimator.fitting.held_out import held_out
+from estimator.fitting.campaigns.base_model import base_fit
+from estimator.fitting.campaigns.campaign import CampaignFit
+from estimator.fitting.campaigns.held_out import held_out
 from tests.estimator.unknown_campaigns import unknown_campaign
 from tests.tumble.test_effect_writing import diagnosis
 from tumble.cli.main import main

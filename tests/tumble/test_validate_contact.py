@@ -18,8 +18,8 @@ from datasets.observation import Observation
 from datasets.observation_files import write_observation
 from datasets.recipes.recipe import Recipe, RigRecipe
 from datasets.truth import Truth
-from estimator.breakage import worse_after
-from estimator.configuration import Configuration
+from estimator.data.configuration import Configuration
+from estimator.impacts.breakage import worse_after
 from scripts.acceptance_contact import HIDDEN, page, powers_of, rows_of, summary
 from scripts.contact_sets import SIGMAS, drop_recipe, touches_once
 from synth.sequence import build_silhouette_sequence

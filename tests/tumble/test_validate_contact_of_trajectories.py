@@ -9,9 +9,9 @@ import trimesh
 
 from estimator.contact_validation.fitting import fit
 from estimator.contact_validation.heights import heights_against
-from estimator.contact_validation.models import RIGID
+from estimator.contact_validation.laws.models import RIGID
 from estimator.contact_validation.spread import prepared
-from tests.estimator.trajectories.struck_tosses import toss
+from tests.estimator.measurements.trajectories.struck_tosses import toss
 from tumble.cli.main import main
 from tumble.contact_documents import FILE, heights_entry
 from tumble.contact_validating import Known, collected

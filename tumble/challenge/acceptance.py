@@ -27,7 +27,7 @@ TWINS = ({"frame_rate", "length_scale"}, {"outline_offset", "view_outline_offset
 """Effects that no data of a free flight tell apart, or hardly: one clock's rate and all lengths scale a fall alike, and a body drawn too
 large looks as one whose frames are drawn too small."""
 LAWS = {"outgassing_thrust": {"body_fixed", "torque_body_fixed"}, "wall_attraction": {"towards_plane", "towards_point"}}
-"""Terms of :mod:`estimator.effects.law_terms` of which a law for a hidden force should have one."""
+"""Terms of :mod:`estimator.effects.empirical.law_terms` of which a law for a hidden force should have one."""
 HELD, MISSED, TOO_FEW, NOT_ASKED = "HELD", "MISSED", "TOO FEW CASES", "NOT ASKED FOR"
 
 

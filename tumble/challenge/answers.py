@@ -13,11 +13,11 @@ from estimator.diagnosis.score_tests import ScoreTest
 from estimator.diagnosis.selection.names import JOINED, possible_names
 from estimator.diagnosis.selection.testing import tests_beside
 from estimator.effects.choosing import catalogue
-from estimator.effects.curvature_bias import CurvatureBias
-from estimator.fitting.campaign import Campaign, CampaignFit
-from estimator.fitting.campaign_covariance import CampaignCovariance
-from estimator.fitting.considered import uncertain
-from estimator.fitting.held_out import HeldOut
+from estimator.effects.instrument.curvature_bias import CurvatureBias
+from estimator.fitting.campaigns.campaign import Campaign, CampaignFit
+from estimator.fitting.campaigns.campaign_covariance import CampaignCovariance
+from estimator.fitting.campaigns.considered import uncertain
+from estimator.fitting.campaigns.held_out import HeldOut
 from estimator.motion.flight import N_PARAMETERS, OMEGA, Flight, V
 from tumble.challenge.information import all_information
 

@@ -13,15 +13,16 @@ from numpy.typing import NDArray
 
 from datasets.errors import InputError
 from datasets.vocabulary.effects import EffectEntry, Scope
-from estimator.configuration import Configuration
+from estimator.data.configuration import Configuration
 from estimator.diagnosis.diagnose import ALPHA
 from estimator.diagnosis.selection.linearised import Linearised, linearised
 from estimator.effects.choosing import catalogue
-from estimator.fitting.base_model import base_fit
-from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState
+from estimator.fitting.campaigns.base_model import base_fit
+from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState
+from estimator.fitting.campaigns.registered import Registered
 from estimator.fitting.stable_inverse import stable_inverse
-from estimator.registration import Registered, register
-from estimator.trajectories.registering import register_trajectories, task_of
+from estimator.measurements.silhouettes.registration import register
+from estimator.measurements.trajectories.registering import register_trajectories, task_of
 from tumble.challenge.field_case import FieldCase
 from tumble.challenge.field_flights import exact_with_noise, flown, measured, without_effects
 from tumble.challenge.field_silhouettes import observed

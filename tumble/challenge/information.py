@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 from datasets.vocabulary.effects import PICTURED
 from estimator.diagnosis.diagnose import ALPHA
 from estimator.diagnosis.score_tests import ScoreTest
-from estimator.effects.defocus_growth import SMALLEST
-from estimator.fitting.campaign import Campaign, CampaignFit
+from estimator.effects.catalogue.optics.defocus_growth import SMALLEST
+from estimator.fitting.campaigns.campaign import Campaign, CampaignFit
 from estimator.fitting.stable_inverse import stable_inverse
-from estimator.fitting.time_shifts import jitter_found_with
+from estimator.likelihood.time_shifts import jitter_found_with
 from tumble.challenge.limits import noncentrality
 
 Array = NDArray[np.float64]

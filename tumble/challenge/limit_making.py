@@ -19,16 +19,16 @@ from datasets.atomic_files import written_whole
 from datasets.errors import InputError
 from datasets.recipes.recipe import EffectRecipe
 from datasets.vocabulary.effects import EFFECTS, PICTURED, Scope
-from estimator.configuration import Configuration
+from estimator.data.configuration import Configuration
 from estimator.diagnosis.diagnose import ALPHA
 from estimator.diagnosis.score_tests import Candidates, EfficientScores, ScoreTest, score_tests
 from estimator.effects.choosing import catalogue
 from estimator.effects.link import Setting
 from estimator.effects.registry import MODELS
-from estimator.fitting.base_model import start_with
-from estimator.fitting.campaign import fit_campaign
-from estimator.fitting.following import following
-from estimator.registration import register
+from estimator.fitting.campaigns.base_model import start_with
+from estimator.fitting.campaigns.campaign import fit_campaign
+from estimator.fitting.campaigns.following import following
+from estimator.measurements.silhouettes.registration import register
 from tumble.challenge.cases import Case, case_from_dict, case_to_dict
 from tumble.challenge.drawing import Counts, Plan, Shape, Sizes, draw_cases, large_effect, outside_effect
 from tumble.challenge.information import POWERS, all_information

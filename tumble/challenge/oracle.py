@@ -15,16 +15,17 @@ from numpy.typing import NDArray
 from datasets.atomic_files import written_whole
 from datasets.json_documents import plain
 from datasets.recipes.effects import values_in_sequence
-from estimator.configuration import configuration_from_dict
+from estimator.data.configuration import configuration_from_dict
 from estimator.diagnosis.score_tests import Candidates, score_tests
 from estimator.effects.choosing import catalogue
 from estimator.effects.model import Model
-from estimator.fitting.base_model import start_with
-from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState, fit_campaign
-from estimator.fitting.campaign_covariance import campaign_covariance
-from estimator.fitting.following import following
-from estimator.fitting.held_out import held_out
-from estimator.registration import Registered, register
+from estimator.fitting.campaigns.base_model import start_with
+from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState, fit_campaign
+from estimator.fitting.campaigns.campaign_covariance import campaign_covariance
+from estimator.fitting.campaigns.following import following
+from estimator.fitting.campaigns.held_out import held_out
+from estimator.fitting.campaigns.registered import Registered
+from estimator.measurements.silhouettes.registration import register
 from tumble.challenge.answers import parameters, velocities
 from tumble.challenge.cases import Case, campaign_folder, case_from_dict, case_to_dict, sequence_name
 from tumble.challenge.making import build

@@ -16,9 +16,10 @@ import estimator
 from datasets.atomic_files import written_whole
 from datasets.observation_files import read_observation
 from datasets.trajectory_files import read_trajectory, trajectories_in
-from estimator.configuration import configuration_from_dict
-from estimator.registration import Registered, register
-from estimator.trajectories.registering import register_trajectories
+from estimator.data.configuration import configuration_from_dict
+from estimator.fitting.campaigns.registered import Registered
+from estimator.measurements.silhouettes.registration import register
+from estimator.measurements.trajectories.registering import register_trajectories
 from tumble.result_files import observations_in
 from tumble.versions import versions
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from estimator.configuration import Configuration
+from estimator.data.configuration import Configuration
 from estimator.readiness import Look
 
 SATURATED_SHARE = 0.01

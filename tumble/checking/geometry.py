@@ -7,11 +7,11 @@ import numpy as np
 
 from datasets.errors import InputError
 from datasets.observation import Observation
-from estimator.configuration import Configuration
+from estimator.data.configuration import Configuration
 from estimator.outlines.behind_plate import beside_plate
 from estimator.outlines.recording import view_outlines_of
 from estimator.outlines.result import OutlineTrack
-from estimator.particle import Particle, particle_of
+from estimator.particle.particle import Particle, particle_of
 from estimator.readiness import Fall, Look, Promise, depth_of, fall_of, promise_of, wobble_of
 from tumble.checking.findings import Finding
 from tumble.checking.table import Row

@@ -13,8 +13,8 @@ from rich.table import Table
 from datasets.estimate_files import read_estimate
 from datasets.json_documents import Document, plain, read_document, write_document
 from estimator.effects.choosing import chosen_effects
-from estimator.misfit_words import p_words
-from estimator.side_by_side import processes
+from estimator.fitting.side_by_side import processes
+from estimator.reports.misfit_words import p_words
 from tumble.campaigning import Known, Prepared
 from tumble.cli.console import console
 from tumble.cli.exit_codes import ALL_MEASURED, BAD_INPUT, INCOMPLETE

@@ -10,7 +10,7 @@ from rich.table import Table
 from datasets.atomic_files import written_whole
 from datasets.errors import InputError
 from datasets.vocabulary.effects import EFFECTS
-from estimator.effects.contracts import Kept
+from estimator.appearance.effect_contracts import Kept
 from tumble.cli.console import console
 from tumble.cli.options import verb_parser
 from tumble.commands import command

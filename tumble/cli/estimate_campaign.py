@@ -7,7 +7,7 @@ from collections.abc import Callable
 from datasets.estimate import Estimate, Status
 from datasets.estimate_files import read_estimate
 from datasets.json_documents import plain, read_document
-from estimator.side_by_side import processes
+from estimator.fitting.side_by_side import processes
 from tumble.cli.campaign_options import campaign_of, described_effects, question_of, read_by, values_table
 from tumble.cli.console import console
 from tumble.cli.outcomes import what_next

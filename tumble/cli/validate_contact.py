@@ -10,8 +10,8 @@ from rich.table import Table
 
 from datasets.errors import InputError
 from datasets.json_documents import Document, plain, read_document, write_document
-from estimator.contact_validation.force_models import Materials
 from estimator.contact_validation.heights import heights_against
+from estimator.contact_validation.laws.force_models import Materials
 from estimator.contact_validation.validate import DEFAULT_MODELS, LEAST_RUNS, MODELS, Question, validate
 from estimator.contact_validation.verdict import broken_verdict
 from tumble.cli.console import console

@@ -11,7 +11,7 @@ from markupsafe import Markup
 from datasets.atomic_files import written_whole
 from datasets.json_documents import revived
 from estimator.diagnosis.selection.names import JOINED
-from estimator.misfit_words import p_words
+from estimator.reports.misfit_words import p_words
 from tumble.limiting import facts_told
 from tumble.numbers import compact
 from tumble.reports.charts import autocorrelation_chart, ladder_chart, map_chart

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 from scipy.stats import spearmanr
 
 from estimator.diagnosis.residual_maps import ResidualMap
-from estimator.misfit_words import p_words
+from estimator.reports.misfit_words import p_words
 
 Index = NDArray[np.int64]
 STRONG = 3.0

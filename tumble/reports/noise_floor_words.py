@@ -1,8 +1,8 @@
 """Whether there is anything to explain, in plain words."""
 
 from estimator.diagnosis.noise_floor import NoiseFloor
-from estimator.misfit_words import p_words
-from estimator.silhouettes.noise_floor import OWN_TOO_LARGE
+from estimator.measurements.silhouettes.noise_floor import OWN_TOO_LARGE
+from estimator.reports.misfit_words import p_words
 
 
 def floor_sentence(floor: NoiseFloor, unit: str, at: tuple[float, float]) -> str:

@@ -22,10 +22,10 @@ from datasets.vocabulary.camera import HsvCamera
 from datasets.vocabulary.outline import Outline
 from datasets.vocabulary.state import Motion
 from estimator.geometry.cast_outline import cast_outline, casting_mesh
-from estimator.geometry.exact_hull import exact_hull
 from estimator.geometry.visual_hull import HullMesh, visual_hull
 from estimator.outlines.recording import view_outlines_of
-from estimator.particle import MINIMUM_VIEWS, TOLERANCE_PX
+from estimator.particle.exact_hull import exact_hull
+from estimator.particle.particle import MINIMUM_VIEWS, TOLERANCE_PX
 
 Array = NDArray[np.float64]
 RESOLUTION = 64

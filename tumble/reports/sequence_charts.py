@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from estimator.robust_scale import robust_sigma
+from estimator.geometry.robust_scale import robust_sigma
 from tumble.reports.charts import MEASURED, NOISE, SOFT, figure_svg
 
 Z95 = 1.96

@@ -11,9 +11,8 @@ from datasets.made_files import Arrays
 from datasets.observation import CalibratedView
 from datasets.particle_files import ParticleFile
 from datasets.vocabulary.outline import Outline
-from estimator.configuration import Configuration
+from estimator.data.configuration import Configuration
 from estimator.geometry.visual_hull import HullMesh
-from estimator.made_once import arrays_of, digest_of
 from estimator.merging.fitted import MergeSettings
 from estimator.merging.leaving_out import sets_again
 from estimator.merging.merge import Merged, merge
@@ -22,7 +21,8 @@ from estimator.merging.solid import Solid, solid_figures, ways_of_looking
 from estimator.merging.view_set import ViewSet, view_set
 from estimator.outlines.recording import view_outlines_of
 from estimator.outlines.result import EMPTY
-from estimator.particle import MINIMUM_VIEWS, Particle, particle_of
+from estimator.particle.made_once import arrays_of, digest_of
+from estimator.particle.particle import MINIMUM_VIEWS, Particle, particle_of
 from tumble.shaping.drops import Drop
 
 WANTED_EXCESS = 0.01

@@ -27,7 +27,7 @@ from estimator.diagnosis.score_tests import Column
 from estimator.diagnosis.selection.linearised import Linearised
 from estimator.diagnosis.selection.reduced import Own, Posterior, Quadratic, posterior
 from estimator.effects.link import TAILS
-from estimator.fitting.measurement_kind import NOISE_FREEDOM
+from estimator.fitting.campaigns.measurement_kind import NOISE_FREEDOM
 
 Array = NDArray[np.float64]
 SHARES = 0.5 * np.logspace(-3.0, 0.0, 7)

@@ -23,8 +23,8 @@ from numpy.typing import NDArray
 from estimator.diagnosis.score_tests import Candidates, Column, EfficientScores, arranged, candidate_equations, efficient_scores
 from estimator.effects.link import EffectModel, Setting
 from estimator.effects.model import Model
-from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState, SequenceEquations, layout_of
-from estimator.fitting.time_shifts import JitterTest, jitter_test
+from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState, SequenceEquations, layout_of
+from estimator.likelihood.time_shifts import JitterTest, jitter_test
 
 Array = NDArray[np.float64]
 

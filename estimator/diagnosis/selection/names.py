@@ -3,9 +3,9 @@
 A group of an effect that was found and of what may stand in its place has a value under every name (:mod:`.groups`). As long as nothing
 settles the group, the model with the first name may be wrong: with the probability ``w`` of another name, its share of the group's, the
 other effect has the value that it has in the set with it in the first one's place. About none, where the fit has it, its variance is
-``w (mean² + sigma²)``, and what the fit makes of that is for consider covariance to say (:mod:`estimator.fitting.considered`). That is the
-variance over the models of the group [Hoeting et al. 1999, Bayesian model averaging], in their linear neighbourhood. So it is for an effect
-that the data neither show nor exclude, beside all that was found.
+``w (mean² + sigma²)``, and what the fit makes of that is for consider covariance to say (:mod:`estimator.fitting.campaigns.considered`).
+That is the variance over the models of the group [Hoeting et al. 1999, Bayesian model averaging], in their linear neighbourhood. So it is
+for an effect that the data neither show nor exclude, beside all that was found.
 """
 
 from collections.abc import Sequence
@@ -19,7 +19,7 @@ from datasets.vocabulary.effects import Parameter, Scope
 from estimator.diagnosis.selection.groups import FACTOR, Name
 from estimator.diagnosis.selection.path import At
 from estimator.diagnosis.selection.search import Set
-from estimator.fitting.considered import Possible
+from estimator.fitting.campaigns.considered import Possible
 
 Array = NDArray[np.float64]
 JOINED = "+"

@@ -15,9 +15,9 @@ from estimator.diagnosis.selection.linearised import linearised
 from estimator.diagnosis.selection.refitting import refitted
 from estimator.diagnosis.selection.search import Overrated, Posterior, Set, Trial, look_at_pairs, posterior_of, searched
 from estimator.diagnosis.selection.stated import with_facts
-from estimator.effects.empirical import families
+from estimator.effects.empirical.families import families
 from estimator.effects.link import EffectModel
-from estimator.fitting.campaign import Campaign, CampaignFit
+from estimator.fitting.campaigns.campaign import Campaign, CampaignFit
 from estimator.motion.rigid_body import RanAway
 
 GAIN = 0.5

@@ -7,9 +7,9 @@ from datasets.vocabulary.effects import Scope
 from estimator.diagnosis.selection.evidence import Evidence
 from estimator.effects.link import EffectModel
 from estimator.effects.model import Model
-from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState, fit_campaign
-from estimator.fitting.following import following
-from estimator.fitting.weighing_again import weighed_again
+from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState, fit_campaign
+from estimator.fitting.campaigns.following import following
+from estimator.fitting.campaigns.weighing_again import weighed_again
 from estimator.motion.rigid_body import RanAway
 
 Array = NDArray[np.float64]

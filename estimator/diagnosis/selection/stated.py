@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from estimator.diagnosis.score_tests import Column
 from estimator.diagnosis.selection.linearised import Linearised
 from estimator.effects.link import EffectModel
-from estimator.fitting.campaign import Campaign
-from estimator.fitting.facts import Fact
+from estimator.fitting.campaigns.campaign import Campaign
+from estimator.fitting.campaigns.facts import Fact
 
 Array = NDArray[np.float64]
 

@@ -6,9 +6,9 @@ from scipy.spatial.transform import Rotation
 
 from datasets.vocabulary.plate import Plate
 from estimator.contact.solid import BodyState, SolidHull, solid_hull_of
+from estimator.contact_validation.laws.point_contact import PointContact
 from estimator.contact_validation.measured import MeasuredImpact
 from estimator.contact_validation.next_contacts import shared_by_corners
-from estimator.contact_validation.point_contact import PointContact
 from estimator.geometry.visual_hull import HullMesh
 
 SIGMAS = np.concatenate(

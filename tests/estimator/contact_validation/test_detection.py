@@ -7,8 +7,8 @@ from estimator.contact_validation import detection
 from estimator.contact_validation.detection import Detectable, detectable
 from estimator.contact_validation.fitting import fit
 from estimator.contact_validation.held_out import gain, judge
-from estimator.contact_validation.models import ADDITIONS, RIGID, impulse_model
-from estimator.contact_validation.point_contact import PointContact, point_contact
+from estimator.contact_validation.laws.models import ADDITIONS, RIGID, impulse_model
+from estimator.contact_validation.laws.point_contact import PointContact, point_contact
 from estimator.contact_validation.spread import prepared
 from tests.estimator.contact_validation.made_impacts import made_impacts
 

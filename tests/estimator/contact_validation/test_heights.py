@@ -8,8 +8,8 @@ from scipy.spatial.transform import Rotation
 
 from datasets.vocabulary.plate import Plate
 from estimator.contact_validation.heights import heights_against
+from estimator.contact_validation.laws.point_contact import PointContact
 from estimator.contact_validation.measured import MeasuredImpact
-from estimator.contact_validation.point_contact import PointContact
 from tests.estimator.contact_validation.made_impacts import made_impacts
 
 OFFSET = 0.004

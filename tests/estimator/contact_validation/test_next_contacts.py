@@ -7,9 +7,9 @@ from scipy.spatial.transform import Rotation
 from datasets.vocabulary.plate import Plate
 from estimator.contact.solid import BodyState, SolidHull, solid_hull_of
 from estimator.contact_validation.contacts import nominal
+from estimator.contact_validation.laws.point_contact import PointContact
 from estimator.contact_validation.measured import MeasuredImpact
 from estimator.contact_validation.next_contacts import TOGETHER_S, next_contacts, shared_by_corners
-from estimator.contact_validation.point_contact import PointContact
 from estimator.contact_validation.spread import draws_of, predicted_covariance
 from estimator.contact_validation.validate import Question, single_contacts, validate
 from estimator.geometry.visual_hull import HullMesh

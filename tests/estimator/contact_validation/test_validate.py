@@ -5,12 +5,12 @@ import pytest
 
 from datasets.errors import InputError
 from estimator.contact_validation.fitting import fit, log_volumes
-from estimator.contact_validation.force_models import Materials, hertz_mindlin_at_corner, hertz_mindlin_clump
 from estimator.contact_validation.held_out import folds_of, judge
 from estimator.contact_validation.ladder import _fitted_with, climb
+from estimator.contact_validation.laws.force_models import Materials, hertz_mindlin_at_corner, hertz_mindlin_clump
+from estimator.contact_validation.laws.models import ADDITIONS, RIGID, impulse_model
+from estimator.contact_validation.laws.point_contact import STIFFEST, PointContact
 from estimator.contact_validation.measured import experiment_of
-from estimator.contact_validation.models import ADDITIONS, RIGID, impulse_model
-from estimator.contact_validation.point_contact import STIFFEST, PointContact
 from estimator.contact_validation.quantities import contact_of, inconsistent
 from estimator.contact_validation.spread import carried, draws_of, prepared, residual_covariances, smooth_fields
 from estimator.contact_validation.validate import Question, validate

@@ -9,7 +9,7 @@ from estimator.diagnosis import score_tests as module
 from estimator.diagnosis.adding import with_effect
 from estimator.diagnosis.score_tests import Candidates, Column, EfficientScores, arranged, candidate_equations, efficient_scores
 from estimator.effects.choosing import catalogue
-from estimator.fitting.campaign import Campaign, CampaignFit
+from estimator.fitting.campaigns.campaign import Campaign, CampaignFit
 from tests.estimator.small_campaign import fitted, registered
 
 

@@ -7,7 +7,7 @@ import pytest
 from estimator.diagnosis.adding import fit_with
 from estimator.diagnosis.diagnose import ALPHA, Diagnosis, diagnose
 from estimator.effects.choosing import catalogue
-from estimator.trajectories.registering import register_trajectories
+from estimator.measurements.trajectories.registering import register_trajectories
 from tests.estimator.made_trajectories import Hidden, Tracker, campaign
 from tumble.reports.verdict import verdict_of
 

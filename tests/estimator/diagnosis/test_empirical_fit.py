@@ -13,11 +13,11 @@ from estimator.diagnosis import empirical_fit
 from estimator.diagnosis.diagnose import Unknown, diagnose
 from estimator.diagnosis.empirical_fit import EmpiricalFit, LawFit, fit_empirical, fit_terms
 from estimator.diagnosis.empirical_shape import empirical_shapes
-from estimator.effects.law_terms import Term
+from estimator.effects.empirical.law_terms import Term
 from estimator.effects.model import Model
-from estimator.fitting.base_model import base_fit
-from estimator.fitting.campaign import Campaign, CampaignFit, CampaignState, fit_campaign
-from estimator.fitting.held_out import HeldOut
+from estimator.fitting.campaigns.base_model import base_fit
+from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState, fit_campaign
+from estimator.fitting.campaigns.held_out import HeldOut
 from estimator.motion.flight import N_PARAMETERS
 from estimator.motion.rigid_body import RanAway
 from tests.estimator.unknown_campaigns import FORCES, THRUST, unknown_campaign

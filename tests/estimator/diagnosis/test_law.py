@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from estimator.diagnosis.law import MARGIN, Law, find_law
 from estimator.diagnosis.pooled_scores import LINKS, PooledScores
-from estimator.effects.force_curves import DEGREES
-from estimator.effects.law_terms import TERMS, Link
+from estimator.effects.empirical.force_curves import DEGREES
+from estimator.effects.empirical.law_terms import TERMS, Link
 from estimator.effects.link import Moment
 from estimator.motion.rigid_body import rotation_matrices
 

@@ -6,16 +6,16 @@ from functools import cache
 import numpy as np
 import pytest
 
+from estimator.appearance.hull_outlines import hull_of
 from estimator.diagnosis.candidate_recordings import FARTHER, RECORDINGS
 from estimator.diagnosis.diagnose import diagnose
 from estimator.diagnosis.imagined_sequences import Drop, counted
 from estimator.diagnosis.score_tests import Candidates, ScoreTest, score_tests
 from estimator.diagnosis.separation import Prospect, Separation, _present, separations
 from estimator.effects.choosing import catalogue
-from estimator.fitting.campaign import sequence_equations
-from estimator.silhouettes.hull_outlines import hull_of
-from estimator.silhouettes.imagined import Pictures, silhouettes_of, thinned
-from estimator.silhouettes.imagined_views import with_more_views
+from estimator.fitting.campaigns.campaign import sequence_equations
+from estimator.measurements.silhouettes.imagined import Pictures, silhouettes_of, thinned
+from estimator.measurements.silhouettes.imagined_views import with_more_views
 from tests.estimator.small_campaign import fitted, registered
 
 MARGIN = 3.0

@@ -8,9 +8,9 @@ from datasets.vocabulary.body import Body
 from estimator.diagnosis.score_tests import Candidates, score_tests
 from estimator.diagnosis.separation import separations
 from estimator.effects.choosing import catalogue
-from estimator.fitting.base_model import base_fit
-from estimator.trajectories.imagined import Tracks
-from estimator.trajectories.registering import register_trajectories
+from estimator.fitting.campaigns.base_model import base_fit
+from estimator.measurements.trajectories.imagined import Tracks
+from estimator.measurements.trajectories.registering import register_trajectories
 
 SIGMA_M, ROWS, INTERVAL_S = 5e-4, 60, 0.01
 BODY = Body(com_particle=np.zeros(3), R_particle_body=np.eye(3), inertia_ratios=np.array([0.6, 0.8, 1.0]))

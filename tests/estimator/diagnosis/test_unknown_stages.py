@@ -10,10 +10,10 @@ from datasets.observation import Observation
 from datasets.vocabulary.clock import Clock
 from datasets.vocabulary.effects import Stage
 from datasets.vocabulary.outline import Outline
-from estimator.configuration import Configuration
+from estimator.data.configuration import Configuration
 from estimator.diagnosis.diagnose import diagnose
-from estimator.fitting.base_model import base_fit
-from estimator.registration import register
+from estimator.fitting.campaigns.base_model import base_fit
+from estimator.measurements.silhouettes.registration import register
 from synth.sequence import build_silhouette_sequence
 from tests.estimator.small_campaign import recipe
 

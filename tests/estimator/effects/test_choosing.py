@@ -47,8 +47,8 @@ def test_a_frame_rate_needs_gravity() -> None:
 
 def test_what_is_refused_is_degenerate_indeed() -> None:
     """The columns of a frame rate and of gravity are combinations of one another and of the flight's own."""
+    from estimator.appearance.model_errors import model_errors
     from estimator.effects.model import Model
-    from estimator.fitting.model_errors import model_errors
     from estimator.motion.flight import COM
     from tests.estimator.small_campaign import registered
 

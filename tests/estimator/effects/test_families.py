@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from estimator.effects.empirical import ForceField, ZoomInTime
+from estimator.effects.empirical.families import ForceField, ZoomInTime
+from estimator.effects.empirical.plane_field import PlaneField, plane_field_like
 from estimator.effects.link import Moment, Setting
-from estimator.effects.plane_field import PlaneField, plane_field_like
 
 SETTING = Setting(np.arange(80) / 4000.0, 5e-5, np.zeros(3), np.ones(3))
 

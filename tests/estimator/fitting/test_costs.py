@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from estimator.measurements.silhouettes import SILHOUETTES
+from estimator.measurements.silhouettes.kind import SILHOUETTES
 
 SEQUENCE: Any = SimpleNamespace(task=SimpleNamespace(huber=4.0))
 

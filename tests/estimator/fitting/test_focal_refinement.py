@@ -10,8 +10,8 @@ from datasets.estimate import Estimate, Status
 from datasets.observation import Observation
 from datasets.recipes.recipe import HsvRecipe, MotionRecipe, ParticleRecipe, Recipe, RigRecipe
 from datasets.truth import Truth
-from estimator.configuration import Configuration
-from estimator.pipeline import estimate
+from estimator.data.configuration import Configuration
+from estimator.measuring.free_flight import estimate
 from synth.sequence import build_silhouette_sequence
 
 WRONG_BY = 1.05

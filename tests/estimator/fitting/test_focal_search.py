@@ -6,8 +6,8 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
 from datasets.vocabulary.camera import Intrinsics
+from estimator.data.views import Poses, Views
 from estimator.fitting.focal_search import FocalPrior, poses_with_focal
-from estimator.fitting.pose_refinement import Poses, Views
 from estimator.geometry.epipolar_tangency import PoseSet
 from estimator.geometry.focal_derivative import with_focal
 from estimator.geometry.silhouettes import Silhouettes

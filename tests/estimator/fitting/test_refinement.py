@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from estimator.data.fit_task import FitTask
 from estimator.fitting import refinement
 from estimator.fitting.refinement import Refined, Refinement, refine_flight, stepped
-from estimator.fitting.trajectory import FitTask, _cost, fit
+from estimator.fitting.trajectory import _cost, fit
 from estimator.fitting.viewing_angles import with_clear_angles
 from estimator.motion.flight import N_PARAMETERS, OMEGA, THETA, V, X, moved, poses
 from estimator.motion.rigid_body import RanAway

@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from estimator.fitting.trajectory import errors_of, restricted
+from estimator.appearance.flight_errors import errors_of
+from estimator.data.fit_task import restricted
 from estimator.fitting.viewing_angles import LEAST_SINE_WITH_VIEWS, sines_between, with_clear_angles
 from estimator.geometry.epipolar_tangency import PoseSet
 from estimator.motion.flight import N_PARAMETERS, poses

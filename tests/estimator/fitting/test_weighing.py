@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from estimator.fitting.composite_likelihood import RandomShift, Sighting, WeighedFrames, design_effects, sighting, weigh_linear
-from estimator.fitting.model_errors import ModelErrors, SequenceTask, model_errors
-from estimator.fitting.noise_model import angle_correlation
-from estimator.fitting.time_shifts import time_derivative
+from estimator.appearance.model_errors import ModelErrors, SequenceTask, model_errors
 from estimator.geometry.silhouettes import UNSURE_PX
+from estimator.likelihood.composite_likelihood import RandomShift, Sighting, WeighedFrames, design_effects, sighting, weigh_linear
+from estimator.likelihood.noise_model import angle_correlation
+from estimator.likelihood.time_shifts import time_derivative
 from tests.estimator.small_campaign import fitted, registered
 
 FLOOR_PX, HUBER = 0.03, 1.5  # so small that some errors lie beyond

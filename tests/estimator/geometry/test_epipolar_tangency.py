@@ -11,10 +11,10 @@ from shapely import Polygon, box
 
 from datasets.vocabulary.camera import Intrinsics
 from datasets.vocabulary.outline import Outline
-from estimator.fitting.composite_likelihood import weigh
 from estimator.geometry.epipolar_tangency import PoseSet, TangencyErrors, tangency_errors
 from estimator.geometry.silhouettes import Silhouettes, pack, silhouettes
 from estimator.geometry.tangent_hull import TangentHull
+from estimator.likelihood.composite_likelihood import weigh
 
 Array = NDArray[np.float64]
 HSV = Intrinsics(1024, 1024, 6000.0, 5900.0, 511.5, 500.0)

@@ -5,7 +5,7 @@ import pytest
 from numpy.typing import NDArray
 
 from estimator.geometry.hollows import hollow_beyond_noise, hollow_share
-from estimator.particle import LEAST_HOLLOW
+from estimator.particle.particle import LEAST_HOLLOW
 from synth.silhouette.noisy_outline import noisy_outline
 
 Array = NDArray[np.float64]

@@ -8,8 +8,8 @@ from scipy.spatial import ConvexHull
 
 from datasets.errors import InputError
 from datasets.vocabulary.outline import Outline
-from estimator.geometry.mass_properties import body_of, largest_moment_per_mass
 from estimator.geometry.visual_hull import HullMesh, bounding_ball, visual_hull
+from estimator.particle.mass_properties import body_of, largest_moment_per_mass
 from synth.particles.family import procedural
 from synth.particles.mass_properties import mass_properties
 from synth.silhouette.exact_outline import exact_outline, outline_mesh

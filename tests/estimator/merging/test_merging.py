@@ -10,10 +10,11 @@ from scipy.spatial.transform import Rotation
 from datasets.errors import InputError
 from datasets.recipes.recipe import ParticleRecipe
 from datasets.vocabulary.outline import Outline
-from estimator.fitting.pose_refinement import Poses
+from estimator.data.views import Poses
 from estimator.geometry.silhouettes import silhouettes
 from estimator.merging import merge as merge_module
 from estimator.merging.consistency import agree
+from estimator.merging.even_rotations import even_rotations
 from estimator.merging.fitted import MergeSettings
 from estimator.merging.joint import JointTask, Placements, RigErrors, _equations, _linear, fit_jointly
 from estimator.merging.leaving_out import sets_again
@@ -22,7 +23,6 @@ from estimator.merging.prediction import largest_gap, predicted_views
 from estimator.merging.set_motion import MotionEffort, SetMotions, find_motions
 from estimator.merging.solid import solid_figures
 from estimator.merging.view_set import ViewSet, view_set
-from estimator.motion.even_rotations import even_rotations
 from estimator.motion.rotation import rotation_from_vector
 from scripts.study_shape import Rendered, against_truth, rendered, sets_of, withheld
 from tests.estimator.exact import ellipsoid_outline, rig

@@ -11,13 +11,13 @@ from datasets.scoring.impacts import score_impacts
 from datasets.truth import Truth
 from datasets.vocabulary.outline import Outline
 from datasets.vocabulary.plate import Plate
-from estimator.configuration import Configuration
-from estimator.measuring import measure
+from estimator.data.configuration import Configuration
+from estimator.measure import measure
 from estimator.outlines.behind_plate import along, moved_px
 from estimator.outlines.result import FrameStatus
-from estimator.pipeline import tracks_of
+from estimator.outlines.sightings import tracks_of
 from synth.sequence import build_silhouette_sequence
-from tests.estimator.test_measuring import RECIPE
+from tests.estimator.test_measure import RECIPE
 
 SQUARE = np.array([[0.0, 0.0], [20.0, 0.0], [20.0, 20.0], [0.0, 20.0]])
 BELOW = replace(RECIPE, plate=replace(RECIPE.plate, elevation_deg=-3.0))

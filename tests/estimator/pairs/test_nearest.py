@@ -5,10 +5,10 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from datasets.vocabulary.body import Body
-from estimator.fitting.pair_fit import PAIR, TIME, PairFlight, moved_pair
 from estimator.motion.flight import Flight
 from estimator.motion.piecewise import Bounce, PiecewiseFlight, parameter_steps
 from estimator.pairs.nearest import nearest
+from estimator.pairs.pair_fit import PAIR, TIME, PairFlight, moved_pair
 from estimator.pairs.touching import Hulls, gap_and_derivative, touching
 
 BOX = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])

@@ -5,11 +5,11 @@ import pytest
 
 from datasets.estimate import Status
 from datasets.vocabulary.body import Body
-from estimator.fitting.pair_fit import ONE, PAIR, TIME, PairFlight, at_one_time, moved_pair, parameter_maps
+from estimator.measuring.two_particles import _together
 from estimator.motion.flight import Flight
 from estimator.motion.piecewise import Bounce, PiecewiseFlight, moved_piecewise
 from estimator.pairs.associating import LEAST_RATIO
-from estimator.pairs.measuring import _together
+from estimator.pairs.pair_fit import ONE, PAIR, TIME, PairFlight, at_one_time, moved_pair, parameter_maps
 
 
 def flight(shift: float, time_s: float = 4e-3) -> PiecewiseFlight:

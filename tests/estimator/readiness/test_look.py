@@ -11,12 +11,12 @@ from datasets.observation import Observation
 from datasets.recipes.recipe import MotionRecipe, NoiseRecipe, ParticleRecipe, Recipe, RigRecipe
 from datasets.vocabulary.camera import HsvCamera, Intrinsics
 from datasets.vocabulary.outline import Outline
-from estimator.configuration import Configuration
+from estimator.data.configuration import Configuration
 from estimator.outlines.masks import outline_of_mask
-from estimator.outlines.occupancy import Departure, plain_occupancy
+from estimator.outlines.pictures.occupancy import Departure, plain_occupancy
 from estimator.outlines.recording import outlines_of
 from estimator.outlines.standing import ghost_px
-from estimator.particle import Particle, particle_of
+from estimator.particle.particle import Particle, particle_of
 from estimator.readiness import Look, Promise, depth_of, fall_of, look_at, promise_of, wobble_of
 from synth.sequence import build_silhouette_sequence
 

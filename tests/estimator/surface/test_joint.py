@@ -14,11 +14,11 @@ from datasets.recipes.recipe import MotionRecipe, ParticleRecipe, Recipe, RigRec
 from datasets.scoring.metrics import COMPONENTS
 from datasets.scoring.score import score
 from datasets.truth import Truth
-from estimator import pipeline
-from estimator.configuration import Configuration
-from estimator.fitting.trajectory import Sightings
+from estimator.data.configuration import Configuration
+from estimator.data.fit_task import Sightings
+from estimator.measuring import free_flight
 from estimator.motion.flight import N_PARAMETERS, Flight, moved, velocities
-from estimator.particle import Particle
+from estimator.particle.particle import Particle
 from estimator.surface.joint import JointFit, joint_fit
 from estimator.surface.samples import samples_of_frames
 from estimator.surface.star_surface import star_surface
@@ -57,8 +57,8 @@ def measured(made: tuple[Observation, Truth]) -> Measured:
         return joint_fit(*arguments, **named, subdivisions=COARSE)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(pipeline, "joint_fit", coarse)
-        estimate = pipeline.estimate(made[0], Configuration(surface_fit=1))
+        patch.setattr(free_flight, "joint_fit", coarse)
+        estimate = free_flight.estimate(made[0], Configuration(surface_fit=1))
     particle, sightings, flight, _ = given[0]
     return Measured(replace(estimate, status=Status.CONVERGED), flight, particle, sightings)
 
@@ -88,4 +88,4 @@ def test_derivatives_by_the_flight_are_differences(measured: Measured) -> None:
 
 def test_a_focal_length_is_not_measured_beside_a_surface(made: tuple[Observation, Truth]) -> None:
     with pytest.raises(InputError, match="expected focal_prior = 0"):
-        pipeline.estimate(made[0], Configuration(surface_fit=1, focal_prior=0.1))
+        free_flight.estimate(made[0], Configuration(surface_fit=1, focal_prior=0.1))

@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from datasets.vocabulary.body import Body
 from datasets.vocabulary.camera import Intrinsics
-from estimator.geometry.mass_properties import body_of
 from estimator.geometry.visual_hull import HullMesh
 from estimator.motion.rotation import rotation_from_vector
+from estimator.particle.mass_properties import body_of
 from estimator.surface.contact import contact_of
 from estimator.surface.mass import mass_response
 from estimator.surface.star_surface import StarSurface, sphere

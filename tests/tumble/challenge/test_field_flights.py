@@ -9,8 +9,8 @@ import pytest
 from datasets.trajectory_files import read_trajectory
 from estimator.effects.choosing import catalogue
 from estimator.effects.model import Model
-from estimator.fitting.campaign import CampaignState, fit_campaign
-from estimator.trajectories.registering import register_trajectories
+from estimator.fitting.campaigns.campaign import CampaignState, fit_campaign
+from estimator.measurements.trajectories.registering import register_trajectories
 from tumble.challenge.field_case import CHANNELS, TRAJECTORIES, FieldCase, FlightPlan, Measured, Noise
 from tumble.challenge.field_files import true_state, write_surroundings, write_trajectory, write_true_motion
 from tumble.challenge.field_flights import DENSE, flown, measured

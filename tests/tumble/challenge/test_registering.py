@@ -8,7 +8,7 @@ import pytest
 
 from datasets.dataset_files import observation_folder
 from datasets.observation_files import write_observation
-from estimator.registration import Registered
+from estimator.fitting.campaigns.registered import Registered
 from tests.estimator.small_campaign import observations, registered
 from tumble.challenge import registering
 from tumble.challenge.registering import registered_campaign

@@ -11,7 +11,7 @@ from estimator.diagnosis.score_tests import Candidates, Column, EfficientScores
 from estimator.diagnosis.selection.evidence import Evidence
 from estimator.diagnosis.selection.linearised import Linearised
 from estimator.effects.link import EffectModel
-from estimator.fitting.time_shifts import JitterTest
+from estimator.likelihood.time_shifts import JitterTest
 
 Array = NDArray[np.float64]
 BOTH = (-1.0, 1.0)

@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.trajectory import Trajectory
-from estimator.registration import Registered
-from estimator.trajectories.registering import register_trajectories
+from estimator.fitting.campaigns.registered import Registered
+from estimator.measurements.trajectories.registering import register_trajectories
 from tests.estimator.made_trajectories import Hidden, Tracker, measured
 
 Array = NDArray[np.float64]

@@ -5,14 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from estimator.campaign_reporting import campaign_estimates
-from estimator.configuration import Configuration
+from estimator.data.configuration import Configuration
 from estimator.diagnosis.explain import explain
 from estimator.diagnosis.selection.names import possible_names
 from estimator.effects.choosing import catalogue
-from estimator.fitting.campaign_covariance import campaign_covariance
-from estimator.fitting.considered import considered
-from estimator.trajectories.registering import register_trajectories
+from estimator.fitting.campaigns.campaign_covariance import campaign_covariance
+from estimator.fitting.campaigns.considered import considered
+from estimator.measurements.trajectories.registering import register_trajectories
+from estimator.reports.campaign_reporting import campaign_estimates
 from tests.estimator.confounded_campaigns import CONFOUNDED, confounded
 
 CATALOGUE = {key: effect for key, effect in catalogue().items() if key in CONFOUNDED}

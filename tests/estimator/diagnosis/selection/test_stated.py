@@ -10,10 +10,10 @@ from estimator.diagnosis.selection.names import key_of
 from estimator.diagnosis.selection.path import At, looked_at
 from estimator.diagnosis.selection.stated import with_facts
 from estimator.effects.choosing import catalogue
-from estimator.fitting.base_model import base_fit
-from estimator.fitting.facts import Fact
-from estimator.registration import Registered
-from estimator.trajectories.registering import register_trajectories
+from estimator.fitting.campaigns.base_model import base_fit
+from estimator.fitting.campaigns.facts import Fact
+from estimator.fitting.campaigns.registered import Registered
+from estimator.measurements.trajectories.registering import register_trajectories
 from tests.estimator.made_trajectories import Hidden, Tracker, campaign
 
 SCALES = ("frame_rate", "length_scale", "gravity")

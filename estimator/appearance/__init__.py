@@ -1,0 +1,1 @@
+"""Pose, surface and effects: the outline that is seen, its errors and their derivatives."""

@@ -1,0 +1,300 @@
+"""Tangency errors of a sequence under a model with effects, and their derivatives by every parameter.
+
+The chain: corrected outline points (optics), poses (clock, body, forces, scale), tangency errors, minus the outline shifts (exposure,
+segmentation). Only the errors in the high-speed camera's picture are used: those in the calibrated views' pictures are the same
+measurements seen a second time.
+"""
+
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.appearance.flight_errors import body_normals, particle_poses
+from estimator.appearance.prediction import Prediction, predict
+from estimator.appearance.rim import Rim
+from estimator.data.fit_task import OUTWARD, FitTask
+from estimator.effects.link import Moving, Places, Setting
+from estimator.effects.model import Model, overrides
+from estimator.geometry.cast_outline import CastingMesh, cast_outline
+from estimator.geometry.epipolar_tangency import PoseSet, TangencyErrors, tangency_errors
+from estimator.geometry.outline_bias import without_bias
+from estimator.geometry.outline_shape import OutlineShape
+from estimator.geometry.silhouettes import Silhouettes
+from estimator.motion.flight import N_PARAMETERS, OFFSET, Flight, poses
+
+Array = NDArray[np.float64]
+
+
+class TableMaker(Protocol):
+    """Makes what is tabled of a sequence's outlines, the ``shape`` of those that are cast and their predicted bias, at a flight."""
+
+    def followed(self, sequence: "SequenceTask", flight: Flight, prediction: Prediction) -> "SequenceTask":
+        """The sequence with its tables made at ``prediction``; as it is where those are of nearly the same poses."""
+        ...
+
+
+@dataclass(frozen=True)
+class SequenceTask:
+    """One sequence of a campaign: its fit task, setting, the particle's rim, and the shape of the n outlines its hull casts.
+
+    ``tables`` makes that shape and the bias in the task anew where a fit has left ``made_at``, the rotations (n, 3, 3) from particle to
+    camera that they belong to; ``None``: they stay. ``hollow``: mean share of the outlines' convex hulls that is empty.
+    """
+
+    name: str
+    task: FitTask
+    setting: Setting
+    rim: Rim
+    shape: OutlineShape
+    tables: TableMaker | None = None
+    made_at: Array | None = None
+    hollow: float = 0.0
+
+
+@dataclass(frozen=True)
+class ModelResiduals:
+    """Residuals of a sequence, of which a cost can be told.
+
+    ``e`` (n, k, 2) px in the high-speed camera's picture, zero where there is none;
+    ``tangency`` the kernel's own answer, ``normals`` (n, k, 2, 3) outward normals and ``viewing`` (n, 3) directions, body axes; ``shift``
+    (n, k, 2) px by which effects displace the outline; ``size`` (n,) of corrected silhouettes over recorded ones.
+    """
+
+    e: Array
+    tangency: TangencyErrors
+    normals: Array
+    viewing: Array
+    shift: Array
+    places: Places
+    prediction: Prediction
+    size: Array
+
+    @property
+    def seen(self) -> NDArray[np.bool_]:
+        """Where (n, k, 2) there is an error."""
+        return np.repeat(self.tangency.valid[:, :, None], 2, axis=2)
+
+
+@dataclass(frozen=True)
+class ModelErrors(ModelResiduals):
+    """Residuals and their derivatives ``J`` (n, k, 2, 21 + q), zero where there is no residual."""
+
+    J: Array
+
+
+def seen_outlines(task: FitTask, flight: Flight, mesh: CastingMesh) -> list[Array]:
+    """Outlines (px) that a body's ``mesh``, particle frame, would cast under a free flight, hollows included."""
+    placed = particle_poses(flight, poses(flight, np.zeros((1, N_PARAMETERS)), task.sightings.times_s), task.sightings)
+    return cast_outlines(task, placed, mesh)
+
+
+def cast_outlines(task: FitTask, placed: PoseSet, mesh: CastingMesh) -> list[Array]:
+    """Those that it would cast at poses of the sightings."""
+    cameras = [task.sightings.cameras[int(c)].intrinsics for c in task.sightings.camera]
+    return [cast_outline(mesh, camera, R, t) for camera, R, t in zip(cameras, placed.R, placed.t, strict=True)]
+
+
+def model_errors(sequence: SequenceTask, flight: Flight, model: Model, theta: Array) -> ModelErrors:
+    """Residuals and derivatives at a flight and effect parameters ``theta`` (q,)."""
+    return linearised(sequence, model_residuals(sequence, flight, model, theta), model, theta)
+
+
+def model_residuals(sequence: SequenceTask, flight: Flight, model: Model, theta: Array) -> ModelResiduals:
+    """Residuals at a flight and effect parameters ``theta`` (q,).
+
+    They are errors of the corrected picture in pixels of the recorded one: an effect that shrinks the picture explains nothing by that.
+    """
+    task, setting = sequence.task, sequence.setting
+    prediction = predict(flight, model, theta, setting, task.sightings.times_s, rows_px=task.sightings.rows_px)
+    scale = model.scale(theta)
+    first = _corrected(sequence, model, theta)
+    placed = particle_poses(flight, prediction.poses, task.sightings, scale=scale)
+    centre_cam = centres_cam(flight, placed)
+    errors = tangency_errors(
+        first,
+        placed,
+        task.views.silhouettes,
+        task.views.poses,
+        pivot_particle=flight.body.com_particle,
+        axes=task.sightings.R_cam_world,
+        weight=task.weight,
+        offset_px=-flight.offset_px,
+    )
+    R_cam_body = task.sightings.R_cam_world @ prediction.poses.R[:, 0]
+    normals, viewing = body_normals(task.sightings, R_cam_body, errors), R_cam_body[:, 2]
+    places = _places(sequence, prediction, errors, (normals, centre_cam, first))
+    size = _size(task.sightings.silhouettes, first.points_px)
+    shift = model.shift(theta, places, setting)
+    e = without_bias(errors, task.bias).error[:, :, :2] / size[:, None, None] - shift
+    e, shift = (np.where(errors.valid[:, :, None], values, 0.0) for values in (e, shift))
+    return ModelResiduals(e, errors, normals, viewing, shift, places, prediction, size)
+
+
+def linearised(sequence: SequenceTask, at: ModelResiduals, model: Model, theta: Array) -> ModelErrors:
+    """Residuals with their derivatives, which take longer than they do themselves."""
+    J = _jacobian(sequence.task, model, theta, at)
+    _add_image_columns(J, sequence, model, theta, at)
+    J[..., N_PARAMETERS + np.flatnonzero(model.frozen)] = 0.0
+    J[~at.tangency.valid] = 0.0
+    return ModelErrors(**vars(at), J=J)
+
+
+def _owner(silhouettes: Silhouettes) -> NDArray[np.int64]:
+    """The sighting (v,) of each vertex."""
+    return np.repeat(np.arange(len(silhouettes), dtype=np.int64), np.diff(silhouettes.offsets))
+
+
+def _corrected(sequence: SequenceTask, model: Model, theta: Array) -> Silhouettes:
+    """Silhouettes in a camera without the optical effects."""
+    silhouettes = sequence.task.sightings.silhouettes
+    owner = _owner(silhouettes)
+    points = _corrected_points(sequence, model, theta, owner)
+    if points is silhouettes.points_px:
+        return silhouettes
+    cameras, camera = sequence.task.sightings.cameras, sequence.task.sightings.camera
+    xy = np.empty_like(points)
+    for c, hsv in enumerate(cameras):
+        rows = camera[owner] == c
+        xy[rows] = hsv.intrinsics.normalise(points[rows])
+    return replace(silhouettes, points_px=points, xy=np.ascontiguousarray(xy))
+
+
+def _corrected_points(sequence: SequenceTask, model: Model, theta: Array, owner: NDArray[np.int64]) -> Array:
+    sightings = sequence.task.sightings
+    points = sightings.silhouettes.points_px
+    if not any(overrides(effect, "correct") for effect in model.effects):
+        return points
+    times = (sightings.times_s - sequence.setting.times_s[0])[owner]
+    if len(sightings.cameras) == 1:
+        return model.correct(theta, points, sightings.cameras[0].intrinsics, times)
+    corrected = points.copy()
+    for c, hsv in enumerate(sightings.cameras):
+        rows = sightings.camera[owner] == c
+        corrected[rows] = model.correct(theta, points[rows], hsv.intrinsics, times[rows])
+    return corrected
+
+
+def _places(sequence: SequenceTask, prediction: Prediction, errors: TangencyErrors, at: tuple[Array, Array, Silhouettes]) -> Places:
+    normals, centre_cam, first = at
+    sightings = sequence.task.sightings
+    vertex = np.maximum(first.offsets[:-1, None, None] + errors.tangency[:, :, :2], 0)
+    point = sightings.silhouettes.points_px[vertex]
+    u = errors.direction[:, :, :2]
+    there = sequence.shape.towards(u)
+    first_frame, moving = int(np.argmin(sightings.times_s)), moving_at(sequence, prediction, centre_cam)
+    return Places(
+        point_px=point,
+        normal=u,
+        normal_body=normals,
+        velocity_px=moving.velocity_px(moving.arms(normals), sightings.silhouettes.focal_px),
+        radius_px=there.radius_px,
+        mean_radius_px=np.maximum(sequence.shape.radius_px.mean(axis=1), 1e-6),
+        sharpness=there.sharpness,
+        recession=there.recession,
+        erosion=there.erosion,
+        dilation=there.dilation,
+        leak=there.leak,
+        smear=there.smear,
+        outline_px=sightings.furthest_px,
+        outward=OUTWARD,
+        rows_px=sightings.rows_px,
+        depth_m=centre_cam[:, 2],
+        first_depth_m=float(centre_cam[first_frame, 2]),
+        view_ratio=errors.jacobian[:, :, :2, 7],
+        camera=sightings.cameras[0].intrinsics,
+        times_s=sightings.times_s - sequence.setting.times_s[0],
+        moving=moving,
+    )
+
+
+def centres_cam(flight: Flight, placed: PoseSet) -> Array:
+    """The nominal centre of mass (n, 3) m in every sighting, camera axes."""
+    return np.asarray(placed.t + placed.R @ flight.body.com_particle)
+
+
+def moving_at(sequence: SequenceTask, prediction: Prediction, centre_cam: Array) -> Moving:
+    """How the body moves in every sighting."""
+    R_cw = sequence.task.sightings.R_cam_world
+    return Moving(
+        sequence.rim.furthest,
+        R_cw @ prediction.poses.R[:, 0],
+        centre_cam,
+        np.einsum("nij,nj->ni", R_cw, prediction.velocity),
+        np.einsum("nij,nj->ni", R_cw, prediction.omega),
+    )
+
+
+def _jacobian(task: FitTask, model: Model, theta: Array, at: ModelResiduals) -> Array:
+    """Derivatives through the poses and the outline offset."""
+    errors, scale, centre_cam = at.tangency, model.scale(theta), at.places.moving.centre_cam
+    S = at.prediction.sensitivity.copy()
+    S[:, :3] /= scale
+    steps = model.steps
+    for effect, part in zip(model.effects, model.slices, strict=True):
+        for column in range(part.start, part.stop) if overrides(effect, "scale") else ():
+            up, down = theta.copy(), theta.copy()
+            up[column], down[column] = up[column] + steps[column], down[column] - steps[column]
+            growth = (model.scale(up) - model.scale(down)) / (2.0 * steps[column])
+            S[:, :3, N_PARAMETERS + column] -= np.einsum("nji,nj->ni", task.sightings.R_cam_world, centre_cam) * growth / scale
+    n, k = errors.valid.shape
+    J = (errors.jacobian[:, :, :2, :6].reshape(n, 2 * k, 6) @ S).reshape(n, k, 2, -1)
+    J[..., OFFSET.start] -= errors.jacobian[:, :, :2, 6]
+    return np.asarray(J)
+
+
+def _add_image_columns(J: Array, sequence: SequenceTask, model: Model, theta: Array, at: ModelResiduals) -> None:
+    """Add the derivatives through corrected points, whose ``size`` turns errors into recorded pixels, and through outline shifts."""
+    errors, places, size = at.tangency, at.places, at.size
+    J /= size[:, None, None, None]
+    first = sequence.task.sightings.silhouettes
+    owner = _owner(first)
+    vertex = np.maximum(first.offsets[:-1, None, None] + errors.tangency[:, :, :2], 0)
+    arms = _Arms.of(first, owner)
+    for effect, part in zip(model.effects, model.slices, strict=True):
+        alone, corrects, silent = Model((effect,)), overrides(effect, "correct"), effect.silent(theta[part])
+        for number, step in enumerate(alone.steps):
+            if silent[number]:
+                continue
+            up, down = effect.slope_at(theta[part]).copy(), effect.slope_at(theta[part]).copy()
+            up[number], down[number] = up[number] + step, down[number] - step
+            column = N_PARAMETERS + part.start + number
+            moved = _corrected_points(sequence, alone, up, owner) - _corrected_points(sequence, alone, down, owner) if corrects else None
+            if moved is not None and moved.any():
+                growth = arms.growth(moved) / size
+                along = places.normal[..., 0] * moved[vertex, 0] + places.normal[..., 1] * moved[vertex, 1]
+                J[..., column] += along / (2.0 * step * size[:, None, None])
+                J[..., column] -= errors.error[:, :, :2] * (growth / (2.0 * step * size))[:, None, None]
+            high, low = effect.shift(up, places, sequence.setting), effect.shift(down, places, sequence.setting)
+            if high is not None and low is not None:
+                J[..., column] -= (high - low) / (2.0 * step)
+
+
+def _size(recorded: Silhouettes, corrected_px: Array) -> Array:
+    """How many times larger (n,) each corrected silhouette is than the recorded one."""
+    if corrected_px is recorded.points_px:
+        return np.ones(len(recorded))
+    return 1.0 + _Arms.of(recorded, _owner(recorded)).growth(corrected_px - recorded.points_px)
+
+
+@dataclass(frozen=True)
+class _Arms:
+    """Vertices (v, 2) px of silhouettes from the middle of their own, the sighting ``owner`` (v,) of each, and sums (n,) of squares."""
+
+    arm: Array
+    owner: NDArray[np.int64]
+    square: Array
+
+    @classmethod
+    def of(cls, silhouettes: Silhouettes, owner: NDArray[np.int64]) -> "_Arms":
+        n = len(silhouettes)
+        count = np.maximum(np.bincount(owner, minlength=n), 1)
+        middle = np.column_stack([np.bincount(owner, silhouettes.points_px[:, a], n) / count for a in range(2)])
+        arm = silhouettes.points_px - middle[owner]
+        return cls(arm, owner, np.maximum(np.bincount(owner, np.sum(arm**2, axis=1), n), 1e-12))
+
+    def growth(self, moved: Array) -> Array:
+        """Growth (n,) of each silhouette under the displacement (v, 2) of its vertices: the isotropic part of the best affine map."""
+        along = self.arm[:, 0] * moved[:, 0] + self.arm[:, 1] * moved[:, 1]
+        return np.asarray(np.bincount(self.owner, along, len(self.square)) / self.square)

@@ -1,0 +1,1 @@
+"""The laws of contact that impacts are compared with."""

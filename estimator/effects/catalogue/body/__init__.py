@@ -1,0 +1,1 @@
+"""Effects of the stage "body", one per file."""

@@ -1,0 +1,1 @@
+"""Effects of the stage "clock", one per file."""

@@ -1,0 +1,1 @@
+"""Effects of the stage "dynamics", one per file."""

@@ -1,0 +1,1 @@
+"""Effects of the stage "exposure", one per file."""

@@ -1,0 +1,1 @@
+"""Effects of the stage "gyroscope", one per file."""

@@ -1,0 +1,1 @@
+"""Effects of the stage "optics", one per file."""

@@ -1,0 +1,1 @@
+"""Effects of the stage "tracking", one per file."""

@@ -1,0 +1,1 @@
+"""What the instrument itself does to every measurement; no effect of nature."""

@@ -1,0 +1,1 @@
+"""Several sequences fitted at once: shared effects, covariance, errors held out."""

@@ -1,0 +1,88 @@
+"""Noise that enters many sightings of a campaign at once: of the calibrated views, and of the body-fixed error."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.appearance.model_errors import ModelErrors
+from estimator.fitting.campaigns.campaign import Campaign
+from estimator.likelihood.body_fixed_error import BodyPlaces, body_noise, body_places, measured_variance
+from estimator.likelihood.composite_likelihood import shared_view_noise
+
+Array = NDArray[np.float64]
+PARTS = 5
+"""Of a sequence whose errors are compared with one another."""
+TAKEN_UP = 1.5
+"""True size of the body-fixed error over the measured one: the fit takes up part of it. From campaigns with nothing hidden."""
+LEAST_PX, MOST_PX = 0.03, 0.15
+"""Between them campaigns with nothing hidden lie."""
+INEXACT = 0.1
+"""Share of a displacement of the outline that its reduced model may leave, at corners and on spikes, and that counts as body-fixed."""
+
+
+def repeated_noise(
+    campaign: Campaign, errors: Sequence[ModelErrors], weighted: Sequence[Array], like: Sequence[ModelErrors] | None = None
+) -> Array:
+    """What views and the body add to the covariance (p, p) of ``sum weightedᵀ e``; ``weighted`` [sequence] (n, k, 2, p).
+
+    ``like`` [sequence]: errors of another fit, of which the body-fixed part is measured; these ``errors`` if ``None``.
+    """
+    total = np.zeros((weighted[0].shape[-1],) * 2)
+    for particle in sorted(set(campaign.particle)):
+        rows = [i for i, p in enumerate(campaign.particle) if p == particle]
+        own, other = [errors[i] for i in rows], None if like is None else [like[i] for i in rows]
+        total += _of_particle(campaign, rows[0], own, [weighted[i] for i in rows], other)
+    return total
+
+
+def _of_particle(
+    campaign: Campaign, first: int, errors: Sequence[ModelErrors], weighted: Sequence[Array], like: Sequence[ModelErrors] | None
+) -> Array:
+    """Of one particle; ``first``: its first sequence, whose views all of it share."""
+    valid = np.concatenate([e.tangency.valid for e in errors])
+    joined = replace(
+        errors[0].tangency,
+        valid=valid,
+        tangency=np.concatenate([e.tangency.tangency for e in errors]),
+        direction=np.concatenate([e.tangency.direction for e in errors]),
+        jacobian=np.concatenate([e.tangency.jacobian for e in errors]),
+    )
+    W, views = np.concatenate(weighted), campaign.sequences[first].task.views.silhouettes
+    places = places_of(errors)
+    sigma_px = _of_body(campaign, errors, places) if like is None else _of_body(campaign, like, places_of(like))
+    return shared_view_noise(joined, W, views) + body_noise(valid, W, places, sigma_px=sigma_px)
+
+
+def places_of(errors: Sequence[ModelErrors]) -> BodyPlaces:
+    """Places on the body of the errors of sequences of one particle, one sequence after the other."""
+    return body_places(np.concatenate([e.normals for e in errors]), np.concatenate([e.viewing for e in errors]))
+
+
+def body_noise_px(campaign: Campaign, errors: Sequence[ModelErrors]) -> Array:
+    """Body-fixed error (px) of every sequence's particle; ``errors`` [sequence]."""
+    sigma = np.zeros(len(errors))
+    for particle in sorted(set(campaign.particle)):
+        rows = [i for i, p in enumerate(campaign.particle) if p == particle]
+        own = [errors[i] for i in rows]
+        sigma[rows] = _of_body(campaign, own, places_of(own))
+    return sigma
+
+
+def _of_body(campaign: Campaign, errors: Sequence[ModelErrors], places: BodyPlaces) -> float:
+    """Body-fixed error (px) of one particle at ``places``: as the campaign is told, or measured where several sequences show it.
+
+    A misfit makes errors of one sequence alike or unlike; between sequences it has no common place on the body. Both are tried and the
+    larger counts: few sequences show the same places.
+    """
+    if len(errors) < 2:
+        return campaign.body_noise_px
+    valid, e = np.concatenate([x.tangency.valid for x in errors]), np.concatenate([x.e for x in errors])
+    weight = np.concatenate([1.0 / (x.tangency.variance[:, :, :2] + campaign.floor_px**2) for x in errors])
+    sequence = np.repeat(np.arange(len(errors)), [len(x.e) for x in errors])
+    part = np.concatenate([np.arange(len(x.e)) * PARTS // len(x.e) for x in errors])
+    variance = max(measured_variance((valid, e, weight), places, block) for block in (sequence, sequence * PARTS + part))
+    shift = np.concatenate([x.shift[x.seen] for x in errors])
+    most = np.hypot(MOST_PX, INEXACT * np.sqrt(np.mean(shift**2)) if len(shift) else 0.0)
+    return float(np.clip(TAKEN_UP * np.sqrt(max(variance, 0.0)), LEAST_PX, most))

@@ -1,0 +1,137 @@
+"""What may be there though a fit does not have it: effects whose uncertainty widens that of everything fitted.
+
+A consider parameter ``p`` has a covariance ``P`` about none and is not estimated [Schmidt 1966; Bierman 1977, ch. 8]. What is fitted takes
+part of it up: with normal matrix ``H`` of the fitted parameters ``x``, their priors in it, and cross terms ``H_xp``, the errors are
+``x̂ - x = A p``, ``A = H⁻¹ H_xp``, and ``p̂ - p = -p``, so that
+
+    C_xx + A P Aᵀ,   -A P;   -P Aᵀ,   P
+
+is the covariance of both, and that of a velocity follows from its derivatives by both. Valid where the fit is linear over ``P``.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.effects.link import EffectModel
+from estimator.effects.model import Model
+from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState, layout_of, sequence_equations, shared_prior
+from estimator.fitting.campaigns.campaign_covariance import CampaignCovariance, campaign_covariance, placed
+from estimator.fitting.campaigns.facts import Fact
+from estimator.fitting.stable_inverse import stable_inverse
+from estimator.motion.flight import N_PARAMETERS
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Possible:
+    """An effect that may be there: its ``covariance`` (q, q) about none, the square of a value that it may have in it."""
+
+    effect: EffectModel
+    covariance: Array
+
+
+@dataclass(frozen=True)
+class Considered:
+    """A fit with possible effects beside its own.
+
+    Attributes
+    ----------
+    model : Model
+        The fit's effects, then the possible ones.
+    theta : tuple of Array
+        Parameters (q + r,) of every sequence, those of possible effects zero.
+    covariance : CampaignCovariance
+        Of all parameters of both.
+    own : int
+        How many of a sequence's parameters are fitted: 21 + q.
+    plain : CampaignCovariance
+        Of the fitted ones, were nothing else possible.
+    """
+
+    model: Model
+    theta: tuple[Array, ...]
+    covariance: CampaignCovariance
+    own: int
+    plain: CampaignCovariance
+
+    @property
+    def fitted(self) -> CampaignCovariance:
+        """Of the fitted parameters, widened by what is possible."""
+        place = [rows[: self.own] for rows in self.covariance.place]
+        x = np.unique(np.concatenate(place)) if place else np.zeros(0, dtype=np.int64)
+        return CampaignCovariance(self.covariance.covariance[np.ix_(x, x)], tuple(np.searchsorted(x, rows) for rows in place))
+
+
+@dataclass(frozen=True)
+class Uncertain:
+    """A fit with its uncertainty: ``at`` of what it measures, ``of_values`` of its effects' values, given that their names are right."""
+
+    fit: CampaignFit
+    at: Considered
+    of_values: CampaignCovariance
+
+
+def uncertain(campaign: Campaign, fit: CampaignFit, candidates: Mapping[str, EffectModel], names: Sequence[Possible] = ()) -> Uncertain:
+    """A fit with what is stated of effects that it lacks considered, and other ``names`` of those that it has."""
+    covariance, named = campaign_covariance(campaign, fit), [each.effect.entry.key for each in names]
+    stated = stated_possible(campaign.facts, fit.model, candidates)
+    by_facts = considered(campaign, fit, covariance, stated)
+    other = [each for each in stated if each.effect.entry.key not in named]
+    return Uncertain(fit, considered(campaign, fit, covariance, (*names, *other)) if names else by_facts, by_facts.fitted)
+
+
+def stated_possible(facts: Sequence[Fact], model: Model, candidates: Mapping[str, EffectModel]) -> tuple[Possible, ...]:
+    """What facts say of effects that a model lacks: their uncertainty, and how far they are from none."""
+    keys = dict.fromkeys(fact.effects[0] for fact in facts if len(fact.effects) == 1 and fact.effects[0] not in model.keys)
+    found = []
+    for key in keys:
+        about = [fact for fact in facts if fact.effects == (key,)]
+        W = np.array([np.array(fact.weights[0][1]) / fact.sigma for fact in about])
+        spread = np.linalg.pinv(W.T @ W, hermitian=True)
+        mean = spread @ W.T @ np.array([fact.value / fact.sigma for fact in about])
+        found.append(Possible(candidates[key].held_by(None), spread + np.outer(mean, mean)))
+    return tuple(found)
+
+
+def considered(campaign: Campaign, fit: CampaignFit, covariance: CampaignCovariance, possible: Sequence[Possible]) -> Considered:
+    """The covariance of a fit under effects that are possible; as it is where none are."""
+    model = Model((*fit.model.effects, *(each.effect for each in possible)))
+    none = np.zeros(model.size - fit.model.size)
+    theta = tuple(np.concatenate([each, none]) for each in fit.state.theta)
+    own = N_PARAMETERS + fit.model.size
+    if not len(none):
+        return Considered(model, theta, covariance, own, covariance)
+    state, layout = CampaignState(fit.state.flights, theta), layout_of(campaign, model)
+    place, size = placed(layout, model, len(campaign.sequences))
+    H = np.zeros((size, size))
+    for number, rows in enumerate(place):
+        H[np.ix_(rows, rows)] += sequence_equations(campaign, number, state, model).frames.H
+    first = size - layout.size
+    H[first:, first:] += shared_prior(campaign, layout, model, state).information
+    x = np.unique(np.concatenate([rows[:own] for rows in place]))
+    p = np.unique(np.concatenate([rows[own:] for rows in place]))
+    P = _prior(size, place, own, possible)[np.ix_(p, p)]
+    A = stable_inverse(H[np.ix_(x, x)], 1e-13) @ H[np.ix_(x, p)]
+    C = np.zeros((size, size))
+    for rows, old in zip(place, covariance.place, strict=True):
+        for others, before in zip(place, covariance.place, strict=True):
+            C[np.ix_(rows[:own], others[:own])] = covariance.covariance[np.ix_(old, before)]
+    C[np.ix_(x, x)] += A @ P @ A.T
+    C[np.ix_(x, p)], C[np.ix_(p, x)], C[np.ix_(p, p)] = -A @ P, -P @ A.T, P
+    return Considered(model, theta, CampaignCovariance(C, place), own, covariance)
+
+
+def _prior(size: int, place: Sequence[NDArray[np.int64]], own: int, possible: Sequence[Possible]) -> Array:
+    """Covariance (size, size) of what is possible about none, wherever a sequence has it."""
+    P = np.zeros((size, size))
+    for rows in place:
+        first = own
+        for each in possible:
+            part = rows[first : first + len(each.covariance)]
+            P[np.ix_(part, part)] = each.covariance
+            first += len(part)
+    return P

@@ -1,0 +1,238 @@
+"""How well a model predicts what was not used to fit it.
+
+Sequences are dealt into four parts, or as many as there are sequences: what they share is fitted on the others, and each part is judged
+with that [Stone 1974]. A sequence that is judged still needs its own state: every fourth frame is judged with the state that the three
+others give, four times in turn, so that every frame counts once. The state without a quarter is the state with it less one Gauss-Newton
+step (PRESS, [Allen 1974]).
+
+What the other parts leave open of all that is shared, those three quarters settle: values there are a prior with the others' information.
+Moments of inertia show in a sequence that spins fast and hardly in slow ones, whose values would misjudge it by more than most effects do.
+What the others do tell holds, for a sequence is a small part of what is known of an effect that all show.
+
+What is known to be small (the hull's errors of mass, the outline offset, the instrument's discrepancy) begins within ``MOST`` standard
+deviations of its prior when a model is judged: a base model that borrows a missing effect from there does not predict.
+"""
+
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from datasets.vocabulary.effects import Scope
+from estimator.effects.model import Model
+from estimator.fitting.campaigns.campaign import (
+    ArrowSolution,
+    Campaign,
+    CampaignFit,
+    CampaignState,
+    Layout,
+    SequenceEquations,
+    fit_campaign,
+    layout_of,
+    scopes_of,
+    sequence_equations,
+    shared_prior,
+    solve_arrow,
+    stepped,
+)
+from estimator.fitting.side_by_side import each_of
+from estimator.fitting.stable_inverse import stable_inverse
+from estimator.motion.flight import COM, INERTIA, N_PARAMETERS, OFFSET
+from estimator.motion.rigid_body import RanAway
+
+Array = NDArray[np.float64]
+PARTS, QUARTERS = 4, 4
+MOST = 2.0
+LOCAL_STEPS, SETTLED = 6, 0.05
+ASTRAY = (RanAway, np.linalg.LinAlgError)
+
+
+@dataclass(frozen=True)
+class HeldOut:
+    """RMS (px, or the unit of the kind of measurement) of the errors held out, per sequence and of all, and their number."""
+
+    rms_px: float
+    per_sequence_px: Array
+    errors: int
+
+
+def held_out(campaign: Campaign, state: CampaignState, model: Model) -> HeldOut:
+    """Judge a model on frames and sequences that it was not fitted to; ``state`` is where fits start."""
+    n = len(campaign.sequences)
+    squares, counts = np.zeros(n), np.zeros(n)
+    parts = _parts(campaign)
+    for judged, found in zip(parts, each_of(partial(_judged, campaign, state, model), parts), strict=True):
+        squares[judged], counts[judged] = found.T
+    squares[counts == 0] = np.inf  # the flight has left all outlines behind
+    per_sequence = np.sqrt(squares / np.maximum(counts, 1))
+    return HeldOut(float(np.sqrt(squares.sum() / max(counts.sum(), 1))), per_sequence, int(counts.sum()))
+
+
+def _judged(campaign: Campaign, state: CampaignState, model: Model, judged: NDArray[np.int64]) -> Array:
+    """Sum of squares and number of errors (j, 2) of the ``judged`` sequences, with what the others share."""
+    n = len(campaign.sequences)
+    learned_from = np.setdiff1d(np.arange(n), judged) if n > 1 else judged
+    others = _part(campaign, learned_from)
+    try:
+        fit = fit_campaign(others, _state_of(state, learned_from), model, most_steps=LOCAL_STEPS, most_falling=LOCAL_STEPS)
+        learned = _learned(others, fit, alone=n == 1)
+    except ASTRAY:
+        return np.tile([np.inf, 1.0], (len(judged), 1))
+    return np.array([_judge(campaign, int(i), state, learned) for i in judged])
+
+
+def _parts(campaign: Campaign) -> list[NDArray[np.int64]]:
+    """The sequences in parts, beside each of which there are some of every particle and camera that has several."""
+    n = len(campaign.sequences)
+    dealt = sorted(range(n), key=lambda i: (campaign.particle[i], campaign.camera[i], i))
+    return [np.array(sorted(dealt[start::PARTS]), dtype=np.int64) for start in range(min(n, PARTS))]
+
+
+@dataclass(frozen=True)
+class _Learned:
+    """The ``fit`` to a part of the sequences, that ``campaign``, and the covariance of all that its sequences share.
+
+    There is no covariance where the fit is to what it judges, and tells nothing.
+    """
+
+    campaign: Campaign
+    fit: CampaignFit
+    covariance: Array | None
+
+    def like(self, scope: Scope, particle: int, camera: int) -> int | None:
+        """A sequence among these that shares what is of a ``scope`` with one of a particle and a camera."""
+        if scope is Scope.CAMPAIGN:
+            return 0
+        of, wanted = (self.campaign.particle, particle) if scope is Scope.PARTICLE else (self.campaign.camera, camera)
+        return of.index(wanted) if wanted in of else None
+
+    def told(self, particle: int, camera: int) -> NDArray[np.int64]:
+        """Of every column (21 + q,), the sequence of these that tells of it; -1 where none does."""
+        found = [None if scope is Scope.SEQUENCE else self.like(scope, particle, camera) for scope in scopes_of(self.fit.model)]
+        return np.array([-1 if each is None else each for each in found], dtype=np.int64)
+
+    def information(self, columns: NDArray[np.int64], teller: NDArray[np.int64]) -> Array:
+        """What is known here of shared ``columns`` (c,) that sequences ``teller`` tell of: (c, c), nothing of those that none does."""
+        total = np.zeros((len(columns), len(columns)))
+        known = np.flatnonzero(teller[columns] >= 0)
+        if self.covariance is None or not len(known):
+            return total
+        layout = self.fit.layout
+        row = {int(column): i for i, column in enumerate(layout.shared)}
+        place = np.array([layout.place[teller[columns[i]]][row[int(columns[i])]] for i in known], dtype=np.int64)
+        total[np.ix_(known, known)] = stable_inverse(self.covariance[np.ix_(place, place)])
+        return total
+
+
+def _learned(campaign: Campaign, fit: CampaignFit, *, alone: bool) -> _Learned:
+    """What a fit to a part of the sequences tells of the others; ``alone``: it is fitted to what it judges, and tells nothing."""
+    if alone:
+        return _Learned(campaign, fit, None)
+    schur = solve_arrow(fit.equations, fit.layout, shared_prior(campaign, fit.layout, fit.model, fit.state)).schur
+    return _Learned(campaign, fit, stable_inverse(schur))
+
+
+def _part(campaign: Campaign, rows: NDArray[np.int64]) -> Campaign:
+    return replace(
+        campaign,
+        sequences=tuple(campaign.sequences[i] for i in rows),
+        particle=tuple(campaign.particle[i] for i in rows),
+        camera=tuple(campaign.camera[i] for i in rows),
+    )
+
+
+def _state_of(state: CampaignState, rows: NDArray[np.int64]) -> CampaignState:
+    return CampaignState(tuple(state.flights[i] for i in rows), tuple(state.theta[i] for i in rows))
+
+
+def _judge(campaign: Campaign, number: int, own: CampaignState, learned: _Learned) -> tuple[float, float]:
+    """Sum of squares and number of the errors of one sequence, each frame's predicted from the frames of the other quarters.
+
+    Where a flight runs away from there, or has no normal matrix, nothing is predicted, and the sum is infinite.
+    """
+    model = learned.fit.model
+    sequence = campaign.sequences[number]
+    layout = layout_of(campaign, model)
+    alone = replace(_part(campaign, np.array([number])), sequences=(sequence,))
+    teller = learned.told(campaign.particle[number], campaign.camera[number])
+    state = _with_shared(_state_of(own, np.array([number])), learned.fit.state, teller)
+    state = _within_priors(state, campaign.kind.precision(sequence), model)
+    free = np.concatenate([np.zeros(N_PARAMETERS, dtype=np.bool_), model.instrument_precision == 0.0])
+    told = (teller >= 0) & (learned.covariance is not None)
+    open_ = layout.shared[(free | told)[layout.shared]]
+    columns = np.concatenate([layout.local, open_])
+    rest = np.setdiff1d(layout.shared, open_)
+    one = Layout(columns, rest, (np.arange(len(rest)),), len(rest))
+    prior = np.zeros((len(columns), len(columns)))
+    prior[len(layout.local) :, len(layout.local) :] = learned.information(open_, teller)
+    try:
+        equations, normal = _settled(alone, state, one, prior, model)
+        e = np.concatenate([_left_out(equations, columns, normal, start) for start in range(QUARTERS)])
+    except ASTRAY:
+        return np.inf, 1.0
+    seen = equations.errors.seen
+    return float(np.sum(e**2)), float((seen & (seen.sum(axis=0) >= QUARTERS)).sum())
+
+
+def _settled(
+    alone: Campaign, state: CampaignState, one: Layout, prior: Array, model: Model
+) -> tuple[SequenceEquations, tuple[Array, Array]]:
+    """The equations of one sequence where its own columns have settled under a ``prior``, and their normal matrix and gradient."""
+    columns = one.local
+    began = state.theta[0]
+    equations = sequence_equations(alone, 0, state, model)
+    for _ in range(LOCAL_STEPS):
+        H, g = _with_prior(equations, columns, prior, state.theta[0] - began)
+        inverse = stable_inverse(H)
+        step = -inverse @ g
+        state = stepped(state, one, ArrowSolution((step,), np.zeros(one.size), np.zeros((0, 0))))
+        equations = sequence_equations(alone, 0, state, model)
+        if np.max(np.abs(step) / np.sqrt(np.maximum(np.diag(inverse), 1e-300))) < SETTLED:
+            break
+    return equations, _with_prior(equations, columns, prior, state.theta[0] - began)
+
+
+def _with_prior(equations: SequenceEquations, columns: NDArray[np.int64], prior: Array, gone: Array) -> tuple[Array, Array]:
+    """Normal matrix and gradient of ``columns`` with a ``prior`` on effects, from whose values these have ``gone`` (q,)."""
+    away = np.concatenate([np.zeros(N_PARAMETERS), gone])[columns]
+    return equations.frames.H[np.ix_(columns, columns)] + prior, equations.frames.g[columns] + prior @ away
+
+
+def _left_out(equations: SequenceEquations, columns: NDArray[np.int64], normal: tuple[Array, Array], start: int) -> Array:
+    """Errors of every fourth frame from ``start`` on, under the state that the other frames give.
+
+    What is measured in fewer frames than there are quarters is never left out, as a spin that was read once: no other frame tells it.
+    """
+    frames, errors = equations.frames, equations.errors
+    out = np.zeros(errors.e.shape, dtype=np.bool_)
+    out[start::QUARTERS] = errors.seen.sum(axis=0) >= QUARTERS
+    e, J, W = errors.e[out], errors.J[out][:, columns], frames.weighted[out][:, columns]
+    step = -stable_inverse(normal[0] - J.T @ W) @ (normal[1] - W.T @ e)
+    return np.asarray(e + J @ step)
+
+
+def _with_shared(own: CampaignState, learned: CampaignState, teller: NDArray[np.int64]) -> CampaignState:
+    """One sequence's own state with every column (21 + q,) that a sequence of others tells of taken from there."""
+    flight, theta = own.flights[0], own.theta[0].copy()
+    for column in np.flatnonzero(teller[N_PARAMETERS:] >= 0):
+        theta[column] = learned.theta[teller[N_PARAMETERS + column]][column]
+    body, camera = int(teller[COM][0]), int(teller[OFFSET][0])
+    if body >= 0:
+        flight = replace(flight, com=learned.flights[body].com, inertia=learned.flights[body].inertia)
+    if camera >= 0:
+        flight = replace(flight, offset_px=learned.flights[camera].offset_px)
+    return CampaignState((flight,), (theta,))
+
+
+def _within_priors(state: CampaignState, precision: Array, model: Model) -> CampaignState:
+    """The state with everything that a prior holds brought within ``MOST`` of its standard deviations."""
+    limit = MOST / np.sqrt(np.maximum(np.concatenate([precision, model.instrument_precision]), 1e-300))
+    flight = state.flights[0]
+    flight = replace(
+        flight,
+        com=np.clip(flight.com, -limit[COM], limit[COM]),
+        inertia=np.clip(flight.inertia, -limit[INERTIA], limit[INERTIA]),
+        offset_px=float(np.clip(flight.offset_px, -limit[OFFSET], limit[OFFSET])[0]),
+    )
+    return CampaignState((flight,), (np.clip(state.theta[0], -limit[N_PARAMETERS:], limit[N_PARAMETERS:]),))

@@ -1,0 +1,1 @@
+"""How probable errors are: noise, what repeats in it, and the weights that follow."""

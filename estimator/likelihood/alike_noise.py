@@ -1,0 +1,179 @@
+"""Noise that is alike from row to row, estimated from what a first fit of free flight leaves: of trajectories, and of outlines' movements.
+
+A polynomial in time is taken off the residuals of every sequence and channel first, so that what a model misses does not count as noise,
+and rows that are far off are set aside. What is left, ``P r``, has the covariance ``sigma² P K P``, where ``K`` is that of an
+ARMA(1, 1) process, ``rho_k = rho_1 phi^(k-1)`` [Box, Jenkins, Reinsel and Ljung 2015, ch. 3]: rows may be alike over two or three, fade
+slowly, or do so beside noise that does not. Its ``rho_1`` and ``phi`` are those whose expected products with the next row and the one
+after, over the squares, are the measured ones; ``sigma`` follows from the squares. Such noise weighs on slow effects as white noise of a
+variance ``repeats`` times as large would, which is what fits and tests are told.
+
+Whatever is faster than those polynomials counts as noise, a shaking table as much as a bad tracker: only noise that is stated tells them
+apart. Where it is, the stated size stands, and only the likeness of rows is estimated: residuals that are larger than stated are not noise,
+and what they have too much is taken off before.
+
+Short flights cannot tell noise that fades slowly from a misfit, so noise is taken to be as alike as is usual among trackers
+unless the rows say otherwise. The estimate is shared by all sequences of a campaign.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+from numpy.polynomial import legendre
+from numpy.typing import NDArray
+
+from estimator.geometry.robust_scale import robust_sigma
+
+Array = NDArray[np.float64]
+Kept = NDArray[np.bool_]
+DEGREE, ROWS_PER_DEGREE = 5, 10
+"""Of the polynomials: what a missing force or clock does to a flight; one degree for so many rows, as short ones would lose their noise."""
+LEAST_ROWS = 3
+"""Kept rows beside a polynomial's coefficients; a sequence with fewer keeps all its rows."""
+LEAST_TOLD = 0.5
+"""Independent rows that have to be left of all sequences together."""
+SEEN = 1e-6
+"""Of a row, from which on polynomials leave anything of it."""
+LONGEST = 500
+"""Rows that are looked at together: longer sequences are cut."""
+LAGS = 3
+"""Products are taken of a row with itself, the next and the one after."""
+FIRST, FADING = np.linspace(0.0, 0.9, 46), np.linspace(0.0, 0.9, 31)
+"""``rho_1`` and ``phi`` that are tried."""
+USUAL = (0.5, 0.5)
+"""Their standard deviations among trackers, before the data."""
+CLIP, ROUNDS = 4.0, 8
+"""Residuals beyond so many standard deviations count as that far, as in the fit; found by going round."""
+WORST = 0.5
+"""Of a sequence's largest residual, from which rows are set aside together: what is far off draws its neighbours with it."""
+
+
+@dataclass(frozen=True)
+class ChannelNoise:
+    """Noise of a channel.
+
+    ``sigma``: standard deviation, that of rows that are far off included as far as a fit believes them; ``first``: correlation of a row
+    with the next; ``fading``: of each further one, over the one before; ``far``: variance that rows far off add, over that of the others.
+    """
+
+    sigma: float
+    first: float
+    fading: float
+    far: float = 0.0
+
+    @property
+    def repeats(self) -> float:
+        """Over how many rows the noise is alike: the variance of a long mean over that of independent rows of the same ``sigma``."""
+        return float((1.0 + 2.0 * self.first / (1.0 - self.fading) + self.far) / (1.0 + self.far))
+
+
+def channel_noise(residuals: Sequence[Array], *, stated: bool = False) -> ChannelNoise | None:
+    """Noise of one channel from the residuals (n,) of several sequences; where it is ``stated``, they are in its standard deviations.
+
+    ``None`` where polynomials leave nothing of them.
+    """
+    parts = [part for r in residuals for part in np.array_split(r, max(-(-len(r) // LONGEST), 1))]
+    kept = _near(parts)
+    left = [_projector(each) @ r for r, each in zip(parts, kept, strict=True)]
+    expected = np.sum([_expected(each) for each in kept], axis=0)
+    if expected[0, 0] < LEAST_TOLD:
+        return None
+    products = np.array([sum(float(r[lag:] @ r[: len(r) - lag]) for r in left) for lag in range(LAGS)])
+    variance, correlations = _matched(products, expected)
+    dropped, rows = sum(int(np.sum(~each)) for each in kept), sum(map(len, kept))
+    far = CLIP**2 * dropped / max(rows, 1)
+    if not stated:
+        return ChannelNoise(float(np.sqrt(variance * (1.0 + far))), *correlations, far)
+    excess = max(variance - 1.0, 0.0)
+    alike = np.array([correlations[0], correlations[0] * correlations[1]]) * variance - excess
+    first, second = np.maximum(alike, 0.0)
+    noise = ChannelNoise(1.0, float(first), float(np.clip(second / max(first, 1e-12), 0.0, FADING[-1])))
+    return replace(noise, first=noise.first + 0.5 * far * (1.0 - noise.fading))
+
+
+def _near(parts: Sequence[Array]) -> list[Kept]:
+    """Rows of every sequence that are not far off the polynomial through the others."""
+    kept = [np.ones(len(r), dtype=np.bool_) for r in parts]
+    for _ in range(ROUNDS):
+        off = [r - _smooth(r, each) for r, each in zip(parts, kept, strict=True)]
+        spread = [np.sqrt(np.maximum(np.diag(_projector(each)), 0.0)) for each in kept]
+        told = [each & (s > SEEN) for each, s in zip(kept, spread, strict=True)]
+        sizes = [np.abs(r[t]) / s[t] for r, s, t in zip(off, spread, told, strict=True)]
+        every = np.concatenate(sizes) if sizes else np.zeros(0)
+        if not len(every):
+            break
+        sigma = float(robust_sigma(every))
+        new = [_kept(np.abs(r), sigma) for r in off]
+        if all(np.array_equal(a, b) for a, b in zip(new, kept, strict=True)):
+            break
+        kept = new
+    return kept
+
+
+def _kept(size: Array, sigma: float) -> Kept:
+    """Rows that are near, and those that may only be drawn away by worse ones."""
+    near = size <= max(CLIP * sigma, WORST * float(size.max(initial=0.0)))
+    return near if near.sum() >= LEAST_ROWS + _degree(len(size)) + 1 else np.ones(len(size), dtype=np.bool_)
+
+
+def _degree(n: int) -> int:
+    return min(DEGREE, max(n // ROWS_PER_DEGREE, 1) + 1)
+
+
+def _polynomials(n: int) -> Array:
+    return np.asarray(legendre.legvander(np.linspace(-1.0, 1.0, n), _degree(n)))
+
+
+def _smooth(r: Array, kept: Kept) -> Array:
+    """The polynomial (n,) through the rows that are kept."""
+    A = _polynomials(len(r))
+    return np.asarray(A @ np.linalg.lstsq(A[kept], r[kept], rcond=None)[0])
+
+
+def _projector(kept: Kept) -> Array:
+    return _projector_of(kept.tobytes())
+
+
+@lru_cache(maxsize=256)
+def _projector_of(kept: bytes) -> Array:
+    """What takes polynomials off the rows that are kept, and leaves nothing of the others (n, n)."""
+    rows = np.frombuffer(kept, dtype=np.bool_)
+    Q, _ = np.linalg.qr(_polynomials(len(rows)) * rows[:, None])
+    return np.asarray(np.diag(rows.astype(np.float64)) - Q @ Q.T)
+
+
+def _expected(kept: Kept) -> Array:
+    return _expected_of(kept.tobytes())
+
+
+@lru_cache(maxsize=256)
+def _expected_of(kept: bytes) -> Array:
+    """Expected products of rows at each lag, of noise of variance 1, over its autocorrelation at each distance (``LAGS``, ``LONGEST``)."""
+    P = _projector_of(kept)
+    n = len(P)
+    distance = np.abs(np.subtract.outer(np.arange(n), np.arange(n))).ravel()
+    pairs = [P[lag:].T @ P[: n - lag] for lag in range(LAGS)]
+    return np.array([np.bincount(distance, weights=each.ravel(), minlength=LONGEST) for each in pairs])
+
+
+@lru_cache(maxsize=1)
+def _tried() -> tuple[Array, Array, Array]:
+    """Every pair of ``FIRST`` and ``FADING`` that a process can have (k, 2), its autocorrelations (k, ``LONGEST``), and its surprise (k,).
+
+    That is minus twice the logarithm of what is usual.
+    """
+    pairs = np.array([(first, fading) for first in FIRST for fading in FADING if first <= 0.5 * (1.0 + fading)])
+    rho = np.column_stack([np.ones(len(pairs)), pairs[:, :1] * pairs[:, 1:] ** np.arange(LONGEST - 1)])
+    return pairs, rho, np.asarray(np.sum((pairs / USUAL) ** 2, axis=1))
+
+
+def _matched(products: Array, expected: Array) -> tuple[float, tuple[float, float]]:
+    """Variance, and the pair whose expected products over squares are the measured ones."""
+    pairs, rho, surprise = _tried()
+    each = rho @ expected.T
+    ratios = each[:, 1:] / np.maximum(each[:, :1], 1e-12)
+    misfit = np.sum((ratios - products[1:] / max(products[0], 1e-300)) ** 2, axis=1) * each[:, 0]
+    best = int(np.argmin(misfit + surprise))
+    first, fading = pairs[best].tolist()
+    return max(float(products[0]), 1e-300) / max(float(each[best, 0]), 1e-12), (first, fading)

@@ -1,0 +1,117 @@
+"""The instrument: one estimate from one observation, as a free flight or, where the outlines' path has kinks, as flights with impacts.
+
+A kink is only a reason to look. Where the fit finds no jump of the velocities at it, or no flight with impacts that fits, the sequence is
+measured as one free flight, in the same way as one without kinks.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from datasets.estimate import Estimate, Status
+from datasets.observation import Observation
+from estimator.data.configuration import Configuration
+from estimator.fitting.calibration_share import with_what_is_missing
+from estimator.impacts.breakage import worse_part
+from estimator.impacts.impact_search import Kink, centroid_path, clear_kinks, find_kinks
+from estimator.impacts.plate_holding import check_plate_settings
+from estimator.measuring.free_flight import check_focal_prior, estimate_free_flight
+from estimator.measuring.input_faults import input_fault, with_fault
+from estimator.measuring.resting import resting_sentence
+from estimator.measuring.two_particles import measure_pair
+from estimator.measuring.with_impacts import Seen, estimate_with_impacts
+from estimator.outlines.result import FrameStatus, OutlineTrack, left_out
+from estimator.outlines.sightings import tracks_of
+from estimator.particle.observed import observed_particle
+
+HEALTHY_MEAN_SQUARE = 1.0
+"""Mean square of the errors over their variance; a free flight that leaves more is worth the question whether the particle falls at all."""
+APART_FRAMES = 2.0
+"""How far from a kink frames are taken where the flights before and after it are measured apart."""
+WITHOUT_MEASUREMENT = (Status.NO_CONVERGENCE, Status.IMPACT_AT_EDGE)
+
+
+def measure(observation: Observation, configuration: Configuration) -> Estimate:
+    """Measure one sequence from its observation alone, with impacts where there are any.
+
+    Raises
+    ------
+    datasets.errors.InputError
+        Where the observation contradicts itself: sizes, numbers of pictures, views that do not agree; or where it states no plate and
+        the configuration needs one.
+    """
+    check_focal_prior(observation, configuration)
+    check_plate_settings(observation, configuration)
+    if observation.companion is not None:
+        return with_what_is_missing(measure_pair(observation, configuration), observation)
+    tracks = tracks_of(observation)
+    seen = Seen(observation, tracks, observed_particle(observation, configuration))
+    estimate = with_what_is_missing(_measured(seen, configuration), observation)
+    fault = None if estimate.impacts else input_fault(observation, tracks, seen.particle, estimate, configuration)
+    return estimate if fault is None else with_fault(estimate, fault)
+
+
+def _measured(seen: Seen, configuration: Configuration) -> Estimate:
+    """With impacts or as one free flight, and what is said of one that neither describes."""
+    observation, tracks = seen.observation, seen.tracks
+    nominated, pieces = nominations(seen), None
+    for kinks in nominated:
+        pieces = estimate_with_impacts(seen, kinks, configuration)
+        if pieces is not None and pieces.status not in WITHOUT_MEASUREMENT:
+            return pieces
+    whole = estimate_free_flight(observation, tracks, seen.particle, configuration)
+    if not _doubtful(whole):
+        return whole
+    spin = None if whole.middle is None else float(np.linalg.norm(whole.middle.omega_world))
+    resting = resting_sentence(seen, nominated[-1] if nominated else [], spin)
+    if resting is not None:
+        return without_numbers(whole, Status.RESTING, resting)
+    if pieces is None or whole.status is not Status.NO_CONVERGENCE:
+        return whole
+    broke = _broke(seen, nominated[0], configuration) if pieces.status is Status.NO_CONVERGENCE else None
+    return pieces if broke is None else without_numbers(whole, Status.BROKEN, broke)
+
+
+def _broke(seen: Seen, kinks: list[Kink], configuration: Configuration) -> str | None:
+    """What to say where the flight up to the strongest kink is that of the particle, and the one after it is not."""
+    kink = max(kinks, key=lambda k: k.jump_px)
+    quick = replace(configuration, trajectory_candidates=1, momentum_starts=0)
+    parts = _only(seen.tracks, kink.frame - APART_FRAMES, before=True), _only(seen.tracks, kink.frame + APART_FRAMES, before=False)
+    before, after = (estimate_free_flight(seen.observation, part, seen.particle, quick) for part in parts)
+    return worse_part(before, after, kink.frame)
+
+
+def _only(tracks: tuple[OutlineTrack, ...], frame: float, *, before: bool) -> tuple[OutlineTrack, ...]:
+    """The tracks without the frames on the other side of ``frame``."""
+    return tuple(
+        OutlineTrack(tuple(f if (number < frame) is before else left_out(FrameStatus.ABSENT) for number, f in enumerate(track.frames)))
+        for track in tracks
+    )
+
+
+def _doubtful(estimate: Estimate) -> bool:
+    """Whether there is no free flight, or one that leaves errors so large that the particle may be held by something."""
+    return estimate.status is Status.NO_CONVERGENCE or estimate.statistics.get("noise_mean_square", 0.0) > HEALTHY_MEAN_SQUARE
+
+
+def without_numbers(estimate: Estimate, status: Status, message: str) -> Estimate:
+    """What is left of an estimate whose numbers are no measurement."""
+    return Estimate(
+        name=estimate.name,
+        status=status,
+        message=message,
+        frames=estimate.frames,
+        statistics={key: value for key, value in estimate.statistics.items() if key != "momenta"},
+        configuration=estimate.configuration,
+        versions=estimate.versions,
+    )
+
+
+def nominations(seen: Seen) -> list[list[Kink]]:
+    """Where impacts may be, in the order to try: kinks that the camera with most outlines saw, and those without outlines used in part.
+
+    The latter fill the gap at an impact, but what is hidden of them may bend the path of their centroids.
+    """
+    track = max(seen.tracks, key=lambda t: int(t.seen.sum()))
+    found = [clear_kinks(find_kinks(centroid_path(track, in_part=in_part))) for in_part in (True, False)]
+    return [kinks for k, kinks in enumerate(found) if kinks and kinks not in found[:k]]

@@ -1,0 +1,1 @@
+"""Silhouettes as a kind of measurement."""

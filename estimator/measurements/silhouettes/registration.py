@@ -1,0 +1,158 @@
+"""From the observations of a campaign to its task and the free flights it starts from.
+
+Sequences with the same calibrated views show one particle; its hull, start catalogue and the views' likeness are made once. A sequence that
+cannot be measured is left out and named, the rest goes on.
+"""
+
+import hashlib
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from datasets.errors import InputError
+from datasets.observation import CalibratedView, Observation
+from estimator.appearance.model_errors import SequenceTask
+from estimator.appearance.outline_tables import OutlineTables, with_tables
+from estimator.appearance.rim import rim_of
+from estimator.data.configuration import Configuration
+from estimator.data.fit_task import FitTask, restricted
+from estimator.data.no_measurement import NoMeasurement
+from estimator.data.views import Views
+from estimator.effects.link import Setting
+from estimator.effects.model import Model
+from estimator.fitting.campaigns.campaign import Campaign, CampaignState
+from estimator.fitting.campaigns.registered import LeftOut, Registered
+from estimator.fitting.side_by_side import each_of
+from estimator.fitting.tasks import fit_task
+from estimator.geometry.outline_shape import outline_shape
+from estimator.likelihood.time_gaps import longest_stretch
+from estimator.measurements.silhouettes.kind import SILHOUETTES
+from estimator.motion.flight import Flight
+from estimator.outlines.sightings import bias_pairs, pictures_of, tracks_of, usable_sightings
+from estimator.particle.observed import observed_particle
+from estimator.particle.particle import Particle, views_like
+from estimator.search.candidate_flights import candidate_flights, first_pose
+
+Array = NDArray[np.float64]
+
+
+def register(
+    observations: Sequence[Observation], configuration: Configuration, *, told: Callable[[str], None] = lambda _: None
+) -> Registered:
+    """Find the particle in every sequence and fit free flights, each for itself.
+
+    ``told`` is called with the name of each that is done.
+    """
+    keys = [_digest(observation.views) for observation in observations]
+    particles: dict[str, tuple[int, Particle, Views | None]] = {}
+    found: dict[int, _Found | LeftOut] = {}
+    likened: list[int] = []
+    for number, (key, observation) in enumerate(zip(keys, observations, strict=True)):
+        if key in particles and particles[key][2] is not None:
+            likened.append(number)
+            continue
+        found[number] = first = _found_first(observation, particles, key, configuration)
+        told(observation.name)
+        if isinstance(first, _Found):
+            particles[key] = (*particles[key][:2], first.views)
+    rest = each_of(
+        lambda i: _found(observations[i], *particles[keys[i]][1:], configuration),
+        likened,
+        particles,
+        observations,
+        told=lambda i: told(observations[i].name),
+    )
+    found |= dict(zip(likened, rest, strict=True))
+    cameras: dict[str, int] = {}
+    right = [(i, each) for i in range(len(observations)) if isinstance(each := found[i], _Found)]
+    campaign = Campaign(
+        sequences=tuple(each.task for _, each in right),
+        particle=tuple(particles[keys[i]][0] for i, _ in right),
+        camera=tuple(cameras.setdefault(repr(observations[i].cameras[0]), len(cameras)) for i, _ in right),
+        floor_px=configuration.floor_px,
+        body_noise_px=configuration.body_noise_px,
+        kind=SILHOUETTES,
+    )
+    start = CampaignState(tuple(each.flight for _, each in right), tuple(np.zeros(0) for _ in right))
+    left_out = tuple(each for i in range(len(observations)) if isinstance(each := found[i], LeftOut))
+    return Registered(campaign, start, tuple(p for _, p, _ in particles.values()), left_out)
+
+
+@dataclass(frozen=True)
+class _Found:
+    """A sequence's task, its free flight, and the views' likeness that both were found with."""
+
+    task: SequenceTask
+    flight: Flight
+    views: Views
+
+
+def _found_first(
+    observation: Observation, particles: dict[str, tuple[int, Particle, Views | None]], key: str, configuration: Configuration
+) -> _Found | LeftOut:
+    """A sequence with which the likeness of its views is made, and the particle, too, where it is not among the ``particles`` yet."""
+    if key not in particles:
+        try:
+            particles[key] = (len(particles), observed_particle(observation, configuration), None)
+        except (NoMeasurement, InputError) as failure:
+            return LeftOut(observation.name, str(failure))
+    return _found(observation, *particles[key][1:], configuration)
+
+
+def _found(observation: Observation, particle: Particle, views: Views | None, configuration: Configuration) -> _Found | LeftOut:
+    """The particle in one sequence, or why there is none."""
+    try:
+        return _one(observation, particle, views, configuration)
+    except (NoMeasurement, InputError) as failure:
+        return LeftOut(observation.name, str(failure))
+
+
+def _one(observation: Observation, particle: Particle, views: Views | None, configuration: Configuration) -> _Found:
+    tracks = tracks_of(observation)
+    sightings = usable_sightings(observation, tracks, configuration)
+    pictures = pictures_of(observation, tracks, sightings)
+    if views is None:
+        views = views_like(particle, sightings.silhouettes, np.random.default_rng(configuration.seed), pictures)
+    task = fit_task(observation, particle, sightings, views, configuration)
+    stretch = _without_jump(task)
+    candidates = candidate_flights(observation, stretch, particle, first_pose(stretch, particle, configuration), configuration)
+    setting = Setting(
+        times_s=observation.clock.times_s,
+        exposure_s=observation.clock.exposure_s,
+        gravity_world=np.asarray(observation.gravity_world, dtype=np.float64),
+        inertia_ratios=particle.body.inertia_ratios,
+        edge_px=pictures.edge_px(sightings.camera) if pictures is not None else 0.0,
+    )
+    vertices = (particle.hull.vertices - particle.body.com_particle) @ particle.body.R_particle_body
+    flight = candidates[0].solution.state
+    tables = OutlineTables(particle, views, bias_pairs(observation, configuration), configuration.seed, pictures)
+    sequence = SequenceTask(observation.name, task, setting, rim_of(vertices), outline_shape([]), tables)
+    return _Found(with_tables(sequence, flight, Model(), np.zeros(0)), flight, views)
+
+
+def _without_jump(task: FitTask) -> FitTask:
+    """The task without the sightings beyond a jump; those of several cameras are left as they are."""
+    sightings = task.sightings
+    if len(sightings.cameras) > 1:
+        return task
+    silhouettes = sightings.silhouettes
+    centres = np.array([_centre_px(silhouettes.points_px[silhouettes.slice_of(i)]) for i in range(len(sightings))])
+    rows = longest_stretch(centres, sightings.times_s)
+    return task if rows == slice(0, len(sightings)) else restricted(task, np.arange(len(sightings))[rows])
+
+
+def _centre_px(polygon: Array) -> tuple[float, float]:
+    centre = shapely.Polygon(polygon).centroid
+    return float(centre.x), float(centre.y)
+
+
+def _digest(views: Sequence[CalibratedView]) -> str:
+    digest = hashlib.sha256()
+    for view in views:
+        digest.update(repr(view.intrinsics).encode())
+        digest.update(np.ascontiguousarray(view.R_cam_particle).tobytes())
+        digest.update(np.ascontiguousarray(view.t_cam_particle).tobytes())
+    return digest.hexdigest()

@@ -1,0 +1,1 @@
+"""Trajectories and gyroscopes as a kind of measurement."""

@@ -1,0 +1,70 @@
+"""Which effects a trajectory can show, found out by trying: what an effect's own links depend on is what must have been measured."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+from estimator.effects.dependence import of_body, of_force
+from estimator.effects.link import EffectModel
+from estimator.effects.model import overrides
+from estimator.measurements.trajectories.task import TrajectoryTask
+
+WITHOUT_PICTURES = ("times", "body", "air", "acceleration", "torque", "scale", "tracked", "reading")
+PLAUSIBLE: dict[str, tuple[float, float]] = {"centre_of_mass": (-0.05, 0.05), "trigger_jitter": (0.0, 0.01)}
+"""Ranges of values for things of up to a metre, tracked at a few frames per second and more; the catalogue's are for particles of
+millimetres before a high-speed camera."""
+
+
+def why_not(effect: EffectModel, tasks: Sequence[TrajectoryTask]) -> str | None:
+    """Why an effect cannot show in trajectories; ``None``: it can.
+
+    Each condition is a set of channels, one of which has to be measured. Without an attitude a gyroscope says nothing of the world's axes.
+    """
+    measured = frozenset[str]().union(*(task.measured for task in tasks))
+    for channels, said in _conditions(effect):
+        if not measured & channels:
+            return said
+    if effect.of_unmeasured_spin and (measured & {"theta", "gyro"} or any(_spin_changes(task) for task in tasks)):
+        return "the spin was measured throughout"
+    if overrides(effect, "torque") and not measured & {"theta", "gyro"} and not any(_spin_changes(task) for task in tasks):
+        return "it needs a spin that was measured more than once in a flight"
+    return None
+
+
+def _conditions(effect: EffectModel) -> Iterator[tuple[frozenset[str], str]]:
+    if not effect.random and not overrides(effect, *WITHOUT_PICTURES):
+        yield frozenset(), "it acts on pictures"
+    if overrides(effect, "reading"):
+        yield frozenset({"gyro"}), "it acts on a gyroscope's readings"
+    if effect.random or overrides(effect, "times"):
+        yield frozenset({"x", "theta"}), "it needs measured positions or orientations: a slowly changing spin tells no times"
+    if overrides(effect, "scale", "tracked", "air") or (overrides(effect, "acceleration") and not overrides(effect, "torque")):
+        yield frozenset({"x"}), "it needs measured positions"
+    if overrides(effect, "body"):
+        changed = of_body(effect)
+        if "com" in changed:
+            yield frozenset({"x"}), "it needs measured positions"
+            yield frozenset({"theta"}), "it needs a measured orientation"
+        yield frozenset({"theta", "gyro"}), "it needs a measured orientation"
+    on = of_force(effect) if overrides(effect, "acceleration") else frozenset()
+    if "orientation" in on:
+        yield frozenset({"theta"}), "it needs a measured orientation"
+    if "spin" in on:
+        yield frozenset({"theta", "omega"}), "it needs a measured orientation or spin"
+    if overrides(effect, "torque"):
+        yield frozenset({"theta", "omega", "gyro"}), "it needs a measured orientation or spin"
+
+
+def _spin_changes(task: TrajectoryTask) -> bool:
+    """Whether a spin was measured in more than one row."""
+    return bool(task.seen("omega").any(axis=1).sum() > 1)
+
+
+def with_plausible_values(effect: EffectModel) -> EffectModel:
+    """The effect with the ranges of values that tracked things may have."""
+    limits = PLAUSIBLE.get(effect.entry.key)
+    return effect if limits is None else _widened(type(effect), limits)()
+
+
+def _widened(kind: type[EffectModel], limits: tuple[float, float]) -> type[EffectModel]:
+    parameters = tuple(replace(p, plausible=limits) for p in kind.entry.parameters)
+    return type(kind.__name__, (kind,), {"entry": replace(kind.entry, parameters=parameters), "__doc__": kind.__doc__})

@@ -1,0 +1,166 @@
+"""From measured trajectories to a campaign: tasks, the flights that fits start from, and the noise where nobody states it."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from datasets.errors import InputError
+from datasets.trajectory import Trajectory
+from estimator.effects.link import Setting
+from estimator.fitting.campaigns.base_model import base_fit
+from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState
+from estimator.fitting.campaigns.facts import Fact
+from estimator.fitting.campaigns.registered import Registered
+from estimator.likelihood.alike_noise import channel_noise
+from estimator.measurements.trajectories.kind import TRAJECTORIES
+from estimator.measurements.trajectories.starting import first_flight
+from estimator.measurements.trajectories.task import TrajectoryTask
+from estimator.motion.rigid_body import rotation_matrices
+
+Array = NDArray[np.float64]
+NO_TURN = np.array([0.0, 0.0, 0.0, 1.0])
+FIRST_GUESS = {"x": 1e-3, "theta": 1e-2, "omega": 1.0, "gyro": 1.0}
+"""Standard deviations of the first fit (m, rad, rad/s twice), whose residuals tell the noise."""
+ROUNDS = 2
+
+
+def register_trajectories(trajectories: Sequence[Trajectory], *, told: Callable[[str], None] = lambda _: None) -> Registered:
+    """A campaign of trajectories; ``told`` is called with the name of each sequence that is done.
+
+    Raises
+    ------
+    InputError
+        Where trajectories of one particle contradict one another.
+    """
+    tasks, flights = [], []
+    for trajectory in trajectories:
+        task = task_of(trajectory)
+        tasks.append(task)
+        flights.append(first_flight(task, trajectory.surroundings.body))
+        told(trajectory.name)
+    tasks = _in_one_volume(tasks)
+    campaign = Campaign(tuple(tasks), particles_of(trajectories), (0,) * len(tasks), floor_px=0.0, body_noise_px=0.0, kind=TRAJECTORIES)
+    campaign = replace(campaign, facts=_stated_lengths(trajectories))
+    state = CampaignState(tuple(flights), tuple(np.zeros(0) for _ in flights))
+    stated = [_stated(t) for t in trajectories]
+    if tasks:
+        for _ in range(ROUNDS):
+            fit = base_fit(campaign, state)
+            campaign, state = replace(campaign, sequences=_with_noise(campaign, fit, stated)), CampaignState(fit.state.flights, state.theta)
+    return Registered(campaign, state, (), ())
+
+
+def _stated_lengths(trajectories: Sequence[Trajectory]) -> tuple[Fact, ...]:
+    """How sure a calibration is of all lengths, where it says so."""
+    said = {t.surroundings.sigma_length_scale for t in trajectories}
+    if len(said) > 1:
+        known = ", ".join("nothing" if each is None else f"{each:g}" for each in sorted(said, key=lambda each: each or 0.0))
+        raise InputError(f"{trajectories[0].name}: expected one sigma_length_scale for all trajectories of a campaign, got {known}.")
+    return tuple(Fact(f"sigma_length_scale = {s:g}", (("length_scale", (1.0,)),), 0.0, s) for s in said if s is not None)
+
+
+def _in_one_volume(tasks: Sequence[TrajectoryTask]) -> list[TrajectoryTask]:
+    """The sequences with the middle and the size of all their positions in their settings."""
+    places = np.concatenate([np.zeros((0, 3)), *(task.x_world[task.seen("x").all(axis=1)] for task in tasks)])
+    middle = places.mean(axis=0) if len(places) else np.zeros(3)
+    reach = float(np.sqrt(np.mean(np.sum((places - middle) ** 2, axis=1)))) if len(places) > 1 else 0.0
+    return [replace(task, setting=replace(task.setting, middle_world=middle, reach_m=reach or 1.0)) for task in tasks]
+
+
+def particles_of(trajectories: Sequence[Trajectory]) -> tuple[int, ...]:
+    """The number of the particle of every trajectory: that of its name, or of its inertia ratios where it has none.
+
+    The place of the centre of mass and of the axes may differ: a tag that is tracked can sit elsewhere on the same body.
+
+    Raises
+    ------
+    InputError
+        Where trajectories of one name state different inertia ratios.
+    """
+    first: dict[str, Trajectory] = {}
+    numbers: dict[tuple[float | str, ...], int] = {}
+    found = []
+    for each in trajectories:
+        name, ratios = each.surroundings.particle, _ratios(each)
+        other = first.setdefault(name, each)
+        if name and ratios != _ratios(other):
+            raise InputError(
+                f"{each.name}: expected the inertia ratios of particle {name!r} as {other.name} has them, {_ratios(other)}, came {ratios}."
+            )
+        found.append(numbers.setdefault((name,) if name else ratios, len(numbers)))
+    return tuple(found)
+
+
+def _ratios(trajectory: Trajectory) -> tuple[float, ...]:
+    """Inertia ratios to six digits."""
+    return tuple(round(float(ratio), 6) for ratio in trajectory.surroundings.body.inertia_ratios)
+
+
+def _channels(trajectory: Trajectory) -> dict[str, tuple[Array, Array | None]]:
+    """What was measured, NaN where it was not, and its standard deviations where they are known; in the order of a task's columns."""
+    q = trajectory.q_world_tracked
+    every = {
+        "x": (trajectory.x_world, trajectory.sigma_x),
+        "theta": (None if q is None else q[:, :3], trajectory.sigma_theta),
+        "omega": (trajectory.omega_world, trajectory.sigma_omega),
+        "gyro": (trajectory.gyro, trajectory.sigma_gyro),
+    }
+    return {name: (values, sigma) for name, (values, sigma) in every.items() if values is not None}
+
+
+def _stated(trajectory: Trajectory) -> dict[str, bool]:
+    """Of which channels the noise is known, or nothing was measured."""
+    return {name: sigma is not None or not np.isfinite(values).any() for name, (values, sigma) in _channels(trajectory).items()}
+
+
+def task_of(trajectory: Trajectory) -> TrajectoryTask:
+    """The task of one trajectory; noise that is not known is a first guess."""
+    body, q = trajectory.surroundings.body, trajectory.q_world_tracked
+    R, x = None, trajectory.x_world
+    if q is not None:
+        tracked = rotation_matrices(np.where(np.isnan(q), NO_TURN, q))
+        x = x + tracked @ body.com_particle
+        x[np.isnan(q).any(axis=1) & body.com_particle.any()] = np.nan
+        R = tracked @ body.R_particle_body
+    channels = _channels(replace(trajectory, x_world=x))
+    sigma = [
+        np.where(np.isfinite(values), FIRST_GUESS[name] if known is None else known, np.inf) for name, (values, known) in channels.items()
+    ]
+    setting = Setting(trajectory.times_s, 0.0, trajectory.surroundings.gravity_world, body.inertia_ratios)
+    columns = np.concatenate([np.asarray(each, dtype=np.float64) for each in sigma], axis=1)
+    omega, gyro = (None if values is None else np.nan_to_num(values) for values in (trajectory.omega_world, trajectory.gyro))
+    repeats, kept = np.ones(columns.shape[1]), np.ones(len(x), dtype=np.bool_)
+    return TrajectoryTask(trajectory.name, setting, np.nan_to_num(x), R, omega, columns, repeats, kept, gyro)
+
+
+def _with_noise(campaign: Campaign, fit: CampaignFit, stated: Sequence[dict[str, bool]]) -> tuple[TrajectoryTask, ...]:
+    """The sequences with noise estimated from the fit's residuals; where it is stated, only the likeness of neighbouring rows."""
+    tasks: list[TrajectoryTask] = list(campaign.sequences)
+    for channel, known, axis in product(FIRST_GUESS, (False, True), range(3)):
+        rows = [i for i, s in enumerate(stated) if s.get(channel) is known]
+        columns = {i: tasks[i].columns(channel).start + axis for i in rows if tasks[i].seen(channel)[:, axis].any()}
+        residuals = [_residuals(fit, tasks[i], (i, k), stated=known) for i, k in columns.items()]
+        noise = channel_noise(residuals, stated=known) if residuals else None
+        for i, k in columns.items():
+            if noise is not None:
+                tasks[i] = _replaced(tasks[i], k, None if known else noise.sigma, noise.repeats)
+    return tuple(tasks)
+
+
+def _residuals(fit: CampaignFit, task: TrajectoryTask, at: tuple[int, int], *, stated: bool) -> Array:
+    """Residuals of the rows of a sequence that were measured in a column, in standard deviations or, not stated, in their own unit."""
+    number, column = at
+    seen = np.isfinite(task.sigma[:, column])
+    e = fit.equations[number].errors.e[seen, column]
+    return np.asarray(e if stated else e * task.sigma[seen, column])
+
+
+def _replaced(task: TrajectoryTask, column: int, sigma: float | None, repeats: float) -> TrajectoryTask:
+    new_sigma, new_repeats = task.sigma.copy(), task.repeats.copy()
+    new_repeats[column] = repeats
+    if sigma is not None:
+        new_sigma[np.isfinite(task.sigma[:, column]), column] = sigma
+    return replace(task, sigma=new_sigma, repeats=new_repeats)

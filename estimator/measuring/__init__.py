@@ -1,0 +1,1 @@
+"""One sequence from its pictures to its estimate: as a free flight, with impacts, or of two particles."""

@@ -1,0 +1,122 @@
+"""From an observation to an estimate: outlines, particle, pose, track, trajectory, refinement, each with a way to say that it failed.
+
+The chain is visible in :func:`estimate`; every step that cannot go on raises :class:`NoMeasurement` with a status, so there is never a
+plausible number without one.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from datasets.errors import InputError
+from datasets.estimate import Estimate
+from datasets.observation import Observation
+from estimator.appearance.flight_errors import unbiased_errors
+from estimator.data.configuration import Configuration
+from estimator.data.fit_task import FitTask
+from estimator.data.no_measurement import NoMeasurement
+from estimator.fitting.adequacy import misfit
+from estimator.fitting.calibration_share import CalibrationShare, calibration_share
+from estimator.fitting.refinement import Refined, with_noise_of
+from estimator.fitting.tasks import biased_task, fit_task, refined_flight, refinement_settings
+from estimator.fitting.viewing_angles import with_clear_angles
+from estimator.motion.flight import N_PARAMETERS, Flight, poses, poses_and_sensitivity
+from estimator.motion.rigid_body import RanAway
+from estimator.outlines.result import OutlineTrack
+from estimator.outlines.sightings import pictures_of, tracks_of, usable_sightings
+from estimator.particle.observed import observed_particle
+from estimator.particle.particle import Particle, views_like
+from estimator.reports.reporting import converged_estimate, empty_estimate
+from estimator.reports.verdict import failed, judge
+from estimator.search.candidate_flights import (
+    candidate_flights,
+    first_pose,
+    from_another_side,
+    misses,
+    with_other_references,
+    without_the_same,
+)
+from estimator.search.rival_flights import few_views, standing
+from estimator.surface.joint import joint_fit
+
+Array = NDArray[np.float64]
+
+
+def estimate(observation: Observation, configuration: Configuration) -> Estimate:
+    """Measure one sequence from its observation alone.
+
+    Raises
+    ------
+    datasets.errors.InputError
+        Where the observation contradicts itself: sizes, numbers of pictures, views that do not agree.
+    """
+    check_focal_prior(observation, configuration)
+    return estimate_free_flight(observation, tracks_of(observation), observed_particle(observation, configuration), configuration)
+
+
+def check_focal_prior(observation: Observation, configuration: Configuration) -> None:
+    """Refuse to measure the focal length of several cameras."""
+    if configuration.focal_prior > 0.0 and len(observation.cameras) > 1:
+        raise InputError(
+            f"{observation.name}: expected one high-speed camera where its focal length is to be measured (focal_prior > 0), "
+            f"got {len(observation.cameras)}"
+        )
+    if configuration.focal_prior > 0.0 and configuration.surface_fit:
+        raise InputError(f"{observation.name}: expected focal_prior = 0 where surface_fit = 1, got {configuration.focal_prior:g}")
+
+
+def estimate_free_flight(
+    observation: Observation, tracks: tuple[OutlineTrack, ...], particle: Particle, configuration: Configuration
+) -> Estimate:
+    """The estimate from what was seen, as one free flight."""
+    try:
+        return _estimated(observation, tracks, particle, configuration)
+    except NoMeasurement as failure:
+        return empty_estimate(observation, tracks, particle, configuration, (failure.status, failure.message))
+    except RanAway as failure:
+        return empty_estimate(observation, tracks, particle, configuration, failed(failure))
+
+
+def _estimated(observation: Observation, tracks: tuple[OutlineTrack, ...], particle: Particle, configuration: Configuration) -> Estimate:
+    sightings = usable_sightings(observation, tracks, configuration)
+    pictures = pictures_of(observation, tracks, sightings)
+    views = views_like(particle, sightings.silhouettes, np.random.default_rng(configuration.seed), pictures)
+    task = fit_task(observation, particle, sightings, views, configuration)
+    found, reference = first_pose(task, particle, configuration)
+    candidates = candidate_flights(observation, task, particle, (found, reference), configuration)
+    if misses(task, candidates[0]):
+        candidates = with_other_references(observation, task, particle, (candidates, reference), configuration)
+    if few_views(particle):
+        candidates += from_another_side(observation, task, particle, (candidates, reference), configuration)
+    contest = standing(task, particle, [c.solution for c in candidates], ambiguity=configuration.ambiguity)
+    flight = contest.flights[0].state
+    biased = biased_task(observation, task, particle, flight, configuration, pictures=pictures)
+    refined, focal = refined_flight(biased, flight, configuration)
+    if configuration.surface_fit:
+        refined = on_all_samples(refined, task, particle, configuration)
+    status, message = judge(without_the_same(biased, contest, refined, configuration), refined)
+    tested = misfit(with_clear_angles(biased, flight), refined, refinement_settings(configuration)) if focal is None else None
+    outcome = (status, message, tested)
+    share = None if focal is not None else calibration_of(biased, observation, refined.flight, configuration)
+    shown = (particle, found)
+    return converged_estimate(observation, tracks, shown, refined, outcome, configuration=configuration, focal=focal, share=share)
+
+
+def on_all_samples(refined: Refined, task: FitTask, particle: Particle, configuration: Configuration) -> Refined:
+    """The flight fitted once more, to every outline sample and with the surface as an unknown."""
+    joint = joint_fit(particle, task.sightings, refined.flight, task.prior, huber=configuration.huber, seed=configuration.seed)
+    predicted = poses(joint.flight, np.zeros((1, N_PARAMETERS)), task.sightings.times_s)
+    settled = refined.settled and joint.settled
+    return replace(refined, flight=joint.flight, covariance=joint.covariance, predicted=predicted, settled=settled)
+
+
+def calibration_of(task: FitTask, observation: Observation, flight: Flight, configuration: Configuration) -> CalibrationShare | None:
+    """What the stated uncertainty of camera and gravity adds to that of a refined flight."""
+    if observation.gravity_covariance is None and all(camera.lens_covariance is None for camera in observation.cameras):
+        return None
+    settings = refinement_settings(configuration)
+    task = with_clear_angles(task, flight)
+    predicted, _ = poses_and_sensitivity(flight, task.sightings.times_s)
+    task, _ = with_noise_of(task, unbiased_errors(task, flight, predicted))
+    return calibration_share(task, flight, settings, observation.gravity_covariance)

@@ -1,0 +1,99 @@
+"""What is likely wrong with the input where no flight fits: each of a few usual mistakes is taken back and the fit tried again.
+
+Gravity's sign, pixels counted upwards, time stamps in ms or µs instead of s; mistakes in the calibrated views show before any fit
+(:mod:`estimator.particle.view_faults`). A correction is only *named*, never applied: it is named where without it no flight fits, and with
+it a quick fit converges whose residuals look like noise (:mod:`estimator.fitting.adequacy`).
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from datasets.estimate import Estimate, Status
+from datasets.observation import Observation
+from estimator.data.configuration import Configuration
+from estimator.measuring.free_flight import estimate_free_flight
+from estimator.outlines.result import FrameOutline, OutlineTrack
+from estimator.particle.particle import Particle
+from estimator.particle.view_faults import upside_down
+
+Array = NDArray[np.float64]
+GROSS = (Status.NO_CONVERGENCE, Status.RESTING)
+LONGEST_GAP_S, SHORTEST_GAP_S = 0.05, 1e-6
+"""Between frames: what falls for longer leaves the picture within a few frames; no camera records outlines faster."""
+
+
+@dataclass(frozen=True)
+class Correction:
+    """A mistake taken back: what it makes of an observation and its tracks, and the sentence that names it."""
+
+    key: str
+    sentence: str
+    corrected: Callable[[Observation, tuple[OutlineTrack, ...]], tuple[Observation, tuple[OutlineTrack, ...]]]
+
+
+def _gravity(observation: Observation, tracks: tuple[OutlineTrack, ...]) -> tuple[Observation, tuple[OutlineTrack, ...]]:
+    return replace(observation, gravity_world=-observation.gravity_world), tracks
+
+
+def _upwards(observation: Observation, tracks: tuple[OutlineTrack, ...]) -> tuple[Observation, tuple[OutlineTrack, ...]]:
+    heights = [camera.intrinsics.height_px for camera in observation.cameras]
+    return observation, tuple(
+        OutlineTrack(tuple(_turned_over(f, height) for f in t.frames)) for t, height in zip(tracks, heights, strict=True)
+    )
+
+
+def _turned_over(frame: FrameOutline, height_px: int) -> FrameOutline:
+    return replace(frame, outline=upside_down(frame.outline, height_px), unsure=frame.unsure[::-1])
+
+
+def _times(factor: float) -> Callable[[Observation, tuple[OutlineTrack, ...]], tuple[Observation, tuple[OutlineTrack, ...]]]:
+    def corrected(observation: Observation, tracks: tuple[OutlineTrack, ...]) -> tuple[Observation, tuple[OutlineTrack, ...]]:
+        return replace(observation, clock=replace(observation.clock, times_s=factor * observation.clock.times_s)), tracks
+
+    return corrected
+
+
+GRAVITY = Correction("gravity", "gravity is reversed: check the sign of gravity_world", _gravity)
+UPWARDS = Correction("image_y", "the rows of the high-speed camera's pictures are counted upwards: pixel y runs downwards", _upwards)
+TIMES = tuple(
+    (factor, Correction(key, f"times are {said}: time stamps are in seconds", _times(factor)))
+    for factor, key, said in (
+        (1e-3, "times_ms", "divided by 1000"),
+        (1e-6, "times_us", "divided by a million"),
+        (1e3, "times_short", "multiplied by 1000"),
+    )
+)
+
+
+def input_fault(
+    observation: Observation, tracks: tuple[OutlineTrack, ...], particle: Particle, estimate: Estimate, configuration: Configuration
+) -> Correction | None:
+    """The correction of the input with which the outlines fit where they do not without it; ``None`` where they do or none is found."""
+    tested = estimate.statistics.get("adequacy")
+    gross = estimate.status in GROSS
+    if not gross and (tested is None or tested["adequate"]):
+        return None
+    quick = replace(configuration, trajectory_candidates=1, momentum_starts=0, focal_prior=0.0)
+    fitting = []
+    for correction in (*(_of_times(observation.clock.times_s) if gross else ()), GRAVITY, UPWARDS):
+        tried = estimate_free_flight(*correction.corrected(observation, tracks), particle, quick)
+        if tried.status is Status.CONVERGED and tried.statistics.get("adequacy", {}).get("adequate", False):
+            fitting.append((tried.statistics["noise_mean_square"], correction))
+    return min(fitting, key=lambda each: each[0])[1] if fitting else None
+
+
+def _of_times(times_s: Array) -> tuple[Correction, ...]:
+    """Corrections of time stamps that are no high-speed camera's and become it."""
+    gap = float(np.median(np.diff(times_s)))
+    if SHORTEST_GAP_S <= gap <= LONGEST_GAP_S:
+        return ()
+    return tuple(correction for factor, correction in TIMES if SHORTEST_GAP_S <= gap * factor <= LONGEST_GAP_S)
+
+
+def with_fault(estimate: Estimate, correction: Correction) -> Estimate:
+    """The estimate with the correction named in its message."""
+    statistics = {**estimate.statistics, "input_fault": correction.key}
+    return replace(estimate, message=f"{estimate.message} The outlines fit if {correction.sentence}.", statistics=statistics)

@@ -1,0 +1,1 @@
+"""One picture: background, light, and where the outline runs between pixels."""

@@ -1,0 +1,203 @@
+"""From a fitted campaign to what a user reads: an estimate per sequence under the model with its effects, and the effects' values."""
+
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from datasets.estimate import Estimate, Status, VelocityEstimate
+from datasets.observation import Observation
+from datasets.trajectory import Trajectory
+from datasets.vocabulary.effects import Parameter, Scope
+from estimator.data.configuration import Configuration
+from estimator.data.versions import versions
+from estimator.effects.parameter_values import WithInterval
+from estimator.fitting.calibration_share import with_what_is_missing
+from estimator.fitting.campaigns.campaign import CampaignFit, fit_campaign, shared_prior, solve_arrow
+from estimator.fitting.campaigns.campaign_covariance import CampaignCovariance, campaign_covariance
+from estimator.fitting.campaigns.considered import Considered
+from estimator.fitting.campaigns.forced_velocities import body_under, motion_under, velocities_under
+from estimator.fitting.campaigns.measurement_kind import MeasurementKind
+from estimator.fitting.campaigns.registered import Registered
+from estimator.motion.flight import N_PARAMETERS, NAMES, OMEGA, Flight, V, fitted_body
+from estimator.search.candidate_flights import MOST_MEAN_SQUARE
+
+Array = NDArray[np.float64]
+MOST_TO_GO = 0.3
+"""Standard deviations that a fit's next step may have where it counts as converged."""
+MORE_FITS = 3
+"""Times that a fit goes on which ended before that: its own end asks how little the cost changes."""
+
+
+@dataclass(frozen=True)
+class EffectValue(WithInterval):
+    """One parameter of a fitted effect.
+
+    ``sequence``: the name of the sequence it belongs to, ``None`` where sequences share it; ``plausible``: whether its 95% interval
+    reaches into the range that the catalogue expects.
+    """
+
+    effect: str
+    parameter: Parameter
+    sequence: str | None
+    value: float
+    sigma: float
+
+
+def effect_values(registered: Registered, fit: CampaignFit, covariance: CampaignCovariance) -> tuple[EffectValue, ...]:
+    """Values of every effect that is not held near zero, per group that shares them."""
+    campaign = registered.campaign
+    found = []
+    for effect, part in zip(fit.model.effects, fit.model.slices, strict=True):
+        if effect.instrument:
+            continue
+        groups = sorted(set(campaign.sharing(effect.entry.scope)))
+        for sequence in groups:
+            alone = effect.entry.scope is Scope.CAMPAIGN or len(groups) == 1
+            name = None if alone else campaign.sequences[sequence].name
+            variance = np.diag(covariance.of(sequence, N_PARAMETERS + np.arange(part.start, part.stop)))
+            hollow = campaign.kind.hollow(campaign.sequences[sequence])
+            reported = effect.reported(fit.state.theta[sequence][part], variance, hollow)
+            for parameter, value, sigma in zip(effect.entry.parameters, *reported, strict=True):
+                found.append(EffectValue(effect.entry.key, parameter, name, float(value), float(sigma)))
+    return tuple(found)
+
+
+def campaign_estimates(
+    registered: Registered,
+    observations: Mapping[str, Observation | Trajectory],
+    fit: CampaignFit,
+    at: Considered,
+    configuration: Configuration,
+) -> tuple[Estimate, ...]:
+    """One estimate per sequence that was measured, in the campaign's order; its uncertainty is widened by what is possible."""
+    made = []
+    to_go = left_to_go(registered, fit, at.plain)
+    for number, sequence in enumerate(registered.campaign.sequences):
+        flight, theta = fit.state.flights[number], fit.state.theta[number]
+        what = (registered.campaign.kind, sequence, observations[sequence.name])
+        one = _estimate(what, (flight, theta), fit, (number, at, to_go), configuration)
+        observation = observations[sequence.name]
+        made.append(with_what_is_missing(one, observation) if isinstance(observation, Observation) else one)
+    return tuple(made)
+
+
+def _estimate(
+    what: tuple[MeasurementKind, Any, Observation | Trajectory],
+    state: tuple[Flight, Array],
+    fit: CampaignFit,
+    at: tuple[int, Considered, float],
+    configuration: Configuration,
+) -> Estimate:
+    (kind, sequence, observation), (flight, theta), (number, wide, to_go) = what, state, at
+    setting = sequence.setting
+    times = setting.times_s
+    frames = fit.equations[number].frames
+    status, message = _judged(fit, frames.mean_square, to_go)
+    told: dict[str, Any] = {
+        "frames": kind.frame_reports(sequence, observation, fit.equations[number]),
+        "statistics": {**kind.statistics(fit.equations[number]), **_of_fit(fit, number)},
+        "configuration": dataclasses.asdict(configuration),
+        "versions": versions(),
+    }
+    if status is not Status.CONVERGED:
+        return Estimate(name=sequence.name, status=status, message=message, **told)
+    middle = float(times[(len(times) - 1) // 2])
+    estimate = Estimate(
+        name=sequence.name,
+        status=status,
+        message=message,
+        body=fitted_body(body_under(flight, fit.model, theta, setting)),
+        motion=motion_under(flight, fit.model, theta, setting),
+        start=_velocity(flight, (number, wide), float(times[0]), sequence),
+        middle=_velocity(flight, (number, wide), middle, sequence),
+        parameters=(*NAMES, *fit.model.names),
+        values=np.concatenate([flight.x, np.zeros(3), flight.v, flight.omega, flight.com, flight.inertia, [flight.offset_px], theta]),
+        covariance=wide.covariance.of(number, np.arange(wide.own)),
+        **told,
+    )
+    return without(estimate, kind.unmeasured(sequence))
+
+
+def without(estimate: Estimate, columns: NDArray[np.int64]) -> Estimate:
+    """The estimate with nothing said of the flight's parameters ``columns`` that were not measured: NaN."""
+    if not len(columns):
+        return estimate
+    covariance, values = estimate.covariance.copy(), estimate.values.copy()
+    covariance[columns], covariance[:, columns], values[columns] = np.nan, np.nan, np.nan
+    estimate = replace(estimate, covariance=covariance, values=values)
+    unknown = np.isin(np.r_[V, OMEGA], columns)
+    if not unknown.any() or estimate.start is None or estimate.middle is None:
+        return estimate
+    said = [said for said, part in NOT_MEASURED if unknown[part].all()] or [NOT_ALL_MEASURED]
+    start, middle = (_without_parts(each, unknown) for each in (estimate.start, estimate.middle))
+    return replace(estimate, message=" ".join([estimate.message, *said]), motion=None, start=start, middle=middle)
+
+
+NOT_MEASURED = (
+    ("Orientation and spin were not measured.", slice(3, 6)),
+    ("Positions were not measured; angular velocities are along the axes that the tracked frame has in the middle row.", slice(0, 3)),
+)
+NOT_ALL_MEASURED = "Not every coordinate was measured."
+
+
+def _without_parts(velocity: VelocityEstimate, unknown: NDArray[np.bool_]) -> VelocityEstimate:
+    """Velocities without the components ``unknown`` (6,) of v and omega."""
+    covariance = velocity.covariance.copy()
+    covariance[unknown], covariance[:, unknown] = np.nan, np.nan
+    known = np.where(unknown, np.nan, np.concatenate([velocity.v_world, velocity.omega_world]))
+    return replace(velocity, v_world=known[:3], omega_world=known[3:], covariance=covariance)
+
+
+def left_to_go(registered: Registered, fit: CampaignFit, covariance: CampaignCovariance) -> float:
+    """The largest step that the fit would take next, in standard deviations.
+
+    Tangencies that change from vertex to vertex keep some fits going round at a tenth of one: their ``settled`` asks too much.
+    """
+    campaign = registered.campaign
+    solution = solve_arrow(fit.equations, fit.layout, shared_prior(campaign, fit.layout, fit.model, fit.state))
+    sigma = np.sqrt(np.maximum(np.diag(covariance.covariance), 1e-300))
+    largest = 0.0
+    for rows, place, local in zip(covariance.place, fit.layout.place, solution.local, strict=True):
+        steps = np.concatenate(
+            [np.abs(local) / sigma[rows[fit.layout.local]], np.abs(solution.shared[place]) / sigma[rows[fit.layout.shared]]]
+        )
+        largest = max(largest, float(steps.max()))
+    return largest
+
+
+def settled_fit(registered: Registered, fit: CampaignFit) -> CampaignFit:
+    """A fit, gone on with as long as its next step is too large to count as converged."""
+    for _ in range(MORE_FITS):
+        if left_to_go(registered, fit, campaign_covariance(registered.campaign, fit)) < MOST_TO_GO:
+            break
+        fit = fit_campaign(registered.campaign, fit.state, fit.model)
+    return fit
+
+
+def _judged(fit: CampaignFit, mean_square: float, to_go: float) -> tuple[Status, str]:
+    if not to_go < MOST_TO_GO:
+        return Status.NO_CONVERGENCE, f"the campaign's fit did not settle: its next step would be {to_go:.1f} standard deviations."
+    if mean_square > MOST_MEAN_SQUARE:
+        return Status.NO_CONVERGENCE, f"the fit misses the measurement by {np.sqrt(mean_square):.1f} times their noise."
+    effects = ", ".join(e.entry.title for e in fit.model.effects if not e.instrument)
+    return Status.CONVERGED, f"converged, fitted jointly with its campaign; effects in the model: {effects or 'none'}."
+
+
+def _velocity(flight: Flight, at: tuple[int, Considered], time_s: float, sequence: Any) -> VelocityEstimate:
+    number, wide = at
+    C = wide.covariance.of(number, np.arange(N_PARAMETERS + wide.model.size))
+    known = np.diag(C)[:N_PARAMETERS] == 0.0
+    value, J = velocities_under(flight, wide.model, wide.theta[number], sequence.setting, time_s, known=known)
+    covariance = J @ C @ J.T
+    return VelocityEstimate(time_s, value[:3], value[3:], 0.5 * (covariance + covariance.T), np.full((6, 6), np.nan))
+
+
+def _of_fit(fit: CampaignFit, number: int) -> dict[str, Any]:
+    return {
+        "whitened_mean_square": fit.equations[number].frames.mean_square,
+        "campaign_effects": [e.entry.key for e in fit.model.effects if not e.instrument],
+    }

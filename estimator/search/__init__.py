@@ -1,0 +1,1 @@
+"""From pictures to flights that are near the right one: tracks, starts, rivals."""

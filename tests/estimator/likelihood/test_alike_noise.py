@@ -1,0 +1,64 @@
+"""Noise estimated from residuals: size and likeness of neighbouring rows, whatever smooth misfit is beside it."""
+
+import numpy as np
+import pytest
+
+from estimator.likelihood.alike_noise import CLIP, channel_noise
+
+
+def drawn(rho: float, rng: np.random.Generator, n: int) -> np.ndarray:
+    white = rng.normal(size=n)
+    found = [white[0]]
+    for each in white[1:]:
+        found.append(rho * found[-1] + np.sqrt(1.0 - rho**2) * each)
+    return np.array(found)
+
+
+@pytest.mark.parametrize("rho", [0.0, 0.5])
+def test_size_and_likeness_are_found_below_a_smooth_misfit(rho: float) -> None:
+    rng = np.random.default_rng(1)
+    misfit = 20.0 * np.linspace(-1.0, 1.0, 25) ** 3
+    noise = channel_noise([3e-4 * (drawn(rho, rng, 25) + misfit) for _ in range(80)])
+    assert noise is not None
+    # 80 sequences with 19 rows left each: sigma is known to about 2%, rho to 0.05.
+    assert noise.sigma == pytest.approx(3e-4, rel=0.08)
+    assert noise.first == pytest.approx(rho, abs=0.12)
+    assert noise.repeats == pytest.approx((1 + rho) / (1 - rho), rel=0.25)
+
+
+@pytest.mark.parametrize("stated", [True, False])
+@pytest.mark.parametrize("width", [2, 3])
+def test_rows_that_are_alike_over_a_few_weigh_as_so_many_times_the_variance(width: int, stated: bool) -> None:
+    """Moving means of white noise: no autoregressive process."""
+    rng = np.random.default_rng(3)
+    residuals = [np.convolve(rng.normal(size=62), np.ones(width) / np.sqrt(width))[width:60] for _ in range(20)]
+    noise = channel_noise(residuals, stated=stated)
+    assert noise is not None
+    assert noise.sigma == pytest.approx(1.0, rel=0.1)
+    assert noise.repeats == pytest.approx(width, rel=0.1 if width == 2 else 0.5)  # no ARMA(1, 1) is a mean of three
+
+
+def test_what_is_larger_than_stated_is_not_taken_for_noise() -> None:
+    """A shake of five standard deviations in ten rows is alike from row to row, but stated noise is not so large."""
+    rng = np.random.default_rng(4)
+    residuals = [rng.normal(size=40) + 5.0 * np.sin(2.0 * np.pi * np.arange(40) / 10.0 + rng.uniform(0.0, 6.0)) for _ in range(20)]
+    noise, believed = channel_noise(residuals), channel_noise(residuals, stated=True)
+    assert noise is not None
+    assert believed is not None
+    assert (believed.sigma, believed.repeats) == (1.0, 1.0)
+    assert noise.repeats > 3.0
+
+
+def test_rows_far_off_count_as_a_fit_believes_them() -> None:
+    rng = np.random.default_rng(2)
+    residuals = [rng.normal(size=25) for _ in range(40)]
+    for r in residuals:
+        r[rng.integers(25)] += 20.0
+    noise = channel_noise(residuals)
+    assert noise is not None
+    assert noise.sigma == pytest.approx(np.sqrt(1.0 + CLIP**2 / 25.0), rel=0.1)
+    assert noise.repeats < 1.3
+
+
+def test_where_polynomials_leave_nothing_there_is_no_noise_to_be_told() -> None:
+    assert channel_noise([np.ones(1), np.arange(2.0)]) is None

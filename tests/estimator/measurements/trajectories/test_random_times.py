@@ -1,0 +1,66 @@
+"""Random times of the rows: they are as large as the data say, whatever was missing when they were found."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from estimator.diagnosis.adding import fit_with
+from estimator.effects.model import Model
+from estimator.effects.registry import MODELS
+from estimator.fitting.campaigns.campaign import CampaignState, fit_campaign
+from estimator.fitting.campaigns.registered import Registered
+from estimator.measurements.trajectories.registering import register_trajectories
+from tests.estimator.made_trajectories import RATE_HZ, Hidden, Tracker, campaign
+
+Array = NDArray[np.float64]
+JITTER_S = 1e-3
+LONG = Tracker(rows=80, stated=True)
+ROWS_ALIKE = 4
+
+
+def shaken(hidden: Hidden, tracker: Tracker, seed: int = 4) -> Registered:
+    """Flights whose rows were taken at random times about their stamps."""
+    rng = np.random.default_rng(seed)
+    made = [replace(each, times_s=each.times_s + rng.normal(0.0, JITTER_S, tracker.rows)) for each in campaign(seed, hidden, tracker)]
+    return register_trajectories(made)
+
+
+def test_random_times_shrink_when_a_smooth_effect_comes_that_they_stood_for() -> None:
+    """Drag of 1/m bends these flights by more than a millisecond of their way."""
+    found = shaken(Hidden(drag=1.0), LONG)
+    effects = [MODELS["trigger_jitter"], MODELS["quadratic_drag"]]
+    _, fit = fit_with(found.campaign, found.start, effects)
+    _, before = fit_with(found.campaign, found.start, effects[:1])
+    assert before.model.random_sigma(before.state.theta[0]) > 1.5 * JITTER_S
+    assert fit.model.random_sigma(fit.state.theta[0]) == pytest.approx(JITTER_S, rel=0.1)
+
+
+def alike(rng: np.random.Generator, shape: tuple[int, ...]) -> Array:
+    """Noise of variance 1 that is the same over ``ROWS_ALIKE`` rows."""
+    steps = rng.normal(size=(-(-shape[0] // ROWS_ALIKE), *shape[1:]))
+    return np.repeat(steps, ROWS_ALIKE, axis=0)[: shape[0]]
+
+
+def test_noise_that_repeats_is_as_stated_beside_random_times() -> None:
+    """Along the motion every row is a number of its own, across it every fourth."""
+    rng, tracker = np.random.default_rng(7), replace(LONG, rows=400, orientation=False)
+    quiet = replace(tracker, sigma_x=1e-9)
+    made = [
+        replace(
+            each,
+            times_s=np.arange(tracker.rows) / RATE_HZ + rng.normal(0.0, JITTER_S, tracker.rows),
+            x_world=each.x_world + tracker.sigma_x * alike(rng, each.x_world.shape),
+            sigma_x=np.full(each.x_world.shape, tracker.sigma_x),
+        )
+        for each in campaign(7, Hidden(), quiet)
+    ]
+    found = register_trajectories(made)
+    tasks = tuple(replace(task, repeats=np.full_like(task.repeats, float(ROWS_ALIKE))) for task in found.campaign.sequences)
+    there, model = replace(found.campaign, sequences=tasks), Model((MODELS["trigger_jitter"],))
+    start = CampaignState(found.start.flights, tuple(np.array([JITTER_S]) for _ in tasks))
+    fit = fit_campaign(there, start, model)
+    scales = there.kind.noise_scales(there, fit.equations)
+    assert scales is not None
+    assert np.sqrt(np.mean(scales**2)) == pytest.approx(1.0, abs=0.06)
