@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -9,6 +10,8 @@ import pytest
 import datasets
 
 ROOT = Path(__file__).resolve().parents[2]
+EXCEPTIONS = 9
+"""Imports within the estimator that run upwards. The number may only fall: take away an exception, then lower it."""
 
 
 def test_import_contracts_hold() -> None:
@@ -20,7 +23,12 @@ def test_import_contracts_hold() -> None:
         check=False,
     )
     assert done.returncode == 0, done.stdout
-    assert "3 kept, 0 broken" in done.stdout
+    assert "4 kept, 0 broken" in done.stdout
+
+
+def test_exceptions_to_the_rooms_become_fewer() -> None:
+    linter = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["importlinter"]
+    assert sum(len(contract.get("ignore_imports", [])) for contract in linter["contracts"]) == EXCEPTIONS
 
 
 def test_datasets_is_ours_and_only_a_docstring() -> None:

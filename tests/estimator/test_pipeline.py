@@ -2,7 +2,6 @@
 
 import json
 from dataclasses import replace
-from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -11,7 +10,6 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from datasets.estimate import Estimate, Status
-from datasets.estimate_files import write_estimate
 from datasets.observation import Observation
 from datasets.recipes.recipe import MotionRecipe, ParticleRecipe, Recipe, RigRecipe
 from datasets.truth import Truth
@@ -100,12 +98,6 @@ def test_starts_elsewhere_are_tried_for_good_solutions_too(share: float, taken: 
     first = (SimpleNamespace(body=None, gravity_world=None, time_s=0.0), solution("here", cost))
     found = pipeline._from_other_starts(task, None, first, Configuration(), np.random.default_rng(0))
     assert found.state.name == ("elsewhere" if taken else "here")
-
-
-def test_a_second_run_gives_the_same_bytes(sequence: tuple[Observation, Truth], measured: Estimate, tmp_path: Path) -> None:
-    write_estimate(measured, tmp_path / "a.json")
-    write_estimate(estimate(sequence[0], Configuration()), tmp_path / "b.json")
-    assert (tmp_path / "a.json").read_bytes() == (tmp_path / "b.json").read_bytes()
 
 
 def test_momenta_are_given_for_a_weighed_particle(sequence: tuple[Observation, Truth], measured: Estimate) -> None:

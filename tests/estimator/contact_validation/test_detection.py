@@ -41,23 +41,20 @@ def test_all_that_may_be_added_has_a_limit(limits: dict[str, Detectable]) -> Non
         assert each.nearly_all is None or each.half < each.nearly_all
 
 
-@pytest.mark.parametrize(("physics", "parameter"), [("adhesion", "adhesion"), ("plate_tilt", "tilt")])
-def test_what_is_well_above_its_limit_is_found_and_what_is_well_below_is_not(
-    limits: dict[str, Detectable], physics: str, parameter: str
-) -> None:
-    limit = limits[parameter]
+def test_what_is_well_above_its_limit_is_found_and_what_is_well_below_is_not(limits: dict[str, Detectable]) -> None:
+    limit = limits["adhesion"]
     assert limit.half is not None
     assert limit.nearly_all is not None
-    assert accepted(physics, point_contact({**PLAIN, parameter: 2.0 * limit.nearly_all})) >= SETS - 1
-    assert accepted(physics, point_contact({**PLAIN, parameter: 0.3 * limit.half})) <= 1
+    assert accepted("adhesion", point_contact({**PLAIN, "adhesion": 2.0 * limit.nearly_all})) >= SETS - 1
+    assert accepted("adhesion", point_contact({**PLAIN, "adhesion": 0.3 * limit.half})) <= 1
 
 
 def test_more_runs_show_smaller_sizes(limits: dict[str, Detectable], monkeypatch: pytest.MonkeyPatch) -> None:
-    looked_at = tuple(p for p in ADDITIONS if p.key in ("velocity_dependent_restitution", "adhesion", "plate_tilt"))
+    looked_at = tuple(p for p in ADDITIONS if p.key in ("velocity_dependent_restitution", "adhesion"))
     monkeypatch.setattr(detection, "ADDITIONS", looked_at)
     impacts = prepared(made_impacts(point_contact(PLAIN), 2 * RUNS, 20), 0)
     more = {each.parameter: each for each in detectable(impacts, judge(impacts, fit(impacts, RIGID)), (), np.random.default_rng(0))}
-    for name in ("slowing", "adhesion", "tilt"):
+    for name in ("slowing", "adhesion"):
         few, many = limits[name].half, more[name].half
         assert few is not None
         assert many is not None

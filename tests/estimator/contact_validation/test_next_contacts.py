@@ -67,11 +67,15 @@ def test_what_may_follow_is_uncertain() -> None:
     assert near > 3.0 * far
 
 
-def test_models_are_not_judged_by_impacts_that_corners_share() -> None:
+def test_models_are_not_judged_by_impacts_that_corners_share_and_nothing_is_missing_in_the_others() -> None:
     single = made_impacts(LAW, 5, 31)
     found = validate([*single, falling(0.5, name="flat-e00-r00")], Question(models=("stronge_impulse",)), lambda _: None)
     assert found.shared == ("flat-e00-r00",)
-    assert len(found.impacts) == len(found.spread) == 5
+    assert found.spread.shape == (5, 6)
+    assert len(found.impacts) == 5
+    assert len(found.maps) == 12
+    assert found.verdict.kind == "nothing missing"
+    assert found.ladder.missing == ()
     assert len(found.contacts) == 6
     assert any("flat-e00-r00" in remark and f"{1e3 * TOGETHER_S:g} ms" in remark for remark in found.verdict.remarks)
 

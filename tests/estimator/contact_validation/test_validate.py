@@ -89,14 +89,6 @@ def test_jumps_of_two_contacts_are_told() -> None:
     assert inconsistent(contacts) == ("odd",)
 
 
-def test_nothing_is_missing_where_the_rigid_impulse_is_true() -> None:
-    found = validate(made_impacts(PLAIN, 6, 12), IMPULSE_ALONE, silent)
-    assert found.verdict.kind == "nothing missing"
-    assert found.ladder.missing == ()
-    assert len(found.maps) == 12
-    assert found.spread.shape == (6, 6)
-
-
 def test_what_is_hidden_is_named_and_held_out_errors_fall() -> None:
     found = validate(made_impacts(PointContact(0.6, 0.15, compliance=1.1), 6, 13), IMPULSE_ALONE, silent)
     assert found.verdict.missing[0] == "tangential_compliance"
