@@ -30,10 +30,7 @@ from estimator.geometry.visual_hull import HullMesh
 from estimator.poses.pose_starts import StartCatalogue
 
 Array = NDArray[np.float64]
-MAKERS = (
-    *("particle.py", "made_once.py", "fitting/pose_starts.py", "fitting/view_disagreement.py", "geometry"),
-    *("motion/rotation.py", "outlines", "robust_scale.py"),
-)
+MAKERS = ("particle", "poses/pose_starts.py", "geometry", "motion/rotation.py", "outlines", "outlines/pictures")
 VOCABULARY = "vocabulary"
 """The code whose text counts, of the estimator and of the datasets (cameras and outlines): what it makes may differ when it does."""
 LIBRARIES = ("numpy", "scipy", "scikit-image", "opencv-python-headless", "manifold3d", "trimesh", "shapely")

@@ -16,7 +16,7 @@ from estimator.fitting.adequacy import slow_errors
 from estimator.measure import measure
 from synth.sequence import build_silhouette_sequence
 
-TUTORIAL = Path(__file__).parents[2] / "docs" / "tutorial_files" / "drag.toml"
+TUTORIAL = Path(__file__).parents[3] / "docs" / "tutorial_files" / "drag.toml"
 
 
 def tutorial() -> Recipe:
