@@ -6,7 +6,8 @@ deviation in the same unit (SI); and ``figures`` without one (RMS, chi-square, l
 How far is allowed, and why. The corpus is to notice a change of what is computed, and to let pass what another BLAS, another processor or
 another order of sums does. Fits end when a step is small against the standard deviations, so the distance is counted in these, and
 ``VALUE_SIGMAS`` of them are far below anything that matters to a user. A standard deviation follows from the normal equations at the end of
-the fit and from the measured noise, which move a little with it: ``SIGMA_SHARE``. A figure may move by the same share, a log evidence or log odds by ``NATS`` besides, since it is a difference of large numbers.
+the fit and from the measured noise, which move a little with it: ``SIGMA_SHARE``. A figure may move by the same share, a log evidence or
+log odds by ``NATS`` besides, since it is a difference of large numbers.
 """
 
 import math
