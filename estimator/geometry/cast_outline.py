@@ -55,9 +55,9 @@ def cast_outline(mesh: CastingMesh, camera: Intrinsics, R_cam_particle: Array, t
     The contour generator is drawn ``finer`` times finer than the pixels.
     """
     pixels = camera.project(mesh.vertices @ R_cam_particle.T + t_cam_particle)
-    rim = mesh.ends[_on_rim(np.ascontiguousarray(pixels), mesh.faces, mesh.beside)]
+    rim = mesh.ends[contour_generator(mesh, pixels)]
     corners = _hull_corners(mesh, pixels, rim)
-    drawn = _drawn_rim(pixels, rim, finer)
+    drawn = drawn_rim(pixels, rim, finer)
     if len(drawn) < FEWEST_CORNERS:  # seen edge on
         return corners
     rest = shapely.Polygon(corners).difference(_hollows(drawn, corners).buffer(OPENED_PX))
@@ -88,6 +88,24 @@ def cast_convex(vertices: Array, camera: Intrinsics, R_cam_particle: Array, t_ca
     """The outline (n, 2) px of the convex body with ``vertices`` (v, 3) m."""
     pixels = camera.project(vertices @ R_cam_particle.T + t_cam_particle)
     return np.asarray(pixels[ConvexHull(pixels).vertices])
+
+
+def contour_generator(mesh: CastingMesh, pixels: Array) -> NDArray[np.int64]:
+    """Numbers (r,) of the edges between a face that looks at the camera and one that looks away; ``pixels`` (v, 2) of the vertices."""
+    return np.flatnonzero(_on_rim(np.ascontiguousarray(pixels), mesh.faces, mesh.beside))
+
+
+def drawn_rim(pixels: Array, rim: NDArray[np.int64], finer: int, *, chain: int = cv2.CHAIN_APPROX_SIMPLE) -> Array:
+    """The outer boundary (n, 2) px of the contour generator's edges ``rim`` (e, 2), drawn ``finer`` times finer than the pixels.
+
+    ``chain``: its corners, or with ``cv2.CHAIN_APPROX_NONE`` every point that was drawn.
+    """
+    corner = pixels.min(axis=0) - MARGIN_PX
+    width, height = np.ceil((pixels.max(axis=0) + MARGIN_PX - corner) * finer).astype(int)
+    drawn = np.zeros((height, width), np.uint8)
+    _draw(drawn, np.round((pixels[rim] - corner) * finer).astype(np.int64))
+    contours, _ = cv2.findContours(drawn, cv2.RETR_EXTERNAL, chain)
+    return np.asarray(max(contours, key=cv2.contourArea)[:, 0] / finer + corner)
 
 
 def _hull_corners(mesh: CastingMesh, pixels: Array, rim: NDArray[np.int64]) -> Array:
@@ -148,13 +166,3 @@ def _draw(picture, lines):  # type: ignore[no-untyped-def]
             left += 2 * along * both - 2 * across
             x += 1 if both or not steep else 0
             y += up if both or steep else 0
-
-
-def _drawn_rim(pixels: Array, rim: NDArray[np.int64], finer: int) -> Array:
-    """The outer boundary (n, 2) px of the drawn contour generator, edges ``rim`` (e, 2)."""
-    corner = pixels.min(axis=0) - MARGIN_PX
-    width, height = np.ceil((pixels.max(axis=0) + MARGIN_PX - corner) * finer).astype(int)
-    drawn = np.zeros((height, width), np.uint8)
-    _draw(drawn, np.round((pixels[rim] - corner) * finer).astype(np.int64))
-    contours, _ = cv2.findContours(drawn, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
-    return np.asarray(max(contours, key=cv2.contourArea)[:, 0] / finer + corner)

@@ -13,13 +13,13 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from datasets.vocabulary.camera import Intrinsics
+from estimator.geometry.cast_outline import FINER, contour_generator, drawn_rim
 from estimator.surface.star_surface import StarSurface
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
-DRAWN_PX, FINEST, COARSEST = 1800, 16, 4
-"""Size of the drawing, and how much finer than the pixels it is at most and at least."""
-MARGIN_PX = 2.0
+DRAWN_PX, COARSEST = 1800, 4
+"""Size of the drawing, and how much finer than the pixels it is at least."""
 NEAREST = 3
 """Edges that are compared with a point of the drawn outline."""
 LEAST_PX = 1e-9
@@ -44,12 +44,16 @@ def contact_of(surface: StarSurface, camera: Intrinsics, R_cam_particle: Array, 
     """What the samples (s, 2) px of an outline meet of a surface at a pose."""
     cam = surface.vertices @ R_cam_particle.T + t_cam_particle
     pixels = camera.project(cam)
-    rim, third = _contour_generator(surface, pixels)
+    mesh = surface.sphere.mesh
+    edges = contour_generator(mesh, pixels)
+    rim, face = mesh.ends[edges], mesh.faces[mesh.beside[edges, 0]]
     start = pixels[rim[:, 0]]
     along = pixels[rim[:, 1]] - start
     rim_normal = np.column_stack([along[:, 1], -along[:, 0]]) / np.maximum(np.linalg.norm(along, axis=1), LEAST_PX)[:, None]
-    rim_normal *= -np.sign(np.sum((pixels[third] - start) * rim_normal, axis=1))[:, None]
-    drawn = _outermost(pixels, rim)
+    within = pixels[face.sum(axis=1) - rim.sum(axis=1)] - start  # both faces lie on one side of an edge of the contour generator
+    rim_normal *= np.where(np.sum(within * rim_normal, axis=1) > 0.0, -1.0, 1.0)[:, None]
+    finer = int(np.clip(DRAWN_PX / np.ptp(pixels, axis=0).max(), COARSEST, FINER))
+    drawn = drawn_rim(pixels, rim, finer, chain=cv2.CHAIN_APPROX_NONE)
     own = _nearest_edge(drawn, start, along)[cKDTree(drawn).query(samples_px)[1]]
     share, foot = _foot(samples_px, start[own], along[own])
     gap = samples_px - foot
@@ -60,28 +64,6 @@ def contact_of(surface: StarSurface, camera: Intrinsics, R_cam_particle: Array, 
     first, second = rim[own].T
     point = cam[first] * (1.0 - share)[:, None] + cam[second] * share[:, None]
     return Contact(first, second, share, point, normal, side * size)
-
-
-def _contour_generator(surface: StarSurface, pixels: Array) -> tuple[Index, Index]:
-    """Ends (r, 2) of the edges between a face that is seen and one that is not, and the third corner (r,) of the seen one."""
-    mesh = surface.sphere
-    (a, b, c), x, y = mesh.faces.T, pixels[:, 0], pixels[:, 1]
-    seen = (x[b] - x[a]) * (y[c] - y[a]) - (y[b] - y[a]) * (x[c] - x[a]) > 0.0
-    rim = np.flatnonzero(seen[mesh.beside[:, 0]] != seen[mesh.beside[:, 1]])
-    ends, beside = mesh.ends[rim], mesh.beside[rim]
-    face = np.where(seen[beside[:, 0]], beside[:, 0], beside[:, 1])
-    return ends, mesh.faces[face].sum(axis=1) - ends.sum(axis=1)
-
-
-def _outermost(pixels: Array, rim: Index) -> Array:
-    """The outer boundary (d, 2) px of the drawn edges."""
-    finer = int(np.clip(DRAWN_PX / np.ptp(pixels, axis=0).max(), COARSEST, FINEST))
-    corner = pixels.min(axis=0) - MARGIN_PX
-    width, height = np.ceil((pixels.max(axis=0) + MARGIN_PX - corner) * finer).astype(int)
-    drawn = np.zeros((height, width), np.uint8)
-    cv2.polylines(drawn, np.round((pixels[rim] - corner) * finer).astype(np.int32), isClosed=False, color=255)
-    contours, _ = cv2.findContours(drawn, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
-    return np.asarray(max(contours, key=cv2.contourArea)[:, 0] / finer + corner)
 
 
 def _nearest_edge(points: Array, start: Array, along: Array) -> Index:

@@ -31,7 +31,7 @@ def mass_response(surface: StarSurface, nominal: Body) -> MassResponse:
     A corner that moves outwards adds a thin layer where it is, a third of the area of every face around it [Mirtich, J. Graphics Tools 1
     (1996) 31, gives the integrals of the solid itself].
     """
-    solid = solid_of(HullMesh(surface.vertices, surface.sphere.faces))
+    solid = solid_of(HullMesh(surface.vertices, surface.sphere.mesh.faces))
     axes, root = nominal.R_particle_body, np.sqrt(nominal.inertia_ratios)
     centre = np.asarray(solid.center_mass, dtype=np.float64)
     arms = (surface.vertices - centre) @ axes
@@ -49,7 +49,7 @@ def mass_response(surface: StarSurface, nominal: Body) -> MassResponse:
 
 def _area_vectors(surface: StarSurface) -> Array:
     """A third (n, 3) m² of the areas around each corner, along their outward normals."""
-    corners, faces = surface.vertices, surface.sphere.faces
+    corners, faces = surface.vertices, surface.sphere.mesh.faces
     a, b, c = (corners[faces[:, k]] for k in range(3))
     area = np.cross(b - a, c - a) / 6.0
     vectors = np.zeros_like(corners)

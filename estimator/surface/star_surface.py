@@ -13,7 +13,8 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 from scipy.sparse import csr_array, diags_array, eye_array
 
-from estimator.geometry.visual_hull import bounding_ball, inside_by
+from estimator.geometry.cast_outline import CastingMesh, casting_mesh
+from estimator.geometry.visual_hull import HullMesh, bounding_ball, inside_by
 from estimator.particle.particle import Particle
 
 Array = NDArray[np.float64]
@@ -26,31 +27,28 @@ MARCHED, HALVED, REACH = 45, 12, 1.1
 
 @dataclass(frozen=True, eq=False)
 class Sphere:
-    """``directions`` (n, 3), ``faces`` (f, 3), of every edge its ``ends`` (e, 2) and the faces ``beside`` it (e, 2).
+    """A ``mesh`` of the unit sphere, ``laplacian`` (n, n): a value less the mean of its neighbours'; ``edge``: mean length of an edge."""
 
-    ``laplacian`` (n, n): a value less the mean of its neighbours'. ``edge``: mean length of an edge on the unit sphere.
-    """
-
-    directions: Array
-    faces: Index
-    ends: Index
-    beside: Index
+    mesh: CastingMesh
     laplacian: csr_array
     edge: float
+
+    @property
+    def directions(self) -> Float[NDArray[np.float64], "n 3"]:
+        """Unit vectors."""
+        return self.mesh.vertices
 
 
 @cache
 def sphere(subdivisions: int = SUBDIVISIONS) -> Sphere:
     """The subdivided icosahedron."""
-    mesh = trimesh.creation.icosphere(subdivisions=subdivisions)
-    ends, n = np.asarray(mesh.face_adjacency_edges), len(mesh.vertices)
-    both = np.concatenate([ends, ends[:, ::-1]])
+    ball = trimesh.creation.icosphere(subdivisions=subdivisions)
+    mesh = casting_mesh(HullMesh(np.asarray(ball.vertices, dtype=np.float64), np.asarray(ball.faces, dtype=np.int64)))
+    both, n = np.concatenate([mesh.ends, mesh.ends[:, ::-1]]), len(mesh.vertices)
     adjacency = csr_array((np.ones(len(both)), (both[:, 0], both[:, 1])), shape=(n, n))
     mean = diags_array(1.0 / adjacency.sum(axis=1)) @ adjacency
-    directions = np.asarray(mesh.vertices, dtype=np.float64)
-    edge = float(np.linalg.norm(directions[ends[:, 0]] - directions[ends[:, 1]], axis=1).mean())
-    faces, beside = np.asarray(mesh.faces, dtype=np.int64), np.asarray(mesh.face_adjacency)
-    return Sphere(directions, faces, ends, beside, csr_array(eye_array(n) - mean), edge)
+    edge = float(np.linalg.norm(mesh.vertices[mesh.ends[:, 0]] - mesh.vertices[mesh.ends[:, 1]], axis=1).mean())
+    return Sphere(mesh, csr_array(eye_array(n) - mean), edge)
 
 
 @dataclass(frozen=True, eq=False)

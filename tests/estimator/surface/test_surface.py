@@ -37,7 +37,7 @@ def outline(surface: StarSurface, out_px: float, count: int = 90) -> NDArray[np.
 def test_a_ball_is_perfectly_smooth() -> None:
     ball = sphere(3)
     np.testing.assert_allclose(ball.laplacian @ np.ones(len(ball.directions)), 0.0, atol=1e-12)
-    assert len(ball.ends) == 3 * len(ball.directions) - 6
+    assert len(ball.mesh.ends) == 3 * len(ball.directions) - 6
 
 
 @pytest.mark.parametrize("out_px", [-0.8, 0.5, 2.0])
@@ -69,13 +69,13 @@ def test_mass_properties_are_those_of_the_solid_and_follow_its_radii() -> None:
     step = 1e-6 * np.random.default_rng(1).normal(size=len(surface.radii))
     up, down = (mass_response(surface.grown(sign * step), nominal).values for sign in (1.0, -1.0))
     np.testing.assert_allclose(step @ response.by_radius, 0.5 * (up - down), rtol=0.03, atol=0.02 * np.abs(up - down).max())
-    own = body_of(HullMesh(surface.vertices, surface.sphere.faces))
+    own = body_of(HullMesh(surface.vertices, surface.sphere.mesh.faces))
     at_home = mass_response(surface, own).values
     np.testing.assert_allclose(at_home, 0.0, atol=1e-9)
 
 
 def test_a_larger_ellipsoid_has_the_same_ratios() -> None:
     surface = ellipsoid()
-    own = body_of(HullMesh(surface.vertices, surface.sphere.faces))
+    own = body_of(HullMesh(surface.vertices, surface.sphere.mesh.faces))
     larger = replace(surface, radii=1.1 * surface.radii)
     np.testing.assert_allclose(mass_response(larger, own).values, 0.0, atol=1e-9)
