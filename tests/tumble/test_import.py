@@ -95,7 +95,18 @@ def film(folder: Path, pictures: Pictures, how: Recorded) -> tuple[Path, list[st
     return folder / f"{NAME}.avi", ["--rate", "4000", "--exposure", f"{how.exposure_s!r}"]
 
 
+def cine(bits: int) -> Callable[[Path, Pictures, Recorded], tuple[Path, list[str]]]:
+    """With the nominal clock: its own stamps are kept to half a nanosecond."""
+
+    def write(folder: Path, pictures: Pictures, how: Recorded) -> tuple[Path, list[str]]:
+        write_cine(folder / f"{NAME}.cine", pictures, how, bits=bits)
+        return folder / f"{NAME}.cine", ["--rate", "4kHz", "--exposure", f"{how.exposure_s!r}", "--stamps", "middle"]
+
+    return write
+
+
 FORMS = {
+    **{f"cine {bits}": cine(bits) for bits in (12, 16)},
     **{f"mraw {bits}": mraw(bits) for bits in (12, 16)},
     **{f"TIFF {name}": tiff(compression=name) for name in (None, "zlib", "lzw")},
     "FFV1": film,
