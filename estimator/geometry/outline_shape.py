@@ -179,10 +179,10 @@ def outline_shape(
         if len(polygon) >= MINIMUM_VERTICES:
             points = _positive(polygon)
             shape.radius_px[i] = _radii(_positive(points[ConvexHull(points).vertices]))
-            look = _Look(sampling, i, points[0])
-            shape.sharpness[i], shape.recession[i] = _recession(points, look)
-            shape.erosion[i], shape.dilation[i] = _parallel(points, look)
-            shape.leak[i] = _leak(points if flat is None else _positive(flat[i]), look)
+            sampler = _Sampler(sampling, i, points[0])
+            shape.sharpness[i], shape.recession[i] = _recession(points, sampler)
+            shape.erosion[i], shape.dilation[i] = _parallel(points, sampler)
+            shape.leak[i] = _leak(points if flat is None else _positive(flat[i]), sampler)
             if motions is not None:
                 shape.smear[i] = smear_losses(points, motions[i], outward())
     return shape
@@ -212,7 +212,7 @@ def _radii(points: Array) -> Array:
 
 
 @dataclass(frozen=True)
-class _Look:
+class _Sampler:
     """How far curves (v, 2) px reach along the tabled directions (A,): as they are, or as outline ``number`` of a ``sampling`` is seen.
 
     All have the samples of the outline that was seen, as its predicted bias has, and the first of them next to ``start`` (2,) px, where the
@@ -252,17 +252,17 @@ class _Look:
         return seen_support(np.concatenate([curve[first:], curve[:first]]), drawn, outward())
 
 
-def _recession(points: Array, look: _Look) -> tuple[Array, Array]:
+def _recession(points: Array, sampler: _Sampler) -> tuple[Array, Array]:
     """Sharpness (A,), and recession (A, S) of the tangents under each blur, over the blur.
 
     Where all that is left is less than a half, the last one's.
     """
     u, drawing = outward(), _drawing(points)
-    reach, sharp = look.noisy(points), (points @ u.T).max(axis=0)
+    reach, sharp = sampler.noisy(points), (points @ u.T).max(axis=0)
     ratio, sharpness = np.zeros((ANGLES, len(BLURS_PX))), np.zeros(ANGLES)
     for i, blur_px in enumerate(BLURS_PX):
         contour = _half_level(drawing, blur_px)
-        ratio[:, i] = (reach - look.noisy(contour)) / blur_px if len(contour) else ratio[:, i - 1]
+        ratio[:, i] = (reach - sampler.noisy(contour)) / blur_px if len(contour) else ratio[:, i - 1]
         if blur_px == SHARP_BLUR_PX and len(contour):
             sharpness = (sharp - (contour @ u.T).max(axis=0)) / SHARP_BLUR_PX**2
     return sharpness, ratio
@@ -313,27 +313,27 @@ def _drawing(points: Array) -> tuple[NDArray[np.float32], Array]:
     return coverage((points - first) / DRAWN_PX, (height, width)), first
 
 
-def _parallel(points: Array, look: _Look) -> tuple[Array, Array]:
+def _parallel(points: Array, sampler: _Sampler) -> tuple[Array, Array]:
     """Recession (A, D) of the tangents of the inner parallel curves over their depths, and advance (A, D) of those of the outer ones.
 
     The last inner one's where nothing is left; outlines as they are advance by 1.
     """
     simple = shapely.get_coordinates(shapely.simplify(shapely.Polygon(points), SIMPLER_PX))[:-1]
-    section, reach = manifold3d.CrossSection([simple]), look.smooth(simple)
+    section, reach = manifold3d.CrossSection([simple]), sampler.smooth(simple)
     inner, outer = np.ones((ANGLES, len(DEPTHS_PX))), np.ones((ANGLES, len(DEPTHS_PX)))
     for i, depth in enumerate(DEPTHS_PX):
         left = section.offset(-depth, manifold3d.JoinType.Miter, MITRE_LIMIT).to_polygons()
         if not left:
             inner[:, i:] = inner[:, max(i - 1, 0)][:, None]
             break
-        inner[:, i] = (reach - look.smooth(largest_ring(left))) / depth
-    for i, depth in enumerate(DEPTHS_PX if look.sampled else ()):
+        inner[:, i] = (reach - sampler.smooth(largest_ring(left))) / depth
+    for i, depth in enumerate(DEPTHS_PX if sampler.sampled else ()):
         wide = section.offset(depth, manifold3d.JoinType.Round, circular_segments=4 * ARC_SEGMENTS).to_polygons()
-        outer[:, i] = (look.smooth(largest_ring(wide)) - reach) / depth
+        outer[:, i] = (sampler.smooth(largest_ring(wide)) - reach) / depth
     return inner, outer
 
 
-def _leak(points: Array, look: _Look) -> Array:
+def _leak(points: Array, sampler: _Sampler) -> Array:
     """Recession (A, D) of the tangents under a leak of light over its loss; the last one's where nothing is left."""
     even = resampled(points, LEAK_STEP_PX, fewest=FEWEST_POINTS)
     chord = np.roll(even, -1, axis=0) - np.roll(even, 1, axis=0)
@@ -341,14 +341,14 @@ def _leak(points: Array, look: _Look) -> Array:
     reach_points = round(FLATNESS_REACH_PX * len(even) / float(_edges(points)[0].sum()))
     flatness = maximum_filter1d(_alike(normal) * np.pi / (HALF_ANGLE * len(even)), 2 * reach_points + 1, mode="wrap")
     moved = even - (DEPTHS_PX[:, None] * (flatness / (1.0 + flatness)))[..., None] * normal
-    reach = look.smooth(points)
+    reach = sampler.smooth(points)
     ratio = np.ones((ANGLES, len(DEPTHS_PX)))
     for i, ring in enumerate(moved):
         left = manifold3d.CrossSection([ring], manifold3d.FillRule.Positive).to_polygons()
         if not left:
             ratio[:, i:] = ratio[:, max(i - 1, 0)][:, None]
             break
-        ratio[:, i] = (reach - look.smooth(largest_ring(left))) / DEPTHS_PX[i]
+        ratio[:, i] = (reach - sampler.smooth(largest_ring(left))) / DEPTHS_PX[i]
     return ratio
 
 

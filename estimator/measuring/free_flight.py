@@ -18,10 +18,10 @@ from estimator.data.fit_task import FitTask
 from estimator.data.no_measurement import NoMeasurement
 from estimator.fitting.adequacy import misfit
 from estimator.fitting.calibration_share import CalibrationShare, calibration_share
-from estimator.fitting.refinement import Refined, with_noise_of
+from estimator.fitting.refinement import Refined, linearise, with_noise_of
 from estimator.fitting.tasks import biased_task, fit_task, refined_flight, refinement_settings
 from estimator.fitting.viewing_angles import with_clear_angles
-from estimator.motion.flight import N_PARAMETERS, Flight, poses, poses_and_sensitivity
+from estimator.motion.flight import Flight, poses_and_sensitivity
 from estimator.motion.rigid_body import RanAway
 from estimator.outlines.result import OutlineTrack
 from estimator.outlines.sightings import pictures_of, tracks_of, usable_sightings
@@ -89,13 +89,13 @@ def _estimated(observation: Observation, tracks: tuple[OutlineTrack, ...], parti
         candidates = with_other_references(observation, task, particle, (candidates, reference), configuration)
     if few_views(particle):
         candidates += from_another_side(observation, task, particle, (candidates, reference), configuration)
-    contest = standing(task, particle, [c.solution for c in candidates], ambiguity=configuration.ambiguity)
-    flight = contest.flights[0].state
+    ranked = standing(task, particle, [c.solution for c in candidates], ambiguity=configuration.ambiguity)
+    flight = ranked.flights[0].state
     biased = biased_task(observation, task, particle, flight, configuration, pictures=pictures)
     refined, focal = refined_flight(biased, flight, configuration)
     if configuration.surface_fit:
-        refined = on_all_samples(refined, task, particle, configuration)
-    status, message = judge(without_the_same(biased, contest, refined, configuration), refined)
+        refined = on_all_samples(refined, biased, particle, configuration)
+    status, message = judge(without_the_same(biased, ranked, refined, configuration), refined)
     tested = misfit(with_clear_angles(biased, flight), refined, refinement_settings(configuration)) if focal is None else None
     outcome = (status, message, tested)
     share = None if focal is not None else calibration_of(biased, observation, refined.flight, configuration)
@@ -104,19 +104,23 @@ def _estimated(observation: Observation, tracks: tuple[OutlineTrack, ...], parti
 
 
 def on_all_samples(refined: Refined, task: FitTask, particle: Particle, configuration: Configuration) -> Refined:
-    """The flight fitted once more, to every outline sample and with the surface as an unknown."""
+    """The flight fitted once more, to every outline sample and with the surface as an unknown; its tangency errors are those there."""
     joint = joint_fit(particle, task.sightings, refined.flight, task.prior, huber=configuration.huber, seed=configuration.seed)
-    predicted = poses(joint.flight, np.zeros((1, N_PARAMETERS)), task.sightings.times_s)
+    at = linearise(_weighed(task, refined.flight), joint.flight, refinement_settings(configuration))
+    there = {"predicted": at.predicted, "errors": at.errors, "frames": at.frames, "within": at.within}
     settled = refined.settled and joint.settled
-    return replace(refined, flight=joint.flight, covariance=joint.covariance, predicted=predicted, settled=settled)
+    return replace(refined, flight=joint.flight, covariance=joint.covariance, settled=settled, **there)
+
+
+def _weighed(task: FitTask, flight: Flight) -> FitTask:
+    """The task with the noise that tangents show at a flight."""
+    task = with_clear_angles(task, flight)
+    predicted, _ = poses_and_sensitivity(flight, task.sightings.times_s)
+    return with_noise_of(task, unbiased_errors(task, flight, predicted))[0]
 
 
 def calibration_of(task: FitTask, observation: Observation, flight: Flight, configuration: Configuration) -> CalibrationShare | None:
     """What the stated uncertainty of camera and gravity adds to that of a refined flight."""
     if observation.gravity_covariance is None and all(camera.lens_covariance is None for camera in observation.cameras):
         return None
-    settings = refinement_settings(configuration)
-    task = with_clear_angles(task, flight)
-    predicted, _ = poses_and_sensitivity(flight, task.sightings.times_s)
-    task, _ = with_noise_of(task, unbiased_errors(task, flight, predicted))
-    return calibration_share(task, flight, settings, observation.gravity_covariance)
+    return calibration_share(_weighed(task, flight), flight, refinement_settings(configuration), observation.gravity_covariance)

@@ -18,9 +18,9 @@ def failed(failure: RanAway) -> tuple[Status, str]:
     return (Status.NOT_ENOUGH_FRAMES, UNDETERMINED) if isinstance(failure, NothingSeen) else (Status.NO_CONVERGENCE, RAN_AWAY)
 
 
-def judge(contest: Standing, refined: Refined) -> tuple[Status, str]:
+def judge(ranked: Standing, refined: Refined) -> tuple[Status, str]:
     """The status that the result deserves, and why."""
-    best = contest.flights[0]
+    best = ranked.flights[0]
     numbers = np.concatenate([refined.flight.x, refined.flight.v, refined.flight.omega, np.diag(refined.covariance)])
     rms = refined.errors.rms_px
     if not np.all(np.isfinite(numbers)) or (best.outcome is Outcome.STALLED and rms > LOST_RMS_PX):
@@ -33,14 +33,14 @@ def judge(contest: Standing, refined: Refined) -> tuple[Status, str]:
         )
     if not refined.settled:
         return Status.NO_CONVERGENCE, "the last refinement did not settle."
-    if contest.rivals:
-        ratio = contest.rivals[0].equations.cost / best.equations.cost
+    if ranked.rivals:
+        ratio = ranked.rivals[0].equations.cost / best.equations.cost
         said = f"the outlines do not refuse another trajectory (cost ratio {ratio:.3f}): more frames or views would decide."
         return Status.AMBIGUOUS, said
-    if contest.outside_px > 0.0:
+    if ranked.outside_px > 0.0:
         return (
             Status.AMBIGUOUS,
-            f"the outlines reach {contest.outside_px:.1f} px further out of the visual hull than noise and views explain: the pose may be "
+            f"the outlines reach {ranked.outside_px:.1f} px further out of the visual hull than noise and views explain: the pose may be "
             "a wrong one that meets the tangents by chance; more views would decide.",
         )
     return Status.CONVERGED, "converged."

@@ -191,9 +191,9 @@ def from_another_side(
     return candidate_flights(observation, task, particle, (rivals, other), configuration)
 
 
-def without_the_same(task: FitTask, contest: Standing, refined: Refined, configuration: Configuration) -> Standing:
-    """The contest without rivals that the last refinement brings to where it has brought the first: they were on the way."""
-    rivals = [s for s in contest.rivals if not same_flight(s.state, contest.flights[0].state)]
+def without_the_same(task: FitTask, ranked: Standing, refined: Refined, configuration: Configuration) -> Standing:
+    """The ranked flights without rivals that the last refinement brings to where it has brought the first: they were on the way."""
+    rivals = [s for s in ranked.rivals if not same_flight(s.state, ranked.flights[0].state)]
     apart = []
     for rival in rivals:
         try:
@@ -202,7 +202,7 @@ def without_the_same(task: FitTask, contest: Standing, refined: Refined, configu
             continue
         if not same_flight(other.flight, refined.flight):
             apart.append(rival)
-    return replace(contest, rivals=tuple(apart))
+    return replace(ranked, rivals=tuple(apart))
 
 
 MOST_MEAN_SQUARE = 16.0

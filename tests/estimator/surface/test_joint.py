@@ -14,10 +14,13 @@ from datasets.recipes.recipe import MotionRecipe, ParticleRecipe, Recipe, RigRec
 from datasets.scoring.metrics import COMPONENTS
 from datasets.scoring.score import score
 from datasets.truth import Truth
+from estimator.appearance.flight_errors import unbiased_errors
 from estimator.data.configuration import Configuration
-from estimator.data.fit_task import Sightings
+from estimator.data.fit_task import FitTask, Sightings
+from estimator.fitting.adequacy import Misfit, misfit
+from estimator.fitting.refinement import Refined
 from estimator.measuring import free_flight
-from estimator.motion.flight import N_PARAMETERS, Flight, moved, velocities
+from estimator.motion.flight import N_PARAMETERS, Flight, moved, poses, velocities
 from estimator.particle.particle import Particle
 from estimator.surface.joint import JointFit, joint_fit
 from estimator.surface.samples import samples_of_frames
@@ -46,6 +49,8 @@ class Measured:
     flight: Flight
     particle: Particle
     sightings: Sightings
+    task: FitTask
+    refined: Refined
 
 
 @pytest.fixture(scope="module")
@@ -56,11 +61,16 @@ def measured(made: tuple[Observation, Truth]) -> Measured:
         given.append(arguments)
         return joint_fit(*arguments, **named, subdivisions=COARSE)
 
+    def kept(task: FitTask, refined: Refined, *more: Any) -> Misfit | None:
+        given.append((task, refined))
+        return misfit(task, refined, *more)
+
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(free_flight, "joint_fit", coarse)
+        patch.setattr(free_flight, "misfit", kept)
         estimate = free_flight.estimate(made[0], Configuration(surface_fit=1))
-    particle, sightings, flight, _ = given[0]
-    return Measured(replace(estimate, status=Status.CONVERGED), flight, particle, sightings)
+    (particle, sightings, flight, _), (task, refined) = given
+    return Measured(replace(estimate, status=Status.CONVERGED), flight, particle, sightings, task, refined)
 
 
 def test_it_is_nearer_to_the_truth_than_tangents(made: tuple[Observation, Truth], measured: Measured) -> None:
@@ -75,6 +85,13 @@ def test_it_is_nearer_to_the_truth_than_tangents(made: tuple[Observation, Truth]
 def test_its_error_bars_hold_the_truth(made: tuple[Observation, Truth], measured: Measured) -> None:
     scored = score(measured.estimate, made[1])
     assert max(abs(scored[f"middle_pull_{c}"]) for c in COMPONENTS) < 3.0
+
+
+def test_the_tangency_errors_that_are_told_are_those_of_its_own_flight(measured: Measured) -> None:
+    flight = measured.refined.flight
+    there = unbiased_errors(measured.task, flight, poses(flight, np.zeros((1, N_PARAMETERS)), measured.sightings.times_s))
+    np.testing.assert_allclose(measured.refined.errors.error, there.error, atol=1e-9)
+    assert np.abs(flight.omega - measured.flight.omega).max() > 1e-3
 
 
 def test_derivatives_by_the_flight_are_differences(measured: Measured) -> None:
