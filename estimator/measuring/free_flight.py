@@ -107,9 +107,16 @@ def on_all_samples(refined: Refined, task: FitTask, particle: Particle, configur
     """The flight fitted once more, to every outline sample and with the surface as an unknown; its tangency errors are those there."""
     joint = joint_fit(particle, task.sightings, refined.flight, task.prior, huber=configuration.huber, seed=configuration.seed)
     at = linearise(_weighed(task, refined.flight), joint.flight, refinement_settings(configuration))
-    there = {"predicted": at.predicted, "errors": at.errors, "frames": at.frames, "within": at.within}
-    settled = refined.settled and joint.settled
-    return replace(refined, flight=joint.flight, covariance=joint.covariance, settled=settled, **there)
+    return replace(
+        refined,
+        flight=joint.flight,
+        covariance=joint.covariance,
+        settled=refined.settled and joint.settled,
+        predicted=at.predicted,
+        errors=at.errors,
+        frames=at.frames,
+        within=at.within,
+    )
 
 
 def _weighed(task: FitTask, flight: Flight) -> FitTask:

@@ -33,12 +33,13 @@ SETTLED, TURNED = 0.3, 0.6
 every step that turns back shortens all that follow by the second number: their mean is what is looked for."""
 PROBES = 8
 FIRST_ROUGHNESS = 0.03
-"""Laplacian over the length of an edge that is expected first; the evidence ended at 0.03 to 0.07 for smooth bodies, at 0.2 for stones, in trial runs."""
+"""Laplacian over the length of an edge that is expected first. The evidence ended at 0.03 to 0.07 for smooth bodies and at
+0.2 for stones in trial runs."""
 MOST_CHANGE = 3.0
 """A roughness changes by no more than this factor from round to round."""
 COM_SHARE, MOMENTS, PRODUCTS = 0.0006, 0.005, 0.002
 """Standard deviations of what a uniform surface's centre of mass (over its extent) and inertia (relative) are off by. In trial runs with 60
-views five scanned bodies were within 0.0007, 0.007 and 0.003; one with a hollow, which the hull fills, was off by 0.003, 0.009 and 0.005."""
+views five scanned bodies were within 0.0007, 0.007 and 0.003; one with a hollow was off by 0.003, 0.009 and 0.005."""
 
 
 @dataclass(frozen=True)
