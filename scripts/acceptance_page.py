@@ -62,9 +62,10 @@ Silhouette tier: {statuses}. Outside the tolerances: {len(result["worse"])} sequ
 
 The 95% intervals cover the truth for {100 * result["coverage_v"]:.1f}% of the velocity components and
 {100 * result["coverage_omega"]:.1f}% of the angular velocity components. RMS errors are {v} times the bound for v and
-{w} times for the angular velocity. The bound takes neighbouring tangents to say more than they do: generalised least squares
-with the same noise model is not more accurate ([decision 9](../decisions/0009-body-fixed-field.md)). Noise is white along the
-outline and the calibration exact here; nature offers neither.
+{w} times for the angular velocity. The bound is that of tangents under their noise model, and no weights that were tried reach it; a fit of
+all outline samples with the true body is about four times as accurate
+([decision 60](../decisions/0060-what-tangents-lose.md)). Noise is white along the outline and the calibration exact here; nature offers
+neither.
 
 """
 
@@ -91,7 +92,7 @@ The {FIRST_RUN} sequences first run there gave {_shares(first, FIRST_RUN)}; the 
 | median error of spin | {" | ".join(f"{t['middle_angular_rads'].median():.3f} rad/s" for t in (that, this, both))} |
 
 Medians there: {median["in_plane"]:.3f}% in-plane, {median["out_of_plane"]:.3f}% out-of-plane, {median["angular"]:.3f}% angular.
-That seed was run before [decision 9](../decisions/0009-body-fixed-field.md) and has the error bars of the former body-fixed error of
+That seed was run before [notebook 9](../notebook/0009-body-fixed-field.md) and has the error bars of the former body-fixed error of
 0.085 px: coverage v {100 * other["coverage_v"]:.1f}%, ω {100 * other["coverage_omega"]:.1f}%. The command would now give other error bars.
 
 """

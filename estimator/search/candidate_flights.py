@@ -126,7 +126,7 @@ def _from_other_starts(
 ) -> Solution[Flight]:
     """The best of a solution and that from elsewhere on its track and, where both are poor, from drawn angular velocities.
 
-    A minimum beside the right one may cost 1.5 times as much (decision 26), less than an effect that is not in the model makes the right
+    A minimum beside the right one may cost 1.5 times as much (notebook 26), less than an effect that is not in the model makes the right
     one cost: what a poor solution is does not show in one sequence, so elsewhere is always tried.
     """
     flight, solution = first

@@ -9,7 +9,7 @@ the springs of round bodies, Hertz's along the normal and Mindlin's along the pl
 so the normal spring gives back e² of the work of its compression [Walton & Braun 1986]. Where the contact opens, T falls with S, or it
 would make energy [Thornton, Cummins & Cleary, Powder Technol. 233 (2013) 30]. What comes out depends on the ratio κ alone, neither on
 speed nor on stiffness. Linear springs leave velocities wrong by 0.6% of their jump in the median of nature's impacts (these: 0.2%), and
-find 0.91 for a compliance of 1.15 (decision 25). Time is in units of (m / k)^(2/5) v^(-1/5), K in units of Kₙₙ. Runge and Kutta's
+find 0.91 for a compliance of 1.15 (notebook 25). Time is in units of (m / k)^(2/5) v^(-1/5), K in units of Kₙₙ. Runge and Kutta's
 fourth order in fixed steps.
 """
 
