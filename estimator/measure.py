@@ -1,7 +1,15 @@
-"""The instrument: one estimate from one observation, as a free flight or, where the outlines' path has kinks, as flights with impacts.
+"""The instrument: one estimate from one observation. How a picture becomes a number is read from here.
 
-A kink is only a reason to look. Where the fit finds no jump of the velocities at it, or no flight with impacts that fits, the sequence is
-measured as one free flight, in the same way as one without kinks.
+1. :func:`.outlines.sightings.tracks_of`: each picture of a high-speed camera becomes an outline in pixels, or a reason why there is none.
+2. :func:`.particle.observed.observed_particle`: outlines of the calibrated views become the particle: hull, mass properties, starts.
+3. :func:`nominations`: kinks of the outlines' path say where an impact may be. A kink is only a reason to look.
+4. :func:`.measuring.with_impacts.estimate_with_impacts`, where there are kinks: flights that meet at impacts, one joint fit. Where the fit
+   finds no jump of the velocities, or no such flight fits, the sequence is measured as one free flight.
+5. :func:`.measuring.free_flight.estimate_free_flight`, otherwise: pose search, tracking, fit, last refinement, judgement, report.
+6. What is said of a sequence that neither describes: the particle rests, or broke; an input is faulty.
+
+An observation of two particles goes its own way, :func:`.measuring.two_particles.measure_pair`, of the same steps. The page
+``docs/architecture.md`` draws the way and the rooms that it goes through.
 """
 
 from dataclasses import replace

@@ -1,1 +1,1 @@
-"""Epipolar tangency error, visual hull and mass properties."""
+"""Mathematics of outlines and hulls: epipolar tangency error, tangent hull, visual hull, what outlines recede by."""

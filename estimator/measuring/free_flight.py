@@ -1,7 +1,7 @@
 """From an observation to an estimate: outlines, particle, pose, track, trajectory, refinement, each with a way to say that it failed.
 
-The chain is visible in :func:`estimate`; every step that cannot go on raises :class:`NoMeasurement` with a status, so there is never a
-plausible number without one.
+The chain is visible in :func:`_estimated`, a line a step; every step that cannot go on raises :class:`NoMeasurement` with a status, so
+there is never a plausible number without one.
 """
 
 from dataclasses import replace

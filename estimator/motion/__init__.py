@@ -1,1 +1,1 @@
-"""The free flight of a rigid body."""
+"""The motion of a rigid body: rotations, free flight, flights that meet at impacts, with derivatives."""

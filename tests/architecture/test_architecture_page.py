@@ -1,0 +1,44 @@
+"""docs/architecture.md is what the source says, and its steps are on the way from the entry module."""
+
+import pytest
+
+from scripts import architecture_page
+from scripts.source_reading import function, reached_from
+
+
+def test_the_page_is_up_to_date() -> None:
+    written = architecture_page.PAGE.read_text(encoding="utf-8")
+    made = architecture_page.page()
+    assert architecture_page.structure(written) == architecture_page.structure(made), "run `python -m scripts.architecture_page`"
+
+
+def test_every_step_is_reached_from_measure() -> None:
+    reached = reached_from(architecture_page.ENTRY)
+    on_the_way = (*architecture_page.SEEN, *architecture_page.FREE, *architecture_page.IMPACTS, architecture_page.PAIR)
+    assert [name for name in (*on_the_way, *architecture_page.INSIDE) if name not in reached] == []
+
+
+@pytest.mark.parametrize("way", [architecture_page.FREE, architecture_page.IMPACTS])
+def test_the_steps_of_a_way_are_reached_from_its_first(way: tuple[str, ...]) -> None:
+    assert set(way) <= reached_from(way[0])
+
+
+@pytest.mark.parametrize("name", architecture_page.named())
+def test_what_the_page_names_is_there(name: str) -> None:
+    assert function(name).name == name.rpartition(".")[2]
+
+
+def test_arrows_give_all_imports_back() -> None:
+    below: dict[str, set[str]] = {}
+    drawn = architecture_page.arrows()
+    for room in reversed(architecture_page.order()):
+        direct = {other for one, other in drawn if one == room}
+        below[room] = direct.union(*(below[other] for other in direct))
+    imports = architecture_page.rooms_imported()
+    assert [room for room in below if not imports[room] <= below[room]] == []
+
+
+def test_only_files_and_lines_are_no_structure() -> None:
+    text = "head | 1 | 2 |\n| --- | --- | --- | --- | --- |\n| `a` | is | 3 | 100 | b |\n"
+    assert architecture_page.structure(text) == architecture_page.structure(text.replace("| 3 | 100 |", "| 4 | 300 |"))
+    assert architecture_page.structure(text) != architecture_page.structure(text.replace("| b |", "| c |"))
