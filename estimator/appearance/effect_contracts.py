@@ -25,10 +25,13 @@ from estimator.motion.flight import N_PARAMETERS, Flight
 
 Array = NDArray[np.float64]
 SAME_PX = 1e-9
+"""Change of an error that counts as none: rounding of errors of some pixels."""
 AGREE, MOST = 0.02, 0.9
 """Relative difference within which a derivative agrees, and the share of tangencies of which it must."""
 PLAUSIBLE_SHARE = 0.2
+"""Share of a plausible limit at which an effect is tried, or 50 of its steps where that is less: well seen, hardly curved. By judgement."""
 INVISIBLE_PX = 1e-9
+"""Movement of outlines, root mean square, that counts as none: rounding."""
 OF_LINKS = ("derivatives", "it acts")
 """Contracts that an effect drawn anew in every frame cannot be held to, since it is a variance and touches no link, nor one that does
 nothing to pictures by itself: what a tracker or a gyroscope reports, or air that moves."""

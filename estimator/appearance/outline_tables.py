@@ -29,6 +29,7 @@ Array = NDArray[np.float64]
 MOST_TURNED_DEG = 0.4
 """Root mean square over the sightings; free flights fitted one by one and together differ by some 0.3 degrees."""
 RIM_POINTS = 72
+"""Directions about an outline, every five degrees, through which its affine motion is fitted. By judgement."""
 
 
 @dataclass(frozen=True, eq=False)

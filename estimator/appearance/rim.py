@@ -15,6 +15,7 @@ Array = NDArray[np.float64]
 CELLS = 128
 """Along each side of the map."""
 CHUNK = 512
+"""Directions that are looked up together: it bounds memory and decides nothing."""
 
 
 @dataclass(frozen=True)

@@ -27,6 +27,7 @@ DISHONEST_P = 0.01
 ROUNDS = 6
 """Of leaving out and fitting again, at most; two are usual. What fits again comes back: a wrong corner pulls its neighbours off."""
 MOST_STEPS = 100
+"""Steps of a bundle adjustment; one that takes more is told as not settled. By judgement."""
 SMALLEST_NOISE_PX = 1e-6
 """Of corners without any noise, as tests have them: rounding."""
 RANK = 1e-9

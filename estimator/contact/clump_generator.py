@@ -20,6 +20,7 @@ from estimator.contact.solid import SolidHull
 
 Array = NDArray[np.float64]
 DIRECTIONS = 800
+"""Directions, about 7° apart, over which a clump is compared with its hull. By judgement."""
 RADII = 10
 """Sizes of candidates, from the smallest asked for to nearly the largest that fits."""
 LARGEST = 0.98

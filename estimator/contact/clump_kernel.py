@@ -16,12 +16,15 @@ import numpy as np
 from estimator.contact.sliding_kernel import ERROR, A
 
 TOLERANCE = 1e-9
+"""Error of one step over the size of each part of the state. By judgement."""
 LONGEST = 10.0
 """Longest step over the first, about a 300th of the contact: slips are cut after each step, which the error estimate does not see."""
 MOST_STEPS = 200000
+"""Steps after which a contact is told as not ended."""
 SLIP = 14
 """Where the slips begin in the state."""
 DAMPING = 2.0 * math.sqrt(5.0 / 6.0)
+"""Factor of a damper beside Hertz's spring that takes a set share of the energy at any speed [Tsuji, Tanaka and Ishida 1992]."""
 
 
 @numba.njit(cache=True)

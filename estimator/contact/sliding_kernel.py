@@ -19,9 +19,11 @@ STRONGE, POISSON, NEWTON = 0, 1, 2
 SLIPS, STICKS, REVERSES = 0, 1, 2
 """How the contact ended: sliding all the way, stuck, or slipping anew along the diverging ray."""
 TOLERANCE = 1e-12
+"""Error of one step, over one and the state. By judgement."""
 STOPPED = 1e-14
 """Sliding speed over approach speed that counts as none."""
 MOST_STEPS = 20000
+"""Steps after which a contact's sliding is told as not ended."""
 A = np.array(
     [
         [0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
@@ -33,7 +35,9 @@ A = np.array(
         [35 / 384, 0.0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84],
     ]
 )
+"""Coefficients of the seven stages of an explicit Runge-Kutta pair of order five [Dormand and Prince 1980]."""
 ERROR = np.array([71 / 57600, 0.0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40])
+"""Weights of the stages in the difference of the orders five and four [Dormand and Prince 1980]."""
 
 
 @numba.njit(cache=True)

@@ -20,6 +20,7 @@ Array = NDArray[np.float64]
 VIEWING = np.array([0.0, 0.0, 1.0])
 """Of the first camera, whose frame the world frame is."""
 UNTILTED = (0.0, 0.0)
+"""Tilt (rad) about either axis of a plate that stands as stated."""
 FOLLOWING, BEFORE = [1, 2, 0], [2, 0, 1]
 """Of each coordinate, the next and the one before."""
 

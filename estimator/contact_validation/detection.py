@@ -20,10 +20,13 @@ from estimator.contact_validation.laws.models import ADDITIONS, ContactModel, Fr
 
 Array = NDArray[np.float64]
 NOISES = 200
+"""Drawn errors of a whole set of impacts; a share of 95% is known to 1.5% by them."""
 SMALLEST = 1e-3
 """Of a parameter's range, below which no limit is looked for."""
 HALVINGS = 7
+"""Of the interval of a limit's logarithm, a factor of a thousand at first: 5% of a size are left."""
 HALF, NEARLY_ALL = 0.5, 0.95
+"""Shares of sets like this one in which a size that is called a limit is found."""
 REFITTED = FOLDS / (FOLDS - 1.0)
 """What a fitted constant that is not needed costs held-out impacts, in units of the cost."""
 

@@ -26,10 +26,13 @@ from estimator.contact_validation.measured import MeasuredImpact
 
 Array = NDArray[np.float64]
 FREEDOM = 6.0
+"""Degrees of freedom of Student's density of an impact: errors are nearly normal, one odd impact does not decide. By judgement."""
 NUMBERS = 6
 """That an impact gives: v and omega after it."""
 MOST_EVALUATIONS = 40
+"""Of a model's predictions in one descent."""
 FIRST_SCATTER = 0.02
+"""Standard deviation of restitution from impact to impact with which a fit begins; it is fitted then."""
 SCATTERS = np.geomspace(0.01, 0.3, 24)
 """The least is what corners that share an impact make of one restitution; a few runs that agree by luck must not promise less."""
 ROUNDS = 2

@@ -15,6 +15,7 @@ from estimator.contact_validation.spread import carried
 
 Array = NDArray[np.float64]
 MOST_ADDED = 3
+"""Additions of one ladder: ten runs tell no more. By judgement."""
 JUDGED = 3
 """Candidates of a rung that are judged on held-out impacts, those that fit best."""
 NEARLY_NONE = 0.01

@@ -21,6 +21,7 @@ from estimator.contact.solid import BodyState, SolidHull
 
 Array = NDArray[np.float64]
 CANDIDATE_SHARE = 0.35
+"""Height above the lowest corner, over the extent, up to which corners are kept: none higher strikes within an impact. By judgement."""
 HULL_SHARE = 0.003
 """Standard deviation of a corner's place, as a share of the hull's extent."""
 X, TURN, V, OMEGA, V_AFTER, OMEGA_AFTER = (slice(k, k + 3) for k in range(0, 18, 3))

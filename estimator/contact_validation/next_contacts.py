@@ -21,6 +21,7 @@ Array = NDArray[np.float64]
 TOGETHER_S = 5e-4
 """Within which contacts of two corners are one impact."""
 TIMES = np.geomspace(2e-6, TOGETHER_S, 24)
+"""Instants (s) after a contact at which the heights of other corners are looked at."""
 APART_SHARE = 0.05
 """Corners nearer than this part of the extent are one place: hulls of many views have many."""
 

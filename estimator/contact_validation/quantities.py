@@ -22,7 +22,9 @@ from estimator.contact_validation.spread import draws_of
 
 Array = NDArray[np.float64]
 BISECTIONS = 18
+"""Of a restitution between 0 and 1.5: known to 6e-6."""
 DRAWS = 200
+"""Of pose, velocities, corners and plate, in pairs of opposite sign; standard deviations are known to 7% by them."""
 LEFT = 3
 """Numbers that an impulse leaves of the six of a jump."""
 ONE_CONTACT_P = 1e-4

@@ -22,6 +22,7 @@ KINDS = ("normal", "sliding", "spin")
 NEAR_SHARE = 0.12
 """Corners within this part of the extent of the one that touched tell the curvature there."""
 TELLING_P = 0.01
+"""p-value, corrected for the number of maps, below which a map is said to show something."""
 
 
 @dataclass(frozen=True)

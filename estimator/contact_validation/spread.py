@@ -26,11 +26,15 @@ from estimator.contact_validation.next_contacts import next_contacts
 
 Array = NDArray[np.float64]
 DRAWS = 160
+"""Of errors of one impact, in pairs of opposite sign; standard deviations are known to 8% by them."""
 ALIKE_SHARE = 0.1
 """Part of the hull's extent over which errors of its corners are alike."""
 WAVES = 24
+"""Random waves that make a smooth field of errors over the hull [Rahimi and Recht 2007]."""
 SMALL_CHANGE = 0.01
+"""Change of restitution for a difference quotient."""
 ROUNDS = 2
+"""Of fitting a law and the uncertainty that it carries in turn."""
 START = PointContact(0.6, 0.2)
 """Constants that carry the uncertainty before any are fitted."""
 FLOOR = 1e-9

@@ -24,6 +24,7 @@ from estimator.contact_validation.verdict import ContactVerdict, contact_verdict
 
 Array = NDArray[np.float64]
 LEAST_RUNS = 4
+"""Runs with impacts, below which no model is judged. By judgement."""
 MODELS: tuple[str, ...] = ("frictionless", "sphere_equivalent", "stronge_impulse", "hertz_mindlin", "hertz_mindlin_clump")
 """Keys of the models that a user may ask for; what the ladder adds comes besides."""
 DEFAULT_MODELS = MODELS[:4]

@@ -128,3 +128,4 @@ def broken_verdict(broken: Sequence[str], runs: int) -> ContactVerdict | None:
 
 BROKE = "the particle broke"
 BROKEN_SHARE = 0.5
+"""Share of the runs in which the particle broke, from which on that is said of all. By judgement."""

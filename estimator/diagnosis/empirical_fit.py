@@ -31,7 +31,9 @@ from estimator.fitting.campaigns.wald import zero_p
 
 Array = NDArray[np.float64]
 BOOTSTRAP_SEED = 20240229
+"""Of the bootstrap of a noise floor: the same campaign gives the same interval."""
 SUPERFLUOUS = 0.05
+"""p-value of a law's term above which it is left out once the campaign is refitted with it; decision 47."""
 LAW = "unknown_law"
 Told = Callable[[str], None]
 
@@ -136,6 +138,7 @@ def _law(campaign: Campaign, fit: CampaignFit, wide: CampaignFit, at: tuple[Held
 
 
 MOST_LAW_STEPS = 60
+"""Steps of the fit of a law, four times those of a campaign: powers bend. By judgement."""
 LAW_DAMPINGS = (1e-4, 1e-3, 1e-2, 0.1, 1.0, 10.0)
 """Powers bend: where a law is far from linear, steps are short, and many, and the direction of the undamped one may lead nowhere."""
 Valued = tuple[Term, Array]

@@ -22,6 +22,7 @@ from estimator.motion.flight import N_PARAMETERS
 
 Array = NDArray[np.float64]
 IN_TIME, GRID, DIRECTIONS = 21, 9, 60
+"""Instants of a curve, places along each side of a field, and directions of an outline that are drawn: they decide nothing."""
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,9 @@ from estimator.fitting.campaigns.campaign import Campaign, CampaignFit
 
 Array = NDArray[np.float64]
 DRAWS = 400
+"""Of sequences and rows within them with replacement, for an interval of 95% [Davison and Hinkley 1997]."""
 LAGS = np.array([1, 2, 3, 5, 8, 12, 20])
+"""Rows apart at which autocorrelations are told: they decide nothing."""
 
 
 @dataclass(frozen=True)

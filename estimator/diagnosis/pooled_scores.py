@@ -30,8 +30,10 @@ from estimator.motion.rigid_body import rotation_matrices
 
 Array = NDArray[np.float64]
 N_COEFFICIENTS = 3 * len(DEGREES)
+"""Of the curve of one link in one sequence, three axes."""
 LINKS: tuple[Link, ...] = ("acceleration", "torque")
 NODES = 24
+"""Of the quadrature in time: exact for products of two of these curves' polynomials, and for laws as smooth."""
 
 
 @dataclass(frozen=True)

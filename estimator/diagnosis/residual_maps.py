@@ -15,7 +15,9 @@ from estimator.fitting.campaigns.campaign import Campaign, CampaignFit
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 BINS, DIRECTIONS = 10, 12
+"""Bins over a quantity, and over a turn. By judgement."""
 SIGNIFICANT = 0.01
+"""p-value, corrected for the number of maps, below which a map is said to show something."""
 
 
 @dataclass(frozen=True)

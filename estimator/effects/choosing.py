@@ -29,6 +29,7 @@ THROUGH_AIR = ("linear_drag", "quadratic_drag", "magnus_lift", "saturating_lift"
 """Effects by which a wind acts."""
 WIND = "steady_wind"
 NO_GRAVITY = 1e-6
+"""Size (m/s²) of a stated gravity that counts as none."""
 
 
 @dataclass(frozen=True)

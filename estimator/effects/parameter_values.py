@@ -3,6 +3,7 @@
 from datasets.vocabulary.effects import Parameter
 
 Z95 = 1.959964
+"""Standard deviations that hold 95% of a normal density."""
 
 
 class WithInterval:

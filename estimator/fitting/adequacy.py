@@ -25,6 +25,7 @@ from estimator.motion.flight import N_PARAMETERS, FlightPoses, poses_and_sensiti
 
 Array = NDArray[np.float64]
 ORDERS = (2, 3, 4)
+"""Degrees of the polynomials in time on which a flight's residuals are tested: 0 and 1 are taken up by the flight itself."""
 AXES = ("path along x", "path along y", "path along z", "rotation about x", "rotation about y", "rotation about z")
 INADEQUATE_P = 1e-3
 """Below it the residuals are said not to be noise; the rate of false alarms at this level is in docs/studies/wrong_poses.md."""

@@ -35,6 +35,7 @@ from estimator.motion.flight import N_PARAMETERS, Flight, moved, poses_and_sensi
 
 Array = NDArray[np.float64]
 MOST_STEPS, PASSES = 10, 2
+"""Steps with the focal length free, and times that the noise is read again. By judgement."""
 
 
 @dataclass(frozen=True)

@@ -26,6 +26,7 @@ from estimator.poses.pose_search import rms_ete_px
 
 Array = NDArray[np.float64]
 MOST_STEPS = 60
+"""Of a search over focal lengths: steps are bounded, so a focal length of half takes some. By judgement."""
 LONGEST_STEP = 0.3
 """Largest change of ``ln f`` in one step: the linearisation holds no further."""
 

@@ -20,6 +20,7 @@ from estimator.motion.rigid_body import RanAway
 
 Array = NDArray[np.float64]
 MOST_STEPS, FINE_STEPS = 24, 8
+"""Steps of the last refinement, and those after which a coarser end is enough (below)."""
 SETTLED, STEADY = 0.1, 0.3
 """Shares of the standard deviations: a smaller step ends the refinement; tangencies that change places may leave steps up to the second.
 

@@ -18,7 +18,9 @@ Array = NDArray[np.float64]
 
 
 WINDOW_GROWTH = 2.5
+"""How many times more sightings each next fit has. By judgement."""
 FIRST_WINDOW = 9
+"""Sightings of one camera of the first fit: a flight turns little in so many. By judgement."""
 
 
 def fit_growing(task: FitTask, start: Flight) -> Solution[Flight]:

@@ -20,6 +20,7 @@ from estimator.motion.flight import OFFSET, Flight, FlightPoses
 
 Array = NDArray[np.float64]
 MOST_SIGHTINGS = 40
+"""Sightings, spread evenly, of which pairs within the sequence are made: 780 pairs, of which ``within_pairs`` are used. By judgement."""
 LEAST_SINE = 0.17
 """Of the angle between the directions from which the body is seen in a pair; 0.09 to 0.5 measured nearly alike."""
 

@@ -21,6 +21,7 @@ from estimator.geometry.silhouettes import Silhouettes
 
 Array = NDArray[np.float64]
 OUTWARD = np.array([1.0, -1.0])
+"""Signs of the outward direction at the upper and the lower tangency."""
 
 
 def with_focal(silhouettes: Silhouettes, log_factor: float) -> Silhouettes:

@@ -12,6 +12,7 @@ from estimator.geometry.tangent_hull import MINIMUM_POINTS, normals, smoothed, t
 
 Array = NDArray[np.float64]
 LEAST_CORNERS = 3
+"""Below which an outline has no area."""
 
 
 def hollow_share(polygons: Sequence[Array]) -> float:

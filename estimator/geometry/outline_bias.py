@@ -30,8 +30,11 @@ from estimator.geometry.tangent_hull import MINIMUM_POINTS, WINDOW
 Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
 DIRECTIONS = 180
+"""Directions, every two degrees, at which biases are tabled; read linearly between."""
 SMALLEST_POLYGON = 3
+"""Corners below which an outline has no area."""
 WEIGHTS = savgol_coeffs(WINDOW, 2)
+"""Of the samples in the middle value of the local quadratic fit, as measured outlines are smoothed [Savitzky and Golay 1964]."""
 
 
 @dataclass(frozen=True)

@@ -56,6 +56,7 @@ ARC_SEGMENTS = 16
 DEPTHS_PX = np.array([0.25, 0.5, 1.0, 2.0, 4.0])
 """Depths (D,) of the tabled inner parallel curves, and losses of light that are tabled."""
 MINIMUM_VERTICES = 3
+"""Below which an outline has no area."""
 DRAWN_PX = 0.5
 """Side of a drawing's pixels."""
 PER_BLUR = 5
@@ -63,6 +64,7 @@ PER_BLUR = 5
 BLURS_BESIDE = 3
 """Margin of the drawing, in blurs."""
 MITRE_LIMIT = 20.0
+"""Of a parallel curve's corners, over its distance: only angles below 6° are cut."""
 LEAK_STEP_PX, FEWEST_POINTS = 0.5, 64
 """Distance of the points that a leak of light moves, and their least number."""
 HALF_ANGLE = np.radians(FLATNESS_HALF_ANGLE_DEG)

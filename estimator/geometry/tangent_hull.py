@@ -33,6 +33,7 @@ WINDOW = 5
 NOISE_FLOOR_PX = 0.03
 """No outline from pixels is known better than this."""
 MINIMUM_POINTS = 12
+"""Samples of an outline below which it is not smoothed and not used: twice the smoothing window. By judgement."""
 CORRELATED_SHARE = 0.8
 """Correlation length of tangent noise in units of the smoothing window, measured on scanned bodies with drawn noise (0.6 to 1.2)."""
 

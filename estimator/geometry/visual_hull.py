@@ -21,7 +21,9 @@ from datasets.vocabulary.outline import Outline
 
 Array = NDArray[np.float64]
 MARGIN_PX = 8
+"""Of a mask around an outline."""
 SUBPIXEL_BITS = 6
+"""Binary digits of a pixel to which corners of a mask are drawn."""
 
 
 @dataclass(frozen=True)

@@ -29,10 +29,13 @@ NEAR_FRAMES = 2.5
 LEAST_LEFT = 3
 """Pictures in each of these flights."""
 SEARCHED_FRAMES, SEARCH_STEP = 5.0, 0.25
+"""Frames to either side of an impact in which two contacts are looked for, and the step. By judgement."""
 MOST_STARTS = 4
+"""Pairs of contacts that are fitted, those that cost least. By judgement."""
 LEAST_GAIN = 0.5
 """Fall of the cost per pair of a picture, 0.5 where noise alone is left, that two contacts with pictures between have to bring."""
 MEETING_STEPS = 4
+"""Newton's, of the time at which two nearly straight flights are nearest."""
 
 
 @dataclass(frozen=True)

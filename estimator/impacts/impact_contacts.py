@@ -25,6 +25,7 @@ from estimator.motion.rigid_body import RanAway
 CLEAR_CHI_SQUARE = 30.0
 """Of 5: above it an impact was more than one contact."""
 MOST_SPLITS = 3
+"""Impacts of a sequence that are taken apart. By judgement."""
 LOOSEST_FRAMES = 0.25
 """Standard deviation of a contact's time, above which two contacts are not told apart."""
 

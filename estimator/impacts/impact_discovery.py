@@ -19,6 +19,7 @@ from estimator.search.tracking import track
 
 Array = NDArray[np.float64]
 LEAST_TRACKED = 3
+"""Pictures of a segment, below which it is not tracked."""
 LOST_COST = 10.0
 """A tracked pose whose cost is so many times the median has lost the body."""
 

@@ -20,6 +20,7 @@ Array = NDArray[np.float64]
 WINDOWS = (20, 10, 6)
 """Frames to either side of a kink that are looked at: wide ones tell weak kinks from noise, narrow ones see no second impact."""
 LEAST_ANGLE_RAD = np.radians(8.0)
+"""Turn of the centroid's path that nominates a kink; the hinge decides, so it is small. By judgement."""
 LEAST_JUMP_PX = 0.3
 """Change of the centroid's velocity, px per frame, that is an impact; wobble of spinning bodies stays below 0.15."""
 LEAST_RATIO = 8.0
@@ -27,8 +28,13 @@ LEAST_RATIO = 8.0
 LEAST_AROUND = 7
 """Frames within a window: with fewer, hinge and cubic both fit anything."""
 STEP_FRAMES = 3
+"""Frames over which a step of the path is taken: noise of slow steps turns less. By judgement."""
 LEAST_APART, CLEAR_SHARE = 1.5, 0.02
+"""Frames between two kinks; share of the strongest kink's strength below which another is no clear one. By judgement."""
 AREA_JUMP = 0.25
+"""Share by which an outline's area may differ from its neighbours' before its centroid is left out: a part is hidden or two are one.
+
+By judgement."""
 
 
 @dataclass(frozen=True)

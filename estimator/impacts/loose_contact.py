@@ -30,8 +30,11 @@ from estimator.motion.piecewise import (
 
 Array = NDArray[np.float64]
 COORDINATES = 5
+"""Of a shift of the pose that is no shift of the time."""
 SHIFT_STEP_S = 1e-7
+"""For difference quotients: at the velocities of a drop, shifts of a tenth of a micrometre."""
 LONGEST_SPREAD_S = 1.0
+"""Of a contact in time, above all that an impact lasts: an end of the search for a root."""
 
 
 @dataclass(frozen=True)

@@ -34,6 +34,7 @@ from estimator.motion.piecewise import (
 
 Array = NDArray[np.float64]
 NEWTON_STEPS = 30
+"""Newton's, at most, of the plate's three parameters; the cost is convex."""
 DEEPEST_Z = -30.0
 """Standard deviations inside the plate beyond which the cost is the parabola it tends to."""
 

@@ -20,6 +20,7 @@ EDGE_RAD = 0.01
 YAW_RAD = 0.2
 """How far the edge may be off the picture's plane; it shows as a tilt where the plate is seen from above."""
 MOST_SIGMAS = 3.5
+"""Standard deviations by which a stated plate may be off its seen edge: chance exceeds it once in two thousand."""
 
 
 def edge_direction(cameras: Sequence[HsvCamera], outlines: Sequence[Outline | None], place_world: Array) -> Array | None:

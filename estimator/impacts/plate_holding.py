@@ -27,6 +27,7 @@ from estimator.particle.particle import Particle
 
 Array = NDArray[np.float64]
 FRICTION_RAD = 0.15
+"""Standard deviation of an impulse's direction about the plate's normal: friction of 0.15 on both sides. By judgement."""
 UNKNOWN_M = 1.0
 """Standard deviation of the place of a plate of which nothing is known."""
 

@@ -15,6 +15,7 @@ from estimator.search.flight_starts import at_time
 
 Array = NDArray[np.float64]
 MEETING_STEPS = 4
+"""Newton's, of the time at which two nearly straight flights are nearest."""
 DEPTH_WEIGHT = 0.05
 """Of a distance along the viewing direction against one across it."""
 LARGEST_REVERSIBLE_RAD = 0.6

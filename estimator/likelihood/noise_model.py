@@ -38,7 +38,9 @@ def angle_correlation(angle: Array, correlation_rad: float) -> Array:
 
 
 LAGS_RAD = np.radians([2.0, 5.0, 8.0, 11.0, 14.0, 18.0, 22.0])
+"""Edges of the bins of turns at which correlation is measured."""
 SHORTEST_RAD, LONGEST_RAD = np.radians(3.0), np.radians(30.0)
+"""Within which the correlation length is believed: not shorter than smoothing, nor longer than a corner. By judgement."""
 
 
 @dataclass(frozen=True)

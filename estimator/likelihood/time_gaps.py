@@ -14,6 +14,7 @@ AROUND = 6
 LEAST_SHARE, LEAST_PX, LEAST_MADS, LEAST_ALONG = 0.5, 1.0, 8.0, 0.9
 """A jump is longer than half a step more, a pixel and eight typical departures, and goes along the flight."""
 LEAST_STEPS = 8
+"""Steps below which no jump is looked for."""
 
 
 def longest_stretch(centres_px: Float[NDArray[np.float64], "n 2"], times_s: Float[NDArray[np.float64], " n"]) -> slice:

@@ -15,6 +15,7 @@ from estimator.measuring.with_impacts import Seen
 
 Array = NDArray[np.float64]
 LEAST_FRAMES = 12
+"""Below which nothing is said of whether a particle falls. By judgement."""
 FASTER_THAN_RIM = 1.5
 """Speed over that of the rim, above which nothing rolls."""
 LEAST_MOVED = 0.5

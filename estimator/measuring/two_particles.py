@@ -41,6 +41,7 @@ from estimator.search.candidate_flights import LOST_RMS_PX
 
 Array = NDArray[np.float64]
 KINK_STEP_FRAMES = 0.25
+"""Between the times at which a kink of both paths is looked for: the joint fit finds the rest."""
 NAMES = ("first", "second")
 WORST = (Status.NO_CONVERGENCE, Status.SECOND_CONTACT, Status.AMBIGUOUS)
 """The pair's status is the worse of the two, in this order."""

@@ -53,6 +53,7 @@ from estimator.search.candidate_flights import GOOD_COST, RIVAL_TRACK, Candidate
 
 Array = NDArray[np.float64]
 EDGE_FRAMES = 3
+"""Frames before the first or after the last picture of a flight within which an impact leaves nothing to measure there. By judgement."""
 LEAST_BETWEEN = 2
 """Pictures of one camera between impacts, without which there is no velocity between them."""
 MOST_ROUNDS = 2

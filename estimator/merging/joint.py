@@ -23,6 +23,7 @@ from estimator.motion.rotation import rotation_from_vector, rotation_vector
 
 Array = NDArray[np.float64]
 POSE = 6
+"""Numbers of a pose."""
 
 
 @dataclass(frozen=True)

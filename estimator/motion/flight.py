@@ -42,6 +42,7 @@ Array = NDArray[np.float64]
 X, THETA, V, OMEGA = slice(0, 3), slice(3, 6), slice(6, 9), slice(9, 12)
 COM, INERTIA, OFFSET = slice(12, 15), slice(15, 20), slice(20, 21)
 N_PARAMETERS = 21
+"""Of a flight: position, turn, velocity, spin, centre of mass, inertia, outline offset (:data:`NAMES`)."""
 NAMES = (
     *("x_m", "y_m", "z_m"),
     *("theta_x_rad", "theta_y_rad", "theta_z_rad"),
@@ -54,6 +55,7 @@ NAMES = (
 STEPS = np.array([1e-6] * 3 + [1e-5] * 3 + [1e-4] * 3 + [1e-3] * 3 + [1e-6] * 3 + [1e-4] * 5 + [0.0])
 """Central-difference steps: truncation below 1e-8 and rounding below 1e-9 of each column."""
 SYMMETRIC = ((0, 0), (1, 1), (0, 1), (0, 2), (1, 2))
+"""Entries of the inertia matrix that are parameters: traceless diagonal, then products; the third moment follows."""
 
 
 @dataclass(frozen=True)

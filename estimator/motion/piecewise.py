@@ -45,7 +45,9 @@ from estimator.motion.rotation import quaternion_from_vector
 
 Array = NDArray[np.float64]
 PER_IMPACT = 7
+"""Parameters of an impact: its time, and velocity and spin after it."""
 TIME_STEP_S = 1e-7
+"""For difference quotients by the time of an impact."""
 IMPACT_STEPS = np.array([TIME_STEP_S, *STEPS[V], *STEPS[OMEGA]])
 
 

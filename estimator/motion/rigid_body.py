@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 MAX_TURN_RAD = 0.12
+"""In one step; a step's error grows with the fifth power of its turn (above)."""
 FASTEST_RADS = 1e6
 """A spin above it is no flight of a particle that a camera can follow: a fit has gone astray, and its steps would have no end."""
 

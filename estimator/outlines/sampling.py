@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from estimator.geometry.closed_curves import resampled
 
 SPACING_PX = 1.0
+"""Of an outline's samples, as those measured in pictures have it."""
 CROWDED, SPARSE, FEW = 1.15, 1.7, 0.015
 """Even samples have no two steps in a row that are together shorter than 1.15 of the median step, and none longer than 1.7.
 

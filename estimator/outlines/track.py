@@ -17,6 +17,7 @@ from estimator.outlines.result import FrameOutline, FrameStatus, OutlineTrack
 from estimator.outlines.settings import OutlineSettings
 
 _LEAST_WINDOW_PX = 24
+"""Shorter side of a window below which the whole picture is searched: it shows no background."""
 
 
 @dataclass(frozen=True)

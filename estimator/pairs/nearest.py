@@ -16,7 +16,9 @@ from scipy.spatial import ConvexHull
 
 Array = NDArray[np.float64]
 FIRST_DIRECTIONS = 64
+"""Directions that are tried before faces, about 25° apart."""
 MOST_ROUNDS = 60
+"""Corners that are added to the difference of two hulls; it ends before as a rule."""
 TOLERANCE = 1e-9
 """Of the bodies' size."""
 JOGGLED = "QJ"
@@ -24,6 +26,7 @@ JOGGLED = "QJ"
 FACING = 0.1
 """Cosine against the line of centres that a normal has at least."""
 GOLDEN_RAD = np.pi * (3.0 - np.sqrt(5.0))
+"""Turn between neighbours of an even spiral over the sphere."""
 
 
 @dataclass(frozen=True)

@@ -34,6 +34,7 @@ ONE = N_PARAMETERS + PER_IMPACT
 """Parameters of a flight with one impact."""
 TIME = N_PARAMETERS
 PAIR = 2 * ONE - 1
+"""Parameters of a pair: both flights with one impact, whose time they share."""
 Two = tuple[FitTask, FitTask]
 Contact = Callable[["PairFlight"], NormalEquations]
 """What is known of a pair from the contact itself, as normal equations (55, 55)."""

@@ -34,6 +34,7 @@ from estimator.poses.pose_starts import StartCatalogue, start_catalogue
 
 Array = NDArray[np.float64]
 MINIMUM_VIEWS = 3
+"""Of a hull: two silhouette cones leave it open."""
 LEAST_HOLLOW = 0.01
 """Share of its outlines' convex hulls that a hollow body leaves empty: convex ones show 0.003 at most, jagged ones 0.014 and more."""
 TOLERANCE_PX = 0.4

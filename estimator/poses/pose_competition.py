@@ -27,7 +27,9 @@ from estimator.poses.pose_search import FoundPoses
 
 Array = NDArray[np.float64]
 CONFIDENCE = 0.95
+"""Probability with which the right pose's error stays below what rules others out."""
 PROTRUSION_SIGMAS = 4.0
+"""Noises by which a hull may stand out of an outline beyond what it does in its own views. By judgement."""
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,9 @@ from estimator.motion.rotation import rotation_from_vector
 
 Array = NDArray[np.float64]
 MINIMUM_VALID_SHARE = 0.5
+"""Of the pairs with views that need a common tangent plane, or the pose is no candidate. By judgement."""
 FIRST_DAMPING, LARGEST_DAMPING = 1e-2, 1e8
+"""Of Levenberg-Marquardt, over the diagonal; a start whose damping grows beyond the second has nowhere to go."""
 
 
 def pose_set(R: Array, centre_cam: Array, centre_particle: Array) -> PoseSet:

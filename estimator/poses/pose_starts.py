@@ -20,6 +20,7 @@ from estimator.motion.rotation import rotation_from_vector
 
 Array = NDArray[np.float64]
 ANGLES = 72
+"""Directions, every five degrees, of the support functions that starts are ranked by. By judgement."""
 
 
 @dataclass(frozen=True)

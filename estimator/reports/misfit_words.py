@@ -7,6 +7,7 @@ import numpy as np
 from estimator.fitting.adequacy import AXES, INADEQUATE_P, Misfit
 
 LEAST_P = 1e-16
+"""Below which a p-value is told as below it: rounding."""
 
 
 def p_words(p: float, name: str = "p ") -> str:

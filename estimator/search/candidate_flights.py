@@ -25,7 +25,9 @@ from estimator.search.rival_flights import Standing, few_views, other_side
 from estimator.search.tracking import Track, track
 
 LOST_RMS_PX = 1.0
+"""Tangency error of a picture's best pose above which other pictures are searched, too: noise leaves tenths. By judgement."""
 SEARCHED_FRAMES = 5
+"""Pictures that are searched for a pose at most, spread over the sequence. By judgement."""
 GOOD_COST = 4.0
 """Cost per pair (1 is expected) of a trajectory that fits: no spins are drawn for it."""
 LOWER = 0.999

@@ -19,9 +19,13 @@ from estimator.search.tracking import Track
 
 Array = NDArray[np.float64]
 SPIN_FRAMES = 7
+"""Tracked pictures of which a first spin is taken: it changes little in so many. By judgement."""
 COMPARED_SIGHTINGS = 16
+"""Sightings, spread evenly, in which drawn spins are compared. By judgement."""
 ANCHORS = 7
+"""Places along a track at which flights are begun anew. By judgement."""
 SPIN_WINDOWS = (7, 15, 31)
+"""Pictures about such a place of which a spin is taken: few where it changes, many where it is slow. By judgement."""
 
 
 def flight_of_track(track: Track, body: Body, gravity_world: Array, *, time_s: float) -> Flight:

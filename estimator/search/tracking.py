@@ -12,6 +12,7 @@ from estimator.poses.pose_refinement import refine
 
 Array = NDArray[np.float64]
 STEPS_PER_FRAME = 8
+"""Of the pose's refinement from one picture to the next: the guess is near. By judgement."""
 
 
 @dataclass(frozen=True)

@@ -31,6 +31,7 @@ REFERENCE_SPEED_MS = 1.0
 STIFFEST = 0.02
 """Tangential compliance below which springs are too stiff to be followed; from there to the rigid contact at 0 goes a straight line."""
 SLOWEST_MS = 1e-6
+"""Speed of approach below which nothing is struck: rounding."""
 
 
 @dataclass(frozen=True)

@@ -25,6 +25,7 @@ GAIN = 0.5
 ASTRAY = 3
 """Sets in a row whose fit is less probable than where the search stands, after which it ends there."""
 MOST_STEPS = 12
+"""Sets that are refitted in one search: twice as many as it may have members. By judgement."""
 IMPOSSIBLE = 1e3
 """Nats by which a set counts as overrated whose flights run away."""
 UNFLYABLE = (RanAway, np.linalg.LinAlgError)

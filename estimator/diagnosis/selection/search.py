@@ -19,7 +19,9 @@ EXPECTED = 0.5
 UNKNOWN = 0.05
 """Probability that something is missing that no effect of the catalogue is, before it is looked at."""
 BEAM = 3
+"""Sets that are followed side by side. By judgement."""
 MOST = 6
+"""Members of a set. By judgement: what needs more is nothing that the catalogue describes."""
 PAIRS = 8
 """Effects of which all pairs are looked at: those that alone explain most, of all or in the place of one that is there."""
 Set = tuple[int, ...]

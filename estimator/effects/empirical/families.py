@@ -44,6 +44,9 @@ def curve_at(theta: Array, moment: Moment, setting: Setting) -> Array:
 
 
 FORCE_DEGREES, TORQUE_DEGREES, TIME_DEGREES, WARP_DEGREE = range(4), range(3), range(2, 6), 3
+"""Degrees of the polynomials in time (forces, torques, times) and in the place (warp).
+
+A time shift begins at 2: flights take up the rest. By judgement."""
 ZOOM_DEGREES = range(1, 8)
 """Enough to follow a relaxation whose time constant is a seventh of the recording within a thousandth."""
 

@@ -6,7 +6,6 @@ curves without evidence are small and smooth [Wahba, Spline Models for Observati
 size is several times what any force of the catalogue does, and is no information where the data have some.
 """
 
-
 import numpy as np
 from numpy.polynomial import legendre
 
@@ -15,7 +14,9 @@ from estimator.effects.empirical.families import REFERENCE, SmoothForce, SmoothT
 from estimator.effects.link import Array, Setting
 
 DEGREES = range(10)
+"""Of a curve's polynomials in time: more than those of the families that compete, since its shape is to be seen. By judgement."""
 LARGEST_MS2, LARGEST_RADS2 = 30.0, 3000.0
+"""Standard deviations of a curve's mean, those of higher degrees less: wide enough to decide nothing that data show. By judgement."""
 
 
 def _held(largest: float) -> tuple[float, ...]:

@@ -110,7 +110,9 @@ def _powers(positions: Array) -> Array:
 GAPS_M = (0.005, 0.02, 0.06, 0.2)
 """How far behind the nearest position a plane or point is tried."""
 PLANES = 48
+"""Directions of planes and points on trial, about 29° apart."""
 USUAL_DRAG, USUAL_PULL = (1.0, 2.0), (2.0, 1.0, 3.0)
+"""Exponents that a law takes where the data allow it, the simplest first: drag, and pulls over a distance."""
 
 
 def _planes(positions: Array) -> Array:

@@ -11,6 +11,7 @@ from estimator.effects.empirical.families import REFERENCE
 from estimator.effects.link import Array, EffectModel, Moment, Setting
 
 DEGREES = range(5)
+"""Of the polynomial along the direction: enough for the field of a strong wall (notebook 17)."""
 _ANY = (-np.inf, np.inf)
 
 

@@ -15,7 +15,9 @@ from datasets.vocabulary.effects import EffectEntry, Parameter, Scope, Stage
 from estimator.effects.link import Array, EffectModel, Places, Setting
 
 RADIUS_PX = 3.0
+"""Radius of curvature at which an outline counts as half sharp, near the reach of its smoothing. By judgement."""
 HELD_PX, HELD_PX2 = 0.1, 0.1
+"""Standard deviations of the terms' priors: smoothing and noise move tangents by some hundredths of a pixel. By judgement."""
 
 
 class CurvatureBias(EffectModel):

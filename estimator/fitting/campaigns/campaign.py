@@ -26,7 +26,10 @@ from estimator.motion.rigid_body import RanAway
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 STATE = 12
+"""Parameters of a flight that every sequence has for itself: position, turn, velocity, spin."""
 MOST_STEPS, HALVINGS, SHORTER, SETTLED = 15, 5, 0.3, 0.05
+"""Steps of a fit; shares of a step that are tried, each the fraction ``SHORTER`` of the one before; a step below ``SETTLED`` standard
+deviations ends it. By judgement."""
 STILL, STILL_COST, STILL_SHARE = 0.35, 0.1, 1e-4
 """A fit also ends where a step below ``STILL`` standard deviations changes the cost by less than ``STILL_COST``, a small fraction of what
 tells models apart, or than ``STILL_SHARE`` of it: tangents that jump from corner to corner keep large misfits from settling further."""

@@ -123,6 +123,7 @@ def _in_picture(points_cam: Array, lens: Intrinsics) -> Array | None:
 
 
 GOLDEN = 0.6180339887498949
+"""Golden ratio less one: its multiples fall evenly within a step."""
 
 
 def thinned(sequence: SequenceTask, most: int) -> tuple[SequenceTask, float]:

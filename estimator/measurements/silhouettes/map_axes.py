@@ -13,6 +13,7 @@ from estimator.geometry.sphere import fibonacci_sphere
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 BODY_CELLS, GRID = 16, 4
+"""Cells of the sphere of normals, and along each side of the picture, of which a map tells. By judgement."""
 
 
 @dataclass(frozen=True)

@@ -25,9 +25,11 @@ from estimator.measurements.silhouettes.map_axes import Axes, axes_of
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 LEAST_IN_BIN, LEAST_FRAMES = 20, 4
+"""Residuals, and frames, below which a bin is left out: standard errors clustered by frame need some. By judgement."""
 VIEW_PLACES = 12
 """Places on a view's outline: about twice the turn over which its noise is alike."""
 MOST_VIEWS = 10_000
+"""Above any number of views: it makes numbers of clusters unique."""
 BODY_SHARE = 0.5
 """Of the body-fixed error that covariances are kept safe with: what maps of recordings in which nothing is missing need."""
 FIXED = ("view", "body_direction")

@@ -24,6 +24,9 @@ from estimator.motion.rigid_body import States, angular_velocity, rotation_matri
 
 Array = NDArray[np.float64]
 LOOSE_MS2 = 0.2
+"""Standard deviation (m/s²) of a flight's own acceleration beside gravity: as lengths that are 2% or a clock that is 1% wrong make it.
+
+By judgement."""
 
 
 class LooseGravity(UniformAcceleration):
@@ -35,9 +38,11 @@ class LooseGravity(UniformAcceleration):
 MODEL = Model((LooseGravity(),))
 COLUMNS = N_PARAMETERS + MODEL.size
 TIME_STEP_S = 1e-4
+"""For a difference quotient of the acceleration."""
 _VARIED = np.arange(X.start, OMEGA.stop)
 _WIDTHS = 2.0 * STEPS[_VARIED]
 _STEPS = np.zeros((1 + 2 * len(_VARIED), N_PARAMETERS))
+"""Rows of steps to either side of a flight's varied parameters, for difference quotients."""
 _STEPS[1 + 2 * np.arange(len(_VARIED)), _VARIED] = STEPS[_VARIED]
 _STEPS[2 + 2 * np.arange(len(_VARIED)), _VARIED] = -STEPS[_VARIED]
 """No step, then each of a flight's state forth and back."""

@@ -19,17 +19,23 @@ from scipy.stats import chi2
 
 Array = NDArray[np.float64]
 LEAST_ROWS = 5
+"""Of a flight: a parabola in three coordinates takes up three of them."""
 MOST_CONTACT = 3
 """Rows between two flights that one impact may last."""
 FLIGHT_COST, ROW_COST = 30.0, 60.0
+"""Costs, in units of chi-squared, of a flight and of a row that is in none (above). By judgement."""
 TAILS = 2.0
 """Standard deviations count as so many times as large: trackers' noise has tails and is alike in neighbouring rows."""
 ACCELERATION_SIGMA_MS2 = 0.5
 """How far accelerations of flights may be from gravity: air, a scale or a clock that is 2% wrong."""
 MOST_MEAN_SQUARE, MOST_OFF_MS2 = 2.0, 1.5
+"""What a parabola may leave, over its expected variance, and how far its acceleration may be off gravity (m/s²) beside its uncertainty.
+
+By judgement."""
 LEAST_SAG = 8.0
 """Of what gravity bends the path by, over the noise."""
 WINDOW, CUBIC, MOVING, QUIET = 7, 4, 0.2, 0.3
+"""Rows that noise is taken of, coefficients of a cubic, share of the largest speed that moves, quantile of quiet windows. By judgement."""
 
 
 @dataclass(frozen=True)

@@ -30,6 +30,7 @@ from estimator.motion.flight import COM, N_PARAMETERS, Flight
 
 Array = NDArray[np.float64]
 HUBER = 4.0
+"""Standard deviations beyond which a residual's influence stays constant, as for silhouettes."""
 
 
 @dataclass(frozen=True)

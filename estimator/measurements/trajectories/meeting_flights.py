@@ -24,7 +24,9 @@ from estimator.motion.rotation import rotation_from_vector, rotation_vector
 
 Array = NDArray[np.float64]
 STEPS = 12
+"""Of time and spread in turn, until the time moves by less than a nanosecond."""
 LONGEST_SPREAD_S = 1.0
+"""Of a contact in time, above all that an impact lasts: an end of the search for a root."""
 LEFT = 5
 """Coordinates of a miss that are left once the time is chosen."""
 

@@ -22,9 +22,11 @@ from estimator.motion.rigid_body import rotation_matrices
 
 Array = NDArray[np.float64]
 NO_TURN = np.array([0.0, 0.0, 0.0, 1.0])
+"""The attitude (quaternion) that stands where none was measured."""
 FIRST_GUESS = {"x": 1e-3, "theta": 1e-2, "omega": 1.0, "gyro": 1.0}
 """Standard deviations of the first fit (m, rad, rad/s twice), whose residuals tell the noise."""
 ROUNDS = 2
+"""Of fitting and reading the noise off the residuals in turn."""
 
 
 def register_trajectories(trajectories: Sequence[Trajectory], *, told: Callable[[str], None] = lambda _: None) -> Registered:

@@ -18,7 +18,9 @@ from estimator.measurements.trajectories.task import TrajectoryTask
 
 Array = NDArray[np.float64]
 LEAST_IN_BIN = 4
+"""Rows below which a bin is left out. By judgement."""
 SLOW = 1e-9
+"""Speed, against division by zero, of what does not move."""
 
 
 @dataclass(frozen=True)

@@ -21,8 +21,11 @@ from estimator.outlines.pictures.contour import Edge, outward_normals, profiles
 from estimator.outlines.pictures.occupancy import Departure
 
 ACROSS_PX = np.array([1.0, 2.0, 3.0, 4.0])
+"""Distances beyond an edge's blur at which pictures are looked at."""
 ALONG_SAMPLES = 3.0
+"""Standard deviation of the smoothing along the outline: noise of single pixels is no scenery. By judgement."""
 NEAREST_PX = 2.0
+"""Where that begins at least, however sharp the edge."""
 OPEN_SHARE, OPEN_QUANTILE = 0.8, 0.9
 """Of the light around a particle (the brightest tenth of its window) what counts as open background; lamps fall off more slowly."""
 

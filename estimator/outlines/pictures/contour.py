@@ -27,7 +27,9 @@ Points = Float[NDArray[np.float64], "n 2"]
 Picture = Float[NDArray[np.float32], "height width"]
 
 PIXEL_VARIANCE = 1.0 / 12.0
+"""Of a pixel's own width (px²)."""
 _STEP_PX = 0.5
+"""Between places across an edge at which picture and model are compared."""
 _FEWEST = 8
 """Points of an outline."""
 

@@ -26,7 +26,9 @@ Window = tuple[int, int, int, int]
 WIDTH_10_90 = 2.5631
 """10-90% width of a Gaussian edge in standard deviations."""
 _RING_PX = 8
+"""Width of a window's border that shows the background."""
 _SHARP_PX = 0.5
+"""Blur that an edge is taken to have at least when the particle's own level is read inside of it."""
 
 
 @dataclass(frozen=True)

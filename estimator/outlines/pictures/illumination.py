@@ -18,6 +18,7 @@ Mask = Bool[NDArray[np.bool_], "height width"]
 
 _TERMS = np.array([4 * i + j for i in range(4) for j in range(4 - i)])
 _COARSE = 96
+"""Pixels along the shorter side of the grid that a polynomial of the light is fitted to: it varies slowly."""
 
 
 @dataclass(frozen=True)

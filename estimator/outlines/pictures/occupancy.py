@@ -19,10 +19,15 @@ Mask = Bool[NDArray[np.bool_], "height width"]
 
 
 _BAND_PX = 2.0
+"""Width of the band inside the edge's blur in which the particle's own level is read. By judgement."""
 _CEILING = 1.1
+"""Share of a pixel that counts as covered at most: glints do not pull the edge. By judgement."""
 _LEAK_PX = 1.2
+"""Depth, beside 1.3 blurs, from which a picture still less than half covered shows a leak of light. By judgement."""
 _LEAK_REACH_PX = 5
+"""Square over which a leak's own level is a mean."""
 _FAINTEST = 0.2
+"""Least level of a leak over the particle's: fainter ones are noise. By judgement."""
 ROUNDING_DN = 0.3
 """Standard deviation of rounding to whole numbers."""
 

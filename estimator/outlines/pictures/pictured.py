@@ -25,6 +25,7 @@ from estimator.outlines.settings import OutlineSettings
 
 Array = NDArray[np.float64]
 MARGIN_BLURS, LEAST_MARGIN_PX = 5.0, 10.0
+"""Margin of a drawing around an outline: blurs, and pixels beside."""
 SUCCESSION = 5
 """Pictures of which the median width of edges is taken."""
 

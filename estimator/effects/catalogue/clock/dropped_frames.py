@@ -13,6 +13,7 @@ from datasets.vocabulary.effects import EFFECTS
 from estimator.effects.link import Array, EffectModel, Setting
 
 MARGIN = 3
+"""Frames at either end after which no gap is looked for: it would shift no more than these."""
 
 
 class DroppedFrames(EffectModel):

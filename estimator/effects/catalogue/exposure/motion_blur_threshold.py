@@ -26,6 +26,7 @@ from estimator.geometry.outline_smear import LEVELS
 MOVED = np.concatenate([np.linspace(0.0, 4.0, 33), np.linspace(4.5, 12.0, 16)])
 """Movements during the exposure, over the standard deviation of the static blur, between which displacements are interpolated."""
 LEAST_MOVED = 1e-3
+"""Movement over the static blur below which it counts as this: the formula divides by it."""
 REACH = 8.0
 """Standard deviations beyond half the movement within which any level is found."""
 

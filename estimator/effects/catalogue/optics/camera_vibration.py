@@ -14,6 +14,7 @@ from datasets.vocabulary.effects import EFFECTS
 from estimator.effects.link import Array, EffectModel, Setting
 
 SLOWEST_PERIODS, STEPS_PER_RESOLUTION = 1.5, 3
+"""Periods in a recording of the slowest vibration on trial: slower ones are a drift. Frequencies on trial in one over its length."""
 
 
 class CameraVibration(EffectModel):

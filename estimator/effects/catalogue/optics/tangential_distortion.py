@@ -10,6 +10,7 @@ from datasets.vocabulary.effects import EFFECTS
 from estimator.effects.link import Array, EffectModel
 
 ITERATIONS = 8
+"""Of the inverse by substitution. By judgement."""
 
 
 class TangentialDistortion(EffectModel):
