@@ -26,6 +26,7 @@ def body_normals(sightings: Sightings, R_cam_body: Array, errors: TangencyErrors
 
     The plane through the camera's centre and the image line ``u . (p - p0) = 0`` has the normal ``(f u, -f u . xy)``, ``xy`` the
     normalised tangency point [Hartley and Zisserman 2004, eq. 8.2].
+    ``R_cam_body`` (n, 3, 3).
     """
     silhouettes = sightings.silhouettes
     across = errors.direction[:, :, :2] * silhouettes.focal_px[:, None, None, :]

@@ -21,13 +21,16 @@ def hull_of(particle: Particle) -> Array:
 
 
 def outline_of(points_cam: Array, lens: Intrinsics) -> Array:
-    """Convex outline (v, 2) px of points (n, 3) m, camera coordinates."""
+    """Convex outline (v, 2) px of ``points_cam`` (n, 3) m."""
     pixels = lens.project(points_cam)
     return np.asarray(pixels[ConvexHull(pixels).vertices])
 
 
 def like_noise(polygons: Sequence[Array], lenses: Sequence[Intrinsics], noisy: Silhouettes) -> Silhouettes:
-    """Silhouettes of outlines whose tangents are as noisy as those of ``noisy`` are in the median."""
+    """Silhouettes of outlines whose tangents are as noisy as those of ``noisy`` are in the median.
+
+    ``polygons`` (v, 2) px.
+    """
     sigma, turn = float(np.median(noisy.sigma_px)), float(np.median(noisy.correlation_rad))
     noise, samples = float(np.median(noisy.noise_px)), int(np.median(noisy.samples))
     hulls = [TangentHull(p, np.full(len(p), sigma), turn, noise, samples) for p in polygons]

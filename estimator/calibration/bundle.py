@@ -26,7 +26,10 @@ as the highest of a long lens, which would otherwise have no finite covariance."
 
 @dataclass(frozen=True)
 class Rig:
-    """Cameras (c) and placements of the board (b): ``R_cam``, ``t_cam`` from the world, ``R_board``, ``t_board`` to the world (m)."""
+    """Cameras and placements of the board.
+
+    From the world ``R_cam`` (c, 3, 3), ``t_cam`` (c, 3) m; to the world ``R_board`` (b, 3, 3), ``t_board`` (b, 3) m.
+    """
 
     lenses: tuple[Intrinsics, ...]
     R_cam: Array
@@ -59,8 +62,8 @@ class Rig:
 class Bundle:
     """What was seen, and what is believed.
 
-    ``sightings``, the placement of each picture, corners of the board (n, 3) m, noise of each sighting (px), and the
-    information (p, p) of the prior.
+    ``sightings``, the placement of each picture, corners of the board ``corners_m`` (n, 3), noise of each sighting (px), and the
+    information ``prior`` (p, p).
     """
 
     sightings: tuple[BoardSighting, ...]
@@ -126,7 +129,10 @@ def _turning(by_point: Array, points: Array) -> Array:
 
 
 def projection_derivatives(lens: Intrinsics, points_cam: Array) -> tuple[Array, Array]:
-    """Derivatives of pixel coordinates by the point (n, 2, 3) and by the lens (n, 2, 9) in the order of ``LENS``."""
+    """Derivatives of pixel coordinates by the point (n, 2, 3) and by the lens (n, 2, 9) in the order of ``LENS``.
+
+    ``points_cam`` (n, 3) m.
+    """
     k1, k2, p1, p2, k3 = lens.distortion
     depth = points_cam[:, 2]
     x, y = points_cam[:, 0] / depth, points_cam[:, 1] / depth
@@ -155,7 +161,10 @@ def projection_derivatives(lens: Intrinsics, points_cam: Array) -> tuple[Array, 
 
 
 def moved(rig: Rig, step: Array) -> Rig:
-    """The rig moved by a step of all its parameters."""
+    """The rig moved by a step of all its parameters.
+
+    ``step`` (p,) of lenses, of the poses of all cameras but the first, and of the board's placements.
+    """
     R_cam, t_cam = rig.R_cam.copy(), rig.t_cam.copy()
     for c in range(1, len(rig.lenses)):
         pose = step[rig.pose_slice(c)]
@@ -178,7 +187,10 @@ def lens_vector(lens: Intrinsics) -> Array:
 
 
 def with_lens(lens: Intrinsics, values: Array) -> Intrinsics:
-    """The lens with these values, in the order of ``LENS``."""
+    """The lens with these values, in the order of ``LENS``.
+
+    ``values`` (9,).
+    """
     fx, fy, cx, cy, k1, k2, p1, p2, k3 = values.tolist()
     return replace(lens, fx_px=fx, fy_px=fy, cx_px=cx, cy_px=cy, distortion=(k1, k2, p1, p2, k3))
 

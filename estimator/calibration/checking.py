@@ -36,6 +36,8 @@ def agreement(
 ) -> tuple[Agreement, Rig, Bundle]:
     """Compare pictures with cameras; beside it what the pictures give with the cameras held.
 
+    ``covariance`` (p, p) of the cameras' parameters, as they are stated.
+
     Raises
     ------
     InputError

@@ -36,7 +36,10 @@ RANK = 1e-9
 
 @dataclass(frozen=True)
 class RigFit:
-    """A fitted rig, what it was fitted to (with the noise), covariance of the cameras' parameters, corners left out."""
+    """A fitted rig, what it was fitted to (with the noise), covariance of the cameras' parameters, corners left out.
+
+    ``covariance`` (p, p) of lenses and poses.
+    """
 
     rig: Rig
     bundle: Bundle
@@ -116,7 +119,10 @@ def _without_outliers(bundle: Bundle, rig: Rig) -> tuple[BoardSighting, ...]:
 
 
 def camera_covariance(H: Array, cameras: int) -> Array:
-    """Covariance of the first ``cameras`` parameters, the others (placements, six by six) being unknown too."""
+    """Covariance of the first ``cameras`` parameters, the others (placements, six by six) being unknown too.
+
+    ``H`` (p, p): normal matrix of all parameters.
+    """
     scale = 1 / np.sqrt(np.maximum(np.diag(H), 1e-300))
     scaled = H * scale[:, None] * scale[None, :]
     inverse = np.linalg.pinv(scaled, rcond=1e-14, hermitian=True)[:cameras, :cameras]
@@ -155,7 +161,10 @@ def _expected(one: Array, other: Array, prior: Array) -> Array:
 
 
 def consistency(off: Array, covariance: Array) -> CrossValidation:
-    """Whether a difference is as large as its covariance says, in the directions in which it may differ at all."""
+    """Whether a difference is as large as its covariance says, in the directions in which it may differ at all.
+
+    ``off`` (p,): the difference, ``covariance`` (p, p).
+    """
     scale = 1 / np.sqrt(np.maximum(np.diag(covariance), 1e-300))
     values, vectors = np.linalg.eigh(covariance * scale[:, None] * scale)
     free = values > RANK * values[-1]

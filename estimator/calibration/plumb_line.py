@@ -52,6 +52,8 @@ class Down:
 def thread_in(grey: NDArray[np.uint8], camera: int, name: str) -> Thread:
     """The thread of a picture: a line darker or brighter than its surroundings all along the rows, or along the columns.
 
+    ``grey`` (height, width).
+
     Raises
     ------
     InputError

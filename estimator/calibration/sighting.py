@@ -31,6 +31,7 @@ def find_board(grey: NDArray[np.uint8], board: Board) -> tuple[NDArray[np.int64]
     """Numbers (n,) and places (n, 2) px of the board's inner corners; none where no board is seen.
 
     ChArUco boards may be seen in part, chessboards as a whole only, and a chessboard's turn by 180° cannot be told.
+    ``grey`` (height, width).
     """
     found = _charuco(grey, board) if board.has_markers else _chessboard(grey, board)
     return found if len(found[0]) >= FEWEST_CORNERS else (np.zeros(0, dtype=np.int64), np.zeros((0, 2)))

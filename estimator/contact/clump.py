@@ -43,6 +43,8 @@ class Clump:
 def clump_within(particle: SolidHull, centres_body: Array, radii: Array) -> Clump:
     """The clump, checked against the particle's hull.
 
+    ``centres_body`` (n, 3) m, ``radii`` (n,) m.
+
     Raises
     ------
     InputError

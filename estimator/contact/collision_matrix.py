@@ -14,7 +14,10 @@ Array = NDArray[np.float64]
 
 
 def skew(r: Array) -> Array:
-    """``[r]ₓ`` (3, 3), with ``[r]ₓ a = r × a``."""
+    """``[r]ₓ`` (3, 3), with ``[r]ₓ a = r × a``.
+
+    ``r`` (3,).
+    """
     return np.array([[0.0, -r[2], r[1]], [r[2], 0.0, -r[0]], [-r[1], r[0], 0.0]])
 
 
@@ -25,7 +28,10 @@ def collision_matrix(mass_kg: float, inertia: Array, lever: Array) -> Array:
 
 
 def contact_axes(normal: Array) -> Array:
-    """Rows (3, 3): two tangents and the unit ``normal``, right-handed; the first tangent as close to an axis as the normal allows."""
+    """Rows (3, 3): two tangents and the unit ``normal``, right-handed; the first tangent as close to an axis as the normal allows.
+
+    ``normal`` (3,).
+    """
     n = normal / np.linalg.norm(normal)
     first = np.eye(3)[int(np.argmin(np.abs(n)))]
     first = first - (first @ n) * n
@@ -34,11 +40,14 @@ def contact_axes(normal: Array) -> Array:
 
 
 def contact_velocity(state: BodyState, lever: Array, plate: Plate) -> Array:
-    """Velocity (3,) m/s, world frame, of the particle's contact point as seen from the plate."""
+    """Velocity (3,) m/s, world frame, of the particle's contact point as seen from the plate.
+
+    ``lever`` (3,) m from the centre of mass, world frame.
+    """
     return np.asarray(state.v_world + np.cross(state.omega_world, lever) - plate.velocity_world)
 
 
 def after_impulse(state: BodyState, solid: Solid, lever: Array, impulse_world: Array) -> BodyState:
-    """The state just after an impulse (3,) N s at ``lever`` (3,) m from the centre of mass; pose unchanged."""
+    """The state just after ``impulse_world`` (3,) N s at ``lever`` (3,) m from the centre of mass; pose unchanged."""
     turned = np.linalg.solve(solid.inertia_world(state.R_world_body), np.cross(lever, impulse_world))
     return BodyState(state.x_world, state.R_world_body, state.v_world + impulse_world / solid.mass_kg, state.omega_world + turned)

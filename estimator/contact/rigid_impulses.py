@@ -21,7 +21,10 @@ SLIDING_WORDS = {SLIPS: "slips throughout", STICKS: "sticks", REVERSES: "slips a
 
 @dataclass(frozen=True)
 class Impulses:
-    """n impacts in contact axes: ``velocity_after`` (n, 3) m/s, ``impulse`` (n, 3) N s and the rest as in :class:`Struck`."""
+    """n impacts in contact axes: ``velocity_after`` (n, 3) m/s, ``impulse`` (n, 3) N s and the rest as in :class:`Struck`.
+
+    ``compression_j``, ``normal_j`` (n,) J.
+    """
 
     velocity_after: Array
     impulse: Array
@@ -31,7 +34,7 @@ class Impulses:
 
 
 def require_approach(velocities: Array) -> None:
-    """Raise :class:`InputError` unless every contact point of velocity (n, 3) m/s, normal last, moves towards the plate."""
+    """Raise :class:`InputError` unless all contact points of ``velocities`` (n, 3) m/s, normal last, move towards the plate."""
     leaving = np.flatnonzero(~(velocities[:, 2] < 0.0))
     if leaving.size:
         found = velocities[leaving[0], 2]
@@ -39,7 +42,7 @@ def require_approach(velocities: Array) -> None:
 
 
 def follow_impulses(matrices: Array, velocities: Array, restitution: float, friction: float, ends_by: int) -> Impulses:
-    """Follow impacts with K (n, 3, 3) 1/kg and u (n, 3) m/s in contact axes to the end that ``ends_by`` names.
+    """Follow impacts to the end that ``ends_by`` names; ``matrices`` K (n, 3, 3) 1/kg, ``velocities`` u (n, 3) m/s, contact axes.
 
     Raises
     ------

@@ -43,7 +43,10 @@ class Solid:
             raise InputError(f"inertia: expected a symmetric matrix with principal moments above 0 kg m², got moments {moments.tolist()}")
 
     def inertia_world(self, R_world_body: Array) -> Array:
-        """Inertia (3, 3) kg m² in the world frame."""
+        """Inertia (3, 3) kg m² in the world frame.
+
+        ``R_world_body`` (3, 3).
+        """
         return np.asarray(R_world_body @ self.inertia_body @ R_world_body.T)
 
     @property
@@ -69,7 +72,7 @@ class BodyState:
 
 @dataclass(frozen=True)
 class SolidHull:
-    """A solid and the vertices (v, 3) m of its convex hull in the body frame, origin at the centre of mass, axes principal."""
+    """A solid and ``vertices_body`` (v, 3) m of its convex hull, origin at the centre of mass, axes principal."""
 
     solid: Solid
     vertices_body: Array

@@ -65,7 +65,10 @@ class Impacts:
 
 @dataclass(frozen=True)
 class Fitted:
-    """Values of a model's parameters, their covariance, the scatter of restitution, and the cost of all impacts there."""
+    """Values of a model's parameters, their covariance, the scatter of restitution, and the cost of all impacts there.
+
+    ``values`` (p,), ``covariance`` (p, p).
+    """
 
     model: ContactModel
     values: Array
@@ -95,7 +98,10 @@ def whitening_of(covariances: Array) -> Float[NDArray[np.float64], "impact 6 6"]
 
 
 def whitened(impacts: Impacts, model: ContactModel, values: Array) -> Float[NDArray[np.float64], "impact 6"]:
-    """Measured less predicted, in standard deviations, no scatter counted."""
+    """Measured less predicted, in standard deviations, no scatter counted.
+
+    ``values`` (p,) of the model's parameters.
+    """
     return np.einsum("nij,nj->ni", impacts.whitening, impacts.after - model.predict(impacts.measured, values))
 
 
@@ -127,7 +133,10 @@ def _bounded(distances2: Array) -> Array:
 
 
 def fit(impacts: Impacts, model: ContactModel, known: Sequence[Array] = (), scatter: float = FIRST_SCATTER) -> Fitted:
-    """The values of least cost, from every combination of the parameters' starts, or from the starts ``known``."""
+    """The values of least cost, from every combination of the parameters' starts, or from the starts ``known``.
+
+    ``known`` (p,) each.
+    """
     starts = [np.array(s) for s in product(*(p.starts for p in model.parameters))] if not known else list(known)
     values, cost = min((_descended(impacts, model, start, scatter) for start in starts), key=lambda found: found[1])
     for number, parameter in enumerate(model.parameters):

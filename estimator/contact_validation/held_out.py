@@ -86,6 +86,7 @@ def judge(impacts: Impacts, fitted: Fitted, starts: Sequence[Array] = ()) -> Jud
     """Refit without each fold in turn, from the values of the fit to all and from other ``starts``.
 
     A fit that is compared with another should have had the other's chances: a fold may have several minima.
+    ``starts`` (p,) each.
     """
     (costs, distances, volumes), residuals = np.zeros((3, len(impacts))), np.zeros((len(impacts), 6))
     for rows in folds_of(impacts):

@@ -36,9 +36,9 @@ class Contact:
     """One impact as its measurement shows it.
 
     ``point_body`` (3,) m; ``corner_clearance_m``: how much higher the next place that might touch is. ``u_before`` and ``u_after`` (3,)
-    m/s of the corner in (tangent, tangent, normal), with ``sigma`` each. ``normal_impulse`` and ``tangential_impulse`` over mass (m/s),
-    their ``ratio``, ``restitution``; ``angle_rad`` between the corner's velocity and the normal. ``one_contact_p``: of a misfit at
-    least this large.
+    m/s of the corner along two tangents and the normal, ``u_before_sigma`` and ``u_after_sigma`` (3,) theirs. ``normal_impulse``
+    and ``tangential_impulse`` over mass (m/s), their ``ratio``, ``restitution``; ``angle_rad`` between the corner's velocity and the
+    normal. ``one_contact_p``: of a misfit at least this large.
     """
 
     name: str

@@ -55,7 +55,7 @@ def residual_maps(impacts: Impacts, judged: Judged) -> tuple[ResidualMap, ...]:
 
 
 def directed(impacts: Impacts, residuals: Array) -> Float[NDArray[np.float64], "impact 3"]:
-    """Residuals (n, 6) along normal, sliding direction and spin made, in standard deviations."""
+    """``residuals`` (n, 6), in v and omega, along normal, sliding direction and spin made, in standard deviations."""
     contacts = nominal(impacts.measured)
     u = contacts.velocities
     along = np.einsum("ni,nij->nj", np.column_stack([u[:, :2], np.zeros(len(u))]), contacts.axes)

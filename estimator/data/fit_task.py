@@ -22,7 +22,7 @@ OUTWARD: Array = unit_circle(720)
 class Sightings:
     """The silhouettes of a sequence that are used: hull ``n`` was seen by camera ``camera[n]`` in frame ``frame[n]`` at ``times_s[n]``.
 
-    ``outlines_px`` (v, 2) of each with its hollows, as seen; none where they are not known.
+    ``camera``, ``frame``, ``times_s`` (n,). ``outlines_px`` (v, 2) of each with its hollows, as seen; none where they are not known.
     """
 
     silhouettes: Silhouettes
@@ -59,7 +59,10 @@ class Sightings:
         return np.stack([c.t_cam_world for c in self.cameras])[self.camera]
 
     def take(self, rows: NDArray[np.int64]) -> "Sightings":
-        """The sightings ``rows`` alone."""
+        """The sightings ``rows`` alone.
+
+        ``rows`` (k,).
+        """
         outlines = tuple(self.outlines_px[i] for i in rows) if self.outlines_px else ()
         silhouettes = self.silhouettes.take(rows.tolist())
         return Sightings(silhouettes, self.camera[rows], self.frame[rows], self.times_s[rows], self.cameras, outlines)
@@ -104,6 +107,9 @@ class FitTask:
 
 
 def restricted(task: FitTask, rows: NDArray[np.int64]) -> FitTask:
-    """The same task with the sightings ``rows`` alone."""
+    """The same task with the sightings ``rows`` alone.
+
+    ``rows`` (k,).
+    """
     bias = task.bias.take(rows) if task.bias is not None else None
     return FitTask(task.sightings.take(rows), task.views, task.prior, task.huber, task.weight[rows], bias)

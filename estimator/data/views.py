@@ -13,7 +13,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Views:
-    """The calibrated views as the fits use them: silhouettes, poses and the point (m, particle frame) rotations leave in place."""
+    """The calibrated views as the fits use them: silhouettes, poses and ``centre`` (3,) m, particle frame, that rotations keep."""
 
     silhouettes: Silhouettes
     poses: PoseSet
@@ -36,5 +36,8 @@ class Poses:
     cost: Array
 
     def take(self, rows: NDArray[np.int64]) -> "Poses":
-        """The candidates ``rows`` alone."""
+        """The candidates ``rows`` alone.
+
+        ``rows`` (k,).
+        """
         return Poses(self.R[rows], self.centre_cam[rows], self.cost[rows])

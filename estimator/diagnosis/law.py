@@ -37,7 +37,7 @@ KNOWN = ("constant", "across_velocity")
 
 @dataclass(frozen=True)
 class Shaped:
-    """A term with values (k,) of the parameters that shape it; ``held``: whether its exponent is taken for known."""
+    """A term with values ``shape`` (k,) of the parameters that shape it; ``held``: whether its exponent is taken for known."""
 
     term: Term
     shape: Array
@@ -56,7 +56,10 @@ class Shaped:
 
 @dataclass(frozen=True)
 class Regressed:
-    """A set of terms at its best: amplitudes one after the other, what it leaves, and the criterion."""
+    """A set of terms at its best: amplitudes one after the other, what it leaves, and the criterion.
+
+    ``amplitudes`` (a,).
+    """
 
     terms: tuple[Shaped, ...]
     amplitudes: Array

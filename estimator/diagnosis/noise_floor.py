@@ -64,7 +64,10 @@ class NoiseFloor:
 
 @dataclass(frozen=True)
 class Sums:
-    """Per sighting or row (n,): sums of squares, of half the squared changes to the next one and of products with it, and their numbers."""
+    """Per sighting or row (n,): sums of squares, of half the squared changes to the next one and of products with it, and their numbers.
+
+    ``square``, ``count``, ``change``, ``product``, ``pairs`` (n,).
+    """
 
     square: Array
     count: Array
@@ -74,7 +77,10 @@ class Sums:
 
 
 def floor_of(sums: Sequence[Sums], autocorrelation: Array, rng: np.random.Generator) -> NoiseFloor:
-    """The floor where all noise is new in every row and has the size 1 otherwise; ``sums`` of every sequence."""
+    """The floor where all noise is new in every row and has the size 1 otherwise; ``sums`` of every sequence.
+
+    ``autocorrelation`` (7,) at the lags.
+    """
     square, repeated, _ = _ratios(sums, [np.arange(len(s.square)) for s in sums])
     drawn = np.array([_ratios(*_resampled(sums, rng)) for _ in range(DRAWS)])
     return NoiseFloor(

@@ -39,7 +39,10 @@ class Axis:
 
 
 def even(name: str, title: str, unit: str, values: Array) -> Axis:
-    """Bins of equal width over all values."""
+    """Bins of equal width over all values.
+
+    ``values`` (r,) of the residuals.
+    """
     low, high = float(values.min()), float(values.max())
     edges = np.linspace(low, high + 1e-9 * max(1.0, abs(high)), BINS + 1)
     number = np.clip(np.digitize(values, edges) - 1, 0, BINS - 1).astype(np.int64)
@@ -47,7 +50,10 @@ def even(name: str, title: str, unit: str, values: Array) -> Axis:
 
 
 def phase(degrees: Array) -> Axis:
-    """Bins of the angle turned since the first frame; where that is less than a turn it says the same as time."""
+    """Bins of the angle turned since the first frame; where that is less than a turn it says the same as time.
+
+    ``degrees`` (r,) of the residuals.
+    """
     whole = bool(degrees.max() >= 360.0)
     title = "angle turned, modulo one turn" if whole else "angle turned since the first frame"
     degrees = degrees % 360.0
@@ -63,6 +69,7 @@ class ResidualMap:
     ``centre`` (b,) middle of each bin in the axis's unit, ``second`` (b,) that of its second coordinate where it has one; ``mean_px`` and
     ``sigma_px`` (b,), ``count`` (b,) residuals; ``statistic`` Hotelling's F, ``p`` corrected for the number of maps; ``unit`` of what is
     mapped, if not px.
+    ``bins`` (b,): numbers of the bins along the axis.
     """
 
     axis: Axis

@@ -79,7 +79,10 @@ class EfficientScores:
     M: Array
 
     def take(self, rows: Index) -> "EfficientScores":
-        """The columns ``rows`` alone."""
+        """The columns ``rows`` alone.
+
+        ``rows`` (k,).
+        """
         square = np.ix_(rows, rows)
         M = self.M[square] if self.M.size else self.M
         return EfficientScores(tuple(self.columns[i] for i in rows), self.g[rows], self.H[square], M)
@@ -105,6 +108,7 @@ class ScoreTest:
 
     ``theta`` (c,) one-step values of its ``columns`` and ``covariance`` (c, c); ``statistic`` and its p-value ``p``, corrected for the
     starts tried, 1 where an effect that comes in whole numbers has none; ``starts`` [sequence or None] the best start.
+    ``starts`` (q,) each.
     """
 
     effect: EffectModel
@@ -145,7 +149,10 @@ def efficient_scores(campaign: Campaign, fit: CampaignFit, linear: "Linear") -> 
 
 @dataclass(frozen=True)
 class Linear:
-    """The joint model's equations of every sequence, and where each candidate column lies: (sequence-local column, global number)."""
+    """The joint model's equations of every sequence, and where each candidate column lies: (sequence-local column, global number).
+
+    ``local``, ``number`` (c,) of each sequence.
+    """
 
     equations: tuple[SequenceEquations, ...]
     columns: tuple[Column, ...]
@@ -321,6 +328,9 @@ def p_of(part: EfficientScores, tried: int) -> float:
 
 
 def counts_nothing(effect: EffectModel, columns: tuple[Column, ...], theta: Array) -> bool:
-    """Whether an effect that comes in whole numbers has none."""
+    """Whether an effect that comes in whole numbers has none.
+
+    ``theta`` (c,) of the columns.
+    """
     counts = [value for column, value in zip(columns, theta, strict=True) if effect.entry.parameters[column.parameter].name in effect.whole]
     return bool(effect.whole) and max(counts, default=0.0) < LEAST_COUNT

@@ -115,7 +115,7 @@ def beside(keys: Sequence[str], candidates: Mapping[str, EffectModel]) -> tuple[
 
 
 def refuse_without_gravity(keys: Sequence[str], gravity_world: Sequence[Array]) -> None:
-    """Refuse scales of time and length where no sequence has gravity.
+    """Refuse scales of time and length where no sequence has gravity: ``gravity_world`` (3,) m/s² of each.
 
     Raises
     ------

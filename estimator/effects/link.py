@@ -191,7 +191,10 @@ HOLLOW_THROUGHOUT = 0.05
 
 
 class EffectModel:
-    """An effect as the estimator sees it: an entry of the catalogue and the link it touches."""
+    """An effect as the estimator sees it: an entry of the catalogue and the link it touches.
+
+    Throughout, ``theta`` (q,) holds the effect's parameters and ``variance`` (q,) theirs.
+    """
 
     entry: ClassVar[EffectEntry]
     held: tuple[float, ...] | None = None
@@ -260,7 +263,7 @@ class EffectModel:
         return np.where(counts & near, np.round(theta), theta), np.sqrt(np.maximum(variance, 0.0) + off**2)
 
     def times(self, theta: Array, setting: Setting, times_s: Array) -> Array:
-        """True times (f,) s of frames whose nominal times are ``times_s``."""
+        """True times (f,) s of frames whose nominal times are ``times_s`` (f,) s."""
         del theta, setting
         return times_s
 
@@ -305,7 +308,7 @@ class EffectModel:
         return omega
 
     def correct(self, theta: Array, points_px: Array, camera: Intrinsics, times_s: Array) -> Array:
-        """Where points (v, 2) px seen at ``times_s`` (v,) would be in a camera without the effect."""
+        """Where ``points_px`` (v, 2) seen at ``times_s`` (v,) would be in a camera without the effect."""
         del theta, camera, times_s
         return points_px
 

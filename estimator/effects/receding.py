@@ -16,7 +16,7 @@ def moved_outline(delta_px: Array, places: Places) -> Array:
 
 
 def tabled(table: Array, at_px: Array, knots_px: Array) -> Array:
-    """What a ``table`` (n, k, 2, D) at ``knots_px`` (D,) tells of depths or blurs (n, k, 2), linear between knots and constant beyond.
+    """What a ``table`` (n, k, 2, D) at ``knots_px`` (D,) tells of ``at_px`` (n, k, 2), linear between knots and constant beyond.
 
     Nothing is told (NaN) of what is no number, as of places that a flight led astray never reached.
     """

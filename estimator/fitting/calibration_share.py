@@ -51,7 +51,10 @@ class CalibrationShare:
 def calibration_share(
     task: FitTask, flight: Flight, settings: Refinement, gravity_covariance: Array | None = None
 ) -> CalibrationShare | None:
-    """The share of a calibration in a refined flight; ``None`` where no uncertainty is stated."""
+    """The share of a calibration in a refined flight; ``None`` where no uncertainty is stated.
+
+    ``gravity_covariance`` (3, 3) m²/s⁴.
+    """
     others, gravity = calibration_errors(task, flight, gravity_covariance, _under)
     if not others:
         return None
@@ -69,6 +72,7 @@ def calibration_errors(
     """Independent errors of the calibration, each the task and the flight with so many times of it, and what they add to gravity (3, c).
 
     ``under``: a flight under a gravity that is another by (3,) m/s2.
+    ``gravity_covariance`` (3, 3) m²/s⁴.
     """
     cameras = enumerate(task.sightings.cameras)
     lenses = [_through(task, flight, (number, column)) for number, camera in cameras for column in _lens_errors(camera)]

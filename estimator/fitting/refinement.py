@@ -60,7 +60,10 @@ class Refined:
 
 @dataclass(frozen=True)
 class Linearised:
-    """Errors and their normal equations ``H`` (p, p), ``g`` (p,), prior included, at one flight; ``S`` as in :func:`pose_map`."""
+    """Errors and their normal equations ``H`` (p, p), ``g`` (p,), prior included, at one flight; ``S`` as in :func:`pose_map`.
+
+    ``S`` (n, 8, p); ``normals`` (n, k, 2, 3), body axes.
+    """
 
     predicted: FlightPoses
     S: Array
@@ -154,6 +157,8 @@ def covariance_and_bound(task: FitTask, at: Linearised, prior: Array, settings: 
 def sandwich(task: FitTask, at: Linearised, prior: Array, settings: Refinement) -> Array:
     """Covariance (p, p) of the parameters: own noise of the outlines, that of the views and the body-fixed error.
 
+    ``prior`` (p, p): its information.
+
     Raises
     ------
     NothingSeen
@@ -170,6 +175,8 @@ def sandwich(task: FitTask, at: Linearised, prior: Array, settings: Refinement) 
 def scaled_inverse(H: Array) -> Array:
     """Inverse of a normal matrix whose parameters have units far apart.
 
+    ``H`` (p, p).
+
     Raises
     ------
     NothingSeen
@@ -183,7 +190,10 @@ def scaled_inverse(H: Array) -> Array:
 
 
 def determined(H: Array) -> Array:
-    """A normal matrix whose inverse is more than rounding."""
+    """A normal matrix whose inverse is more than rounding.
+
+    ``H`` (p, p).
+    """
     scale = _scale(H)
     scaled = H * scale[:, None] * scale
     if not (np.isfinite(scaled).all() and np.linalg.eigvalsh(scaled)[0] > LEAST_CURVATURE):
@@ -201,7 +211,10 @@ def linearise(task: FitTask, flight: Flight, settings: Refinement) -> Linearised
 
 
 def linearised(task: FitTask, flight: Flight, motion: tuple[FlightPoses, Array], settings: Refinement) -> Linearised:
-    """The same for poses and sensitivities (n, 6, p) given as ``motion``; the first 21 of their parameters are those of ``flight``."""
+    """The same for poses and sensitivities (n, 6, p) given as ``motion``; the first 21 of their parameters are those of ``flight``.
+
+    ``motion``: poses, and sensitivities (n, 6, p).
+    """
     predicted, sensitivity = motion
     errors = unbiased_errors(task, flight, predicted)
     S = pose_map(sensitivity)

@@ -15,6 +15,7 @@ def stable_inverse(H: Array, tolerance: float = TOLERANCE) -> Array:
     """Pseudo-inverse of a symmetric positive matrix after scaling its diagonal to one.
 
     Directions whose eigenvalue is below ``tolerance`` of the largest are left out: parameters the data do not see stay where they are.
+    ``H`` (p, p).
     """
     diagonal = np.diag(H)
     scale = np.where(diagonal > 0.0, 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0)), 0.0)

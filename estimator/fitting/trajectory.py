@@ -47,7 +47,10 @@ def fit(task: FitTask, start: Flight, *, max_steps: int = 25, tolerance: float =
 
 
 def pose_map(sensitivity: Array) -> Array:
-    """``S`` (n, 8, p): pair columns (pose, offset of the sighting, offset of the view) by parameters, the first 21 those of a flight."""
+    """``S`` (n, 8, p): pair columns (pose, offset of the sighting, offset of the view) by parameters, the first 21 those of a flight.
+
+    ``sensitivity`` (n, 6, p) of the poses.
+    """
     S = np.zeros((len(sensitivity), N_COLUMNS, sensitivity.shape[2]))
     S[:, :6] = sensitivity
     S[:, 6, OFFSET] = -1.0

@@ -57,6 +57,7 @@ def cast_outline(mesh: CastingMesh, camera: Intrinsics, R_cam_particle: Array, t
     """The outline (n, 2) px of the mesh, its largest part where it falls apart; hollows that are shallow are filled.
 
     The contour generator is drawn ``finer`` times finer than the pixels.
+    ``R_cam_particle`` (3, 3), ``t_cam_particle`` (3,) m.
     """
     pixels = camera.project(mesh.vertices @ R_cam_particle.T + t_cam_particle)
     rim = mesh.ends[contour_generator(mesh, pixels)]
@@ -89,7 +90,10 @@ def with_hollows_seen(cast: Array, seen: Array) -> Array:
 
 
 def cast_convex(vertices: Array, camera: Intrinsics, R_cam_particle: Array, t_cam_particle: Array) -> Array:
-    """The outline (n, 2) px of the convex body with ``vertices`` (v, 3) m."""
+    """The outline (n, 2) px of the convex body with ``vertices`` (v, 3) m.
+
+    ``R_cam_particle`` (3, 3), ``t_cam_particle`` (3,) m.
+    """
     pixels = camera.project(vertices @ R_cam_particle.T + t_cam_particle)
     return np.asarray(pixels[ConvexHull(pixels).vertices])
 
@@ -103,6 +107,7 @@ def drawn_rim(pixels: Array, rim: NDArray[np.int64], finer: int, *, chain: int =
     """The outer boundary (n, 2) px of the contour generator's edges ``rim`` (e, 2), drawn ``finer`` times finer than the pixels.
 
     ``chain``: its corners, or with ``cv2.CHAIN_APPROX_NONE`` every point that was drawn.
+    ``pixels`` (v, 2) of all vertices.
     """
     corner = pixels.min(axis=0) - MARGIN_PX
     width, height = np.ceil((pixels.max(axis=0) + MARGIN_PX - corner) * finer).astype(int)

@@ -16,7 +16,7 @@ LEAST_CORNERS = 3
 
 
 def hollow_share(polygons: Sequence[Array]) -> float:
-    """Mean share of the convex hulls of outlines (v, 2) that they leave empty; those of fewer than three corners do not count."""
+    """Mean share of their convex hulls that outlines ``polygons`` (v, 2) leave empty; those of fewer than three corners do not count."""
     whole = [polygon for polygon in polygons if len(polygon) >= LEAST_CORNERS]
     if not whole:
         return 0.0

@@ -110,13 +110,19 @@ def noise_streams(rng: np.random.Generator) -> tuple[np.random.Generator, np.ran
 
 
 def drawn_noise(polygons: Sequence[Array], noise_px: float, samples: Rows, *, pairs: int, rng: np.random.Generator) -> list[Array]:
-    """Noise (pairs, samples) px of the points of each outline; none where it has too few corners or was seen with too few points."""
+    """Noise (pairs, samples) px of the points of each outline; none where it has too few corners or was seen with too few points.
+
+    ``polygons`` (v, 2) px; ``samples`` (n,): points that each outline was seen with.
+    """
     seen = [int(n) if len(p) >= SMALLEST_POLYGON and n >= MINIMUM_POINTS else 0 for p, n in zip(polygons, samples, strict=True)]
     return [noise_px * rng.standard_normal((pairs, count)) for count in seen]
 
 
 def bias_under(polygons: Sequence[Array], drawn: Sequence[Array]) -> Float[NDArray[np.float64], "n 180"]:
-    """Bias (px) of the tangents of outlines (v, 2) px whose points have the noise ``drawn``; zero where there is none."""
+    """Bias (px) of the tangents of outlines (v, 2) px whose points have the noise ``drawn``; zero where there is none.
+
+    ``polygons`` (v, 2) px, ``drawn`` (pairs, samples) px.
+    """
     outward = outward_directions()
     curves = np.zeros((len(polygons), DIRECTIONS))
     for i, (points, noise) in enumerate(zip(polygons, drawn, strict=True)):
@@ -126,7 +132,10 @@ def bias_under(polygons: Sequence[Array], drawn: Sequence[Array]) -> Float[NDArr
 
 
 def noise_digest(drawn: Sequence[Array]) -> str:
-    """SHA-256 of drawn noise."""
+    """SHA-256 of drawn noise.
+
+    ``drawn`` (pairs, samples) px of each outline.
+    """
     total = hashlib.sha256(repr([noise.shape for noise in drawn]).encode())
     for noise in drawn:
         total.update(np.ascontiguousarray(noise).tobytes())
@@ -137,6 +146,7 @@ def seen_support(points: Array, drawn: Array, outward: Array) -> Array:
     """Mean support (d,) px along ``outward`` (d, 2) of the hull of an outline (v, 2) px as it is seen: sampled, noisy, smoothed.
 
     ``drawn`` (pairs, samples) px: noise of its samples, which counts with both signs; zeros: there is none.
+    ``points`` (v, 2) px.
     """
     return np.asarray(_mean_support(np.ascontiguousarray(points), drawn, WEIGHTS, np.ascontiguousarray(outward.T)))
 
@@ -154,7 +164,10 @@ def outward_directions() -> Float[NDArray[np.float64], "180 2"]:
 
 
 def curve_at(curves: Array, row: Rows, direction: Array) -> Array:
-    """Values of the curves ``row``, linear between directions, at normals ``direction`` (..., 2)."""
+    """Values of the curves ``row``, linear between directions, at normals ``direction`` (..., 2).
+
+    ``curves`` (n, 180); ``row`` (...,), or what spreads to it.
+    """
     place = np.arctan2(direction[..., 1], direction[..., 0]) / (2.0 * np.pi) * DIRECTIONS % DIRECTIONS
     low = np.floor(place).astype(np.int64) % DIRECTIONS
     share = place - np.floor(place)

@@ -99,7 +99,10 @@ class OutlineShape:
     smear: Array
 
     def take(self, rows: Index) -> "OutlineShape":
-        """The outlines ``rows`` alone."""
+        """The outlines ``rows`` alone.
+
+        ``rows`` (k,).
+        """
         return OutlineShape(*(getattr(self, each.name)[rows] for each in fields(self)))
 
     def towards(self, normals: Array) -> "OutlineShape":
@@ -149,6 +152,7 @@ def as_of_a_hull(shape: OutlineShape, polygons: Sequence[Array]) -> OutlineShape
     A hull has the body's hollows in part only, so which stretches are flat it knows of convex bodies and half of jagged ones. Leaks are
     drawn towards their mean by what bodies of both kinds showed, lest an error of the hull count as knowledge [regression calibration,
     Carroll, Ruppert, Stefanski and Crainiceanu 2006, ch. 4]; ``scripts/study_hull_leaks.py`` measures how well.
+    ``polygons`` (v, 2) px.
     """
     whole = [i for i, polygon in enumerate(polygons) if len(polygon) >= MINIMUM_VERTICES]
     if not whole:
@@ -166,6 +170,7 @@ def outline_shape(
     ``motions`` (n, 3, 2): how each moves during the exposure (:func:`estimator.geometry.outline_smear.smear_losses`), if it does.
     ``flat``: outlines of the same body that tell flat stretches, from which light leaks, where others are rough with noise.
     ``sampling``: how the outlines are seen; without it they are compared as they are.
+    ``polygons``, ``flat`` (v, 2) px.
     """
     n = len(polygons)
     shape = OutlineShape(

@@ -9,5 +9,8 @@ MEDIAN = float(norm.ppf(0.75))
 
 
 def robust_sigma(errors: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Of every column of errors (n, ...): an array (...)."""
+    """Of every column of errors (n, ...): an array (...).
+
+    ``errors`` (n, ...).
+    """
     return np.asarray(np.median(np.abs(errors), axis=0) / MEDIAN)

@@ -20,7 +20,7 @@ UNSURE_PX, SURE_PX = 1e5, 1e3
 
 @dataclass(frozen=True)
 class Silhouettes:
-    """n packed hulls: hull ``i`` has the vertices ``offsets[i]:offsets[i + 1]``.
+    """n packed hulls: hull ``i`` has the vertices from ``offsets`` (n + 1,) at i to that at i + 1.
 
     ``xy`` (v, 2) ideal normalised image coordinates; ``points_px`` (v, 2) as seen; ``sigma_px`` (v,) standard deviation of a vertex along
     its normal; ``correlation_rad`` (n,) the turn of the tangent over which its noise is correlated. ``noise_px`` (n,) is the outlines'
@@ -78,6 +78,7 @@ def silhouettes(
 
     ``unsure``: for each outline which of its points may not be the body's edge, or none. A tangent at one of them says nothing. One at
     another point is right even where a part of the body is hidden beyond a line, since what lies on that line is among the unsure points.
+    ``unsure`` (n,) for the n points of each outline.
     """
     hulls = [tangent_hull(o.points_px, window=window) for o in outlines]
     if unsure is not None:

@@ -171,7 +171,10 @@ def _weights(window: int) -> Array:
 
 
 def evenly_spaced(points: Array) -> Array:
-    """The outline itself where its samples are about evenly spaced near ``SPACING_PX``, otherwise resampled along its length."""
+    """The outline itself where its samples are about evenly spaced near ``SPACING_PX``, otherwise resampled along its length.
+
+    ``points`` (n, 2) px.
+    """
     closed = np.concatenate([points, points[:1]])
     steps = np.linalg.norm(np.diff(closed, axis=0), axis=1)
     typical = float(np.median(steps))
@@ -182,7 +185,10 @@ def evenly_spaced(points: Array) -> Array:
 
 
 def normals(smooth: Array) -> Array:
-    """Unit normals (..., n, 2) of closed curves, outwards for positive orientation."""
+    """Unit normals (..., n, 2) of closed curves, outwards for positive orientation.
+
+    ``smooth`` (..., n, 2) px.
+    """
     tangent = np.roll(smooth, -1, axis=-2) - np.roll(smooth, 1, axis=-2)
     normal = np.stack([tangent[..., 1], -tangent[..., 0]], axis=-1)
     return np.asarray(normal / np.maximum(np.linalg.norm(normal, axis=-1, keepdims=True), 1e-12))

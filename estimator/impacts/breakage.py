@@ -21,7 +21,10 @@ FITTING_MEAN_SQUARE = 2.0
 
 
 def worse_after(estimate: Estimate, times_s: Array) -> str | None:
-    """What to say of a run whose pictures after the first impact fit the particle worse than those before it."""
+    """What to say of a run whose pictures after the first impact fit the particle worse than those before it.
+
+    ``times_s`` (f,) of the frames.
+    """
     frame_s = float(np.median(np.diff(times_s)))
     used = [f for f in estimate.frames if f.used and f.rms_whitened > 0.0]
     away = np.array([(times_s[f.frame] - estimate.impacts[0].time_s) / frame_s for f in used])

@@ -71,7 +71,7 @@ def centroid_path(track: OutlineTrack, *, in_part: bool = False) -> CentroidPath
 
 
 def polygon_moments(points: Array) -> tuple[float, float, float]:
-    """Area and centroid of a polygon (n, 2)."""
+    """Area and centroid of a polygon of ``points`` (n, 2)."""
     x, y = (points - points[0]).T
     cross = x * np.roll(y, -1) - np.roll(x, -1) * y
     area = 0.5 * float(cross.sum())

@@ -72,7 +72,10 @@ def moved_loose(flight: PiecewiseFlight, step: Array, loose: tuple[LooseContact,
 
 
 def loose_sensitivity(flight: PiecewiseFlight, times_s: Array, loose: tuple[LooseContact, ...]) -> tuple[FlightPoses, Array]:
-    """Poses (m = 1) and their sensitivity (f, 6, p + 5 l)."""
+    """Poses (m = 1) and their sensitivity (f, 6, p + 5 l).
+
+    ``times_s`` (f,).
+    """
     at, S = piecewise_sensitivity(flight, times_s)
     parts = [_by_shift(flight, times_s, contact) for contact in loose]
     return at, np.concatenate([S, *parts], axis=2)
@@ -106,6 +109,8 @@ def spread_equations(flight: PiecewiseFlight, loose: tuple[LooseContact, ...]) -
 
 def spread_needed(z: Array, covariance: Array) -> float:
     """The spread (s) at which z is as large as expected; 0 where its covariance alone explains it.
+
+    ``z`` (5,) s, ``covariance`` (5, 5).
 
     Raises
     ------

@@ -27,7 +27,10 @@ def with_calibration(
     plate: PlateTask | None = None,
     gravity_covariance: Array | None = None,
 ) -> tuple[PiecewiseRefined, Array | None]:
-    """A refined flight with the calibration's share in its covariance, and that share (p, p); ``None`` where no uncertainty is stated."""
+    """A refined flight with the calibration's share in its covariance, and that share (p, p); ``None`` where no uncertainty is stated.
+
+    ``gravity_covariance`` (3, 3) m²/s⁴.
+    """
     flight = refined.flight
     others, _ = calibration_errors(task, flight, gravity_covariance, _under)
     if not others:
@@ -49,7 +52,10 @@ def _under(flight: PiecewiseFlight, pull: Array) -> PiecewiseFlight:
 
 
 def share_of(refined: PiecewiseRefined, share: Array) -> dict[str, Any]:
-    """Standard deviations of v (m/s) and omega (rad/s) in the middle of the first segment, by the calibration alone and of all."""
+    """Standard deviations of v (m/s) and omega (rad/s) in the middle of the first segment, by the calibration alone and of all.
+
+    ``share`` (p, p) of the covariance.
+    """
     ends = (float(refined.times_s.min()), float(refined.flight.times_s[0]))
     J = piecewise_velocity_sensitivity(refined.flight, 0.5 * (ends[0] + ends[1]))
     parts = (("v_ms", J[:3]), ("omega_rads", J[3:6]))

@@ -54,7 +54,7 @@ class PiecewiseRefined:
 
 
 def flown(flight: PiecewiseFlight, times_s: Array) -> FlightPoses:
-    """Poses (m = 1) at ``times_s``."""
+    """Poses (m = 1) at ``times_s`` (f,) s."""
     return piecewise_poses(flight, np.zeros((1, flight.size)), times_s)
 
 

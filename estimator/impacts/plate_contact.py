@@ -98,7 +98,10 @@ def stated_spread(plate: Plate) -> Array:
 
 
 def held_by_plate(task: PlateTask, flight: PiecewiseFlight, times_s: Array) -> PlateHeld:
-    """Normal equations (p, p) of the plate's cost at a flight whose pictures were taken at ``times_s``."""
+    """Normal equations (p, p) of the plate's cost at a flight whose pictures were taken at ``times_s``.
+
+    ``times_s`` (f,).
+    """
     gaps = gaps_of(task, flight, times_s)
     u = plate_off(gaps, task.sigma_m)
     z = (gaps.h + gaps.A @ u) / task.sigma_m
@@ -119,7 +122,10 @@ def turned_normal(task: PlateTask, u: Array) -> Array:
 
 
 def penalty(z: Array, equal: NDArray[np.bool_]) -> tuple[Array, Array, Array]:
-    """Cost, slope and curvature (k,) each of gaps over their standard deviation."""
+    """Cost, slope and curvature (k,) each of gaps over their standard deviation.
+
+    ``z``, ``equal`` (k,): the gaps, and which are to be nought.
+    """
     clipped = np.maximum(z, DEEPEST_Z)
     ratio = np.exp(-0.5 * clipped**2 - 0.5 * np.log(2.0 * np.pi) - log_ndtr(clipped))
     deep = z < DEEPEST_Z
@@ -143,7 +149,10 @@ def plate_off(gaps: Gaps, sigma_m: float) -> Array:
 
 
 def gaps_of(task: PlateTask, flight: PiecewiseFlight, times_s: Array) -> Gaps:
-    """The gaps that count: at each impact, and where the particle is kept out at the lowest picture of each free flight."""
+    """The gaps that count: at each impact, and where the particle is kept out at the lowest picture of each free flight.
+
+    ``times_s`` (f,) of the pictures.
+    """
     rows = [_gap_at_impact(task, flight, number) for number in range(len(flight.bounces))]
     equal = [task.touched] * len(rows)
     if task.kept_out:

@@ -27,6 +27,7 @@ def edge_direction(cameras: Sequence[HsvCamera], outlines: Sequence[Outline | No
     """Direction (3,), unit, world frame, of the plate's edge nearest to where the particle is seen; ``None`` where no camera sees a plate.
 
     The edge is taken to lie across the viewing direction, as that of a plate seen from its side does.
+    ``place_world`` (3,) m.
     """
     for camera, outline in zip(cameras, outlines, strict=False):
         if outline is None or len(outline.points_px) < 3:

@@ -44,7 +44,10 @@ def plate_gaps(refined: PiecewiseRefined, observation: Observation, particle: Pa
 
 
 def spread_by(J: Array, matrix: Array) -> Array:
-    """Covariance of what depends on parameters by ``J``, symmetric to the last bit."""
+    """Covariance of what depends on parameters by ``J``, symmetric to the last bit.
+
+    ``J`` (m, p), ``matrix`` (p, p).
+    """
     result = J @ matrix @ J.T
     return np.asarray(0.5 * (result + result.T))
 
@@ -52,7 +55,10 @@ def spread_by(J: Array, matrix: Array) -> Array:
 def plate_gap(
     refined: PiecewiseRefined, at: tuple[Touch, Array], time_s: float, plate: Plate, seen: tuple[Observation, Particle]
 ) -> PlateGap:
-    """How far the lowest point of the hull is above the plate at the impact, and at worst; ``at``: the impact and its covariance."""
+    """How far the lowest point of the hull is above the plate at the impact, and at worst; ``at``: the impact and its covariance.
+
+    The covariance of ``at`` is (18, 18): pose, velocities before and after.
+    """
     (touch, covariance), (observation, particle), flight = at, seen, refined.flight
     n, vertices = plate.normal_world, hull_in_body(particle)
     began = float(observation.clock.times_s[0])

@@ -69,7 +69,10 @@ def plate_task(observation: Observation, particle: Particle, refined: PiecewiseR
 
 
 def guessed_plate(observation: Observation, refined: PiecewiseRefined, vertices: Array) -> tuple[Plate, Array]:
-    """A plate through the first touch, across the impulses, and its ``spread`` (3, 3)."""
+    """A plate through the first touch, across the impulses, and its ``spread`` (3, 3).
+
+    ``vertices`` (v, 3) m of the hull, nominal body axes.
+    """
     flight = refined.flight
     touches = [touch_and_sensitivity(flight, number)[0] for number in range(len(flight.bounces))]
     jumps = np.array([t.after[0, :3] - t.before[0, :3] for t in touches])

@@ -23,14 +23,17 @@ LARGEST_REVERSIBLE_RAD = 0.6
 
 
 def segment_rows(times_s: Array, impacts_s: Array, *, clear_s: float) -> list[NDArray[np.int64]]:
-    """Rows of the sightings in each segment; those nearer to an impact than ``clear_s`` are in none, their side is not known yet."""
+    """Rows of the sightings in each segment; those nearer to an impact than ``clear_s`` are in none, their side is not known yet.
+
+    ``times_s`` (s,) of the sightings, ``impacts_s`` (k,).
+    """
     number = np.searchsorted(impacts_s, times_s)
     clear = np.all(np.abs(times_s[:, None] - impacts_s[None, :]) > clear_s, axis=1)
     return [np.flatnonzero((number == k) & clear).astype(np.int64) for k in range(len(impacts_s) + 1)]
 
 
 def with_pictures_between(times_s: Array, frame: NDArray[np.int64], impacts_s: Array, least: int) -> Array:
-    """Times (k,) s of impacts, the nearest to one another merged until ``least`` pictures lie between any two.
+    """Times ``impacts_s`` (k,), the nearest to one another merged until ``least`` pictures lie between any two.
 
     ``times_s``, ``frame`` (s,): of the sightings; those of several cameras in one frame are one picture.
     """
@@ -43,7 +46,7 @@ def with_pictures_between(times_s: Array, frame: NDArray[np.int64], impacts_s: A
 
 
 def nearest_as_one(impacts_s: Array) -> Array:
-    """Times (k,) s with the two that are nearest to one another as one (k - 1,), between them."""
+    """Times ``impacts_s`` (k,) with the two that are nearest to one another as one (k - 1,), between them."""
     first = int(np.argmin(np.diff(impacts_s)))
     return np.concatenate([impacts_s[:first], [impacts_s[first : first + 2].mean()], impacts_s[first + 2 :]])
 

@@ -116,7 +116,7 @@ def weigh(errors: TangencyErrors, S: Array, first: Silhouettes, *, floor_px: flo
 
 @dataclass(frozen=True)
 class RandomShift:
-    """A random effect: sighting ``i``'s errors move by ``direction[i]`` (n, k, 2) times a number drawn from N(0, ``sigma``²)."""
+    """A random effect: each sighting's errors move by its ``direction`` (n, k, 2) times a number drawn from N(0, ``sigma``²)."""
 
     direction: Array
     sigma: float
@@ -135,6 +135,7 @@ def weigh_linear(
 
     An error beyond ``huber`` standard deviations has its variance raised until its influence is that of one at ``huber``. A random
     ``shift`` is taken off before that is judged, and out of the weights (Woodbury's identity) [Laird and Ware 1982].
+    ``linear``: errors (n, k, 2) px and derivatives (n, k, 2, p).
     """
     (e, J), p = linear, linear[1].shape[-1]
     told, own, total, angle = _own_noise(errors, first, floor_px)
@@ -189,6 +190,7 @@ def design_effects(share: Array, angle: Array, told: NDArray[np.bool_], correlat
     """Of n sightings, ``1ᵀ R 1 / m`` of the m errors that are ``told`` (n, k, 2), 1 where none is.
 
     ``share`` (n, k, 2): the outline's own noise over the standard deviation of the error, ``angle`` (n, k, 2) of its normal.
+    ``correlation_rad`` (n,).
     """
     noise = _of_sightings(told, angle, share, np.zeros(share.shape), correlation_rad)
     alike = noise.half(np.ones((share.size, 1))).reshape(len(share), -1).sum(axis=1)
@@ -206,6 +208,7 @@ class Sighting:
     """The errors ``e`` (m,) of one sighting with the views ``view`` at the tangencies ``side``.
 
     ``J`` (m, p) by the parameters, ``Sigma`` (m, m) px² their covariance.
+    ``view``, ``side`` (m,): numbers.
     """
 
     view: NDArray[np.int64]
@@ -218,7 +221,10 @@ class Sighting:
 def sighting(
     linear: tuple[Array, Array], errors: TangencyErrors, first: Silhouettes, i: int | np.integer, *, floor_px: float, huber: float
 ) -> Sighting:
-    """Errors of sighting ``i``, their derivatives and covariance; arguments as in :func:`weigh`."""
+    """Errors of sighting ``i``, their derivatives and covariance; arguments as in :func:`weigh`.
+
+    ``linear``: errors (n, k, 2) px and derivatives (n, k, 2, p).
+    """
     view, side = np.argwhere(errors.told_in(i)[:, :2]).T
     e, J = linear[0][i, view, side], linear[1][i, view, side]
     own = first.sigma_px[first.offsets[i] + errors.tangency[i, view, side]]
@@ -230,7 +236,10 @@ def sighting(
 
 
 def shared_view_noise(errors: TangencyErrors, weighted: Array, second: Silhouettes) -> Array:
-    """What one view's outline noise adds to the gradient's covariance (p, p) by entering many sightings: the sum over the views above."""
+    """What one view's outline noise adds to the gradient's covariance (p, p) by entering many sightings: the sum over the views above.
+
+    ``weighted`` (n, k, 2, p) derivatives.
+    """
     n, k, _, p = weighted.shape
     seen = np.repeat(errors.valid[:, :, None], 2, axis=2)
     vertex = np.where(seen, second.offsets[:-1, None] + errors.tangency[:, :, 2:], 0)
@@ -247,6 +256,7 @@ def information(errors: TangencyErrors, S: Array, first: Silhouettes, body: tupl
     ``body``: places of the errors and the body-fixed error's standard deviation (px). With ``B_i`` the errors' cells the body-fixed error
     is a nuisance of covariance ``C = L Lᵀ``, eliminated as ``F - U L (1 + Lᵀ V L)⁻¹ Lᵀ Uᵀ``, F = Σ JᵀΣ_i⁻¹J, U = Σ JᵀΣ_i⁻¹B_i,
     V = Σ B_iᵀΣ_i⁻¹B_i.
+    ``S`` (n, 8, p).
     """
     places, sigma_px = body
     linear, p = linear_errors(errors, S), S.shape[2]

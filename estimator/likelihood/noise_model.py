@@ -27,7 +27,7 @@ def tangent_correlation(directions: Array, correlation_rad: float) -> Array:
 
 
 def normal_angle(directions: Array) -> Array:
-    """Angle (...,) rad of normals (..., 2)."""
+    """Angle (...,) rad of ``directions`` (..., 2)."""
     return np.asarray(np.arctan2(directions[..., 1], directions[..., 0]))
 
 

@@ -51,7 +51,10 @@ class TimeShifts:
     stretch: Array | None = None
 
     def take(self, rows: NDArray[np.int64]) -> "TimeShifts":
-        """The sightings ``rows`` alone."""
+        """The sightings ``rows`` alone.
+
+        ``rows`` (k,).
+        """
         still, stretch = (None if each is None else each[rows] for each in (self.still, self.stretch))
         return TimeShifts(self.tau_s[rows], self.h[rows], self.noise[rows], still, stretch)
 
@@ -246,6 +249,9 @@ def _differences(values: Array, noise: Array) -> tuple[Array, Array]:
 
 
 def gain_of(tau: Array, h: Array, sigma: float) -> float:
-    """Twice the log-likelihood's gain of a jitter ``sigma`` (s) over none."""
+    """Twice the log-likelihood's gain of a jitter ``sigma`` (s) over none.
+
+    ``tau`` (n,) s, ``h`` (n,) 1/s²: shifts of the times and their information.
+    """
     share = sigma**2 * h / (1.0 + sigma**2 * h)
     return float(np.sum(tau**2 * h * share) - np.sum(np.log1p(sigma**2 * h)))

@@ -260,6 +260,7 @@ def fitted_chains(seen: Seen, task: FitTask, impacts_s: Array, configuration: Co
     """The joint fits from the competing minima of the longest segment, by ascending cost.
 
     Impacts between which too few pictures lie to fit a flight become one: where they were two, what the fit leaves shows it.
+    ``impacts_s`` (k,): times to begin with.
     """
     frame_s = _frame_s(seen)
     impacts_s = with_pictures_between(task.sightings.times_s, task.sightings.frame, impacts_s, LEAST_BETWEEN)

@@ -31,7 +31,10 @@ Pair = tuple[int, int]
 
 @dataclass(frozen=True)
 class Edge:
-    """The chosen motion between two sets: ``R``, ``t`` map the second's frame to the first's; its cost and the loops that it closes."""
+    """The chosen motion between two sets: its cost and the loops that it closes.
+
+    ``R`` (3, 3), ``t`` (3,) m map the second's frame to the first's.
+    """
 
     R: Array
     t: Array

@@ -53,7 +53,10 @@ class Placements:
         return np.concatenate([self.rig_t, rotation_vector(self.rig_R)], axis=1)
 
     def take(self, rows: NDArray[np.int64]) -> "Placements":
-        """The sets ``rows`` alone."""
+        """The sets ``rows`` alone.
+
+        ``rows`` (k,).
+        """
         return replace(self, R=self.R[rows], t=self.t[rows])
 
 
@@ -106,13 +109,19 @@ class JointTask:
         return PoseSet(np.ascontiguousarray(R), np.ascontiguousarray(t))
 
     def errors(self, at: Placements, pairs: Array | None = None) -> TangencyErrors:
-        """Errors of all ``pairs`` (those of :attr:`pairs` where none are given), derivatives along the particle's axes."""
+        """Errors of all ``pairs`` (those of :attr:`pairs` where none are given), derivatives along the particle's axes.
+
+        ``pairs`` (n, n): their weights.
+        """
         poses = self.poses(at)
         weight = self.pairs if pairs is None else pairs
         return tangency_errors(self.seen, poses, self.seen, poses, pivot_particle=self.pivot, axes=poses.R, weight=weight)
 
     def moved(self, at: Placements, step: Array) -> Placements:
-        """The placements of all sets but the first, and the cameras, moved by ``step``."""
+        """The placements of all sets but the first, and the cameras, moved by ``step``.
+
+        ``step`` (p,): six numbers (m, rad) of each set but the first, and of each camera where the rig may be off.
+        """
         own = POSE * (len(at.R) - 1)
         placed = at.moved(np.concatenate([np.zeros(POSE), step[:own]]).reshape(-1, POSE), self.pivot)
         return placed.with_cameras_moved(step[own:].reshape(-1, POSE)) if self.rig is not None else placed

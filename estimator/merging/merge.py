@@ -51,8 +51,8 @@ class Merged:
 
     ``placed``: numbers of the sets, in the order of ``joint``'s placements. ``outlines``, ``views`` (n): all views used, ``set_of`` and
     ``view_of`` (n,) the set's number and the view's in it, ``view_rms_px`` (n,) RMS ETE of each against those of other sets,
-    ``set_rms_px`` alike of the placed sets. ``calibration_px``: by how much the rig's calibration misplaces a view; ``rig``: what was found
-    of its errors, by camera (its number in a set): translation (m) and turn (rad) along the camera's axes (6,).
+    ``set_rms_px`` (s,) alike of the placed sets. ``calibration_px``: by how much the rig's calibration misplaces a view; ``rig``: what was
+    found of its errors, by camera (its number in a set): translation (m) and turn (rad) along the camera's axes (6,).
     """
 
     placed: tuple[int, ...]

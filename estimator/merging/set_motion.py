@@ -133,7 +133,7 @@ def motion_rms_px(first: ViewSet, second: Views, motions: Poses) -> Array:
 
 
 def rms_without_worst(square: Array, count: NDArray[np.int64]) -> float:
-    """RMS of errors whose ``square`` sums and ``count`` (n, k) are given, without the worst row and column of more than three."""
+    """RMS of errors without the worst row and column of more than three; ``square``, ``count`` (n, k) their sums and numbers."""
     for axis in (1, 0):
         if square.shape[1 - axis] > MINIMUM_VIEWS:
             worst = int(np.argmax(square.sum(axis=axis) / np.maximum(count.sum(axis=axis), 1)))

@@ -63,6 +63,8 @@ class Flight:
     """A flight at its reference time.
 
     ``body`` is the nominal one, ``com`` (3,), ``inertia`` (5,) and ``offset_px`` as in the module's table.
+    World frame: ``x`` (3,) m of the centre of mass, ``q`` (4,) from the body, scalar last, ``v`` (3,) m/s, ``omega`` (3,) rad/s,
+    ``gravity_world`` (3,) m/s².
     """
 
     time_s: float
@@ -164,7 +166,10 @@ def poses(flight: Flight, steps: Array, times_s: Array) -> FlightPoses:
 
 
 def poses_and_sensitivity(flight: Flight, times_s: Array) -> tuple[FlightPoses, Array]:
-    """Poses (m = 1) and their sensitivity (f, 6, 21): translation and left rotation vector of the nominal body, by central differences."""
+    """Poses (m = 1) and their sensitivity (f, 6, 21): translation and left rotation vector of the nominal body, by central differences.
+
+    ``times_s`` (f,).
+    """
     varied = np.flatnonzero(STEPS)
     steps = np.zeros((1 + 2 * len(varied), N_PARAMETERS))
     for row, column in enumerate(varied):
@@ -189,7 +194,10 @@ def pose_differences(every: FlightPoses, widths: Array) -> Array:
 
 
 def velocities(flight: Flight, steps: Array, time_s: float) -> tuple[Array, Array]:
-    """Velocity and angular velocity (m, 3) each, world frame, at one time."""
+    """Velocity and angular velocity (m, 3) each, world frame, at one time.
+
+    ``steps`` (m, 21).
+    """
     reached = states(flight, steps, np.array([time_s]))
     inverse = inverted(inertia_matrix(flight, flight.inertia + steps[:, INERTIA]))
     return reached.v[0], angular_velocity(reached.q[0], reached.L[0], inverse)

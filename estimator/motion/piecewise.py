@@ -179,7 +179,7 @@ def _legs(flight: PiecewiseFlight, lanes: _Lanes) -> list[_Leg]:
 
 
 def segment_of(flight: PiecewiseFlight, times_s: Array) -> NDArray[np.int64]:
-    """Number of the segment in which each time (f,) lies; a time of impact belongs to the segment after it."""
+    """Number of the segment in which each of ``times_s`` (f,) lies; a time of impact belongs to the segment after it."""
     return np.searchsorted(flight.times_s, times_s, side="right").astype(np.int64)
 
 
@@ -216,7 +216,10 @@ def _perturbations(flight: PiecewiseFlight) -> tuple[NDArray[np.int64], Array]:
 
 
 def piecewise_sensitivity(flight: PiecewiseFlight, times_s: Array) -> tuple[FlightPoses, Array]:
-    """Poses (m = 1) and their sensitivity (f, 6, p), as :func:`estimator.motion.flight.poses_and_sensitivity`."""
+    """Poses (m = 1) and their sensitivity (f, 6, p), as :func:`estimator.motion.flight.poses_and_sensitivity`.
+
+    ``times_s`` (f,).
+    """
     varied, steps = _perturbations(flight)
     every = piecewise_poses(flight, steps, times_s)
     sensitivity = np.zeros((len(times_s), 6, flight.size))
@@ -269,7 +272,10 @@ def touch_and_sensitivity(flight: PiecewiseFlight, number: int) -> tuple[Touch, 
 
 
 def piecewise_velocities(flight: PiecewiseFlight, steps: Array, times_s: Array) -> Array:
-    """Velocity and angular velocity (f, m, 6), world frame."""
+    """Velocity and angular velocity (f, m, 6), world frame.
+
+    ``steps`` (m, p), ``times_s`` (f,).
+    """
     reached = piecewise_states(flight, steps, times_s)
     inverse = _lanes(flight, steps).inverse
     omega = np.stack([angular_velocity(q, L, inverse) for q, L in zip(reached.q, reached.L, strict=True)])

@@ -45,7 +45,7 @@ mass, or torque per largest moment (rad/s²)."""
 
 
 def rotation_matrices(q: Array) -> Array:
-    """Rotation matrices (..., 3, 3) of unit quaternions (..., 4), scalar last."""
+    """Rotation matrices (..., 3, 3) of unit quaternions ``q`` (..., 4), scalar last."""
     R = np.empty((*q.shape[:-1], 3, 3))
     _rotation_matrices(np.ascontiguousarray(q).reshape(-1, 4), R.reshape(-1, 9))
     return R
@@ -61,7 +61,7 @@ def _rotation_matrices(q, R):  # type: ignore[no-untyped-def]
 
 
 def quaternion_product(a: Array, b: Array) -> Array:
-    """The product ``a b`` of quaternions (..., 4), scalar last: first ``b``'s rotation, then ``a``'s."""
+    """The product (..., 4) of quaternions ``a``, ``b`` (..., 4), scalar last: first ``b``'s rotation, then ``a``'s."""
     out = np.empty(np.broadcast_shapes(a.shape, b.shape))
     first, second = (np.ascontiguousarray(np.broadcast_to(each, out.shape), dtype=np.float64).reshape(-1, 4) for each in (a, b))
     _quaternion_product(first, second, out.reshape(-1, 4))
@@ -80,7 +80,7 @@ def _quaternion_product(a, b, out):  # type: ignore[no-untyped-def]
 
 
 def cross_product(a: Array, b: Array) -> Array:
-    """The product ``a x b`` (m, 3) of vectors (m, 3)."""
+    """The product ``a x b`` (m, 3) of vectors ``a``, ``b`` (m, 3)."""
     out = np.empty(np.shape(b))
     _cross_product(np.ascontiguousarray(a), np.ascontiguousarray(b), out)
     return out
@@ -95,7 +95,10 @@ def _cross_product(a, b, out):  # type: ignore[no-untyped-def]
 
 
 def angular_velocity(q: Array, L: Array, inverse_inertia: Array) -> Array:
-    """World-frame angular velocity (m, 3) rad/s; ``inverse_inertia`` (m, 3, 3) in the body frame."""
+    """World-frame angular velocity (m, 3) rad/s; ``inverse_inertia`` (m, 3, 3) in the body frame.
+
+    ``q`` (m, 4), scalar last; ``L`` (m, 3) per largest moment.
+    """
     omega = np.empty(L.shape)
     _attitude_rates(*(np.ascontiguousarray(a) for a in (q, L, inverse_inertia)), omega, np.empty(q.shape))
     return omega
@@ -123,7 +126,10 @@ def _attitude_rates(q, L, inverse_inertia, omega, q_rate):  # type: ignore[no-un
 
 
 def angular_momentum(q: Array, omega: Array, inertia: Array) -> Array:
-    """World-frame angular momentum (m, 3) per largest moment, of the angular velocity ``omega`` (m, 3) rad/s."""
+    """World-frame angular momentum (m, 3) per largest moment, of the angular velocity ``omega`` (m, 3) rad/s.
+
+    ``q`` (m, 4), scalar last; ``inertia`` (m, 3, 3), body frame.
+    """
     R = rotation_matrices(q)
     omega_body = (omega[:, None, :] @ R)[:, 0, :]
     return np.asarray((R @ (inertia @ omega_body[:, :, None]))[:, :, 0])
@@ -142,6 +148,7 @@ def propagate(
     """States at every time: each array gets a leading axis over ``times_s``; times before the start are reached backwards.
 
     ``start`` holds m states at ``start_time_s``; ``inverse_inertia`` (m, 3, 3). Without ``torque`` L stays as it is.
+    ``times_s`` (f,).
     """
     body = _Body(np.ascontiguousarray(inverse_inertia), acceleration, torque)
     start = States(*(np.ascontiguousarray(a) for a in (start.x, start.q, start.v, start.L)))
@@ -158,12 +165,18 @@ def propagate(
 
 
 def outwards(times_s: Array, start_time_s: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Rows of the times from the start on, and of those before it, the nearest first."""
+    """Rows of the times from the start on, and of those before it, the nearest first.
+
+    ``times_s`` (f,).
+    """
     return np.flatnonzero(times_s >= start_time_s), np.flatnonzero(times_s < start_time_s)[::-1]
 
 
 def fall(start: States, inverse_inertia: Array, times_s: Array, *, start_time_s: float, gravity: Array) -> States:
-    """What :func:`propagate` does under a constant ``gravity`` (3,) m/s² alone: positions and velocities are known in closed form."""
+    """What :func:`propagate` does under a constant ``gravity`` (3,) m/s² alone: positions and velocities are known in closed form.
+
+    ``inverse_inertia`` (m, 3, 3), ``times_s`` (f,).
+    """
     times = np.asarray(times_s, dtype=np.float64)
     shape = (len(times), len(start.x))
     t = (times - start_time_s)[:, None, None]
@@ -182,7 +195,7 @@ def fall(start: States, inverse_inertia: Array, times_s: Array, *, start_time_s:
 
 
 def inverted(inertia: Array) -> Array:
-    """Inverses (m, 3, 3) of inertias, which a flight that ran away may not have."""
+    """Inverses (m, 3, 3) of ``inertia`` (m, 3, 3), which a flight that ran away may not have."""
     try:
         return np.asarray(np.linalg.inv(inertia), dtype=np.float64)
     except np.linalg.LinAlgError:

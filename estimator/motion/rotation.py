@@ -14,7 +14,7 @@ def rotation_from_vector(vectors: Array) -> Array:
 
 
 def rotation_vector(R: Array) -> Array:
-    """Rotation vectors (n, 3) rad of matrices (n, 3, 3), which are orthonormal."""
+    """Rotation vectors (n, 3) rad of ``R`` (n, 3, 3), which are orthonormal."""
     out = np.empty((len(R), 3))
     _rotation_vector(np.ascontiguousarray(R, dtype=np.float64).reshape(-1, 9), out)
     return out
@@ -46,7 +46,7 @@ def _rotation_vector(R, out):  # type: ignore[no-untyped-def]
 
 
 def quaternion(R: Array) -> Array:
-    """Quaternions (..., 4), scalar last, of matrices (..., 3, 3)."""
+    """Quaternions (..., 4), scalar last, of matrices ``R`` (..., 3, 3)."""
     return np.asarray(Rotation.from_matrix(R).as_quat(), dtype=np.float64)
 
 

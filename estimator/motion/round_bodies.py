@@ -29,12 +29,15 @@ PROBE = 1e-4
 
 
 def is_round(inertia: Array) -> bool:
-    """Whether all moments of inertias (m, 3, 3) are equal to the largest one."""
+    """Whether all moments of ``inertia`` (m, 3, 3) are equal to the largest one."""
     return bool((inertia == np.eye(3)).all())
 
 
 def round_fall(start: States, times_s: Array, *, start_time_s: float, gravity: Array) -> States:
-    """Round bodies under a constant ``gravity`` (3,) m/s² alone, in closed form; shapes as in :func:`estimator.motion.rigid_body.fall`."""
+    """Round bodies under a constant ``gravity`` (3,) m/s² alone, in closed form; shapes as in :func:`estimator.motion.rigid_body.fall`.
+
+    ``times_s`` (f,).
+    """
     _check_spin(start.L)
     t = (np.asarray(times_s, dtype=np.float64) - start_time_s)[:, None, None]
     turn = _turned(start.L * t)
@@ -47,7 +50,10 @@ def round_fall(start: States, times_s: Array, *, start_time_s: float, gravity: A
 
 
 def round_flight(start: States, times_s: Array, *, start_time_s: float, acceleration: Rate, torque: Rate | None) -> States:
-    """States (f, m, ·) at every time of m round bodies; arguments as in :func:`estimator.motion.rigid_body.propagate`."""
+    """States (f, m, ·) at every time of m round bodies; arguments as in :func:`estimator.motion.rigid_body.propagate`.
+
+    ``times_s`` (f,).
+    """
     with np.errstate(over="ignore", invalid="ignore"):  # of trial steps that run away
         motion, first = _motion(start, start_time_s, acceleration, torque)
         longest = motion.longest(first, times_s)

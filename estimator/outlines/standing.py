@@ -27,6 +27,7 @@ def ghost_px(background: NDArray[np.uint16], pictures: Sequence[NDArray[np.uint1
 
     What differs at a place in fewer than half of the pictures is the particle that moves; it says whether particles are darker than what is
     behind them. A patch that differs the other way in at least half of them is the ghost.
+    ``background``, ``pictures`` (height, width) DN.
     """
     level = background.astype(np.float32)
     darker, brighter = np.zeros(level.shape, np.int32), np.zeros(level.shape, np.int32)

@@ -25,7 +25,7 @@ HULL_SHARE = 0.005
 
 @dataclass(frozen=True)
 class Hulls:
-    """Vertices of both hulls, (v, 3) and (w, 3) m in nominal body axes from the nominal centres, and ``sigma_m`` (2,) of their surfaces."""
+    """``vertices`` (v, 3) and (w, 3) m of both hulls in nominal body axes from their centres, and ``sigma_m`` (2,) of their surfaces."""
 
     vertices: tuple[Array, Array]
     sigma_m: Array
@@ -57,7 +57,7 @@ def gap_and_derivative(pair: PairFlight, hulls: Hulls) -> tuple[float, Array]:
 
 
 def nearest_at(pair: PairFlight, hulls: Hulls, places: list[Array], turns: list[Array]) -> Nearest:
-    """The nearest features for centres of mass at ``places`` (m) and orientations ``turns`` (world from nominal body axes)."""
+    """The nearest features for centres of mass at ``places`` (3,) m and orientations ``turns`` (3, 3), world from nominal body axes."""
     first, second = (
         place + (body - flight.first.com) @ R.T for place, body, R, flight in zip(places, hulls.vertices, turns, pair.both, strict=True)
     )

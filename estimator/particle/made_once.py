@@ -41,7 +41,10 @@ SETTINGS = ("hull_resolution", "directions", "foreign_view_ratio")
 
 @dataclass(frozen=True)
 class MadeOnce:
-    """Each part or, where it was not made, nothing; see :class:`estimator.particle.particle.Particle`."""
+    """Each part or, where it was not made, nothing; see :class:`estimator.particle.particle.Particle`.
+
+    ``convex_vertices`` (v, 3) m, ``cast_in_views`` (v, 2) px each.
+    """
 
     hull: HullMesh | None = None
     catalogue: StartCatalogue | None = None

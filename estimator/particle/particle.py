@@ -270,6 +270,7 @@ def view_agreement(seen: Silhouettes, poses: PoseSet, centre: Array, ratio: floa
     """ETE of every view with every other: ``rms_px``, ``whitened`` and ``foreign`` of :class:`ViewReport`, each (k,).
 
     A view is foreign when its median whitened error is ``ratio`` times that of the views without it.
+    ``centre`` (3,) m, particle frame.
     """
     k = len(seen)
     foreign = np.zeros(k, dtype=np.bool_)

@@ -34,7 +34,7 @@ PROTRUSION_SIGMAS = 4.0
 
 @dataclass(frozen=True)
 class Competition:
-    """The minima that stand, ``rows`` of the search's result, best first, and what they make of its status.
+    """The minima that stand, ``rows`` (m,) of the search's result, best first, and what they make of its status.
 
     ``protrusion_px`` (n,): how far the outline reaches out of the hull's image at every minimum (negative: inside it by so much);
     ``allowed_px`` of it and ``allowed_rms_px`` of the RMS ETE are the limits applied.
@@ -78,14 +78,20 @@ def rms_limit_px(best_rms_px: float, noise_px: float, pairs: int) -> float:
 
 
 def own_protrusion_px(views: Views, hull_points: Array) -> Array:
-    """Protrusion (px) of each calibrated view's own outline at its given pose: what noise, calibration and voxels make of a right one."""
+    """Protrusion (px) of each calibrated view's own outline at its given pose: what noise, calibration and voxels make of a right one.
+
+    ``hull_points`` (v, 3) m, particle frame.
+    """
     centre_cam = views.poses.R @ views.centre + views.poses.t
     given = Poses(views.poses.R, centre_cam, np.zeros(len(centre_cam)))
     return protrusion_px(views.silhouettes, given, hull_points - views.centre)
 
 
 def protrusion_px(silhouettes: Silhouettes, poses: Poses, hull_from_centre: Array) -> Array:
-    """How far (px) each silhouette's convex hull reaches out of the image of the body's hull at the pose of the same number."""
+    """How far (px) each silhouette's convex hull reaches out of the image of the body's hull at the pose of the same number.
+
+    ``hull_from_centre`` (v, 3) m.
+    """
     points = hull_from_centre[ConvexHull(hull_from_centre).vertices]
     return np.array([_outside_px(silhouettes, i, points @ poses.R[i].T + poses.centre_cam[i]) for i in range(len(silhouettes))])
 

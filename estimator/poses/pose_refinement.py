@@ -24,7 +24,10 @@ FIRST_DAMPING, LARGEST_DAMPING = 1e-2, 1e8
 
 
 def pose_set(R: Array, centre_cam: Array, centre_particle: Array) -> PoseSet:
-    """Poses from rotations and the place of the centre of mass."""
+    """Poses from rotations and the place of the centre of mass.
+
+    ``R`` (n, 3, 3), ``centre_cam`` (n, 3) m, ``centre_particle`` (3,) m.
+    """
     return PoseSet(np.ascontiguousarray(R), np.ascontiguousarray(centre_cam - R @ centre_particle))
 
 
@@ -86,7 +89,10 @@ def descend(
 
 
 def damped_step(normal: Array, gradient: Array, damping: Array) -> Array:
-    """Marquardt's step (n, p): ``-(H + lambda diag H)⁻¹ g``."""
+    """Marquardt's step (n, p): ``-(H + lambda diag H)⁻¹ g``.
+
+    ``normal`` (n, p, p), ``gradient`` (n, p), ``damping`` (n,).
+    """
     diagonal = np.einsum("nii->ni", normal)
     scale = np.maximum(diagonal, 1e-12 * diagonal.max(axis=1, keepdims=True) + 1e-300)
     damped = normal + (damping[:, None] * scale)[:, :, None] * np.eye(normal.shape[1])

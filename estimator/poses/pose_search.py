@@ -31,7 +31,7 @@ class SearchEffort:
 
 @dataclass(frozen=True)
 class FoundPoses:
-    """Distinct minima by ascending cost and the plain RMS ETE (px, in the searched picture) of each."""
+    """Distinct minima by ascending cost and ``rms_px`` (m,), the plain RMS ETE of each in the searched picture."""
 
     poses: Poses
     rms_px: Array

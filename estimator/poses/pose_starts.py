@@ -37,7 +37,7 @@ class StartCatalogue:
 
 
 def start_catalogue(hull_vertices: Array, centre: Array, *, directions: int = 600) -> StartCatalogue:
-    """Support functions of the hull's vertices (v, 3; m, particle frame) about ``centre`` from evenly spread directions."""
+    """Support functions of ``hull_vertices`` (v, 3) m about ``centre`` (3,) m, particle frame, from evenly spread directions."""
     points = hull_vertices - centre
     points = points[ConvexHull(points).vertices]
     R = _looking_along(fibonacci_sphere(directions))

@@ -49,6 +49,7 @@ def fall_of(look: Look, camera: HsvCamera, gravity_world: Array, *, depth_m: flo
     """The fall seen by ``camera`` at ``depth_m`` (m) of a particle whose outline's centre misses that of mass by ``wobble_m``.
 
     ``None`` where there are too few centres or gravity is along the line of sight.
+    ``gravity_world`` (3,) m/s².
     """
     if look.times_s is None or len(look.free.frame) < FEWEST or not np.any(gravity_world):
         return None

@@ -86,6 +86,8 @@ def look_at(
 ) -> Look:
     """Look at a recording of pictures of ``size_px`` (width, height).
 
+    ``times_s`` (f,).
+
     Raises
     ------
     datasets.errors.InputError

@@ -123,7 +123,7 @@ def _estimate(
 
 
 def without(estimate: Estimate, columns: NDArray[np.int64]) -> Estimate:
-    """The estimate with nothing said of the flight's parameters ``columns`` that were not measured: NaN."""
+    """The estimate with nothing said of the flight's parameters ``columns`` (c,) that were not measured: NaN."""
     if not len(columns):
         return estimate
     covariance, values = estimate.covariance.copy(), estimate.values.copy()

@@ -84,7 +84,7 @@ def impacts_estimate(
 
 
 def piecewise_motion(flight: PiecewiseFlight, times_s: Array) -> Motion:
-    """Poses of the fitted body and velocities at ``times_s``."""
+    """Poses of the fitted body and velocities at ``times_s`` (f,) s."""
     still = np.zeros((1, flight.size))
     reached, rates = piecewise_states(flight, still, times_s), piecewise_velocities(flight, still, times_s)[:, 0]
     return Motion(

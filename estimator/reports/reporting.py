@@ -104,7 +104,7 @@ def converged_estimate(
 
 
 def motion_of(flight: Flight, times_s: Array) -> Motion:
-    """Poses of the fitted body and velocities at ``times_s``."""
+    """Poses of the fitted body and velocities at ``times_s`` (f,) s."""
     reached = states(flight, np.zeros((1, N_PARAMETERS)), times_s)
     body = fitted_body(flight)
     inverse = np.asarray(np.linalg.inv(inertia_matrix(flight, flight.inertia[None])), dtype=np.float64)

@@ -32,6 +32,7 @@ def flight_of_track(track: Track, body: Body, gravity_world: Array, *, time_s: f
     """A flight through tracked poses: least squares for position, the median turn between frames near ``time_s`` for the spin.
 
     ``track`` poses are of the particle frame; ``time_s`` becomes the reference time.
+    ``gravity_world`` (3,) m/s².
     """
     good = track.cost <= 5.0 * np.median(track.cost)
     t = track.times_s[good] - time_s
@@ -55,7 +56,10 @@ def flight_of_track(track: Track, body: Body, gravity_world: Array, *, time_s: f
 
 
 def starts_along(track: Track, body: Body, gravity_world: Array) -> list[Flight]:
-    """Flights through tracked poses with reference times spread over the track and spins from narrow and wide windows."""
+    """Flights through tracked poses with reference times spread over the track and spins from narrow and wide windows.
+
+    ``gravity_world`` (3,) m/s².
+    """
     anchors = np.unique(np.linspace(0, len(track.times_s) - 1, ANCHORS + 2).round().astype(np.int64)[1:-1])
     return [
         replace(flight_of_track(track, body, gravity_world, time_s=float(track.times_s[at])), omega=_spin_near(track, int(at), window))

@@ -29,7 +29,10 @@ class Track:
 
 
 def track(sightings: Sightings, views: Views, reference: int, found: Poses, *, spin_rads: Array | None = None) -> Track:
-    """Follow one pose (``found``, n = 1) of sighting ``reference`` through all sightings of its camera, both ways in time."""
+    """Follow one pose (``found``, n = 1) of sighting ``reference`` through all sightings of its camera, both ways in time.
+
+    ``spin_rads`` (3,), world frame: of the first steps.
+    """
     camera = sightings.cameras[int(sightings.camera[reference])]
     rows = np.flatnonzero(sightings.camera == sightings.camera[reference])
     rows = rows[np.argsort(sightings.times_s[rows])]

@@ -42,7 +42,7 @@ class Linearised:
     scores : EfficientScores
         Scores of the c amplitudes, each of an effect, a parameter and a sequence, about the fitted values.
     information, pull : Array
-        ``G`` (c, c) and ``b`` (c,), units of one over each parameter's, squared and plain.
+        G (c, c) and b (c,), units of one over each parameter's, squared and plain.
     misfit : float
         ``S(0)``, weighted sum of squares where every amplitude is zero.
     count : float or None

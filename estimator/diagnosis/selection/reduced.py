@@ -21,7 +21,10 @@ BLOCKS = 1e-9
 
 @dataclass(frozen=True)
 class Quadratic:
-    """``S(theta) = misfit - 2 pullᵀ theta + thetaᵀ information theta`` (c columns), and half the log determinant left on the way."""
+    """``S(theta) = misfit - 2 pullᵀ theta + thetaᵀ information theta`` (c columns), and half the log determinant left on the way.
+
+    ``information`` (c, c), ``pull`` (c,).
+    """
 
     information: Array
     pull: Array
@@ -29,7 +32,10 @@ class Quadratic:
     half_log_det: float = 0.0
 
     def take(self, rows: Index) -> "Quadratic":
-        """The columns ``rows``, with zero for all others."""
+        """The columns ``rows``, with zero for all others.
+
+        ``rows`` (k,).
+        """
         return Quadratic(self.information[rows[:, None], rows], self.pull[rows], self.misfit, self.half_log_det)
 
 
@@ -93,15 +99,21 @@ class Own:
         return cls(owner, axes, information, axes.T @ whole.pull[index], axes.T @ whole.information[index], whole)
 
     def beside(self, few: Index) -> "Own":
-        """The same beside ``few`` of the other columns."""
+        """The same beside ``few`` of the other columns.
+
+        ``few`` (k,): their numbers.
+        """
         return Own(self.owner, self.axes, self.information, self.pull, self.cross[:, few], self.few.take(few))
 
     def sums(self, each: Array) -> Array:
-        """Sums (s,) over every sequence's own."""
+        """Sums (s,) over every sequence's own.
+
+        ``each`` (m,): a number of every unit.
+        """
         return np.asarray(np.bincount(self.owner, each), dtype=np.float64)
 
     def eliminated(self, variance: Array) -> tuple[Quadratic, Array]:
-        """The quadratic of the few columns with the units integrated out under prior variances (s,) of the sequences.
+        """The quadratic of the few columns with the units integrated out under prior ``variance`` (s,) of the sequences.
 
         Beside it the units' covariance where the few are known: (m,) where they are independent, else (m, m).
         """
@@ -119,13 +131,19 @@ class Own:
         return Quadratic(few.information - taken, few.pull - self.cross.T @ mean, misfit, few.half_log_det + half), covariance
 
     def units(self, covariance: Array, few: Array) -> Array:
-        """Means (m,) of the units at values (k,) of the few columns."""
+        """Means (m,) of the units at values (k,) of the few columns.
+
+        ``covariance`` (m,) or (m, m), as of :meth:`eliminated`; ``few`` (k,).
+        """
         left = self.pull - self.cross @ few
         return covariance * left if covariance.ndim == 1 else covariance @ left
 
 
 def independent(information: Array, rows: tuple[Index, ...]) -> bool:
-    """Whether columns of different sequences share no information."""
+    """Whether columns of different sequences share no information.
+
+    ``information`` (c, c); ``rows`` (q,) of each sequence: its columns.
+    """
     index = np.concatenate(rows)
     sequence = np.repeat(np.arange(len(rows)), [len(r) for r in rows])
     G = information[np.ix_(index, index)]

@@ -23,7 +23,10 @@ so that it speaks only where the data do not."""
 
 
 def phase(time_s: Array | float, setting: Setting) -> Array:
-    """Time since the first frame, scaled to [-1, 1] over the sequence."""
+    """Time since the first frame, scaled to [-1, 1] over the sequence.
+
+    ``time_s`` (n,) or one.
+    """
     length = max(float(setting.times_s[-1] - setting.times_s[0]), 1e-12)
     return np.asarray(2.0 * np.asarray(time_s) / length - 1.0)
 
@@ -123,7 +126,7 @@ class ForceField(EffectModel):
         self.middle = np.zeros(3) if middle is None else middle
 
     def about(self, middle: Array) -> "ForceField":
-        """The same about another point (3,) m, world frame."""
+        """The same about another point ``middle`` (3,) m, world frame."""
         return ForceField(middle)
 
     def acceleration(self, theta: Array, moment: Moment, setting: Setting) -> Array | None:
@@ -132,7 +135,10 @@ class ForceField(EffectModel):
         return self.force(theta, moment.x)
 
     def force(self, theta: Array, x: Array) -> Array:
-        """The acceleration (m, 3) m/s² at places ``x`` (m, 3)."""
+        """The acceleration (m, 3) m/s² at places ``x`` (m, 3).
+
+        ``theta`` (m, 9): the force at the middle, then its gradient.
+        """
         G = theta[:, [[3, 6, 7], [6, 4, 8], [7, 8, 5]]]
         return np.asarray(theta[:, :3] + np.einsum("mij,mj->mi", G, x - self.middle))
 
@@ -205,7 +211,7 @@ class ZoomInTime(EffectModel):
         return changed
 
     def growth(self, times_s: Array) -> Array:
-        """What each coefficient adds (n, 7) to the magnification."""
+        """What each coefficient adds (n, 7) to the magnification at ``times_s`` (n,) s."""
         share = np.concatenate([[0.0], np.clip(times_s / self.length_s, 0.0, 1.0)])
         basis = legendre.legvander(2.0 * share - 1.0, ZOOM_DEGREES[-1])[:, ZOOM_DEGREES[0] :]
         return np.asarray(basis[1:] - basis[0])
@@ -224,7 +230,7 @@ _KNOWN_HARMONICS: WeakKeyDictionary[Places, Array] = WeakKeyDictionary()
 
 
 def harmonics(directions: Array) -> Array:
-    """Real spherical harmonics (..., 12) of mean square 1, degrees 2 and 3, of unit vectors (..., 3)."""
+    """Real spherical harmonics (..., 12) of mean square 1, degrees 2 and 3, of unit vectors ``directions`` (..., 3)."""
     polar, azimuth = np.arccos(np.clip(directions[..., 2], -1.0, 1.0)), np.arctan2(directions[..., 1], directions[..., 0])
     columns = []
     for degree, order in _HARMONICS:

@@ -66,5 +66,5 @@ class StandingTorqueCurve(FreeTorqueCurve):
 
 
 def basis(times_s: Array, setting: Setting) -> Array:
-    """Polynomials (n, 10) at times (n,) s since the first frame."""
+    """Polynomials (n, 10) at ``times_s`` (n,) s since the first frame."""
     return np.asarray(legendre.legvander(phase(times_s, setting), DEGREES[-1]))

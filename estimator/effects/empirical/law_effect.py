@@ -12,7 +12,7 @@ REFERENCE = "Found by sparse regression: Brunton, Proctor and Kutz, PNAS 113 (20
 
 
 def law_effect(key: str, terms: tuple[Term, ...], shapes: tuple[Array, ...]) -> EffectModel:
-    """The effect of ``terms`` with values (k,) of the shapes of each, from which a fit starts; exponents stay as they are."""
+    """The effect of ``terms`` with ``shapes`` (k,) of each, from which a fit starts; exponents stay as they are."""
     start = np.concatenate([np.concatenate([np.zeros(t.amplitudes), shape]) for t, shape in zip(terms, shapes, strict=True)])
     ends = np.cumsum([0, *(len(t.parameters) for t in terms)])
     parts = [(t, slice(int(a), int(b))) for t, a, b in zip(terms, ends[:-1], ends[1:], strict=True)]

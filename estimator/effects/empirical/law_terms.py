@@ -20,34 +20,34 @@ Link = Literal["acceleration", "torque"]
 
 
 def constant(theta: Array, moment: Moment) -> Array:
-    """``a``, world axes."""
+    """``a``, world axes; ``theta`` (m, 3)."""
     del moment
     return theta
 
 
 def ramp(theta: Array, moment: Moment) -> Array:
-    """``b t``, world axes, t since the first frame."""
+    """``b t``, world axes, t since the first frame; ``theta`` (m, 3)."""
     return theta * moment.time_s
 
 
 def body_fixed(theta: Array, moment: Moment) -> Array:
-    """``R_world_body a``: constant in axes that turn with the body."""
+    """``R_world_body a``: constant in turning axes; ``theta`` (m, 3)."""
     return np.asarray((moment.R @ theta[:, :, None])[:, :, 0])
 
 
 def against_velocity(theta: Array, moment: Moment) -> Array:
-    """``-c (|v| / 1 m/s)^(n - 1) v``."""
+    """``-c (|v| / 1 m/s)^(n - 1) v``; ``theta`` (m, 2): c, n."""
     speed = np.maximum(np.linalg.norm(moment.v, axis=1, keepdims=True), 1e-9)
     return np.asarray(-theta[:, :1] * speed ** (theta[:, 1:] - 1.0) * moment.v)
 
 
 def across_velocity(theta: Array, moment: Moment) -> Array:
-    """``c omega x v``."""
+    """``c omega x v``; ``theta`` (m, 1)."""
     return np.asarray(theta * np.cross(moment.omega, moment.v))
 
 
 def towards_plane(theta: Array, moment: Moment) -> Array:
-    """``-a n (d / 5 cm)^-p``, d = n . x - position the distance from a plane; n by azimuth and elevation."""
+    """``-a n (d / 5 cm)^-p``, d = n . x - position the distance from a plane; ``theta`` (m, 5): a, n as two angles, position, p."""
     strength, azimuth, elevation, position, power = theta.T
     n = np.stack([np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)], axis=1)
     distance = np.maximum(np.sum(n * moment.x, axis=1) - position, 1e-3)
@@ -55,7 +55,7 @@ def towards_plane(theta: Array, moment: Moment) -> Array:
 
 
 def towards_point(theta: Array, moment: Moment) -> Array:
-    """``a u (r / 5 cm)^-p``, r the distance to a point and u the direction to it."""
+    """``a u (r / 5 cm)^-p``, r the distance to a point, u the direction to it; ``theta`` (m, 5): a, point, p."""
     strength, power = theta[:, :1], theta[:, 4:]
     away = theta[:, 1:4] - moment.x
     distance = np.maximum(np.linalg.norm(away, axis=1, keepdims=True), 1e-3)
@@ -63,7 +63,7 @@ def towards_point(theta: Array, moment: Moment) -> Array:
 
 
 def against_spin(theta: Array, moment: Moment) -> Array:
-    """``-c (|omega| / 100 rad/s)^(n - 1) omega``."""
+    """``-c (|omega| / 100 rad/s)^(n - 1) omega``; ``theta`` (m, 2): c, n."""
     spin = np.maximum(np.linalg.norm(moment.omega, axis=1, keepdims=True) / 100.0, 1e-9)
     return np.asarray(-theta[:, :1] * spin ** (theta[:, 1:] - 1.0) * moment.omega)
 

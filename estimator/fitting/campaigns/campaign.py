@@ -66,8 +66,8 @@ class Campaign:
 class Layout:
     """Where parameters live.
 
-    ``local`` (l,): columns of a sequence's 21 + q that are its own; ``shared`` (21 + q - l,): the others, and ``place`` [sequence] where
-    each of those lies among the ``size`` shared parameters.
+    ``local`` (l,): columns of a sequence's 21 + q that are its own; ``shared`` (21 + q - l,): the others, and ``place``
+    (21 + q - l,) of each sequence, where each of those lies among the ``size`` shared parameters.
     """
 
     local: Index
@@ -157,7 +157,10 @@ class Prior:
 
     @classmethod
     def diagonal(cls, precision: Array, values: Array) -> "Prior":
-        """Independent normal priors about zero of parameters that are at ``values`` (p,)."""
+        """Independent normal priors about zero of parameters that are at ``values`` (p,).
+
+        ``precision`` (p,).
+        """
         return cls(np.diag(precision), precision * values, 0.5 * float(values @ (precision * values)))
 
 
@@ -185,7 +188,10 @@ def _vector(flight: Flight, theta: Array) -> Array:
 
 @dataclass(frozen=True)
 class ArrowSolution:
-    """Gauss-Newton step: ``local`` [sequence] (l,), ``shared`` (size,), and the shared parameters' normal matrix after elimination."""
+    """Gauss-Newton step: ``local`` [sequence] (l,), ``shared`` (size,), and the shared parameters' normal matrix after elimination.
+
+    ``schur`` (size, size).
+    """
 
     local: tuple[Array, ...]
     shared: Array

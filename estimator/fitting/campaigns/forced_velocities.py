@@ -22,7 +22,7 @@ FORCES = ("acceleration", "torque")
 
 
 def body_under(flight: Flight, model: Model, theta: Array, setting: Setting) -> Flight:
-    """The flight with what the model's effects do to its body."""
+    """The flight with what the model's effects do to its body at ``theta`` (q,)."""
     change = model.body(theta, setting)
     return replace(flight, com=flight.com + change.com, inertia=flight.inertia + change.inertia)
 
@@ -32,7 +32,7 @@ def forced_states(
 ) -> tuple[States, Array]:
     """States (f, m, ·) and angular velocities (f, m, 3) at nominal ``times_s`` of the flights reached by steps (m, 21).
 
-    ``forces_at`` (m, q): parameters for the forces on each flight; ``None``: those of ``at``, as for everything else.
+    ``at``: model, its parameters (q,), setting. ``forces_at`` (m, q): parameters for the forces on each flight; ``None``: those of ``at``.
     """
     model, theta, setting = at
     own = body_under(flight, model, theta, setting)
@@ -45,7 +45,7 @@ def forced_states(
 
 
 def motion_under(flight: Flight, model: Model, theta: Array, setting: Setting) -> Motion:
-    """Poses of the fitted body and velocities at the nominal times of all frames."""
+    """Poses of the fitted body and velocities at the nominal times of all frames; ``theta`` (q,) of the model."""
     times = setting.times_s
     reached, omega = forced_states(flight, np.zeros((1, N_PARAMETERS)), (model, theta, setting), times)
     own = body_under(flight, model, theta, setting)
@@ -57,7 +57,10 @@ def motion_under(flight: Flight, model: Model, theta: Array, setting: Setting) -
 def velocities_under(
     flight: Flight, model: Model, theta: Array, setting: Setting, time_s: float, *, known: NDArray[np.bool_] | None = None
 ) -> tuple[Array, Array]:
-    """(v, omega) (6,) at a nominal time, and its derivative (6, 21 + q); zero by parameters of the flight that are ``known`` (21,)."""
+    """(v, omega) (6,) at a nominal time, and its derivative (6, 21 + q); zero by parameters of the flight that are ``known`` (21,).
+
+    ``theta`` (q,) of the model.
+    """
     times, at = np.array([time_s]), (model, theta, setting)
     varied = np.flatnonzero(STEPS) if known is None else np.flatnonzero((STEPS > 0.0) & ~known)
     pushed, carried = _columns(model)

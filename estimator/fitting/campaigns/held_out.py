@@ -53,7 +53,7 @@ ASTRAY = (RanAway, np.linalg.LinAlgError)
 
 @dataclass(frozen=True)
 class HeldOut:
-    """RMS (px, or the unit of the kind of measurement) of the errors held out, per sequence and of all, and their number."""
+    """RMS (px, or the unit of the kind of measurement) of all errors held out, ``per_sequence_px`` (s,), and their number."""
 
     rms_px: float
     per_sequence_px: Array

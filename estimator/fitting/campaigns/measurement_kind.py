@@ -25,7 +25,10 @@ NOISE_FREEDOM = 10.0
 
 
 class MeasurementKind(Protocol):
-    """What one kind of measurement makes of its sequences."""
+    """What one kind of measurement makes of its sequences.
+
+    ``theta`` (q,) are the model's parameters, ``weighted`` (n, ..., p) the weighed derivatives of each sequence.
+    """
 
     @property
     def unit(self) -> str:

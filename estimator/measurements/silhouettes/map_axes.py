@@ -18,7 +18,7 @@ BODY_CELLS, GRID = 16, 4
 
 @dataclass(frozen=True)
 class Axes:
-    """All axes, and the direction (r, 2) in the picture in which the particle of each residual flies."""
+    """All axes, and ``velocity_direction`` (r, 2), in which the particle of each residual flies in the picture."""
 
     axes: tuple[Axis, ...]
     velocity_direction: Array

@@ -47,7 +47,7 @@ class Run:
 
 
 def path_noise(paths: list[tuple[Array, Array]]) -> float:
-    """Standard deviation (m) of a coordinate, from times (n,) s and positions (n, 3) m of several paths; 0 where nothing moves."""
+    """Standard deviation (m) of a coordinate, of several ``paths``, each times (n,) s and positions (n, 3) m; 0 where nothing moves."""
     squares = np.concatenate([_window_squares(times, x) for times, x in paths])
     degrees = 3 * (WINDOW - CUBIC)
     return float(np.sqrt(np.quantile(squares, QUIET) / chi2.ppf(QUIET, degrees))) if len(squares) else 0.0
@@ -68,7 +68,7 @@ def _window_squares(times_s: Array, x: Array) -> Array:
 
 
 def free_flights(times_s: Array, x: Array, gravity: Array, sigma: float) -> tuple[Run, ...]:
-    """The flights of a path: times (n,) s, positions (n, 3) m, ``gravity`` (3,) m/s², noise ``sigma`` (m) of a coordinate."""
+    """The flights of a path: ``times_s`` (n,), positions ``x`` (n, 3) m, ``gravity`` (3,) m/s², noise ``sigma`` (m) of a coordinate."""
     noise = TAILS * sigma
     least = least_rows(times_s, float(np.linalg.norm(gravity)), noise)
     fallen = x - 0.5 * gravity * (times_s - times_s[0])[:, None] ** 2
@@ -93,7 +93,10 @@ def free_flights(times_s: Array, x: Array, gravity: Array, sigma: float) -> tupl
 
 
 def least_rows(times_s: Array, gravity: float, noise: float) -> int:
-    """How many rows a flight needs."""
+    """How many rows a flight needs.
+
+    ``times_s`` (n,).
+    """
     interval = float(np.median(np.diff(times_s)))
     longest = np.sqrt(8.0 * LEAST_SAG * noise / gravity) if gravity > 0.0 else 0.0
     return max(LEAST_ROWS, int(np.ceil(longest / interval)) + 1)
@@ -115,6 +118,7 @@ def flight_costs(times_s: Array, fallen: Array, noise: float, least: int) -> Arr
     """Squared residuals over their variance of flights through the first ``least``, ``least`` + 1 … n rows.
 
     ``fallen`` (n, 3) m is the path without what gravity adds.
+    ``times_s`` (n,).
     """
     normal, right, square = (sums[least - 1 :] for sums in _parabolas(times_s, fallen))
     held = normal + np.diag([0.0, 0.0, (noise / ACCELERATION_SIGMA_MS2) ** 2])
@@ -124,7 +128,10 @@ def flight_costs(times_s: Array, fallen: Array, noise: float, least: int) -> Arr
 
 
 def flies(times_s: Array, fallen: Array, noise: float) -> bool:
-    """Whether rows are those of a free flight: a parabola fits, and falls with gravity."""
+    """Whether rows are those of a free flight: a parabola fits, and falls with gravity.
+
+    ``times_s`` (n,), ``fallen`` (n, 3) m: the path without what gravity adds.
+    """
     n = len(times_s)
     if flight_costs(times_s, fallen, noise, n)[-1] > MOST_MEAN_SQUARE * (3 * n - 6):
         return False

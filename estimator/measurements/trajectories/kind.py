@@ -222,6 +222,7 @@ def weighed(errors: TrajectoryErrors, repeats: Array, jitter_s: float) -> Weighe
 
     A residual beyond ``HUBER`` has its variance raised until its influence is that of one at ``HUBER``; a shift is taken off before that is
     judged, and out of the weights (Woodbury's identity) [Laird and Ware 1982].
+    ``repeats`` (c,) of the channels.
     """
     d = errors.rate * jitter_s
     plain = np.where(errors.seen, 1.0 / repeats, 0.0)

@@ -75,6 +75,7 @@ def measured(taken: NDArray[np.uint16], pictures: list[NDArray[np.uint16]], bit_
     """A background that was taken (DN); ``pictures`` with the particle say whether it is the darker one.
 
     Raises :class:`InputError` naming ``name`` where it is not of the pictures' size.
+    ``taken``, ``pictures`` (height, width) DN.
     """
     _check_shape(taken, pictures[0].shape, name)
     level = np.asarray(taken, dtype=np.float32)
@@ -82,7 +83,10 @@ def measured(taken: NDArray[np.uint16], pictures: list[NDArray[np.uint16]], bit_
 
 
 def background_of_picture(picture: NDArray[np.uint16], bit_depth: int) -> Background:
-    """The smooth background of a picture that comes alone."""
+    """The smooth background of a picture that comes alone.
+
+    ``picture`` (height, width) DN.
+    """
     light = illumination_of(picture.astype(np.float32))
     return background(light.level, light.bright, bit_depth)
 

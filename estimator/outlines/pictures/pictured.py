@@ -58,9 +58,9 @@ class Pictures:
 def pictured_supports(
     polygons: Sequence[Array], pictures: Pictures, outward: Float[NDArray[np.float64], "d 2"], *, draws: int, rng: np.random.Generator
 ) -> Float[NDArray[np.float64], "n d"]:
-    """Mean supports (px) along ``outward`` of outlines (v, 2) px as ``pictures``, one each, show them; as they are where nothing is seen.
+    """Mean supports (px) along ``outward`` of ``polygons`` (v, 2) px as ``pictures``, one each, show them.
 
-    ``draws`` of noise and of where the grid of pixels lies for each.
+    ``draws`` of noise and of where the grid of pixels lies for each. Outlines of which nothing is seen are as they are.
     """
     found = np.zeros((len(polygons), len(outward)))
     for i, polygon in enumerate(polygons):
@@ -71,7 +71,10 @@ def pictured_supports(
 
 
 def mean_seen(polygon: Array, outward: Array, pictures: Pictures, *, draws: int, rng: np.random.Generator) -> Array:
-    """Support points (d, 2) px of the Minkowski mean of the hulls that pictures like the first of ``pictures`` show."""
+    """Support points (d, 2) px of the Minkowski mean of the hulls that pictures like the first of ``pictures`` show.
+
+    ``polygon`` (v, 2) px, ``outward`` (d, 2).
+    """
     hulls = [_seen(polygon, float(pictures.blur_px[0]), float(pictures.noise[0]), rng) for _ in range(draws)]
     return np.mean([hull[np.argmax(hull @ outward.T, axis=0)] for hull in hulls], axis=0)
 

@@ -49,7 +49,10 @@ class MotionBlurThreshold(EffectModel):
 
 
 def displaced(bias: float, moved_px: Array, edge_px: Array | float) -> Array:
-    """Displacement (px) of edges that move by ``moved_px`` during the exposure; ``edge_px`` the width measured of edges that do not."""
+    """Displacement (px) of edges that move by ``moved_px`` during the exposure; ``edge_px`` the width measured of edges that do not.
+
+    ``moved_px`` (n, k, 2), ``edge_px`` (n, 1, 1) or one number.
+    """
     if not np.any(edge_px):
         return bias * moved_px
     static = edge_px * _widened(bias)
