@@ -9,9 +9,10 @@ steps of the entry, so a plug-in needs none.
 
 from collections.abc import Callable
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import ClassVar, Self
+from types import MethodType
+from typing import Any, ClassVar, Self
 
 import numba
 import numpy as np
@@ -193,10 +194,11 @@ HOLLOW_THROUGHOUT = 0.05
 class EffectModel:
     """An effect as the estimator sees it: an entry of the catalogue and the link it touches.
 
-    Throughout, ``theta`` (q,) holds the effect's parameters and ``variance`` (q,) theirs.
+    Instances are not changed once made: another prior or another range is another instance. Throughout, ``theta`` (q,) holds the effect's
+    parameters and ``variance`` (q,) theirs.
     """
 
-    entry: ClassVar[EffectEntry]
+    entry: EffectEntry
     held: tuple[float, ...] | None = None
     """Standard deviations of a normal prior about zero, one for each parameter; ``None``: free."""
     tails: bool = False
@@ -211,14 +213,26 @@ class EffectModel:
 
     def held_by(self, sigma: tuple[float, ...] | None, *, tails: bool = False) -> Self:
         """The same effect under a prior about zero of standard deviations ``sigma`` (q,), perhaps with ``tails``; ``None``: free."""
-        same = copy(self)
-        same.held, same.tails = sigma, tails
-        return same
+        return self._changed(held=sigma, tails=tails)
 
     def without_noise(self) -> Self:
         """An effect that is drawn anew in every frame with its parameters but no variance."""
+        return self._changed(random=False)
+
+    def within(self, plausible: tuple[float, float]) -> Self:
+        """The same effect, all of whose parameters may have values within another plausible range."""
+        parameters = tuple(replace(parameter, plausible=plausible) for parameter in self.entry.parameters)
+        return self._changed(entry=replace(self.entry, parameters=parameters))
+
+    def touches(self, link: str) -> bool:
+        """Whether the effect acts at a link: whether its class overrides it."""
+        return getattr(type(self), link) is not getattr(EffectModel, link)
+
+    def _changed(self, **values: Any) -> Self:
+        """A copy with other values; methods that are bound to this instance are bound to the copy."""
         same = copy(self)
-        same.random = False
+        bound = {key: value.__func__ for key, value in vars(self).items() if isinstance(value, MethodType) and value.__self__ is self}
+        vars(same).update(values, **{key: MethodType(function, same) for key, function in bound.items()})
         return same
 
     def silent(self, theta: Array) -> NDArray[np.bool_]:
@@ -228,7 +242,7 @@ class EffectModel:
 
     of_unmeasured_spin: ClassVar[bool] = False
     """Whether the effect stands for a spin that was not measured throughout."""
-    frozen: ClassVar[tuple[str, ...]] = ()
+    frozen: tuple[str, ...] = ()
     """Parameters that a search finds and a fit leaves as they are."""
     whole: ClassVar[tuple[str, ...]] = ()
     """Parameters that count something: where a test finds all of them below ``LEAST_COUNT``, it found nothing."""

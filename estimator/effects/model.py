@@ -149,7 +149,7 @@ class Model:
 
 def overrides(effect: EffectModel, *links: str) -> bool:
     """Whether an effect touches one of the links."""
-    return any(getattr(type(effect), link) is not getattr(EffectModel, link) for link in links)
+    return any(effect.touches(link) for link in links)
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ import sys
 from collections.abc import Callable, Mapping
 from enum import StrEnum
 from pathlib import Path
-from types import ModuleType
+from types import MethodType, ModuleType
 from typing import Any
 
 import numpy as np
@@ -60,7 +60,7 @@ def load_plug_in(word: str) -> EffectModel:
     module = _module(Path(path))
     found = _class(module, name, path)
     _check_entry(found, word)
-    return _watched(found, word)()
+    return _watched(found, word)
 
 
 def _module(path: Path) -> ModuleType:
@@ -157,14 +157,12 @@ def _raised(error: BaseException) -> str:
     return f"raised {type(error).__name__} ({error})"
 
 
-def _watched(found: type[EffectModel], word: str) -> type[EffectModel]:
-    """A subclass of a plug-in in which every overridden link is checked."""
-    watch = _Watch(word, found)
-    methods: dict[str, Any] = {
-        "starts": watch.guarded("starts", watch.starts),
-        **{link: watch.guarded(link, getattr(watch, link)) for link in LINKS if getattr(found, link) is not getattr(EffectModel, link)},
-    }
-    return type(found.__name__, (found,), {**methods, "__doc__": found.__doc__, "__module__": found.__module__})
+def _watched(found: type[EffectModel], word: str) -> EffectModel:
+    """An effect of a plug-in's class of which every overridden link is checked."""
+    watch, effect = _Watch(word, found), _made(found, word)
+    for link in ("starts", *(link for link in LINKS if effect.touches(link))):
+        vars(effect)[link] = MethodType(watch.guarded(link, getattr(watch, link)), effect)
+    return effect
 
 
 class _Watch:

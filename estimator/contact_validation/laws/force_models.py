@@ -72,10 +72,8 @@ def hertz_mindlin_clump(materials: Materials, impacts: Sequence[MeasuredImpact],
     InputError
         Where no clump can be made.
     """
-    clumps = {
-        id(impact): generated_clump(impact.particle, spheres, smallest_radius_m=SMALLEST_SHARE * impact.extent_m) for impact in impacts
-    }
-    return _force_model("hertz_mindlin_clump", f"Hertz–Mindlin, {spheres} spheres", materials, lambda impact: clumps[id(impact)])
+    clumps = {impact: generated_clump(impact.particle, spheres, smallest_radius_m=SMALLEST_SHARE * impact.extent_m) for impact in impacts}
+    return _force_model("hertz_mindlin_clump", f"Hertz–Mindlin, {spheres} spheres", materials, clumps.__getitem__)
 
 
 def corner_sphere(impact: MeasuredImpact) -> Clump:

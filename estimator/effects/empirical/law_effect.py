@@ -1,36 +1,55 @@
 """A law found by regression as an effect like any other: the sum of its terms."""
 
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
 from datasets.vocabulary.effects import EffectEntry, Scope, Stage
 from estimator.effects.empirical.law_terms import Term
-from estimator.effects.link import Array, EffectModel, Moment
+from estimator.effects.link import Array, EffectModel, Moment, Setting
 
 REFERENCE = "Found by sparse regression: Brunton, Proctor and Kutz, PNAS 113 (2016) 3932"
 
 
-def law_effect(key: str, terms: tuple[Term, ...], shapes: tuple[Array, ...]) -> EffectModel:
+@dataclass(frozen=True, eq=False)
+class LawEffect(EffectModel):
+    """The sum of terms, each with its ``parts`` of the parameters; ``start`` (q,) is where a fit begins, exponents stay as they are."""
+
+    entry: EffectEntry
+    parts: tuple[tuple[Term, slice], ...]
+    start: Array
+    frozen: tuple[str, ...]
+
+    def starts(self, setting: Setting) -> Array:
+        """Where a fit begins."""
+        del setting
+        return self.start[None].copy()
+
+    def touches(self, link: str) -> bool:
+        """Whether a term acts at the link."""
+        return any(term.link == link for term, _ in self.parts)
+
+    def acceleration(self, theta: Array, moment: Moment, setting: Setting) -> Array | None:
+        """The sum of all forces."""
+        del setting
+        return self._total(theta, moment, "acceleration")
+
+    def torque(self, theta: Array, moment: Moment, setting: Setting) -> Array | None:
+        """The sum of all torques."""
+        del setting
+        return self._total(theta, moment, "torque")
+
+    def _total(self, theta: Array, moment: Moment, link: str) -> Array | None:
+        terms = [term.function(theta[:, part], moment) for term, part in self.parts if term.link == link]
+        return np.sum(terms, axis=0) if terms else None
+
+
+def law_effect(key: str, terms: tuple[Term, ...], shapes: tuple[Array, ...]) -> LawEffect:
     """The effect of ``terms`` with ``shapes`` (k,) of each, from which a fit starts; exponents stay as they are."""
     start = np.concatenate([np.concatenate([np.zeros(t.amplitudes), shape]) for t, shape in zip(terms, shapes, strict=True)])
     ends = np.cumsum([0, *(len(t.parameters) for t in terms)])
-    parts = [(t, slice(int(a), int(b))) for t, a, b in zip(terms, ends[:-1], ends[1:], strict=True)]
-
-    def total(theta: Array, moment: Moment, link: str) -> Array:
-        return np.sum([t.function(theta[:, part], moment) for t, part in parts if t.link == link], axis=0)
-
-    methods: dict[str, Any] = {
-        "__doc__": "A law found by regression.",
-        "entry": law_entry(key, terms),
-        "frozen": tuple(t.power for t in terms if t.power is not None),
-        "starts": lambda _self, _setting: start[None].copy(),
-    }
-    if any(t.link == "acceleration" for t in terms):
-        methods["acceleration"] = lambda _self, theta, moment, _setting: total(theta, moment, "acceleration")
-    if any(t.link == "torque" for t in terms):
-        methods["torque"] = lambda _self, theta, moment, _setting: total(theta, moment, "torque")
-    return type("LawEffect", (EffectModel,), methods)()
+    parts = tuple((t, slice(int(a), int(b))) for t, a, b in zip(terms, ends[:-1], ends[1:], strict=True))
+    return LawEffect(law_entry(key, terms), parts, start, tuple(t.power for t in terms if t.power is not None))
 
 
 def law_entry(key: str, terms: tuple[Term, ...]) -> EffectEntry:

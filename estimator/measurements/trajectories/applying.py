@@ -1,7 +1,6 @@
 """Which effects a trajectory can show, found out by trying: what an effect's own links depend on is what must have been measured."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 
 from estimator.effects.dependence import of_body, of_force
 from estimator.effects.link import EffectModel
@@ -62,9 +61,4 @@ def _spin_changes(task: TrajectoryTask) -> bool:
 def with_plausible_values(effect: EffectModel) -> EffectModel:
     """The effect with the ranges of values that tracked things may have."""
     limits = PLAUSIBLE.get(effect.entry.key)
-    return effect if limits is None else _widened(type(effect), limits)()
-
-
-def _widened(kind: type[EffectModel], limits: tuple[float, float]) -> type[EffectModel]:
-    parameters = tuple(replace(p, plausible=limits) for p in kind.entry.parameters)
-    return type(kind.__name__, (kind,), {"entry": replace(kind.entry, parameters=parameters), "__doc__": kind.__doc__})
+    return effect if limits is None else effect.within(limits)

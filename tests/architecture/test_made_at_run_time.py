@@ -1,0 +1,29 @@
+"""Nothing in the estimator makes classes while it runs, or remembers things by where they happen to lie in memory."""
+
+import ast
+
+from scripts.source_reading import ESTIMATOR, modules, tree
+
+BY_PLACE = {"fitting/side_by_side.py"}
+"""What processes that were forked send back names objects by identity, as ``pickle`` asks for; they are kept alive meanwhile."""
+
+
+def test_no_class_is_made_at_run_time() -> None:
+    found = []
+    for path in modules():
+        for node in ast.walk(tree(path)):
+            if isinstance(node, ast.FunctionDef) and any(isinstance(inner, ast.ClassDef) for inner in ast.walk(node)):
+                found.append(f"{path.name}:{node.lineno} class in {node.name}")
+            if isinstance(node, ast.Call) and ast.unparse(node.func) in {"type", "make_dataclass", "new_class"} and len(node.args) > 1:
+                found.append(f"{path.name}:{node.lineno}")
+    assert found == []
+
+
+def test_nothing_is_remembered_by_its_place_in_memory() -> None:
+    places = {
+        str(path.relative_to(ESTIMATOR))
+        for path in modules()
+        for node in ast.walk(tree(path))
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "id"
+    }
+    assert places == BY_PLACE
