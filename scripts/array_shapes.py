@@ -3,6 +3,9 @@
 ``python -m scripts.array_shapes`` lists those that have none. An argument of a public function or method, or a field of a public dataclass,
 counts where it is annotated as a plain array (``NDArray`` or an alias of it). Its shape is told by jaxtyping, or by its docstring (that of
 its class, for a field) as its name followed by sizes between brackets, (n, 3); several names may share one shape.
+
+Arrays of vectors, whose last size is 3, need a unit besides, and a frame. The unit is in the name (``_m``), behind the shape, or there is
+none: of directions, rotations, whole numbers. The frame is in the name (``_world``, ``R_cam_body``) or somewhere in the docstring.
 """
 
 import ast
@@ -19,6 +22,16 @@ PROTOCOLS = (ESTIMATOR / "effects" / "link.py", ESTIMATOR / "fitting" / "campaig
 _SIZE = r"(?:\.\.\.|\d+ [A-Za-z]\w*|\d+|[A-Za-z]\w*)"
 SHAPE = re.compile(rf"\({_SIZE}(?: ?[-+*] ?{_SIZE})*(?:, ?{_SIZE}(?: ?[-+*] ?{_SIZE})*)*,?\)")
 """Sizes between brackets, ``(n, 3)``, ``(21 + q,)``, ``(..., 2)``."""
+UNIT = re.compile(
+    r"[^`.;()]{0,4}(?:1/)?(?:m²|(?:mm|m|s|rad|px|kg|N|J|DN|Hz)\b)"
+    r"|[^`.;]{0,30}\b(?:units?|unit mass|per|ratios?|nominal|standard deviations)\b"
+)
+"""A unit right behind a shape, or what says that there is none."""
+UNIT_IN_NAME = re.compile(r"_(?:px|m|s|rad|deg|rads|ms|ms2|kg)\d?$")
+NO_UNIT = re.compile(r"^(?:R|rig_R|turns?|axes|made_at)(?:_|$)|normal|direction|outward|viewing")
+"""Names of rotations and of directions, which have no unit."""
+FRAME_IN_NAME = re.compile(r"_(?:world|cam|body|particle)(?:_|$)")
+FRAME = re.compile(r"\b(?:world|frame|frames|axes|camera|body|contact)\b")
 LISTED = re.compile(r"^(?:``)?(?:(?:,| and|, and| or| to) ``\w+``)*")
 """What follows a name: its closing marks, and further names of which the same shape is told."""
 REACH = 160
@@ -27,13 +40,31 @@ REACH = 160
 
 @dataclass(frozen=True)
 class Argument:
-    """An array argument or field: ``owner`` is its function or class, ``told`` whether its shape is."""
+    """An array argument or field: ``owner`` is its function or class, ``text`` the docstring, ``whole`` whether it has integers."""
 
     path: Path
     line: int
     owner: str
     name: str
-    told: bool
+    text: str
+    whole: bool
+
+    @property
+    def told(self) -> bool:
+        """Whether its shape is told."""
+        return tells(self.text, self.name)
+
+    @property
+    def lacks(self) -> str:
+        """What is not told of it: its shape or, of vectors, a unit or a frame; empty where all is."""
+        shape, after = shape_told(self.text, self.name)
+        if not shape:
+            return "shape"
+        if self.whole or not re.search(r"(?:, |\()3,?\)$", shape):
+            return ""
+        if not (NO_UNIT.search(self.name) or UNIT_IN_NAME.search(self.name) or UNIT.match(after)):
+            return "unit"
+        return "" if FRAME_IN_NAME.search(self.name) or FRAME.search(self.text) else "frame"
 
 
 def arguments() -> list[Argument]:
@@ -41,9 +72,9 @@ def arguments() -> list[Argument]:
     return [argument for path in modules() for argument in _of(path)]
 
 
-def untold() -> list[Argument]:
-    """Those whose shape is not told."""
-    return [argument for argument in arguments() if not argument.told]
+def untold(what: str = "shape") -> list[Argument]:
+    """Those of which a shape, a unit or a frame is not told."""
+    return [argument for argument in arguments() if argument.lacks == what]
 
 
 def _of(path: Path) -> Iterator[Argument]:
@@ -58,7 +89,7 @@ def _of_class(path: Path, node: ast.ClassDef) -> Iterator[Argument]:
     text = ast.get_docstring(node) or ""
     for part in node.body:
         if isinstance(part, ast.AnnAssign) and isinstance(part.target, ast.Name) and is_array(path, part.annotation):
-            yield Argument(path, part.lineno, node.name, part.target.id, tells(text, part.target.id))
+            yield Argument(path, part.lineno, node.name, part.target.id, text, is_whole(path, part.annotation))
         if isinstance(part, ast.FunctionDef) and not part.name.startswith("_") and (path in PROTOCOLS or part.name not in _protocol()):
             yield from _of_function(path, part, f"{node.name}.{part.name}", f"{ast.get_docstring(part) or ''}\n{text}")
 
@@ -66,7 +97,7 @@ def _of_class(path: Path, node: ast.ClassDef) -> Iterator[Argument]:
 def _of_function(path: Path, node: ast.FunctionDef, owner: str, text: str) -> Iterator[Argument]:
     for argument in (*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs):
         if argument.annotation is not None and is_array(path, argument.annotation):
-            yield Argument(path, node.lineno, owner, argument.arg, tells(text, argument.arg))
+            yield Argument(path, node.lineno, owner, argument.arg, text, is_whole(path, argument.annotation))
 
 
 def is_array(path: Path, annotation: ast.expr) -> bool:
@@ -103,15 +134,28 @@ def _own_aliases(path: Path) -> frozenset[str]:
     return frozenset(target.id for target in plain if isinstance(target, ast.Name))
 
 
+def is_whole(path: Path, annotation: ast.expr) -> bool:
+    """Whether an annotation is of integers or of truth values."""
+    names = {n.id for n in ast.walk(annotation) if isinstance(n, ast.Name)}
+    assigned = [(n.targets[0], n.value) for n in tree(path).body if isinstance(n, ast.Assign)]
+    made = [value for target, value in assigned if isinstance(target, ast.Name) and target.id in names]
+    return any(re.search(r"np\.(?:u?int|bool)", ast.unparse(each)) for each in (annotation, *made))
+
+
 def tells(text: str, name: str) -> bool:
     """Whether a docstring names an argument and a shape behind it, before it goes on to another name."""
+    return shape_told(text, name)[0] != ""
+
+
+def shape_told(text: str, name: str) -> tuple[str, str]:
+    """The shape that a docstring tells of an argument, and what it says behind it; empty where it tells none."""
     flat = " ".join(text.split())
     for found in re.finditer(rf"(?<![\w.]){re.escape(name)}(?!\w)", flat):
         after = LISTED.sub("", flat[found.end() : found.end() + REACH], count=1)
         shape = SHAPE.search(after)
         if shape and "``" not in after[: shape.start()]:
-            return True
-    return False
+            return shape.group(), after[shape.end() :]
+    return "", ""
 
 
 @cache
@@ -121,11 +165,12 @@ def _protocol() -> frozenset[str]:
 
 
 def main() -> None:
-    """List the arguments whose shape is not told."""
-    found = untold()
-    for argument in found:
-        print(f"{argument.path.relative_to(ESTIMATOR)}:{argument.line} {argument.owner}: {argument.name}")
-    print(f"{len(found)} of {len(arguments())} public array arguments have no shape that a reader is told")
+    """List the arguments of which something is not told."""
+    for what in ("shape", "unit", "frame"):
+        found = untold(what)
+        for argument in found:
+            print(f"{argument.path.relative_to(ESTIMATOR)}:{argument.line} {argument.owner}: {argument.name} has no {what}")
+        print(f"{len(found)} of {len(arguments())} public array arguments have no {what} that a reader is told")
 
 
 if __name__ == "__main__":

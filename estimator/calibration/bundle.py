@@ -62,7 +62,7 @@ class Rig:
 class Bundle:
     """What was seen, and what is believed.
 
-    ``sightings``, the placement of each picture, corners of the board ``corners_m`` (n, 3), noise of each sighting (px), and the
+    ``sightings``, the placement of each picture, corners ``corners_m`` (n, 3) in the board's frame, noise of each sighting (px), and the
     information ``prior`` (p, p).
     """
 

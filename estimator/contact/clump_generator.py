@@ -57,14 +57,14 @@ def generated_clump(particle: SolidHull, spheres: int, *, smallest_radius_m: flo
 
 
 def outline_error(clump: Clump, vertices_body: Array, directions: Array) -> OutlineError:
-    """How far the outlines of ``clump`` lie inside those of the hull of ``vertices_body`` (v, 3) m, in ``directions`` (k, 3)."""
+    """How far the outlines of ``clump`` lie inside those of the hull of ``vertices_body`` (v, 3) m in body ``directions`` (k, 3)."""
     reached = (clump.centres_body @ directions.T + clump.radii[:, None]).max(axis=0)
     gaps = support(vertices_body, directions) - reached
     return OutlineError(float(np.sqrt(np.mean(gaps**2))), float(gaps.max()))
 
 
 def support(vertices: Array, directions: Array) -> Array:
-    """Support function (k,) m of the hull of ``vertices`` (v, 3) in ``directions`` (k, 3)."""
+    """Support function (k,) m of the hull of ``vertices`` (v, 3) m in ``directions`` (k, 3), one frame."""
     return np.asarray((vertices @ directions.T).max(axis=0))
 
 

@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 def skew(r: Array) -> Array:
     """``[r]ₓ`` (3, 3), with ``[r]ₓ a = r × a``.
 
-    ``r`` (3,).
+    ``r`` (3,), any unit and frame.
     """
     return np.array([[0.0, -r[2], r[1]], [r[2], 0.0, -r[0]], [-r[1], r[0], 0.0]])
 
@@ -30,7 +30,7 @@ def collision_matrix(mass_kg: float, inertia: Array, lever: Array) -> Array:
 def contact_axes(normal: Array) -> Array:
     """Rows (3, 3): two tangents and the unit ``normal``, right-handed; the first tangent as close to an axis as the normal allows.
 
-    ``normal`` (3,).
+    ``normal`` (3,), world frame.
     """
     n = normal / np.linalg.norm(normal)
     first = np.eye(3)[int(np.argmin(np.abs(n)))]
@@ -48,6 +48,6 @@ def contact_velocity(state: BodyState, lever: Array, plate: Plate) -> Array:
 
 
 def after_impulse(state: BodyState, solid: Solid, lever: Array, impulse_world: Array) -> BodyState:
-    """The state just after ``impulse_world`` (3,) N s at ``lever`` (3,) m from the centre of mass; pose unchanged."""
+    """The state just after ``impulse_world`` (3,) N s at ``lever`` (3,) m from the centre of mass, world frame; pose unchanged."""
     turned = np.linalg.solve(solid.inertia_world(state.R_world_body), np.cross(lever, impulse_world))
     return BodyState(state.x_world, state.R_world_body, state.v_world + impulse_world / solid.mass_kg, state.omega_world + turned)

@@ -36,9 +36,9 @@ class Contact:
     """One impact as its measurement shows it.
 
     ``point_body`` (3,) m; ``corner_clearance_m``: how much higher the next place that might touch is. ``u_before`` and ``u_after`` (3,)
-    m/s of the corner along two tangents and the normal, ``u_before_sigma`` and ``u_after_sigma`` (3,) theirs. ``normal_impulse``
-    and ``tangential_impulse`` over mass (m/s), their ``ratio``, ``restitution``; ``angle_rad`` between the corner's velocity and the
-    normal. ``one_contact_p``: of a misfit at least this large.
+    m/s of the corner along two tangents and the normal (contact axes), ``u_before_sigma`` and ``u_after_sigma`` (3,) m/s.
+    ``normal_impulse`` and ``tangential_impulse`` over mass (m/s), their ``ratio``, ``restitution``; ``angle_rad`` between the corner's
+    velocity and the normal. ``one_contact_p``: of a misfit at least this large.
     """
 
     name: str
@@ -94,7 +94,7 @@ def _one_contact_p(misfit: float) -> float:
 
 
 def restitutions(contacts: Contacts, impulses: Array, friction: float) -> Float[NDArray[np.float64], " n"]:
-    """Stronge's e (n,) for which rigid contacts at ``friction`` give the normal impulses of ``impulses`` (n, 3), by bisection."""
+    """Stronge's e (n,) for which rigid contacts at ``friction`` give the normal ones of ``impulses`` (n, 3) m/s, contact axes."""
     K, u = contacts.matrices, contacts.velocities
     low, high = np.zeros(len(u)), np.full(len(u), 1.5)
     struck = u[:, 2] < 0.0

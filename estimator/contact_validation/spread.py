@@ -52,9 +52,9 @@ def draws_of(impact: MeasuredImpact, rng: np.random.Generator, count: int = DRAW
 
 
 def smooth_fields(places: Array, count: int, rng: np.random.Generator) -> Float[NDArray[np.float64], "count place 3"]:
-    """``count`` random vector fields of variance one at ``places`` (n, 3), alike within a length of one [Rahimi & Recht 2007].
+    """``count`` random vector fields of variance one, alike within a length of one, at ``places`` (n, 3), units of that, any frame.
 
-    Neighbouring corners of a hull are off together: they were carved by the same views.
+    Neighbouring corners of a hull are off together: they were carved by the same views [Rahimi & Recht 2007].
     """
     waves = rng.normal(size=(3, WAVES))
     features = np.concatenate([np.cos(places @ waves), np.sin(places @ waves)], axis=1) / np.sqrt(WAVES)

@@ -38,7 +38,7 @@ NODES = 24
 
 @dataclass(frozen=True)
 class PooledScores:
-    """White data ``y`` (r,), and what they are per coefficient, ``design`` [link] (r, sequence, degree, 3).
+    """White data ``y`` (r,), and what they are per coefficient, ``design`` [link] (r, sequence, degree, 3), per m/s² or rad/s², world axes.
 
     ``moments``: all flights at the nodes of a quadrature in time, sequence after sequence; ``projector`` (degree, node) makes coefficients
     of the values at a sequence's nodes.

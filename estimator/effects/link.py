@@ -102,7 +102,7 @@ class Moving:
         return self.arms(u @ self.R_cam_body[:, :2])
 
     def velocity_px(self, arms: Array, focal_px: Array) -> Array:
-        """Velocity (n, ..., 2) px/s of the body's points at the ends of ``arms`` (n, ..., 3) in the picture.
+        """Velocity (n, ..., 2) px/s of the body's points at the ends of ``arms`` (n, ..., 3) m, camera axes, in the picture.
 
         ``focal_px`` (n, 2) or (2,): the camera's focal lengths.
         """
@@ -317,7 +317,7 @@ class EffectModel:
         return x
 
     def reading(self, theta: Array, omega: Array) -> Array:
-        """What a gyroscope reads (n, 3) rad/s of angular velocities ``omega`` (n, 3) along its axes."""
+        """What a gyroscope reads (n, 3) rad/s of angular velocities ``omega`` (n, 3) rad/s along its axes."""
         del theta
         return omega
 

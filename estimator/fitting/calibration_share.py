@@ -53,7 +53,7 @@ def calibration_share(
 ) -> CalibrationShare | None:
     """The share of a calibration in a refined flight; ``None`` where no uncertainty is stated.
 
-    ``gravity_covariance`` (3, 3) m²/s⁴.
+    ``gravity_covariance`` (3, 3) m²/s⁴, world frame.
     """
     others, gravity = calibration_errors(task, flight, gravity_covariance, _under)
     if not others:
@@ -72,7 +72,7 @@ def calibration_errors(
     """Independent errors of the calibration, each the task and the flight with so many times of it, and what they add to gravity (3, c).
 
     ``under``: a flight under a gravity that is another by (3,) m/s2.
-    ``gravity_covariance`` (3, 3) m²/s⁴.
+    ``gravity_covariance`` (3, 3) m²/s⁴, world frame.
     """
     cameras = enumerate(task.sightings.cameras)
     lenses = [_through(task, flight, (number, column)) for number, camera in cameras for column in _lens_errors(camera)]

@@ -24,7 +24,7 @@ LEAST_SINE_WITH_VIEWS = 0.09
 
 
 def sines_between(first: PoseSet, second: PoseSet, centre: Array) -> Array:
-    """Sines (n, k) of the angles at ``centre`` (3,), particle frame, between the cameras of two sets of poses."""
+    """Sines (n, k) of the angles at ``centre`` (3,) m, particle frame, between the cameras of two sets of poses."""
     return np.asarray(np.linalg.norm(np.cross(_seen_from(first, centre)[:, None], _seen_from(second, centre)[None]), axis=2))
 
 

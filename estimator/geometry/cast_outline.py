@@ -39,7 +39,10 @@ SLACK_PX = 0.3
 
 @dataclass(frozen=True)
 class CastingMesh:
-    """A mesh's ``vertices`` (v, 3) m, ``faces`` (f, 3), and of every edge its ``ends`` (e, 2) and the two faces ``beside`` it (e, 2)."""
+    """A mesh in the particle frame.
+
+    ``vertices`` (v, 3) m, ``faces`` (f, 3), and of every edge its ``ends`` (e, 2) and the two faces ``beside`` it (e, 2).
+    """
 
     vertices: Array
     faces: NDArray[np.int64]

@@ -368,8 +368,8 @@ def tangency_errors(
         n and k convex hulls of tangency candidates.
     poses, second_poses : PoseSet
         Particle to camera coordinates, (m).
-    pivot_particle : array (3,)
-        The point (m, particle frame) that a rotation of the first's pose leaves in place: the centre of mass.
+    pivot_particle : array (3,) m
+        The point, particle frame, that a rotation of the first's pose leaves in place: the centre of mass.
     axes : array (n, 3, 3), optional
         ``R_cam_world``: pose columns are then given along world axes; camera axes when absent.
     weight : array (n, k), optional

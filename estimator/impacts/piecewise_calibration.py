@@ -29,7 +29,7 @@ def with_calibration(
 ) -> tuple[PiecewiseRefined, Array | None]:
     """A refined flight with the calibration's share in its covariance, and that share (p, p); ``None`` where no uncertainty is stated.
 
-    ``gravity_covariance`` (3, 3) m²/s⁴.
+    ``gravity_covariance`` (3, 3) m²/s⁴, world frame.
     """
     flight = refined.flight
     others, _ = calibration_errors(task, flight, gravity_covariance, _under)

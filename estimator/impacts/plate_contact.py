@@ -61,8 +61,8 @@ class PlateTask:
 class Gaps:
     """Heights ``h`` (k,) m of lowest corners over the nominal plane, and their derivatives.
 
-    ``moves`` (k, 3, p): of the corner as seen from the plate, m, by the flight's parameters. ``A`` (k, 3): of the gap by the plate's, in
-    standard deviations. ``equal`` (k,): where the gap is zero, and not only no less.
+    ``moves`` (k, 3, p): of the corner as seen from the plate, m, by the flight's parameters. ``A`` (k, 3) m per standard
+    deviation along the plate's axes: of the gap by the plate's. ``equal`` (k,): where the gap is zero, and not only no less.
     """
 
     h: Array
@@ -75,7 +75,8 @@ class Gaps:
 class PlateHeld:
     """What the plate adds to the normal equations of the flight, and the plate itself.
 
-    ``u`` (3,) and ``precision`` (3, 3) of the plate given the flight, ``coupling`` (3, p) of it with the flight's parameters.
+    ``u`` (3,) in standard deviations along the plate's axes and its ``precision`` (3, 3), without unit, given the flight; ``coupling``
+    (3, p) of it with the flight's parameters.
     """
 
     equations: NormalEquations
@@ -116,7 +117,7 @@ def held_by_plate(task: PlateTask, flight: PiecewiseFlight, times_s: Array) -> P
 
 
 def turned_normal(task: PlateTask, u: Array) -> Array:
-    """The normal (3,) of the plate that is off by ``u`` (3,) standard deviations, to first order."""
+    """The normal (3,) of the plate that is off by ``u`` (3,) standard deviations along its axes, to first order."""
     n = task.plate.normal_world
     return np.asarray(n + (task.spread @ u)[1:] @ np.cross(tangents(n), n))
 

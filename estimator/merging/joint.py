@@ -30,7 +30,8 @@ POSE = 6
 class Placements:
     """Where the particle lies in s sets: ``R`` (s, 3, 3), ``t`` (s, 3) m map particle to set coordinates.
 
-    ``rig_R`` (c, 3, 3) and ``rig_t`` (c, 3) m: by how much c cameras of the rig are turned and moved from where its calibration has them.
+    ``rig_R`` (c, 3, 3) and ``rig_t`` (c, 3) m: by how much c cameras of the rig are turned and moved from where its calibration has them,
+    along their own axes.
     """
 
     R: Array
@@ -39,7 +40,7 @@ class Placements:
     rig_t: Array = field(default_factory=lambda: np.zeros((0, 3)))
 
     def moved(self, steps: Array, pivot: Array) -> "Placements":
-        """The particle moved by ``steps`` (s, 6), translation (m) and turn (rad) along its own axes about ``pivot`` (3,)."""
+        """The particle moved by ``steps`` (s, 6), translation (m) and turn (rad) along its own axes about ``pivot`` (3,) m."""
         R = self.R @ rotation_from_vector(steps[:, 3:])
         return replace(self, R=R, t=self.t + np.einsum("sij,sj->si", self.R, pivot + steps[:, :3]) - R @ pivot)
 

@@ -62,7 +62,7 @@ SYMMETRIC = ((0, 0), (1, 1), (0, 1), (0, 2), (1, 2))
 class Flight:
     """A flight at its reference time.
 
-    ``body`` is the nominal one, ``com`` (3,), ``inertia`` (5,) and ``offset_px`` as in the module's table.
+    ``body`` is the nominal one, ``com`` (3,) m, ``inertia`` (5,) and ``offset_px`` as in the module's table.
     World frame: ``x`` (3,) m of the centre of mass, ``q`` (4,) from the body, scalar last, ``v`` (3,) m/s, ``omega`` (3,) rad/s,
     ``gravity_world`` (3,) m/s².
     """

@@ -80,7 +80,7 @@ def _quaternion_product(a, b, out):  # type: ignore[no-untyped-def]
 
 
 def cross_product(a: Array, b: Array) -> Array:
-    """The product ``a x b`` (m, 3) of vectors ``a``, ``b`` (m, 3)."""
+    """The cross product (m, 3) of vectors ``a``, ``b`` (m, 3), any units, one frame."""
     out = np.empty(np.shape(b))
     _cross_product(np.ascontiguousarray(a), np.ascontiguousarray(b), out)
     return out
@@ -95,7 +95,7 @@ def _cross_product(a, b, out):  # type: ignore[no-untyped-def]
 
 
 def angular_velocity(q: Array, L: Array, inverse_inertia: Array) -> Array:
-    """World-frame angular velocity (m, 3) rad/s; ``inverse_inertia`` (m, 3, 3) in the body frame.
+    """World-frame angular velocity (m, 3) rad/s; ``inverse_inertia`` (m, 3, 3) per largest moment, body frame.
 
     ``q`` (m, 4), scalar last; ``L`` (m, 3) per largest moment.
     """
@@ -128,7 +128,7 @@ def _attitude_rates(q, L, inverse_inertia, omega, q_rate):  # type: ignore[no-un
 def angular_momentum(q: Array, omega: Array, inertia: Array) -> Array:
     """World-frame angular momentum (m, 3) per largest moment, of the angular velocity ``omega`` (m, 3) rad/s.
 
-    ``q`` (m, 4), scalar last; ``inertia`` (m, 3, 3), body frame.
+    ``q`` (m, 4), scalar last; ``inertia`` (m, 3, 3) per largest moment, body frame.
     """
     R = rotation_matrices(q)
     omega_body = (omega[:, None, :] @ R)[:, 0, :]
@@ -147,8 +147,8 @@ def propagate(
 ) -> States:
     """States at every time: each array gets a leading axis over ``times_s``; times before the start are reached backwards.
 
-    ``start`` holds m states at ``start_time_s``; ``inverse_inertia`` (m, 3, 3). Without ``torque`` L stays as it is.
-    ``times_s`` (f,).
+    ``start`` holds m states at ``start_time_s``; ``inverse_inertia`` (m, 3, 3) per largest moment, body frame; ``times_s`` (f,). Without
+    ``torque`` L stays as it is.
     """
     body = _Body(np.ascontiguousarray(inverse_inertia), acceleration, torque)
     start = States(*(np.ascontiguousarray(a) for a in (start.x, start.q, start.v, start.L)))
@@ -175,7 +175,7 @@ def outwards(times_s: Array, start_time_s: float) -> tuple[NDArray[np.int64], ND
 def fall(start: States, inverse_inertia: Array, times_s: Array, *, start_time_s: float, gravity: Array) -> States:
     """What :func:`propagate` does under a constant ``gravity`` (3,) m/s² alone: positions and velocities are known in closed form.
 
-    ``inverse_inertia`` (m, 3, 3), ``times_s`` (f,).
+    ``inverse_inertia`` (m, 3, 3) per largest moment, body frame; ``times_s`` (f,); gravity in the world frame.
     """
     times = np.asarray(times_s, dtype=np.float64)
     shape = (len(times), len(start.x))
@@ -195,7 +195,7 @@ def fall(start: States, inverse_inertia: Array, times_s: Array, *, start_time_s:
 
 
 def inverted(inertia: Array) -> Array:
-    """Inverses (m, 3, 3) of ``inertia`` (m, 3, 3), which a flight that ran away may not have."""
+    """Inverses (m, 3, 3) of ``inertia`` (m, 3, 3) per largest moment, body frame, which a flight that ran away may not have."""
     try:
         return np.asarray(np.linalg.inv(inertia), dtype=np.float64)
     except np.linalg.LinAlgError:

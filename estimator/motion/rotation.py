@@ -9,12 +9,12 @@ Array = NDArray[np.float64]
 
 
 def rotation_from_vector(vectors: Array) -> Array:
-    """Rotation matrices (n, 3, 3) of rotation vectors (n, 3) rad."""
+    """Rotation matrices (n, 3, 3) of rotation ``vectors`` (n, 3) rad, any frame."""
     return np.asarray(Rotation.from_rotvec(vectors).as_matrix(), dtype=np.float64)
 
 
 def rotation_vector(R: Array) -> Array:
-    """Rotation vectors (n, 3) rad of ``R`` (n, 3, 3), which are orthonormal."""
+    """Rotation vectors (n, 3) rad of ``R`` (n, 3, 3), orthonormal, in the frame that they map to."""
     out = np.empty((len(R), 3))
     _rotation_vector(np.ascontiguousarray(R, dtype=np.float64).reshape(-1, 9), out)
     return out
@@ -46,10 +46,10 @@ def _rotation_vector(R, out):  # type: ignore[no-untyped-def]
 
 
 def quaternion(R: Array) -> Array:
-    """Quaternions (..., 4), scalar last, of matrices ``R`` (..., 3, 3)."""
+    """Quaternions (..., 4), scalar last, of matrices ``R`` (..., 3, 3) between any frames."""
     return np.asarray(Rotation.from_matrix(R).as_quat(), dtype=np.float64)
 
 
 def quaternion_from_vector(vectors: Array) -> Array:
-    """Quaternions (n, 4), scalar last, of rotation vectors (n, 3) rad."""
+    """Quaternions (n, 4), scalar last, of rotation ``vectors`` (n, 3) rad, any frame."""
     return np.asarray(Rotation.from_rotvec(vectors).as_quat(), dtype=np.float64)

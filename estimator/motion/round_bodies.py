@@ -29,12 +29,12 @@ PROBE = 1e-4
 
 
 def is_round(inertia: Array) -> bool:
-    """Whether all moments of ``inertia`` (m, 3, 3) are equal to the largest one."""
+    """Whether all moments of ``inertia`` (m, 3, 3) per largest moment, body frame, are equal to the largest one."""
     return bool((inertia == np.eye(3)).all())
 
 
 def round_fall(start: States, times_s: Array, *, start_time_s: float, gravity: Array) -> States:
-    """Round bodies under a constant ``gravity`` (3,) m/s² alone, in closed form; shapes as in :func:`estimator.motion.rigid_body.fall`.
+    """Round bodies under a constant ``gravity`` (3,) m/s² alone, world frame; shapes as in :func:`estimator.motion.rigid_body.fall`.
 
     ``times_s`` (f,).
     """

@@ -39,7 +39,7 @@ class Nearest:
 
 
 def nearest(first: Array, second: Array) -> Nearest:
-    """The nearest places of the convex hulls of ``first`` (v, 3) and ``second`` (w, 3), m."""
+    """The nearest places of the convex hulls of ``first`` (v, 3) m and ``second`` (w, 3) m, one frame."""
     apart = first.mean(axis=0) - second.mean(axis=0)
     size = float(np.linalg.norm(apart))
     pairs = np.array([_support(first, second, -n) for n in _around(apart / size)], dtype=np.int64)

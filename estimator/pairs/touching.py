@@ -25,7 +25,7 @@ HULL_SHARE = 0.005
 
 @dataclass(frozen=True)
 class Hulls:
-    """``vertices`` (v, 3) and (w, 3) m of both hulls in nominal body axes from their centres, and ``sigma_m`` (2,) of their surfaces."""
+    """``vertices`` (v, 3) m of both hulls in nominal body axes from their centres, and ``sigma_m`` (2,) of their surfaces."""
 
     vertices: tuple[Array, Array]
     sigma_m: Array

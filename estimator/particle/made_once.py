@@ -43,7 +43,7 @@ SETTINGS = ("hull_resolution", "directions", "foreign_view_ratio")
 class MadeOnce:
     """Each part or, where it was not made, nothing; see :class:`estimator.particle.particle.Particle`.
 
-    ``convex_vertices`` (v, 3) m, ``cast_in_views`` (v, 2) px each.
+    ``convex_vertices`` (v, 3) m, particle frame, ``cast_in_views`` (v, 2) px each.
     """
 
     hull: HullMesh | None = None

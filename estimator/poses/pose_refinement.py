@@ -26,7 +26,7 @@ FIRST_DAMPING, LARGEST_DAMPING = 1e-2, 1e8
 def pose_set(R: Array, centre_cam: Array, centre_particle: Array) -> PoseSet:
     """Poses from rotations and the place of the centre of mass.
 
-    ``R`` (n, 3, 3), ``centre_cam`` (n, 3) m, ``centre_particle`` (3,) m.
+    ``R`` (n, 3, 3) from particle to camera axes, ``centre_cam`` (n, 3) m, ``centre_particle`` (3,) m.
     """
     return PoseSet(np.ascontiguousarray(R), np.ascontiguousarray(centre_cam - R @ centre_particle))
 

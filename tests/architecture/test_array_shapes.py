@@ -1,4 +1,4 @@
-"""Public array arguments and fields of the estimator have a shape that a reader is told."""
+"""Public array arguments and fields of the estimator have a shape that a reader is told, those of vectors a unit and a frame."""
 
 import ast
 
@@ -6,13 +6,32 @@ import pytest
 
 from scripts import array_shapes
 
-MOST_UNTOLD = 4
+MOST_UNTOLD = {"shape": 4, "unit": 0, "frame": 0}
 """May only shrink."""
 
 
-def test_no_more_arrays_are_without_a_shape() -> None:
-    untold = [f"{a.path.name}:{a.line} {a.owner}: {a.name}" for a in array_shapes.untold()]
-    assert len(untold) <= MOST_UNTOLD, f"write ``name`` (n, 3) and the unit into the docstring, or annotate with jaxtyping: {untold}"
+@pytest.mark.parametrize("what", MOST_UNTOLD)
+def test_no_more_arrays_are_without(what: str) -> None:
+    untold = [f"{a.path.name}:{a.line} {a.owner}: {a.name}" for a in array_shapes.untold(what)]
+    assert len(untold) <= MOST_UNTOLD[what], f"write ``name`` (n, 3) m, world frame, into the docstring, or use jaxtyping: {untold}"
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "lacks"),
+    [
+        ("x", "``x`` (n, 3) m, world frame.", ""),
+        ("x_world", "``x_world`` (n, 3) m.", ""),
+        ("x_m", "``x_m`` (3,), body axes.", ""),
+        ("R_cam_body", "``R_cam_body`` (3, 3).", ""),
+        ("x", "``x`` (n, 3), any unit and frame.", ""),
+        ("x", "``x`` (n, 2).", ""),
+        ("x", "``x`` (n, 3), world frame.", "unit"),
+        ("x", "``x`` (n, 3) m.", "frame"),
+        ("x", "``x`` in the world frame.", "shape"),
+    ],
+)
+def test_what_a_vector_lacks(name: str, text: str, lacks: str) -> None:
+    assert array_shapes.Argument(array_shapes.ESTIMATOR, 1, "f", name, text, whole=False).lacks == lacks
 
 
 @pytest.mark.parametrize(

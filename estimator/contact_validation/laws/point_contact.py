@@ -83,7 +83,7 @@ class PointContact:
     def parted(self, K: Array, u: Array) -> Float[NDArray[np.float64], "n 3"]:
         """Velocities (n, 3) of contacts that had ``u`` at the end of restitution, once adhesion has let go; at rest where it does not.
 
-        ``K`` (n, 3, 3) of bodies of unit mass; ``u`` (n, 3) m/s, normal last.
+        ``K`` (n, 3, 3) of bodies of unit mass; ``u`` (n, 3) m/s, contact axes, normal last.
         """
         if self.adhesion == 0.0:
             return u
@@ -121,7 +121,7 @@ def _sprung(K: Array, u: Array, e: Array, friction: float, stiffness: float) -> 
 def compression_work(K: Array, u: Array, friction: float) -> Float[NDArray[np.float64], " n"]:
     """Work over mass (m²/s², above 0) that rigid contacts (n, 3, 3), (n, 3) take up to their greatest compression.
 
-    ``K`` (n, 3, 3) of bodies of unit mass; ``u`` (n, 3) m/s, normal last.
+    ``K`` (n, 3, 3) of bodies of unit mass; ``u`` (n, 3) m/s, contact axes, normal last.
     """
     followed = follow_many(K, u, np.zeros(len(u)), np.full(len(u), friction), STRONGE)
     return np.maximum(-followed[:, 3], 1e-12)

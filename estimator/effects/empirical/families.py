@@ -135,7 +135,7 @@ class ForceField(EffectModel):
         return self.force(theta, moment.x)
 
     def force(self, theta: Array, x: Array) -> Array:
-        """The acceleration (m, 3) m/s² at places ``x`` (m, 3).
+        """The acceleration (m, 3) m/s² at places ``x`` (m, 3) m, world frame.
 
         ``theta`` (m, 9): the force at the middle, then its gradient.
         """
@@ -230,7 +230,7 @@ _KNOWN_HARMONICS: WeakKeyDictionary[Places, Array] = WeakKeyDictionary()
 
 
 def harmonics(directions: Array) -> Array:
-    """Real spherical harmonics (..., 12) of mean square 1, degrees 2 and 3, of unit vectors ``directions`` (..., 3)."""
+    """Real spherical harmonics (..., 12) of mean square 1, degrees 2 and 3, of unit vectors ``directions`` (..., 3), body axes."""
     polar, azimuth = np.arccos(np.clip(directions[..., 2], -1.0, 1.0)), np.arctan2(directions[..., 1], directions[..., 0])
     columns = []
     for degree, order in _HARMONICS:

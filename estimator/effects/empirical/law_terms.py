@@ -20,18 +20,18 @@ Link = Literal["acceleration", "torque"]
 
 
 def constant(theta: Array, moment: Moment) -> Array:
-    """``a``, world axes; ``theta`` (m, 3)."""
+    """``a``, world axes; ``theta`` (m, 3) m/s² or rad/s²."""
     del moment
     return theta
 
 
 def ramp(theta: Array, moment: Moment) -> Array:
-    """``b t``, world axes, t since the first frame; ``theta`` (m, 3)."""
+    """``b t``, world axes, t since the first frame; ``theta`` (m, 3) per second."""
     return theta * moment.time_s
 
 
 def body_fixed(theta: Array, moment: Moment) -> Array:
-    """``R_world_body a``: constant in turning axes; ``theta`` (m, 3)."""
+    """``R_world_body a``: constant in body axes; ``theta`` (m, 3) m/s² or rad/s²."""
     return np.asarray((moment.R @ theta[:, :, None])[:, :, 0])
 
 

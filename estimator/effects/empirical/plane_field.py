@@ -45,7 +45,7 @@ class PlaneField(EffectModel):
 
 
 def plane_field_like(force: Array, place: Array) -> tuple[PlaneField, Array]:
-    """The plane field that is nearest to ``force`` (n, 3) m/s² at ``place`` (n, 3) m, and its parameters (7,)."""
+    """The plane field that is nearest to ``force`` (n, 3) m/s² at ``place`` (n, 3) m, world frame, and its parameters (7,)."""
     middle = place.mean(axis=0)
     along = np.linalg.eigh(force.T @ force)[1][:, -1]
     reach = max(float(np.linalg.norm(place - middle, axis=1).max()), 1e-6)

@@ -53,7 +53,7 @@ class FittedFlight:
     """The flight of ``run``: its parameters, ``covariance`` (24, 24) of all of them, zero where they are not varied, and its fit.
 
     ``mean_square``: of the residuals over their variance. ``sigma`` (c,): noise of the channels. ``row_misfit`` (n,): the same by row.
-    ``theta`` (3,) m/s²: its acceleration beside gravity.
+    ``theta`` (3,) m/s²: its acceleration beside gravity, world frame.
     """
 
     run: Run

@@ -68,7 +68,7 @@ def _window_squares(times_s: Array, x: Array) -> Array:
 
 
 def free_flights(times_s: Array, x: Array, gravity: Array, sigma: float) -> tuple[Run, ...]:
-    """The flights of a path: ``times_s`` (n,), positions ``x`` (n, 3) m, ``gravity`` (3,) m/s², noise ``sigma`` (m) of a coordinate."""
+    """The flights of a path: ``times_s`` (n,), world frame ``x`` (n, 3) m and ``gravity`` (3,) m/s², noise ``sigma`` (m)."""
     noise = TAILS * sigma
     least = least_rows(times_s, float(np.linalg.norm(gravity)), noise)
     fallen = x - 0.5 * gravity * (times_s - times_s[0])[:, None] ** 2
@@ -117,7 +117,7 @@ def _parabolas(times_s: Array, fallen: Array) -> tuple[Array, Array, Array]:
 def flight_costs(times_s: Array, fallen: Array, noise: float, least: int) -> Array:
     """Squared residuals over their variance of flights through the first ``least``, ``least`` + 1 … n rows.
 
-    ``fallen`` (n, 3) m is the path without what gravity adds.
+    ``fallen`` (n, 3) m, world frame, is the path without what gravity adds.
     ``times_s`` (n,).
     """
     normal, right, square = (sums[least - 1 :] for sums in _parabolas(times_s, fallen))
@@ -130,7 +130,7 @@ def flight_costs(times_s: Array, fallen: Array, noise: float, least: int) -> Arr
 def flies(times_s: Array, fallen: Array, noise: float) -> bool:
     """Whether rows are those of a free flight: a parabola fits, and falls with gravity.
 
-    ``times_s`` (n,), ``fallen`` (n, 3) m: the path without what gravity adds.
+    ``times_s`` (n,), ``fallen`` (n, 3) m, world frame: the path without what gravity adds.
     """
     n = len(times_s)
     if flight_costs(times_s, fallen, noise, n)[-1] > MOST_MEAN_SQUARE * (3 * n - 6):

@@ -20,7 +20,7 @@ STEP_RADS = 1e-3
 
 
 def gyroscope_channel(measured: Array, flight: Flight, at: tuple[Model, Array], prediction: Prediction, times_s: Array) -> Channel:
-    """The residuals of readings ``measured`` (n, 3) rad/s; the prediction has derivatives of the spin.
+    """The residuals of readings ``measured`` (n, 3) rad/s, body axes; the prediction has derivatives of the spin.
 
     ``at``: model and its parameters (q,). ``times_s`` (n,).
     """

@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Channel:
-    """One channel: residuals ``e`` (n, 3), their ``rate`` (n, 3) by the time, derivatives ``J`` (n, 3, 21 + q)."""
+    """One channel: residuals ``e`` (n, 3) in the unit and axes of what is read, ``rate`` (n, 3) per second, ``J`` (n, 3, 21 + q)."""
 
     e: Array
     rate: Array
@@ -37,7 +37,7 @@ class Instrument:
         return any(overrides(effect, self.link) for effect in model.effects)
 
     def of(self, at: tuple[Model, Array], true: Array, rate: Array, J: Array) -> Channel:
-        """Reports of ``true`` values (n, 3) with their ``rate`` (n, 3) and derivatives ``J`` (n, 3, 21 + q), as a channel."""
+        """Reports of ``true`` (n, 3), units and axes as of :class:`Channel`, ``rate`` (n, 3) per second, ``J`` (n, 3, 21 + q)."""
         model, theta = at
         if not self.changed(model):
             return Channel(true, rate, J)
