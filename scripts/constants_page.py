@@ -21,8 +21,7 @@ NUMERIC = {"np", "math", "float", "int", "len", "range", "norm", "chi2", "savgol
 LONGEST = 60
 SET_BY = (
     (r"(?:docs/studies/)(\w+)\.md", "[{0}](studies/{0}.md)"),
-    (r"\b(decision \d+)", "{0}"),
-    (r"\b(notebooks? \d+)", "{0}"),
+    (r"\b(decision \d+|notebooks? \d+)", "{0}"),
     (r"(\[[A-Z][^\]]*(?:1[6-9]|20)\d\d[^\]]*\])", "{0}"),
     (r"\b([Bb]y judgement)\b", "judgement"),
     (r"(\d[\d.]*(?:%|px|°)? (?:to|and) \d|\d+ of \d+|RMS of|[Mm]easured (?:on|nearly)|[Oo]n scanned|[Ff]rom campaigns)", "figures"),
@@ -157,7 +156,14 @@ def _value(constant: Constant) -> str:
 
 def _escaped(text: str) -> str:
     plain = re.sub(r":(?:mod|func|class|data):`([^`]*)`", r"`\1`", text)
-    return plain.replace("|", "\\|")
+    return re.sub(r"\b(decision|notebook)s? (\d+)", _linked, plain.replace("|", "\\|"))
+
+
+def _linked(found: re.Match[str]) -> str:
+    """A decision or a page of the notebook as a link."""
+    folder = "decisions" if found[1] == "decision" else "notebook"
+    (page,) = (PAGE.parent / folder).glob(f"{int(found[2]):04d}-*.md")
+    return f"[{found[0]}]({folder}/{page.name})"
 
 
 def main() -> None:

@@ -43,7 +43,7 @@ LEAST_SPREAD_PX = 0.005
 """Predictions that differ by less over views and directions (a sphere's) say nothing of a slope."""
 
 PICTURES_OF_EACH = 2
-"""Pictures that are drawn of each outline."""
+"""Pictures that are drawn of each outline (notebook 31)."""
 
 
 def with_predicted_bias(

@@ -17,7 +17,7 @@ RESAMPLES = 4000
 MEDIAN_DISTANCE2 = 5.348
 """Median of chi-squared with six degrees of freedom."""
 CHANCE = 10.0
-"""Gain in cost that chance may give, where errors are as stated: 150 to 1 in likelihood, since many additions are tried."""
+"""Gain in cost that chance may give, where errors are as stated: 150 to 1 in likelihood, since many additions are tried (notebook 13)."""
 LEAST_AGREEMENT = 0.9
 """Share of the resampled sets of runs in which an addition has to gain. By judgement."""
 EXPECTED_COST = 7.86

@@ -19,11 +19,11 @@ from estimator.contact_validation.measured import MeasuredImpact
 
 Array = NDArray[np.float64]
 TOGETHER_S = 5e-4
-"""Within which contacts of two corners are one impact."""
+"""Within which contacts of two corners are one impact (notebook 21)."""
 TIMES = np.geomspace(2e-6, TOGETHER_S, 24)
 """Instants (s) after a contact at which the heights of other corners are looked at."""
 APART_SHARE = 0.05
-"""Corners nearer than this part of the extent are one place: hulls of many views have many."""
+"""Corners nearer than this part of the extent are one place: hulls of many views have many (notebook 21)."""
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ from estimator.effects.parameter_values import WithInterval
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit
 
 ALPHA = 0.01
-"""p-value, corrected for the number of candidates, below which the scores of one are no noise."""
+"""p-value, corrected for the number of candidates, below which the scores of one are no noise (decision 47)."""
 SEEN_IN_95_PERCENT = 3.3
 """A size this many standard deviations large is called in 95% of cases where 1.65 of them are asked for in addition to 1.65."""
 MOST_BLIND = 0.5

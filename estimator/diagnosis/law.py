@@ -30,7 +30,7 @@ MOST_TERMS, BEST_STARTS = 4, 3
 RISE_95 = float(chi2.ppf(0.95, 1))
 """Rise of minus twice the log likelihood at the ends of a 95% interval of one number."""
 MARGIN = 2.0 * float(np.log(FACTOR))
-"""Difference of Schwarz's criterion, about twice that of log evidence, within which both of two laws are listed."""
+"""Difference of Schwarz's criterion, about twice that of log evidence, within which both of two laws are listed (decision 47)."""
 KNOWN = ("constant", "across_velocity")
 """Terms without an exponent that are in the catalogue as they are (gravity, Magnus lift)."""
 

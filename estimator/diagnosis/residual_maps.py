@@ -17,7 +17,7 @@ Index = NDArray[np.int64]
 BINS, DIRECTIONS = 10, 12
 """Bins over a quantity, and over a turn. By judgement."""
 SIGNIFICANT = 0.01
-"""p-value, corrected for the number of maps, below which a map is said to show something."""
+"""p-value, corrected for the number of maps, below which a map is said to show something (decision 47)."""
 
 
 @dataclass(frozen=True)

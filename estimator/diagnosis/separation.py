@@ -53,7 +53,7 @@ Pair = tuple[str, str]
 MARGIN = float(np.log(FACTOR))
 """Log likelihood ratio (nats) from which on two effects count as distinguished."""
 SURE = 0.95
-"""Probability with which data must distinguish a pair to be advised."""
+"""Probability with which data must distinguish a pair to be advised (decision 47)."""
 MORE_VIEWS = "twice as many calibrated views"
 MOST_RIVALS = 2
 """Effects beside the first that are compared with it: more alike than these is no group any more."""

@@ -178,13 +178,13 @@ class Places:
 
 
 LEAST_COUNT = 0.4
-"""Less than a half, since a linear step falls short of the number it steps to."""
+"""Less than a half, since a linear step falls short of the number it steps to (notebook 37)."""
 NEARLY_WHOLE = 0.25
-"""A fitted count this near a whole number is that; one further off is reported as it is, for it counts nothing."""
+"""A fitted count this near a whole number is that; one further off is reported as it is, for it counts nothing (notebook 18)."""
 
 
 TAILS = 3.0
-"""Degrees of freedom of Student's prior of values of which a few sequences' may stand out by far."""
+"""Degrees of freedom of Student's prior of values of which a few sequences' may stand out by far (decision 47)."""
 
 
 HOLLOW_THROUGHOUT = 0.05

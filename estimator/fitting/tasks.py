@@ -21,7 +21,8 @@ from estimator.particle.particle import Particle
 HOLLOW_MOMENTS, HOLLOW_PRODUCTS = 0.2, 0.08
 """Relative errors of the visual hull's moments and products of inertia over the empty share of its outlines' convex hulls.
 
-Of 14 jagged bodies, 0.03 to 0.12 of it empty, moments were off by 0.019 and products by 0.0056; of 12 convex ones by 0.006 and 0.0023."""
+Of 14 jagged bodies, 0.03 to 0.12 of it empty, moments were off by 0.019 and products by 0.0056; of 12 convex ones by 0.006 and 0.0023
+(notebook 28)."""
 HULL_COM, HULL_MOMENTS, HULL_PRODUCTS, HULL_VIEWS = 0.0039, 0.019, 0.012, 6
 """Errors of the visual hull of six views: centre of mass (share of the extent), moments and products (relative); k views: (6 / k)^(2/3).
 

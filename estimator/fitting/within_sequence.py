@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 MOST_SIGHTINGS = 40
 """Sightings, spread evenly, of which pairs within the sequence are made: 780 pairs, of which ``within_pairs`` are used. By judgement."""
 LEAST_SINE = 0.17
-"""Of the angle between the directions from which the body is seen in a pair; 0.09 to 0.5 measured nearly alike."""
+"""Of the angle between the directions from which the body is seen in a pair; 0.09 to 0.5 measured nearly alike (notebook 7)."""
 
 
 @dataclass(frozen=True)

@@ -26,15 +26,15 @@ FINER = 16
 MARGIN_PX = 2.0
 """Of a drawing around an outline."""
 SHALLOW_PX = 0.25
-"""Depth of a hollow that is none."""
+"""Depth of a hollow that is none (notebook 12)."""
 SIMPLER_PX = 0.05
 """How far a drawn outline may be simplified: below its drawing's own pixels."""
 OPENED_PX = 1e-6
-"""What rounding may leave of the convex outline's edge over a hollow, which would close it."""
+"""What rounding may leave of the convex outline's edge over a hollow, which would close it (notebook 28)."""
 DIRECTIONS, FEWEST_CORNERS = 180, 3
 """Directions, every two degrees, over which a cast outline is compared with a seen one; corners below which an outline has no area."""
 SLACK_PX = 0.3
-"""Depth by which a hollow is told from noise of the outline that shows it."""
+"""Depth by which a hollow is told from noise of the outline that shows it (notebook 26)."""
 
 
 @dataclass(frozen=True)

@@ -42,9 +42,11 @@ from estimator.geometry.tangent_hull import MINIMUM_POINTS
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 ANGLES = 144
-"""Directions of the normal, every two and a half degrees from the picture's x axis; what a tangent recedes is continuous in between."""
+"""Directions of the normal, every two and a half degrees from the picture's x axis; what a tangent recedes is continuous in between.
+
+See notebook 18."""
 BLURS_PX = np.array([0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0, 16.0])
-"""Standard deviations (S,) of the tabled blurs: between steps of two, what spikes recede is 0.03 px off a straight line."""
+"""Standard deviations (S,) of the tabled blurs: between steps of two, what spikes recede is 0.03 px off a straight line (notebook 29)."""
 SHARP_BLUR_PX = 1.0
 """Standard deviation of the blur by which corners are told from sides; about as far as smoothing reaches."""
 SEEN_PAIRS, SMOOTH_PHASES = 2, 4

@@ -16,7 +16,7 @@ from estimator.geometry.closed_curves import largest_ring
 
 Array = NDArray[np.float64]
 LEVELS = np.array([0.1, 0.3, 0.5, 0.7, 0.9])
-"""Shares (L,) of the exposure that are tabled."""
+"""Shares (L,) of the exposure that are tabled (notebook 23)."""
 INSTANTS = (-0.5, 0.0, 0.5)
 """Where the eroded outline has to lie in every one, in units of the share."""
 

@@ -13,7 +13,7 @@ from estimator.geometry.tangent_hull import WINDOW, Likeness, TangentHull, degra
 
 Array = NDArray[np.float64]
 UNSURE_REACH_PX = 3.0
-"""How near an unsure point of an outline a vertex is unsure as well: half the smoothing window and the blur of an edge."""
+"""How near an unsure point of an outline a vertex is unsure as well: half the smoothing window and the blur of an edge (notebook 16)."""
 UNSURE_PX, SURE_PX = 1e5, 1e3
 """Standard deviation of an unsure vertex, and the largest of one that is not."""
 

@@ -34,7 +34,7 @@ from estimator.motion.rigid_body import RanAway
 
 Array = NDArray[np.float64]
 FAR_MEAN_SQUARE, MOST_AGAIN = 4.0, 2
-"""Of errors over their stated variance: above it the noise is read again, so many times at most."""
+"""Of errors over their stated variance: above it the noise is read again, so many times at most (notebook 15)."""
 
 Seen = tuple[Linearised, NormalEquations, PlateHeld | None]
 """The equations at a flight, what is known in them besides outlines and prior, and what a plate added."""

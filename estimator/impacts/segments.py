@@ -19,7 +19,7 @@ MEETING_STEPS = 4
 DEPTH_WEIGHT = 0.05
 """Of a distance along the viewing direction against one across it."""
 LARGEST_REVERSIBLE_RAD = 0.6
-"""Turn across the line of sight within a segment, above which outlines tell its sense."""
+"""Turn across the line of sight within a segment, above which outlines tell its sense (notebook 16)."""
 
 
 def segment_rows(times_s: Array, impacts_s: Array, *, clear_s: float) -> list[NDArray[np.int64]]:

@@ -42,7 +42,7 @@ LAGS = 3
 FIRST, FADING = np.linspace(0.0, 0.9, 46), np.linspace(0.0, 0.9, 31)
 """``rho_1`` and ``phi`` that are tried."""
 USUAL = (0.5, 0.5)
-"""Their standard deviations among trackers, before the data."""
+"""Their standard deviations among trackers, before the data (decision 48)."""
 CLIP, ROUNDS = 4.0, 8
 """Residuals beyond so many standard deviations count as that far, as in the fit; found by going round."""
 WORST = 0.5

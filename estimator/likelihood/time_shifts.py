@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 DIFFERENCE_VARIANCE = 3.9
 """Variance of a mean of N squared, overlapping second differences of white noise, times N: 2 (1 + 2 (16/36 + 1/36))."""
 INDEPENDENT_DIFFERENCES = 2.0 / DIFFERENCE_VARIANCE
-"""Of overlapping second differences: as many squares vary as the mean of all does."""
+"""Of overlapping second differences: as many squares vary as the mean of all does (notebook 31)."""
 DIFFERENCE_GAIN = 6.0
 """Variance of a second difference over that of what is differenced: 1 + 4 + 1."""
 NEIGHBOURS = np.array([[1], [1], [0], [1], [1]])

@@ -112,7 +112,9 @@ class OutlineTrack:
 
 
 LEAST_CLEAR, DIRECTIONS = 0.5, 72
-"""Share of the directions in which the outermost point of an outline has to be clear of scenery for it to be used; of so many."""
+"""Share of the directions in which the outermost point of an outline has to be clear of scenery for it to be used; of so many.
+
+See notebook 16."""
 
 
 def in_part(frame: FrameOutline, unsure: Bool[NDArray[np.bool_], " n"], otherwise: FrameStatus, *, most_px: float) -> FrameOutline:

@@ -20,7 +20,9 @@ from estimator.particle.particle import Particle
 
 Array = NDArray[np.float64]
 HULL_SHARE = 0.005
-"""Standard deviation of a hull's surface as a share of the particle's extent, as :mod:`estimator.impacts.plate_gap` has it for a plate."""
+"""Standard deviation of a hull's surface as a share of the particle's extent, as :mod:`estimator.impacts.plate_gap` has it for a plate.
+
+See notebook 14."""
 
 
 @dataclass(frozen=True)

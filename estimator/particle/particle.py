@@ -36,14 +36,18 @@ Array = NDArray[np.float64]
 MINIMUM_VIEWS = 3
 """Of a hull: two silhouette cones leave it open."""
 LEAST_HOLLOW = 0.01
-"""Share of its outlines' convex hulls that a hollow body leaves empty: convex ones show 0.003 at most, jagged ones 0.014 and more."""
+"""Share of its outlines' convex hulls that a hollow body leaves empty: convex ones show 0.003 at most, jagged ones 0.014 and more.
+
+See notebook 30."""
 TOLERANCE_PX = 0.4
-"""By how much outlines may be simplified for the exact hull, some two standard deviations of their noise; twice as much blunts spikes."""
+"""By how much outlines may be simplified for the exact hull, some two standard deviations of their noise; twice as much blunts spikes.
+
+See notebook 28."""
 FINER_IN_VIEWS = 8
 """How much finer than their pixels outlines are drawn in views, which are finer than the camera's."""
 
 VIEW_DRAWS = 8
-"""Pictures that are drawn of every view."""
+"""Pictures that are drawn of every view (notebook 31)."""
 
 
 @dataclass(frozen=True)

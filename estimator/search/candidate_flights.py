@@ -31,7 +31,7 @@ SEARCHED_FRAMES = 5
 GOOD_COST = 4.0
 """Cost per pair (1 is expected) of a trajectory that fits: no spins are drawn for it."""
 LOWER = 0.999
-"""Share of a cost below which another is that of another minimum."""
+"""Share of a cost below which another is that of another minimum (notebook 26)."""
 RIVAL_POSE, RIVAL_TRACK = 25.0, 3.0
 """A pose minimum or a track that costs more than this many times the best is no rival once a trajectory fits."""
 FEW_VIEW_STARTS, FEW_VIEW_CANDIDATES, FEW_VIEW_FLIGHTS = 200, 24, 6

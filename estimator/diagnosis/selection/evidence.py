@@ -32,11 +32,13 @@ from estimator.fitting.campaigns.measurement_kind import NOISE_FREEDOM
 Array = NDArray[np.float64]
 SHARES = 0.5 * np.logspace(-3.0, 0.0, 7)
 """``r``: standard deviations of the prior over the plausible limit, which is two of the widest; less than a thousandth of a range is
-nothing."""
+nothing (decision 47)."""
 UNITS = np.logspace(0.0, 3.0, 7)
-"""For amplitudes without a plausible limit: standard deviations of the prior over what the data could just see."""
+"""For amplitudes without a plausible limit: standard deviations of the prior over what the data could just see (decision 47)."""
 BEYOND = 2.0
-"""Plausible limits up to which an amplitude is believed at all: signatures are linear no further, and nature hardly goes there."""
+"""Plausible limits up to which an amplitude is believed at all: signatures are linear no further, and nature hardly goes there.
+
+See decision 47."""
 MOST_WEIGHED, WEIGHED, AT_ONCE = 12, 0.02, 4.0
 """Times that sequences' precisions and values are found in turn at most, the relative change after which they have settled, and how many
 steps of a slow sequence are taken at once at most [Lange 1995 on the acceleration of expectation and maximisation]."""

@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 FACTOR = 20.0
 """Of likelihood, or of posterior probability, within which two effects are not told apart: strong evidence [Kass and Raftery 1995]."""
 LEAST_ODDS = -2.0 * float(np.log(FACTOR))
-"""Logarithm of the odds below which a set does not count against an effect."""
+"""Logarithm of the odds below which a set does not count against an effect (notebook 49)."""
 MOST_NAMED = 5
 """Members of a group that are named; of more that do as well the most probable."""
 

@@ -27,7 +27,7 @@ ASTRAY = 3
 MOST_STEPS = 12
 """Sets that are refitted in one search: twice as many as it may have members. By judgement."""
 IMPOSSIBLE = 1e3
-"""Nats by which a set counts as overrated whose flights run away."""
+"""Nats by which a set counts as overrated whose flights run away (notebook 49)."""
 UNFLYABLE = (RanAway, np.linalg.LinAlgError)
 Told = Callable[[str], None]
 Catalogue = Mapping[str, EffectModel]

@@ -15,15 +15,15 @@ from scipy.special import logsumexp
 from estimator.diagnosis.selection.evidence import Evidence
 
 EXPECTED = 0.5
-"""Effects of the catalogue that are expected to be missing of a campaign, before it is looked at."""
+"""Effects of the catalogue that are expected to be missing of a campaign, before it is looked at (decision 47)."""
 UNKNOWN = 0.05
-"""Probability that something is missing that no effect of the catalogue is, before it is looked at."""
+"""Probability that something is missing that no effect of the catalogue is, before it is looked at (decision 47)."""
 BEAM = 3
 """Sets that are followed side by side. By judgement."""
 MOST = 6
 """Members of a set. By judgement: what needs more is nothing that the catalogue describes."""
 PAIRS = 8
-"""Effects of which all pairs are looked at: those that alone explain most, of all or in the place of one that is there."""
+"""Effects of which all pairs are looked at: those that alone explain most, of all or in the place of one that is there (notebook 49)."""
 Set = tuple[int, ...]
 
 

@@ -51,7 +51,7 @@ FORCE_DEGREES, TORQUE_DEGREES, TIME_DEGREES, WARP_DEGREE = range(4), range(3), r
 
 A time shift begins at 2: flights take up the rest. By judgement."""
 ZOOM_DEGREES = range(1, 8)
-"""Enough to follow a relaxation whose time constant is a seventh of the recording within a thousandth."""
+"""Enough to follow a relaxation whose time constant is a seventh of the recording within a thousandth (notebook 17)."""
 
 
 class SmoothForce(EffectModel):

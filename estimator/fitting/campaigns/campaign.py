@@ -32,11 +32,16 @@ MOST_STEPS, HALVINGS, SHORTER, SETTLED = 15, 5, 0.3, 0.05
 deviations ends it. By judgement."""
 STILL, STILL_COST, STILL_SHARE = 0.35, 0.1, 1e-4
 """A fit also ends where a step below ``STILL`` standard deviations changes the cost by less than ``STILL_COST``, a small fraction of what
-tells models apart, or than ``STILL_SHARE`` of it: tangents that jump from corner to corner keep large misfits from settling further."""
+tells models apart, or than ``STILL_SHARE`` of it: tangents that jump from corner to corner keep large misfits from settling further
+(notebook 27)."""
 PATIENCE = 3
-"""Steps that lower the cost by less than ``STILL_SHARE`` of it before a fit is given up where it was best: large misfits wander."""
+"""Steps that lower the cost by less than ``STILL_SHARE`` of it before a fit is given up where it was best: large misfits wander.
+
+See notebook 26."""
 FALLING, MOST_FALLING = 0.01, 40
-"""A fit whose last step lowered the cost by more than the share ``FALLING`` of it goes on beyond its steps, up to ``MOST_FALLING``."""
+"""A fit whose last step lowered the cost by more than the share ``FALLING`` of it goes on beyond its steps, up to ``MOST_FALLING``.
+
+See notebook 33."""
 
 
 @dataclass(frozen=True)

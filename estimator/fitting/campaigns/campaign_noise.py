@@ -15,11 +15,13 @@ Array = NDArray[np.float64]
 PARTS = 5
 """Of a sequence whose errors are compared with one another."""
 TAKEN_UP = 1.5
-"""True size of the body-fixed error over the measured one: the fit takes up part of it. From campaigns with nothing hidden."""
+"""True size of the body-fixed error over the measured one: the fit takes up part of it. From campaigns with nothing hidden (notebook 9)."""
 LEAST_PX, MOST_PX = 0.03, 0.15
-"""Between them campaigns with nothing hidden lie."""
+"""Between them campaigns with nothing hidden lie (notebook 9)."""
 INEXACT = 0.1
-"""Share of a displacement of the outline that its reduced model may leave, at corners and on spikes, and that counts as body-fixed."""
+"""Share of a displacement of the outline that its reduced model may leave, at corners and on spikes, and that counts as body-fixed.
+
+See notebook 10."""
 
 
 def repeated_noise(

@@ -12,7 +12,9 @@ from estimator.fitting.side_by_side import each_of
 ROUNDS = 3
 """Of making tables at the fitted flights and fitting again at most (notebook 23)."""
 POOR = 10.0
-"""Mean square of a fit's standardised errors, beyond which one round does: what is missing outweighs what tables can be wrong by."""
+"""Mean square of a fit's standardised errors, beyond which one round does: what is missing outweighs what tables can be wrong by.
+
+See notebook 34."""
 
 
 def following(campaign: Campaign, fit: CampaignFit) -> tuple[Campaign, CampaignFit]:

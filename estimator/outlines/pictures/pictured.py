@@ -27,7 +27,7 @@ Array = NDArray[np.float64]
 MARGIN_BLURS, LEAST_MARGIN_PX = 5.0, 10.0
 """Margin of a drawing around an outline: blurs, and pixels beside."""
 SUCCESSION = 5
-"""Pictures of which the median width of edges is taken."""
+"""Pictures of which the median width of edges is taken (notebook 40)."""
 
 
 @dataclass(frozen=True)
