@@ -28,6 +28,15 @@ SET_BY = (
     (r"([Rr]ounding|[Aa]gainst division|difference quotient|divides by it|without area|no area)", "arithmetic"),
 )
 """What a text names as having set a constant, first match first."""
+BY_NAME = (
+    (
+        r"^(?!LEAST)\w*(?:STEPS|ROUNDS|DRAWS|DRAWN|HALVINGS|BISECTIONS|SPLITS|STARTS|CANDIDATES|EVALUATIONS|RESAMPLES|PICTURES|FITS"
+        r"|DIRECTIONS|ANGLES|GRID|CELLS|BINS|NODES|WAVES|PLANES|RADII|CHUNK|FINER|RESOLUTION|ORIENTATIONS|ITERATIONS|LAGS)(?:_\w+)?$",
+        "effort",
+    ),
+    (r"^(?:N_\w+|STATE|POSE|PER_IMPACT|COORDINATES|COLUMNS|NUMBERS|LEFT|SLIP|PAIR|MOTION|SYMMETRIC|FOLLOWING|BEFORE)$", "layout"),
+)
+"""Names of numbers that say how long or how finely something is computed, or how parameters are laid out; they are no thresholds."""
 
 TEXT = """\
 # Constants of the estimator
@@ -37,7 +46,9 @@ Written by `python -m scripts.constants_page` from the source; a test says when 
 eight constants that decide which effects are in a model are explained in [decision 47](decisions/0047-one-evidence.md).
 
 *Set by* is what the text beside a constant names: a study, a page of the notebook, a paper, figures (of development runs, as a rule),
-arithmetic, or judgement; where it is empty, nothing is named. Of all, {judged} are set by judgement and {silent} name nothing.
+arithmetic, or judgement. *Effort* and *layout*, told by names, say how long or how finely something is computed and how parameters lie:
+they are no thresholds. Where it is empty, nothing is named. Of all, {judged} are set by judgement, {effort} are effort or layout, and
+{silent} name nothing.
 
 {rooms}"""
 
@@ -59,7 +70,7 @@ class Constant:
             found = re.search(pattern, self.text)
             if found:
                 return shown.format(found[1])
-        return ""
+        return next((kind for pattern, kind in BY_NAME if re.search(pattern, self.name)), "")
 
 
 def constants() -> list[Constant]:
@@ -134,6 +145,7 @@ def page() -> str:
         files=len({constant.path for constant in found}),
         unexplained=len(unexplained()) or "none",
         judged=sum(constant.set_by == "judgement" for constant in found),
+        effort=sum(constant.set_by in {"effort", "layout"} for constant in found),
         silent=sum(not constant.set_by for constant in found),
         rooms="\n".join(rooms),
     )
