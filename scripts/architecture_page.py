@@ -1,7 +1,7 @@
 """Writes docs/architecture.md: the way of a picture to a number, and the rooms that it goes through, read off the source.
 
-``python -m scripts.architecture_page``. The order of the steps is written here; what each does and returns is its function's own
-docstring and annotation, and a test asks that each can be reached from :func:`estimator.measure.measure`.
+``python -m scripts.architecture_page``. The order of the steps is written here, by the names of functions that can be reached from
+:func:`estimator.measure.measure`; where each lies, what it does and returns is read off the source.
 """
 
 import ast
@@ -12,46 +12,46 @@ from itertools import pairwise
 from pathlib import Path
 
 from datasets.atomic_files import written_whole
-from scripts.source_reading import ESTIMATOR, ROOT, first_sentence, function, modules, room_of, rooms_imported, tree
+from scripts.source_reading import ESTIMATOR, ROOT, first_sentence, function, modules, reached_from, room_of, rooms_imported, tree
 
 PAGE = ROOT / "docs" / "architecture.md"
 ENTRY = "estimator.measure.measure"
-SEEN = ("estimator.outlines.sightings.tracks_of", "estimator.particle.observed.observed_particle", "estimator.measure.nominations")
+SEEN = ("tracks_of", "observed_particle", "nominations")
 FREE = (
-    "estimator.measuring.free_flight.estimate_free_flight",
-    "estimator.outlines.sightings.usable_sightings",
-    "estimator.particle.particle.views_like",
-    "estimator.fitting.tasks.fit_task",
-    "estimator.search.candidate_flights.first_pose",
-    "estimator.search.candidate_flights.candidate_flights",
-    "estimator.search.rival_flights.standing",
-    "estimator.fitting.tasks.biased_task",
-    "estimator.fitting.tasks.refined_flight",
-    "estimator.reports.verdict.judge",
-    "estimator.reports.reporting.converged_estimate",
+    "estimate_free_flight",
+    "usable_sightings",
+    "views_like",
+    "fit_task",
+    "first_pose",
+    "candidate_flights",
+    "standing",
+    "biased_task",
+    "refined_flight",
+    "judge",
+    "converged_estimate",
 )
 IMPACTS = (
-    "estimator.measuring.with_impacts.estimate_with_impacts",
-    "estimator.measuring.with_impacts.fitted_chains",
-    "estimator.measuring.with_impacts.refined_chain",
-    "estimator.impacts.impact_contacts.contacts_told_apart",
-    "estimator.impacts.impact_judging.judge_chain",
-    "estimator.reports.impact_reporting.impacts_estimate",
+    "estimate_with_impacts",
+    "fitted_chains",
+    "refined_chain",
+    "contacts_told_apart",
+    "judge_chain",
+    "impacts_estimate",
 )
-PAIR = "estimator.measuring.two_particles.measure_pair"
+PAIR = "measure_pair"
 INSIDE = (
-    "estimator.outlines.track.extract_outlines",
-    "estimator.particle.particle.particle_of",
-    "estimator.poses.pose_search.search_pose",
-    "estimator.search.tracking.track",
-    "estimator.fitting.trajectory.fit_growing",
-    "estimator.motion.flight.poses_and_sensitivity",
-    "estimator.geometry.epipolar_tangency.tangency_errors",
-    "estimator.appearance.predicted_bias.with_predicted_bias",
-    "estimator.fitting.refinement.refine_flight",
-    "estimator.likelihood.noise_model.measured_noise",
-    "estimator.fitting.refinement.covariance_and_bound",
-    "estimator.fitting.calibration_share.calibration_share",
+    "extract_outlines",
+    "particle_of",
+    "search_pose",
+    "track",
+    "fit_growing",
+    "poses_and_sensitivity",
+    "tangency_errors",
+    "with_predicted_bias",
+    "refine_flight",
+    "measured_noise",
+    "covariance_and_bound",
+    "calibration_share",
 )
 DOORS = (
     ("`estimate`", ENTRY),
@@ -116,11 +116,10 @@ flowchart TD
 
 def page() -> str:
     """The page as the source has it now."""
-    steps = (*SEEN, *FREE, *IMPACTS, PAIR)
     return TEXT.format(
         way="\n".join(_way()),
-        steps="\n".join(_step(name) for name in steps),
-        inside="\n".join(_step(name) for name in INSIDE),
+        steps="\n".join(_step(key) for key in (*SEEN, *FREE, *IMPACTS, PAIR)),
+        inside="\n".join(_step(key) for key in INSIDE),
         doors="\n".join(f"| {said} | {_link(name)} | {first_sentence(function(name))} |" for said, name in DOORS),
         arrows="\n".join(f"    {room} --> {other}" for room, other in arrows()),
         rooms="\n".join(_room(room) for room in order()),
@@ -158,22 +157,28 @@ def arrows() -> list[tuple[str, str]]:
 def _way() -> list[str]:
     """The drawing of the way, from both kinds of pictures to the estimate."""
     lines = ['    pictures(["pictures of the flight"]) --> tracks_of', '    views(["calibrated views"]) --> observed_particle']
-    lines += [f'    {_key(name)}["{_key(name)}<br/>{_returned(name).strip("`")}"]' for name in (*SEEN, *FREE, *IMPACTS)]
+    lines += [f'    {key}["{key}<br/>{_returned(place_of(key)).strip("`")}"]' for key in (*SEEN, *FREE, *IMPACTS)]
     lines += ["    tracks_of --> nominations", "    observed_particle --> nominations"]
     for way, why in ((FREE, "no kink"), (IMPACTS, "kinks")):
-        lines.append(f"    nominations -- {why} --> {_key(way[0])}")
-        lines += [f"    {_key(a)} --> {_key(b)}" for a, b in pairwise(way)]
-        lines.append(f'    {_key(way[-1])} --> estimate(["Estimate"])')
-    lines.append(f"    {_key(IMPACTS[0])} -. no jump of the velocities .-> {_key(FREE[0])}")
+        lines.append(f"    nominations -- {why} --> {way[0]}")
+        lines += [f"    {a} --> {b}" for a, b in pairwise(way)]
+        lines.append(f'    {way[-1]} --> estimate(["Estimate"])')
+    lines.append(f"    {IMPACTS[0]} -. no jump of the velocities .-> {FREE[0]}")
     return lines
 
 
-def _step(name: str) -> str:
+def _step(key: str) -> str:
+    name = place_of(key)
     return f"| {_link(name)} | {_returned(name)} | {first_sentence(function(name))} |"
 
 
-def _key(name: str) -> str:
-    return name.rpartition(".")[2]
+@cache
+def place_of(key: str) -> str:
+    """The dotted name of a step: the one function of its name that can be reached from the entry."""
+    found = [name for name in reached_from(ENTRY) if name.rpartition(".")[2] == key]
+    if len(found) != 1:
+        raise ValueError(f"expected one function {key} on the way from {ENTRY}, got {found}")
+    return found[0]
 
 
 def _link(name: str) -> str:
@@ -199,9 +204,9 @@ def _door(room: str) -> Path:
     return folder / "__init__.py" if folder.is_dir() else ESTIMATOR / f"{room}.py"
 
 
-def named() -> Sequence[str]:
-    """Every function that the page names."""
-    return (*SEEN, *FREE, *IMPACTS, PAIR, *INSIDE, *(name for _, name in DOORS))
+def steps() -> Sequence[str]:
+    """The dotted names of all steps, and of what is inside of them."""
+    return tuple(place_of(key) for key in (*SEEN, *FREE, *IMPACTS, PAIR, *INSIDE))
 
 
 def main() -> None:

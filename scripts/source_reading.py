@@ -87,11 +87,12 @@ def _is_function(name: str) -> bool:
     return file_of(module).exists() and any(isinstance(n, ast.FunctionDef) and n.name == key for n in tree(file_of(module)).body)
 
 
-def reached_from(name: str) -> set[str]:
+@cache
+def reached_from(name: str) -> frozenset[str]:
     """All functions that can be reached from one."""
     reached, ahead = {name}, [name]
     while ahead:
         new = used_by(ahead.pop()) - reached
         reached |= new
         ahead += new
-    return reached
+    return frozenset(reached)
