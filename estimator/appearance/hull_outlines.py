@@ -27,10 +27,7 @@ def outline_of(points_cam: Array, lens: Intrinsics) -> Array:
 
 
 def like_noise(polygons: Sequence[Array], lenses: Sequence[Intrinsics], noisy: Silhouettes) -> Silhouettes:
-    """Silhouettes of outlines whose tangents are as noisy as those of ``noisy`` are in the median.
-
-    ``polygons`` (v, 2) px.
-    """
+    """Silhouettes of outlines whose tangents are as noisy as those of ``noisy`` are in the median; ``polygons`` (v, 2) px."""
     sigma, turn = float(np.median(noisy.sigma_px)), float(np.median(noisy.correlation_rad))
     noise, samples = float(np.median(noisy.noise_px)), int(np.median(noisy.samples))
     hulls = [TangentHull(p, np.full(len(p), sigma), turn, noise, samples) for p in polygons]

@@ -133,10 +133,7 @@ def model_residuals(sequence: SequenceTask, flight: Flight, model: Model, theta:
 
 
 def linearised(sequence: SequenceTask, at: ModelResiduals, model: Model, theta: Array) -> ModelErrors:
-    """Residuals with their derivatives, which take longer than they do themselves.
-
-    ``theta`` (q,) of the model.
-    """
+    """Residuals with their derivatives, which take longer than they do themselves; ``theta`` (q,) of the model."""
     J = _jacobian(sequence.task, model, theta, at)
     _add_image_columns(J, sequence, model, theta, at)
     J[..., N_PARAMETERS + np.flatnonzero(model.frozen)] = 0.0
@@ -218,10 +215,7 @@ def centres_cam(flight: Flight, placed: PoseSet) -> Array:
 
 
 def moving_at(sequence: SequenceTask, prediction: Prediction, centre_cam: Array) -> Moving:
-    """How the body moves in every sighting.
-
-    ``centre_cam`` (n, 3) m of the body.
-    """
+    """How the body moves in every sighting; ``centre_cam`` (n, 3) m of the body."""
     R_cw = sequence.task.sightings.R_cam_world
     return Moving(
         sequence.rim.furthest,

@@ -187,10 +187,7 @@ def lens_vector(lens: Intrinsics) -> Array:
 
 
 def with_lens(lens: Intrinsics, values: Array) -> Intrinsics:
-    """The lens with these values, in the order of ``LENS``.
-
-    ``values`` (9,).
-    """
+    """The lens with these values, in the order of ``LENS``; ``values`` (9,)."""
     fx, fy, cx, cy, k1, k2, p1, p2, k3 = values.tolist()
     return replace(lens, fx_px=fx, fy_px=fy, cx_px=cx, cy_px=cy, distortion=(k1, k2, p1, p2, k3))
 

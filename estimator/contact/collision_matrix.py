@@ -14,10 +14,7 @@ Array = NDArray[np.float64]
 
 
 def skew(r: Array) -> Array:
-    """``[r]ₓ`` (3, 3), with ``[r]ₓ a = r × a``.
-
-    ``r`` (3,), any unit and frame.
-    """
+    """``[r]ₓ`` (3, 3), with ``[r]ₓ a = r × a``; ``r`` (3,), any unit and frame."""
     return np.array([[0.0, -r[2], r[1]], [r[2], 0.0, -r[0]], [-r[1], r[0], 0.0]])
 
 

@@ -43,10 +43,7 @@ class Solid:
             raise InputError(f"inertia: expected a symmetric matrix with principal moments above 0 kg m², got moments {moments.tolist()}")
 
     def inertia_world(self, R_world_body: Array) -> Array:
-        """Inertia (3, 3) kg m² in the world frame.
-
-        ``R_world_body`` (3, 3).
-        """
+        """Inertia (3, 3) kg m² in the world frame; ``R_world_body`` (3, 3)."""
         return np.asarray(R_world_body @ self.inertia_body @ R_world_body.T)
 
     @property

@@ -26,10 +26,7 @@ class SphereEquivalent(RestitutionAndFriction):
         return "sphere of the same volume"
 
     def strike(self, state: BodyState, solid: Solid, contact_world: Array, plate: Plate) -> Struck:
-        """One impact; ``contact_world`` is not used, since a sphere touches below its centre.
-
-        ``contact_world`` (3,) m.
-        """
+        """One impact; ``contact_world`` (3,) m is not used, since a sphere touches below its centre."""
         sphere = sphere_of(solid)
         lever = -sphere.equivalent_radius_m * plate.normal_world
         before = contact_velocity(state, lever, plate)

@@ -129,10 +129,7 @@ def tilted(normal: Array, tilt: tuple[float, float]) -> Float[NDArray[np.float64
 
 
 def crossed(a: Array, b: Array) -> Float[NDArray[np.float64], "*batch 3"]:
-    """``a × b`` along the last axis, without the generality of NumPy's.
-
-    ``a``, ``b`` (..., 3), any units, one frame.
-    """
+    """``a × b`` along the last axis, without the generality of NumPy's; ``a``, ``b`` (..., 3), any units, one frame."""
     return np.asarray(a[..., FOLLOWING] * b[..., BEFORE] - a[..., BEFORE] * b[..., FOLLOWING])
 
 

@@ -98,10 +98,7 @@ def whitening_of(covariances: Array) -> Float[NDArray[np.float64], "impact 6 6"]
 
 
 def whitened(impacts: Impacts, model: ContactModel, values: Array) -> Float[NDArray[np.float64], "impact 6"]:
-    """Measured less predicted, in standard deviations, no scatter counted.
-
-    ``values`` (p,) of the model's parameters.
-    """
+    """Measured less predicted, in standard deviations, no scatter counted; ``values`` (p,) of the model's parameters."""
     return np.einsum("nij,nj->ni", impacts.whitening, impacts.after - model.predict(impacts.measured, values))
 
 
@@ -133,10 +130,7 @@ def _bounded(distances2: Array) -> Array:
 
 
 def fit(impacts: Impacts, model: ContactModel, known: Sequence[Array] = (), scatter: float = FIRST_SCATTER) -> Fitted:
-    """The values of least cost, from every combination of the parameters' starts, or from the starts ``known``.
-
-    ``known`` (p,) each.
-    """
+    """The values of least cost, from every combination of the parameters' starts, or from the starts ``known`` (p,) each."""
     starts = [np.array(s) for s in product(*(p.starts for p in model.parameters))] if not known else list(known)
     values, cost = min((_descended(impacts, model, start, scatter) for start in starts), key=lambda found: found[1])
     for number, parameter in enumerate(model.parameters):

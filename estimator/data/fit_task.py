@@ -59,10 +59,7 @@ class Sightings:
         return np.stack([c.t_cam_world for c in self.cameras])[self.camera]
 
     def take(self, rows: NDArray[np.int64]) -> "Sightings":
-        """The sightings ``rows`` alone.
-
-        ``rows`` (k,).
-        """
+        """The sightings ``rows`` (k,) alone."""
         outlines = tuple(self.outlines_px[i] for i in rows) if self.outlines_px else ()
         silhouettes = self.silhouettes.take(rows.tolist())
         return Sightings(silhouettes, self.camera[rows], self.frame[rows], self.times_s[rows], self.cameras, outlines)
@@ -107,9 +104,6 @@ class FitTask:
 
 
 def restricted(task: FitTask, rows: NDArray[np.int64]) -> FitTask:
-    """The same task with the sightings ``rows`` alone.
-
-    ``rows`` (k,).
-    """
+    """The same task with the sightings ``rows`` (k,) alone."""
     bias = task.bias.take(rows) if task.bias is not None else None
     return FitTask(task.sightings.take(rows), task.views, task.prior, task.huber, task.weight[rows], bias)

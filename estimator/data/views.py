@@ -36,8 +36,5 @@ class Poses:
     cost: Array
 
     def take(self, rows: NDArray[np.int64]) -> "Poses":
-        """The candidates ``rows`` alone.
-
-        ``rows`` (k,).
-        """
+        """The candidates ``rows`` (k,) alone."""
         return Poses(self.R[rows], self.centre_cam[rows], self.cost[rows])

@@ -56,10 +56,7 @@ class Shaped:
 
 @dataclass(frozen=True)
 class Regressed:
-    """A set of terms at its best: amplitudes one after the other, what it leaves, and the criterion.
-
-    ``amplitudes`` (a,).
-    """
+    """A set of terms at its best: amplitudes one after the other, what it leaves, and the criterion; ``amplitudes`` (a,)."""
 
     terms: tuple[Shaped, ...]
     amplitudes: Array

@@ -39,10 +39,7 @@ class Axis:
 
 
 def even(name: str, title: str, unit: str, values: Array) -> Axis:
-    """Bins of equal width over all values.
-
-    ``values`` (r,) of the residuals.
-    """
+    """Bins of equal width over all values; ``values`` (r,) of the residuals."""
     low, high = float(values.min()), float(values.max())
     edges = np.linspace(low, high + 1e-9 * max(1.0, abs(high)), BINS + 1)
     number = np.clip(np.digitize(values, edges) - 1, 0, BINS - 1).astype(np.int64)

@@ -79,10 +79,7 @@ class EfficientScores:
     M: Array
 
     def take(self, rows: Index) -> "EfficientScores":
-        """The columns ``rows`` alone.
-
-        ``rows`` (k,).
-        """
+        """The columns ``rows`` (k,) alone."""
         square = np.ix_(rows, rows)
         M = self.M[square] if self.M.size else self.M
         return EfficientScores(tuple(self.columns[i] for i in rows), self.g[rows], self.H[square], M)
@@ -328,9 +325,6 @@ def p_of(part: EfficientScores, tried: int) -> float:
 
 
 def counts_nothing(effect: EffectModel, columns: tuple[Column, ...], theta: Array) -> bool:
-    """Whether an effect that comes in whole numbers has none.
-
-    ``theta`` (c,) of the columns.
-    """
+    """Whether an effect that comes in whole numbers has none; ``theta`` (c,) of the columns."""
     counts = [value for column, value in zip(columns, theta, strict=True) if effect.entry.parameters[column.parameter].name in effect.whole]
     return bool(effect.whole) and max(counts, default=0.0) < LEAST_COUNT

@@ -83,10 +83,7 @@ class Model:
         return np.array([p.name in e.frozen for e in self.effects for p in e.entry.parameters], dtype=np.bool_)
 
     def random_sigma(self, theta: Array) -> float:
-        """Standard deviation (s) of the frames' times.
-
-        ``theta`` (q,) of the model.
-        """
+        """Standard deviation (s) of the frames' times; ``theta`` (q,) of the model."""
         return float(np.sqrt(sum(float(theta[part][0]) ** 2 for e, part in zip(self.effects, self.slices, strict=True) if e.random)))
 
     @property

@@ -85,10 +85,7 @@ def misfit_of(task: FitTask, refined: Refined, settings: Refinement, motion: tup
 
 
 def slow_errors(times_s: Array) -> Array:
-    """Translations and rotations (n, 6, 18): Legendre polynomials of time over the sequence along each axis.
-
-    ``times_s`` (n,).
-    """
+    """Translations and rotations (n, 6, 18): Legendre polynomials of time over the sequence along each axis; ``times_s`` (n,)."""
     low, high = float(times_s.min()), float(times_s.max())
     P = legvander(2.0 * (times_s - low) / max(high - low, 1e-300) - 1.0, max(ORDERS))[:, list(ORDERS)]
     basis = np.zeros((len(times_s), len(AXES), len(AXES) * len(ORDERS)))

@@ -83,10 +83,7 @@ def poses_with_focal(
 
 
 def with_focal_column(errors: TangencyErrors, by_focal: Array) -> TangencyErrors:
-    """Errors whose Jacobian has the derivative by ``ln f`` as its ninth column.
-
-    ``by_focal`` (n, k, 4).
-    """
+    """Errors whose Jacobian has the derivative by ``ln f`` as its ninth column; ``by_focal`` (n, k, 4)."""
     return replace(errors, jacobian=np.concatenate([errors.jacobian, by_focal[..., None]], axis=3))
 
 

@@ -190,10 +190,7 @@ def scaled_inverse(H: Array) -> Array:
 
 
 def determined(H: Array) -> Array:
-    """A normal matrix whose inverse is more than rounding.
-
-    ``H`` (p, p).
-    """
+    """A normal matrix whose inverse is more than rounding; ``H`` (p, p)."""
     scale = _scale(H)
     scaled = H * scale[:, None] * scale
     if not (np.isfinite(scaled).all() and np.linalg.eigvalsh(scaled)[0] > LEAST_CURVATURE):

@@ -93,10 +93,7 @@ def with_hollows_seen(cast: Array, seen: Array) -> Array:
 
 
 def cast_convex(vertices: Array, camera: Intrinsics, R_cam_particle: Array, t_cam_particle: Array) -> Array:
-    """The outline (n, 2) px of the convex body with ``vertices`` (v, 3) m.
-
-    ``R_cam_particle`` (3, 3), ``t_cam_particle`` (3,) m.
-    """
+    """The outline (n, 2) px of the convex body with ``vertices`` (v, 3) m; ``R_cam_particle`` (3, 3), ``t_cam_particle`` (3,) m."""
     pixels = camera.project(vertices @ R_cam_particle.T + t_cam_particle)
     return np.asarray(pixels[ConvexHull(pixels).vertices])
 

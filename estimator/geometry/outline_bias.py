@@ -132,10 +132,7 @@ def bias_under(polygons: Sequence[Array], drawn: Sequence[Array]) -> Float[NDArr
 
 
 def noise_digest(drawn: Sequence[Array]) -> str:
-    """SHA-256 of drawn noise.
-
-    ``drawn`` (pairs, samples) px of each outline.
-    """
+    """SHA-256 of drawn noise; ``drawn`` (pairs, samples) px of each outline."""
     total = hashlib.sha256(repr([noise.shape for noise in drawn]).encode())
     for noise in drawn:
         total.update(np.ascontiguousarray(noise).tobytes())

@@ -101,10 +101,7 @@ class OutlineShape:
     smear: Array
 
     def take(self, rows: Index) -> "OutlineShape":
-        """The outlines ``rows`` alone.
-
-        ``rows`` (k,).
-        """
+        """The outlines ``rows`` (k,) alone."""
         return OutlineShape(*(getattr(self, each.name)[rows] for each in fields(self)))
 
     def towards(self, normals: Array) -> "OutlineShape":

@@ -9,8 +9,5 @@ MEDIAN = float(norm.ppf(0.75))
 
 
 def robust_sigma(errors: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Of every column of errors (n, ...): an array (...).
-
-    ``errors`` (n, ...).
-    """
+    """Of every column of ``errors`` (n, ...): an array (...)."""
     return np.asarray(np.median(np.abs(errors), axis=0) / MEDIAN)

@@ -185,10 +185,7 @@ def evenly_spaced(points: Array) -> Array:
 
 
 def normals(smooth: Array) -> Array:
-    """Unit normals (..., n, 2) of closed curves, outwards for positive orientation.
-
-    ``smooth`` (..., n, 2) px.
-    """
+    """Unit normals (..., n, 2) of closed curves, outwards for positive orientation; ``smooth`` (..., n, 2) px."""
     tangent = np.roll(smooth, -1, axis=-2) - np.roll(smooth, 1, axis=-2)
     normal = np.stack([tangent[..., 1], -tangent[..., 0]], axis=-1)
     return np.asarray(normal / np.maximum(np.linalg.norm(normal, axis=-1, keepdims=True), 1e-12))

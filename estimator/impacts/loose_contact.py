@@ -72,10 +72,7 @@ def moved_loose(flight: PiecewiseFlight, step: Array, loose: tuple[LooseContact,
 
 
 def loose_sensitivity(flight: PiecewiseFlight, times_s: Array, loose: tuple[LooseContact, ...]) -> tuple[FlightPoses, Array]:
-    """Poses (m = 1) and their sensitivity (f, 6, p + 5 l).
-
-    ``times_s`` (f,).
-    """
+    """Poses (m = 1) and their sensitivity (f, 6, p + 5 l); ``times_s`` (f,)."""
     at, S = piecewise_sensitivity(flight, times_s)
     parts = [_by_shift(flight, times_s, contact) for contact in loose]
     return at, np.concatenate([S, *parts], axis=2)

@@ -99,10 +99,7 @@ def stated_spread(plate: Plate) -> Array:
 
 
 def held_by_plate(task: PlateTask, flight: PiecewiseFlight, times_s: Array) -> PlateHeld:
-    """Normal equations (p, p) of the plate's cost at a flight whose pictures were taken at ``times_s``.
-
-    ``times_s`` (f,).
-    """
+    """Normal equations (p, p) of the plate's cost at a flight whose pictures were taken at ``times_s`` (f,)."""
     gaps = gaps_of(task, flight, times_s)
     u = plate_off(gaps, task.sigma_m)
     z = (gaps.h + gaps.A @ u) / task.sigma_m

@@ -44,10 +44,7 @@ def plate_gaps(refined: PiecewiseRefined, observation: Observation, particle: Pa
 
 
 def spread_by(J: Array, matrix: Array) -> Array:
-    """Covariance of what depends on parameters by ``J``, symmetric to the last bit.
-
-    ``J`` (m, p), ``matrix`` (p, p).
-    """
+    """Covariance of what depends on parameters by ``J``, symmetric to the last bit; ``J`` (m, p), ``matrix`` (p, p)."""
     result = J @ matrix @ J.T
     return np.asarray(0.5 * (result + result.T))
 

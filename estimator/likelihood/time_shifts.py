@@ -51,10 +51,7 @@ class TimeShifts:
     stretch: Array | None = None
 
     def take(self, rows: NDArray[np.int64]) -> "TimeShifts":
-        """The sightings ``rows`` alone.
-
-        ``rows`` (k,).
-        """
+        """The sightings ``rows`` (k,) alone."""
         still, stretch = (None if each is None else each[rows] for each in (self.still, self.stretch))
         return TimeShifts(self.tau_s[rows], self.h[rows], self.noise[rows], still, stretch)
 

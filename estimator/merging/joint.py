@@ -54,10 +54,7 @@ class Placements:
         return np.concatenate([self.rig_t, rotation_vector(self.rig_R)], axis=1)
 
     def take(self, rows: NDArray[np.int64]) -> "Placements":
-        """The sets ``rows`` alone.
-
-        ``rows`` (k,).
-        """
+        """The sets ``rows`` (k,) alone."""
         return replace(self, R=self.R[rows], t=self.t[rows])
 
 

@@ -194,10 +194,7 @@ def pose_differences(every: FlightPoses, widths: Array) -> Array:
 
 
 def velocities(flight: Flight, steps: Array, time_s: float) -> tuple[Array, Array]:
-    """Velocity and angular velocity (m, 3) each, world frame, at one time.
-
-    ``steps`` (m, 21).
-    """
+    """Velocity and angular velocity (m, 3) each, world frame, at one time; ``steps`` (m, 21)."""
     reached = states(flight, steps, np.array([time_s]))
     inverse = inverted(inertia_matrix(flight, flight.inertia + steps[:, INERTIA]))
     return reached.v[0], angular_velocity(reached.q[0], reached.L[0], inverse)

@@ -216,10 +216,7 @@ def _perturbations(flight: PiecewiseFlight) -> tuple[NDArray[np.int64], Array]:
 
 
 def piecewise_sensitivity(flight: PiecewiseFlight, times_s: Array) -> tuple[FlightPoses, Array]:
-    """Poses (m = 1) and their sensitivity (f, 6, p), as :func:`estimator.motion.flight.poses_and_sensitivity`.
-
-    ``times_s`` (f,).
-    """
+    """Poses (m = 1) and their sensitivity (f, 6, p), as :func:`estimator.motion.flight.poses_and_sensitivity`; ``times_s`` (f,)."""
     varied, steps = _perturbations(flight)
     every = piecewise_poses(flight, steps, times_s)
     sensitivity = np.zeros((len(times_s), 6, flight.size))
@@ -272,10 +269,7 @@ def touch_and_sensitivity(flight: PiecewiseFlight, number: int) -> tuple[Touch, 
 
 
 def piecewise_velocities(flight: PiecewiseFlight, steps: Array, times_s: Array) -> Array:
-    """Velocity and angular velocity (f, m, 6), world frame.
-
-    ``steps`` (m, p), ``times_s`` (f,).
-    """
+    """Velocity and angular velocity (f, m, 6), world frame; ``steps`` (m, p), ``times_s`` (f,)."""
     reached = piecewise_states(flight, steps, times_s)
     inverse = _lanes(flight, steps).inverse
     omega = np.stack([angular_velocity(q, L, inverse) for q, L in zip(reached.q, reached.L, strict=True)])

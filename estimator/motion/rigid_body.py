@@ -165,10 +165,7 @@ def propagate(
 
 
 def outwards(times_s: Array, start_time_s: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Rows of the times from the start on, and of those before it, the nearest first.
-
-    ``times_s`` (f,).
-    """
+    """Rows of the times from the start on, and of those before it, the nearest first; ``times_s`` (f,)."""
     return np.flatnonzero(times_s >= start_time_s), np.flatnonzero(times_s < start_time_s)[::-1]
 
 

@@ -50,10 +50,7 @@ def round_fall(start: States, times_s: Array, *, start_time_s: float, gravity: A
 
 
 def round_flight(start: States, times_s: Array, *, start_time_s: float, acceleration: Rate, torque: Rate | None) -> States:
-    """States (f, m, ·) at every time of m round bodies; arguments as in :func:`estimator.motion.rigid_body.propagate`.
-
-    ``times_s`` (f,).
-    """
+    """States (f, m, ·) at every time of m round bodies; arguments as in :func:`estimator.motion.rigid_body.propagate`; ``times_s`` (f,)."""
     with np.errstate(over="ignore", invalid="ignore"):  # of trial steps that run away
         motion, first = _motion(start, start_time_s, acceleration, torque)
         longest = motion.longest(first, times_s)

@@ -89,10 +89,7 @@ def descend(
 
 
 def damped_step(normal: Array, gradient: Array, damping: Array) -> Array:
-    """Marquardt's step (n, p): ``-(H + lambda diag H)⁻¹ g``.
-
-    ``normal`` (n, p, p), ``gradient`` (n, p), ``damping`` (n,).
-    """
+    """Marquardt's step (n, p): ``-(H + lambda diag H)⁻¹ g``; ``normal`` (n, p, p), ``gradient`` (n, p), ``damping`` (n,)."""
     diagonal = np.einsum("nii->ni", normal)
     scale = np.maximum(diagonal, 1e-12 * diagonal.max(axis=1, keepdims=True) + 1e-300)
     damped = normal + (damping[:, None] * scale)[:, :, None] * np.eye(normal.shape[1])

@@ -32,10 +32,7 @@ class Quadratic:
     half_log_det: float = 0.0
 
     def take(self, rows: Index) -> "Quadratic":
-        """The columns ``rows``, with zero for all others.
-
-        ``rows`` (k,).
-        """
+        """The columns ``rows`` (k,), with zero for all others."""
         return Quadratic(self.information[rows[:, None], rows], self.pull[rows], self.misfit, self.half_log_det)
 
 
@@ -99,17 +96,11 @@ class Own:
         return cls(owner, axes, information, axes.T @ whole.pull[index], axes.T @ whole.information[index], whole)
 
     def beside(self, few: Index) -> "Own":
-        """The same beside ``few`` of the other columns.
-
-        ``few`` (k,): their numbers.
-        """
+        """The same beside ``few`` of the other columns; ``few`` (k,): their numbers."""
         return Own(self.owner, self.axes, self.information, self.pull, self.cross[:, few], self.few.take(few))
 
     def sums(self, each: Array) -> Array:
-        """Sums (s,) over every sequence's own.
-
-        ``each`` (m,): a number of every unit.
-        """
+        """Sums (s,) over every sequence's own; ``each`` (m,): a number of every unit."""
         return np.asarray(np.bincount(self.owner, each), dtype=np.float64)
 
     def eliminated(self, variance: Array) -> tuple[Quadratic, Array]:
@@ -140,10 +131,7 @@ class Own:
 
 
 def independent(information: Array, rows: tuple[Index, ...]) -> bool:
-    """Whether columns of different sequences share no information.
-
-    ``information`` (c, c); ``rows`` (q,) of each sequence: its columns.
-    """
+    """Whether columns of different sequences share no information; ``information`` (c, c); ``rows`` (q,) of each sequence: its columns."""
     index = np.concatenate(rows)
     sequence = np.repeat(np.arange(len(rows)), [len(r) for r in rows])
     G = information[np.ix_(index, index)]

@@ -23,10 +23,7 @@ so that it speaks only where the data do not."""
 
 
 def phase(time_s: Array | float, setting: Setting) -> Array:
-    """Time since the first frame, scaled to [-1, 1] over the sequence.
-
-    ``time_s`` (n,) or one.
-    """
+    """Time since the first frame, scaled to [-1, 1] over the sequence; ``time_s`` (n,) or one."""
     length = max(float(setting.times_s[-1] - setting.times_s[0]), 1e-12)
     return np.asarray(2.0 * np.asarray(time_s) / length - 1.0)
 

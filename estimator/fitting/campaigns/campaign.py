@@ -162,10 +162,7 @@ class Prior:
 
     @classmethod
     def diagonal(cls, precision: Array, values: Array) -> "Prior":
-        """Independent normal priors about zero of parameters that are at ``values`` (p,).
-
-        ``precision`` (p,).
-        """
+        """Independent normal priors about zero of parameters that are at ``values`` (p,); ``precision`` (p,)."""
         return cls(np.diag(precision), precision * values, 0.5 * float(values @ (precision * values)))
 
 

@@ -26,10 +26,7 @@ class CampaignCovariance:
     place: tuple[Index, ...]
 
     def of(self, sequence: int, columns: Index) -> Array:
-        """Covariance of some of a sequence's 21 + q parameters.
-
-        ``columns`` (c,): their numbers.
-        """
+        """Covariance of some of a sequence's 21 + q parameters; ``columns`` (c,): their numbers."""
         rows = self.place[sequence][columns]
         return self.covariance[np.ix_(rows, rows)]
 

@@ -93,10 +93,7 @@ def free_flights(times_s: Array, x: Array, gravity: Array, sigma: float) -> tupl
 
 
 def least_rows(times_s: Array, gravity: float, noise: float) -> int:
-    """How many rows a flight needs.
-
-    ``times_s`` (n,).
-    """
+    """How many rows a flight needs; ``times_s`` (n,)."""
     interval = float(np.median(np.diff(times_s)))
     longest = np.sqrt(8.0 * LEAST_SAG * noise / gravity) if gravity > 0.0 else 0.0
     return max(LEAST_ROWS, int(np.ceil(longest / interval)) + 1)

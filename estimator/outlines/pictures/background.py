@@ -83,10 +83,7 @@ def measured(taken: NDArray[np.uint16], pictures: list[NDArray[np.uint16]], bit_
 
 
 def background_of_picture(picture: NDArray[np.uint16], bit_depth: int) -> Background:
-    """The smooth background of a picture that comes alone.
-
-    ``picture`` (height, width) DN.
-    """
+    """The smooth background of a picture that comes alone; ``picture`` (height, width) DN."""
     light = illumination_of(picture.astype(np.float32))
     return background(light.level, light.bright, bit_depth)
 
