@@ -27,3 +27,14 @@ def test_nothing_is_remembered_by_its_place_in_memory() -> None:
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "id"
     }
     assert places == BY_PLACE
+
+
+def test_effects_are_not_changed_once_made() -> None:
+    found = []
+    for path in (ESTIMATOR / "effects").rglob("*.py"):
+        for function in (node for node in ast.walk(tree(path)) if isinstance(node, ast.FunctionDef) and node.name != "__init__"):
+            for node in ast.walk(function):
+                targets = node.targets if isinstance(node, ast.Assign) else [node.target] if isinstance(node, ast.AugAssign) else []
+                parts = [part for target in targets for part in (target.elts if isinstance(target, ast.Tuple) else [target])]
+                found += [f"{path.name}:{node.lineno}" for part in parts if isinstance(part, ast.Attribute)]
+    assert found == []

@@ -203,9 +203,7 @@ class ZoomInTime(EffectModel):
 
     def over(self, length_s: float) -> "ZoomInTime":
         """The same over another time (s): that of the longest sequence."""
-        changed = ZoomInTime()
-        changed.length_s = length_s
-        return changed
+        return self._changed(length_s=length_s)
 
     def growth(self, times_s: Array) -> Array:
         """What each coefficient adds (n, 7) to the magnification at ``times_s`` (n,) s."""
