@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 
 from datasets.vocabulary.camera import Intrinsics
 from estimator.geometry.cast_outline import FINER, contour_generator, drawn_rim
-from estimator.surface.star_surface import StarSurface
+from estimator.surface.star_surface import Surface
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -40,7 +40,7 @@ class Contact:
     gap_px: Array
 
 
-def contact_of(surface: StarSurface, camera: Intrinsics, R_cam_particle: Array, t_cam_particle: Array, samples_px: Array) -> Contact:
+def contact_of(surface: Surface, camera: Intrinsics, R_cam_particle: Array, t_cam_particle: Array, samples_px: Array) -> Contact:
     """What the samples (s, 2) px of an outline meet of a surface at a pose."""
     cam = surface.vertices @ R_cam_particle.T + t_cam_particle
     pixels = camera.project(cam)

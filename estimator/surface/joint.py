@@ -1,9 +1,9 @@
 """The last fit of a free flight with the surface as a nuisance: every outline sample of every picture and every view.
 
-Unknown are the flight (21 numbers) and a radius along each direction of the surface. Samples of views bear on the surface alone, those of
-frames on both; radii are held by the energy of their Laplacian, the flight's mass properties by those of the surface. The normal matrix is
-an arrow: its sparse part, of the radii, is factorised and eliminated [Triggs et al., Bundle adjustment, 2000, section 6], so that the
-covariance of the flight is marginal over the surface.
+Unknown are the flight (21 numbers) and the surface's corners. Samples of views bear on the surface alone, those of frames on both; corners
+are held by what is believed of surfaces (:mod:`estimator.surface.evenness`), the flight's mass properties by those of the surface. The
+normal matrix is an arrow: its sparse part, of the surface, is factorised and eliminated [Triggs et al., Bundle adjustment, 2000, section
+6], so that the covariance of the flight is marginal over the surface.
 
 What is not known of scale is found from the data: how rough the surface is and how noisy samples are, both by the fixed point at which the
 evidence is largest [MacKay, Neural Computation 4 (1992) 415]; traces of the large inverse by random signs [Hutchinson, Communications in
@@ -22,19 +22,21 @@ from estimator.data.fit_task import Prior, Sightings
 from estimator.fitting.refinement import scaled_inverse
 from estimator.motion.flight import COM, INERTIA, N_PARAMETERS, OFFSET, Flight, moved
 from estimator.particle.particle import Particle
+from estimator.surface.evenness import BENT, Believed, believed
 from estimator.surface.mass import N_MASS, MassResponse, mass_response
 from estimator.surface.samples import Samples, samples_of_frames, samples_of_views
-from estimator.surface.star_surface import SUBDIVISIONS, StarSurface, star_surface
+from estimator.surface.star_surface import SUBDIVISIONS, Surface, star_surface
 
 Array = NDArray[np.float64]
-MOST_ROUNDS = 12
+ALIGNED, MOST_ROUNDS = 8, 14
+"""Rounds in which corners are drawn to edges, samples as noisy as their outlines show by themselves, and rounds at most."""
 SETTLED, TURNED = 0.3, 0.6
 """Share of the standard deviations that ends the fit. Samples that change the edge they meet throw it about by as much and more, so that
 every step that turns back shortens all that follow by the second number: their mean is what is looked for."""
 PROBES = 8
 FIRST_ROUGHNESS = 0.03
-"""Laplacian over the length of an edge that is expected first. The evidence ended at 0.03 to 0.07 for smooth bodies and at
-0.2 for stones in trial runs."""
+"""Bend over the length of an edge that is expected first. Fits ended at 0.04 for smooth and cut bodies and at 0.1 for stones and jagged
+ones in trial runs."""
 MOST_CHANGE = 3.0
 """A roughness changes by no more than this factor from round to round."""
 COM_SHARE, MOMENTS, PRODUCTS = 0.0006, 0.005, 0.002
@@ -51,7 +53,7 @@ class JointFit:
 
     flight: Flight
     covariance: Array
-    surface: StarSurface
+    surface: Surface
     noise_px: tuple[float, float]
     roughness: float
     settled: bool
@@ -67,10 +69,10 @@ class _Scales:
 
 @dataclass(frozen=True)
 class _Step:
-    """A Gauss-Newton step of the flight (21,) and of the radii (n,) m, the flight's covariance, and the scales found on the way."""
+    """A Gauss-Newton step of the flight (21,) and of the corners (n, 3) m, the flight's covariance, and the scales found on the way."""
 
     flight: Array
-    radii: Array
+    corners: Array
     covariance: Array
     scales: _Scales
 
@@ -89,15 +91,18 @@ def joint_fit(
     scales = _Scales(_own_noise(particle, sightings), FIRST_ROUGHNESS)
     rng = np.random.default_rng(seed)
     covariance, settled, gain, last = np.zeros((N_PARAMETERS, N_PARAMETERS)), False, 1.0, np.zeros(N_PARAMETERS)
-    for _ in range(MOST_ROUNDS):
+    for number in range(MOST_ROUNDS):
         groups = (samples_of_views(surface, particle.outlines, particle.calibrated), samples_of_frames(surface, sightings, flight))
         held = _Held(deviation, prior, mass_response(surface, flight.body), huber)
-        step = _stepped((surface, flight), groups, scales, held, rng)
+        prior_of_surface = believed(surface, scales.roughness, bent=BENT if number else np.inf)
+        step = _stepped((flight, prior_of_surface), groups, scales, held, rng)
+        aligned = number >= ALIGNED
         sizes = step.flight / np.sqrt(np.diag(step.covariance))
-        gain *= TURNED if last @ sizes < 0.0 else 1.0
-        surface, flight = surface.grown(gain * step.radii), moved(flight, gain * step.flight)
-        covariance, scales, last = step.covariance, step.scales, sizes
-        settled = bool(gain * np.max(np.abs(sizes)) < SETTLED)
+        gain *= TURNED if aligned and last @ sizes < 0.0 else 1.0
+        surface, flight = surface.moved(gain * step.corners), moved(flight, gain * step.flight)
+        covariance, last = step.covariance, sizes
+        scales = step.scales if aligned else replace(step.scales, noise_px=scales.noise_px)
+        settled = bool(aligned and gain * np.max(np.abs(sizes)) < SETTLED)
         if settled:
             break
     return JointFit(flight, covariance, surface, scales.noise_px, scales.roughness, settled)
@@ -123,40 +128,38 @@ class _Held:
     huber: float
 
     def rows(self, flight: Flight) -> tuple[Array, Array, Array]:
-        """Residuals (8,) in standard deviations, their derivatives by the flight (8, 21) and, less their sign, by the radii (n, 8)."""
+        """Residuals (8,) in standard deviations, their derivatives by the flight (8, 21) and, less their sign, by the corners (3 n, 8)."""
         now = np.concatenate([flight.com, flight.inertia])
         by_flight = np.zeros((N_MASS, N_PARAMETERS))
         by_flight[:3, COM] = np.diag(1.0 / self.deviation[:3])
         by_flight[3:, INERTIA] = np.diag(1.0 / self.deviation[3:])
-        return (now - self.mass.values) / self.deviation, by_flight, self.mass.by_radius / self.deviation
+        return (now - self.mass.values) / self.deviation, by_flight, self.mass.by_corner / self.deviation
 
 
-def _stepped(
-    at: tuple[StarSurface, Flight], groups: tuple[Samples, Samples], scales: _Scales, held: _Held, rng: np.random.Generator
-) -> _Step:
-    """One step from a surface and a flight, whose samples are those of the views and of the frames."""
-    surface, flight = at
-    smooth = csr_array(surface.sphere.laplacian / (scales.roughness * surface.edge_m))
-    bent = smooth @ surface.radii
+def _stepped(at: tuple[Flight, Believed], groups: tuple[Samples, Samples], scales: _Scales, held: _Held, rng: np.random.Generator) -> _Step:
+    """One step of flight and surface, from the samples of views and of frames and from what is believed of the surface."""
+    flight, prior = at
+    rows, values = prior.rows, prior.values
     weights = [_weights(group, noise, held.huber) for group, noise in zip(groups, scales.noise_px, strict=True)]
-    J = [csr_array(group.by_radius.multiply(w[:, None])) for group, w in zip(groups, weights, strict=True)]
+    J = [csr_array(group.by_corner.multiply(w[:, None])) @ prior.basis for group, w in zip(groups, weights, strict=True)]
     F = [group.by_flight * w[:, None] for group, w in zip(groups, weights, strict=True)]
     r = [group.gap_px * w for group, w in zip(groups, weights, strict=True)]
-    factor = _factorised(csc_array(sum((j.T @ j for j in J), start=smooth.T @ smooth)))
-    residual, by_flight, by_radius = held.rows(flight)
-    border = sum(j.T @ f for j, f in zip(J, F, strict=True)) - by_radius @ by_flight
-    gradient = sum(j.T @ e for j, e in zip(J, r, strict=True)) + smooth.T @ bent - by_radius @ residual
-    solved = _with_mass(factor, by_radius, np.column_stack([border, gradient]))
+    factor = _factorised(csc_array(sum((j.T @ j for j in J), start=rows.T @ rows)))
+    residual, by_flight, by_corner = held.rows(flight)
+    by_surface = prior.basis.T @ by_corner
+    border = sum(j.T @ f for j, f in zip(J, F, strict=True)) - by_surface @ by_flight
+    gradient = sum(j.T @ e for j, e in zip(J, r, strict=True)) + rows.T @ values - by_surface @ residual
+    solved = _with_mass(factor, by_surface, np.column_stack([border, gradient]))
     H = sum((f.T @ f for f in F), start=by_flight.T @ by_flight) - border.T @ solved[:, :-1]
     g = sum((f.T @ e for f, e in zip(F, r, strict=True)), start=by_flight.T @ residual) - border.T @ solved[:, -1]
     step, covariance = _with_offset_considered(H, g, held.prior)
-    radii = -(solved[:, -1] + solved[:, :-1] @ step)
-    left = [e + j @ radii + f @ step for e, j, f in zip(r, J, F, strict=True)]
+    unknowns = -(solved[:, -1] + solved[:, :-1] @ step)
+    left = [e + j @ unknowns + f @ step for e, j, f in zip(r, J, F, strict=True)]
     noise_px = tuple(
         noise * _noise_of(group, z, _taken(factor, j, rng)) for noise, group, z, j in zip(scales.noise_px, groups, left, J, strict=True)
     )
-    roughness = scales.roughness * _roughness_of(np.asarray(bent + smooth @ radii), _taken(factor, smooth, rng))
-    return _Step(step, radii, covariance, _Scales((noise_px[0], noise_px[1]), roughness))
+    roughness = scales.roughness * _roughness_of(np.asarray(prior.bend + prior.bends @ unknowns), _taken(factor, prior.bends, rng))
+    return _Step(step, (prior.basis @ unknowns).reshape(-1, 3), covariance, _Scales((noise_px[0], noise_px[1]), roughness))
 
 
 def _weights(group: Samples, noise_px: float, huber: float) -> Array:
@@ -169,12 +172,12 @@ def _factorised(A: csc_array) -> SuperLU:
     return splu(A, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
 
 
-def _with_mass(factor: SuperLU, by_radius: Array, right: Array) -> Array:
+def _with_mass(factor: SuperLU, by_surface: Array, right: Array) -> Array:
     """Solutions for the factorised matrix plus the mass properties' rows, which would fill it [Woodbury's identity]."""
-    solved = factor.solve(np.column_stack([right, by_radius]))
+    solved = factor.solve(np.column_stack([right, by_surface]))
     plain, through = solved[:, : right.shape[1]], solved[:, right.shape[1] :]
-    small = np.eye(N_MASS) + by_radius.T @ through
-    return np.asarray(plain - through @ np.linalg.solve(small, by_radius.T @ plain))
+    small = np.eye(N_MASS) + by_surface.T @ through
+    return np.asarray(plain - through @ np.linalg.solve(small, by_surface.T @ plain))
 
 
 def _taken(factor: SuperLU, rows: csr_array, rng: np.random.Generator) -> float:

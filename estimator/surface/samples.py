@@ -1,4 +1,4 @@
-"""Distances of all outline samples from the outlines that surface and flight cast, with their derivatives by radii and flight."""
+"""Distances of all outline samples from the outlines that surface and flight cast, with derivatives by the surface and the flight."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from estimator.appearance.flight_errors import particle_poses
 from estimator.data.fit_task import Sightings
 from estimator.motion.flight import N_PARAMETERS, OFFSET, Flight, poses_and_sensitivity
 from estimator.surface.contact import Contact, contact_of
-from estimator.surface.star_surface import StarSurface
+from estimator.surface.star_surface import Surface
 
 Array = NDArray[np.float64]
 
@@ -24,16 +24,16 @@ Array = NDArray[np.float64]
 class Samples:
     """Residuals ``gap_px`` (m,) of samples in the order of their outlines, ``starts`` (k + 1,) where those of each picture begin.
 
-    ``by_radius`` (m, n) px/m and ``by_flight`` (m, 21): their derivatives.
+    ``by_corner`` (m, 3 n) px/m, by each corner's three coordinates in the particle frame, and ``by_flight`` (m, 21): their derivatives.
     """
 
     gap_px: Float[NDArray[np.float64], " m"]
     starts: NDArray[np.int64]
-    by_radius: csr_array
+    by_corner: csr_array
     by_flight: Float[NDArray[np.float64], "m 21"]
 
 
-def samples_of_views(surface: StarSurface, outlines: Sequence[Outline], views: Sequence[CalibratedView]) -> Samples:
+def samples_of_views(surface: Surface, outlines: Sequence[Outline], views: Sequence[CalibratedView]) -> Samples:
     """Those of the calibrated views, which the flight does not move."""
     parts = []
     for outline, view in zip(outlines, views, strict=True):
@@ -43,7 +43,7 @@ def samples_of_views(surface: StarSurface, outlines: Sequence[Outline], views: S
     return _stacked(surface, parts, 0.0)
 
 
-def samples_of_frames(surface: StarSurface, sightings: Sightings, flight: Flight) -> Samples:
+def samples_of_frames(surface: Surface, sightings: Sightings, flight: Flight) -> Samples:
     """Those of the high-speed cameras' pictures under a flight."""
     predicted, sensitivity = poses_and_sensitivity(flight, sightings.times_s)
     placed = particle_poses(flight, predicted, sightings)
@@ -67,15 +67,15 @@ def _across(met: Contact, camera: Intrinsics) -> Array:
     return np.column_stack([u / z, v / z, -(u * x + v * y) / z**2])
 
 
-def _stacked(surface: StarSurface, parts: Sequence[tuple[Contact, Array, Array]], offset_px: float) -> Samples:
+def _stacked(surface: Surface, parts: Sequence[tuple[Contact, Array, Array]], offset_px: float) -> Samples:
     """All pictures' samples; each part has its contact, how the outline moves with points of the particle (s, 3), and with the flight."""
-    directions, n = surface.sphere.directions, len(surface.radii)
+    n = len(surface.vertices)
     counts = np.array([len(met.gap_px) for met, _, _ in parts], dtype=np.int64)
     first, second = (np.concatenate([getattr(met, name) for met, _, _ in parts]) for name in ("first", "second"))
     share, across = np.concatenate([met.share for met, _, _ in parts]), np.concatenate([a for _, a, _ in parts])
-    rows = np.arange(len(share))
-    values = [-(1.0 - share) * np.sum(across * directions[first], axis=1), -share * np.sum(across * directions[second], axis=1)]
-    place = (np.concatenate([rows, rows]), np.concatenate([first, second]))
-    by_radius = csr_array((np.concatenate(values), place), shape=(len(rows), n))
+    rows, axis = np.repeat(np.arange(len(share)), 3), np.arange(3)
+    values = np.concatenate([(-(1.0 - share)[:, None] * across).ravel(), (-share[:, None] * across).ravel()])
+    columns = np.concatenate([(3 * corner[:, None] + axis).ravel() for corner in (first, second)])
+    by_corner = csr_array((values, (np.concatenate([rows, rows]), columns)), shape=(len(share), 3 * n))
     gap = np.concatenate([met.gap_px for met, _, _ in parts]) - offset_px
-    return Samples(gap, np.concatenate([[0], np.cumsum(counts)]), by_radius, np.concatenate([f for _, _, f in parts]))
+    return Samples(gap, np.concatenate([[0], np.cumsum(counts)]), by_corner, np.concatenate([f for _, _, f in parts]))

@@ -1,8 +1,4 @@
-"""A star-shaped surface: one radius along each direction of a subdivided icosahedron, first those of the visual hull.
-
-What a radius differs from the mean of its neighbours by is the discrete Laplacian, whose squares are the energy of a surface that is smooth
-[Sorkine, Computer Graphics Forum 25 (2006) 789]; a ball has none.
-"""
+"""A closed surface whose corners are free, and the one it begins as: the visual hull along the directions of a subdivided icosahedron."""
 
 from dataclasses import dataclass, replace
 from functools import cache
@@ -20,7 +16,7 @@ from estimator.particle.particle import Particle
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 SUBDIVISIONS = 5
-"""10,242 directions: edges are a sixtieth of the body's extent, some two samples of a view's outline."""
+"""10,242 directions: edges are a sixtieth of the body's extent, one pixel of a recording and several of a view that fills its picture."""
 MARCHED, HALVED, REACH = 45, 12, 1.1
 """Steps from the centre until a point lies outside a cone, halvings of the last step, and how far they go in radii of the ball around."""
 
@@ -52,29 +48,41 @@ def sphere(subdivisions: int = SUBDIVISIONS) -> Sphere:
 
 
 @dataclass(frozen=True, eq=False)
-class StarSurface:
-    """``radii`` (n,) m along the directions of a ``sphere`` from a ``centre`` (3,) m, particle frame."""
+class Surface:
+    """A closed surface with ``vertices`` (n, 3) m, particle frame, joined as those of a ``sphere`` are; ``centre`` (3,) m lies within."""
 
     sphere: Sphere
     centre: Array
-    radii: Array
-
-    @property
-    def vertices(self) -> Float[NDArray[np.float64], "n 3"]:
-        """Corners, m, particle frame."""
-        return self.centre + self.radii[:, None] * self.sphere.directions
+    vertices: Float[NDArray[np.float64], "n 3"]
 
     @property
     def edge_m(self) -> float:
         """Typical length of an edge."""
-        return self.sphere.edge * float(self.radii.mean())
+        return self.sphere.edge * float(np.linalg.norm(self.vertices - self.centre, axis=1).mean())
 
-    def grown(self, by: Array) -> "StarSurface":
-        """The surface with its radii larger by ``by`` (n,) m."""
-        return replace(self, radii=self.radii + by)
+    @property
+    def area_vectors(self) -> Float[NDArray[np.float64], "n 3"]:
+        """A third of the areas (m²) of the faces around each corner, along their outward normals."""
+        faces = self.sphere.mesh.faces
+        a, b, c = (self.vertices[faces[:, k]] for k in range(3))
+        area = np.cross(b - a, c - a) / 6.0
+        vectors = np.zeros_like(self.vertices)
+        for k in range(3):
+            np.add.at(vectors, faces[:, k], area)
+        return vectors
+
+    @property
+    def normals(self) -> Float[NDArray[np.float64], "n 3"]:
+        """Outward unit normals at the corners."""
+        vectors = self.area_vectors
+        return np.asarray(vectors / np.linalg.norm(vectors, axis=1)[:, None])
+
+    def moved(self, by_m: Array) -> "Surface":
+        """The surface with its corners moved by ``by_m`` (n, 3)."""
+        return replace(self, vertices=self.vertices + by_m)
 
 
-def star_surface(particle: Particle, subdivisions: int = SUBDIVISIONS) -> StarSurface:
+def star_surface(particle: Particle, subdivisions: int = SUBDIVISIONS) -> Surface:
     """The visual hull of a particle's views as seen from its centre of mass: where each direction first leaves one of the views' cones."""
     ball = sphere(subdivisions)
     _, reach = bounding_ball(particle.outlines, particle.calibrated)
@@ -95,4 +103,4 @@ def star_surface(particle: Particle, subdivisions: int = SUBDIVISIONS) -> StarSu
         middle = 0.5 * (low + high)
         within = inside(middle, np.arange(n))
         low, high = np.where(within, middle, low), np.where(within, high, middle)
-    return StarSurface(ball, centre, 0.5 * (low + high))
+    return Surface(ball, centre, centre + (0.5 * (low + high))[:, None] * ball.directions)

@@ -1,0 +1,53 @@
+"""What is believed of a surface: faces cost nothing, edges little, and corners at edges alone are free along the surface."""
+
+import numpy as np
+import pytest
+
+from estimator.surface.evenness import BENT, Believed, believed
+from estimator.surface.star_surface import Surface, sphere
+
+ROUGHNESS = 0.03
+
+
+def cube() -> Surface:
+    ball = sphere(4)
+    return Surface(ball, np.zeros(3), 3e-3 * ball.directions / np.abs(ball.directions).max(axis=1)[:, None])
+
+
+@pytest.fixture(scope="module")
+def prior() -> Believed:
+    return believed(cube(), ROUGHNESS)
+
+
+def of_face(surface: Surface) -> np.ndarray:
+    """Corners that lie on one side of the cube with all their neighbours."""
+    side = np.argmax(np.abs(surface.vertices), axis=1)
+    ends = surface.sphere.mesh.ends
+    return np.setdiff1d(np.arange(len(side)), ends[side[ends[:, 0]] != side[ends[:, 1]]])
+
+
+def test_a_flat_side_has_no_bend_and_an_edge_a_bounded_cost(prior: Believed) -> None:
+    inner = of_face(cube())
+    assert 0 < len(inner) < len(prior.bend)
+    np.testing.assert_allclose(prior.bend[inner], 0.0, atol=1e-9)
+    assert np.abs(prior.bend).max() < np.sqrt(2.0)
+    assert np.abs(prior.bend).max() > 0.5
+
+
+def test_only_corners_at_edges_are_free_along_the_surface(prior: Believed) -> None:
+    n = len(prior.bend)
+    free = (prior.basis.shape[1] - n) // 2
+    assert len(prior.apart) == 2 * free
+    assert 0 < free <= n - len(of_face(cube()))
+    assert believed(cube(), ROUGHNESS, bent=np.inf).basis.shape == (3 * n, n)
+
+
+def test_rows_tell_how_the_bend_changes() -> None:
+    surface, roughness = cube(), 1e3  # weights do not change then
+    prior = believed(surface, roughness)
+    unknowns = 1e-8 * np.random.default_rng(5).normal(size=prior.basis.shape[1])
+    after = believed(surface.moved((prior.basis @ unknowns).reshape(-1, 3)), roughness, bent=BENT)
+    inner = of_face(surface)
+    np.testing.assert_allclose(
+        (after.bend - prior.bend)[inner], (prior.bends @ unknowns)[inner], rtol=0.02, atol=1e-3 * np.abs(after.bend).max()
+    )
