@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq, least_squares
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from estimator.diagnosis.pooled_scores import PooledScores
 from estimator.diagnosis.selection.groups import FACTOR
@@ -26,7 +26,7 @@ from estimator.effects.empirical.law_terms import TERMS, Term
 
 Array = NDArray[np.float64]
 MOST_TERMS, BEST_STARTS = 4, 3
-RISE_95 = float(chi2.ppf(0.95, 1))
+RISE_95 = float(chdtri(1, 1.0 - 0.95))
 MARGIN = 2.0 * float(np.log(FACTOR))
 """Difference of Schwarz's criterion, about twice that of log evidence, within which both of two laws are listed."""
 KNOWN = ("constant", "across_velocity")

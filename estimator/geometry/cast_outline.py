@@ -12,7 +12,6 @@ import cv2
 import numba
 import numpy as np
 import shapely
-import trimesh
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
@@ -45,6 +44,8 @@ class CastingMesh:
 
 def casting_mesh(mesh: HullMesh) -> CastingMesh:
     """The mesh with its edges; faces turn the same way round."""
+    import trimesh  # noqa: PLC0415 - loads networkx: 0.15 s, of no use to trajectories
+
     known = trimesh.Trimesh(mesh.vertices, mesh.faces, process=False)
     return CastingMesh(mesh.vertices, mesh.faces, np.asarray(known.face_adjacency_edges), np.asarray(known.face_adjacency))
 

@@ -20,18 +20,17 @@ import numba
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
-from scipy.signal import savgol_coeffs
 
 from estimator.geometry.closed_curves import unit_circle
 from estimator.geometry.epipolar_tangency import TangencyErrors
 from estimator.geometry.silhouettes import Silhouettes
-from estimator.geometry.tangent_hull import MINIMUM_POINTS, WINDOW
+from estimator.geometry.tangent_hull import MINIMUM_POINTS, WINDOW, smoothing_weights
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
 DIRECTIONS = 180
 SMALLEST_POLYGON = 3
-WEIGHTS = savgol_coeffs(WINDOW, 2)
+WEIGHTS = smoothing_weights(WINDOW)
 
 
 @dataclass(frozen=True)
