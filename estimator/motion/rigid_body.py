@@ -79,7 +79,7 @@ def _quaternion_product(a, b, out):  # type: ignore[no-untyped-def]
 
 
 def cross_product(a: Array, b: Array) -> Array:
-    """The product ``a x b`` (m, 3) of vectors (m, 3)."""
+    """The product ``a x b`` (m, 3) of vectors (m, n)."""
     out = np.empty(np.shape(b))
     _cross_product(np.ascontiguousarray(a), np.ascontiguousarray(b), out)
     return out
@@ -91,6 +91,11 @@ def _cross_product(a, b, out):  # type: ignore[no-untyped-def]
         out[i, 0] = a[i, 1] * b[i, 2] - a[i, 2] * b[i, 1]
         out[i, 1] = a[i, 2] * b[i, 0] - a[i, 0] * b[i, 2]
         out[i, 2] = a[i, 0] * b[i, 1] - a[i, 1] * b[i, 0]
+
+
+def sizes(a: Array) -> Array:
+    """Lengths (m, 1) of vectors (m, n)."""
+    return np.asarray(np.sqrt(np.einsum("ij,ij->i", a, a))[:, None])
 
 
 def angular_velocity(q: Array, L: Array, inverse_inertia: Array) -> Array:
@@ -225,7 +230,7 @@ def _advance(state: States, body: _Body, span: tuple[float, float]) -> States:
     time, end = span
     if end == time:
         return state
-    spin = float(np.linalg.norm(angular_velocity(state.q, state.L, body.inverse_inertia), axis=1).max())
+    spin = float(sizes(angular_velocity(state.q, state.L, body.inverse_inertia)).max())
     if not spin <= FASTEST_RADS:
         raise RanAway(RAN_AWAY.format(spin))
     steps = max(1, int(np.ceil(abs(end - time) * spin / MAX_TURN_RAD)))
@@ -261,4 +266,4 @@ def _rk4_step(state: States, body: _Body, time: float, h: float) -> States:
     if k1[3] is not None and k2[3] is not None and k3[3] is not None and k4[3] is not None:
         dL = (k1[3] + 2 * k2[3] + 2 * k3[3] + k4[3]) / 6
     new = _shifted(state, (dx, dq, dv, dL), h)
-    return States(new.x, new.q / np.linalg.norm(new.q, axis=1, keepdims=True), new.v, new.L)
+    return States(new.x, new.q / sizes(new.q), new.v, new.L)

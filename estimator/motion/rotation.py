@@ -51,5 +51,19 @@ def quaternion(R: Array) -> Array:
 
 
 def quaternion_from_vector(vectors: Array) -> Array:
-    """Quaternions (n, 4), scalar last, of rotation vectors (n, 3) rad."""
-    return np.asarray(Rotation.from_rotvec(vectors).as_quat(), dtype=np.float64)
+    """Quaternions (..., 4), scalar last, of rotation vectors (..., 3) rad."""
+    out = np.empty((*vectors.shape[:-1], 4))
+    _quaternion_from_vector(np.ascontiguousarray(vectors, dtype=np.float64).reshape(-1, 3), out.reshape(-1, 4))
+    return out
+
+
+@numba.njit(cache=True)
+def _quaternion_from_vector(vectors, out):  # type: ignore[no-untyped-def]
+    """``v sin(a/2) / a, cos(a/2)``, of small angles a by the sine's series, as SciPy does."""
+    for n in range(len(vectors)):
+        square = vectors[n, 0] ** 2 + vectors[n, 1] ** 2 + vectors[n, 2] ** 2
+        angle = np.sqrt(square)
+        factor = 0.5 - square / 48.0 + square * square / 3840.0 if angle <= 1e-3 else np.sin(0.5 * angle) / angle
+        for i in range(3):
+            out[n, i] = factor * vectors[n, i]
+        out[n, 3] = np.cos(0.5 * angle)
