@@ -14,7 +14,8 @@ from estimator.diagnosis.selection.names import JOINED
 from estimator.reports.misfit_words import p_words
 from tumble.limiting import facts_told
 from tumble.numbers import compact
-from tumble.reports.charts import autocorrelation_chart, ladder_chart, map_chart
+from tumble.reports.charts import autocorrelation_chart, ladder_chart
+from tumble.reports.map_charts import map_chart
 from tumble.reports.payload import flat
 from tumble.reports.sequence_charts import sequence_charts
 from tumble.reports.shape_charts import shape_chart
