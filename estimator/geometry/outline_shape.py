@@ -287,15 +287,23 @@ def _half_level(drawing: tuple[NDArray[np.float32], Array], blur_px: float) -> A
 
 
 def _level_curves(level: NDArray[np.float32]) -> Sequence[Array]:
-    """The curves (m, 2), ends included, on the half level of a drawing.
+    """The curves (m, 2), ends included, on the half level of a drawing, which has a margin below it.
 
-    The generator is made as :func:`contourpy.contour_generator` does, whose masked arrays take longer than the curves.
+    The generator is made as :func:`contourpy.contour_generator` does, whose masked arrays take longer than the curves, and of the part
+    within which the curves lie.
     """
-    x, y = np.meshgrid(np.arange(level.shape[1], dtype=np.float64), np.arange(level.shape[0], dtype=np.float64))
+    above = level >= 0.5
+    rows, columns = np.flatnonzero(above.any(axis=1)), np.flatnonzero(above.any(axis=0))
+    if not len(rows):
+        return []
+    top, left = max(int(rows[0]) - 1, 0), max(int(columns[0]) - 1, 0)
+    part = level[top : rows[-1] + 2, left : columns[-1] + 2].astype(np.float64)
+    x, y = np.empty(part.shape), np.empty(part.shape)
+    x[:], y[:] = np.arange(left, left + part.shape[1]), np.arange(top, top + part.shape[0])[:, None]
     made = SerialContourGenerator(
         x,
         y,
-        level.astype(np.float64),
+        part,
         None,  # type: ignore[arg-type]
         corner_mask=False,
         line_type=LineType.Separate,
