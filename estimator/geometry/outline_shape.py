@@ -37,6 +37,7 @@ from estimator.geometry.coverage import coverage
 from estimator.geometry.hollows import hollow_share
 from estimator.geometry.outline_bias import seen_support
 from estimator.geometry.outline_smear import LEVELS, smear_losses
+from estimator.geometry.support import support
 from estimator.geometry.tangent_hull import MINIMUM_POINTS
 
 Array = NDArray[np.float64]
@@ -246,7 +247,7 @@ class _Sampler:
 
     def _seen(self, curve: Array, drawn: Array) -> Array:
         if not self.sampled:
-            return np.asarray((curve @ outward().T).max(axis=0))
+            return support(curve, outward())
         x, y = (curve - self.start).T
         first = int(np.argmin(x**2 + y**2))
         return seen_support(np.concatenate([curve[first:], curve[:first]]), drawn, outward())
@@ -258,13 +259,13 @@ def _recession(points: Array, sampler: _Sampler) -> tuple[Array, Array]:
     Where all that is left is less than a half, the last one's.
     """
     u, drawing = outward(), _drawing(points)
-    reach, sharp = sampler.noisy(points), (points @ u.T).max(axis=0)
+    reach, sharp = sampler.noisy(points), support(points, u)
     ratio, sharpness = np.zeros((ANGLES, len(BLURS_PX))), np.zeros(ANGLES)
     for i, blur_px in enumerate(BLURS_PX):
         contour = _half_level(drawing, blur_px)
         ratio[:, i] = (reach - sampler.noisy(contour)) / blur_px if len(contour) else ratio[:, i - 1]
         if blur_px == SHARP_BLUR_PX and len(contour):
-            sharpness = (sharp - (contour @ u.T).max(axis=0)) / SHARP_BLUR_PX**2
+            sharpness = (sharp - support(contour, u)) / SHARP_BLUR_PX**2
     return sharpness, ratio
 
 
