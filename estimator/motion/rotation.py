@@ -9,8 +9,20 @@ Array = NDArray[np.float64]
 
 
 def rotation_from_vector(vectors: Array) -> Array:
-    """Rotation matrices (n, 3, 3) of rotation vectors (n, 3) rad."""
-    return np.asarray(Rotation.from_rotvec(vectors).as_matrix(), dtype=np.float64)
+    """Rotation matrices (..., 3, 3) of rotation vectors (..., 3) rad."""
+    q = quaternion_from_vector(vectors)
+    out = np.empty((*q.shape[:-1], 3, 3))
+    _matrices(q.reshape(-1, 4), out.reshape(-1, 3, 3))
+    return out
+
+
+@numba.njit(cache=True)
+def _matrices(q, R):  # type: ignore[no-untyped-def]
+    for n in range(len(q)):
+        x, y, z, w = q[n, 0], q[n, 1], q[n, 2], q[n, 3]
+        R[n, 0, 0], R[n, 0, 1], R[n, 0, 2] = x * x - y * y - z * z + w * w, 2.0 * (x * y - z * w), 2.0 * (x * z + y * w)
+        R[n, 1, 0], R[n, 1, 1], R[n, 1, 2] = 2.0 * (x * y + z * w), -x * x + y * y - z * z + w * w, 2.0 * (y * z - x * w)
+        R[n, 2, 0], R[n, 2, 1], R[n, 2, 2] = 2.0 * (x * z - y * w), 2.0 * (y * z + x * w), -x * x - y * y + z * z + w * w
 
 
 def rotation_vector(R: Array) -> Array:
