@@ -1,10 +1,11 @@
-"""Charts of residual maps: every bin is drawn where its numbers are, and ticks are read as numbers."""
+"""Charts of campaigns: what is measured is drawn where its numbers are, and ticks are read as numbers."""
 
 import re
 from xml.etree import ElementTree
 
 import pytest
 
+from tumble.reports.campaign_charts import autocorrelation_chart, ladder_chart
 from tumble.reports.drawing import HEIGHT, WIDTH, frame_about, range_of, ticks_in
 from tumble.reports.map_charts import BAD, MEASURED, map_chart
 
@@ -61,3 +62,20 @@ def test_labels_are_the_ticks(values: list[float]) -> None:
     said = [text.replace("−", "-") for text in re.findall(r"<text[^>]*>([^<]*)</text>", frame.drawn([], "")) if text not in "xy"]
     assert list(map(float, said)) == pytest.approx([*frame.x.ticks, *frame.y.ticks], rel=1e-6, abs=1e-30)
     assert 2 <= len(frame.x.ticks) <= 6
+
+
+def rung(held: float) -> dict[str, object]:
+    return {"added": "linear_drag", "effects": ["linear_drag"], "held_out": {"rms_px": held}, "fitted_rms_px": 0.5}
+
+
+def test_a_ladder_falls_and_survives_a_flight_that_ran_away() -> None:
+    whole = ElementTree.fromstring(ladder_chart([rung(2.0), rung(1.0), rung(float("inf"))], 0.8))
+    held = [c for c in whole.iter("{http://www.w3.org/2000/svg}circle") if c.attrib["fill"] == MEASURED]
+    heights = [float(c.attrib["cy"]) for c in held]
+    assert heights[2] < heights[0] < heights[1]
+    assert "1.0000" in [text.text for text in whole.iter("{http://www.w3.org/2000/svg}text")]
+
+
+def test_likeness_without_a_number_is_not_drawn() -> None:
+    chart = autocorrelation_chart({"lags": [1, 2, 5], "autocorrelation": [0.2, "NaN", -0.3]}).split("<details")[0]
+    assert len(list(ElementTree.fromstring(chart).iter("{http://www.w3.org/2000/svg}circle"))) == 2
