@@ -29,6 +29,8 @@ Document = dict[str, Any]
 def plain(value: Any) -> Any:
     """``value`` as JSON types: arrays as nested lists, NumPy scalars as Python's, tuples as lists, NaN and infinities as strings."""
     match value:
+        case np.ndarray() if value.dtype.kind in "biuf" and np.isfinite(value).all():  # nothing in it has to be looked at
+            return value.tolist()
         case np.ndarray() | np.generic():
             return plain(value.tolist())
         case dict():

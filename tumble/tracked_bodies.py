@@ -3,7 +3,6 @@
 from pathlib import Path
 
 import numpy as np
-import trimesh
 from numpy.typing import NDArray
 
 from datasets.errors import InputError
@@ -18,11 +17,13 @@ INSIDE = 1e-6
 
 def rest_heights(path: Path) -> NDArray[np.float64]:
     """Heights (h,) m of the centre of mass above a level plane on which the body of a mesh can rest: on faces of its convex hull."""
+    from trimesh.triangles import points_to_barycentric  # noqa: PLC0415 - as in read_mesh
+
     solid = solid_of(read_mesh(path))
     hull, centre = solid.convex_hull, np.asarray(solid.center_mass)
     height = np.einsum("ij,ij->i", hull.face_normals, hull.triangles_center - centre)
     below = centre + height[:, None] * hull.face_normals
-    stable = (trimesh.triangles.points_to_barycentric(hull.triangles, below) > -INSIDE).all(axis=1)
+    stable = (points_to_barycentric(hull.triangles, below) > -INSIDE).all(axis=1)
     return np.asarray(height[stable])
 
 
@@ -39,6 +40,8 @@ def read_mesh(path: Path) -> HullMesh:
     InputError
         Where the file is missing, is no closed mesh, or is not in metres.
     """
+    import trimesh  # noqa: PLC0415 - loads networkx: 0.15 s, of no use where no mesh is given
+
     if not path.is_file():
         raise InputError(f"{path}: expected a mesh (PLY, STL, OBJ), came nothing.")
     try:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
-from scipy.stats import norm
+from scipy.special import ndtri
 
 from datasets.errors import InputError
 from datasets.estimate import Estimate, FrameReport, Status, VelocityEstimate
@@ -24,7 +24,7 @@ from datasets.truth import Truth
 Array = NDArray[np.float64]
 Row = dict[str, Any]
 
-INTERVAL_95 = float(norm.ppf(0.975))
+INTERVAL_95 = float(ndtri(0.975))
 """Half width of a 95% interval in standard deviations."""
 
 

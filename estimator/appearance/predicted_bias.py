@@ -34,6 +34,7 @@ from estimator.geometry.outline_bias import (
     supports,
 )
 from estimator.geometry.silhouettes import Silhouettes
+from estimator.geometry.support import support
 from estimator.motion.flight import N_PARAMETERS, Flight, FlightPoses, poses
 from estimator.outlines.pictures.pictured import Pictures, pictured_supports
 from estimator.particle.particle import Particle, hsv_spacing
@@ -93,7 +94,7 @@ def _curves(polygons: Sequence[Array], seeing: Seeing, samples: Rows, *, pairs: 
     if pictures is None:
         return bias_curves(polygons, noise_px, samples, pairs=pairs, rng=rng)
     u = outward_directions()
-    sharp = np.stack([(p @ u.T).max(axis=0) if len(p) else np.zeros(DIRECTIONS) for p in polygons])
+    sharp = np.stack([support(p, u) if len(p) else np.zeros(DIRECTIONS) for p in polygons])
     return pictured_supports(polygons, pictures, u, draws=PICTURES_OF_EACH, rng=rng) - sharp
 
 

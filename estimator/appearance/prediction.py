@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from estimator.effects.dependence import of_body
 from estimator.effects.link import Setting
-from estimator.effects.model import Model, ModelForces, overrides
+from estimator.effects.model import Model, ModelForces
 from estimator.motion.flight import COM, INERTIA, N_PARAMETERS, STEPS, Flight, FlightPoses, inertia_matrix, pose_differences, states
-from estimator.motion.rigid_body import States, angular_velocity, inverted, rotation_matrices
+from estimator.motion.rigid_body import States, angular_velocity, cross_product, inverted, rotation_matrices
 
 Array = NDArray[np.float64]
 
@@ -73,11 +73,10 @@ def predict(
         changing = np.concatenate([S, np.zeros((len(times_s), 3, S.shape[2]))], axis=1)
         changing[:, 6:, columns] = _spin_differences(flight, steps, reached, widths)
         moving = np.hstack([moving, np.gradient(omega, true_times, axis=0)])
-    for effect, part in zip(model.effects, model.slices, strict=True):
-        if overrides(effect, "times", "delays", "body"):
-            changing[:, :, N_PARAMETERS + part.start : N_PARAMETERS + part.stop] += _unforced(
-                Model((effect,)), theta[part], setting, (times_s, rows_px), (changing, moving)
-            )
+    for effect, part in model.touching("times", "delays", "body"):
+        changing[:, :, N_PARAMETERS + part.start : N_PARAMETERS + part.stop] += _unforced(
+            Model((effect,)), theta[part], setting, (times_s, rows_px), (changing, moving)
+        )
     poses = FlightPoses(centre[:, :1], R[:, :1])
     return Prediction(poses, velocity, omega, changing[:, :6], changing[:, 6:] if spins else None)
 
@@ -85,7 +84,7 @@ def predict(
 def _of_body(model: Model) -> NDArray[np.bool_]:
     """The flight's parameters (21,) through which effects on the body act."""
     mask = np.zeros(N_PARAMETERS, dtype=np.bool_)
-    changed = frozenset[str]().union(*(of_body(effect) for effect in model.effects if overrides(effect, "body")))
+    changed = frozenset[str]().union(*(of_body(effect) for effect, _ in model.touching("body")))
     mask[COM], mask[INERTIA] = "com" in changed, "inertia" in changed
     return mask
 
@@ -100,8 +99,8 @@ def _spin_differences(flight: Flight, steps: Array, reached: States, widths: Arr
 def _forced(model: Model) -> NDArray[np.bool_]:
     """Which parameters (q,) enter the equations of motion as forces."""
     mask = np.zeros(model.size, dtype=np.bool_)
-    for effect, part in zip(model.effects, model.slices, strict=True):
-        mask[part] = overrides(effect, "air", "acceleration", "torque")
+    for _, part in model.touching("air", "acceleration", "torque"):
+        mask[part] = True
     return mask
 
 
@@ -122,7 +121,7 @@ def _velocities(flight: Flight, reached: States, R: Array) -> tuple[Array, Array
     """Velocity of the nominal centre and angular velocity (n, 3) of the unperturbed flight."""
     inverse = inverted(inertia_matrix(flight, flight.inertia[None]))
     omega = angular_velocity(reached.q[:, 0], reached.L[:, 0], np.broadcast_to(inverse, (len(R), 3, 3)))
-    return np.asarray(reached.v[:, 0] - np.cross(omega, R @ flight.com)), omega
+    return np.asarray(reached.v[:, 0] - cross_product(omega, R @ flight.com)), omega
 
 
 def _unforced(alone: Model, theta: Array, setting: Setting, when: tuple[Array, Array], at: tuple[Array, Array]) -> Array:
@@ -135,7 +134,9 @@ def _unforced(alone: Model, theta: Array, setting: Setting, when: tuple[Array, A
         width = 2.0 * step
         later = (alone.times(up, setting, times_s) - alone.times(down, setting, times_s)) / width
         later = later + (alone.delays(up, rows_px) - alone.delays(down, rows_px)) / width
-        high, low = alone.body(up, setting), alone.body(down, setting)
         result[:, :, column] = rates * later[:, None]
+        if not alone.touching("body"):
+            continue
+        high, low = alone.body(up, setting), alone.body(down, setting)
         result[:, :, column] += S[:, :, COM] @ ((high.com - low.com) / width) + S[:, :, INERTIA] @ ((high.inertia - low.inertia) / width)
     return result

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from datasets.errors import InputError
 from datasets.vocabulary.board import Board
@@ -170,6 +170,6 @@ def consistency(off: Array, covariance: Array) -> CrossValidation:
     free = values > RANK * values[-1]
     along = vectors[:, free].T @ (off * scale)
     size, count = float((along**2 / values[free]).sum()), int(np.count_nonzero(free))
-    p_value = float(chi2.sf(size, count))
+    p_value = float(chdtrc(count, size))
     honest = p_value >= DISHONEST_P
     return CrossValidation(size, count, p_value, honest, 1.0 if honest else float(np.sqrt(size / count)))

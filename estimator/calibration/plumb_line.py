@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from datasets.errors import InputError
 from datasets.vocabulary.camera import HsvCamera
@@ -130,7 +130,7 @@ def gravity_direction(threads: Sequence[Thread], cameras: Sequence[HsvCamera], t
         )
     rest = float(((normals @ g) ** 2 / variances).sum())
     free = len(threads) - 2
-    widened = free > 0 and chi2.sf(rest, free) < DISHONEST_P
+    widened = free > 0 and chdtrc(free, rest) < DISHONEST_P
     factor = float(np.sqrt(rest / free)) if widened else 1.0
     down = cameras[threads[0].camera].R_cam_world.T @ np.array([0.0, 1.0, 0.0])
     across = vectors[:, 1:]

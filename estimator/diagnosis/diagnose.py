@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from datasets.vocabulary.effects import Parameter, Stage
 from estimator.diagnosis.score_tests import ScoreTest
@@ -116,7 +116,7 @@ class Diagnosis:
     @property
     def p_all_together(self) -> float:
         """Probability of scores as large as these where nothing is missing."""
-        return float(chi2.sf(self.chi_square, max(self.degrees, 1)))
+        return float(chdtrc(max(self.degrees, 1), self.chi_square))
 
     @property
     def unknown(self) -> Unknown | None:

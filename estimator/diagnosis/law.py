@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq, least_squares
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from estimator.diagnosis.pooled_scores import PooledScores
 from estimator.diagnosis.selection.groups import FACTOR
@@ -27,7 +27,7 @@ from estimator.effects.empirical.law_terms import TERMS, Term
 Array = NDArray[np.float64]
 MOST_TERMS, BEST_STARTS = 4, 3
 """Terms of a law, and values of its exponents and places from which a fit begins. By judgement."""
-RISE_95 = float(chi2.ppf(0.95, 1))
+RISE_95 = float(chdtri(1, 1.0 - 0.95))
 """Rise of minus twice the log likelihood at the ends of a 95% interval of one number."""
 MARGIN = 2.0 * float(np.log(FACTOR))
 """Difference of Schwarz's criterion, about twice that of log evidence, within which both of two laws are listed (decision 47)."""

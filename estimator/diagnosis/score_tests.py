@@ -16,7 +16,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from datasets.vocabulary.effects import Scope
 from estimator.effects.link import LEAST_COUNT, EffectModel
@@ -307,6 +307,12 @@ def _statistic(part: EfficientScores) -> float:
     return float(part.g @ stable_inverse(part.M, 1e-10) @ part.g)
 
 
+def _log_p(part: EfficientScores) -> float:
+    """Logarithm of the p-value of all columns together; minus infinity where it is too small for a number."""
+    with np.errstate(divide="ignore"):
+        return float(np.log(chdtrc(len(part.columns), _statistic(part))))
+
+
 def p_of(part: EfficientScores, tried: int) -> float:
     """The p-value of an effect of which the best of ``tried`` starts was taken, in each sequence where it has its own.
 
@@ -316,11 +322,11 @@ def p_of(part: EfficientScores, tried: int) -> float:
     if not part.columns:
         return 1.0
     sequences = sorted({c.sequence for c in part.columns if c.sequence is not None})
-    jointly = float(chi2.logsf(_statistic(part), len(part.columns)) + max(len(sequences), 1) * np.log(tried))
+    jointly = _log_p(part) + max(len(sequences), 1) * float(np.log(tried))
     if tried == 1 or len(sequences) < 2:
         return float(np.exp(min(jointly, 0.0)))
     rows = [np.array([i for i, c in enumerate(part.columns) if c.sequence == s], dtype=np.int64) for s in sequences]
-    singly = min(float(chi2.logsf(_statistic(part.take(each)), len(each))) for each in rows) + np.log(tried * len(sequences))
+    singly = min(_log_p(part.take(each)) for each in rows) + np.log(tried * len(sequences))
     return float(np.exp(min(min(jointly, singly) + np.log(2.0), 0.0)))
 
 

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import norm
+from scipy.special import ndtr
 
 from datasets.vocabulary.effects import Scope, Stage
 from estimator.diagnosis.candidate_recordings import (
@@ -158,7 +158,7 @@ class _Present:
         """What to expect of a pair, whichever of the two is true: the worse case; ``known``: information (c,) from elsewhere."""
         G = scores.information + np.diag(np.broadcast_to(known, len(scores.columns)))
         lost = min(self.lost(G, scores.columns, (self.number(a), self.number(b))) for a, b in (pair, pair[::-1]))
-        return Expected(lost, float(norm.cdf((lost - self.margin) / np.sqrt(2.0 * max(lost, 1e-12)))))
+        return Expected(lost, float(ndtr((lost - self.margin) / np.sqrt(2.0 * max(lost, 1e-12)))))
 
     def lost(self, G: Array, columns: Sequence[Column], which: tuple[int, int]) -> float:
         """Log likelihood (nats) that is lost where the second effect stands for the first at the size that its test has."""

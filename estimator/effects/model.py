@@ -31,6 +31,18 @@ class Model:
         ends = np.cumsum([0] + [len(e.entry.parameters) for e in self.effects])
         return tuple(slice(int(a), int(b)) for a, b in pairwise(ends))
 
+    def touching(self, *links: str) -> tuple[tuple[EffectModel, slice], ...]:
+        """The effects that touch one of some links, in their order, and where the parameters of each lie."""
+        if links not in self._touching:
+            pairs = zip(self.effects, self.slices, strict=True)
+            self._touching[links] = tuple(pair for pair in pairs if overrides(pair[0], *links))
+        return self._touching[links]
+
+    @cached_property
+    def _touching(self) -> dict[tuple[str, ...], tuple[tuple[EffectModel, slice], ...]]:
+        """What :meth:`touching` has found."""
+        return {}
+
     @property
     def size(self) -> int:
         """Number of parameters of all effects."""
@@ -93,14 +105,14 @@ class Model:
 
     def times(self, theta: Array, setting: Setting, times_s: Array) -> Array:
         """True times of frames with nominal times."""
-        for effect, part in zip(self.effects, self.slices, strict=True):
+        for effect, part in self.touching("times"):
             times_s = effect.times(theta[part], setting, times_s)
         return times_s
 
     def delays(self, theta: Array, rows_px: Array) -> Array:
         """Sum of the delays (n,) s of outlines."""
         total = np.zeros(len(rows_px))
-        for effect, part in zip(self.effects, self.slices, strict=True):
+        for effect, part in self.touching("delays"):
             delays = effect.delays(theta[part], rows_px)
             total = total if delays is None else total + delays
         return total
@@ -108,37 +120,37 @@ class Model:
     def body(self, theta: Array, setting: Setting) -> BodyChange:
         """Sum of the changes to the body."""
         com, inertia = np.zeros(3), np.zeros(5)
-        for effect, part in zip(self.effects, self.slices, strict=True):
+        for effect, part in self.touching("body"):
             change = effect.body(theta[part], setting)
             com, inertia = com + change.com, inertia + change.inertia
         return BodyChange(com, inertia)
 
     def scale(self, theta: Array) -> float:
         """Product of the scales."""
-        return float(np.prod([e.scale(theta[part]) for e, part in zip(self.effects, self.slices, strict=True)]))
+        return float(np.prod([e.scale(theta[part]) for e, part in self.touching("scale")]))
 
     def tracked(self, theta: Array, x: Array, setting: Setting) -> Array:
         """Where a tracker sees points that are at ``x`` (n, 3) m."""
-        for effect, part in zip(self.effects, self.slices, strict=True):
+        for effect, part in self.touching("tracked"):
             x = effect.tracked(theta[part], x, setting)
         return x
 
     def reading(self, theta: Array, omega: Array) -> Array:
         """What a gyroscope reads (n, 3) rad/s of angular velocities (n, 3) along its axes."""
-        for effect, part in zip(self.effects, self.slices, strict=True):
+        for effect, part in self.touching("reading"):
             omega = effect.reading(theta[part], omega)
         return omega
 
     def correct(self, theta: Array, points_px: Array, camera: Intrinsics, times_s: Array) -> Array:
         """Points in a camera without the effects: the last effect of the tuple is undone first."""
-        for effect, part in zip(reversed(self.effects), reversed(self.slices), strict=True):
+        for effect, part in reversed(self.touching("correct")):
             points_px = effect.correct(theta[part], points_px, camera, times_s)
         return points_px
 
     def shift(self, theta: Array, places: Places, setting: Setting) -> Array:
         """Sum of the outline displacements (n, k, 2) px."""
         total = np.zeros(places.radius_px.shape)
-        for effect, part in zip(self.effects, self.slices, strict=True):
+        for effect, part in self.touching("shift"):
             shift = effect.shift(theta[part], places, setting)
             total = total if shift is None else total + shift
         return total
@@ -164,12 +176,12 @@ class ModelForces:
     @property
     def torque(self) -> Rate | None:
         """Sum of the effects' torques, ``None`` where no effect has one."""
-        return self._torque if any(overrides(e, "torque") for e in self.model.effects) else None
+        return self._torque if self.model.touching("torque") else None
 
     @cached_property
     def of_attitude(self) -> bool:
         """Whether a force or torque depends on the attitude."""
-        return any(needs_attitude(e) for e, _ in (*self._acting["acceleration"], *self._acting["torque"]))
+        return any(needs_attitude(e) for e, _ in self.model.touching("acceleration", "torque"))
 
     def _torque(self, time_s: float, state: States, omega: Array) -> Array:
         return self._sum("torque", self._moment(time_s, state, omega))
@@ -179,20 +191,16 @@ class ModelForces:
 
     def _air(self) -> Array | None:
         """Velocity of the air (m, 3); ``None`` where it is still."""
-        if not self._acting["air"]:
-            return None
-        winds = [effect.air(self.theta[:, part]) for effect, part in self._acting["air"]]
+        winds = [effect.air(self.theta[:, part]) for effect, part in self.model.touching("air")]
         moving = [wind for wind in winds if wind is not None]
         return np.asarray(sum(moving)) if moving else None
 
     def _sum(self, link: str, moment: Moment) -> Array:
-        total = np.zeros_like(moment.x)
-        for effect, part in self._acting[link]:
-            value = getattr(effect, link)(self.theta[:, part], moment, self.setting)
-            total = total if value is None else total + value
-        return total
+        values = (getattr(effect, link)(theta, moment, self.setting) for effect, theta in self._acting[link])
+        acting = [value for value in values if value is not None]
+        return np.asarray(sum(acting[1:], start=acting[0])) if acting else np.zeros(moment.x.shape)
 
     @cached_property
-    def _acting(self) -> dict[str, list[tuple[EffectModel, slice]]]:
-        pairs = list(zip(self.model.effects, self.model.slices, strict=True))
-        return {link: [pair for pair in pairs if overrides(pair[0], link)] for link in ("air", "acceleration", "torque")}
+    def _acting(self) -> dict[str, list[tuple[EffectModel, Array]]]:
+        """By link, the effects with their parameters (m, q)."""
+        return {link: [(e, self.theta[:, part]) for e, part in self.model.touching(link)] for link in ("acceleration", "torque")}

@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.polynomial.legendre import legvander
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from estimator.data.fit_task import FitTask
 from estimator.fitting.refinement import NothingSeen, Refined, Refinement, determined, linearised, sandwich, scaled_inverse
@@ -81,7 +81,7 @@ def misfit_of(task: FitTask, refined: Refined, settings: Refinement, motion: tup
     size = float(np.sqrt(np.mean((basis[:, component, columns] @ b[columns]) ** 2)))
     ratio = float(np.sqrt(refined.noise.mean_square))
     freedom = len(b)
-    return Misfit(float(chi2.sf(statistic, freedom)), statistic, freedom, component, size, float(chi2.sf(max(each), len(ORDERS))), ratio)
+    return Misfit(float(chdtrc(freedom, statistic)), statistic, freedom, component, size, float(chdtrc(len(ORDERS), max(each))), ratio)
 
 
 def slow_errors(times_s: Array) -> Array:

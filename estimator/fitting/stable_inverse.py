@@ -12,13 +12,14 @@ of mass along the axis of a ball's spin."""
 
 
 def stable_inverse(H: Array, tolerance: float = TOLERANCE) -> Array:
-    """Pseudo-inverse of a symmetric positive matrix after scaling its diagonal to one.
+    """Pseudo-inverses (..., p, p) of symmetric positive matrices after scaling their diagonals to one.
 
     Directions whose eigenvalue is below ``tolerance`` of the largest are left out: parameters the data do not see stay where they are.
     ``H`` (p, p).
     """
-    diagonal = np.diag(H)
+    diagonal = np.diagonal(H, axis1=-2, axis2=-1)
     scale = np.where(diagonal > 0.0, 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0)), 0.0)
-    value, vector = np.linalg.eigh(H * scale[:, None] * scale)
-    kept = value > tolerance * max(float(value[-1]) if len(value) else 0.0, 1e-300)
-    return np.asarray((vector[:, kept] / value[kept]) @ vector[:, kept].T * scale[:, None] * scale)
+    value, vector = np.linalg.eigh(H * scale[..., :, None] * scale[..., None, :])
+    kept = value > tolerance * np.maximum(value[..., -1:], 1e-300)
+    inverse = np.where(kept, 1.0 / np.where(kept, value, 1.0), 0.0)
+    return np.asarray((vector * inverse[..., None, :]) @ np.swapaxes(vector, -1, -2) * scale[..., :, None] * scale[..., None, :])

@@ -20,12 +20,12 @@ import numba
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
-from scipy.signal import savgol_coeffs
 
 from estimator.geometry.closed_curves import unit_circle
 from estimator.geometry.epipolar_tangency import TangencyErrors
 from estimator.geometry.silhouettes import Silhouettes
-from estimator.geometry.tangent_hull import MINIMUM_POINTS, WINDOW
+from estimator.geometry.support import support
+from estimator.geometry.tangent_hull import MINIMUM_POINTS, WINDOW, smoothing_weights
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
@@ -33,7 +33,7 @@ DIRECTIONS = 180
 """Directions, every two degrees, at which biases are tabled; read linearly between."""
 SMALLEST_POLYGON = 3
 """Corners below which an outline has no area."""
-WEIGHTS = savgol_coeffs(WINDOW, 2)
+WEIGHTS = smoothing_weights(WINDOW)
 """Of the samples in the middle value of the local quadratic fit, as measured outlines are smoothed [Savitzky and Golay 1964]."""
 
 
@@ -127,7 +127,7 @@ def bias_under(polygons: Sequence[Array], drawn: Sequence[Array]) -> Float[NDArr
     curves = np.zeros((len(polygons), DIRECTIONS))
     for i, (points, noise) in enumerate(zip(polygons, drawn, strict=True)):
         if noise.size > 0:
-            curves[i] = seen_support(points, noise, outward) - (points @ outward.T).max(axis=0)
+            curves[i] = seen_support(points, noise, outward) - support(points, outward)
     return curves
 
 
@@ -152,7 +152,7 @@ def supports(silhouettes: Silhouettes) -> Float[NDArray[np.float64], "n 180"]:
     """Supports (px) of hulls along the directions of the bias curves; zero for an empty one."""
     outward = outward_directions()
     parts = [silhouettes.points_px[silhouettes.slice_of(i)] for i in range(len(silhouettes))]
-    return np.stack([(p @ outward.T).max(axis=0) if len(p) else np.zeros(DIRECTIONS) for p in parts])
+    return np.stack([support(p, outward) if len(p) else np.zeros(DIRECTIONS) for p in parts])
 
 
 def outward_directions() -> Float[NDArray[np.float64], "180 2"]:

@@ -37,6 +37,7 @@ from estimator.geometry.coverage import coverage
 from estimator.geometry.hollows import hollow_share
 from estimator.geometry.outline_bias import seen_support
 from estimator.geometry.outline_smear import LEVELS, smear_losses
+from estimator.geometry.support import support
 from estimator.geometry.tangent_hull import MINIMUM_POINTS
 
 Array = NDArray[np.float64]
@@ -252,7 +253,7 @@ class _Sampler:
 
     def _seen(self, curve: Array, drawn: Array) -> Array:
         if not self.sampled:
-            return np.asarray((curve @ outward().T).max(axis=0))
+            return support(curve, outward())
         x, y = (curve - self.start).T
         first = int(np.argmin(x**2 + y**2))
         return seen_support(np.concatenate([curve[first:], curve[:first]]), drawn, outward())
@@ -264,13 +265,13 @@ def _recession(points: Array, sampler: _Sampler) -> tuple[Array, Array]:
     Where all that is left is less than a half, the last one's.
     """
     u, drawing = outward(), _drawing(points)
-    reach, sharp = sampler.noisy(points), (points @ u.T).max(axis=0)
+    reach, sharp = sampler.noisy(points), support(points, u)
     ratio, sharpness = np.zeros((ANGLES, len(BLURS_PX))), np.zeros(ANGLES)
     for i, blur_px in enumerate(BLURS_PX):
         contour = _half_level(drawing, blur_px)
         ratio[:, i] = (reach - sampler.noisy(contour)) / blur_px if len(contour) else ratio[:, i - 1]
         if blur_px == SHARP_BLUR_PX and len(contour):
-            sharpness = (sharp - (contour @ u.T).max(axis=0)) / SHARP_BLUR_PX**2
+            sharpness = (sharp - support(contour, u)) / SHARP_BLUR_PX**2
     return sharpness, ratio
 
 
@@ -293,15 +294,23 @@ def _half_level(drawing: tuple[NDArray[np.float32], Array], blur_px: float) -> A
 
 
 def _level_curves(level: NDArray[np.float32]) -> Sequence[Array]:
-    """The curves (m, 2), ends included, on the half level of a drawing.
+    """The curves (m, 2), ends included, on the half level of a drawing, which has a margin below it.
 
-    The generator is made as :func:`contourpy.contour_generator` does, whose masked arrays take longer than the curves.
+    The generator is made as :func:`contourpy.contour_generator` does, whose masked arrays take longer than the curves, and of the part
+    within which the curves lie.
     """
-    x, y = np.meshgrid(np.arange(level.shape[1], dtype=np.float64), np.arange(level.shape[0], dtype=np.float64))
+    above = level >= 0.5
+    rows, columns = np.flatnonzero(above.any(axis=1)), np.flatnonzero(above.any(axis=0))
+    if not len(rows):
+        return []
+    top, left = max(int(rows[0]) - 1, 0), max(int(columns[0]) - 1, 0)
+    part = level[top : rows[-1] + 2, left : columns[-1] + 2].astype(np.float64)
+    x, y = np.empty(part.shape), np.empty(part.shape)
+    x[:], y[:] = np.arange(left, left + part.shape[1]), np.arange(top, top + part.shape[0])[:, None]
     made = SerialContourGenerator(
         x,
         y,
-        level.astype(np.float64),
+        part,
         None,  # type: ignore[arg-type]
         corner_mask=False,
         line_type=LineType.Separate,

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.geometry.closed_curves import largest_ring
+from estimator.geometry.support import support
 
 Array = NDArray[np.float64]
 LEVELS = np.array([0.1, 0.3, 0.5, 0.7, 0.9])
@@ -27,10 +28,10 @@ def smear_losses(points: Array, motion: Array, outward: Array) -> Array:
     ``motion`` (3, 2) maps ``x, y, 1`` (px) to the displacement (px) during the exposure. The last level's where nothing is left.
     """
     moved = np.column_stack([points, np.ones(len(points))]) @ motion
-    support = points @ outward.T
-    furthest = support.argmax(axis=0)
+    reach = points @ outward.T
+    furthest = reach.argmax(axis=0)
     along = np.abs(np.sum(moved[furthest] * outward, axis=1))
-    losses = np.zeros((len(outward), len(LEVELS)))
+    losses, whole = np.zeros((len(outward), len(LEVELS))), support(points, outward)
     where = np.array(INSTANTS)[:, None, None] * moved
     for i, level in enumerate(LEVELS):
         first, middle, last = (manifold3d.CrossSection([ring], manifold3d.FillRule.NonZero) for ring in points + level * where)
@@ -38,5 +39,5 @@ def smear_losses(points: Array, motion: Array, outward: Array) -> Array:
         if not left:
             losses[:, i:] = losses[:, max(i - 1, 0)][:, None]
             break
-        losses[:, i] = support.max(axis=0) - (largest_ring(left) @ outward.T).max(axis=0) - 0.5 * level * along
+        losses[:, i] = whole - support(largest_ring(left), outward) - 0.5 * level * along
     return np.asarray(np.maximum(losses, 0.0))

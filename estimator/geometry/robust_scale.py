@@ -2,9 +2,9 @@
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import norm
+from scipy.special import ndtri
 
-MEDIAN = float(norm.ppf(0.75))
+MEDIAN = float(ndtri(0.75))
 """Median size of a standard normal number [Hampel 1974]."""
 
 

@@ -17,8 +17,8 @@ from functools import cache
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
+from scipy.linalg import lstsq
 from scipy.ndimage import convolve1d
-from scipy.signal import savgol_coeffs
 from scipy.spatial import ConvexHull
 
 from estimator.geometry.closed_curves import resampled, unit_circle
@@ -137,7 +137,7 @@ def _mean_support_points(fine: Array, spacing: float, extra_px: float, likeness:
 
 def _smooth(points: Array, window: int) -> Array:
     """Closed curves (..., n, 2) with the local quadratic fit in place of their points."""
-    return np.asarray(convolve1d(points, _weights(window), axis=-2, mode="wrap"))
+    return np.asarray(convolve1d(points, smoothing_weights(window), axis=-2, mode="wrap"))
 
 
 def _odd(x: float) -> int:
@@ -149,7 +149,7 @@ def _with_noise(vertices: Array, noise: float, window: int, samples: int) -> Tan
 
     One window's share of the outline turns the tangent by as large a share of the circle.
     """
-    sigma = np.hypot(noise * np.sqrt(np.sum(_weights(window) ** 2)), NOISE_FLOOR_PX)
+    sigma = np.hypot(noise * np.sqrt(np.sum(smoothing_weights(window) ** 2)), NOISE_FLOOR_PX)
     return TangentHull(
         points_px=vertices,
         sigma_px=np.full(len(vertices), sigma),
@@ -164,8 +164,10 @@ def _empty() -> TangentHull:
 
 
 @cache
-def _weights(window: int) -> Array:
-    weights = np.asarray(savgol_coeffs(window, 2), dtype=np.float64)
+def smoothing_weights(window: int) -> Array:
+    """Weights (window,) of the samples in the middle of a local quadratic fit; ``window`` is odd [Savitzky & Golay 1964]."""
+    places = np.arange(window // 2, -(window // 2) - 1, -1.0)
+    weights = np.asarray(lstsq(places ** np.arange(3.0)[:, None], np.array([1.0, 0.0, 0.0]))[0])
     weights.setflags(write=False)
     return weights
 
@@ -193,7 +195,7 @@ def normals(smooth: Array) -> Array:
 
 def _point_noise(residual: Array, normal: Array, window: int) -> float:
     """Robust standard deviation (px) of the samples along the outline's normal, from what the smoothing took off."""
-    c = _weights(window)
+    c = smoothing_weights(window)
     share = 1.0 - 2.0 * c[window // 2] + float(np.sum(c**2))
     along = np.sum(residual * normal, axis=1)
     return float(robust_sigma(along - np.median(along))) / np.sqrt(share)

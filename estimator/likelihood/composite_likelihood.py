@@ -148,14 +148,22 @@ def weigh_linear(
     if along is not None:
         outlying = np.maximum(np.abs(_without(e, along, weight)) / np.sqrt(variance) / huber, 1.0)
         variance, weight = variance * outlying, weight / outlying
-    W, root = J * weight[..., None], (J * np.sqrt(weight)[..., None]).reshape(-1, p)
-    H = root.T @ root
+    W, H = J * weight[..., None], _normal_matrix(J.reshape(-1, p), weight.ravel())
     if along is not None:
         H -= _take_out(W, along, weight)
     g = W.reshape(-1, p).T @ e.ravel()
     chi2 = np.sum(np.where(told, e**2 / variance, 0.0), axis=(1, 2))
     noise = SightingsNoise(told, own, variance - own**2, angle, first.correlation_rad, along)
     return WeighedFrames(H, g, W, weight, noise, np.zeros((p, p)), chi2, np.count_nonzero(told, axis=(1, 2)))
+
+
+def _normal_matrix(J: Array, weight: Array) -> Array:
+    """``Jᵀ diag(weight) J`` (p, p) of derivatives (m, p), of which many may be zero throughout: those of what is searched for."""
+    p, there = J.shape[1], np.flatnonzero(J.any(axis=0))
+    root = (J if len(there) == p else J[:, there]) * np.sqrt(weight)[:, None]
+    H = np.zeros((p, p))
+    H[np.ix_(there, there)] = root.T @ root
+    return H
 
 
 def _without(e: Array, along: Array, weight: Array) -> Array:

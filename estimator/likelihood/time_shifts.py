@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 from scipy.optimize import brentq, minimize_scalar
-from scipy.stats import chi2
+from scipy.special import chdtrc, chdtri
 
 from estimator.appearance.model_errors import ModelErrors
 from estimator.geometry.robust_scale import robust_sigma
@@ -197,9 +197,9 @@ def _found_share(noises: Array, jitter: float, p: float) -> float:
     """How often a jitter of the variance ``jitter`` (s²) passes the level ``p``, the weighted mean of ratios a scaled chi-squared again."""
     weights, growth = 1.0 / noises, 1.0 + DIFFERENCE_GAIN * jitter / noises
     freedom = _freedom(weights)
-    threshold = float(chi2.isf(p, freedom)) / freedom
+    threshold = float(chdtri(freedom, p)) / freedom
     mean, freedom = float(weights @ growth / weights.sum()), _freedom(weights * growth)
-    return float(chi2.sf(freedom * threshold / mean, freedom))
+    return float(chdtrc(freedom, freedom * threshold / mean))
 
 
 def _freedom(weights: Array) -> float:
@@ -215,7 +215,7 @@ def _excess_p(ratios: Array, weights: Array) -> float:
     """
     mean = float(weights @ ratios / weights.sum())
     freedom = _freedom(weights)
-    return float(chi2.sf(freedom * mean, freedom))
+    return float(chdtrc(freedom, freedom * mean))
 
 
 def _likeliest(gain: Callable[[float], float], largest: float) -> float:

@@ -18,6 +18,7 @@ from estimator.geometry.cast_outline import cast_convex
 from estimator.geometry.closed_curves import unit_circle
 from estimator.geometry.silhouettes import silhouettes
 from estimator.geometry.sphere import fibonacci_sphere
+from estimator.geometry.support import support
 from estimator.particle.particle import MINIMUM_VIEWS, view_poses
 from estimator.particle.tangent_polytope import tangent_polytope
 
@@ -56,7 +57,7 @@ def predicted_views(outlines: Sequence[Outline], views: Sequence[CalibratedView]
         except InputError:
             continue
         cast = cast_convex(vertices, view.intrinsics, poses.R[k], poses.t[k])
-        more = (cast @ u.T).max(axis=0) - (seen.points_px[seen.slice_of(k)] @ u.T).max(axis=0)
+        more = support(cast, u) - support(seen.points_px[seen.slice_of(k)], u)
         excess[k], outside[k] = float(more.mean()), max(float(-more.min()), 0.0)
     return Predicted(excess, outside)
 

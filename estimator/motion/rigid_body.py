@@ -94,6 +94,11 @@ def _cross_product(a, b, out):  # type: ignore[no-untyped-def]
         out[i, 2] = a[i, 0] * b[i, 1] - a[i, 1] * b[i, 0]
 
 
+def sizes(a: Array) -> Array:
+    """Lengths (m, 1) of vectors (m, n)."""
+    return np.asarray(np.sqrt(np.einsum("ij,ij->i", a, a))[:, None])
+
+
 def angular_velocity(q: Array, L: Array, inverse_inertia: Array) -> Array:
     """World-frame angular velocity (m, 3) rad/s; ``inverse_inertia`` (m, 3, 3) per largest moment, body frame.
 
@@ -236,7 +241,7 @@ def _advance(state: States, body: _Body, span: tuple[float, float]) -> States:
     time, end = span
     if end == time:
         return state
-    spin = float(np.linalg.norm(angular_velocity(state.q, state.L, body.inverse_inertia), axis=1).max())
+    spin = float(sizes(angular_velocity(state.q, state.L, body.inverse_inertia)).max())
     if not spin <= FASTEST_RADS:
         raise RanAway(RAN_AWAY.format(spin))
     steps = max(1, int(np.ceil(abs(end - time) * spin / MAX_TURN_RAD)))
@@ -272,4 +277,4 @@ def _rk4_step(state: States, body: _Body, time: float, h: float) -> States:
     if k1[3] is not None and k2[3] is not None and k3[3] is not None and k4[3] is not None:
         dL = (k1[3] + 2 * k2[3] + 2 * k3[3] + k4[3]) / 6
     new = _shifted(state, (dx, dq, dv, dL), h)
-    return States(new.x, new.q / np.linalg.norm(new.q, axis=1, keepdims=True), new.v, new.L)
+    return States(new.x, new.q / sizes(new.q), new.v, new.L)

@@ -9,8 +9,20 @@ Array = NDArray[np.float64]
 
 
 def rotation_from_vector(vectors: Array) -> Array:
-    """Rotation matrices (n, 3, 3) of rotation ``vectors`` (n, 3) rad, any frame."""
-    return np.asarray(Rotation.from_rotvec(vectors).as_matrix(), dtype=np.float64)
+    """Rotation matrices (..., 3, 3) of rotation vectors (..., 3) rad, any frame."""
+    q = quaternion_from_vector(vectors)
+    out = np.empty((*q.shape[:-1], 3, 3))
+    _matrices(q.reshape(-1, 4), out.reshape(-1, 3, 3))
+    return out
+
+
+@numba.njit(cache=True)
+def _matrices(q, R):  # type: ignore[no-untyped-def]
+    for n in range(len(q)):
+        x, y, z, w = q[n, 0], q[n, 1], q[n, 2], q[n, 3]
+        R[n, 0, 0], R[n, 0, 1], R[n, 0, 2] = x * x - y * y - z * z + w * w, 2.0 * (x * y - z * w), 2.0 * (x * z + y * w)
+        R[n, 1, 0], R[n, 1, 1], R[n, 1, 2] = 2.0 * (x * y + z * w), -x * x + y * y - z * z + w * w, 2.0 * (y * z - x * w)
+        R[n, 2, 0], R[n, 2, 1], R[n, 2, 2] = 2.0 * (x * z - y * w), 2.0 * (y * z + x * w), -x * x - y * y + z * z + w * w
 
 
 def rotation_vector(R: Array) -> Array:
@@ -51,5 +63,19 @@ def quaternion(R: Array) -> Array:
 
 
 def quaternion_from_vector(vectors: Array) -> Array:
-    """Quaternions (n, 4), scalar last, of rotation ``vectors`` (n, 3) rad, any frame."""
-    return np.asarray(Rotation.from_rotvec(vectors).as_quat(), dtype=np.float64)
+    """Quaternions (..., 4), scalar last, of rotation vectors (..., 3) rad, any frame."""
+    out = np.empty((*vectors.shape[:-1], 4))
+    _quaternion_from_vector(np.ascontiguousarray(vectors, dtype=np.float64).reshape(-1, 3), out.reshape(-1, 4))
+    return out
+
+
+@numba.njit(cache=True)
+def _quaternion_from_vector(vectors, out):  # type: ignore[no-untyped-def]
+    """``v sin(a/2) / a, cos(a/2)``, of small angles a by the sine's series, as SciPy does."""
+    for n in range(len(vectors)):
+        square = vectors[n, 0] ** 2 + vectors[n, 1] ** 2 + vectors[n, 2] ** 2
+        angle = np.sqrt(square)
+        factor = 0.5 - square / 48.0 + square * square / 3840.0 if angle <= 1e-3 else np.sin(0.5 * angle) / angle
+        for i in range(3):
+            out[n, i] = factor * vectors[n, i]
+        out[n, 3] = np.cos(0.5 * angle)

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from datasets.estimate import CollisionEstimate, Measured
 from datasets.observation import Observation
@@ -93,7 +93,7 @@ def collision_of(
         momentum_mass_ratio=Measured(_momentum_ratio(tied.state, tied.covariance), drawn.measured("momentum_ratio").sigma),
         momentum_change_ms=change,
         momentum_sigma_ms=np.sqrt(np.diag(spread)),
-        momentum_kept=bool(change @ np.linalg.solve(spread, change) <= chi2.ppf(KEPT_PROBABILITY, 3)),
+        momentum_kept=bool(change @ np.linalg.solve(spread, change) <= chdtri(3, 1.0 - KEPT_PROBABILITY)),
     )
 
 

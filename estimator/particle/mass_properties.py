@@ -1,10 +1,14 @@
 """Centre of mass, principal axes and inertia ratios of a closed mesh of uniform density (trimesh's volume integrals)."""
 
+from typing import TYPE_CHECKING
+
 import numpy as np
-import trimesh
 
 from datasets.vocabulary.body import Body, signed_axes
 from estimator.geometry.visual_hull import HullMesh
+
+if TYPE_CHECKING:
+    import trimesh
 
 
 def body_of(mesh: HullMesh) -> Body:
@@ -24,8 +28,10 @@ def largest_moment_per_mass(mesh: HullMesh) -> float:
     return float(np.linalg.eigvalsh(np.asarray(solid.moment_inertia))[2] / solid.volume)
 
 
-def solid_of(mesh: HullMesh) -> trimesh.Trimesh:
+def solid_of(mesh: HullMesh) -> "trimesh.Trimesh":
     """``mesh`` as a closed surface with its outside outward: volume above 0, inertia at unit density."""
+    import trimesh  # noqa: PLC0415 - loads networkx: 0.15 s, of no use to trajectories
+
     solid = trimesh.Trimesh(mesh.vertices, mesh.faces, process=True)
     if solid.volume < 0:
         solid.invert()

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from datasets.estimate import Status
 from estimator.data.views import Poses, Views
@@ -74,7 +74,7 @@ def rms_limit_px(best_rms_px: float, noise_px: float, pairs: int) -> float:
     if free <= 0:
         return float("inf")
     noise = max(noise_px, best_rms_px * np.sqrt(numbers / free))
-    return float(noise * np.sqrt(chi2.ppf(CONFIDENCE, free) / numbers))
+    return float(noise * np.sqrt(chdtri(free, 1.0 - CONFIDENCE) / numbers))
 
 
 def own_protrusion_px(views: Views, hull_points: Array) -> Array:

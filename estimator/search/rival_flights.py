@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from estimator.appearance.flight_errors import particle_poses
 from estimator.data.fit_task import FitTask
@@ -84,7 +84,7 @@ def _limit(task: FitTask, particle: Particle, flight: Flight, cost: float, *, ow
     if free <= 0:
         return float("inf")
     noise = max(1.0, cost * numbers / free if own else 0.0)
-    return float(noise * chi2.ppf(CONFIDENCE, free) / numbers)
+    return float(noise * chdtri(free, 1.0 - CONFIDENCE) / numbers)
 
 
 def sides_seen(task: FitTask, flight: Flight) -> int:

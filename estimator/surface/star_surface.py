@@ -4,7 +4,6 @@ from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
-import trimesh
 from jaxtyping import Float
 from numpy.typing import NDArray
 from scipy.sparse import csr_array, diags_array, eye_array
@@ -38,7 +37,9 @@ class Sphere:
 @cache
 def sphere(subdivisions: int = SUBDIVISIONS) -> Sphere:
     """The subdivided icosahedron."""
-    ball = trimesh.creation.icosphere(subdivisions=subdivisions)
+    from trimesh.creation import icosphere  # noqa: PLC0415 - loads networkx: 0.15 s, of no use where no surface is fitted
+
+    ball = icosphere(subdivisions=subdivisions)
     mesh = casting_mesh(HullMesh(np.asarray(ball.vertices, dtype=np.float64), np.asarray(ball.faces, dtype=np.int64)))
     both, n = np.concatenate([mesh.ends, mesh.ends[:, ::-1]]), len(mesh.vertices)
     adjacency = csr_array((np.ones(len(both)), (both[:, 0], both[:, 1])), shape=(n, n))

@@ -28,7 +28,6 @@ from tumble.output_directory import Run, note_failures, output_directory
 from tumble.progress import progress
 from tumble.read_paths import effects_read, observations_read, paths_given
 from tumble.reasons import grouped
-from tumble.reports.campaign_page import write_campaign_page
 from tumble.reports.verdict import percent
 from tumble.reports.words import rms_word, rung_name, unmeasured
 from tumble.result_files import SUFFIX
@@ -96,6 +95,8 @@ def run_on_campaign(verb: str, arguments: argparse.Namespace, work: Work, *, ste
                     content = work(question, campaign, out, told)
                 write_document(out / DIAGNOSIS_FILE, "diagnosis", content)
         document = read_document(out / DIAGNOSIS_FILE, "diagnosis")
+        from tumble.reports.campaign_page import write_campaign_page  # noqa: PLC0415 - loads Matplotlib: 0.4 s, not needed to begin
+
         write_campaign_page(document, out / REPORT_FILE)
     if arguments.json:
         print(json.dumps(plain(document)))

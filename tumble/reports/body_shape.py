@@ -4,7 +4,6 @@ from typing import Any
 
 import manifold3d
 import numpy as np
-import trimesh
 from numpy.typing import NDArray
 
 from datasets.vocabulary.body import Body
@@ -19,6 +18,8 @@ COARSEST = 0.02
 
 def body_shape(hull: HullMesh, body: Body) -> dict[str, Any]:
     """Vertices (steps of ``step_mm``) in body axes and faces, packed, and what a table says of the hull."""
+    import trimesh  # noqa: PLC0415 - loads networkx: 0.15 s, which few pages need
+
     solid = trimesh.Trimesh(hull.vertices, hull.faces, process=False)
     shown = _simplified(hull)
     in_body_mm = 1e3 * (shown.vertices - body.com_particle) @ body.R_particle_body

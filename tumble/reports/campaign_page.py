@@ -14,10 +14,9 @@ from estimator.diagnosis.selection.names import JOINED
 from estimator.reports.misfit_words import p_words
 from tumble.limiting import facts_told
 from tumble.numbers import compact
-from tumble.reports.charts import autocorrelation_chart, ladder_chart, map_chart
+from tumble.reports.campaign_charts import autocorrelation_chart, ladder_chart
+from tumble.reports.map_charts import map_chart
 from tumble.reports.payload import flat
-from tumble.reports.sequence_charts import sequence_charts
-from tumble.reports.shape_charts import shape_chart
 from tumble.reports.verdict import percent
 from tumble.reports.words import rms_word, rung_name
 from tumble.versions import versions
@@ -102,6 +101,10 @@ def _ladder(rungs: Sequence[Mapping[str, Any]] | None, floor: Mapping[str, Any] 
 
 def _own(found: Mapping[str, Any]) -> dict[str, Markup]:
     """Pictures of the values that every sequence has for itself, by effect."""
+    if all(value["sequence"] is None for value in found["values"] or []):
+        return {}
+    from tumble.reports.sequence_charts import sequence_charts  # noqa: PLC0415 - loads Matplotlib: 0.5 s, which few pages need
+
     return {effect: Markup(chart) for effect, chart in sequence_charts(found["values"] or [], found["sequences"]).items()}
 
 
@@ -109,6 +112,8 @@ def _unknown(entry: Mapping[str, Any] | None) -> dict[str, Any] | None:
     """What no effect of the catalogue explains, with the pictures of its shapes."""
     if entry is None:
         return None
+    from tumble.reports.shape_charts import shape_chart  # noqa: PLC0415 - as above
+
     return {**entry, "charts": [{**shape, "chart": Markup(shape_chart(shape))} for shape in entry["shapes"]]}
 
 

@@ -2,7 +2,6 @@
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import spearmanr
 
 from estimator.diagnosis.residual_maps import ResidualMap
 from estimator.reports.misfit_words import p_words
@@ -87,8 +86,8 @@ def _trend(found: ResidualMap) -> str:
     """Whether it grows or falls over an axis that has an order."""
     if found.axis.edges is None or len(found.bins) < 5:
         return ""
-    r = float(spearmanr(found.centre, found.mean_px).statistic)
-    grown = float(spearmanr(found.centre, np.abs(found.mean_px)).statistic)
+    r = rank_correlation(found.centre, found.mean_px)
+    grown = rank_correlation(found.centre, np.abs(found.mean_px))
     if grown > TREND and abs(r) > TREND:
         return f", growing with {found.axis.title}"
     if grown < -TREND and abs(r) > TREND:
@@ -96,6 +95,18 @@ def _trend(found: ResidualMap) -> str:
     if abs(r) > TREND:
         return f", changing steadily with {found.axis.title}"
     return ""
+
+
+def rank_correlation(x: NDArray[np.float64], y: NDArray[np.float64]) -> float:
+    """Of two columns (n,) of numbers [Spearman 1904]; not a number where one of them is constant."""
+    ranks = [_ranks(x), _ranks(y)]
+    return float(np.asarray(np.corrcoef(ranks))[0, 1]) if all(np.ptp(each) > 0.0 for each in ranks) else float("nan")
+
+
+def _ranks(x: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Ranks (n,) from 1 on; numbers that are equal share the mean of theirs."""
+    _, place, count = np.unique(x, return_inverse=True, return_counts=True)
+    return np.asarray((np.cumsum(count) - 0.5 * (count - 1))[place])
 
 
 def where(found: ResidualMap, first: int, last: int) -> str:

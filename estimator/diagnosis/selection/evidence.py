@@ -20,13 +20,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import gammaln, log_ndtr, logsumexp
+from scipy.special import log_ndtr
 
 from datasets.vocabulary.effects import Scope
 from estimator.diagnosis.score_tests import Column
 from estimator.diagnosis.selection.linearised import Linearised
 from estimator.diagnosis.selection.reduced import Own, Posterior, Quadratic, posterior
-from estimator.effects.link import TAILS
+from estimator.diagnosis.selection.tails import Noise, with_tails
 from estimator.fitting.campaigns.measurement_kind import NOISE_FREEDOM
 
 Array = NDArray[np.float64]
@@ -39,9 +39,6 @@ BEYOND = 2.0
 """Plausible limits up to which an amplitude is believed at all: signatures are linear no further, and nature hardly goes there.
 
 See decision 47."""
-MOST_WEIGHED, WEIGHED, AT_ONCE = 12, 0.02, 4.0
-"""Times that sequences' precisions and values are found in turn at most, the relative change after which they have settled, and how many
-steps of a slow sequence are taken at once at most [Lange 1995 on the acceleration of expectation and maximisation]."""
 LOG_SCALES = float(np.log(len(SHARES)))
 """What the unknown size of a variance costs that is read at its best."""
 
@@ -82,6 +79,22 @@ class _At:
     spread: Array
 
 
+@dataclass(frozen=True)
+class _Parts:
+    """What of a set is the same at all scales.
+
+    The effect whose values of every sequence are integrated ``out``, its ``own``, if there is one, and the others, ``of_few``, with their
+    columns ``few``, those columns' ``bounds`` (3, k), and what was ``searched`` for (nats).
+    """
+
+    own: int | None
+    of_few: tuple[int, ...]
+    few: NDArray[np.int64]
+    out: Own | None
+    bounds: Array
+    searched: float
+
+
 @dataclass
 class Evidence:
     """Marginal likelihoods of sets of effects of one linearised campaign; each is worked out once."""
@@ -101,6 +114,9 @@ class Evidence:
         self._apart: dict[int, Own] = {}
         self._taken: dict[tuple[int, tuple[int, ...]], Own] = {}
         self._hint: dict[int, int] = {}
+        self._parts: dict[tuple[int, ...], _Parts] = {}
+        freedom = None if self.of.count is None else NOISE_FREEDOM + self.of.count
+        self._noise_model = Noise(1.0, 0.0) if freedom is None else Noise(NOISE_FREEDOM / freedom, 1.0 / freedom)
 
     def _limit(self, effect: int) -> Array:
         """Plausible limits (q,) of an effect's columns, or what the data just see where nobody says what is plausible."""
@@ -178,7 +194,7 @@ class Evidence:
             variance = np.concatenate([variance, axes**2 @ at.spread])
         fit = self.of.misfit - 2.0 * float(self.of.pull[rows] @ mean) + float(mean @ self.of.information[np.ix_(rows, rows)] @ mean)
         log_likelihood = self._log_density(max(fit, 0.0)) + sum(self.of.gain(e) for e in scaled.members)
-        log_likelihood += self._inside(at.few, at.shared, noise)
+        log_likelihood += _inside(self._bounds[:, at.few], at.shared, noise)
         return Fitted(scaled, log_likelihood, rows, mean, np.sqrt(noise * variance), noise)
 
     def precisions(self, members: Sequence[int]) -> Array:
@@ -213,7 +229,7 @@ class Evidence:
         peak, width = value(at), 0.0
         for i, e in enumerate(sized):
             around = [peak, *(value([*at[:i], j, *at[i + 1 :]]) for j in self._beside(e, at[i]))]
-            width += float(logsumexp(around)) - peak - float(np.log(len(self.scales_of(e))))
+            width += float(np.logaddexp.reduce(around)) - peak - float(np.log(len(self.scales_of(e))))
         self._hint.update(zip(sized, at, strict=True))
         total = peak + width + sum(self.of.gain(e) - LOG_SCALES * self.of.effects[e].random for e in members)
         return Scaled(members, float(total), tuple(float(self.scales_of(e)[j]) for e, j in zip(sized, at, strict=True)))
@@ -227,38 +243,26 @@ class Evidence:
 
     def _at(self, sized: Sequence[int], scales: Sequence[float]) -> _At:
         """A set at given scales of its effects' priors."""
-        scale = dict(zip(sized, scales, strict=True))
-        own = self._scattered(sized)
-        few = np.concatenate([np.zeros(0, dtype=np.int64), *(self._rows[e] for e in sized if e != own)])
-        sigma = np.concatenate([np.zeros(0), *(scale[e] * self._limits[e] for e in sized if e != own)])
-        if own is None:
-            shared, values, spread, tails = posterior(self._whole.take(few), sigma), np.zeros(0), np.zeros(0), 0.0
+        scale, known = dict(zip(sized, scales, strict=True)), self._parts_of(tuple(sized))
+        sigma = np.concatenate([np.zeros(0), *(scale[e] * self._limits[e] for e in known.of_few)])
+        if known.own is None or known.out is None:
+            shared, values, spread, tails = posterior(self._whole.take(known.few), sigma), np.zeros(0), np.zeros(0), 0.0
         else:
-            shared, values, spread, tails = self._with_tails(self._out(own, few), scale[own], sigma)
+            found, tails = with_tails(known.out, scale[known.own], sigma, self._noise_model)
+            shared, values, spread = found.few, found.own, found.spread
         noise = self._noise(shared.misfit)
         value = self._log_density(shared.misfit) - shared.half_log_det + tails
-        return _At(value + self._inside(few, shared, noise) - self._searched(sized), few, shared, values, spread)
+        return _At(value + _inside(known.bounds, shared, noise) - known.searched, known.few, shared, values, spread)
 
-    def _with_tails(self, own: Own, scale: float, sigma: Array) -> tuple[Posterior, Array, Array, float]:
-        """Units of every sequence under Student's prior of one ``scale``; the few columns under ``sigma`` (k,).
-
-        The precisions are found by expectation and maximisation, each sequence's step lengthened by the rate at which its own converges.
-        """
-        q = own.sums(np.ones(len(own.owner)))
-        w = np.ones(len(q))
-        for _ in range(MOST_WEIGHED):
-            quadratic, covariance = own.eliminated(scale**2 / w)
-            shared = posterior(quadratic, sigma)
-            values, variance = own.units(covariance, shared.mean), covariance if covariance.ndim == 1 else np.diag(covariance)
-            square = values**2 / self._noise(shared.misfit)
-            size = TAILS + own.sums(square + variance) / scale**2
-            rate = w * own.sums(variance * (variance + 2.0 * square)) / (size * scale**4)
-            step = np.log((TAILS + q) / (size * w)) / np.maximum(1.0 - rate, 1.0 / AT_ONCE)
-            w = w * np.exp(step)
-            if np.abs(step).max() < WEIGHED:
-                break
-        told = np.maximum(q - w * own.sums(variance) / scale**2, 0.0)
-        return shared, values, variance, float(np.sum(0.5 * TAILS * (np.log(w) - w + 1.0) + _width_of_precision(told)))
+    def _parts_of(self, sized: tuple[int, ...]) -> _Parts:
+        """What of a set is the same at all scales."""
+        if sized not in self._parts:
+            own = self._scattered(sized)
+            of_few = tuple(e for e in sized if e != own)
+            few = np.concatenate([np.zeros(0, dtype=np.int64), *(self._rows[e] for e in of_few)])
+            out = None if own is None else self._out(own, few)
+            self._parts[sized] = _Parts(own, of_few, few, out, self._bounds[:, few], self._searched(sized))
+        return self._parts[sized]
 
     def _out(self, effect: int, few: NDArray[np.int64]) -> Own:
         """An effect's columns in every sequence, ready for elimination beside ``few``."""
@@ -271,7 +275,7 @@ class Evidence:
 
     def _noise(self, misfit: float) -> float:
         """Most probable variance of the noise over what its model says."""
-        return 1.0 if self.of.count is None else (NOISE_FREEDOM + misfit) / (NOISE_FREEDOM + self.of.count)
+        return self._noise_model.at(misfit)
 
     def _log_density(self, misfit: float) -> float:
         """Logarithm of the density of a sum of squares: normal where the noise is known, Student's where its variance is integrated."""
@@ -279,30 +283,21 @@ class Evidence:
             return self.of.density - 0.5 * misfit
         return -0.5 * (NOISE_FREEDOM + self.of.count) * float(np.log1p(max(misfit, 0.0) / NOISE_FREEDOM))
 
-    def _inside(self, rows: NDArray[np.int64], at: Posterior, noise: float) -> float:
-        """Logarithm of the posterior's share that lies where amplitudes can be, over the prior's share where they have one sign only."""
-        low, high, one_sided = self._bounds[:, rows]
-        bounded = np.isfinite(low) & np.isfinite(high)
-        if not bounded.any():
-            return 0.0
-        mean, sigma = at.mean[bounded], np.sqrt(noise * np.diag(at.covariance)[bounded])
-        share = _log_share((low[bounded] - mean) / sigma, (high[bounded] - mean) / sigma)
-        return float(np.sum(share + np.log(2.0) * one_sided[bounded]))
-
     def _searched(self, sized: Sequence[int]) -> float:
         """Logarithm of how many starts were tried where the best was taken, of every sequence that has its own."""
         among = {e: len({c.sequence for c in self.of.columns if c.effect == e}) for e in sized if self.of.tried(e) > 1}
         return sum(max(len(self._own[e] or ()), 1) * float(np.log(self.of.tried(e) * n)) for e, n in among.items())
 
 
-def _width_of_precision(told: Array) -> Array:
-    """Logarithm of what the integral over a sequence's precision has beside its peak, of the dimensions ``told`` (s,) by the data.
-
-    Exact where all are told: Student's density over its largest normal one; nothing where none is.
-    """
-    freedom = TAILS + told
-    peak = 0.5 * freedom * np.log(freedom / TAILS) - 0.5 * told
-    return np.asarray(gammaln(0.5 * freedom) - gammaln(0.5 * TAILS) - 0.5 * told * np.log(0.5 * TAILS) - peak)
+def _inside(bounds: Array, at: Posterior, noise: float) -> float:
+    """Logarithm of the posterior's share that lies where amplitudes can be, over the prior's share where they have one sign only."""
+    low, high, one_sided = bounds
+    bounded = np.isfinite(low) & np.isfinite(high)
+    if not bounded.any():
+        return 0.0
+    mean, sigma = at.mean[bounded], np.sqrt(noise * np.diag(at.covariance)[bounded])
+    share = _log_share((low[bounded] - mean) / sigma, (high[bounded] - mean) / sigma)
+    return float(np.sum(share + np.log(2.0) * one_sided[bounded]))
 
 
 def _log_share(low: Array, high: Array) -> Array:

@@ -192,12 +192,13 @@ def _vector(flight: Flight, theta: Array) -> Array:
 class ArrowSolution:
     """Gauss-Newton step: ``local`` [sequence] (l,), ``shared`` (size,), and the shared parameters' normal matrix after elimination.
 
-    ``schur`` (size, size).
+    ``schur`` (size, size); ``inverses`` (s, l, l): those of the local blocks.
     """
 
     local: tuple[Array, ...]
     shared: Array
     schur: Array
+    inverses: Array
 
 
 def solve_arrow(
@@ -208,22 +209,19 @@ def solve_arrow(
     ``damping``: of every normal matrix so much of its diagonal is added to it [Marquardt 1963].
     """
     H, g = prior.information.copy(), prior.gradient.copy()
-    inverses = []
-    for each, place in zip(equations, layout.place, strict=True):
-        full, gradient = each.frames.H, each.frames.g
-        if damping > 0.0:
-            full = full + damping * np.diag(np.diag(full))
-        inverse = stable_inverse(full[np.ix_(layout.local, layout.local)])
-        cross = full[np.ix_(layout.shared, layout.local)]
-        H[np.ix_(place, place)] += full[np.ix_(layout.shared, layout.shared)] - cross @ inverse @ cross.T
-        g[place] += gradient[layout.shared] - cross @ (inverse @ gradient[layout.local])
-        inverses.append(inverse)
+    every, gradients = np.stack([each.frames.H for each in equations]), np.stack([each.frames.g for each in equations])[..., None]
+    full = every + damping * every * np.eye(every.shape[-1]) if damping > 0.0 else every
+    own, others = layout.local, layout.shared
+    inverses, cross = stable_inverse(full[:, own[:, None], own]), full[:, others[:, None], own]
+    left = full[:, others[:, None], others] - cross @ inverses @ np.swapaxes(cross, 1, 2)
+    pull = gradients[:, others] - cross @ (inverses @ gradients[:, own])
+    for of_one, pull_of_one, place in zip(left, pull, layout.place, strict=True):
+        H[np.ix_(place, place)] += of_one
+        g[place] += pull_of_one[:, 0]
     shared = -stable_inverse(H) @ g
-    local = tuple(
-        -inverse @ (each.frames.g[layout.local] + each.frames.H[np.ix_(layout.local, layout.shared)] @ shared[place])
-        for each, place, inverse in zip(equations, layout.place, inverses, strict=True)
-    )
-    return ArrowSolution(local, shared, H)
+    there = np.stack([shared[place] for place in layout.place])[..., None]
+    local = -inverses @ (gradients[:, own] + every[:, own[:, None], others] @ there)
+    return ArrowSolution(tuple(local[..., 0]), shared, H, inverses)
 
 
 def stepped(state: CampaignState, layout: Layout, solution: ArrowSolution, share: float = 1.0) -> CampaignState:
@@ -280,7 +278,7 @@ def fit_campaign(
         if step >= most_steps and not falls:
             break
         solution = solve_arrow(equations, layout, shared_prior(campaign, layout, model, state))
-        size = _relative_size(equations, layout, solution)
+        size = _relative_size(solution)
         lower = _lowered(campaign, (layout, model), (cost, state, equations), solution, dampings)
         if lower is None:
             break
@@ -372,14 +370,9 @@ def _cost(
     return float(data + shared_prior(campaign, layout, model, state).cost + own)
 
 
-def _relative_size(equations: Sequence[SequenceEquations], layout: Layout, solution: ArrowSolution) -> float:
+def _relative_size(solution: ArrowSolution) -> float:
     """Largest step over its standard deviation."""
     deviation = np.sqrt(np.maximum(np.diag(stable_inverse(solution.schur)), 1e-300))
     largest = float(np.max(np.abs(solution.shared) / deviation, initial=0.0, where=deviation > 1e-150))
-    for each, local in zip(equations, solution.local, strict=True):
-        inverse = stable_inverse(each.frames.H[np.ix_(layout.local, layout.local)])
-        largest = max(
-            largest,
-            float(np.max(np.abs(local) / np.sqrt(np.maximum(np.diag(inverse), 1e-300)), initial=0.0, where=np.diag(inverse) > 1e-150)),
-        )
-    return largest
+    variance, local = np.diagonal(solution.inverses, axis1=1, axis2=2), np.stack(solution.local)
+    return max(largest, float(np.max(np.abs(local) / np.sqrt(np.maximum(variance, 1e-300)), initial=0.0, where=variance > 1e-150)))

@@ -189,7 +189,7 @@ def _settled(
         H, g = _with_prior(equations, columns, prior, state.theta[0] - began)
         inverse = stable_inverse(H)
         step = -inverse @ g
-        state = stepped(state, one, ArrowSolution((step,), np.zeros(one.size), np.zeros((0, 0))))
+        state = stepped(state, one, ArrowSolution((step,), np.zeros(one.size), np.zeros((0, 0)), inverse[None]))
         equations = sequence_equations(alone, 0, state, model)
         if np.max(np.abs(step) / np.sqrt(np.maximum(np.diag(inverse), 1e-300))) < SETTLED:
             break

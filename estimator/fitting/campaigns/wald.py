@@ -2,7 +2,7 @@
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from datasets.vocabulary.effects import Scope
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit
@@ -28,4 +28,4 @@ def zero_p(campaign: Campaign, fit: CampaignFit, covariance: CampaignCovariance,
     theta = np.concatenate([fit.state.theta[s][columns] for s in sequences])
     C = covariance.covariance[np.ix_(rows, rows)]
     statistic = float(theta @ np.linalg.pinv(C, rcond=1e-12, hermitian=True) @ theta)
-    return float(chi2.sf(statistic, len(rows)))
+    return float(chdtrc(len(rows), statistic))

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import f as f_distribution
+from scipy.special import fdtrc
 
 from estimator.diagnosis.residual_maps import Axis, ResidualMap
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit
@@ -170,4 +170,4 @@ def _hotelling(mean: Array, covariance: Array, clusters: int) -> tuple[float, fl
     b = int(kept.sum())
     free = max(clusters - b, 1)
     statistic = float(z @ z) * free / (b * max(clusters - 1, 1))
-    return statistic, float(f_distribution.sf(statistic, b, free))
+    return statistic, float(fdtrc(b, free, statistic))

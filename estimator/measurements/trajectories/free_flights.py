@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 Array = NDArray[np.float64]
 LEAST_ROWS = 5
@@ -50,7 +50,7 @@ def path_noise(paths: list[tuple[Array, Array]]) -> float:
     """Standard deviation (m) of a coordinate, of several ``paths``, each times (n,) s and positions (n, 3) m; 0 where nothing moves."""
     squares = np.concatenate([_window_squares(times, x) for times, x in paths])
     degrees = 3 * (WINDOW - CUBIC)
-    return float(np.sqrt(np.quantile(squares, QUIET) / chi2.ppf(QUIET, degrees))) if len(squares) else 0.0
+    return float(np.sqrt(np.quantile(squares, QUIET) / chdtri(degrees, 1.0 - QUIET))) if len(squares) else 0.0
 
 
 def _window_squares(times_s: Array, x: Array) -> Array:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.effects.model import Model, overrides
+from estimator.effects.model import Model
 from estimator.motion.flight import N_PARAMETERS
 
 Array = NDArray[np.float64]
@@ -34,7 +34,7 @@ class Instrument:
 
     def changed(self, model: Model) -> bool:
         """Whether an effect makes it report anything but the true values."""
-        return any(overrides(effect, self.link) for effect in model.effects)
+        return bool(model.touching(self.link))
 
     def of(self, at: tuple[Model, Array], true: Array, rate: Array, J: Array) -> Channel:
         """Reports of ``true`` (n, 3), units and axes as of :class:`Channel`, ``rate`` (n, 3) per second, ``J`` (n, 3, 21 + q)."""
@@ -43,8 +43,8 @@ class Instrument:
             return Channel(true, rate, J)
         slope = self._slope(theta, true)
         J = slope @ J
-        for effect, part in zip(model.effects, model.slices, strict=True):
-            for column in range(part.start, part.stop) if overrides(effect, self.link) else ():
+        for _, part in model.touching(self.link):
+            for column in range(part.start, part.stop):
                 change = np.zeros(len(theta))
                 change[column] = model.steps[column]
                 width = 2.0 * model.steps[column]

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from estimator.diagnosis.residual_maps import Axis, ResidualMap, even, phase
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, SequenceEquations
@@ -109,4 +109,4 @@ def _map(axis: Axis, kind: str, rows: _Rows) -> ResidualMap | None:
     mean = np.bincount(bins, values, len(axis.centre))[kept] / count[kept]
     sigma = np.sqrt(np.bincount(bins, repeats, len(axis.centre))[kept]) / count[kept]
     statistic = float(np.sum((mean / sigma) ** 2))
-    return ResidualMap(axis, kind, kept, mean, sigma, count[kept], statistic, float(chi2.sf(statistic, len(kept))), "σ")
+    return ResidualMap(axis, kind, kept, mean, sigma, count[kept], statistic, float(chdtrc(len(kept), statistic)), "σ")

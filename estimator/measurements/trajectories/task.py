@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from estimator.appearance.prediction import VARIED, Prediction, predict
 from estimator.effects.link import Setting
-from estimator.effects.model import Model, overrides
+from estimator.effects.model import Model
 from estimator.measurements.trajectories.gyroscope import gyroscope_channel
 from estimator.measurements.trajectories.reported import Channel, Instrument
 from estimator.motion.flight import COM, INERTIA, N_PARAMETERS, OFFSET, OMEGA, THETA, Flight, V, X
@@ -145,8 +145,8 @@ def _positions(task: TrajectoryTask, prediction: Prediction, model: Model, theta
 def _scaled(prediction: Prediction, model: Model, theta: Array, scale: float) -> Array:
     """Derivatives (n, 3, 21 + q) of measured positions: lengths that are wrong by a factor divide them."""
     S = prediction.sensitivity[:, :3] / scale
-    for effect, part in zip(model.effects, model.slices, strict=True):
-        for column in range(part.start, part.stop) if overrides(effect, "scale") else ():
+    for _, part in model.touching("scale"):
+        for column in range(part.start, part.stop):
             up, down, step = theta.copy(), theta.copy(), model.steps[column]
             up[column], down[column] = up[column] + step, down[column] - step
             growth = (model.scale(up) - model.scale(down)) / (2.0 * step)

@@ -16,6 +16,7 @@ from scipy.ndimage import median_filter
 
 from datasets.vocabulary.outline import oriented
 from estimator.geometry.coverage import coverage
+from estimator.geometry.support import support
 from estimator.geometry.tangent_hull import TangentHull, tangent_hull
 from estimator.outlines.pictures.blur import LEAST_VARIANCE, blurred, isotropic
 from estimator.outlines.pictures.contour import PIXEL_VARIANCE, edge_blur, half_level_contour, refined
@@ -66,7 +67,7 @@ def pictured_supports(
     for i, polygon in enumerate(polygons):
         if len(polygon):
             hulls = [_seen(polygon, float(pictures.blur_px[i]), float(pictures.noise[i]), rng) for _ in range(draws)]
-            found[i] = np.mean([(hull @ outward.T).max(axis=0) for hull in hulls], axis=0)
+            found[i] = np.mean([support(hull, outward) for hull in hulls], axis=0)
     return found
 
 

@@ -3,10 +3,20 @@
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.linalg import lstsq
 from scipy.signal import savgol_coeffs, savgol_filter
 
 from estimator.geometry.closed_curves import unit_circle
-from estimator.geometry.tangent_hull import NOISE_FLOOR_PX, WINDOW, Likeness, TangentHull, degraded_hull, normals, tangent_hull
+from estimator.geometry.tangent_hull import (
+    NOISE_FLOOR_PX,
+    WINDOW,
+    Likeness,
+    TangentHull,
+    degraded_hull,
+    normals,
+    smoothing_weights,
+    tangent_hull,
+)
 
 Array = NDArray[np.float64]
 RADIUS_PX, SIGMA_PX, DRAWS = 30.0, 0.2, 60
@@ -126,10 +136,15 @@ def test_the_smoothing_weights_are_made_once(monkeypatch: pytest.MonkeyPatch) ->
     rng = np.random.default_rng(2)
     degraded_hull(noisy_circle(rng), Likeness(4.0, 0.8), rng)
     made = []
-    monkeypatch.setattr("estimator.geometry.tangent_hull.savgol_coeffs", lambda *given: made.append(given) or savgol_coeffs(*given))
+    monkeypatch.setattr("estimator.geometry.tangent_hull.lstsq", lambda *given: made.append(given) or lstsq(*given))
     tangent_hull(noisy_circle(rng))
     degraded_hull(noisy_circle(rng), Likeness(4.0, 0.8), rng)
     assert made == []
+
+
+@pytest.mark.parametrize("window", [5, 9, 31])
+def test_the_smoothing_weights_are_those_of_savitzky_and_golay(window: int) -> None:
+    np.testing.assert_allclose(smoothing_weights(window), savgol_coeffs(window, 2), rtol=1e-12, atol=1e-16)
 
 
 def test_uneven_and_coarse_outlines_are_resampled() -> None:

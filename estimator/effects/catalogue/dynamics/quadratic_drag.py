@@ -7,6 +7,7 @@ import numpy as np
 
 from datasets.vocabulary.effects import EFFECTS
 from estimator.effects.link import Array, EffectModel, Moment, Setting
+from estimator.motion.rigid_body import sizes
 
 
 class QuadraticDrag(EffectModel):
@@ -18,4 +19,4 @@ class QuadraticDrag(EffectModel):
         """``-c |v| v``."""
         del setting
         u = moment.through_air
-        return np.asarray(-theta * np.linalg.norm(u, axis=1, keepdims=True) * u)
+        return np.asarray(-theta * sizes(u) * u)

@@ -8,7 +8,7 @@ import numpy as np
 
 from datasets.vocabulary.effects import EFFECTS
 from estimator.effects.link import Array, EffectModel, Moment, Setting
-from estimator.motion.rigid_body import cross_product
+from estimator.motion.rigid_body import cross_product, sizes
 
 LENGTHS_M = (0.01, 0.05, 0.25)
 """Where a search begins: 5.8 radii of balls from 2 mm to 4 cm."""
@@ -31,6 +31,6 @@ class SaturatingLift(EffectModel):
         """``C omega x u / (1 + l |omega| / |u|)``."""
         del setting
         u = moment.through_air
-        speed = np.maximum(np.linalg.norm(u, axis=1, keepdims=True), 1e-12)
-        left = np.maximum(1.0 + theta[:, 1:] * np.linalg.norm(moment.omega, axis=1, keepdims=True) / speed, LEAST)
+        speed = np.maximum(sizes(u), 1e-12)
+        left = np.maximum(1.0 + theta[:, 1:] * sizes(moment.omega) / speed, LEAST)
         return np.asarray(theta[:, :1] * cross_product(moment.omega, u) / left)

@@ -16,7 +16,7 @@ Motion blur as in [Potmesil and Chakravarty, Comput. Graph. 17 (1983) 389]. Vali
 
 import numpy as np
 from scipy.optimize.elementwise import find_root
-from scipy.stats import norm
+from scipy.special import ndtr, ndtri
 
 from datasets.vocabulary.effects import EFFECTS
 from estimator.effects.link import Array, EffectModel, Places, Setting
@@ -29,6 +29,7 @@ LEAST_MOVED = 1e-3
 """Movement over the static blur below which it counts as this: the formula divides by it."""
 REACH = 8.0
 """Standard deviations beyond half the movement within which any level is found."""
+ROOT_TWO_PI = np.sqrt(2.0 * np.pi)
 
 
 class MotionBlurThreshold(EffectModel):
@@ -72,10 +73,10 @@ def _displaced(bias: float) -> Array:
 
 def _integral(z: Array) -> Array:
     """Of the normal distribution function from minus infinity."""
-    return np.asarray(z * norm.cdf(z) + norm.pdf(z))
+    return np.asarray(z * ndtr(z) + np.exp(-(z**2) / 2.0) / ROOT_TWO_PI)
 
 
 def _widened(bias: float) -> float:
     """The width of an edge over the one that a sensor shows whose response puts the level ``0.5 - bias`` at the half."""
     gamma = np.log(0.5) / np.log(0.5 + bias)
-    return float(gamma * 0.5 / (0.5 + bias) * np.exp(-0.5 * norm.ppf(0.5 + bias) ** 2))
+    return float(gamma * 0.5 / (0.5 + bias) * np.exp(-0.5 * ndtri(0.5 + bias) ** 2))

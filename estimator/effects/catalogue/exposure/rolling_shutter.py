@@ -31,6 +31,8 @@ class RollingShutter(EffectModel):
     def shift(self, theta: Array, places: Places, setting: Setting) -> Array | None:
         """How much further along ``u`` the outline reaches as it was seen than if all of it were exposed at its middle row's time."""
         del setting
+        if theta[0] == 0.0:
+            return np.zeros(places.normal.shape[:-1])
         seen, normal = places.outline_px, places.normal
         row = seen[..., 1] - (places.camera.height_px - 1) / 2 - places.rows_px[:, None]
         still = seen - theta[0] * row[..., None] * places.outline_velocity_px
