@@ -11,7 +11,6 @@ import numpy as np
 
 from datasets.estimate_files import write_estimate
 from datasets.json_documents import Document, write_document
-from datasets.vocabulary.effects import Scope
 from estimator.data.configuration import configuration_from_dict
 from estimator.diagnosis.adding import Rung, fit_with, ladder
 from estimator.diagnosis.diagnose import ALPHA, Diagnosis, diagnose, diagnosis_at, says_nothing
@@ -27,7 +26,7 @@ from estimator.fitting.campaigns.campaign import Campaign, CampaignFit
 from estimator.fitting.campaigns.considered import Uncertain, uncertain
 from estimator.fitting.campaigns.impacts import impacts
 from estimator.geometry.robust_scale import robust_sigma
-from estimator.reports.campaign_reporting import campaign_estimates, effect_values, settled_fit
+from estimator.reports.campaign_reporting import campaign_estimates, effect_values, owner_name, settled_fit
 from tumble.campaigning import Known, Prepared, prepare
 from tumble.commands import command
 from tumble.diagnosis_documents import (
@@ -327,14 +326,17 @@ def scattered(explanation: Explanation) -> tuple[str, ...]:
     told = []
     fit, campaign = explanation.fit, explanation.campaign
     for effect, part in zip(fit.model.effects, fit.model.slices, strict=True):
-        if effect.entry.scope is Scope.SEQUENCE and effect.tails and effect.held is not None:
-            values = np.array([theta[part] for theta in fit.state.theta])
+        if effect.entry.scope.own and effect.tails and effect.held is not None:
+            owners = sorted(set(campaign.sharing(effect.entry.scope)))
+            values = np.array([fit.state.theta[i][part] for i in owners])
             size = np.maximum(robust_sigma(values), SMALLEST * np.abs(values).max())
             each = ", ".join(f"{p.name} {s:.2g} {p.unit}" for p, s in zip(effect.entry.parameters, size, strict=True))
             far = np.flatnonzero(np.sum((values / np.maximum(size, np.finfo(np.float64).tiny)) ** 2, axis=1) > FAR**2 * len(size))
-            names = ", ".join(campaign.sequences[i].name for i in far[:MOST_TOLD]) + (", …" if len(far) > MOST_TOLD else "")
+            named = [owner_name(campaign, effect.entry.scope, owners[i]) for i in far[:MOST_TOLD]]
+            names = ", ".join(named) + (", …" if len(far) > MOST_TOLD else "")
             out = f"; {len(far)} stand out: {names}" if len(far) else ""
-            told.append(f"{_plain(effect.entry.key).capitalize()} differs from sequence to sequence, cause unknown: {each}{out}.")
+            name = _plain(effect.entry.key).capitalize()
+            told.append(f"{name} differs from sequence to sequence, cause unknown: {each}{out}.")
     return tuple(told)
 
 

@@ -16,13 +16,14 @@ from estimator.data.configuration import Configuration
 from estimator.data.versions import versions
 from estimator.effects.parameter_values import WithInterval
 from estimator.fitting.calibration_share import with_what_is_missing
-from estimator.fitting.campaigns.campaign import CampaignFit, fit_campaign, shared_prior, solve_arrow
+from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, fit_campaign, shared_prior, solve_arrow
 from estimator.fitting.campaigns.campaign_covariance import CampaignCovariance, campaign_covariance
 from estimator.fitting.campaigns.considered import Considered
 from estimator.fitting.campaigns.forced_velocities import body_under, motion_under, velocities_under
 from estimator.fitting.campaigns.measurement_kind import MeasurementKind
 from estimator.fitting.campaigns.registered import Registered
 from estimator.motion.flight import N_PARAMETERS, NAMES, OMEGA, Flight, V, fitted_body
+from estimator.reports.drop_reporting import FittedFlight, drop_estimate
 from estimator.search.candidate_flights import MOST_MEAN_SQUARE
 
 Array = NDArray[np.float64]
@@ -57,13 +58,18 @@ def effect_values(registered: Registered, fit: CampaignFit, covariance: Campaign
         groups = sorted(set(campaign.sharing(effect.entry.scope)))
         for sequence in groups:
             alone = effect.entry.scope is Scope.CAMPAIGN or len(groups) == 1
-            name = None if alone else campaign.sequences[sequence].name
+            name = None if alone else owner_name(campaign, effect.entry.scope, sequence)
             variance = np.diag(covariance.of(sequence, N_PARAMETERS + np.arange(part.start, part.stop)))
             hollow = campaign.kind.hollow(campaign.sequences[sequence])
             reported = effect.reported(fit.state.theta[sequence][part], variance, hollow)
             for parameter, value, sigma in zip(effect.entry.parameters, *reported, strict=True):
                 found.append(EffectValue(effect.entry.key, parameter, name, float(value), float(sigma)))
     return tuple(found)
+
+
+def owner_name(campaign: Campaign, scope: Scope, sequence: int) -> str:
+    """The name of what a value of a ``scope`` belongs to: the recording, or the first sequence that has the value."""
+    return campaign.recordings[sequence] if scope is Scope.RECORDING else str(campaign.sequences[sequence].name)
 
 
 def campaign_estimates(
@@ -73,14 +79,19 @@ def campaign_estimates(
     at: Considered,
     configuration: Configuration,
 ) -> tuple[Estimate, ...]:
-    """One estimate per sequence that was measured, in the campaign's order; its uncertainty is widened by what is possible."""
-    made = []
+    """One estimate per recording that was measured, in the campaign's order; its uncertainty is widened by what is possible."""
+    campaign, made = registered.campaign, []
     to_go = left_to_go(registered, fit, at.plain)
-    for number, sequence in enumerate(registered.campaign.sequences):
-        flight, theta = fit.state.flights[number], fit.state.theta[number]
-        what = (registered.campaign.kind, sequence, observations[sequence.name])
-        one = _estimate(what, (flight, theta), fit, (number, at, to_go), configuration)
-        observation = observations[sequence.name]
+    for name in dict.fromkeys(campaign.recordings):
+        observation, flights = observations[name], []
+        for number, sequence in enumerate(campaign.sequences):
+            if campaign.recordings[number] == name:
+                flight = fit.state.flights[number]
+                what = (campaign.kind, sequence, observation)
+                own = _estimate(what, (flight, fit.state.theta[number]), fit, (number, at, to_go), configuration)
+                flights.append(FittedFlight(number, sequence, flight, at, own))
+        has_impacts = bool(campaign.recording) and flights[0].sequence.number > 0
+        one = drop_estimate(name, flights, fit, flights[0].sequence.setting.interval_s) if has_impacts else flights[0].estimate
         made.append(with_what_is_missing(one, observation) if isinstance(observation, Observation) else one)
     return tuple(made)
 

@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.vocabulary.effects import Scope
 from estimator.diagnosis.empirical_fit import fit_empirical
 from estimator.diagnosis.explain import Explanation, Step
 from estimator.diagnosis.score_tests import ScoreTest
@@ -19,6 +18,7 @@ from estimator.fitting.campaigns.campaign_covariance import CampaignCovariance
 from estimator.fitting.campaigns.considered import uncertain
 from estimator.fitting.campaigns.held_out import HeldOut
 from estimator.motion.flight import N_PARAMETERS, OMEGA, Flight, V
+from estimator.reports.campaign_reporting import owner_name
 from tumble.challenge.information import all_information
 
 Array = NDArray[np.float64]
@@ -112,7 +112,7 @@ def parameters(campaign: Campaign, fit: CampaignFit, covariance: CampaignCovaria
         if effect.entry.key == CurvatureBias.entry.key:
             continue
         groups = sorted(set(campaign.sharing(effect.entry.scope)))
-        own = effect.entry.scope is Scope.SEQUENCE or len(groups) > 1
+        own = effect.entry.scope.own or len(groups) > 1
         for sequence in groups:
             columns = N_PARAMETERS + np.arange(part.start, part.stop)
             variance = np.diag(covariance.of(sequence, columns))
@@ -123,7 +123,7 @@ def parameters(campaign: Campaign, fit: CampaignFit, covariance: CampaignCovaria
                     {
                         "effect": effect.entry.key,
                         "parameter": name,
-                        "sequence": campaign.sequences[sequence].name if own else None,
+                        "sequence": owner_name(campaign, effect.entry.scope, sequence) if own else None,
                         "value": float(value[i]),
                         "sigma": float(sigma[i]),
                         "sigma_of_noise": float(np.sqrt(max(variance[i], 0.0))),

@@ -16,7 +16,7 @@ from datasets.errors import InputError
 from datasets.recipes.effects import KNOWN
 from datasets.recipes.recipe import EffectRecipe, MotionRecipe, ParticleRecipe, Recipe, RigRecipe
 from datasets.recipes.synth_only import SYNTH_ONLY
-from datasets.vocabulary.effects import EFFECTS, PICTURED, EffectEntry, Scope
+from datasets.vocabulary.effects import EFFECTS, PICTURED, EffectEntry
 from estimator.effects.choosing import contradiction
 from estimator.effects.link import Setting
 from estimator.effects.registry import MODELS
@@ -210,13 +210,13 @@ def draw_effect(plan: Plan, key: str, span: tuple[float, float], rng: np.random.
     amounts, ratio = _dropped(plan, rng) if key == "dropped_frames" else _amounts(plan, entry, span, rng)
     values: dict[str, float | tuple[float, ...]] = {}
     for name, column in zip(entry.sizes, amounts.T, strict=True):
-        values[name] = tuple(float(v) for v in column) if entry.scope is Scope.SEQUENCE else float(column[0])
+        values[name] = tuple(float(v) for v in column) if entry.scope.own else float(column[0])
     return EffectRecipe(key, {**values, **_searched(plan, entry, rng)}), ratio
 
 
 def _amounts(plan: Plan, entry: EffectEntry, span: tuple[float, float], rng: np.random.Generator) -> tuple[Array, float]:
     """Sizes (sequences or 1, q) in a random direction, and their length over the limit along it."""
-    rows = plan.shape.sequences if entry.scope is Scope.SEQUENCE else 1
+    rows = plan.shape.sequences if entry.scope.own else 1
     directed = direction(entry, rows, rng)
     limit = limit_along(plan.table, entry.key, directed)
     wanted = float(np.exp(rng.uniform(*np.log(span))))
@@ -230,7 +230,7 @@ def _amounts(plan: Plan, entry: EffectEntry, span: tuple[float, float], rng: np.
 def can_reach_limit(table: LimitTable, key: str) -> bool:
     """Whether nature can make an effect as large as its limit, along every one of its parameters."""
     entry = EFFECTS[key]
-    ranges, rows = _half_ranges(entry), int(table.campaign["sequences"]) if entry.scope is Scope.SEQUENCE else 1
+    ranges, rows = _half_ranges(entry), int(table.campaign["sequences"]) if entry.scope.own else 1
     largest = _largest(entry, plausible=False) / ranges
     return all(limit_along(table, key, np.tile(np.eye(len(ranges))[i] * ranges, (rows, 1))) <= largest[i] for i in range(len(ranges)))
 

@@ -16,7 +16,7 @@ from datasets.json_documents import revived
 from datasets.recipes.effects import KNOWN, values_in_sequence
 from datasets.truth import Truth
 from datasets.truth_files import read_truth
-from datasets.vocabulary.effects import EFFECTS, Scope, Stage
+from datasets.vocabulary.effects import EFFECTS, Stage
 from tumble.challenge.answers import UNKNOWN, no_answer
 from tumble.challenge.cases import Case, case_folder, sequence_name
 from tumble.challenge.drawing import is_plausible
@@ -148,7 +148,7 @@ def _cpu(answer: Answer) -> dict[str, float]:
 def true_sizes(case: Case, key: str) -> Array:
     """Sizes (sequences or 1, q) of a hidden effect."""
     effect = next(each for each in case.recipe.effects if each.key == key)
-    rows = case.recipe.sequences if EFFECTS[key].scope is Scope.SEQUENCE else 1
+    rows = case.recipe.sequences if EFFECTS[key].scope.own else 1
     return np.array([[values_in_sequence(effect, i)[name] for name in EFFECTS[key].sizes] for i in range(rows)])
 
 
@@ -161,7 +161,7 @@ def own_ratio(case: Case, answer: Answer, table: LimitTable) -> float:
             return math.nan
         amounts, entry = true_sizes(case, key), table.effects[key]
         linear = amounts**entry.power
-        searches = len(amounts) if EFFECTS[key].scope is Scope.SEQUENCE else 1
+        searches = len(amounts) if EFFECTS[key].scope.own else 1
         strength = float(np.einsum("si,ij,sj->", linear, np.array(information), linear))
         wanted = noncentrality(table.alpha / table.tests / float(entry.tried) ** searches, amounts.size, 0.95)
         ratios.append((strength / wanted) ** (0.5 / entry.power))

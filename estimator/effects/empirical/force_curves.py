@@ -6,7 +6,6 @@ curves without evidence are small and smooth [Wahba, Spline Models for Observati
 size is several times what any force of the catalogue does, and is no information where the data have some.
 """
 
-
 import numpy as np
 from numpy.polynomial import legendre
 

@@ -14,12 +14,13 @@ jump Δ happens at another time, and poses miss by Δ times that. So S_c = s² |
 """
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from estimator.measurements.trajectories.fitted_flights import FittedFlight, Reached
+from estimator.motion.reached import Reached
 from estimator.motion.rotation import rotation_from_vector, rotation_vector
 
 Array = NDArray[np.float64]
@@ -27,6 +28,23 @@ STEPS = 12
 LONGEST_SPREAD_S = 1.0
 LEFT = 5
 """Coordinates of a miss that are left once the time is chosen."""
+
+
+class Measured(Protocol):
+    """A measured flight."""
+
+    @property
+    def ends_s(self) -> tuple[float, float]:
+        """First and last time at which it was seen."""
+        ...
+
+    def at(self, time_s: float) -> Reached:
+        """The motion at a time, also beyond those."""
+        ...
+
+    def change_at(self, time_s: float) -> Array:
+        """Rate (6,) of v and omega at a time."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -51,7 +69,7 @@ class Meeting:
 
 @dataclass(frozen=True)
 class _Miss:
-    """The flights at a time: the gap (6,), its rate (6,), its Jacobian (6, 48) and the jump (6,)."""
+    """The flights at a time: the gap (6,), its rate (6,) and its Jacobian (6, p), p the parameters of both."""
 
     before: Reached
     after: Reached
@@ -67,17 +85,15 @@ class _Miss:
         return np.diag(sizes)
 
 
-def _miss(a: FittedFlight, b: FittedFlight, time_s: float) -> _Miss:
+def _miss(a: Measured, b: Measured, time_s: float) -> _Miss:
     before, after = a.at(time_s), b.at(time_s)
     gap = np.concatenate([after.x - before.x, rotation_vector((after.R @ before.R.T)[None])[0]])
     return _Miss(before, after, gap, after.velocity - before.velocity, np.hstack([-before.pose_J, after.pose_J]))
 
 
-def meeting(a: FittedFlight, b: FittedFlight) -> Meeting:
-    """Where ``a``, the earlier flight, ends and ``b`` begins."""
-    P = np.zeros((48, 48))
-    P[:24, :24], P[24:, 24:] = a.covariance, b.covariance
-    last, first = (float(each.setting.times_s[row]) for each, row in ((a, -1), (b, 0)))
+def meeting(a: Measured, b: Measured, P: Array) -> Meeting:
+    """Where ``a``, the earlier flight, ends and ``b`` begins; ``P`` (p, p): joint covariance of the parameters of ``a``, then ``b``."""
+    last, first = a.ends_s[1], b.ends_s[0]
     time_s, spread = 0.5 * (last + first), 0.0
     for _ in range(STEPS):
         at = _miss(a, b, time_s)
@@ -109,19 +125,20 @@ def _spread(at: _Miss, P: Array) -> float:
     return float(brentq(excess, 0.0, LONGEST_SPREAD_S, xtol=1e-9))
 
 
-def _corrected(flights: tuple[FittedFlight, FittedFlight], at: _Miss, P: Array, time_s: float, spread: float) -> Meeting:
+def _corrected(flights: tuple[Measured, Measured], at: _Miss, P: Array, time_s: float, spread: float) -> Meeting:
     """Both flights after the update, and the covariance of what is said at the impact."""
     _, variance, weight, left = _solved(at, P, spread)
     gain = P @ at.J.T
     projected = weight - variance * np.outer(weight @ at.rate, weight @ at.rate)
     change = -gain @ weight @ left
-    C = np.zeros((49, 49))
-    C[:48, :48] = P - gain @ projected @ gain.T
-    C[48, :48] = C[:48, 48] = -variance * (gain @ weight @ at.rate)
-    C[48, 48] = variance
+    p = len(P)
+    C = np.zeros((p + 1, p + 1))
+    C[:p, :p] = P - gain @ projected @ gain.T
+    C[p, :p] = C[:p, p] = -variance * (gain @ weight @ at.rate)
+    C[p, p] = variance
     J = _sensitivity(flights, at, time_s)
     covariance = J @ C @ J.T
-    said = J[:, :48] @ change
+    said = J[:, :p] @ change
     before, after = at.before.velocity + said[6:12], at.after.velocity + said[12:]
     D = (J[12:] - J[6:12]) @ C @ (J[12:] - J[6:12]).T
     return Meeting(
@@ -138,10 +155,11 @@ def _corrected(flights: tuple[FittedFlight, FittedFlight], at: _Miss, P: Array, 
     )
 
 
-def _sensitivity(flights: tuple[FittedFlight, FittedFlight], at: _Miss, time_s: float) -> Array:
-    """Position, turn, before and after (18,) by both flights' parameters and the time (49,)."""
-    J = np.zeros((18, 49))
-    J[:6, :24], J[6:12, :24], J[12:, 24:48] = at.before.pose_J, at.before.velocity_J, at.after.velocity_J
-    J[:6, 48] = at.before.velocity
-    J[6:12, 48], J[12:, 48] = flights[0].change_at(time_s), flights[1].change_at(time_s)
+def _sensitivity(flights: tuple[Measured, Measured], at: _Miss, time_s: float) -> Array:
+    """Position, turn, before and after (18,) by both flights' parameters and the time (p + 1,)."""
+    first, p = at.before.pose_J.shape[1], at.J.shape[1]
+    J = np.zeros((18, p + 1))
+    J[:6, :first], J[6:12, :first], J[12:, first:p] = at.before.pose_J, at.before.velocity_J, at.after.velocity_J
+    J[:6, p] = at.before.velocity
+    J[6:12, p], J[12:, p] = flights[0].change_at(time_s), flights[1].change_at(time_s)
     return J
