@@ -23,7 +23,7 @@ from estimator.fitting.campaigns.forced_velocities import body_under, motion_und
 from estimator.fitting.campaigns.measurement_kind import MeasurementKind
 from estimator.fitting.campaigns.registered import Registered
 from estimator.motion.flight import N_PARAMETERS, NAMES, OMEGA, Flight, V, fitted_body
-from estimator.reports.drop_reporting import FittedFlight, drop_estimate
+from estimator.reports.drop_reporting import drop_estimate, flights_of
 from estimator.search.candidate_flights import MOST_MEAN_SQUARE
 
 Array = NDArray[np.float64]
@@ -81,17 +81,13 @@ def campaign_estimates(
 ) -> tuple[Estimate, ...]:
     """One estimate per recording that was measured, in the campaign's order; its uncertainty is widened by what is possible."""
     campaign, made = registered.campaign, []
-    to_go = left_to_go(registered, fit, at.plain)
-    for name in dict.fromkeys(campaign.recordings):
-        observation, flights = observations[name], []
-        for number, sequence in enumerate(campaign.sequences):
-            if campaign.recordings[number] == name:
-                flight = fit.state.flights[number]
-                what = (campaign.kind, sequence, observation)
-                own = _estimate(what, (flight, fit.state.theta[number]), fit, (number, at, to_go), configuration)
-                flights.append(FittedFlight(number, sequence, flight, at, own))
-        has_impacts = bool(campaign.recording) and flights[0].sequence.number > 0
-        one = drop_estimate(name, flights, fit, flights[0].sequence.setting.interval_s) if has_impacts else flights[0].estimate
+    to_go, drops = left_to_go(registered, fit, at.plain), flights_of(registered.campaign, fit, at)
+    own: dict[str, list[Estimate]] = {}
+    for number, (name, sequence) in enumerate(zip(campaign.recordings, campaign.sequences, strict=True)):
+        what, state = (campaign.kind, sequence, observations[name]), (fit.state.flights[number], fit.state.theta[number])
+        own.setdefault(name, []).append(_estimate(what, state, fit, (number, at, to_go), configuration))
+    for name, each in own.items():
+        one, observation = drop_estimate(name, drops[name], each, fit) if name in drops else each[0], observations[name]
         made.append(with_what_is_missing(one, observation) if isinstance(observation, Observation) else one)
     return tuple(made)
 

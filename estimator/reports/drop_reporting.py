@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from datasets.estimate import Estimate, FrameReport, ImpactEstimate, SegmentEstimate, Status, VelocityEstimate
 from datasets.vocabulary.state import Motion
 from estimator.appearance.model_errors import SequenceTask
-from estimator.fitting.campaigns.campaign import CampaignFit
+from estimator.fitting.campaigns.campaign import Campaign, CampaignFit
 from estimator.fitting.campaigns.considered import Considered
 from estimator.fitting.campaigns.forced_velocities import body_under, motion_under, reached_under
 from estimator.impacts.chains import LEAST_JUMP
@@ -33,13 +33,12 @@ STATE = 12
 
 @dataclass(frozen=True)
 class FittedFlight:
-    """Sequence ``number`` of a fitted campaign, a flight of a recording, with its own ``estimate``; ``wide``: the uncertainty of all."""
+    """Sequence ``number`` of a fitted campaign, a flight of a recording; ``wide``: the uncertainty of all."""
 
     number: int
     sequence: SequenceTask
     flight: Flight
     wide: Considered
-    estimate: Estimate
 
     @property
     def ends_s(self) -> tuple[float, float]:
@@ -70,34 +69,58 @@ class FittedFlight:
         return VelocityEstimate(time_s, there.velocity[:3], there.velocity[3:], 0.5 * (covariance + covariance.T), np.full((6, 6), np.nan))
 
 
-def drop_estimate(recording: str, flights: Sequence[FittedFlight], fit: CampaignFit, interval_s: float) -> Estimate:
-    """The estimate of a recording from its ``flights`` in order of time; ``interval_s`` from one frame to the next."""
-    first = flights[0].estimate
+@dataclass(frozen=True)
+class Struck:
+    """An impact between two flights that follow one another."""
+
+    before: FittedFlight
+    after: FittedFlight
+    meeting: Meeting
+
+
+def flights_of(campaign: Campaign, fit: CampaignFit, wide: Considered) -> dict[str, tuple[FittedFlight, ...]]:
+    """The flights of every recording that has impacts, in order of time."""
+    found: dict[str, tuple[FittedFlight, ...]] = {}
+    for number, (name, sequence) in enumerate(zip(campaign.recording, campaign.sequences, strict=False)):
+        if sequence.number:
+            found[name] = (*found.get(name, ()), FittedFlight(number, sequence, fit.state.flights[number], wide))
+    return found
+
+
+def impacts_between(flights: Sequence[FittedFlight]) -> tuple[Struck, ...]:
+    """The impacts at which flights meet and velocities jump; none between flights of which one that lay between them is missing."""
+    pairs = [(a, b) for a, b in pairwise(flights) if b.sequence.number == a.sequence.number + 1]
+    met = (Struck(a, b, _met(a, b)) for a, b in pairs)
+    return tuple(each for each in met if each.meeting.jump >= LEAST_JUMP)
+
+
+def drop_estimate(recording: str, flights: Sequence[FittedFlight], own: Sequence[Estimate], fit: CampaignFit) -> Estimate:
+    """The estimate of a recording from its ``flights`` in order of time and the estimate of each."""
     told: dict[str, Any] = {
         "name": recording,
-        "frames": _frames([each.estimate for each in flights]),
-        "configuration": first.configuration,
-        "versions": first.versions,
+        "frames": _frames(own),
+        "configuration": own[0].configuration,
+        "versions": own[0].versions,
     }
-    failed = [each for each in flights if each.estimate.status is not Status.CONVERGED]
+    failed = [(f, each) for f, each in zip(flights, own, strict=True) if each.status is not Status.CONVERGED]
     if failed:
-        message = f"{failed[0].sequence.name}: {failed[0].estimate.message}"
-        return Estimate(status=failed[0].estimate.status, message=message, statistics=_statistics(flights, (), interval_s), **told)
-    met = [(k, _met(a, b)) for k, (a, b) in enumerate(pairwise(flights)) if b.sequence.number == a.sequence.number + 1]
-    struck = [(k, each) for k, each in met if each.jump >= LEAST_JUMP]
-    times = flights[0].sequence.setting.times_s
+        (flight, why), *_ = failed
+        message = f"{flight.sequence.name}: {why.message}"
+        return Estimate(status=why.status, message=message, statistics=_statistics(flights, own, ()), **told)
+    struck = impacts_between(flights)
+    times, spans = flights[0].sequence.setting.times_s, _spans(flights, struck)
     return Estimate(
         status=Status.CONVERGED,
         message=_message(flights, len(struck), fit),
-        body=first.body,
-        motion=_motion(flights, fit, dict(struck)),
-        start=flights[0].velocity(float(times[0]) if flights[0].sequence.number == 1 else flights[0].ends_s[0]),
+        body=own[0].body,
+        motion=_motion(flights, spans, fit),
+        start=flights[0].velocity(spans[0][0]),
         middle=_nearest(flights, float(times[(len(times) - 1) // 2])),
-        segments=_segments(flights, dict(struck)),
-        impacts=tuple(_impact(flights[k], each, fit) for k, each in struck),
-        statistics=_statistics(flights, struck, interval_s),
+        segments=tuple(SegmentEstimate(*span, f.velocity(0.5 * sum(span))) for f, span in zip(flights, spans, strict=True)),
+        impacts=tuple(_impact(each, fit) for each in struck),
+        statistics=_statistics(flights, own, struck),
         **told,
-        **_parameters(flights),
+        **_parameters(flights, own),
     )
 
 
@@ -106,8 +129,9 @@ def _met(a: FittedFlight, b: FittedFlight) -> Meeting:
     return meeting(a, b, a.wide.covariance.covariance[np.ix_(rows, rows)])
 
 
-def _impact(before: FittedFlight, met: Meeting, fit: CampaignFit) -> ImpactEstimate:
-    return replace(impact_record(met), q_world_body=quaternion(met.R @ _fitted_axes(before, fit)))
+def _impact(struck: Struck, fit: CampaignFit) -> ImpactEstimate:
+    met = struck.meeting
+    return replace(impact_record(met), q_world_body=quaternion(met.R @ _fitted_axes(struck.before, fit)))
 
 
 def _fitted_axes(each: FittedFlight, fit: CampaignFit) -> Array:
@@ -122,21 +146,14 @@ def _message(flights: Sequence[FittedFlight], impacts: int, fit: CampaignFit) ->
     return f"converged, {parts}, fitted jointly with its campaign; effects in the model: {effects or 'none'}."
 
 
-def _spans(flights: Sequence[FittedFlight], met: dict[int, Meeting]) -> list[tuple[float, float]]:
-    """From when to when each flight lasts: up to its impacts, or to its sightings where none is measured."""
+def _spans(flights: Sequence[FittedFlight], struck: Sequence[Struck]) -> list[tuple[float, float]]:
+    """From when to when each flight lasts: up to its impacts, or to its sightings where none is measured; outermost ones to the ends."""
     times = flights[0].sequence.setting.times_s
-    spans = []
-    for k, each in enumerate(flights):
-        first, last = each.ends_s
-        start = float(times[0]) if each.sequence.number == 1 else first
-        end = float(times[-1]) if k == len(flights) - 1 else last
-        spans.append((met[k - 1].time_s if k - 1 in met else start, met[k].time_s if k in met else end))
-    return spans
-
-
-def _segments(flights: Sequence[FittedFlight], met: dict[int, Meeting]) -> tuple[SegmentEstimate, ...]:
-    spans = zip(flights, _spans(flights, met), strict=True)
-    return tuple(SegmentEstimate(start, end, each.velocity(0.5 * (start + end))) for each, (start, end) in spans)
+    begin = {each.after.number: each.meeting.time_s for each in struck}
+    end = {each.before.number: each.meeting.time_s for each in struck}
+    if flights[0].sequence.number == 1:
+        begin[flights[0].number] = float(times[0])
+    return [(begin.get(each.number, each.ends_s[0]), end.get(each.number, each.ends_s[1])) for each in flights]
 
 
 def _nearest(flights: Sequence[FittedFlight], time_s: float) -> VelocityEstimate:
@@ -146,10 +163,10 @@ def _nearest(flights: Sequence[FittedFlight], time_s: float) -> VelocityEstimate
     return flights[k].velocity(near[k])
 
 
-def _motion(flights: Sequence[FittedFlight], fit: CampaignFit, met: dict[int, Meeting]) -> Motion:
+def _motion(flights: Sequence[FittedFlight], spans: Sequence[tuple[float, float]], fit: CampaignFit) -> Motion:
     """Poses and velocities at the frames within a flight."""
     parts = []
-    for each, (start, end) in zip(flights, _spans(flights, met), strict=True):
+    for each, (start, end) in zip(flights, spans, strict=True):
         setting = each.sequence.setting
         whole = motion_under(each.flight, fit.model, fit.state.theta[each.number], setting)
         rows = (setting.times_s >= start) & (setting.times_s <= end)
@@ -157,13 +174,12 @@ def _motion(flights: Sequence[FittedFlight], fit: CampaignFit, met: dict[int, Me
     return Motion(**{name: np.concatenate([part[name] for part in parts]) for name in Motion.__dataclass_fields__})
 
 
-def _parameters(flights: Sequence[FittedFlight]) -> dict[str, Any]:
+def _parameters(flights: Sequence[FittedFlight], own: Sequence[Estimate]) -> dict[str, Any]:
     """Names, values and joint covariance: those of the first flight with all that is shared, then the states of the others."""
-    own = flights[0].wide.own
-    names, values, rows = list(flights[0].estimate.parameters), [flights[0].estimate.values], [flights[0].rows[:own]]
-    for each in flights[1:]:
-        names += [f"flight_{each.sequence.number}_{name}" for name in each.estimate.parameters[:STATE]]
-        values.append(each.estimate.values[:STATE])
+    names, values, rows = list(own[0].parameters), [own[0].values], [flights[0].rows[: flights[0].wide.own]]
+    for each, estimate in zip(flights[1:], own[1:], strict=True):
+        names += [f"flight_{each.sequence.number}_{name}" for name in estimate.parameters[:STATE]]
+        values.append(estimate.values[:STATE])
         rows.append(each.rows[:STATE])
     at = np.concatenate(rows)
     covariance = flights[0].wide.covariance.covariance[np.ix_(at, at)]
@@ -175,8 +191,8 @@ def _frames(estimates: Sequence[Estimate]) -> tuple[FrameReport, ...]:
     return tuple(max(same, key=lambda report: report.used) for same in zip(*(each.frames for each in estimates), strict=True))
 
 
-def _statistics(flights: Sequence[FittedFlight], struck: Sequence[tuple[int, Meeting]], interval_s: float) -> dict[str, Any]:
-    own = [each.estimate.statistics for each in flights]
+def _statistics(flights: Sequence[FittedFlight], estimates: Sequence[Estimate], struck: Sequence[Struck]) -> dict[str, Any]:
+    own = [each.statistics for each in estimates]
     pairs = np.array([each["n_pairs"] for each in own])
     square = sum(n * each["rms_ete_px"] ** 2 for n, each in zip(pairs, own, strict=True)) / max(int(pairs.sum()), 1)
     return {
@@ -188,15 +204,17 @@ def _statistics(flights: Sequence[FittedFlight], struck: Sequence[tuple[int, Mee
             {"number": each.sequence.number, "sightings": len(each.sequence.task.sightings), "mean_square": s["whitened_mean_square"]}
             for each, s in zip(flights, own, strict=True)
         ],
-        "impacts": [
-            {
-                "between_flights": [flights[k].sequence.number, flights[k + 1].sequence.number],
-                "spread_s": met.spread_s,
-                "clear": met.spread_s <= CLEAR_SPREAD * interval_s,
-                "gap_m": float(np.linalg.norm(met.gap[:3])),
-                "gap_rad": float(np.linalg.norm(met.gap[3:])),
-                "jump": met.jump,
-            }
-            for k, met in struck
-        ],
+        "impacts": [_impact_statistics(each) for each in struck],
+    }
+
+
+def _impact_statistics(struck: Struck) -> dict[str, Any]:
+    met = struck.meeting
+    return {
+        "between_flights": [struck.before.sequence.number, struck.after.sequence.number],
+        "spread_s": met.spread_s,
+        "clear": met.spread_s <= CLEAR_SPREAD * struck.before.sequence.setting.interval_s,
+        "gap_m": float(np.linalg.norm(met.gap[:3])),
+        "gap_rad": float(np.linalg.norm(met.gap[3:])),
+        "jump": met.jump,
     }
