@@ -42,6 +42,7 @@ from tumble.diagnosis_documents import (
     value_entries,
     verdict_entry,
 )
+from tumble.explained_drops import contact_judged, drop_entries
 from tumble.limiting import fact_entries, limits_entry, name_entries, names_sentence, settling
 from tumble.reports.map_words import sentence_of
 from tumble.reports.noise_floor_words import floor_sentence
@@ -212,8 +213,11 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told) -> 
     of = uncertain(registered.campaign, settled_fit(registered, explanation.fit), question.candidates, more)
     written = estimated(question, campaign, out, of=of)
     verdict = _settled(verdict_of_explanation(verdict_of(last), explanation), written["settled"], explanation)
+    drops = drop_entries(registered.campaign)
+    contact = contact_judged(out, drops, campaign.observations, told) if drops and written["settled"] else None
     steps, apart = _step_entries(explanation, campaign)
-    verdict = replace(verdict, remarks=(*map(names_sentence, groups), *scattered(explanation), *verdict.remarks))
+    of_contact = () if contact is None else (contact.sentence,)
+    verdict = replace(verdict, remarks=(*map(names_sentence, groups), *scattered(explanation), *verdict.remarks, *of_contact))
     verdict = advised(verdict, apart if explanation.found else [], question.command("explain", ()))
     rest = unknown_entry(registered.campaign, explanation.fit, explanation.left, names, told=told)
     content = _content("explain", question, campaign, of)
@@ -229,8 +233,9 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told) -> 
         "unknown": rest,
         "verdict": verdict_entry(
             with_unknown(verdict, rest, partial(question.command, "ladder")),
-            law_command(out) if rest else _ladder_command(question, list(explanation.found)),
+            law_command(out) if rest else (contact and contact.more) or _ladder_command(question, list(explanation.found)),
         ),
+        "contact": None if contact is None else {"sentence": contact.sentence, "missing": list(contact.missing)},
     }
 
 
@@ -289,6 +294,8 @@ def _content(verb: str, question: Question, campaign: Prepared, of: Uncertain) -
         "unit": campaign.registered.campaign.kind.unit,
         "not_applicable": not_applicable(campaign.registered.campaign, question.candidates, keys_of(fit)),
         "sequences": list(campaign.names),
+        "drops": drop_entries(campaign.registered.campaign),
+        "contact": None,
         "left_out": campaign.left_out,
         "model": keys_of(fit),
         "settled": fit.settled,

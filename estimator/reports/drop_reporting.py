@@ -20,7 +20,7 @@ from estimator.fitting.campaigns.campaign import Campaign, CampaignFit
 from estimator.fitting.campaigns.considered import Considered
 from estimator.fitting.campaigns.forced_velocities import body_under, motion_under, reached_under
 from estimator.impacts.chains import LEAST_JUMP
-from estimator.measurements.trajectories.impacts import CLEAR_SPREAD, impact_record
+from estimator.measurements.trajectories.impacts import impact_record
 from estimator.measurements.trajectories.meeting_flights import Meeting, meeting
 from estimator.motion.flight import N_PARAMETERS, Flight, fitted_body
 from estimator.motion.reached import Reached
@@ -213,7 +213,7 @@ def _impact_statistics(struck: Struck) -> dict[str, Any]:
     return {
         "between_flights": [struck.before.sequence.number, struck.after.sequence.number],
         "spread_s": met.spread_s,
-        "clear": met.spread_s <= CLEAR_SPREAD * struck.before.sequence.setting.interval_s,
+        "chi_square": met.chi_square,
         "gap_m": float(np.linalg.norm(met.gap[:3])),
         "gap_rad": float(np.linalg.norm(met.gap[3:])),
         "jump": met.jump,

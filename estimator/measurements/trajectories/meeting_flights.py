@@ -52,7 +52,8 @@ class Meeting:
     """An impact between two flights at ``time_s``; ``x`` (3,) m, ``R`` (3, 3), ``before`` and ``after`` (6,) of v and omega, world frame.
 
     ``covariance`` (18, 18) of position, left rotation vector, before, after; ``gap`` (6,) by which the flights miss one another (m, rad)
-    before they are made to agree; ``spread_s`` of the contact; ``jump`` squared Mahalanobis length of after - before.
+    before they are made to agree; ``chi_square`` of 5 of that gap, were the contact of no duration; ``spread_s`` of the contact; ``jump``
+    squared Mahalanobis length of after - before.
     """
 
     time_s: float
@@ -63,6 +64,7 @@ class Meeting:
     after: Array
     covariance: Array
     gap: Array
+    chi_square: float
     spread_s: float
     jump: float
 
@@ -117,12 +119,17 @@ def _spread(at: _Miss, P: Array) -> float:
     """The spread (s) at which what is left of the gap is as large as expected."""
 
     def excess(spread: float) -> float:
-        _, _, weight, left = _solved(at, P, spread)
-        return float(left @ weight @ left) - LEFT
+        return _chi_square(at, P, spread) - LEFT
 
     if excess(0.0) <= 0.0 or excess(LONGEST_SPREAD_S) >= 0.0:
         return 0.0 if excess(0.0) <= 0.0 else LONGEST_SPREAD_S
     return float(brentq(excess, 0.0, LONGEST_SPREAD_S, xtol=1e-9))
+
+
+def _chi_square(at: _Miss, P: Array, spread: float) -> float:
+    """Of 5, of what is left of the gap."""
+    _, _, weight, left = _solved(at, P, spread)
+    return float(left @ weight @ left)
 
 
 def _corrected(flights: tuple[Measured, Measured], at: _Miss, P: Array, time_s: float, spread: float) -> Meeting:
@@ -150,6 +157,7 @@ def _corrected(flights: tuple[Measured, Measured], at: _Miss, P: Array, time_s: 
         after=after,
         covariance=0.5 * (covariance + covariance.T),
         gap=left,
+        chi_square=_chi_square(at, P, 0.0),
         spread_s=spread,
         jump=float((after - before) @ np.linalg.solve(D, after - before)),
     )
