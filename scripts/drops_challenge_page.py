@@ -25,8 +25,8 @@ def page_lines(result: Mapping[str, Any], cases: pd.DataFrame) -> list[str]:
     (seed,) = result["challenges"] or {"unknown": 0}
     counts = {kind: result["counts"].get(kind, 0) for kind in DRAWN}
     first = (
-        f" The command makes {DRAWN['single']} and {DRAWN['control']} in a shuffled order; these are the first of them, as far as there was "
-        "time to solve."
+        f" The command makes {DRAWN['single']} and {DRAWN['control']} in a shuffled order; these are the first of them, as far as there "
+        "was time to solve."
     )
     all_of_them = "" if counts == DRAWN else first
     cpu = ", ".join(f"{name} {number(value)} s" for name, value in result["cpu_s"].items())

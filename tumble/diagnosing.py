@@ -11,6 +11,8 @@ import numpy as np
 
 from datasets.estimate_files import write_estimate
 from datasets.json_documents import Document, write_document
+from datasets.observation import Observation
+from datasets.trajectory import Trajectory
 from estimator.data.configuration import configuration_from_dict
 from estimator.diagnosis.adding import Rung, fit_with, ladder
 from estimator.diagnosis.diagnose import ALPHA, Diagnosis, diagnose, diagnosis_at, says_nothing
@@ -32,6 +34,7 @@ from tumble.commands import command
 from tumble.diagnosis_documents import (
     campaign_content,
     diagnosis_entry,
+    drop_entries,
     explanation_ladder,
     keys_of,
     map_entry,
@@ -42,7 +45,6 @@ from tumble.diagnosis_documents import (
     value_entries,
     verdict_entry,
 )
-from tumble.explained_drops import contact_judged, drop_entries
 from tumble.limiting import fact_entries, limits_entry, name_entries, names_sentence, settling
 from tumble.reports.map_words import sentence_of
 from tumble.reports.noise_floor_words import floor_sentence
@@ -63,6 +65,19 @@ FAR = 4.0
 """Robust standard deviations from which on a sequence stands out."""
 Told = Callable[[str], None]
 VelocityErrors = Callable[[CampaignFit, Prepared], dict[str, Any]]
+
+
+@dataclass(frozen=True)
+class ContactJudged:
+    """What the contact of drops lacks: a ``sentence``, the ``missing`` physics by key, and the command that shows ``more``, if any."""
+
+    sentence: str
+    missing: tuple[str, ...]
+    more: str | None
+
+
+JudgeContact = Callable[[Path, Sequence[Mapping[str, Any]], Mapping[str, Observation | Trajectory], Told], ContactJudged]
+"""From the estimates in a folder, the drops among them and what was recorded, to what the contact lacks; told what is done."""
 
 
 @dataclass(frozen=True)
@@ -201,8 +216,8 @@ def _step_entries(explanation: Explanation, campaign: Prepared) -> tuple[list[Do
     return entries, [separation for each in apart for separation in each]
 
 
-def explained(question: Question, campaign: Prepared, out: Path, told: Told) -> Document:
-    """The whole loop; also writes the estimates of the last model."""
+def explained(question: Question, campaign: Prepared, out: Path, told: Told, *, judged: JudgeContact | None = None) -> Document:
+    """The whole loop; also writes the estimates of the last model, by which the contact of drops is ``judged``."""
     names = campaign.names
     explanation = explain(campaign.registered.campaign, campaign.registered.start, question.candidates, told=told)
     campaign = campaign.at(explanation.campaign)
@@ -214,7 +229,7 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told) -> 
     written = estimated(question, campaign, out, of=of)
     verdict = _settled(verdict_of_explanation(verdict_of(last), explanation), written["settled"], explanation)
     drops = drop_entries(registered.campaign)
-    contact = contact_judged(out, drops, campaign.observations, told) if drops and written["settled"] else None
+    contact = judged(out, drops, campaign.observations, told) if judged is not None and drops and written["settled"] else None
     steps, apart = _step_entries(explanation, campaign)
     of_contact = () if contact is None else (contact.sentence,)
     verdict = replace(verdict, remarks=(*map(names_sentence, groups), *scattered(explanation), *verdict.remarks, *of_contact))

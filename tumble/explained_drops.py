@@ -5,39 +5,19 @@ The contact is judged by the impacts that the estimates hold, made under the mod
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from datasets.errors import InputError
 from datasets.estimate_files import read_estimate
-from datasets.json_documents import Document
 from datasets.observation import Observation
 from datasets.trajectory import Trajectory
 from estimator.contact_validation.validate import LEAST_RUNS, Question, validate
 from estimator.contact_validation.verdict import broken_verdict
-from estimator.fitting.campaigns.campaign import Campaign
 from tumble.commands import command
 from tumble.contact_validating import Known, collected_from
+from tumble.diagnosing import ContactJudged
 from tumble.result_files import estimate_path
-
-
-@dataclass(frozen=True)
-class ContactJudged:
-    """What the contact of drops lacks: a ``sentence``, the ``missing`` physics by key, and the command that shows ``more``, if any."""
-
-    sentence: str
-    missing: tuple[str, ...]
-    more: str | None
-
-
-def drop_entries(campaign: Campaign) -> list[Document]:
-    """Of every recording with impacts, the numbers of its flights (from 1) that are in the campaign."""
-    flights: dict[str, list[int]] = {}
-    for name, sequence in zip(campaign.recording, campaign.sequences, strict=False):
-        if sequence.number:
-            flights.setdefault(name, []).append(sequence.number)
-    return [{"recording": name, "flights": numbers} for name, numbers in flights.items()]
 
 
 def contact_judged(

@@ -15,7 +15,8 @@ from estimator.fitting.campaigns.campaign import Campaign
 from synth.sequence import build_silhouette_sequence
 from tests.estimator.test_measure import RECIPE
 from tests.tumble.test_validate_contact import estimate_of
-from tumble.explained_drops import contact_judged, drop_entries
+from tumble.diagnosis_documents import drop_entries
+from tumble.explained_drops import contact_judged
 from tumble.reports.drop_words import drops_sentence
 from tumble.result_files import estimate_path
 
