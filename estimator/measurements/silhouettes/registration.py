@@ -160,7 +160,7 @@ def _rim(particle: Particle) -> Rim:
 
 def flight_name(recording: str, number: int) -> str:
     """What flight ``number`` (from 1) of a recording with impacts is called among the sequences of a campaign."""
-    return f"{recording}, flight {number}"
+    return f"{recording} flight {number}"
 
 
 def _without_jump(task: FitTask) -> FitTask:
