@@ -24,7 +24,7 @@ from estimator.fitting.tasks import refinement_settings
 from estimator.fitting.viewing_angles import with_clear_angles_at
 from estimator.impacts.impact_discovery import LEAST_TRACKED, kinks_of_poses
 from estimator.impacts.impact_judging import IMPACTS_MEAN_SQUARE, Chain, jumps
-from estimator.impacts.impact_search import Kink, centroid_path, clear_kinks, find_kinks
+from estimator.impacts.impact_search import LEAST_RATIO, Kink, centroid_path, clear_kinks, find_kinks
 from estimator.impacts.loose_contact import LooseContact
 from estimator.impacts.piecewise_fit import PiecewiseRefined, fit_piecewise, flown, in_order, refine_piecewise
 from estimator.impacts.plate_contact import PlateTask
@@ -65,13 +65,13 @@ class Seen:
     particle: Particle
 
 
-def nominations(seen: Seen) -> list[list[Kink]]:
+def nominations(seen: Seen, *, least_ratio: float = LEAST_RATIO) -> list[list[Kink]]:
     """Where impacts may be, in the order to try: kinks that the camera with most outlines saw, and those without outlines used in part.
 
     The latter fill the gap at an impact, but what is hidden of them may bend the path of their centroids.
     """
     track = max(seen.tracks, key=lambda t: int(t.seen.sum()))
-    found = [clear_kinks(find_kinks(centroid_path(track, in_part=in_part))) for in_part in (True, False)]
+    found = [clear_kinks(find_kinks(centroid_path(track, in_part=in_part), least_ratio=least_ratio)) for in_part in (True, False)]
     return [kinks for k, kinks in enumerate(found) if kinks and kinks not in found[:k]]
 
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from datasets.estimate import Status
 from estimator.data.configuration import Configuration
 from estimator.data.fit_task import FitTask, restricted
 from estimator.data.no_measurement import NoMeasurement
@@ -20,12 +21,15 @@ from estimator.impacts.chains import (
     EDGE_FRAMES,
     UNCLEAR_FRAMES,
     Seen,
+    fitted_chains,
     frame_interval_s,
+    impact_times,
     nominations,
     with_jumps_alone,
     with_missing_impacts,
 )
-from estimator.impacts.impact_search import Kink
+from estimator.impacts.impact_judging import Chain
+from estimator.impacts.impact_search import LEAST_RATIO, Kink
 from estimator.impacts.piecewise_fit import PiecewiseRefined
 from estimator.impacts.segments import segment_rows
 from estimator.motion.flight import Flight
@@ -37,19 +41,22 @@ from estimator.outlines.sightings import usable_sightings
 
 @dataclass(frozen=True)
 class FreeFlight:
-    """One flight of a recording: its ``number`` among all (from 1), the sightings in it, and where a fit starts."""
+    """One flight of a recording: its ``number`` among all (from 1; 0 where it is the whole), its sightings, and where a fit starts."""
 
     number: int
     task: FitTask
     flight: Flight
 
 
-def free_flights_of(seen: Seen, task: FitTask, views: Views, configuration: Configuration) -> tuple[FreeFlight, ...]:
+def free_flights_of(
+    seen: Seen, task: FitTask, views: Views, configuration: Configuration, *, least_ratio: float = LEAST_RATIO
+) -> tuple[FreeFlight, ...]:
     """The flights before, between and after the impacts of a recording; none where it has no impact.
 
-    ``task``: of the whole outlines. ``views``: with which the campaign compares outlines.
+    ``task``: of the whole outlines. ``views``: with which the campaign compares outlines. ``least_ratio``: of kinks that nominate impacts,
+    as in :func:`estimator.impacts.impact_search.find_kinks`.
     """
-    nominated = nominations(seen)
+    nominated = nominations(seen, least_ratio=least_ratio)
     inner = [kink for kinks in nominated[:1] for kink in kinks]
     seen = replace(seen, tracks=_between_edges(seen.tracks, inner)) if inner else seen
     for kinks in nominated:
@@ -67,10 +74,19 @@ def _with_impacts(seen: Seen, kinks: list[Kink], views: Views, configuration: Co
     try:
         sightings = usable_sightings(seen.observation, seen.tracks, configuration, in_part=True)
         task = fit_task(seen.observation, seen.particle, sightings, views, configuration)
-        chains = with_missing_impacts(seen, task, kinks, configuration)
-        return with_jumps_alone(seen, task, chains, configuration)[1]
+        return with_jumps_alone(seen, task, _chains(seen, task, kinks, configuration), configuration)[1]
     except (NoMeasurement, RanAway):
         return None
+
+
+def _chains(seen: Seen, task: FitTask, kinks: list[Kink], configuration: Configuration) -> list[Chain]:
+    """The fits with impacts; those at the kinks alone where one that seems to be missing lies at the edge of the recording."""
+    try:
+        return with_missing_impacts(seen, task, kinks, configuration)
+    except NoMeasurement as failure:
+        if failure.status is not Status.IMPACT_AT_EDGE:
+            raise
+        return fitted_chains(seen, task, impact_times(seen.observation, kinks), configuration)
 
 
 def _seen_frames(tracks: tuple[OutlineTrack, ...]) -> NDArray[np.int64]:

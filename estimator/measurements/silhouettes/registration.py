@@ -28,9 +28,9 @@ from estimator.fitting.campaigns.registered import LeftOut, Registered
 from estimator.fitting.side_by_side import each_of
 from estimator.fitting.tasks import fit_task
 from estimator.geometry.outline_shape import outline_shape
-from estimator.impacts.chains import Seen
+from estimator.impacts.chains import WEAK_RATIO, Seen
 from estimator.likelihood.time_gaps import longest_stretch
-from estimator.measurements.silhouettes.flights_of_drops import free_flights_of
+from estimator.measurements.silhouettes.flights_of_drops import FreeFlight, free_flights_of
 from estimator.measurements.silhouettes.kind import SILHOUETTES
 from estimator.motion.flight import Flight
 from estimator.outlines.result import OutlineTrack
@@ -40,6 +40,8 @@ from estimator.particle.particle import Particle, views_like
 from estimator.search.candidate_flights import candidate_flights, first_pose
 
 Array = NDArray[np.float64]
+HOPELESS_COST = 50.0
+"""Cost per pair (1 is expected) of a free flight that no effect explains: one through an impact costs 200."""
 
 
 def register(
@@ -122,24 +124,32 @@ def _one(observation: Observation, particle: Particle, views: Views | None, conf
     if views is None:
         views = views_like(particle, sightings.silhouettes, np.random.default_rng(configuration.seed), pictures)
     task = fit_task(observation, particle, sightings, views, configuration)
-    pieces = free_flights_of(Seen(observation, tracks, particle), task, views, configuration)
-    flights = [(each.number, each.task, each.flight) for each in pieces]
-    if not pieces:
-        stretch = _without_jump(task)
-        candidates = candidate_flights(observation, stretch, particle, first_pose(stretch, particle, configuration), configuration)
-        flights = [(0, task, candidates[0].solution.state)]
-    made = tuple((_sequence(each, (observation, tracks), particle, configuration), each[2]) for each in flights)
-    return _Found(made, views, has_impacts=bool(pieces))
+    flights = _flown(Seen(observation, tracks, particle), task, views, configuration)
+    made = tuple((_sequence(each, (observation, tracks), particle, configuration), each.flight) for each in flights)
+    return _Found(made, views, has_impacts=flights[0].number > 0)
+
+
+def _flown(seen: Seen, task: FitTask, views: Views, configuration: Configuration) -> tuple[FreeFlight, ...]:
+    """The flights of a recording with impacts, or the one free flight that it is, number 0.
+
+    Where that misses as a flight through an impact does, weaker kinks may be impacts, as where two follow one another closely.
+    """
+    pieces = free_flights_of(seen, task, views, configuration)
+    if pieces:
+        return pieces
+    stretch = _without_jump(task)
+    start = first_pose(stretch, seen.particle, configuration)
+    best = candidate_flights(seen.observation, stretch, seen.particle, start, configuration)[0].solution
+    if best.equations.cost > HOPELESS_COST * stretch.weight.size:
+        pieces = free_flights_of(seen, task, views, configuration, least_ratio=WEAK_RATIO)
+    return pieces or (FreeFlight(0, task, best.state),)
 
 
 def _sequence(
-    flown: tuple[int, FitTask, Flight],
-    recorded: tuple[Observation, tuple[OutlineTrack, ...]],
-    particle: Particle,
-    configuration: Configuration,
+    flown: FreeFlight, recorded: tuple[Observation, tuple[OutlineTrack, ...]], particle: Particle, configuration: Configuration
 ) -> SequenceTask:
-    """A flight with its number and task as a sequence, its tables made where it begins."""
-    (number, task, flight), (observation, tracks) = flown, recorded
+    """A flight as a sequence, its tables made where it begins."""
+    number, task, (observation, tracks) = flown.number, flown.task, recorded
     pictures = pictures_of(observation, tracks, task.sightings)
     setting = Setting(
         times_s=observation.clock.times_s,
@@ -151,7 +161,7 @@ def _sequence(
     tables = OutlineTables(particle, task.views, bias_pairs(observation, configuration), configuration.seed, pictures)
     name = flight_name(observation.name, number) if number else observation.name
     sequence = SequenceTask(name, task, setting, _rim(particle), outline_shape([]), tables, number=number)
-    return with_tables(sequence, flight, Model(), np.zeros(0))
+    return with_tables(sequence, flown.flight, Model(), np.zeros(0))
 
 
 def _rim(particle: Particle) -> Rim:
