@@ -21,13 +21,14 @@ from datasets.observation import Observation
 from estimator.data.configuration import Configuration
 from estimator.fitting.calibration_share import with_what_is_missing
 from estimator.impacts.breakage import worse_part
-from estimator.impacts.impact_search import Kink, centroid_path, clear_kinks, find_kinks
+from estimator.impacts.chains import Seen, nominations
+from estimator.impacts.impact_search import Kink
 from estimator.impacts.plate_holding import check_plate_settings
 from estimator.measuring.free_flight import check_focal_prior, estimate_free_flight
 from estimator.measuring.input_faults import input_fault, with_fault
 from estimator.measuring.resting import resting_sentence
 from estimator.measuring.two_particles import measure_pair
-from estimator.measuring.with_impacts import Seen, estimate_with_impacts
+from estimator.measuring.with_impacts import estimate_with_impacts
 from estimator.outlines.result import FrameStatus, OutlineTrack, left_out
 from estimator.outlines.sightings import tracks_of
 from estimator.particle.observed import observed_particle
@@ -113,13 +114,3 @@ def without_numbers(estimate: Estimate, status: Status, message: str) -> Estimat
         configuration=estimate.configuration,
         versions=estimate.versions,
     )
-
-
-def nominations(seen: Seen) -> list[list[Kink]]:
-    """Where impacts may be, in the order to try: kinks that the camera with most outlines saw, and those without outlines used in part.
-
-    The latter fill the gap at an impact, but what is hidden of them may bend the path of their centroids.
-    """
-    track = max(seen.tracks, key=lambda t: int(t.seen.sum()))
-    found = [clear_kinks(find_kinks(centroid_path(track, in_part=in_part))) for in_part in (True, False)]
-    return [kinks for k, kinks in enumerate(found) if kinks and kinks not in found[:k]]

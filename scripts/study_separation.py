@@ -125,12 +125,7 @@ def part(registered: Registered, names: Sequence[str]) -> Registered:
     """The sequences of some names alone."""
     campaign = registered.campaign
     rows = [i for i, s in enumerate(campaign.sequences) if s.name in names]
-    chosen = replace(
-        campaign,
-        sequences=tuple(campaign.sequences[i] for i in rows),
-        particle=tuple(campaign.particle[i] for i in rows),
-        camera=tuple(campaign.camera[i] for i in rows),
-    )
+    chosen = campaign.part(rows)
     start = replace(registered.start, flights=tuple(registered.start.flights[i] for i in rows), theta=tuple(np.zeros(0) for _ in rows))
     return replace(registered, campaign=chosen, start=start)
 

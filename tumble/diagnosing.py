@@ -11,7 +11,8 @@ import numpy as np
 
 from datasets.estimate_files import write_estimate
 from datasets.json_documents import Document, write_document
-from datasets.vocabulary.effects import Scope
+from datasets.observation import Observation
+from datasets.trajectory import Trajectory
 from estimator.data.configuration import configuration_from_dict
 from estimator.diagnosis.adding import Rung, fit_with, ladder
 from estimator.diagnosis.diagnose import ALPHA, Diagnosis, diagnose, diagnosis_at, says_nothing
@@ -27,12 +28,13 @@ from estimator.fitting.campaigns.campaign import Campaign, CampaignFit
 from estimator.fitting.campaigns.considered import Uncertain, uncertain
 from estimator.fitting.campaigns.impacts import impacts
 from estimator.geometry.robust_scale import robust_sigma
-from estimator.reports.campaign_reporting import campaign_estimates, effect_values, settled_fit
+from estimator.reports.campaign_reporting import campaign_estimates, effect_values, owner_name, settled_fit
 from tumble.campaigning import Known, Prepared, prepare
 from tumble.commands import command
 from tumble.diagnosis_documents import (
     campaign_content,
     diagnosis_entry,
+    drop_entries,
     explanation_ladder,
     keys_of,
     map_entry,
@@ -63,6 +65,19 @@ FAR = 4.0
 """Robust standard deviations from which on a sequence stands out."""
 Told = Callable[[str], None]
 VelocityErrors = Callable[[CampaignFit, Prepared], dict[str, Any]]
+
+
+@dataclass(frozen=True)
+class ContactJudged:
+    """What the contact of drops lacks: a ``sentence``, the ``missing`` physics by key, and the command that shows ``more``, if any."""
+
+    sentence: str
+    missing: tuple[str, ...]
+    more: str | None
+
+
+JudgeContact = Callable[[Path, Sequence[Mapping[str, Any]], Mapping[str, Observation | Trajectory], Told], ContactJudged]
+"""From the estimates in a folder, the drops among them and what was recorded, to what the contact lacks; told what is done."""
 
 
 @dataclass(frozen=True)
@@ -201,8 +216,8 @@ def _step_entries(explanation: Explanation, campaign: Prepared) -> tuple[list[Do
     return entries, [separation for each in apart for separation in each]
 
 
-def explained(question: Question, campaign: Prepared, out: Path, told: Told) -> Document:
-    """The whole loop; also writes the estimates of the last model."""
+def explained(question: Question, campaign: Prepared, out: Path, told: Told, *, judged: JudgeContact | None = None) -> Document:
+    """The whole loop; also writes the estimates of the last model, by which the contact of drops is ``judged``."""
     names = campaign.names
     explanation = explain(campaign.registered.campaign, campaign.registered.start, question.candidates, told=told)
     campaign = campaign.at(explanation.campaign)
@@ -213,8 +228,11 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told) -> 
     of = uncertain(registered.campaign, settled_fit(registered, explanation.fit), question.candidates, more)
     written = estimated(question, campaign, out, of=of)
     verdict = _settled(verdict_of_explanation(verdict_of(last), explanation), written["settled"], explanation)
+    drops = drop_entries(registered.campaign)
+    contact = judged(out, drops, campaign.observations, told) if judged is not None and drops and written["settled"] else None
     steps, apart = _step_entries(explanation, campaign)
-    verdict = replace(verdict, remarks=(*map(names_sentence, groups), *scattered(explanation), *verdict.remarks))
+    of_contact = () if contact is None else (contact.sentence,)
+    verdict = replace(verdict, remarks=(*map(names_sentence, groups), *scattered(explanation), *verdict.remarks, *of_contact))
     verdict = advised(verdict, apart if explanation.found else [], question.command("explain", ()))
     rest = unknown_entry(registered.campaign, explanation.fit, explanation.left, names, told=told)
     content = _content("explain", question, campaign, of)
@@ -230,8 +248,9 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told) -> 
         "unknown": rest,
         "verdict": verdict_entry(
             with_unknown(verdict, rest, partial(question.command, "ladder")),
-            law_command(out) if rest else _ladder_command(question, list(explanation.found)),
+            law_command(out) if rest else (contact and contact.more) or _ladder_command(question, list(explanation.found)),
         ),
+        "contact": None if contact is None else {"sentence": contact.sentence, "missing": list(contact.missing)},
     }
 
 
@@ -290,6 +309,8 @@ def _content(verb: str, question: Question, campaign: Prepared, of: Uncertain) -
         "unit": campaign.registered.campaign.kind.unit,
         "not_applicable": not_applicable(campaign.registered.campaign, question.candidates, keys_of(fit)),
         "sequences": list(campaign.names),
+        "drops": drop_entries(campaign.registered.campaign),
+        "contact": None,
         "left_out": campaign.left_out,
         "model": keys_of(fit),
         "settled": fit.settled,
@@ -327,14 +348,17 @@ def scattered(explanation: Explanation) -> tuple[str, ...]:
     told = []
     fit, campaign = explanation.fit, explanation.campaign
     for effect, part in zip(fit.model.effects, fit.model.slices, strict=True):
-        if effect.entry.scope is Scope.SEQUENCE and effect.tails and effect.held is not None:
-            values = np.array([theta[part] for theta in fit.state.theta])
+        if effect.entry.scope.own and effect.tails and effect.held is not None:
+            owners = sorted(set(campaign.sharing(effect.entry.scope)))
+            values = np.array([fit.state.theta[i][part] for i in owners])
             size = np.maximum(robust_sigma(values), SMALLEST * np.abs(values).max())
             each = ", ".join(f"{p.name} {s:.2g} {p.unit}" for p, s in zip(effect.entry.parameters, size, strict=True))
             far = np.flatnonzero(np.sum((values / np.maximum(size, np.finfo(np.float64).tiny)) ** 2, axis=1) > FAR**2 * len(size))
-            names = ", ".join(campaign.sequences[i].name for i in far[:MOST_TOLD]) + (", …" if len(far) > MOST_TOLD else "")
+            named = [owner_name(campaign, effect.entry.scope, owners[i]) for i in far[:MOST_TOLD]]
+            names = ", ".join(named) + (", …" if len(far) > MOST_TOLD else "")
             out = f"; {len(far)} stand out: {names}" if len(far) else ""
-            told.append(f"{_plain(effect.entry.key).capitalize()} differs from sequence to sequence, cause unknown: {each}{out}.")
+            name = _plain(effect.entry.key).capitalize()
+            told.append(f"{name} differs from sequence to sequence, cause unknown: {each}{out}.")
     return tuple(told)
 
 

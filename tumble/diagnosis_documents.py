@@ -61,6 +61,15 @@ def value_entries(values: Sequence[EffectValue]) -> list[Entry]:
     ]
 
 
+def drop_entries(campaign: Campaign) -> list[Entry]:
+    """Of every recording with impacts, the numbers of its flights (from 1) that are in the campaign."""
+    flights: dict[str, list[int]] = {}
+    for name, sequence in zip(campaign.recording, campaign.sequences, strict=False):
+        if sequence.number:
+            flights.setdefault(name, []).append(sequence.number)
+    return [{"recording": name, "flights": numbers} for name, numbers in flights.items()]
+
+
 def diagnosis_entry(diagnosis: Diagnosis, names: Sequence[str], apart: Sequence[Separation] = ()) -> Entry:
     """All candidates and how much there is to explain; ``names`` of the sequences, ``apart`` what would separate the group."""
     return {

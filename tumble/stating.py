@@ -19,7 +19,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.errors import InputError
-from datasets.vocabulary.effects import Scope
 from estimator.effects.link import EffectModel
 from estimator.fitting.campaigns.campaign import Campaign
 from estimator.fitting.campaigns.facts import Fact
@@ -159,7 +158,7 @@ def _effect(said: Stated, campaign: Campaign, candidates: Mapping[str, EffectMod
         offered = f"; did you mean {', '.join(near)}?" if near else ""
         raise said.refused(f"expected one of {', '.join(LENGTHS)}, or an effect of `tumble effect list`, got {said.effect!r}{offered}")
     model = candidates[said.effect]
-    if model.entry.scope is Scope.SEQUENCE or model.random:
+    if model.entry.scope.own or model.random:
         raise said.refused(f"expected an effect with one value for all sequences, got {said.effect}, which differs in each")
     reason = campaign.kind.why_not(campaign, model)
     if reason is not None:

@@ -8,7 +8,7 @@ from datasets.errors import InputError
 from datasets.recipes.recipe import EffectRecipe
 from datasets.recipes.synth_only import SYNTH_ONLY
 from datasets.vocabulary.contact_physics import CONTACT_PHYSICS
-from datasets.vocabulary.effects import EFFECTS, EffectEntry, Scope
+from datasets.vocabulary.effects import EFFECTS, EffectEntry
 
 KNOWN: dict[str, EffectEntry] = {**EFFECTS, **SYNTH_ONLY}
 """Everything that nature can be told to have, in the order of evaluation within each stage."""
@@ -92,7 +92,7 @@ def _check_parameters(effect: EffectRecipe, entry: EffectEntry, where: str) -> N
 
 def _check_value(value: float | tuple[float, ...], entry: EffectEntry, sequences: int, where: str) -> None:
     if isinstance(value, tuple):
-        if entry.scope is not Scope.SEQUENCE:
+        if not entry.scope.own:
             raise InputError(f"{where}: expected one number, since all sequences share it (scope {entry.scope.value}), came a list.")
         if len(value) != sequences:
             raise InputError(f"{where}: expected a number or a list of {sequences}, one per sequence, came a list of {len(value)}.")

@@ -25,12 +25,22 @@ class Stage(StrEnum):
 
 
 class Scope(StrEnum):
-    """Whose property a parameter is: sequences of one campaign share it, or have one each."""
+    """Whose property a parameter is: sequences of one campaign share it, or have one each.
+
+    A recording with impacts holds several flights, each of which is a sequence of its own. What belongs to the ``RECORDING`` is the same in
+    all flights of it; what belongs to a ``SEQUENCE`` may change at an impact.
+    """
 
     SEQUENCE = "sequence"
+    RECORDING = "recording"
     PARTICLE = "particle"
     CAMERA = "camera"
     CAMPAIGN = "campaign"
+
+    @property
+    def own(self) -> bool:
+        """Whether there is a value for every sequence or for every recording, of which nobody expects that they are alike."""
+        return self in (Scope.SEQUENCE, Scope.RECORDING)
 
 
 @dataclass(frozen=True)
@@ -95,7 +105,7 @@ _ENTRIES = (
     EffectEntry(
         "dropped_frames",
         Stage.CLOCK,
-        Scope.SEQUENCE,
+        Scope.RECORDING,
         (
             Parameter("count", "frames", (0.0, 5.0), 0.01, "how many frames are missing"),
             Parameter("after_frame", "1", (0.0, 1e6), 1.0, "number of the last frame before the gap"),
@@ -158,7 +168,7 @@ _ENTRIES = (
     EffectEntry(
         "uniform_acceleration",
         Stage.DYNAMICS,
-        Scope.SEQUENCE,
+        Scope.RECORDING,
         _xyz("a", "m/s2", 5.0, 1e-3, "acceleration in this sequence, world frame"),
         "dv/dt = g + a, another a in every sequence (a charged particle, a steady draught, an accelerated camera)",
         "Goldstein, Classical Mechanics (1980), ch. 4",

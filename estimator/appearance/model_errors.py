@@ -41,6 +41,7 @@ class SequenceTask:
 
     ``tables`` makes that shape and the bias in the task anew where a fit has left ``made_at``, the rotations (n, 3, 3) from particle to
     camera that they belong to; ``None``: they stay. ``hollow``: mean share of the outlines' convex hulls that is empty.
+    ``number``: which flight of a recording with impacts it is, from 1; 0 where it is the whole recording.
     """
 
     name: str
@@ -51,6 +52,7 @@ class SequenceTask:
     tables: TableMaker | None = None
     made_at: Array | None = None
     hollow: float = 0.0
+    number: int = 0
 
 
 @dataclass(frozen=True)

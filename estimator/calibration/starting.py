@@ -97,4 +97,3 @@ def _chained(seen: dict[tuple[int, int], Pose], count: int) -> tuple[dict[int, P
             "pictures of all cameras are paired by their numbers."
         )
     return cameras, boards
-

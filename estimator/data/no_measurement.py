@@ -2,6 +2,8 @@
 
 from datasets.estimate import Status
 
+RAN_AWAY = "no flight fits the outlines: every fit ran away to spins that no particle has."
+
 
 class NoMeasurement(Exception):
     """A step could not go on; carries the status and a sentence for the user."""

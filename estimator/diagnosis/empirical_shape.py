@@ -9,7 +9,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.vocabulary.effects import Scope
 from estimator.appearance.model_errors import SequenceTask
 from estimator.diagnosis.empirical_fit import EmpiricalFit
 from estimator.diagnosis.pooled_scores import moments_along
@@ -48,8 +47,8 @@ def empirical_shapes(campaign: Campaign, found: EmpiricalFit) -> tuple[Shape, ..
     shapes: list[Shape] = []
     slices = found.fit.model.slices[-len(found.terms) :]
     for effect, part in zip(found.terms, slices, strict=True):
-        own = effect.entry.scope is Scope.SEQUENCE
-        for number in range(len(campaign.sequences)) if own else (0,):
+        own = effect.entry.scope.own
+        for number in sorted(set(campaign.sharing(effect.entry.scope))) if own else (0,):
             columns = np.arange(part.start, part.stop)
             coefficients = found.fit.state.theta[number][part], found.covariance.of(number, N_PARAMETERS + columns)
             shapes += _shapes(effect, (campaign, found, number if own else None), coefficients)

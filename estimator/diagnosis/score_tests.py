@@ -189,7 +189,7 @@ def arranged(campaign: Campaign, equations: tuple[SequenceEquations, ...], model
             if flat:
                 continue
             scope = candidates.effects[e].entry.scope
-            own = scope is Scope.SEQUENCE or len(set(sharing[scope])) > 1
+            own = scope.own or len(set(sharing[scope])) > 1
             column = Column(e, s, p, sharing[scope][i] if own else None)
             if column not in lookup:
                 lookup[column] = len(columns)

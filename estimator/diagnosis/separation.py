@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
-from datasets.vocabulary.effects import Scope, Stage
+from datasets.vocabulary.effects import Stage
 from estimator.diagnosis.candidate_recordings import (
     MEASUREMENTS,
     RECORDINGS,
@@ -239,6 +239,7 @@ def _with_drops(present: _Present, new: tuple[Any, Flight, SequenceEquations], d
         sequences=(*campaign.sequences, *[sequence] * drops),
         particle=(*campaign.particle, *[campaign.particle[t]] * drops),
         camera=(*campaign.camera, *[campaign.camera[t]] * drops),
+        recording=(*campaign.recording, *(f"new {k + 1}" for k in range(drops))) if campaign.recording else (),
     )
     state = CampaignState((*fit.state.flights, *[flight] * drops), (*fit.state.theta, *[fit.state.theta[t]] * drops))
     extended = replace(fit, state=state, layout=layout_of(more, fit.model))
@@ -266,7 +267,7 @@ def _of_measurement(present: _Present, measurement: CandidateMeasurement, pair: 
     numbers = [present.number(key) for key in pair]
     precision = np.zeros(len(present.scores.columns))
     for row, column in enumerate(present.scores.columns):
-        if column.effect in numbers and present.candidates.effects[column.effect].entry.scope is not Scope.SEQUENCE:
+        if column.effect in numbers and not present.candidates.effects[column.effect].entry.scope.own:
             precision[row] = _precision(present, measurement, column)
     if not precision.any():
         return None

@@ -47,9 +47,7 @@ def _changed_by(effect: EffectModel, link: str) -> frozenset[str]:
     }
     before = getattr(effect, link)(theta, moment, setting)
     after = {name: getattr(effect, link)(theta, change(), setting) for name, change in changes.items()}
-    return frozenset(
-        name for name, value in after.items() if value is not None and before is not None and not np.allclose(value, before)
-    )
+    return frozenset(name for name, value in after.items() if value is not None and before is not None and not np.allclose(value, before))
 
 
 def _something(parameter: Parameter) -> float:

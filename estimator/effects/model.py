@@ -53,6 +53,10 @@ class Model:
         """The effects' keys."""
         return tuple(e.entry.key for e in self.effects)
 
+    def each_parameter(self, of_effects: Array) -> Array:
+        """Values (q,) of parameters: each is that of its effect among ``of_effects`` (e,)."""
+        return np.repeat(of_effects, [len(e.entry.parameters) for e in self.effects])
+
     @property
     def steps(self) -> Array:
         """Steps (q,) for central differences."""

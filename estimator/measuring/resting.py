@@ -10,8 +10,8 @@ stays where it is, and one that rolls is no faster than its rim, which a particl
 import numpy as np
 from numpy.typing import NDArray
 
+from estimator.impacts.chains import Seen
 from estimator.impacts.impact_search import CentroidPath, Kink, centroid_path
-from estimator.measuring.with_impacts import Seen
 
 Array = NDArray[np.float64]
 LEAST_FRAMES = 12

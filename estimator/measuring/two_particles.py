@@ -19,10 +19,10 @@ from estimator.data.fit_task import FitTask
 from estimator.data.no_measurement import NoMeasurement
 from estimator.fitting.tasks import fit_task, refinement_settings
 from estimator.fitting.viewing_angles import with_clear_angles_at
+from estimator.impacts.chains import EDGE_FRAMES, LEAST_JUMP, Seen, fitted_chains
 from estimator.impacts.impact_judging import Chain, judge_chain, jumps
 from estimator.impacts.impact_search import LEAST_JUMP_PX
 from estimator.impacts.piecewise_fit import flown
-from estimator.measuring.with_impacts import EDGE_FRAMES, LEAST_JUMP, Seen, fitted_chains
 from estimator.motion.piecewise import PiecewiseFlight
 from estimator.motion.rigid_body import RanAway
 from estimator.outlines.recording import outlines_of, view_outlines_of

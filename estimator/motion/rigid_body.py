@@ -95,7 +95,7 @@ def _cross_product(a, b, out):  # type: ignore[no-untyped-def]
 
 
 def sizes(a: Array) -> Array:
-    """Lengths (m, 1) of vectors (m, n)."""
+    """Lengths (m, 1) of vectors ``a`` (m, n), any units and frame."""
     return np.asarray(np.sqrt(np.einsum("ij,ij->i", a, a))[:, None])
 
 

@@ -56,9 +56,7 @@ def refine(first: Silhouettes, poses: Poses, views: Views, *, iterations: int, t
     return descend(equations, poses, iterations=iterations, tolerance=tolerance)
 
 
-def descend(
-    equations: Callable[[Poses, NDArray[np.int64]], Equations], poses: Poses, *, iterations: int, tolerance: float = 1e-5
-) -> Poses:
+def descend(equations: Callable[[Poses, NDArray[np.int64]], Equations], poses: Poses, *, iterations: int, tolerance: float = 1e-5) -> Poses:
     """Damped steps from every candidate of its own; ``equations`` says cost and derivatives of the candidates that have the numbers given.
 
     A step moves ``centre_cam`` by its first three numbers and turns ``R``, from the left, by the last three.

@@ -16,13 +16,14 @@ from estimator.data.configuration import Configuration
 from estimator.data.versions import versions
 from estimator.effects.parameter_values import WithInterval
 from estimator.fitting.calibration_share import with_what_is_missing
-from estimator.fitting.campaigns.campaign import CampaignFit, fit_campaign, shared_prior, solve_arrow
+from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, fit_campaign, shared_prior, solve_arrow
 from estimator.fitting.campaigns.campaign_covariance import CampaignCovariance, campaign_covariance
 from estimator.fitting.campaigns.considered import Considered
 from estimator.fitting.campaigns.forced_velocities import body_under, motion_under, velocities_under
 from estimator.fitting.campaigns.measurement_kind import MeasurementKind
 from estimator.fitting.campaigns.registered import Registered
 from estimator.motion.flight import N_PARAMETERS, NAMES, OMEGA, Flight, V, fitted_body
+from estimator.reports.drop_reporting import drop_estimate, flights_of
 from estimator.search.candidate_flights import MOST_MEAN_SQUARE
 
 Array = NDArray[np.float64]
@@ -57,13 +58,18 @@ def effect_values(registered: Registered, fit: CampaignFit, covariance: Campaign
         groups = sorted(set(campaign.sharing(effect.entry.scope)))
         for sequence in groups:
             alone = effect.entry.scope is Scope.CAMPAIGN or len(groups) == 1
-            name = None if alone else campaign.sequences[sequence].name
+            name = None if alone else owner_name(campaign, effect.entry.scope, sequence)
             variance = np.diag(covariance.of(sequence, N_PARAMETERS + np.arange(part.start, part.stop)))
             hollow = campaign.kind.hollow(campaign.sequences[sequence])
             reported = effect.reported(fit.state.theta[sequence][part], variance, hollow)
             for parameter, value, sigma in zip(effect.entry.parameters, *reported, strict=True):
                 found.append(EffectValue(effect.entry.key, parameter, name, float(value), float(sigma)))
     return tuple(found)
+
+
+def owner_name(campaign: Campaign, scope: Scope, sequence: int) -> str:
+    """The name of what a value of a ``scope`` belongs to: the recording, or the first sequence that has the value."""
+    return campaign.recordings[sequence] if scope is Scope.RECORDING else str(campaign.sequences[sequence].name)
 
 
 def campaign_estimates(
@@ -73,14 +79,15 @@ def campaign_estimates(
     at: Considered,
     configuration: Configuration,
 ) -> tuple[Estimate, ...]:
-    """One estimate per sequence that was measured, in the campaign's order; its uncertainty is widened by what is possible."""
-    made = []
-    to_go = left_to_go(registered, fit, at.plain)
-    for number, sequence in enumerate(registered.campaign.sequences):
-        flight, theta = fit.state.flights[number], fit.state.theta[number]
-        what = (registered.campaign.kind, sequence, observations[sequence.name])
-        one = _estimate(what, (flight, theta), fit, (number, at, to_go), configuration)
-        observation = observations[sequence.name]
+    """One estimate per recording that was measured, in the campaign's order; its uncertainty is widened by what is possible."""
+    campaign, made = registered.campaign, []
+    to_go, drops = left_to_go(registered, fit, at.plain), flights_of(registered.campaign, fit, at)
+    own: dict[str, list[Estimate]] = {}
+    for number, (name, sequence) in enumerate(zip(campaign.recordings, campaign.sequences, strict=True)):
+        what, state = (campaign.kind, sequence, observations[name]), (fit.state.flights[number], fit.state.theta[number])
+        own.setdefault(name, []).append(_estimate(what, state, fit, (number, at, to_go), configuration))
+    for name, each in own.items():
+        one, observation = drop_estimate(name, drops[name], each, fit) if name in drops else each[0], observations[name]
         made.append(with_what_is_missing(one, observation) if isinstance(observation, Observation) else one)
     return tuple(made)
 

@@ -3,13 +3,13 @@
 import numpy as np
 
 from datasets.estimate import Status
+from estimator.data.no_measurement import RAN_AWAY
 from estimator.fitting.levenberg_marquardt import Outcome
 from estimator.fitting.refinement import NothingSeen, Refined
 from estimator.motion.rigid_body import RanAway
 from estimator.search.candidate_flights import LOST_RMS_PX, MOST_MEAN_SQUARE
 from estimator.search.rival_flights import Standing
 
-RAN_AWAY = "no flight fits the outlines: every fit ran away to spins that no particle has."
 UNDETERMINED = "the usable pictures do not determine the flight: of some combination of its numbers they say nothing."
 
 

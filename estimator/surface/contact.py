@@ -23,6 +23,7 @@ DRAWN_PX, COARSEST = 1800, 4
 NEAREST = 3
 """Edges that are compared with a point of the drawn outline."""
 LEAST_PX = 1e-9
+"""What rounding leaves of a length that is none."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +42,10 @@ class Contact:
 
 
 def contact_of(surface: Surface, camera: Intrinsics, R_cam_particle: Array, t_cam_particle: Array, samples_px: Array) -> Contact:
-    """What the samples (s, 2) px of an outline meet of a surface at a pose."""
+    """What samples of an outline meet of a surface at a pose.
+
+    ``R_cam_particle`` (3, 3) and ``t_cam_particle`` (3,) m: from the particle's frame to the camera's; ``samples_px`` (s, 2).
+    """
     cam = surface.vertices @ R_cam_particle.T + t_cam_particle
     pixels = camera.project(cam)
     mesh = surface.sphere.mesh

@@ -34,6 +34,7 @@ SETTLED, TURNED = 0.3, 0.6
 """Share of the standard deviations that ends the fit. Samples that change the edge they meet throw it about by as much and more, so that
 every step that turns back shortens all that follow by the second number: their mean is what is looked for."""
 PROBES = 8
+"""Vectors of random signs a trace is estimated with: within a few percent of itself, by judgement."""
 FIRST_ROUGHNESS = 0.03
 """Bend over the length of an edge that is expected first. Fits ended at 0.04 for smooth and cut bodies and at 0.1 for stones and jagged
 ones in trial runs."""

@@ -12,10 +12,10 @@ from datasets.truth import Truth
 from datasets.vocabulary.clock import Clock
 from estimator.data.configuration import Configuration
 from estimator.fitting.trajectory import fit
+from estimator.impacts.chains import edge_kink
 from estimator.impacts.impact_search import centroid_path, find_kinks
 from estimator.measure import HEALTHY_MEAN_SQUARE, measure
 from estimator.measuring.free_flight import estimate
-from estimator.measuring.with_impacts import edge_kink
 from estimator.motion.rotation import rotation_from_vector
 from estimator.outlines.sightings import tracks_of
 from estimator.search import candidate_flights

@@ -1,25 +1,25 @@
 """The challenge's acceptance: each figure with its number of cases, its interval, what was asked for, and whether it held."""
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
-from scipy.stats import binomtest, bootstrap, chi2
+from scipy.stats import chi2
 
 from datasets.recipes.synth_only import SYNTH_ONLY
 from datasets.vocabulary.effects import Stage
 from estimator.effects.registry import MODELS
+from tumble.challenge.drops import drops_figures
+from tumble.challenge.figures import Figure, of_rows, share, share_of_rows, typical
 from tumble.challenge.scoring import Scored
 
 Array = NDArray[np.float64]
 BIASED = float(chi2.isf(0.0027, 3))
 """Chi-squared of three components that is as rare as three standard deviations of one."""
 NEAR_ORACLE = 1.05
-RESAMPLES = 2000
 WHOLE = tuple(key for key, effect in MODELS.items() if effect.whole)
 """Effects that come in whole numbers, which are right or wrong and have no interval."""
 INSIDE = float(chi2.isf(0.05, 3))
@@ -28,73 +28,16 @@ TWINS = ({"frame_rate", "length_scale"}, {"outline_offset", "view_outline_offset
 large looks as one whose frames are drawn too small."""
 LAWS = {"outgassing_thrust": {"body_fixed", "torque_body_fixed"}, "wall_attraction": {"towards_plane", "towards_point"}}
 """Terms of :mod:`estimator.effects.empirical.law_terms` of which a law for a hidden force should have one."""
-HELD, MISSED, TOO_FEW, NOT_ASKED = "HELD", "MISSED", "TOO FEW CASES", "NOT ASKED FOR"
-
-
-@dataclass(frozen=True)
-class Figure:
-    """One line of acceptance: ``value`` of ``n`` cases with its 95% interval, and the bound it is held to (at least or at most)."""
-
-    line: str
-    what: str
-    value: float
-    low: float
-    high: float
-    n: int
-    least: float = -math.inf
-    most: float = math.inf
-    needed: int = 1
-    unit: str = "%"
-
-    @property
-    def verdict(self) -> str:
-        """Held, missed, too few cases to say, or not asked for."""
-        if self.n < self.needed or not math.isfinite(self.value):
-            return TOO_FEW
-        if math.isinf(self.least) and math.isinf(self.most):
-            return NOT_ASKED
-        return HELD if self.least <= self.value <= self.most else MISSED
-
-
-def share(line: str, what: str, hits: "pd.Series[bool]", **bounds: Any) -> Figure:
-    """A share in percent with its exact interval [Clopper and Pearson 1934]."""
-    n, k = len(hits), int(hits.sum())
-    interval = binomtest(k, n).proportion_ci(method="exact") if n else None
-    low, high = (100 * interval.low, 100 * interval.high) if interval else (math.nan, math.nan)
-    return Figure(line, what, 100 * k / n if n else math.nan, low, high, n, **bounds)
-
-
-def share_of_rows(line: str, what: str, hits: "pd.Series[bool]", cases: "pd.Series[str]", **bounds: Any) -> Figure:
-    """A share in percent of rows of which several are of one case and depend on one another."""
-    return of_rows(line, what, np.asarray(100.0 * hits.to_numpy(dtype=np.float64), dtype=np.float64), cases.tolist(), np.mean, **bounds)
-
-
-def of_rows(line: str, what: str, values: Array, cases: Sequence[str], of: Callable[[Array], Any], **bounds: Any) -> Figure:
-    """A mean or median of rows of which several are of one case: its interval is a bootstrap over cases [Davison and Hinkley 1997]."""
-    grouped = pd.Series(values).groupby(list(cases)) if len(values) else ()
-    rows = [part.to_numpy() for _, part in grouped]
-    low = high = math.nan
-    if len(rows) > 2 and np.ptp(values) > 0:
-        drawn = np.random.default_rng(0).integers(len(rows), size=(RESAMPLES, len(rows)))
-        low, high = np.quantile([of(np.concatenate([rows[i] for i in each])) for each in drawn], [0.025, 0.975]).tolist()
-    return Figure(line, what, float(of(values)) if len(values) else math.nan, low, high, len(values), **bounds)
-
-
-def typical(line: str, what: str, values: Array, of: Callable[..., Any], **bounds: Any) -> Figure:
-    """A median or mean with its bootstrap interval [Efron and Tibshirani 1993]."""
-    values = values[np.isfinite(values)]
-    value = float(of(values)) if len(values) else math.nan
-    low = high = math.nan
-    if len(values) > 2 and np.ptp(values) > 0:
-        interval = bootstrap((values,), of, n_resamples=RESAMPLES, method="percentile", rng=np.random.default_rng(0)).confidence_interval
-        low, high = float(interval.low), float(interval.high)
-    return Figure(line, what, value, low, high, len(values), **bounds)
 
 
 def acceptance(scored: Scored) -> list[Figure]:
     """Every line that the challenge can decide; all but the sixth are of the silhouette tier and left out where that has no case."""
-    drawn = scored.cases["tier"] == "silhouette"
-    cases, pictures = scored.cases[drawn], scored.cases[~drawn]
+    every = scored.cases
+    dropped = every["plate"].astype(bool) if "plate" in every else pd.Series(False, index=every.index)
+    drawn = (every["tier"] == "silhouette") & ~dropped
+    cases, pictures = every[drawn], every[~drawn & ~dropped]
+    if dropped.all():
+        return [*drops_figures(every, scored.impacts), *_times(every)]
     return [
         *(_drawn(scored, cases) if len(cases) else []),
         *(_rendered(pictures) if len(pictures) else []),
@@ -277,19 +220,3 @@ def _times(cases: pd.DataFrame) -> list[Figure]:
         slowest = float(values.max()) if len(values) else math.nan
         found.append(Figure("7", what, slowest, math.nan, math.nan, len(values), most=most, unit="s of CPU time"))
     return found
-
-
-def line_of(figure: Figure) -> str:
-    """One printed line."""
-    bounds = [
-        f"at least {figure.least:g}" if math.isfinite(figure.least) else "",
-        f"at most {figure.most:g}" if math.isfinite(figure.most) else "",
-    ]
-    asked = " and ".join(b for b in bounds if b) or "nothing"
-    interval = f" ({figure.low:.3g} to {figure.high:.3g})" if math.isfinite(figure.low) else ""
-    return f"{figure.line}. {figure.what}: {figure.value:.3g}{interval} {figure.unit}, n = {figure.n}; asked: {asked}: {figure.verdict}"
-
-
-def figure_to_dict(figure: Figure) -> Mapping[str, Any]:
-    """A figure with its verdict as plain values."""
-    return {**asdict(figure), "verdict": figure.verdict}

@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.vocabulary.effects import Scope
 from estimator.diagnosis.empirical_fit import fit_empirical
 from estimator.diagnosis.explain import Explanation, Step
 from estimator.diagnosis.score_tests import ScoreTest
@@ -16,9 +15,11 @@ from estimator.effects.choosing import catalogue
 from estimator.effects.instrument.curvature_bias import CurvatureBias
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit
 from estimator.fitting.campaigns.campaign_covariance import CampaignCovariance
-from estimator.fitting.campaigns.considered import uncertain
+from estimator.fitting.campaigns.considered import Considered, uncertain
 from estimator.fitting.campaigns.held_out import HeldOut
 from estimator.motion.flight import N_PARAMETERS, OMEGA, Flight, V
+from estimator.reports.campaign_reporting import owner_name
+from estimator.reports.drop_reporting import flights_of, impacts_between
 from tumble.challenge.information import all_information
 
 Array = NDArray[np.float64]
@@ -56,7 +57,11 @@ def answer(explained: Explanation) -> dict[str, Any]:
         "tests": [_test(test) for test in first],
         "information": {key: matrix.tolist() for key, matrix in all_information(begun.campaign, begun.fit, first).items()},
         "parameters": parameters(campaign, explained.fit, last.of_values),
-        "axes": {sequence.name: flight.body.R_particle_body.tolist() for sequence, flight in _flights(campaign, explained.fit)},
+        "axes": {
+            name: flight.body.R_particle_body.tolist()
+            for name, flight in zip(campaign.recordings, explained.fit.state.flights, strict=True)
+        },
+        "impacts": impacts(campaign, explained.fit, last.at),
         "velocities": {
             "base": velocities(begun.campaign, begun.fit, uncertain(begun.campaign, begun.fit, catalogue()).at.fitted),
             "final": velocities(campaign, explained.fit, last.at.fitted),
@@ -112,7 +117,7 @@ def parameters(campaign: Campaign, fit: CampaignFit, covariance: CampaignCovaria
         if effect.entry.key == CurvatureBias.entry.key:
             continue
         groups = sorted(set(campaign.sharing(effect.entry.scope)))
-        own = effect.entry.scope is Scope.SEQUENCE or len(groups) > 1
+        own = effect.entry.scope.own or len(groups) > 1
         for sequence in groups:
             columns = N_PARAMETERS + np.arange(part.start, part.stop)
             variance = np.diag(covariance.of(sequence, columns))
@@ -123,7 +128,7 @@ def parameters(campaign: Campaign, fit: CampaignFit, covariance: CampaignCovaria
                     {
                         "effect": effect.entry.key,
                         "parameter": name,
-                        "sequence": campaign.sequences[sequence].name if own else None,
+                        "sequence": owner_name(campaign, effect.entry.scope, sequence) if own else None,
                         "value": float(value[i]),
                         "sigma": float(sigma[i]),
                         "sigma_of_noise": float(np.sqrt(max(variance[i], 0.0))),
@@ -139,7 +144,29 @@ def velocities(campaign: Campaign, fit: CampaignFit, covariance: CampaignCovaria
     rows: list[dict[str, Any]] = []
     for number, (sequence, flight) in enumerate(_flights(campaign, fit)):
         state = {"v_world": flight.v.tolist(), "omega_world": flight.omega.tolist()}
-        rows.append({"sequence": sequence.name, "time_s": flight.time_s, **state, "covariance": covariance.of(number, columns).tolist()})
+        rows.append(
+            {
+                "sequence": sequence.name,
+                "recording": campaign.recordings[number],
+                "time_s": flight.time_s,
+                **state,
+                "covariance": covariance.of(number, columns).tolist(),
+            }
+        )
+    return rows
+
+
+def impacts(campaign: Campaign, fit: CampaignFit, wide: Considered) -> list[dict[str, Any]]:
+    """What is measured of every impact between two flights of a recording: v and omega before and after it, with their covariance (12, 12).
+
+    ``between_s``: the last time at which the flight before it was seen, and the first at which the one after it was.
+    """
+    rows = []
+    for name, flights in flights_of(campaign, fit, wide).items():
+        for each in impacts_between(flights):
+            met, at = each.meeting, {"recording": name, "between_s": [each.before.ends_s[1], each.after.ends_s[0]]}
+            values = {"before": met.before.tolist(), "after": met.after.tolist(), "covariance": met.covariance[6:, 6:].tolist()}
+            rows.append({**at, "time_s": met.time_s, "spread_s": met.spread_s, **values})
     return rows
 
 

@@ -6,7 +6,7 @@ searched, and no size passes what nature can be told to do (``LARGEST``).
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from datasets.errors import InputError
 from datasets.recipes.effects import KNOWN
-from datasets.recipes.recipe import EffectRecipe, MotionRecipe, ParticleRecipe, Recipe, RigRecipe
+from datasets.recipes.recipe import DropperRecipe, EffectRecipe, MotionRecipe, ParticleRecipe, PlateRecipe, Recipe, RigRecipe
 from datasets.recipes.synth_only import SYNTH_ONLY
-from datasets.vocabulary.effects import EFFECTS, PICTURED, EffectEntry, Scope
+from datasets.vocabulary.effects import EFFECTS, PICTURED, EffectEntry, Stage
 from estimator.effects.choosing import contradiction
 from estimator.effects.link import Setting
 from estimator.effects.registry import MODELS
@@ -48,6 +48,10 @@ LARGEST = {
 RELATIVE_TO_PLAUSIBLE = ("radial_distortion", "tangential_distortion")
 MOST_DROPPED = 3
 VIEWS_PER_DROP = 6
+DROPPED = (Stage.CLOCK, Stage.BODY, Stage.DYNAMICS, Stage.OPTICS)
+"""Stages of the effects that are hidden in drops onto a plate: clock, flight and optics."""
+SHORTEST_FLIGHT = 0.75
+"""A flight of a drop has at least this share of the frames that are asked for, and at most all of them."""
 WALL_M = (0.075, 0.095)
 """Distance of a wall from the optical axis: just outside the picture's corners."""
 WALL_REFERENCE_M = 0.05
@@ -61,13 +65,17 @@ LARGEST_OUTSIDE = {"wall_attraction": 100.0, "outgassing_thrust": 100.0, "therma
 
 @dataclass(frozen=True)
 class Shape:
-    """What every campaign consists of; ``particles``: mesh files, none for bodies of the procedural family."""
+    """What every campaign consists of.
+
+    ``particles``: mesh files, none for bodies of the procedural family; ``drops``: onto a plate, ``frames`` before and after the impact.
+    """
 
     sequences: int = 4
     frames: int = 80
     views: int = 40
     rendered: bool = False
     particles: tuple[str, ...] = ()
+    drops: bool = False
 
 
 @dataclass(frozen=True)
@@ -93,6 +101,8 @@ DRAWS = 50
 """Drawn at most until one is worth a look."""
 RENDERED = (Counts(singles=20, controls=4, pairs=0, outside=0), Sizes(single=(1.0, 10.0)))
 """Counts and sizes where pictures are rendered, which costs more: fewer cases, all of them above the limit."""
+DROPS = (Counts(singles=40, controls=20, pairs=0, outside=0), Sizes(single=(2.0, 10.0)))
+"""Counts and sizes where particles are dropped onto a plate. The limits of the table are those of flights twice as long."""
 
 
 @dataclass(frozen=True)
@@ -190,7 +200,15 @@ def draw_case(plan: Plan, what: tuple[Kind, tuple[str, ...]], name: str, rng: np
         rig=RigRecipe(drops=-(-shape.views // VIEWS_PER_DROP)),
         effects=tuple(effect for effect, _ in drawn),
     )
+    if shape.drops:
+        recipe = replace(recipe, plate=PlateRecipe(), dropper=dropper(shape.sequences, shape.frames))
     return Case(name, kind, recipe, shape.views, {effect.key: ratio for effect, ratio in drawn})
+
+
+def dropper(sequences: int, frames: int) -> DropperRecipe:
+    """Runs of one experiment with up to ``frames`` before and after the first impact."""
+    span = (round(SHORTEST_FLIGHT * frames), frames)
+    return DropperRecipe(runs=sequences, frames_before=span, frames_after=span)
 
 
 def _particle(shape: Shape, rng: np.random.Generator) -> ParticleRecipe:
@@ -210,13 +228,13 @@ def draw_effect(plan: Plan, key: str, span: tuple[float, float], rng: np.random.
     amounts, ratio = _dropped(plan, rng) if key == "dropped_frames" else _amounts(plan, entry, span, rng)
     values: dict[str, float | tuple[float, ...]] = {}
     for name, column in zip(entry.sizes, amounts.T, strict=True):
-        values[name] = tuple(float(v) for v in column) if entry.scope is Scope.SEQUENCE else float(column[0])
+        values[name] = tuple(float(v) for v in column) if entry.scope.own else float(column[0])
     return EffectRecipe(key, {**values, **_searched(plan, entry, rng)}), ratio
 
 
 def _amounts(plan: Plan, entry: EffectEntry, span: tuple[float, float], rng: np.random.Generator) -> tuple[Array, float]:
     """Sizes (sequences or 1, q) in a random direction, and their length over the limit along it."""
-    rows = plan.shape.sequences if entry.scope is Scope.SEQUENCE else 1
+    rows = plan.shape.sequences if entry.scope.own else 1
     directed = direction(entry, rows, rng)
     limit = limit_along(plan.table, entry.key, directed)
     wanted = float(np.exp(rng.uniform(*np.log(span))))
@@ -230,7 +248,7 @@ def _amounts(plan: Plan, entry: EffectEntry, span: tuple[float, float], rng: np.
 def can_reach_limit(table: LimitTable, key: str) -> bool:
     """Whether nature can make an effect as large as its limit, along every one of its parameters."""
     entry = EFFECTS[key]
-    ranges, rows = _half_ranges(entry), int(table.campaign["sequences"]) if entry.scope is Scope.SEQUENCE else 1
+    ranges, rows = _half_ranges(entry), int(table.campaign["sequences"]) if entry.scope.own else 1
     largest = _largest(entry, plausible=False) / ranges
     return all(limit_along(table, key, np.tile(np.eye(len(ranges))[i] * ranges, (rows, 1))) <= largest[i] for i in range(len(ranges)))
 

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from datasets.errors import InputError
-from datasets.vocabulary.effects import Scope
 from estimator.effects.choosing import contradiction
 from tumble.challenge.drawing import LARGEST, RELATIVE_TO_PLAUSIBLE, direction, nested
 from tumble.challenge.field_case import CALIBRATION, CHANNELS, MEASURED, Effects, FieldCase, FlightPlan, Measured, Noise
@@ -207,7 +206,7 @@ def draw_mess(of: Known, hidden: tuple[str, ...], rng: np.random.Generator) -> t
 def drawn_direction(of: Known, key: str, rng: np.random.Generator) -> Array:
     """A direction (flights or 1, q) of an effect, isotropic in its plausible ranges."""
     entry = of.entry(key)
-    return direction(entry, len(of.campaign.sequences) if entry.scope is Scope.SEQUENCE else 1, rng)
+    return direction(entry, len(of.campaign.sequences) if entry.scope.own else 1, rng)
 
 
 def reach(of: Known, key: str, sizes: Array) -> float:

@@ -9,8 +9,9 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from tumble.challenge.acceptance import HELD, INSIDE, MISSED, RESAMPLES, Figure, figure_to_dict, of_rows, share, share_of_rows
+from tumble.challenge.acceptance import INSIDE
 from tumble.challenge.field_scoring import FieldScored
+from tumble.challenge.figures import HELD, MISSED, RESAMPLES, Figure, figure_to_dict, of_rows, share, share_of_rows
 
 Array = NDArray[np.float64]
 LINE = "F"

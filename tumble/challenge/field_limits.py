@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.errors import InputError
-from datasets.vocabulary.effects import EffectEntry, Scope
+from datasets.vocabulary.effects import EffectEntry
 from estimator.data.configuration import Configuration
 from estimator.diagnosis.diagnose import ALPHA
 from estimator.diagnosis.selection.linearised import Linearised, linearised
@@ -96,7 +96,7 @@ def _rows(of: Known, key: str, sizes: Array) -> tuple[list[int], Array]:
     number, entry = of.of.keys.index(key), of.entry(key)
     rows = [int(row) for row in of.of.rows(number)]
     columns = [of.of.columns[row] for row in rows]
-    own = entry.scope is Scope.SEQUENCE
+    own = entry.scope.own
     order = [entry.sizes.index(entry.names[column.parameter]) for column in columns]
     return rows, np.array([sizes[(column.sequence or 0) if own else 0, i] for column, i in zip(columns, order, strict=True)])
 
@@ -125,7 +125,7 @@ def _left(looked: Linearised) -> float:
     gains = [0.0]
     for number, effect in enumerate(looked.effects):
         rows = looked.rows(number)
-        if len(rows) and effect.entry.scope is not Scope.SEQUENCE:
+        if len(rows) and not effect.entry.scope.own:
             gains.append(float(looked.pull[rows] @ stable_inverse(looked.information[np.ix_(rows, rows)]) @ looked.pull[rows]))
     return looked.misfit - max(gains)
 

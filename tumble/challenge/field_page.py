@@ -9,9 +9,9 @@ import pandas as pd
 
 from datasets.atomic_files import written_whole
 from datasets.json_documents import plain
-from tumble.challenge.acceptance import Figure
 from tumble.challenge.field_figures import effects_table, field_figures, field_summary, reliability
 from tumble.challenge.field_scoring import FieldScored
+from tumble.challenge.figures import Figure
 
 
 def write_field_result(scored: FieldScored, out: Path) -> None:

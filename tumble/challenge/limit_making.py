@@ -18,7 +18,7 @@ import numpy as np
 from datasets.atomic_files import written_whole
 from datasets.errors import InputError
 from datasets.recipes.recipe import EffectRecipe
-from datasets.vocabulary.effects import EFFECTS, PICTURED, Scope
+from datasets.vocabulary.effects import EFFECTS, PICTURED
 from estimator.data.configuration import Configuration
 from estimator.diagnosis.diagnose import ALPHA
 from estimator.diagnosis.score_tests import Candidates, EfficientScores, ScoreTest, score_tests
@@ -120,7 +120,7 @@ def left_by_shared(scores: EfficientScores, tests: Sequence[ScoreTest]) -> tuple
     """
     white, left = scores.whitener, {}
     y = white @ scores.g
-    for number in sorted({c.effect for c in scores.columns if tests[c.effect].effect.entry.scope is not Scope.SEQUENCE}):
+    for number in sorted({c.effect for c in scores.columns if not tests[c.effect].effect.entry.scope.own}):
         X = white @ scores.H[:, [i for i, c in enumerate(scores.columns) if c.effect == number]]
         theta, *_ = np.linalg.lstsq(X, y, rcond=1e-10)
         left[number] = float(np.sum((y - X @ theta) ** 2))

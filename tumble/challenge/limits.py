@@ -23,7 +23,7 @@ from scipy.stats import chi2, ncx2
 
 from datasets.atomic_files import written_whole
 from datasets.errors import InputError
-from datasets.vocabulary.effects import EFFECTS, Scope
+from datasets.vocabulary.effects import EFFECTS
 
 Array = NDArray[np.float64]
 TABLE = Path(__file__).resolve().parents[2] / "docs" / "results" / "detection_limits.json"
@@ -117,7 +117,7 @@ def _reached(found: Callable[[float], Array], each: Array, probability: float) -
 
 def _level(table: LimitTable, key: str, sizes: Array) -> float:
     """The p-value that a test of one effect has to pass, for all that is tried."""
-    searches = len(sizes) if EFFECTS[key].scope is Scope.SEQUENCE else 1
+    searches = len(sizes) if EFFECTS[key].scope.own else 1
     return table.alpha / table.tests / float(table.effects[key].tried) ** searches
 
 
@@ -130,7 +130,7 @@ def _strength(table: LimitTable, key: str, sizes: Array) -> Array:
 def axis_limits(table: LimitTable, key: str, *, sequences: int) -> list[dict[str, Any]]:
     """Limits of each parameter alone (in every sequence alike, where sequences have their own), and their range over controls."""
     effect, rows = table.effects[key], []
-    own = EFFECTS[key].scope is Scope.SEQUENCE
+    own = EFFECTS[key].scope.own
     for i, name in enumerate(effect.parameters):
         sizes = np.zeros((sequences if own else 1, len(effect.parameters)))
         sizes[:, i] = 1.0

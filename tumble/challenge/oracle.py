@@ -132,8 +132,8 @@ def true_fit(case: Case, registered: Registered) -> tuple[Campaign, CampaignFit]
     model = Model((*registered.campaign.kind.base.effects, *(known[effect.key] for effect in hidden)))
     numbers = {sequence_name(case.name, i): i for i in range(case.recipe.sequences)}
     thetas = []
-    for sequence in registered.campaign.sequences:
-        true = [values_in_sequence(effect, numbers[sequence.name]) for effect in hidden]
+    for recording in registered.campaign.recordings:
+        true = [values_in_sequence(effect, numbers[recording]) for effect in hidden]
         values = [v[name] for v, effect in zip(true, hidden, strict=True) for name in known[effect.key].entry.names]
         thetas.append(np.concatenate([np.zeros(registered.campaign.kind.base.size), values]))
     start = CampaignState(registered.start.flights, tuple(thetas))

@@ -3,7 +3,7 @@
 import json
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -16,10 +16,11 @@ from datasets.json_documents import revived
 from datasets.recipes.effects import KNOWN, values_in_sequence
 from datasets.truth import Truth
 from datasets.truth_files import read_truth
-from datasets.vocabulary.effects import EFFECTS, Scope, Stage
+from datasets.vocabulary.effects import EFFECTS, Stage
 from tumble.challenge.answers import UNKNOWN, no_answer
 from tumble.challenge.cases import Case, case_folder, sequence_name
 from tumble.challenge.drawing import is_plausible
+from tumble.challenge.drops import impact_rows
 from tumble.challenge.limits import LimitTable, noncentrality
 from tumble.challenge.oracle import oracle_path
 from tumble.challenge.solving import answer_path
@@ -33,11 +34,12 @@ NOTHING, NO_ANSWER = "nothing", "no answer"
 
 @dataclass(frozen=True)
 class Scored:
-    """Tidy tables: ``cases``, ``parameters`` (of hidden effects that were found) and ``velocities`` (a row per sequence)."""
+    """Tidy tables: ``cases``, ``parameters`` (of hidden effects that were found), ``velocities`` (a row per sequence) and ``impacts``."""
 
     cases: pd.DataFrame
     parameters: pd.DataFrame
     velocities: pd.DataFrame
+    impacts: pd.DataFrame = field(default_factory=pd.DataFrame)
 
 
 def score_cases(cases: Sequence[Case], root: Path, answers: Path, oracles: Path, table: LimitTable) -> Scored:
@@ -51,6 +53,7 @@ def score_cases(cases: Sequence[Case], root: Path, answers: Path, oracles: Path,
     rows: list[dict[str, Any]] = []
     parameters: list[dict[str, Any]] = []
     velocities: list[dict[str, Any]] = []
+    impacts: list[dict[str, Any]] = []
     run = read_run(answers)
     finished = run is not None and run["state"] != UNFINISHED and len(list(answers.glob("*.answer.json"))) > 0
     for case in cases:
@@ -63,9 +66,10 @@ def score_cases(cases: Sequence[Case], root: Path, answers: Path, oracles: Path,
         rows.append({**named(case, answer), **_errors(answer, oracle), **sizes, **_cpu(answer)})
         parameters += [{"case": case.name, **row} for row in pulls(case, answer, axes_apart(case, root, answer))]
         velocities += velocity_rows(case, root, answer, oracle)
+        impacts += impact_rows(case, root, answer)
     if not rows:
         raise InputError(f"{answers}: expected answers (*.answer.json) to the campaigns of {root}, found none.")
-    return Scored(pd.DataFrame(rows), pd.DataFrame(parameters), pd.DataFrame(velocities))
+    return Scored(pd.DataFrame(rows), pd.DataFrame(parameters), pd.DataFrame(velocities), pd.DataFrame(impacts))
 
 
 def read_answer(answers: Path, campaign: str) -> dict[str, Any]:
@@ -96,6 +100,7 @@ def named(case: Case, answer: Answer) -> dict[str, Any]:
         "case": case.name,
         "kind": case.kind,
         "tier": case.recipe.tier,
+        "plate": case.recipe.plate is not None,
         "hidden": "+".join(case.keys),
         "particle": _particle(case),
         "ratio": case.least_ratio,
@@ -148,7 +153,7 @@ def _cpu(answer: Answer) -> dict[str, float]:
 def true_sizes(case: Case, key: str) -> Array:
     """Sizes (sequences or 1, q) of a hidden effect."""
     effect = next(each for each in case.recipe.effects if each.key == key)
-    rows = case.recipe.sequences if EFFECTS[key].scope is Scope.SEQUENCE else 1
+    rows = case.recipe.sequences if EFFECTS[key].scope.own else 1
     return np.array([[values_in_sequence(effect, i)[name] for name in EFFECTS[key].sizes] for i in range(rows)])
 
 
@@ -161,7 +166,7 @@ def own_ratio(case: Case, answer: Answer, table: LimitTable) -> float:
             return math.nan
         amounts, entry = true_sizes(case, key), table.effects[key]
         linear = amounts**entry.power
-        searches = len(amounts) if EFFECTS[key].scope is Scope.SEQUENCE else 1
+        searches = len(amounts) if EFFECTS[key].scope.own else 1
         strength = float(np.einsum("si,ij,sj->", linear, np.array(information), linear))
         wanted = noncentrality(table.alpha / table.tests / float(entry.tried) ** searches, amounts.size, 0.95)
         ratios.append((strength / wanted) ** (0.5 / entry.power))
@@ -209,7 +214,7 @@ def velocity_rows(case: Case, root: Path, answer: Answer, oracle: Answer) -> lis
     for model, found in states.items():
         clock = any(EFFECTS[key].stage is Stage.CLOCK for key in keys[model] if key in EFFECTS)
         for state in found:
-            truth = read_truth(case_folder(root, case.name) / state["sequence"])
+            truth = read_truth(case_folder(root, case.name) / state.get("recording", state["sequence"]))
             row = rows.setdefault(state["sequence"], {"case": case.name, "kind": case.kind, "sequence": state["sequence"]})
             error = _state(state) - np.concatenate(_true_state(truth, state["time_s"], clock))
             for name, part in PARTS:

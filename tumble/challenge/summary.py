@@ -9,8 +9,9 @@ import pandas as pd
 
 from datasets.atomic_files import written_whole
 from datasets.errors import InputError
-from tumble.challenge.acceptance import acceptance, figure_to_dict, velocity_falls
+from tumble.challenge.acceptance import acceptance, velocity_falls
 from tumble.challenge.detection import detection_table
+from tumble.challenge.figures import figure_to_dict
 from tumble.challenge.limits import LimitTable
 from tumble.challenge.scoring import CPU, NOTHING, Scored
 
@@ -91,7 +92,8 @@ def _pulls(parameters: pd.DataFrame, key: str) -> Any:
 
 def of_challenge(scored: Scored, seed: int) -> Scored:
     """The same tables, told apart from those of other challenges by the seed; it tells nothing any more once answers are scored."""
-    return Scored(*(_tagged(table, seed) for table in _tables(scored).values()))
+    cases, parameters, velocities, impacts = (_tagged(getattr(scored, name), seed) for name in (*TABLES, "impacts"))
+    return Scored(cases, parameters, velocities, impacts)
 
 
 def _tagged(table: pd.DataFrame, seed: int) -> pd.DataFrame:
@@ -100,8 +102,9 @@ def _tagged(table: pd.DataFrame, seed: int) -> pd.DataFrame:
 
 def pooled(scores: Sequence[Scored]) -> Scored:
     """All rows of several scored challenges."""
-    every = [[table for scored in scores if len(table := _tables(scored)[name])] for name in TABLES]
-    return Scored(*(pd.concat(tables, ignore_index=True) if tables else pd.DataFrame() for tables in every))
+    every = [[table for scored in scores if len(table := getattr(scored, name))] for name in (*TABLES, "impacts")]
+    cases, parameters, velocities, impacts = (pd.concat(tables, ignore_index=True) if tables else pd.DataFrame() for tables in every)
+    return Scored(cases, parameters, velocities, impacts)
 
 
 def table_path(result: Path, name: str) -> Path:
@@ -140,8 +143,4 @@ def write_tables(scored: Scored, paths: Mapping[str, Path]) -> None:
     for name, path in paths.items():
         path.parent.mkdir(parents=True, exist_ok=True)
         with written_whole(path) as temporary:
-            _tables(scored)[name].to_csv(temporary, index=False, float_format="%.6g")
-
-
-def _tables(scored: Scored) -> Mapping[str, pd.DataFrame]:
-    return {name: getattr(scored, name) for name in TABLES}
+            getattr(scored, name).to_csv(temporary, index=False, float_format="%.6g")

@@ -28,6 +28,7 @@ from tumble.output_directory import Run, note_failures, output_directory
 from tumble.progress import progress
 from tumble.read_paths import effects_read, observations_read, paths_given
 from tumble.reasons import grouped
+from tumble.reports.drop_words import drops_sentence
 from tumble.reports.verdict import percent
 from tumble.reports.words import rms_word, rung_name, unmeasured
 from tumble.result_files import SUFFIX
@@ -170,6 +171,8 @@ def say_diagnosis(document: Document) -> None:
         say(f"not on trial, since such measurements cannot show them beside the model: {', '.join(document['not_applicable'])}.")
     for sentence in facts_told(document.get("facts", ())):
         say(sentence)
+    if document.get("drops"):
+        say(drops_sentence(document["drops"]))
     say(document["verdict"]["sentence"])
     for remark in document["verdict"]["remarks"]:
         say(remark)

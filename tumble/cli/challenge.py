@@ -11,10 +11,12 @@ from pathlib import Path
 from datasets.atomic_files import written_whole
 from datasets.errors import InputError
 from datasets.json_documents import plain
-from tumble.challenge.acceptance import acceptance, line_of
+from datasets.vocabulary.effects import EFFECTS
+from tumble.challenge.acceptance import acceptance
 from tumble.challenge.cases import CAMPAIGNS, TRUTH, read_cases
-from tumble.challenge.drawing import RENDERED, Counts, Plan, Shape, Sizes, can_reach_limit, draw_cases
+from tumble.challenge.drawing import DROPPED, DROPS, RENDERED, Counts, Plan, Shape, Sizes, can_reach_limit, draw_cases
 from tumble.challenge.field_case import is_field
+from tumble.challenge.figures import line_of
 from tumble.challenge.limit_making import development_controls, development_large, development_outside, measure, table_of
 from tumble.challenge.limits import TABLE, read_table, write_table
 from tumble.challenge.making import make_campaigns
@@ -70,7 +72,7 @@ def _shape(arguments: argparse.Namespace) -> Shape:
     if folder and not files:
         raise InputError(f"{folder}: expected scanned particles (*.ply), found none.")
     rendered = getattr(arguments, "tier", "silhouette") == "rendered"
-    return Shape(arguments.sequences, arguments.frames, arguments.views, rendered, files)
+    return Shape(arguments.sequences, arguments.frames, arguments.views, rendered, files, getattr(arguments, "drops", False))
 
 
 def _make_options(part: argparse.ArgumentParser) -> None:
@@ -80,6 +82,7 @@ def _make_options(part: argparse.ArgumentParser) -> None:
         default = f"{count}; rendered: {getattr(RENDERED[0], field)}"
         part.add_argument(f"--{field}", type=int, metavar="N", help=f"cases of kind {field} (default: {default})")
     _tier_option(part)
+    part.add_argument("--drops", action="store_true", help="particles dropped onto a plate; effects of clock, flight and optics")
     part.add_argument("--seed", type=int, help="what everything is drawn from (default: drawn anew); kept under truth/ only")
     part.add_argument("--effects", help="comma-separated keys to draw from (default: all; rendered: all that can reach their limit)")
     part.add_argument("--limits", type=Path, default=TABLE, metavar="FILE", help="table of detection limits")
@@ -96,12 +99,14 @@ def _make(arguments: argparse.Namespace) -> int:
         return make_field(arguments, _seed(arguments))
     table = read_table(arguments.limits)
     rendered = arguments.tier == "rendered"
-    offered = tuple(key for key in table.effects if not rendered or can_reach_limit(table, key))
+    offered = tuple(key for key in table.effects if not (rendered or arguments.drops) or can_reach_limit(table, key))
+    if arguments.drops:
+        offered = tuple(key for key in offered if EFFECTS[key].stage in DROPPED)
     keys = tuple(arguments.effects.split(",")) if arguments.effects else offered
     for key in keys:
         if key not in table.effects:
             raise InputError(f"--effects {key}: expected effects with a detection limit in {arguments.limits}: {', '.join(table.effects)}.")
-    counts, sizes = RENDERED if rendered else (Counts(), Sizes())
+    counts, sizes = DROPS if arguments.drops else RENDERED if rendered else (Counts(), Sizes())
     counts = replace(counts, **{field: given for field in asdict(counts) if (given := getattr(arguments, field)) is not None})
     given = (arguments.smallest, arguments.largest)
     smallest, largest = (default if size is None else size for default, size in zip(sizes.single, given, strict=True))
@@ -209,12 +214,13 @@ def _score(arguments: argparse.Namespace) -> int:
         scored = score_cases(cases, arguments.challenge, arguments.answers, out, table)
         if earlier or arguments.result:
             scored = pooled([*earlier, of_challenge(scored, seed)])
-        write_tables(scored, {name: out / f"{name}.csv" for name in TABLES})
+        tables = (*TABLES, *(("impacts",) if len(scored.impacts) else ()))
+        write_tables(scored, {name: out / f"{name}.csv" for name in tables})
         text = json.dumps(plain(summary(scored, table)), indent=1) + "\n"
         _write_text(out / "summary.json", text)
         if arguments.result:
             _write_text(arguments.result, text)
-            write_tables(scored, {name: table_path(arguments.result, name) for name in TABLES})
+            write_tables(scored, {name: table_path(arguments.result, name) for name in tables})
     if len(answered) < len(cases):
         without = ", ".join(case.name for case in cases if case not in answered)
         print(f"tumble: {len(cases) - len(answered)} of {len(cases)} campaigns have no answer: {without}", file=sys.stderr)

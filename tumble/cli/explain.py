@@ -1,10 +1,12 @@
 """``tumble explain``: add what is missing, step by step, until nothing more is."""
 
 import argparse
+from functools import partial
+from typing import Any
 
 from datasets.errors import InputError
 from tumble.cli.campaign_options import add_also, campaign_parser, run_on_campaign
-from tumble.diagnosing import explained
+from tumble.diagnosing import ContactJudged, explained
 
 
 def parser() -> argparse.ArgumentParser:
@@ -24,4 +26,10 @@ def run(arguments: argparse.Namespace) -> int:
     """Explain."""
     if arguments.effects:
         raise InputError("--effects: tumble explain chooses effects itself; expected none. For a model of your own: tumble ladder.")
-    return run_on_campaign("explain", arguments, explained)
+    return run_on_campaign("explain", arguments, partial(explained, judged=_contact_judged))
+
+
+def _contact_judged(*given: Any) -> ContactJudged:
+    from tumble.explained_drops import contact_judged  # noqa: PLC0415 - loads trimesh: 0.3 s, which campaigns without drops do not need
+
+    return contact_judged(*given)

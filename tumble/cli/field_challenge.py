@@ -5,7 +5,6 @@ import sys
 from dataclasses import asdict
 
 from datasets.errors import InputError
-from tumble.challenge.acceptance import line_of
 from tumble.challenge.cases import CAMPAIGNS, TRUTH
 from tumble.challenge.field_case import MEASURED, Measured, read_field_cases
 from tumble.challenge.field_drawing import FieldPlan
@@ -13,6 +12,7 @@ from tumble.challenge.field_figures import field_figures
 from tumble.challenge.field_making import make_field_campaigns
 from tumble.challenge.field_page import write_field_result
 from tumble.challenge.field_scoring import score_field_cases
+from tumble.challenge.figures import line_of
 from tumble.cli.exit_codes import ALL_MEASURED, INCOMPLETE
 from tumble.cli.options import positive
 from tumble.cli.outcomes import exit_code, report_failures, what_next
@@ -22,7 +22,7 @@ from tumble.output_directory import Run, output_directory
 from tumble.read_paths import paths_given
 
 LEAST_ROWS = 8
-NOT_IN_THE_FIELD = ("singles", "controls", "pairs", "outside", "effects", "smallest", "largest", "particles", "plausible")
+NOT_IN_THE_FIELD = ("singles", "controls", "pairs", "outside", "effects", "smallest", "largest", "particles", "plausible", "drops")
 """Options of ``make`` that say what the older challenge hides."""
 
 

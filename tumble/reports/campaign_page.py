@@ -15,6 +15,7 @@ from estimator.reports.misfit_words import p_words
 from tumble.limiting import facts_told
 from tumble.numbers import compact
 from tumble.reports.campaign_charts import autocorrelation_chart, ladder_chart
+from tumble.reports.drop_words import drops_sentence
 from tumble.reports.map_charts import map_chart
 from tumble.reports.payload import flat
 from tumble.reports.verdict import percent
@@ -41,11 +42,12 @@ def render(document: Mapping[str, Any]) -> str:
     environment = Environment(loader=PackageLoader("tumble.reports"), autoescape=True, undefined=StrictUndefined, trim_blocks=True)
     environment.filters.update(words=_words, value=_value, interval=_interval, p=_p, percent=percent)
     environment.filters["size"] = _size
-    found = {"not_applicable": {}, "begun": None, "facts": [], "limits": None, **revived(dict(document))}
+    found = {"drops": [], "not_applicable": {}, "begun": None, "facts": [], "limits": None, **revived(dict(document))}
     return environment.get_template("campaign.html.j2").render(
         title=TITLES[found["verb"]],
         d=found,
         facts=facts_told(found["facts"]),
+        drops=drops_sentence(found["drops"]) if found["drops"] else "",
         unit=found.get("unit", "px"),
         error=rms_word(found.get("unit", "px")),
         tone="good" if _nothing_to_do(found) else "neutral",
@@ -105,7 +107,8 @@ def _own(found: Mapping[str, Any]) -> dict[str, Markup]:
         return {}
     from tumble.reports.sequence_charts import sequence_charts  # noqa: PLC0415 - loads Matplotlib: 0.5 s, which few pages need
 
-    return {effect: Markup(chart) for effect, chart in sequence_charts(found["values"] or [], found["sequences"]).items()}
+    names = [*found["sequences"], *(each["recording"] for each in found["drops"])]
+    return {effect: Markup(chart) for effect, chart in sequence_charts(found["values"] or [], names).items()}
 
 
 def _unknown(entry: Mapping[str, Any] | None) -> dict[str, Any] | None:

@@ -22,7 +22,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import log_ndtr
 
-from datasets.vocabulary.effects import Scope
 from estimator.diagnosis.score_tests import Column
 from estimator.diagnosis.selection.linearised import Linearised
 from estimator.diagnosis.selection.reduced import Own, Posterior, Quadratic, posterior
@@ -129,11 +128,11 @@ class Evidence:
         """Between which values a column's amplitude is believed, infinite where each sequence has its own, and whether it has one sign."""
         entry = self.of.effects[column.effect].entry
         low, high = (BEYOND * each for each in entry.parameters[column.parameter].plausible)
-        return (-np.inf, np.inf, False) if entry.scope is Scope.SEQUENCE else (low, high, low == 0.0 or high == 0.0)
+        return (-np.inf, np.inf, False) if entry.scope.own else (low, high, low == 0.0 or high == 0.0)
 
     def _sequences(self, effect: int) -> tuple[NDArray[np.int64], ...] | None:
         """Rows of an effect with values of every sequence, by sequence; ``None`` for others."""
-        if self.of.effects[effect].entry.scope is not Scope.SEQUENCE or not len(self._rows[effect]):
+        if not self.of.effects[effect].entry.scope.own or not len(self._rows[effect]):
             return None
         owner = [self.of.columns[row].sequence for row in self._rows[effect]]
         rows = [np.array([r for r, o in zip(self._rows[effect], owner, strict=True) if o == s]) for s in dict.fromkeys(owner)]

@@ -17,7 +17,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import expit, logsumexp
 
-from datasets.vocabulary.effects import Scope
 from estimator.diagnosis.selection.search import Set, Trial
 from estimator.fitting.stable_inverse import stable_inverse
 
@@ -70,7 +69,7 @@ def _alike(trial: Trial, members: Set, effect: int) -> Iterator[Name]:
         if other in members or not trial.allowed(exchanged):
             continue
         odds = _odds(trial, exchanged, members)
-        wide = other in trial.families or trial.evidence.of.effects[other].entry.scope is Scope.SEQUENCE
+        wide = other in trial.families or trial.evidence.of.effects[other].entry.scope.own
         if wide or not len(trial.evidence.rows(other)) or not np.isfinite(odds):
             continue
         lost, regained = exchange(trial, members, effect, other)

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import expit
 
-from datasets.vocabulary.effects import Parameter, Scope
+from datasets.vocabulary.effects import Parameter
 from estimator.diagnosis.selection.groups import FACTOR, Name
 from estimator.diagnosis.selection.path import At
 from estimator.diagnosis.selection.search import Set
@@ -97,7 +97,7 @@ def _additions(at: At) -> list[UnderName]:
     for effect in set(range(len(at.trial.evidence.of.effects))) - set(at.members) - at.trial.families:
         wider = tuple(sorted((*at.members, effect)))
         odds = at.trial.log_posterior(wider) - at.value
-        if odds >= -np.log(FACTOR) and at.trial.evidence.of.effects[effect].entry.scope is not Scope.SEQUENCE:
+        if odds >= -np.log(FACTOR) and not at.trial.evidence.of.effects[effect].entry.scope.own:
             found.append(_under(at, Name((effect,), wider, float(odds)), float(expit(odds))))
     return sorted(found, key=lambda name: -name.probability)
 

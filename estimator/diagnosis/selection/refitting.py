@@ -3,7 +3,6 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.vocabulary.effects import Scope
 from estimator.diagnosis.selection.evidence import Evidence
 from estimator.effects.link import EffectModel
 from estimator.effects.model import Model
@@ -55,7 +54,7 @@ def _held(evidence: Evidence, number: int, scale: float | None) -> EffectModel:
         return effect.held_by(None)
     limits = evidence.limits(number)
     sigma = tuple(float(scale * limits[i]) if i in limits else np.inf for i in range(len(effect.entry.parameters)))
-    return effect.held_by(sigma, tails=effect.entry.scope is Scope.SEQUENCE)
+    return effect.held_by(sigma, tails=effect.entry.scope.own)
 
 
 def _values(campaign: Campaign, fit: CampaignFit, evidence: Evidence, members: Set, share: float) -> tuple[Array, ...]:
@@ -91,4 +90,4 @@ def _of_effect(campaign: Campaign, fit: CampaignFit, of: tuple[Evidence, int], m
 def _owner(campaign: Campaign, effect: EffectModel, number: int) -> int | None:
     """The sequence that the columns of an effect in sequence ``number`` belong to; ``None`` where all share them."""
     sharing = campaign.sharing(effect.entry.scope)
-    return number if effect.entry.scope is Scope.SEQUENCE else sharing[number] if len(set(sharing)) > 1 else None
+    return sharing[number] if effect.entry.scope.own or len(set(sharing)) > 1 else None

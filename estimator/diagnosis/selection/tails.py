@@ -24,7 +24,7 @@ steps of a slow sequence are taken at once at most."""
 
 @dataclass(frozen=True)
 class Weighed:
-    """The ``few`` columns' posterior, the units' means ``own`` (m,) and variances ``spread`` (m,), and the sequences' precisions (s,)."""
+    """The ``few`` columns' posterior, the units' means ``own`` (m,) and variances ``spread`` (m,), and each sequence's ``precision`` (s,)."""
 
     few: Posterior
     own: Array
@@ -57,7 +57,7 @@ def with_tails(own: Own, scale: float, sigma: Array, noise: Noise) -> tuple[Weig
 
 
 def weighed_in_turn(own: Own, scale: float, sigma: Array, noise: Noise) -> Weighed:
-    """Units that may share information; where they do not, this is what :func:`_apart` compiles."""
+    """Units that may share information, the few columns under ``sigma`` (k,); where they do not, this is what :func:`_apart` compiles."""
     q = own.sums(np.ones(len(own.owner)))
     w = np.ones(len(q))
     for _ in range(MOST_WEIGHED):

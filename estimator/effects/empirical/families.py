@@ -146,7 +146,7 @@ class SmoothTimeShift(EffectModel):
     entry = EffectEntry(
         "smooth_time_shift",
         Stage.CLOCK,
-        Scope.SEQUENCE,
+        Scope.RECORDING,
         tuple(Parameter(f"t{j}", "s", (-np.inf, np.inf), 1e-7, f"coefficient of P_{j}") for j in TIME_DEGREES),
         "true time = nominal time + sum t_j P_j(t)",
         REFERENCE,

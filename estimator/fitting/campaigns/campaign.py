@@ -48,7 +48,8 @@ See notebook 33."""
 class Campaign:
     """Sequences with the number of the particle and of the camera each belongs to, and the noise outlines do not show.
 
-    ``kind`` says what the sequences are and works on them; all have a ``name`` and a ``setting``. ``facts``: what is stated of the
+    ``recording``: the name of the recording that each sequence is a flight of; empty where every sequence is a whole recording. ``kind``
+    says what the sequences are and works on them; all have a ``name`` and a ``setting``. ``facts``: what is stated of the
     parameters of effects beside the sequences.
     """
 
@@ -59,12 +60,41 @@ class Campaign:
     body_noise_px: float
     kind: MeasurementKind
     facts: tuple[Fact, ...] = ()
+    recording: tuple[str, ...] = ()
 
     def sharing(self, scope: Scope) -> tuple[int, ...]:
         """Of every sequence, the first one with which it shares what is of a ``scope``."""
         n = len(self.sequences)
-        of = {Scope.SEQUENCE: tuple(range(n)), Scope.PARTICLE: self.particle, Scope.CAMERA: self.camera, Scope.CAMPAIGN: (0,) * n}[scope]
+        each = tuple(range(n))
+        groups: dict[Scope, tuple[int, ...] | tuple[str, ...]] = {
+            Scope.SEQUENCE: each,
+            Scope.RECORDING: self.recording or each,
+            Scope.PARTICLE: self.particle,
+            Scope.CAMERA: self.camera,
+            Scope.CAMPAIGN: (0,) * n,
+        }
+        of = groups[scope]
         return tuple(of.index(group) for group in of)
+
+    @property
+    def recordings(self) -> tuple[str, ...]:
+        """The name of every sequence's recording."""
+        return self.recording or tuple(each.name for each in self.sequences)
+
+    def alike(self, scope: Scope) -> tuple[int, ...]:
+        """Of every sequence, how many share with it what is of a ``scope``, itself among them."""
+        sharing = self.sharing(scope)
+        return tuple(sharing.count(first) for first in sharing)
+
+    def part(self, rows: Sequence[int]) -> "Campaign":
+        """The sequences ``rows`` alone, in that order; a sequence may be there several times."""
+        return replace(
+            self,
+            sequences=tuple(self.sequences[i] for i in rows),
+            particle=tuple(self.particle[i] for i in rows),
+            camera=tuple(self.camera[i] for i in rows),
+            recording=tuple(self.recording[i] for i in rows) if self.recording else (),
+        )
 
 
 @dataclass(frozen=True)
@@ -90,13 +120,14 @@ def scopes_of(model: Model) -> tuple[Scope, ...]:
 def layout_of(campaign: Campaign, model: Model) -> Layout:
     """The layout of a campaign's parameters under a model."""
     scopes = scopes_of(model)
-    local = np.array([i for i, s in enumerate(scopes) if s is Scope.SEQUENCE], dtype=np.int64)
-    shared = np.array([i for i, s in enumerate(scopes) if s is not Scope.SEQUENCE], dtype=np.int64)
+    sharing = {scope: campaign.sharing(scope) for scope in Scope}
+    alone = [scope for scope in Scope if scope.own and len(set(sharing[scope])) == len(campaign.sequences)]
+    local = np.array([i for i, s in enumerate(scopes) if s in alone], dtype=np.int64)
+    shared = np.array([i for i, s in enumerate(scopes) if s not in alone], dtype=np.int64)
     number: dict[tuple[int, int], int] = {}
     place = []
-    for particle, camera in zip(campaign.particle, campaign.camera, strict=True):
-        group = {Scope.PARTICLE: particle, Scope.CAMERA: camera, Scope.CAMPAIGN: 0}
-        keys = [(int(column), group[scopes[column]]) for column in shared]
+    for sequence in range(len(campaign.sequences)):
+        keys = [(int(column), sharing[scopes[column]][sequence]) for column in shared]
         place.append(np.array([number.setdefault(key, len(number)) for key in keys], dtype=np.int64))
     return Layout(local, shared, tuple(place), len(number))
 
@@ -133,19 +164,21 @@ def _residuals(campaign: Campaign, number: int, state: CampaignState, model: Mod
 def _equations(campaign: Campaign, number: int, residuals: Any, state: CampaignState, model: Model) -> SequenceEquations:
     theta = state.theta[number]
     linear = campaign.kind.equations(campaign, number, residuals, model, theta)
-    return replace(linear, frames=_with_own_prior(linear.frames, model, theta))
+    return replace(linear, frames=_with_own_prior(linear.frames, model, theta, _own_shares(campaign, number, model)))
 
 
-def _own_precision(model: Model, theta: Array) -> Array:
-    """Information (q,) of priors on effects that every sequence has for itself; those of shared effects are in :func:`shared_prior`."""
-    precision = model.precision_at(theta)
-    for effect, part in zip(model.effects, model.slices, strict=True):
-        precision[part] *= effect.entry.scope is Scope.SEQUENCE
-    return precision
+def _own_shares(campaign: Campaign, number: int, model: Model) -> Array:
+    """Of every effect (e,), the share of its prior that belongs to a sequence: flights divide that of their recording's values.
+
+    Nothing of effects that are not own: their priors are in :func:`shared_prior`.
+    """
+    scopes = [effect.entry.scope for effect in model.effects]
+    shares = {scope: 1.0 / campaign.alike(scope)[number] for scope in set(scopes) if scope.own}
+    return np.array([shares.get(scope, 0.0) for scope in scopes])
 
 
-def _with_own_prior(frames: WeighedFrames, model: Model, theta: Array) -> WeighedFrames:
-    precision = np.concatenate([np.zeros(N_PARAMETERS), _own_precision(model, theta)])
+def _with_own_prior(frames: WeighedFrames, model: Model, theta: Array, shares: Array) -> WeighedFrames:
+    precision = np.concatenate([np.zeros(N_PARAMETERS), model.precision_at(theta) * model.each_parameter(shares)])
     if not precision.any():
         return frames
     pull = np.concatenate([np.zeros(N_PARAMETERS), theta]) * precision
@@ -169,8 +202,9 @@ class Prior:
 def shared_prior(campaign: Campaign, layout: Layout, model: Model, state: CampaignState) -> Prior:
     """The prior of body, outline offset and effects that are held, and the facts that are stated."""
     precision, values = np.zeros(layout.size), np.zeros(layout.size)
+    common = model.precision * model.each_parameter(np.array([not e.entry.scope.own for e in model.effects], dtype=np.float64))
     for sequence, flight, theta, place in zip(campaign.sequences, state.flights, state.theta, layout.place, strict=True):
-        own = np.concatenate([campaign.kind.precision(sequence), model.precision])
+        own = np.concatenate([campaign.kind.precision(sequence), common])
         precision[place] = own[layout.shared]
         values[place] = _vector(flight, theta)[layout.shared]
     held = Prior.diagonal(precision, values)
@@ -201,9 +235,7 @@ class ArrowSolution:
     inverses: Array
 
 
-def solve_arrow(
-    equations: Sequence[SequenceEquations], layout: Layout, prior: Prior, *, damping: float = 0.0
-) -> ArrowSolution:
+def solve_arrow(equations: Sequence[SequenceEquations], layout: Layout, prior: Prior, *, damping: float = 0.0) -> ArrowSolution:
     """Eliminate the local blocks, solve for the shared parameters, substitute back.
 
     ``damping``: of every normal matrix so much of its diagonal is added to it [Marquardt 1963].
@@ -365,8 +397,8 @@ def _cost(
     layout, model = kind
     noise = like or [None] * len(residuals)
     data = sum(campaign.kind.cost(sequence, each, by) for sequence, each, by in zip(campaign.sequences, residuals, noise, strict=True))
-    alone = np.array([e.entry.scope is Scope.SEQUENCE for e in model.effects], dtype=np.bool_)
-    own = sum(float(model.prior_cost(theta)[alone].sum()) for theta in state.theta)
+    shares = [_own_shares(campaign, i, model) for i in range(len(state.theta))]
+    own = sum(float((model.prior_cost(theta) * share)[share > 0.0].sum()) for theta, share in zip(state.theta, shares, strict=True))
     return float(data + shared_prior(campaign, layout, model, state).cost + own)
 
 

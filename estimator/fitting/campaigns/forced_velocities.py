@@ -1,4 +1,4 @@
-"""Velocities of a flight under a model with effects, and their derivatives by all parameters.
+"""Poses and velocities of a flight under a model with effects, and their derivatives by all parameters.
 
 ``v`` is that of the centre of mass, ``omega`` the angular velocity, world frame, at a nominal time: the clock's effects say when that truly
 was, those of the body what turns. Derivatives are central differences over the whole flight.
@@ -12,11 +12,23 @@ from numpy.typing import NDArray
 from datasets.vocabulary.state import Motion
 from estimator.effects.link import Setting
 from estimator.effects.model import Model, ModelForces, overrides
-from estimator.motion.flight import INERTIA, N_PARAMETERS, STEPS, Flight, fitted_body, inertia_matrix, states
+from estimator.motion.flight import (
+    INERTIA,
+    N_PARAMETERS,
+    STEPS,
+    Flight,
+    FlightPoses,
+    fitted_body,
+    inertia_matrix,
+    pose_differences,
+    states,
+)
+from estimator.motion.reached import Reached
 from estimator.motion.rigid_body import States, angular_velocity, inverted, rotation_matrices
 from estimator.motion.rotation import quaternion
 
 Array = NDArray[np.float64]
+_At = tuple[Model, Array, Setting]
 FORCES = ("acceleration", "torque")
 """The links by which an effect pushes and turns a body."""
 
@@ -61,6 +73,17 @@ def velocities_under(
 
     ``theta`` (q,) of the model.
     """
+    there = reached_under(flight, model, theta, setting, time_s, known=known)
+    return there.velocity, there.velocity_J
+
+
+def reached_under(
+    flight: Flight, model: Model, theta: Array, setting: Setting, time_s: float, *, known: NDArray[np.bool_] | None = None
+) -> Reached:
+    """The motion at a nominal time; derivatives are zero by parameters of the flight that are ``known`` (21,).
+
+    ``theta`` (q,) of the model.
+    """
     times, at = np.array([time_s]), (model, theta, setting)
     varied = np.flatnonzero(STEPS) if known is None else np.flatnonzero((STEPS > 0.0) & ~known)
     pushed, carried = _columns(model)
@@ -68,14 +91,26 @@ def velocities_under(
     moved = np.diag(np.concatenate([STEPS, model.steps]))[np.concatenate([varied, N_PARAMETERS + pushed])]
     moved = np.vstack([np.zeros(N_PARAMETERS + model.size), moved, -moved])
     steps, thetas = moved[:, :N_PARAMETERS], theta + moved[:, N_PARAMETERS:]
-    reached, omega = forced_states(flight, steps, at, times, forces_at=thetas)
-    every = np.hstack([reached.v[0], omega[0]])
-    high, low = np.split(every[1:], 2)
-    J = np.zeros((6, N_PARAMETERS + model.size))
-    J[:, np.concatenate([varied, N_PARAMETERS + pushed])] = ((high - low) / (2.0 * size)[:, None]).T
+    x, R, velocity = _motions(flight, at, (steps, thetas), times)
+    J, columns = np.zeros((12, N_PARAMETERS + model.size)), np.concatenate([varied, N_PARAMETERS + pushed])
+    J[:, columns] = _differences(x, R, velocity, 2.0 * size)
     for column in carried:
         J[:, N_PARAMETERS + column] = _derivative(flight, at, times, int(column))
-    return every[0], J
+    return Reached(x[0], R[0], velocity[0], J[:6], J[6:])
+
+
+def _motions(flight: Flight, at: _At, by: tuple[Array, Array | None], times_s: Array) -> tuple[Array, Array, Array]:
+    """Positions (m, 3), rotations (m, 3, 3) and (v, omega) (m, 6) at one time of flights reached by steps and parameters of forces."""
+    reached, omega = forced_states(flight, by[0], at, times_s, forces_at=by[1])
+    return reached.x[0], rotation_matrices(reached.q[0]), np.hstack([reached.v[0], omega[0]])
+
+
+def _differences(x: Array, R: Array, velocity: Array, widths: Array) -> Array:
+    """Central differences (12, w) of pose and (v, omega) between a flight, w others and their opposites, ``widths`` (w,) apart."""
+    order = np.concatenate([[0], np.arange(1, len(x)).reshape(2, -1).T.ravel()])
+    high, low = np.split(velocity[1:], 2)
+    pose = pose_differences(FlightPoses(x[None, order], R[None, order]), widths)[0]
+    return np.vstack([pose, ((high - low) / widths[:, None]).T])
 
 
 def _columns(model: Model) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -87,15 +122,11 @@ def _columns(model: Model) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     return np.concatenate([none, *pushed]), np.concatenate([none, *carried])
 
 
-def _derivative(flight: Flight, at: tuple[Model, Array, Setting], times_s: Array, column: int) -> Array:
-    """Derivative (6,) of (v, omega) by one of the model's parameters."""
+def _derivative(flight: Flight, at: _At, times_s: Array, column: int) -> Array:
+    """Derivative (12,) of pose and (v, omega) by one of the model's parameters."""
     model, theta, setting = at
-    change = np.zeros(model.size)
+    still, change = np.zeros((1, N_PARAMETERS)), np.zeros(model.size)
     change[column] = model.steps[column]
-    high, low = (_velocity(flight, (model, theta + sign * change, setting), times_s) for sign in (1.0, -1.0))
-    return np.asarray((high - low) / (2.0 * model.steps[column]))
-
-
-def _velocity(flight: Flight, at: tuple[Model, Array, Setting], times_s: Array) -> Array:
-    reached, omega = forced_states(flight, np.zeros((1, N_PARAMETERS)), at, times_s)
-    return np.concatenate([reached.v[0, 0], omega[0, 0]])
+    each = [_motions(flight, (model, theta + sign * change, setting), (still, None), times_s) for sign in (0.0, 1.0, -1.0)]
+    x, R, velocity = (np.concatenate(parts) for parts in zip(*each, strict=True))
+    return _differences(x, R, velocity, 2.0 * model.steps[[column]])[:, 0]

@@ -76,7 +76,7 @@ def _judged(campaign: Campaign, state: CampaignState, model: Model, judged: NDAr
     """Sum of squares and number of errors (j, 2) of the ``judged`` sequences, with what the others share."""
     n = len(campaign.sequences)
     learned_from = np.setdiff1d(np.arange(n), judged) if n > 1 else judged
-    others = _part(campaign, learned_from)
+    others = campaign.part(learned_from.tolist())
     try:
         fit = fit_campaign(others, _state_of(state, learned_from), model, most_steps=LOCAL_STEPS, most_falling=LOCAL_STEPS)
         learned = _learned(others, fit, alone=n == 1)
@@ -86,10 +86,16 @@ def _judged(campaign: Campaign, state: CampaignState, model: Model, judged: NDAr
 
 
 def _parts(campaign: Campaign) -> list[NDArray[np.int64]]:
-    """The sequences in parts, beside each of which there are some of every particle and camera that has several."""
-    n = len(campaign.sequences)
-    dealt = sorted(range(n), key=lambda i: (campaign.particle[i], campaign.camera[i], i))
-    return [np.array(sorted(dealt[start::PARTS]), dtype=np.int64) for start in range(min(n, PARTS))]
+    """The sequences in parts, beside each of which there are some of every particle and camera that has several.
+
+    Flights of one recording are judged together, unless the campaign is a single recording.
+    """
+    recording = np.array(campaign.sharing(Scope.RECORDING))
+    first = np.unique(recording)
+    if len(first) == 1:
+        recording = first = np.arange(len(recording))
+    dealt = sorted(first.tolist(), key=lambda i: (campaign.particle[i], campaign.camera[i], i))
+    return [np.flatnonzero(np.isin(recording, dealt[start::PARTS])) for start in range(min(len(first), PARTS))]
 
 
 @dataclass(frozen=True)
@@ -112,7 +118,7 @@ class _Learned:
 
     def told(self, particle: int, camera: int) -> NDArray[np.int64]:
         """Of every column (21 + q,), the sequence of these that tells of it; -1 where none does."""
-        found = [None if scope is Scope.SEQUENCE else self.like(scope, particle, camera) for scope in scopes_of(self.fit.model)]
+        found = [None if scope.own else self.like(scope, particle, camera) for scope in scopes_of(self.fit.model)]
         return np.array([-1 if each is None else each for each in found], dtype=np.int64)
 
     def information(self, columns: NDArray[np.int64], teller: NDArray[np.int64]) -> Array:
@@ -136,15 +142,6 @@ def _learned(campaign: Campaign, fit: CampaignFit, *, alone: bool) -> _Learned:
     return _Learned(campaign, fit, stable_inverse(schur))
 
 
-def _part(campaign: Campaign, rows: NDArray[np.int64]) -> Campaign:
-    return replace(
-        campaign,
-        sequences=tuple(campaign.sequences[i] for i in rows),
-        particle=tuple(campaign.particle[i] for i in rows),
-        camera=tuple(campaign.camera[i] for i in rows),
-    )
-
-
 def _state_of(state: CampaignState, rows: NDArray[np.int64]) -> CampaignState:
     return CampaignState(tuple(state.flights[i] for i in rows), tuple(state.theta[i] for i in rows))
 
@@ -157,7 +154,7 @@ def _judge(campaign: Campaign, number: int, own: CampaignState, learned: _Learne
     model = learned.fit.model
     sequence = campaign.sequences[number]
     layout = layout_of(campaign, model)
-    alone = replace(_part(campaign, np.array([number])), sequences=(sequence,))
+    alone = campaign.part([number])
     teller = learned.told(campaign.particle[number], campaign.camera[number])
     state = _with_shared(_state_of(own, np.array([number])), learned.fit.state, teller)
     state = _within_priors(state, campaign.kind.precision(sequence), model)

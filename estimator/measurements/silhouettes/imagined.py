@@ -51,9 +51,10 @@ class Pictures:
 
     @property
     def recorded(self) -> Drop:
-        """The recorded drop, its time stamps laid about the flight's reference time."""
-        nominal = self.sequence.setting
-        return Drop(self.flight, about(self.flight.time_s, len(nominal.times_s), nominal.interval_s), self.sequence.task.sightings.cameras)
+        """The recorded drop, or the one flight of it, its time stamps laid about the flight's reference time."""
+        nominal, sightings = self.sequence.setting, self.sequence.task.sightings
+        frames = len(np.unique(sightings.frame)) if self.sequence.number else len(nominal.times_s)
+        return Drop(self.flight, about(self.flight.time_s, frames, nominal.interval_s), sightings.cameras)
 
     def imagined(self, drop: Drop) -> Imagined:
         """The drop where it is, or aimed at the middle of the picture where that shows more of it."""

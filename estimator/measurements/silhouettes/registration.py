@@ -1,7 +1,7 @@
 """From the observations of a campaign to its task and the free flights it starts from.
 
-Sequences with the same calibrated views show one particle; its hull, start catalogue and the views' likeness are made once. A sequence that
-cannot be measured is left out and named, the rest goes on.
+Recordings with the same calibrated views show one particle; its hull, start catalogue and the views' likeness are made once. A recording
+with impacts gives a sequence for each of its flights. One that cannot be measured is left out and named, the rest goes on.
 """
 
 import hashlib
@@ -16,7 +16,7 @@ from datasets.errors import InputError
 from datasets.observation import CalibratedView, Observation
 from estimator.appearance.model_errors import SequenceTask
 from estimator.appearance.outline_tables import OutlineTables, with_tables
-from estimator.appearance.rim import rim_of
+from estimator.appearance.rim import Rim, rim_of
 from estimator.data.configuration import Configuration
 from estimator.data.fit_task import FitTask, restricted
 from estimator.data.no_measurement import NoMeasurement
@@ -28,15 +28,20 @@ from estimator.fitting.campaigns.registered import LeftOut, Registered
 from estimator.fitting.side_by_side import each_of
 from estimator.fitting.tasks import fit_task
 from estimator.geometry.outline_shape import outline_shape
+from estimator.impacts.chains import WEAK_RATIO, Seen
 from estimator.likelihood.time_gaps import longest_stretch
+from estimator.measurements.silhouettes.flights_of_drops import FreeFlight, free_flights_of
 from estimator.measurements.silhouettes.kind import SILHOUETTES
 from estimator.motion.flight import Flight
+from estimator.outlines.result import OutlineTrack
 from estimator.outlines.sightings import bias_pairs, pictures_of, tracks_of, usable_sightings
 from estimator.particle.observed import observed_particle
 from estimator.particle.particle import Particle, views_like
 from estimator.search.candidate_flights import candidate_flights, first_pose
 
 Array = NDArray[np.float64]
+HOPELESS_COST = 50.0
+"""Cost per pair (1 is expected) of a free flight that no effect explains: one through an impact costs 200."""
 
 
 def register(
@@ -68,26 +73,28 @@ def register(
     found |= dict(zip(likened, rest, strict=True))
     cameras: dict[str, int] = {}
     right = [(i, each) for i in range(len(observations)) if isinstance(each := found[i], _Found)]
+    flown = [(i, *flight) for i, each in right for flight in each.flights]
     campaign = Campaign(
-        sequences=tuple(each.task for _, each in right),
-        particle=tuple(particles[keys[i]][0] for i, _ in right),
-        camera=tuple(cameras.setdefault(repr(observations[i].cameras[0]), len(cameras)) for i, _ in right),
+        sequences=tuple(task for _, task, _ in flown),
+        particle=tuple(particles[keys[i]][0] for i, _, _ in flown),
+        camera=tuple(cameras.setdefault(repr(observations[i].cameras[0]), len(cameras)) for i, _, _ in flown),
         floor_px=configuration.floor_px,
         body_noise_px=configuration.body_noise_px,
         kind=SILHOUETTES,
+        recording=tuple(observations[i].name for i, _, _ in flown) if any(each.has_impacts for _, each in right) else (),
     )
-    start = CampaignState(tuple(each.flight for _, each in right), tuple(np.zeros(0) for _ in right))
+    start = CampaignState(tuple(flight for _, _, flight in flown), tuple(np.zeros(0) for _ in flown))
     left_out = tuple(each for i in range(len(observations)) if isinstance(each := found[i], LeftOut))
     return Registered(campaign, start, tuple(p for _, p, _ in particles.values()), left_out)
 
 
 @dataclass(frozen=True)
 class _Found:
-    """A sequence's task, its free flight, and the views' likeness that both were found with."""
+    """The task and the free flight of each sequence of a recording, and the views' likeness that they were found with."""
 
-    task: SequenceTask
-    flight: Flight
+    flights: tuple[tuple[SequenceTask, Flight], ...]
     views: Views
+    has_impacts: bool = False
 
 
 def _found_first(
@@ -117,20 +124,53 @@ def _one(observation: Observation, particle: Particle, views: Views | None, conf
     if views is None:
         views = views_like(particle, sightings.silhouettes, np.random.default_rng(configuration.seed), pictures)
     task = fit_task(observation, particle, sightings, views, configuration)
+    flights = _flown(Seen(observation, tracks, particle), task, views, configuration)
+    made = tuple((_sequence(each, (observation, tracks), particle, configuration), each.flight) for each in flights)
+    return _Found(made, views, has_impacts=flights[0].number > 0)
+
+
+def _flown(seen: Seen, task: FitTask, views: Views, configuration: Configuration) -> tuple[FreeFlight, ...]:
+    """The flights of a recording with impacts, or the one free flight that it is, number 0.
+
+    Where that misses as a flight through an impact does, weaker kinks may be impacts, as where two follow one another closely.
+    """
+    pieces = free_flights_of(seen, task, views, configuration)
+    if pieces:
+        return pieces
     stretch = _without_jump(task)
-    candidates = candidate_flights(observation, stretch, particle, first_pose(stretch, particle, configuration), configuration)
+    start = first_pose(stretch, seen.particle, configuration)
+    best = candidate_flights(seen.observation, stretch, seen.particle, start, configuration)[0].solution
+    if best.equations.cost > HOPELESS_COST * stretch.weight.size:
+        pieces = free_flights_of(seen, task, views, configuration, least_ratio=WEAK_RATIO)
+    return pieces or (FreeFlight(0, task, best.state),)
+
+
+def _sequence(
+    flown: FreeFlight, recorded: tuple[Observation, tuple[OutlineTrack, ...]], particle: Particle, configuration: Configuration
+) -> SequenceTask:
+    """A flight as a sequence, its tables made where it begins."""
+    number, task, (observation, tracks) = flown.number, flown.task, recorded
+    pictures = pictures_of(observation, tracks, task.sightings)
     setting = Setting(
         times_s=observation.clock.times_s,
         exposure_s=observation.clock.exposure_s,
         gravity_world=np.asarray(observation.gravity_world, dtype=np.float64),
         inertia_ratios=particle.body.inertia_ratios,
-        edge_px=pictures.edge_px(sightings.camera) if pictures is not None else 0.0,
+        edge_px=pictures.edge_px(task.sightings.camera) if pictures is not None else 0.0,
     )
-    vertices = (particle.hull.vertices - particle.body.com_particle) @ particle.body.R_particle_body
-    flight = candidates[0].solution.state
-    tables = OutlineTables(particle, views, bias_pairs(observation, configuration), configuration.seed, pictures)
-    sequence = SequenceTask(observation.name, task, setting, rim_of(vertices), outline_shape([]), tables)
-    return _Found(with_tables(sequence, flight, Model(), np.zeros(0)), flight, views)
+    tables = OutlineTables(particle, task.views, bias_pairs(observation, configuration), configuration.seed, pictures)
+    name = flight_name(observation.name, number) if number else observation.name
+    sequence = SequenceTask(name, task, setting, _rim(particle), outline_shape([]), tables, number=number)
+    return with_tables(sequence, flown.flight, Model(), np.zeros(0))
+
+
+def _rim(particle: Particle) -> Rim:
+    return rim_of((particle.hull.vertices - particle.body.com_particle) @ particle.body.R_particle_body)
+
+
+def flight_name(recording: str, number: int) -> str:
+    """What flight ``number`` (from 1) of a recording with impacts is called among the sequences of a campaign."""
+    return f"{recording} flight {number}"
 
 
 def _without_jump(task: FitTask) -> FitTask:

@@ -20,6 +20,7 @@ from estimator.fitting.campaigns.registered import Registered
 from estimator.measurements.trajectories.free_flights import Run
 from estimator.measurements.trajectories.registering import register_trajectories
 from estimator.motion.flight import N_PARAMETERS, OMEGA, STEPS, Flight, FlightPoses, X, inertia_matrix, pose_differences, states
+from estimator.motion.reached import Reached
 from estimator.motion.rigid_body import States, angular_velocity, rotation_matrices
 
 Array = NDArray[np.float64]
@@ -70,7 +71,12 @@ class FittedFlight:
         """The flight with its own acceleration in the place of gravity."""
         return replace(self.flight, gravity_world=self.flight.gravity_world + self.theta)
 
-    def at(self, time_s: float) -> "Reached":
+    @property
+    def ends_s(self) -> tuple[float, float]:
+        """Times of its first and its last row."""
+        return float(self.setting.times_s[0]), float(self.setting.times_s[-1])
+
+    def at(self, time_s: float) -> Reached:
         """The motion at a time, also beyond the flight's rows."""
         reached, omega = self._reached(_STEPS, time_s)
         every = FlightPoses(reached.x[:1], rotation_matrices(reached.q[:1]))
@@ -91,20 +97,6 @@ class FittedFlight:
         reached = states(self.falling, steps, np.array([time_s]))
         inverse = np.linalg.inv(inertia_matrix(self.flight, self.flight.inertia[None]))
         return reached, angular_velocity(reached.q[0], reached.L[0], np.broadcast_to(inverse, (len(steps), 3, 3)))
-
-
-@dataclass(frozen=True)
-class Reached:
-    """A flight at one time, world frame: ``x`` (3,) m, ``R`` (3, 3) world from body, ``velocity`` (6,) of v (m/s) and omega (rad/s).
-
-    ``pose_J`` and ``velocity_J`` (6, 24) by the flight's parameters, a turn as its left rotation vector.
-    """
-
-    x: Array
-    R: Array
-    velocity: Array
-    pose_J: Array
-    velocity_J: Array
 
 
 def cut(trajectory: Trajectory, run: Run) -> Trajectory:

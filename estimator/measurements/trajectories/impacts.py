@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import block_diag
 
 from datasets.errors import InputError
 from datasets.estimate import Estimate, FrameReport, ImpactEstimate, SegmentEstimate, Status, VelocityEstimate
@@ -140,7 +141,7 @@ def impacts_between(flights: Sequence[FittedFlight]) -> list[Struck]:
         hidden = b.run.first - a.run.last
         if hidden > MOST_CONTACT:
             continue
-        met = meeting(a, b)
+        met = meeting(a, b, block_diag(a.covariance, b.covariance))
         if met.jump >= LEAST_JUMP:
             found.append(Struck(number, hidden, met))
     return found

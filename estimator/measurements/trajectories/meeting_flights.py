@@ -14,12 +14,13 @@ jump Δ happens at another time, and poses miss by Δ times that. So S_c = s² |
 """
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from estimator.measurements.trajectories.fitted_flights import FittedFlight, Reached
+from estimator.motion.reached import Reached
 from estimator.motion.rotation import rotation_from_vector, rotation_vector
 
 Array = NDArray[np.float64]
@@ -31,12 +32,30 @@ LEFT = 5
 """Coordinates of a miss that are left once the time is chosen."""
 
 
+class Measured(Protocol):
+    """A measured flight."""
+
+    @property
+    def ends_s(self) -> tuple[float, float]:
+        """First and last time at which it was seen."""
+        ...
+
+    def at(self, time_s: float) -> Reached:
+        """The motion at a time, also beyond those."""
+        ...
+
+    def change_at(self, time_s: float) -> Array:
+        """Rate (6,) of v and omega at a time."""
+        ...
+
+
 @dataclass(frozen=True)
 class Meeting:
     """An impact between two flights at ``time_s``; ``x`` (3,) m, ``R`` (3, 3), ``before`` and ``after`` (6,) of v and omega, world frame.
 
     ``covariance`` (18, 18) of position, left rotation vector, before, after; ``gap`` (6,) by which the flights miss one another (m, rad)
-    before they are made to agree; ``spread_s`` of the contact; ``jump`` squared Mahalanobis length of after - before.
+    before they are made to agree; ``chi_square`` of 5 of that gap, were the contact of no duration; ``spread_s`` of the contact; ``jump``
+    squared Mahalanobis length of after - before.
     """
 
     time_s: float
@@ -47,13 +66,14 @@ class Meeting:
     after: Array
     covariance: Array
     gap: Array
+    chi_square: float
     spread_s: float
     jump: float
 
 
 @dataclass(frozen=True)
 class _Miss:
-    """The flights at a time: the gap (6,), its rate (6,), its Jacobian (6, 48) and the jump (6,)."""
+    """The flights at a time: the gap (6,), its rate (6,) and its Jacobian (6, p), p the parameters of both."""
 
     before: Reached
     after: Reached
@@ -69,17 +89,15 @@ class _Miss:
         return np.diag(sizes)
 
 
-def _miss(a: FittedFlight, b: FittedFlight, time_s: float) -> _Miss:
+def _miss(a: Measured, b: Measured, time_s: float) -> _Miss:
     before, after = a.at(time_s), b.at(time_s)
     gap = np.concatenate([after.x - before.x, rotation_vector((after.R @ before.R.T)[None])[0]])
     return _Miss(before, after, gap, after.velocity - before.velocity, np.hstack([-before.pose_J, after.pose_J]))
 
 
-def meeting(a: FittedFlight, b: FittedFlight) -> Meeting:
-    """Where ``a``, the earlier flight, ends and ``b`` begins."""
-    P = np.zeros((48, 48))
-    P[:24, :24], P[24:, 24:] = a.covariance, b.covariance
-    last, first = (float(each.setting.times_s[row]) for each, row in ((a, -1), (b, 0)))
+def meeting(a: Measured, b: Measured, P: Array) -> Meeting:
+    """Where ``a``, the earlier flight, ends and ``b`` begins; ``P`` (p, p): joint covariance of the parameters of ``a``, then ``b``."""
+    last, first = a.ends_s[1], b.ends_s[0]
     time_s, spread = 0.5 * (last + first), 0.0
     for _ in range(STEPS):
         at = _miss(a, b, time_s)
@@ -103,27 +121,33 @@ def _spread(at: _Miss, P: Array) -> float:
     """The spread (s) at which what is left of the gap is as large as expected."""
 
     def excess(spread: float) -> float:
-        _, _, weight, left = _solved(at, P, spread)
-        return float(left @ weight @ left) - LEFT
+        return _chi_square(at, P, spread) - LEFT
 
     if excess(0.0) <= 0.0 or excess(LONGEST_SPREAD_S) >= 0.0:
         return 0.0 if excess(0.0) <= 0.0 else LONGEST_SPREAD_S
     return float(brentq(excess, 0.0, LONGEST_SPREAD_S, xtol=1e-9))
 
 
-def _corrected(flights: tuple[FittedFlight, FittedFlight], at: _Miss, P: Array, time_s: float, spread: float) -> Meeting:
+def _chi_square(at: _Miss, P: Array, spread: float) -> float:
+    """Of 5, of what is left of the gap."""
+    _, _, weight, left = _solved(at, P, spread)
+    return float(left @ weight @ left)
+
+
+def _corrected(flights: tuple[Measured, Measured], at: _Miss, P: Array, time_s: float, spread: float) -> Meeting:
     """Both flights after the update, and the covariance of what is said at the impact."""
     _, variance, weight, left = _solved(at, P, spread)
     gain = P @ at.J.T
     projected = weight - variance * np.outer(weight @ at.rate, weight @ at.rate)
     change = -gain @ weight @ left
-    C = np.zeros((49, 49))
-    C[:48, :48] = P - gain @ projected @ gain.T
-    C[48, :48] = C[:48, 48] = -variance * (gain @ weight @ at.rate)
-    C[48, 48] = variance
+    p = len(P)
+    C = np.zeros((p + 1, p + 1))
+    C[:p, :p] = P - gain @ projected @ gain.T
+    C[p, :p] = C[:p, p] = -variance * (gain @ weight @ at.rate)
+    C[p, p] = variance
     J = _sensitivity(flights, at, time_s)
     covariance = J @ C @ J.T
-    said = J[:, :48] @ change
+    said = J[:, :p] @ change
     before, after = at.before.velocity + said[6:12], at.after.velocity + said[12:]
     D = (J[12:] - J[6:12]) @ C @ (J[12:] - J[6:12]).T
     return Meeting(
@@ -135,15 +159,17 @@ def _corrected(flights: tuple[FittedFlight, FittedFlight], at: _Miss, P: Array, 
         after=after,
         covariance=0.5 * (covariance + covariance.T),
         gap=left,
+        chi_square=_chi_square(at, P, 0.0),
         spread_s=spread,
         jump=float((after - before) @ np.linalg.solve(D, after - before)),
     )
 
 
-def _sensitivity(flights: tuple[FittedFlight, FittedFlight], at: _Miss, time_s: float) -> Array:
-    """Position, turn, before and after (18,) by both flights' parameters and the time (49,)."""
-    J = np.zeros((18, 49))
-    J[:6, :24], J[6:12, :24], J[12:, 24:48] = at.before.pose_J, at.before.velocity_J, at.after.velocity_J
-    J[:6, 48] = at.before.velocity
-    J[6:12, 48], J[12:, 48] = flights[0].change_at(time_s), flights[1].change_at(time_s)
+def _sensitivity(flights: tuple[Measured, Measured], at: _Miss, time_s: float) -> Array:
+    """Position, turn, before and after (18,) by both flights' parameters and the time (p + 1,)."""
+    first, p = at.before.pose_J.shape[1], at.J.shape[1]
+    J = np.zeros((18, p + 1))
+    J[:6, :first], J[6:12, :first], J[12:, first:p] = at.before.pose_J, at.before.velocity_J, at.after.velocity_J
+    J[:6, p] = at.before.velocity
+    J[6:12, p], J[12:, p] = flights[0].change_at(time_s), flights[1].change_at(time_s)
     return J

@@ -9,7 +9,7 @@ import pytest
 
 from datasets.recipes.effects import check_effects
 from datasets.recipes.synth_only import SYNTH_ONLY
-from datasets.vocabulary.effects import EFFECTS, PICTURED, Scope, Stage
+from datasets.vocabulary.effects import EFFECTS, PICTURED, Stage
 from synth.effects.registry import REALISATIONS
 from tumble.challenge.cases import Case, case_from_dict, case_to_dict
 from tumble.challenge.drawing import (
@@ -98,7 +98,7 @@ def test_sizes_are_the_ratio_times_the_limit() -> None:
         ratio = 1.0 / limit_along(TABLE_READ, effect.key, np.stack(columns, axis=1))
         assert ratio == pytest.approx(case.ratios[effect.key])
         assert effect.key == "dropped_frames" or ratio <= 10.0 + 1e-9
-        own = entry.scope is Scope.SEQUENCE
+        own = entry.scope.own
         assert all(len(c) == (case.recipe.sequences if own else 1) for c in columns)
 
 

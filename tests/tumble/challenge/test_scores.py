@@ -10,10 +10,11 @@ import pytest
 
 from datasets.errors import InputError
 from datasets.recipes.recipe import EffectRecipe, Recipe
-from tumble.challenge.acceptance import HELD, MISSED, NOT_ASKED, TOO_FEW, acceptance, line_of, share, share_of_rows
+from tumble.challenge.acceptance import acceptance
 from tumble.challenge.answers import no_answer
 from tumble.challenge.cases import Case, Kind
 from tumble.challenge.detection import detection_table
+from tumble.challenge.figures import HELD, MISSED, NOT_ASKED, TOO_FEW, line_of, share, share_of_rows
 from tumble.challenge.scoring import NO_ANSWER, Scored, named, pulls
 from tumble.challenge.summary import TABLES, falls, of_challenge, pooled, read_tables, table_path, write_tables
 

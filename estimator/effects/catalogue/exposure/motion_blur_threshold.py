@@ -30,6 +30,7 @@ LEAST_MOVED = 1e-3
 REACH = 8.0
 """Standard deviations beyond half the movement within which any level is found."""
 ROOT_TWO_PI = np.sqrt(2.0 * np.pi)
+"""What a normal density is divided by."""
 
 
 class MotionBlurThreshold(EffectModel):

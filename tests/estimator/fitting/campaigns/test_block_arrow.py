@@ -9,7 +9,7 @@ import pytest
 from estimator.effects.model import Model
 from estimator.effects.registry import MODELS
 from estimator.fitting.campaigns import campaign as module
-from estimator.fitting.campaigns.campaign import Layout, Prior, layout_of, solve_arrow
+from estimator.fitting.campaigns.campaign import Campaign, Layout, Prior, layout_of, solve_arrow
 from estimator.motion.flight import N_PARAMETERS
 
 MODEL = Model((MODELS["uniform_acceleration"], MODELS["quadratic_drag"], MODELS["principal_point"], MODELS["frame_rate"]))
@@ -17,8 +17,8 @@ SIZE = N_PARAMETERS + MODEL.size
 
 
 def layout(particle: tuple[int, ...], camera: tuple[int, ...]) -> Layout:
-    campaign: Any = SimpleNamespace(particle=particle, camera=camera)
-    return layout_of(campaign, MODEL)
+    nothing: Any = None
+    return layout_of(Campaign((nothing,) * len(particle), particle, camera, 0.0, 0.0, nothing), MODEL)
 
 
 def equations(count: int) -> list[Any]:
