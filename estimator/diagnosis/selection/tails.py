@@ -24,7 +24,7 @@ steps of a slow sequence are taken at once at most."""
 
 @dataclass(frozen=True)
 class Weighed:
-    """The ``few`` columns' posterior, the units' means ``own`` (m,) and variances ``spread`` (m,), and each sequence's ``precision`` (s,)."""
+    """The ``few`` columns' posterior, units' means ``own`` (m,) and variances ``spread`` (m,), and sequences' ``precision`` (s,)."""
 
     few: Posterior
     own: Array
