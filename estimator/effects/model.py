@@ -202,7 +202,7 @@ class ModelForces:
     def _sum(self, link: str, moment: Moment) -> Array:
         values = (getattr(effect, link)(theta, moment, self.setting) for effect, theta in self._acting[link])
         acting = [value for value in values if value is not None]
-        return np.asarray(sum(acting[1:], start=acting[0])) if acting else np.zeros(moment.x.shape)
+        return np.asarray(sum(acting[1:], start=acting[0]), dtype=np.float64) if acting else np.zeros(moment.x.shape)
 
     @cached_property
     def _acting(self) -> dict[str, list[tuple[EffectModel, Array]]]:

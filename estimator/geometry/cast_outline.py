@@ -17,7 +17,6 @@ from scipy.spatial import ConvexHull
 
 from datasets.vocabulary.camera import Intrinsics
 from estimator.geometry.closed_curves import largest_part, unit_circle
-from estimator.geometry.support import support
 from estimator.geometry.visual_hull import HullMesh
 
 Array = NDArray[np.float64]
@@ -85,7 +84,7 @@ def with_hollows_seen(cast: Array, seen: Array) -> Array:
     if min(len(cast), len(seen)) < FEWEST_CORNERS:
         return cast
     u = unit_circle(DIRECTIONS)
-    beyond = max(float(np.max(support(cast, u) - support(seen, u))), 0.0)
+    beyond = max(float(np.max((cast @ u.T).max(axis=0) - (seen @ u.T).max(axis=0))), 0.0)
     body = shapely.Polygon(cast).buffer(0.0)
     pockets = body.difference(shapely.make_valid(shapely.Polygon(seen)).buffer(beyond + SLACK_PX))
     left = body.difference(pockets.buffer(SLACK_PX))

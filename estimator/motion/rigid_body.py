@@ -96,7 +96,18 @@ def _cross_product(a, b, out):  # type: ignore[no-untyped-def]
 
 def sizes(a: Array) -> Array:
     """Lengths (m, 1) of vectors ``a`` (m, n), any units and frame."""
-    return np.asarray(np.sqrt(np.einsum("ij,ij->i", a, a))[:, None])
+    out = np.empty((len(a), 1))
+    _sizes(np.ascontiguousarray(a), out)
+    return out
+
+
+@numba.njit(cache=True)
+def _sizes(a, out):  # type: ignore[no-untyped-def]
+    for i in range(len(a)):
+        square = 0.0
+        for j in range(a.shape[1]):
+            square += a[i, j] ** 2
+        out[i, 0] = np.sqrt(square)
 
 
 def angular_velocity(q: Array, L: Array, inverse_inertia: Array) -> Array:
