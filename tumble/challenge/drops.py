@@ -1,7 +1,7 @@
 """Drops onto a plate in the challenge: what is measured of impacts against what was true, and the figures that they are held to.
 
-An impact is one of nature's contacts where exactly one happens between the frames that the flights before and after it are seen in. Where
-more happen there, the pictures show their sum, and no interval of one of them is asked for.
+An impact is one of nature's contacts where exactly one happens between the frames that the flights before and after it are seen in, or near
+them. Where more happen there, the pictures show their sum, and no interval of one of them is asked for.
 """
 
 from collections.abc import Mapping
@@ -19,6 +19,8 @@ from tumble.challenge.cases import Case, case_folder
 from tumble.challenge.figures import Figure, share, share_of_rows
 
 Array = NDArray[np.float64]
+CLOSE_FRAMES = 3
+"""Contacts within so many frames of one another are not found one by one (:mod:`estimator.impacts.impact_search`)."""
 INSIDE = float(chi2.isf(0.05, 3))
 PARTS = (("v", slice(0, 3)), ("omega", slice(3, 6)))
 
@@ -36,11 +38,12 @@ def impact_rows(case: Case, root: Path, answer: Mapping[str, Any]) -> list[dict[
 
 
 def _between(truth: Truth, ends_s: Array) -> list[Impact]:
-    """The contacts between two frames, which are named by their time stamps."""
+    """The contacts between two frames, which are named by their time stamps, or ``CLOSE_FRAMES`` beside them."""
     stamps = truth.motion.times_s
     times = np.array(truth.notes.get("true_times_s", stamps))
-    last, first = (times[int(np.argmin(np.abs(stamps - end)))] for end in ends_s)
-    return [impact for impact in truth.impacts if last <= impact.time_s <= first]
+    last, first = (int(np.argmin(np.abs(stamps - end))) for end in ends_s)
+    start, end = times[max(last - CLOSE_FRAMES, 0)], times[min(first + CLOSE_FRAMES, len(times) - 1)]
+    return [impact for impact in truth.impacts if start <= impact.time_s <= end]
 
 
 def _errors(found: Mapping[str, Any], true: Impact) -> dict[str, float]:

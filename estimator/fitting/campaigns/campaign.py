@@ -81,10 +81,9 @@ class Campaign:
         """The name of every sequence's recording."""
         return self.recording or tuple(each.name for each in self.sequences)
 
-    def alike(self, scope: Scope) -> tuple[int, ...]:
-        """Of every sequence, how many share with it what is of a ``scope``, itself among them."""
-        sharing = self.sharing(scope)
-        return tuple(sharing.count(first) for first in sharing)
+    def flights_beside(self, number: int) -> int:
+        """How many sequences are of the recording of sequence ``number``, itself among them."""
+        return self.recording.count(self.recording[number]) if self.recording else 1
 
     def part(self, rows: Sequence[int]) -> "Campaign":
         """The sequences ``rows`` alone, in that order; a sequence may be there several times."""
@@ -172,9 +171,8 @@ def _own_shares(campaign: Campaign, number: int, model: Model) -> Array:
 
     Nothing of effects that are not own: their priors are in :func:`shared_prior`.
     """
-    scopes = [effect.entry.scope for effect in model.effects]
-    shares = {scope: 1.0 / campaign.alike(scope)[number] for scope in set(scopes) if scope.own}
-    return np.array([shares.get(scope, 0.0) for scope in scopes])
+    shares = {Scope.SEQUENCE: 1.0, Scope.RECORDING: 1.0 / campaign.flights_beside(number)}
+    return np.array([shares.get(effect.entry.scope, 0.0) for effect in model.effects])
 
 
 def _with_own_prior(frames: WeighedFrames, model: Model, theta: Array, shares: Array) -> WeighedFrames:

@@ -7,8 +7,10 @@ import pytest
 
 from estimator.effects.choosing import catalogue
 from estimator.effects.model import Model
-from estimator.fitting.campaigns.forced_velocities import motion_under, velocities_under
+from estimator.fitting.campaigns.forced_velocities import motion_under, reached_under, velocities_under
 from estimator.motion.flight import N_PARAMETERS, moved, velocities, velocity_sensitivity
+from estimator.motion.reached import Reached
+from estimator.motion.rotation import rotation_vector
 from estimator.reports.reporting import motion_of
 from tests.estimator.small_campaign import registered
 
@@ -45,19 +47,22 @@ def test_a_clock_that_runs_wrong_moves_the_time() -> None:
     assert np.allclose(later, velocities_under(FLIGHT, Model(()), np.zeros(0), SETTING, at)[0], rtol=1e-9)
 
 
-@pytest.mark.parametrize("key", ["quadratic_drag", "magnus_lift", "spin_damping", "inertia_ratios"])
+@pytest.mark.parametrize("key", ["quadratic_drag", "magnus_lift", "spin_damping", "inertia_ratios", "frame_rate"])
 def test_derivatives_by_all_parameters(key: str) -> None:
     effect = catalogue()[key]
     model = Model((effect,))
     theta = 0.1 * np.array([p.plausible[1] for p in effect.entry.parameters])
-    _, J = velocities_under(FLIGHT, model, theta, SETTING, TIME_S)
+    there = reached_under(FLIGHT, model, theta, SETTING, TIME_S)
     rng = np.random.default_rng(0)
     step = np.concatenate([rng.normal(size=N_PARAMETERS) * 1e-4, rng.normal(size=model.size) * 1e-3 * theta])
     step[20] = 0.0
 
-    def at(sign: float) -> np.ndarray:
+    def at(sign: float) -> Reached:
         flight = moved(replace(FLIGHT), sign * step[:N_PARAMETERS])
-        return velocities_under(flight, model, theta + sign * step[N_PARAMETERS:], SETTING, TIME_S)[0]
+        return reached_under(flight, model, theta + sign * step[N_PARAMETERS:], SETTING, TIME_S)
 
-    slope = 0.5 * (at(1.0) - at(-1.0))
-    assert np.allclose(J @ step, slope, rtol=1e-3, atol=1e-4 * np.abs(slope).max())
+    high, low = at(1.0), at(-1.0)
+    slope = 0.5 * (high.velocity - low.velocity)
+    assert np.allclose(there.velocity_J @ step, slope, rtol=1e-3, atol=1e-4 * np.abs(slope).max())
+    turn = rotation_vector((high.R @ low.R.T)[None])[0]
+    assert np.allclose(there.pose_J @ step, 0.5 * np.concatenate([high.x - low.x, turn]), rtol=1e-3, atol=1e-7)
