@@ -6,7 +6,7 @@ import pytest
 
 from scripts import array_shapes
 
-MOST_UNTOLD = {"shape": 4, "unit": 0, "frame": 0}
+MOST_UNTOLD = {"shape": 1, "unit": 0, "frame": 0}
 """May only shrink."""
 
 
