@@ -24,9 +24,9 @@ from scipy.special import log_ndtr
 
 from estimator.diagnosis.score_tests import Column
 from estimator.diagnosis.selection.linearised import Linearised
-from estimator.diagnosis.selection.reduced import Own, Posterior, Quadratic, posterior
-from estimator.diagnosis.selection.tails import Noise, with_tails
 from estimator.fitting.campaigns.measurement_kind import NOISE_FREEDOM
+from estimator.likelihood.reduced import Own, Posterior, Quadratic, posterior
+from estimator.likelihood.tails import Noise, with_tails
 
 Array = NDArray[np.float64]
 SHARES = 0.5 * np.logspace(-3.0, 0.0, 7)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from estimator.diagnosis.selection.reduced import Own, Quadratic, independent, posterior
+from estimator.likelihood.reduced import Own, Quadratic, independent, posterior
 
 Array = NDArray[np.float64]
 SEQUENCES, OWN, FEW, ROWS = 6, 2, 3, 8

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from estimator.diagnosis.selection.reduced import Own
-from estimator.diagnosis.selection.tails import Noise, weighed_in_turn, with_tails
-from tests.estimator.diagnosis.selection.test_reduced import FEW, FEW_ROWS, OWN_ROWS, quadratic, sizes
+from estimator.likelihood.reduced import Own
+from estimator.likelihood.tails import Noise, weighed_in_turn, with_tails
+from tests.estimator.likelihood.test_reduced import FEW, FEW_ROWS, OWN_ROWS, quadratic, sizes
 
 
 @pytest.mark.parametrize("few", [FEW, 0])

@@ -13,8 +13,8 @@ from numpy.linalg import LinAlgError
 from numpy.typing import NDArray
 from scipy.special import gammaln
 
-from estimator.diagnosis.selection.reduced import Own, Posterior, posterior
 from estimator.effects.link import TAILS
+from estimator.likelihood.reduced import Own, Posterior, posterior
 
 Array = NDArray[np.float64]
 MOST_WEIGHED, WEIGHED, AT_ONCE = 12, 0.02, 4.0
