@@ -107,8 +107,9 @@ def _own(found: Mapping[str, Any]) -> dict[str, Markup]:
         return {}
     from tumble.reports.sequence_charts import sequence_charts  # noqa: PLC0415 - loads Matplotlib: 0.5 s, which few pages need
 
-    names = [*found["sequences"], *(each["recording"] for each in found["drops"])]
-    return {effect: Markup(chart) for effect, chart in sequence_charts(found["values"] or [], names).items()}
+    recordings = [str(each["recording"]) for each in found["drops"]]
+    charts = sequence_charts(found["values"] or [], found["sequences"], recordings)
+    return {effect: Markup(chart) for effect, chart in charts.items()}
 
 
 def _unknown(entry: Mapping[str, Any] | None) -> dict[str, Any] | None:

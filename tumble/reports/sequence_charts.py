@@ -18,11 +18,13 @@ WIDTH, HEIGHT, ROOM = 7.4, 1.25, 0.9
 """Of the picture, of each of its parts, and for the names below (inches)."""
 
 
-def sequence_charts(values: Sequence[Mapping[str, Any]], names: Sequence[str]) -> dict[str, str]:
-    """A picture for each effect with values of at least ``LEAST`` sequences; ``values`` as a diagnosis has them."""
+def sequence_charts(values: Sequence[Mapping[str, Any]], sequences: Sequence[str], recordings: Sequence[str] = ()) -> dict[str, str]:
+    """A picture for each effect with values of at least ``LEAST`` sequences, or recordings; ``values`` as a diagnosis has them."""
     found: dict[str, str] = {}
     for effect in dict.fromkeys(v["effect"] for v in values if v["sequence"] is not None):
-        own = [v for v in values if v["effect"] == effect and v["sequence"] in names]
+        every = [v for v in values if v["effect"] == effect]
+        names = recordings if any(v["sequence"] in recordings for v in every) else sequences
+        own = [v for v in every if v["sequence"] in names]
         if len({v["sequence"] for v in own}) >= LEAST:
             found[effect] = _chart(own, names)
     return found
