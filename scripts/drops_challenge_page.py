@@ -20,8 +20,8 @@ DRAWN = {"single": 40, "control": 20}
 """Campaigns that the command below makes."""
 
 
-def page_lines(result: Mapping[str, Any], cases: pd.DataFrame) -> list[str]:
-    """The page."""
+def page_lines(result: Mapping[str, Any], cases: pd.DataFrame, remark: str = "") -> list[str]:
+    """The page; ``remark``: what else is to be known of this run."""
     (seed,) = result["challenges"] or {"unknown": 0}
     counts = {kind: result["counts"].get(kind, 0) for kind in DRAWN}
     first = (
@@ -38,6 +38,7 @@ def page_lines(result: Mapping[str, Any], cases: pd.DataFrame) -> list[str]:
         "40 calibrated views, outlines with 0.2 px noise. The solver sees the observations alone, finds the impacts, fits "
         "every flight before, between and after them with a state of its own, and explains the campaign; impacts are measured where two "
         f"flights meet, under the model that it ends with. Seed {seed}, drawn after the code was final.{all_of_them}",
+        *(["", remark] if remark else []),
         "",
         "*Limit of its own*: the size that the score test finds in 95% of campaigns like this very one, by its Fisher information. The "
         "table's limits, to which sizes were drawn (2 to 10 times), are those of free flights of 80 frames.",
@@ -70,9 +71,10 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--result", type=Path, default=RESULT)
     parser.add_argument("--page", type=Path, default=PAGE)
+    parser.add_argument("--remark", default="", help="what else is to be known of this run, as a paragraph of the page")
     arguments = parser.parse_args()
     cases = pd.read_csv(arguments.result.with_name(f"{arguments.result.stem}_cases.csv"))
-    write_page(page_lines(json.loads(arguments.result.read_text(encoding="utf-8")), cases), arguments.page)
+    write_page(page_lines(json.loads(arguments.result.read_text(encoding="utf-8")), cases, arguments.remark), arguments.page)
     print(arguments.page)
     return 0
 
