@@ -104,18 +104,38 @@ def contour_generator(mesh: CastingMesh, pixels: Array) -> NDArray[np.int64]:
     return np.flatnonzero(_on_rim(np.ascontiguousarray(pixels), mesh.faces, mesh.beside))
 
 
-def drawn_rim(pixels: Array, rim: NDArray[np.int64], finer: int, *, chain: int = cv2.CHAIN_APPROX_SIMPLE) -> Array:
+def drawn_rim(pixels: Array, rim: NDArray[np.int64], finer: int) -> Array:
     """The outer boundary (n, 2) px of the contour generator's edges ``rim`` (e, 2), drawn ``finer`` times finer than the pixels.
 
-    ``chain``: its corners, or with ``cv2.CHAIN_APPROX_NONE`` every point that was drawn.
-    ``pixels`` (v, 2) of all vertices.
+    ``pixels`` (v, 2) of the vertices.
     """
+    drawn, corner = _blank(pixels, finer, np.uint8)
+    _draw(drawn, np.round((pixels[rim] - corner) * finer).astype(np.int64), np.full(len(rim), 255, dtype=np.uint8))
+    return _outer(drawn, cv2.CHAIN_APPROX_SIMPLE) / finer + corner
+
+
+def drawn_edges(pixels: Array, rim: NDArray[np.int64], finer: int) -> tuple[Array, NDArray[np.int64]]:
+    """Every point (n, 2) px of the outer boundary as :func:`drawn_rim` draws it, and which of the edges ``rim`` (e, 2) is drawn there (n,).
+
+    ``pixels`` (v, 2) of the vertices.
+    """
+    drawn, corner = _blank(pixels, finer, np.int32)
+    _draw(drawn, np.round((pixels[rim] - corner) * finer).astype(np.int64), np.arange(1, len(rim) + 1, dtype=np.int32))
+    outer = _outer((drawn > 0).astype(np.uint8), cv2.CHAIN_APPROX_NONE)
+    return outer / finer + corner, drawn[outer[:, 1], outer[:, 0]].astype(np.int64) - 1
+
+
+def _blank(pixels: Array, finer: int, kind: type) -> tuple[NDArray[np.integer], Array]:
+    """An empty drawing that holds all ``pixels`` (v, 2), and where its corner is (2,)."""
     corner = pixels.min(axis=0) - MARGIN_PX
     width, height = np.ceil((pixels.max(axis=0) + MARGIN_PX - corner) * finer).astype(int)
-    drawn = np.zeros((height, width), np.uint8)
-    _draw(drawn, np.round((pixels[rim] - corner) * finer).astype(np.int64))
+    return np.zeros((height, width), kind), corner
+
+
+def _outer(drawn: NDArray[np.integer], chain: int) -> NDArray[np.int64]:
+    """The boundary (n, 2) around most of what is drawn."""
     contours, _ = cv2.findContours(drawn, cv2.RETR_EXTERNAL, chain)
-    return np.asarray(max(contours, key=cv2.contourArea)[:, 0] / finer + corner)
+    return np.asarray(max(contours, key=cv2.contourArea)[:, 0], dtype=np.int64)
 
 
 def _hull_corners(mesh: CastingMesh, pixels: Array, rim: NDArray[np.int64]) -> Array:
@@ -159,8 +179,8 @@ def _on_rim(pixels, faces, beside):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(cache=True)
-def _draw(picture, lines):  # type: ignore[no-untyped-def]
-    """Draw lines (n, 2, 2) between pixels as OpenCV does, which takes longer to read so many short ones than to draw them."""
+def _draw(picture, lines, values):  # type: ignore[no-untyped-def]
+    """Draw lines (n, 2, 2) with ``values`` (n,) as OpenCV does, which takes longer to read so many short ones than to draw them."""
     for i in range(len(lines)):
         x, y, x1, y1 = lines[i, 0, 0], lines[i, 0, 1], lines[i, 1, 0], lines[i, 1, 1]
         if x1 < x:
@@ -171,7 +191,7 @@ def _draw(picture, lines):  # type: ignore[no-untyped-def]
             along, across = across, along
         left = along - 2 * across
         for _ in range(along + 1):
-            picture[y, x] = 255
+            picture[y, x] = values[i]
             both = left < 0
             left += 2 * along * both - 2 * across
             x += 1 if both or not steep else 0

@@ -1,27 +1,24 @@
 """Where the samples of a seen outline lie beside the outline that a surface casts.
 
 The outline of a mesh is the outer boundary of its contour generator: the edges between a face that looks at the camera and one that looks
-away [Cipolla and Giblin, Visual Motion of Curves and Surfaces, 2000]. It is drawn finer than the pixels to learn which of those edges are
-outermost; distances are to the edges themselves.
+away [Cipolla and Giblin, Visual Motion of Curves and Surfaces, 2000]. It is drawn finer than the pixels, every edge with its
+number, to learn which of those edges is outermost where; distances are to the edges themselves.
 """
 
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from datasets.vocabulary.camera import Intrinsics
-from estimator.geometry.cast_outline import FINER, contour_generator, drawn_rim
+from estimator.geometry.cast_outline import FINER, contour_generator, drawn_edges
 from estimator.surface.star_surface import Surface
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 DRAWN_PX, COARSEST = 1800, 4
 """Size of the drawing, and how much finer than the pixels it is at least."""
-NEAREST = 3
-"""Edges that are compared with a point of the drawn outline."""
 LEAST_PX = 1e-9
 """What rounding leaves of a length that is none."""
 
@@ -57,8 +54,8 @@ def contact_of(surface: Surface, camera: Intrinsics, R_cam_particle: Array, t_ca
     within = pixels[face.sum(axis=1) - rim.sum(axis=1)] - start  # both faces lie on one side of an edge of the contour generator
     rim_normal *= np.where(np.sum(within * rim_normal, axis=1) > 0.0, -1.0, 1.0)[:, None]
     finer = int(np.clip(DRAWN_PX / np.ptp(pixels, axis=0).max(), COARSEST, FINER))
-    drawn = drawn_rim(pixels, rim, finer, chain=cv2.CHAIN_APPROX_NONE)
-    own = _nearest_edge(drawn, start, along)[cKDTree(drawn).query(samples_px)[1]]
+    drawn, edge = drawn_edges(pixels, rim, finer)
+    own = edge[cKDTree(drawn).query(samples_px)[1]]
     share, foot = _foot(samples_px, start[own], along[own])
     gap = samples_px - foot
     size = np.linalg.norm(gap, axis=1)
@@ -68,14 +65,6 @@ def contact_of(surface: Surface, camera: Intrinsics, R_cam_particle: Array, t_ca
     first, second = rim[own].T
     point = cam[first] * (1.0 - share)[:, None] + cam[second] * share[:, None]
     return Contact(first, second, share, point, normal, side * size)
-
-
-def _nearest_edge(points: Array, start: Array, along: Array) -> Index:
-    """Number (d,) of the edge nearest to each of ``points`` (d, 2), of those whose middles are."""
-    near = cKDTree(start + 0.5 * along).query(points, k=min(NEAREST, len(start)))[1].reshape(len(points), -1)
-    _, foot = _foot(points[:, None], start[near], along[near])
-    apart = np.sum((points[:, None] - foot) ** 2, axis=-1)
-    return np.asarray(near[np.arange(len(points)), apart.argmin(axis=1)])
 
 
 def _foot(points: Array, start: Array, along: Array) -> tuple[Array, Array]:

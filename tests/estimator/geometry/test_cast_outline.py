@@ -69,7 +69,7 @@ def test_lines_are_drawn_as_opencv_draws_them() -> None:
     short = rng.integers(4, 96, (400, 1, 2)) + rng.integers(-4, 5, (400, 2, 2))
     for lines in (short, rng.integers(0, 100, (40, 2, 2))):
         here, theirs = np.zeros((2, 100, 100), np.uint8)
-        _draw(here, lines)
+        _draw(here, lines, np.full(len(lines), 255, dtype=np.uint8))
         cv2.polylines(theirs, lines.astype(np.int32), isClosed=False, color=255)
         np.testing.assert_array_equal(here, theirs)
 
