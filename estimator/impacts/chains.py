@@ -121,11 +121,21 @@ def with_jumps_alone(
         chains = fitted_chains(seen, task, np.delete(refined.flight.times_s, int(np.argmin(jump))), configuration)
 
 
+def seen_frames(tracks: tuple[OutlineTrack, ...]) -> NDArray[np.int64]:
+    """Numbers (f,) of the frames of which any camera has an outline."""
+    return np.unique(np.concatenate([np.flatnonzero(t.seen) for t in tracks]))
+
+
+def frames_beside(frames: NDArray[np.int64], kink: Kink) -> tuple[int, int]:
+    """How many of ``frames`` (f,) lie before and after a kink."""
+    return int(np.sum(frames < kink.frame)), int(np.sum(frames > kink.frame))
+
+
 def edge_kink(tracks: tuple[OutlineTrack, ...], kinks: list[Kink]) -> str | None:
     """What to say of an impact with fewer than three used frames before or after it."""
-    frames = np.unique(np.concatenate([np.flatnonzero(t.seen) for t in tracks]))
+    frames = seen_frames(tracks)
     for kink in kinks:
-        before, after = int(np.sum(frames < kink.frame)), int(np.sum(frames > kink.frame))
+        before, after = frames_beside(frames, kink)
         if min(before, after) <= EDGE_FRAMES:
             where, count = ("first", before) if before < after else ("last", after)
             return (

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from datasets.estimate import Estimate, FrameReport, ImpactEstimate, SegmentEstimate, Status, VelocityEstimate
 from datasets.vocabulary.state import Motion
 from estimator.appearance.model_errors import SequenceTask
-from estimator.fitting.campaigns.campaign import Campaign, CampaignFit
+from estimator.fitting.campaigns.campaign import STATE, Campaign, CampaignFit
 from estimator.fitting.campaigns.considered import Considered
 from estimator.fitting.campaigns.forced_velocities import body_under, motion_under, reached_under
 from estimator.impacts.chains import LEAST_JUMP
@@ -29,8 +29,6 @@ from estimator.motion.rotation import quaternion
 Array = NDArray[np.float64]
 TIME_STEP_S = 1e-4
 """Step of central differences of a velocity by time: a flight turns by a hundredth of a radian in it."""
-STATE = 12
-"""Numbers of a flight's own state, the first of its parameters."""
 
 
 @dataclass(frozen=True)

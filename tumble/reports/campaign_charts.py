@@ -5,10 +5,9 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from tumble.reports.chart_tables import table_behind
-from tumble.reports.drawing import FONT, GAP, TICK, dot, frame_about, line, path, range_of, text
+from tumble.reports.drawing import FONT, GAP, MEASURED, NOISE, SOFT, TICK, dot, frame_about, line, path, range_of, text
 from tumble.reports.words import rms_word, rung_name
 
-SOFT, MEASURED, NOISE = "var(--soft)", "var(--observed)", "var(--left-out)"
 WIDE = (532.8, 208.8)
 ABOVE = 1.2
 """Height of the ladder's axis over what is drawn in it."""

@@ -9,6 +9,8 @@ from dataclasses import dataclass
 
 from markupsafe import escape
 
+SOFT, MEASURED, NOISE, BAD = "var(--soft)", "var(--observed)", "var(--left-out)", "var(--estimated)"
+"""Colours of the page."""
 WIDTH, HEIGHT = 266.4, 180.0
 """Of a small chart."""
 FONT, LETTER = 9.0, 5.6
@@ -53,13 +55,13 @@ class Frame:
         """The picture: axes, labels and what is ``inside``; ``says`` what it shows, for who cannot see it."""
         left, bottom = self.x.first, self.y.first
         parts = [
-            f'<path d="M{left:.2f} {self.y.last:.2f}V{bottom:.2f}H{self.x.last:.2f}" fill="none" stroke="var(--soft)" stroke-width="0.8"/>',
+            f'<path d="M{left:.2f} {self.y.last:.2f}V{bottom:.2f}H{self.x.last:.2f}" fill="none" stroke="{SOFT}" stroke-width="0.8"/>',
             *(_tick(self.x.at(v), bottom, _number(v, self.x.ticks), down=True) for v in self.x.ticks),
             *(_tick(left, self.y.at(v), _number(v, self.y.ticks), down=False) for v in self.y.ticks),
             *inside,
             text(0.5 * (left + self.x.last), self.size[1] - EDGE, self.x_label),
             text(EDGE + FONT - 2.0, 0.5 * (bottom + self.y.last), self.y_label, turned=True),
-            *([text(0.5 * (left + self.x.last), EDGE + FONT, self.title, "var(--soft)")] if self.title else []),
+            *([text(0.5 * (left + self.x.last), EDGE + FONT, self.title, SOFT)] if self.title else []),
         ]
         head = f'<svg role="img" aria-label="{escape(says)}" class="chart" xmlns="http://www.w3.org/2000/svg"'
         box = f'viewBox="0 0 {self.size[0]:g} {self.size[1]:g}" font-size="{FONT:g}" font-family="sans-serif"'
@@ -130,9 +132,9 @@ def _widened(ends: tuple[float, float], length: float) -> tuple[float, float]:
 
 def _tick(x: float, y: float, label: str, *, down: bool) -> str:
     if down:
-        return line((x, y), (x, y + TICK), "var(--soft)", 0.8) + text(x, y + TICK + GAP + 0.75 * FONT, label, "var(--soft)")
-    beside = text(x - TICK - GAP, y + 0.36 * FONT, label, "var(--soft)", anchor="end")
-    return line((x, y), (x - TICK, y), "var(--soft)", 0.8) + beside
+        return line((x, y), (x, y + TICK), SOFT, 0.8) + text(x, y + TICK + GAP + 0.75 * FONT, label, SOFT)
+    beside = text(x - TICK - GAP, y + 0.36 * FONT, label, SOFT, anchor="end")
+    return line((x, y), (x - TICK, y), SOFT, 0.8) + beside
 
 
 def text(x: float, y: float, words: str, colour: str = "currentColor", *, anchor: str = "middle", turned: bool = False) -> str:

@@ -5,9 +5,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from tumble.reports.chart_tables import table_behind
-from tumble.reports.drawing import dot, frame_about, line, range_of
+from tumble.reports.drawing import BAD, MEASURED, SOFT, dot, frame_about, line, range_of
 
-SOFT, MEASURED, BAD = "var(--soft)", "var(--observed)", "var(--estimated)"
 STRONG, INTERVAL = 3.0, 1.96
 """Standard deviations from which a bin is told, and half of the interval that is drawn."""
 DOT, LARGEST_AREA, FAINT, IN_PLANE = 2.0, 320.0, 0.3, 0.18

@@ -9,7 +9,6 @@ frames beyond it are no flight.
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from datasets.estimate import Status
 from estimator.data.configuration import Configuration
@@ -23,8 +22,10 @@ from estimator.impacts.chains import (
     Seen,
     fitted_chains,
     frame_interval_s,
+    frames_beside,
     impact_times,
     nominations,
+    seen_frames,
     with_jumps_alone,
     with_missing_impacts,
 )
@@ -89,19 +90,14 @@ def _chains(seen: Seen, task: FitTask, kinks: list[Kink], configuration: Configu
         return fitted_chains(seen, task, impact_times(seen.observation, kinks), configuration)
 
 
-def _seen_frames(tracks: tuple[OutlineTrack, ...]) -> NDArray[np.int64]:
-    return np.unique(np.concatenate([np.flatnonzero(t.seen) for t in tracks]))
-
-
 def _at_edge(tracks: tuple[OutlineTrack, ...], kink: Kink) -> bool:
-    frames = _seen_frames(tracks)
-    return min(int(np.sum(frames < kink.frame)), int(np.sum(frames > kink.frame))) <= EDGE_FRAMES
+    return min(frames_beside(seen_frames(tracks), kink)) <= EDGE_FRAMES
 
 
 def _between_edges(tracks: tuple[OutlineTrack, ...], kinks: list[Kink]) -> tuple[OutlineTrack, ...]:
     """The tracks without the few frames beyond impacts at the edges of the recording."""
     edges = [kink.frame for kink in kinks if _at_edge(tracks, kink)]
-    middle = float(np.median(_seen_frames(tracks)))
+    middle = float(np.median(seen_frames(tracks)))
     first = max((frame for frame in edges if frame < middle), default=-np.inf)
     last = min((frame for frame in edges if frame > middle), default=np.inf)
     return tuple(
