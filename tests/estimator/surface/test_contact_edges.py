@@ -1,0 +1,37 @@
+"""Samples of a bumpy body's exact outline lie on it: where edges are long the nearest by its middle is not the edge that shows."""
+
+import numpy as np
+import pytest
+import shapely
+from numpy.typing import NDArray
+
+from datasets.vocabulary.camera import Intrinsics
+from estimator.motion.rotation import rotation_from_vector
+from estimator.surface.contact import contact_of
+from estimator.surface.star_surface import Surface, sphere
+
+CAMERA = Intrinsics(width_px=640, height_px=480, fx_px=25000.0, fy_px=25000.0, cx_px=319.5, cy_px=239.5)
+T = np.array([0.0, 0.0, 0.5])
+SPACING_PX = 1.0
+
+
+def bumpy() -> Surface:
+    """Edges of some 20 to 40 px: the outline leaves a facet's edge at its end, and far from its middle."""
+    ball = sphere(3)
+    radii = 3e-3 * (1.0 + 0.08 * np.random.default_rng(4).normal(size=len(ball.directions)))
+    return Surface(ball, np.zeros(3), radii[:, None] * ball.directions)
+
+
+def outline(surface: Surface, R: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Points of the boundary of all projected faces, taken together."""
+    pixels = CAMERA.project(surface.vertices @ R.T + T)
+    edge = shapely.union_all(shapely.polygons(pixels[surface.sphere.mesh.faces])).exterior
+    return np.asarray(shapely.get_coordinates(shapely.line_interpolate_point(edge, np.arange(0.0, edge.length, SPACING_PX))))
+
+
+@pytest.mark.parametrize("turn", [0.3, 1.1, 2.0])
+def test_samples_of_the_exact_outline_have_no_gap(turn: float) -> None:
+    surface, R = bumpy(), rotation_from_vector(np.array([turn, -0.8, 0.5]))
+    gaps = np.abs(contact_of(surface, CAMERA, R, T, outline(surface, R)).gap_px)
+    assert np.quantile(gaps, 0.99) < 0.25
+    assert np.sqrt(np.mean(gaps**2)) < 0.1
