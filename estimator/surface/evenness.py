@@ -21,7 +21,7 @@ from estimator.surface.star_surface import Surface
 Array = NDArray[np.float64]
 BENT = 0.08
 """Bend, in lengths of an edge, beyond which a corner is free along the surface, too: that of a corner on an edge of some 20 degrees. With
-0.15 edges of cut stones were left chamfered (view residuals of 0.24 px for 0.2 px of noise, 0.21 with this) in trial runs."""
+0.15 edges of cut stones were left chamfered in trial runs."""
 SPREAD = 0.5
 """Standard deviation, in lengths of an edge, of a free corner's place along the surface from the mean of its neighbours; by judgement."""
 
