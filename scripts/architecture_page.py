@@ -34,7 +34,7 @@ IMPACTS = (
     "estimate_with_impacts",
     "fitted_chains",
     "refined_chain",
-    "contacts_told_apart",
+    "separated_contacts",
     "judge_chain",
     "impacts_estimate",
 )
@@ -61,7 +61,7 @@ DOORS = (
     ("`validate-contact`", "estimator.contact_validation.validate.validate"),
     ("`shape`", "estimator.merging.merge.merge"),
     ("`calibrate camera`, `calibrate rig`", "estimator.calibration.fitting.fit_rig"),
-    ("`check`", "estimator.readiness.look.look_at"),
+    ("`check`", "estimator.readiness.inspection.inspect_recording"),
 )
 ROUNDED = 100
 """Lines are rounded to so many: the page is not out of date with every edit."""

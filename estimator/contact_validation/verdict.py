@@ -21,7 +21,7 @@ ADVICE = {
 AT_A_BOUND = 1e-3
 """Part of a parameter's range: a value as near to an end of it lies there."""
 BAD_SHARE = 0.3
-"""Part of the impacts whose jumps do not belong to one contact, above which that is the first thing to look at."""
+"""Part of the impacts whose jumps do not belong to one contact, above which that is the first thing to check."""
 
 
 @dataclass(frozen=True)

@@ -27,7 +27,7 @@ CLEAR_CHI_SQUARE = 30.0
 MOST_SPLITS = 3
 """Impacts of a sequence that are taken apart. By judgement."""
 LOOSEST_FRAMES = 0.25
-"""Standard deviation of a contact's time, above which two contacts are not told apart."""
+"""Standard deviation of a contact's time, above which two contacts cannot be distinguished."""
 
 Prepared = Callable[[PiecewiseFlight], FitTask]
 """What the last refinement of a flight works on."""
@@ -47,7 +47,7 @@ class Spread:
 
 
 @dataclass(frozen=True)
-class ToldApart:
+class SeparatedContacts:
     """A flight whose contacts were looked at: ``spreads`` of its impacts, and the ``loose`` ones that were more than one contact.
 
     ``widened``: these are held to one pose all the same, since the outlines speak against the flight without, and only widen the intervals.
@@ -59,7 +59,9 @@ class ToldApart:
     widened: bool = False
 
 
-def contacts_told_apart(task: FitTask, refined: PiecewiseRefined, prepared: Prepared, settings: Refinement, *, frame_s: float) -> ToldApart:
+def separated_contacts(
+    task: FitTask, refined: PiecewiseRefined, prepared: Prepared, settings: Refinement, *, frame_s: float
+) -> SeparatedContacts:
     """``refined`` with impacts that were several contacts split where pictures lie between them, and loosened where none does."""
     spreads = _spreads(refined, prepared, settings)
     for _ in range(MOST_SPLITS):
@@ -69,7 +71,7 @@ def contacts_told_apart(task: FitTask, refined: PiecewiseRefined, prepared: Prep
         refined, spreads = split, _spreads(split, prepared, settings)
     numbers = [k for k, s in enumerate(spreads) if s.clear]
     if not numbers:
-        return ToldApart(refined, spreads, ())
+        return SeparatedContacts(refined, spreads, ())
     flight = refined.flight
     for number in numbers:
         try:
@@ -81,7 +83,7 @@ def contacts_told_apart(task: FitTask, refined: PiecewiseRefined, prepared: Prep
     for start in (flight, refined.flight):
         try:
             loose, wider = _loose(start, spreads, numbers)
-            found.append(ToldApart(refine_piecewise(prepared(start), start, settings, loose=loose), wider, loose))
+            found.append(SeparatedContacts(refine_piecewise(prepared(start), start, settings, loose=loose), wider, loose))
         except RanAway:
             continue
         if _fits(found[-1].refined, refined):
@@ -91,7 +93,7 @@ def contacts_told_apart(task: FitTask, refined: PiecewiseRefined, prepared: Prep
     if best is not None and (unfit(best.refined) is None or unfit(refined) is not None):
         return best
     loose, told = _loose(refined.flight, spreads, numbers)
-    return ToldApart(widened_by(prepared(refined.flight), refined, settings, loose), told, loose, widened=True)
+    return SeparatedContacts(widened_by(prepared(refined.flight), refined, settings, loose), told, loose, widened=True)
 
 
 def _fits(loose: PiecewiseRefined, held: PiecewiseRefined) -> bool:
@@ -148,7 +150,7 @@ def _told(split: PiecewiseRefined, number: int, frame_s: float) -> bool:
     return bool(split.refined.settled and np.all(variances < (LOOSEST_FRAMES * frame_s) ** 2))
 
 
-def contact_sentences(told: ToldApart, frame_s: float) -> list[str]:
+def contact_sentences(told: SeparatedContacts, frame_s: float) -> list[str]:
     """What to say of impacts that were more than one contact and could not be told apart."""
     return [
         f"impact {contact.number + 1} was more than one contact: its pose would have to jump as far as it flies in "

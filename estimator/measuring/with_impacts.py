@@ -19,7 +19,7 @@ from estimator.fitting.calibration_share import calibration_sentence, states_cal
 from estimator.fitting.tasks import fit_task, refinement_settings
 from estimator.impacts.breakage import worse_after
 from estimator.impacts.chains import Seen, edge_kink, frame_interval_s, prepared_task, refined_chain, with_jumps_alone, with_missing_impacts
-from estimator.impacts.impact_contacts import ToldApart, contact_sentences, contacts_told_apart
+from estimator.impacts.impact_contacts import SeparatedContacts, contact_sentences, separated_contacts
 from estimator.impacts.impact_judging import Chain, judge_chain, rivals_of
 from estimator.impacts.impact_search import Kink
 from estimator.impacts.piecewise_calibration import share_of, with_calibration
@@ -88,16 +88,16 @@ def _unless_broken(estimate: Estimate, times_s: Array) -> Estimate:
 
 def _with_contacts(
     seen: Seen, task: FitTask, known: tuple[list[Chain], PiecewiseRefined], configuration: Configuration
-) -> tuple[list[Chain], ToldApart]:
+) -> tuple[list[Chain], SeparatedContacts]:
     """The chains with impacts that were several contacts told apart, in those too that had fitted nearly as well, and the best of them."""
     chains, refined = known
-    told = _told_apart(seen, task, refined, configuration)
+    told = _separated(seen, task, refined, configuration)
     if len(told.refined.flight.bounces) == len(refined.flight.bounces):
         return chains, told
     found = [(_told_chain(task, chains[0], told), told)]
     for rival in rivals_of(chains, configuration):
         try:
-            other = _told_apart(seen, task, refined_chain(seen, task, rival.solution.state, configuration), configuration)
+            other = _separated(seen, task, refined_chain(seen, task, rival.solution.state, configuration), configuration)
         except RanAway:
             continue
         found.append((_told_chain(task, rival, other), other))
@@ -105,7 +105,7 @@ def _with_contacts(
     return [chain for chain, _ in found], found[0][1]
 
 
-def _told_chain(task: FitTask, chain: Chain, told: ToldApart) -> Chain:
+def _told_chain(task: FitTask, chain: Chain, told: SeparatedContacts) -> Chain:
     cost = piecewise_cost(task, told.refined.flight)
     return Chain(chain.found, replace(chain.solution, state=told.refined.flight, equations=replace(chain.solution.equations, cost=cost)))
 
@@ -123,11 +123,11 @@ def _without_the_same(seen: Seen, task: FitTask, known: tuple[list[Chain], Piece
     return chains
 
 
-def _told_apart(seen: Seen, task: FitTask, refined: PiecewiseRefined, configuration: Configuration) -> ToldApart:
+def _separated(seen: Seen, task: FitTask, refined: PiecewiseRefined, configuration: Configuration) -> SeparatedContacts:
     def prepared(flight: PiecewiseFlight) -> FitTask:
         return prepared_task(seen, task, flight, configuration)
 
-    return contacts_told_apart(task, refined, prepared, refinement_settings(configuration), frame_s=frame_interval_s(seen))
+    return separated_contacts(task, refined, prepared, refinement_settings(configuration), frame_s=frame_interval_s(seen))
 
 
 def _plate_of(seen: Seen, refined: PiecewiseRefined, configuration: Configuration) -> PlateTask | None:

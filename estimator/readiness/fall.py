@@ -22,7 +22,7 @@ from datasets.vocabulary.camera import HsvCamera
 from estimator.appearance.hull_outlines import hull_of
 from estimator.impacts.impact_search import polygon_moments
 from estimator.particle.particle import Particle
-from estimator.readiness.look import Look, parabola
+from estimator.readiness.inspection import Inspection, parabola
 
 Array = NDArray[np.float64]
 DEPTH_KNOWN = 0.15
@@ -45,22 +45,22 @@ class Fall:
     sigma: float
 
 
-def fall_of(look: Look, camera: HsvCamera, gravity_world: Array, *, depth_m: float, wobble_m: float) -> Fall | None:
+def fall_of(inspection: Inspection, camera: HsvCamera, gravity_world: Array, *, depth_m: float, wobble_m: float) -> Fall | None:
     """The fall seen by ``camera`` at ``depth_m`` (m) of a particle whose outline's centre misses that of mass by ``wobble_m``.
 
     ``None`` where there are too few centres or gravity is along the line of sight.
     ``gravity_world`` (3,) m/s².
     """
-    if look.times_s is None or len(look.free.frame) < FEWEST or not np.any(gravity_world):
+    if inspection.times_s is None or len(inspection.free.frame) < FEWEST or not np.any(gravity_world):
         return None
     g = camera.R_cam_world @ gravity_world
     if float(np.hypot(g[0], g[1])) < SEEN_MS2:
         return None
     lens = camera.intrinsics
-    t = look.times_s[look.free.frame]
+    t = inspection.times_s[inspection.free.frame]
     t = t - t.mean()
-    xy = lens.normalise(look.free.c)
-    (start, slope, _), rest = parabola(look)
+    xy = lens.normalise(inspection.free.c)
+    (start, slope, _), rest = parabola(inspection)
     scale = depth_m / np.array([lens.fx_px, lens.fy_px])
     noise = max(float(np.sqrt(np.mean(rest**2))) / lens.fx_px, 1e-9)
     first = np.concatenate([depth_m * lens.normalise(start[None])[0], slope * scale, [0.0, 1.0, 0.0, 0.0]])

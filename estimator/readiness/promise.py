@@ -33,7 +33,7 @@ from estimator.motion.flight import OMEGA, Flight, V, poses_and_sensitivity
 from estimator.outlines.result import OutlineTrack
 from estimator.outlines.sightings import usable_sightings
 from estimator.particle.particle import Particle, views_like
-from estimator.readiness.look import Look, parabola
+from estimator.readiness.inspection import Inspection, parabola
 
 Array = NDArray[np.float64]
 DRAWS = 5
@@ -58,21 +58,21 @@ class Promise:
 
 
 def promise_of(
-    observation: Observation, tracks: tuple[OutlineTrack, ...], look: Look, particle: Particle, configuration: Configuration
+    observation: Observation, tracks: tuple[OutlineTrack, ...], inspection: Inspection, particle: Particle, configuration: Configuration
 ) -> Promise | None:
     """What can be promised of an observation, ``look`` being that at its first camera; ``None`` where too little is seen."""
     try:
         sightings = usable_sightings(observation, tracks, configuration)
     except NoMeasurement:
         return None
-    if look.times_s is None or len(look.free.frame) < configuration.minimum_frames:
+    if inspection.times_s is None or len(inspection.free.frame) < configuration.minimum_frames:
         return None
-    within = (sightings.frame >= look.free.frame[0]) & (sightings.frame <= look.free.frame[-1])
+    within = (sightings.frame >= inspection.free.frame[0]) & (sightings.frame <= inspection.free.frame[-1])
     sightings = sightings.take(np.flatnonzero(within))
     rng = np.random.default_rng(configuration.seed)
     views = views_like(particle, sightings.silhouettes, rng)
     task = fit_task(observation, particle, sightings, views, configuration)
-    base = _flight(observation, look, particle, sightings)
+    base = _flight(observation, inspection, particle, sightings)
     spin = TURN_RAD / float(np.ptp(sightings.times_s))
     pull = observation.gravity_covariance
     found = [_deviations(task, _turned(base, spin, rng), particle, configuration, gravity_covariance=pull) for _ in range(DRAWS)]
@@ -85,25 +85,25 @@ def promise_of(
     return Promise(middle[:3], middle[3:], float(np.linalg.norm(base.v)), depth, spin)
 
 
-def depth_of(particle: Particle, look: Look, lens: Intrinsics) -> float:
+def depth_of(particle: Particle, inspection: Inspection, lens: Intrinsics) -> float:
     """Distance (m) at which the particle's mean shadow has the mean area of the outlines of ``look``, of which there is one at least."""
-    areas_px2 = [signed_area(look.track.frames[f].outline.points_px) for f in look.path.frame]
+    areas_px2 = [signed_area(inspection.track.frames[f].outline.points_px) for f in inspection.path.frame]
     shadow = ConvexHull(particle.hull.vertices).area / 4.0
     return float(np.sqrt(lens.fx_px * lens.fy_px * shadow / np.mean(areas_px2)))
 
 
-def _flight(observation: Observation, look: Look, particle: Particle, sightings: Sightings) -> Flight:
+def _flight(observation: Observation, inspection: Inspection, particle: Particle, sightings: Sightings) -> Flight:
     """The flight, not turned, along the centres' parabola at the depth that the outlines' area says."""
     camera = observation.cameras[0]
     lens = camera.intrinsics
-    assert look.times_s is not None
-    z = depth_of(particle, look, lens)
-    coefficients, _ = parabola(look)
+    assert inspection.times_s is not None
+    z = depth_of(particle, inspection, lens)
+    coefficients, _ = parabola(inspection)
     centre = lens.normalise(coefficients[:1])[0]
     x_cam = z * np.append(centre, 1.0)
     v_cam = z * np.append(coefficients[1] / [lens.fx_px, lens.fy_px], 0.0)
     return Flight(
-        time_s=float(look.times_s[look.free.frame].mean()),
+        time_s=float(inspection.times_s[inspection.free.frame].mean()),
         x=camera.R_cam_world.T @ (x_cam - camera.t_cam_world),
         q=np.array([0.0, 0.0, 0.0, 1.0]),
         v=camera.R_cam_world.T @ v_cam,

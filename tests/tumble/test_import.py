@@ -19,7 +19,7 @@ from datasets.tiff_frames import TiffFrames
 from datasets.video.phantom_table import LINEAR_DN
 from datasets.video.writing import Recorded, write_cine, write_film, write_mraw
 from datasets.vocabulary.outline import Outline
-from estimator.readiness import look_at
+from estimator.readiness import inspect_recording
 from scripts.bench_estimate import as_pictures
 from synth.sequence import build_silhouette_sequence
 from tests.tumble.small_drops import small_drop
@@ -44,7 +44,9 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.fixture
 def blind(monkeypatch: pytest.MonkeyPatch) -> None:
     """Without looking for outlines, where only what is written matters."""
-    monkeypatch.setattr(importing, "look_at", lambda recording, size, **_: look_at([Outline(np.zeros((0, 2)))] * len(recording), size))
+    monkeypatch.setattr(
+        importing, "inspect_recording", lambda recording, size, **_: inspect_recording([Outline(np.zeros((0, 2)))] * len(recording), size)
+    )
 
 
 @pytest.fixture(scope="module")
@@ -358,7 +360,7 @@ def test_the_real_balls_centre_moves_on_a_line(shared_data: Path, tmp_path: Path
     from tumble.importing.clip import clip_of
 
     clip, _ = clip_of(open_video(shared_data / "video" / "ball_12bit.mraw"), (None, None), None)
-    path = look_at(clip, (384, 384)).path
+    path = inspect_recording(clip, (384, 384)).path
     line = np.column_stack([np.ones(15), path.frame])
     off = path.c - line @ np.linalg.lstsq(line, path.c, rcond=None)[0]
     with capsys.disabled():

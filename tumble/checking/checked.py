@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from datasets.observation import Observation, Recording
-from estimator.readiness import Look, look_at
+from estimator.readiness import Inspection, inspect_recording
 from tumble.checking.findings import Finding, findings_of
 from tumble.checking.geometry import Geometry, geometry_of
 from tumble.checking.table import Row, rows_of
@@ -17,7 +17,7 @@ class CameraCheck:
 
     name: str
     recording: Recording
-    look: Look
+    inspection: Inspection
     rows: tuple[Row, ...]
     findings: tuple[Finding, ...]
 
@@ -49,9 +49,9 @@ class Check:
         return not any(finding.bad for finding in self.findings)
 
 
-def camera_check(name: str, recording: Recording, look: Look) -> CameraCheck:
+def camera_check(name: str, recording: Recording, inspection: Inspection) -> CameraCheck:
     """The check of one camera from its look."""
-    return CameraCheck(name, recording, look, tuple(rows_of(look)), findings_of(look))
+    return CameraCheck(name, recording, inspection, tuple(rows_of(inspection)), findings_of(inspection))
 
 
 def check_observation(observation: Observation) -> Check:
@@ -67,11 +67,11 @@ def check_observation(observation: Observation) -> Check:
     for camera, recording in zip(observation.cameras, observation.recordings, strict=True):
         size = (camera.intrinsics.width_px, camera.intrinsics.height_px)
         name = f"{observation.name}, camera {camera.name}"
-        look = look_at(recording, size, times_s=clock.times_s, exposure_s=clock.exposure_s, name=name)
+        inspection = inspect_recording(recording, size, times_s=clock.times_s, exposure_s=clock.exposure_s, name=name)
         if observation.companion is not None:
-            look = replace(look, odd_steps=())  # which of two particles an outline is of changes from frame to frame
-        cameras.append(camera_check(camera.name, recording, look))
-    return Check(observation.name, tuple(cameras), geometry_of(observation, [each.look for each in cameras]))
+            inspection = replace(inspection, odd_steps=())  # which of two particles an outline is of changes from frame to frame
+        cameras.append(camera_check(camera.name, recording, inspection))
+    return Check(observation.name, tuple(cameras), geometry_of(observation, [each.inspection for each in cameras]))
 
 
 def plain_check(check: Check) -> dict[str, Any]:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from estimator.data.configuration import Configuration
-from estimator.readiness import Look
+from estimator.readiness import Inspection
 
 SATURATED_SHARE = 0.01
 """Share of a picture's pixels at full scale that is more than glints on a particle; a saturated background fills most of a picture."""
@@ -32,26 +32,26 @@ class Finding:
     sentence: str
 
 
-def findings_of(look: Look) -> tuple[Finding, ...]:
+def findings_of(inspection: Inspection) -> tuple[Finding, ...]:
     """What speaks against one camera's recording."""
     told = (
-        _used(look),
-        _saturation(look),
-        *_steps(look),
-        _times(look),
-        _faint(look),
-        _edges(look),
-        _small(look),
-        _smear(look),
-        _still(look),
+        _used(inspection),
+        _saturation(inspection),
+        *_steps(inspection),
+        _times(inspection),
+        _faint(inspection),
+        _edges(inspection),
+        _small(inspection),
+        _smear(inspection),
+        _still(inspection),
     )
     return tuple(finding for finding in told if finding is not None)
 
 
-def left_out(look: Look) -> dict[str, list[int]]:
+def left_out(inspection: Inspection) -> dict[str, list[int]]:
     """Frames that are not used whole, by reason."""
     reasons: dict[str, list[int]] = {}
-    for number, frame in enumerate(look.track.frames):
+    for number, frame in enumerate(inspection.track.frames):
         if not frame.used:
             reasons.setdefault(str(frame.status), []).append(number)
     return reasons
@@ -68,19 +68,19 @@ def numbers_text(numbers: list[int]) -> str:
     return ", ".join(f"{a}-{b}" if b > a else str(a) for a, b in runs)
 
 
-def _used(look: Look) -> Finding | None:
-    wanted, used = Configuration().minimum_frames, int(look.track.used.sum())
+def _used(inspection: Inspection) -> Finding | None:
+    wanted, used = Configuration().minimum_frames, int(inspection.track.used.sum())
     if used >= wanted:
         return None
-    counts = Counter(reason for reason in look.track.reasons if reason != "used")
+    counts = Counter(reason for reason in inspection.track.reasons if reason != "used")
     why = ", ".join(f"{count} {reason}" for reason, count in counts.most_common())
     return Finding(True, f"{used} usable frames, and a measurement needs {wanted}: {why or 'the recording is too short'}.")
 
 
-def _saturation(look: Look) -> Finding | None:
-    if not np.isfinite(look.saturated).any():
+def _saturation(inspection: Inspection) -> Finding | None:
+    if not np.isfinite(inspection.saturated).any():
         return None
-    share = float(np.nanmedian(look.saturated))
+    share = float(np.nanmedian(inspection.saturated))
     if share < SATURATED_SHARE:
         return None
     return Finding(
@@ -90,21 +90,21 @@ def _saturation(look: Look) -> Finding | None:
     )
 
 
-def _steps(look: Look) -> tuple[Finding, ...]:
+def _steps(inspection: Inspection) -> tuple[Finding, ...]:
     return tuple(
         Finding(
             True,
             f"between frames {step.first} and {step.second} the particle moved {step.times:.1f} times as far as between their neighbours: "
             "a picture is missing or twice there, or a time stamp is wrong.",
         )
-        for step in look.odd_steps
+        for step in inspection.odd_steps
     )
 
 
-def _times(look: Look) -> Finding | None:
-    if look.times_s is None or len(look.times_s) < 3:
+def _times(inspection: Inspection) -> Finding | None:
+    if inspection.times_s is None or len(inspection.times_s) < 3:
         return None
-    gaps = np.diff(look.times_s)
+    gaps = np.diff(inspection.times_s)
     usual = float(np.median(gaps))
     odd = np.flatnonzero(np.abs(gaps / usual - 1.0) > UNEVEN)
     if len(odd) == 0:
@@ -116,15 +116,15 @@ def _times(look: Look) -> Finding | None:
     )
 
 
-def _faint(look: Look) -> Finding | None:
-    contrast = np.array([frame.contrast for frame in look.track.frames if frame.seen])
+def _faint(inspection: Inspection) -> Finding | None:
+    contrast = np.array([frame.contrast for frame in inspection.track.frames if frame.seen])
     if not np.isfinite(contrast).any() or float(np.nanmedian(contrast)) >= FAINT:
         return None
     return Finding(False, f"the contrast is {np.nanmedian(contrast):.0%} of full scale: more light makes outlines less noisy.")
 
 
-def _edges(look: Look) -> Finding | None:
-    misfit = np.array([frame.misfit for frame in look.track.frames if frame.seen])
+def _edges(inspection: Inspection) -> Finding | None:
+    misfit = np.array([frame.misfit for frame in inspection.track.frames if frame.seen])
     if not np.isfinite(misfit).any() or float(np.nanmedian(misfit)) <= UNLIKE:
         return None
     return Finding(
@@ -134,19 +134,21 @@ def _edges(look: Look) -> Finding | None:
     )
 
 
-def _small(look: Look) -> Finding | None:
-    if not np.isfinite(look.extent_px).any() or float(np.nanmedian(look.extent_px)) >= SMALL_PX:
+def _small(inspection: Inspection) -> Finding | None:
+    if not np.isfinite(inspection.extent_px).any() or float(np.nanmedian(inspection.extent_px)) >= SMALL_PX:
         return None
-    return Finding(False, f"the particle is {np.nanmedian(look.extent_px):.0f} px large: rotation is hardly seen below {SMALL_PX:.0f} px.")
+    return Finding(
+        False, f"the particle is {np.nanmedian(inspection.extent_px):.0f} px large: rotation is hardly seen below {SMALL_PX:.0f} px."
+    )
 
 
-def _smear(look: Look) -> Finding | None:
-    if look.smear_px is None or look.smear_px < LONG_SMEAR_PX:
+def _smear(inspection: Inspection) -> Finding | None:
+    if inspection.smear_px is None or inspection.smear_px < LONG_SMEAR_PX:
         return None
-    return Finding(False, f"the particle moves {look.smear_px:.1f} px during an exposure: expose shorter.")
+    return Finding(False, f"the particle moves {inspection.smear_px:.1f} px during an exposure: expose shorter.")
 
 
-def _still(look: Look) -> Finding | None:
-    if not look.step_px < STILL_PX:
+def _still(inspection: Inspection) -> Finding | None:
+    if not inspection.step_px < STILL_PX:
         return None
     return Finding(True, "what was found does not move: it is scenery or a particle at rest. State a background without the particle.")

@@ -12,7 +12,7 @@ from estimator.outlines.behind_plate import beside_plate
 from estimator.outlines.recording import view_outlines_of
 from estimator.outlines.result import OutlineTrack
 from estimator.particle.particle import Particle, particle_of
-from estimator.readiness import Fall, Look, Promise, depth_of, fall_of, promise_of, wobble_of
+from estimator.readiness import Fall, Inspection, Promise, depth_of, fall_of, promise_of, wobble_of
 from tumble.checking.findings import Finding
 from tumble.checking.table import Row
 
@@ -35,7 +35,7 @@ class Geometry:
     errors_px: Mapping[int, float] = field(default_factory=dict)
 
 
-def geometry_of(observation: Observation, looks: Sequence[Look]) -> Geometry:
+def geometry_of(observation: Observation, inspections: Sequence[Inspection]) -> Geometry:
     """What views, clock and gravity say; ``looks``: at every camera.
 
     Views that do not belong together are a finding, not an error.
@@ -50,18 +50,18 @@ def geometry_of(observation: Observation, looks: Sequence[Look]) -> Geometry:
         return Geometry((("calibrated views", str(len(observation.views))),), (Finding(True, str(error)),))
     rows, findings = _views(particle, len(observation.views))
     errors = dict(zip(particle.report.numbers.tolist(), particle.report.rms_px.tolist(), strict=True))
-    look = looks[0]
-    if observation.companion is not None or len(look.path.frame) == 0:
+    inspection = inspections[0]
+    if observation.companion is not None or len(inspection.path.frame) == 0:
         return Geometry(tuple(rows), tuple(findings), views, errors)
-    depth = depth_of(particle, look, observation.cameras[0].intrinsics)
+    depth = depth_of(particle, inspection, observation.cameras[0].intrinsics)
     rows.append(("distance, from the outlines' size", f"{depth:.4g} m"))
     wobble = wobble_of(particle, np.random.default_rng(configuration.seed))
-    fall = fall_of(look, observation.cameras[0], observation.gravity_world, depth_m=depth, wobble_m=wobble)
+    fall = fall_of(inspection, observation.cameras[0], observation.gravity_world, depth_m=depth, wobble_m=wobble)
     if fall is not None:
         rows.append(("the centre falls with, of the stated gravity", f"{fall.share:.2f} ± {fall.sigma:.2f}"))
         findings += _odd_fall(fall)
-    tracks = tuple(beside_plate(each.track, observation, number) for number, each in enumerate(looks))
-    promise = promise_of(observation, tracks, look, particle, configuration)
+    tracks = tuple(beside_plate(each.track, observation, number) for number, each in enumerate(inspections))
+    promise = promise_of(observation, tracks, inspection, particle, configuration)
     return Geometry((*rows, *_promised(promise)), tuple(findings), views, errors)
 
 

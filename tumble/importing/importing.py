@@ -12,7 +12,7 @@ from datasets.errors import InputError
 from datasets.observation_files import FILE, read_observation, write_observation
 from datasets.plausibility import check_observation
 from datasets.video import Moment
-from estimator.readiness import look_at
+from estimator.readiness import inspect_recording
 from tumble.checking.checked import Check, camera_check, plain_check
 from tumble.checking.geometry import geometry_of
 from tumble.engine import Item, Outcome, run
@@ -113,9 +113,9 @@ def checked(gathered: Gathered, folder: Path, pulse: Pulse) -> Check:
         name = "hsv" if len(gathered.sources) == 1 else f"hsv_{number + 1}"
         size = source.size_px if source.size_px is not None else _calibrated_size(gathered, number)
         times, exposure = (None, None) if clock is None else (clock.times_s, clock.exposure_s)
-        look = look_at(pulsed(recording, pulse), size, times_s=times, exposure_s=exposure, name=str(source.path))
-        cameras.append(camera_check(name, recording, look))
-    geometry = None if observation is None else geometry_of(observation, [each.look for each in cameras])
+        inspection = inspect_recording(pulsed(recording, pulse), size, times_s=times, exposure_s=exposure, name=str(source.path))
+        cameras.append(camera_check(name, recording, inspection))
+    geometry = None if observation is None else geometry_of(observation, [each.inspection for each in cameras])
     return Check(gathered.name, tuple(cameras), geometry, gathered.values, gathered.missing, gathered.remarks)
 
 

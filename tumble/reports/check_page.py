@@ -55,18 +55,18 @@ def _verdict(check: Check) -> str:
 
 
 def _camera(camera: CameraCheck) -> dict[str, Any]:
-    look = camera.look
+    inspection = camera.inspection
     chosen = _chosen(camera)
-    outlines = [frame.outline.points_px for frame in look.track.frames]
+    outlines = [frame.outline.points_px for frame in inspection.track.frames]
     windows = follow([points if len(points) else None for points in outlines], _size(camera))
     return {
         "name": camera.name,
         "rows": camera.rows,
-        "left_out": [(reason, numbers_text(numbers)) for reason, numbers in left_out(look).items()],
+        "left_out": [(reason, numbers_text(numbers)) for reason, numbers in left_out(inspection).items()],
         "pictures": [_picture(camera, k, windows[k]) for k in chosen],
-        "shown": f"{len(chosen)} of {len(look.track)} frames",
+        "shown": f"{len(chosen)} of {len(inspection.track)} frames",
         "whole": _whole(camera),
-        "chart": Markup(_chart(camera)) if len(look.path.frame) > 1 else None,
+        "chart": Markup(_chart(camera)) if len(inspection.path.frame) > 1 else None,
     }
 
 
@@ -95,7 +95,7 @@ def _whole(camera: CameraCheck) -> dict[str, Any] | None:
     lens = _size(camera)
     side = max(lens.width_px, lens.height_px)
     uri = crop_uri(camera.recording, 0, Window(0, 0, side))
-    return {"uri": uri, "side": side, "height": lens.height_px, "width": lens.width_px, "points": _points(camera.look.path.c + 0.5)}
+    return {"uri": uri, "side": side, "height": lens.height_px, "width": lens.width_px, "points": _points(camera.inspection.path.c + 0.5)}
 
 
 def _size(camera: CameraCheck) -> Intrinsics:
@@ -110,16 +110,16 @@ def _size(camera: CameraCheck) -> Intrinsics:
 
 def _chosen(camera: CameraCheck) -> list[int]:
     """Frames spread over the recording, some of those that are left out, and those around odd steps."""
-    look = camera.look
-    spread = np.linspace(0, len(look.track) - 1, min(MOST_PICTURES, len(look.track))).round().astype(int)
-    out = np.flatnonzero(~look.track.used)
+    inspection = camera.inspection
+    spread = np.linspace(0, len(inspection.track) - 1, min(MOST_PICTURES, len(inspection.track))).round().astype(int)
+    out = np.flatnonzero(~inspection.track.used)
     some = out[np.linspace(0, len(out) - 1, min(MOST_LEFT_OUT, len(out))).round().astype(int)] if len(out) else out
-    odd = [frame for step in look.odd_steps[:MOST_LEFT_OUT] for frame in (step.first, step.second)]
+    odd = [frame for step in inspection.odd_steps[:MOST_LEFT_OUT] for frame in (step.first, step.second)]
     return sorted({*spread.tolist(), *some.tolist(), *odd})
 
 
 def _picture(camera: CameraCheck, index: int, window: Window) -> dict[str, Any]:
-    frame = camera.look.track.frames[index]
+    frame = camera.inspection.track.frames[index]
     points = frame.outline.points_px - [window.x_px, window.y_px] + 0.5  # a pixel's centre lies half a pixel into its picture
     return {
         "number": index,
@@ -137,31 +137,31 @@ def _points(points: NDArray[np.float64]) -> str:
 
 def _chart(camera: CameraCheck) -> str:
     """Motion and size over the frames, and the same in numbers."""
-    path, extent = camera.look.path, camera.look.extent_px
+    path, extent = camera.inspection.path, camera.inspection.extent_px
     steps = dict(zip(path.frame[1:].tolist(), _steps_px(camera).tolist(), strict=True))
-    rows = [(k, steps.get(k), float(extent[k]), str(frame.status)) for k, frame in enumerate(camera.look.track.frames)]
+    rows = [(k, steps.get(k), float(extent[k]), str(frame.status)) for k, frame in enumerate(camera.inspection.track.frames)]
     picture = figure_svg(lambda figure: _draw(figure, camera), width=7.4, height=3.4, says="Motion and size of the outline over the frames")
     return picture + table_behind(("frame", "motion since the last one, px per frame", "size, px", "used"), rows)
 
 
 def _steps_px(camera: CameraCheck) -> NDArray[np.float64]:
     """How far the outline's centre moves from one usable frame to the next, px per frame."""
-    path = camera.look.path
+    path = camera.inspection.path
     return np.asarray(np.hypot(*np.diff(path.c, axis=0).T) / np.diff(path.frame))
 
 
 def _draw(figure: Figure, camera: CameraCheck) -> None:
     """Over the frames: how far the centre moved, and the contrast or the size."""
-    look = camera.look
+    inspection = camera.inspection
     top, bottom = figure.subplots(2, 1, sharex=True)
     steps = _steps_px(camera)
-    top.plot(0.5 * (look.path.frame[1:] + look.path.frame[:-1]), steps, ".-", color=MEASURED, linewidth=0.8, markersize=3)
-    for step in look.odd_steps:
+    top.plot(0.5 * (inspection.path.frame[1:] + inspection.path.frame[:-1]), steps, ".-", color=MEASURED, linewidth=0.8, markersize=3)
+    for step in inspection.odd_steps:
         top.axvline(0.5 * (step.first + step.second), color=BAD, linewidth=1.0)
     top.set_ylim(0.0, 1.15 * float(steps.max()) + 0.01)
     top.set_ylabel("motion, px per frame")
-    bottom.plot(np.arange(len(look.extent_px)), look.extent_px, ".", color=MEASURED, markersize=3)
-    out = ~look.track.used
-    bottom.plot(np.flatnonzero(out), look.extent_px[out], "x", color=SOFT, markersize=4)
+    bottom.plot(np.arange(len(inspection.extent_px)), inspection.extent_px, ".", color=MEASURED, markersize=3)
+    out = ~inspection.track.used
+    bottom.plot(np.flatnonzero(out), inspection.extent_px[out], "x", color=SOFT, markersize=4)
     bottom.set_ylabel("size, px")
     bottom.set_xlabel("frame (crosses: left out)")

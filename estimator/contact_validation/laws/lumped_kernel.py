@@ -25,7 +25,7 @@ STIFFEST_NORMAL = 1.57
 MOST_STEPS = 1_000_000
 """A contact that grazes stiff springs with hardly any restitution took 40,000; what has not ended by then is not a number."""
 LEAST_RESTITUTION = 0.02
-"""Restitution below which the unloading spring would be too stiff to be followed."""
+"""Restitution below which the unloading spring would be too stiff to be integrated."""
 LEAST_OVERLAP = 1e-9
 """Overlap below which a contact counts as open, against division by zero."""
 

@@ -29,7 +29,7 @@ Array = NDArray[np.float64]
 REFERENCE_SPEED_MS = 1.0
 """Speed of compression at which ``restitution`` is stated."""
 STIFFEST = 0.02
-"""Tangential compliance below which springs are too stiff to be followed; from there to the rigid contact at 0 goes a straight line.
+"""Tangential compliance below which springs are too stiff to be integrated; from there to the rigid contact at 0 goes a straight line.
 
 See notebook 24."""
 SLOWEST_MS = 1e-6

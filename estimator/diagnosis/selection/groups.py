@@ -22,7 +22,7 @@ from estimator.fitting.stable_inverse import stable_inverse
 
 Array = NDArray[np.float64]
 FACTOR = 20.0
-"""Of likelihood, or of posterior probability, within which two effects are not told apart: strong evidence [Kass and Raftery 1995]."""
+"""Of likelihood, or of posterior probability, within which two effects cannot be distinguished: strong evidence [Kass and Raftery 1995]."""
 LEAST_ODDS = -2.0 * float(np.log(FACTOR))
 """Logarithm of the odds below which a set does not count against an effect (notebook 49)."""
 MOST_NAMED = 5

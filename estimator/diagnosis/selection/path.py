@@ -13,7 +13,7 @@ import numpy as np
 from estimator.diagnosis.selection.evidence import Evidence
 from estimator.diagnosis.selection.linearised import linearised
 from estimator.diagnosis.selection.refitting import refitted
-from estimator.diagnosis.selection.search import Overrated, Posterior, Set, Trial, look_at_pairs, posterior_of, searched
+from estimator.diagnosis.selection.search import Overrated, Posterior, Set, Trial, posterior_of, searched, try_pairs
 from estimator.diagnosis.selection.stated import with_facts
 from estimator.effects.empirical.families import families
 from estimator.effects.link import EffectModel
@@ -91,7 +91,7 @@ def _climbed(at: At, catalogue: Catalogue, told: Told, *, unknown: bool) -> tupl
     while len(path) <= MOST_STEPS and astray < ASTRAY:
         wanted = _next(path[-1], tried)
         if wanted is None:
-            look_at_pairs(path[-1].trial, path[-1].members)
+            try_pairs(path[-1].trial, path[-1].members)
             path[-1] = judged_by(path[-1], path[-1].trial)
             wanted = _next(path[-1], tried)
         if wanted is None:
@@ -108,7 +108,7 @@ def _climbed(at: At, catalogue: Catalogue, told: Told, *, unknown: bool) -> tupl
         path.append(new)
         astray = 0
     last = path[-1]
-    look_at_pairs(last.trial, last.members)
+    try_pairs(last.trial, last.members)
     return (*path[:-1], judged_by(last, replace(last.trial, fitted=last.members)))
 
 

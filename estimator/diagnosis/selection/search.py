@@ -19,7 +19,7 @@ EXPECTED = 0.5
 UNKNOWN = 0.05
 """Probability that something is missing that no effect of the catalogue is, before it is looked at (decision 47)."""
 BEAM = 3
-"""Sets that are followed side by side. By judgement."""
+"""Sets that are kept side by side. By judgement."""
 MOST = 6
 """Members of a set. By judgement: what needs more is nothing that the catalogue describes."""
 PAIRS = 8
@@ -130,7 +130,7 @@ def posterior_of(trial: Trial) -> Posterior:
     return Posterior(tuple(ordered), tuple(float(p) for p in every - logsumexp(every)))
 
 
-def look_at_pairs(trial: Trial, members: Set) -> None:
+def try_pairs(trial: Trial, members: Set) -> None:
     """Work out the sets in which two effects stand for one of ``members``, those that do best there alone; the posterior then has them."""
     for out in members:
         kept = tuple(e for e in members if e != out)

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from estimator.fitting.refinement import Refinement
 from estimator.impacts.contact_split import parted
-from estimator.impacts.impact_contacts import contacts_told_apart
+from estimator.impacts.impact_contacts import separated_contacts
 from estimator.impacts.loose_contact import loose_contact, loose_sensitivity, moved_loose, spread_needed, spread_of
 from estimator.impacts.piecewise_fit import fit_piecewise, flown, refine_piecewise, spread_at
 from estimator.motion.flight import FlightPoses, pose_differences
@@ -69,7 +69,7 @@ def test_two_contacts_without_a_picture_between_are_told_from_one(apart: float) 
     truth = twice(apart * FRAME_S) if apart else bouncing()
     task = replace(seen(truth), huber=4.0)
     one = refine_piecewise(task, fit_piecewise(task, as_one(truth)).state, SETTINGS)
-    told = contacts_told_apart(task, one, lambda _: task, SETTINGS, frame_s=FRAME_S)
+    told = separated_contacts(task, one, lambda _: task, SETTINGS, frame_s=FRAME_S)
     z, covariance = spread_at(task, one.flight, 0, SETTINGS)
     assert told.spreads[0].chi_square == pytest.approx(max(chi_square(z, covariance), 0.0))
     assert (told.spreads[0].clear, len(told.loose)) == (bool(apart), int(bool(apart)))
@@ -85,7 +85,7 @@ def test_two_contacts_with_a_picture_between_are_measured_one_by_one() -> None:
     truth = twice(1.3 * FRAME_S)
     task = replace(seen(truth), huber=4.0)
     one = refine_piecewise(task, fit_piecewise(task, as_one(truth)).state, SETTINGS)
-    told = contacts_told_apart(task, one, lambda _: task, SETTINGS, frame_s=FRAME_S)
+    told = separated_contacts(task, one, lambda _: task, SETTINGS, frame_s=FRAME_S)
     assert not told.loose
     assert np.abs(told.refined.flight.times_s - truth.times_s).max() < 0.05 * FRAME_S
     for found, true in zip(told.refined.flight.bounces, truth.bounces, strict=True):

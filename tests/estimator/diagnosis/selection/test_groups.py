@@ -5,7 +5,7 @@ import pytest
 from numpy.typing import NDArray
 
 from estimator.diagnosis.selection.groups import FACTOR, MOST_NAMED, Name, group_of, sureness
-from estimator.diagnosis.selection.search import Overrated, Trial, look_at_pairs, searched
+from estimator.diagnosis.selection.search import Overrated, Trial, searched, try_pairs
 from tests.estimator.diagnosis.selection.made_quadratics import BOTH, Made, evidence_of, own_columns
 
 Array = NDArray[np.float64]
@@ -105,7 +105,7 @@ def test_two_effects_together_are_a_name_of_one() -> None:
     """One effect of four numbers beside two of one number each, of which either alone explains half."""
     four = Made(X[:, :4], (BOTH,) * 4)
     made = trial(four, alone(X[:, 0]), alone(X[:, 1]), alone(X[:, 5]), y=0.5 * X[:, 0] + 0.5 * X[:, 1] + NOISE)
-    look_at_pairs(made, (0,))
+    try_pairs(made, (0,))
     group = group_of(made, (0,), 0)
     assert [name.effects for name in group] == [(0,), (1, 2)]
     assert group[1].members == (1, 2)

@@ -17,7 +17,7 @@ from estimator.outlines.pictures.occupancy import Departure, plain_occupancy
 from estimator.outlines.recording import outlines_of
 from estimator.outlines.standing import ghost_px
 from estimator.particle.particle import Particle, particle_of
-from estimator.readiness import Look, Promise, depth_of, fall_of, look_at, promise_of, wobble_of
+from estimator.readiness import Inspection, Promise, depth_of, fall_of, inspect_recording, promise_of, wobble_of
 from synth.sequence import build_silhouette_sequence
 
 ANGLES = np.linspace(0.0, 2.0 * np.pi, 40, endpoint=False)
@@ -25,8 +25,8 @@ ROUND = 12.0 * np.column_stack([np.cos(ANGLES), np.sin(ANGLES)])
 TIMES = np.arange(20) / 4000.0
 
 
-def seen(centres: NDArray[np.float64], times_s: NDArray[np.float64] | None = TIMES) -> Look:
-    return look_at([Outline(ROUND + centre) for centre in centres], (640, 480), times_s=times_s, exposure_s=1e-5)
+def seen(centres: NDArray[np.float64], times_s: NDArray[np.float64] | None = TIMES) -> Inspection:
+    return inspect_recording([Outline(ROUND + centre) for centre in centres], (640, 480), times_s=times_s, exposure_s=1e-5)
 
 
 def path(step_px: float) -> NDArray[np.float64]:
@@ -35,12 +35,12 @@ def path(step_px: float) -> NDArray[np.float64]:
 
 
 def test_an_even_path_has_no_odd_step() -> None:
-    look = seen(path(3.0))
-    assert look.odd_steps == ()
-    assert look.step_px == pytest.approx(3.03, abs=0.05)
-    assert look.bend_px < 1e-6
-    assert look.smear_px == pytest.approx(3.03 * 4000.0 * 1e-5, abs=2e-3)
-    assert np.all(np.isnan(look.saturated))
+    inspection = seen(path(3.0))
+    assert inspection.odd_steps == ()
+    assert inspection.step_px == pytest.approx(3.03, abs=0.05)
+    assert inspection.bend_px < 1e-6
+    assert inspection.smear_px == pytest.approx(3.03 * 4000.0 * 1e-5, abs=2e-3)
+    assert np.all(np.isnan(inspection.saturated))
 
 
 LOST = {
@@ -134,9 +134,9 @@ def known() -> Known:
     return observation, particle_of(outlines, observation.views, Configuration(hull_resolution=32, directions=50))
 
 
-def looked(observation: Observation, *, times: float = 1.0) -> Look:
+def looked(observation: Observation, *, times: float = 1.0) -> Inspection:
     lens = observation.cameras[0].intrinsics
-    return look_at(observation.recordings[0], (lens.width_px, lens.height_px), times_s=times * observation.clock.times_s)
+    return inspect_recording(observation.recordings[0], (lens.width_px, lens.height_px), times_s=times * observation.clock.times_s)
 
 
 def test_the_depth_is_read_off_the_outlines_area(known: Known) -> None:
@@ -144,15 +144,15 @@ def test_the_depth_is_read_off_the_outlines_area(known: Known) -> None:
     assert depth_of(particle, looked(observation), observation.cameras[0].intrinsics) == pytest.approx(0.6, rel=0.1)
 
 
-def falling(share: float, rng: np.random.Generator) -> tuple[Look, HsvCamera]:
+def falling(share: float, rng: np.random.Generator) -> tuple[Inspection, HsvCamera]:
     """The look at a ball that flies 25 ms under ``share`` of gravity."""
     lens = Intrinsics(1024, 1024, 6000.0, 6000.0, 511.5, 511.5)
     times = np.arange(100) / 4000.0
     v = rng.normal(scale=0.5, size=3)
     X = np.array([0.0, 0.0, 0.6]) + np.outer(times - times.mean(), v) + 0.5 * np.outer((times - times.mean()) ** 2, [0, 9.81 * share, 0])
     centres = lens.project(X) + rng.normal(scale=0.02, size=(100, 2))
-    look = look_at([Outline(ROUND + c) for c in centres], (1024, 1024), times_s=times)
-    return look, HsvCamera("hsv", lens, np.eye(3), np.zeros(3))
+    inspection = inspect_recording([Outline(ROUND + c) for c in centres], (1024, 1024), times_s=times)
+    return inspection, HsvCamera("hsv", lens, np.eye(3), np.zeros(3))
 
 
 @pytest.mark.parametrize("share", [1.0, 0.01, 4.0, -1.0])
@@ -174,20 +174,20 @@ def test_a_drop_on_to_a_plate_is_judged_by_its_longest_flight() -> None:
     t = times - times[40]
     fall_m = np.where(t < 0, 0.8 * t, -0.3 * t) + 0.5 * 9.81 * t**2
     centres = lens.project(np.column_stack([0.1 * t, fall_m, np.full(120, 0.6)])) + rng.normal(scale=0.02, size=(120, 2))
-    look = look_at([Outline(ROUND + c) for c in centres], (1024, 1024), times_s=times)
-    assert look.odd_steps == ()
-    (kink,) = look.kinks
+    inspection = inspect_recording([Outline(ROUND + c) for c in centres], (1024, 1024), times_s=times)
+    assert inspection.odd_steps == ()
+    (kink,) = inspection.kinks
     assert kink == pytest.approx(40.0, abs=0.2)
-    assert (look.free.frame[0], look.free.frame[-1]) == (44, 119)
-    fall = fall_of(look, HsvCamera("hsv", lens, np.eye(3), np.zeros(3)), np.array([0.0, 9.81, 0.0]), depth_m=0.6, wobble_m=2e-5)
+    assert (inspection.free.frame[0], inspection.free.frame[-1]) == (44, 119)
+    fall = fall_of(inspection, HsvCamera("hsv", lens, np.eye(3), np.zeros(3)), np.array([0.0, 9.81, 0.0]), depth_m=0.6, wobble_m=2e-5)
     assert fall is not None
     assert abs(fall.share - 1.0) < 2.0 * fall.sigma
     assert fall.sigma < 0.3
 
 
 def test_gravity_along_the_line_of_sight_is_not_seen() -> None:
-    look, camera = falling(1.0, np.random.default_rng(0))
-    assert fall_of(look, camera, np.array([0.0, 0.0, 9.81]), depth_m=0.6, wobble_m=1e-5) is None
+    inspection, camera = falling(1.0, np.random.default_rng(0))
+    assert fall_of(inspection, camera, np.array([0.0, 0.0, 9.81]), depth_m=0.6, wobble_m=1e-5) is None
 
 
 def test_the_wobble_is_small_against_the_particle(known: Known) -> None:
@@ -197,8 +197,8 @@ def test_the_wobble_is_small_against_the_particle(known: Known) -> None:
 
 
 def promised(observation: Observation, particle: Particle) -> Promise:
-    look = looked(observation)
-    found = promise_of(observation, (look.track,), look, particle, Configuration())
+    inspection = looked(observation)
+    found = promise_of(observation, (inspection.track,), inspection, particle, Configuration())
     assert found is not None
     return found
 
@@ -223,8 +223,8 @@ def test_noisier_and_shorter_recordings_promise_less(known: Known) -> None:
 def test_too_little_seen_promises_nothing(known: Known) -> None:
     observation, particle = known
     few = Observation(**{**vars(observation), "recordings": (observation.recordings[0][:5],)})  # type: ignore[index]
-    look = look_at(few.recordings[0], (1024, 1024), times_s=observation.clock.times_s[:5])
-    assert promise_of(few, (look.track,), look, particle, Configuration()) is None
+    inspection = inspect_recording(few.recordings[0], (1024, 1024), times_s=observation.clock.times_s[:5])
+    assert promise_of(few, (inspection.track,), inspection, particle, Configuration()) is None
 
 
 def test_a_bubble_as_bright_inside_as_its_background_has_no_level_of_its_own() -> None:

@@ -1,4 +1,4 @@
-"""A first look at what one camera recorded: outlines, contrast, saturation, size, motion and blur, and how smooth the path is.
+"""What one camera recorded: outlines, contrast, saturation, size, motion and blur, and how smooth the path is.
 
 In free flight the outline's centre moves on a parabola but for a wobble of a fraction of a pixel, so a lost picture or a wrong time stamp
 shows as one step that is a multiple of its neighbours. Impacts are kinks of the path (:mod:`estimator.impacts.impact_search`); what is said
@@ -31,11 +31,11 @@ ALIKE = 0.5
 FROM_KINK = 3.0
 """Frames about a kink in which a step is no odd one, and that belong to no free flight: an irregular body may touch twice within them."""
 LEAST_STEP_PX = 0.5
-"""Motion from frame to frame below which a step is no longer told from noise and wobble."""
+"""Motion from frame to frame below which a step disappears in noise and wobble."""
 
 
 @dataclass(frozen=True)
-class Look:
+class Inspection:
     """What one camera recorded in n frames.
 
     ``track``: outlines. ``times_s`` (n,) s or ``None``. ``extent_px`` (n,): largest side of the upright box about each
@@ -81,10 +81,10 @@ class OddStep:
     times: float
 
 
-def look_at(
+def inspect_recording(
     recording: Recording, size_px: tuple[int, int], *, times_s: Array | None = None, exposure_s: float | None = None, name: str = "frames"
-) -> Look:
-    """Look at a recording of pictures of ``size_px`` (width, height).
+) -> Inspection:
+    """Inspect a recording of pictures of ``size_px`` (width, height).
 
     ``times_s`` (f,).
 
@@ -100,7 +100,7 @@ def look_at(
     smear = _smear_px(path, times_s, exposure_s)
     kinks = tuple(kink.frame for kink in clear_kinks(find_kinks(path)))
     odd = tuple(s for s in _odd_steps(path, times_s) if all(abs(0.5 * (s.first + s.second) - k) > FROM_KINK for k in kinks))
-    return Look(track, times_s, extent, path, _free(path, kinks), kinks, saturated, smear, odd)
+    return Inspection(track, times_s, extent, path, _free(path, kinks), kinks, saturated, smear, odd)
 
 
 def _free(path: CentroidPath, kinks: tuple[float, ...]) -> CentroidPath:
@@ -113,17 +113,17 @@ def _free(path: CentroidPath, kinks: tuple[float, ...]) -> CentroidPath:
     return CentroidPath(path.frame[longest], path.c[longest])
 
 
-def parabola(look: Look) -> tuple[Float[NDArray[np.float64], "3 2"], Float[NDArray[np.float64], "n 2"]]:
+def parabola(inspection: Inspection) -> tuple[Float[NDArray[np.float64], "3 2"], Float[NDArray[np.float64], "n 2"]]:
     """Coefficients (3, 2) px, px/s, px/s² of the parabola of the centres in free flight about its middle, and the distances (n, 2) px.
 
     Without times a frame counts as a second.
     """
-    when = look.free.frame.astype(np.float64) if look.times_s is None else look.times_s[look.free.frame]
+    when = inspection.free.frame.astype(np.float64) if inspection.times_s is None else inspection.times_s[inspection.free.frame]
     t = when - when.mean()
     A = np.column_stack([np.ones_like(t), t, 0.5 * t**2])
     scale = np.abs(A).max(axis=0)
-    coefficients = np.linalg.lstsq(A / scale, look.free.c, rcond=None)[0] / scale[:, None]
-    return coefficients, look.free.c - A @ coefficients
+    coefficients = np.linalg.lstsq(A / scale, inspection.free.c, rcond=None)[0] / scale[:, None]
+    return coefficients, inspection.free.c - A @ coefficients
 
 
 def _track(recording: Recording, size_px: tuple[int, int], name: str) -> OutlineTrack:
