@@ -109,7 +109,7 @@ def drawn_rim(pixels: Array, rim: NDArray[np.int64], finer: int) -> Array:
 
     ``pixels`` (v, 2) of the vertices.
     """
-    drawn, corner = _blank(pixels, finer, np.uint8)
+    drawn, corner = _blank(pixels[rim], finer, np.uint8)
     _draw(drawn, np.round((pixels[rim] - corner) * finer).astype(np.int64), np.full(len(rim), 255, dtype=np.uint8))
     return _outer(drawn, cv2.CHAIN_APPROX_SIMPLE) / finer + corner
 
@@ -119,16 +119,16 @@ def drawn_edges(pixels: Array, rim: NDArray[np.int64], finer: int) -> tuple[Arra
 
     ``pixels`` (v, 2) of the vertices.
     """
-    drawn, corner = _blank(pixels, finer, np.int32)
+    drawn, corner = _blank(pixels[rim], finer, np.int32)
     _draw(drawn, np.round((pixels[rim] - corner) * finer).astype(np.int64), np.arange(1, len(rim) + 1, dtype=np.int32))
     outer = _outer((drawn > 0).astype(np.uint8), cv2.CHAIN_APPROX_NONE)
     return outer / finer + corner, drawn[outer[:, 1], outer[:, 0]].astype(np.int64) - 1
 
 
-def _blank(pixels: Array, finer: int, kind: type) -> tuple[NDArray[np.integer], Array]:
-    """An empty drawing that holds all ``pixels`` (v, 2), and where its corner is (2,)."""
-    corner = pixels.min(axis=0) - MARGIN_PX
-    width, height = np.ceil((pixels.max(axis=0) + MARGIN_PX - corner) * finer).astype(int)
+def _blank(lines: Array, finer: int, kind: type) -> tuple[NDArray[np.integer], Array]:
+    """An empty drawing that holds all ``lines`` (e, 2, 2) px, and where its corner is (2,)."""
+    corner = lines.min(axis=(0, 1)) - MARGIN_PX
+    width, height = np.ceil((lines.max(axis=(0, 1)) + MARGIN_PX - corner) * finer).astype(int)
     return np.zeros((height, width), kind), corner
 
 

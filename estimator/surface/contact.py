@@ -17,7 +17,7 @@ from estimator.surface.star_surface import Surface
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
-DRAWN_PX, COARSEST = 1800, 4
+DRAWN_PX, COARSEST = 900, 4
 """Size of the drawing, and how much finer than the pixels it is at least."""
 LEAST_PX = 1e-9
 """What rounding leaves of a length that is none."""
@@ -53,7 +53,7 @@ def contact_of(surface: Surface, camera: Intrinsics, R_cam_particle: Array, t_ca
     rim_normal = np.column_stack([along[:, 1], -along[:, 0]]) / np.maximum(np.linalg.norm(along, axis=1), LEAST_PX)[:, None]
     within = pixels[face.sum(axis=1) - rim.sum(axis=1)] - start  # both faces lie on one side of an edge of the contour generator
     rim_normal *= np.where(np.sum(within * rim_normal, axis=1) > 0.0, -1.0, 1.0)[:, None]
-    finer = int(np.clip(DRAWN_PX / np.ptp(pixels, axis=0).max(), COARSEST, FINER))
+    finer = int(np.clip(DRAWN_PX / np.ptp(start, axis=0).max(), COARSEST, FINER))
     drawn, edge = drawn_edges(pixels, rim, finer)
     own = edge[cKDTree(drawn).query(samples_px)[1]]
     share, foot = _foot(samples_px, start[own], along[own])

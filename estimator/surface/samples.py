@@ -32,14 +32,15 @@ class Samples:
     by_corner: csr_array
     by_flight: Float[NDArray[np.float64], "m 21"]
 
-
-def samples_of_views(surface: Surface, outlines: Sequence[Outline], views: Sequence[CalibratedView]) -> Samples:
-    """Those of the calibrated views, which the flight does not move."""
+def samples_of_views(
+    surface: Surface, outlines: Sequence[Outline], views: Sequence[CalibratedView], *, motions: int = N_PARAMETERS
+) -> Samples:
+    """Those of the calibrated views, which none of the parameters of ``motions`` moves."""
     parts = []
     for outline, view in zip(outlines, views, strict=True):
         met = contact_of(surface, view.intrinsics, view.R_cam_particle, view.t_cam_particle, outline.points_px)
         across = _across(met, view.intrinsics)
-        parts.append((met, across @ view.R_cam_particle, np.zeros((len(across), N_PARAMETERS))))
+        parts.append((met, across @ view.R_cam_particle, np.zeros((len(across), motions))))
     return _stacked(surface, parts, 0.0)
 
 

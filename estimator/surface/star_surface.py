@@ -8,16 +8,15 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 from scipy.sparse import csr_array, diags_array, eye_array
 
+from datasets.observation import CalibratedView
+from datasets.vocabulary.outline import Outline
 from estimator.geometry.cast_outline import CastingMesh, casting_mesh
-from estimator.geometry.visual_hull import HullMesh, bounding_ball, inside_by
+from estimator.geometry.visual_hull import HullMesh
 from estimator.particle.particle import Particle
 
 Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 SUBDIVISIONS = 5
 """10,242 directions: edges are a sixtieth of the body's extent, one pixel of a recording and several of a view that fills its picture."""
-MARCHED, HALVED, REACH = 45, 12, 1.1
-"""Steps from the centre until a point lies outside a cone, halvings of the last step, and how far they go in radii of the ball around."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,23 +84,42 @@ class Surface:
 
 def star_surface(particle: Particle, subdivisions: int = SUBDIVISIONS) -> Surface:
     """The visual hull of a particle's views as seen from its centre of mass: where each direction first leaves one of the views' cones."""
-    ball = sphere(subdivisions)
-    _, reach = bounding_ball(particle.outlines, particle.calibrated)
-    cones = [inside_by(o, v) for o, v in zip(particle.outlines, particle.calibrated, strict=True)]
-    centre, n = particle.body.com_particle, len(ball.directions)
+    ball, centre = sphere(subdivisions), particle.body.com_particle
+    reach = np.full(len(ball.directions), np.inf)
+    for outline, view in zip(particle.outlines, particle.calibrated, strict=True):
+        np.minimum(reach, _left_at(outline, view, centre, ball.directions), out=reach)
+    return Surface(ball, centre, centre + reach[:, None] * ball.directions)
 
-    def inside(radii: Array, rows: Index) -> NDArray[np.bool_]:
-        points = centre + radii[:, None] * ball.directions[rows]
-        return np.asarray(np.min([cone(points) for cone in cones], axis=0) > 0.0)
 
-    low, high, left = np.zeros(n), np.full(n, REACH * reach), np.arange(n)
-    for radius in np.linspace(0.0, REACH * reach, MARCHED)[1:]:
-        within = inside(np.full(len(left), radius), left)
-        high[left[~within]] = radius
-        low[left[within]] = radius
-        left = left[within]
-    for _ in range(HALVED):
-        middle = 0.5 * (low + high)
-        within = inside(middle, np.arange(n))
-        low, high = np.where(within, middle, low), np.where(within, high, middle)
-    return Surface(ball, centre, centre + (0.5 * (low + high))[:, None] * ball.directions)
+def _left_at(outline: Outline, view: CalibratedView, centre: Array, directions: Array) -> Array:
+    """Distances (n,) m from a ``centre`` (3,) at which ``directions`` (n, 3) first leave an outline's cone; infinite where they do not.
+
+    A ray's picture is a straight line from the centre's, ``s = r |w| / (z + r d_z)`` long.
+    """
+    place, d = view.R_cam_particle @ centre + view.t_cam_particle, directions @ view.R_cam_particle.T
+    z, middle = place[2], place[:2] / place[2]
+    w = d[:, :2] - middle * d[:, 2:]
+    long = np.linalg.norm(w, axis=1)
+    s = _first_crossings(view.intrinsics.normalise(outline.points_px) - middle, np.arctan2(w[:, 1], w[:, 0]))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(long > s * d[:, 2], s * z / (long - s * d[:, 2]), np.inf)
+
+
+def _first_crossings(curve: Array, angles: Array) -> Array:
+    """How far (n,) from the origin rays at ``angles`` (n,) first cross a closed ``curve`` (k, 2) around it; infinite where they do not."""
+    start, along = curve, np.roll(curve, -1, axis=0) - curve
+    begins = np.arctan2(start[:, 1], start[:, 0])
+    turned = np.arctan2(start[:, 0] * along[:, 1] - start[:, 1] * along[:, 0], np.sum(start * (start + along), axis=1))
+    low, order = np.where(turned < 0.0, begins + turned, begins), np.argsort(angles)
+    low = np.mod(low + np.pi, 2.0 * np.pi) - np.pi
+    twice = np.concatenate([angles[order], angles[order] + 2.0 * np.pi])
+    first, end = np.searchsorted(twice, low), np.searchsorted(twice, low + np.abs(turned), side="right")
+    edge = np.repeat(np.arange(len(curve)), end - first)
+    ray = order[(np.arange(len(edge)) - np.repeat(np.cumsum(end - first) - (end - first), end - first) + first[edge]) % len(angles)]
+    u = np.column_stack([np.cos(angles[ray]), np.sin(angles[ray])])
+    a, e = start[edge], along[edge]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        far = (a[:, 0] * e[:, 1] - a[:, 1] * e[:, 0]) / (u[:, 0] * e[:, 1] - u[:, 1] * e[:, 0])
+    crossed = np.full(len(angles), np.inf)
+    np.minimum.at(crossed, ray, np.where(far > 0.0, far, np.inf))
+    return crossed

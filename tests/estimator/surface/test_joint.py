@@ -24,6 +24,7 @@ from estimator.motion.flight import N_PARAMETERS, Flight, moved, poses, velociti
 from estimator.particle.particle import Particle
 from estimator.surface.joint import JointFit, joint_fit
 from estimator.surface.samples import samples_of_frames
+from estimator.surface.shape import Shape, shape_of
 from estimator.surface.star_surface import star_surface
 from synth.sequence import build_silhouette_sequence
 
@@ -57,19 +58,23 @@ class Measured:
 def measured(made: tuple[Observation, Truth]) -> Measured:
     given: list[tuple[Any, ...]] = []
 
-    def coarse(*arguments: Any, **named: Any) -> JointFit:
+    def coarse(particle: Particle, **named: Any) -> Shape:
+        return shape_of(particle, **named, subdivisions=COARSE)
+
+    def fitted(*arguments: Any, **named: Any) -> JointFit:
         given.append(arguments)
-        return joint_fit(*arguments, **named, subdivisions=COARSE)
+        return joint_fit(*arguments, **named)
 
     def kept(task: FitTask, refined: Refined, *more: Any) -> Misfit | None:
         given.append((task, refined))
         return misfit(task, refined, *more)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(free_flight, "joint_fit", coarse)
+        patch.setattr(free_flight, "shape_of", coarse)
+        patch.setattr(free_flight, "joint_fit", fitted)
         patch.setattr(free_flight, "misfit", kept)
         estimate = free_flight.estimate(made[0], Configuration(surface_fit=1))
-    (particle, sightings, flight, _), (task, refined) = given
+    (particle, sightings, (flight, _), _), (task, refined) = given
     return Measured(replace(estimate, status=Status.CONVERGED), flight, particle, sightings, task, refined)
 
 

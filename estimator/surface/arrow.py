@@ -1,0 +1,162 @@
+"""One Gauss-Newton step of a surface and of motions: the surface is eliminated, so that what is known of the motions is marginal over it.
+
+The normal matrix is an arrow: its sparse part, of the surface, is factorised and eliminated [Triggs et al., Bundle adjustment, 2000,
+section 6]. Rows that bear on the whole surface, those of its mass properties, would fill it and enter by Woodbury's identity.
+
+What is not known of scale is found from the data: how rough the surface is and how noisy samples are, both by the fixed point at which the
+evidence is largest [MacKay, Neural Computation 4 (1992) 415]; traces of the large inverse by random signs [Hutchinson, Communications in
+Statistics 18 (1989) 1059]. Samples whose residuals are alike along an outline count as that many fewer.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+from scipy.sparse import csc_array, csr_array
+from scipy.sparse.linalg import SuperLU, splu
+
+from estimator.surface.evenness import Believed
+from estimator.surface.samples import Samples
+
+Array = NDArray[np.float64]
+PROBES = 8
+"""Vectors of random signs a trace is estimated with: within a few percent of itself, by judgement."""
+MOST_CHANGE = 3.0
+"""A roughness changes by no more than this factor from round to round."""
+
+
+@dataclass(frozen=True)
+class Scales:
+    """Effective noise (px) of each group of samples, and the surface's roughness."""
+
+    noise_px: tuple[float, ...]
+    roughness: float
+
+
+@dataclass(frozen=True)
+class Whole:
+    """Rows that bear on the whole surface: ``residual`` (k,) in standard deviations, its derivatives ``by_motion`` (k, p).
+
+    ``by_corner`` (3 n, k): those by the corners' coordinates, less their sign.
+    """
+
+    residual: Float[NDArray[np.float64], " k"]
+    by_motion: Float[NDArray[np.float64], "k p"]
+    by_corner: Float[NDArray[np.float64], "3n k"]
+
+
+def no_rows(corners: int) -> Whole:
+    """None, of a surface with so many ``corners`` and without motions."""
+    return Whole(np.zeros(0), np.zeros((0, 0)), np.zeros((3 * corners, 0)))
+
+
+@dataclass(frozen=True)
+class Weighed:
+    """A group's samples in standard deviations: residuals ``r`` (m,), derivatives ``J`` (m, u) by the surface, ``F`` (m, p) by motions."""
+
+    samples: Samples
+    r: Float[NDArray[np.float64], " m"]
+    J: csr_array
+    F: Float[NDArray[np.float64], "m p"]
+
+
+@dataclass(frozen=True)
+class Eliminated:
+    """The normal equations of the motions alone, ``H`` (p, p) and ``g`` (p,), and what the surface does about them.
+
+    ``solved`` (u, p + 1): how the surface's unknowns answer to each motion, and by themselves.
+    """
+
+    H: Float[NDArray[np.float64], "p p"]
+    g: Float[NDArray[np.float64], " p"]
+    solved: Float[NDArray[np.float64], "u p1"]
+    factor: SuperLU
+    groups: tuple[Weighed, ...]
+    prior: Believed
+
+    def corners(self, step: Array) -> Array:
+        """Moves (n, 3) m of the corners that go with a ``step`` (p,) of the motions."""
+        return np.asarray((self.prior.basis @ self._unknowns(step)).reshape(-1, 3))
+
+    def scales(self, step: Array, scales: Scales, rng: np.random.Generator) -> Scales:
+        """Scales as the residuals after a ``step`` (p,) show them, from those that were assumed."""
+        unknowns = self._unknowns(step)
+        left = [group.r + group.J @ unknowns + group.F @ step for group in self.groups]
+        found = (_noise_of(z, g.samples.starts, _taken(self.factor, g.J, rng)) for z, g in zip(left, self.groups, strict=True))
+        noise_px = tuple(noise * change for noise, change in zip(scales.noise_px, found, strict=True))
+        bent = np.asarray(self.prior.bend + self.prior.bends @ unknowns)
+        return Scales(noise_px, scales.roughness * _roughness_of(bent, _taken(self.factor, self.prior.bends, rng)))
+
+    def _unknowns(self, step: Array) -> Array:
+        return np.asarray(-(self.solved[:, -1] + self.solved[:, :-1] @ step))
+
+
+def weighed(samples: Samples, prior: Believed, noise_px: float, huber: float) -> Weighed:
+    """Samples over their noise, those far off held by Huber's weights."""
+    w = np.sqrt(huber / np.maximum(np.abs(samples.gap_px) / noise_px, huber)) / noise_px
+    J = csr_array(samples.by_corner.multiply(w[:, None])) @ prior.basis
+    return Weighed(samples, samples.gap_px * w, J, samples.by_flight * w[:, None])
+
+
+def eliminated(groups: Sequence[Weighed], prior: Believed, whole: Whole) -> Eliminated:
+    """The normal equations without the surface."""
+    rows, values = prior.rows, prior.values
+    factor = _factorised(csc_array(sum((g.J.T @ g.J for g in groups), start=rows.T @ rows)))
+    by_surface = prior.basis.T @ whole.by_corner
+    border = sum((g.J.T @ g.F for g in groups), start=-by_surface @ whole.by_motion)
+    gradient = sum((g.J.T @ g.r for g in groups), start=rows.T @ values - by_surface @ whole.residual)
+    solved = _with_whole(factor, by_surface, np.column_stack([border, gradient]))
+    H = sum((g.F.T @ g.F for g in groups), start=whole.by_motion.T @ whole.by_motion) - border.T @ solved[:, :-1]
+    g = sum((g.F.T @ g.r for g in groups), start=whole.by_motion.T @ whole.residual) - border.T @ solved[:, -1]
+    return Eliminated(np.asarray(H), np.asarray(g), solved, factor, tuple(groups), prior)
+
+
+def _factorised(A: csc_array) -> SuperLU:
+    """Without relaxed supernodes and pivoting, which so sparse a matrix takes three times as long with."""
+    return splu(A, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, relax=1, options={"SymmetricMode": True})
+
+
+def _with_whole(factor: SuperLU, by_surface: Array, right: Array) -> Array:
+    """Solutions for the factorised matrix plus the rows that bear on the whole surface, which would fill it [Woodbury's identity]."""
+    solved = factor.solve(np.column_stack([right, by_surface]))
+    plain, through = solved[:, : right.shape[1]], solved[:, right.shape[1] :]
+    small = np.eye(by_surface.shape[1]) + by_surface.T @ through
+    return np.asarray(plain - through @ np.linalg.solve(small, by_surface.T @ plain))
+
+
+def _taken(factor: SuperLU, rows: csr_array, rng: np.random.Generator) -> float:
+    """How many of the weighted ``rows`` (m, n) the surface's unknowns take up: trace of ``rows A^-1 rows^T``."""
+    signs = rng.choice([-1.0, 1.0], size=(rows.shape[0], PROBES))
+    towards = rows.T @ signs
+    return float(np.mean(np.sum(towards * factor.solve(towards), axis=0)))
+
+
+def _noise_of(left: Array, starts: NDArray[np.int64], taken: float) -> float:
+    """Noise over that assumed, of residuals (m,) left in its units, Huber's weights in them; alike neighbours count as fewer samples."""
+    size = np.sqrt(left @ left / max(len(left) - taken, 1.0))
+    return float(size * np.sqrt(_alike(left, starts)))
+
+
+def _alike(left: Array, starts: NDArray[np.int64]) -> float:
+    """One and twice the sum of the residuals' correlations along outlines up to the first that is none [Geyer, Stat. Sci. 7 (1992) 473]."""
+    products = _lagged_products(left, starts)
+    rho = products[1:] / products[0]
+    none = np.flatnonzero(rho <= 0.0)
+    return float(1.0 + 2.0 * rho[: none[0] if len(none) else len(rho)].sum())
+
+
+def _lagged_products(left: Array, starts: NDArray[np.int64]) -> Array:
+    """Sums over all outlines of products of residuals so many samples apart, round and round, up to half the shortest outline."""
+    total = np.zeros(max(int(np.diff(starts).min()) // 2, 1))
+    for first, end in zip(starts[:-1].tolist(), starts[1:].tolist(), strict=True):
+        power = np.abs(np.fft.rfft(left[first:end])) ** 2
+        total += np.fft.irfft(power, end - first)[: len(total)]
+    return total
+
+
+def _roughness_of(bent: Array, taken: float) -> float:
+    """Roughness over that assumed; ``taken`` of its rows the prior itself determines."""
+    found = float(np.sqrt(bent @ bent / max(len(bent) - taken, 1.0)))
+    return float(np.clip(found, 1.0 / MOST_CHANGE, MOST_CHANGE))

@@ -1,0 +1,42 @@
+"""A step without the surface is that of the dense normal equations of everything."""
+
+import numpy as np
+from scipy.sparse import csr_array
+
+from estimator.surface.arrow import Whole, _alike, _lagged_products, eliminated, weighed
+from estimator.surface.evenness import believed
+from estimator.surface.samples import Samples
+from estimator.surface.star_surface import Surface, sphere
+
+MOTIONS, ROWS, NOISE_PX = 4, 300, 0.2
+
+
+def test_elimination_gives_the_step_of_the_dense_equations() -> None:
+    rng = np.random.default_rng(3)
+    surface = Surface(sphere(2), np.zeros(3), 3e-3 * sphere(2).directions)
+    n = 3 * len(surface.vertices)
+    by_corner = csr_array(1e3 * rng.normal(size=(ROWS, n)) * (rng.uniform(size=(ROWS, n)) < 0.02))
+    samples = Samples(0.1 * rng.normal(size=ROWS), np.array([0, 120, ROWS]), by_corner, rng.normal(size=(ROWS, MOTIONS)))
+    whole = Whole(rng.normal(size=3), rng.normal(size=(3, MOTIONS)), 1e2 * rng.normal(size=(n, 3)))
+    prior = believed(surface, 0.05)
+    group = weighed(samples, prior, NOISE_PX, 4.0)
+    found = eliminated([group], prior, whole)
+
+    rows = np.vstack([group.J.toarray(), prior.rows.toarray(), -(prior.basis.T @ whole.by_corner).T])
+    motions = np.vstack([group.F, np.zeros((len(prior.values), MOTIONS)), whole.by_motion])
+    A, r = np.hstack([rows, motions]), np.concatenate([group.r, prior.values, whole.residual])
+    dense = -np.linalg.lstsq(A, r, rcond=None)[0]
+    step = -np.linalg.solve(found.H, found.g)
+    np.testing.assert_allclose(step, dense[-MOTIONS:], rtol=1e-6)
+    np.testing.assert_allclose(found.corners(step).ravel(), prior.basis @ dense[:-MOTIONS], rtol=1e-5, atol=1e-10)
+    np.testing.assert_allclose(np.linalg.inv(found.H), np.linalg.inv(A.T @ A)[-MOTIONS:, -MOTIONS:], rtol=1e-5)
+
+
+def test_residuals_alike_over_neighbours_count_as_fewer() -> None:
+    rng = np.random.default_rng(1)
+    starts, white = np.arange(0, 4001, 200), rng.normal(size=4000)
+    z = white[:200]
+    np.testing.assert_allclose(_lagged_products(z, np.array([0, 200]))[:3], [z @ np.roll(z, lag) for lag in range(3)], rtol=1e-9)
+    alike = np.concatenate([sum(np.roll(white[a : a + 200], k) for k in range(4)) for a in starts[:-1]])
+    assert 0.8 < _alike(white, starts) < 1.5
+    assert 3.0 < _alike(alike, starts) < 5.5, "sums over four neighbours: 1 + 2 (3/4 + 2/4 + 1/4) = 4"
