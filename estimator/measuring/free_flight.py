@@ -39,7 +39,7 @@ from estimator.search.candidate_flights import (
 )
 from estimator.search.rival_flights import few_views, standing
 from estimator.surface.joint import joint_fit
-from estimator.surface.shape import shape_of
+from estimator.surface.shape import made_shape
 
 Array = NDArray[np.float64]
 
@@ -107,7 +107,7 @@ def _estimated(observation: Observation, tracks: tuple[OutlineTrack, ...], parti
 def on_all_samples(refined: Refined, task: FitTask, particle: Particle, configuration: Configuration) -> Refined:
     """The flight fitted once more, to every outline sample and with the surface as an unknown; its tangency errors are those there."""
     huber, seed = configuration.huber, configuration.seed
-    begin = refined.flight, shape_of(particle, huber=huber, seed=seed)
+    begin = refined.flight, made_shape(particle, huber=huber, seed=seed)
     joint = joint_fit(particle, task.sightings, begin, task.prior, huber=huber, seed=seed)
     at = linearise(_weighed(task, refined.flight), joint.flight, refinement_settings(configuration))
     return replace(

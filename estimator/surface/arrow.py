@@ -97,7 +97,7 @@ def weighed(samples: Samples, prior: Believed, noise_px: float, huber: float) ->
     """Samples over their noise, those far off held by Huber's weights."""
     w = np.sqrt(huber / np.maximum(np.abs(samples.gap_px) / noise_px, huber)) / noise_px
     J = csr_array(samples.by_corner.multiply(w[:, None])) @ prior.basis
-    return Weighed(samples, samples.gap_px * w, J, samples.by_flight * w[:, None])
+    return Weighed(samples, samples.gap_px * w, J, samples.by_motion * w[:, None])
 
 
 def eliminated(groups: Sequence[Weighed], prior: Believed, whole: Whole) -> Eliminated:

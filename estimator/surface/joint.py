@@ -15,8 +15,9 @@ from estimator.motion.flight import COM, INERTIA, N_PARAMETERS, OFFSET, Flight, 
 from estimator.particle.particle import Particle
 from estimator.surface.arrow import Scales, Whole, eliminated, weighed
 from estimator.surface.evenness import believed
+from estimator.surface.frame_samples import samples_of_frames
 from estimator.surface.mass import N_MASS, mass_response
-from estimator.surface.samples import samples_of_frames, samples_of_views
+from estimator.surface.samples import samples_of_views
 from estimator.surface.shape import Shape
 from estimator.surface.star_surface import Surface
 
@@ -58,7 +59,10 @@ def joint_fit(particle: Particle, sightings: Sightings, begin: tuple[Flight, Sha
     covariance, settled, gain, last = np.zeros((N_PARAMETERS, N_PARAMETERS)), False, 1.0, np.zeros(N_PARAMETERS)
     for _ in range(MOST_ROUNDS):
         believe = believed(surface, scales.roughness)
-        samples = samples_of_views(surface, particle.outlines, particle.calibrated), samples_of_frames(surface, sightings, flight)
+        samples = (
+            samples_of_views(surface, particle.outlines, particle.calibrated, motions=N_PARAMETERS),
+            samples_of_frames(surface, sightings, flight),
+        )
         groups = [weighed(s, believe, noise, huber) for s, noise in zip(samples, scales.noise_px, strict=True)]
         fitted = eliminated(groups, believe, _mass_rows(surface, flight, particle.extent_m))
         step, covariance = _with_offset_considered(fitted.H, fitted.g, prior)

@@ -1,4 +1,4 @@
-"""Distances of all outline samples from the outlines that surface and flight cast, with derivatives by the surface and the flight."""
+"""Distances of outline samples from the outlines that a surface casts, with their derivatives; here those of the calibrated views."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,9 +11,6 @@ from scipy.sparse import csr_array
 from datasets.observation import CalibratedView
 from datasets.vocabulary.camera import Intrinsics
 from datasets.vocabulary.outline import Outline
-from estimator.appearance.flight_errors import particle_poses
-from estimator.data.fit_task import Sightings
-from estimator.motion.flight import N_PARAMETERS, OFFSET, Flight, poses_and_sensitivity
 from estimator.surface.contact import Contact, contact_of
 from estimator.surface.star_surface import Surface
 
@@ -24,51 +21,33 @@ Array = NDArray[np.float64]
 class Samples:
     """Residuals ``gap_px`` (m,) of samples in the order of their outlines, ``starts`` (k + 1,) where those of each picture begin.
 
-    ``by_corner`` (m, 3 n) px/m, by each corner's three coordinates in the particle frame, and ``by_flight`` (m, 21): their derivatives.
+    ``by_corner`` (m, 3 n) px/m, by each corner's three coordinates in the particle frame, and ``by_motion`` (m, p): their derivatives.
     """
 
     gap_px: Float[NDArray[np.float64], " m"]
     starts: NDArray[np.int64]
     by_corner: csr_array
-    by_flight: Float[NDArray[np.float64], "m 21"]
+    by_motion: Float[NDArray[np.float64], "m p"]
 
-def samples_of_views(
-    surface: Surface, outlines: Sequence[Outline], views: Sequence[CalibratedView], *, motions: int = N_PARAMETERS
-) -> Samples:
+
+def samples_of_views(surface: Surface, outlines: Sequence[Outline], views: Sequence[CalibratedView], *, motions: int) -> Samples:
     """Those of the calibrated views, which none of the parameters of ``motions`` moves."""
     parts = []
     for outline, view in zip(outlines, views, strict=True):
         met = contact_of(surface, view.intrinsics, view.R_cam_particle, view.t_cam_particle, outline.points_px)
-        across = _across(met, view.intrinsics)
+        across = across_of(met, view.intrinsics)
         parts.append((met, across @ view.R_cam_particle, np.zeros((len(across), motions))))
-    return _stacked(surface, parts, 0.0)
+    return stacked(surface, parts, 0.0)
 
 
-def samples_of_frames(surface: Surface, sightings: Sightings, flight: Flight) -> Samples:
-    """Those of the high-speed cameras' pictures under a flight."""
-    predicted, sensitivity = poses_and_sensitivity(flight, sightings.times_s)
-    placed = particle_poses(flight, predicted, sightings)
-    parts = []
-    for k, outline in enumerate(sightings.outlines_px):
-        camera = sightings.cameras[int(sightings.camera[k])]
-        met = contact_of(surface, camera.intrinsics, placed.R[k], placed.t[k], outline)
-        across = _across(met, camera.intrinsics)
-        world = across @ camera.R_cam_world
-        arm = (met.point - camera.t_cam_world) @ camera.R_cam_world - predicted.centre[k, 0]
-        by_flight = -np.concatenate([world, np.cross(arm, world)], axis=1) @ sensitivity[k]
-        by_flight[:, OFFSET] = -1.0
-        parts.append((met, across @ placed.R[k], by_flight))
-    return _stacked(surface, parts, flight.offset_px)
-
-
-def _across(met: Contact, camera: Intrinsics) -> Array:
+def across_of(met: Contact, camera: Intrinsics) -> Array:
     """By how much (s, 3) px/m the cast outline moves along its normal where the body's points move, camera coordinates."""
     x, y, z = met.point.T
     u, v = met.normal[:, 0] * camera.fx_px, met.normal[:, 1] * camera.fy_px
     return np.column_stack([u / z, v / z, -(u * x + v * y) / z**2])
 
 
-def _stacked(surface: Surface, parts: Sequence[tuple[Contact, Array, Array]], offset_px: float) -> Samples:
+def stacked(surface: Surface, parts: Sequence[tuple[Contact, Array, Array]], offset_px: float) -> Samples:
     """All pictures' samples; each part has its contact, how the outline moves with points of the particle (s, 3), and with the flight."""
     n = len(surface.vertices)
     counts = np.array([len(met.gap_px) for met, _, _ in parts], dtype=np.int64)

@@ -4,11 +4,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from estimator.data.configuration import Configuration
+from estimator.particle.made_once import FittedSurface
 from estimator.particle.particle import Particle
 from estimator.surface.arrow import Scales, eliminated, no_rows, weighed
 from estimator.surface.evenness import BENT, believed
 from estimator.surface.samples import samples_of_views
-from estimator.surface.star_surface import SUBDIVISIONS, Surface, star_surface
+from estimator.surface.star_surface import SUBDIVISIONS, Surface, sphere_of, star_surface
 
 ALIGNED, ROUNDS = 8, 12
 """Rounds in which corners are drawn to edges, samples as noisy as their outlines show by themselves, and rounds at all."""
@@ -24,6 +26,20 @@ class Shape:
     surface: Surface
     roughness: float
     noise_px: float
+
+
+def made_shape(particle: Particle, *, huber: float, seed: int) -> Shape:
+    """The shape that a particle file keeps, where it does; else it is fitted."""
+    kept = particle.made.surface
+    if kept is None:
+        return shape_of(particle, huber=huber, seed=seed)
+    return Shape(Surface(sphere_of(len(kept.vertices)), kept.centre, kept.vertices), kept.roughness, kept.noise_px)
+
+
+def fitted_surface(particle: Particle, configuration: Configuration) -> FittedSurface:
+    """What a particle file keeps of the shape."""
+    shape = shape_of(particle, huber=configuration.huber, seed=configuration.seed)
+    return FittedSurface(shape.surface.vertices, shape.surface.centre, shape.roughness, shape.noise_px)
 
 
 def shape_of(particle: Particle, *, huber: float, seed: int, subdivisions: int = SUBDIVISIONS) -> Shape:

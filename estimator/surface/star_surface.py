@@ -8,6 +8,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 from scipy.sparse import csr_array, diags_array, eye_array
 
+from datasets.errors import InputError
 from datasets.observation import CalibratedView
 from datasets.vocabulary.outline import Outline
 from estimator.geometry.cast_outline import CastingMesh, casting_mesh
@@ -17,6 +18,8 @@ from estimator.particle.particle import Particle
 Array = NDArray[np.float64]
 SUBDIVISIONS = 5
 """10,242 directions: edges are a sixtieth of the body's extent, one pixel of a recording and several of a view that fills its picture."""
+CORNERS = 12
+"""Of an icosahedron."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,6 +48,20 @@ def sphere(subdivisions: int = SUBDIVISIONS) -> Sphere:
     mean = diags_array(1.0 / adjacency.sum(axis=1)) @ adjacency
     edge = float(np.linalg.norm(mesh.vertices[mesh.ends[:, 0]] - mesh.vertices[mesh.ends[:, 1]], axis=1).mean())
     return Sphere(mesh, csr_array(eye_array(n) - mean), edge)
+
+
+def sphere_of(corners: int) -> Sphere:
+    """The subdivided icosahedron of so many ``corners``.
+
+    Raises
+    ------
+    InputError
+        Where there is none.
+    """
+    subdivisions = round(np.log((corners - 2) / 10) / np.log(4)) if corners > CORNERS else 0
+    if corners != (CORNERS - 2) * 4**subdivisions + 2:
+        raise InputError(f"surface: expected as many corners as a subdivided icosahedron has, got {corners}")
+    return sphere(subdivisions)
 
 
 @dataclass(frozen=True, eq=False)

@@ -23,6 +23,7 @@ from estimator.outlines.recording import view_outlines_of
 from estimator.outlines.result import EMPTY
 from estimator.particle.made_once import arrays_of, digest_of
 from estimator.particle.particle import MINIMUM_VIEWS, Particle, particle_of
+from estimator.surface.shape import fitted_surface
 from tumble.shaping.drops import Drop
 
 WANTED_EXCESS = 0.01
@@ -38,8 +39,10 @@ class Shaped:
     made: tuple[str, Arrays]
 
 
-def shape(drops: Sequence[Drop], name: str, *, mass_kg: float | None, advance: Callable[[], None] = lambda: None) -> Shaped:
-    """Merge ``drops`` and make everything that recordings of this particle share.
+def shape(
+    drops: Sequence[Drop], name: str, *, mass_kg: float | None, surface: bool = False, advance: Callable[[], None] = lambda: None
+) -> Shaped:
+    """Merge ``drops`` and make everything that recordings of this particle share; the fitted ``surface`` where it is asked for.
 
     Raises
     ------
@@ -68,7 +71,8 @@ def shape(drops: Sequence[Drop], name: str, *, mass_kg: float | None, advance: C
         checks=checks,
         notes=tuple([*notes, *_few_views_words(checks, excess_known=bool(np.isfinite(solid.volume_sigma_m3)))]),
     )
-    return Shaped(told, solid.surface, (digest_of(outlines, views, Configuration()), arrays_of(particle.once(Configuration()))))
+    made = replace(particle.once(Configuration()), surface=fitted_surface(particle, Configuration()) if surface else None)
+    return Shaped(told, solid.surface, (digest_of(outlines, views, Configuration()), arrays_of(made)))
 
 
 def _sets(drops: Sequence[Drop]) -> tuple[list[tuple[ViewSet, Drop]], list[str]]:

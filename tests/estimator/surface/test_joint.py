@@ -22,8 +22,8 @@ from estimator.fitting.refinement import Refined
 from estimator.measuring import free_flight
 from estimator.motion.flight import N_PARAMETERS, Flight, moved, poses, velocities
 from estimator.particle.particle import Particle
+from estimator.surface.frame_samples import samples_of_frames
 from estimator.surface.joint import JointFit, joint_fit
-from estimator.surface.samples import samples_of_frames
 from estimator.surface.shape import Shape, shape_of
 from estimator.surface.star_surface import star_surface
 from synth.sequence import build_silhouette_sequence
@@ -70,7 +70,7 @@ def measured(made: tuple[Observation, Truth]) -> Measured:
         return misfit(task, refined, *more)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(free_flight, "shape_of", coarse)
+        patch.setattr(free_flight, "made_shape", coarse)
         patch.setattr(free_flight, "joint_fit", fitted)
         patch.setattr(free_flight, "misfit", kept)
         estimate = free_flight.estimate(made[0], Configuration(surface_fit=1))
@@ -104,7 +104,7 @@ def test_derivatives_by_the_flight_are_differences(measured: Measured) -> None:
     step = np.zeros(N_PARAMETERS)
     step[:12] = [2e-6, -2e-6, 4e-5, 5e-4, -5e-4, 5e-4, 1e-4, 1e-4, 2e-3, 0.02, -0.02, 0.02]
     at, after = (samples_of_frames(surface, measured.sightings, flight) for flight in (measured.flight, moved(measured.flight, step)))
-    found, told = after.gap_px - at.gap_px, at.by_flight @ step
+    found, told = after.gap_px - at.gap_px, at.by_motion @ step
     assert np.median(np.abs(found - told)) < 0.05 * np.median(np.abs(told))
 
 
