@@ -11,7 +11,7 @@ An instrument has to learn the body from views and has a larger error. To first 
 outline shows but for its sharpest corners.
 """
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
@@ -22,7 +22,7 @@ from datasets.truth import MotionBound, Truth
 from datasets.vocabulary.body import Body
 from datasets.vocabulary.camera import HsvCamera
 from synth.motion.free_flight import Start
-from synth.motion.pose_sensitivity import SPIN, VELOCITY, pose_sensitivity
+from synth.motion.pose_sensitivity import N_STATE, SPIN, VELOCITY, mass_sensitivity, pose_sensitivity
 from synth.plan import particle_poses_in_camera
 from synth.silhouette.contour_points import contour_points
 from synth.silhouette.exact_outline import OutlineMesh, exact_outline, outline_mesh
@@ -34,13 +34,31 @@ PHASE = 0.5
 """Where along a step the first sample lies; the sequence's own are at random ones, which changes the bound by a few thousandths."""
 
 
+@dataclass(frozen=True)
+class MassPrior:
+    """How well a body's mass properties are known: standard deviations.
+
+    ``com_m`` of the centre of mass along each axis; ``moments`` and ``products`` of the inertia tensor's entries on and off the diagonal in
+    the principal axes, over the root of the product of the two moments.
+    """
+
+    com_m: float
+    moments: float
+    products: float
+
+    @property
+    def precision(self) -> Float[NDArray[np.float64], "9"]:
+        """Of the numbers of :func:`synth.motion.pose_sensitivity.mass_sensitivity`."""
+        return 1.0 / np.repeat([self.com_m, self.moments, self.products], 3) ** 2
+
+
 def with_bound(truth: Truth, camera: HsvCamera, noise: NoiseRecipe) -> Truth:
     """The truth of a sequence with its bound, where it has one; ``camera`` and ``noise`` are those that its frames were made with."""
     return replace(truth, bound=flight_bound(truth, camera, noise))
 
 
-def flight_bound(truth: Truth, camera: HsvCamera, noise: NoiseRecipe) -> MotionBound | None:
-    """The bound of the velocities at mid-sequence from the outlines of all frames.
+def flight_bound(truth: Truth, camera: HsvCamera, noise: NoiseRecipe, *, mass: MassPrior | None = None) -> MotionBound | None:
+    """The bound of the velocities at mid-sequence from the outlines of all frames; ``mass`` where mass properties are known only so well.
 
     ``None`` where the sequence is no free flight under the stated model alone (effects in force, a plate, a second particle), and where
     outlines have no noise.
@@ -50,8 +68,12 @@ def flight_bound(truth: Truth, camera: HsvCamera, noise: NoiseRecipe) -> MotionB
     motion = truth.motion
     middle = (len(motion.times_s) - 1) // 2
     start = Start(motion.x_world[middle], motion.q_world_body[middle], motion.v_world[middle], motion.omega_world[middle])
-    by_state = pose_sensitivity(start, truth.inertia_kgm2, motion.times_s - motion.times_s[middle])
-    information = np.einsum("fas,fab,fbt->st", by_state, frame_information(truth, camera, noise), by_state)
+    times_s, moments, precision = motion.times_s - motion.times_s[middle], truth.inertia_kgm2, np.zeros(N_STATE)
+    by_unknown = pose_sensitivity(start, moments, times_s)
+    if mass is not None:
+        by_unknown = np.concatenate([by_unknown, mass_sensitivity(start, moments, times_s)], axis=2)
+        precision = np.concatenate([precision, mass.precision])
+    information = np.einsum("fas,fab,fbt->st", by_unknown, frame_information(truth, camera, noise), by_unknown) + np.diag(precision)
     velocities = np.r_[VELOCITY, SPIN]
     return MotionBound(float(motion.times_s[middle]), _inverse(information)[np.ix_(velocities, velocities)])
 

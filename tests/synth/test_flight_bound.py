@@ -12,9 +12,9 @@ from scipy.spatial.transform import Rotation
 from datasets.recipes.recipe import HsvRecipe, MotionRecipe, NoiseRecipe, ParticleRecipe, Recipe
 from datasets.truth import MotionBound, Truth
 from datasets.vocabulary.plate import Plate
-from synth.flight_bound import flight_bound, with_bound
+from synth.flight_bound import MassPrior, flight_bound, with_bound
 from synth.motion import Start, fly
-from synth.motion.pose_sensitivity import POSITION, SPIN, STEP_RAD, TURN, VELOCITY, pose_sensitivity
+from synth.motion.pose_sensitivity import INERTIA, POSITION, SPIN, STEP_RAD, TURN, VELOCITY, mass_sensitivity, pose_sensitivity
 from synth.plan import SequencePlan, particle_poses_in_camera
 from synth.sequence import plan_sequence, truth_of
 from synth.silhouette import exact_outline, noisy, outline_mesh
@@ -156,6 +156,44 @@ def test_a_step_half_as_long_gives_the_same() -> None:
     )
     size = np.abs(full).max(axis=(0, 1))
     assert np.abs(half - full).max(axis=(0, 1)) / size == pytest.approx(np.zeros(12), abs=1e-7)
+
+
+def test_mass_properties_that_are_known_well_cost_nothing_and_others_something() -> None:
+    plan, truth = planned()
+
+    def with_prior(*prior: float) -> Array:
+        bound = flight_bound(truth, plan.hsv, WHITE, mass=MassPrior(*prior))
+        assert bound is not None
+        return np.sqrt(np.diag(bound.covariance))
+
+    known = deviations(WHITE)
+    assert with_prior(1e-12, 1e-9, 1e-9) == pytest.approx(known, rel=1e-6)
+    usual, wide = with_prior(4e-6, 0.005, 0.002), with_prior(4e-5, 0.05, 0.02)
+    assert np.all(known < usual)
+    assert np.all(usual < wide)
+
+
+def test_a_common_factor_of_the_moments_turns_nothing() -> None:
+    _, truth = planned()
+    by_mass = mass_sensitivity(middle_state(truth), truth.inertia_kgm2, truth.motion.times_s - truth.motion.times_s[2])
+    moments = by_mass[:, 3:, INERTIA][:, :, :3]
+    assert np.abs(moments).max() > 0.1
+    assert np.abs(moments.sum(axis=2)).max() < 1e-6 * np.abs(moments).max()
+
+
+def test_inertia_acts_as_that_of_a_flight_of_another_body() -> None:
+    """A product of inertia turns the principal axes; the body is then seen as if it were turned in them."""
+    _, truth = planned()
+    start, moments = middle_state(truth), truth.inertia_kgm2
+    times_s = truth.motion.times_s - truth.motion.times_s[2]
+    turn = Rotation.from_rotvec([0.0, 0.0, 1e-6])  # of the axes: I_12 is (I_1 - I_2) times the angle
+    q = (Rotation.from_quat(start.q_world_body) * turn).as_quat()
+    span = {"earliest_s": times_s[0], "latest_s": times_s[-1]}
+    other = Rotation.from_quat(fly(replace(start, q_world_body=q), moments, np.zeros(3), **span).at(times_s).q_world_body) * turn.inv()
+    plain = Rotation.from_quat(fly(start, moments, np.zeros(3), **span).at(times_s).q_world_body)
+    entry = 1e-6 * (moments[0] - moments[1]) / np.sqrt(moments[0] * moments[1])
+    expected = mass_sensitivity(start, moments, times_s)[:, 3:, INERTIA.start + 5] * entry
+    assert (other * plain.inv()).as_rotvec() == pytest.approx(expected, abs=1e-4 * np.abs(expected).max())
 
 
 def test_a_camera_elsewhere_gives_the_same_bound_turned() -> None:
