@@ -5,21 +5,19 @@ from functools import cache
 
 import numpy as np
 import pytest
-import shapely
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from datasets.recipes.recipe import HsvRecipe, MotionRecipe, NoiseRecipe, ParticleRecipe, Recipe
 from datasets.truth import MotionBound, Truth
 from datasets.vocabulary.plate import Plate
+from scripts.true_body_oracle import Oracle
 from synth.flight_bound import MassPrior, flight_bound, with_bound
 from synth.motion import Start, fly
-from synth.motion.pose_sensitivity import INERTIA, POSITION, SPIN, STEP_RAD, TURN, VELOCITY, mass_sensitivity, pose_sensitivity
-from synth.plan import SequencePlan, particle_poses_in_camera
+from synth.motion.pose_sensitivity import INERTIA, STEP_RAD, mass_sensitivity, pose_sensitivity
+from synth.plan import SequencePlan
 from synth.sequence import plan_sequence, truth_of
-from synth.silhouette import exact_outline, noisy, outline_mesh
-from synth.silhouette.contour_points import contour_points
-from synth.silhouette.noisy_outline import noise_spectrum
+from synth.silhouette import noisy
 
 Array = NDArray[np.float64]
 
@@ -31,7 +29,6 @@ RECIPE = Recipe(
     hsv=HsvRecipe(distortion=(-0.2, 0.1, 1e-3, -1e-3, 0.0)),
 )
 TRIALS, ROUNDS = 40, 2
-NEARBY_PX = 1e-3
 
 
 @cache
@@ -56,75 +53,19 @@ def middle_state(truth: Truth) -> Start:
     return Start(motion.x_world[middle], motion.q_world_body[middle], motion.v_world[middle], motion.omega_world[middle])
 
 
-def moved(start: Start, step: Array) -> Start:
-    q = (Rotation.from_rotvec(step[TURN]) * Rotation.from_quat(start.q_world_body)).as_quat()
-    return Start(start.x_world + step[POSITION], q, start.v_world + step[VELOCITY], start.omega_world + step[SPIN])
-
-
-class Oracle:
-    """Maximum likelihood for whoever knows the body: Gauss-Newton on distances of samples from the outline that the body casts."""
-
-    def __init__(self, noise: NoiseRecipe) -> None:
-        self.noise = noise
-        self.plan, self.truth = planned()
-        self.mesh = outline_mesh(self.truth.mesh_vertices, self.truth.mesh_faces)
-        middle_s = float(self.truth.motion.times_s[2])
-        self.times_s = self.truth.motion.times_s - middle_s
-        self.by_state = pose_sensitivity(middle_state(self.truth), self.truth.inertia_kgm2, self.times_s)
-
-    def poses(self, state: Start) -> list[tuple[Array, Array]]:
-        flight = fly(state, self.truth.inertia_kgm2, self.plan.gravity_world, earliest_s=self.times_s[0], latest_s=self.times_s[-1])
-        R, t = particle_poses_in_camera(self.truth.body, flight.at(self.times_s), self.plan.hsv)
-        return list(zip(R, t, strict=True))
-
-    def outline(self, pose: tuple[Array, Array]) -> Array:
-        return exact_outline(self.mesh, self.plan.hsv.intrinsics, *pose)
-
-    def errors(self, count: int, rng: np.random.Generator) -> Array:
-        """Errors (count, 6) of v and omega of estimates from outlines with fresh noise."""
-        true = middle_state(self.truth)
-        exact = [self.outline(pose) for pose in self.poses(true)]
-        found = []
-        for _ in range(count):
-            seen = [noisy(outline, self.noise, self.noise.hsv_boundary_px, rng).points_px for outline in exact]
-            state = true
-            for _ in range(ROUNDS):
-                state = moved(state, self.step(state, seen))
-            found.append(np.concatenate([state.v_world - true.v_world, state.omega_world - true.omega_world]))
-        return np.array(found)
-
-    def step(self, state: Start, seen: list[Array]) -> Array:
-        rows, gaps = [], []
-        for k, (pose, samples) in enumerate(zip(self.poses(state), seen, strict=True)):
-            gap, by_pose = self.gaps(pose, samples)
-            rows.append(self.whitened(by_pose @ self.by_state[k]))
-            gaps.append(self.whitened(gap))
-        J = np.vstack(rows)
-        scale = np.linalg.norm(J, axis=0)
-        return np.asarray(np.linalg.lstsq(J / scale, np.concatenate(gaps), rcond=None)[0] / scale)
-
-    def whitened(self, along: Array) -> Array:
-        spectrum = noise_spectrum(len(along), sigma_px=0.2, correlation_steps=self.noise.correlation_px)
-        waves = np.fft.fft(along, axis=0) / np.sqrt(spectrum if along.ndim == 1 else spectrum[:, None])
-        return np.asarray(np.fft.ifft(waves, axis=0).real)
-
-    def gaps(self, pose: tuple[Array, Array], samples: Array) -> tuple[Array, Array]:
-        """How far (m,) px samples lie outside of the outline, and how far a pose's six numbers move it there (m, 6)."""
-        R, t = pose
-        ring = shapely.linearrings(self.outline(pose))
-        place = shapely.line_locate_point(ring, shapely.points(samples))
-        foot, ahead = (shapely.get_coordinates(shapely.line_interpolate_point(ring, place + d)) for d in (0.0, NEARBY_PX))
-        outward = np.column_stack([(ahead - foot)[:, 1], (foot - ahead)[:, 0]]) / NEARBY_PX
-        seen = contour_points(self.mesh, self.plan.hsv.intrinsics, self.mesh.vertices @ R.T + t, foot, outward)
-        gap = np.sign(np.sum((samples - foot) * outward, axis=1)) * np.linalg.norm(samples - foot, axis=1)
-        arms = seen.points_cam - (R @ self.truth.body.com_particle + t)
-        return gap, np.hstack([seen.move_by_point, np.cross(arms, seen.move_by_point)])
+def oracle_errors(noise: NoiseRecipe, count: int, rng: np.random.Generator) -> Array:
+    """Errors (count, 6) of v and omega of maximum-likelihood estimates from outlines with fresh noise."""
+    plan, truth = planned()
+    oracle = Oracle(truth, plan.hsv, noise, plan.gravity_world)
+    exact = oracle.exact_outlines()
+    trials = ([noisy(outline, noise, noise.hsv_boundary_px, rng).points_px for outline in exact] for _ in range(count))
+    return np.array([oracle.error(seen, rounds=ROUNDS) for seen in trials])
 
 
 @pytest.mark.parametrize("noise", [WHITE, CORRELATED], ids=["white", "correlated"])
 def test_an_oracle_reaches_the_bound(noise: NoiseRecipe) -> None:
     """Four standard errors: of single deviations, and of the squared Mahalanobis distance of all six, which is chi-square."""
-    errors, covariance = Oracle(noise).errors(TRIALS, np.random.default_rng(3)), bound_of(noise).covariance
+    errors, covariance = oracle_errors(noise, TRIALS, np.random.default_rng(3)), bound_of(noise).covariance
     ratio = np.sqrt(np.mean(errors**2, axis=0) / np.diag(covariance))
     assert ratio == pytest.approx(np.ones(6), abs=4 / np.sqrt(2 * TRIALS))
     distance = np.einsum("ti,ij,tj->t", errors, np.linalg.inv(covariance), errors)
