@@ -31,7 +31,10 @@ from synth.silhouette.noisy_outline import noise_spectrum, samples_with_normals
 Array = NDArray[np.float64]
 
 PHASE = 0.5
-"""Where along a step the first sample lies; the sequence's own are at random ones, which changes the bound by a few thousandths."""
+"""Where along a step the first sample lies; the sequence's own are at random ones. Bounds of flights of 3 to 40 frames moved by at most
+1.3% with it, those of a ball's facets by 4%."""
+OPEN = 1e-12
+"""Least eigenvalue, over the largest, of an information (scaled to a unit diagonal) that leaves no motion open: well above rounding."""
 
 
 @dataclass(frozen=True)
@@ -60,8 +63,8 @@ def with_bound(truth: Truth, camera: HsvCamera, noise: NoiseRecipe) -> Truth:
 def flight_bound(truth: Truth, camera: HsvCamera, noise: NoiseRecipe, *, mass: MassPrior | None = None) -> MotionBound | None:
     """The bound of the velocities at mid-sequence from the outlines of all frames; ``mass`` where mass properties are known only so well.
 
-    ``None`` where the sequence is no free flight under the stated model alone (effects in force, a plate, a second particle), and where
-    outlines have no noise.
+    ``None`` where the sequence is no free flight under the stated model alone (effects in force, a plate, a second particle), where
+    outlines have no noise, and where they leave some motion open. Of a ball or another body of revolution it is what facets tell.
     """
     if truth.effects or truth.plate is not None or truth.impacts or noise.hsv_boundary_px == 0:
         return None
@@ -74,8 +77,8 @@ def flight_bound(truth: Truth, camera: HsvCamera, noise: NoiseRecipe, *, mass: M
         by_unknown = np.concatenate([by_unknown, mass_sensitivity(start, moments, times_s)], axis=2)
         precision = np.concatenate([precision, mass.precision])
     information = np.einsum("fas,fab,fbt->st", by_unknown, frame_information(truth, camera, noise), by_unknown) + np.diag(precision)
-    velocities = np.r_[VELOCITY, SPIN]
-    return MotionBound(float(motion.times_s[middle]), _inverse(information)[np.ix_(velocities, velocities)])
+    covariance, velocities = _inverse(information), np.r_[VELOCITY, SPIN]
+    return None if covariance is None else MotionBound(float(motion.times_s[middle]), covariance[np.ix_(velocities, velocities)])
 
 
 def frame_information(truth: Truth, camera: HsvCamera, noise: NoiseRecipe) -> Float[NDArray[np.float64], "frame 6 6"]:
@@ -105,7 +108,12 @@ def _information(by_pose: Array, noise: NoiseRecipe) -> Array:
     return np.asarray((waves.conj().T @ (waves / spectrum[:, None])).real / count)
 
 
-def _inverse(information: Array) -> Array:
-    """Inverse of the information, scaled first: its numbers are of different units."""
-    scale = 1.0 / np.sqrt(np.diag(information))
-    return np.asarray(np.linalg.inv(information * np.outer(scale, scale)) * np.outer(scale, scale))
+def _inverse(information: Array) -> Array | None:
+    """Inverse of the information, scaled first since its numbers are of different units; ``None`` where it has none."""
+    size = np.sqrt(np.diag(information))
+    if not np.all(size > 0):
+        return None
+    values, vectors = np.linalg.eigh(information / np.outer(size, size))
+    if values[0] < OPEN * values[-1]:
+        return None
+    return np.asarray((vectors / values) @ vectors.T / np.outer(size, size))

@@ -43,7 +43,7 @@ def pose_sensitivity(
     step_rad
         Size of a step (rad).
     """
-    span = float(np.abs(times_s).max())
+    span = float(np.abs(times_s).max()) or 1.0
     derivatives = np.zeros((len(times_s), 6, N_STATE))
     derivatives[:, :3, POSITION] = np.eye(3)
     derivatives[:, :3, VELOCITY] = times_s[:, None, None] * np.eye(3)

@@ -23,7 +23,7 @@ LENS_STEP = 1e-6
 """Step in normalised image coordinates of the central differences of a lens: its square, the error, and rounding are both below 1e-9."""
 LEAST_COSINE = 0.3
 """Between an outline's normal and the line along which a sample is measured: on a steeper step of a jagged outline (some thousandths of its
-samples) the move along that line is without bounds and means nothing. Bounds of flights are the same to a thousandth with 1e-9."""
+samples) the move along that line is without bounds and means nothing. Bounds of flights are the same to two thousandths with 1e-9."""
 
 
 @dataclass(frozen=True)

@@ -165,3 +165,10 @@ def test_what_is_no_free_flight_in_noise_has_no_bound() -> None:
     for other in (replace(truth, effects={"linear_drag": {"rate": 1.0}}), replace(truth, plate=plate)):
         assert with_bound(other, plan.hsv, WHITE).bound is None
     assert flight_bound(truth, plan.hsv, replace(WHITE, hsv_boundary_px=0.0)) is None
+
+
+def test_a_motion_that_outlines_leave_open_has_no_bound() -> None:
+    """One picture shows a pose and no velocity."""
+    plan, truth = planned()
+    once = replace(truth.motion, **{name: values[:1] for name, values in vars(truth.motion).items()})
+    assert flight_bound(replace(truth, motion=once), plan.hsv, WHITE) is None
