@@ -47,7 +47,7 @@ class VelocityEstimate:
     """Velocities at one instant with their covariance.
 
     ``v_world`` (3,) m/s, ``omega_world`` (3,) rad/s (world frame); ``covariance`` and ``bound`` (6, 6) of (v, omega):
-    the covariance reported and the Cramér-Rao-type bound.
+    the covariance reported and the instrument's own bound, the inverse information of what it fits. The true body's is the truth's.
     """
 
     time_s: float

@@ -88,6 +88,18 @@ class Remnant:
 
 
 @dataclass(frozen=True)
+class MotionBound:
+    """The Cramér-Rao bound of a flight: what nobody can be more accurate than without a bias, however good the instrument.
+
+    ``covariance`` (6, 6) of linear velocity (m/s) and angular velocity (rad/s), world frame, at ``time_s``, the frame in the middle, for
+    whoever knows the body, the camera, the times and gravity, from all samples of all outlines with their stated noise.
+    """
+
+    time_s: float
+    covariance: Array
+
+
+@dataclass(frozen=True)
 class Truth:
     """Poses and velocities at the frame times, the body, its mesh, and the effects in force.
 
@@ -95,7 +107,7 @@ class Truth:
     ``symmetries`` (s, 3, 3): rotations in the particle frame, about the centre of mass, that map the body on to itself
     (identity included). ``masks``: path-backed silhouettes of the rendered tier, or ``None``. ``plate``: the true plate; ``impacts``: every
     contact with it, in order; ``remnant``: the particle after it broke. ``companion``: the same of a second particle in the pictures, with
-    which the first collides; then ``impacts`` are their collisions.
+    which the first collides; then ``impacts`` are their collisions. ``bound``: of free flights in outlines of a stated noise.
     """
 
     name: str
@@ -114,3 +126,4 @@ class Truth:
     impacts: tuple[Impact, ...] = ()
     remnant: Remnant | None = None
     companion: "Truth | None" = None
+    bound: MotionBound | None = None

@@ -14,13 +14,14 @@ from numpy.typing import NDArray
 
 from datasets import state_entries
 from datasets.array_files import read_arrays, write_arrays
+from datasets.covariances import check_covariance
 from datasets.errors import InputError
 from datasets.impact_entries import impact, impact_entry, remnant, remnant_entry
 from datasets.json_documents import read_document, revived, write_document
 from datasets.mesh_files import write_mesh
 from datasets.schema_errors import shown
 from datasets.tiff_frames import FrameStackWriter, TiffFrames
-from datasets.truth import Remnant, Truth
+from datasets.truth import MotionBound, Remnant, Truth
 from datasets.vocabulary.frames import is_rotation
 
 FILE = "truth.json"
@@ -65,6 +66,8 @@ def write_truth(truth: Truth, folder: Path) -> None:
         content["plate"] = state_entries.plate_entry(truth.plate)
     if truth.plate is not None or truth.impacts:
         content["impacts"] = [impact_entry(impact) for impact in truth.impacts]
+    if truth.bound is not None:
+        content["bound"] = {"time_s": truth.bound.time_s, "covariance": truth.bound.covariance}
     if truth.companion is not None:
         write_truth(truth.companion, folder / COMPANION_FOLDER)
         content["companion"] = COMPANION_FOLDER
@@ -113,7 +116,16 @@ def read_truth(folder: Path) -> Truth:
         impacts=tuple(impact(entry) for entry in document.get("impacts", ())),
         remnant=None if remnant is None else _remnant(remnant, folder, len(vertices)),
         companion=None if companion is None else read_truth(folder / companion),
+        bound=None if "bound" not in document else _bound(document["bound"], folder / FILE),
     )
+
+
+def _bound(entry: dict[str, Any], path: Path) -> MotionBound:
+    covariance = state_entries.square(entry["covariance"])
+    check_covariance(covariance, f"{path}: at $.bound.covariance")
+    if not np.all(np.diag(covariance) > 0):
+        raise InputError(f"{path}: at $.bound.covariance: expected variances above 0, got 0.")
+    return MotionBound(float(entry["time_s"]), covariance)
 
 
 def _remnant(entry: dict[str, Any], folder: Path, count: int) -> Remnant:

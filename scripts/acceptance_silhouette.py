@@ -17,12 +17,14 @@ import pandas as pd
 
 from datasets.atomic_files import written_whole
 from datasets.recipes.recipe import ParticleRecipe, Recipe
+from datasets.scoring.efficiency import efficiency
 from datasets.scoring.metrics import COMPONENTS
 from datasets.scoring.score import score
 from datasets.scoring.table import coverage, score_table, status_counts, worse_sequences
 from estimator.data.configuration import Configuration
 from estimator.measuring.free_flight import estimate
 from scripts.scanned_particles import scanned_files
+from synth.flight_bound import with_bound
 from synth.sequence import build_silhouette_sequence
 from tumble.engine import Item, failures, run
 from tumble.progress import progress
@@ -34,6 +36,7 @@ def one_sequence(payload: dict[str, Any]) -> dict[str, Any]:
     """Make, estimate and score one sequence; writes its row."""
     recipe = Recipe(seed=payload["seed"], sequences=payload["sequences"], particle=ParticleRecipe(files=tuple(payload["files"])))
     observation, truth = build_silhouette_sequence(recipe, payload["index"])
+    truth = with_bound(truth, observation.cameras[0], recipe.noise)
     began = time.process_time()
     result = estimate(observation, Configuration())
     row = {**score(result, truth), "estimate_cpu_s": time.process_time() - began, "message": result.message}
@@ -64,6 +67,7 @@ def summary(table: pd.DataFrame) -> dict[str, Any]:
         "coverage_omega": float(covered[covered["component"].str.startswith("w")]["coverage"].mean()),
         "median_error_over_bound": {c: float(np.nanmedian(np.abs(table[f"middle_over_bound_{c}"])) / 0.6745) for c in COMPONENTS},
         "rmse_over_bound": {str(k): float(v) for k, v in ratio.items()},
+        "over_bound_of_true_body": efficiency(table).to_dict("records"),
         "median_estimate_cpu_s": float(table["estimate_cpu_s"].median()),
         "worse": [{k: None if isinstance(v, float) and np.isnan(v) else v for k, v in row.items()} for row in worse.to_dict("records")],
         "worse_causes": {str(k): int(v) for k, v in worse["cause"].value_counts().items()},

@@ -40,7 +40,7 @@ LOOK: dict[Any, Any] = {
 }
 LEGEND = (
     "Dots: medians with 95% bootstrap intervals. Dashed: the median error that the reported error bars predict. Dotted: the median error",
-    "at the Cramér–Rao-type bound. Red: the tolerance that the score sets a good sequence.",
+    "at the estimate's own bound, that of tangents. Red: the tolerance that the score sets a good sequence.",
 )
 
 

@@ -2,8 +2,9 @@
 
 ``python -m scripts.study_surface_fit --particles FOLDER --count 4 --seed N --result FILE.json``. Silhouette tier, 0.2 px of white noise,
 60 views, 100 frames, from nothing. Scanned bodies are smooth (asteroids and a moon) and hand-scanned stones; cut and jagged ones are the
-project's own. Printed: root mean squares of the errors at mid-sequence, of their pulls, and which share of 95% intervals holds the truth.
-Sequence ``i`` of a class and a seed is the same for any ``--count``.
+project's own. Printed: root mean squares of the errors at mid-sequence, the same over that of the Cramér-Rao bound of the true body with
+all samples (:mod:`synth.flight_bound`), of pulls, and which share of 95% intervals and of whole 95% ellipsoids holds the truth. Sequence
+``i`` of a class and a seed is the same for any ``--count``.
 """
 
 import argparse
@@ -13,24 +14,22 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from datasets.atomic_files import written_whole
 from datasets.recipes.recipe import ParticleRecipe, Recipe
+from datasets.scoring.efficiency import QUANTITIES, efficiency
 from datasets.scoring.metrics import COMPONENTS
-from datasets.scoring.score import INTERVAL_95, score
+from datasets.scoring.score import INTERVAL_95, VECTORS, score
 from estimator.data.configuration import Configuration
 from estimator.measuring.free_flight import estimate
 from scripts.scanned_particles import IRREGULAR, REGULAR
+from synth.flight_bound import with_bound
 from synth.sequence import build_silhouette_sequence
 
 FITS = {"tangents": Configuration(), "surface": Configuration(surface_fit=1)}
-QUANTITIES = {
-    "in-plane v, mm/s": ("middle_in_plane_ms", ("vx", "vy"), 1e3),
-    "depth v, mm/s": ("middle_out_of_plane_ms", ("vz",), 1e3),
-    "omega, rad/s": ("middle_angular_rads", ("wx", "wy", "wz"), 1.0),
-}
-"""Column of the error's size, its components, and what its unit is in SI units; RMSE is that of one component."""
-KEPT = (*(size for size, _, _ in QUANTITIES.values()), *(f"middle_pull_{c}" for c in COMPONENTS))
+KEPT = tuple(f"middle_{figure}_{c}" for figure in ("pull", "true_bound", "over_true_bound") for c in COMPONENTS)
+ELLIPSOIDS = tuple(f"middle_ellipsoid95_{name}" for name in VECTORS)
 
 
 def classes(folder: Path) -> dict[str, ParticleRecipe]:
@@ -48,11 +47,12 @@ def measured(particle: ParticleRecipe, seed: int, index: int) -> dict[str, Any]:
     """Scores of one sequence, by fit."""
     recipe = Recipe(seed=seed, sequences=index + 1, particle=particle)
     observation, truth = build_silhouette_sequence(recipe, index)
+    truth = with_bound(truth, observation.cameras[0], recipe.noise)
     row: dict[str, Any] = {}
     for name, configuration in FITS.items():
         began = time.process_time()
         scored = score(estimate(observation, configuration), truth)
-        row[name] = {key: scored[key] for key in ("status", *KEPT)} | {"cpu_s": time.process_time() - began}
+        row[name] = {key: scored[key] for key in ("status", "converged", *KEPT, *ELLIPSOIDS)} | {"cpu_s": time.process_time() - began}
     return row
 
 
@@ -63,26 +63,37 @@ def summary(rows: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def _figures(rows: list[dict[str, Any]]) -> dict[str, Any]:
-    told: dict[str, Any] = {"cpu_s": float(np.median([row["cpu_s"] for row in rows])) if rows else None}
-    for quantity, (size, components, unit) in QUANTITIES.items():
-        errors = np.array([row[size] for row in rows]) / np.sqrt(len(components))
-        pulls = np.array([[row[f"middle_pull_{c}"] for c in components] for row in rows])
-        told[quantity] = {
-            "rmse": unit * float(np.sqrt(np.mean(errors**2))) if rows else None,
-            "pull_rms": float(np.sqrt(np.mean(pulls**2))) if rows else None,
-            "inside_95": float(np.mean(np.abs(pulls) <= INTERVAL_95)) if rows else None,
+    if not rows:
+        return {}
+    scores = pd.DataFrame(rows)
+    told: dict[str, Any] = {"cpu_s": float(scores["cpu_s"].median())}
+    told |= {f"{name}_ellipsoids": float(scores[column].mean()) for name, column in zip(VECTORS, ELLIPSOIDS, strict=True)}
+    for quantity, row in zip(QUANTITIES, efficiency(scores).to_dict("records"), strict=True):
+        pulls = scores[[f"middle_pull_{c}" for c in quantity.components]].to_numpy()
+        told[f"{quantity.name}, {quantity.unit}"] = {
+            **{key: row[key] for key in ("rmse", "rms_bound", "rmse_over_bound", "rms_of_ratios")},
+            "pull_rms": float(np.sqrt(np.mean(pulls**2))),
+            "inside_95": float(np.mean(np.abs(pulls) <= INTERVAL_95)),
         }
     return told
 
 
 def table(result: dict[str, Any]) -> list[str]:
     """The figures as lines of a table."""
-    lines = [f"{'class':8} {'n':>3}  {'quantity':17} {'tangents':>24}  {'surface':>24}   RMSE, pull, in 95%"]
+    heads = (f"{name + ': RMSE, over bound, pull, in 95%':>40}" for name in FITS)
+    lines = [f"{'class':8} {'n':>3}  {'quantity':17} {'bound':>8}  {'  '.join(heads)}"]
     for name, told in result.items():
+        if not all(told[fit] for fit in FITS):
+            lines.append(f"{name:8}   0")
+            continue
         for quantity in QUANTITIES:
-            cells = [told[fit][quantity] for fit in FITS]
-            shown = [f"{c['rmse']:9.3f} {c['pull_rms']:6.2f} {100 * c['inside_95']:6.0f}%" if c["rmse"] is not None else "-" for c in cells]
-            lines.append(f"{name:8} {told['both_converged']:>3}  {quantity:17} {shown[0]:>24}  {shown[1]:>24}")
+            key = f"{quantity.name}, {quantity.unit}"
+            cells = [told[fit][key] for fit in FITS]
+            shown = (f"{c['rmse']:9.3f} {c['rmse_over_bound']:6.2f} {c['pull_rms']:6.2f} {100 * c['inside_95']:6.0f}%" for c in cells)
+            head = f"{name:8} {told['both_converged']:>3}  {key:17} {cells[0]['rms_bound']:8.3f}"
+            lines.append("  ".join([head, *(f"{cell:>40}" for cell in shown)]))
+        whole = (f"v {100 * told[fit]['v_ellipsoids']:.0f}%, omega {100 * told[fit]['omega_ellipsoids']:.0f}%" for fit in FITS)
+        lines.append("  ".join([f"{name:8} {'':>3}  {'95% ellipsoids':17} {'':8}", *(f"{cell:>40}" for cell in whole)]))
     return lines
 
 

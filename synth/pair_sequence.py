@@ -22,7 +22,7 @@ from synth.pairs import PairCourse, pair_frames, planned_pair
 from synth.particles.particle import Particle, particle
 from synth.plan import particle_poses_in_camera
 from synth.rig import rig_views
-from synth.silhouette import exact_outline, noisy_outline, outline_mesh
+from synth.silhouette import exact_outline, noisy, outline_mesh
 from synth.streams import streams_of
 
 Array = NDArray[np.float64]
@@ -97,10 +97,7 @@ def _recorded(
     found: tuple[list[Outline], list[Outline]] = ([], [])
     for frame in range(len(planned[0].motion.times_s)):
         exact = [exact_outline(mesh, camera.intrinsics, R[frame], t[frame]) for mesh, (R, t) in zip(meshes, poses, strict=True)]
-        seen = [
-            noisy_outline(points, spacing_px=noise.spacing_px, sigma_px=noise.hsv_boundary_px, rng=rng)
-            for points in outlines_of_two(exact[0], exact[1])
-        ]
+        seen = [noisy(points, noise, noise.hsv_boundary_px, rng) for points in outlines_of_two(exact[0], exact[1])]
         found[0].append(seen[0])
         found[1].append(seen[1] if len(seen) == 2 else NONE)
     return tuple(found[0]), tuple(found[1])
@@ -109,7 +106,7 @@ def _recorded(
 def _view_outlines(planned: PlannedGrain, noise: NoiseRecipe, rng: np.random.Generator) -> tuple[Outline, ...]:
     mesh = outline_mesh(planned.grain.vertices, planned.grain.faces)
     exact = (exact_outline(mesh, view.intrinsics, view.R_cam_particle, view.t_cam_particle) for view in planned.views)
-    return tuple(noisy_outline(o, spacing_px=noise.spacing_px, sigma_px=noise.rig_boundary_px, rng=rng) for o in exact)
+    return tuple(noisy(o, noise, noise.rig_boundary_px, rng) for o in exact)
 
 
 def _truth(name: str, planned: PlannedGrain, recipe: Recipe, *, companion: Truth | None = None) -> Truth:

@@ -25,7 +25,7 @@ from synth.plan import SequencePlan
 from synth.planned_flight import Course, planned_flight
 from synth.plate_setting import plate_outline
 from synth.rig import rig_views
-from synth.silhouette import exact_outline, noisy_outline, outline_mesh
+from synth.silhouette import exact_outline, noisy, outline_mesh
 from synth.streams import streams_of
 
 Array = NDArray[np.float64]
@@ -161,15 +161,13 @@ def observation_of(plan: SequencePlan, recording: Recording, view_recording: Rec
 def hsv_outlines(plan: SequencePlan, noise: NoiseRecipe, rng: np.random.Generator) -> tuple[Outline, ...]:
     """The outline of every frame."""
     exact = frame_outlines(plan, outline_mesh(plan.vertices, plan.faces))
-    return tuple(
-        noisy_outline(o, spacing_px=noise.spacing_px, sigma_px=noise.hsv_boundary_px, rng=rng) if len(o) else Outline(o) for o in exact
-    )
+    return tuple(noisy(o, noise, noise.hsv_boundary_px, rng) if len(o) else Outline(o) for o in exact)
 
 
 def view_outlines(plan: SequencePlan, noise: NoiseRecipe, rng: np.random.Generator) -> tuple[Outline, ...]:
     """The outline of every calibrated view."""
     exact = exact_view_outlines(plan)
-    return tuple(noisy_outline(o, spacing_px=noise.spacing_px, sigma_px=noise.rig_boundary_px, rng=rng) for o in exact)
+    return tuple(noisy(o, noise, noise.rig_boundary_px, rng) for o in exact)
 
 
 def exact_view_outlines(plan: SequencePlan) -> Iterator[Array]:

@@ -10,6 +10,7 @@ from datasets.observation_files import write_observation
 from datasets.recipes.recipe import Recipe
 from datasets.recipes.toml_files import recipe_from_dict, recipe_to_dict
 from datasets.truth_files import write_truth
+from synth.flight_bound import with_bound
 from synth.rendering.sequence import render_sequence, rig_is_rendered
 from synth.rendering.variant import choose_variant
 from synth.sequence import build_silhouette_sequence
@@ -57,6 +58,7 @@ def render_item(payload: dict[str, Any]) -> dict[str, Any]:
 
 def _project(recipe: Recipe, index: int, out: Path) -> str:
     observation, truth = build_silhouette_sequence(recipe, index)
+    truth = with_bound(truth, observation.cameras[0], recipe.noise)
     write_truth(truth, truth_folder(out, truth.name))
     write_observation(observation, observation_folder(out, observation.name))
     return observation.name

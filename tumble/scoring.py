@@ -8,9 +8,10 @@ import pandas as pd
 from datasets.atomic_files import written_whole
 from datasets.estimate_files import read_estimate
 from datasets.scoring.collisions import parts_of, score_collision
+from datasets.scoring.efficiency import efficiency
 from datasets.scoring.impacts import impact_table, score_impacts
 from datasets.scoring.score import Row, score
-from datasets.scoring.table import aggregate, coverage, score_table, status_counts, worse_sequences
+from datasets.scoring.table import aggregate, coverage, ellipsoid_coverage, score_table, status_counts, worse_sequences
 from datasets.truth_files import read_truth
 from tumble.result_files import estimates_in
 
@@ -73,6 +74,8 @@ def summary(table: pd.DataFrame) -> dict[str, object]:
         "all": records(aggregate(table)),
         "by": groups,
         "coverage": records(coverage(table)),
+        "ellipsoids": records(ellipsoid_coverage(table)),
+        "efficiency": records(efficiency(table)),
         "statuses": records(status_counts(table)),
         "worse_sequences": records(worse_sequences(table)),
         "rows": records(table),

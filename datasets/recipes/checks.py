@@ -56,6 +56,7 @@ BOUNDS = (
     Bounds("noise.hsv_boundary_px", 0, 100),
     Bounds("noise.rig_boundary_px", 0, 100),
     Bounds("noise.spacing_px", 0.01, 100),
+    Bounds("noise.correlation_px", 0, 100),
     Bounds("rendering.subframes", 1, 10_000),
     Bounds("rendering.samples_per_subframe", 1, 1_000_000),
     Bounds("rendering.rig_samples", 1, 1_000_000),

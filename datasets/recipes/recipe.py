@@ -79,11 +79,15 @@ class RigRecipe:
 
 @dataclass(frozen=True)
 class NoiseRecipe:
-    """Silhouette tier: outlines sampled every ``spacing_px``, each sample displaced along the outline's normal by N(0, sigma²)."""
+    """Silhouette tier: outlines sampled every ``spacing_px``, each sample displaced along the outline's normal by N(0, sigma²).
+
+    ``correlation_px``: distance along an outline over which the displacements' correlation falls to 1/e; 0: independent ones.
+    """
 
     hsv_boundary_px: float = 0.2
     rig_boundary_px: float = 0.2
     spacing_px: float = 1.0
+    correlation_px: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -13,11 +13,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
-from scipy.special import ndtri
+from scipy.special import chdtri, ndtri
 
 from datasets.errors import InputError
 from datasets.estimate import Estimate, FrameReport, Status, VelocityEstimate
 from datasets.scoring.angles import angles_up_to_symmetry, particle_orientation
+from datasets.scoring.efficiency import against_bound
 from datasets.scoring.metrics import COMPONENTS, INSTANTS
 from datasets.truth import Truth
 
@@ -26,6 +27,10 @@ Row = dict[str, Any]
 
 INTERVAL_95 = float(ndtri(0.975))
 """Half width of a 95% interval in standard deviations."""
+ELLIPSOID_95 = float(chdtri(3, 0.05))
+"""Squared Mahalanobis distance of three components that 95% are within."""
+VECTORS = {"v": slice(0, 3), "omega": slice(3, 6)}
+"""Which components are those of one vector."""
 
 
 def score(estimate: Estimate, truth: Truth) -> Row:
@@ -43,7 +48,7 @@ def score(estimate: Estimate, truth: Truth) -> Row:
         velocity: VelocityEstimate | None = getattr(estimate, instant)
         scored = velocity is not None and estimate.status is Status.CONVERGED
         row |= {f"{instant}_{key}": value for key, value in (_velocity(velocity, truth) if scored and velocity else _NO_VELOCITY).items()}
-    return row | _poses(estimate, truth)
+    return row | _against_bound(estimate, truth) | _poses(estimate, truth)
 
 
 def truth_as_estimate(truth: Truth) -> Estimate:
@@ -109,9 +114,21 @@ def _velocity(velocity: VelocityEstimate, truth: Truth) -> Row:
     return velocity_errors(velocity, *_truth_at(truth, velocity.time_s))
 
 
+def _against_bound(estimate: Estimate, truth: Truth) -> Row:
+    """Errors at mid-sequence over the bound that the truth states; no columns where it states none."""
+    if truth.bound is None:
+        return {}
+    velocity = estimate.middle if estimate.status is Status.CONVERGED else None
+    return against_bound(None if velocity is None else _error(velocity, *_truth_at(truth, velocity.time_s)), truth.bound)
+
+
+def _error(velocity: VelocityEstimate, v: Array, omega: Array) -> Array:
+    return np.concatenate([velocity.v_world - v, velocity.omega_world - omega])
+
+
 def velocity_errors(velocity: VelocityEstimate, v: Array, omega: Array) -> Row:
     """Errors of velocities against the true ``v`` (3,) m/s and ``omega`` (3,) rad/s, and their intervals put to the test."""
-    error = np.concatenate([velocity.v_world - v, velocity.omega_world - omega])
+    error = _error(velocity, v, omega)
     with np.errstate(invalid="ignore"):  # a negative variance is no error bar: NaN, and outside every interval
         sigma, bound = np.sqrt(np.diag(velocity.covariance)), np.sqrt(np.diag(velocity.bound))
     in_plane, out_of_plane, angular = float(np.hypot(error[0], error[1])), abs(float(error[2])), float(np.linalg.norm(error[3:]))
@@ -124,6 +141,7 @@ def velocity_errors(velocity: VelocityEstimate, v: Array, omega: Array) -> Row:
         "out_of_plane_percent": 100 * _ratio(out_of_plane, speed),
         "angular_percent": 100 * _ratio(angular, spin),
         "mahalanobis2": _mahalanobis2(error, velocity.covariance),
+        **{f"ellipsoid95_{name}": float(_mahalanobis2(error[k], velocity.covariance[k, k]) <= ELLIPSOID_95) for name, k in VECTORS.items()},
         "sigma_over_bound": _mean_ratio(sigma, bound),
         "sigma_in_plane_percent": 100 * _ratio(float(np.hypot(sigma[0], sigma[1])), speed),
         "sigma_out_of_plane_percent": 100 * _ratio(float(sigma[2]), speed),
@@ -168,7 +186,8 @@ _NO_VELOCITY: Row = {
     key: float("nan")
     for key in (
         *("in_plane_ms", "out_of_plane_ms", "angular_rads", "in_plane_percent", "out_of_plane_percent", "angular_percent"),
-        *("mahalanobis2", "sigma_over_bound", "sigma_in_plane_percent", "sigma_out_of_plane_percent", "sigma_angular_percent"),
+        *("mahalanobis2", "ellipsoid95_v", "ellipsoid95_omega"),
+        *("sigma_over_bound", "sigma_in_plane_percent", "sigma_out_of_plane_percent", "sigma_angular_percent"),
         *("bound_in_plane_percent", "bound_out_of_plane_percent", "bound_angular_percent"),
         *(f"{kind}_{name}" for name in COMPONENTS for kind in ("pull", "inside95", "over_bound")),
     )

@@ -8,7 +8,7 @@ import pandas as pd
 
 from datasets.estimate import Status
 from datasets.scoring.metrics import COMPONENTS, INSTANTS, METRICS, Metric, metric
-from datasets.scoring.score import Row
+from datasets.scoring.score import VECTORS, Row
 
 IRREGULARITY_BINS = (0.0, 0.1, 0.2, 0.3, 0.4, 0.6, 0.8, float("inf"))
 """Each bin holds its lower edge."""
@@ -69,6 +69,17 @@ def coverage(table: pd.DataFrame) -> pd.DataFrame:
         }
         for instant in INSTANTS
         for name in COMPONENTS
+    ]
+    return pd.DataFrame(rows)
+
+
+def ellipsoid_coverage(table: pd.DataFrame) -> pd.DataFrame:
+    """Per instant: share of whole 95% ellipsoids of v and of omega that hold the truth; columns ``instant, vector, coverage, n``."""
+    scored = table[table["converged"]]
+    rows = [
+        {"instant": instant, "vector": name, "coverage": float(scored[f"{instant}_ellipsoid95_{name}"].mean()), "n": len(scored)}
+        for instant in INSTANTS
+        for name in VECTORS
     ]
     return pd.DataFrame(rows)
 

@@ -19,6 +19,7 @@ from datasets.recipes.recipe import Recipe
 from datasets.recipes.toml_files import recipe_to_dict
 from datasets.tiff_frames import TiffFrames
 from datasets.truth_files import write_truth
+from synth.flight_bound import with_bound
 from synth.plan import SequencePlan
 from synth.plate_setting import plate_mesh
 from synth.rendering.exposure import Optics, expose, film_of
@@ -81,7 +82,7 @@ def render_sequence(recipe: Recipe, index: int, out: Path, *, advance: Advance =
     taken = Taken(plan, recipe, index, parts, studio.empty() if frames else None)
     _render_missing(studio, taken, (*frames, *views), advance)
     observation, masks = _record(taken, frames, views, out)
-    truth = truth_of(plan)
+    truth = truth_of(plan) if frames else with_bound(truth_of(plan), plan.hsv, recipe.noise)
     write_truth(dataclasses.replace(truth, masks=masks, notes={**truth.notes, "variant": variant}), truth_folder(out, plan.name))
     write_observation(observation, observation_folder(out, plan.name))
     parts.remove()

@@ -2,7 +2,7 @@
 
 from synth.silhouette.coverage import Grid, blurred, grid_around, level_outline, mean_coverage, quantile_coverage
 from synth.silhouette.exact_outline import OutlineMesh, contour_segments, exact_outline, outline_mesh
-from synth.silhouette.noisy_outline import noisy_outline
+from synth.silhouette.noisy_outline import noisy, noisy_outline
 
 __all__ = [
     "Grid",
@@ -13,6 +13,7 @@ __all__ = [
     "grid_around",
     "level_outline",
     "mean_coverage",
+    "noisy",
     "noisy_outline",
     "outline_mesh",
     "quantile_coverage",

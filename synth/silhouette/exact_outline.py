@@ -74,10 +74,15 @@ def exact_outline(
 
 def contour_segments(mesh: OutlineMesh, projected: Float[NDArray[np.float64], "v 2"]) -> Float[NDArray[np.float64], "s 2 2"]:
     """The contour edges' projections; ``projected`` are the vertices in ideal image coordinates (any scale)."""
+    return projected[contour_edges(mesh, projected)]
+
+
+def contour_edges(mesh: OutlineMesh, projected: Float[NDArray[np.float64], "v 2"]) -> NDArray[np.int64]:
+    """The contour edges as pairs (s, 2) of vertices; ``projected`` are all vertices in ideal image coordinates (any scale)."""
     x, y = (np.ascontiguousarray(projected[:, axis])[mesh.faces.T] for axis in (0, 1))
     seen = (x[1] - x[0]) * (y[2] - y[0]) < (y[1] - y[0]) * (x[2] - x[0])
     contour = seen[mesh.edge_faces[:, 0]] != seen[mesh.edge_faces[:, 1]]
-    return projected[mesh.edges[contour]]
+    return mesh.edges[contour]
 
 
 def _subdivided(ring: Array) -> Array:

@@ -11,7 +11,7 @@ from datasets.errors import InputError
 from datasets.impact_entries import NUMBERS, TABLES, VECTORS
 from datasets.mesh_files import write_mesh
 from datasets.tiff_frames import TiffFrames, write_stack
-from datasets.truth import Impact, Remnant, Truth
+from datasets.truth import Impact, MotionBound, Remnant, Truth
 from datasets.truth_files import read_truth, write_truth
 from datasets.vocabulary.plate import Plate
 
@@ -29,6 +29,22 @@ def assert_same(a: Truth, b: Truth) -> None:
 def test_round_trip_is_exact(truth, tmp_path):
     write_truth(truth, tmp_path / "t")
     assert_same(truth, read_truth(tmp_path / "t"))
+
+
+def test_the_bound_round_trips(truth, tmp_path):
+    covariance = np.cov(np.random.default_rng(2).normal(size=(6, 20)))
+    write_truth(replace(truth, bound=MotionBound(0.0005, covariance)), tmp_path / "t")
+    bound = read_truth(tmp_path / "t").bound
+    assert bound is not None
+    assert bound.time_s == 0.0005
+    assert np.array_equal(bound.covariance, covariance)
+
+
+@pytest.mark.parametrize("variance", [-1.0, 0.0])
+def test_a_bound_that_is_none_is_refused(truth, tmp_path, variance):
+    write_truth(replace(truth, bound=MotionBound(0.0, np.diag([1.0, 1.0, variance, 1.0, 1.0, 1.0]))), tmp_path / "t")
+    with pytest.raises(InputError, match=r"truth\.json: at \$\.bound\.covariance: expected .*, got"):
+        read_truth(tmp_path / "t")
 
 
 def test_masks_round_trip(truth, tmp_path):

@@ -76,8 +76,15 @@ def test_scores_of_the_truth_itself_are_zero(dataset: Path, perfect: Path, tmp_p
     (row,) = summary["rows"]
     assert row["middle_in_plane_ms"] == row["middle_angular_rads"] == row["orientation_max_deg"] == 0.0
     assert summary["worse_sequences"] == []
+    assert [(entry["rmse"], entry["rms_bound"] > 0, entry["n"]) for entry in summary["efficiency"]] == [(0.0, True, 1)] * 3
+    assert [entry["coverage"] for entry in summary["ellipsoids"]] == [1.0] * 4
     assert (tmp_path / "s" / "scores.csv").read_text(encoding="utf-8").startswith("sequence,")
     assert json.loads((tmp_path / "s" / "scores.json").read_text(encoding="utf-8")) == summary
+
+
+def test_errors_are_said_over_the_bound(dataset: Path, perfect: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["score", str(perfect), "--truth", str(dataset / "truth"), "--out", str(tmp_path / "s")]) == 0
+    assert "omega: RMSE 0 rad/s, 0.00 times the bound of the true body" in " ".join(capsys.readouterr().out.split())
 
 
 def test_a_worse_sequence_is_named_with_its_cause(dataset: Path, perfect: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -51,6 +51,8 @@ def test_a_dataset_has_its_two_trees_and_its_configuration(tmp_path: Path, capsy
         observation, truth = read_observation(out / "observations" / name), read_truth(out / "truth" / name)
         assert observation.name == truth.name == name
         assert len(observation.recordings[0]) == 5
+        assert truth.bound is not None
+        assert truth.bound.time_s == truth.motion.times_s[2]
     run = json.loads((out / "run.json").read_text(encoding="utf-8"))
     assert run["configuration"]["motion"]["frames"] == 5
     assert run["configuration"]["hsv"]["width_px"] == 1024

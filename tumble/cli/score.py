@@ -10,6 +10,7 @@ from rich.table import Table
 
 from datasets.errors import InputError
 from datasets.scoring.collisions import collision_summary
+from datasets.scoring.efficiency import efficiency
 from datasets.scoring.impacts import impact_summary
 from datasets.scoring.table import aggregate, status_counts, worse_sequences
 from tumble.cli.console import console
@@ -102,6 +103,9 @@ def say_scores(scores: pd.DataFrame) -> None:
                 "–" if pd.isna(row["coverage"]) else f"{row['coverage']:.0%}",
             )
     out.print(table)
+    for row in efficiency(scores).to_dict("records"):
+        named = f"{row['quantity']}: RMSE {row['rmse']:.3g} {row['unit']}"
+        out.print(f"{named}, {row['rmse_over_bound']:.2f} times the bound of the true body ({row['rms_bound']:.3g})", soft_wrap=True)
     for row in worse_sequences(scores).to_dict("records"):
         parts = (f"{name.replace('_', '-')} {row[f'{name}_percent']:.2f} ± {row[f'sigma_{name}_percent']:.2f}%" for name in POOR)
         errors = f" ({', '.join(parts)})"

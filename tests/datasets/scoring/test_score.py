@@ -11,9 +11,11 @@ from datasets.errors import InputError
 from datasets.estimate import Estimate, Status
 from datasets.estimate_files import read_estimate, write_estimate
 from datasets.scoring.angles import rotation_angle
+from datasets.scoring.efficiency import QUANTITIES, efficiency
 from datasets.scoring.metrics import COMPONENTS, INSTANTS, METRICS, metric
 from datasets.scoring.score import score, truth_as_estimate
-from datasets.scoring.table import aggregate, coverage, score_table, status_counts, worse_sequences
+from datasets.scoring.table import aggregate, coverage, ellipsoid_coverage, score_table, status_counts, worse_sequences
+from datasets.truth import MotionBound
 from datasets.truth_files import read_truth, write_truth
 
 ERRORS = [entry.key for entry in METRICS if entry.key != "middle_sigma_over_bound"]
@@ -305,3 +307,49 @@ def test_metrics_are_named_once():
     assert len(set(keys)) == len(keys)
     with pytest.raises(KeyError, match="no metric 'speed'"):
         metric("speed")
+
+
+BOUND = np.array([1e-4, 2e-4, 3e-3, 0.05, 0.06, 0.07])
+
+
+def bounded(truth_of, name="seq_0000"):
+    truth = truth_of(name)
+    return replace(truth, bound=MotionBound(float(truth.motion.times_s[2]), np.diag(BOUND**2)))
+
+
+def test_errors_are_held_against_the_bound_of_the_true_body(truth_of, estimate_of, tmp_path):
+    write_truth(bounded(truth_of), tmp_path / "t")
+    truth = read_truth(tmp_path / "t")
+    row = score(estimate_of(truth, BOUND * [1, -2, 3, -4, 5, 6]), truth)
+    assert [row[f"middle_true_bound_{name}"] for name in COMPONENTS] == pytest.approx(BOUND)
+    assert [row[f"middle_over_true_bound_{name}"] for name in COMPONENTS] == pytest.approx([1, 2, 3, 4, 5, 6], rel=1e-4)
+
+
+def test_a_truth_without_a_bound_scores_without_it(truth, estimate_of):
+    row = score(estimate_of(truth, np.zeros(6)), truth)
+    assert not any("true_bound" in key for key in row)
+    assert efficiency(score_table([row])).empty
+
+
+def test_efficiency_is_of_what_converged_and_has_a_bound(truth_of, estimate_of):
+    errors = BOUND * np.random.default_rng(5).normal(0.0, 1.5, size=(200, 6))
+    rows = [score(estimate_of(bounded(truth_of, f"s{k}"), error), bounded(truth_of, f"s{k}")) for k, error in enumerate(errors)]
+    lost, unbounded = bounded(truth_of, "lost"), truth_of("unbounded")
+    rows.append(score(estimate_of(lost, np.full(6, 9.0), status=Status.OUT_OF_VIEW), lost))
+    rows.append(score(estimate_of(unbounded, np.full(6, 9.0)), unbounded))
+    told = efficiency(score_table(rows)).set_index("quantity")
+    assert list(told["n"]) == [200] * 3
+    for quantity, columns in zip(QUANTITIES, ([0, 1], [2], [3, 4, 5]), strict=True):
+        found = told.loc[quantity.name]
+        assert found["rmse"] == pytest.approx(quantity.per_si * np.sqrt(np.mean(errors[:, columns] ** 2)), rel=1e-6)
+        assert found["rms_bound"] == pytest.approx(quantity.per_si * np.sqrt(np.mean(BOUND[columns] ** 2)))
+        assert found["rmse_over_bound"] == pytest.approx(found["rmse"] / found["rms_bound"])
+        assert found["rms_of_ratios"] == pytest.approx(np.sqrt(np.mean((errors / BOUND)[:, columns] ** 2)), rel=1e-6)
+
+
+def test_whole_ellipsoids_hold_the_truth_as_often_as_they_say(truth_of, estimate_of):
+    rows = many_rows(truth_of, estimate_of, count=400)
+    told = ellipsoid_coverage(score_table(rows))
+    assert list(told["vector"]) == ["v", "omega"] * 2
+    assert np.all(told["n"] == 400)
+    assert told["coverage"].to_numpy() == pytest.approx(np.full(4, 0.95), abs=4 * np.sqrt(0.95 * 0.05 / 400))

@@ -6,7 +6,7 @@ import shapely
 
 from datasets.vocabulary.outline import signed_area
 from synth.silhouette import noisy_outline
-from synth.silhouette.noisy_outline import samples_with_normals
+from synth.silhouette.noisy_outline import noise_spectrum, samples_with_normals
 
 ANGLES = np.linspace(0, 2 * np.pi, 4000, endpoint=False)
 CIRCLE = 300 * np.column_stack([np.cos(ANGLES), np.sin(ANGLES)]) + 500
@@ -32,6 +32,27 @@ def test_displacements_are_white_normal_noise_of_the_stated_size(sigma: float) -
     assert abs(off.std() - sigma) < 4 * sigma / np.sqrt(2 * n)
     assert abs(np.corrcoef(off, np.roll(off, 1))[0, 1]) < 4 / np.sqrt(n)
     assert abs(np.mean((off / sigma) ** 4) - 3) < 4 * np.sqrt(96 / n)
+
+
+@pytest.mark.parametrize("correlation", [0.5, 3.0])
+def test_correlated_displacements_have_the_stated_size_and_correlation(correlation: float) -> None:
+    rng = np.random.default_rng(4)
+    outlines = [noisy_outline(CIRCLE, spacing_px=1.0, sigma_px=0.2, rng=rng, correlation_px=correlation).points_px for _ in range(20)]
+    off = np.stack([np.linalg.norm(points - 500, axis=1) - 300 for points in outlines])
+    # Four standard errors; neighbours that are alike count as fewer.
+    n = off.size * np.tanh(0.5 / correlation)
+    assert off.std() == pytest.approx(0.2, abs=0.2 * 4 / np.sqrt(2 * n))
+    for lag in (1, 3, 10):
+        alike = np.mean(off * np.roll(off, lag, axis=1)) / 0.2**2
+        assert alike == pytest.approx(np.exp(-lag / correlation), abs=4 * np.sqrt(2 / n))
+
+
+@pytest.mark.parametrize("correlation", [0.0, 0.1, 3.0, 1000.0])
+def test_the_spectrum_is_that_of_a_covariance(correlation: float) -> None:
+    for count in (8, 9, 200):
+        spectrum = noise_spectrum(count, sigma_px=0.3, correlation_steps=correlation)
+        assert spectrum.min() > 0
+        assert spectrum.mean() == pytest.approx(0.3**2)
 
 
 def test_no_noise_leaves_points_on_the_outline() -> None:
