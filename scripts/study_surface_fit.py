@@ -27,7 +27,8 @@ from scripts.scanned_particles import IRREGULAR, REGULAR
 from synth.flight_bound import with_bound
 from synth.sequence import build_silhouette_sequence
 
-FITS = {"tangents": Configuration(), "surface": Configuration(surface_fit=1)}
+FITS = {"tangents": Configuration(), "surface": Configuration(surface_fit=1, offset_prior_px=0.005)}
+"""Outlines of this tier have no offset, and who knows that states it; a prior does not move the fit of the surface, which considers it."""
 KEPT = tuple(f"middle_{figure}_{c}" for figure in ("pull", "true_bound", "over_true_bound") for c in COMPONENTS)
 ELLIPSOIDS = tuple(f"middle_ellipsoid95_{name}" for name in VECTORS)
 
