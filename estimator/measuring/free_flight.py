@@ -38,8 +38,9 @@ from estimator.search.candidate_flights import (
     without_the_same,
 )
 from estimator.search.rival_flights import few_views, standing
-from estimator.surface.joint import joint_fit
+from estimator.surface.joint import JointFit, joint_fit
 from estimator.surface.shape import made_shape
+from estimator.surface.told import surface_sentence, surface_statistics
 
 Array = NDArray[np.float64]
 
@@ -94,21 +95,32 @@ def _estimated(observation: Observation, tracks: tuple[OutlineTrack, ...], parti
     flight = ranked.flights[0].state
     biased = biased_task(observation, task, particle, flight, configuration, pictures=pictures)
     refined, focal = refined_flight(biased, flight, configuration)
-    if configuration.surface_fit:
-        refined = on_all_samples(refined, biased, particle, configuration)
+    joint = on_all_samples(refined.flight, biased, particle, configuration) if configuration.surface_fit else None
+    refined = refined if joint is None else with_joint(refined, biased, joint, configuration)
     status, message = judge(without_the_same(biased, ranked, refined, configuration), refined)
     tested = misfit(with_clear_angles(biased, flight), refined, refinement_settings(configuration)) if focal is None else None
     outcome = (status, message, tested)
     share = None if focal is not None else calibration_of(biased, observation, refined.flight, configuration)
     shown = (particle, found)
-    return converged_estimate(observation, tracks, shown, refined, outcome, configuration=configuration, focal=focal, share=share)
+    told = converged_estimate(observation, tracks, shown, refined, outcome, configuration=configuration, focal=focal, share=share)
+    return told if joint is None else with_surface(told, joint)
 
 
-def on_all_samples(refined: Refined, task: FitTask, particle: Particle, configuration: Configuration) -> Refined:
-    """The flight fitted once more, to every outline sample and with the surface as an unknown; its tangency errors are those there."""
+def on_all_samples(flight: Flight, task: FitTask, particle: Particle, configuration: Configuration) -> JointFit:
+    """The flight fitted once more, to every outline sample and with the surface as an unknown."""
     huber, seed = configuration.huber, configuration.seed
-    begin = refined.flight, made_shape(particle, huber=huber, seed=seed)
-    joint = joint_fit(particle, task.sightings, begin, task.prior, huber=huber, seed=seed)
+    begin = flight, made_shape(particle, huber=huber, seed=seed)
+    return joint_fit(particle, task.sightings, begin, task.prior, huber=huber, seed=seed)
+
+
+def with_surface(estimate: Estimate, joint: JointFit) -> Estimate:
+    """The estimate with what the fit says of its surface."""
+    message = " ".join(part for part in (estimate.message, surface_sentence(joint)) if part)
+    return replace(estimate, message=message, statistics={**estimate.statistics, "surface": surface_statistics(joint)})
+
+
+def with_joint(refined: Refined, task: FitTask, joint: JointFit, configuration: Configuration) -> Refined:
+    """The flight of the joint fit in place of the refined one; its tangency errors are those there."""
     at = linearise(_weighed(task, refined.flight), joint.flight, refinement_settings(configuration))
     return replace(
         refined,

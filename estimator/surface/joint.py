@@ -18,7 +18,7 @@ from estimator.surface.evenness import believed
 from estimator.surface.frame_samples import samples_of_frames
 from estimator.surface.mass import N_MASS, mass_response
 from estimator.surface.samples import samples_of_views
-from estimator.surface.shape import Shape
+from estimator.surface.shape import Shape, own_noise_px
 from estimator.surface.star_surface import Surface
 
 Array = NDArray[np.float64]
@@ -36,13 +36,15 @@ views five scanned bodies were within 0.0007, 0.007 and 0.003; one with a hollow
 class JointFit:
     """``flight`` with its ``covariance`` (21, 21) and the ``surface``; ``settled``: whether the steps became small.
 
-    ``noise_px``: effective noise that samples of views and of frames were found to have; ``roughness`` of the surface, as found.
+    ``noise_px``: effective noise that samples of views and of frames were found to have, ``outline_noise_px`` what their outlines show by
+    themselves; ``roughness`` of the surface, as found.
     """
 
     flight: Flight
     covariance: Array
     surface: Surface
     noise_px: tuple[float, ...]
+    outline_noise_px: tuple[float, float]
     roughness: float
     settled: bool
 
@@ -54,8 +56,8 @@ def joint_fit(particle: Particle, sightings: Sightings, begin: tuple[Flight, Sha
     """
     flight, shape = replace(begin[0], offset_px=0.0), begin[1]
     surface, rng = shape.surface, np.random.default_rng(seed)
-    frames = float(np.median(sightings.silhouettes.noise_px[sightings.silhouettes.samples > 0]))
-    scales = Scales((shape.noise_px, frames), shape.roughness)
+    own = own_noise_px(particle.seen), own_noise_px(sightings.silhouettes)
+    scales = Scales((shape.noise_px, own[1]), shape.roughness)
     covariance, settled, gain, last = np.zeros((N_PARAMETERS, N_PARAMETERS)), False, 1.0, np.zeros(N_PARAMETERS)
     for _ in range(MOST_ROUNDS):
         believe = believed(surface, scales.roughness)
@@ -73,7 +75,7 @@ def joint_fit(particle: Particle, sightings: Sightings, begin: tuple[Flight, Sha
         settled = bool(gain * np.max(np.abs(sizes)) < SETTLED)
         if settled:
             break
-    return JointFit(flight, covariance, surface, scales.noise_px, scales.roughness, settled)
+    return JointFit(flight, covariance, surface, scales.noise_px, own, scales.roughness, settled)
 
 
 def _mass_rows(surface: Surface, flight: Flight, extent_m: float) -> Whole:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from estimator.data.configuration import Configuration
+from estimator.geometry.silhouettes import Silhouettes
 from estimator.particle.made_once import FittedSurface
 from estimator.particle.particle import Particle
 from estimator.surface.arrow import Scales, eliminated, no_rows, weighed
@@ -48,8 +49,7 @@ def shape_of(particle: Particle, *, huber: float, seed: int, subdivisions: int =
     ``huber``: standard deviations beyond which a sample's influence stays constant; ``seed`` of the random signs.
     """
     surface, rng = star_surface(particle, subdivisions), np.random.default_rng(seed)
-    seen = particle.seen
-    scales = Scales((float(np.median(seen.noise_px[seen.samples > 0])),), FIRST_ROUGHNESS)
+    scales = Scales((own_noise_px(particle.seen),), FIRST_ROUGHNESS)
     alone = np.zeros(0)  # no motions
     for number in range(ROUNDS):
         prior = believed(surface, scales.roughness, bent=BENT if number else np.inf)
@@ -59,3 +59,8 @@ def shape_of(particle: Particle, *, huber: float, seed: int, subdivisions: int =
         surface = surface.moved(fitted.corners(alone))
         scales = Scales(found.noise_px if number >= ALIGNED else scales.noise_px, found.roughness)
     return Shape(surface, scales.roughness, scales.noise_px[0])
+
+
+def own_noise_px(seen: Silhouettes) -> float:
+    """Noise (px) that outlines show by themselves, in the median."""
+    return float(np.median(seen.noise_px[seen.samples > 0]))

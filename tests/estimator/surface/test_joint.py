@@ -26,6 +26,7 @@ from estimator.surface.frame_samples import samples_of_frames
 from estimator.surface.joint import JointFit, joint_fit
 from estimator.surface.shape import Shape, shape_of
 from estimator.surface.star_surface import star_surface
+from estimator.surface.told import surface_sentence
 from synth.sequence import build_silhouette_sequence
 
 RECIPE = Recipe(
@@ -52,6 +53,7 @@ class Measured:
     sightings: Sightings
     task: FitTask
     refined: Refined
+    joint: JointFit
 
 
 @pytest.fixture(scope="module")
@@ -62,8 +64,8 @@ def measured(made: tuple[Observation, Truth]) -> Measured:
         return shape_of(particle, **named, subdivisions=COARSE)
 
     def fitted(*arguments: Any, **named: Any) -> JointFit:
-        given.append(arguments)
-        return joint_fit(*arguments, **named)
+        given.append((*arguments, joint := joint_fit(*arguments, **named)))
+        return joint
 
     def kept(task: FitTask, refined: Refined, *more: Any) -> Misfit | None:
         given.append((task, refined))
@@ -74,8 +76,8 @@ def measured(made: tuple[Observation, Truth]) -> Measured:
         patch.setattr(free_flight, "joint_fit", fitted)
         patch.setattr(free_flight, "misfit", kept)
         estimate = free_flight.estimate(made[0], Configuration(surface_fit=1))
-    (particle, sightings, (flight, _), _), (task, refined) = given
-    return Measured(replace(estimate, status=Status.CONVERGED), flight, particle, sightings, task, refined)
+    (particle, sightings, (flight, _), _, joint), (task, refined) = given
+    return Measured(replace(estimate, status=Status.CONVERGED), flight, particle, sightings, task, refined, joint)
 
 
 def test_it_is_nearer_to_the_truth_than_tangents(made: tuple[Observation, Truth], measured: Measured) -> None:
@@ -85,6 +87,16 @@ def test_it_is_nearer_to_the_truth_than_tangents(made: tuple[Observation, Truth]
     _, before = velocities(measured.flight, np.zeros((1, N_PARAMETERS)), middle.time_s)
     true = CubicSpline(motion.times_s, motion.omega_world)(middle.time_s)
     assert scored["middle_angular_rads"] < 0.8 * np.linalg.norm(before[0] - true)
+
+
+def test_the_estimate_says_how_well_the_surface_meets_the_outlines(measured: Measured) -> None:
+    told = measured.estimate.statistics["surface"]
+    for group in ("views", "frames"):
+        assert told["effective_noise_px"][group] == pytest.approx(0.2, rel=0.4)
+        assert told["outline_noise_px"][group] == pytest.approx(0.2, rel=0.4)
+    assert "misses outlines" not in measured.estimate.message
+    worse = replace(measured.joint, noise_px=(0.5, 0.2), outline_noise_px=(0.2, 0.2))
+    assert "those of the views by 0.50 px (their own noise is 0.20 px)" in surface_sentence(worse)
 
 
 def test_its_error_bars_hold_the_truth(made: tuple[Observation, Truth], measured: Measured) -> None:
