@@ -48,13 +48,12 @@ SETTINGS = ("hull_resolution", "directions", "foreign_view_ratio")
 class FittedSurface:
     """The surface that a fit of all samples begins with, as the views alone show it.
 
-    ``vertices`` (n, 3) m, particle frame, joined as those of a subdivided icosahedron around ``centre`` (3,) m; ``roughness`` and the
-    views' ``noise_px``: see :class:`estimator.surface.shape.Shape`.
+    ``vertices`` (n, 3) m, particle frame, joined as those of a subdivided icosahedron around ``centre`` (3,) m; ``noise_px`` of the views'
+    samples.
     """
 
     vertices: Array
     centre: Array
-    roughness: float
     noise_px: float
 
 
@@ -132,8 +131,8 @@ def arrays_of(made: MadeOnce) -> dict[str, NDArray[np.generic]]:
     if made.view_bias is not None:
         arrays |= {"view_bias": made.view_bias.curves, "view_bias_of": np.frombuffer(bytes.fromhex(made.view_bias.of), np.uint8)}
     if made.surface is not None:
-        scales = np.array([made.surface.roughness, made.surface.noise_px])
-        arrays |= {"surface_vertices": made.surface.vertices, "surface_centre": made.surface.centre, "surface_scales": scales}
+        noise_px = np.array([made.surface.noise_px])
+        arrays |= {"surface_vertices": made.surface.vertices, "surface_centre": made.surface.centre, "surface_noise_px": noise_px}
     lengths = [len(outline) for outline in made.cast_in_views]
     arrays["cast_points"] = np.concatenate([np.zeros((0, 2)), *made.cast_in_views])
     arrays["cast_offsets"] = np.concatenate([[0], np.cumsum(lengths)]).astype(np.int64)
@@ -209,10 +208,10 @@ def _view_bias(arrays: Mapping[str, NDArray[np.generic]]) -> DrawnBias | None:
 def _surface(arrays: Mapping[str, NDArray[np.generic]]) -> FittedSurface | None:
     if "surface_vertices" not in arrays:
         return None
-    vertices, centre, scales = (_floats(arrays[f"surface_{name}"]) for name in ("vertices", "centre", "scales"))
-    if vertices.ndim != 2 or vertices.shape[1] != 3 or centre.shape != (3,) or scales.shape != (2,) or not scales.min() > 0.0:
-        raise ValueError("surface: arrays of other shapes, or scales that are not positive")
-    return FittedSurface(vertices, centre, float(scales[0]), float(scales[1]))
+    vertices, centre, noise_px = (_floats(arrays[f"surface_{name}"]) for name in ("vertices", "centre", "noise_px"))
+    if vertices.ndim != 2 or vertices.shape[1] != 3 or centre.shape != (3,) or noise_px.shape != (1,) or not noise_px[0] > 0.0:
+        raise ValueError("surface: arrays of other shapes, or noise that is not positive")
+    return FittedSurface(vertices, centre, float(noise_px[0]))
 
 
 def _floats(values: NDArray[np.generic]) -> Array:

@@ -3,9 +3,9 @@
 The normal matrix is an arrow: its sparse part, of the surface, is factorised and eliminated [Triggs et al., Bundle adjustment, 2000,
 section 6]. Rows that bear on the whole surface, those of its mass properties, would fill it and enter by Woodbury's identity.
 
-What is not known of scale is found from the data: how rough the surface is and how noisy samples are, both by the fixed point at which the
-evidence is largest [MacKay, Neural Computation 4 (1992) 415]; traces of the large inverse by random signs [Hutchinson, Communications in
-Statistics 18 (1989) 1059]. Samples whose residuals are alike along an outline count as that many fewer.
+How noisy samples are is found from the data, by the fixed point at which the evidence is largest [MacKay, Neural Computation 4 (1992) 415];
+the trace of the large inverse by random signs [Hutchinson, Communications in Statistics 18 (1989) 1059]. Samples whose residuals are alike
+along an outline count as that many fewer.
 """
 
 from collections.abc import Sequence
@@ -23,16 +23,6 @@ from estimator.surface.samples import Samples
 Array = NDArray[np.float64]
 PROBES = 8
 """Vectors of random signs a trace is estimated with: within a few percent of itself, by judgement."""
-MOST_CHANGE = 3.0
-"""A roughness changes by no more than this factor from round to round."""
-
-
-@dataclass(frozen=True)
-class Scales:
-    """Effective noise (px) of each group of samples, and the surface's roughness."""
-
-    noise_px: tuple[float, ...]
-    roughness: float
 
 
 @dataclass(frozen=True)
@@ -80,14 +70,12 @@ class Eliminated:
         """Moves (n, 3) m of the corners that go with a ``step`` (p,) of the motions."""
         return np.asarray((self.prior.basis @ self._unknowns(step)).reshape(-1, 3))
 
-    def scales(self, step: Array, scales: Scales, rng: np.random.Generator) -> Scales:
-        """Scales as the residuals after a ``step`` (p,) show them, from those that were assumed."""
+    def noise(self, step: Array, noise_px: tuple[float, ...], rng: np.random.Generator) -> tuple[float, ...]:
+        """Effective noise (px) of each group as the residuals after a ``step`` (p,) show it, from that which was assumed."""
         unknowns = self._unknowns(step)
         left = [group.r + group.J @ unknowns + group.F @ step for group in self.groups]
         found = (_noise_of(z, g.samples.starts, _taken(self.factor, g.J, rng)) for z, g in zip(left, self.groups, strict=True))
-        noise_px = tuple(noise * change for noise, change in zip(scales.noise_px, found, strict=True))
-        bent = np.asarray(self.prior.bend + self.prior.bends @ unknowns)
-        return Scales(noise_px, scales.roughness * _roughness_of(bent, _taken(self.factor, self.prior.bends, rng)))
+        return tuple(noise * change for noise, change in zip(noise_px, found, strict=True))
 
     def _unknowns(self, step: Array) -> Array:
         return np.asarray(-(self.solved[:, -1] + self.solved[:, :-1] @ step))
@@ -154,9 +142,3 @@ def _lagged_products(left: Array, starts: NDArray[np.int64]) -> Array:
         power = np.abs(np.fft.rfft(left[first:end])) ** 2
         total += np.fft.irfft(power, end - first)[: len(total)]
     return total
-
-
-def _roughness_of(bent: Array, taken: float) -> float:
-    """Roughness over that assumed; ``taken`` of its rows the prior itself determines."""
-    found = float(np.sqrt(bent @ bent / max(len(bent) - taken, 1.0)))
-    return float(np.clip(found, 1.0 / MOST_CHANGE, MOST_CHANGE))

@@ -13,7 +13,7 @@ from estimator.data.fit_task import Prior, Sightings
 from estimator.fitting.refinement import scaled_inverse
 from estimator.motion.flight import COM, INERTIA, N_PARAMETERS, OFFSET, Flight, moved
 from estimator.particle.particle import Particle
-from estimator.surface.arrow import Scales, Whole, eliminated, weighed
+from estimator.surface.arrow import Whole, eliminated, weighed
 from estimator.surface.evenness import believed
 from estimator.surface.frame_samples import samples_of_frames
 from estimator.surface.mass import N_MASS, mass_response
@@ -37,7 +37,7 @@ class JointFit:
     """``flight`` with its ``covariance`` (21, 21) and the ``surface``; ``settled``: whether the steps became small.
 
     ``noise_px``: effective noise that samples of views and of frames were found to have, ``outline_noise_px`` what their outlines show by
-    themselves; ``roughness`` of the surface, as found.
+    themselves.
     """
 
     flight: Flight
@@ -45,7 +45,6 @@ class JointFit:
     surface: Surface
     noise_px: tuple[float, ...]
     outline_noise_px: tuple[float, float]
-    roughness: float
     settled: bool
 
 
@@ -57,25 +56,23 @@ def joint_fit(particle: Particle, sightings: Sightings, begin: tuple[Flight, Sha
     flight, shape = replace(begin[0], offset_px=0.0), begin[1]
     surface, rng = shape.surface, np.random.default_rng(seed)
     own = own_noise_px(particle.seen), own_noise_px(sightings.silhouettes)
-    scales = Scales((shape.noise_px, own[1]), shape.roughness)
+    noise_px: tuple[float, ...] = (shape.noise_px, own[1])
     covariance, settled, gain, last = np.zeros((N_PARAMETERS, N_PARAMETERS)), False, 1.0, np.zeros(N_PARAMETERS)
     for _ in range(MOST_ROUNDS):
-        believe = believed(surface, scales.roughness)
-        samples = (
-            samples_of_views(surface, particle.outlines, particle.calibrated, motions=N_PARAMETERS),
-            samples_of_frames(surface, sightings, flight),
-        )
-        groups = [weighed(s, believe, noise, huber) for s, noise in zip(samples, scales.noise_px, strict=True)]
+        believe = believed(surface)
+        views = samples_of_views(surface, particle.outlines, particle.calibrated, motions=N_PARAMETERS)
+        samples = views, samples_of_frames(surface, sightings, flight)
+        groups = [weighed(s, believe, noise, huber) for s, noise in zip(samples, noise_px, strict=True)]
         fitted = eliminated(groups, believe, _mass_rows(surface, flight, particle.extent_m))
         step, covariance = _with_offset_considered(fitted.H, fitted.g, prior)
         sizes = step / np.sqrt(np.diag(covariance))
         gain *= TURNED if last @ sizes < 0.0 else 1.0
-        scales, last = fitted.scales(step, scales, rng), sizes
+        noise_px, last = fitted.noise(step, noise_px, rng), sizes
         surface, flight = surface.moved(fitted.corners(gain * step)), moved(flight, gain * step)
         settled = bool(gain * np.max(np.abs(sizes)) < SETTLED)
         if settled:
             break
-    return JointFit(flight, covariance, surface, scales.noise_px, own, scales.roughness, settled)
+    return JointFit(flight, covariance, surface, noise_px, own, settled)
 
 
 def _mass_rows(surface: Surface, flight: Flight, extent_m: float) -> Whole:

@@ -2,16 +2,19 @@
 
 import numpy as np
 import pytest
+from scipy.sparse import csc_array, diags_array, vstack
+from scipy.sparse.linalg import spsolve
 
 from estimator.surface.evenness import BENT, Believed, believed
+from estimator.surface.shape import ROUNDS, scale_in
 from estimator.surface.star_surface import Surface, sphere
 
-ROUGHNESS = 0.03
+ROUGHNESS, HALF_M = 0.03, 3e-3
 
 
 def cube() -> Surface:
     ball = sphere(4)
-    return Surface(ball, np.zeros(3), 3e-3 * ball.directions / np.abs(ball.directions).max(axis=1)[:, None])
+    return Surface(ball, np.zeros(3), HALF_M * ball.directions / np.abs(ball.directions).max(axis=1)[:, None])
 
 
 @pytest.fixture(scope="module")
@@ -51,3 +54,30 @@ def test_rows_tell_how_the_bend_changes() -> None:
     np.testing.assert_allclose(
         (after.bend - prior.bend)[inner], (prior.bends @ unknowns)[inner], rtol=0.02, atol=1e-3 * np.abs(after.bend).max()
     )
+
+
+def height(surface: Surface) -> np.ndarray:
+    """How far corners lie out of the cube, in lengths of an edge."""
+    return (np.abs(surface.vertices).max(axis=1) - HALF_M) / surface.edge_m
+
+
+def flattened(surface: Surface, scales: list[float]) -> Surface:
+    """The surface after rounds of the prior alone, with corners beside the cube's edges held to a fiftieth of an edge."""
+    seen = np.ones(len(surface.vertices))
+    seen[of_face(cube())] = 0.0
+    for scale in scales:
+        prior = believed(surface, scale, bent=np.inf)
+        rows = csc_array(vstack([prior.rows, diags_array(50.0 * seen / surface.edge_m)]))
+        values = np.concatenate([prior.values, 50.0 * seen * height(surface)])
+        surface = surface.moved((prior.basis @ spsolve(csc_array(rows.T @ rows), -rows.T @ values)).reshape(-1, 3))
+    return surface
+
+
+def test_faces_that_nothing_shows_become_flat_and_edges_stay() -> None:
+    flat = cube()
+    u = np.sort(np.abs(flat.vertices), axis=1)[:, :2] / HALF_M
+    pillow = flat.moved(2.0 * flat.edge_m * ((1.0 - u**2).prod(axis=1))[:, None] * flat.sphere.directions)
+    inner = of_face(flat)
+    assert height(pillow)[inner].max() > 1.5
+    found = flattened(pillow, [scale_in(number) for number in range(ROUNDS)])
+    assert np.abs(height(found)).max() < 0.05

@@ -19,8 +19,10 @@ from estimator.data.configuration import Configuration
 from estimator.data.fit_task import FitTask, Sightings
 from estimator.fitting.adequacy import Misfit, misfit
 from estimator.fitting.refinement import Refined
+from estimator.geometry.visual_hull import HullMesh
 from estimator.measuring import free_flight
 from estimator.motion.flight import N_PARAMETERS, Flight, moved, poses, velocities
+from estimator.particle.mass_properties import solid_of
 from estimator.particle.particle import Particle
 from estimator.surface.frame_samples import samples_of_frames
 from estimator.surface.joint import JointFit, joint_fit
@@ -45,10 +47,11 @@ def made() -> tuple[Observation, Truth]:
 
 @dataclass(frozen=True)
 class Measured:
-    """The joint fit, the flight of the tangents that it began with, and what it was given."""
+    """The joint fit, the flight of the tangents and the shape that it began with, and what it was given."""
 
     estimate: Estimate
     flight: Flight
+    shape: Shape
     particle: Particle
     sightings: Sightings
     task: FitTask
@@ -76,8 +79,16 @@ def measured(made: tuple[Observation, Truth]) -> Measured:
         patch.setattr(free_flight, "joint_fit", fitted)
         patch.setattr(free_flight, "misfit", kept)
         estimate = free_flight.estimate(made[0], Configuration(surface_fit=1))
-    (particle, sightings, (flight, _), _, joint), (task, refined) = given
-    return Measured(replace(estimate, status=Status.CONVERGED), flight, particle, sightings, task, refined, joint)
+    (particle, sightings, (flight, shape), _, joint), (task, refined) = given
+    return Measured(replace(estimate, status=Status.CONVERGED), flight, shape, particle, sightings, task, refined, joint)
+
+
+def test_flat_faces_are_no_pillows_as_the_hull_s_are(made: tuple[Observation, Truth], measured: Measured) -> None:
+    true = solid_of(HullMesh(made[1].mesh_vertices, made[1].mesh_faces)).volume
+    surfaces = star_surface(measured.particle, COARSE), measured.shape.surface
+    hull, found = (solid_of(HullMesh(s.vertices, s.sphere.mesh.faces)).volume / true - 1.0 for s in surfaces)
+    assert hull > 0.015
+    assert abs(found) < 0.6 * hull
 
 
 def test_it_is_nearer_to_the_truth_than_tangents(made: tuple[Observation, Truth], measured: Measured) -> None:
