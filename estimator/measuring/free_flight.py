@@ -105,7 +105,7 @@ def _estimated(observation: Observation, tracks: tuple[OutlineTrack, ...], parti
 
 def on_all_samples(refined: Refined, task: FitTask, particle: Particle, configuration: Configuration) -> Refined:
     """The flight fitted once more, to every outline sample and with the surface as an unknown; its tangency errors are those there."""
-    joint = joint_fit(particle, task.sightings, refined.flight, task.prior, huber=configuration.huber, seed=configuration.seed)
+    joint = joint_fit(particle, task.sightings, refined.flight, task.prior, seed=configuration.seed)
     at = linearise(_weighed(task, refined.flight), joint.flight, refinement_settings(configuration))
     return replace(
         refined,
