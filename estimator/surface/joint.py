@@ -42,8 +42,8 @@ FIRST_ROUGHNESS = 0.03
 ones in trial runs."""
 SAMPLE_HUBER = 1.345
 """Deviations beyond which a sample's influence stays constant: 95% efficient where noise is normal [Huber and Ronchetti, Robust
-Statistics, 2009]. Into diamonds light leaks for whole stretches and frames: with the true mesh spins were 20% better with 1 than with 4
-there, and no worse in pictures of matte bodies (docs/studies/surface_fit.md)."""
+Statistics, 2009]. With the true mesh in six sequences of diamonds, spins were 20% better with 1 than with 4 and depths 10% worse; in six
+of matte bodies both were within 4% (docs/studies/surface_fit.md)."""
 TO_DEVIATION, LEAST_PX = 1.4826, 1e-9
 """A normal distribution's standard deviation over its median absolute value, and what rounding leaves of a residual."""
 MOST_CHANGE = 3.0

@@ -11,7 +11,8 @@ from jaxtyping import Float, Int
 from numpy.typing import NDArray
 
 SECTORS = 24
-"""Of an outline, 15 degrees each: their means hold what turns and shifts a body, which turns by a few degrees from frame to frame."""
+"""Of an outline, 15 degrees each: their means hold what turns and shifts a body, which turns by a few degrees
+from frame to frame; by judgement."""
 
 
 def alike_in_time(
