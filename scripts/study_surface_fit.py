@@ -5,11 +5,16 @@
 project's own. Printed: root mean squares of the errors at mid-sequence, the same over that of the Cramér-Rao bound of the true body with
 all samples (:mod:`synth.flight_bound`), of pulls, and which share of 95% intervals and of whole 95% ellipsoids holds the truth. Sequence
 ``i`` of a class and a seed is the same for any ``--count``.
+
+``--tier rendered [--material diamond] --pictures FOLDER``: the same from pictures, rendered into the folder and kept there;
+there is no bound of theirs.
 """
 
 import argparse
 import json
+import math
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,15 +22,21 @@ import numpy as np
 import pandas as pd
 
 from datasets.atomic_files import written_whole
+from datasets.dataset_files import observation_folder, truth_folder
+from datasets.observation import Observation
+from datasets.observation_files import read_observation
 from datasets.recipes.recipe import ParticleRecipe, Recipe
 from datasets.scoring.efficiency import QUANTITIES, efficiency
 from datasets.scoring.metrics import COMPONENTS
 from datasets.scoring.score import INTERVAL_95, VECTORS, score
+from datasets.truth import Truth
+from datasets.truth_files import read_truth
 from estimator.data.configuration import Configuration
 from estimator.measuring.free_flight import estimate
 from scripts.scanned_particles import IRREGULAR, REGULAR
 from synth.flight_bound import with_bound
-from synth.sequence import build_silhouette_sequence
+from synth.rendering.sequence import render_sequence
+from synth.sequence import build_silhouette_sequence, plan_sequence
 
 FITS = {"tangents": Configuration(), "surface": Configuration(surface_fit=1, offset_prior_px=0.005)}
 """Outlines of this tier have no offset, and who knows that states it; a prior does not move the fit of the surface, which considers it."""
@@ -44,16 +55,29 @@ def classes(folder: Path) -> dict[str, ParticleRecipe]:
     }
 
 
-def measured(particle: ParticleRecipe, seed: int, index: int) -> dict[str, Any]:
-    """Scores of one sequence, by fit."""
-    recipe = Recipe(seed=seed, sequences=index + 1, particle=particle)
+def rendered(recipe: Recipe, index: int, out: Path) -> tuple[Observation, Truth]:
+    """One sequence in pictures, rendered unless it lies in the folder ``out``."""
+    name = plan_sequence(recipe, index).name
+    if not truth_folder(out, name).is_dir() or not observation_folder(out, name).is_dir():
+        render_sequence(recipe, index, out)
+    return read_observation(observation_folder(out, name)), read_truth(truth_folder(out, name))
+
+
+def outlined(recipe: Recipe, index: int) -> tuple[Observation, Truth]:
+    """One sequence in outlines, with its bound."""
     observation, truth = build_silhouette_sequence(recipe, index)
-    truth = with_bound(truth, observation.cameras[0], recipe.noise)
+    return observation, with_bound(truth, observation.cameras[0], recipe.noise)
+
+
+def measured(recipe: Recipe, index: int, pictures: Path | None) -> dict[str, Any]:
+    """Scores of one sequence, by fit; ``pictures``: the folder of the rendered ones."""
+    observation, truth = outlined(recipe, index) if pictures is None else rendered(recipe, index, pictures)
     row: dict[str, Any] = {}
     for name, configuration in FITS.items():
         began = time.process_time()
         scored = score(estimate(observation, configuration), truth)
-        row[name] = {key: scored[key] for key in ("status", "converged", *KEPT, *ELLIPSOIDS)} | {"cpu_s": time.process_time() - began}
+        kept = {key: scored.get(key, math.nan) for key in ("status", "converged", *KEPT, *ELLIPSOIDS)}
+        row[name] = kept | {"cpu_s": time.process_time() - began}
     return row
 
 
@@ -105,19 +129,26 @@ def main() -> int:
     parser.add_argument("--count", type=int, default=4, help="sequences of each class")
     parser.add_argument("--seed", type=int, default=20261126)
     parser.add_argument("--classes", nargs="+", default=["smooth", "stones", "cut", "jagged"])
+    parser.add_argument("--tier", choices=["silhouette", "rendered"], default="silhouette")
+    parser.add_argument("--material", choices=["matte", "diamond"], default="matte", help="of the bodies in pictures")
+    parser.add_argument("--pictures", type=Path, default=Path("out/surface_fit_pictures"), help="folder of the rendered sequences")
     parser.add_argument("--result", type=Path)
     arguments = parser.parse_args()
     result, every = {}, classes(arguments.particles)
     for name in arguments.classes:
         rows = []
         for index in range(arguments.count):
-            rows.append(measured(every[name], arguments.seed, index))
+            body = replace(every[name], material=arguments.material)
+            recipe = Recipe(seed=arguments.seed, sequences=index + 1, tier=arguments.tier, particle=body)
+            folder = arguments.pictures / f"{name}_{arguments.material}_{arguments.seed}"
+            rows.append(measured(recipe, index, folder if arguments.tier == "rendered" else None))
             print(f"{name} {index}: {', '.join(row['status'] for row in rows[-1].values())}", flush=True)
         result[name] = summary(rows)
     print("\n".join(table(result)))
     if arguments.result:
+        asked = {key: getattr(arguments, key) for key in ("seed", "tier", "material")}
         with written_whole(arguments.result) as path:
-            path.write_text(json.dumps({"seed": arguments.seed, "classes": result}, indent=1) + "\n")
+            path.write_text(json.dumps({**asked, "classes": result}, indent=1) + "\n")
     return 0
 
 
