@@ -21,8 +21,9 @@ from estimator.surface.shape import Shape
 from estimator.surface.star_surface import Surface
 
 Array = NDArray[np.float64]
-MOST_ROUNDS = 8
-"""After which a fit that has not settled is given up: fits of trial runs settled within three to six."""
+MOST_ROUNDS = 12
+"""After which a fit that has not settled is given up: fits of trial runs settled within two to six, one in nine, of a stone that the mesh
+cannot follow."""
 SETTLED, TURNED = 0.3, 0.6
 """Share of the standard deviations that ends the fit. Samples that change the edge they meet throw it about by as much and more, so that
 every step that turns back shortens all that follow by the second number: their mean is what is looked for."""
