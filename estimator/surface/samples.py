@@ -48,7 +48,7 @@ def across_of(met: Contact, camera: Intrinsics) -> Array:
 
 
 def stacked(surface: Surface, parts: Sequence[tuple[Contact, Array, Array]], offset_px: float) -> Samples:
-    """All pictures' samples; ``parts``: of each its contact, how the outline moves with points of the particle (s, 3), with motions (s, p)."""
+    """All samples; ``parts``: of each picture its contact, how the outline moves with the particle's points (s, 3) and with motions (s, p)."""
     n = len(surface.vertices)
     counts = np.array([len(met.gap_px) for met, _, _ in parts], dtype=np.int64)
     first, second = (np.concatenate([getattr(met, name) for met, _, _ in parts]) for name in ("first", "second"))
