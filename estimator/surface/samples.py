@@ -48,7 +48,11 @@ def across_of(met: Contact, camera: Intrinsics) -> Array:
 
 
 def stacked(surface: Surface, parts: Sequence[tuple[Contact, Array, Array]], offset_px: float) -> Samples:
-    """All samples; ``parts``: of each picture its contact, how the outline moves with the particle's points (s, 3) and with motions (s, p)."""
+    """All pictures' samples.
+
+    ``parts``: of each picture its contact, and by how much the outline moves, px, with the particle's points (s, 3), per m, and with
+    motions (s, p), particle frame. ``offset_px`` of the outlines, outwards.
+    """
     n = len(surface.vertices)
     counts = np.array([len(met.gap_px) for met, _, _ in parts], dtype=np.int64)
     first, second = (np.concatenate([getattr(met, name) for met, _, _ in parts]) for name in ("first", "second"))
