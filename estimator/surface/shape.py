@@ -29,16 +29,17 @@ class Shape:
 
 
 def made_shape(particle: Particle, *, huber: float, seed: int) -> Shape:
-    """The shape that a particle file keeps, where it does; else it is fitted."""
-    kept = particle.made.surface
-    if kept is None:
+    """The shape that a particle file keeps, where it does, of the settings that it is made with; else it is fitted."""
+    kept, usual = particle.made.surface, Configuration()
+    if kept is None or (huber, seed) != (usual.huber, usual.seed):
         return shape_of(particle, huber=huber, seed=seed)
     return Shape(Surface(sphere_of(len(kept.vertices)), kept.centre, kept.vertices), kept.noise_px)
 
 
-def fitted_surface(particle: Particle, configuration: Configuration) -> FittedSurface:
-    """What a particle file keeps of the shape."""
-    shape = shape_of(particle, huber=configuration.huber, seed=configuration.seed)
+def fitted_surface(particle: Particle) -> FittedSurface:
+    """What a particle file keeps of the shape: fitted with the settings that are usual."""
+    usual = Configuration()
+    shape = shape_of(particle, huber=usual.huber, seed=usual.seed)
     return FittedSurface(shape.surface.vertices, shape.surface.centre, shape.noise_px)
 
 

@@ -157,7 +157,7 @@ def test_estimates_are_the_same_with_and_without_what_is_kept(tmp_path: Path) ->
 
 def test_a_fitted_surface_is_kept_where_it_is_asked_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     write_observation(build_silhouette_sequence(RECIPE, 0)[0], tmp_path / "one")
-    monkeypatch.setattr(shaping, "fitted_surface", lambda particle, _: FittedSurface(particle.hull.vertices[:12], np.zeros(3), 0.2))
+    monkeypatch.setattr(shaping, "fitted_surface", lambda particle: FittedSurface(particle.hull.vertices[:12], np.zeros(3), 0.2))
     for name, asked in (("plain", []), ("fitted", ["--surface"])):
         assert main(["shape", str(tmp_path / "one"), *asked, "--out", str(tmp_path / name), "-q"]) == 0
         particle = read_particle(tmp_path / name)

@@ -71,7 +71,7 @@ def shape(
         checks=checks,
         notes=tuple([*notes, *_few_views_words(checks, excess_known=bool(np.isfinite(solid.volume_sigma_m3)))]),
     )
-    made = replace(particle.once(Configuration()), surface=fitted_surface(particle, Configuration()) if surface else None)
+    made = replace(particle.once(Configuration()), surface=fitted_surface(particle) if surface else None)
     return Shaped(told, solid.surface, (digest_of(outlines, views, Configuration()), arrays_of(made)))
 
 

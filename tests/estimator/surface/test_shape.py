@@ -45,8 +45,10 @@ def test_a_particle_file_keeps_it(particle: Particle, shape: Shape, monkeypatch:
     kept = FittedSurface(shape.surface.vertices, shape.surface.centre, shape.noise_px)
     of_the_particle = particle.once(Configuration(hull_resolution=32, directions=50))
     read = made_of_arrays(arrays_of(replace(of_the_particle, surface=kept)), "here")
-    monkeypatch.setattr(shape_module, "shape_of", None)
-    again = made_shape(replace(particle, made=read), huber=4.0, seed=0)
+    usual = Configuration()
+    monkeypatch.setattr(shape_module, "shape_of", lambda _, *, huber, seed: (huber, seed))
+    again = made_shape(replace(particle, made=read), huber=usual.huber, seed=usual.seed)
+    assert made_shape(replace(particle, made=read), huber=3.0, seed=usual.seed) == (3.0, usual.seed), "not of these settings"
     np.testing.assert_array_equal(again.surface.vertices, shape.surface.vertices)
     assert again.noise_px == shape.noise_px
     assert again.surface.sphere is shape.surface.sphere
@@ -57,4 +59,4 @@ def test_another_number_of_corners_is_refused(particle: Particle) -> None:
     assert sphere_of(len(sphere(2).directions)) is sphere(2)
     kept = FittedSurface(np.ones((100, 3)), np.zeros(3), 0.2)
     with pytest.raises(InputError, match="expected as many corners as a subdivided icosahedron has, got 100"):
-        made_shape(replace(particle, made=MadeOnce(surface=kept)), huber=4.0, seed=0)
+        made_shape(replace(particle, made=MadeOnce(surface=kept)), huber=Configuration().huber, seed=Configuration().seed)
