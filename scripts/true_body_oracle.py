@@ -16,6 +16,7 @@ from scipy.spatial.transform import Rotation
 from datasets.recipes.recipe import NoiseRecipe
 from datasets.truth import Truth
 from datasets.vocabulary.camera import HsvCamera
+from synth.flight_bound import at_middle, moves_by_pose
 from synth.motion import Start, fly
 from synth.motion.pose_sensitivity import POSITION, SPIN, TURN, VELOCITY, pose_sensitivity
 from synth.plan import particle_poses_in_camera
@@ -34,11 +35,10 @@ class Oracle:
     """The body, the camera and the noise of one sequence, known; ``gravity_world`` (3,) m/s²."""
 
     def __init__(self, truth: Truth, camera: HsvCamera, noise: NoiseRecipe, gravity_world: Array) -> None:
-        motion, middle = truth.motion, (len(truth.motion.times_s) - 1) // 2
-        self.true = Start(motion.x_world[middle], motion.q_world_body[middle], motion.v_world[middle], motion.omega_world[middle])
+        self.true, middle_s = at_middle(truth.motion)
         self._truth, self._camera, self._noise, self._gravity = truth, camera, noise, gravity_world
         self._mesh = outline_mesh(truth.mesh_vertices, truth.mesh_faces)
-        self._times_s = motion.times_s - motion.times_s[middle]
+        self._times_s = truth.motion.times_s - middle_s
         self._by_state = pose_sensitivity(self.true, truth.inertia_kgm2, self._times_s)
 
     def error(self, samples_px: Sequence[Array], *, rounds: int) -> Float[NDArray[np.float64], "6"]:
@@ -85,9 +85,7 @@ class Oracle:
         outward = np.column_stack([(ahead - foot)[:, 1], (foot - ahead)[:, 0]]) / AHEAD_PX
         seen = contour_points(self._mesh, self._camera.intrinsics, self._mesh.vertices @ R.T + t, foot, outward)
         gap = np.sign(np.sum((samples - foot) * outward, axis=1)) * np.linalg.norm(samples - foot, axis=1)
-        arms = seen.points_cam - (R @ self._truth.body.com_particle + t)
-        in_world = (each @ self._camera.R_cam_world for each in (seen.move_by_point, np.cross(arms, seen.move_by_point)))
-        return gap, np.hstack(tuple(in_world))
+        return gap, moves_by_pose(seen, self._truth.body, self._camera, pose)
 
 
 def _moved(start: Start, step: Array) -> Start:

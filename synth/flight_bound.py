@@ -21,10 +21,11 @@ from datasets.recipes.recipe import NoiseRecipe
 from datasets.truth import MotionBound, Truth
 from datasets.vocabulary.body import Body
 from datasets.vocabulary.camera import HsvCamera
+from datasets.vocabulary.state import Motion
 from synth.motion.free_flight import Start
 from synth.motion.pose_sensitivity import N_STATE, SPIN, VELOCITY, mass_sensitivity, pose_sensitivity
 from synth.plan import particle_poses_in_camera
-from synth.silhouette.contour_points import contour_points
+from synth.silhouette.contour_points import ContourPoints, contour_points
 from synth.silhouette.exact_outline import OutlineMesh, exact_outline, outline_mesh
 from synth.silhouette.noisy_outline import noise_spectrum, samples_with_normals
 
@@ -68,17 +69,21 @@ def flight_bound(truth: Truth, camera: HsvCamera, noise: NoiseRecipe, *, mass: M
     """
     if truth.effects or truth.plate is not None or truth.impacts or noise.hsv_boundary_px == 0:
         return None
-    motion = truth.motion
-    middle = (len(motion.times_s) - 1) // 2
-    start = Start(motion.x_world[middle], motion.q_world_body[middle], motion.v_world[middle], motion.omega_world[middle])
-    times_s, moments, precision = motion.times_s - motion.times_s[middle], truth.inertia_kgm2, np.zeros(N_STATE)
+    start, middle_s = at_middle(truth.motion)
+    times_s, moments, precision = truth.motion.times_s - middle_s, truth.inertia_kgm2, np.zeros(N_STATE)
     by_unknown = pose_sensitivity(start, moments, times_s)
     if mass is not None:
         by_unknown = np.concatenate([by_unknown, mass_sensitivity(start, moments, times_s)], axis=2)
         precision = np.concatenate([precision, mass.precision])
     information = np.einsum("fas,fab,fbt->st", by_unknown, frame_information(truth, camera, noise), by_unknown) + np.diag(precision)
     covariance, velocities = _inverse(information), np.r_[VELOCITY, SPIN]
-    return None if covariance is None else MotionBound(float(motion.times_s[middle]), covariance[np.ix_(velocities, velocities)])
+    return None if covariance is None else MotionBound(middle_s, covariance[np.ix_(velocities, velocities)])
+
+
+def at_middle(motion: Motion) -> tuple[Start, float]:
+    """The state at the middle frame of a motion, and the time (s) of that frame."""
+    k = (len(motion.times_s) - 1) // 2
+    return Start(motion.x_world[k], motion.q_world_body[k], motion.v_world[k], motion.omega_world[k]), float(motion.times_s[k])
 
 
 def frame_information(truth: Truth, camera: HsvCamera, noise: NoiseRecipe) -> Float[NDArray[np.float64], "frame 6 6"]:
@@ -95,6 +100,15 @@ def _rows(mesh: OutlineMesh, body: Body, camera: HsvCamera, pose: tuple[Array, A
     exact = exact_outline(mesh, camera.intrinsics, R, t)
     samples, outward = samples_with_normals(exact, spacing_px=spacing_px, phase=PHASE)
     seen = contour_points(mesh, camera.intrinsics, mesh.vertices @ R.T + t, samples, outward)
+    return moves_by_pose(seen, body, camera, pose)
+
+
+def moves_by_pose(seen: ContourPoints, body: Body, camera: HsvCamera, pose: tuple[Array, Array]) -> Float[NDArray[np.float64], "m 6"]:
+    """How far (px) the outline moves along each sample's line: by position (m) and turn (rad) of the centre of mass, world frame.
+
+    ``pose``: rotation (3, 3) and translation (3,) m from the particle's frame to the camera's.
+    """
+    R, t = pose
     arms = seen.points_cam - (R @ body.com_particle + t)
     in_world = (each @ camera.R_cam_world for each in (seen.move_by_point, np.cross(arms, seen.move_by_point)))
     return np.hstack(tuple(in_world))

@@ -12,7 +12,7 @@ from datasets.errors import InputError
 from datasets.observation import CalibratedView
 from datasets.vocabulary.outline import Outline
 from estimator.geometry.cast_outline import CastingMesh, casting_mesh
-from estimator.geometry.visual_hull import HullMesh
+from estimator.geometry.visual_hull import HullMesh, bounding_ball
 from estimator.particle.particle import Particle
 
 Array = NDArray[np.float64]
@@ -100,9 +100,13 @@ class Surface:
 
 
 def star_surface(particle: Particle, subdivisions: int = SUBDIVISIONS) -> Surface:
-    """The visual hull of a particle's views as seen from its centre of mass: where each direction first leaves one of the views' cones."""
+    """The visual hull of a particle's views as seen from its centre of mass: where each direction first leaves one of the views' cones.
+
+    No direction goes further than the diameter of the ball that holds the body, not even one that leaves no cone.
+    """
     ball, centre = sphere(subdivisions), particle.body.com_particle
-    reach = np.full(len(ball.directions), np.inf)
+    _, radius = bounding_ball(particle.outlines, particle.calibrated)
+    reach = np.full(len(ball.directions), 2.0 * radius)
     for outline, view in zip(particle.outlines, particle.calibrated, strict=True):
         np.minimum(reach, _left_at(outline, view, centre, ball.directions), out=reach)
     return Surface(ball, centre, centre + reach[:, None] * ball.directions)

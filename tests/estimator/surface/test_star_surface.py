@@ -1,13 +1,17 @@
 """Where rays leave the cones of outlines: beside a brute search along the rays, and exactly for one view."""
 
+from types import SimpleNamespace
+from typing import Any
+
 import cv2
 import numpy as np
 
 from datasets.observation import CalibratedView
 from datasets.vocabulary.camera import Intrinsics
 from datasets.vocabulary.outline import Outline
+from estimator.geometry.visual_hull import bounding_ball
 from estimator.motion.rotation import rotation_from_vector
-from estimator.surface.star_surface import _left_at, sphere
+from estimator.surface.star_surface import _left_at, sphere, star_surface
 
 DISTORTION = (0.1, -0.2, 1e-3, 2e-3, 0.0)
 CAMERA = Intrinsics(width_px=640, height_px=480, fx_px=4000.0, fy_px=4100.0, cx_px=310.5, cy_px=245.5, distortion=DISTORTION)
@@ -40,3 +44,14 @@ def test_rays_end_on_the_outline_and_are_within_it_before() -> None:
     pixels = CAMERA.project(ends @ seen.R_cam_particle.T + seen.t_cam_particle).astype(np.float32)
     off = np.array([cv2.pointPolygonTest(polygon, (float(x), float(y)), True) for x, y in pixels])
     assert np.abs(off).max() < 0.02
+
+
+def test_a_direction_that_hardly_leaves_a_cone_ends_with_the_ball() -> None:
+    """Three views from nearly one side: rays along their lines of sight leave the cones far behind the body, or never."""
+    views = tuple(view([0.03 * k, 0.02 * k, 0.0]) for k in range(3))
+    outlines = (blob(0.0),) * 3
+    particle: Any = SimpleNamespace(outlines=outlines, calibrated=views, body=SimpleNamespace(com_particle=CENTRE))
+    reach = np.linalg.norm(star_surface(particle, 3).vertices - CENTRE, axis=1)
+    _, radius = bounding_ball(outlines, views)
+    assert np.isfinite(reach).all()
+    np.testing.assert_allclose(reach.max(), 2.0 * radius)
