@@ -86,7 +86,7 @@ def test_ctrl_c_says_how_to_go_on(tmp_path: Path, jobs: str) -> None:
     wait_for(tmp_path / "d" / "finished" / "0000.json", process)
     process.send_signal(signal.SIGINT)
     error = process.communicate(timeout=30)[1]
-    assert process.returncode == 130
+    assert process.returncode == 130, error
     assert "--resume goes on from here" in error
     assert "Traceback" not in error
     assert json.loads((tmp_path / "d" / "run.json").read_text(encoding="utf-8"))["state"] == "unfinished"
