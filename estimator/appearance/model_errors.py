@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from estimator.appearance.flight_errors import body_normals, particle_poses
 from estimator.appearance.prediction import Prediction, predict
 from estimator.appearance.rim import Rim
-from estimator.data.fit_task import OUTWARD, FitTask
+from estimator.data.fit_task import OUTWARD, FitTask, Sightings
 from estimator.effects.link import Moving, Places, Setting
 from estimator.effects.model import Model, overrides
 from estimator.geometry.cast_outline import CastingMesh, cast_outline
@@ -152,7 +152,7 @@ def _corrected(sequence: SequenceTask, model: Model, theta: Array) -> Silhouette
     """Silhouettes in a camera without the optical effects."""
     silhouettes = sequence.task.sightings.silhouettes
     owner = _owner(silhouettes)
-    points = _corrected_points(sequence, model, theta, owner)
+    points = corrected_points(sequence, model, theta, silhouettes.points_px, owner)
     if points is silhouettes.points_px:
         return silhouettes
     cameras, camera = sequence.task.sightings.cameras, sequence.task.sightings.camera
@@ -163,9 +163,9 @@ def _corrected(sequence: SequenceTask, model: Model, theta: Array) -> Silhouette
     return replace(silhouettes, points_px=points, xy=np.ascontiguousarray(xy))
 
 
-def _corrected_points(sequence: SequenceTask, model: Model, theta: Array, owner: NDArray[np.int64]) -> Array:
+def corrected_points(sequence: SequenceTask, model: Model, theta: Array, points: Array, owner: NDArray[np.int64]) -> Array:
+    """Where ``points`` (v, 2) px of the sightings ``owner`` (v,) would be in a camera without the model's effects; ``theta`` (q,) of it."""
     sightings = sequence.task.sightings
-    points = sightings.silhouettes.points_px
     if not any(overrides(effect, "correct") for effect in model.effects):
         return points
     times = (sightings.times_s - sequence.setting.times_s[0])[owner]
@@ -230,20 +230,34 @@ def moving_at(sequence: SequenceTask, prediction: Prediction, centre_cam: Array)
 
 def _jacobian(task: FitTask, model: Model, theta: Array, at: ModelResiduals) -> Array:
     """Derivatives through the poses and the outline offset."""
-    errors, scale, centre_cam = at.tangency, model.scale(theta), at.places.moving.centre_cam
-    S = at.prediction.sensitivity.copy()
-    S[:, :3] /= scale
-    steps = model.steps
-    for effect, part in zip(model.effects, model.slices, strict=True):
-        for column in range(part.start, part.stop) if overrides(effect, "scale") else ():
-            up, down = theta.copy(), theta.copy()
-            up[column], down[column] = up[column] + steps[column], down[column] - steps[column]
-            growth = (model.scale(up) - model.scale(down)) / (2.0 * steps[column])
-            S[:, :3, N_PARAMETERS + column] -= np.einsum("nji,nj->ni", task.sightings.R_cam_world, centre_cam) * growth / scale
+    errors, S = at.tangency, scaled_sensitivity(task.sightings, model, theta, at.prediction, at.places.moving.centre_cam)
     n, k = errors.valid.shape
     J = (errors.jacobian[:, :, :2, :6].reshape(n, 2 * k, 6) @ S).reshape(n, k, 2, -1)
     J[..., OFFSET.start] -= errors.jacobian[:, :, :2, 6]
     return np.asarray(J)
+
+
+def scaled_sensitivity(sightings: Sightings, model: Model, theta: Array, prediction: Prediction, centre_cam: Array) -> Array:
+    """Derivatives (n, 6, 21 + q) of the poses that cameras see, which lengths wrong by a factor divide.
+
+    ``theta`` (q,) of the model; ``centre_cam`` (n, 3) m of the body, camera axes.
+    """
+    scale, steps = model.scale(theta), model.steps
+    S = prediction.sensitivity.copy()
+    S[:, :3] /= scale
+    for _, part in model.touching("scale"):
+        for column in range(part.start, part.stop):
+            up, down = theta.copy(), theta.copy()
+            up[column], down[column] = up[column] + steps[column], down[column] - steps[column]
+            growth = (model.scale(up) - model.scale(down)) / (2.0 * steps[column])
+            S[:, :3, N_PARAMETERS + column] -= np.einsum("nji,nj->ni", sightings.R_cam_world, centre_cam) * growth / scale
+    return np.asarray(S)
+
+
+def _moved(sequence: SequenceTask, alone: Model, thetas: tuple[Array, Array], of: tuple[Array, NDArray[np.int64]]) -> Array:
+    """Where points of sightings are under the first parameters (q,) of a model of one effect, less where under the second (v, 2) px."""
+    high, low = (corrected_points(sequence, alone, theta, *of) for theta in thetas)
+    return np.asarray(high - low)
 
 
 def _add_image_columns(J: Array, sequence: SequenceTask, model: Model, theta: Array, at: ModelResiduals) -> None:
@@ -253,7 +267,7 @@ def _add_image_columns(J: Array, sequence: SequenceTask, model: Model, theta: Ar
     first = sequence.task.sightings.silhouettes
     owner = _owner(first)
     vertex = np.maximum(first.offsets[:-1, None, None] + errors.tangency[:, :, :2], 0)
-    arms = _Arms.of(first, owner)
+    arms = Arms.of(first.points_px, owner, len(first))
     for effect, part in zip(model.effects, model.slices, strict=True):
         alone, corrects, silent = Model((effect,)), overrides(effect, "correct"), effect.silent(theta[part])
         for number, step in enumerate(alone.steps):
@@ -262,7 +276,7 @@ def _add_image_columns(J: Array, sequence: SequenceTask, model: Model, theta: Ar
             up, down = effect.slope_at(theta[part]).copy(), effect.slope_at(theta[part]).copy()
             up[number], down[number] = up[number] + step, down[number] - step
             column = N_PARAMETERS + part.start + number
-            moved = _corrected_points(sequence, alone, up, owner) - _corrected_points(sequence, alone, down, owner) if corrects else None
+            moved = _moved(sequence, alone, (up, down), (first.points_px, owner)) if corrects else None
             if moved is not None and moved.any():
                 growth = arms.growth(moved) / size
                 along = places.normal[..., 0] * moved[vertex, 0] + places.normal[..., 1] * moved[vertex, 1]
@@ -277,26 +291,26 @@ def _size(recorded: Silhouettes, corrected_px: Array) -> Array:
     """How many times larger (n,) each corrected silhouette is than the recorded one."""
     if corrected_px is recorded.points_px:
         return np.ones(len(recorded))
-    return 1.0 + _Arms.of(recorded, _owner(recorded)).growth(corrected_px - recorded.points_px)
+    return 1.0 + Arms.of(recorded.points_px, _owner(recorded), len(recorded)).growth(corrected_px - recorded.points_px)
 
 
 @dataclass(frozen=True)
-class _Arms:
-    """Vertices (v, 2) px of silhouettes from the middle of their own, the sighting ``owner`` (v,) of each, and sums (n,) of squares."""
+class Arms:
+    """Points (v, 2) px of outlines from the middle of their own, the sighting ``owner`` (v,) of each, and sums (n,) of squares."""
 
     arm: Array
     owner: NDArray[np.int64]
     square: Array
 
     @classmethod
-    def of(cls, silhouettes: Silhouettes, owner: NDArray[np.int64]) -> "_Arms":
-        n = len(silhouettes)
+    def of(cls, points_px: Array, owner: NDArray[np.int64], n: int) -> "Arms":
+        """Those of ``points_px`` (v, 2) of n sightings, ``owner`` (v,) the sighting of each."""
         count = np.maximum(np.bincount(owner, minlength=n), 1)
-        middle = np.column_stack([np.bincount(owner, silhouettes.points_px[:, a], n) / count for a in range(2)])
-        arm = silhouettes.points_px - middle[owner]
+        middle = np.column_stack([np.bincount(owner, points_px[:, a], n) / count for a in range(2)])
+        arm = points_px - middle[owner]
         return cls(arm, owner, np.maximum(np.bincount(owner, np.sum(arm**2, axis=1), n), 1e-12))
 
     def growth(self, moved: Array) -> Array:
-        """Growth (n,) of each silhouette under the displacement (v, 2) of its vertices: the isotropic part of the best affine map."""
+        """Growth (n,) of each outline under a displacement ``moved`` (v, 2) px of its points: the isotropic part of the best affine map."""
         along = self.arm[:, 0] * moved[:, 0] + self.arm[:, 1] * moved[:, 1]
         return np.asarray(np.bincount(self.owner, along, len(self.square)) / self.square)

@@ -31,7 +31,8 @@ class Setting:
     ``times_s`` (f,) time stamps of the frames, ``exposure_s``, ``gravity_world`` (3,) m/s², ``inertia_ratios`` (3,) of the nominal body;
     ``edge_px`` the standard deviation of the blur that edges at rest have in its pictures, (n,) of n sightings or one for all: a particle
     that comes nearer is seen less sharply; 0 where outlines are given as such. Of trajectories: ``middle_world`` (3,) m of all positions of
-    the campaign and ``reach_m``, the root mean square of their distances from it.
+    the campaign and ``reach_m``, the root mean square of their distances from it. Of outlines sample by sample: ``mass`` (8, 1 + m), mass
+    properties of the particle's surface and their derivatives by its amplitudes, nominal body axes.
     """
 
     times_s: Array
@@ -41,6 +42,7 @@ class Setting:
     edge_px: Array | float = 0.0
     middle_world: Array | float = 0.0
     reach_m: float = 1.0
+    mass: Array | None = None
 
     @cached_property
     def interval_s(self) -> float:

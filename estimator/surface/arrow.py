@@ -44,12 +44,16 @@ def no_rows(corners: int) -> Whole:
 
 @dataclass(frozen=True)
 class Weighed:
-    """A group's samples in standard deviations: residuals ``r`` (m,), derivatives ``J`` (m, u) by the surface, ``F`` (m, p) by motions."""
+    """A group's samples in standard deviations: residuals ``r`` (m,), derivatives ``J`` (m, u) by the surface, ``F`` (m, c) by motions.
+
+    ``place`` (c,): where those lie among all of the motions' parameters.
+    """
 
     samples: Samples
     r: Float[NDArray[np.float64], " m"]
     J: csr_array
-    F: Float[NDArray[np.float64], "m p"]
+    F: Float[NDArray[np.float64], "m c"]
+    place: NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -73,7 +77,7 @@ class Eliminated:
     def noise(self, step: Array, noise_px: tuple[float, ...], rng: np.random.Generator) -> tuple[float, ...]:
         """Effective noise (px) of each group as the residuals after a ``step`` (p,) show it, from that which was assumed."""
         unknowns = self._unknowns(step)
-        left = [group.r + group.J @ unknowns + group.F @ step for group in self.groups]
+        left = [group.r + group.J @ unknowns + group.F @ step[group.place] for group in self.groups]
         found = (_noise_of(z, g.samples.starts, _taken(self.factor, g.J, rng)) for z, g in zip(left, self.groups, strict=True))
         return tuple(noise * change for noise, change in zip(noise_px, found, strict=True))
 
@@ -81,27 +85,32 @@ class Eliminated:
         return np.asarray(-(self.solved[:, -1] + self.solved[:, :-1] @ step))
 
 
-def weighed(samples: Samples, prior: Believed, noise_px: float, huber: float) -> Weighed:
-    """Samples over their noise, those far off held by Huber's weights."""
+def weighed(samples: Samples, prior: Believed, noise_px: float, huber: float, place: NDArray[np.int64] | None = None) -> Weighed:
+    """Samples over their noise, those far off held by Huber's weights; ``place`` (c,) of their motions, ``None``: there are no others."""
     w = np.sqrt(huber / np.maximum(np.abs(samples.gap_px) / noise_px, huber)) / noise_px
     J = csr_array(samples.by_corner.multiply(w[:, None])) @ prior.basis
-    return Weighed(samples, samples.gap_px * w, J, samples.by_motion * w[:, None])
+    place = np.arange(samples.by_motion.shape[1]) if place is None else place
+    return Weighed(samples, samples.gap_px * w, J, samples.by_motion * w[:, None], place)
 
 
 def eliminated(groups: Sequence[Weighed], prior: Believed, whole: Whole) -> Eliminated:
     """The normal equations without the surface."""
     rows, values = prior.rows, prior.values
-    factor = _factorised(csc_array(sum((g.J.T @ g.J for g in groups), start=rows.T @ rows)))
+    factor = factorised(csc_array(sum((g.J.T @ g.J for g in groups), start=rows.T @ rows)))
     by_surface = prior.basis.T @ whole.by_corner
-    border = sum((g.J.T @ g.F for g in groups), start=-by_surface @ whole.by_motion)
-    gradient = sum((g.J.T @ g.r for g in groups), start=rows.T @ values - by_surface @ whole.residual)
+    border, gradient = -by_surface @ whole.by_motion, rows.T @ values - by_surface @ whole.residual
+    H, g = whole.by_motion.T @ whole.by_motion, whole.by_motion.T @ whole.residual
+    for group in groups:
+        border[:, group.place] += group.J.T @ group.F
+        gradient += group.J.T @ group.r
+        H[np.ix_(group.place, group.place)] += group.F.T @ group.F
+        g[group.place] += group.F.T @ group.r
     solved = _with_whole(factor, by_surface, np.column_stack([border, gradient]))
-    H = sum((g.F.T @ g.F for g in groups), start=whole.by_motion.T @ whole.by_motion) - border.T @ solved[:, :-1]
-    g = sum((g.F.T @ g.r for g in groups), start=whole.by_motion.T @ whole.residual) - border.T @ solved[:, -1]
+    H, g = H - border.T @ solved[:, :-1], g - border.T @ solved[:, -1]
     return Eliminated(np.asarray(H), np.asarray(g), solved, factor, tuple(groups), prior)
 
 
-def _factorised(A: csc_array) -> SuperLU:
+def factorised(A: csc_array) -> SuperLU:
     """Without relaxed supernodes and pivoting, which so sparse a matrix takes three times as long with."""
     return splu(A, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, relax=1, options={"SymmetricMode": True})
 

@@ -24,8 +24,8 @@ from scipy.special import log_ndtr
 
 from estimator.diagnosis.score_tests import Column
 from estimator.diagnosis.selection.linearised import Linearised
-from estimator.fitting.campaigns.measurement_kind import NOISE_FREEDOM
 from estimator.likelihood.reduced import Own, Posterior, Quadratic, posterior
+from estimator.likelihood.rows import NOISE_FREEDOM
 from estimator.likelihood.tails import Noise, with_tails
 
 Array = NDArray[np.float64]

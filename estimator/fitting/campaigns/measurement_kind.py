@@ -20,10 +20,6 @@ if TYPE_CHECKING:
     from estimator.likelihood.time_shifts import TimeShifts
 
 Array = NDArray[np.float64]
-NOISE_FREEDOM = 10.0
-"""Degrees of freedom ``nu`` of the prior of a noise's variance: its standard deviation is known to about 20% before the data.
-
-See decision 47."""
 
 
 class MeasurementKind(Protocol):

@@ -21,6 +21,7 @@ from estimator.data.configuration import Configuration
 from estimator.data.fit_task import FitTask, restricted
 from estimator.data.no_measurement import NoMeasurement
 from estimator.data.views import Views
+from estimator.effects.choosing import catalogue
 from estimator.effects.link import Setting
 from estimator.effects.model import Model
 from estimator.fitting.campaigns.campaign import Campaign, CampaignState
@@ -30,6 +31,7 @@ from estimator.fitting.tasks import fit_task
 from estimator.geometry.outline_shape import outline_shape
 from estimator.impacts.chains import WEAK_RATIO, Seen
 from estimator.likelihood.time_gaps import longest_stretch
+from estimator.measurements.outlines.registration import by_samples
 from estimator.measurements.silhouettes.flights_of_drops import FreeFlight, free_flights_of
 from estimator.measurements.silhouettes.kind import SILHOUETTES
 from estimator.motion.flight import Flight
@@ -85,7 +87,8 @@ def register(
     )
     start = CampaignState(tuple(flight for _, _, flight in flown), tuple(np.zeros(0) for _ in flown))
     left_out = tuple(each for i in range(len(observations)) if isinstance(each := found[i], LeftOut))
-    return Registered(campaign, start, tuple(p for _, p, _ in particles.values()), left_out)
+    registered = Registered(campaign, start, tuple(p for _, p, _ in particles.values()), left_out)
+    return by_samples(registered, tuple(catalogue().values()), configuration) if configuration.surface_fit else registered
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from estimator.appearance.prediction import VARIED, Prediction, predict
 from estimator.effects.link import Setting
 from estimator.effects.model import Model
+from estimator.likelihood.rows import Rows
 from estimator.measurements.trajectories.gyroscope import gyroscope_channel
 from estimator.measurements.trajectories.reported import Channel, Instrument
 from estimator.motion.flight import COM, INERTIA, N_PARAMETERS, OFFSET, OMEGA, THETA, Flight, V, X
@@ -92,25 +93,7 @@ class TrajectoryTask:
         return mask
 
 
-@dataclass(frozen=True)
-class TrajectoryErrors:
-    """Residuals ``e`` (n, c) in standard deviations, zero where a row is not in use; ``J`` (n, c, 21 + q), ``seen`` (n, c), and more.
-
-    ``rate`` (n, c) is the derivative of the residuals by the time of their row, 1/s; ``variance`` (n, c) m², rad² or (rad/s)²; ``noise``
-    over what was stated or estimated, ``jitter_s`` of the rows' times under the model.
-    """
-
-    e: Array
-    J: Array
-    seen: NDArray[np.bool_]
-    rate: Array
-    variance: Array
-    prediction: Prediction
-    noise: float = 1.0
-    jitter_s: float = 0.0
-
-
-def trajectory_errors(task: TrajectoryTask, flight: Flight, model: Model, theta: Array) -> TrajectoryErrors:
+def trajectory_errors(task: TrajectoryTask, flight: Flight, model: Model, theta: Array) -> Rows:
     """Residuals and derivatives at a flight and effect parameters ``theta`` (q,)."""
     spins = task.omega_world is not None or task.gyro is not None
     prediction = predict(flight, model, theta, task.setting, task.times_s, varied=VARIED & ~task.still, spins=spins)
@@ -129,7 +112,7 @@ def trajectory_errors(task: TrajectoryTask, flight: Flight, model: Model, theta:
     seen = task.kept[:, None] & np.isfinite(task.sigma)
     weight = np.where(seen, 1.0 / task.sigma, 0.0)
     e, rate = (np.concatenate(each, axis=1) * weight for each in ([p.e for p in parts], [p.rate for p in parts]))
-    return TrajectoryErrors(e, J * weight[..., None], seen, rate, task.sigma**2, prediction, task.noise)
+    return Rows(e, J * weight[..., None], seen, rate, task.sigma**2, prediction, task.noise)
 
 
 def _positions(task: TrajectoryTask, prediction: Prediction, model: Model, theta: Array) -> Channel:

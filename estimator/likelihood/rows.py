@@ -1,0 +1,147 @@
+"""Rows of measurements whose noise is their own: weights, misfit and density, where each sequence's noise is known up to a factor.
+
+Residuals are in standard deviations. Noise that is alike in neighbouring rows is counted as often as it repeats: weights are divided by
+that number, so that the sum of squares has the size of a likelihood for everything slow, and the gradient's covariance is the normal
+matrix itself. The factor has a scaled inverse chi-squared prior [O'Hagan and Forster 2004, ch. 11]; random shifts of the rows' times are
+integrated (Woodbury's identity) [Laird and Ware 1982].
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import gammaln
+
+from estimator.appearance.prediction import Prediction
+from estimator.likelihood.composite_likelihood import WeighedFrames
+from estimator.likelihood.time_shifts import TimeShifts
+from estimator.motion.flight import N_PARAMETERS
+
+Array = NDArray[np.float64]
+NOISE_FREEDOM = 10.0
+"""Degrees of freedom ``nu`` of the prior of a noise's variance: its standard deviation is known to about 20% before the data.
+
+See decision 47."""
+HUBER = 4.0
+"""Standard deviations beyond which a residual's influence stays constant, as for silhouettes."""
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Residuals ``e`` (n, c) in standard deviations, zero where there is none; ``J`` (n, c, 21 + q), ``seen`` (n, c), and more.
+
+    ``rate`` (n, c) is the derivative of the residuals by the time of their row, 1/s; ``variance`` (n, c) of each, in its unit squared;
+    ``noise`` over what was stated or estimated, ``jitter_s`` of the rows' times under the model.
+    """
+
+    e: Array
+    J: Array
+    seen: NDArray[np.bool_]
+    rate: Array
+    variance: Array
+    prediction: Prediction
+    noise: float = 1.0
+    jitter_s: float = 0.0
+
+
+class Weighed(Protocol):
+    """Rows with their weights."""
+
+    @property
+    def errors(self) -> Rows:
+        """The rows."""
+        ...
+
+    @property
+    def frames(self) -> WeighedFrames:
+        """Their weights and normal equations."""
+        ...
+
+
+def weighed(errors: Rows, repeats: Array, jitter_s: float) -> WeighedFrames:
+    """Weights and normal equations; ``jitter_s``: standard deviation of the rows' times, a random shift along ``rate``.
+
+    A residual beyond ``HUBER`` has its variance raised until its influence is that of one at ``HUBER``; a shift is taken off before that is
+    judged, and out of the weights (Woodbury's identity) [Laird and Ware 1982].
+    ``repeats`` (c,) of the channels.
+    """
+    d = errors.rate * jitter_s
+    plain = np.where(errors.seen, 1.0 / repeats, 0.0)
+    moved = errors.e - d * _along(plain, d, errors.e)
+    weight = plain / np.maximum(np.abs(moved) / HUBER, 1.0)
+    W = weight[..., None] * errors.J
+    if jitter_s:
+        gain = 1.0 / (1.0 + np.sum(weight * d**2, axis=1))
+        W = W - (weight * d)[..., None] * (gain[:, None] * np.einsum("nc,ncp->np", d, W))[:, None]
+    J = errors.J.reshape(-1, errors.J.shape[-1])
+    flat = W.reshape(J.shape)
+    H = J.T @ flat
+    H = 0.5 * (H + H.T)
+    count = errors.seen.sum(axis=1)
+    return WeighedFrames(H, flat.T @ errors.e.ravel(), W, weight, None, H, np.sum(errors.e**2, axis=1), count)
+
+
+def _along(weight: Array, d: Array, e: Array) -> Array:
+    """Best shift (n, 1) of every row along ``d`` with a prior of variance 1."""
+    return np.asarray((np.sum(weight * d * e, axis=1) / (1.0 + np.sum(weight * d**2, axis=1)))[:, None])
+
+
+def robust_cost(errors: Rows, repeats: Array) -> float:
+    """Huber's cost; ``repeats`` (c,) of the channels."""
+    z = np.abs(errors.e)
+    near = np.minimum(z, HUBER)
+    return float((near * (z - 0.5 * near) / repeats).sum())
+
+
+def shifts_in_time(equations: Weighed) -> TimeShifts:
+    """Shifts of the rows' times from the residuals along the motion."""
+    errors, weight = equations.errors, equations.frames.weight
+    h = np.maximum(np.sum(weight * errors.rate**2, axis=1), 1e-150)
+    s = np.sum(weight * errors.rate * errors.e, axis=1)
+    return TimeShifts(tau_s=-s / h, h=h, noise=np.sum((weight * errors.rate) ** 2, axis=1) / h**2)
+
+
+def noise_scales(misfits: Array, freedom: Array) -> Array:
+    """Noise (s,) over what was stated or estimated, most probable given misfits (s,) of so many degrees of freedom (s,)."""
+    return np.asarray(np.sqrt((NOISE_FREEDOM + misfits) / (NOISE_FREEDOM + freedom)))
+
+
+def log_density(equations: Sequence[Weighed], misfits: Array, freedom: Array) -> float:
+    """Student's density of every sequence [O'Hagan and Forster 2004, ch. 11], its rows' random shifts in time integrated.
+
+    Over that of numbers of variance one: how many independent ones there are depends on the model where noise repeats.
+    ``misfits``, ``freedom`` (s,) of the sequences.
+    """
+    half = 0.5 * (NOISE_FREEDOM + freedom)
+    spread = sum(float(np.sum(np.log1p(_shifted(each)))) for each in equations)
+    scale = gammaln(half) - gammaln(0.5 * NOISE_FREEDOM) - 0.5 * freedom * np.log(0.5 * NOISE_FREEDOM)
+    return float(np.sum(scale - half * np.log1p(misfits / NOISE_FREEDOM))) - 0.5 * spread
+
+
+def marginal_squares(equations: Weighed) -> float:
+    """Weighted sum of squares with the rows' random shifts in time integrated (Woodbury's identity)."""
+    errors, weight = equations.errors, equations.frames.weight
+    d = errors.rate * errors.jitter_s
+    taken = np.sum(weight * d * errors.e, axis=1) ** 2 / (1.0 + _shifted(equations))
+    return float(np.sum(weight * errors.e**2) - taken.sum())
+
+
+def _shifted(equations: Weighed) -> Array:
+    """Variance (n,) along the motion that random shifts of the rows' times add, over that of the noise."""
+    return np.asarray(np.sum(equations.frames.weight * (equations.errors.rate * equations.errors.jitter_s) ** 2, axis=1))
+
+
+def degrees_of_freedom(equations: Weighed, repeats: Array) -> float:
+    """Independent numbers of a sequence beside those of its own flight: what the marginal squares are where the model is right.
+
+    Of noise that repeats, a row has a part of a number; along the motion, where random times are independent, nearly one.
+    ``repeats`` (c,) of the channels.
+    """
+    errors = equations.errors
+    weight = errors.seen / repeats
+    square = weight * (errors.rate * errors.jitter_s) ** 2
+    shifted = square.sum(axis=1)
+    measured = float(weight.sum() + np.sum((shifted - np.sum(weight * square, axis=1)) / (1.0 + shifted)))
+    return max(measured - float(np.count_nonzero(np.diag(equations.frames.H)[:N_PARAMETERS] > 0.0)), 1.0)

@@ -1,0 +1,108 @@
+"""What the samples of a sequence's outlines meet of a surface, kept while poses hardly move.
+
+A sample's distance from the outline that the surface casts changes with the body's point that it meets and along the normal there; that the
+point slides along the outline changes nothing to first order (envelope theorem). So which point each sample meets is found once, and again
+where a fit has moved the outlines: between, a residual costs no search. Samples within a sector of an outline, as seen from its middle, are
+averaged: their noise is new in each, and what they say of a motion is nearly the same.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+from scipy.sparse import csr_array
+
+from estimator.data.fit_task import Sightings
+from estimator.geometry.epipolar_tangency import PoseSet
+from estimator.surface.amplitudes import Amplitudes
+from estimator.surface.contact import contact_of
+from estimator.surface.samples import across_of, stacked
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+SECTORS = 64
+"""Of an outline: four to six samples each, within which noise may be alike. By judgement."""
+
+
+@dataclass(frozen=True, eq=False)
+class Contacts:
+    """What each of s samples of n outlines meets, and of every sector how many samples it has and what amplitudes do there.
+
+    Attributes
+    ----------
+    sighting, cell : Array
+        (s,) the outline, and the sector among all ``n * SECTORS``.
+    point : Array
+        (s, 3) m that is met, particle frame, with the surface as it was.
+    normal : Array
+        (s, 2) outward in the picture.
+    count : Array
+        (n, SECTORS) samples.
+    by_corner : csr_array
+        (n * SECTORS, 3 c) px/m, of the mean residual of a sector by the corners' coordinates.
+    by_amplitude : Array
+        (n, SECTORS, m) px of the mean residual by the surface's amplitudes.
+    amplitude : Array
+        (m,) those that the surface had.
+    placed : PoseSet
+        Poses at which the points were met.
+    """
+
+    sighting: Index
+    cell: Index
+    point: Float[NDArray[np.float64], "s 3"]
+    normal: Float[NDArray[np.float64], "s 2"]
+    count: Float[NDArray[np.float64], "n k"]
+    by_corner: csr_array
+    by_amplitude: Float[NDArray[np.float64], "n k m"]
+    amplitude: Float[NDArray[np.float64], " m"]
+    placed: PoseSet
+
+    @property
+    def seen(self) -> NDArray[np.bool_]:
+        """Sectors (n, k) that have samples."""
+        return self.count > 0
+
+    def mean(self, values: Array) -> Array:
+        """Means (n, k, ...) over sectors of ``values`` (s, ...) of samples; zero where there is none."""
+        flat = values.reshape(len(values), -1)
+        sums = np.stack([np.bincount(self.cell, column, self.count.size) for column in flat.T], axis=-1)
+        means = sums / np.maximum(self.count.ravel(), 1.0)[:, None]
+        return np.asarray(means.reshape(*self.count.shape, *values.shape[1:]))
+
+    def with_amplitudes(self, amplitudes: Amplitudes, here: Array) -> "Contacts":
+        """With what ``amplitudes`` do of which the surface has those that are ``here`` (m,)."""
+        moved = np.asarray(self.by_corner @ amplitudes.moves).reshape(*self.count.shape, -1)
+        return replace(self, by_amplitude=moved, amplitude=here)
+
+
+def contacts_at(amplitudes: Amplitudes, amplitude: Array, sightings: Sightings, placed: PoseSet, samples_px: Array) -> Contacts:
+    """What samples meet of a surface with an ``amplitude`` (m,) at poses of the sightings.
+
+    ``samples_px`` (s, 2) of all outlines, one after the other, in a camera without optical effects.
+    """
+    surface = amplitudes.surface_at(amplitude)
+    counts = [len(outline) for outline in sightings.outlines_px]
+    sighting = np.repeat(np.arange(len(counts)), counts)
+    ends, parts = np.cumsum([0, *counts]), []
+    for i, (first, end) in enumerate(zip(ends[:-1].tolist(), ends[1:].tolist(), strict=True)):
+        camera = sightings.cameras[int(sightings.camera[i])].intrinsics
+        met = contact_of(surface, camera, placed.R[i], placed.t[i], samples_px[first:end])
+        parts.append((met, across_of(met, camera) @ placed.R[i], np.zeros((end - first, 0))))
+    every = stacked(surface, parts, 0.0)
+    point = np.concatenate([(met.point - placed.t[i]) @ placed.R[i] for i, (met, _, _) in enumerate(parts)])
+    cell = sighting * SECTORS + _sectors(sightings.outlines_px)
+    count = np.bincount(cell, minlength=len(counts) * SECTORS).astype(np.float64)
+    averaging = csr_array((1.0 / count[cell], (cell, np.arange(len(cell)))), shape=(len(count), len(cell)))
+    by_corner = csr_array(averaging @ every.by_corner)
+    moved = np.asarray(by_corner @ amplitudes.moves).reshape(len(counts), SECTORS, -1)
+    normal = np.concatenate([met.normal for met, _, _ in parts])
+    return Contacts(sighting, cell, point, normal, count.reshape(-1, SECTORS), by_corner, moved, amplitude, placed)
+
+
+def _sectors(outlines_px: tuple[Array, ...]) -> Index:
+    """Sector of every sample, seen from the middle of its outline's points."""
+    arms = np.concatenate([outline - outline.mean(axis=0) for outline in outlines_px])
+    turn = np.arctan2(arms[:, 1], arms[:, 0]) / (2.0 * np.pi)
+    return np.floor(turn * SECTORS).astype(np.int64) % SECTORS

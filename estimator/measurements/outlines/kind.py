@@ -1,0 +1,183 @@
+"""Outlines sample by sample: residuals of sectors, with noise that is new in each, and the surface's amplitudes in the base model."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from datasets.estimate import FrameReport
+from datasets.observation import Observation
+from estimator.diagnosis.noise_floor import NoiseFloor
+from estimator.diagnosis.residual_maps import ResidualMap
+from estimator.effects.instrument.surface_amplitudes import SurfaceAmplitudes
+from estimator.effects.link import EffectModel
+from estimator.effects.model import Model
+from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, SequenceEquations
+from estimator.likelihood.rows import (
+    degrees_of_freedom,
+    log_density,
+    marginal_squares,
+    noise_scales,
+    robust_cost,
+    shifts_in_time,
+    weighed,
+)
+from estimator.likelihood.time_shifts import TimeShifts
+from estimator.measurements.outlines.maps import outline_floor, outline_maps
+from estimator.measurements.outlines.task import OutlineErrors, OutlineTask, outline_errors, with_contacts
+from estimator.measurements.silhouettes.kind import SILHOUETTES
+from estimator.motion.flight import COM, INERTIA, N_PARAMETERS, OFFSET, Flight
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Outlines:
+    """The kind of :class:`estimator.measurements.outlines.task.OutlineTask`; ``amplitudes``: how many a particle's surface has."""
+
+    amplitudes: int
+    unit: str = "σ"
+
+    @property
+    def base(self) -> Model:
+        """Free flight of a body whose surface is known up to its amplitudes."""
+        return Model((SurfaceAmplitudes(self.amplitudes),))
+
+    def residuals(self, campaign: Campaign, number: int, flight: Flight, model: Model, theta: Array) -> OutlineErrors:
+        """What the surface misses the samples by."""
+        return outline_errors(campaign.sequences[number], flight, model, theta)
+
+    def equations(self, campaign: Campaign, number: int, residuals: OutlineErrors, model: Model, theta: Array) -> SequenceEquations:
+        """Residuals, weighed."""
+        jitter_s = model.random_sigma(theta)
+        return SequenceEquations(replace(residuals, jitter_s=jitter_s), weighed(residuals, campaign.sequences[number].repeats, jitter_s))
+
+    def precision(self, sequence: OutlineTask) -> Array:
+        """What a uniformly filled surface says of the body, and what is believed of outlines."""
+        precision = np.zeros(N_PARAMETERS)
+        precision[COM], precision[INERTIA] = sequence.deviation[:3] ** -2.0, sequence.deviation[3:] ** -2.0
+        precision[OFFSET] = sequence.task.prior.precision[OFFSET]
+        return precision
+
+    def cost(self, sequence: OutlineTask, residuals: OutlineErrors, like: OutlineErrors | None = None) -> float:
+        """Huber cost; noise does not depend on the fit. Infinite where nothing is seen, as of a body behind the camera."""
+        del like
+        return robust_cost(residuals, sequence.repeats) if residuals.seen.any() else float("inf")
+
+    def repeated_noise(
+        self, campaign: Campaign, errors: Sequence[OutlineErrors], weighted: Sequence[Array], like: Sequence[OutlineErrors] | None = None
+    ) -> Array:
+        """None: what repeats is the surface's, which is among the parameters."""
+        del campaign, errors, like
+        return np.zeros((weighted[0].shape[-1],) * 2)
+
+    def sightings(self, sequence: OutlineTask) -> int:
+        """Outlines in use."""
+        return len(sequence.task.sightings)
+
+    def only(self, sequence: OutlineTask, kept: NDArray[np.bool_]) -> OutlineTask:
+        """Other sightings have no residuals."""
+        return replace(sequence, kept=sequence.kept & kept)
+
+    def followed(self, sequence: OutlineTask, flight: Flight, model: Model, theta: Array) -> OutlineTask:
+        """What the samples meet there."""
+        return with_contacts(sequence, flight, model, theta)
+
+    def noise_scales(self, campaign: Campaign, equations: Sequence[SequenceEquations]) -> Array | None:
+        """Noise of the samples over what outlines show by themselves."""
+        return noise_scales(_misfits(campaign, equations), _freedom(campaign, equations))
+
+    def noise_of(self, sequence: OutlineTask) -> float:
+        """As it is in the sequence's standard deviations."""
+        return sequence.noise
+
+    def with_noise(self, sequence: OutlineTask, noise: float) -> OutlineTask:
+        """With larger standard deviations."""
+        return replace(sequence, noise=noise)
+
+    def log_density(self, campaign: Campaign, equations: Sequence[SequenceEquations]) -> float:
+        """Each sequence's noise integrated."""
+        return log_density(equations, _misfits(campaign, equations), _freedom(campaign, equations))
+
+    def squares(self, equations: Sequence[SequenceEquations]) -> float:
+        """Of what random shifts of the frames' times do not explain."""
+        return sum(marginal_squares(each) for each in equations)
+
+    def hollow(self, sequence: OutlineTask) -> float:
+        """Hollows are in the surface."""
+        return sequence.hollow
+
+    def time_shifts(self, campaign: Campaign, number: int, equations: SequenceEquations) -> TimeShifts:
+        """From the residuals along the motion, in the order of time."""
+        times = campaign.sequences[number].task.sightings.times_s
+        return shifts_in_time(equations).take(np.argsort(times, kind="stable"))
+
+    def noise_ratio(self, campaign: Campaign, equations: Sequence[SequenceEquations]) -> float:
+        """One: the noise is found with the fit."""
+        del campaign, equations
+        return 1.0
+
+    def why_not(self, campaign: Campaign, effect: EffectModel) -> str | None:
+        """As for tangency errors."""
+        return SILHOUETTES.why_not(campaign, effect)
+
+    def noise_floor(self, campaign: Campaign, fit: CampaignFit, rng: np.random.Generator) -> NoiseFloor:
+        """Against noise that changes from frame to frame."""
+        return outline_floor(campaign, fit, rng)
+
+    def residual_maps(self, campaign: Campaign, fit: CampaignFit) -> tuple[ResidualMap, ...]:
+        """Of outline-normal residuals."""
+        return outline_maps(campaign, fit)
+
+    def imagination(self, campaign: Campaign, number: int, fit: CampaignFit, particles: Sequence[Any]) -> Any:
+        """Not yet: what would tell effects apart is imagined with tangency errors."""
+        raise NotImplementedError
+
+    def statistics(self, equations: SequenceEquations) -> dict[str, Any]:
+        """Residuals and their noise in pixels of single samples."""
+        errors = equations.errors
+        seen, sigma = errors.seen, np.sqrt(errors.variance)
+        return {
+            "sectors": int(seen.sum()),
+            "rms_px": float(np.sqrt(np.mean((errors.e * sigma)[seen] ** 2))),
+            "noise_px": float(np.sqrt(np.mean(errors.variance[seen]))),
+        }
+
+    def frame_reports(self, sequence: OutlineTask, observation: Observation, equations: SequenceEquations) -> tuple[FrameReport, ...]:
+        """Every picture of every camera."""
+        sightings, errors = sequence.task.sightings, equations.errors
+        px = errors.e * np.sqrt(errors.variance)
+        rms = np.sqrt((px**2).sum(axis=1) / np.maximum(errors.seen.sum(axis=1), 1))
+        whitened = np.sqrt(equations.frames.chi2 / np.maximum(equations.frames.count, 1))
+        used = {(int(c), int(f)): i for i, (c, f) in enumerate(zip(sightings.camera, sightings.frame, strict=True))}
+        reports = []
+        for camera, recording in enumerate(observation.recordings):
+            for frame in range(len(recording)):
+                row = used.get((camera, frame))
+                if row is None:
+                    reports.append(FrameReport(camera, frame, False, "no usable outline", 0.0, 0.0))
+                else:
+                    reports.append(FrameReport(camera, frame, True, "", float(rms[row]), float(whitened[row])))
+        return tuple(reports)
+
+    def unmeasured(self, sequence: OutlineTask) -> NDArray[np.int64]:
+        """None."""
+        del sequence
+        return np.zeros(0, dtype=np.int64)
+
+    def adapted(self, effect: EffectModel) -> EffectModel:
+        """The catalogue was written for silhouettes."""
+        return effect
+
+
+def _misfits(campaign: Campaign, equations: Sequence[SequenceEquations]) -> Array:
+    """Weighted sums of squares (s,) in units of the noise that the outlines show by themselves."""
+    squares = [marginal_squares(each) for each in equations]
+    return np.array([task.noise**2 * each for task, each in zip(campaign.sequences, squares, strict=True)])
+
+
+def _freedom(campaign: Campaign, equations: Sequence[SequenceEquations]) -> Array:
+    """Degrees of freedom (s,) of the sequences."""
+    return np.array([degrees_of_freedom(each, task.repeats) for task, each in zip(campaign.sequences, equations, strict=True)])

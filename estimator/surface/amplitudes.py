@@ -1,0 +1,110 @@
+"""The surface as an unknown of a campaign, in as few numbers as the motions and the effects feel.
+
+With ``A`` the normal matrix of the surface alone (its prior, the views' and all frames' samples) and ``B`` its cross terms with everything
+else that is unknown, the surface answers to a change of those by ``-A^-1 B``: within the span of that answer nothing of the eliminated
+equations is lost [Galerkin's condition; Triggs et al., Bundle adjustment, 2000, section 6.1]. The moves that span it are made independent
+of one another under what prior and views know, each with a standard deviation of one, and those that frames do not feel are left out. They
+are then parameters like any other: shared by all sequences of one particle, with a normal prior about what views and prior alone prefer.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+from scipy.sparse import csc_array, csr_array, vstack
+
+from datasets.vocabulary.body import Body
+from estimator.particle.particle import Particle
+from estimator.surface.arrow import factorised, weighed
+from estimator.surface.evenness import believed
+from estimator.surface.mass import mass_response
+from estimator.surface.samples import samples_of_views
+from estimator.surface.shape import Shape
+from estimator.surface.star_surface import Surface
+
+Array = NDArray[np.float64]
+LEAST_FELT = 0.01
+"""Information that frames must give on a move beside a prior of one: without such a move variances are less than a percent too small."""
+ROUNDING = 1e-9
+"""Share of the largest variance below which a combination of moves is none."""
+
+
+@dataclass(frozen=True)
+class Felt:
+    """What one sequence's residuals feel, all in standard deviations.
+
+    ``by_corner`` (r, 3 n): by each corner's coordinates; ``by_motion`` (r, p): by its own parameters and those that it shares.
+    """
+
+    by_corner: csr_array
+    by_motion: Float[NDArray[np.float64], "r p"]
+
+
+@dataclass(frozen=True, eq=False)
+class Amplitudes:
+    """Moves of a ``surface``: ``moves`` (3 n, m) m of its corners by one standard deviation of each amplitude.
+
+    ``mass`` (8, 1 + m): centre of mass (m) and inertia as deviations from the nominal body, in its axes, and their derivatives.
+    """
+
+    surface: Surface
+    moves: Float[NDArray[np.float64], "3n m"]
+    mass: Float[NDArray[np.float64], "8 1m"]
+
+    @property
+    def count(self) -> int:
+        """How many there are."""
+        return self.moves.shape[1]
+
+    def surface_at(self, amplitude: Array) -> Surface:
+        """The surface moved by amplitudes (m,)."""
+        return self.surface.moved((self.moves @ amplitude).reshape(-1, 3))
+
+    def padded(self, count: int) -> "Amplitudes":
+        """With amplitudes that move nothing, up to a ``count`` of them."""
+        more = count - self.count
+        return Amplitudes(self.surface, np.pad(self.moves, ((0, 0), (0, more))), np.pad(self.mass, ((0, 0), (0, more))))
+
+
+def amplitudes_of(
+    particle: Particle, body: Body, shape: Shape, felt: Sequence[Felt], *, huber: float
+) -> tuple[Amplitudes, Float[NDArray[np.float64], " m"]]:
+    """The amplitudes of a particle's surface that its sequences feel, and those (m,) of the ``shape``'s own surface.
+
+    ``shape``: the surface about which views and frames are linear, and the noise of the views' samples; ``body``: the nominal one, in whose
+    axes mass properties are; ``huber``: standard deviations beyond which a sample's influence stays constant.
+    """
+    surface = shape.surface
+    prior = believed(surface)
+    views = weighed(samples_of_views(surface, particle.outlines, particle.calibrated, motions=0), prior, shape.noise_px, huber)
+    known = csc_array(prior.rows.T @ prior.rows + views.J.T @ views.J)
+    rows = [csr_array(each.by_corner @ prior.basis) for each in felt]
+    every = csr_array(vstack(rows))
+    frames = csc_array(every.T @ every)
+    border = np.column_stack([J.T @ each.by_motion for J, each in zip(rows, felt, strict=True)])
+    answers = factorised(csc_array(known + frames)).solve(_scaled(border))
+    kept = _independent(answers, known, frames)
+    here = kept.T @ (prior.rows.T @ prior.values + views.J.T @ views.r)
+    moves = np.asarray(prior.basis @ kept)
+    mass = mass_response(surface, body)
+    by_amplitude = mass.by_corner.T @ moves
+    preferred = surface.moved((moves @ -here).reshape(-1, 3))
+    return Amplitudes(preferred, moves, np.column_stack([mass.values - by_amplitude @ here, by_amplitude])), np.asarray(here)
+
+
+def _scaled(border: Array) -> Array:
+    """Columns of length one, without those that are none."""
+    size = np.linalg.norm(border, axis=0)
+    return np.asarray(border[:, size > 0.0] / size[size > 0.0])
+
+
+def _independent(answers: Array, known: csc_array, frames: csc_array) -> Array:
+    """Combinations (u, m) of ``answers`` (u, p) that are independent with variance one under ``known`` and that ``frames`` feel."""
+    answers = answers / np.sqrt(np.sum(answers * (known @ answers), axis=0))
+    value, vector = np.linalg.eigh(answers.T @ (known @ answers))
+    there = value > ROUNDING * value[-1]
+    whitened = answers @ (vector[:, there] / np.sqrt(value[there]))
+    information, turn = np.linalg.eigh(whitened.T @ (frames @ whitened))
+    return np.asarray(whitened @ turn[:, information > LEAST_FELT])
