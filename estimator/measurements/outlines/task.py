@@ -77,7 +77,7 @@ def outline_errors(sequence: OutlineTask, flight: Flight, model: Model, theta: A
     away = theta[amplitudes_in(model)] - contacts.amplitude
     e = met.gap + contacts.by_amplitude @ away - flight.offset_px - shift
     J = met.by_pose @ scaled_sensitivity(sightings, model, theta, prediction, centre_cam)
-    J[..., OFFSET.start] = 0.0  # considered
+    J[..., OFFSET.start] -= 1.0
     J[..., N_PARAMETERS:][..., amplitudes_in(model)] += contacts.by_amplitude
     _add_image_columns(J, sequence, (model, theta), met, places)
     J[..., N_PARAMETERS + np.flatnonzero(model.frozen)] = 0.0
