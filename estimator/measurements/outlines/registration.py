@@ -9,16 +9,17 @@ from scipy.sparse import csr_array, diags_array
 
 from datasets.observation import CalibratedView
 from estimator.appearance.flight_errors import particle_poses
-from estimator.appearance.model_errors import SequenceTask
+from estimator.appearance.model_errors import SequenceTask, centres_cam
 from estimator.appearance.prediction import predict
 from estimator.data.configuration import Configuration
 from estimator.effects.link import EffectModel
 from estimator.effects.model import Model
 from estimator.fitting.campaigns.campaign import CampaignState
 from estimator.fitting.campaigns.registered import Registered
-from estimator.measurements.outlines.contacts import contacts_at
+from estimator.geometry.sector_shape import sector_shape
+from estimator.measurements.outlines.contacts import SECTORS, contacts_at
 from estimator.measurements.outlines.kind import Outlines
-from estimator.measurements.outlines.task import OutlineTask, outline_errors
+from estimator.measurements.outlines.task import OutlineTask, outline_errors, with_sectors
 from estimator.motion.flight import N_PARAMETERS, Flight
 from estimator.particle.particle import Particle
 from estimator.surface.amplitudes import Amplitudes, Felt, amplitudes_of
@@ -74,7 +75,7 @@ def _with_contacts(sequence: SequenceTask, particle: Particle, joint: JointFit, 
     prediction = predict(flight, Model(), np.zeros(0), sequence.setting, sightings.times_s, rows_px=sightings.rows_px)
     placed = particle_poses(flight, prediction.poses, sightings)
     contacts = contacts_at(none, np.zeros(0), sightings, placed, np.concatenate(sightings.outlines_px))
-    return OutlineTask(
+    task = OutlineTask(
         **{name: getattr(sequence, name) for name in SequenceTask.__dataclass_fields__},
         contacts=contacts,
         amplitudes=none,
@@ -82,8 +83,10 @@ def _with_contacts(sequence: SequenceTask, particle: Particle, joint: JointFit, 
         view_px_m=float(np.median([_px_m(view, particle.body.com_particle) for view in particle.calibrated])),
         deviation=joint.deviation,
         kept=np.ones(len(sightings), dtype=np.bool_),
+        sectors=sector_shape([], np.zeros((0, 3, 2)), SECTORS),
         noise=noise,
     )
+    return with_sectors(task, prediction, centres_cam(flight, placed))
 
 
 def _px_m(view: CalibratedView, place: Array) -> float:

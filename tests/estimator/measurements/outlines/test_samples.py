@@ -79,7 +79,17 @@ def test_the_fit_ends_where_all_corners_end(sampled: tuple[Registered, JointFit]
             assert np.all(np.abs(getattr(fit.state.flights[i], name) - getattr(flight, name)) < 0.6 * sd)
     omega = [np.sqrt(np.diag(covariance.of(i, np.arange(N_PARAMETERS))))[OMEGA] for i in range(2)]
     with_all = [np.sqrt(np.diag(joint.covariance)[where])[OMEGA] for where in joint.place]
-    assert np.concatenate(omega) == pytest.approx(np.concatenate(with_all), rel=0.2)
+    assert np.concatenate(omega) == pytest.approx(np.concatenate(with_all), rel=0.3)  # means over sectors say less
+
+
+def test_the_outline_offset_is_considered_and_not_estimated(sampled: tuple[Registered, JointFit], fit: CampaignFit) -> None:
+    registered, joint = sampled
+    covariance = campaign_covariance(registered.campaign, fit)
+    assert [flight.offset_px for flight in fit.state.flights] == pytest.approx([0.0, 0.0], abs=1e-9)
+    both = covariance.of(0, np.arange(N_PARAMETERS))
+    assert np.sqrt(both[OFFSET, OFFSET]) == pytest.approx(Configuration().offset_prior_px)
+    of_joint = joint.covariance[np.ix_(joint.place[0], joint.place[0])]
+    assert np.sqrt(np.diag(both)[V]) == pytest.approx(np.sqrt(np.diag(of_joint)[V]), rel=0.3)
 
 
 def test_amplitudes_are_of_variance_one(fit: CampaignFit, sampled: tuple[Registered, JointFit]) -> None:
@@ -123,7 +133,7 @@ def test_derivatives_by_the_flight_and_amplitudes_are_those_of_differences(fit: 
         high, low = (outline_errors(task, moved(flight, sign * step), model, theta) for sign in (1.0, -1.0))
         difference = (high.e - low.e) / (2.0 * STEPS[column])
         assert np.abs(at.J[..., column] - difference).max() < 0.02 * max(np.abs(difference).max(), 1e-3 / STEPS[column] * 1e-3)
-    assert not at.J[..., OFFSET].any()
+    assert (at.J[..., OFFSET][..., 0] * np.sqrt(at.variance))[at.seen] == pytest.approx(-1.0)
     for column in (0, model.size - 1):
         step = 0.1 * np.eye(model.size)[column]
         high, low = (outline_errors(task, flight, model, theta + sign * step) for sign in (1.0, -1.0))
@@ -135,7 +145,7 @@ def test_contacts_are_made_anew_where_outlines_have_moved(fit: CampaignFit, samp
     campaign = sampled[0].campaign
     model, task, flight, theta = campaign.kind.base, campaign.sequences[0], fit.state.flights[0], fit.state.theta[0]
     assert with_contacts(task, flight, model, theta) is task
-    turned = moved(flight, 0.05 * np.eye(N_PARAMETERS)[4])
+    turned = moved(flight, 0.05 * np.eye(N_PARAMETERS)[5])
     anew = with_contacts(task, turned, model, theta)
     assert anew is not task
     old, new = (outline_errors(each, turned, model, theta) for each in (task, anew))
@@ -150,4 +160,5 @@ def test_outlines_that_are_off_as_a_whole_show_in_every_sector(fit: CampaignFit,
     model, flight, theta = campaign.kind.base, fit.state.flights[0], fit.state.theta[0]
     before, after = (outline_errors(each, flight, model, theta) for each in (task, moved_task))
     change = (after.e - before.e) * np.sqrt(before.variance)
-    assert change[before.seen] == pytest.approx(before.places.normal[..., 0, 0][before.seen], abs=0.25)
+    normal = task.contacts.mean(task.contacts.normal)[..., 0]
+    assert change[before.seen] == pytest.approx(normal[before.seen], abs=1e-6)
