@@ -32,6 +32,7 @@ from estimator.geometry.sector_shape import sector_shape
 from estimator.likelihood.rows import Rows
 from estimator.measurements.outlines.contacts import SECTORS, Contacts, contacts_at
 from estimator.motion.flight import N_PARAMETERS, OFFSET, Flight
+from estimator.particle.particle import Particle
 from estimator.surface.amplitudes import Amplitudes
 
 Array = NDArray[np.float64]
@@ -44,11 +45,13 @@ MOVED_PX = 0.5
 class OutlineTask(SequenceTask):
     """A sequence whose outlines are fitted sample by sample.
 
-    ``contacts``: what the samples meet; ``sectors``: the shape of the outlines there; ``amplitudes`` of the particle's surface; ``own_px`` (n,) noise of each outline's samples,
-    ``view_px_m``: m per px of the calibrated views, in the median; ``deviation`` (8,) of mass properties from the surface's; ``noise``
-    over what the outlines show; ``kept`` (n,) sightings in use.
+    ``particle`` it shows; ``contacts``: what the samples meet; ``sectors``: the shape of the outlines there; ``amplitudes`` of the
+    particle's surface; ``own_px`` (n,) noise of each outline's samples; ``view_px_m``: m per px of the calibrated views, in the median;
+    ``deviation`` (8,) of mass properties from the surface's; ``noise`` over what the outlines show and
+    ``view_noise_px``, effective, of the views; ``kept`` (n,) sightings in use.
     """
 
+    particle: Particle = field(kw_only=True)
     contacts: Contacts = field(kw_only=True)
     amplitudes: Amplitudes = field(kw_only=True)
     own_px: Array = field(kw_only=True)
@@ -57,6 +60,7 @@ class OutlineTask(SequenceTask):
     kept: NDArray[np.bool_] = field(kw_only=True)
     sectors: OutlineShape = field(kw_only=True)
     noise: float = 1.0
+    view_noise_px: float = 0.0
 
     @property
     def variance(self) -> Array:
@@ -107,17 +111,26 @@ def amplitudes_in(model: Model) -> slice:
     return slice(0, 0)
 
 
-def with_contacts(sequence: OutlineTask, flight: Flight, model: Model, theta: Array) -> OutlineTask:
-    """The sequence with its contacts and tables made at a flight; as it is where that hardly moves its outlines; ``theta`` (q,)."""
+def placed_at(sequence: SequenceTask, flight: Flight, model: Model, theta: Array) -> tuple[Prediction, PoseSet]:
+    """The prediction under a model at ``theta`` (q,), and the poses that the cameras see."""
     sightings = sequence.task.sightings
     prediction = predict(flight, model, theta, sequence.setting, sightings.times_s, rows_px=sightings.rows_px)
-    placed = particle_poses(flight, prediction.poses, sightings, scale=model.scale(theta))
-    amplitude = theta[amplitudes_in(model)]
-    if _moved_px(sequence, placed, amplitude) < MOVED_PX:
+    return prediction, particle_poses(flight, prediction.poses, sightings, scale=model.scale(theta))
+
+
+def with_contacts(sequence: OutlineTask, flight: Flight, model: Model, theta: Array) -> OutlineTask:
+    """The sequence with its contacts and tables made at a flight; as it is where that hardly moves its outlines; ``theta`` (q,)."""
+    prediction, placed = placed_at(sequence, flight, model, theta)
+    if _moved_px(sequence, placed, theta[amplitudes_in(model)]) < MOVED_PX:
         return sequence
+    return with_sectors(with_contacts_at(sequence, flight, model, theta), prediction, centres_cam(flight, placed))
+
+
+def with_contacts_at(sequence: OutlineTask, flight: Flight, model: Model, theta: Array) -> OutlineTask:
+    """The sequence with its contacts made at a flight; ``theta`` (q,)."""
+    sightings, (_, placed) = sequence.task.sightings, placed_at(sequence, flight, model, theta)
     samples = corrected_points(sequence, model, theta, np.concatenate(sightings.outlines_px), sequence.contacts.sighting)
-    contacts = contacts_at(sequence.amplitudes, amplitude, sightings, placed, samples)
-    return with_sectors(replace(sequence, contacts=contacts), prediction, centres_cam(flight, placed))
+    return replace(sequence, contacts=contacts_at(sequence.amplitudes, theta[amplitudes_in(model)], sightings, placed, samples))
 
 
 def with_sectors(sequence: OutlineTask, prediction: Prediction, centre_cam: Array) -> OutlineTask:

@@ -15,7 +15,7 @@ from estimator.diagnosis.noise_floor import NoiseFloor
 from estimator.diagnosis.residual_maps import ResidualMap
 from estimator.effects.link import EffectModel
 from estimator.effects.model import Model
-from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, SequenceEquations
+from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState, SequenceEquations
 from estimator.likelihood.rows import (
     Rows,
     degrees_of_freedom,
@@ -95,6 +95,10 @@ class Trajectories:
         """Nothing is made of it."""
         del flight, model, theta
         return sequence
+
+    def relinearised(self, campaign: Campaign, fit: CampaignFit) -> tuple[Campaign, CampaignState]:
+        """Nothing is shared but parameters."""
+        return campaign, fit.state
 
     def noise_scales(self, campaign: Campaign, equations: Sequence[SequenceEquations]) -> Array | None:
         """Of a flight whose residuals are larger than all others', a hand's or a bad track's, the noise is larger, not the effects."""

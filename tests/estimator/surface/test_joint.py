@@ -79,7 +79,7 @@ def measured(made: tuple[Observation, Truth]) -> Measured:
         patch.setattr(free_flight, "joint_fit", fitted)
         patch.setattr(free_flight, "misfit", kept)
         estimate = free_flight.estimate(made[0], Configuration(surface_fit=1))
-    (particle, (sightings,), ((flight,), shape), _, joint), (task, refined) = given
+    (particle, sightings, (flight, shape), _, joint), (task, refined) = given
     return Measured(replace(estimate, status=Status.CONVERGED), flight, shape, particle, sightings, task, refined, joint)
 
 
