@@ -71,15 +71,12 @@ class Recorded(Protocol):
 class Known:
     """What is known of the p parameters of all recordings beside their samples.
 
-    ``body``: the nominal one, whose mass properties lie at ``mass`` (8,). ``considered`` (k,): parameters that are not estimated, with
-    standard deviations ``sigma`` (k,) that widen the covariance [Schmidt, 1966]; ``precision`` (p,) and ``pull`` (p,): information and
-    gradient of priors on others.
+    ``body``: the nominal one, whose mass properties lie at ``mass`` (8,); ``precision`` (p,) and ``pull`` (p,): information and gradient of
+    priors.
     """
 
     body: Body
     mass: Index
-    considered: Index
-    sigma: Array
     precision: Array
     pull: Array
 
@@ -127,7 +124,8 @@ def joined(
         groups = [weighed(*each, huber, where) for each, where in zip(_beside(samples, believe, noise_px), place, strict=True)]
         rows = _mass_rows(surface, recorded[0].mass, about, deviation)
         fitted = eliminated(groups, believe, rows)
-        step, covariance = _with_considered(fitted.H + np.diag(about.precision), fitted.g + about.pull, about)
+        covariance = scaled_inverse(fitted.H + np.diag(about.precision))
+        step = -covariance @ (fitted.g + about.pull)
         deviation = deviation * _spread(rows, step, covariance)
         sizes = step / np.sqrt(np.maximum(np.diag(covariance), 1e-300))
         gain *= TURNED if last @ sizes < 0.0 else 1.0
@@ -163,22 +161,6 @@ def _spread(rows: Whole, step: Array, covariance: Array) -> float:
     """
     off, spread = rows.residual + rows.by_motion @ step, rows.by_motion @ covariance @ rows.by_motion.T
     return float(np.sqrt((TAILS + off @ off + np.trace(spread)) / (TAILS + len(off))))
-
-
-def _with_considered(H: Array, g: Array, about: Known) -> tuple[Array, Array]:
-    """Step (p,) that leaves alone what is considered, and the covariance (p, p) to which its prior adds [Schmidt, 1966].
-
-    The outline offset is such, the size of the body over that of its outlines: estimated, it took up what the surface's shape is wrong by.
-    """
-    free = np.setdiff1d(np.arange(about.size), about.considered)
-    inverse = scaled_inverse(H[np.ix_(free, free)])
-    step, covariance = np.zeros(about.size), np.zeros((about.size, about.size))
-    step[free] = -inverse @ g[free]
-    covariance[np.ix_(free, free)] = inverse
-    by_considered = np.zeros((about.size, len(about.considered)))
-    by_considered[free] = -inverse @ H[np.ix_(free, about.considered)]
-    by_considered[about.considered] = np.eye(len(about.considered))
-    return step, covariance + (by_considered * about.sigma**2) @ by_considered.T
 
 
 @dataclass(frozen=True)
@@ -233,9 +215,13 @@ def joint_fit(particle: Particle, sightings: Sightings, begin: tuple[Flight, Sha
 
     ``huber``: standard deviations beyond which a sample's influence stays constant; ``seed`` of the random signs.
     """
-    flight, none = replace(begin[0], offset_px=0.0), np.zeros(N_PARAMETERS)
-    sigma = 1.0 / np.sqrt(prior.precision[OFFSET])
-    about = Known(flight.body, np.r_[COM, INERTIA], np.r_[OFFSET], sigma, none, none)
-    found = joined(particle, begin[1], [FreeFlight(sightings, flight)], lambda _: about, huber=huber, seed=seed)
+    held = np.zeros(N_PARAMETERS)
+    held[OFFSET] = prior.precision[OFFSET]
+
+    def known(recorded: Sequence[FreeFlight]) -> Known:
+        return Known(recorded[0].flight.body, np.r_[COM, INERTIA], held, held * recorded[0].flight.offset_px)
+
+    flight = replace(begin[0], offset_px=0.0)
+    found = joined(particle, begin[1], [FreeFlight(sightings, flight)], known, huber=huber, seed=seed)
     (one,) = found.recorded
     return JointFit(one.flight, found.covariance, found.surface, found.noise_px, found.outline_noise_px, found.settled)

@@ -38,11 +38,6 @@ class MeasurementKind(Protocol):
         """Free flight with what is known of the instrument."""
         ...
 
-    @property
-    def considered(self) -> tuple[int, ...]:
-        """Columns of a flight's parameters that are not estimated, though their priors widen the covariance [Schmidt 1966]."""
-        ...
-
     def residuals(self, campaign: "Campaign", number: int, flight: Flight, model: Model, theta: Array) -> Any:
         """What is left of sequence ``number`` under a model: ``e`` (n, ...), zero where there is none, and ``seen`` (n, ...)."""
         ...

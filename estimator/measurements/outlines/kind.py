@@ -53,11 +53,6 @@ class Outlines:
         """Free flight of a body whose surface is known up to its amplitudes."""
         return Model((SurfaceAmplitudes(self.amplitudes),))
 
-    @property
-    def considered(self) -> tuple[int, ...]:
-        """The outline offset, the size of the body over that of its outlines: estimated, it takes up what the surface is wrong by."""
-        return (OFFSET.start,)
-
     def residuals(self, campaign: Campaign, number: int, flight: Flight, model: Model, theta: Array) -> OutlineErrors:
         """What the surface misses the samples by."""
         return outline_errors(campaign.sequences[number], flight, model, theta)

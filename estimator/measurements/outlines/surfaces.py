@@ -129,15 +129,15 @@ def _without_amplitudes(campaign: Campaign, fit: CampaignFit, number: int, model
 
 
 def _known(flown: Sequence[Flown], size: int) -> Known:
-    """Priors of the effects' parameters, and the outline offset considered."""
+    """Priors of the effects' parameters and of the outline offset."""
     first = flown[0]
     precision, pull = np.zeros(size), np.zeros(size)
     for each in flown:
         own = each.model.precision_at(each.theta)
         precision[each.place[N_PARAMETERS:]], pull[each.place[N_PARAMETERS:]] = own, own * each.theta
-    considered = np.unique([each.place[OFFSET.start] for each in flown])
-    sigma = np.full(len(considered), first.task.task.prior.precision[OFFSET][0] ** -0.5)
-    return Known(first.flight.body, first.place[np.r_[COM, INERTIA]], considered, sigma, precision, pull)
+        offset, held = each.place[OFFSET.start], each.task.task.prior.precision[OFFSET][0]
+        precision[offset], pull[offset] = held, held * each.flight.offset_px
+    return Known(first.flight.body, first.place[np.r_[COM, INERTIA]], precision, pull)
 
 
 def with_surface(flown: Sequence[Flown], shape: Shape, kind: Asked, *, most: int | None = None) -> list[Flown]:

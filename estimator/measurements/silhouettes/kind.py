@@ -46,11 +46,6 @@ class Silhouettes:
         """Free flight with the instrument's known discrepancy."""
         return Model((CurvatureBias(),))
 
-    @property
-    def considered(self) -> tuple[int, ...]:
-        """None."""
-        return ()
-
     def residuals(self, campaign: Campaign, number: int, flight: Flight, model: Model, theta: Array) -> ModelResiduals:
         """Tangency errors."""
         return model_residuals(campaign.sequences[number], flight, model, theta)

@@ -48,11 +48,6 @@ class Trajectories:
         """Free flight alone."""
         return Model(())
 
-    @property
-    def considered(self) -> tuple[int, ...]:
-        """None."""
-        return ()
-
     def residuals(self, campaign: Campaign, number: int, flight: Flight, model: Model, theta: Array) -> Rows:
         """Residuals, whose derivatives cost little more."""
         return trajectory_errors(campaign.sequences[number], flight, model, theta)

@@ -82,14 +82,11 @@ def test_the_fit_ends_where_all_corners_end(sampled: tuple[Registered, JointFit]
     assert np.concatenate(omega) == pytest.approx(np.concatenate(with_all), rel=0.3)  # means over sectors say less
 
 
-def test_the_outline_offset_is_considered_and_not_estimated(sampled: tuple[Registered, JointFit], fit: CampaignFit) -> None:
-    registered, joint = sampled
-    covariance = campaign_covariance(registered.campaign, fit)
-    assert [flight.offset_px for flight in fit.state.flights] == pytest.approx([0.0, 0.0], abs=1e-9)
-    both = covariance.of(0, np.arange(N_PARAMETERS))
-    assert np.sqrt(both[OFFSET, OFFSET]) == pytest.approx(Configuration().offset_prior_px)
-    of_joint = joint.covariance[np.ix_(joint.place[0], joint.place[0])]
-    assert np.sqrt(np.diag(both)[V]) == pytest.approx(np.sqrt(np.diag(of_joint)[V]), rel=0.3)
+def test_outlines_without_an_offset_are_found_to_have_none(sampled: tuple[Registered, JointFit], fit: CampaignFit) -> None:
+    covariance = campaign_covariance(sampled[0].campaign, fit)
+    sd = np.sqrt(covariance.of(0, np.arange(N_PARAMETERS))[OFFSET, OFFSET])[0, 0]
+    assert sd < 0.9 * Configuration().offset_prior_px
+    assert abs(fit.state.flights[0].offset_px) < 2.5 * sd
 
 
 def test_amplitudes_are_of_variance_one(fit: CampaignFit, sampled: tuple[Registered, JointFit]) -> None:
