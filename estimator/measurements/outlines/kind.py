@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from datasets.estimate import FrameReport
 from datasets.observation import Observation
+from estimator.appearance.hull_outlines import hull_of
 from estimator.diagnosis.noise_floor import NoiseFloor
 from estimator.diagnosis.residual_maps import ResidualMap
 from estimator.effects.instrument.surface_amplitudes import SurfaceAmplitudes
@@ -25,10 +26,13 @@ from estimator.likelihood.rows import (
     weighed,
 )
 from estimator.likelihood.time_shifts import TimeShifts
+from estimator.measurements.outlines.imagined import SampledPictures
 from estimator.measurements.outlines.maps import outline_floor, outline_maps
 from estimator.measurements.outlines.task import OutlineErrors, OutlineTask, outline_errors, with_contacts
+from estimator.measurements.silhouettes.imagined import Pictures
 from estimator.measurements.silhouettes.kind import SILHOUETTES
 from estimator.motion.flight import COM, INERTIA, N_PARAMETERS, OFFSET, Flight
+from estimator.particle.particle import Particle
 
 Array = NDArray[np.float64]
 
@@ -131,9 +135,10 @@ class Outlines:
         """Of outline-normal residuals."""
         return outline_maps(campaign, fit)
 
-    def imagination(self, campaign: Campaign, number: int, fit: CampaignFit, particles: Sequence[Any]) -> Any:
-        """Not yet: what would tell effects apart is imagined with tangency errors."""
-        raise NotImplementedError
+    def imagination(self, campaign: Campaign, number: int, fit: CampaignFit, particles: Sequence[Particle]) -> SampledPictures:
+        """Samples of the outlines that the surface casts."""
+        sequence, corners = campaign.sequences[number], hull_of(particles[campaign.particle[number]])
+        return SampledPictures(Pictures(sequence, fit.state.flights[number], corners, fit.model, fit.state.theta[number]), sequence)
 
     def statistics(self, equations: SequenceEquations) -> dict[str, Any]:
         """Residuals and their noise in pixels of single samples."""
