@@ -151,10 +151,8 @@ class Outlines:
         }
 
     def frame_reports(self, sequence: OutlineTask, observation: Observation, equations: SequenceEquations) -> tuple[FrameReport, ...]:
-        """Every picture of every camera."""
-        sightings, errors = sequence.task.sightings, equations.errors
-        px = errors.e * np.sqrt(errors.variance)
-        rms = np.sqrt((px**2).sum(axis=1) / np.maximum(errors.seen.sum(axis=1), 1))
+        """Every picture of every camera; they have no tangency errors."""
+        sightings = sequence.task.sightings
         whitened = np.sqrt(equations.frames.chi2 / np.maximum(equations.frames.count, 1))
         used = {(int(c), int(f)): i for i, (c, f) in enumerate(zip(sightings.camera, sightings.frame, strict=True))}
         reports = []
@@ -164,7 +162,7 @@ class Outlines:
                 if row is None:
                     reports.append(FrameReport(camera, frame, False, "no usable outline", 0.0, 0.0))
                 else:
-                    reports.append(FrameReport(camera, frame, True, "", float(rms[row]), float(whitened[row])))
+                    reports.append(FrameReport(camera, frame, True, "", float("nan"), float(whitened[row])))
         return tuple(reports)
 
     def unmeasured(self, sequence: OutlineTask) -> NDArray[np.int64]:
