@@ -49,7 +49,7 @@ class _Frames:
     variance: Array
 
     def covariance(self, influence: Array, residual: Array, axis: Axis) -> Array:
-        """Covariance (b, b) of means to which residuals (r,) contribute ``influence`` (b, r) each."""
+        """Covariance (b, b) of means; ``influence`` (b, r) on them of what is left of each ``residual`` (r,) px."""
         del axis
         own, noise = summed(influence * residual, self.frame), summed(influence**2 * self.variance, self.frame)
         there = noise > 0.0

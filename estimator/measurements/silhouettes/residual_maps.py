@@ -48,7 +48,7 @@ class Clusters(Protocol):
         ...
 
     def covariance(self, influence: Array, residual: Array, axis: Axis) -> Array:
-        """Covariance (b, b) of means over bins of an axis to which residuals (r,) contribute ``influence`` (b, r) each."""
+        """Covariance (b, b) of means over bins of an axis; ``influence`` (b, r) on them of what is left of each ``residual`` (r,) px."""
         ...
 
 
@@ -119,7 +119,7 @@ class _Repeated:
     body_px: Array
 
     def covariance(self, influence: Array, residual: Array, axis: Axis) -> Array:
-        """Covariance (b, b) of means over bins of an axis to which residuals (r,) contribute ``influence`` (b, r) each."""
+        """Covariance (b, b) of means over bins of an axis; ``influence`` (b, r) on them of what is left of each ``residual`` (r,) px."""
         body_share = 1.0 if axis.name in FIXED else BODY_SHARE
         own = summed(influence * residual, self.frame)
         views = summed(influence * self.view_px, self.view_place)
