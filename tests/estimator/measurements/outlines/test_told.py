@@ -1,8 +1,13 @@
 """What is told of outlines sample by sample: no amplitudes of the surface, mass properties with it, and no tangency errors."""
 
+import re
+from dataclasses import asdict
+from pathlib import Path
+
 import numpy as np
 import pytest
 
+from datasets.json_documents import plain
 from estimator.data.configuration import Configuration
 from estimator.fitting.campaigns.campaign_covariance import campaign_covariance
 from estimator.fitting.campaigns.considered import considered
@@ -11,7 +16,10 @@ from estimator.reports.campaign_reporting import campaign_estimates
 from estimator.reports.told_parameters import told_parameters
 from tests.estimator.measurements.outlines.sampled_campaign import fitted, registered
 from tests.estimator.small_campaign import observations
+from tumble.campaigning import Prepared
+from tumble.diagnosing import Question, compared
 from tumble.diagnosis_documents import campaign_content
+from tumble.reports.campaign_page import render
 from tumble.reports.words import rms_ete_px
 
 
@@ -51,3 +59,15 @@ def test_the_campaign_s_document_has_none_either() -> None:
     assert content["effects"] == []
     assert {len(each["rows"]) for each in content["sequences"]} == {len(NAMES)}
     assert max(row for each in content["sequences"] for row in each["rows"]) == len(content["covariance"]) - 1
+
+
+def test_the_page_says_nothing_of_tangents() -> None:
+    """Residuals are in standard deviations of the noise, their maps in pixels."""
+    question = Question(Path("made"), asdict(Configuration(surface_fit=1)), (), "")
+    found = Prepared(registered(), {each.name: each for each in observations()}, {})
+    document = plain(compared(question, found, lambda _: None))
+    page = render(document)
+    assert not re.search("ETE|tangenc|view's", page)
+    assert "RMS residual" in page
+    assert "px in the high-speed picture" in page
+    assert {each["residual_unit"] for each in document["maps"]} == {"px"}
