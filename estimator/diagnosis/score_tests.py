@@ -21,7 +21,7 @@ from scipy.special import chdtrc
 from datasets.vocabulary.effects import Scope
 from estimator.effects.link import LEAST_COUNT, EffectModel
 from estimator.effects.model import Model
-from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState, SequenceEquations, sequence_equations, shared_prior
+from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState, SequenceEquations, marginal_prior, sequence_equations
 from estimator.fitting.stable_inverse import stable_inverse
 from estimator.likelihood.time_shifts import JitterTest, jitter_test
 from estimator.motion.flight import N_PARAMETERS
@@ -218,7 +218,7 @@ SMALLEST_VISIBLE = 1e-12
 def _projected(campaign: Campaign, fit: CampaignFit, linear: Linear) -> tuple[EfficientScores, _Projection, NDArray[np.bool_]]:
     """Efficient scores without their noise, the projection behind them, and which columns (c,) the data see at all."""
     layout, c = fit.layout, len(linear.columns)
-    prior = shared_prior(campaign, layout, fit.model, fit.state)
+    prior = marginal_prior(campaign, layout, fit.model, fit.state)
     bb, bg = prior.information.copy(), prior.gradient.copy()
     bc, cc, cg = np.zeros((layout.size, c)), np.zeros((c, c)), np.zeros(c)
     kept, whole = [], np.zeros(c)
@@ -262,7 +262,7 @@ def _noise(campaign: Campaign, fit: CampaignFit, linear: Linear, which: tuple[_P
     """Covariance (c, c) of the efficient scores of the columns kept."""
     projection, kept = which
     layout = fit.layout
-    prior = shared_prior(campaign, layout, fit.model, fit.state)
+    prior = marginal_prior(campaign, layout, fit.model, fit.state)
     total = projection.shared[:, kept].T @ prior.information @ projection.shared[:, kept]
     weighted, more = [], campaign.kind.noise_ratio(campaign, linear.equations)
     position = {int(column): i for i, column in enumerate(kept)}

@@ -332,3 +332,10 @@ class EffectModel:
         """Displacement of the outline along its outward normals (n, k, 2) px; ``None``: none."""
         del theta, places, setting
         return None
+
+    def displaced(self, theta: Array, places: Places, setting: Setting) -> Array | None:
+        """Displacement of the outline's own points along their outward normals (n, k, 1) px; ``None``: none.
+
+        That of its tangents, unless an effect knows better: a tangent touches another point once the outline is displaced.
+        """
+        return self.shift(theta, places, setting)

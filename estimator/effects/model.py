@@ -159,6 +159,14 @@ class Model:
             total = total if shift is None else total + shift
         return total
 
+    def displaced(self, theta: Array, places: Places, setting: Setting) -> Array:
+        """Sum of the displacements (n, k, 1) px of the outlines' own points."""
+        total = np.zeros(places.radius_px.shape)
+        for effect, part in self.touching("shift"):
+            shift = effect.displaced(theta[part], places, setting)
+            total = total if shift is None else total + shift
+        return total
+
 
 def overrides(effect: EffectModel, *links: str) -> bool:
     """Whether an effect touches one of the links."""

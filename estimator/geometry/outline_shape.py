@@ -20,6 +20,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
+from typing import Protocol
 
 import cv2
 import manifold3d
@@ -184,18 +185,18 @@ def outline_shape(
     )
     for i, polygon in enumerate(polygons):
         if len(polygon) >= MINIMUM_VERTICES:
-            points = _positive(polygon)
-            shape.radius_px[i] = _radii(_positive(points[ConvexHull(points).vertices]))
+            points = positive(polygon)
+            shape.radius_px[i] = radii(positive(points[ConvexHull(points).vertices]))
             sampler = _Sampler(sampling, i, points[0])
-            shape.sharpness[i], shape.recession[i] = _recession(points, sampler)
+            shape.sharpness[i], shape.recession[i] = recession_of(points, sampler)
             shape.erosion[i], shape.dilation[i] = _parallel(points, sampler)
-            shape.leak[i] = _leak(points if flat is None else _positive(flat[i]), sampler)
+            shape.leak[i] = leak_of(points if flat is None else positive(flat[i]), sampler)
             if motions is not None:
                 shape.smear[i] = smear_losses(points, motions[i], outward())
     return shape
 
 
-def _positive(points: Array) -> Array:
+def positive(points: Array) -> Array:
     """The same polygon, counted from the x axis towards the y axis."""
     return points if area(points) > 0 else points[::-1]
 
@@ -211,7 +212,8 @@ def _edges(points: Array) -> tuple[Array, Array]:
     return np.linalg.norm(edge, axis=1), np.arctan2(-edge[:, 0], edge[:, 1])
 
 
-def _radii(points: Array) -> Array:
+def radii(points: Array) -> Array:
+    """Radii of curvature (A,) px of a convex outline ``points`` (v, 2) px, counted positively."""
     length, normal = _edges(points)
     grid = 2.0 * np.pi * np.arange(ANGLES) / ANGLES
     apart = np.abs((grid[:, None] - normal + np.pi) % (2.0 * np.pi) - np.pi)
@@ -251,6 +253,10 @@ class _Sampler:
         """Smoothed, without the noise, which moves curves alike that differ by little."""
         return self._seen(curve, np.zeros((SMOOTH_PHASES, self.noise.shape[1])))
 
+    def plain(self, curve: Array) -> Array:
+        """As it is."""
+        return support(curve, outward())
+
     def _seen(self, curve: Array, drawn: Array) -> Array:
         if not self.sampled:
             return support(curve, outward())
@@ -259,19 +265,34 @@ class _Sampler:
         return seen_support(np.concatenate([curve[first:], curve[:first]]), drawn, outward())
 
 
-def _recession(points: Array, sampler: _Sampler) -> tuple[Array, Array]:
-    """Sharpness (A,), and recession (A, S) of the tangents under each blur, over the blur.
+class Ruler(Protocol):
+    """Says how far curves (v, 2) px reach at a number of places (a,) of an outline."""
+
+    def plain(self, curve: Array) -> Array:
+        """As it is (a,) px."""
+        ...
+
+    def noisy(self, curve: Array) -> Array:
+        """As it is seen (a,) px."""
+        ...
+
+    def smooth(self, curve: Array) -> Array:
+        """As it is seen but for noise (a,) px."""
+        ...
+
+
+def recession_of(points: Array, ruler: Ruler) -> tuple[Array, Array]:
+    """Sharpness (a,), and recession (a, S) of an outline ``points`` (v, 2) px under each blur, over the blur.
 
     Where all that is left is less than a half, the last one's.
     """
-    u, drawing = outward(), _drawing(points)
-    reach, sharp = sampler.noisy(points), support(points, u)
-    ratio, sharpness = np.zeros((ANGLES, len(BLURS_PX))), np.zeros(ANGLES)
+    drawing, reach, sharp = _drawing(points), ruler.noisy(points), ruler.plain(points)
+    ratio, sharpness = np.zeros((len(reach), len(BLURS_PX))), np.zeros(len(reach))
     for i, blur_px in enumerate(BLURS_PX):
         contour = _half_level(drawing, blur_px)
-        ratio[:, i] = (reach - sampler.noisy(contour)) / blur_px if len(contour) else ratio[:, i - 1]
+        ratio[:, i] = (reach - ruler.noisy(contour)) / blur_px if len(contour) else ratio[:, i - 1]
         if blur_px == SHARP_BLUR_PX and len(contour):
-            sharpness = (sharp - support(contour, u)) / SHARP_BLUR_PX**2
+            sharpness = (sharp - ruler.plain(contour)) / SHARP_BLUR_PX**2
     return sharpness, ratio
 
 
@@ -290,7 +311,7 @@ def _half_level(drawing: tuple[NDArray[np.float32], Array], blur_px: float) -> A
     if not curves:
         return np.zeros((0, 2))
     longest = max(curves, key=len)[:-1]
-    return _positive(first + DRAWN_PX * ((longest + 0.5) * larger - 0.5 - margin))
+    return positive(first + DRAWN_PX * ((longest + 0.5) * larger - 0.5 - margin))
 
 
 def _level_curves(level: NDArray[np.float32]) -> Sequence[Array]:
@@ -348,22 +369,22 @@ def _parallel(points: Array, sampler: _Sampler) -> tuple[Array, Array]:
     return inner, outer
 
 
-def _leak(points: Array, sampler: _Sampler) -> Array:
-    """Recession (A, D) of the tangents under a leak of light over its loss; the last one's where nothing is left."""
+def leak_of(points: Array, ruler: Ruler) -> Array:
+    """Recession (a, D) of an outline ``points`` (v, 2) px under a leak of light over its loss; the last one's where nothing is left."""
     even = resampled(points, LEAK_STEP_PX, fewest=FEWEST_POINTS)
     chord = np.roll(even, -1, axis=0) - np.roll(even, 1, axis=0)
     normal = np.column_stack([chord[:, 1], -chord[:, 0]]) / np.maximum(np.linalg.norm(chord, axis=1), 1e-9)[:, None]
     reach_points = round(FLATNESS_REACH_PX * len(even) / float(_edges(points)[0].sum()))
     flatness = maximum_filter1d(_alike(normal) * np.pi / (HALF_ANGLE * len(even)), 2 * reach_points + 1, mode="wrap")
     moved = even - (DEPTHS_PX[:, None] * (flatness / (1.0 + flatness)))[..., None] * normal
-    reach = sampler.smooth(points)
-    ratio = np.ones((ANGLES, len(DEPTHS_PX)))
+    reach = ruler.smooth(points)
+    ratio = np.ones((len(reach), len(DEPTHS_PX)))
     for i, ring in enumerate(moved):
         left = manifold3d.CrossSection([ring], manifold3d.FillRule.Positive).to_polygons()
         if not left:
             ratio[:, i:] = ratio[:, max(i - 1, 0)][:, None]
             break
-        ratio[:, i] = (reach - sampler.smooth(largest_ring(left))) / DEPTHS_PX[i]
+        ratio[:, i] = (reach - ruler.smooth(largest_ring(left))) / DEPTHS_PX[i]
     return ratio
 
 

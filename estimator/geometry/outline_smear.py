@@ -8,6 +8,8 @@ smooth stretch with the outward normal ``u`` thus moves by ``(1/2 - L) |u . w|``
 Valid where the outline moves by little more than an affine map during the exposure, and hollows are wider than the smear.
 """
 
+from collections.abc import Callable
+
 import manifold3d
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +18,7 @@ from estimator.geometry.closed_curves import largest_ring
 from estimator.geometry.support import support
 
 Array = NDArray[np.float64]
+Index = NDArray[np.int64]
 LEVELS = np.array([0.1, 0.3, 0.5, 0.7, 0.9])
 """Shares (L,) of the exposure that are tabled (notebook 23)."""
 INSTANTS = (-0.5, 0.0, 0.5)
@@ -27,11 +30,15 @@ def smear_losses(points: Array, motion: Array, outward: Array) -> Array:
 
     ``motion`` (3, 2) maps ``x, y, 1`` (px) to the displacement (px) during the exposure. The last level's where nothing is left.
     """
+    furthest = (points @ outward.T).argmax(axis=0)
+    return losses_of_smear(points, motion, lambda curve: support(curve, outward), (furthest, outward))
+
+
+def losses_of_smear(points: Array, motion: Array, reach: Callable[[Array], Array], of: tuple[Index, Array]) -> Array:
+    """The same where curves (m, 2) px ``reach`` (a,) px at places of the outline, its corners (a,) and their outward normals (a, 2)."""
     moved = np.column_stack([points, np.ones(len(points))]) @ motion
-    reach = points @ outward.T
-    furthest = reach.argmax(axis=0)
-    along = np.abs(np.sum(moved[furthest] * outward, axis=1))
-    losses, whole = np.zeros((len(outward), len(LEVELS))), support(points, outward)
+    along = np.abs(np.sum(moved[of[0]] * of[1], axis=1))
+    losses, whole = np.zeros((len(along), len(LEVELS))), reach(points)
     where = np.array(INSTANTS)[:, None, None] * moved
     for i, level in enumerate(LEVELS):
         first, middle, last = (manifold3d.CrossSection([ring], manifold3d.FillRule.NonZero) for ring in points + level * where)
@@ -39,5 +46,5 @@ def smear_losses(points: Array, motion: Array, outward: Array) -> Array:
         if not left:
             losses[:, i:] = losses[:, max(i - 1, 0)][:, None]
             break
-        losses[:, i] = whole - support(largest_ring(left), outward) - 0.5 * level * along
+        losses[:, i] = whole - reach(largest_ring(left)) - 0.5 * level * along
     return np.asarray(np.maximum(losses, 0.0))

@@ -109,8 +109,8 @@ def _estimated(observation: Observation, tracks: tuple[OutlineTrack, ...], parti
 def on_all_samples(flight: Flight, task: FitTask, particle: Particle, configuration: Configuration) -> JointFit:
     """The flight fitted once more, to every outline sample and with the surface as an unknown."""
     huber, seed = configuration.huber, configuration.seed
-    begin = [flight], made_shape(particle, huber=huber, seed=seed)
-    return joint_fit(particle, [task.sightings], begin, task.prior, huber=huber, seed=seed)
+    begin = flight, made_shape(particle, huber=huber, seed=seed)
+    return joint_fit(particle, task.sightings, begin, task.prior, huber=huber, seed=seed)
 
 
 def with_surface(estimate: Estimate, joint: JointFit) -> Estimate:
@@ -121,10 +121,10 @@ def with_surface(estimate: Estimate, joint: JointFit) -> Estimate:
 
 def with_joint(refined: Refined, task: FitTask, joint: JointFit, configuration: Configuration) -> Refined:
     """The flight of the joint fit in place of the refined one; its tangency errors are those there."""
-    at = linearise(_weighed(task, refined.flight), joint.flights[0], refinement_settings(configuration))
+    at = linearise(_weighed(task, refined.flight), joint.flight, refinement_settings(configuration))
     return replace(
         refined,
-        flight=joint.flights[0],
+        flight=joint.flight,
         covariance=joint.covariance,
         settled=refined.settled and joint.settled,
         predicted=at.predicted,

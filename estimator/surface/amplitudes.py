@@ -19,7 +19,7 @@ from datasets.vocabulary.body import Body
 from estimator.particle.particle import Particle
 from estimator.surface.arrow import factorised, weighed
 from estimator.surface.evenness import believed
-from estimator.surface.mass import mass_response
+from estimator.surface.mass import N_MASS, mass_response
 from estimator.surface.samples import samples_of_views
 from estimator.surface.shape import Shape
 from estimator.surface.star_surface import Surface
@@ -53,6 +53,11 @@ class Amplitudes:
     moves: Float[NDArray[np.float64], "3n m"]
     mass: Float[NDArray[np.float64], "8 1m"]
 
+    @classmethod
+    def none(cls, surface: Surface) -> "Amplitudes":
+        """Of a surface that nothing moves; nothing is said of mass properties."""
+        return cls(surface, np.zeros((surface.vertices.size, 0)), np.zeros((N_MASS, 1)))
+
     @property
     def count(self) -> int:
         """How many there are."""
@@ -69,12 +74,13 @@ class Amplitudes:
 
 
 def amplitudes_of(
-    particle: Particle, body: Body, shape: Shape, felt: Sequence[Felt], *, huber: float
+    particle: Particle, body: Body, shape: Shape, felt: Sequence[Felt], *, huber: float, most: int | None = None
 ) -> tuple[Amplitudes, Float[NDArray[np.float64], " m"]]:
     """The amplitudes of a particle's surface that its sequences feel, and those (m,) of the ``shape``'s own surface.
 
     ``shape``: the surface about which views and frames are linear, and the noise of the views' samples; ``body``: the nominal one, in whose
-    axes mass properties are; ``huber``: standard deviations beyond which a sample's influence stays constant.
+    axes mass properties are; ``huber``: standard deviations beyond which a sample's influence stays constant. Those that are felt most,
+    ``most`` of them at most.
     """
     surface = shape.surface
     prior = believed(surface)
@@ -86,6 +92,7 @@ def amplitudes_of(
     border = np.column_stack([J.T @ each.by_motion for J, each in zip(rows, felt, strict=True)])
     answers = factorised(csc_array(known + frames)).solve(_scaled(border))
     kept = _independent(answers, known, frames)
+    kept = kept if most is None else kept[:, -most:]
     here = kept.T @ (prior.rows.T @ prior.values + views.J.T @ views.r)
     moves = np.asarray(prior.basis @ kept)
     mass = mass_response(surface, body)

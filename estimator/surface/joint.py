@@ -1,33 +1,34 @@
-"""The last fit of free flights with the surface as a nuisance: every outline sample of every picture and every view.
+"""The last fit with the surface as a nuisance: every outline sample of every picture of every recording, and of every view.
 
-Unknown are the flights (12 numbers each), the body's mass properties that they share (8), and the surface's corners. Samples of views bear
-on the surface alone, those of frames on both; corners are held by what is believed of surfaces (:mod:`estimator.surface.evenness`), the
-mass properties by those of the surface.
+Unknown are the surface's corners and whatever else the recordings have: a free flight 21 numbers, the flights of a campaign those of their
+model. Samples of views bear on the surface alone, those of frames on both; corners are held by what is believed of surfaces
+(:mod:`estimator.surface.evenness`), the body's mass properties by those of the surface.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Generic, Protocol, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from datasets.vocabulary.body import Body
 from estimator.data.fit_task import Prior, Sightings
 from estimator.effects.link import TAILS
 from estimator.fitting.refinement import scaled_inverse
-from estimator.motion.flight import N_PARAMETERS, OFFSET, Flight, moved
+from estimator.motion.flight import COM, INERTIA, N_PARAMETERS, OFFSET, Flight, moved
 from estimator.particle.particle import Particle
 from estimator.surface.arrow import Whole, eliminated, weighed
-from estimator.surface.evenness import believed
+from estimator.surface.evenness import Believed, believed
 from estimator.surface.frame_samples import samples_of_frames
 from estimator.surface.mass import N_MASS, mass_response
-from estimator.surface.samples import samples_of_views
+from estimator.surface.samples import Samples, samples_of_views
 from estimator.surface.shape import Shape, own_noise_px
 from estimator.surface.star_surface import Surface
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
-STATE = 12
-"""Parameters that every flight has for itself: position, turn, velocity, spin."""
+R = TypeVar("R", bound="Recorded")
 MOST_ROUNDS = 12
 """After which a fit that has not settled is given up: fits of trial runs settled within two to six, one in nine, of a stone that the mesh
 cannot follow."""
@@ -39,79 +40,120 @@ COM_SHARE, MOMENTS, PRODUCTS = 0.0006, 0.005, 0.002
 views five scanned bodies were within 0.0007, 0.007 and 0.003; one with a hollow was off by 0.003, 0.009 and 0.005."""
 
 
-@dataclass(frozen=True)
-class JointFit:
-    """``flights`` with the ``covariance`` (p, p) of all their parameters, and the ``surface``; ``settled``: whether the steps became small.
+class Recorded(Protocol):
+    """One recording of the particle under what is thought of its motion."""
 
-    ``place``: of every flight, where its parameters (21,) lie; ``deviation`` (8,): standard deviations that the body's mass properties were
-    found to have from those of its surface. ``noise_px``: effective noise that samples of views and of every flight's
-    frames were found to have, ``outline_noise_px`` what their outlines show by themselves.
+    @property
+    def own_px(self) -> float:
+        """Noise that its outlines show by themselves."""
+        ...
+
+    @property
+    def place(self) -> Index:
+        """Where its parameters (c,) lie among all."""
+        ...
+
+    @property
+    def mass(self) -> Array:
+        """Mass properties (8,) of its body as deviations from the nominal one; all recordings share them."""
+        ...
+
+    def samples(self, surface: Surface) -> Samples:
+        """Its samples beside the outlines that a surface casts, with derivatives by its parameters (c,)."""
+        ...
+
+    def moved(self, step: Array) -> Self:
+        """The same after a ``step`` (c,) of its parameters."""
+        ...
+
+
+@dataclass(frozen=True)
+class Known:
+    """What is known of the p parameters of all recordings beside their samples.
+
+    ``body``: the nominal one, whose mass properties lie at ``mass`` (8,). ``considered`` (k,): parameters that are not estimated, with
+    standard deviations ``sigma`` (k,) that widen the covariance [Schmidt, 1966]; ``precision`` (p,) and ``pull`` (p,): information and
+    gradient of priors on others.
     """
 
-    flights: tuple[Flight, ...]
+    body: Body
+    mass: Index
+    considered: Index
+    sigma: Array
+    precision: Array
+    pull: Array
+
+    @property
+    def size(self) -> int:
+        """How many parameters there are."""
+        return len(self.precision)
+
+
+@dataclass(frozen=True)
+class Joined(Generic[R]):
+    """The ``recorded`` at the end with the ``covariance`` (p, p) of all their parameters, and the ``surface``.
+
+    ``settled``: whether the steps became small. ``deviation`` (8,): standard deviations that the body's mass properties were found to have
+    from those of its surface. ``noise_px``: effective noise that samples of views and of every recording were found to have,
+    ``outline_noise_px`` what their outlines show by themselves.
+    """
+
+    recorded: tuple[R, ...]
     covariance: Array
-    place: tuple[Index, ...]
-    deviation: Array
     surface: Surface
+    deviation: Array
     noise_px: tuple[float, ...]
     outline_noise_px: tuple[float, ...]
     settled: bool
 
 
-def joint_fit(
-    particle: Particle, seen: Sequence[Sightings], begin: tuple[Sequence[Flight], Shape], prior: Prior, *, huber: float, seed: int
-) -> JointFit:
-    """Surface and flights, from flights that the tangents gave and the shape that the views give, by steps that take all along.
+def joined(
+    particle: Particle, shape: Shape, recorded: Sequence[R], known: Callable[[Sequence[R]], Known], *, huber: float, seed: int
+) -> Joined[R]:
+    """Surface and motions by steps that take all along, from a ``shape`` and what the recordings begin with.
 
-    ``huber``: standard deviations beyond which a sample's influence stays constant; ``seed`` of the random signs.
+    ``known`` says what is known where the recordings are. ``huber``: standard deviations beyond which a sample's influence stays constant;
+    ``seed`` of the random signs.
     """
-    flights, shape = _alike([replace(flight, offset_px=0.0) for flight in begin[0]]), begin[1]
-    place, size = _places(len(flights))
-    surface, rng = shape.surface, np.random.default_rng(seed)
-    own = own_noise_px(particle.seen), *(own_noise_px(each.silhouettes) for each in seen)
+    recorded, surface, rng, about = list(recorded), shape.surface, np.random.default_rng(seed), known(recorded)
+    own = own_noise_px(particle.seen), *(each.own_px for each in recorded)
     noise_px: tuple[float, ...] = (shape.noise_px, *own[1:])
-    covariance, settled, gain, last = np.zeros((size, size)), False, 1.0, np.zeros(size)
-    deviation = np.array([COM_SHARE * particle.extent_m] * 3 + [MOMENTS] * 2 + [PRODUCTS] * 3)
+    covariance, settled, gain, last = np.zeros((about.size, about.size)), False, 1.0, np.zeros(about.size)
+    deviation = usual_deviation(particle)
     for _ in range(MOST_ROUNDS):
-        believe = believed(surface)
+        believe, about = believed(surface), known(recorded)
         views = samples_of_views(surface, particle.outlines, particle.calibrated, motions=0)
-        frames = [samples_of_frames(surface, each, flight) for each, flight in zip(seen, flights, strict=True)]
-        every = zip((views, *frames), noise_px, (np.arange(0), *place), strict=True)
-        groups = [weighed(samples, believe, noise, huber, where) for samples, noise, where in every]
-        rows = _mass_rows(surface, flights[0], deviation, size)
+        samples, place = (views, *(each.samples(surface) for each in recorded)), (np.arange(0), *(each.place for each in recorded))
+        groups = [weighed(*each, huber, where) for each, where in zip(_beside(samples, believe, noise_px), place, strict=True)]
+        rows = _mass_rows(surface, recorded[0].mass, about, deviation)
         fitted = eliminated(groups, believe, rows)
-        step, covariance = _with_offset_considered(fitted.H, fitted.g, prior)
+        step, covariance = _with_considered(fitted.H + np.diag(about.precision), fitted.g + about.pull, about)
         deviation = deviation * _spread(rows, step, covariance)
-        sizes = step / np.sqrt(np.diag(covariance))
+        sizes = step / np.sqrt(np.maximum(np.diag(covariance), 1e-300))
         gain *= TURNED if last @ sizes < 0.0 else 1.0
         noise_px, last = fitted.noise(step, noise_px, rng), sizes
         surface = surface.moved(fitted.corners(gain * step))
-        flights = [moved(flight, gain * step[where]) for flight, where in zip(flights, place, strict=True)]
+        recorded = [each.moved(gain * step[each.place]) for each in recorded]
         settled = bool(gain * np.max(np.abs(sizes)) < SETTLED)
         if settled:
             break
-    return JointFit(tuple(flights), covariance, place, deviation, surface, noise_px, own, settled)
+    return Joined(tuple(recorded), covariance, surface, deviation, noise_px, own, settled)
 
 
-def _places(flights: int) -> tuple[tuple[Index, ...], int]:
-    """Where the parameters (21,) of every flight lie, states first and then what all share, and how many all are."""
-    shared = np.arange(STATE * flights, STATE * flights + N_PARAMETERS - STATE)
-    place = tuple(np.concatenate([np.arange(STATE * i, STATE * (i + 1)), shared]) for i in range(flights))
-    return place, STATE * flights + N_PARAMETERS - STATE
+def usual_deviation(particle: Particle) -> Array:
+    """Standard deviations (8,) that a body's mass properties usually have from those of its surface."""
+    return np.array([COM_SHARE * particle.extent_m] * 3 + [MOMENTS] * 2 + [PRODUCTS] * 3)
 
 
-def _alike(flights: Sequence[Flight]) -> list[Flight]:
-    """Flights of one body: with the mean of their mass properties."""
-    com, inertia = (np.mean([getattr(flight, name) for flight in flights], axis=0) for name in ("com", "inertia"))
-    return [replace(flight, com=com, inertia=inertia) for flight in flights]
+def _beside(samples: Sequence[Samples], believe: Believed, noise_px: Sequence[float]) -> list[tuple[Samples, Believed, float]]:
+    return [(each, believe, noise) for each, noise in zip(samples, noise_px, strict=True)]
 
 
-def _mass_rows(surface: Surface, flight: Flight, deviation: Array, size: int) -> Whole:
-    """The flights' mass properties are those of the surface within a ``deviation`` (8,); ``size`` of all parameters."""
-    mass, now = mass_response(surface, flight.body), np.concatenate([flight.com, flight.inertia])
-    by_flight = np.zeros((N_MASS, size))
-    by_flight[:, size - 1 - N_MASS : size - 1] = np.diag(1.0 / deviation)
-    return Whole((now - mass.values) / deviation, by_flight, mass.by_corner / deviation)
+def _mass_rows(surface: Surface, now: Array, about: Known, deviation: Array) -> Whole:
+    """The recordings' mass properties ``now`` (8,) are those of the surface within a ``deviation`` (8,)."""
+    mass, by_motion = mass_response(surface, about.body), np.zeros((N_MASS, about.size))
+    by_motion[:, about.mass] = np.diag(1.0 / deviation)
+    return Whole((now - mass.values) / deviation, by_motion, mass.by_corner / deviation)
 
 
 def _spread(rows: Whole, step: Array, covariance: Array) -> float:
@@ -123,14 +165,77 @@ def _spread(rows: Whole, step: Array, covariance: Array) -> float:
     return float(np.sqrt((TAILS + off @ off + np.trace(spread)) / (TAILS + len(off))))
 
 
-def _with_offset_considered(H: Array, g: Array, prior: Prior) -> tuple[Array, Array]:
-    """Step (p,) that leaves the outline offset, the last, alone, and the covariance (p, p) to which its prior adds [Schmidt, 1966].
+def _with_considered(H: Array, g: Array, about: Known) -> tuple[Array, Array]:
+    """Step (p,) that leaves alone what is considered, and the covariance (p, p) to which its prior adds [Schmidt, 1966].
 
-    The offset is the size of the body over that of its outlines: estimated, it took up what the surface's shape is wrong by.
+    The outline offset is such, the size of the body over that of its outlines: estimated, it took up what the surface's shape is wrong by.
     """
-    inverse = scaled_inverse(H[:-1, :-1])
-    step = np.append(-inverse @ g[:-1], 0.0)
-    by_offset = np.append(-inverse @ H[:-1, -1], 1.0)[:, None]
-    covariance = np.zeros(H.shape)
-    covariance[:-1, :-1] = inverse
-    return step, covariance + by_offset @ by_offset.T / prior.precision[OFFSET]
+    free = np.setdiff1d(np.arange(about.size), about.considered)
+    inverse = scaled_inverse(H[np.ix_(free, free)])
+    step, covariance = np.zeros(about.size), np.zeros((about.size, about.size))
+    step[free] = -inverse @ g[free]
+    covariance[np.ix_(free, free)] = inverse
+    by_considered = np.zeros((about.size, len(about.considered)))
+    by_considered[free] = -inverse @ H[np.ix_(free, about.considered)]
+    by_considered[about.considered] = np.eye(len(about.considered))
+    return step, covariance + (by_considered * about.sigma**2) @ by_considered.T
+
+
+@dataclass(frozen=True)
+class FreeFlight:
+    """A free flight and its sightings."""
+
+    sightings: Sightings
+    flight: Flight
+
+    @property
+    def own_px(self) -> float:
+        """In the median."""
+        return own_noise_px(self.sightings.silhouettes)
+
+    @property
+    def place(self) -> Index:
+        """All there are (21,)."""
+        return np.arange(N_PARAMETERS)
+
+    @property
+    def mass(self) -> Array:
+        """The flight's (8,)."""
+        return np.concatenate([self.flight.com, self.flight.inertia])
+
+    def samples(self, surface: Surface) -> Samples:
+        """Those of the frames."""
+        return samples_of_frames(surface, self.sightings, self.flight)
+
+    def moved(self, step: Array) -> "FreeFlight":
+        """After a ``step`` (21,) of the flight's parameters."""
+        return replace(self, flight=moved(self.flight, step))
+
+
+@dataclass(frozen=True)
+class JointFit:
+    """``flight`` with its ``covariance`` (21, 21) and the ``surface``; ``settled``: whether the steps became small.
+
+    ``noise_px``: effective noise that samples of views and of frames were found to have, ``outline_noise_px`` what their outlines show by
+    themselves.
+    """
+
+    flight: Flight
+    covariance: Array
+    surface: Surface
+    noise_px: tuple[float, ...]
+    outline_noise_px: tuple[float, ...]
+    settled: bool
+
+
+def joint_fit(particle: Particle, sightings: Sightings, begin: tuple[Flight, Shape], prior: Prior, *, huber: float, seed: int) -> JointFit:
+    """Surface and one free flight, from a flight that the tangents gave and the shape that the views give.
+
+    ``huber``: standard deviations beyond which a sample's influence stays constant; ``seed`` of the random signs.
+    """
+    flight, none = replace(begin[0], offset_px=0.0), np.zeros(N_PARAMETERS)
+    sigma = 1.0 / np.sqrt(prior.precision[OFFSET])
+    about = Known(flight.body, np.r_[COM, INERTIA], np.r_[OFFSET], sigma, none, none)
+    found = joined(particle, begin[1], [FreeFlight(sightings, flight)], lambda _: about, huber=huber, seed=seed)
+    (one,) = found.recorded
+    return JointFit(one.flight, found.covariance, found.surface, found.noise_px, found.outline_noise_px, found.settled)

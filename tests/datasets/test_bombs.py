@@ -111,9 +111,7 @@ def archive(path: Path, header: dict[str, object], held: int) -> None:
         ("|O", (3, 2), 48, "expected numbers, came object"),
     ],
 )
-def test_arrays(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, descr: str, shape: tuple[int, ...], held: int, message: str
-) -> None:
+def test_arrays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, descr: str, shape: tuple[int, ...], held: int, message: str) -> None:
     monkeypatch.setattr(array_files, "LARGEST_ARRAY_BYTES", 2**20)
     path = tmp_path / "outlines_hsv.npz"
     archive(path, {"descr": descr, "fortran_order": False, "shape": shape}, held)

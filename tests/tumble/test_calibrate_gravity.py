@@ -72,7 +72,7 @@ def test_points_know_how_well_they_say_it(rig: Path, tmp_path: Path) -> None:
         lines = ["camera,line,x_px,y_px"]
         for c, camera in enumerate(CAMERAS):
             for line, x in enumerate((-0.02, 0.02)):
-                points = along_thread(camera, (x, 0.0, 0.5))[:: 40]
+                points = along_thread(camera, (x, 0.0, 0.5))[::40]
                 lines += [f"{c + 1},{line},{x},{y}" for x, y in points + rng.normal(0, 0.3, points.shape)]
         path, out = tmp_path / f"{seed}.csv", tmp_path / f"out{seed}"
         path.write_text("\n".join(lines), encoding="utf-8")

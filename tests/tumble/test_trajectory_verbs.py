@@ -219,9 +219,7 @@ def folders(tosses: Path, positions: Path, spun: Path) -> dict[str, Path]:
 
 
 @pytest.mark.parametrize(("words", "said"), REFUSED, ids=[said[:30] for _, said in REFUSED])
-def test_refused(
-    words: list[str], said: str, folders: dict[str, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_refused(words: list[str], said: str, folders: dict[str, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     filled = [w.format(**folders) for w in words]
     assert main([*filled, "--out", str(tmp_path / "out"), "-q"]) == 2
     assert said in capsys.readouterr().err

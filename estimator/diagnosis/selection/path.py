@@ -17,7 +17,9 @@ from estimator.diagnosis.selection.search import Overrated, Posterior, Set, Tria
 from estimator.diagnosis.selection.stated import with_facts
 from estimator.effects.empirical.families import families
 from estimator.effects.link import EffectModel
-from estimator.fitting.campaigns.campaign import Campaign, CampaignFit
+from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, fit_campaign
+from estimator.fitting.campaigns.following import following
+from estimator.fitting.campaigns.weighing_again import weighed_again
 from estimator.motion.rigid_body import RanAway
 
 GAIN = 0.5
@@ -81,8 +83,20 @@ def path_from(at: At, catalogue: Catalogue, told: Told) -> tuple[At, ...]:
     What is unknown is looked for where no effect of the catalogue makes a set more probable, against all of them again.
     """
     path = _climbed(at, catalogue, told, unknown=False)
+    path = (*path[:-1], *_climbed(_relinearised(path[-1], catalogue), catalogue, told, unknown=False))
     last = looked_at(path[-1].campaign, path[-1].fit, catalogue, unknown=True)
     return (*path[:-1], *_climbed(last, catalogue, told, unknown=True))
+
+
+def _relinearised(at: At, catalogue: Catalogue) -> At:
+    """Where a search stands, with what its sequences share made anew there; as it is where that is nothing, or cannot be flown."""
+    campaign, state = at.campaign.kind.relinearised(at.campaign, at.fit)
+    if campaign is at.campaign:
+        return at
+    try:
+        return looked_at(*weighed_again(*following(campaign, fit_campaign(campaign, state, at.fit.model))), catalogue)
+    except UNFLYABLE:
+        return at
 
 
 def _climbed(at: At, catalogue: Catalogue, told: Told, *, unknown: bool) -> tuple[At, ...]:

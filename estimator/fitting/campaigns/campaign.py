@@ -38,6 +38,8 @@ PATIENCE = 3
 """Steps that lower the cost by less than ``STILL_SHARE`` of it before a fit is given up where it was best: large misfits wander.
 
 See notebook 26."""
+FIXED = 1e12
+"""Times the prior's information on what is considered that a fit is given: it stays where it is."""
 FALLING, MOST_FALLING = 0.01, 40
 """A fit whose last step lowered the cost by more than the share ``FALLING`` of it goes on beyond its steps, up to ``MOST_FALLING``.
 
@@ -198,11 +200,25 @@ class Prior:
 
 
 def shared_prior(campaign: Campaign, layout: Layout, model: Model, state: CampaignState) -> Prior:
-    """The prior of body, outline offset and effects that are held, and the facts that are stated."""
+    """The prior of body, outline offset and effects that are held, and the facts that are stated, as fits use it.
+
+    Parameters that are considered and not estimated stay where they are.
+    """
+    return _prior(campaign, layout, model, state, campaign.kind.considered)
+
+
+def marginal_prior(campaign: Campaign, layout: Layout, model: Model, state: CampaignState) -> Prior:
+    """The same as tests and evidence use it: over all that parameters may be, those that are considered among them."""
+    return _prior(campaign, layout, model, state, ())
+
+
+def _prior(campaign: Campaign, layout: Layout, model: Model, state: CampaignState, fixed: Sequence[int]) -> Prior:
+    """Of all shared parameters; the columns ``fixed`` stay where they are."""
     precision, values = np.zeros(layout.size), np.zeros(layout.size)
     common = model.precision * model.each_parameter(np.array([not e.entry.scope.own for e in model.effects], dtype=np.float64))
     for sequence, flight, theta, place in zip(campaign.sequences, state.flights, state.theta, layout.place, strict=True):
         own = np.concatenate([campaign.kind.precision(sequence), common])
+        own[list(fixed)] *= FIXED
         precision[place] = own[layout.shared]
         values[place] = _vector(flight, theta)[layout.shared]
     held = Prior.diagonal(precision, values)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.effects.model import Model
-from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, Layout, shared_prior
+from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, Layout, marginal_prior
 from estimator.fitting.stable_inverse import stable_inverse
 from estimator.motion.flight import N_PARAMETERS
 
@@ -37,8 +37,8 @@ def campaign_covariance(campaign: Campaign, fit: CampaignFit) -> CampaignCovaria
     place, size = placed(layout, fit.model, len(campaign.sequences))
     first = size - layout.size
     H = np.zeros((size, size))
-    H[first:, first:] = shared_prior(campaign, layout, fit.model, fit.state).information
-    M = H.copy()
+    H[first:, first:] = marginal_prior(campaign, layout, fit.model, fit.state).information
+    prior, M = H.copy(), H.copy()
     weighted, more = [], campaign.kind.noise_ratio(campaign, fit.equations)
     for each, rows in zip(fit.equations, place, strict=True):
         H[np.ix_(rows, rows)] += each.frames.H
@@ -47,9 +47,24 @@ def campaign_covariance(campaign: Campaign, fit: CampaignFit) -> CampaignCovaria
         wide[..., rows] = each.frames.weighted
         weighted.append(wide)
     M += campaign.kind.repeated_noise(campaign, [e.errors for e in fit.equations], weighted)
-    inverse = stable_inverse(H, 1e-13)
-    covariance = inverse @ M @ inverse
+    p = np.unique([rows[column] for rows in place for column in campaign.kind.considered]).astype(np.int64)
+    x = np.setdiff1d(np.arange(size), p)
+    inverse = stable_inverse(H[np.ix_(x, x)], 1e-13)
+    covariance = np.zeros(H.shape)
+    covariance[np.ix_(x, x)] = inverse @ M[np.ix_(x, x)] @ inverse
+    if len(p):
+        _consider(covariance, (x, p), inverse @ H[np.ix_(x, p)], np.asarray(np.linalg.inv(prior[np.ix_(p, p)]), dtype=np.float64))
     return CampaignCovariance(0.5 * (covariance + covariance.T), place)
+
+
+def _consider(covariance: Array, where: tuple[Index, Index], A: Array, P: Array) -> None:
+    """Add to a covariance (n, n) of what is fitted, the rows ``x``, what considered parameters, the rows ``p``, make of it [Schmidt 1966].
+
+    ``A`` (x, p): by how much less what is fitted is where a considered parameter is larger; ``P`` (p, p) the prior's covariance.
+    """
+    x, p = where
+    covariance[np.ix_(x, x)] += A @ P @ A.T
+    covariance[np.ix_(x, p)], covariance[np.ix_(p, x)], covariance[np.ix_(p, p)] = -A @ P, -P @ A.T, P
 
 
 def placed(layout: Layout, model: Model, sequences: int) -> tuple[tuple[Index, ...], int]:

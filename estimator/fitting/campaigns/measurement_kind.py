@@ -16,7 +16,7 @@ from estimator.effects.model import Model
 from estimator.motion.flight import Flight
 
 if TYPE_CHECKING:
-    from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, SequenceEquations
+    from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState, SequenceEquations
     from estimator.likelihood.time_shifts import TimeShifts
 
 Array = NDArray[np.float64]
@@ -36,6 +36,11 @@ class MeasurementKind(Protocol):
     @property
     def base(self) -> Model:
         """Free flight with what is known of the instrument."""
+        ...
+
+    @property
+    def considered(self) -> tuple[int, ...]:
+        """Columns of a flight's parameters that are not estimated, though their priors widen the covariance [Schmidt 1966]."""
         ...
 
     def residuals(self, campaign: "Campaign", number: int, flight: Flight, model: Model, theta: Array) -> Any:
@@ -70,6 +75,10 @@ class MeasurementKind(Protocol):
 
     def followed(self, sequence: Any, flight: Flight, model: Model, theta: Array) -> Any:
         """The sequence with all that was made of it at an earlier flight made at this one; itself where nothing changes."""
+        ...
+
+    def relinearised(self, campaign: "Campaign", fit: "CampaignFit") -> "tuple[Campaign, CampaignState]":
+        """The campaign with what its sequences share and no parameter says made at a fit whose model lacks nothing; itself if nothing."""
         ...
 
     def noise_scales(self, campaign: "Campaign", equations: Sequence["SequenceEquations"]) -> Array | None:

@@ -15,6 +15,7 @@ from scipy.sparse import csr_array
 
 from estimator.data.fit_task import Sightings
 from estimator.geometry.epipolar_tangency import PoseSet
+from estimator.geometry.sector_shape import sectors_of
 from estimator.surface.amplitudes import Amplitudes
 from estimator.surface.contact import contact_of
 from estimator.surface.samples import across_of, stacked
@@ -103,6 +104,4 @@ def contacts_at(amplitudes: Amplitudes, amplitude: Array, sightings: Sightings, 
 
 def _sectors(outlines_px: tuple[Array, ...]) -> Index:
     """Sector of every sample, seen from the middle of its outline's points."""
-    arms = np.concatenate([outline - outline.mean(axis=0) for outline in outlines_px])
-    turn = np.arctan2(arms[:, 1], arms[:, 0]) / (2.0 * np.pi)
-    return np.floor(turn * SECTORS).astype(np.int64) % SECTORS
+    return np.concatenate([sectors_of(outline, outline.mean(axis=0), SECTORS) for outline in outlines_px])

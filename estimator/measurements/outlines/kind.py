@@ -15,7 +15,7 @@ from estimator.diagnosis.residual_maps import ResidualMap
 from estimator.effects.instrument.surface_amplitudes import SurfaceAmplitudes
 from estimator.effects.link import EffectModel
 from estimator.effects.model import Model
-from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, SequenceEquations
+from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState, SequenceEquations
 from estimator.likelihood.rows import (
     degrees_of_freedom,
     log_density,
@@ -28,6 +28,7 @@ from estimator.likelihood.rows import (
 from estimator.likelihood.time_shifts import TimeShifts
 from estimator.measurements.outlines.imagined import SampledPictures
 from estimator.measurements.outlines.maps import outline_floor, outline_maps
+from estimator.measurements.outlines.surfaces import refitted_surfaces
 from estimator.measurements.outlines.task import OutlineErrors, OutlineTask, outline_errors, with_contacts
 from estimator.measurements.silhouettes.imagined import Pictures
 from estimator.measurements.silhouettes.kind import SILHOUETTES
@@ -39,15 +40,27 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Outlines:
-    """The kind of :class:`estimator.measurements.outlines.task.OutlineTask`; ``amplitudes``: how many a particle's surface has."""
+    """The kind of :class:`estimator.measurements.outlines.task.OutlineTask`.
+
+    ``amplitudes``: how many a particle's surface has, which answers to all ``effects``. ``huber``: standard deviations beyond which a
+    sample's influence stays constant where surfaces are fitted; ``seed`` of random signs there.
+    """
 
     amplitudes: int
+    effects: tuple[EffectModel, ...]
+    huber: float
+    seed: int
     unit: str = "σ"
 
     @property
     def base(self) -> Model:
         """Free flight of a body whose surface is known up to its amplitudes."""
         return Model((SurfaceAmplitudes(self.amplitudes),))
+
+    @property
+    def considered(self) -> tuple[int, ...]:
+        """The outline offset, the size of the body over that of its outlines: estimated, it takes up what the surface is wrong by."""
+        return (OFFSET.start,)
 
     def residuals(self, campaign: Campaign, number: int, flight: Flight, model: Model, theta: Array) -> OutlineErrors:
         """What the surface misses the samples by."""
@@ -88,6 +101,10 @@ class Outlines:
     def followed(self, sequence: OutlineTask, flight: Flight, model: Model, theta: Array) -> OutlineTask:
         """What the samples meet there."""
         return with_contacts(sequence, flight, model, theta)
+
+    def relinearised(self, campaign: Campaign, fit: CampaignFit) -> tuple[Campaign, CampaignState]:
+        """About the surfaces that views and frames show together."""
+        return refitted_surfaces(campaign, fit, self)
 
     def noise_scales(self, campaign: Campaign, equations: Sequence[SequenceEquations]) -> Array | None:
         """Noise of the samples over what outlines show by themselves."""

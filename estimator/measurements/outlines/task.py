@@ -11,17 +11,28 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.appearance.flight_errors import particle_poses
-from estimator.appearance.model_errors import Arms, SequenceTask, centres_cam, corrected_points, moving_at, scaled_sensitivity
-from estimator.appearance.outline_tables import with_tables
+from estimator.appearance.model_errors import (
+    Arms,
+    SequenceTask,
+    cast_outlines,
+    centres_cam,
+    corrected_points,
+    moving_at,
+    scaled_sensitivity,
+)
+from estimator.appearance.outline_tables import picture_motions
 from estimator.appearance.prediction import Prediction, predict
 from estimator.data.fit_task import OUTWARD, Sightings
 from estimator.effects.instrument.surface_amplitudes import SurfaceAmplitudes
 from estimator.effects.link import Places
 from estimator.effects.model import Model, overrides
 from estimator.geometry.epipolar_tangency import PoseSet
+from estimator.geometry.outline_shape import OutlineShape
+from estimator.geometry.sector_shape import sector_shape
 from estimator.likelihood.rows import Rows
 from estimator.measurements.outlines.contacts import SECTORS, Contacts, contacts_at
 from estimator.motion.flight import N_PARAMETERS, OFFSET, Flight
+from estimator.particle.particle import Particle
 from estimator.surface.amplitudes import Amplitudes
 
 Array = NDArray[np.float64]
@@ -34,18 +45,22 @@ MOVED_PX = 0.5
 class OutlineTask(SequenceTask):
     """A sequence whose outlines are fitted sample by sample.
 
-    ``contacts``: what the samples meet; ``amplitudes`` of the particle's surface; ``own_px`` (n,) noise of each outline's samples,
-    ``view_px_m``: m per px of the calibrated views, in the median; ``deviation`` (8,) of mass properties from the surface's; ``noise``
-    over what the outlines show; ``kept`` (n,) sightings in use.
+    ``particle`` it shows; ``contacts``: what the samples meet; ``sectors``: the shape of the outlines there; ``amplitudes`` of the
+    particle's surface; ``own_px`` (n,) noise of each outline's samples; ``view_px_m``: m per px of the calibrated views, in the median;
+    ``deviation`` (8,) of mass properties from the surface's; ``noise`` over what the outlines show and
+    ``view_noise_px``, effective, of the views; ``kept`` (n,) sightings in use.
     """
 
+    particle: Particle = field(kw_only=True)
     contacts: Contacts = field(kw_only=True)
     amplitudes: Amplitudes = field(kw_only=True)
     own_px: Array = field(kw_only=True)
     view_px_m: float = field(kw_only=True)
     deviation: Array = field(kw_only=True)
     kept: NDArray[np.bool_] = field(kw_only=True)
+    sectors: OutlineShape = field(kw_only=True)
     noise: float = 1.0
+    view_noise_px: float = 0.0
 
     @property
     def variance(self) -> Array:
@@ -73,11 +88,11 @@ def outline_errors(sequence: OutlineTask, flight: Flight, model: Model, theta: A
     centre_cam = centres_cam(flight, placed)
     met = _met(sequence, model, theta, (placed, centre_cam))
     places = _places(sequence, prediction, met, centre_cam)
-    shift = model.shift(theta, places, sequence.setting)[..., 0]
+    shift = model.displaced(theta, places, sequence.setting)[..., 0]
     away = theta[amplitudes_in(model)] - contacts.amplitude
     e = met.gap + contacts.by_amplitude @ away - flight.offset_px - shift
     J = met.by_pose @ scaled_sensitivity(sightings, model, theta, prediction, centre_cam)
-    J[..., OFFSET.start] = 0.0  # considered
+    J[..., OFFSET.start] -= 1.0
     J[..., N_PARAMETERS:][..., amplitudes_in(model)] += contacts.by_amplitude
     _add_image_columns(J, sequence, (model, theta), met, places)
     J[..., N_PARAMETERS + np.flatnonzero(model.frozen)] = 0.0
@@ -96,18 +111,37 @@ def amplitudes_in(model: Model) -> slice:
     return slice(0, 0)
 
 
-def with_contacts(sequence: OutlineTask, flight: Flight, model: Model, theta: Array) -> OutlineTask:
-    """The sequence with its contacts and tables made at a flight; as it is where that hardly moves its outlines; ``theta`` (q,)."""
+def placed_at(sequence: SequenceTask, flight: Flight, model: Model, theta: Array) -> tuple[Prediction, PoseSet]:
+    """The prediction under a model at ``theta`` (q,), and the poses that the cameras see."""
     sightings = sequence.task.sightings
     prediction = predict(flight, model, theta, sequence.setting, sightings.times_s, rows_px=sightings.rows_px)
-    placed = particle_poses(flight, prediction.poses, sightings, scale=model.scale(theta))
-    amplitude = theta[amplitudes_in(model)]
-    if _moved_px(sequence, placed, amplitude) < MOVED_PX:
+    return prediction, particle_poses(flight, prediction.poses, sightings, scale=model.scale(theta))
+
+
+def with_contacts(sequence: OutlineTask, flight: Flight, model: Model, theta: Array) -> OutlineTask:
+    """The sequence with its contacts and tables made at a flight; as it is where that hardly moves its outlines; ``theta`` (q,)."""
+    prediction, placed = placed_at(sequence, flight, model, theta)
+    if _moved_px(sequence, placed, theta[amplitudes_in(model)]) < MOVED_PX:
         return sequence
+    return with_sectors(with_contacts_at(sequence, flight, model, theta), prediction, centres_cam(flight, placed))
+
+
+def with_contacts_at(sequence: OutlineTask, flight: Flight, model: Model, theta: Array) -> OutlineTask:
+    """The sequence with its contacts made at a flight; ``theta`` (q,)."""
+    sightings, (_, placed) = sequence.task.sightings, placed_at(sequence, flight, model, theta)
     samples = corrected_points(sequence, model, theta, np.concatenate(sightings.outlines_px), sequence.contacts.sighting)
-    contacts = contacts_at(sequence.amplitudes, amplitude, sightings, placed, samples)
-    found = with_tables(replace(sequence, contacts=contacts), flight, model, theta)
-    return found if isinstance(found, OutlineTask) else sequence
+    return replace(sequence, contacts=contacts_at(sequence.amplitudes, theta[amplitudes_in(model)], sightings, placed, samples))
+
+
+def with_sectors(sequence: OutlineTask, prediction: Prediction, centre_cam: Array) -> OutlineTask:
+    """The sequence with the shape of the outlines that its surface casts where its contacts were found.
+
+    ``centre_cam`` (n, 3) m of the body, camera axes.
+    """
+    surface = sequence.amplitudes.surface_at(sequence.contacts.amplitude)
+    outlines = cast_outlines(sequence.task, sequence.contacts.placed, replace(surface.sphere.mesh, vertices=surface.vertices))
+    motions = picture_motions(sequence, moving_at(sequence, prediction, centre_cam))
+    return replace(sequence, sectors=sector_shape(outlines, motions, SECTORS))
 
 
 def _moved_px(sequence: OutlineTask, placed: PoseSet, amplitude: Array) -> float:
@@ -174,7 +208,7 @@ def _places(sequence: OutlineTask, prediction: Prediction, met: _Met, centre_cam
     """What effects on pictures know of the sectors, which count as one tangency (n, k, 1) each."""
     sightings = sequence.task.sightings
     moving = moving_at(sequence, prediction, centre_cam)
-    there = sequence.shape.towards(met.normal[:, :, None])
+    there = sequence.sectors
     focal = sightings.silhouettes.focal_px
     nearest = int(np.argmin(sightings.times_s))
     ratio = -sequence.view_px_m * focal.mean(axis=1) / centre_cam[:, 2]
@@ -183,20 +217,20 @@ def _places(sequence: OutlineTask, prediction: Prediction, met: _Met, centre_cam
         normal=met.normal[:, :, None],
         normal_body=(met.plane @ (sightings.R_cam_world @ prediction.poses.R[:, 0]))[:, :, None],
         velocity_px=moving.velocity_px(met.arm, focal)[:, :, None],
-        radius_px=there.radius_px,
-        mean_radius_px=np.maximum(sequence.shape.radius_px.mean(axis=1), 1e-6),
-        sharpness=there.sharpness,
-        recession=there.recession,
-        erosion=there.erosion,
-        dilation=there.dilation,
-        leak=there.leak,
-        smear=there.smear,
+        radius_px=there.radius_px[:, :, None],
+        mean_radius_px=np.maximum(there.radius_px.mean(axis=1), 1e-6),
+        sharpness=there.sharpness[:, :, None],
+        recession=there.recession[:, :, None],
+        erosion=there.erosion[:, :, None],
+        dilation=there.dilation[:, :, None],
+        leak=there.leak[:, :, None],
+        smear=there.smear[:, :, None],
         outline_px=sightings.furthest_px,
         outward=OUTWARD,
         rows_px=sightings.rows_px,
         depth_m=centre_cam[:, 2],
         first_depth_m=float(centre_cam[nearest, 2]),
-        view_ratio=np.broadcast_to(ratio[:, None, None], there.radius_px.shape),
+        view_ratio=np.broadcast_to(ratio[:, None, None], (*there.radius_px.shape, 1)),
         camera=sightings.cameras[0].intrinsics,
         times_s=sightings.times_s - sequence.setting.times_s[0],
         moving=moving,
@@ -218,6 +252,6 @@ def _add_image_columns(J: Array, sequence: OutlineTask, under: tuple[Model, Arra
                 high, low = (corrected_points(sequence, alone, each, recorded, row) for each in (up, down))
                 along = contacts.mean(np.sum((high - low) * contacts.normal, axis=1)) / met.size[:, None]
                 J[..., column] += (along - met.gap * (arms.growth(high - low) / met.size)[:, None]) / (2.0 * step)
-            high_px, low_px = effect.shift(up, places, sequence.setting), effect.shift(down, places, sequence.setting)
+            high_px, low_px = (effect.displaced(each, places, sequence.setting) for each in (up, down))
             if high_px is not None and low_px is not None:
                 J[..., column] -= (high_px - low_px)[..., 0] / (2.0 * step)

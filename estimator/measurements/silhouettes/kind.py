@@ -18,7 +18,7 @@ from estimator.diagnosis.residual_maps import ResidualMap
 from estimator.effects.instrument.curvature_bias import CurvatureBias
 from estimator.effects.link import EffectModel
 from estimator.effects.model import Model, overrides
-from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, SequenceEquations
+from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState, SequenceEquations
 from estimator.fitting.campaigns.campaign_noise import repeated_noise
 from estimator.likelihood.composite_likelihood import RandomShift, weigh_linear
 from estimator.likelihood.time_shifts import TimeShifts, likeness, noise_ratio, time_derivative, time_shifts
@@ -45,6 +45,11 @@ class Silhouettes:
     def base(self) -> Model:
         """Free flight with the instrument's known discrepancy."""
         return Model((CurvatureBias(),))
+
+    @property
+    def considered(self) -> tuple[int, ...]:
+        """None."""
+        return ()
 
     def residuals(self, campaign: Campaign, number: int, flight: Flight, model: Model, theta: Array) -> ModelResiduals:
         """Tangency errors."""
@@ -102,6 +107,10 @@ class Silhouettes:
     def followed(self, sequence: SequenceTask, flight: Flight, model: Model, theta: Array) -> SequenceTask:
         """Shape and bias of the outlines."""
         return with_tables(sequence, flight, model, theta)
+
+    def relinearised(self, campaign: Campaign, fit: CampaignFit) -> tuple[Campaign, CampaignState]:
+        """Nothing is shared but parameters."""
+        return campaign, fit.state
 
     def noise_scales(self, campaign: Campaign, equations: Sequence[SequenceEquations]) -> Array | None:
         """Noise is read off every outline; what it is off by, scores of all candidates show."""

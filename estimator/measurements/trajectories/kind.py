@@ -15,7 +15,7 @@ from estimator.diagnosis.noise_floor import NoiseFloor
 from estimator.diagnosis.residual_maps import ResidualMap
 from estimator.effects.link import EffectModel
 from estimator.effects.model import Model
-from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, SequenceEquations
+from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState, SequenceEquations
 from estimator.likelihood.rows import (
     Rows,
     degrees_of_freedom,
@@ -47,6 +47,11 @@ class Trajectories:
     def base(self) -> Model:
         """Free flight alone."""
         return Model(())
+
+    @property
+    def considered(self) -> tuple[int, ...]:
+        """None."""
+        return ()
 
     def residuals(self, campaign: Campaign, number: int, flight: Flight, model: Model, theta: Array) -> Rows:
         """Residuals, whose derivatives cost little more."""
@@ -90,6 +95,10 @@ class Trajectories:
         """Nothing is made of it."""
         del flight, model, theta
         return sequence
+
+    def relinearised(self, campaign: Campaign, fit: CampaignFit) -> tuple[Campaign, CampaignState]:
+        """Nothing is shared but parameters."""
+        return campaign, fit.state
 
     def noise_scales(self, campaign: Campaign, equations: Sequence[SequenceEquations]) -> Array | None:
         """Of a flight whose residuals are larger than all others', a hand's or a bad track's, the noise is larger, not the effects."""

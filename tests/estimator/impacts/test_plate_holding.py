@@ -56,9 +56,7 @@ def test_a_particle_is_kept_out_of_the_stated_plate(sequence: tuple[Observation,
     assert np.all(shift < 3.0 * np.sqrt(np.diag(free.impacts[0].after.covariance))[:3])
 
 
-def test_a_camera_that_is_not_known_exactly_widens_what_is_known_of_an_impact(
-    sequence: tuple[Observation, Truth], plain: Estimate
-) -> None:
+def test_a_camera_that_is_not_known_exactly_widens_what_is_known_of_an_impact(sequence: tuple[Observation, Truth], plain: Estimate) -> None:
     """Pixels longer by 1 % one way: velocities are less known by as much as they move where the camera is off by that."""
     camera = sequence[0].cameras[0]
     error = np.zeros(9)

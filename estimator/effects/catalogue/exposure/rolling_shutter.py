@@ -41,6 +41,12 @@ class RollingShutter(EffectModel):
         beside = int(np.ceil(TURNED / (2.0 * np.pi) * number))
         return np.asarray(_reach(seen, normal, towards, beside) - _reach(still, normal, towards, beside))
 
+    def displaced(self, theta: Array, places: Places, setting: Setting) -> Array | None:
+        """How far the body's points have moved since the middle row was exposed."""
+        del setting
+        row = places.point_px[..., 1] - (places.camera.height_px - 1) / 2 - places.rows_px[:, None, None]
+        return np.asarray(theta[0] * row * np.sum(places.normal * places.velocity_px, axis=-1))
+
 
 @numba.njit(cache=True, error_model="numpy", fastmath={"nnan", "nsz"})
 def _furthest(x, y, ux, uy):  # type: ignore[no-untyped-def]

@@ -10,7 +10,7 @@ from scipy.stats import t as student
 
 from estimator.diagnosis.selection.evidence import BEYOND, SHARES, Evidence
 from estimator.effects.link import TAILS
-from estimator.fitting.campaigns.measurement_kind import NOISE_FREEDOM
+from estimator.likelihood.rows import NOISE_FREEDOM
 from tests.estimator.diagnosis.selection.made_quadratics import BOTH, Made, evidence_of, own_columns
 
 Array = NDArray[np.float64]

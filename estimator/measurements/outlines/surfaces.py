@@ -1,0 +1,178 @@
+"""The surfaces of a campaign's particles: fitted once more where the campaign's model is known, and as amplitudes of what is fitted.
+
+Until then they are those that the calibrated views alone show: an effect that is missing would bend a surface that follows the frames.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_array, diags_array
+
+from estimator.appearance.model_errors import centres_cam
+from estimator.effects.link import EffectModel
+from estimator.effects.model import Model
+from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState, layout_of
+from estimator.fitting.campaigns.campaign_covariance import placed
+from estimator.measurements.outlines.task import OutlineTask, amplitudes_in, outline_errors, placed_at, with_contacts_at, with_sectors
+from estimator.motion.flight import COM, INERTIA, N_PARAMETERS, OFFSET, Flight, moved
+from estimator.surface.amplitudes import Amplitudes, Felt, amplitudes_of
+from estimator.surface.joint import Known, joined
+from estimator.surface.samples import Samples
+from estimator.surface.shape import Shape
+from estimator.surface.star_surface import Surface
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+class Asked(Protocol):
+    """What a kind says of its surfaces: the ``effects`` that they answer to, Huber's limit ``huber`` and the ``seed`` of random signs."""
+
+    @property
+    def effects(self) -> tuple[EffectModel, ...]:
+        """Whatever may be asked for."""
+        ...
+
+    @property
+    def huber(self) -> float:
+        """Standard deviations beyond which a sample's influence stays constant."""
+        ...
+
+    @property
+    def seed(self) -> int:
+        """Of random signs."""
+        ...
+
+
+@dataclass(frozen=True)
+class Flown:
+    """A sequence's ``task`` with its ``flight`` and the effects ``model`` and parameters ``theta`` (q,), without amplitudes.
+
+    ``place`` (21 + q,): where its parameters lie among those of all sequences of the particle. Without amplitudes the flight's mass
+    properties are the body's, with them what those are off the surface's.
+    """
+
+    task: OutlineTask
+    flight: Flight
+    model: Model
+    theta: Array
+    place: Index = field(default_factory=lambda: np.arange(N_PARAMETERS))
+
+    @property
+    def own_px(self) -> float:
+        """Noise that the outlines show by themselves."""
+        return float(np.median(self.task.own_px))
+
+    @property
+    def mass(self) -> Array:
+        """Mass properties (8,) of the body."""
+        return np.concatenate([self.flight.com, self.flight.inertia])
+
+    def samples(self, surface: Surface) -> Samples:
+        """The sectors' means as samples are: over the square root of the number of samples in them."""
+        task = with_contacts_at(replace(self.task, amplitudes=Amplitudes.none(surface)), self.flight, self.model, self.theta)
+        errors = outline_errors(task, self.flight, self.model, self.theta)
+        seen, sigma_px = errors.seen.ravel(), task.noise * self.own_px
+        root = csr_array(diags_array(np.sqrt(task.contacts.count.ravel()))) @ task.contacts.by_corner
+        starts = np.concatenate([[0], np.cumsum(errors.seen.sum(axis=1))])
+        by_motion = errors.J.reshape(len(seen), -1)[seen] * sigma_px
+        return Samples(errors.e.ravel()[seen] * sigma_px, starts, csr_array(root[np.flatnonzero(seen)]), by_motion)
+
+    def moved(self, step: Array) -> "Flown":
+        """After a ``step`` (21 + q,)."""
+        return replace(self, flight=moved(self.flight, step[:N_PARAMETERS]), theta=self.theta + step[N_PARAMETERS:])
+
+    def padded(self, count: int) -> "Flown":
+        """With amplitudes that move nothing, up to a ``count``."""
+        task = self.task
+        here = np.pad(task.contacts.amplitude, (0, count - task.amplitudes.count))
+        return replace(self, task=_with_amplitudes(task, task.amplitudes.padded(count), here))
+
+
+def refitted_surfaces(campaign: Campaign, fit: CampaignFit, kind: Asked) -> tuple[Campaign, CampaignState]:
+    """The campaign about the surfaces that views and frames show together under a fit's model, and the state there."""
+    part, amplitudes = amplitudes_in(fit.model), fit.model.effects[0]
+    model = Model(tuple(each for each in fit.model.effects if each is not amplitudes))
+    sequences, flights, thetas = list(campaign.sequences), list(fit.state.flights), list(fit.state.theta)
+    for number in sorted(set(campaign.particle)):
+        rows = [i for i, p in enumerate(campaign.particle) if p == number]
+        place, size = placed(layout_of(campaign.part(rows), model), model, len(rows))
+        flown = [_without_amplitudes(campaign, fit, i, model, where) for i, where in zip(rows, place, strict=True)]
+        surface = flown[0].task.amplitudes.surface
+        particle = flown[0].task.particle
+        shape = Shape(surface, campaign.sequences[rows[0]].view_noise_px)
+        found = joined(particle, shape, flown, partial(_known, size=size), huber=kind.huber, seed=kind.seed)
+        noise = [each / own for each, own in zip(found.noise_px[1:], found.outline_noise_px[1:], strict=True)]
+        tasks = (replace(each.task, noise=by, deviation=found.deviation) for each, by in zip(found.recorded, noise, strict=True))
+        ended = [replace(each, task=task) for each, task in zip(found.recorded, tasks, strict=True)]
+        count = part.stop - part.start
+        for i, new in zip(rows, with_surface(ended, Shape(found.surface, found.noise_px[0]), kind, most=count), strict=True):
+            padded = new.padded(count)
+            sequences[i], flights[i] = padded.task, padded.flight
+            thetas[i] = np.concatenate([padded.task.contacts.amplitude, padded.theta])
+    return replace(campaign, sequences=tuple(sequences)), CampaignState(tuple(flights), tuple(thetas))
+
+
+def _without_amplitudes(campaign: Campaign, fit: CampaignFit, number: int, model: Model, place: Index) -> Flown:
+    """Sequence ``number`` of a fit, its surface where the amplitudes have it."""
+    task, theta = campaign.sequences[number], fit.state.theta[number]
+    amplitude = theta[amplitudes_in(fit.model)]
+    mass = task.amplitudes.mass[:, 0] + task.amplitudes.mass[:, 1:] @ amplitude
+    flight = fit.state.flights[number]
+    flight = replace(flight, com=flight.com + mass[:3], inertia=flight.inertia + mass[3:])
+    bare = replace(task, amplitudes=Amplitudes.none(task.amplitudes.surface_at(amplitude)), setting=replace(task.setting, mass=None))
+    return Flown(bare, flight, model, theta[amplitudes_in(fit.model).stop :], place)
+
+
+def _known(flown: Sequence[Flown], size: int) -> Known:
+    """Priors of the effects' parameters, and the outline offset considered."""
+    first = flown[0]
+    precision, pull = np.zeros(size), np.zeros(size)
+    for each in flown:
+        own = each.model.precision_at(each.theta)
+        precision[each.place[N_PARAMETERS:]], pull[each.place[N_PARAMETERS:]] = own, own * each.theta
+    considered = np.unique([each.place[OFFSET.start] for each in flown])
+    sigma = np.full(len(considered), first.task.task.prior.precision[OFFSET][0] ** -0.5)
+    return Known(first.flight.body, first.place[np.r_[COM, INERTIA]], considered, sigma, precision, pull)
+
+
+def with_surface(flown: Sequence[Flown], shape: Shape, kind: Asked, *, most: int | None = None) -> list[Flown]:
+    """Sequences of one particle about a surface: their contacts, its amplitudes, and mass properties that are off those of the surface."""
+    none = Amplitudes.none(shape.surface)
+    met = [replace(each, task=with_contacts_at(replace(each.task, amplitudes=none), each.flight, each.model, each.theta)) for each in flown]
+    met = [replace(each, task=_with_sectors(each)) for each in met]
+    first = met[0]
+    felt = [_felt(each, kind.effects) for each in met]
+    found, here = amplitudes_of(first.task.particle, first.flight.body, shape, felt, huber=kind.huber, most=most)
+    mass = found.mass[:, 0] + found.mass[:, 1:] @ here
+    made = []
+    for each in met:
+        flight = replace(each.flight, com=each.flight.com - mass[:3], inertia=each.flight.inertia - mass[3:])
+        task = replace(_with_amplitudes(each.task, found, here), view_noise_px=shape.noise_px)
+        made.append(replace(each, task=task, flight=flight))
+    return made
+
+
+def _with_sectors(flown: Flown) -> OutlineTask:
+    prediction, placed = placed_at(flown.task, flown.flight, flown.model, flown.theta)
+    return with_sectors(flown.task, prediction, centres_cam(flown.flight, placed))
+
+
+def _with_amplitudes(task: OutlineTask, amplitudes: Amplitudes, here: Array) -> OutlineTask:
+    contacts = task.contacts.with_amplitudes(amplitudes, here)
+    return replace(task, contacts=contacts, amplitudes=amplitudes, setting=replace(task.setting, mass=amplitudes.mass))
+
+
+def _felt(flown: Flown, effects: Sequence[EffectModel]) -> Felt:
+    """What the sequence's residuals feel: by the corners, and by the flight and all ``effects``, those of its model where they are."""
+    others = Model(tuple(each for each in effects if each.entry.key not in flown.model.keys))
+    theta = np.concatenate([flown.theta, others.steps])  # every effect acts, those that are searched for at a small size
+    model = Model((*flown.model.effects, *others.effects))
+    errors = outline_errors(flown.task, flown.flight, model, theta)
+    weight = np.where(errors.seen, 1.0 / np.sqrt(errors.variance), 0.0)
+    by_corner = csr_array(diags_array(weight.ravel()) @ flown.task.contacts.by_corner)
+    return Felt(by_corner, errors.J.reshape(-1, N_PARAMETERS + model.size))

@@ -1,0 +1,164 @@
+"""Outlines sample by sample: derivatives, the surface as amplitudes, and that nothing of the eliminated equations is lost by them."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from datasets.recipes.recipe import MotionRecipe, ParticleRecipe, Recipe, RigRecipe
+from estimator.data.configuration import Configuration
+from estimator.effects.model import Model
+from estimator.effects.registry import MODELS
+from estimator.fitting.campaigns.base_model import base_fit
+from estimator.fitting.campaigns.campaign import CampaignFit
+from estimator.fitting.campaigns.campaign_covariance import campaign_covariance
+from estimator.fitting.campaigns.registered import Registered
+from estimator.measurements.outlines import registration as by_samples_of
+from estimator.measurements.outlines.contacts import SECTORS
+from estimator.measurements.outlines.registration import by_samples
+from estimator.measurements.outlines.task import amplitudes_in, outline_errors, with_contacts
+from estimator.measurements.silhouettes.registration import register
+from estimator.motion.flight import N_PARAMETERS, OFFSET, OMEGA, STEPS, V, moved
+from estimator.particle.particle import Particle
+from estimator.surface.joint import JointFit, joint_fit
+from estimator.surface.shape import Shape, shape_of
+from synth.sequence import build_silhouette_sequence
+
+Array = NDArray[np.float64]
+RECIPE = Recipe(
+    seed=11,
+    sequences=2,
+    same_particle=True,
+    particle=ParticleRecipe(family="cut_stone", irregularity=0.3, size_mm=(6.0, 6.0)),
+    motion=MotionRecipe(frames=16, speed_ms=(1.5, 2.5), spin_rads=(120.0, 200.0)),
+    rig=RigRecipe(drops=4),
+)
+COARSE = 4
+EFFECTS = ("gravity", "linear_drag", "length_scale", "focal_length", "radial_distortion", "outline_offset", "rolling_shutter", "blooming")
+
+
+@pytest.fixture(scope="module")
+def tangents() -> Registered:
+    return register([build_silhouette_sequence(RECIPE, i)[0] for i in range(2)], Configuration())
+
+
+@pytest.fixture(scope="module")
+def sampled(tangents: Registered) -> tuple[Registered, JointFit]:
+    """The campaign by samples, and the joint fit that it comes from."""
+    kept: list[JointFit] = []
+
+    def coarse(particle: Particle, **named: Any) -> Shape:
+        return shape_of(particle, **named, subdivisions=COARSE)
+
+    def fitted(*arguments: Any, **named: Any) -> JointFit:
+        kept.append(joint_fit(*arguments, **named))
+        return kept[-1]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(by_samples_of, "made_shape", coarse)
+        patch.setattr(by_samples_of, "joint_fit", fitted)
+        return by_samples(tangents, [MODELS[key] for key in EFFECTS], Configuration()), kept[0]
+
+
+@pytest.fixture(scope="module")
+def fit(sampled: tuple[Registered, JointFit]) -> CampaignFit:
+    registered, _ = sampled
+    return base_fit(registered.campaign, registered.start)
+
+
+def test_the_fit_ends_where_all_corners_end(sampled: tuple[Registered, JointFit], fit: CampaignFit) -> None:
+    registered, joint = sampled
+    covariance = campaign_covariance(registered.campaign, fit)
+    assert fit.settled
+    for i, flight in enumerate(joint.flights):
+        of_joint = joint.covariance[np.ix_(joint.place[i], joint.place[i])]
+        for part, name in ((V, "v"), (OMEGA, "omega")):
+            sd = np.sqrt(np.diag(of_joint)[part])
+            assert np.all(np.abs(getattr(fit.state.flights[i], name) - getattr(flight, name)) < 0.6 * sd)
+    omega = [np.sqrt(np.diag(covariance.of(i, np.arange(N_PARAMETERS))))[OMEGA] for i in range(2)]
+    with_all = [np.sqrt(np.diag(joint.covariance)[where])[OMEGA] for where in joint.place]
+    assert np.concatenate(omega) == pytest.approx(np.concatenate(with_all), rel=0.3)  # means over sectors say less
+
+
+def test_the_outline_offset_is_considered_and_not_estimated(sampled: tuple[Registered, JointFit], fit: CampaignFit) -> None:
+    registered, joint = sampled
+    covariance = campaign_covariance(registered.campaign, fit)
+    assert [flight.offset_px for flight in fit.state.flights] == pytest.approx([0.0, 0.0], abs=1e-9)
+    both = covariance.of(0, np.arange(N_PARAMETERS))
+    assert np.sqrt(both[OFFSET, OFFSET]) == pytest.approx(Configuration().offset_prior_px)
+    of_joint = joint.covariance[np.ix_(joint.place[0], joint.place[0])]
+    assert np.sqrt(np.diag(both)[V]) == pytest.approx(np.sqrt(np.diag(of_joint)[V]), rel=0.3)
+
+
+def test_amplitudes_are_of_variance_one(fit: CampaignFit, sampled: tuple[Registered, JointFit]) -> None:
+    amplitudes = fit.state.theta[0]
+    assert len(amplitudes) == sampled[0].campaign.kind.base.size > 20
+    assert np.all(fit.state.theta[1] == amplitudes)
+    assert 0.05 < np.sqrt(np.mean(amplitudes**2)) < 1.5
+
+
+def _theta(model: Model) -> Array:
+    """Parameters at which every effect of the model acts."""
+    theta = np.zeros(model.size)
+    theta[amplitudes_in(model)] = np.random.default_rng(0).normal(size=theta[amplitudes_in(model)].shape)
+    theta[len(theta[amplitudes_in(model)]) :] = 3.0 * model.steps[len(theta[amplitudes_in(model)]) :]
+    return theta
+
+
+@pytest.mark.parametrize("key", EFFECTS)
+def test_derivatives_by_effects_are_those_of_differences(key: str, fit: CampaignFit, sampled: tuple[Registered, JointFit]) -> None:
+    campaign = sampled[0].campaign
+    model = Model((*campaign.kind.base.effects, MODELS[key]))
+    theta, task, flight = _theta(model), campaign.sequences[0], fit.state.flights[0]
+    at = outline_errors(task, flight, model, theta)
+    for column in range(model.size - len(MODELS[key].entry.parameters), model.size):
+        step = model.steps[column] * np.eye(model.size)[column]
+        high, low = (outline_errors(task, flight, model, theta + sign * step) for sign in (1.0, -1.0))
+        difference = (high.e - low.e) / (2.0 * model.steps[column])
+        size = np.abs(difference).max()
+        assert size > 0.0
+        assert np.abs(at.J[..., N_PARAMETERS + column] - difference).max() < 0.02 * size
+
+
+def test_derivatives_by_the_flight_and_amplitudes_are_those_of_differences(fit: CampaignFit, sampled: tuple[Registered, JointFit]) -> None:
+    campaign = sampled[0].campaign
+    model, task, flight = campaign.kind.base, campaign.sequences[1], fit.state.flights[1]
+    theta = fit.state.theta[1]
+    at = outline_errors(task, flight, model, theta)
+    assert at.e.shape == (16, SECTORS)
+    for column in np.flatnonzero(STEPS):
+        step = STEPS[column] * np.eye(N_PARAMETERS)[column]
+        high, low = (outline_errors(task, moved(flight, sign * step), model, theta) for sign in (1.0, -1.0))
+        difference = (high.e - low.e) / (2.0 * STEPS[column])
+        assert np.abs(at.J[..., column] - difference).max() < 0.02 * max(np.abs(difference).max(), 1e-3 / STEPS[column] * 1e-3)
+    assert (at.J[..., OFFSET][..., 0] * np.sqrt(at.variance))[at.seen] == pytest.approx(-1.0)
+    for column in (0, model.size - 1):
+        step = 0.1 * np.eye(model.size)[column]
+        high, low = (outline_errors(task, flight, model, theta + sign * step) for sign in (1.0, -1.0))
+        difference = (high.e - low.e) / 0.2
+        assert np.abs(at.J[..., N_PARAMETERS + column] - difference).max() < 0.05 * np.abs(difference).max()
+
+
+def test_contacts_are_made_anew_where_outlines_have_moved(fit: CampaignFit, sampled: tuple[Registered, JointFit]) -> None:
+    campaign = sampled[0].campaign
+    model, task, flight, theta = campaign.kind.base, campaign.sequences[0], fit.state.flights[0], fit.state.theta[0]
+    assert with_contacts(task, flight, model, theta) is task
+    turned = moved(flight, 0.05 * np.eye(N_PARAMETERS)[5])
+    anew = with_contacts(task, turned, model, theta)
+    assert anew is not task
+    old, new = (outline_errors(each, turned, model, theta) for each in (task, anew))
+    assert np.sum(new.e**2) < 0.95 * np.sum(old.e**2)  # points that have slid along the outline are nearer than those that were met
+
+
+def test_outlines_that_are_off_as_a_whole_show_in_every_sector(fit: CampaignFit, sampled: tuple[Registered, JointFit]) -> None:
+    campaign = sampled[0].campaign
+    task, sightings = campaign.sequences[0], campaign.sequences[0].task.sightings
+    shifted = replace(sightings, outlines_px=tuple(outline + np.array([1.0, 0.0]) for outline in sightings.outlines_px))
+    moved_task = replace(task, task=replace(task.task, sightings=shifted))
+    model, flight, theta = campaign.kind.base, fit.state.flights[0], fit.state.theta[0]
+    before, after = (outline_errors(each, flight, model, theta) for each in (task, moved_task))
+    change = (after.e - before.e) * np.sqrt(before.variance)
+    normal = task.contacts.mean(task.contacts.normal)[..., 0]
+    assert change[before.seen] == pytest.approx(normal[before.seen], abs=1e-6)
