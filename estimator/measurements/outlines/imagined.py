@@ -14,15 +14,13 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from datasets.vocabulary.camera import Intrinsics
-from estimator.appearance.flight_errors import particle_poses
-from estimator.appearance.model_errors import SequenceTask, cast_outlines
-from estimator.appearance.prediction import predict
+from estimator.appearance.model_errors import SequenceTask, cast_outlines, centres_cam
 from estimator.diagnosis.imagined_sequences import Drop, Imagined
 from estimator.fitting.campaigns.campaign import SequenceEquations
 from estimator.geometry.closed_curves import resampled
 from estimator.geometry.epipolar_tangency import PoseSet
 from estimator.measurements.outlines.contacts import SECTORS, Contacts, contacts_at
-from estimator.measurements.outlines.task import OutlineTask, amplitudes_in, outline_errors
+from estimator.measurements.outlines.task import OutlineTask, amplitudes_in, outline_errors, placed_at, with_sectors
 from estimator.measurements.silhouettes.imagined import Pictures, rows_of, thinned
 from estimator.motion.flight import Flight
 from estimator.particle.particle import Particle
@@ -72,7 +70,8 @@ class SampledPictures:
             return self._sampled(silhouettes), times
         few, times = thinned(sequence, most)
         rows = rows_of(len(sequence.task.sightings), most)
-        return replace(few, contacts=_taken(few.contacts, rows), own_px=few.own_px[rows], kept=few.kept[rows]), times
+        contacts, sectors = _taken(few.contacts, rows), few.sectors.take(rows)
+        return replace(few, contacts=contacts, sectors=sectors, own_px=few.own_px[rows], kept=few.kept[rows]), times
 
     def silent(self, equations: SequenceEquations) -> SequenceEquations:
         """The equations themselves: their noise is stated, and residuals are zero."""
@@ -99,23 +98,15 @@ class SampledPictures:
         like, flight, model, theta = self.sequence, few.flight, self.pictures.model, self.theta
         amplitude = theta[amplitudes_in(model)]
         sightings = few.task.sightings
-        prediction = predict(flight, model, theta, few.setting, sightings.times_s, rows_px=sightings.rows_px)
-        placed = particle_poses(flight, prediction.poses, sightings, scale=model.scale(theta))
+        prediction, placed = placed_at(few, flight, model, theta)
         surface = like.amplitudes.surface_at(amplitude)
         outlines = cast_outlines(few.task, placed, replace(surface.sphere.mesh, vertices=surface.vertices))
         seen = replace(sightings, outlines_px=tuple(resampled(each, self._spacing_px, fewest=SECTORS) for each in outlines))
         contacts = contacts_at(like.amplitudes, amplitude, seen, placed, np.concatenate(seen.outlines_px))
-        made = OutlineTask(
-            **_fields(few) | {"task": replace(few.task, sightings=seen)},
-            contacts=contacts,
-            amplitudes=like.amplitudes,
-            own_px=np.full(len(seen), np.median(like.own_px)),
-            view_px_m=like.view_px_m,
-            deviation=like.deviation,
-            kept=np.ones(len(seen), dtype=np.bool_),
-            noise=like.noise,
-        )
-        return self._where_the_fit_has_them(made, flight)
+        known = {**_fields(few), "task": replace(few.task, sightings=seen)}
+        n = len(seen)
+        made = replace(like, **known, contacts=contacts, own_px=np.full(n, np.median(like.own_px)), kept=np.ones(n, dtype=np.bool_))
+        return self._where_the_fit_has_them(with_sectors(made, prediction, centres_cam(flight, placed)), flight)
 
     def _where_the_fit_has_them(self, made: OutlineTask, flight: Flight) -> OutlineTask:
         """With every sector's samples moved along their normals by what the fit misses them by: effects displace outlines."""

@@ -66,10 +66,10 @@ def test_more_views_halve_the_variance_of_the_surface() -> None:
     np.testing.assert_allclose(now.com, before.com, atol=1e-12)
     np.testing.assert_allclose(now.inertia, before.inertia, atol=1e-9)
     smaller, moves = (equations_of(each).errors.J[..., N_PARAMETERS:] for each in (more, whole))
-    np.testing.assert_allclose(smaller, np.sqrt(0.5) * moves, atol=1e-6 * np.abs(moves).max())
+    np.testing.assert_allclose(smaller, np.sqrt(0.5) * moves, atol=1e-5 * np.abs(moves).max())
 
 
-PAIRS = (("linear_drag", "quadratic_drag"), ("outline_offset", "view_outline_offset"))
+PAIRS = (("linear_drag", "gravity"), ("outline_offset", "view_outline_offset"))
 
 
 @cache
