@@ -13,6 +13,7 @@ from scipy.spatial import cKDTree
 
 from datasets.vocabulary.camera import Intrinsics
 from estimator.geometry.cast_outline import FINER, contour_generator, drawn_edges
+from estimator.geometry.closed_curves import area
 from estimator.surface.star_surface import Surface
 
 Array = NDArray[np.float64]
@@ -47,24 +48,35 @@ def contact_of(surface: Surface, camera: Intrinsics, R_cam_particle: Array, t_ca
     pixels = camera.project(cam)
     mesh = surface.sphere.mesh
     edges = contour_generator(mesh, pixels)
-    rim, face = mesh.ends[edges], mesh.faces[mesh.beside[edges, 0]]
+    rim = mesh.ends[edges]
     start = pixels[rim[:, 0]]
     along = pixels[rim[:, 1]] - start
-    rim_normal = np.column_stack([along[:, 1], -along[:, 0]]) / np.maximum(np.linalg.norm(along, axis=1), LEAST_PX)[:, None]
-    within = pixels[face.sum(axis=1) - rim.sum(axis=1)] - start  # both faces lie on one side of an edge of the contour generator
-    rim_normal *= np.where(np.sum(within * rim_normal, axis=1) > 0.0, -1.0, 1.0)[:, None]
     finer = int(np.clip(DRAWN_PX / np.ptp(start, axis=0).max(), COARSEST, FINER))
     drawn, edge = drawn_edges(pixels, rim, finer)
-    own = edge[cKDTree(drawn).query(samples_px)[1]]
+    nearest = cKDTree(drawn).query(samples_px)[1]
+    own, outward = edge[nearest], _outward(drawn, finer)[nearest]
     share, foot = _foot(samples_px, start[own], along[own])
     gap = samples_px - foot
     size = np.linalg.norm(gap, axis=1)
-    side = np.where(np.sum(gap * rim_normal[own], axis=1) < 0.0, -1.0, 1.0)
+    side = np.where(np.sum(gap * outward, axis=1) < 0.0, -1.0, 1.0)
+    across = np.column_stack([along[own, 1], -along[own, 0]]) / np.maximum(np.linalg.norm(along[own], axis=1), LEAST_PX)[:, None]
+    across *= np.where(np.sum(across * outward, axis=1) < 0.0, -1.0, 1.0)[:, None]
     at_corner = ((share <= 0.0) | (share >= 1.0)) & (size > LEAST_PX)
-    normal = np.where(at_corner[:, None], side[:, None] * gap / np.maximum(size, LEAST_PX)[:, None], rim_normal[own])
+    normal = np.where(at_corner[:, None], side[:, None] * gap / np.maximum(size, LEAST_PX)[:, None], across)
+    side = np.where(np.sum(gap * normal, axis=1) < 0.0, -1.0, 1.0)
     first, second = rim[own].T
     point = cam[first] * (1.0 - share)[:, None] + cam[second] * share[:, None]
     return Contact(first, second, share, point, normal, side * size)
+
+
+def _outward(drawn: Array, finer: int) -> Array:
+    """Outward normals (n, 2) of a boundary drawn (n, 2) px in order, over a pixel to both sides.
+
+    Those of the edges themselves do not tell: the contour generator of a mesh goes to and fro across the outline.
+    """
+    chord = np.roll(drawn, -finer, axis=0) - np.roll(drawn, finer, axis=0)
+    normal = np.column_stack([chord[:, 1], -chord[:, 0]])
+    return normal if area(drawn) > 0.0 else -normal
 
 
 def _foot(points: Array, start: Array, along: Array) -> tuple[Array, Array]:
