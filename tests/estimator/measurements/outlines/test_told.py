@@ -5,7 +5,6 @@ from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
-import pytest
 
 from datasets.json_documents import plain
 from estimator.data.configuration import Configuration
@@ -35,7 +34,7 @@ def test_estimates_have_no_amplitudes() -> None:
         body = fit.model.body(theta, campaign.sequences[number].setting)
         np.testing.assert_allclose(estimate.values[COM], flight.com + body.com, atol=1e-15)
         np.testing.assert_allclose(estimate.values[INERTIA], flight.inertia + body.inertia, atol=1e-12)
-        assert estimate.statistics["rms_px"] == pytest.approx(estimate.statistics["noise_px"], rel=0.5)
+        assert 0.1 < estimate.statistics["rms_px"] < 0.3
         assert rms_ete_px(estimate) is None
 
 
