@@ -29,7 +29,7 @@ class Status(StrEnum):
 
 @dataclass(frozen=True)
 class FrameReport:
-    """What became of one picture: used or not, its ETE (RMS, px in the HSV image) and whitened RMS.
+    """What became of one picture: used or not, its ETE (RMS, px in the HSV image; NaN where there is none) and whitened RMS.
 
     ``reason``: why it is left out or used in part; empty where it is used whole.
     """

@@ -17,6 +17,7 @@ from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, Sequence
 from estimator.fitting.campaigns.campaign_covariance import CampaignCovariance
 from estimator.fitting.campaigns.held_out import HeldOut
 from estimator.reports.campaign_reporting import EffectValue
+from estimator.reports.told_parameters import told_parameters
 from tumble.reports.map_words import sentence_of, title_of
 from tumble.reports.noise_floor_words import floor_sentence
 from tumble.reports.separation_words import separation_sentence
@@ -256,9 +257,9 @@ def verdict_entry(verdict: Verdict, next_command: str) -> Entry:
 
 def campaign_content(campaign: Campaign, fit: CampaignFit, covariance: CampaignCovariance, values: Sequence[EffectValue]) -> Entry:
     """Everything of a fitted campaign: the effects and, per sequence, state, parameters and where its rows of the covariance lie."""
-    sequences = []
+    sequences, told = [], told_parameters(campaign, fit, covariance)
     for number, sequence in enumerate(campaign.sequences):
-        flight = fit.state.flights[number]
+        flight = told.flights[number]
         sequences.append(
             {
                 "name": sequence.name,
@@ -272,19 +273,19 @@ def campaign_content(campaign: Campaign, fit: CampaignFit, covariance: CampaignC
                 "com": flight.com,
                 "inertia": flight.inertia,
                 "offset_px": flight.offset_px,
-                "theta": fit.state.theta[number],
+                "theta": told.theta[number],
                 "whitened_mean_square": fit.equations[number].frames.mean_square,
-                "rows": covariance.place[number],
+                "rows": told.covariance.place[number],
             }
         )
     return {
-        "effects": [_effect(effect) for effect in fit.model.effects],
-        "parameters": list(fit.model.names),
+        "effects": [_effect(effect) for effect in told.model.effects],
+        "parameters": list(told.model.names),
         "values": value_entries(values),
         "settled": fit.settled,
         "rms_ete_px": rms_px(fit),
         "sequences": sequences,
-        "covariance": covariance.covariance,
+        "covariance": told.covariance.covariance,
     }
 
 

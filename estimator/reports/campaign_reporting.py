@@ -22,8 +22,9 @@ from estimator.fitting.campaigns.considered import Considered
 from estimator.fitting.campaigns.forced_velocities import body_under, motion_under, velocities_under
 from estimator.fitting.campaigns.measurement_kind import MeasurementKind
 from estimator.fitting.campaigns.registered import Registered
-from estimator.motion.flight import N_PARAMETERS, NAMES, OMEGA, Flight, V, fitted_body
+from estimator.motion.flight import N_PARAMETERS, OMEGA, Flight, V, fitted_body
 from estimator.reports.drop_reporting import drop_estimate, flights_of
+from estimator.reports.told_parameters import Told, told_parameters
 from estimator.search.candidate_flights import MOST_MEAN_SQUARE
 
 Array = NDArray[np.float64]
@@ -82,12 +83,14 @@ def campaign_estimates(
     """One estimate per recording that was measured, in the campaign's order; its uncertainty is widened by what is possible."""
     campaign, made = registered.campaign, []
     to_go, drops = left_to_go(registered, fit, at.plain), flights_of(registered.campaign, fit, at)
+    told = told_parameters(campaign, fit, at.fitted)
     own: dict[str, list[Estimate]] = {}
     for number, (name, sequence) in enumerate(zip(campaign.recordings, campaign.sequences, strict=True)):
         what, state = (campaign.kind, sequence, observations[name]), (fit.state.flights[number], fit.state.theta[number])
-        own.setdefault(name, []).append(_estimate(what, state, fit, (number, at, to_go), configuration))
+        estimate = _with_parameters(_estimate(what, state, fit, (number, at, to_go), configuration), told, number)
+        own.setdefault(name, []).append(without(estimate, campaign.kind.unmeasured(sequence)))
     for name, each in own.items():
-        one, observation = drop_estimate(name, drops[name], each, fit) if name in drops else each[0], observations[name]
+        one, observation = drop_estimate(name, drops[name], each, fit, told) if name in drops else each[0], observations[name]
         made.append(with_what_is_missing(one, observation) if isinstance(observation, Observation) else one)
     return tuple(made)
 
@@ -113,7 +116,7 @@ def _estimate(
     if status is not Status.CONVERGED:
         return Estimate(name=sequence.name, status=status, message=message, **told)
     middle = float(times[(len(times) - 1) // 2])
-    estimate = Estimate(
+    return Estimate(
         name=sequence.name,
         status=status,
         message=message,
@@ -121,17 +124,21 @@ def _estimate(
         motion=motion_under(flight, fit.model, theta, setting),
         start=_velocity(flight, (number, wide), float(times[0]), sequence),
         middle=_velocity(flight, (number, wide), middle, sequence),
-        parameters=(*NAMES, *fit.model.names),
-        values=np.concatenate([flight.x, np.zeros(3), flight.v, flight.omega, flight.com, flight.inertia, [flight.offset_px], theta]),
-        covariance=wide.covariance.of(number, np.arange(wide.own)),
         **told,
     )
-    return without(estimate, kind.unmeasured(sequence))
+
+
+def _with_parameters(estimate: Estimate, told: Told, number: int) -> Estimate:
+    """The estimate of sequence ``number``, with its parameters where it was measured."""
+    if estimate.status is not Status.CONVERGED:
+        return estimate
+    covariance = told.covariance.of(number, np.arange(len(told.names)))
+    return replace(estimate, parameters=told.names, values=told.values(number), covariance=covariance)
 
 
 def without(estimate: Estimate, columns: NDArray[np.int64]) -> Estimate:
     """The estimate with nothing said of the flight's parameters ``columns`` (c,) that were not measured: NaN."""
-    if not len(columns):
+    if not len(columns) or estimate.status is not Status.CONVERGED:
         return estimate
     covariance, values = estimate.covariance.copy(), estimate.values.copy()
     covariance[columns], covariance[:, columns], values[columns] = np.nan, np.nan, np.nan

@@ -5,7 +5,7 @@ The flights are fitted with their campaign, each with a state of its own. Two th
 the camera and the effects, is off by the same in both. What an impact says is corrected by that meeting; segments are as they were fitted.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
@@ -25,10 +25,15 @@ from estimator.measurements.trajectories.meeting_flights import Meeting, meeting
 from estimator.motion.flight import N_PARAMETERS, Flight, fitted_body
 from estimator.motion.reached import Reached
 from estimator.motion.rotation import quaternion
+from estimator.reports.told_parameters import Told
 
 Array = NDArray[np.float64]
 TIME_STEP_S = 1e-4
 """Step of central differences of a velocity by time: a flight turns by a hundredth of a radian in it."""
+COUNTED = ("n_pairs", "pairs_without_tangents", "sectors")
+"""Statistics of flights that add up, whatever the kind of their residuals is."""
+POOLED = {"rms_ete_px": "n_pairs", "rms_px": "sectors", "noise_px": "sectors"}
+"""Root mean squares among them, and over how many each is."""
 
 
 @dataclass(frozen=True)
@@ -94,8 +99,8 @@ def impacts_between(flights: Sequence[FittedFlight]) -> tuple[Struck, ...]:
     return tuple(each for each in met if each.meeting.jump >= LEAST_JUMP)
 
 
-def drop_estimate(recording: str, flights: Sequence[FittedFlight], own: Sequence[Estimate], fit: CampaignFit) -> Estimate:
-    """The estimate of a recording from its ``flights`` in order of time and the estimate of each."""
+def drop_estimate(recording: str, flights: Sequence[FittedFlight], own: Sequence[Estimate], fit: CampaignFit, parameters: Told) -> Estimate:
+    """The estimate of a recording from its ``flights`` in order of time and the estimate of each; ``parameters`` of all sequences."""
     told: dict[str, Any] = {
         "name": recording,
         "frames": _frames(own),
@@ -120,7 +125,7 @@ def drop_estimate(recording: str, flights: Sequence[FittedFlight], own: Sequence
         impacts=tuple(_impact(each, fit) for each in struck),
         statistics=_statistics(flights, own, struck),
         **told,
-        **_parameters(flights, own),
+        **_parameters(flights, own, parameters),
     )
 
 
@@ -174,16 +179,16 @@ def _motion(flights: Sequence[FittedFlight], spans: Sequence[tuple[float, float]
     return Motion(**{name: np.concatenate([part[name] for part in parts]) for name in Motion.__dataclass_fields__})
 
 
-def _parameters(flights: Sequence[FittedFlight], own: Sequence[Estimate]) -> dict[str, Any]:
+def _parameters(flights: Sequence[FittedFlight], own: Sequence[Estimate], told: Told) -> dict[str, Any]:
     """Names, values and joint covariance: those of the first flight with all that is shared, then the states of the others."""
-    names, values, rows = list(own[0].parameters), [own[0].values], [flights[0].rows[: flights[0].wide.own]]
+    place = told.covariance.place
+    names, values, rows = list(own[0].parameters), [own[0].values], [place[flights[0].number]]
     for each, estimate in zip(flights[1:], own[1:], strict=True):
         names += [f"flight_{each.sequence.number}_{name}" for name in estimate.parameters[:STATE]]
         values.append(estimate.values[:STATE])
-        rows.append(each.rows[:STATE])
+        rows.append(place[each.number][:STATE])
     at = np.concatenate(rows)
-    covariance = flights[0].wide.covariance.covariance[np.ix_(at, at)]
-    return {"parameters": tuple(names), "values": np.concatenate(values), "covariance": covariance}
+    return {"parameters": tuple(names), "values": np.concatenate(values), "covariance": told.covariance.covariance[np.ix_(at, at)]}
 
 
 def _frames(estimates: Sequence[Estimate]) -> tuple[FrameReport, ...]:
@@ -193,19 +198,22 @@ def _frames(estimates: Sequence[Estimate]) -> tuple[FrameReport, ...]:
 
 def _statistics(flights: Sequence[FittedFlight], estimates: Sequence[Estimate], struck: Sequence[Struck]) -> dict[str, Any]:
     own = [each.statistics for each in estimates]
-    pairs = np.array([each["n_pairs"] for each in own])
-    square = sum(n * each["rms_ete_px"] ** 2 for n, each in zip(pairs, own, strict=True)) / max(int(pairs.sum()), 1)
     return {
         **own[0],
-        "n_pairs": int(pairs.sum()),
-        "pairs_without_tangents": sum(each["pairs_without_tangents"] for each in own),
-        "rms_ete_px": float(np.sqrt(square)),
+        **{name: sum(each[name] for each in own) for name in COUNTED if name in own[0]},
+        **{name: _pooled(own, name, by) for name, by in POOLED.items() if name in own[0]},
         "flights": [
             {"number": each.sequence.number, "sightings": len(each.sequence.task.sightings), "mean_square": s["whitened_mean_square"]}
             for each, s in zip(flights, own, strict=True)
         ],
         "impacts": [_impact_statistics(each) for each in struck],
     }
+
+
+def _pooled(own: Sequence[Mapping[str, Any]], name: str, by: str) -> float:
+    """Root mean square of all flights together, of each of which there are so many."""
+    square = sum(each[by] * each[name] ** 2 for each in own) / max(sum(each[by] for each in own), 1)
+    return float(np.sqrt(square))
 
 
 def _impact_statistics(struck: Struck) -> dict[str, Any]:

@@ -10,10 +10,10 @@ def floor_sentence(floor: NoiseFloor, unit: str, at: tuple[float, float]) -> str
     interval = f"reduced chi-square {floor.reduced:.2f}, 95%: {floor.interval[0]:.2f} to {floor.interval[1]:.2f}"
     if unit != "px":
         said = (
-            f"The residuals are {floor.rms_px:.2f} times the noise that each sequence shows; noise that changes from row to row makes "
-            f"{floor.floor_px:.2f} of that ({interval}; noise alone: 1 or less)."
+            f"The residuals are {floor.rms_px:.2f} times the noise that each sequence shows; noise that is new in every row or frame "
+            f"makes {floor.floor_px:.2f} of that ({interval}; noise alone: 1 or less)."
         )
-        return _concluded(floor, said, f"{floor.excess_px:.2f} times the noise, alike in neighbouring rows", at)
+        return _concluded(floor, said, f"{floor.excess_px:.2f} times the noise, alike in neighbouring rows or frames", at)
     said = (
         f"The residuals are {floor.rms_px:.3f} px RMS; noise that changes with every frame makes {floor.repeated_px:.3f} px of that "
         f"({interval}; up to {floor.allowed:.2f} may come of the calibrated views and of hulls that are not quite the body)."

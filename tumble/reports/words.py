@@ -1,5 +1,6 @@
 """What a status means, and what a person may do next, in plain words."""
 
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any
@@ -48,9 +49,7 @@ MANY_LEFT_OUT = 0.2
 LARGE_ETE_PX = 1.5
 
 
-MISFIT_MEANING = (
-    "The fit converged, but its residuals are not noise: the model misses something. The intervals are too narrow."
-)
+MISFIT_MEANING = "The fit converged, but its residuals are not noise: the model misses something. The intervals are too narrow."
 MISFIT_NEXT = "Run `tumble compare` on the observations: it says where the model misses, and `tumble diagnose` which effect may be missing."
 
 
@@ -83,10 +82,10 @@ def next_steps(estimate: Estimate) -> list[str]:
 
 
 def rms_ete_px(estimate: Estimate) -> float | None:
-    """RMS ETE (px) over the frames used; ``None`` where there are none, or rows of a trajectory instead."""
+    """RMS ETE (px) over the frames used; ``None`` where there are none: rows of a trajectory, or outlines sample by sample."""
     if "rows" in estimate.statistics:
         return None
-    squares = [frame.rms_ete_px**2 for frame in estimate.frames if frame.used]
+    squares = [frame.rms_ete_px**2 for frame in estimate.frames if frame.used and math.isfinite(frame.rms_ete_px)]
     return (sum(squares) / len(squares)) ** 0.5 if squares else None
 
 

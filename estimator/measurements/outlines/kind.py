@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from datasets.estimate import FrameReport
 from datasets.observation import Observation
+from estimator.appearance.hull_outlines import hull_of
 from estimator.diagnosis.noise_floor import NoiseFloor
 from estimator.diagnosis.residual_maps import ResidualMap
 from estimator.effects.instrument.surface_amplitudes import SurfaceAmplitudes
@@ -25,11 +26,14 @@ from estimator.likelihood.rows import (
     weighed,
 )
 from estimator.likelihood.time_shifts import TimeShifts
+from estimator.measurements.outlines.imagined import SampledPictures
 from estimator.measurements.outlines.maps import outline_floor, outline_maps
 from estimator.measurements.outlines.surfaces import refitted_surfaces
 from estimator.measurements.outlines.task import OutlineErrors, OutlineTask, outline_errors, with_contacts
+from estimator.measurements.silhouettes.imagined import Pictures
 from estimator.measurements.silhouettes.kind import SILHOUETTES
 from estimator.motion.flight import COM, INERTIA, N_PARAMETERS, OFFSET, Flight
+from estimator.particle.particle import Particle
 
 Array = NDArray[np.float64]
 
@@ -143,9 +147,10 @@ class Outlines:
         """Of outline-normal residuals."""
         return outline_maps(campaign, fit)
 
-    def imagination(self, campaign: Campaign, number: int, fit: CampaignFit, particles: Sequence[Any]) -> Any:
-        """Not yet: what would tell effects apart is imagined with tangency errors."""
-        raise NotImplementedError
+    def imagination(self, campaign: Campaign, number: int, fit: CampaignFit, particles: Sequence[Particle]) -> SampledPictures:
+        """Samples of the outlines that the surface casts."""
+        sequence, corners = campaign.sequences[number], hull_of(particles[campaign.particle[number]])
+        return SampledPictures(Pictures(sequence, fit.state.flights[number], corners, fit.model, fit.state.theta[number]), sequence)
 
     def statistics(self, equations: SequenceEquations) -> dict[str, Any]:
         """Residuals and their noise in pixels of single samples."""
@@ -158,10 +163,8 @@ class Outlines:
         }
 
     def frame_reports(self, sequence: OutlineTask, observation: Observation, equations: SequenceEquations) -> tuple[FrameReport, ...]:
-        """Every picture of every camera."""
-        sightings, errors = sequence.task.sightings, equations.errors
-        px = errors.e * np.sqrt(errors.variance)
-        rms = np.sqrt((px**2).sum(axis=1) / np.maximum(errors.seen.sum(axis=1), 1))
+        """Every picture of every camera; they have no tangency errors."""
+        sightings = sequence.task.sightings
         whitened = np.sqrt(equations.frames.chi2 / np.maximum(equations.frames.count, 1))
         used = {(int(c), int(f)): i for i, (c, f) in enumerate(zip(sightings.camera, sightings.frame, strict=True))}
         reports = []
@@ -171,7 +174,7 @@ class Outlines:
                 if row is None:
                     reports.append(FrameReport(camera, frame, False, "no usable outline", 0.0, 0.0))
                 else:
-                    reports.append(FrameReport(camera, frame, True, "", float(rms[row]), float(whitened[row])))
+                    reports.append(FrameReport(camera, frame, True, "", float("nan"), float(whitened[row])))
         return tuple(reports)
 
     def unmeasured(self, sequence: OutlineTask) -> NDArray[np.int64]:

@@ -1,30 +1,59 @@
-"""Is there anything to explain in outlines sample by sample, and where: against what changes from frame to frame."""
+"""Is there anything to explain in outlines sample by sample, and where: the mean residuals of sectors, as tangency errors are looked at.
+
+Noise is new in each sector and each frame, and its size is known. Whole frames may scatter by more, as under a trigger that jitters, so
+standard errors are clustered by frame; a bin of few frames says little of that, so its clusters count beside the mean of all bins [Pan,
+Biometrika 88 (2001) 901].
+"""
+
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import chdtrc
 
 from estimator.diagnosis.noise_floor import NoiseFloor
-from estimator.diagnosis.residual_maps import ResidualMap, even
+from estimator.diagnosis.residual_maps import Axis, ResidualMap
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit
-from estimator.measurements.trajectories.noise_floor import trajectory_floor
+from estimator.measurements.silhouettes.map_axes import outline_axes
+from estimator.measurements.silhouettes.noise_floor import floor_between_frames
+from estimator.measurements.silhouettes.residual_maps import Mapped, frames_of, summed
 
 Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+LIKE_ALL = 30.0
+"""Frames whose scatter is taken to be that of all bins, beside a bin's own: clusters of ten frames alone made maps of noise show something
+in a third of campaigns."""
 
 
 def outline_floor(campaign: Campaign, fit: CampaignFit, rng: np.random.Generator) -> NoiseFloor:
-    """Judge the residuals of a fit, in standard deviations of the noise."""
-    return trajectory_floor(campaign, fit, rng)
+    """Judge the residuals of a fit, in standard deviations of the noise, by how those of a sector change from frame to frame."""
+    return floor_between_frames(campaign, fit, rng)
 
 
 def outline_maps(campaign: Campaign, fit: CampaignFit) -> tuple[ResidualMap, ...]:
-    """All maps of a fit, those that show most first."""
-    frame = np.concatenate([np.repeat(np.arange(len(each.errors.e)), each.errors.seen.sum(axis=1)) for each in fit.equations])
-    e = np.concatenate([each.errors.e[each.errors.seen] for each in fit.equations])
-    axis = even("time", "time", "frame", frame.astype(np.float64))
-    count = np.bincount(axis.bin, minlength=len(axis.centre))
-    kept = np.flatnonzero(count)
-    mean = np.bincount(axis.bin, e, len(axis.centre))[kept] / count[kept]
-    sigma = 1.0 / np.sqrt(count[kept])
-    statistic = float(np.sum((mean / sigma) ** 2))
-    return (ResidualMap(axis, "offset", kept, mean, sigma, count[kept], statistic, float(chdtrc(len(kept), statistic)), "σ"),)
+    """All maps of a fit, in pixels, those that show most first."""
+    errors = [each.errors for each in fit.equations]
+    e = np.concatenate([(each.e * np.sqrt(each.variance))[each.seen] for each in errors])
+    u = np.concatenate([each.places.normal[:, :, 0][each.seen] for each in errors])
+    shared = _Frames(frames_of(fit), np.concatenate([each.variance[each.seen] for each in errors]))
+    return Mapped(e, u, outline_axes(campaign, fit), shared).maps
+
+
+@dataclass(frozen=True)
+class _Frames:
+    """Residuals (r,) with noise of their own of ``variance`` (r,) px² that share their ``frame``.
+
+    What comes back in several frames is the body's, whose surface is fitted.
+    """
+
+    frame: Index
+    variance: Array
+
+    def covariance(self, influence: Array, residual: Array, axis: Axis) -> Array:
+        """Covariance (b, b) of means; ``influence`` (b, r) on them of what is left of each ``residual`` (r,) px."""
+        del axis
+        own, noise = summed(influence * residual, self.frame), summed(influence**2 * self.variance, self.frame)
+        there = noise > 0.0
+        scatter = max(float(np.mean(own[there] ** 2 / noise[there])), 1.0)
+        share = there.sum(axis=1) / (there.sum(axis=1) + LIKE_ALL)
+        own *= np.sqrt(share)[:, None]
+        return np.asarray(own @ own.T + np.diag((1.0 - share) * scatter * noise.sum(axis=1)))

@@ -6,6 +6,7 @@ is not wholly in the picture are left out.
 """
 
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +27,7 @@ from estimator.motion.rigid_body import rotation_matrices
 from estimator.particle.particle import Particle
 
 Array = NDArray[np.float64]
+Thinned = TypeVar("Thinned", bound=SequenceTask)
 NEVER_OUTLYING = 1e6
 """Imagined errors have no outliers."""
 
@@ -127,14 +129,20 @@ GOLDEN = 0.6180339887498949
 """Golden ratio less one: its multiples fall evenly within a step."""
 
 
-def thinned(sequence: SequenceTask, most: int) -> tuple[SequenceTask, float]:
-    """The sequence with at most ``most`` of its sightings, and how many each of those stands for.
+def thinned(sequence: Thinned, most: int) -> tuple[Thinned, float]:
+    """The sequence with at most ``most`` of its sightings, and how many each of those stands for."""
+    n = len(sequence.task.sightings)
+    rows = rows_of(n, most)
+    if len(rows) == n:
+        return sequence, 1.0
+    return replace(sequence, task=restricted(sequence.task, rows), shape=sequence.shape.take(rows)), n / most
+
+
+def rows_of(n: int, most: int) -> NDArray[np.int64]:
+    """Numbers of the ``most`` of n sightings that stand for all; all where there are no more.
 
     One of each stretch of time, at a place that changes from stretch to stretch: evenly spaced ones would be blind to some vibrations.
     """
-    n = len(sequence.task.sightings)
     if n <= most:
-        return sequence, 1.0
-    rows = np.floor((np.arange(most) + (np.arange(most) * GOLDEN) % 1.0) * n / most).astype(np.int64)
-    task = restricted(sequence.task, rows)
-    return replace(sequence, task=task, shape=sequence.shape.take(rows)), n / most
+        return np.arange(n)
+    return np.floor((np.arange(most) + (np.arange(most) * GOLDEN) % 1.0) * n / most).astype(np.int64)

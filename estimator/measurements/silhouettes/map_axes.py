@@ -1,6 +1,6 @@
-"""What residuals are mapped over: every residual's frame, place in the picture, direction, place on the body, speed, spin phase, view."""
+"""What residuals on outlines are mapped over: frame, place in the picture, direction, place on the body, speed, spin phase, view."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +25,14 @@ class Axes:
 
 
 def axes_of(campaign: Campaign, fit: CampaignFit) -> Axes:
-    """The axes of a fitted campaign; residuals in the order of sequences, sightings, views and tangencies."""
+    """The axes of a campaign of tangency errors; residuals in the order of sequences, sightings, views and tangencies."""
+    common = outline_axes(campaign, fit)
+    view = np.concatenate([np.nonzero(each.errors.seen)[1] for each in fit.equations])
+    return replace(common, axes=(*common.axes, _views(view.astype(np.int64))))
+
+
+def outline_axes(campaign: Campaign, fit: CampaignFit) -> Axes:
+    """The axes of residuals at ``places`` of outlines, whichever they are; residuals in the order of sequences, sightings and places."""
     parts = [_of_sequence(sequence, each) for sequence, each in zip(campaign.sequences, fit.equations, strict=True)]
     c = {name: np.concatenate([p[name] for p in parts]) for name in parts[0]}
     camera = campaign.sequences[0].task.sightings.cameras[0].intrinsics
@@ -38,17 +45,15 @@ def axes_of(campaign: Campaign, fit: CampaignFit) -> Axes:
         _cells(c["body"]),
         even("speed", "speed", "m/s", c["speed"]),
         phase(c["turned"]),
-        _views(c["view"].astype(np.int64)),
     )
     return Axes(axes, c["flying"])
 
 
 def _of_sequence(sequence: SequenceTask, each: SequenceEquations) -> dict[str, Array]:
     """Everything that residuals of one sequence are mapped over."""
-    seen = each.errors.seen
-    row, view, _ = np.nonzero(seen)
-    sightings, prediction = sequence.task.sightings, each.errors.prediction
-    u = each.errors.places.normal[seen]
+    places, sightings, prediction = each.errors.places, sequence.task.sightings, each.errors.prediction
+    seen = each.errors.seen.reshape(places.radius_px.shape)
+    row, u = np.nonzero(seen)[0], places.normal[seen]
     order = np.argsort(sightings.times_s, kind="stable")
     spin = np.linalg.norm(prediction.omega, axis=1)[order]
     turned = np.concatenate([[0.0], np.cumsum(0.5 * (spin[1:] + spin[:-1]) * np.diff(sightings.times_s[order]))])
@@ -56,12 +61,11 @@ def _of_sequence(sequence: SequenceTask, each: SequenceEquations) -> dict[str, A
     angle[order] = np.degrees(turned)
     return {
         "frame": sightings.frame[row].astype(np.float64),
-        "point": each.errors.places.point_px[seen],
+        "point": places.point_px[seen],
         "angle": np.degrees(np.arctan2(u[:, 1], u[:, 0])) % 360.0,
-        "body": each.errors.normals[seen],
+        "body": places.normal_body[seen],
         "speed": np.linalg.norm(prediction.velocity, axis=1)[row],
         "turned": angle[row],
-        "view": view.astype(np.float64),
         "flying": _flying(sequence, each)[row],
     }
 

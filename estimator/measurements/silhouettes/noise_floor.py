@@ -26,8 +26,7 @@ JUMPS = 0.95
 
 def silhouette_floor(campaign: Campaign, fit: CampaignFit, rng: np.random.Generator) -> NoiseFloor:
     """Judge the residuals of a fit to silhouettes."""
-    sums = [_sums(sequence, each) for sequence, each in zip(campaign.sequences, fit.equations, strict=True)]
-    floor = floor_of(sums, _autocorrelation(campaign, fit), rng)
+    floor = floor_between_frames(campaign, fit, rng)
     own = _own(campaign, fit)
     neighbours, repeated = float(np.sqrt(own)), floor.repeated_px
     along, expected = _along(campaign, fit)
@@ -40,6 +39,12 @@ def silhouette_floor(campaign: Campaign, fit: CampaignFit, rng: np.random.Genera
         along_outline_rad=along,
         expected_along_rad=expected,
     )
+
+
+def floor_between_frames(campaign: Campaign, fit: CampaignFit, rng: np.random.Generator) -> NoiseFloor:
+    """The floor of residuals at places of outlines, whichever they are, where all noise is new in every frame."""
+    sums = [_sums(sequence, each) for sequence, each in zip(campaign.sequences, fit.equations, strict=True)]
+    return floor_of(sums, _autocorrelation(campaign, fit), rng)
 
 
 def _own(campaign: Campaign, fit: CampaignFit) -> float:
@@ -67,20 +72,19 @@ def _ordered(sequence: SequenceTask, step: int) -> tuple[NDArray[np.int64], NDAr
 
 
 def _sums(sequence: SequenceTask, each: SequenceEquations) -> Sums:
-    e, seen = each.errors.e, each.errors.seen
+    e, seen = (values.reshape(len(values), -1) for values in (each.errors.e, each.errors.seen))
     first, second = _ordered(sequence, 1)
     both = seen[first] & seen[second]
 
     def summed(pairs: Array) -> Array:
-        return np.bincount(first, np.where(both, pairs, 0.0).sum(axis=(1, 2)), len(e)).astype(np.float64)
+        return np.bincount(first, np.where(both, pairs, 0.0).sum(axis=1), len(e)).astype(np.float64)
 
     change, product = summed(0.5 * (e[second] - e[first]) ** 2), summed(e[second] * e[first])
-    count = seen.sum(axis=(1, 2)).astype(np.float64)
-    return Sums((e**2).sum(axis=(1, 2)), count, change, product, summed(np.ones(both.shape)))
+    return Sums((e**2).sum(axis=1), seen.sum(axis=1).astype(np.float64), change, product, summed(np.ones(both.shape)))
 
 
 def _autocorrelation(campaign: Campaign, fit: CampaignFit) -> Array:
-    """Correlation (l,) of the residuals of one view's tangency with those ``LAGS`` frames later."""
+    """Correlation (l,) of the residuals of one place with those ``LAGS`` frames later."""
     result = np.full(len(LAGS), np.nan)
     square = sum(float((each.errors.e**2).sum()) for each in fit.equations) / max(sum(int(e.errors.seen.sum()) for e in fit.equations), 1)
     for k, lag in enumerate(LAGS):

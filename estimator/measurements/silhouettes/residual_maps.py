@@ -11,6 +11,8 @@ shows anything is Hotelling's T-squared of all its bins, its p-value corrected f
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,36 +39,59 @@ FIXED = ("view", "body_direction")
 COMPONENTS = ("offset", "along_v", "along_x", "along_y")
 
 
+class Clusters(Protocol):
+    """What residuals (r,) share: numbers (r,) of their ``frame``, and what comes back in several frames."""
+
+    @property
+    def frame(self) -> Index:
+        """The outline that each residual belongs to, over all sequences."""
+        ...
+
+    def covariance(self, influence: Array, residual: Array, axis: Axis) -> Array:
+        """Covariance (b, b) of means over bins of an axis; ``influence`` (b, r) on them of what is left of each ``residual`` (r,) px."""
+        ...
+
+
+@dataclass(frozen=True)
+class Mapped:
+    """Residuals ``e`` (r,) px outwards and their outward normals ``u`` (r, 2), what they are mapped over, and what they share."""
+
+    e: Array
+    u: Array
+    axes: Axes
+    shared: Clusters
+
+    @cached_property
+    def directions(self) -> dict[str, Array]:
+        """``u`` taken along each component's direction (r,)."""
+        u, v = self.u, self.axes.velocity_direction
+        return {"x": u[:, 0], "y": u[:, 1], "along": np.sum(u * v, axis=1), "across": u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]}
+
+    @property
+    def maps(self) -> tuple[ResidualMap, ...]:
+        """All maps, those that show most first."""
+        wanted = [(axis, kind) for axis in self.axes.axes for kind in (COMPONENTS if axis.displaces else ("offset",))]
+        found = [each for axis, kind in wanted if (each := _map(axis, kind, self)) is not None]
+        corrected = [replace(each, p=min(1.0, each.p * len(found))) for each in found]
+        return tuple(sorted(corrected, key=lambda m: (m.p, -m.statistic)))
+
+
 def silhouette_maps(campaign: Campaign, fit: CampaignFit) -> tuple[ResidualMap, ...]:
     """All maps of a fit to silhouettes, those that show most first."""
-    axes = axes_of(campaign, fit)
-    e = np.concatenate([each.errors.e[each.errors.seen] for each in fit.equations])
-    at = (_repeated(campaign, fit), _directions(fit, axes))
-    maps = []
-    for axis in axes.axes:
-        for kind in COMPONENTS if axis.displaces else ("offset",):
-            found = _map(axis, kind, e, at)
-            if found is not None:
-                maps.append(found)
-    corrected = [replace(each, p=min(1.0, each.p * len(maps))) for each in maps]
-    return tuple(sorted(corrected, key=lambda m: (m.p, -m.statistic)))
+    errors = [each.errors for each in fit.equations]
+    e = np.concatenate([each.e[each.seen] for each in errors])
+    u = np.concatenate([each.places.normal[each.seen] for each in errors])
+    return Mapped(e, u, axes_of(campaign, fit), _repeated(campaign, fit)).maps
 
 
-def _frames(fit: CampaignFit) -> Index:
-    """Number of the silhouette that each residual belongs to, over all sequences."""
+def frames_of(fit: CampaignFit) -> Index:
+    """Number (r,) of the outline that each residual belongs to, over all sequences."""
     numbers, first = [], 0
     for each in fit.equations:
         seen = each.errors.seen
         numbers.append(first + np.nonzero(seen)[0])
         first += len(seen)
     return np.concatenate(numbers).astype(np.int64)
-
-
-def _directions(fit: CampaignFit, axes: Axes) -> dict[str, Array]:
-    """``u`` taken along each component's direction, per residual."""
-    u = np.concatenate([each.errors.places.normal[each.errors.seen] for each in fit.equations])
-    v = axes.velocity_direction
-    return {"x": u[:, 0], "y": u[:, 1], "along": np.sum(u * v, axis=1), "across": u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]}
 
 
 def _design(kind: str, directions: dict[str, Array], n: int, displaces: bool) -> tuple[Array, int]:
@@ -93,10 +118,11 @@ class _Repeated:
     body_place: Index
     body_px: Array
 
-    def covariance(self, influence: Array, residual: Array, body_share: float) -> Array:
-        """Covariance (b, b) of means to which residuals contribute ``influence`` (b, r) each."""
-        own = _summed(influence * residual, self.frame)
-        views = _summed(influence * self.view_px, self.view_place)
+    def covariance(self, influence: Array, residual: Array, axis: Axis) -> Array:
+        """Covariance (b, b) of means over bins of an axis; ``influence`` (b, r) on them of what is left of each ``residual`` (r,) px."""
+        body_share = 1.0 if axis.name in FIXED else BODY_SHARE
+        own = summed(influence * residual, self.frame)
+        views = summed(influence * self.view_px, self.view_place)
         total = own @ own.T + views @ views.T
         for number in np.unique(self.particle):
             rows = self.particle == number
@@ -104,8 +130,8 @@ class _Repeated:
         return np.asarray(total)
 
 
-def _summed(rows: Array, group: Index) -> Array:
-    """Sums (b, groups) of rows (b, r) over groups."""
+def summed(rows: Array, group: Index) -> Array:
+    """Sums (b, groups) of rows (b, r) over groups; ``group`` (r,) their numbers."""
     count = int(group.max()) + 1
     return np.stack([np.bincount(group, row, count) for row in rows])
 
@@ -126,7 +152,7 @@ def _repeated(campaign: Campaign, fit: CampaignFit) -> _Repeated:
         sizes.append((second.sigma_px[vertex] * np.abs(tangency.jacobian[:, :, :2, 7]))[here])
     _, view_place = np.unique(np.concatenate(places), return_inverse=True)
     return _Repeated(
-        frame=_frames(fit),
+        frame=frames_of(fit),
         view_place=np.asarray(view_place, dtype=np.int64),
         view_px=np.concatenate(sizes),
         particle=np.repeat(np.array(campaign.particle, dtype=np.int64), counts),
@@ -135,14 +161,14 @@ def _repeated(campaign: Campaign, fit: CampaignFit) -> _Repeated:
     )
 
 
-def _map(axis: Axis, kind: str, e: Array, at: tuple[_Repeated, dict[str, Array]]) -> ResidualMap | None:
-    repeated, directions = at
-    X, wanted = _design(kind, directions, len(e), axis.displaces)
+def _map(axis: Axis, kind: str, of: Mapped) -> ResidualMap | None:
+    e, shared = of.e, of.shared
+    X, wanted = _design(kind, of.directions, len(e), axis.displaces)
     kept, means, influence = [], [], []
     residual = np.zeros(len(e))
     for number in range(len(axis.centre)):
         rows = np.flatnonzero(axis.bin == number)
-        if len(rows) < LEAST_IN_BIN or len(np.unique(repeated.frame[rows])) < LEAST_FRAMES:
+        if len(rows) < LEAST_IN_BIN or len(np.unique(shared.frame[rows])) < LEAST_FRAMES:
             continue
         A = np.linalg.pinv(X[rows].T @ X[rows])
         beta = A @ (X[rows].T @ e[rows])
@@ -155,8 +181,8 @@ def _map(axis: Axis, kind: str, e: Array, at: tuple[_Repeated, dict[str, Array]]
     if len(kept) < 2:
         return None
     mean, parts = np.array(means), np.array(influence)
-    covariance = repeated.covariance(parts, residual, 1.0 if axis.name in FIXED else BODY_SHARE)
-    statistic, p = _hotelling(mean, covariance, int(repeated.frame.max()) + 1)
+    covariance = shared.covariance(parts, residual, axis)
+    statistic, p = _hotelling(mean, covariance, int(shared.frame.max()) + 1)
     count = np.count_nonzero(parts, axis=1).astype(np.int64)
     return ResidualMap(axis, kind, np.array(kept), mean, np.sqrt(np.diag(covariance)), count, statistic, p)
 

@@ -90,6 +90,7 @@ function fillFactors() {
   byId("exaggeration").replaceChildren(...FACTORS.map((factor) => element("option", { value: factor }, factor ? "× " + factor : "off")));
   byId("exaggeration").value = best;
   byId("whisker-key").hidden = byId("whisker-caption").hidden = byId("residual-key").hidden = !any;
+  byId("tangency-key").hidden = camera().frames.every((entry) => entry.rms === null);
 }
 
 /* Where in the whole picture the shown square lies. */

@@ -1,0 +1,75 @@
+"""Parameters as files tell them: what the instrument does to the body is in the body's own mass properties, not beside them.
+
+The amplitudes of a surface mean nothing without it. Centre of mass and inertia of the body are linear in them, so values and covariance
+follow with its derivatives: ``com + B a`` for ``com`` and ``a``.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.effects.link import Setting
+from estimator.effects.model import Model, overrides
+from estimator.fitting.campaigns.campaign import Campaign, CampaignFit
+from estimator.fitting.campaigns.campaign_covariance import CampaignCovariance
+from estimator.motion.flight import COM, INERTIA, N_PARAMETERS, NAMES, Flight
+
+Array = NDArray[np.float64]
+BODY = np.r_[COM, INERTIA]
+"""Where mass properties lie among a flight's parameters."""
+
+
+@dataclass(frozen=True)
+class Told:
+    """Parameters of every sequence: ``flights``, ``theta`` (q,) of the ``model``, and the ``covariance`` of all."""
+
+    model: Model
+    flights: tuple[Flight, ...]
+    theta: tuple[Array, ...]
+    covariance: CampaignCovariance
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of a sequence's 21 + q parameters."""
+        return (*NAMES, *self.model.names)
+
+    def values(self, number: int) -> Array:
+        """Values (21 + q,) of sequence ``number``."""
+        flight = self.flights[number]
+        own = [flight.x, np.zeros(3), flight.v, flight.omega, flight.com, flight.inertia, [flight.offset_px]]
+        return np.concatenate([*own, self.theta[number]])
+
+
+def told_parameters(campaign: Campaign, fit: CampaignFit, covariance: CampaignCovariance) -> Told:
+    """Parameters of a fit with the ``covariance`` of all."""
+    own = np.array([e.instrument and overrides(e, "body") for e in fit.model.effects], dtype=np.float64)
+    within = np.flatnonzero(fit.model.each_parameter(own))
+    if not len(within):
+        return Told(fit.model, fit.state.flights, fit.state.theta, covariance)
+    ours = Model(tuple(e for e, is_own in zip(fit.model.effects, own, strict=True) if is_own))
+    G, flights = np.eye(len(covariance.covariance)), []
+    for number, (sequence, flight, theta) in enumerate(zip(campaign.sequences, fit.state.flights, fit.state.theta, strict=True)):
+        rows, change = covariance.place[number], ours.body(theta[within], sequence.setting)
+        G[np.ix_(rows[BODY], rows[N_PARAMETERS + within])] = _by_amplitude(ours, theta[within], sequence.setting)
+        flights.append(replace(flight, com=flight.com + change.com, inertia=flight.inertia + change.inertia))
+    other = np.delete(np.arange(N_PARAMETERS + fit.model.size), N_PARAMETERS + within)
+    model = Model(tuple(e for e, is_own in zip(fit.model.effects, own, strict=True) if not is_own))
+    thetas = tuple(np.delete(each, within) for each in fit.state.theta)
+    return Told(model, tuple(flights), thetas, _taken(G @ covariance.covariance @ G.T, [rows[other] for rows in covariance.place]))
+
+
+def _by_amplitude(model: Model, theta: Array, setting: Setting) -> Array:
+    """Derivatives (8, q) of mass properties, which are linear in the parameters (q,)."""
+    columns = []
+    for number, step in enumerate(model.steps):
+        up, down = (model.body(theta + np.where(np.arange(len(theta)) == number, s * step, 0.0), setting) for s in (1.0, -1.0))
+        columns.append(np.concatenate([up.com - down.com, up.inertia - down.inertia]) / (2.0 * step))
+    return np.column_stack(columns)
+
+
+def _taken(covariance: Array, place: Sequence[NDArray[np.int64]]) -> CampaignCovariance:
+    """The covariance of the parameters that sequences have at ``place`` alone."""
+    kept = np.unique(np.concatenate(place))
+    return CampaignCovariance(covariance[np.ix_(kept, kept)], tuple(np.searchsorted(kept, rows) for rows in place))
