@@ -102,9 +102,7 @@ def _share(total: float, size: float) -> str:
 
 def name_entries(groups: Sequence[Sequence[UnderName]]) -> list[Entry]:
     """Groups as a document has them."""
-    return [
-        {"added": group[0].key, "sentence": names_sentence(group), "names": [_name_entry(name) for name in group]} for group in groups
-    ]
+    return [{"added": group[0].key, "sentence": names_sentence(group), "names": [_name_entry(name) for name in group]} for group in groups]
 
 
 def _name_entry(name: UnderName) -> Entry:

@@ -296,7 +296,7 @@ def _size(recorded: Silhouettes, corrected_px: Array) -> Array:
 
 @dataclass(frozen=True)
 class Arms:
-    """Points (v, 2) px of outlines from the middle of their own, the sighting ``owner`` (v,) of each, and sums (n,) of squares."""
+    """Points ``arm`` (v, 2) px of outlines from the middle of their own, the sighting ``owner`` (v,) of each, and sums ``square`` (n,)."""
 
     arm: Array
     owner: NDArray[np.int64]

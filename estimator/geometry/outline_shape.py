@@ -197,7 +197,7 @@ def outline_shape(
 
 
 def positive(points: Array) -> Array:
-    """The same polygon, counted from the x axis towards the y axis."""
+    """The same polygon ``points`` (v, 2) px, counted from the x axis towards the y axis."""
     return points if area(points) > 0 else points[::-1]
 
 
@@ -269,15 +269,15 @@ class Ruler(Protocol):
     """Says how far curves (v, 2) px reach at a number of places (a,) of an outline."""
 
     def plain(self, curve: Array) -> Array:
-        """As it is (a,) px."""
+        """As a ``curve`` (v, 2) px is: (a,) px."""
         ...
 
     def noisy(self, curve: Array) -> Array:
-        """As it is seen (a,) px."""
+        """As a ``curve`` (v, 2) px is seen: (a,) px."""
         ...
 
     def smooth(self, curve: Array) -> Array:
-        """As it is seen but for noise (a,) px."""
+        """As a ``curve`` (v, 2) px is seen but for noise: (a,) px."""
         ...
 
 

@@ -35,7 +35,10 @@ def smear_losses(points: Array, motion: Array, outward: Array) -> Array:
 
 
 def losses_of_smear(points: Array, motion: Array, reach: Callable[[Array], Array], of: tuple[Index, Array]) -> Array:
-    """The same where curves (m, 2) px ``reach`` (a,) px at places of the outline, its corners (a,) and their outward normals (a, 2)."""
+    """The same where curves (m, 2) px ``reach`` (a,) px at places of the outline, its corners (a,) and their outward normals (a, 2).
+
+    ``points`` (v, 2) px, ``motion`` (3, 2).
+    """
     moved = np.column_stack([points, np.ones(len(points))]) @ motion
     along = np.abs(np.sum(moved[of[0]] * of[1], axis=1))
     losses, whole = np.zeros((len(along), len(LEVELS))), reach(points)

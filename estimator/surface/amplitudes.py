@@ -64,7 +64,7 @@ class Amplitudes:
         return self.moves.shape[1]
 
     def surface_at(self, amplitude: Array) -> Surface:
-        """The surface moved by amplitudes (m,)."""
+        """The surface moved by an ``amplitude`` (m,)."""
         return self.surface.moved((self.moves @ amplitude).reshape(-1, 3))
 
     def padded(self, count: int) -> "Amplitudes":

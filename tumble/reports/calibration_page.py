@@ -83,5 +83,3 @@ def _cells(points: NDArray[np.float64], residuals: NDArray[np.float64], size: tu
             means.append(mean)
             strong.append(bool(np.abs(mean).max() > STRONG * sigma / np.sqrt(count)))
     return np.array(centres).reshape(-1, 2), np.array(means).reshape(-1, 2), strong
-
-

@@ -13,9 +13,9 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
+from estimator.appearance.sector_shape import sectors_of
 from estimator.data.fit_task import Sightings
 from estimator.geometry.epipolar_tangency import PoseSet
-from estimator.geometry.sector_shape import sectors_of
 from estimator.surface.amplitudes import Amplitudes
 from estimator.surface.contact import contact_of
 from estimator.surface.samples import across_of, stacked

@@ -8,12 +8,12 @@ from numpy.typing import NDArray
 
 from datasets.observation import CalibratedView
 from estimator.appearance.model_errors import SequenceTask
+from estimator.appearance.sector_shape import sector_shape
 from estimator.data.configuration import Configuration
 from estimator.effects.link import EffectModel
 from estimator.effects.model import Model
 from estimator.fitting.campaigns.campaign import CampaignState
 from estimator.fitting.campaigns.registered import Registered
-from estimator.geometry.sector_shape import sector_shape
 from estimator.measurements.outlines.contacts import SECTORS, contacts_at
 from estimator.measurements.outlines.kind import Outlines
 from estimator.measurements.outlines.surfaces import Flown, with_surface
@@ -27,6 +27,7 @@ from estimator.surface.star_surface import Surface
 
 Array = NDArray[np.float64]
 NONE = np.zeros(0)
+"""Parameters (0,) of a model without effects."""
 
 
 def by_samples(registered: Registered, effects: Sequence[EffectModel], configuration: Configuration) -> Registered:

@@ -22,13 +22,13 @@ from estimator.appearance.model_errors import (
 )
 from estimator.appearance.outline_tables import picture_motions
 from estimator.appearance.prediction import Prediction, predict
+from estimator.appearance.sector_shape import sector_shape
 from estimator.data.fit_task import OUTWARD, Sightings
 from estimator.effects.instrument.surface_amplitudes import SurfaceAmplitudes
 from estimator.effects.link import Places
 from estimator.effects.model import Model, overrides
 from estimator.geometry.epipolar_tangency import PoseSet
 from estimator.geometry.outline_shape import OutlineShape
-from estimator.geometry.sector_shape import sector_shape
 from estimator.likelihood.rows import Rows
 from estimator.measurements.outlines.contacts import SECTORS, Contacts, contacts_at
 from estimator.motion.flight import N_PARAMETERS, OFFSET, Flight

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from estimator.appearance.sector_shape import SectorRuler, sector_shape, sectors_of
 from estimator.geometry.outline_shape import BLURS_PX
-from estimator.geometry.sector_shape import SectorRuler, sector_shape, sectors_of
 
 SECTORS = 64
 STILL = np.zeros((1, 3, 2))
