@@ -11,7 +11,7 @@ from estimator.diagnosis.adding import fit_with
 from estimator.diagnosis.diagnose import Diagnosis, Unknown, diagnosis_at
 from estimator.diagnosis.selection.groups import FACTOR, group_of, sureness
 from estimator.diagnosis.selection.names import UnderName, key_of, under_names
-from estimator.diagnosis.selection.path import UNFLYABLE, At, looked_at, moved, path_from
+from estimator.diagnosis.selection.path import UNFLYABLE, At, looked_at, moved, path_from, relinearised
 from estimator.diagnosis.selection.refitting import refitted
 from estimator.diagnosis.selection.search import Set
 from estimator.diagnosis.selection.testing import tests_beside
@@ -129,7 +129,7 @@ def explain(
     campaign: Campaign, start: CampaignState, catalogue: Mapping[str, EffectModel], *, told: Told = lambda _sentence: None
 ) -> Explanation:
     """Find the most probable set of effects of a ``catalogue``."""
-    begun = looked_at(*fit_with(campaign, start, ()), catalogue)
+    begun = relinearised(looked_at(*fit_with(campaign, start, ()), catalogue), catalogue)
     told("every effect was tested")
     path = path_from(begun, catalogue, told)
     best = path[-1]

@@ -83,12 +83,12 @@ def path_from(at: At, catalogue: Catalogue, told: Told) -> tuple[At, ...]:
     What is unknown is looked for where no effect of the catalogue makes a set more probable, against all of them again.
     """
     path = _climbed(at, catalogue, told, unknown=False)
-    path = (*path[:-1], *_climbed(_relinearised(path[-1], catalogue), catalogue, told, unknown=False))
+    path = (*path[:-1], *_climbed(relinearised(path[-1], catalogue), catalogue, told, unknown=False))
     last = looked_at(path[-1].campaign, path[-1].fit, catalogue, unknown=True)
     return (*path[:-1], *_climbed(last, catalogue, told, unknown=True))
 
 
-def _relinearised(at: At, catalogue: Catalogue) -> At:
+def relinearised(at: At, catalogue: Catalogue) -> At:
     """Where a search stands, with what its sequences share made anew there; as it is where that is nothing, or cannot be flown."""
     campaign, state = at.campaign.kind.relinearised(at.campaign, at.fit)
     if campaign is at.campaign:
