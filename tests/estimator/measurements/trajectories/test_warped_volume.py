@@ -9,10 +9,14 @@ import pytest
 from datasets.trajectory import Trajectory
 from datasets.vocabulary.effects import Stage
 from estimator.diagnosis.explain import Explanation, explain
+from estimator.diagnosis.selection.names import possible_names
 from estimator.effects.choosing import catalogue
 from estimator.effects.empirical.families import VolumeWarp
 from estimator.effects.link import Setting
+from estimator.fitting.campaigns.campaign_covariance import campaign_covariance
+from estimator.fitting.campaigns.considered import considered
 from estimator.measurements.trajectories.registering import register_trajectories
+from estimator.motion.flight import V
 from tests.estimator.made_trajectories import GRAVITY, RATE_HZ, Hidden, Tracker, measured
 
 Array = np.ndarray
@@ -69,6 +73,16 @@ def test_a_twisted_volume_is_told_as_the_trackers_and_not_called_drag() -> None:
 
 def test_what_the_warp_has_in_every_toss_stays_in_the_model_as_the_tosses_own() -> None:
     assert "uniform_acceleration" in explained(TWIST, 0.0).found
+
+
+def test_what_is_unknown_widens_what_is_measured() -> None:
+    found = explained(TWIST, 0.0)
+    possible = possible_names(found.path[-1], found.groups, found.fit.model.keys)
+    assert "volume_warp" in {each.effect.entry.key for each in possible}
+    at = considered(found.campaign, found.fit, campaign_covariance(found.campaign, found.fit), possible)
+    v = np.arange(V.start, V.stop)
+    wide, plain = (np.sqrt(np.diag(of.of(0, v))).mean() for of in (at.fitted, at.plain))
+    assert wide > 2.0 * plain
 
 
 @pytest.mark.parametrize("twist", [0.0, TWIST], ids=["alone", "beside a twist"])
