@@ -36,6 +36,7 @@ FAMILY_WORDS = {
     "torque_curve": "a torque over time",
     "smooth_time_shift": "time stamps that go wrong smoothly",
     "image_warp": "a warp of the picture",
+    "volume_warp": "a warp of the volume that positions are measured in",
     "zoom_in_time": "a magnification that changes with time",
     "body_outline": "an outline offset that is fixed to the body",
 }

@@ -20,6 +20,9 @@ from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, Campaign
 from estimator.fitting.campaigns.campaign_covariance import CampaignCovariance, campaign_covariance
 from estimator.fitting.campaigns.held_out import HeldOut, held_out
 
+ESTABLISHED = FACTOR / (1.0 + FACTOR)
+"""Probability from which on an effect, or something in its place, is established; below, it is suspected."""
+
 
 @dataclass(frozen=True)
 class Step:
@@ -65,7 +68,7 @@ class Step:
     @property
     def established(self) -> bool:
         """Whether all that has neither it nor something in its place is less probable by ``FACTOR``; else it is suspected."""
-        return self.sure >= FACTOR / (1.0 + FACTOR)
+        return self.sure >= ESTABLISHED
 
 
 @dataclass(frozen=True)
@@ -142,13 +145,20 @@ def explain(
 
 
 def _without_families(path: tuple[At, ...], catalogue: Mapping[str, EffectModel]) -> At:
-    """The last set without what stands for something unknown; where that cannot be flown, the last one that has none."""
+    """The last set without what stands for something unknown; where that cannot be flown, the last one that has none.
+
+    What is not established beside the unknown may be a part of it, and would stand for more of it alone: it goes, too. Values of every
+    sequence that the unknown has taken the place of are there again, where that is more probable: they claim no cause either.
+    """
     best = path[-1]
-    kept = tuple(e for e in best.members if e not in best.trial.families)
-    if kept == best.members:
+    if not set(best.members) & best.trial.families:
         return best
     known = [at for at in path if not set(at.members) & at.trial.families]
-    return moved(best, kept, catalogue, unknown=True) or known[-1]
+    kept = [e for e in best.members if e not in best.trial.families and sureness(best.trial, best.members, e) >= ESTABLISHED]
+    effects = best.trial.evidence.of.effects
+    own = {e for e, effect in enumerate(effects) if effect.entry.scope.own and effect.entry.key in known[-1].keys}
+    wanted = max((tuple(kept), tuple(sorted({*kept, *own}))), key=best.trial.log_posterior)
+    return moved(best, wanted, catalogue, unknown=True) or known[-1]
 
 
 def _steps(begun: At, best: At, last: At, told: Told) -> tuple[Step, ...]:

@@ -82,9 +82,9 @@ def _part(at: At, members: Set, effect: int) -> Part:
 
 
 def possible_names(at: At, groups: Sequence[Sequence[UnderName]], model: Sequence[str]) -> tuple[Possible, ...]:
-    """What may be true beside a ``model``: other names of what it has, and effects that are neither shown nor excluded."""
+    """What may be true beside a ``model``: other names of what it has, what is neither shown nor excluded, what was left out."""
     found: dict[str, Possible] = {}
-    for name in (*(name for group in groups for name in group[1:] if not name.unknown), *_additions(at)):
+    for name in (*(name for group in groups for name in group[1:] if not name.unknown), *_additions(at), *_left_out(at, model)):
         for part in name.parts:
             if part.key not in found and part.key not in model and len(part.mean):
                 found[part.key] = _possible(at, part, name.probability)
@@ -100,6 +100,12 @@ def _additions(at: At) -> list[UnderName]:
         if odds >= -np.log(FACTOR) and not at.trial.evidence.of.effects[effect].entry.scope.own:
             found.append(_under(at, Name((effect,), wider, float(odds)), float(expit(odds))))
     return sorted(found, key=lambda name: -name.probability)
+
+
+def _left_out(at: At, model: Sequence[str]) -> list[UnderName]:
+    """What the most probable set has beside a model: something unknown, and what is not established beside it."""
+    without = (e for e in at.members if at.trial.evidence.of.effects[e].entry.key not in model)
+    return [_under(at, Name((e,), at.members, 0.0), at.posterior.probability(e)) for e in without]
 
 
 def _possible(at: At, part: Part, probability: float) -> Possible:

@@ -13,11 +13,11 @@ from numpy.polynomial import legendre
 from scipy.special import sph_harm_y
 
 from datasets.vocabulary.camera import Intrinsics
-from datasets.vocabulary.effects import EffectEntry, Parameter, Scope, Stage
+from datasets.vocabulary.effects import EFFECTS, EffectEntry, Parameter, Scope, Stage
 from estimator.effects.link import Array, EffectModel, Moment, Places, Setting
 
 REFERENCE = "Kennedy and O'Hagan, J. R. Stat. Soc. B 63 (2001) 425: model discrepancy as a smooth function"
-LARGEST = {"smooth_time_shift": 5e-4, "image_warp": 5.0, "zoom_in_time": 0.1, "body_outline": 1.0}
+LARGEST = {"smooth_time_shift": 5e-4, "image_warp": 5.0, "zoom_in_time": 0.1, "body_outline": 1.0, "volume_warp": 0.1}
 """Standard deviation of a prior on every coefficient of the families that are not pushes, in their units: larger than any such thing is,
 so that it speaks only where the data do not."""
 
@@ -187,6 +187,43 @@ class ImageWarp(EffectModel):
         return np.asarray(points_px - np.column_stack([basis @ part for part in np.split(theta, 2)]))
 
 
+WARPED = EFFECTS["position_distortion"].parameters[0].plausible
+"""Coefficients of a warp that are plausible, as of the catalogue's distortion: all have one size, whatever the data see of each."""
+_PRODUCTS = ("xx", "yy", "zz", "xy", "xz", "yz")
+
+
+class VolumeWarp(EffectModel):
+    """A smooth warp of the volume that positions are measured in, the same in all rows; affine ones are lengths' and gravity's business.
+
+    All of second order, and of third order what has no direction of its own: a stretch and a twist that grow with the distance squared.
+    """
+
+    entry = EffectEntry(
+        "volume_warp",
+        Stage.TRACKING,
+        Scope.CAMPAIGN,
+        (
+            *(
+                Parameter(f"{axis}_{pair}", "1", WARPED, 1e-4, f"displacement along {axis}, over R, by u_{pair[0]} u_{pair[1]}")
+                for axis in "xyz"
+                for pair in _PRODUCTS
+            ),
+            Parameter("stretch", "1", WARPED, 1e-4, "radial displacement, over R, by |u|^3"),
+            *(Parameter(f"twist_{axis}", "1", WARPED, 1e-4, f"turn about {axis} by |u|^2, rad") for axis in "xyz"),
+        ),
+        "x + R (Q u u + |u|^2 (k u + t x u)), u = (x - c) / R, c and R the middle and the size of all positions",
+        REFERENCE,
+    )
+
+    def tracked(self, theta: Array, x: Array, setting: Setting) -> Array:
+        """The positions, warped."""
+        u = (x - setting.middle_world) / setting.reach_m
+        products = np.hstack([u**2, u[:, [0, 0, 1]] * u[:, [1, 2, 2]]])
+        curved = products @ theta[:18].reshape(3, 6).T
+        turned = theta[18] * u + np.cross(theta[19:], u)
+        return np.asarray(x + setting.reach_m * (curved + np.sum(u**2, axis=1, keepdims=True) * turned))
+
+
 class ZoomInTime(EffectModel):
     """A magnification about the picture's centre that changes within the recording, the same way in all sequences."""
 
@@ -258,7 +295,7 @@ class BodyOutline(EffectModel):
 
 
 _FORCES = (SmoothForce(), SmoothTorque(), BodyThrust(), ForceField())
-_INSTRUMENT = (SmoothTimeShift(), ImageWarp(), ZoomInTime(), BodyOutline())
+_INSTRUMENT = (SmoothTimeShift(), ImageWarp(), ZoomInTime(), BodyOutline(), VolumeWarp())
 EMPIRICAL: dict[str, EffectModel] = {model.entry.key: model for model in (*_FORCES, *_INSTRUMENT)}
 """The families by key; each entry's stage is what it stands for."""
 

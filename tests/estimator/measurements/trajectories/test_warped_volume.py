@@ -1,0 +1,113 @@
+"""A volume that a tracker twists: told as something unknown in the tracking, and what it does to flights is not called drag."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from datasets.trajectory import Trajectory
+from datasets.vocabulary.effects import Stage
+from estimator.diagnosis.explain import Explanation, explain
+from estimator.diagnosis.selection.names import possible_names
+from estimator.effects.choosing import catalogue
+from estimator.effects.empirical.families import VolumeWarp
+from estimator.effects.link import Setting
+from estimator.fitting.campaigns.campaign_covariance import campaign_covariance
+from estimator.fitting.campaigns.considered import considered
+from estimator.measurements.trajectories.registering import register_trajectories
+from estimator.motion.flight import V
+from tests.estimator.made_trajectories import GRAVITY, RATE_HZ, Hidden, Tracker, measured
+
+Array = np.ndarray
+TRIED = ("linear_drag", "quadratic_drag", "position_distortion", "length_scale", "uniform_acceleration", "steady_wind")
+TRACKER = Tracker(rows=16, sigma_x=2.5e-5, orientation=False)
+TOSSES, SPEED, FROM = 30, 1.15, 0.28
+STRETCH, TWIST, DRAG = 0.002, -0.005, 0.2
+
+
+def towards_the_middle(rng: np.random.Generator, name: str, drag: float) -> Trajectory:
+    """A toss from anywhere about a board on to its middle, with a drag (1/s) along the velocity."""
+    angle = rng.uniform(0.0, 2.0 * np.pi)
+    aim = angle + np.pi + rng.normal(0.0, 0.2)
+    x = np.array([FROM * np.cos(angle), FROM * np.sin(angle), rng.uniform(0.12, 0.16)])
+    v = np.array([SPEED * np.cos(aim), SPEED * np.sin(aim), rng.uniform(-0.3, 0.3)])
+    t = np.arange(TRACKER.rows)[:, None] / RATE_HZ
+    flown = x + v * t + GRAVITY * t**2 / 2.0
+    if drag > 0.0:
+        fallen, left = GRAVITY / drag, -np.expm1(-drag * t) / drag
+        flown = x + fallen * t + (v - fallen) * left
+    seen = flown + rng.normal(0.0, TRACKER.sigma_x, flown.shape)
+    return replace(measured(name, rng, Hidden(), TRACKER), x_world=seen)
+
+
+def warped(trajectories: list[Trajectory], stretch: float, twist: float) -> list[Trajectory]:
+    """What a tracker reports that stretches the volume, and turns it about the vertical, the more the further from its middle."""
+    places = np.concatenate([t.x_world for t in trajectories])
+    middle = places.mean(axis=0)
+    squares = np.mean(np.sum((places - middle) ** 2, axis=1))
+
+    def seen(x: Array) -> Array:
+        away = x - middle
+        turned = np.cross([0.0, 0.0, twist], away)
+        return x + np.sum(away**2, axis=1, keepdims=True) / squares * (stretch * away + turned)
+
+    return [replace(t, x_world=seen(t.x_world)) for t in trajectories]
+
+
+@cache
+def explained(twist: float, drag: float) -> Explanation:
+    rng = np.random.default_rng(3)
+    made = [towards_the_middle(rng, f"toss_{i}", drag) for i in range(TOSSES)]
+    registered = register_trajectories(warped(made, STRETCH * bool(twist), twist))
+    return explain(registered.campaign, registered.start, {key: catalogue()[key] for key in TRIED})
+
+
+def test_a_twisted_volume_is_told_as_the_trackers_and_not_called_drag() -> None:
+    found = explained(TWIST, 0.0)
+    assert not {"linear_drag", "quadratic_drag"} & set(found.found)
+    assert found.left is not None
+    assert found.left.present
+    assert found.left.stage is Stage.TRACKING
+
+
+def test_what_the_warp_has_in_every_toss_stays_in_the_model_as_the_tosses_own() -> None:
+    assert "uniform_acceleration" in explained(TWIST, 0.0).found
+
+
+def test_what_is_unknown_widens_what_is_measured() -> None:
+    found = explained(TWIST, 0.0)
+    possible = possible_names(found.path[-1], found.groups, found.fit.model.keys)
+    assert "volume_warp" in {each.effect.entry.key for each in possible}
+    at = considered(found.campaign, found.fit, campaign_covariance(found.campaign, found.fit), possible)
+    v = np.arange(V.start, V.stop)
+    wide, plain = (np.sqrt(np.diag(of.of(0, v))).mean() for of in (at.fitted, at.plain))
+    assert wide > 2.0 * plain
+
+
+@pytest.mark.parametrize("twist", [0.0, TWIST], ids=["alone", "beside a twist"])
+def test_drag_is_called_drag(twist: float) -> None:
+    found = explained(twist, DRAG)
+    assert {"linear_drag", "quadratic_drag"} & {name for step in found.steps for name in (step.added, *step.group)}
+    part = found.fit.model.slices[found.fit.model.keys.index("linear_drag")]
+    assert abs(found.fit.state.theta[0][part][0] - DRAG) < 0.25 * DRAG
+
+
+def test_where_nothing_is_nothing_is_found() -> None:
+    found = explained(0.0, 0.0)
+    assert found.found == ()
+    assert found.left is None or not found.left.present
+
+
+def test_a_warp_is_of_second_and_third_order() -> None:
+    setting = replace(Setting(np.zeros(1), 0.0, GRAVITY, np.ones(3)), middle_world=np.array([0.1, -0.2, 0.3]), reach_m=0.5)
+    x, family = setting.middle_world + np.array([[0.5, 0.0, -0.25]]), VolumeWarp()
+    names = family.entry.names
+
+    def by(**values: float) -> Array:
+        return family.tracked(np.array([values.get(name, 0.0) for name in names]), x, setting) - x
+
+    np.testing.assert_allclose(by(), 0.0)
+    np.testing.assert_allclose(by(y_xz=0.01), [[0.0, -0.0025, 0.0]])
+    np.testing.assert_allclose(by(stretch=0.01), 0.0125 * (x - setting.middle_world))
+    np.testing.assert_allclose(by(twist_z=0.01), [[0.0, 0.01 * 1.25 * 0.5, 0.0]])
