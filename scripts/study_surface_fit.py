@@ -38,7 +38,8 @@ from synth.flight_bound import with_bound
 from synth.rendering.sequence import render_sequence
 from synth.sequence import build_silhouette_sequence, plan_sequence
 
-FITS = {"tangents": Configuration(), "surface": Configuration(surface_fit=1)}
+FITS = {"tangents": Configuration(), "surface": Configuration(surface_fit=1, offset_prior_px=0.001)}
+"""Outlines have no offset here, and who knows that states it: beside gravity their size alone says how far away a body is."""
 KEPT = tuple(f"middle_{figure}_{c}" for figure in ("pull", "true_bound", "over_true_bound") for c in COMPONENTS)
 ELLIPSOIDS = tuple(f"middle_ellipsoid95_{name}" for name in VECTORS)
 

@@ -83,13 +83,14 @@ def path_from(at: At, catalogue: Catalogue, told: Told) -> tuple[At, ...]:
     What is unknown is looked for where no effect of the catalogue makes a set more probable, against all of them again.
     """
     path = _climbed(at, catalogue, told, unknown=False)
-    path = (*path[:-1], *_climbed(relinearised(path[-1], catalogue), catalogue, told, unknown=False))
+    if path[-1].keys != at.keys:
+        path = (*path[:-1], *_climbed(relinearised(path[-1], catalogue), catalogue, told, unknown=False))
     last = looked_at(path[-1].campaign, path[-1].fit, catalogue, unknown=True)
     return (*path[:-1], *_climbed(last, catalogue, told, unknown=True))
 
 
 def relinearised(at: At, catalogue: Catalogue) -> At:
-    """Where a search stands, with what its sequences share made anew there; as it is where that is nothing, or cannot be flown."""
+    """Where a search stands, with what its sequences share and no parameter says made anew; as it is where that is nothing, or runs away."""
     campaign, state = at.campaign.kind.relinearised(at.campaign, at.fit)
     if campaign is at.campaign:
         return at
