@@ -90,7 +90,7 @@ def path_from(at: At, catalogue: Catalogue, told: Told) -> tuple[At, ...]:
 
 
 def relinearised(at: At, catalogue: Catalogue) -> At:
-    """Where a search stands, with what its sequences share and no parameter says made anew; as it is where that is nothing, or runs away."""
+    """Where a search stands, with what its sequences share and no parameter says made anew; as it is if that is nothing, or runs away."""
     campaign, state = at.campaign.kind.relinearised(at.campaign, at.fit)
     if campaign is at.campaign:
         return at

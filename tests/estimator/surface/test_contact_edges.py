@@ -35,3 +35,18 @@ def test_samples_of_the_exact_outline_have_no_gap(turn: float) -> None:
     gaps = np.abs(contact_of(surface, CAMERA, R, T, outline(surface, R)).gap_px)
     assert np.quantile(gaps, 0.99) < 0.25
     assert np.sqrt(np.mean(gaps**2)) < 0.1
+
+
+@pytest.mark.parametrize("distance_px", [-1.0, 1.0])
+def test_samples_know_on_which_side_they_lie(distance_px: float) -> None:
+    ball = sphere(5)
+    bumps = np.random.default_rng(1).normal(size=len(ball.directions))
+    for _ in range(30):  # gentle, but with edges that go to and fro across the outline
+        bumps = bumps - 0.5 * (ball.laplacian @ bumps)
+    surface = Surface(ball, np.zeros(3), 1e-3 * (1.0 + 0.2 * bumps / np.abs(bumps).max())[:, None] * ball.directions)
+    R = rotation_from_vector(np.array([0.7, -0.8, 0.5]))
+    beside = shapely.Polygon(outline(surface, R)).buffer(distance_px).exterior
+    samples = shapely.get_coordinates(shapely.line_interpolate_point(beside, np.arange(0.0, beside.length, SPACING_PX)))
+    gaps = contact_of(surface, CAMERA, R, T, samples).gap_px
+    assert np.all(np.sign(gaps) == np.sign(distance_px))
+    assert np.median(gaps) == pytest.approx(distance_px, abs=0.05)

@@ -12,17 +12,19 @@ from estimator.data.configuration import Configuration
 from estimator.effects.model import Model
 from estimator.effects.registry import MODELS
 from estimator.fitting.campaigns.base_model import base_fit
-from estimator.fitting.campaigns.campaign import CampaignFit
+from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, fit_campaign
 from estimator.fitting.campaigns.campaign_covariance import campaign_covariance
 from estimator.fitting.campaigns.registered import Registered
 from estimator.measurements.outlines import registration as by_samples_of
+from estimator.measurements.outlines import surfaces
 from estimator.measurements.outlines.contacts import SECTORS
 from estimator.measurements.outlines.registration import by_samples
+from estimator.measurements.outlines.surfaces import Flown
 from estimator.measurements.outlines.task import amplitudes_in, outline_errors, with_contacts
 from estimator.measurements.silhouettes.registration import register
-from estimator.motion.flight import N_PARAMETERS, OFFSET, OMEGA, STEPS, V, moved
+from estimator.motion.flight import COM, N_PARAMETERS, OFFSET, OMEGA, STEPS, V, moved
 from estimator.particle.particle import Particle
-from estimator.surface.joint import JointFit, joint_fit
+from estimator.surface.joint import Joined, joined
 from estimator.surface.shape import Shape, shape_of
 from synth.sequence import build_silhouette_sequence
 
@@ -45,53 +47,69 @@ def tangents() -> Registered:
 
 
 @pytest.fixture(scope="module")
-def sampled(tangents: Registered) -> tuple[Registered, JointFit]:
-    """The campaign by samples, and the joint fit that it comes from."""
-    kept: list[JointFit] = []
+def sampled(tangents: Registered) -> Registered:
+    """The campaign by samples, about the surface that the views show."""
 
     def coarse(particle: Particle, **named: Any) -> Shape:
         return shape_of(particle, **named, subdivisions=COARSE)
 
-    def fitted(*arguments: Any, **named: Any) -> JointFit:
-        kept.append(joint_fit(*arguments, **named))
-        return kept[-1]
-
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(by_samples_of, "made_shape", coarse)
-        patch.setattr(by_samples_of, "joint_fit", fitted)
-        return by_samples(tangents, [MODELS[key] for key in EFFECTS], Configuration()), kept[0]
+        return by_samples(tangents, [MODELS[key] for key in EFFECTS], Configuration())
 
 
 @pytest.fixture(scope="module")
-def fit(sampled: tuple[Registered, JointFit]) -> CampaignFit:
-    registered, _ = sampled
-    return base_fit(registered.campaign, registered.start)
+def fit(sampled: Registered) -> CampaignFit:
+    return base_fit(sampled.campaign, sampled.start)
 
 
-def test_the_fit_ends_where_all_corners_end(sampled: tuple[Registered, JointFit], fit: CampaignFit) -> None:
-    registered, joint = sampled
-    covariance = campaign_covariance(registered.campaign, fit)
-    assert fit.settled
-    for i, flight in enumerate(joint.flights):
-        of_joint = joint.covariance[np.ix_(joint.place[i], joint.place[i])]
+@pytest.fixture(scope="module")
+def followed(sampled: Registered, fit: CampaignFit) -> tuple[Campaign, CampaignFit, Joined[Flown]]:
+    """The campaign about the surface that views and frames show, its fit, and the fit of all corners that it comes from."""
+    kept: list[Joined[Flown]] = []
+
+    def fitted(*arguments: Any, **named: Any) -> Joined[Flown]:
+        kept.append(joined(*arguments, **named))
+        return kept[-1]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(surfaces, "joined", fitted)
+        campaign, state = sampled.campaign.kind.relinearised(sampled.campaign, fit)
+    return campaign, fit_campaign(campaign, state, fit.model), kept[0]
+
+
+def test_the_fit_ends_where_all_corners_end(followed: tuple[Campaign, CampaignFit, Joined[Flown]]) -> None:
+    campaign, again, joint = followed
+    covariance = campaign_covariance(campaign, again)
+    assert again.settled
+    assert joint.settled
+    for i, flown in enumerate(joint.recorded):
+        sd = np.sqrt(np.diag(joint.covariance)[flown.place])
         for part, name in ((V, "v"), (OMEGA, "omega")):
-            sd = np.sqrt(np.diag(of_joint)[part])
-            assert np.all(np.abs(getattr(fit.state.flights[i], name) - getattr(flight, name)) < 0.6 * sd)
-    omega = [np.sqrt(np.diag(covariance.of(i, np.arange(N_PARAMETERS))))[OMEGA] for i in range(2)]
-    with_all = [np.sqrt(np.diag(joint.covariance)[where])[OMEGA] for where in joint.place]
-    assert np.concatenate(omega) == pytest.approx(np.concatenate(with_all), rel=0.3)  # means over sectors say less
+            assert np.all(np.abs(getattr(again.state.flights[i], name) - getattr(flown.flight, name)) < 0.6 * sd[part])
+        found = np.sqrt(np.diag(covariance.of(i, np.arange(N_PARAMETERS))))
+        assert found[OMEGA] == pytest.approx(sd[OMEGA], rel=0.3)  # means over sectors say less
 
 
-def test_outlines_without_an_offset_are_found_to_have_none(sampled: tuple[Registered, JointFit], fit: CampaignFit) -> None:
-    covariance = campaign_covariance(sampled[0].campaign, fit)
-    sd = np.sqrt(covariance.of(0, np.arange(N_PARAMETERS))[OFFSET, OFFSET])[0, 0]
-    assert sd < 0.9 * Configuration().offset_prior_px
+def test_mass_properties_are_those_off_the_surface(followed: tuple[Campaign, CampaignFit, Joined[Flown]]) -> None:
+    campaign, again, joint = followed
+    task, flight = campaign.sequences[0], again.state.flights[0]
+    change = task.amplitudes.mass @ np.append(1.0, again.state.theta[0])
+    sd = np.sqrt(np.diag(joint.covariance)[joint.recorded[0].place])
+    assert np.all(np.abs(flight.com + change[:3] - joint.recorded[0].flight.com) < sd[COM])
+    assert np.all(np.abs(np.concatenate([flight.com, flight.inertia])) < 4.0 * task.deviation)
+
+
+def test_outlines_without_an_offset_are_found_to_have_none(sampled: Registered, fit: CampaignFit) -> None:
+    covariance = campaign_covariance(sampled.campaign, fit)
+    sd = np.sqrt(np.diag(covariance.of(0, np.arange(N_PARAMETERS)))[OFFSET])[0]
+    assert sd < Configuration().offset_prior_px
     assert abs(fit.state.flights[0].offset_px) < 2.5 * sd
 
 
-def test_amplitudes_are_of_variance_one(fit: CampaignFit, sampled: tuple[Registered, JointFit]) -> None:
+def test_amplitudes_are_of_variance_one(fit: CampaignFit, sampled: Registered) -> None:
     amplitudes = fit.state.theta[0]
-    assert len(amplitudes) == sampled[0].campaign.kind.base.size > 20
+    assert len(amplitudes) == sampled.campaign.kind.base.size > 20
     assert np.all(fit.state.theta[1] == amplitudes)
     assert 0.05 < np.sqrt(np.mean(amplitudes**2)) < 1.5
 
@@ -105,8 +123,8 @@ def _theta(model: Model) -> Array:
 
 
 @pytest.mark.parametrize("key", EFFECTS)
-def test_derivatives_by_effects_are_those_of_differences(key: str, fit: CampaignFit, sampled: tuple[Registered, JointFit]) -> None:
-    campaign = sampled[0].campaign
+def test_derivatives_by_effects_are_those_of_differences(key: str, fit: CampaignFit, sampled: Registered) -> None:
+    campaign = sampled.campaign
     model = Model((*campaign.kind.base.effects, MODELS[key]))
     theta, task, flight = _theta(model), campaign.sequences[0], fit.state.flights[0]
     at = outline_errors(task, flight, model, theta)
@@ -119,8 +137,8 @@ def test_derivatives_by_effects_are_those_of_differences(key: str, fit: Campaign
         assert np.abs(at.J[..., N_PARAMETERS + column] - difference).max() < 0.02 * size
 
 
-def test_derivatives_by_the_flight_and_amplitudes_are_those_of_differences(fit: CampaignFit, sampled: tuple[Registered, JointFit]) -> None:
-    campaign = sampled[0].campaign
+def test_derivatives_by_the_flight_and_amplitudes_are_those_of_differences(fit: CampaignFit, sampled: Registered) -> None:
+    campaign = sampled.campaign
     model, task, flight = campaign.kind.base, campaign.sequences[1], fit.state.flights[1]
     theta = fit.state.theta[1]
     at = outline_errors(task, flight, model, theta)
@@ -138,8 +156,8 @@ def test_derivatives_by_the_flight_and_amplitudes_are_those_of_differences(fit: 
         assert np.abs(at.J[..., N_PARAMETERS + column] - difference).max() < 0.05 * np.abs(difference).max()
 
 
-def test_contacts_are_made_anew_where_outlines_have_moved(fit: CampaignFit, sampled: tuple[Registered, JointFit]) -> None:
-    campaign = sampled[0].campaign
+def test_contacts_are_made_anew_where_outlines_have_moved(fit: CampaignFit, sampled: Registered) -> None:
+    campaign = sampled.campaign
     model, task, flight, theta = campaign.kind.base, campaign.sequences[0], fit.state.flights[0], fit.state.theta[0]
     assert with_contacts(task, flight, model, theta) is task
     turned = moved(flight, 0.05 * np.eye(N_PARAMETERS)[5])
@@ -149,8 +167,8 @@ def test_contacts_are_made_anew_where_outlines_have_moved(fit: CampaignFit, samp
     assert np.sum(new.e**2) < 0.95 * np.sum(old.e**2)  # points that have slid along the outline are nearer than those that were met
 
 
-def test_outlines_that_are_off_as_a_whole_show_in_every_sector(fit: CampaignFit, sampled: tuple[Registered, JointFit]) -> None:
-    campaign = sampled[0].campaign
+def test_outlines_that_are_off_as_a_whole_show_in_every_sector(fit: CampaignFit, sampled: Registered) -> None:
+    campaign = sampled.campaign
     task, sightings = campaign.sequences[0], campaign.sequences[0].task.sightings
     shifted = replace(sightings, outlines_px=tuple(outline + np.array([1.0, 0.0]) for outline in sightings.outlines_px))
     moved_task = replace(task, task=replace(task.task, sightings=shifted))
