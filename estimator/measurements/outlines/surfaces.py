@@ -107,8 +107,7 @@ def refitted_surfaces(campaign: Campaign, fit: CampaignFit, kind: Asked) -> tupl
         shape = Shape(surface, campaign.sequences[rows[0]].view_noise_px)
         found = joined(particle, shape, flown, partial(_known, size=size), huber=kind.huber, seed=kind.seed)
         noise = [each / own for each, own in zip(found.noise_px[1:], found.outline_noise_px[1:], strict=True)]
-        tasks = (replace(each.task, noise=by, deviation=found.deviation) for each, by in zip(found.recorded, noise, strict=True))
-        ended = [replace(each, task=task) for each, task in zip(found.recorded, tasks, strict=True)]
+        ended = [replace(each, task=replace(each.task, noise=by)) for each, by in zip(found.recorded, noise, strict=True)]
         count = part.stop - part.start
         for i, new in zip(rows, with_surface(ended, Shape(found.surface, found.noise_px[0]), kind, most=count), strict=True):
             padded = new.padded(count)
