@@ -135,7 +135,7 @@ def _cause(r: Result) -> list[str]:
         "",
         f"Gravity {gravity['value']:+.3f} m/s² along z, lengths wrong by {scale['value']:+.2%} or a frame rate {rate['value']:+.2%} "
         "off predict equally "
-        "well, and no free flight can tell them apart: all three only change how large gravity looks, `g (1 + r)^-2 / (1 + s)`. The "
+        "well, and in free flight they are confounded: all three only change how large gravity looks, `g (1 + r)^-2 / (1 + s)`. The "
         "tool says so "
         "of frame rate and lengths; gravity, which may also turn, pays for two parameters more.",
         "",

@@ -50,7 +50,7 @@ class SectorRuler:
 
     @cached_property
     def _fine(self) -> tuple[Array, Array, cKDTree]:
-        """Points of the outline, outward normals there, and where to look for them."""
+        """Points of the outline, outward normals there, and a tree that finds the nearest."""
         fine = resampled(self.points, FINE_PX, fewest=FEWEST)
         chord = np.roll(fine, -1, axis=0) - np.roll(fine, 1, axis=0)
         normal = np.column_stack([chord[:, 1], -chord[:, 0]])

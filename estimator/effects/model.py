@@ -4,6 +4,7 @@ Parameters of all effects lie side by side in one array ``theta`` in the order o
 (clock, optics) or the sum (forces, body, shifts) of what the effects do to it.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -153,19 +154,20 @@ class Model:
 
     def shift(self, theta: Array, places: Places, setting: Setting) -> Array:
         """Sum of the outline displacements (n, k, 2) px."""
-        total = np.zeros(places.radius_px.shape)
-        for effect, part in self.touching("shift"):
-            shift = effect.shift(theta[part], places, setting)
-            total = total if shift is None else total + shift
-        return total
+        each = (effect.shift(theta[part], places, setting) for effect, part in self.touching("shift"))
+        return _summed(each, np.zeros(places.radius_px.shape))
 
     def displaced(self, theta: Array, places: Places, setting: Setting) -> Array:
         """Sum of the displacements (n, k, 1) px of the outlines' own points."""
-        total = np.zeros(places.radius_px.shape)
-        for effect, part in self.touching("shift"):
-            shift = effect.displaced(theta[part], places, setting)
-            total = total if shift is None else total + shift
-        return total
+        each = (effect.displaced(theta[part], places, setting) for effect, part in self.touching("shift"))
+        return _summed(each, np.zeros(places.radius_px.shape))
+
+
+def _summed(shifts: Iterable[Array | None], total: Array) -> Array:
+    """The sum of what effects displace, beginning with a ``total`` (n, k, 2) px."""
+    for shift in shifts:
+        total = total if shift is None else total + shift
+    return total
 
 
 def overrides(effect: EffectModel, *links: str) -> bool:

@@ -145,3 +145,27 @@ def degrees_of_freedom(equations: Weighed, repeats: Array) -> float:
     shifted = square.sum(axis=1)
     measured = float(weight.sum() + np.sum((shifted - np.sum(weight * square, axis=1)) / (1.0 + shifted)))
     return max(measured - float(np.count_nonzero(np.diag(equations.frames.H)[:N_PARAMETERS] > 0.0)), 1.0)
+
+
+class Noisy(Protocol):
+    """A sequence with its noise over what was stated or estimated, and over how many rows that of each channel (c,) is alike."""
+
+    @property
+    def noise(self) -> float:
+        """Over what was stated or estimated."""
+        ...
+
+    @property
+    def repeats(self) -> Array:
+        """Over so many rows (c,)."""
+        ...
+
+
+def misfits(sequences: Sequence[Noisy], equations: Sequence[Weighed]) -> Array:
+    """Marginal squares (s,) of sequences in units of the noise that was stated or estimated."""
+    return np.array([sequence.noise**2 * marginal_squares(each) for sequence, each in zip(sequences, equations, strict=True)])
+
+
+def freedoms(sequences: Sequence[Noisy], equations: Sequence[Weighed]) -> Array:
+    """Degrees of freedom (s,) of sequences."""
+    return np.array([degrees_of_freedom(each, sequence.repeats) for sequence, each in zip(sequences, equations, strict=True)])

@@ -17,9 +17,10 @@ from estimator.effects.link import EffectModel
 from estimator.effects.model import Model
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState, SequenceEquations
 from estimator.likelihood.rows import (
-    degrees_of_freedom,
+    freedoms,
     log_density,
     marginal_squares,
+    misfits,
     noise_scales,
     robust_cost,
     shifts_in_time,
@@ -31,7 +32,7 @@ from estimator.measurements.outlines.maps import outline_floor, outline_maps
 from estimator.measurements.outlines.surfaces import refitted_surfaces
 from estimator.measurements.outlines.task import OutlineErrors, OutlineTask, outline_errors, with_contacts
 from estimator.measurements.silhouettes.imagined import Pictures
-from estimator.measurements.silhouettes.kind import SILHOUETTES
+from estimator.measurements.silhouettes.kind import SILHOUETTES, picture_reports
 from estimator.motion.flight import COM, INERTIA, N_PARAMETERS, OFFSET, Flight
 from estimator.particle.particle import Particle
 
@@ -103,7 +104,7 @@ class Outlines:
 
     def noise_scales(self, campaign: Campaign, equations: Sequence[SequenceEquations]) -> Array | None:
         """Noise of the samples over what outlines show by themselves."""
-        return noise_scales(_misfits(campaign, equations), _freedom(campaign, equations))
+        return noise_scales(misfits(campaign.sequences, equations), freedoms(campaign.sequences, equations))
 
     def noise_of(self, sequence: OutlineTask) -> float:
         """As it is in the sequence's standard deviations."""
@@ -115,7 +116,7 @@ class Outlines:
 
     def log_density(self, campaign: Campaign, equations: Sequence[SequenceEquations]) -> float:
         """Each sequence's noise integrated."""
-        return log_density(equations, _misfits(campaign, equations), _freedom(campaign, equations))
+        return log_density(equations, misfits(campaign.sequences, equations), freedoms(campaign.sequences, equations))
 
     def squares(self, equations: Sequence[SequenceEquations]) -> float:
         """Of what random shifts of the frames' times do not explain."""
@@ -166,16 +167,7 @@ class Outlines:
         """Every picture of every camera; they have no tangency errors."""
         sightings = sequence.task.sightings
         whitened = np.sqrt(equations.frames.chi2 / np.maximum(equations.frames.count, 1))
-        used = {(int(c), int(f)): i for i, (c, f) in enumerate(zip(sightings.camera, sightings.frame, strict=True))}
-        reports = []
-        for camera, recording in enumerate(observation.recordings):
-            for frame in range(len(recording)):
-                row = used.get((camera, frame))
-                if row is None:
-                    reports.append(FrameReport(camera, frame, False, "no usable outline", 0.0, 0.0))
-                else:
-                    reports.append(FrameReport(camera, frame, True, "", float("nan"), float(whitened[row])))
-        return tuple(reports)
+        return picture_reports(sightings, observation, np.full(len(sightings), np.nan), whitened)
 
     def unmeasured(self, sequence: OutlineTask) -> NDArray[np.int64]:
         """None."""
@@ -185,14 +177,3 @@ class Outlines:
     def adapted(self, effect: EffectModel) -> EffectModel:
         """The catalogue was written for silhouettes."""
         return effect
-
-
-def _misfits(campaign: Campaign, equations: Sequence[SequenceEquations]) -> Array:
-    """Weighted sums of squares (s,) in units of the noise that the outlines show by themselves."""
-    squares = [marginal_squares(each) for each in equations]
-    return np.array([task.noise**2 * each for task, each in zip(campaign.sequences, squares, strict=True)])
-
-
-def _freedom(campaign: Campaign, equations: Sequence[SequenceEquations]) -> Array:
-    """Degrees of freedom (s,) of the sequences."""
-    return np.array([degrees_of_freedom(each, task.repeats) for task, each in zip(campaign.sequences, equations, strict=True)])

@@ -13,6 +13,7 @@ from datasets.vocabulary.effects import TRACKED_ONLY
 from estimator.appearance.hull_outlines import hull_of
 from estimator.appearance.model_errors import ModelErrors, ModelResiduals, SequenceTask, linearised, model_residuals
 from estimator.appearance.outline_tables import with_tables
+from estimator.data.fit_task import Sightings
 from estimator.diagnosis.noise_floor import NoiseFloor
 from estimator.diagnosis.residual_maps import ResidualMap
 from estimator.effects.instrument.curvature_bias import CurvatureBias
@@ -185,16 +186,7 @@ class Silhouettes:
         sightings, seen = sequence.task.sightings, equations.errors.seen
         rms = np.sqrt((equations.errors.e**2).sum(axis=(1, 2)) / np.maximum(seen.sum(axis=(1, 2)), 1))
         whitened = np.sqrt(equations.frames.chi2 / np.maximum(equations.frames.count, 1))
-        used = {(int(c), int(f)): i for i, (c, f) in enumerate(zip(sightings.camera, sightings.frame, strict=True))}
-        reports = []
-        for camera, recording in enumerate(observation.recordings):
-            for frame in range(len(recording)):
-                row = used.get((camera, frame))
-                if row is None:
-                    reports.append(FrameReport(camera, frame, False, "no usable outline", 0.0, 0.0))
-                else:
-                    reports.append(FrameReport(camera, frame, True, "", float(rms[row]), float(whitened[row])))
-        return tuple(reports)
+        return picture_reports(sightings, observation, rms, whitened)
 
     def unmeasured(self, sequence: SequenceTask) -> NDArray[np.int64]:
         """None."""
@@ -207,3 +199,17 @@ class Silhouettes:
 
 
 SILHOUETTES = Silhouettes()
+
+
+def picture_reports(sightings: Sightings, observation: Observation, rms_px: Array, whitened: Array) -> tuple[FrameReport, ...]:
+    """Every picture of every camera, those in use with tangency errors ``rms_px`` (n,) and residuals ``whitened`` (n,)."""
+    used = {(int(c), int(f)): i for i, (c, f) in enumerate(zip(sightings.camera, sightings.frame, strict=True))}
+    reports = []
+    for camera, recording in enumerate(observation.recordings):
+        for frame in range(len(recording)):
+            row = used.get((camera, frame))
+            if row is None:
+                reports.append(FrameReport(camera, frame, False, "no usable outline", 0.0, 0.0))
+            else:
+                reports.append(FrameReport(camera, frame, True, "", float(rms_px[row]), float(whitened[row])))
+    return tuple(reports)

@@ -18,9 +18,10 @@ from estimator.effects.model import Model
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState, SequenceEquations
 from estimator.likelihood.rows import (
     Rows,
-    degrees_of_freedom,
+    freedoms,
     log_density,
     marginal_squares,
+    misfits,
     noise_scales,
     robust_cost,
     shifts_in_time,
@@ -97,7 +98,7 @@ class Trajectories:
 
     def noise_scales(self, campaign: Campaign, equations: Sequence[SequenceEquations]) -> Array | None:
         """Of a flight whose residuals are larger than all others', a hand's or a bad track's, the noise is larger, not the effects."""
-        return noise_scales(_misfits(campaign, equations), _freedom(campaign, equations))
+        return noise_scales(misfits(campaign.sequences, equations), freedoms(campaign.sequences, equations))
 
     def noise_of(self, sequence: TrajectoryTask) -> float:
         """As it is in the sequence's standard deviations."""
@@ -109,7 +110,7 @@ class Trajectories:
 
     def log_density(self, campaign: Campaign, equations: Sequence[SequenceEquations]) -> float:
         """Each sequence's noise integrated."""
-        return log_density(equations, _misfits(campaign, equations), _freedom(campaign, equations))
+        return log_density(equations, misfits(campaign.sequences, equations), freedoms(campaign.sequences, equations))
 
     def squares(self, equations: Sequence[SequenceEquations]) -> float:
         """Of what random shifts of the rows' times do not explain."""
@@ -177,14 +178,3 @@ def _known(values: Array) -> list[float | None]:
 
 
 TRAJECTORIES = Trajectories()
-
-
-def _misfits(campaign: Campaign, equations: Sequence[SequenceEquations]) -> Array:
-    """Weighted sums of squares (s,) in units of the noise that was stated or estimated."""
-    squares = [marginal_squares(each) for each in equations]
-    return np.array([task.noise**2 * each for task, each in zip(campaign.sequences, squares, strict=True)])
-
-
-def _freedom(campaign: Campaign, equations: Sequence[SequenceEquations]) -> Array:
-    """Degrees of freedom (s,) of the sequences."""
-    return np.array([degrees_of_freedom(each, task.repeats) for task, each in zip(campaign.sequences, equations, strict=True)])
