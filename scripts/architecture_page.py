@@ -48,9 +48,10 @@ INSIDE = (
     "poses_and_sensitivity",
     "tangency_errors",
     "with_predicted_bias",
-    "refine_flight",
+    "solve",
     "measured_noise",
-    "covariance_and_bound",
+    "stepped",
+    "sandwich",
     "calibration_share",
 )
 DOORS = (

@@ -107,13 +107,13 @@ def large_hulls() -> Iterator[None]:
 @contextmanager
 def boastful_covariance() -> Iterator[None]:
     """Error bars four times too small."""
-    original = refinement.refine_flight
+    original = refinement.refine
 
-    def boast(*arguments: Any, **settings: Any) -> refinement.Refined:
+    def boast(*arguments: Any, **settings: Any) -> refinement.Refined[Any]:
         refined = original(*arguments, **settings)
         return replace(refined, covariance=refined.covariance / 16.0)
 
-    with mock.patch.object(tasks, "refine_flight", boast):
+    with mock.patch.object(tasks, "refine", boast):
         yield
 
 

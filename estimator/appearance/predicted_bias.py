@@ -35,7 +35,7 @@ from estimator.geometry.outline_bias import (
 )
 from estimator.geometry.silhouettes import Silhouettes
 from estimator.geometry.support import support
-from estimator.motion.flight import N_PARAMETERS, Flight, FlightPoses, poses
+from estimator.motion.flight import Flight, FlightPoses, Motion, flown
 from estimator.outlines.pictures.pictured import Pictures, pictured_supports
 from estimator.particle.particle import Particle, hsv_spacing
 
@@ -48,11 +48,11 @@ PICTURES_OF_EACH = 2
 
 
 def with_predicted_bias(
-    task: FitTask, particle: Particle, flight: Flight, *, pairs: int, rng: np.random.Generator, pictures: Pictures | None = None
+    task: FitTask, particle: Particle, motion: Motion, *, pairs: int, rng: np.random.Generator, pictures: Pictures | None = None
 ) -> FitTask:
-    """The task with the views as they were seen and the outlines' bias predicted under ``flight``; ``pairs`` of draws per outline."""
-    flown = poses(flight, np.zeros((1, N_PARAMETERS)), task.sightings.times_s)
-    return with_bias_at(task, particle, (flight, flown), pairs=pairs, rng=rng, pictures=pictures)
+    """The task with the views as they were seen and the outlines' bias predicted under ``motion``; ``pairs`` of draws per outline."""
+    at = motion.first, flown(motion, task.sightings.times_s)
+    return with_bias_at(task, particle, at, pairs=pairs, rng=rng, pictures=pictures)
 
 
 def with_bias_at(
@@ -124,8 +124,8 @@ def _likeness_effect(like: Silhouettes, seen: Silhouettes) -> Array:
     return supports(like) - supports(seen)
 
 
-def _cast_in_sightings(task: FitTask, particle: Particle, flight: Flight, flown: FlightPoses) -> list[Array]:
-    placed = particle_poses(flight, flown, task.sightings)
+def _cast_in_sightings(task: FitTask, particle: Particle, flight: Flight, at: FlightPoses) -> list[Array]:
+    placed = particle_poses(flight, at, task.sightings)
     if particle.has_exact_hull:
         return cast_outlines(task, placed, particle.casting_mesh)
     cameras = [task.sightings.cameras[int(c)].intrinsics for c in task.sightings.camera]

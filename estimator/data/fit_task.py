@@ -11,7 +11,7 @@ from estimator.data.views import Views
 from estimator.geometry.closed_curves import unit_circle
 from estimator.geometry.outline_bias import OutlineBias
 from estimator.geometry.silhouettes import Silhouettes
-from estimator.motion.flight import COM, INERTIA, N_PARAMETERS, OFFSET
+from estimator.motion.flight import LAYOUT
 
 Array = NDArray[np.float64]
 OUTWARD: Array = unit_circle(720)
@@ -79,13 +79,15 @@ class Prior:
     offset_px: float
 
     @property
+    def known(self) -> dict[str, Array | float]:
+        """Information by the name of its block."""
+        inertia = np.array([self.inertia**-2] * 2 + [self.inertia_products**-2] * 3)
+        return {"com": self.com_m**-2, "inertia": inertia, "offset": self.offset_px**-2}
+
+    @property
     def precision(self) -> Array:
         """Diagonal (21,) of the prior's information matrix."""
-        diagonal = np.zeros(N_PARAMETERS)
-        diagonal[COM] = self.com_m**-2
-        diagonal[INERTIA] = [self.inertia**-2] * 2 + [self.inertia_products**-2] * 3
-        diagonal[OFFSET] = self.offset_px**-2
-        return diagonal
+        return LAYOUT.held(self.known).precision
 
 
 @dataclass(frozen=True)

@@ -11,17 +11,17 @@ Blind to what changes from frame to frame (jitter of the clock, vibration): that
 ``noise_ratio``, the residuals' standard deviation over the one that the outlines' neighbouring samples let expect.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.polynomial.legendre import legvander
 from numpy.typing import NDArray
 from scipy.special import chdtrc
 
-from estimator.data.fit_task import FitTask
-from estimator.fitting.refinement import NothingSeen, Refined, Refinement, determined, linearised, sandwich, scaled_inverse
-from estimator.likelihood.noise_model import with_noise
-from estimator.motion.flight import N_PARAMETERS, FlightPoses, poses_and_sensitivity
+from estimator.fitting.problem import alone, prior_of, with_more
+from estimator.fitting.refinement import NothingSeen, Refined, determined, sandwich, scaled_inverse
+from estimator.fitting.weighed_tangencies import linearise
+from estimator.motion.flight import Motion
 
 Array = NDArray[np.float64]
 ORDERS = (2, 3, 4)
@@ -55,23 +55,14 @@ class Misfit:
         return self.p >= INADEQUATE_P and self.noise_ratio <= NOISY
 
 
-def misfit(task: FitTask, refined: Refined, settings: Refinement) -> Misfit | None:
-    """The test of a refined free flight; ``None`` where the sightings do not determine the slow errors."""
-    return misfit_of(task, refined, settings, poses_and_sensitivity(refined.flight, task.sightings.times_s))
-
-
-def misfit_of(task: FitTask, refined: Refined, settings: Refinement, motion: tuple[FlightPoses, Array]) -> Misfit | None:
-    """The same of any motion: poses and sensitivity (n, 6, p), the first 21 parameters those of ``refined.flight``."""
-    predicted, sensitivity = motion
-    noisy = replace(task, sightings=replace(task.sightings, silhouettes=with_noise(task.sightings.silhouettes, refined.noise)))
-    basis = slow_errors(task.sightings.times_s)
-    own = sensitivity.shape[2]
-    at = linearised(noisy, refined.flight, (predicted, np.concatenate([sensitivity, basis], axis=2)), settings)
-    prior = np.diag(np.pad(task.prior.precision, (0, len(at.g) - N_PARAMETERS)))
+def misfit(refined: Refined[Motion]) -> Misfit | None:
+    """The test of a refined motion; ``None`` where the sightings do not determine the slow errors."""
+    basis, task, motion = slow_errors(refined.sightings.times_s), refined.at.task, refined.flight
+    at, own = linearise(task, motion, refined.at.settings, basis), motion.layout.size
     try:
-        covariance = sandwich(noisy, at, prior, settings)
-        b = -(scaled_inverse(determined(at.H)) @ at.g)[own:]
-        C = covariance[own:, own:]
+        system = with_more(at, prior_of(alone(task, motion), motion))
+        b = -(scaled_inverse(determined(system.equations.H)) @ system.equations.g)[own:]
+        C = sandwich(system)[own:, own:]
         statistic = float(b @ scaled_inverse(C) @ b)
         each = [_component(b, C, axis) for axis in range(len(AXES))]
     except NothingSeen:

@@ -1,21 +1,24 @@
-"""The last refinement of a flight: composite likelihood, pairs within the sequence, covariance and bound."""
+"""The last refinement: Gauss-Newton steps with refreshed weights to where a problem's factors agree, and how sure that is.
 
-from collections.abc import Callable
+One loop and one covariance for every problem: a free flight, with the focal length or without, flights that meet at impacts, two that
+collide.
+"""
+
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TypeVar
+from functools import partial
+from typing import Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.appearance.flight_errors import body_normals, unbiased_errors
-from estimator.data.fit_task import FitTask
-from estimator.fitting.trajectory import pose_map, prior_values
-from estimator.fitting.within_sequence import WithinEquations, within_equations
-from estimator.geometry.epipolar_tangency import TangencyErrors
-from estimator.likelihood.body_fixed_error import COARSE, body_noise, body_places
-from estimator.likelihood.composite_likelihood import WeighedFrames, information, shared_view_noise, weigh
+from estimator.appearance.flight_errors import unbiased_errors
+from estimator.data.fit_task import FitTask, Sightings
+from estimator.fitting.focal_flight import at_focal
+from estimator.fitting.problem import Fact, M, M_co, Part, Problem, S, State, System, T, alone, with_known
+from estimator.fitting.weighed_tangencies import Linearised, Refinement, linearise
 from estimator.likelihood.noise_model import MeasuredNoise, measured_noise, with_noise
-from estimator.motion.flight import N_PARAMETERS, Flight, FlightPoses, moved, poses_and_sensitivity
+from estimator.motion.flight import Motion, flown
 from estimator.motion.rigid_body import RanAway
 
 Array = NDArray[np.float64]
@@ -28,8 +31,7 @@ So after ``FINE_STEPS`` steps the second is enough. A first fit in other weights
 """
 LEAST_CURVATURE = 1e-12
 """A normal matrix, scaled to a diagonal of ones, whose least eigenvalue is below has an inverse of rounding: variances may be negative."""
-State = TypeVar("State")
-Known = TypeVar("Known")
+S_co = TypeVar("S_co", bound=State, covariant=True)
 
 
 class NothingSeen(RanAway):
@@ -40,135 +42,118 @@ NOTHING_SEEN = "nothing is seen of a parameter where the fit has come to"
 
 
 @dataclass(frozen=True)
-class Refined:
-    """The refined flight, ``covariance`` and ``bound`` (21, 21), its errors, their whitening, whether the steps settled.
+class Refined(Generic[M_co]):
+    """A refined motion, ``covariance``, ``bound`` and ``inverse`` of the normal matrix (p, p) of its parameters, whether the steps settled.
 
-    And the noise found; ``places`` (n, 2): camera and frame of each sighting.
+    ``at``: its outlines' errors with the ``noise`` found.
     """
 
-    flight: Flight
-    predicted: FlightPoses
+    flight: M_co
     covariance: Array
     bound: Array
-    errors: TangencyErrors
-    frames: WeighedFrames
-    within: WithinEquations
+    inverse: Array
+    at: Linearised
     settled: bool
     noise: MeasuredNoise
-    places: NDArray[np.int64]
+
+    @property
+    def sightings(self) -> Sightings:
+        """That were fitted."""
+        return self.at.task.sightings
 
 
 @dataclass(frozen=True)
-class Linearised:
-    """Errors and their normal equations ``H`` (p, p), ``g`` (p,), prior included, at one flight; ``S`` as in :func:`pose_map`.
+class Solved(Generic[S_co, M_co]):
+    """The ``state`` at the end with the ``covariance`` (p, p) of its parameters, and each part of its own."""
 
-    ``S`` (n, 8, p); ``normals`` (n, k, 2, 3), body axes.
-    """
-
-    predicted: FlightPoses
-    S: Array
-    errors: TangencyErrors
-    frames: WeighedFrames
-    within: WithinEquations
-    normals: Array
-    H: Array
-    g: Array
+    state: S_co
+    covariance: Array
+    parts: tuple[Refined[M_co], ...]
 
 
-@dataclass(frozen=True)
-class Refinement:
-    """Settings: see :class:`estimator.data.configuration.Configuration`."""
-
-    floor_px: float
-    body_noise_px: float
-    within_pairs: int
+def refine(task: FitTask, motion: M, settings: Refinement, facts: Sequence[Fact[M]] = ()) -> Refined[M]:
+    """One particle's motion, from one that fits."""
+    return solve(alone(task, motion), motion, settings, facts).parts[0]
 
 
-def refine_flight(task: FitTask, flight: Flight, settings: Refinement) -> Refined:
-    """Gauss-Newton steps with refreshed weights until they are small against the standard deviations."""
-    predicted, _ = poses_and_sensitivity(flight, task.sightings.times_s)
-    task, noise = with_noise_of(task, unbiased_errors(task, flight, predicted))
-
-    def further(flight: Flight, step: Array) -> tuple[Flight, Linearised]:
-        there = moved(flight, step)
-        return there, linearise(task, there, settings)
-
-    flight, at, settled = stepped((flight, linearise(task, flight, settings)), lambda at: (at.H, at.g), further)
-    covariance, bound = covariance_and_bound(task, at, np.diag(task.prior.precision), settings)
-    places = np.column_stack([task.sightings.camera, task.sightings.frame])
-    return Refined(flight, at.predicted, covariance, bound, at.errors, at.frames, at.within, settled, noise, places)
+def solve(parts: Sequence[Part[S, M]], state: S, settings: Refinement, facts: Sequence[Fact[S]] = ()) -> Solved[S, M]:
+    """The state where outlines, facts and priors agree, with the noise that the outlines show where it begins."""
+    noisy, noises = zip(*(_with_noise_of(part, state) for part in parts), strict=True)
+    problem: Problem[S, M, Linearised] = Problem(noisy, partial(linearise, settings=settings), tuple(facts))
+    state, system, settled = stepped(problem, state)
+    covariance, bound = spread(system)
+    inverse, refined = scaled_inverse(system.equations.H), []
+    for part, at, noise in zip(parts, system.told, noises, strict=True):
+        own = np.ix_(part.place, part.place)
+        refined.append(Refined(part.motion(state), covariance[own], bound[own], inverse[own], at, settled, noise))
+    return Solved(state, covariance, tuple(refined))
 
 
-def with_noise_of(task: FitTask, errors: TangencyErrors) -> tuple[FitTask, MeasuredNoise]:
-    """The task with the noise that ``errors`` of a flight show, and that noise."""
-    noise = measured_noise(errors)
+def _with_noise_of(part: Part[S, M], state: S) -> tuple[Part[S, M], MeasuredNoise]:
+    task, noise = with_noise_at(part.task, part.motion(state))
+    return replace(part, task=task), noise
+
+
+def with_noise_at(task: FitTask, motion: Motion) -> tuple[FitTask, MeasuredNoise]:
+    """The task with the noise that its errors under a motion show, and that noise."""
+    noise = measured_noise(unbiased_errors(at_focal(task, motion), motion.first, flown(motion, task.sightings.times_s)))
     return replace(task, sightings=replace(task.sightings, silhouettes=with_noise(task.sightings.silhouettes, noise))), noise
 
 
-def stepped(
-    start: tuple[State, Known],
-    system: Callable[[Known], tuple[Array, Array]],
-    further: Callable[[State, Array], tuple[State, Known] | None],
-) -> tuple[State, Known, bool]:
-    """Gauss-Newton steps from a state and what is known there until they are small; the last of both, and whether they became so.
+def system_at(task: FitTask, motion: M, settings: Refinement) -> System[Linearised]:
+    """What the outlines and the prior say at a motion of one particle."""
+    problem: Problem[M, M, Linearised] = Problem(alone(task, motion), partial(linearise, settings=settings))
+    return problem.at(motion)
 
-    ``system``: the normal matrix and gradient of what is known. ``further``: the state after a step and what is known there; ``None`` where
-    the steps end before it. After ``FINE_STEPS`` a step that turns back from the one before is halved: weights that change from
-    step to step can throw the state from one side of its end to the other for ever.
+
+def stepped(problem: Problem[S, M, T], state: S) -> tuple[S, System[T], bool]:
+    """Gauss-Newton steps from a state until they are small; the last state, the problem there, and whether they became so.
+
+    After ``FINE_STEPS`` a step that turns back from the one before is halved: weights that change from step to step can throw the state
+    from one side of its end to the other for ever.
     """
-    (state, known), settled, last = start, False, None
+    system, settled, last = problem.at(state), False, None
     for count in range(1, MOST_STEPS + 1):
-        H, g = system(known)
+        H, g = system.equations.H, system.equations.g
         inverse = scaled_inverse(H)
         step = -inverse @ g
         back = last is not None and count > FINE_STEPS and float(last @ H @ step) < 0.0
         last = step
         try:
-            reached = further(state, 0.5 * step if back else step)
+            there = state.moved(0.5 * step if back else step)
+            state, system = there, problem.at(there)
         except RanAway:
             settled = False
             break
-        if reached is None:
-            break
-        state, known = reached
         size = float(np.max(np.abs(step) / np.sqrt(np.diag(inverse))))
         settled = size < STEADY
         if size < SETTLED or (settled and count >= FINE_STEPS):
             break
-    return state, known, settled
+    return state, system, settled
 
 
-def covariance_and_bound(task: FitTask, at: Linearised, prior: Array, settings: Refinement) -> tuple[Array, Array]:
-    """Sandwich covariance and Cramér-Rao-type bound (p, p) each; ``prior`` (p, p) is the prior's information.
+def spread(system: System[Linearised]) -> tuple[Array, Array]:
+    """Sandwich covariance and Cramér-Rao-type bound (p, p) each.
 
     Raises
     ------
     NothingSeen
         Where there is none: the sightings say nothing of some parameter, or of some combination of them.
     """
-    covariance = sandwich(task, at, prior, settings)
-    viewing = (task.sightings.R_cam_world @ at.predicted.R[:, 0])[:, 2]
-    own = task.sightings.silhouettes
-    known = information(at.errors, at.S, own, (body_places(at.normals, viewing, COARSE), settings.body_noise_px), huber=task.huber)
-    bound = scaled_inverse(known / max(1.0, at.frames.mean_square) + prior)
-    return covariance, 0.5 * (bound + bound.T)
+    bound = scaled_inverse(with_known(system.known, system.places, [each.information for each in system.told]))
+    return sandwich(system), 0.5 * (bound + bound.T)
 
 
-def sandwich(task: FitTask, at: Linearised, prior: Array, settings: Refinement) -> Array:
-    """Covariance (p, p) of the parameters: own noise of the outlines, that of the views and the body-fixed error.
-
-    ``prior`` (p, p): its information.
+def sandwich(system: System[Linearised]) -> Array:
+    """Covariance (p, p) of the parameters.
 
     Raises
     ------
     NothingSeen
         Where there is none.
     """
-    inverse = scaled_inverse(determined(at.H))
-    shared = shared_view_noise(at.errors, at.frames.weighted, task.views.silhouettes)
-    viewing = (task.sightings.R_cam_world @ at.predicted.R[:, 0])[:, 2]
-    shared = shared + body_noise(at.errors.valid, at.frames.weighted, body_places(at.normals, viewing), sigma_px=settings.body_noise_px)
-    covariance = inverse @ (max(1.0, at.frames.mean_square) * (at.frames.meat + at.within.H + shared) + prior) @ inverse
+    inverse = scaled_inverse(determined(system.equations.H))
+    covariance = inverse @ with_known(system.known, system.places, [each.spread for each in system.told]) @ inverse
     return np.asarray(0.5 * (covariance + covariance.T))
 
 
@@ -200,26 +185,3 @@ def determined(H: Array) -> Array:
 
 def _scale(H: Array) -> Array:
     return np.asarray(1.0 / np.sqrt(np.maximum(np.diag(H), 1e-300)))
-
-
-def linearise(task: FitTask, flight: Flight, settings: Refinement) -> Linearised:
-    """Weighed errors with views and within the sequence under a flight."""
-    return linearised(task, flight, poses_and_sensitivity(flight, task.sightings.times_s), settings)
-
-
-def linearised(task: FitTask, flight: Flight, motion: tuple[FlightPoses, Array], settings: Refinement) -> Linearised:
-    """The same for poses and sensitivities (n, 6, p) given as ``motion``; the first 21 of their parameters are those of ``flight``.
-
-    ``motion``: poses, and sensitivities (n, 6, p).
-    """
-    predicted, sensitivity = motion
-    errors = unbiased_errors(task, flight, predicted)
-    S = pose_map(sensitivity)
-    normals = body_normals(task.sightings, task.sightings.R_cam_world @ predicted.R[:, 0], errors)
-    frames = weigh(errors, S, task.sightings.silhouettes, floor_px=settings.floor_px, huber=task.huber)
-    within = within_equations(task, flight, predicted, S, most_pairs=settings.within_pairs, floor_px=settings.floor_px)
-    more = S.shape[2] - N_PARAMETERS
-    precision = np.pad(task.prior.precision, (0, more))
-    H = frames.H + within.H + np.diag(precision)
-    g = frames.g + within.g + precision * np.pad(prior_values(flight), (0, more))
-    return Linearised(predicted, S, errors, frames, within, normals, H, g)

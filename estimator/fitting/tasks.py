@@ -1,6 +1,7 @@
 """From observation and settings to the task of a fit, and the last refinement as the settings ask for it."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -9,10 +10,11 @@ from estimator.appearance.predicted_bias import with_predicted_bias
 from estimator.data.configuration import Configuration
 from estimator.data.fit_task import FitTask, Prior, Sightings
 from estimator.data.views import Views
-from estimator.fitting.focal_refinement import FocalRefined, refine_with_focal
+from estimator.fitting.focal_flight import FocalFlight
 from estimator.fitting.focal_search import FocalPrior
-from estimator.fitting.refinement import Refined, Refinement, refine_flight
+from estimator.fitting.refinement import Refined, refine
 from estimator.fitting.viewing_angles import with_clear_angles
+from estimator.fitting.weighed_tangencies import Refinement
 from estimator.motion.flight import Flight
 from estimator.outlines.pictures.pictured import Pictures
 from estimator.outlines.sightings import bias_pairs
@@ -43,14 +45,18 @@ def biased_task(
     return with_predicted_bias(task, particle, flight, pairs=pairs, rng=rng, pictures=pictures)
 
 
-def refined_flight(task: FitTask, flight: Flight, configuration: Configuration) -> tuple[Refined, FocalRefined | None]:
-    """The last refinement, with the focal length among the parameters where the configuration says that it is not known."""
+def refined_flight(task: FitTask, flight: Flight, configuration: Configuration) -> Refined[Flight | FocalFlight]:
+    """The last refinement, with the focal length among the parameters where the configuration says that it is not known.
+
+    The noise is then read again once the focal length is about right.
+    """
     settings = refinement_settings(configuration)
     task = with_clear_angles(task, flight)
     if configuration.focal_prior == 0.0:
-        return refine_flight(task, flight, settings), None
-    focal = refine_with_focal(task, flight, settings, FocalPrior(configuration.focal_prior))
-    return focal.refined, focal
+        return refine(task, flight, settings)
+    settings = replace(settings, within_pairs=0)
+    start = FocalFlight(flight, 0.0, FocalPrior(configuration.focal_prior))
+    return refine(task, refine(task, start, settings).flight, settings)
 
 
 def refinement_settings(configuration: Configuration) -> Refinement:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from estimator.appearance.flight_errors import particle_poses
 from estimator.data.fit_task import FitTask
 from estimator.geometry.epipolar_tangency import PoseSet
-from estimator.motion.flight import N_PARAMETERS, Flight, FlightPoses, poses
+from estimator.motion.flight import Motion, flown
 
 Array = NDArray[np.float64]
 LEAST_SINE_WITH_VIEWS = 0.09
@@ -33,12 +33,8 @@ def _seen_from(cameras: PoseSet, centre: Array) -> Array:
     return np.asarray(away / np.linalg.norm(away, axis=1, keepdims=True))
 
 
-def with_clear_angles(task: FitTask, flight: Flight) -> FitTask:
-    """The task without the pairs that see the body from nearly one line under ``flight``."""
-    return with_clear_angles_at(task, flight, poses(flight, np.zeros((1, N_PARAMETERS)), task.sightings.times_s))
-
-
-def with_clear_angles_at(task: FitTask, flight: Flight, flown: FlightPoses) -> FitTask:
-    """The same at poses ``flown`` of the body of ``flight``."""
-    sines = sines_between(particle_poses(flight, flown, task.sightings), task.views.poses, flight.body.com_particle)
+def with_clear_angles(task: FitTask, motion: Motion) -> FitTask:
+    """The task without the pairs that see the body from nearly one line under ``motion``."""
+    placed = particle_poses(motion.first, flown(motion, task.sightings.times_s), task.sightings)
+    sines = sines_between(placed, task.views.poses, motion.first.body.com_particle)
     return replace(task, weight=np.where(sines >= LEAST_SINE_WITH_VIEWS, task.weight, 0.0))

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from datasets.estimate import Status
 from datasets.observation import Observation
 from estimator.appearance.flight_errors import errors_of, particle_poses
-from estimator.appearance.predicted_bias import with_bias_at
+from estimator.appearance.predicted_bias import with_predicted_bias
 from estimator.data.configuration import Configuration
 from estimator.data.fit_task import FitTask, restricted
 from estimator.data.no_measurement import RAN_AWAY, NoMeasurement
@@ -21,16 +21,16 @@ from estimator.data.views import Poses
 from estimator.fitting.levenberg_marquardt import Solution
 from estimator.fitting.refinement import NothingSeen
 from estimator.fitting.tasks import refinement_settings
-from estimator.fitting.viewing_angles import with_clear_angles_at
+from estimator.fitting.trajectory import fit
+from estimator.fitting.viewing_angles import with_clear_angles
 from estimator.impacts.impact_discovery import LEAST_TRACKED, kinks_of_poses
 from estimator.impacts.impact_judging import IMPACTS_MEAN_SQUARE, Chain, jumps
 from estimator.impacts.impact_search import LEAST_RATIO, Kink, centroid_path, clear_kinks, find_kinks
-from estimator.impacts.loose_contact import LooseContact
-from estimator.impacts.piecewise_fit import PiecewiseRefined, fit_piecewise, flown, in_order, refine_piecewise
+from estimator.impacts.piecewise_fit import PiecewiseRefined, refine_piecewise
 from estimator.impacts.plate_contact import PlateTask
 from estimator.impacts.segments import joined, meeting_time, nearest_as_one, reversed_turns, segment_rows, with_pictures_between
 from estimator.likelihood.noise_model import measured_noise
-from estimator.motion.flight import N_PARAMETERS, Flight, poses
+from estimator.motion.flight import Flight, flown
 from estimator.motion.piecewise import PiecewiseFlight
 from estimator.motion.rigid_body import RanAway
 from estimator.outlines.result import OutlineTrack
@@ -223,7 +223,7 @@ def _shared_pose(task: FitTask, neighbour: Flight, impact_s: float, reference: i
         Where the neighbour has no pose then.
     """
     one = task.sightings.take(np.array([reference]))
-    pose = particle_poses(neighbour, poses(neighbour, np.zeros((1, N_PARAMETERS)), np.array([impact_s])), one)
+    pose = particle_poses(neighbour, flown(neighbour, np.array([impact_s])), one)
     if not np.isfinite(pose.R).all():
         raise RanAway("the flight on the other side of an impact ran away")
     guess = Poses(pose.R, pose.t + pose.R @ neighbour.body.com_particle, np.full(1, np.inf))
@@ -238,9 +238,9 @@ def _joint(task: FitTask, flights: list[Flight], impacts_s: Array) -> Solution[P
     meeting = [meeting_time(a, b, float(t), viewing) for a, b, t in zip(flights[:-1], flights[1:], impacts_s, strict=True)]
     times = [m if abs(m - t) < 2.0 * frame_s else float(t) for m, t in zip(meeting, impacts_s, strict=True)]
     start = joined(flights, times, 0.5 * (float(task.sightings.times_s.min()) + times[0]))
-    if not in_order(start):
+    if np.any(np.diff([start.first.time_s, *start.times_s]) <= 0.0):
         start = joined(flights, impacts_s.tolist(), 0.5 * (float(task.sightings.times_s.min()) + float(impacts_s[0])))
-    return _best_sense(task, fit_piecewise(task, start), viewing)
+    return _best_sense(task, fit(task, start), viewing)
 
 
 def _best_sense(task: FitTask, solution: Solution[PiecewiseFlight], viewing: Array) -> Solution[PiecewiseFlight]:
@@ -248,19 +248,15 @@ def _best_sense(task: FitTask, solution: Solution[PiecewiseFlight], viewing: Arr
     if len(task.sightings.cameras) > 1:
         return solution
     ends = (float(task.sightings.times_s.min()), float(task.sightings.times_s.max()))
-    others = [fit_piecewise(task, other) for other in reversed_turns(solution.state, ends, viewing)]
+    others = [fit(task, other) for other in reversed_turns(solution.state, ends, viewing)]
     return min((solution, *others), key=lambda s: s.equations.cost)
 
 
 def refined_chain(
-    seen: Seen,
-    task: FitTask,
-    flight: PiecewiseFlight,
-    configuration: Configuration,
-    known: tuple[PlateTask | None, tuple[LooseContact, ...]] = (None, ()),
+    seen: Seen, task: FitTask, flight: PiecewiseFlight, configuration: Configuration, plate: PlateTask | None = None
 ) -> PiecewiseRefined:
-    """The last refinement; ``known``: a plate it is held to, and impacts that were more than one contact."""
-    return refine_piecewise(prepared_task(seen, task, flight, configuration), flight, refinement_settings(configuration), *known)
+    """The last refinement; ``plate``: what it is held to."""
+    return refine_piecewise(prepared_task(seen, task, flight, configuration), flight, refinement_settings(configuration), plate)
 
 
 def prepared_task(seen: Seen, task: FitTask, flight: PiecewiseFlight, configuration: Configuration) -> FitTask:
@@ -268,8 +264,6 @@ def prepared_task(seen: Seen, task: FitTask, flight: PiecewiseFlight, configurat
 
     Not of outlines from pictures: picturing all of them again at every refinement doubles the computing time.
     """
-    at = flown(flight, task.sightings.times_s)
     pictured = pictures_of(seen.observation, seen.tracks, task.sightings) is not None
     pairs, rng = 0 if pictured else bias_pairs(seen.observation, configuration), np.random.default_rng(configuration.seed)
-    task = with_bias_at(task, seen.particle, (flight.first, at), pairs=pairs, rng=rng)
-    return with_clear_angles_at(task, flight.first, at)
+    return with_clear_angles(with_predicted_bias(task, seen.particle, flight, pairs=pairs, rng=rng), flight)

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from estimator.appearance.flight_errors import errors_of
 from estimator.data.fit_task import FitTask, restricted
 from estimator.fitting.trajectory import fit
-from estimator.motion.flight import N_PARAMETERS, Flight, poses
-from estimator.motion.piecewise import Bounce, PiecewiseFlight, piecewise_states, piecewise_velocities
+from estimator.motion.flight import Flight, flown
+from estimator.motion.piecewise import Bounce, PiecewiseFlight
 from estimator.motion.rigid_body import rotation_matrices
 from estimator.motion.rotation import rotation_vector
 from estimator.search.flight_starts import at_time
@@ -62,12 +62,7 @@ def parted(task: FitTask, flight: PiecewiseFlight, number: int, frame_s: float) 
 
 def _leg(flight: PiecewiseFlight, number: int, time_s: float) -> Flight:
     """The free flight after impact ``number`` (-1: the first one), with ``time_s`` as its reference time."""
-    if number < 0:
-        return at_time(flight.first, time_s)
-    until = replace(flight, bounces=flight.bounces[: number + 1])
-    still, at = np.zeros((1, until.size)), np.array([time_s])
-    reached, rates = piecewise_states(until, still, at), piecewise_velocities(until, still, at)[0, 0]
-    return replace(flight.first, time_s=time_s, x=reached.x[0, 0], q=reached.q[0, 0], v=rates[:3], omega=rates[3:])
+    return at_time(replace(flight, bounces=flight.bounces[: number + 1]), time_s)
 
 
 def shift_between(a: Flight, b: Flight) -> Array:
@@ -76,7 +71,7 @@ def shift_between(a: Flight, b: Flight) -> Array:
     return np.concatenate([b.x - a.x, rotation_vector(turn[None])[0]])
 
 
-def loosened(flight: PiecewiseFlight, sides: Parted) -> PiecewiseFlight:
+def apart(flight: PiecewiseFlight, sides: Parted) -> PiecewiseFlight:
     """``flight`` with the two sides of an impact as they are, and the impact when they are nearest to one another."""
     time_s = float(flight.times_s[sides.number])
     for _ in range(MEETING_STEPS):
@@ -136,5 +131,5 @@ def _between(came: Flight, left: Flight) -> Flight:
 
 def _cost(near: FitTask, leg: Flight) -> Array:
     """Cost (n,) of each sighting under one flight."""
-    errors = errors_of(near, leg, poses(leg, np.zeros((1, N_PARAMETERS)), near.sightings.times_s))
+    errors = errors_of(near, leg, flown(leg, near.sightings.times_s))
     return np.asarray(errors.cost).reshape(len(near.sightings), -1).sum(axis=1)

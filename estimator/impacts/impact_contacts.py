@@ -14,12 +14,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from estimator.data.fit_task import FitTask
-from estimator.fitting.refinement import NothingSeen, Refinement
-from estimator.impacts.contact_split import loosened, parted, split_starts
+from estimator.fitting.refinement import NothingSeen
+from estimator.fitting.trajectory import fit
+from estimator.fitting.weighed_tangencies import Refinement
+from estimator.impacts.contact_split import apart, parted, split_starts
 from estimator.impacts.impact_judging import unfit
-from estimator.impacts.loose_contact import LooseContact, loose_contact, spread_needed, spread_of
-from estimator.impacts.piecewise_fit import PiecewiseRefined, fit_piecewise, refine_piecewise, spread_at, widened_by
-from estimator.motion.piecewise import PiecewiseFlight, impact_slice
+from estimator.impacts.loose_contact import loosened, spread_needed, spread_of
+from estimator.impacts.piecewise_fit import PiecewiseRefined, refine_piecewise, spread_at, widened_by
+from estimator.motion.piecewise import TIME, PiecewiseFlight, named
 from estimator.motion.rigid_body import RanAway
 
 CLEAR_CHI_SQUARE = 30.0
@@ -48,14 +50,14 @@ class Spread:
 
 @dataclass(frozen=True)
 class SeparatedContacts:
-    """A flight whose contacts were looked at: ``spreads`` of its impacts, and the ``loose`` ones that were more than one contact.
+    """A flight whose contacts were looked at: ``spreads`` of its impacts, numbers of the ``loose`` ones, of several contacts.
 
     ``widened``: these are held to one pose all the same, since the outlines speak against the flight without, and only widen the intervals.
     """
 
     refined: PiecewiseRefined
     spreads: tuple[Spread, ...]
-    loose: tuple[LooseContact, ...]
+    loose: tuple[int, ...]
     widened: bool = False
 
 
@@ -69,48 +71,48 @@ def separated_contacts(
         if split is None:
             break
         refined, spreads = split, _spreads(split, prepared, settings)
-    numbers = [k for k, s in enumerate(spreads) if s.clear]
+    numbers = tuple(k for k, s in enumerate(spreads) if s.clear)
     if not numbers:
         return SeparatedContacts(refined, spreads, ())
     flight = refined.flight
     for number in numbers:
         try:
             sides = parted(task, flight, number, frame_s)
-            flight = flight if sides is None else loosened(flight, sides)
+            flight = flight if sides is None else apart(flight, sides)
         except RanAway:
             continue
     found = []
     for start in (flight, refined.flight):
         try:
             loose, wider = _loose(start, spreads, numbers)
-            found.append(SeparatedContacts(refine_piecewise(prepared(start), start, settings, loose=loose), wider, loose))
+            found.append(SeparatedContacts(refine_piecewise(prepared(start), loose, settings), wider, numbers))
         except RanAway:
             continue
         if _fits(found[-1].refined, refined):
             break
     found = [told for told in found if unfit(told.refined) is None] or found
-    best = min(found, key=lambda told: told.refined.refined.noise.mean_square, default=None)
+    best = min(found, key=lambda told: told.refined.noise.mean_square, default=None)
     if best is not None and (unfit(best.refined) is None or unfit(refined) is not None):
         return best
     loose, told = _loose(refined.flight, spreads, numbers)
-    return SeparatedContacts(widened_by(prepared(refined.flight), refined, settings, loose), told, loose, widened=True)
+    return SeparatedContacts(widened_by(prepared(refined.flight), refined, settings, loose), told, numbers, widened=True)
 
 
 def _fits(loose: PiecewiseRefined, held: PiecewiseRefined) -> bool:
     """Whether a loosened flight is one to stay with: it has to leave less than the one that was held together."""
-    return loose.refined.settled and loose.refined.noise.mean_square <= held.refined.noise.mean_square
+    return loose.settled and loose.noise.mean_square <= held.noise.mean_square
 
 
-def _loose(flight: PiecewiseFlight, spreads: tuple[Spread, ...], numbers: list[int]) -> tuple[tuple[LooseContact, ...], tuple[Spread, ...]]:
-    """The contacts to loosen, each as far as the flights beside it miss one another."""
-    told, loose = list(spreads), []
+def _loose(flight: PiecewiseFlight, spreads: tuple[Spread, ...], numbers: tuple[int, ...]) -> tuple[PiecewiseFlight, tuple[Spread, ...]]:
+    """The flight with impacts loosened, each as far as the flights beside it miss one another."""
+    told = list(spreads)
     for number in numbers:
-        contact = loose_contact(flight, number, spreads[number].spread_s)
-        z = spread_of(flight, contact)
+        flight = loosened(flight, number, spreads[number].spread_s)
+        z = spread_of(flight, number)
         if z.any():
             told[number] = replace(told[number], spread_s=float(np.sqrt(np.mean(z**2))))
-        loose.append(replace(contact, spread_s=told[number].spread_s))
-    return tuple(loose), tuple(told)
+            flight = loosened(flight, number, told[number].spread_s)
+    return flight, tuple(told)
 
 
 def _spreads(refined: PiecewiseRefined, prepared: Prepared, settings: Refinement) -> tuple[Spread, ...]:
@@ -135,26 +137,26 @@ def _with_one_split(
             starts = [] if sides is None else split_starts(task, refined.flight, sides, frame_s)
             if not starts:
                 continue
-            flight = min((fit_piecewise(task, start) for start in starts), key=lambda s: s.equations.cost).state
+            flight = min((fit(task, start) for start in starts), key=lambda s: s.equations.cost).state
             split = refine_piecewise(prepared(flight), flight, settings)
         except RanAway:
             continue
-        if _told(split, number, frame_s) and split.refined.noise.mean_square < refined.refined.noise.mean_square:
+        if _told(split, number, frame_s) and split.noise.mean_square < refined.noise.mean_square:
             return split
     return None
 
 
 def _told(split: PiecewiseRefined, number: int, frame_s: float) -> bool:
     """Whether the times of impact ``number`` and the next are known well enough to speak of two contacts."""
-    variances = np.diag(split.refined.covariance)[[impact_slice(k).start for k in (number, number + 1)]]
-    return bool(split.refined.settled and np.all(variances < (LOOSEST_FRAMES * frame_s) ** 2))
+    variances = np.diag(split.covariance)[split.flight.layout.columns(named(TIME, k) for k in (number, number + 1))]
+    return bool(split.settled and np.all(variances < (LOOSEST_FRAMES * frame_s) ** 2))
 
 
 def contact_sentences(told: SeparatedContacts, frame_s: float) -> list[str]:
     """What to say of impacts that were more than one contact and could not be told apart."""
     return [
-        f"impact {contact.number + 1} was more than one contact: its pose would have to jump as far as it flies in "
-        f"{told.spreads[contact.number].spread_s / frame_s:.1f} frames. Another contact is near that pictures do not tell apart from it: "
+        f"impact {number + 1} was more than one contact: its pose would have to jump as far as it flies in "
+        f"{told.spreads[number].spread_s / frame_s:.1f} frames. Another contact is near that pictures do not tell apart from it: "
         "the velocities before and after are measured, and widened by that."
-        for contact in told.loose
+        for number in told.loose
     ]

@@ -12,7 +12,7 @@ from estimator.appearance.flight_errors import errors_of, particle_poses
 from estimator.data.fit_task import FitTask, restricted
 from estimator.data.views import Poses
 from estimator.impacts.impact_search import LEAST_RATIO, CentroidPath, Kink, find_kinks
-from estimator.impacts.piecewise_fit import flown
+from estimator.motion.flight import flown
 from estimator.motion.piecewise import PiecewiseFlight, segment_of
 from estimator.poses.pose_refinement import refine
 from estimator.search.tracking import track

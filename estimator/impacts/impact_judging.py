@@ -47,15 +47,15 @@ def jumps(refined: PiecewiseRefined) -> list[float]:
         touch, J = touch_and_sensitivity(refined.flight, number)
         D = J[12:18] - J[6:12]
         jump = touch.after[0] - touch.before[0]
-        found.append(float(jump @ np.linalg.solve(D @ refined.refined.covariance @ D.T, jump)))
+        found.append(float(jump @ np.linalg.solve(D @ refined.covariance @ D.T, jump)))
     return found
 
 
 def judge_chain(chains: list[Chain], refined: PiecewiseRefined, configuration: Configuration) -> tuple[Status, str]:
     """The status that the result deserves, and why."""
-    fit, best = refined.refined, chains[0].solution
-    rms = fit.errors.rms_px
-    if not np.all(np.isfinite(np.diag(fit.covariance))) or (best.outcome is Outcome.STALLED and rms > LOST_RMS_PX):
+    best = chains[0].solution
+    rms = refined.at.errors.rms_px
+    if not np.all(np.isfinite(np.diag(refined.covariance))) or (best.outcome is Outcome.STALLED and rms > LOST_RMS_PX):
         return Status.NO_CONVERGENCE, "the fit with impacts found no step that lowers its error."
     why = unfit(refined)
     if why is not None:
@@ -71,15 +71,16 @@ def judge_chain(chains: list[Chain], refined: PiecewiseRefined, configuration: C
 
 def unfit(refined: PiecewiseRefined) -> tuple[Status, str] | None:
     """Why flights with impacts are no measurement, where the outlines speak against them or the refinement did not end."""
-    fit = refined.refined
     near = second_contact(refined)
     if near is not None:
         return Status.SECOND_CONTACT, near
-    if fit.noise.mean_square > IMPACTS_MEAN_SQUARE:
-        times = np.sqrt(fit.noise.mean_square)
-        missed = f"the best flight with impacts misses the outlines by {fit.errors.rms_px:.2f} px RMS, {times:.1f} times their noise."
+    if refined.noise.mean_square > IMPACTS_MEAN_SQUARE:
+        times = np.sqrt(refined.noise.mean_square)
+        missed = (
+            f"the best flight with impacts misses the outlines by {refined.at.errors.rms_px:.2f} px RMS, {times:.1f} times their noise."
+        )
         return Status.NO_CONVERGENCE, missed
-    if not fit.settled:
+    if not refined.settled:
         return Status.NO_CONVERGENCE, "the last refinement of the flight with impacts did not settle."
     return None
 
@@ -96,9 +97,8 @@ def _near_one_another(refined: PiecewiseRefined) -> list[str]:
 
 def second_contact(refined: PiecewiseRefined) -> str | None:
     """What to say where errors near an impact are far larger than elsewhere: the particle touched again within a few frames."""
-    fit = refined.refined
-    frames, counted = fit.places[:, 1], fit.frames.count > 0
-    mean_square = fit.frames.chi2 / np.maximum(fit.frames.count, 1)
+    frames, counted = refined.sightings.frame, refined.at.frames.count > 0
+    mean_square = refined.at.frames.chi2 / np.maximum(refined.at.frames.count, 1)
     for number, time_s in enumerate(refined.flight.times_s):
         frame = _frame_of(refined, float(time_s))
         near = (np.abs(frames - frame) <= NEAR_FRAMES) & counted
@@ -119,5 +119,6 @@ def _frame_of(refined: PiecewiseRefined, time_s: float) -> float:
 
 
 def _frame_times(refined: PiecewiseRefined) -> tuple[Array, Array]:
-    order = np.argsort(refined.times_s, kind="stable")
-    return refined.times_s[order], refined.refined.places[order, 1].astype(np.float64)
+    sightings = refined.sightings
+    order = np.argsort(sightings.times_s, kind="stable")
+    return sightings.times_s[order], sightings.frame[order].astype(np.float64)

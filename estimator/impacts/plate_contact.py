@@ -22,15 +22,8 @@ from scipy.special import log_ndtr
 
 from datasets.vocabulary.plate import Plate
 from estimator.fitting.levenberg_marquardt import NormalEquations
-from estimator.motion.flight import COM
-from estimator.motion.piecewise import (
-    PiecewiseFlight,
-    impact_slice,
-    piecewise_poses,
-    piecewise_sensitivity,
-    segment_of,
-    touch_and_sensitivity,
-)
+from estimator.motion.flight import COM, flown, poses_and_sensitivity
+from estimator.motion.piecewise import TIME, PiecewiseFlight, named, segment_of, touch_and_sensitivity
 
 Array = NDArray[np.float64]
 NEWTON_STEPS = 30
@@ -166,12 +159,12 @@ _Gap = tuple[float, Array, Array]
 def _gap_at_impact(task: PlateTask, flight: PiecewiseFlight, number: int) -> _Gap:
     """Height of the lowest corner at an impact, its derivatives by the flight (time of impact included) and by the plate."""
     touch, S = touch_and_sensitivity(flight, number)
-    n, at = task.plate.normal_world, impact_slice(number).start
+    n = task.plate.normal_world
     arms = (task.vertices - flight.first.com) @ touch.R[0].T
     arm = arms[int(np.argmin(arms @ n))]
     moves = _moves(S[:6], arm)
     moves[:, COM] -= touch.R[0]
-    moves[:, at] -= task.plate.velocity_world
+    moves[:, flight.layout[named(TIME, number)]] -= task.plate.velocity_world[:, None]
     return _gap(task, touch.x[0] + arm, flight.bounces[number].time_s, moves)
 
 
@@ -181,13 +174,13 @@ def _moves(S: Array, arm: Array) -> Array:
 
 
 def _lowest_gaps(task: PlateTask, flight: PiecewiseFlight, times_s: Array) -> list[_Gap]:
-    seen = piecewise_poses(flight, np.zeros((1, flight.size)), times_s)
+    seen = flown(flight, times_s)
     n = task.plate.normal_world
     low = (task.vertices @ (seen.R[:, 0].transpose(0, 2, 1) @ n).T).min(axis=0)
     away = seen.centre[:, 0] - task.plate.point_world - task.plate.velocity_world * (times_s - task.began_s)[:, None]
     heights, segment = away @ n + low, segment_of(flight, times_s)
     rows = [int(r[np.argmin(heights[r])]) for k in np.unique(segment) for r in [np.flatnonzero(segment == k)]]
-    at, S = piecewise_sensitivity(flight, times_s[rows])
+    at, S = poses_and_sensitivity(flight, times_s[rows])
     gaps = []
     for k, row in enumerate(rows):
         arms = task.vertices @ at.R[k, 0].T

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from datasets.estimate import ImpactEstimate, PlateGap
 from datasets.observation import Observation
 from datasets.vocabulary.plate import Plate
-from estimator.impacts.piecewise_fit import PiecewiseRefined, flown
+from estimator.impacts.piecewise_fit import PiecewiseRefined
+from estimator.motion.flight import flown
 from estimator.motion.piecewise import Touch, touch_and_sensitivity
 from estimator.particle.particle import Particle
 
@@ -38,7 +39,7 @@ def plate_gaps(refined: PiecewiseRefined, observation: Observation, particle: Pa
     gaps: list[PlateGap | None] = []
     for number, bounce in enumerate(flight.bounces):
         touch, J = touch_and_sensitivity(flight, number)
-        at = (touch, spread_by(J, refined.refined.covariance))
+        at = (touch, spread_by(J, refined.covariance))
         gaps.append(plate_gap(refined, at, bounce.time_s, plate, (observation, particle)))
     return gaps
 
@@ -68,10 +69,10 @@ def plate_gap(
     variance = float(J @ covariance[:6, :6] @ J) + plate.offset_sigma_m**2 + (plate.normal_sigma_rad * sideways) ** 2
     sigma = float(np.sqrt(variance + (HULL_SHARE * particle.extent_m) ** 2))
     gap = float(plate.height_m(place, time_s - began))
-    every = flown(flight, refined.times_s)
+    every = flown(flight, refined.sightings.times_s)
     heights = [
         float(plate.height_m(c + vertices @ R.T, t - began).min())
-        for c, R, t in zip(every.centre[:, 0], every.R[:, 0], refined.times_s, strict=True)
+        for c, R, t in zip(every.centre[:, 0], every.R[:, 0], refined.sightings.times_s, strict=True)
     ]
     deepest = min([gap, *heights])
     return PlateGap(gap, sigma, deepest, bool(abs(gap) <= MOST_SIGMAS * sigma and deepest >= -MOST_SIGMAS * sigma))

@@ -19,7 +19,7 @@ from datasets.observation import Observation
 from datasets.vocabulary.plate import Plate
 from estimator.data.configuration import Configuration
 from estimator.impacts.piecewise_fit import PiecewiseRefined
-from estimator.impacts.plate_contact import PlateTask, stated_spread, tangents
+from estimator.impacts.plate_contact import PlateTask, held_by_plate, stated_spread, tangents
 from estimator.impacts.plate_edge import EDGE_RAD, edge_direction
 from estimator.impacts.plate_gap import HULL_SHARE, hull_in_body
 from estimator.motion.piecewise import touch_and_sensitivity
@@ -101,12 +101,12 @@ def _guessed_spread(normal: Array, edge: Array | None, friction_rad: float) -> A
 
 def estimated_plate(task: PlateTask, refined: PiecewiseRefined) -> PlateEstimate | None:
     """The plate where the fit has it, with its covariance; ``None`` where it was not measured."""
-    held = refined.held
-    if held is None or not task.touched:
+    if not task.touched:
         return None
+    held = held_by_plate(task, refined.flight, refined.sightings.times_s)
     inverse = np.linalg.inv(held.precision)
     through = inverse @ held.coupling
-    covariance = inverse + through @ refined.refined.covariance @ through.T
+    covariance = inverse + through @ refined.covariance @ through.T
     off = task.spread @ held.u
     nominal = task.plate
     turned = np.cross(tangents(nominal.normal_world), nominal.normal_world)

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.motion.flight import N_PARAMETERS, Flight, states
+from estimator.motion.flight import Flight, still
 from estimator.motion.piecewise import Bounce, PiecewiseFlight
 from estimator.search.flight_starts import at_time
 
@@ -53,10 +53,10 @@ def nearest_as_one(impacts_s: Array) -> Array:
 
 def meeting_time(before: Flight, after: Flight, guess_s: float, viewing: Array) -> float:
     """When two flights are nearest, seen along ``viewing`` (3,), unit, world frame."""
-    still, time_s = np.zeros((1, N_PARAMETERS)), guess_s
+    time_s = guess_s
     weight = np.eye(3) - (1.0 - DEPTH_WEIGHT) * np.outer(viewing, viewing)
     for _ in range(MEETING_STEPS):
-        a, b = (states(f, still, np.array([time_s])) for f in (before, after))
+        a, b = (f.states(still(f), np.array([time_s])) for f in (before, after))
         apart, closing = weight @ (a.x - b.x)[0, 0], weight @ (a.v - b.v)[0, 0]
         time_s -= float(apart @ closing) / max(float(closing @ closing), 1e-12)
     return time_s

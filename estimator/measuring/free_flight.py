@@ -12,16 +12,15 @@ from numpy.typing import NDArray
 from datasets.errors import InputError
 from datasets.estimate import Estimate
 from datasets.observation import Observation
-from estimator.appearance.flight_errors import unbiased_errors
 from estimator.data.configuration import Configuration
 from estimator.data.fit_task import FitTask
 from estimator.data.no_measurement import NoMeasurement
 from estimator.fitting.adequacy import misfit
-from estimator.fitting.calibration_share import CalibrationShare, calibration_share
-from estimator.fitting.refinement import Refined, linearise, with_noise_of
-from estimator.fitting.tasks import biased_task, fit_task, refined_flight, refinement_settings
-from estimator.fitting.viewing_angles import with_clear_angles
-from estimator.motion.flight import Flight, poses_and_sensitivity
+from estimator.fitting.calibration_share import calibration_share
+from estimator.fitting.refinement import Refined
+from estimator.fitting.tasks import biased_task, fit_task, refined_flight
+from estimator.fitting.weighed_tangencies import linearise
+from estimator.motion.flight import Flight, Motion
 from estimator.motion.rigid_body import RanAway
 from estimator.outlines.result import OutlineTrack
 from estimator.outlines.sightings import pictures_of, tracks_of, usable_sightings
@@ -94,15 +93,14 @@ def _estimated(observation: Observation, tracks: tuple[OutlineTrack, ...], parti
     ranked = standing(task, particle, [c.solution for c in candidates], ambiguity=configuration.ambiguity)
     flight = ranked.flights[0].state
     biased = biased_task(observation, task, particle, flight, configuration, pictures=pictures)
-    refined, focal = refined_flight(biased, flight, configuration)
-    joint = on_all_samples(refined.flight, biased, particle, configuration) if configuration.surface_fit else None
-    refined = refined if joint is None else with_joint(refined, biased, joint, configuration)
+    refined: Refined[Motion] = refined_flight(biased, flight, configuration)
+    joint = on_all_samples(refined.flight.first, biased, particle, configuration) if configuration.surface_fit else None
+    refined = refined if joint is None else with_joint(refined, joint)
     status, message = judge(without_the_same(biased, ranked, refined, configuration), refined)
-    tested = misfit(with_clear_angles(biased, flight), refined, refinement_settings(configuration)) if focal is None else None
-    outcome = (status, message, tested)
-    share = None if focal is not None else calibration_of(biased, observation, refined.flight, configuration)
-    shown = (particle, found)
-    told = converged_estimate(observation, tracks, shown, refined, outcome, configuration=configuration, focal=focal, share=share)
+    known = configuration.focal_prior == 0.0
+    outcome = (status, message, misfit(refined) if known else None)
+    share = calibration_share(refined.flight, refined.at, refined.inverse, observation.gravity_covariance) if known else None
+    told = converged_estimate(observation, tracks, (particle, found), refined, outcome, configuration=configuration, share=share)
     return told if joint is None else with_surface(told, joint)
 
 
@@ -119,30 +117,7 @@ def with_surface(estimate: Estimate, joint: JointFit) -> Estimate:
     return replace(estimate, message=message, statistics={**estimate.statistics, "surface": surface_statistics(joint)})
 
 
-def with_joint(refined: Refined, task: FitTask, joint: JointFit, configuration: Configuration) -> Refined:
+def with_joint(refined: Refined[Motion], joint: JointFit) -> Refined[Motion]:
     """The flight of the joint fit in place of the refined one; its tangency errors are those there."""
-    at = linearise(_weighed(task, refined.flight), joint.flight, refinement_settings(configuration))
-    return replace(
-        refined,
-        flight=joint.flight,
-        covariance=joint.covariance,
-        settled=refined.settled and joint.settled,
-        predicted=at.predicted,
-        errors=at.errors,
-        frames=at.frames,
-        within=at.within,
-    )
-
-
-def _weighed(task: FitTask, flight: Flight) -> FitTask:
-    """The task with the noise that tangents show at a flight."""
-    task = with_clear_angles(task, flight)
-    predicted, _ = poses_and_sensitivity(flight, task.sightings.times_s)
-    return with_noise_of(task, unbiased_errors(task, flight, predicted))[0]
-
-
-def calibration_of(task: FitTask, observation: Observation, flight: Flight, configuration: Configuration) -> CalibrationShare | None:
-    """What the stated uncertainty of camera and gravity adds to that of a refined flight."""
-    if observation.gravity_covariance is None and all(camera.lens_covariance is None for camera in observation.cameras):
-        return None
-    return calibration_share(_weighed(task, flight), flight, refinement_settings(configuration), observation.gravity_covariance)
+    at = linearise(refined.at.task, joint.flight, refined.at.settings)
+    return replace(refined, flight=joint.flight, covariance=joint.covariance, settled=refined.settled and joint.settled, at=at)

@@ -13,17 +13,15 @@ from numpy.typing import NDArray
 from datasets.errors import InputError
 from datasets.estimate import CollisionEstimate, Estimate, Measured, Status
 from datasets.observation import Frames, Observation
-from estimator.appearance.predicted_bias import with_bias_at
 from estimator.data.configuration import Configuration
 from estimator.data.fit_task import FitTask
 from estimator.data.no_measurement import NoMeasurement
+from estimator.fitting.refinement import solve
 from estimator.fitting.tasks import fit_task, refinement_settings
-from estimator.fitting.viewing_angles import with_clear_angles_at
-from estimator.impacts.chains import EDGE_FRAMES, LEAST_JUMP, Seen, fitted_chains
+from estimator.fitting.trajectory import fit_jointly
+from estimator.impacts.chains import EDGE_FRAMES, LEAST_JUMP, Seen, fitted_chains, prepared_task
 from estimator.impacts.impact_judging import Chain, judge_chain, jumps
 from estimator.impacts.impact_search import LEAST_JUMP_PX
-from estimator.impacts.piecewise_fit import flown
-from estimator.motion.piecewise import PiecewiseFlight
 from estimator.motion.rigid_body import RanAway
 from estimator.outlines.recording import outlines_of, view_outlines_of
 from estimator.outlines.result import OutlineTrack
@@ -31,7 +29,7 @@ from estimator.outlines.sightings import usable_sightings
 from estimator.pairs.apart import Run, joint_kink, runs_apart, track_of
 from estimator.pairs.associating import LEAST_RATIO, LOOKED_AT, Assigned, Sought, assigned, best_miss_px, sought
 from estimator.pairs.collision import collision_of
-from estimator.pairs.pair_fit import TIME, PairRefined, at_one_time, fit_pair, nothing_known, refine_pair
+from estimator.pairs.pair_fit import SHARED, PairRefined, at_one_time, parts_of
 from estimator.pairs.touching import Hulls, hulls_of, touching
 from estimator.particle.particle import Particle, particle_of, views_like
 from estimator.reports.impact_reporting import impacts_estimate
@@ -217,26 +215,20 @@ def _task(seen: Seen, configuration: Configuration) -> FitTask:
 def _joint(seen: SeenPair, tasks: tuple[FitTask, FitTask], chains: tuple[list[Chain], list[Chain]], configuration: Configuration) -> Fitted:
     """Both at one time of impact: fitted, then refined with the outlines' bias predicted, then held together."""
     own = [chain[0].solution for chain in chains]
-    knowledge = [1.0 / float(np.linalg.pinv(s.equations.H, hermitian=True)[TIME, TIME]) for s in own]
+    times = [s.state.layout[SHARED] for s in own]
+    knowledge = [1.0 / float(np.linalg.pinv(s.equations.H, hermitian=True)[t, t].item()) for s, t in zip(own, times, strict=True)]
     start = at_one_time(own[0].state, own[1].state, (max(knowledge[0], 1e-9), max(knowledge[1], 1e-9)))
-    solution = fit_pair(tasks, start)
-    ready = [_ready(one, task, flight, configuration) for one, task, flight in zip(seen.both, tasks, solution.state.both, strict=True)]
+    pair = fit_jointly(parts_of(tasks, start), start).state
+    ready = [prepared_task(*each, configuration) for each in zip(seen.both, tasks, pair.both, strict=True)]
     hulls, settings = hulls_of((seen.both[0].particle, seen.both[1].particle)), refinement_settings(configuration)
-    free = refine_pair((ready[0], ready[1]), solution.state, settings, nothing_known)
-    held = refine_pair((ready[0], ready[1]), free.flights, settings, lambda pair: touching(pair, hulls))
+    free = solve(parts_of(ready, pair), pair, settings)
+    held = solve(parts_of(ready, pair), free.state, settings, [lambda there: touching(there, hulls)])
     return Fitted(free, held, hulls)
-
-
-def _ready(seen: Seen, task: FitTask, flight: PiecewiseFlight, configuration: Configuration) -> FitTask:
-    at = flown(flight, task.sightings.times_s)
-    rng = np.random.default_rng(configuration.seed)
-    biased = with_bias_at(task, seen.particle, (flight.first, at), pairs=configuration.bias_pairs, rng=rng)
-    return with_clear_angles_at(biased, flight.first, at)
 
 
 def _check_jumps(observation: Observation, refined: PairRefined) -> None:
     """Refuse two flights of which neither jumps."""
-    found = [jumps(part)[0] for part in refined.both]
+    found = [jumps(part)[0] for part in refined.parts]
     if max(found) < LEAST_JUMP:
         raise InputError(_no_collision(observation, "neither one's velocity jumps"))
 
@@ -244,10 +236,10 @@ def _check_jumps(observation: Observation, refined: PairRefined) -> None:
 def _told(
     observation: Observation, seen: SeenPair, chains: tuple[list[Chain], list[Chain]], fitted: Fitted, configuration: Configuration
 ) -> Estimate:
-    outcomes = [judge_chain(chain, part, configuration) for chain, part in zip(chains, fitted.held.both, strict=True)]
+    outcomes = [judge_chain(chain, part, configuration) for chain, part in zip(chains, fitted.held.parts, strict=True)]
     status, message = _together(outcomes, seen.ratio)
     parts = []
-    for one, chain, part in zip(seen.both, chains, fitted.held.both, strict=True):
+    for one, chain, part in zip(seen.both, chains, fitted.held.parts, strict=True):
         parts.append(
             impacts_estimate(
                 one.observation, one.tracks, (one.particle, chain[0].found), part, (status, message), configuration=configuration

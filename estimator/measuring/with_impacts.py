@@ -6,7 +6,6 @@ segments: what a slow first flight leaves open, the tumbling after the impact us
 """
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,15 +14,15 @@ from datasets.estimate import Estimate, Status
 from estimator.data.configuration import Configuration
 from estimator.data.fit_task import FitTask
 from estimator.data.no_measurement import NoMeasurement
-from estimator.fitting.calibration_share import calibration_sentence, states_calibration
+from estimator.fitting.calibration_share import calibration_share
 from estimator.fitting.tasks import fit_task, refinement_settings
+from estimator.fitting.trajectory import cost as flight_cost
 from estimator.impacts.breakage import worse_after
 from estimator.impacts.chains import Seen, edge_kink, frame_interval_s, prepared_task, refined_chain, with_jumps_alone, with_missing_impacts
 from estimator.impacts.impact_contacts import SeparatedContacts, contact_sentences, separated_contacts
 from estimator.impacts.impact_judging import Chain, judge_chain, rivals_of
 from estimator.impacts.impact_search import Kink
-from estimator.impacts.piecewise_calibration import share_of, with_calibration
-from estimator.impacts.piecewise_fit import PiecewiseRefined, piecewise_cost
+from estimator.impacts.piecewise_fit import PiecewiseRefined
 from estimator.impacts.plate_contact import PlateTask
 from estimator.impacts.plate_edge import edge_sentence
 from estimator.impacts.plate_gap import plate_gaps
@@ -65,18 +64,17 @@ def _estimated(seen: Seen, kinks: list[Kink], configuration: Configuration) -> E
     chains, told = _with_contacts(seen, task, (chains, refined), configuration)
     plate = None if told.widened else _plate_of(seen, told.refined, configuration)
     if plate is not None:
-        told = replace(told, refined=refined_chain(seen, task, told.refined.flight, configuration, (plate, told.loose)))
+        told = replace(told, refined=refined_chain(seen, task, told.refined.flight, configuration, plate))
     status, message = judge_chain(chains, told.refined, configuration)
     outcome = (status, " ".join([message, *contact_sentences(told, frame_interval_s(seen))]))
     fitted = (seen.particle, chains[0].found)
-    refined, calibration = _considered(seen, task, told.refined, configuration, plate)
-    estimate = impacts_estimate(seen.observation, seen.tracks, fitted, refined, outcome, configuration=configuration, plate=plate)
-    told_of = {**estimate.statistics, "impacts": [dict(vars(s)) for s in told.spreads]}
-    if calibration is not None:
-        told_of["calibration"] = calibration
-        estimate = replace(estimate, message=f"{estimate.message} {calibration_sentence(calibration)}".strip())
-    estimate = replace(estimate, statistics=told_of)
-    return _unless_broken(estimate, seen.observation.clock.times_s)
+    refined = told.refined
+    share = calibration_share(refined.flight, refined.at, refined.inverse, seen.observation.gravity_covariance)
+    estimate = impacts_estimate(
+        seen.observation, seen.tracks, fitted, refined, outcome, configuration=configuration, plate=plate, share=share
+    )
+    statistics = {**estimate.statistics, "impacts": [dict(vars(s)) for s in told.spreads]}
+    return _unless_broken(replace(estimate, statistics=statistics), seen.observation.clock.times_s)
 
 
 def _unless_broken(estimate: Estimate, times_s: Array) -> Estimate:
@@ -106,7 +104,7 @@ def _with_contacts(
 
 
 def _told_chain(task: FitTask, chain: Chain, told: SeparatedContacts) -> Chain:
-    cost = piecewise_cost(task, told.refined.flight)
+    cost = flight_cost(task, told.refined.flight)
     return Chain(chain.found, replace(chain.solution, state=told.refined.flight, equations=replace(chain.solution.equations, cost=cost)))
 
 
@@ -137,14 +135,3 @@ def _plate_of(seen: Seen, refined: PiecewiseRefined, configuration: Configuratio
     if contradicted or edge_sentence(seen.observation, place) is not None:
         return None
     return plate_task(seen.observation, seen.particle, refined, configuration)
-
-
-def _considered(
-    seen: Seen, task: FitTask, refined: PiecewiseRefined, configuration: Configuration, plate: PlateTask | None
-) -> tuple[PiecewiseRefined, dict[str, Any] | None]:
-    """The refined flight with the stated uncertainty of camera and gravity in its covariance, and what is told of that."""
-    if not states_calibration(seen.observation):
-        return refined, None
-    prepared = prepared_task(seen, task, refined.flight, configuration)
-    wider, share = with_calibration(prepared, refined, refinement_settings(configuration), plate, seen.observation.gravity_covariance)
-    return wider, None if share is None else share_of(wider, share)

@@ -17,12 +17,13 @@ the nominal one wobble, and wrong inertia ratios bend the spin's path. Hence bot
 """
 
 from dataclasses import dataclass, replace
-from typing import Protocol
+from typing import Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from datasets.vocabulary.body import Body, signed_axes
+from estimator.motion.blocks import Block, Layout
 from estimator.motion.rigid_body import (
     Rate,
     States,
@@ -39,21 +40,20 @@ from estimator.motion.round_bodies import is_round, round_fall, round_flight
 
 Array = NDArray[np.float64]
 
-X, THETA, V, OMEGA = slice(0, 3), slice(3, 6), slice(6, 9), slice(9, 12)
-COM, INERTIA, OFFSET = slice(12, 15), slice(15, 20), slice(20, 21)
-N_PARAMETERS = 21
-"""Of a flight: position, turn, velocity, spin, centre of mass, inertia, outline offset (:data:`NAMES`)."""
-NAMES = (
-    *("x_m", "y_m", "z_m"),
-    *("theta_x_rad", "theta_y_rad", "theta_z_rad"),
-    *("v_x_ms", "v_y_ms", "v_z_ms"),
-    *("omega_x_rads", "omega_y_rads", "omega_z_rads"),
-    *("com_1_m", "com_2_m", "com_3_m"),
-    *("inertia_11", "inertia_22", "inertia_12", "inertia_13", "inertia_23"),
-    "outline_offset_px",
+LAYOUT = Layout(
+    (
+        Block("x", ("x_m", "y_m", "z_m"), 1e-6),
+        Block("theta", ("theta_x_rad", "theta_y_rad", "theta_z_rad"), 1e-5),
+        Block("v", ("v_x_ms", "v_y_ms", "v_z_ms"), 1e-4),
+        Block("omega", ("omega_x_rads", "omega_y_rads", "omega_z_rads"), 1e-3),
+        Block("com", ("com_1_m", "com_2_m", "com_3_m"), 1e-6),
+        Block("inertia", ("inertia_11", "inertia_22", "inertia_12", "inertia_13", "inertia_23"), 1e-4),
+        Block("offset", ("outline_offset_px",)),
+    )
 )
-STEPS = np.array([1e-6] * 3 + [1e-5] * 3 + [1e-4] * 3 + [1e-3] * 3 + [1e-6] * 3 + [1e-4] * 5 + [0.0])
-"""Central-difference steps: truncation below 1e-8 and rounding below 1e-9 of each column."""
+"""Of a flight. Steps: truncation below 1e-8 and rounding below 1e-9 of each column."""
+X, THETA, V, OMEGA, COM, INERTIA, OFFSET = LAYOUT.places.values()
+N_PARAMETERS, NAMES, STEPS = LAYOUT.size, LAYOUT.labels, LAYOUT.steps
 SYMMETRIC = ((0, 0), (1, 1), (0, 1), (0, 2), (1, 2))
 """Entries of the inertia matrix that are parameters: traceless diagonal, then products; the third moment follows."""
 
@@ -77,6 +77,64 @@ class Flight:
     inertia: Array
     offset_px: float
     gravity_world: Array
+
+    @property
+    def first(self) -> "Flight":
+        """Itself: there is no impact that another one follows."""
+        return self
+
+    @property
+    def layout(self) -> Layout:
+        """Of its parameters."""
+        return LAYOUT
+
+    @property
+    def values(self) -> Array:
+        """Parameters (21,); the rotation is the increment about its attitude, so zero."""
+        return np.concatenate([self.x, np.zeros(3), self.v, self.omega, self.com, self.inertia, [self.offset_px]])
+
+    def moved(self, step: Array) -> "Flight":
+        """The flight after a parameter step (21,)."""
+        return moved(self, step)
+
+    def with_first(self, first: "Flight") -> "Flight":
+        """Another one."""
+        return first
+
+    def states(self, steps: Array, times_s: Array) -> States:
+        """See :func:`states`; ``steps`` (m, 21), ``times_s`` (f,)."""
+        return states(self, steps, times_s)
+
+
+class Motion(Protocol):
+    """What a fit moves: a free flight, flights that meet at impacts, or either with more parameters."""
+
+    @property
+    def first(self) -> Flight:
+        """The flight that begins it, whose body, outline offset and gravity are those of all."""
+        ...
+
+    @property
+    def layout(self) -> Layout:
+        """Of its p parameters."""
+        ...
+
+    @property
+    def values(self) -> Array:
+        """Parameters (p,)."""
+        ...
+
+    def moved(self, step: Array) -> Self:
+        """After a parameter step (p,)."""
+        ...
+
+    def with_first(self, first: Flight) -> Self:
+        """The same with another flight that begins it."""
+        ...
+
+    def states(self, steps: Array, times_s: Array) -> States:
+        """States (f, m, ·) at ``times_s`` (f,) of the motions reached by the parameter steps (m, p)."""
+        ...
 
 
 class Forces(Protocol):
@@ -157,27 +215,40 @@ def states(flight: Flight, steps: Array, times_s: Array, forces: Forces | None =
     return propagate(start, inverse, times_s, start_time_s=flight.time_s, acceleration=acceleration, torque=forces.torque)
 
 
-def poses(flight: Flight, steps: Array, times_s: Array) -> FlightPoses:
-    """Poses at ``times_s`` (f,) of the flights reached by the parameter steps (m, 21)."""
-    reached = states(flight, steps, times_s)
+def poses(motion: Motion, steps: Array, times_s: Array) -> FlightPoses:
+    """Poses at ``times_s`` (f,) of the motions reached by the parameter steps (m, p)."""
+    reached = motion.states(steps, times_s)
     R = rotation_matrices(reached.q)
-    com = flight.com + steps[:, COM]
+    com = motion.first.com + steps[:, COM]
     return FlightPoses(centre=reached.x - np.einsum("fmij,mj->fmi", R, com), R=R)
 
 
-def poses_and_sensitivity(flight: Flight, times_s: Array) -> tuple[FlightPoses, Array]:
-    """Poses (m = 1) and their sensitivity (f, 6, 21): translation and left rotation vector of the nominal body, by central differences.
+def still(motion: Motion) -> Array:
+    """No step (1, p)."""
+    return np.zeros((1, motion.layout.size))
+
+
+def flown(motion: Motion, times_s: Array) -> FlightPoses:
+    """Poses (m = 1) at ``times_s`` (f,) s."""
+    return poses(motion, still(motion), times_s)
+
+
+def perturbations(layout: Layout) -> tuple[NDArray[np.int64], Array, Array]:
+    """The w parameters that are varied, steps (1 + 2 w, p): none, then each of them forth and back, and how far these are apart (w,)."""
+    varied = np.flatnonzero(layout.steps).astype(np.int64)
+    each, none = np.diag(layout.steps)[varied], np.zeros((1, layout.size))
+    return varied, np.concatenate([none, np.stack([each, -each], axis=1).reshape(-1, layout.size)]), 2.0 * layout.steps[varied]
+
+
+def poses_and_sensitivity(motion: Motion, times_s: Array) -> tuple[FlightPoses, Array]:
+    """Poses (m = 1) and their sensitivity (f, 6, p): translation and left rotation vector of the nominal body, by central differences.
 
     ``times_s`` (f,).
     """
-    varied = np.flatnonzero(STEPS)
-    steps = np.zeros((1 + 2 * len(varied), N_PARAMETERS))
-    for row, column in enumerate(varied):
-        steps[1 + 2 * row, column] = STEPS[column]
-        steps[2 + 2 * row, column] = -STEPS[column]
-    every = poses(flight, steps, times_s)
-    sensitivity = np.zeros((len(times_s), 6, N_PARAMETERS))
-    sensitivity[:, :, varied] = pose_differences(every, 2.0 * STEPS[varied])
+    varied, steps, widths = perturbations(motion.layout)
+    every = poses(motion, steps, times_s)
+    sensitivity = np.zeros((len(times_s), 6, motion.layout.size))
+    sensitivity[:, :, varied] = pose_differences(every, widths)
     return FlightPoses(centre=every.centre[:, :1], R=every.R[:, :1]), sensitivity
 
 
@@ -193,21 +264,26 @@ def pose_differences(every: FlightPoses, widths: Array) -> Array:
     return S
 
 
-def velocities(flight: Flight, steps: Array, time_s: float) -> tuple[Array, Array]:
-    """Velocity and angular velocity (m, 3) each, world frame, at one time; ``steps`` (m, 21)."""
-    reached = states(flight, steps, np.array([time_s]))
-    inverse = inverted(inertia_matrix(flight, flight.inertia + steps[:, INERTIA]))
-    return reached.v[0], angular_velocity(reached.q[0], reached.L[0], inverse)
+def rates(motion: Motion, steps: Array, times_s: Array) -> Array:
+    """Velocity and angular velocity (f, m, 6), world frame, at ``times_s`` (f,); ``steps`` (m, p)."""
+    reached = motion.states(steps, times_s)
+    inverse = inverted(inertia_matrix(motion.first, motion.first.inertia + steps[:, INERTIA]))
+    omega = np.stack([angular_velocity(q, L, inverse) for q, L in zip(reached.q, reached.L, strict=True)])
+    return np.concatenate([reached.v, omega], axis=2)
 
 
-def velocity_sensitivity(flight: Flight, time_s: float) -> Array:
-    """Derivative (6, 21) of (v, omega) at one time by the parameters."""
-    result = np.zeros((6, N_PARAMETERS))
-    for column in np.flatnonzero(STEPS):
-        steps = np.zeros((2, N_PARAMETERS))
-        steps[:, column] = STEPS[column], -STEPS[column]
-        v, omega = velocities(flight, steps, time_s)
-        result[:, column] = np.concatenate([v[0] - v[1], omega[0] - omega[1]]) / (2.0 * STEPS[column])
+def velocities(motion: Motion, steps: Array, time_s: float) -> tuple[Array, Array]:
+    """Velocity and angular velocity (m, 3) each, world frame, at one time; ``steps`` (m, p)."""
+    both = rates(motion, steps, np.array([time_s]))[0]
+    return both[:, :3], both[:, 3:]
+
+
+def velocity_sensitivity(motion: Motion, time_s: float) -> Array:
+    """Derivative (6, p) of (v, omega) at one time by the parameters."""
+    varied, steps, widths = perturbations(motion.layout)
+    values = rates(motion, steps, np.array([time_s]))[0]
+    result = np.zeros((6, motion.layout.size))
+    result[:, varied] = ((values[1::2] - values[2::2]) / widths[:, None]).T
     return result
 
 

@@ -1,8 +1,9 @@
 """Flights with impacts between them: one pose at each impact, velocities before and after it, and a continuous time of impact.
 
 A contact of microseconds is an instant here: position of the centre of mass and orientation go on through it, velocity and angular
-velocity jump to values of their own. So ``k`` impacts add to the 21 parameters of the first flight, whose table is in
-:mod:`estimator.motion.flight`, seven each: the time (s), and v (3, m/s) and omega (3, rad/s) right after it, world frame.
+velocity jump to values of their own. So every impact adds blocks to those of the first flight (:data:`estimator.motion.flight.LAYOUT`):
+its time (s), and v (3, m/s) and omega (3, rad/s) right after it, world frame. An impact that was more than one contact may have another
+pose after it than before it, and a block for that (:mod:`estimator.impacts.loose_contact`).
 
 The poses of all later frames depend on a time of impact through both segments. Its central differences start the second segment at
 ``t ± h`` and fly it back to ``t``, from where all perturbed flights go on together; a frame within ``h`` of the impact is where the
@@ -11,28 +12,28 @@ derivative jumps, and gets that of the second segment.
 Not meant for contacts that last longer than a small part of a frame, nor for particles that rest or roll.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
+from estimator.motion.blocks import Block, Layout
 from estimator.motion.flight import (
-    COM,
     INERTIA,
+    LAYOUT,
     N_PARAMETERS,
-    OMEGA,
-    STEPS,
     Flight,
     FlightPoses,
-    V,
     inertia_matrix,
-    moved,
+    perturbations,
     pose_differences,
+    rates,
 )
-from estimator.motion.flight import NAMES as FLIGHT_NAMES
 from estimator.motion.flight import states as flight_states
 from estimator.motion.rigid_body import (
+    RanAway,
     States,
     angular_momentum,
     angular_velocity,
@@ -44,11 +45,16 @@ from estimator.motion.rigid_body import (
 from estimator.motion.rotation import quaternion_from_vector
 
 Array = NDArray[np.float64]
-PER_IMPACT = 7
-"""Parameters of an impact: its time, and velocity and spin after it."""
 TIME_STEP_S = 1e-7
-"""For difference quotients by the time of an impact."""
-IMPACT_STEPS = np.array([TIME_STEP_S, *STEPS[V], *STEPS[OMEGA]])
+"""For difference quotients by the time of an impact, and by a shift of its pose in units of time."""
+
+
+@dataclass(frozen=True)
+class Loose:
+    """By ``basis`` (6, c) times z (c,) s the pose after an impact may be off; ``spread_s``: standard deviation of z about zero."""
+
+    basis: Float[NDArray[np.float64], "6 c"]
+    spread_s: float
 
 
 @dataclass(frozen=True)
@@ -56,13 +62,14 @@ class Bounce:
     """An impact at ``time_s`` and the velocities that a particle leaves it with: ``v`` (3,) m/s, ``omega`` (3,) rad/s, world frame.
 
     ``shift`` (6,): by how much (m, rad as a left rotation vector) the pose it leaves with is off the one it came with, where the impact was
-    more than one contact and the particle moved on between them.
+    more than one contact and the particle moved on between them; ``loose`` where that is fitted.
     """
 
     time_s: float
     v: Float[NDArray[np.float64], "3"]
     omega: Float[NDArray[np.float64], "3"]
     shift: Float[NDArray[np.float64], "6"] = field(default_factory=lambda: np.zeros(6))
+    loose: Loose | None = None
 
 
 @dataclass(frozen=True)
@@ -72,40 +79,76 @@ class PiecewiseFlight:
     first: Flight
     bounces: tuple[Bounce, ...]
 
+    @cached_property
+    def layout(self) -> Layout:
+        """The blocks of the first flight, then those of every impact."""
+        return Layout((*LAYOUT.blocks, *(block for number, bounce in enumerate(self.bounces) for block in _blocks(number, bounce))))
+
     @property
     def size(self) -> int:
         """Number of parameters."""
-        return N_PARAMETERS + PER_IMPACT * len(self.bounces)
+        return self.layout.size
+
+    @property
+    def values(self) -> Array:
+        """Parameters (p,), that of a shift as z (s)."""
+        parts = [self.first.values]
+        for bounce in self.bounces:
+            parts += [np.array([bounce.time_s]), bounce.v, bounce.omega]
+            parts += [] if bounce.loose is None else [np.linalg.pinv(bounce.loose.basis) @ bounce.shift]
+        return np.concatenate(parts)
 
     @property
     def times_s(self) -> Array:
         """Times (k,) s of the impacts."""
         return np.array([b.time_s for b in self.bounces])
 
+    def moved(self, step: Array) -> "PiecewiseFlight":
+        """The flight after a parameter step (p,)."""
+        bounces = []
+        for number, bounce in enumerate(self.bounces):
+            time_s, v, omega = (step[self.layout[named(part, number)]] for part in (TIME, "v", "omega"))
+            moved = replace(bounce, time_s=bounce.time_s + float(time_s[0]), v=bounce.v + v, omega=bounce.omega + omega)
+            bounces.append(replace(moved, shift=_shifts(self, step[None], number)[0]))
+        return PiecewiseFlight(self.first.moved(step[:N_PARAMETERS]), tuple(bounces))
 
-def names(flight: PiecewiseFlight) -> tuple[str, ...]:
-    """Names of the parameters, in order."""
-    parts = ("time_s", "v_x_ms", "v_y_ms", "v_z_ms", "omega_x_rads", "omega_y_rads", "omega_z_rads")
-    return (*FLIGHT_NAMES, *(f"impact_{k + 1}_{part}" for k in range(len(flight.bounces)) for part in parts))
+    def with_first(self, first: Flight) -> "PiecewiseFlight":
+        """With another flight before the impacts."""
+        return replace(self, first=first)
+
+    def states(self, steps: Array, times_s: Array) -> States:
+        """See :func:`piecewise_states`; ``steps`` (m, p), ``times_s`` (f,)."""
+        return piecewise_states(self, steps, times_s)
 
 
-def impact_slice(number: int) -> slice:
-    """Where the parameters of impact ``number`` (from 0) are."""
-    return slice(N_PARAMETERS + PER_IMPACT * number, N_PARAMETERS + PER_IMPACT * (number + 1))
+TIME, SHIFT = "time", "shift"
 
 
-def parameter_steps(flight: PiecewiseFlight) -> Array:
-    """Steps (p,) of the central differences."""
-    return np.concatenate([STEPS, *(IMPACT_STEPS for _ in flight.bounces)])
+def named(part: str, number: int) -> str:
+    """The name of a block of impact ``number`` (from 0)."""
+    return f"impact_{number + 1}_{part}"
 
 
-def moved_piecewise(flight: PiecewiseFlight, step: Array) -> PiecewiseFlight:
-    """The flight after a parameter step (p,)."""
-    bounces = []
-    for number, bounce in enumerate(flight.bounces):
-        part = step[impact_slice(number)]
-        bounces.append(Bounce(bounce.time_s + float(part[0]), bounce.v + part[1:4], bounce.omega + part[4:7], bounce.shift))
-    return PiecewiseFlight(moved(flight.first, step[:N_PARAMETERS]), tuple(bounces))
+def _blocks(number: int, bounce: Bounce) -> list[Block]:
+    time = Block(named(TIME, number), (named("time_s", number),), TIME_STEP_S)
+    rates = [
+        replace(block, name=named(block.name, number), labels=tuple(named(label, number) for label in block.labels)) for block in RATES
+    ]
+    if bounce.loose is None:
+        return [time, *rates]
+    labels = tuple(named(f"shift_{k + 1}_s", number) for k in range(bounce.loose.basis.shape[1]))
+    return [time, *rates, Block(named(SHIFT, number), labels, TIME_STEP_S, bounce.loose.spread_s**-2)]
+
+
+RATES = tuple(block for block in LAYOUT.blocks if block.name in {"v", "omega"})
+
+
+def _shifts(flight: PiecewiseFlight, steps: Array, number: int) -> Array:
+    """Shifts (m, 6) at impact ``number`` of the flights reached by the parameter steps (m, p)."""
+    bounce = flight.bounces[number]
+    if bounce.loose is None:
+        return np.broadcast_to(bounce.shift, (len(steps), 6))
+    return bounce.shift + steps[:, flight.layout[named(SHIFT, number)]] @ bounce.loose.basis.T
 
 
 @dataclass(frozen=True)
@@ -118,24 +161,28 @@ class _Leg:
 
 @dataclass(frozen=True)
 class _Lanes:
-    """m perturbed flights side by side: ``steps`` (m, p) and their ``inertia`` and its inverse (m, 3, 3)."""
+    """m perturbed ``flight`` s side by side: ``steps`` (m, p) and their ``inertia`` and its inverse (m, 3, 3)."""
 
+    flight: PiecewiseFlight
     steps: Array
     inertia: Array
     inverse: Array
-    gravity: Array
 
     def take(self, rows: NDArray[np.int64]) -> "_Lanes":
-        return _Lanes(self.steps[rows], self.inertia[rows], self.inverse[rows], self.gravity)
+        return _Lanes(self.flight, self.steps[rows], self.inertia[rows], self.inverse[rows])
+
+    def part(self, name: str, number: int) -> Array:
+        """Steps (m, c) of a block of impact ``number``."""
+        return self.steps[:, self.flight.layout[named(name, number)]]
 
 
 def _lanes(flight: PiecewiseFlight, steps: Array) -> _Lanes:
     inertia = inertia_matrix(flight.first, flight.first.inertia + steps[:, INERTIA])
-    return _Lanes(steps, inertia, inverted(inertia), flight.first.gravity_world)
+    return _Lanes(flight, steps, inertia, inverted(inertia))
 
 
 def _flown(leg: _Leg, lanes: _Lanes, times_s: Array) -> States:
-    return fall(leg.start, lanes.inverse, times_s, start_time_s=leg.time_s, gravity=lanes.gravity)
+    return fall(leg.start, lanes.inverse, times_s, start_time_s=leg.time_s, gravity=lanes.flight.first.gravity_world)
 
 
 def _first_leg(flight: PiecewiseFlight, lanes: _Lanes) -> _Leg:
@@ -147,34 +194,40 @@ def _row(states: States, index: int) -> States:
     return States(states.x[index], states.q[index], states.v[index], states.L[index])
 
 
-def _struck(before: _Leg, lanes: _Lanes, bounce: Bounce, number: int) -> _Leg:
+def _struck(before: _Leg, lanes: _Lanes, number: int) -> _Leg:
     """The leg after an impact; flights that are hit at another time are flown back (or on) to the nominal one."""
-    part = lanes.steps[:, impact_slice(number)]
+    bounce, shifts, times = lanes.flight.bounces[number], _shifts(lanes.flight, lanes.steps, number), lanes.part(TIME, number)[:, 0]
+    v, omega = bounce.v + lanes.part("v", number), bounce.omega + lanes.part("omega", number)
     start = States(*(np.empty_like(a) for a in (before.start.x, before.start.q, before.start.v, before.start.L)))
-    for shift in np.unique(part[:, 0]):
-        rows = np.flatnonzero(part[:, 0] == shift)
-        group, time_s = lanes.take(rows), bounce.time_s + float(shift)
-        lane = _Leg(_row(before.start, rows), before.time_s)  # type: ignore[arg-type]
-        touched = _shifted(_row(_flown(lane, group, np.array([time_s])), 0), bounce.shift)
-        L = angular_momentum(touched.q, bounce.omega + part[rows, 4:7], group.inertia)
-        after = States(touched.x, touched.q, bounce.v + part[rows, 1:4], L)
-        if shift != 0.0:
+    for later in np.unique(times):
+        rows = np.flatnonzero(times == later)
+        group, time_s = lanes.take(rows), bounce.time_s + float(later)
+        touched = _shifted(_reached(before, group, rows, time_s), shifts[rows])
+        after = States(touched.x, touched.q, v[rows], angular_momentum(touched.q, omega[rows], group.inertia))
+        if later != 0.0:
             after = _row(_flown(_Leg(after, time_s), group, np.array([bounce.time_s])), 0)
         start.x[rows], start.q[rows], start.v[rows], start.L[rows] = after.x, after.q, after.v, after.L
     return _Leg(start, bounce.time_s)
 
 
-def _shifted(states: States, shift: Array) -> States:
-    if not shift.any():
+def _reached(leg: _Leg, group: _Lanes, rows: NDArray[np.int64], time_s: float) -> States:
+    """Where the flights ``rows`` of a leg, which are ``group``, are at a time."""
+    start = leg.start
+    return _row(_flown(_Leg(States(start.x[rows], start.q[rows], start.v[rows], start.L[rows]), leg.time_s), group, np.array([time_s])), 0)
+
+
+def _shifted(states: States, shifts: Array) -> States:
+    if not shifts.any():
         return states
-    turn = np.broadcast_to(quaternion_from_vector(shift[3:]), states.q.shape)
-    return States(states.x + shift[:3], quaternion_product(turn, states.q), states.v, states.L)
+    return States(states.x + shifts[:, :3], quaternion_product(quaternion_from_vector(shifts[:, 3:]), states.q), states.v, states.L)
 
 
 def _legs(flight: PiecewiseFlight, lanes: _Lanes) -> list[_Leg]:
+    if np.any(np.diff([flight.first.time_s, *flight.times_s]) <= 0.0):
+        raise RanAway("a flight ran away: its impacts are not in order")
     legs = [_first_leg(flight, lanes)]
-    for number, bounce in enumerate(flight.bounces):
-        legs.append(_struck(legs[-1], lanes, bounce, number))
+    for number in range(len(flight.bounces)):
+        legs.append(_struck(legs[-1], lanes, number))
     return legs
 
 
@@ -196,32 +249,8 @@ def piecewise_states(flight: PiecewiseFlight, steps: Array, times_s: Array) -> S
     return out
 
 
-def piecewise_poses(flight: PiecewiseFlight, steps: Array, times_s: Array) -> FlightPoses:
-    """Poses at ``times_s`` (f,) of the flights reached by the parameter steps (m, p)."""
-    reached = piecewise_states(flight, steps, times_s)
-    R = rotation_matrices(reached.q)
-    com = flight.first.com + steps[:, COM]
-    return FlightPoses(centre=reached.x - np.einsum("fmij,mj->fmi", R, com), R=R)
-
-
-def _perturbations(flight: PiecewiseFlight) -> tuple[NDArray[np.int64], Array]:
-    """The parameters that poses depend on, and steps (1 + 2 w, p): none, then each of them forth and back."""
-    widths = parameter_steps(flight)
-    varied = np.flatnonzero(widths).astype(np.int64)
-    steps = np.zeros((1 + 2 * len(varied), flight.size))
-    for row, column in enumerate(varied):
-        steps[1 + 2 * row, column] = widths[column]
-        steps[2 + 2 * row, column] = -widths[column]
-    return varied, steps
-
-
-def piecewise_sensitivity(flight: PiecewiseFlight, times_s: Array) -> tuple[FlightPoses, Array]:
-    """Poses (m = 1) and their sensitivity (f, 6, p), as :func:`estimator.motion.flight.poses_and_sensitivity`; ``times_s`` (f,)."""
-    varied, steps = _perturbations(flight)
-    every = piecewise_poses(flight, steps, times_s)
-    sensitivity = np.zeros((len(times_s), 6, flight.size))
-    sensitivity[:, :, varied] = pose_differences(every, 2.0 * parameter_steps(flight)[varied])
-    return FlightPoses(centre=every.centre[:, :1], R=every.R[:, :1]), sensitivity
+piecewise_velocities = rates
+"""Velocity and angular velocity (f, m, 6), world frame, at f times of the flights reached by m parameter steps."""
 
 
 @dataclass(frozen=True)
@@ -241,45 +270,24 @@ class Touch:
 def _touches(flight: PiecewiseFlight, steps: Array, number: int) -> Touch:
     """The impact ``number`` as each perturbed flight has it, at its own time."""
     lanes = _lanes(flight, steps)
-    legs, bounce = _legs(flight, lanes), flight.bounces[number]
+    leg, bounce, times = _legs(flight, lanes)[number], flight.bounces[number], lanes.part(TIME, number)[:, 0]
     m = len(steps)
     x, R, before = np.empty((m, 3)), np.empty((m, 3, 3)), np.empty((m, 6))
-    shifts = steps[:, impact_slice(number)][:, 0]
-    for shift in np.unique(shifts):
-        rows = np.flatnonzero(shifts == shift)
+    for later in np.unique(times):
+        rows = np.flatnonzero(times == later)
         group = lanes.take(rows)
-        lane = _Leg(_row(legs[number].start, rows), legs[number].time_s)  # type: ignore[arg-type]
-        at = _row(_flown(lane, group, np.array([bounce.time_s + float(shift)])), 0)
+        at = _reached(leg, group, rows, bounce.time_s + float(later))
         x[rows], R[rows] = at.x, rotation_matrices(at.q)
         before[rows] = np.hstack([at.v, angular_velocity(at.q, at.L, group.inverse)])
-    part = steps[:, impact_slice(number)]
-    return Touch(x, R, before, np.concatenate([bounce.v, bounce.omega]) + part[:, 1:7])
+    return Touch(x, R, before, np.hstack([bounce.v + lanes.part("v", number), bounce.omega + lanes.part("omega", number)]))
 
 
 def touch_and_sensitivity(flight: PiecewiseFlight, number: int) -> tuple[Touch, Array]:
     """Impact ``number`` (m = 1) and the sensitivity (18, p) of position, left rotation vector, velocities before and after it."""
-    varied, steps = _perturbations(flight)
+    varied, steps, widths = perturbations(flight.layout)
     every = _touches(flight, steps, number)
-    widths = 2.0 * parameter_steps(flight)[varied]
     result = np.zeros((18, flight.size))
     result[:6, varied] = pose_differences(FlightPoses(every.x[None], every.R[None]), widths)[0]
     for part, values in ((slice(6, 12), every.before), (slice(12, 18), every.after)):
         result[part, varied] = ((values[1::2] - values[2::2]) / widths[:, None]).T
     return Touch(every.x[:1], every.R[:1], every.before[:1], every.after[:1]), result
-
-
-def piecewise_velocities(flight: PiecewiseFlight, steps: Array, times_s: Array) -> Array:
-    """Velocity and angular velocity (f, m, 6), world frame; ``steps`` (m, p), ``times_s`` (f,)."""
-    reached = piecewise_states(flight, steps, times_s)
-    inverse = _lanes(flight, steps).inverse
-    omega = np.stack([angular_velocity(q, L, inverse) for q, L in zip(reached.q, reached.L, strict=True)])
-    return np.concatenate([reached.v, omega], axis=2)
-
-
-def piecewise_velocity_sensitivity(flight: PiecewiseFlight, time_s: float) -> Array:
-    """Derivative (6, p) of (v, omega) at one time by the parameters."""
-    varied, steps = _perturbations(flight)
-    values = piecewise_velocities(flight, steps, np.array([time_s]))[0]
-    result = np.zeros((6, flight.size))
-    result[:, varied] = ((values[1::2] - values[2::2]) / (2.0 * parameter_steps(flight)[varied])[:, None]).T
-    return result

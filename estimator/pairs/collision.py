@@ -20,7 +20,7 @@ from datasets.observation import Observation
 from estimator.motion.piecewise import Touch, touch_and_sensitivity
 from estimator.motion.rotation import rotation_from_vector
 from estimator.pairs.nearest import Nearest
-from estimator.pairs.pair_fit import TIME, PairRefined, parameter_maps
+from estimator.pairs.pair_fit import SHARED, PairRefined
 from estimator.pairs.touching import Hulls, nearest_at
 from estimator.particle.mass_properties import solid_of
 from estimator.particle.particle import Particle
@@ -77,8 +77,8 @@ def collision_of(
     normal /= np.linalg.norm(normal)
     change, spread = _momentum(tied, ratio)
     return CollisionEstimate(
-        time_s=held.first.flight.bounces[0].time_s,
-        time_sigma_s=float(np.sqrt(held.covariance[TIME, TIME])),
+        time_s=held.state.first.bounces[0].time_s,
+        time_sigma_s=float(np.sqrt(held.covariance[held.state.layout[SHARED]][:, held.state.layout[SHARED]].item())),
         point_world=drawn.weight @ drawn.point,
         normal_world=normal,
         normal_sigma_rad=_turn(normal, drawn),
@@ -108,8 +108,10 @@ def mass_ratio(particles: tuple[Particle, Particle], observation: Observation) -
 
 
 def _at(refined: PairRefined) -> _At:
-    found = [touch_and_sensitivity(part.flight, 0) for part in refined.both]
-    J = np.vstack([J @ M for (_, J), M in zip(found, parameter_maps(), strict=True)])
+    found = [touch_and_sensitivity(flight, 0) for flight in refined.state.both]
+    J = np.zeros((2 * STATE, refined.state.layout.size))
+    for k, ((_, own), place) in enumerate(zip(found, refined.state.places, strict=True)):
+        J[STATE * k : STATE * (k + 1), place] = own
     touches = (found[0][0], found[1][0])
     state = np.concatenate([np.concatenate([t.before[0], t.after[0]]) for t in touches])
     return _At(refined, touches, state, J @ refined.covariance @ J.T)
@@ -119,7 +121,7 @@ def _nearest(at: _At, hulls: Hulls, shift: Array) -> Nearest:
     """The nearest features for poses shifted and turned by ``shift`` (36,)."""
     places = [t.x[0] + shift[STATE * k : STATE * k + 3] for k, t in enumerate(at.touches)]
     turns = [rotation_from_vector(shift[None, STATE * k + 3 : STATE * k + 6])[0] @ t.R[0] for k, t in enumerate(at.touches)]
-    return nearest_at(at.refined.flights, hulls, places, turns)
+    return nearest_at(at.refined.state, hulls, places, turns)
 
 
 def _draw(at: _At, hulls: Hulls, ratio: Measured) -> tuple[_Drawn, Array]:

@@ -15,7 +15,7 @@ from estimator.fitting.levenberg_marquardt import NormalEquations
 from estimator.motion.flight import COM
 from estimator.motion.piecewise import touch_and_sensitivity
 from estimator.pairs.nearest import Nearest, nearest
-from estimator.pairs.pair_fit import PAIR, PairFlight, parameter_maps
+from estimator.pairs.pair_fit import PairFlight
 from estimator.particle.particle import Particle
 
 Array = NDArray[np.float64]
@@ -40,21 +40,21 @@ def hulls_of(particles: tuple[Particle, Particle]) -> Hulls:
 
 
 def touching(pair: PairFlight, hulls: Hulls) -> NormalEquations:
-    """Normal equations (55,) of the gap at the impact."""
+    """Normal equations (p,) of the gap at the impact."""
     gap, J = gap_and_derivative(pair, hulls)
     variance = float(hulls.sigma_m @ hulls.sigma_m)
     return NormalEquations(H=np.outer(J, J) / variance, g=J * gap / variance, cost=0.5 * gap**2 / variance)
 
 
 def gap_and_derivative(pair: PairFlight, hulls: Hulls) -> tuple[float, Array]:
-    """The gap (m) and its derivative (55,) by the pair's parameters."""
+    """The gap (m) and its derivative (p,) by the pair's parameters."""
     touches = [touch_and_sensitivity(flight, 0) for flight in pair.both]
     near = nearest_at(pair, hulls, [t.x[0] for t, _ in touches], [t.R[0] for t, _ in touches])
-    J = np.zeros(PAIR)
-    for (touch, S), M, sign in zip(touches, parameter_maps(), (1.0, -1.0), strict=True):
+    J = np.zeros(pair.layout.size)
+    for (touch, S), place, sign in zip(touches, pair.places, (1.0, -1.0), strict=True):
         own = near.normal @ S[:3] + np.cross(near.point - touch.x[0], near.normal) @ S[3:6]
         own[COM] -= near.normal @ touch.R[0]
-        J += sign * own @ M
+        J[place] += sign * own
     return near.gap_m, J
 
 

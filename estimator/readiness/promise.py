@@ -26,10 +26,10 @@ from estimator.data.configuration import Configuration
 from estimator.data.fit_task import FitTask, Sightings
 from estimator.data.no_measurement import NoMeasurement
 from estimator.fitting.calibration_share import calibration_share
-from estimator.fitting.refinement import NothingSeen, covariance_and_bound, linearise
+from estimator.fitting.refinement import NothingSeen, sandwich, scaled_inverse, system_at
 from estimator.fitting.tasks import fit_task, refinement_settings
 from estimator.measurements.silhouettes.imagined import NEVER_OUTLYING
-from estimator.motion.flight import OMEGA, Flight, V, poses_and_sensitivity
+from estimator.motion.flight import OMEGA, Flight, V, flown
 from estimator.outlines.result import OutlineTrack
 from estimator.outlines.sightings import usable_sightings
 from estimator.particle.particle import Particle, views_like
@@ -129,15 +129,14 @@ def _deviations(
     imagined = _as_seen(task, flight, particle)
     if imagined is None:
         return None
-    settings = refinement_settings(configuration)
-    at = linearise(imagined, flight, settings)
+    system = system_at(imagined, flight, refinement_settings(configuration))
+    (at,) = system.told
     frames = replace(at.frames, chi2=at.frames.count.astype(np.float64))  # errors are to be as large as the noise model says
-    at = replace(at, frames=frames)
     try:
-        covariance, _ = covariance_and_bound(imagined, at, np.diag(task.prior.precision), settings)
+        covariance = sandwich(replace(system, told=(replace(at, frames=frames),)))
     except NothingSeen:
         return None
-    share = calibration_share(imagined, flight, settings, gravity_covariance)
+    share = calibration_share(flight, at, scaled_inverse(system.equations.H), gravity_covariance)
     covariance = covariance if share is None else covariance + share.parameters @ share.parameters.T
     R = imagined.sightings.cameras[0].R_cam_world
     v, omega = (R @ covariance[part, part] @ R.T for part in (V, OMEGA))
@@ -150,7 +149,7 @@ def _as_seen(task: FitTask, flight: Flight, particle: Particle) -> FitTask | Non
     ``None`` where the flight goes behind a camera.
     """
     sightings = task.sightings
-    predicted, _ = poses_and_sensitivity(flight, sightings.times_s)
+    predicted = flown(flight, sightings.times_s)
     corners = hull_of(particle)
     R = sightings.R_cam_world @ predicted.R[:, 0]
     centre = np.einsum("nij,nj->ni", sightings.R_cam_world, predicted.centre[:, 0]) + sightings.t_cam_world

@@ -1,6 +1,7 @@
 """From a refined flight to the estimate a user reads: velocities with covariance, frames with reasons, statistics, versions."""
 
 import dataclasses
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -8,15 +9,17 @@ from numpy.typing import NDArray
 
 from datasets.estimate import Estimate, FrameReport, Status, VelocityEstimate
 from datasets.observation import Observation
-from datasets.vocabulary.state import Motion
+from datasets.vocabulary.state import Motion as StatedMotion
 from estimator.data.configuration import Configuration
 from estimator.data.versions import versions
 from estimator.fitting.adequacy import Misfit
-from estimator.fitting.calibration_share import CalibrationShare, calibration_sentence, calibration_statistics
-from estimator.fitting.focal_refinement import FocalRefined
+from estimator.fitting.calibration_share import CalibrationShare, calibration_sentence, calibration_statistics, widened
+from estimator.fitting.focal_flight import LOG_FOCAL
 from estimator.fitting.refinement import Refined
-from estimator.motion.flight import N_PARAMETERS, NAMES, Flight, fitted_body, inertia_matrix, states, velocities, velocity_sensitivity
-from estimator.motion.rigid_body import angular_velocity, rotation_matrices
+from estimator.impacts.plate_gap import spread_by
+from estimator.motion.flight import Motion, fitted_body, rates, still, velocities, velocity_sensitivity
+from estimator.motion.piecewise import SHIFT
+from estimator.motion.rigid_body import rotation_matrices
 from estimator.motion.rotation import quaternion
 from estimator.outlines.result import OutlineTrack
 from estimator.particle.particle import Particle
@@ -50,84 +53,101 @@ def converged_estimate(
     observation: Observation,
     tracks: tuple[OutlineTrack, ...],
     seen: tuple[Particle, FoundPoses],
-    refined: Refined,
+    refined: Refined[Motion],
     outcome: tuple[Status, str, Misfit | None],
     *,
     configuration: Configuration,
-    focal: FocalRefined | None = None,
     share: CalibrationShare | None = None,
 ) -> Estimate:
-    """The estimate of a fit that ended with a flight; its numbers are left out where the status says that there is no convergence.
+    """The estimate of a fit that ended with a free flight; its numbers are left out where the status says that there is no convergence.
 
-    ``outcome``: status, message and the test of the residuals. ``focal``: the focal length, where it was measured.
-    ``share``: what the stated uncertainty of camera and gravity adds.
+    ``outcome``: status, message and the test of the residuals. ``share``: what the stated uncertainty of camera and gravity adds.
     """
-    particle, found = seen
-    status, message, tested = outcome
-    statistics = {**view_statistics(particle), **fit_statistics(refined, found), **adequacy_statistics(tested)}
+    particle, (status, message, tested) = seen[0], outcome
+    statistics = adequacy_statistics(tested)
     if status is Status.CONVERGED and tested is not None and not tested.adequate:
         message = misfit_sentence(tested)
-    reports = frame_reports(tracks, sighting_errors(refined))
-    message = with_views(message, particle)
-    if focal is not None:
-        statistics["focal_length"] = focal_length(focal, observation, configuration.focal_prior)
-        message = f"{message} {statistics['focal_length']['statement']}"
+    sentences = [with_views(message, particle)]
+    if LOG_FOCAL in refined.flight.layout.places:
+        statistics["focal_length"] = focal_length(refined, observation, configuration.focal_prior)
+        sentences.append(statistics["focal_length"]["statement"])
+    estimate = fitted_estimate(observation, tracks, seen, refined, (status, ""), configuration=configuration, share=share)
+    middle = estimate.middle
+    if middle is not None and share is not None:
+        moved = share.covariance(velocity_sensitivity(refined.flight, middle.time_s), middle.time_s - refined.flight.first.time_s)
+        statistics["calibration"] = calibration_statistics(moved, middle.covariance)
+        sentences.append(calibration_sentence(statistics["calibration"]))
+    if middle is not None and observation.mass_kg is not None:
+        statistics["momenta"] = _momenta(refined.flight, particle, observation.mass_kg, middle.time_s)
+    return replace(estimate, message=" ".join(filter(None, sentences)), statistics={**estimate.statistics, **statistics})
+
+
+def fitted_estimate(
+    observation: Observation,
+    tracks: tuple[OutlineTrack, ...],
+    seen: tuple[Particle, FoundPoses],
+    refined: Refined[Motion],
+    outcome: tuple[Status, str],
+    *,
+    configuration: Configuration,
+    share: CalibrationShare | None = None,
+) -> Estimate:
+    """What is told of any fit that ended with a motion; no numbers where the status says that there is no convergence.
+
+    ``share``: what a calibration adds to the error bars.
+    """
+    (status, message), flight, times = outcome, refined.flight, observation.clock.times_s
     told: dict[str, Any] = {
+        "name": observation.name,
+        "status": status,
+        "message": message,
         "configuration": dataclasses.asdict(configuration),
         "versions": versions(),
-        "frames": reports,
-        "statistics": statistics,
+        "frames": frame_reports(tracks, sighting_errors(refined)),
+        "statistics": {**view_statistics(seen[0]), **fit_statistics(refined, seen[1])},
     }
     if status is Status.NO_CONVERGENCE:
-        return Estimate(name=observation.name, status=status, message=message, **told)
-    times = observation.clock.times_s
-    middle = _velocity(refined, float(times[(len(times) - 1) // 2]), share)
-    if share is not None:
-        statistics["calibration"] = calibration_statistics(refined, share, middle)
-        message = " ".join(part for part in (message, calibration_sentence(statistics["calibration"])) if part)
-    if observation.mass_kg is not None:
-        statistics["momenta"] = _momenta(refined.flight, particle, observation.mass_kg, float(times[(len(times) - 1) // 2]))
+        return Estimate(**told)
+    own = flight.layout.columns(name for name in flight.layout.names if not name.endswith(SHIFT))
     return Estimate(
-        name=observation.name,
-        status=status,
-        message=message,
-        body=fitted_body(refined.flight),
-        motion=motion_of(refined.flight, times),
-        start=_velocity(refined, float(times[0]), share),
-        middle=middle,
-        parameters=NAMES if focal is None else (*NAMES, "log_focal_factor"),
-        values=flight_values(refined.flight) if focal is None else np.append(flight_values(refined.flight), focal.log_factor),
-        covariance=_covariance(refined, share) if focal is None else focal.covariance,
-        bound=refined.bound if focal is None else focal.bound,
+        body=fitted_body(flight.first),
+        motion=motion_of(flight, times),
+        start=velocity_of(refined, float(times[0]), share),
+        middle=velocity_of(refined, float(times[(len(times) - 1) // 2]), share),
+        parameters=tuple(flight.layout.labels[k] for k in own),
+        values=flight.values[own],
+        covariance=(refined if share is None else widened(refined, share)).covariance[np.ix_(own, own)],
+        bound=refined.bound[np.ix_(own, own)],
         **told,
     )
 
 
-def motion_of(flight: Flight, times_s: Array) -> Motion:
+def motion_of(motion: Motion, times_s: Array) -> StatedMotion:
     """Poses of the fitted body and velocities at ``times_s`` (f,) s."""
-    reached = states(flight, np.zeros((1, N_PARAMETERS)), times_s)
-    body = fitted_body(flight)
-    inverse = np.asarray(np.linalg.inv(inertia_matrix(flight, flight.inertia[None])), dtype=np.float64)
-    omega = np.stack([angular_velocity(reached.q[i], reached.L[i], inverse)[0] for i in range(len(times_s))])
-    nominal_from_fitted = flight.body.R_particle_body.T @ body.R_particle_body
-    return Motion(
+    x, both = motion.states(still(motion), times_s), rates(motion, still(motion), times_s)[:, 0]
+    return StatedMotion(
         times_s=times_s,
-        x_world=reached.x[:, 0],
-        q_world_body=quaternion(rotation_matrices(reached.q[:, 0]) @ nominal_from_fitted),
-        v_world=reached.v[:, 0],
-        omega_world=omega,
+        x_world=x.x[:, 0],
+        q_world_body=quaternion(rotation_matrices(x.q[:, 0]) @ fitted_axes(motion)),
+        v_world=both[:, :3],
+        omega_world=both[:, 3:],
     )
 
 
-def focal_length(focal: FocalRefined, observation: Observation, prior: float) -> dict[str, Any]:
+def fitted_axes(motion: Motion) -> Array:
+    """The fitted body's axes (3, 3) in the nominal body's."""
+    return motion.first.body.R_particle_body.T @ fitted_body(motion.first).R_particle_body
+
+
+def focal_length(refined: Refined[Motion], observation: Observation, prior: float) -> dict[str, Any]:
     """The focal length found (px, of x and y), its standard deviation, the camera's own, and what to think of it in a sentence."""
-    camera = observation.cameras[0].intrinsics
-    factor = float(np.exp(focal.log_factor))
-    f, sigma = factor * camera.fx_px, factor * camera.fx_px * focal.sigma
-    silent = focal.sigma > SILENT * prior
+    camera, place = observation.cameras[0].intrinsics, refined.flight.layout[LOG_FOCAL]
+    factor, relative = float(np.exp(refined.flight.values[place].item())), float(np.sqrt(refined.covariance[place, place].item()))
+    f, sigma = factor * camera.fx_px, factor * camera.fx_px * relative
+    silent = relative > SILENT * prior
     return {
         "focal_px": [f, factor * camera.fy_px],
-        "sigma_px": [sigma, factor * camera.fy_px * focal.sigma],
+        "sigma_px": [sigma, factor * camera.fy_px * relative],
         "camera_px": [camera.fx_px, camera.fy_px],
         "prior_relative": prior,
         "statement": f"focal length measured: {f:.0f} ± {sigma:.0f} px (camera: {camera.fx_px:.0f} ± {100 * prior:g}%)"
@@ -139,28 +159,22 @@ SILENT = 0.8
 """A standard deviation above this share of the prior's means that the pictures had little to say."""
 
 
-def _covariance(refined: Refined, share: CalibrationShare | None) -> Array:
-    """Covariance (21, 21) of the flight's parameters, the calibration's share in it."""
-    return refined.covariance if share is None else refined.covariance + share.parameters @ share.parameters.T
-
-
-def _velocity(refined: Refined, time_s: float, share: CalibrationShare | None = None) -> VelocityEstimate:
-    v, omega = velocities(refined.flight, np.zeros((1, N_PARAMETERS)), time_s)
+def velocity_of(refined: Refined[Motion], time_s: float, share: CalibrationShare | None = None) -> VelocityEstimate:
+    """Velocities at a time with their covariance, a calibration's ``share`` in it."""
     J = velocity_sensitivity(refined.flight, time_s)
-    covariance, bound = J @ refined.covariance @ J.T, J @ refined.bound @ J.T
-    if share is not None:
-        covariance = covariance + share.covariance(J, time_s - refined.flight.time_s)
-    return VelocityEstimate(time_s, v[0], omega[0], 0.5 * (covariance + covariance.T), 0.5 * (bound + bound.T))
+    more = 0.0 if share is None else share.covariance(J, time_s - refined.flight.first.time_s)
+    return told_velocity(refined, time_s, np.concatenate(velocities(refined.flight, still(refined.flight), time_s), axis=1)[0], J, more)
 
 
-def flight_values(flight: Flight) -> Array:
-    """Parameter values; the rotation is the increment about the estimated pose, so zero."""
-    return np.concatenate([flight.x, np.zeros(3), flight.v, flight.omega, flight.com, flight.inertia, [flight.offset_px]])
+def told_velocity(refined: Refined[Motion], time_s: float, values: Array, J: Array, more: Array | float = 0.0) -> VelocityEstimate:
+    """Velocities ``values`` (6,) with their covariance, of which ``more`` (6, 6) is known; ``J`` (6, p) by the parameters."""
+    covariance, bound = (spread_by(J, matrix) for matrix in (refined.covariance, refined.bound))
+    return VelocityEstimate(time_s, values[:3], values[3:], covariance + more, bound)
 
 
-def _momenta(flight: Flight, particle: Particle, mass_kg: float, time_s: float) -> dict[str, Any]:
+def _momenta(motion: Motion, particle: Particle, mass_kg: float, time_s: float) -> dict[str, Any]:
     """Linear (kg m/s) and angular (kg m²/s) momentum in the middle, of the hull's inertia scaled to the mass."""
-    at = states(flight, np.zeros((1, N_PARAMETERS)), np.array([time_s]))
+    at = motion.states(still(motion), np.array([time_s]))
     largest = mass_kg * particle.largest_moment_per_mass
     return {"P_world_kgms": (mass_kg * at.v[0, 0]).tolist(), "L_world_kgm2s": (largest * at.L[0, 0]).tolist()}
 
@@ -189,31 +203,32 @@ def with_views(message: str, particle: Particle) -> str:
     return " ".join(part for part in (message, particle.sentence) if part)
 
 
-def fit_statistics(refined: Refined, found: FoundPoses) -> dict[str, Any]:
+def fit_statistics(refined: Refined[Motion], found: FoundPoses) -> dict[str, Any]:
     """What is told of a last refinement and of the pose search before it."""
-    errors = refined.errors
+    errors = refined.at.errors
     return {
         "n_pairs": int(errors.valid.sum()),
         "pairs_without_tangents": int((~errors.valid).sum()),
         "rms_ete_px": errors.rms_px,
-        "whitened_mean_square": refined.frames.mean_square,
+        "whitened_mean_square": refined.at.frames.mean_square,
         "noise_scale": refined.noise.scale,
         "noise_mean_square": refined.noise.mean_square,
         "noise_correlation_rad": refined.noise.correlation_rad,
-        "pairs_within_sequence": refined.within.pairs,
-        "rms_ete_within_px": refined.within.rms_px,
+        "pairs_within_sequence": refined.at.within.pairs,
+        "rms_ete_within_px": refined.at.within.rms_px,
         "competing_minima": [{"rms_ete_px": float(r), "cost": float(c)} for r, c in zip(found.rms_px, found.poses.cost, strict=True)],
     }
 
 
-def sighting_errors(refined: Refined) -> dict[tuple[int, int], tuple[float, float]]:
+def sighting_errors(refined: Refined[Motion]) -> dict[tuple[int, int], tuple[float, float]]:
     """Plain RMS ETE (px) and whitened RMS of each (camera, frame) that was fitted."""
-    errors = refined.errors
+    errors = refined.at.errors
     told = errors.told[:, :, :2]
     squares = np.where(told, errors.error[:, :, :2] ** 2, 0.0).sum(axis=(1, 2))
     rms = np.sqrt(squares / np.maximum(told.sum(axis=(1, 2)), 1))
-    whitened = np.sqrt(refined.frames.chi2 / np.maximum(refined.frames.count, 1))
-    return {(int(c), int(f)): (float(a), float(b)) for (c, f), a, b in zip(refined.places, rms, whitened, strict=True)}
+    whitened = np.sqrt(refined.at.frames.chi2 / np.maximum(refined.at.frames.count, 1))
+    places = zip(refined.sightings.camera.tolist(), refined.sightings.frame.tolist(), strict=True)
+    return {place: (float(a), float(b)) for place, a, b in zip(places, rms, whitened, strict=True)}
 
 
 def frame_reports(tracks: tuple[OutlineTrack, ...], errors: dict[tuple[int, int], tuple[float, float]] | None) -> tuple[FrameReport, ...]:

@@ -6,6 +6,7 @@ from datasets.estimate import Status
 from estimator.data.no_measurement import RAN_AWAY
 from estimator.fitting.levenberg_marquardt import Outcome
 from estimator.fitting.refinement import NothingSeen, Refined
+from estimator.motion.flight import Motion
 from estimator.motion.rigid_body import RanAway
 from estimator.search.candidate_flights import LOST_RMS_PX, MOST_MEAN_SQUARE
 from estimator.search.rival_flights import Standing
@@ -18,11 +19,11 @@ def failed(failure: RanAway) -> tuple[Status, str]:
     return (Status.NOT_ENOUGH_FRAMES, UNDETERMINED) if isinstance(failure, NothingSeen) else (Status.NO_CONVERGENCE, RAN_AWAY)
 
 
-def judge(ranked: Standing, refined: Refined) -> tuple[Status, str]:
+def judge(ranked: Standing, refined: Refined[Motion]) -> tuple[Status, str]:
     """The status that the result deserves, and why."""
     best = ranked.flights[0]
-    numbers = np.concatenate([refined.flight.x, refined.flight.v, refined.flight.omega, np.diag(refined.covariance)])
-    rms = refined.errors.rms_px
+    numbers = np.concatenate([refined.flight.values, np.diag(refined.covariance)])
+    rms = refined.at.errors.rms_px
     if not np.all(np.isfinite(numbers)) or (best.outcome is Outcome.STALLED and rms > LOST_RMS_PX):
         return Status.NO_CONVERGENCE, "the trajectory fit found no step that lowers its error."
     if refined.noise.mean_square > MOST_MEAN_SQUARE:

@@ -15,7 +15,7 @@ from estimator.fitting.refinement import Refined
 from estimator.fitting.tasks import refined_flight
 from estimator.fitting.trajectory import fit, fit_growing
 from estimator.likelihood.noise_model import measured_noise
-from estimator.motion.flight import N_PARAMETERS, Flight, poses
+from estimator.motion.flight import Flight, Motion, flown
 from estimator.motion.rigid_body import RanAway
 from estimator.motion.rotation import rotation_vector
 from estimator.particle.particle import Particle
@@ -152,7 +152,7 @@ def misses(task: FitTask, candidate: Candidate) -> bool:
     if not np.isfinite(candidate.solution.equations.cost):
         return True
     flight = candidate.solution.state
-    errors = errors_of(task, flight, poses(flight, np.zeros((1, N_PARAMETERS)), task.sightings.times_s))
+    errors = errors_of(task, flight, flown(flight, task.sightings.times_s))
     return measured_noise(errors).mean_square > MOST_MEAN_SQUARE
 
 
@@ -183,8 +183,7 @@ def from_another_side(
     if other is None:
         return []
     found = _found(task, particle, other, configuration)
-    flown = poses(best, np.zeros((1, N_PARAMETERS)), task.sightings.times_s[[other]])
-    there = particle_poses(best, flown, task.sightings.take(np.array([other]))).R[0]
+    there = particle_poses(best, flown(best, task.sightings.times_s[[other]]), task.sightings.take(np.array([other]))).R[0]
     turned = np.degrees(np.linalg.norm(rotation_vector(found.poses.R @ there.T), axis=-1))
     rows = np.flatnonzero((turned > SAME_DEG) & (found.poses.cost < GOOD_COST))[:FEW_VIEW_FLIGHTS]
     if len(rows) == 0:
@@ -193,16 +192,16 @@ def from_another_side(
     return candidate_flights(observation, task, particle, (rivals, other), configuration)
 
 
-def without_the_same(task: FitTask, ranked: Standing, refined: Refined, configuration: Configuration) -> Standing:
+def without_the_same(task: FitTask, ranked: Standing, refined: Refined[Motion], configuration: Configuration) -> Standing:
     """The ranked flights without rivals that the last refinement brings to where it has brought the first: they were on the way."""
     rivals = [s for s in ranked.rivals if not same_flight(s.state, ranked.flights[0].state)]
     apart = []
     for rival in rivals:
         try:
-            other = refined_flight(task, rival.state, configuration)[0]
+            other = refined_flight(task, rival.state, configuration)
         except RanAway:
             continue
-        if not same_flight(other.flight, refined.flight):
+        if not same_flight(other.flight.first, refined.flight.first):
             apart.append(rival)
     return replace(ranked, rivals=tuple(apart))
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from datasets.vocabulary.body import Body
 from estimator.appearance.flight_errors import errors_of
 from estimator.data.fit_task import FitTask, restricted
-from estimator.motion.flight import N_PARAMETERS, OMEGA, Flight, FlightPoses, poses, states, velocities
+from estimator.motion.flight import N_PARAMETERS, OMEGA, Flight, FlightPoses, Motion, flown, poses, still, velocities
 from estimator.motion.rotation import quaternion, rotation_from_vector, rotation_vector
 from estimator.search.tracking import Track
 
@@ -86,17 +86,15 @@ def _spin_near(track: Track, at: int, frames: int) -> Array:
 def best_start(task: FitTask, starts: list[Flight]) -> Flight:
     """The start with the smallest Huber cost on every few sightings of the whole sequence."""
     task = _every_few(task)
-    still = np.zeros((1, N_PARAMETERS))
-    costs = [float(errors_of(task, start, poses(start, still, task.sightings.times_s)).cost.sum()) for start in starts]
+    costs = [float(errors_of(task, start, flown(start, task.sightings.times_s)).cost.sum()) for start in starts]
     return starts[int(np.argmin(costs))]
 
 
-def at_time(flight: Flight, time_s: float) -> Flight:
-    """The same flight with another reference time."""
-    still = np.zeros((1, N_PARAMETERS))
-    reached = states(flight, still, np.array([time_s]))
-    v, omega = velocities(flight, still, time_s)
-    return replace(flight, time_s=time_s, x=reached.x[0, 0], q=reached.q[0, 0], v=v[0], omega=omega[0])
+def at_time(motion: Motion, time_s: float) -> Flight:
+    """The flight that a motion is at a time, with that as its reference time."""
+    reached = motion.states(still(motion), np.array([time_s]))
+    v, omega = velocities(motion, still(motion), time_s)
+    return replace(motion.first, time_s=time_s, x=reached.x[0, 0], q=reached.q[0, 0], v=v[0], omega=omega[0])
 
 
 def _every_few(task: FitTask) -> FitTask:
@@ -114,8 +112,8 @@ def best_spin(task: FitTask, flight: Flight, *, limit_rads: float, count: int, r
     draws = direction * (limit_rads * rng.uniform(size=(count, 1)) ** (1.0 / 3.0))
     steps = np.zeros((count + 1, N_PARAMETERS))
     steps[1:, OMEGA] = draws - flight.omega
-    flown = poses(flight, steps, task.sightings.times_s)
+    every = poses(flight, steps, task.sightings.times_s)
     costs = [
-        float(errors_of(task, flight, FlightPoses(flown.centre[:, i : i + 1], flown.R[:, i : i + 1])).cost.sum()) for i in range(count + 1)
+        float(errors_of(task, flight, FlightPoses(every.centre[:, i : i + 1], every.R[:, i : i + 1])).cost.sum()) for i in range(count + 1)
     ]
     return replace(flight, omega=flight.omega + steps[int(np.argmin(costs)), OMEGA])

@@ -23,7 +23,7 @@ from estimator.data.fit_task import FitTask
 from estimator.data.views import Poses, Views
 from estimator.fitting.levenberg_marquardt import Solution
 from estimator.geometry.sphere import fibonacci_sphere
-from estimator.motion.flight import N_PARAMETERS, Flight, poses
+from estimator.motion.flight import Flight, flown
 from estimator.particle.particle import Particle, hsv_spacing
 from estimator.poses.pose_competition import CONFIDENCE, PROTRUSION_SIGMAS, own_protrusion_px, protrusion_px
 
@@ -98,8 +98,7 @@ def _sides(task: FitTask, flight: Flight) -> NDArray[np.int64]:
 
 def _viewing(task: FitTask, flight: Flight) -> Array:
     """Viewing directions (n, 3) in particle axes."""
-    flown = poses(flight, np.zeros((1, N_PARAMETERS)), task.sightings.times_s)
-    return np.asarray(particle_poses(flight, flown, task.sightings).R[:, 2])
+    return np.asarray(particle_poses(flight, flown(flight, task.sightings.times_s), task.sightings).R[:, 2])
 
 
 def other_side(task: FitTask, flight: Flight, reference: int) -> int | None:
@@ -118,7 +117,7 @@ def _outside_px(task: FitTask, particle: Particle, flight: Flight) -> float:
     if len(rows) == 0:
         return 0.0
     seen = task.sightings.take(rows)
-    placed = particle_poses(flight, poses(flight, np.zeros((1, N_PARAMETERS)), seen.times_s), seen)
+    placed = particle_poses(flight, flown(flight, seen.times_s), seen)
     centre = particle.body.com_particle
     at = Poses(placed.R, placed.R @ centre + placed.t, np.zeros(len(rows)))
     reach = protrusion_px(seen.silhouettes, at, particle.hull.vertices - centre)

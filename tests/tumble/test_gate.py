@@ -95,13 +95,13 @@ def test_estimates_of_other_sources_are_made_anew(kept: Path, monkeypatch: pytes
 def test_an_estimate_that_fails_makes_the_run_worse(
     kept: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    original = refinement.refine_flight
+    original = refinement.refine
 
     def breaks_once(*arguments: Any, **settings: Any) -> Any:
-        monkeypatch.setattr(tasks, "refine_flight", original)
+        monkeypatch.setattr(tasks, "refine", original)
         raise ZeroDivisionError("planted")
 
-    monkeypatch.setattr(tasks, "refine_flight", breaks_once)
+    monkeypatch.setattr(tasks, "refine", breaks_once)
     assert gate(kept, "--json", work="failure") == 1
     said = json.loads(capsys.readouterr().out)
     assert said["sequences"] == ["cut_stone-0000"]

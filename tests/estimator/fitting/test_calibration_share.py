@@ -16,10 +16,7 @@ from datasets.vocabulary.camera import HsvCamera
 from estimator import measure as measuring
 from estimator.data.configuration import Configuration
 from estimator.fitting import tasks
-from estimator.fitting.calibration_share import NOT_CONSIDERED, with_what_is_missing
-from estimator.impacts.piecewise_calibration import with_calibration
-from estimator.impacts.piecewise_fit import PiecewiseRefined
-from estimator.measuring import free_flight
+from estimator.fitting.calibration_share import NOT_CONSIDERED, calibration_share, widened, with_what_is_missing
 from estimator.measuring.free_flight import estimate
 from estimator.motion.piecewise import PiecewiseFlight
 from synth.sequence import build_silhouette_sequence
@@ -109,22 +106,23 @@ def test_they_are_wider_by_as_much_as_a_wrong_gravity_moves_the_estimate(seen: O
 def test_a_flight_without_an_impact_is_widened_as_a_free_one(seen: Observation, monkeypatch: pytest.MonkeyPatch) -> None:
     error = lens_errors(seen)
     stated = replace(seen, cameras=(replace(seen.cameras[0], lens_covariance=np.outer(error, error)),), gravity_covariance=0.1 * np.eye(3))
-    found: list[tuple[Any, ...]] = []
-    refine, share = tasks.refine_flight, free_flight.calibration_share
-    monkeypatch.setattr(tasks, "refine_flight", lambda *given: found.append(refine(*given)) or found[-1])
-    monkeypatch.setattr(free_flight, "calibration_share", lambda *given: found.append((*given, share(*given))) or found[-1][-1])
+    found: list[Any] = []
+    refine = tasks.refine
+    monkeypatch.setattr(tasks, "refine", lambda *given: found.append(refine(*given)) or found[-1])
     estimate(stated, Configuration())
-    refined, (task, flight, settings, gravity, free) = found
-    whole = PiecewiseRefined(PiecewiseFlight(flight, ()), refined, task.sightings.times_s)
-    wider, added = with_calibration(task, whole, settings, None, gravity)
-    expected = free.parameters @ free.parameters.T
-    assert added is not None
-    scale = np.sqrt(np.diag(refined.covariance))
-    np.testing.assert_allclose(added / np.outer(scale, scale), expected / np.outer(scale, scale), rtol=5e-3, atol=0.02)
-    np.testing.assert_allclose(wider.refined.covariance, refined.covariance + added)
-    unstated = tuple(replace(camera, lens_covariance=None) for camera in task.sightings.cameras)
-    plain = replace(task, sightings=replace(task.sightings, cameras=unstated))
-    assert with_calibration(plain, whole, settings) == (whole, None)
+    (refined,) = found
+    free, whole = (
+        calibration_share(flight, refined.at, refined.inverse, stated.gravity_covariance)
+        for flight in (refined.flight, PiecewiseFlight(refined.flight, ()))
+    )
+    assert free is not None
+    assert whole is not None
+    scale = np.sqrt(np.diag(refined.covariance))[:, None]
+    np.testing.assert_allclose(whole.parameters / scale, free.parameters / scale, rtol=5e-3, atol=0.02)
+    np.testing.assert_allclose(widened(refined, free).covariance, refined.covariance + free.parameters @ free.parameters.T)
+    cameras = tuple(replace(camera, lens_covariance=None) for camera in refined.sightings.cameras)
+    unstated = replace(refined.at, task=replace(refined.at.task, sightings=replace(refined.sightings, cameras=cameras)))
+    assert calibration_share(refined.flight, unstated, refined.inverse, None) is None
 
 
 def test_it_is_written_and_read(seen: Observation, tmp_path_factory: pytest.TempPathFactory) -> None:

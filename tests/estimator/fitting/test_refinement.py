@@ -1,6 +1,6 @@
 """The last refinement: the same flight from far and near, and a status where the steps run out."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -8,10 +8,12 @@ from numpy.typing import NDArray
 
 from estimator.data.fit_task import FitTask
 from estimator.fitting import refinement
-from estimator.fitting.refinement import Refined, Refinement, refine_flight, stepped
-from estimator.fitting.trajectory import _cost, fit
+from estimator.fitting.levenberg_marquardt import NormalEquations
+from estimator.fitting.refinement import Refined, refine, stepped
+from estimator.fitting.trajectory import cost, fit
 from estimator.fitting.viewing_angles import with_clear_angles
-from estimator.motion.flight import N_PARAMETERS, OMEGA, THETA, V, X, moved, poses
+from estimator.fitting.weighed_tangencies import Refinement
+from estimator.motion.flight import N_PARAMETERS, OMEGA, THETA, Flight, V, X, moved, poses
 from estimator.motion.rigid_body import RanAway
 from tests.estimator.fitting.test_within_sequence import seen_by_two, spinning
 
@@ -26,11 +28,11 @@ def task() -> FitTask:
 
 
 @pytest.fixture(scope="module")
-def near(task: FitTask) -> Refined:
-    return refine_flight(task, spinning(), SETTINGS)
+def near(task: FitTask) -> Refined[Flight]:
+    return refine(task, spinning(), SETTINGS)
 
 
-def away(near: Refined, sigmas: float) -> Array:
+def away(near: Refined[Flight], sigmas: float) -> Array:
     """A step of the flight's twelve parameters, each by ``sigmas`` error bars, up or down."""
     step = np.zeros(N_PARAMETERS)
     signs = np.random.default_rng(2).choice([-1.0, 1.0], size=len(FLIGHT))
@@ -38,8 +40,8 @@ def away(near: Refined, sigmas: float) -> Array:
     return step
 
 
-def test_many_error_bars_away_the_same_flight_is_found(task: FitTask, near: Refined) -> None:
-    far = refine_flight(task, moved(spinning(), away(near, 40.0)), SETTINGS)
+def test_many_error_bars_away_the_same_flight_is_found(task: FitTask, near: Refined[Flight]) -> None:
+    far = refine(task, moved(spinning(), away(near, 40.0)), SETTINGS)
     assert near.settled
     assert far.settled
     sigma = np.sqrt(np.diag(near.covariance))
@@ -48,41 +50,52 @@ def test_many_error_bars_away_the_same_flight_is_found(task: FitTask, near: Refi
     assert np.all(np.abs(far.flight.omega - near.flight.omega) < 0.2 * sigma[OMEGA])
 
 
-def test_steps_that_run_out_are_told(task: FitTask, near: Refined, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_steps_that_run_out_are_told(task: FitTask, near: Refined[Flight], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(refinement, "MOST_STEPS", 1)
-    assert not refine_flight(task, moved(spinning(), away(near, 40.0)), SETTINGS).settled
+    assert not refine(task, moved(spinning(), away(near, 40.0)), SETTINGS).settled
 
 
-def test_after_the_fine_steps_a_steady_one_is_enough(task: FitTask, near: Refined, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_after_the_fine_steps_a_steady_one_is_enough(task: FitTask, near: Refined[Flight], monkeypatch: pytest.MonkeyPatch) -> None:
     """Tangencies that change places may keep steps above the fine limit for ever."""
     taken: list[float] = []
-    step_by = refinement.moved
+    step_by = Flight.moved
 
-    def counted(*arguments: object) -> object:
+    def counted(flight: Flight, step: Array) -> Flight:
         taken.append(1.0)
-        return step_by(*arguments)  # type: ignore[arg-type]
+        return step_by(flight, step)
 
-    monkeypatch.setattr(refinement, "moved", counted)
+    monkeypatch.setattr(Flight, "moved", counted)
     monkeypatch.setattr(refinement, "SETTLED", 0.0)
-    refine_flight(task, near.flight, SETTINGS)
+    refine(task, near.flight, SETTINGS)
     assert len(taken) == refinement.FINE_STEPS
+
+
+@dataclass(frozen=True)
+class Overshooting:
+    """A problem and its state in one: a number whose steps go twice as far as they should."""
+
+    x: float
+    taken: list[float]
+
+    @property
+    def equations(self) -> NormalEquations:
+        return NormalEquations(np.eye(1), np.array([2.0 * self.x]), 0.0)
+
+    def at(self, there: "Overshooting") -> "Overshooting":
+        return there
+
+    def moved(self, step: Array) -> "Overshooting":
+        self.taken.append(float(step[0]))
+        return replace(self, x=self.x + float(step[0]))
 
 
 def test_steps_that_turn_back_for_ever_are_halved() -> None:
     """Weights that change with the state throw it from one side of its end to the other."""
-    taken: list[float] = []
-
-    def further(state: float, step: Array) -> tuple[float, float]:
-        taken.append(float(step[0]))
-        return state + float(step[0]), state + float(step[0])
-
-    def overshooting(x: float) -> tuple[Array, Array]:
-        return np.eye(1), np.array([2.0 * x])
-
-    end, _, settled = stepped((5.0, 5.0), overshooting, further)
+    start = Overshooting(5.0, [])
+    end, _, settled = stepped(start, start)  # type: ignore[arg-type]
     assert settled
-    assert end == pytest.approx(0.0, abs=1e-12)
-    assert [abs(step) for step in taken] == [10.0] * refinement.FINE_STEPS + [5.0, 0.0]
+    assert end.x == pytest.approx(0.0, abs=1e-12)
+    assert [abs(step) for step in start.taken] == [10.0] * refinement.FINE_STEPS + [5.0, 0.0]
 
 
 def test_a_flight_that_cannot_be_flown_costs_more_than_any_other(task: FitTask) -> None:
@@ -91,19 +104,19 @@ def test_a_flight_that_cannot_be_flown_costs_more_than_any_other(task: FitTask) 
     with np.errstate(over="ignore", invalid="ignore"):
         with pytest.raises(RanAway):
             poses(runaway, np.zeros((1, N_PARAMETERS)), task.sightings.times_s)
-        assert _cost(task, runaway) == np.inf
-    assert np.isfinite(_cost(task, spinning()))
+        assert cost(task, runaway) == np.inf
+    assert np.isfinite(cost(task, spinning()))
 
 
-def test_a_fit_that_starts_where_nothing_can_be_flown_ends_with_infinite_cost(task: FitTask) -> None:
+def test_a_fit_that_starts_where_nothing_can_be_flown_ends_with_infinitecost(task: FitTask) -> None:
     """So that any other start is better; spins beyond what a camera follows count as run away before they overflow."""
     with np.errstate(over="ignore", invalid="ignore"):
         for spin in (1e300, 1e7):
             assert fit(task, replace(spinning(), omega=np.full(3, spin))).equations.cost == np.inf
 
 
-def test_a_refinement_whose_step_runs_away_stays_where_it_is(task: FitTask, near: Refined, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(refinement, "moved", lambda flight, _step: replace(flight, omega=np.full(3, 1e7)))
-    stayed = refine_flight(task, near.flight, SETTINGS)
+def test_a_refinement_whose_step_runs_away_stays_where_it_is(task: FitTask, near: Refined[Flight], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Flight, "moved", lambda flight, _step: replace(flight, omega=np.full(3, 1e7)))
+    stayed = refine(task, near.flight, SETTINGS)
     assert not stayed.settled
     np.testing.assert_array_equal(stayed.flight.omega, near.flight.omega)

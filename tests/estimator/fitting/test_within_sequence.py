@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from datasets.vocabulary.body import Body
 from datasets.vocabulary.camera import HsvCamera
 from estimator.data.fit_task import FitTask, Prior, Sightings, restricted
-from estimator.fitting.trajectory import fit, pose_map
+from estimator.fitting.trajectory import fit
+from estimator.fitting.weighed_tangencies import pose_map
 from estimator.fitting.within_sequence import WithinEquations, within_equations
 from estimator.motion.flight import COM, N_PARAMETERS, Flight, moved, poses, poses_and_sensitivity
 from tests.estimator.exact import HSV, ellipsoid_moments, ellipsoid_outline, ellipsoid_views, exact_silhouettes, rig

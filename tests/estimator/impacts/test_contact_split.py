@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from estimator.fitting.refinement import Refinement
+from estimator.fitting.trajectory import fit
+from estimator.fitting.weighed_tangencies import Refinement
 from estimator.impacts.contact_split import parted
 from estimator.impacts.impact_contacts import separated_contacts
-from estimator.impacts.loose_contact import loose_contact, loose_sensitivity, moved_loose, spread_needed, spread_of
-from estimator.impacts.piecewise_fit import fit_piecewise, flown, refine_piecewise, spread_at
-from estimator.motion.flight import FlightPoses, pose_differences
+from estimator.impacts.loose_contact import loosened, spread_needed, spread_of
+from estimator.impacts.piecewise_fit import refine_piecewise, spread_at
+from estimator.motion.flight import FlightPoses, flown, pose_differences, poses_and_sensitivity
 from estimator.motion.piecewise import Bounce, PiecewiseFlight, touch_and_sensitivity
 from tests.estimator.impacts.test_piecewise_fit import IMPACT_S, TIMES, bouncing, seen
 
@@ -38,22 +39,24 @@ def chi_square(z: Array, covariance: Array) -> float:
 
 def test_a_shift_moves_what_comes_after_and_nothing_along_the_jump() -> None:
     flight = bouncing()
-    contact = loose_contact(flight, 0, 1e-4)
+    loose = loosened(flight, 0, 1e-4)
+    (bounce,), shift = loose.bounces, loose.layout["impact_1_shift"]
+    assert bounce.loose is not None
     touch, _ = touch_and_sensitivity(flight, 0)
     jump = touch.after[0] - touch.before[0]
     sizes = np.repeat([np.linalg.norm(jump[:3]), np.linalg.norm(jump[3:])], 3)
-    np.testing.assert_allclose((contact.basis / sizes[:, None]).T @ (jump / sizes), 0.0, atol=1e-12)
-    _, S = loose_sensitivity(flight, TIMES, (contact,))
+    np.testing.assert_allclose((bounce.loose.basis / sizes[:, None]).T @ (jump / sizes), 0.0, atol=1e-12)
+    _, S = poses_and_sensitivity(loose, TIMES)
     assert S.shape == (len(TIMES), 6, flight.size + 5)
-    np.testing.assert_allclose(S[TIMES < IMPACT_S][:, :, flight.size :], 0.0, atol=1e-9)
-    step = np.zeros(flight.size + 5)
-    step[flight.size + 2] = 2e-6
-    moved = [moved_loose(flight, s * step, (contact,)) for s in (1.0, -1.0)]
-    np.testing.assert_allclose(spread_of(moved[0], contact), step[flight.size :], atol=1e-15)
+    np.testing.assert_allclose(S[TIMES < IMPACT_S][:, :, shift], 0.0, atol=1e-9)
+    step = np.zeros(loose.size)
+    step[shift.start + 2] = 2e-6
+    moved = [loose.moved(s * step) for s in (1.0, -1.0)]
+    np.testing.assert_allclose(spread_of(moved[0], 0), step[shift], atol=1e-15)
     every = [flown(f, TIMES) for f in (flight, *moved)]
     stacked = FlightPoses(np.concatenate([e.centre for e in every], axis=1), np.concatenate([e.R for e in every], axis=1))
     expected = pose_differences(stacked, np.array([4e-6]))[:, :, 0]
-    np.testing.assert_allclose(S[:, :, flight.size + 2], expected, atol=1e-4 * np.abs(expected).max())
+    np.testing.assert_allclose(S[:, :, shift.start + 2], expected, atol=1e-4 * np.abs(expected).max())
 
 
 def test_a_spread_is_asked_for_only_beyond_the_noise() -> None:
@@ -68,7 +71,7 @@ def test_two_contacts_without_a_picture_between_are_told_from_one(apart: float) 
     """A quarter of a frame apart; loosened, the spin after them is right, and held to one pose it is not."""
     truth = twice(apart * FRAME_S) if apart else bouncing()
     task = replace(seen(truth), huber=4.0)
-    one = refine_piecewise(task, fit_piecewise(task, as_one(truth)).state, SETTINGS)
+    one = refine_piecewise(task, fit(task, as_one(truth)).state, SETTINGS)
     told = separated_contacts(task, one, lambda _: task, SETTINGS, frame_s=FRAME_S)
     z, covariance = spread_at(task, one.flight, 0, SETTINGS)
     assert told.spreads[0].chi_square == pytest.approx(max(chi_square(z, covariance), 0.0))
@@ -84,7 +87,7 @@ def test_two_contacts_without_a_picture_between_are_told_from_one(apart: float) 
 def test_two_contacts_with_a_picture_between_are_measured_one_by_one() -> None:
     truth = twice(1.3 * FRAME_S)
     task = replace(seen(truth), huber=4.0)
-    one = refine_piecewise(task, fit_piecewise(task, as_one(truth)).state, SETTINGS)
+    one = refine_piecewise(task, fit(task, as_one(truth)).state, SETTINGS)
     told = separated_contacts(task, one, lambda _: task, SETTINGS, frame_s=FRAME_S)
     assert not told.loose
     assert np.abs(told.refined.flight.times_s - truth.times_s).max() < 0.05 * FRAME_S

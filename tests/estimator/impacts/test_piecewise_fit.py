@@ -9,13 +9,14 @@ from datasets.vocabulary.camera import HsvCamera
 from estimator.appearance.flight_errors import errors_of
 from estimator.data.fit_task import FitTask, Prior, Sightings
 from estimator.fitting.levenberg_marquardt import NormalEquations
-from estimator.fitting.refinement import Refinement
-from estimator.fitting.trajectory import prior_cost
-from estimator.impacts.loose_contact import loose_contact
-from estimator.impacts.piecewise_fit import fit_piecewise, flown, linearise_piecewise, piecewise_cost, refine_piecewise, widened_by
+from estimator.fitting.problem import Problem, alone, prior_of
+from estimator.fitting.trajectory import cost, equations, fit
+from estimator.fitting.weighed_tangencies import Refinement
+from estimator.impacts.loose_contact import loosened
+from estimator.impacts.piecewise_fit import refine_piecewise, widened_by
 from estimator.impacts.segments import joined, meeting_time, reversed_turns, segment_rows
-from estimator.motion.flight import OMEGA, THETA, V, X
-from estimator.motion.piecewise import Bounce, PiecewiseFlight, moved_piecewise
+from estimator.motion.flight import OMEGA, THETA, V, X, flown
+from estimator.motion.piecewise import Bounce, PiecewiseFlight
 from estimator.search.flight_starts import at_time
 from tests.estimator.exact import HSV, ellipsoid_outline, ellipsoid_views, exact_silhouettes, rig
 from tests.estimator.fitting.test_within_sequence import SEMI_AXES, spinning
@@ -52,7 +53,7 @@ def away() -> Array:
 
 def test_a_bounce_is_recovered_from_exact_outlines() -> None:
     truth = bouncing()
-    found = fit_piecewise(seen(truth), moved_piecewise(truth, away()), max_steps=40, tolerance=1e-9).state
+    found = fit(seen(truth), truth.moved(away()), max_steps=40, tolerance=1e-9).state
     bounce, true = found.bounces[0], truth.bounces[0]
     assert abs(bounce.time_s - true.time_s) < 1e-3 * (TIMES[1] - TIMES[0])
     assert np.abs(bounce.v - true.v)[:2].max() < 2e-3 * np.linalg.norm(true.v)
@@ -62,19 +63,20 @@ def test_a_bounce_is_recovered_from_exact_outlines() -> None:
 
 def plain_cost(task: FitTask, flight: PiecewiseFlight) -> float:
     """Without the factor for pairs that have no tangent planes, which is no part of the gradient."""
-    return float(errors_of(task, flight.first, flown(flight, TIMES)).cost.sum()) + prior_cost(task, flight.first)
+    return float(errors_of(task, flight.first, flown(flight, TIMES)).cost.sum()) + prior_of(alone(task, flight), flight).cost
 
 
 def test_the_gradient_is_that_of_the_cost() -> None:
     """By the time of impact too, against central differences of the cost."""
     truth = bouncing()
-    task, flight = seen(truth), moved_piecewise(truth, 0.02 * away())
-    equations: NormalEquations = linearise_piecewise(task, flight)
+    task, flight = seen(truth), truth.moved(0.02 * away())
+    problem: Problem[PiecewiseFlight, PiecewiseFlight, NormalEquations] = Problem(alone(task, flight), equations)
+    found = problem.at(flight).equations
     for column, width in ((0, 1e-7), (4, 1e-6), (7, 1e-5), (10, 1e-3), (21, 1e-8), (23, 1e-5), (26, 1e-3)):
         step = np.zeros(flight.size)
         step[column] = width
-        slope = (plain_cost(task, moved_piecewise(flight, step)) - plain_cost(task, moved_piecewise(flight, -step))) / (2.0 * width)
-        assert abs(slope - equations.g[column]) < 2e-3 * np.sqrt(2.0 * equations.cost * equations.H[column, column])
+        slope = (plain_cost(task, flight.moved(step)) - plain_cost(task, flight.moved(-step))) / (2.0 * width)
+        assert abs(slope - found.g[column]) < 2e-3 * np.sqrt(2.0 * found.cost * found.H[column, column])
 
 
 def test_the_covariance_knows_what_goes_through_the_impact() -> None:
@@ -82,11 +84,11 @@ def test_the_covariance_knows_what_goes_through_the_impact() -> None:
     truth = bouncing()
     task = seen(truth)
     refined = refine_piecewise(replace(task, huber=4.0), truth, SETTINGS)
-    assert refined.refined.settled
-    sigma = np.sqrt(np.diag(refined.refined.covariance))
+    assert refined.settled
+    sigma = np.sqrt(np.diag(refined.covariance))
     assert sigma.shape == (28,)
     assert 0.0 < sigma[21] < 0.1 * (TIMES[1] - TIMES[0])
-    assert np.all(np.linalg.eigvalsh(refined.refined.covariance) > 0.0)
+    assert np.all(np.linalg.eigvalsh(refined.covariance) > 0.0)
     assert abs(refined.flight.bounces[0].time_s - IMPACT_S) < 3.0 * sigma[21]
 
 
@@ -111,7 +113,7 @@ def test_rows_beside_an_impact_belong_to_no_segment() -> None:
 def test_a_bounce_that_cannot_be_flown_costs_more_than_any_other() -> None:
     truth = bouncing()
     runaway = replace(truth, bounces=(replace(truth.bounces[0], omega=np.full(3, 1e7)),))
-    assert piecewise_cost(seen(truth), runaway) == np.inf
+    assert cost(seen(truth), runaway) == np.inf
 
 
 def test_slow_turns_are_reversed_across_the_line_of_sight_and_fast_ones_are_not() -> None:
@@ -138,11 +140,13 @@ def test_intervals_that_allow_for_several_contacts_hold_the_way_to_them() -> Non
     truth = bouncing()
     task = seen(truth)
     held = refine_piecewise(task, truth, SETTINGS)
-    loose = (loose_contact(truth, 0, 1e-4),)
+    loose = loosened(truth, 0, 1e-4)
+    (bounce,) = loose.bounces
+    assert bounce.loose is not None
     wide = widened_by(task, held, SETTINGS, loose)
     assert wide.flight == held.flight
-    assert wide.refined.settled
-    assert np.all(np.diag(wide.refined.covariance)[21:] > np.diag(held.refined.covariance)[21:])
-    shifted = replace(truth, bounces=(replace(truth.bounces[0], shift=loose[0].basis @ np.array([1e-4, 0.0, 0.0, 0.0, 0.0])),))
+    assert wide.settled
+    assert np.all(np.diag(wide.covariance)[21:] > np.diag(held.covariance)[21:])
+    shifted = replace(truth, bounces=(replace(truth.bounces[0], shift=bounce.loose.basis @ np.array([1e-4, 0.0, 0.0, 0.0, 0.0])),))
     off = widened_by(seen(shifted), held, SETTINGS, loose)
-    assert np.all(np.diag(off.refined.covariance)[21:] > 4.0 * np.diag(wide.refined.covariance)[21:])
+    assert np.all(np.diag(off.covariance)[21:] > 4.0 * np.diag(wide.covariance)[21:])

@@ -6,19 +6,19 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from estimator.motion.flight import N_PARAMETERS, STEPS, FlightPoses, pose_differences, poses, velocities
-from estimator.motion.piecewise import (
-    Bounce,
-    PiecewiseFlight,
-    impact_slice,
-    moved_piecewise,
-    names,
-    piecewise_poses,
-    piecewise_sensitivity,
-    piecewise_velocities,
-    piecewise_velocity_sensitivity,
-    touch_and_sensitivity,
+from estimator.motion.flight import (
+    N_PARAMETERS,
+    STEPS,
+    FlightPoses,
+    flown,
+    pose_differences,
+    poses_and_sensitivity,
+    rates,
+    still,
+    velocities,
+    velocity_sensitivity,
 )
+from estimator.motion.piecewise import Bounce, PiecewiseFlight, touch_and_sensitivity
 from tests.estimator.fitting.test_within_sequence import spinning
 
 Array = NDArray[np.float64]
@@ -33,10 +33,6 @@ def bouncing() -> PiecewiseFlight:
     return PiecewiseFlight(replace(spinning(), body=body), after)
 
 
-def still(flight: PiecewiseFlight) -> Array:
-    return np.zeros((1, flight.size))
-
-
 def without_jump() -> PiecewiseFlight:
     flight = bouncing().first
     v, omega = velocities(flight, np.zeros((1, N_PARAMETERS)), IMPACTS_S[0])
@@ -45,16 +41,16 @@ def without_jump() -> PiecewiseFlight:
 
 def test_an_impact_without_a_jump_is_none() -> None:
     flight = without_jump()
-    one, both = poses(flight.first, np.zeros((1, N_PARAMETERS)), TIMES), piecewise_poses(flight, still(flight), TIMES)
+    one, both = flown(flight.first, TIMES), flown(flight, TIMES)
     np.testing.assert_allclose(both.centre, one.centre, atol=1e-9)
     np.testing.assert_allclose(both.R, one.R, atol=1e-6)
 
 
 def test_the_time_of_an_impact_without_a_jump_does_not_matter_but_for_what_follows_from_gravity() -> None:
     flight = without_jump()
-    _, S = piecewise_sensitivity(flight, TIMES)
+    _, S = poses_and_sensitivity(flight, TIMES)
     later = TIMES > IMPACTS_S[0]
-    by_time = S[:, :, impact_slice(0).start]
+    by_time = S[:, :, flight.layout["impact_1_time"]][..., 0]
     gone = TIMES[later] - IMPACTS_S[0]
     np.testing.assert_allclose(by_time[~later], 0.0, atol=1e-9)
     np.testing.assert_allclose(by_time[later][:, :3], -np.outer(gone, flight.first.gravity_world), atol=1e-6)
@@ -63,11 +59,11 @@ def test_the_time_of_an_impact_without_a_jump_does_not_matter_but_for_what_follo
 def test_pose_goes_on_and_velocities_jump() -> None:
     flight = bouncing()
     beside = np.array([IMPACTS_S[0] - 1e-9, IMPACTS_S[0] + 1e-9])
-    at, rates = piecewise_poses(flight, still(flight), beside), piecewise_velocities(flight, still(flight), beside)[:, 0]
+    at, both = flown(flight, beside), rates(flight, still(flight), beside)[:, 0]
     np.testing.assert_allclose(at.centre[0], at.centre[1], atol=1e-8)
     np.testing.assert_allclose(at.R[0], at.R[1], atol=1e-6)
-    np.testing.assert_allclose(rates[1], np.r_[flight.bounces[0].v, flight.bounces[0].omega], atol=1e-4)
-    assert np.linalg.norm(rates[1] - rates[0]) > 100.0
+    np.testing.assert_allclose(both[1], np.r_[flight.bounces[0].v, flight.bounces[0].omega], atol=1e-4)
+    assert np.linalg.norm(both[1] - both[0]) > 100.0
 
 
 @pytest.mark.parametrize("column", range(N_PARAMETERS + 14))
@@ -77,11 +73,11 @@ def test_derivatives_are_those_of_flights_moved_by_a_step(column: int) -> None:
     widths = np.concatenate([np.where(STEPS > 0.0, STEPS, 1.0), *[np.array([2e-6, *[1e-4] * 3, *[1e-2] * 3])] * 2])
     step = np.zeros(flight.size)
     step[column] = widths[column]
-    flights = (flight, moved_piecewise(flight, step), moved_piecewise(flight, -step))
-    every = [piecewise_poses(f, still(f), TIMES) for f in flights]
+    flights = (flight, flight.moved(step), flight.moved(-step))
+    every = [flown(f, TIMES) for f in flights]
     stacked = FlightPoses(np.concatenate([e.centre for e in every], axis=1), np.concatenate([e.R for e in every], axis=1))
     expected = pose_differences(stacked, np.array([2.0 * widths[column]]))[:, :, 0]
-    found = piecewise_sensitivity(flight, TIMES)[1][:, :, column]
+    found = poses_and_sensitivity(flight, TIMES)[1][:, :, column]
     np.testing.assert_allclose(found, expected, atol=2e-5 * max(1.0, float(np.abs(expected).max())))
 
 
@@ -89,8 +85,9 @@ def test_what_is_told_of_an_impact_moves_with_its_parameters() -> None:
     flight = bouncing()
     touch, J = touch_and_sensitivity(flight, 1)
     step = np.zeros(flight.size)
-    step[impact_slice(0).start], step[impact_slice(1)] = 2e-6, [-1e-6, 0.01, -0.02, 0.03, 1.0, 2.0, -1.0]
-    moved, _ = touch_and_sensitivity(moved_piecewise(flight, step), 1)
+    for name, change in (("1_time", 2e-6), ("2_time", -1e-6), ("2_v", [0.01, -0.02, 0.03]), ("2_omega", [1.0, 2.0, -1.0])):
+        step[flight.layout[f"impact_{name}"]] = change
+    moved, _ = touch_and_sensitivity(flight.moved(step), 1)
     np.testing.assert_allclose(moved.x[0] - touch.x[0], J[:3] @ step, atol=1e-9)
     np.testing.assert_allclose(moved.before[0] - touch.before[0], J[6:12] @ step, atol=1e-3)
     np.testing.assert_allclose(moved.after[0] - touch.after[0], J[12:18] @ step, atol=1e-9)
@@ -98,7 +95,7 @@ def test_what_is_told_of_an_impact_moves_with_its_parameters() -> None:
 
 def test_velocities_after_an_impact_do_not_depend_on_those_before() -> None:
     flight = bouncing()
-    J = piecewise_velocity_sensitivity(flight, 0.0055)
-    assert np.abs(J[:3, 6:9]).max() < 1e-6
-    np.testing.assert_allclose(J[:3, impact_slice(0)][:, 1:4], np.eye(3), atol=1e-6)
-    assert len(names(flight)) == flight.size
+    J = velocity_sensitivity(flight, 0.0055)
+    assert np.abs(J[:3, flight.layout["v"]]).max() < 1e-6
+    np.testing.assert_allclose(J[:3, flight.layout["impact_1_v"]], np.eye(3), atol=1e-6)
+    assert flight.layout.labels[-7:] == tuple(f"impact_2_{each}" for each in ("time_s", *flight.layout.labels[6:12]))

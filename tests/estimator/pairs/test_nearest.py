@@ -6,9 +6,9 @@ from scipy.spatial.transform import Rotation
 
 from datasets.vocabulary.body import Body
 from estimator.motion.flight import Flight
-from estimator.motion.piecewise import Bounce, PiecewiseFlight, parameter_steps
+from estimator.motion.piecewise import Bounce, PiecewiseFlight
 from estimator.pairs.nearest import nearest
-from estimator.pairs.pair_fit import PAIR, TIME, PairFlight, moved_pair
+from estimator.pairs.pair_fit import PairFlight
 from estimator.pairs.touching import Hulls, gap_and_derivative, touching
 
 BOX = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
@@ -57,18 +57,18 @@ def test_the_gaps_derivative_where_hulls_touch() -> None:
     hulls = Hulls((1e-3 * rng.normal(size=(40, 3)), 1e-3 * rng.normal(size=(40, 3))), np.array([3e-5, 4e-5]))
     for _ in range(20):
         gap, J = gap_and_derivative(pair, hulls)
-        closing = np.zeros(PAIR)
-        closing[28:31] = -gap * J[28:31] / (J[28:31] @ J[28:31])
-        pair = moved_pair(pair, closing)
+        closing = np.zeros(pair.layout.size)
+        x = pair.layout["second_x"]
+        closing[x] = -gap * J[x] / (J[x] @ J[x])
+        pair = pair.moved(closing)
     gap, J = gap_and_derivative(pair, hulls)
     assert abs(gap) < 1e-9
-    widths = np.concatenate([parameter_steps(pair.first), np.delete(parameter_steps(pair.second), TIME)])
-    assert len(widths) == PAIR
-    numeric = np.zeros(PAIR)
+    widths = pair.layout.steps
+    numeric = np.zeros(pair.layout.size)
     for k in np.flatnonzero(widths):
-        step = np.zeros(PAIR)
+        step = np.zeros(pair.layout.size)
         step[k] = widths[k]
-        forth, back = (gap_and_derivative(moved_pair(pair, sign * step), hulls)[0] for sign in (1.0, -1.0))
+        forth, back = (gap_and_derivative(pair.moved(sign * step), hulls)[0] for sign in (1.0, -1.0))
         numeric[k] = (forth - back) / (2 * widths[k])
     scale = np.abs(numeric * widths).max()
     assert np.abs((J - numeric) * widths).max() < 2e-4 * scale

@@ -7,9 +7,9 @@ from datasets.estimate import Status
 from datasets.vocabulary.body import Body
 from estimator.measuring.two_particles import _together
 from estimator.motion.flight import Flight
-from estimator.motion.piecewise import Bounce, PiecewiseFlight, moved_piecewise
+from estimator.motion.piecewise import Bounce, PiecewiseFlight
 from estimator.pairs.associating import LEAST_RATIO
-from estimator.pairs.pair_fit import ONE, PAIR, TIME, PairFlight, at_one_time, moved_pair, parameter_maps
+from estimator.pairs.pair_fit import SHARED, PairFlight, at_one_time
 
 
 def flight(shift: float, time_s: float = 4e-3) -> PiecewiseFlight:
@@ -29,17 +29,17 @@ def flight(shift: float, time_s: float = 4e-3) -> PiecewiseFlight:
 
 
 def test_one_time_and_everything_else_apart() -> None:
-    step = np.random.default_rng(1).normal(size=PAIR) * 1e-3
-    first, second = parameter_maps()
-    moved = moved_pair(PairFlight(flight(0.0), flight(0.01)), step)
-    assert moved.first.bounces[0].time_s == moved.second.bounces[0].time_s == pytest.approx(4e-3 + step[TIME])
-    for found, start, M in ((moved.first, flight(0.0), first), (moved.second, flight(0.01), second)):
-        own = moved_piecewise(start, M @ step)
+    pair = PairFlight(flight(0.0), flight(0.01))
+    step = np.random.default_rng(1).normal(size=pair.layout.size) * 1e-3
+    moved, (first, second) = pair.moved(step), pair.places
+    assert moved.first.bounces[0].time_s == moved.second.bounces[0].time_s == pytest.approx(4e-3 + step[pair.layout[SHARED]].item())
+    for found, start, place in ((moved.first, flight(0.0), first), (moved.second, flight(0.01), second)):
+        own = start.moved(step[place])
         assert np.array_equal(found.first.x, own.first.x)
         assert np.array_equal(found.bounces[0].v, own.bounces[0].v)
-    assert np.array_equal((first + 0 * second).sum(axis=1), np.ones(ONE))
-    shared = (first.any(axis=0) & second.any(axis=0)).nonzero()[0]
-    assert shared.tolist() == [TIME]
+        assert np.allclose(moved.values[place], found.values)
+    assert np.array_equal(np.union1d(first, second), np.arange(pair.layout.size))
+    assert np.intersect1d(first, second).tolist() == pair.layout.columns([SHARED]).tolist()
 
 
 def test_the_time_both_start_from() -> None:

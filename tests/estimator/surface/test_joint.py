@@ -16,12 +16,12 @@ from datasets.scoring.score import score
 from datasets.truth import Truth
 from estimator.appearance.flight_errors import unbiased_errors
 from estimator.data.configuration import Configuration
-from estimator.data.fit_task import FitTask, Sightings
+from estimator.data.fit_task import Sightings
 from estimator.fitting.adequacy import Misfit, misfit
 from estimator.fitting.refinement import Refined
 from estimator.geometry.visual_hull import HullMesh
 from estimator.measuring import free_flight
-from estimator.motion.flight import N_PARAMETERS, Flight, moved, poses, velocities
+from estimator.motion.flight import N_PARAMETERS, Flight, Motion, moved, poses, velocities
 from estimator.particle.mass_properties import solid_of
 from estimator.particle.particle import Particle
 from estimator.surface.frame_samples import samples_of_frames
@@ -54,8 +54,7 @@ class Measured:
     shape: Shape
     particle: Particle
     sightings: Sightings
-    task: FitTask
-    refined: Refined
+    refined: Refined[Motion]
     joint: JointFit
 
 
@@ -70,17 +69,17 @@ def measured(made: tuple[Observation, Truth]) -> Measured:
         given.append((*arguments, joint := joint_fit(*arguments, **named)))
         return joint
 
-    def kept(task: FitTask, refined: Refined, *more: Any) -> Misfit | None:
-        given.append((task, refined))
-        return misfit(task, refined, *more)
+    def kept(refined: Refined[Motion]) -> Misfit | None:
+        given.append((refined,))
+        return misfit(refined)
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(free_flight, "made_shape", coarse)
         patch.setattr(free_flight, "joint_fit", fitted)
         patch.setattr(free_flight, "misfit", kept)
         estimate = free_flight.estimate(made[0], Configuration(surface_fit=1))
-    (particle, sightings, (flight, shape), _, joint), (task, refined) = given
-    return Measured(replace(estimate, status=Status.CONVERGED), flight, shape, particle, sightings, task, refined, joint)
+    (particle, sightings, (flight, shape), _, joint), (refined,) = given
+    return Measured(replace(estimate, status=Status.CONVERGED), flight, shape, particle, sightings, refined, joint)
 
 
 def test_flat_faces_are_no_pillows_as_the_hull_s_are(made: tuple[Observation, Truth], measured: Measured) -> None:
@@ -116,9 +115,9 @@ def test_its_error_bars_hold_the_truth(made: tuple[Observation, Truth], measured
 
 
 def test_the_tangency_errors_that_are_told_are_those_of_its_own_flight(measured: Measured) -> None:
-    flight = measured.refined.flight
-    there = unbiased_errors(measured.task, flight, poses(flight, np.zeros((1, N_PARAMETERS)), measured.sightings.times_s))
-    np.testing.assert_allclose(measured.refined.errors.error, there.error, atol=1e-9)
+    flight = measured.refined.flight.first
+    there = unbiased_errors(measured.refined.at.task, flight, poses(flight, np.zeros((1, N_PARAMETERS)), measured.sightings.times_s))
+    np.testing.assert_allclose(measured.refined.at.errors.error, there.error, atol=1e-9)
     assert np.abs(flight.omega - measured.flight.omega).max() > 1e-3
 
 

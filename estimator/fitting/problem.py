@@ -1,0 +1,143 @@
+"""A problem: blocks of parameters, and what outlines, facts and priors say of them together.
+
+A *state* holds the values of all blocks: a free flight, one before a camera of unknown focal length, flights that meet at impacts, or
+two of those that collide. Every *part* of a problem is one particle's outlines, which bear on one motion of the state; *facts* bear on
+all of it. Of each the normal equations are added up where its blocks lie, so blocks that parts share need nothing more.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Generic, Protocol, Self, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.data.fit_task import FitTask
+from estimator.fitting.levenberg_marquardt import NormalEquations
+from estimator.motion.blocks import Layout
+from estimator.motion.flight import Motion
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+class State(Protocol):
+    """Values of blocks."""
+
+    @property
+    def layout(self) -> Layout:
+        """Where they lie."""
+        ...
+
+    @property
+    def values(self) -> Array:
+        """Of all p parameters (p,)."""
+        ...
+
+    def moved(self, step: Array) -> Self:
+        """After a parameter step (p,)."""
+        ...
+
+
+class Told(Protocol):
+    """What outlines say of one motion's c parameters: cost + gᵀd + dᵀHd/2."""
+
+    @property
+    def H(self) -> Array:
+        """Normal matrix (c, c)."""
+        ...
+
+    @property
+    def g(self) -> Array:
+        """Gradient (c,)."""
+        ...
+
+    @property
+    def cost(self) -> float:
+        """Here."""
+        ...
+
+
+S = TypeVar("S", bound=State)
+M = TypeVar("M", bound=Motion)
+M_co = TypeVar("M_co", bound=Motion, covariant=True)
+T = TypeVar("T", bound=Told)
+Fact = Callable[[S], NormalEquations]
+"""What is known of all p parameters besides outlines and priors; in a covariance it counts like a prior."""
+
+
+@dataclass(frozen=True)
+class Part(Generic[S, M_co]):
+    """One particle's outlines, which moves as ``motion`` of a state says; ``place`` (c,): where its parameters lie among all."""
+
+    task: FitTask
+    motion: Callable[[S], M_co]
+    place: Index
+
+
+def alone(task: FitTask, motion: M) -> tuple[Part[M, M]]:
+    """The parts of a problem whose state is one motion."""
+    return (Part(task, lambda state: state, np.arange(motion.layout.size)),)
+
+
+@dataclass(frozen=True)
+class System(Generic[T]):
+    """A problem linearised at a state.
+
+    ``told`` by the outlines of each part, whose parameters (c,) lie at ``places`` (c,); ``known`` from facts and priors, and the
+    ``equations`` of all together, both of all p parameters.
+    """
+
+    told: tuple[T, ...]
+    places: tuple[Index, ...]
+    known: NormalEquations
+    equations: NormalEquations
+
+
+@dataclass(frozen=True)
+class Problem(Generic[S, M, T]):
+    """Parts, what ``linearise`` makes of the outlines of each under a motion, and facts."""
+
+    parts: tuple[Part[S, M], ...]
+    linearise: Callable[[FitTask, M], T]
+    facts: tuple[Fact[S], ...] = ()
+
+    def at(self, state: S) -> System[T]:
+        """The problem linearised at a state."""
+        known = prior_of(self.parts, state)
+        for fact in self.facts:
+            more = fact(state)
+            known = NormalEquations(known.H + more.H, known.g + more.g, known.cost + more.cost)
+        return together(tuple(self.linearise(p.task, p.motion(state)) for p in self.parts), tuple(p.place for p in self.parts), known)
+
+
+def prior_of(parts: Sequence[Part[S, M]], state: S) -> NormalEquations:
+    """What is known of the parameters beforehand: that they are about zero."""
+    precision, values = np.zeros(state.layout.size), state.values
+    for part in parts:
+        precision[part.place] = part.motion(state).layout.held(part.task.prior.known).precision
+    return NormalEquations(np.diag(precision), precision * values, 0.5 * float(values @ (precision * values)))
+
+
+def together(told: tuple[T, ...], places: tuple[Index, ...], known: NormalEquations) -> System[T]:
+    """What outlines told of the parameters at ``places`` (c,), and what is known of all."""
+    g = known.g.copy()
+    for place, each in zip(places, told, strict=True):
+        g[place] += each.g
+    H, cost = with_known(known, places, [each.H for each in told]), known.cost + sum(each.cost for each in told)
+    return System(told, places, known, NormalEquations(H, g, cost))
+
+
+def with_more(told: T, known: NormalEquations) -> System[T]:
+    """What outlines told of more parameters than those of which something is known."""
+    size = len(told.g)
+    more = (0, size - len(known.g))
+    return together((told,), (np.arange(size),), NormalEquations(np.pad(known.H, more), np.pad(known.g, more), known.cost))
+
+
+def with_known(known: NormalEquations, places: Sequence[Index], of_parts: Sequence[Array]) -> Array:
+    """What is known (p, p) and matrices ``of_parts`` (c, c) in their ``places`` (c,)."""
+    H = known.H.copy()
+    for place, each in zip(places, of_parts, strict=True):
+        H[np.ix_(place, place)] += each
+    return H

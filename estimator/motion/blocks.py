@@ -1,0 +1,76 @@
+"""Parameters by name: blocks, each with its step for difference quotients and what is known of it beforehand, and where they lie.
+
+A prior is about zero: rotations, deviations of the body and whatever else has one are stated as increments or deviations.
+"""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Block:
+    """Parameters of one ``name``, each with a label that says its unit.
+
+    ``step`` of central differences, 0 where poses do not depend on them; ``precision`` (c,): information of the prior.
+    """
+
+    name: str
+    labels: tuple[str, ...]
+    step: float = 0.0
+    precision: Array | float = 0.0
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Blocks one after the other: p parameters."""
+
+    blocks: tuple[Block, ...]
+
+    def __getitem__(self, name: str) -> slice:
+        return self.places[name]
+
+    @cached_property
+    def places(self) -> dict[str, slice]:
+        """Where each block lies."""
+        ends = np.cumsum([0, *(len(block.labels) for block in self.blocks)]).tolist()
+        return {block.name: slice(*ends[k : k + 2]) for k, block in enumerate(self.blocks)}
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the blocks."""
+        return tuple(block.name for block in self.blocks)
+
+    @cached_property
+    def labels(self) -> tuple[str, ...]:
+        """Of the p parameters."""
+        return tuple(label for block in self.blocks for label in block.labels)
+
+    @property
+    def size(self) -> int:
+        """Number of parameters."""
+        return len(self.labels)
+
+    @cached_property
+    def steps(self) -> Array:
+        """Steps (p,) of central differences."""
+        return np.repeat([block.step for block in self.blocks], [len(block.labels) for block in self.blocks])
+
+    @property
+    def precision(self) -> Array:
+        """Diagonal (p,) of the priors' information."""
+        return np.concatenate([np.broadcast_to(block.precision, len(block.labels)) for block in self.blocks])
+
+    def columns(self, names: Iterable[str]) -> Index:
+        """Where the parameters (c,) of some blocks lie."""
+        return np.concatenate([np.arange(self.size)[self[name]] for name in names])
+
+    def held(self, known: Mapping[str, Array | float]) -> "Layout":
+        """With what is ``known`` (c,) of some blocks as their precision."""
+        return Layout(tuple(replace(block, precision=known.get(block.name, block.precision)) for block in self.blocks))
