@@ -53,22 +53,20 @@ def measure(observation: Observation, configuration: Configuration) -> Estimate:
     check_plate_settings(observation, configuration)
     if observation.companion is not None:
         return with_what_is_missing(measure_pair(observation, configuration), observation)
-    tracks = tracks_of(observation)
-    seen = Seen(observation, tracks, observed_particle(observation, configuration))
+    seen = Seen(observation, tracks_of(observation), observed_particle(observation, configuration))
     estimate = with_what_is_missing(_measured(seen, configuration), observation)
-    fault = None if estimate.impacts else input_fault(observation, tracks, seen.particle, estimate, configuration)
+    fault = None if estimate.impacts else input_fault(seen, estimate, configuration)
     return estimate if fault is None else with_fault(estimate, fault)
 
 
 def _measured(seen: Seen, configuration: Configuration) -> Estimate:
     """With impacts or as one free flight, and what is said of one that neither describes."""
-    observation, tracks = seen.observation, seen.tracks
     nominated, pieces = nominations(seen), None
     for kinks in nominated:
         pieces = estimate_with_impacts(seen, kinks, configuration)
         if pieces is not None and pieces.status not in WITHOUT_MEASUREMENT:
             return pieces
-    whole = estimate_free_flight(observation, tracks, seen.particle, configuration)
+    whole = estimate_free_flight(seen, configuration)
     if not _doubtful(whole):
         return whole
     spin = None if whole.middle is None else float(np.linalg.norm(whole.middle.omega_world))
@@ -86,7 +84,7 @@ def _broke(seen: Seen, kinks: list[Kink], configuration: Configuration) -> str |
     kink = max(kinks, key=lambda k: k.jump_px)
     quick = replace(configuration, trajectory_candidates=1, momentum_starts=0)
     parts = _only(seen.tracks, kink.frame - APART_FRAMES, before=True), _only(seen.tracks, kink.frame + APART_FRAMES, before=False)
-    before, after = (estimate_free_flight(seen.observation, part, seen.particle, quick) for part in parts)
+    before, after = (estimate_free_flight(replace(seen, tracks=part), quick) for part in parts)
     return worse_part(before, after, kink.frame)
 
 

@@ -26,7 +26,6 @@ from datasets.vocabulary.camera import Intrinsics
 from datasets.vocabulary.outline import Outline, oriented
 from estimator.data.configuration import Configuration
 from estimator.data.views import Poses, Views
-from estimator.fitting.focal_search import FocalPoses, FocalPrior, poses_with_focal
 from estimator.geometry.epipolar_tangency import PoseSet, tangency_errors
 from estimator.geometry.silhouettes import Silhouettes, pack, silhouettes
 from estimator.geometry.tangent_hull import TangentHull
@@ -34,6 +33,7 @@ from estimator.geometry.visual_hull import visual_hull
 from estimator.particle.particle import particle_of, view_poses
 from estimator.poses.pose_competition import Competition, compete, protrusion_px
 from estimator.poses.pose_search import SearchEffort, rms_ete_px, search_pose
+from scripts.focal_poses import FocalPoses, FocalPrior, poses_with_focal
 
 Array = NDArray[np.float64]
 EFFORT = SearchEffort(starts=200, candidates=24)

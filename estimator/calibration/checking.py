@@ -17,7 +17,7 @@ from estimator.calibration.bundle import Bundle, Rig, moved
 from estimator.calibration.fitting import consistency, fit_from
 from estimator.calibration.sighting import BoardSighting
 from estimator.calibration.starting import pose_of
-from estimator.fitting.levenberg_marquardt import NormalEquations, Problem, minimise
+from estimator.fitting.levenberg_marquardt import Descent, NormalEquations, minimise
 
 Array = NDArray[np.float64]
 
@@ -47,7 +47,7 @@ def agreement(
     refitted = fit_from(rig, sightings, board)
     n = rig.camera_parameters
     bundle = replace(refitted.bundle, prior=np.zeros((n, n)))
-    held = minimise(Problem(bundle.cost, lambda r: _boards_alone(bundle.linearise(r), n), _boards_moved), rig).state
+    held = minimise(Descent(bundle.cost, lambda r: _boards_alone(bundle.linearise(r), n), _boards_moved), rig).state
     equations = bundle.linearise(held)
     inner = np.linalg.pinv(equations.H[n:, n:], hermitian=True)
     S = equations.H[:n, :n] - equations.H[:n, n:] @ inner @ equations.H[n:, :n]

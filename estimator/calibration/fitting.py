@@ -13,7 +13,7 @@ from datasets.vocabulary.calibration import CrossValidation
 from estimator.calibration.bundle import Bundle, Rig, lens_prior, lens_vector, moved
 from estimator.calibration.sighting import FEWEST_CORNERS, BoardSighting
 from estimator.calibration.starting import start
-from estimator.fitting.levenberg_marquardt import Outcome, Problem, minimise
+from estimator.fitting.levenberg_marquardt import Descent, Outcome, minimise
 from estimator.geometry.robust_scale import robust_sigma
 
 Array = NDArray[np.float64]
@@ -77,7 +77,7 @@ def fit_from(rig: Rig, sightings: tuple[BoardSighting, ...], board: Board) -> Ri
     placements = {picture: b for b, picture in enumerate(sorted({s.picture for s in sightings}))}
     bundle = Bundle(sightings, placements, board.corners_m, (1.0,) * len(sightings), lens_prior(rig))
     for round_number in range(ROUNDS):  # the first one is made as if noise were 1 px
-        solution = minimise(Problem(bundle.cost, bundle.linearise, moved), rig, max_steps=MOST_STEPS)
+        solution = minimise(Descent(bundle.cost, bundle.linearise, moved), rig, max_steps=MOST_STEPS)
         rig = solution.state
         kept = _without_outliers(replace(bundle, sightings=sightings), rig)
         before, bundle = _corners(bundle.sightings), replace(bundle, sightings=kept)

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 from estimator.appearance.flight_errors import particle_poses
 from estimator.data.fit_task import FitTask
-from estimator.fitting.focal_search import LONGEST_STEP, FocalPrior, with_focal_column
 from estimator.geometry.epipolar_tangency import TangencyErrors
 from estimator.geometry.focal_derivative import focal_derivative, with_focal
 from estimator.motion.blocks import Block, Layout
@@ -24,20 +23,22 @@ from estimator.motion.rigid_body import States
 
 Array = NDArray[np.float64]
 LOG_FOCAL = "log_focal"
+LONGEST_STEP = 0.3
+"""Largest change of ``ln f`` in one step: the linearisation holds no further."""
 
 
 @dataclass(frozen=True)
 class FocalFlight:
-    """A flight, and the natural logarithm of the focal length over the camera's, of which ``prior`` is known."""
+    """A flight, and the natural logarithm of the focal length over the camera's, about zero to within ``sigma``."""
 
     first: Flight
     log_focal: float
-    prior: FocalPrior
+    sigma: float
 
     @property
     def layout(self) -> Layout:
         """The flight's blocks and that of the focal length."""
-        return Layout((*LAYOUT.blocks, Block(LOG_FOCAL, ("log_focal_factor",), precision=self.prior.precision)))
+        return Layout((*LAYOUT.blocks, Block(LOG_FOCAL, ("log_focal_factor",), precision=self.sigma**-2)))
 
     @property
     def values(self) -> Array:
@@ -76,3 +77,8 @@ def with_focal_block(task: FitTask, at: tuple[Motion, FlightPoses], errors: Tang
     S = np.pad(S, ((0, 0), (0, 1), (0, 0)))
     S[:, -1, motion.layout[LOG_FOCAL]] = 1.0
     return with_focal_column(errors, by_focal), S
+
+
+def with_focal_column(errors: TangencyErrors, by_focal: Array) -> TangencyErrors:
+    """Errors whose Jacobian has the derivative by ``ln f`` as its ninth column; ``by_focal`` (n, k, 4)."""
+    return replace(errors, jacobian=np.concatenate([errors.jacobian, by_focal[..., None]], axis=3))

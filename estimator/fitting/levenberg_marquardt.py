@@ -34,7 +34,7 @@ class NormalEquations:
 
 
 @dataclass(frozen=True)
-class Problem(Generic[State]):
+class Descent(Generic[State]):
     """What is minimised: the cost of a state, its linearisation, and how a step moves a state."""
 
     cost: Callable[[State], float]
@@ -52,7 +52,7 @@ class Solution(Generic[State]):
     steps: int
 
 
-def minimise(problem: Problem[State], start: State, *, max_steps: int = 40, tolerance: float = 1e-7) -> Solution[State]:
+def minimise(problem: Descent[State], start: State, *, max_steps: int = 40, tolerance: float = 1e-7) -> Solution[State]:
     """Minimise from ``start`` until the predicted fall of the cost is below ``tolerance`` (relative)."""
     state = start
     equations = problem.linearise(state)

@@ -11,11 +11,10 @@ from estimator.data.configuration import Configuration
 from estimator.data.fit_task import FitTask, Prior, Sightings
 from estimator.data.views import Views
 from estimator.fitting.focal_flight import FocalFlight
-from estimator.fitting.focal_search import FocalPrior
 from estimator.fitting.refinement import Refined, refine
 from estimator.fitting.viewing_angles import with_clear_angles
 from estimator.fitting.weighed_tangencies import Refinement
-from estimator.motion.flight import Flight
+from estimator.motion.flight import Flight, Motion
 from estimator.outlines.pictures.pictured import Pictures
 from estimator.outlines.sightings import bias_pairs
 from estimator.particle.particle import Particle
@@ -35,14 +34,14 @@ def biased_task(
     observation: Observation,
     task: FitTask,
     particle: Particle,
-    flight: Flight,
+    motion: Motion,
     configuration: Configuration,
     *,
     pictures: Pictures | None = None,
 ) -> FitTask:
-    """The task with the outlines' bias predicted under a first flight; ``pictures``: how those of the sightings show outlines."""
+    """The task with the outlines' bias predicted under a first fit; ``pictures``: how those of the sightings show outlines."""
     pairs, rng = bias_pairs(observation, configuration), np.random.default_rng(configuration.seed)
-    return with_predicted_bias(task, particle, flight, pairs=pairs, rng=rng, pictures=pictures)
+    return with_predicted_bias(task, particle, motion, pairs=pairs, rng=rng, pictures=pictures)
 
 
 def refined_flight(task: FitTask, flight: Flight, configuration: Configuration) -> Refined[Flight | FocalFlight]:
@@ -55,7 +54,7 @@ def refined_flight(task: FitTask, flight: Flight, configuration: Configuration) 
     if configuration.focal_prior == 0.0:
         return refine(task, flight, settings)
     settings = replace(settings, within_pairs=0)
-    start = FocalFlight(flight, 0.0, FocalPrior(configuration.focal_prior))
+    start = FocalFlight(flight, 0.0, configuration.focal_prior)
     return refine(task, refine(task, start, settings).flight, settings)
 
 

@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 
 from estimator.appearance.flight_errors import errors_of
 from estimator.data.fit_task import FitTask, restricted
-from estimator.fitting.levenberg_marquardt import NormalEquations, Outcome, Solution, minimise
-from estimator.fitting.levenberg_marquardt import Problem as Descent
+from estimator.fitting.levenberg_marquardt import Descent, NormalEquations, Outcome, Solution, minimise
 from estimator.fitting.problem import M, Part, Problem, S, alone, prior_of
 from estimator.fitting.weighed_tangencies import pose_map
 from estimator.geometry.epipolar_tangency import TangencyErrors

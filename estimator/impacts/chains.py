@@ -13,14 +13,13 @@ from numpy.typing import NDArray
 from datasets.estimate import Status
 from datasets.observation import Observation
 from estimator.appearance.flight_errors import errors_of, particle_poses
-from estimator.appearance.predicted_bias import with_predicted_bias
 from estimator.data.configuration import Configuration
 from estimator.data.fit_task import FitTask, restricted
 from estimator.data.no_measurement import RAN_AWAY, NoMeasurement
 from estimator.data.views import Poses
 from estimator.fitting.levenberg_marquardt import Solution
 from estimator.fitting.refinement import NothingSeen
-from estimator.fitting.tasks import refinement_settings
+from estimator.fitting.tasks import biased_task, fit_task, refinement_settings
 from estimator.fitting.trajectory import fit
 from estimator.fitting.viewing_angles import with_clear_angles
 from estimator.impacts.impact_discovery import LEAST_TRACKED, kinks_of_poses
@@ -34,8 +33,8 @@ from estimator.motion.flight import Flight, flown
 from estimator.motion.piecewise import PiecewiseFlight
 from estimator.motion.rigid_body import RanAway
 from estimator.outlines.result import OutlineTrack
-from estimator.outlines.sightings import bias_pairs, pictures_of
-from estimator.particle.particle import Particle
+from estimator.outlines.sightings import pictures_of, usable_sightings
+from estimator.particle.particle import Particle, views_like
 from estimator.poses.pose_refinement import refine
 from estimator.poses.pose_search import FoundPoses, rms_ete_px
 from estimator.search.candidate_flights import GOOD_COST, RIVAL_TRACK, Candidate, candidate_flights, first_pose
@@ -64,6 +63,13 @@ class Seen:
     observation: Observation
     tracks: tuple[OutlineTrack, ...]
     particle: Particle
+
+
+def task_of(seen: Seen, configuration: Configuration, *, in_part: bool = False) -> FitTask:
+    """The fit's task; ``in_part``: with outlines of which a part is unsure."""
+    sightings = usable_sightings(seen.observation, seen.tracks, configuration, in_part=in_part)
+    views = views_like(seen.particle, sightings.silhouettes, np.random.default_rng(configuration.seed))
+    return fit_task(seen.observation, seen.particle, sightings, views, configuration)
 
 
 def nominations(seen: Seen, *, least_ratio: float = LEAST_RATIO) -> list[list[Kink]]:
@@ -265,5 +271,4 @@ def prepared_task(seen: Seen, task: FitTask, flight: PiecewiseFlight, configurat
     Not of outlines from pictures: picturing all of them again at every refinement doubles the computing time.
     """
     pictured = pictures_of(seen.observation, seen.tracks, task.sightings) is not None
-    pairs, rng = 0 if pictured else bias_pairs(seen.observation, configuration), np.random.default_rng(configuration.seed)
-    return with_clear_angles(with_predicted_bias(task, seen.particle, flight, pairs=pairs, rng=rng), flight)
+    return with_clear_angles(task if pictured else biased_task(seen.observation, task, seen.particle, flight, configuration), flight)

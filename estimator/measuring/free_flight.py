@@ -20,9 +20,9 @@ from estimator.fitting.calibration_share import calibration_share
 from estimator.fitting.refinement import Refined
 from estimator.fitting.tasks import biased_task, fit_task, refined_flight
 from estimator.fitting.weighed_tangencies import linearise
+from estimator.impacts.chains import Seen
 from estimator.motion.flight import Flight, Motion
 from estimator.motion.rigid_body import RanAway
-from estimator.outlines.result import OutlineTrack
 from estimator.outlines.sightings import pictures_of, tracks_of, usable_sightings
 from estimator.particle.observed import observed_particle
 from estimator.particle.particle import Particle, views_like
@@ -53,7 +53,7 @@ def estimate(observation: Observation, configuration: Configuration) -> Estimate
         Where the observation contradicts itself: sizes, numbers of pictures, views that do not agree.
     """
     check_focal_prior(observation, configuration)
-    return estimate_free_flight(observation, tracks_of(observation), observed_particle(observation, configuration), configuration)
+    return estimate_free_flight(Seen(observation, tracks_of(observation), observed_particle(observation, configuration)), configuration)
 
 
 def check_focal_prior(observation: Observation, configuration: Configuration) -> None:
@@ -67,21 +67,18 @@ def check_focal_prior(observation: Observation, configuration: Configuration) ->
         raise InputError(f"{observation.name}: expected focal_prior = 0 where surface_fit = 1, got {configuration.focal_prior:g}")
 
 
-def estimate_free_flight(
-    observation: Observation, tracks: tuple[OutlineTrack, ...], particle: Particle, configuration: Configuration
-) -> Estimate:
+def estimate_free_flight(seen: Seen, configuration: Configuration) -> Estimate:
     """The estimate from what was seen, as one free flight."""
     try:
-        return _estimated(observation, tracks, particle, configuration)
-    except NoMeasurement as failure:
-        return empty_estimate(observation, tracks, particle, configuration, (failure.status, failure.message))
-    except RanAway as failure:
-        return empty_estimate(observation, tracks, particle, configuration, failed(failure))
+        return _estimated(seen, configuration)
+    except (NoMeasurement, RanAway) as failure:
+        return empty_estimate(seen, configuration, failed(failure))
 
 
-def _estimated(observation: Observation, tracks: tuple[OutlineTrack, ...], particle: Particle, configuration: Configuration) -> Estimate:
-    sightings = usable_sightings(observation, tracks, configuration)
-    pictures = pictures_of(observation, tracks, sightings)
+def _estimated(seen: Seen, configuration: Configuration) -> Estimate:
+    observation, particle = seen.observation, seen.particle
+    sightings = usable_sightings(observation, seen.tracks, configuration)
+    pictures = pictures_of(observation, seen.tracks, sightings)
     views = views_like(particle, sightings.silhouettes, np.random.default_rng(configuration.seed), pictures)
     task = fit_task(observation, particle, sightings, views, configuration)
     found, reference = first_pose(task, particle, configuration)
@@ -100,7 +97,7 @@ def _estimated(observation: Observation, tracks: tuple[OutlineTrack, ...], parti
     known = configuration.focal_prior == 0.0
     outcome = (status, message, misfit(refined) if known else None)
     share = calibration_share(refined.flight, refined.at, refined.inverse, observation.gravity_covariance) if known else None
-    told = converged_estimate(observation, tracks, (particle, found), refined, outcome, configuration=configuration, share=share)
+    told = converged_estimate(seen, found, refined, outcome, configuration=configuration, share=share)
     return told if joint is None else with_surface(told, joint)
 
 

@@ -12,11 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.estimate import Estimate, Status
-from datasets.observation import Observation
 from estimator.data.configuration import Configuration
+from estimator.impacts.chains import Seen
 from estimator.measuring.free_flight import estimate_free_flight
 from estimator.outlines.result import FrameOutline, OutlineTrack
-from estimator.particle.particle import Particle
 from estimator.particle.view_faults import upside_down
 
 Array = NDArray[np.float64]
@@ -27,31 +26,31 @@ LONGEST_GAP_S, SHORTEST_GAP_S = 0.05, 1e-6
 
 @dataclass(frozen=True)
 class Correction:
-    """A mistake taken back: what it makes of an observation and its tracks, and the sentence that names it."""
+    """A mistake taken back: what it makes of what was seen, and the sentence that names it."""
 
     key: str
     sentence: str
-    corrected: Callable[[Observation, tuple[OutlineTrack, ...]], tuple[Observation, tuple[OutlineTrack, ...]]]
+    corrected: Callable[[Seen], Seen]
 
 
-def _gravity(observation: Observation, tracks: tuple[OutlineTrack, ...]) -> tuple[Observation, tuple[OutlineTrack, ...]]:
-    return replace(observation, gravity_world=-observation.gravity_world), tracks
+def _gravity(seen: Seen) -> Seen:
+    return replace(seen, observation=replace(seen.observation, gravity_world=-seen.observation.gravity_world))
 
 
-def _upwards(observation: Observation, tracks: tuple[OutlineTrack, ...]) -> tuple[Observation, tuple[OutlineTrack, ...]]:
-    heights = [camera.intrinsics.height_px for camera in observation.cameras]
-    return observation, tuple(
-        OutlineTrack(tuple(_turned_over(f, height) for f in t.frames)) for t, height in zip(tracks, heights, strict=True)
-    )
+def _upwards(seen: Seen) -> Seen:
+    heights = [camera.intrinsics.height_px for camera in seen.observation.cameras]
+    turned = (OutlineTrack(tuple(_turned_over(f, height) for f in t.frames)) for t, height in zip(seen.tracks, heights, strict=True))
+    return replace(seen, tracks=tuple(turned))
 
 
 def _turned_over(frame: FrameOutline, height_px: int) -> FrameOutline:
     return replace(frame, outline=upside_down(frame.outline, height_px), unsure=frame.unsure[::-1])
 
 
-def _times(factor: float) -> Callable[[Observation, tuple[OutlineTrack, ...]], tuple[Observation, tuple[OutlineTrack, ...]]]:
-    def corrected(observation: Observation, tracks: tuple[OutlineTrack, ...]) -> tuple[Observation, tuple[OutlineTrack, ...]]:
-        return replace(observation, clock=replace(observation.clock, times_s=factor * observation.clock.times_s)), tracks
+def _times(factor: float) -> Callable[[Seen], Seen]:
+    def corrected(seen: Seen) -> Seen:
+        clock = replace(seen.observation.clock, times_s=factor * seen.observation.clock.times_s)
+        return replace(seen, observation=replace(seen.observation, clock=clock))
 
     return corrected
 
@@ -68,9 +67,7 @@ TIMES = tuple(
 )
 
 
-def input_fault(
-    observation: Observation, tracks: tuple[OutlineTrack, ...], particle: Particle, estimate: Estimate, configuration: Configuration
-) -> Correction | None:
+def input_fault(seen: Seen, estimate: Estimate, configuration: Configuration) -> Correction | None:
     """The correction of the input with which the outlines fit where they do not without it; ``None`` where they do or none is found."""
     tested = estimate.statistics.get("adequacy")
     gross = estimate.status in GROSS
@@ -78,8 +75,8 @@ def input_fault(
         return None
     quick = replace(configuration, trajectory_candidates=1, momentum_starts=0, focal_prior=0.0)
     fitting = []
-    for correction in (*(_of_times(observation.clock.times_s) if gross else ()), GRAVITY, UPWARDS):
-        tried = estimate_free_flight(*correction.corrected(observation, tracks), particle, quick)
+    for correction in (*(_of_times(seen.observation.clock.times_s) if gross else ()), GRAVITY, UPWARDS):
+        tried = estimate_free_flight(correction.corrected(seen), quick)
         if tried.status is Status.CONVERGED and tried.statistics.get("adequacy", {}).get("adequate", False):
             fitting.append((tried.statistics["noise_mean_square"], correction))
     return min(fitting, key=lambda each: each[0])[1] if fitting else None

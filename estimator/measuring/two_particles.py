@@ -17,21 +17,20 @@ from estimator.data.configuration import Configuration
 from estimator.data.fit_task import FitTask
 from estimator.data.no_measurement import NoMeasurement
 from estimator.fitting.refinement import solve
-from estimator.fitting.tasks import fit_task, refinement_settings
+from estimator.fitting.tasks import refinement_settings
 from estimator.fitting.trajectory import fit_jointly
-from estimator.impacts.chains import EDGE_FRAMES, LEAST_JUMP, Seen, fitted_chains, prepared_task
+from estimator.impacts.chains import EDGE_FRAMES, LEAST_JUMP, Seen, fitted_chains, prepared_task, task_of
 from estimator.impacts.impact_judging import Chain, judge_chain, jumps
 from estimator.impacts.impact_search import LEAST_JUMP_PX
 from estimator.motion.rigid_body import RanAway
 from estimator.outlines.recording import outlines_of, view_outlines_of
 from estimator.outlines.result import OutlineTrack
-from estimator.outlines.sightings import usable_sightings
 from estimator.pairs.apart import Run, joint_kink, runs_apart, track_of
 from estimator.pairs.associating import LEAST_RATIO, LOOKED_AT, Assigned, Sought, assigned, best_miss_px, sought
 from estimator.pairs.collision import collision_of
 from estimator.pairs.pair_fit import SHARED, PairRefined, at_one_time, parts_of
 from estimator.pairs.touching import Hulls, hulls_of, touching
-from estimator.particle.particle import Particle, particle_of, views_like
+from estimator.particle.particle import Particle, particle_of
 from estimator.reports.impact_reporting import impacts_estimate
 from estimator.reports.reporting import empty_estimate
 from estimator.reports.verdict import failed
@@ -79,13 +78,12 @@ def measure_pair(observation: Observation, configuration: Configuration) -> Esti
     try:
         _check_edges(observation, seen, impact_s)
         for one in seen.both:
-            tasks.append(_task(one, configuration))
+            tasks.append(task_of(one, configuration))
             chains.append(fitted_chains(one, tasks[-1], np.array([impact_s]), configuration))
         fitted = _joint(seen, (tasks[0], tasks[1]), (chains[0], chains[1]), configuration)
-    except NoMeasurement as failure:
-        return _without(seen, configuration, (failure.status, failure.message))
-    except RanAway as failure:
-        return _without(seen, configuration, failed(failure))
+    except (NoMeasurement, RanAway) as failure:
+        parts = [empty_estimate(one, configuration, failed(failure)) for one in seen.both]
+        return replace(parts[0], companion=parts[1])
     _check_jumps(observation, fitted.free)
     return _told(observation, seen, (chains[0], chains[1]), fitted, configuration)
 
@@ -206,12 +204,6 @@ def _check_edges(observation: Observation, seen: SeenPair, impact_s: float) -> N
             )
 
 
-def _task(seen: Seen, configuration: Configuration) -> FitTask:
-    sightings = usable_sightings(seen.observation, seen.tracks, configuration)
-    views = views_like(seen.particle, sightings.silhouettes, np.random.default_rng(configuration.seed))
-    return fit_task(seen.observation, seen.particle, sightings, views, configuration)
-
-
 def _joint(seen: SeenPair, tasks: tuple[FitTask, FitTask], chains: tuple[list[Chain], list[Chain]], configuration: Configuration) -> Fitted:
     """Both at one time of impact: fitted, then refined with the outlines' bias predicted, then held together."""
     own = [chain[0].solution for chain in chains]
@@ -240,11 +232,7 @@ def _told(
     status, message = _together(outcomes, seen.ratio)
     parts = []
     for one, chain, part in zip(seen.both, chains, fitted.held.parts, strict=True):
-        parts.append(
-            impacts_estimate(
-                one.observation, one.tracks, (one.particle, chain[0].found), part, (status, message), configuration=configuration
-            )
-        )
+        parts.append(impacts_estimate(one, chain[0].found, part, (status, message), configuration=configuration))
     if status is Status.NO_CONVERGENCE:
         return replace(parts[0], companion=parts[1])
     particles = (seen.both[0].particle, seen.both[1].particle)
@@ -277,8 +265,3 @@ def sentence(collision: CollisionEstimate) -> str:
 
 def _words(measured: Measured) -> str:
     return f"{measured.value:.3f} ± {measured.sigma:.3f}"
-
-
-def _without(seen: SeenPair, configuration: Configuration, outcome: tuple[Status, str]) -> Estimate:
-    parts = [empty_estimate(one.observation, one.tracks, one.particle, configuration, outcome) for one in seen.both]
-    return replace(parts[0], companion=parts[1])

@@ -15,10 +15,19 @@ from estimator.data.configuration import Configuration
 from estimator.data.fit_task import FitTask
 from estimator.data.no_measurement import NoMeasurement
 from estimator.fitting.calibration_share import calibration_share
-from estimator.fitting.tasks import fit_task, refinement_settings
+from estimator.fitting.tasks import refinement_settings
 from estimator.fitting.trajectory import cost as flight_cost
 from estimator.impacts.breakage import worse_after
-from estimator.impacts.chains import Seen, edge_kink, frame_interval_s, prepared_task, refined_chain, with_jumps_alone, with_missing_impacts
+from estimator.impacts.chains import (
+    Seen,
+    edge_kink,
+    frame_interval_s,
+    prepared_task,
+    refined_chain,
+    task_of,
+    with_jumps_alone,
+    with_missing_impacts,
+)
 from estimator.impacts.impact_contacts import SeparatedContacts, contact_sentences, separated_contacts
 from estimator.impacts.impact_judging import Chain, judge_chain, rivals_of
 from estimator.impacts.impact_search import Kink
@@ -29,8 +38,6 @@ from estimator.impacts.plate_gap import plate_gaps
 from estimator.impacts.plate_holding import plate_task
 from estimator.motion.piecewise import PiecewiseFlight, touch_and_sensitivity
 from estimator.motion.rigid_body import RanAway
-from estimator.outlines.sightings import usable_sightings
-from estimator.particle.particle import views_like
 from estimator.reports.impact_reporting import impacts_estimate
 from estimator.reports.reporting import empty_estimate
 from estimator.reports.verdict import failed
@@ -43,19 +50,15 @@ def estimate_with_impacts(seen: Seen, kinks: list[Kink], configuration: Configur
     """The estimate of a sequence with impacts near ``kinks``; ``None`` where the fit finds no jump of the velocities."""
     try:
         return _estimated(seen, kinks, configuration)
-    except NoMeasurement as failure:
-        return empty_estimate(seen.observation, seen.tracks, seen.particle, configuration, (failure.status, failure.message))
-    except RanAway as failure:
-        return empty_estimate(seen.observation, seen.tracks, seen.particle, configuration, failed(failure))
+    except (NoMeasurement, RanAway) as failure:
+        return empty_estimate(seen, configuration, failed(failure))
 
 
 def _estimated(seen: Seen, kinks: list[Kink], configuration: Configuration) -> Estimate | None:
     edge = edge_kink(seen.tracks, kinks)
     if edge is not None:
         raise NoMeasurement(Status.IMPACT_AT_EDGE, edge)
-    sightings = usable_sightings(seen.observation, seen.tracks, configuration, in_part=True)
-    views = views_like(seen.particle, sightings.silhouettes, np.random.default_rng(configuration.seed))
-    task = fit_task(seen.observation, seen.particle, sightings, views, configuration)
+    task = task_of(seen, configuration, in_part=True)
     chains = with_missing_impacts(seen, task, kinks, configuration)
     chains, refined = with_jumps_alone(seen, task, chains, configuration)
     if refined is None:
@@ -67,12 +70,9 @@ def _estimated(seen: Seen, kinks: list[Kink], configuration: Configuration) -> E
         told = replace(told, refined=refined_chain(seen, task, told.refined.flight, configuration, plate))
     status, message = judge_chain(chains, told.refined, configuration)
     outcome = (status, " ".join([message, *contact_sentences(told, frame_interval_s(seen))]))
-    fitted = (seen.particle, chains[0].found)
     refined = told.refined
     share = calibration_share(refined.flight, refined.at, refined.inverse, seen.observation.gravity_covariance)
-    estimate = impacts_estimate(
-        seen.observation, seen.tracks, fitted, refined, outcome, configuration=configuration, plate=plate, share=share
-    )
+    estimate = impacts_estimate(seen, chains[0].found, refined, outcome, configuration=configuration, plate=plate, share=share)
     statistics = {**estimate.statistics, "impacts": [dict(vars(s)) for s in told.spreads]}
     return _unless_broken(replace(estimate, statistics=statistics), seen.observation.clock.times_s)
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.fitting.levenberg_marquardt import NormalEquations, Outcome, Problem, minimise
+from estimator.fitting.levenberg_marquardt import Descent, NormalEquations, Outcome, minimise
 from estimator.geometry.epipolar_tangency import PoseSet, TangencyErrors, tangency_errors
 from estimator.geometry.silhouettes import Silhouettes
 from estimator.likelihood.correlated_sums import AlongOutlines
@@ -157,7 +157,7 @@ def fit_jointly(task: JointTask, start: Placements) -> Joint:
     if task.rig is not None and len(start.rig_R) == 0:
         cameras = len(task.rig.pivot)
         start = replace(start, rig_R=np.tile(np.eye(3), (cameras, 1, 1)), rig_t=np.zeros((cameras, 3)))
-    problem = Problem(
+    problem = Descent(
         cost=lambda at: _cost(task, at),
         linearise=lambda at: _equations(task, at, _linear(task, at)[1]),
         move=task.moved,

@@ -95,7 +95,16 @@ class Flight:
 
     def moved(self, step: Array) -> "Flight":
         """The flight after a parameter step (21,)."""
-        return moved(self, step)
+        return replace(
+            self,
+            x=self.x + step[X],
+            q=_unit(quaternion_product(quaternion_from_vector(step[THETA]), self.q)),
+            v=self.v + step[V],
+            omega=self.omega + step[OMEGA],
+            com=self.com + step[COM],
+            inertia=self.inertia + step[INERTIA],
+            offset_px=self.offset_px + float(step[OFFSET][0]),
+        )
 
     def with_first(self, first: "Flight") -> "Flight":
         """Another one."""
@@ -166,18 +175,7 @@ class FlightPoses:
     R: Array
 
 
-def moved(flight: Flight, step: Array) -> Flight:
-    """The flight after a parameter step (21,)."""
-    return replace(
-        flight,
-        x=flight.x + step[X],
-        q=_unit(quaternion_product(quaternion_from_vector(step[THETA]), flight.q)),
-        v=flight.v + step[V],
-        omega=flight.omega + step[OMEGA],
-        com=flight.com + step[COM],
-        inertia=flight.inertia + step[INERTIA],
-        offset_px=flight.offset_px + float(step[OFFSET][0]),
-    )
+moved = Flight.moved
 
 
 def inertia_matrix(flight: Flight, inertia: Array) -> Array:

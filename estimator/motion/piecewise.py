@@ -190,7 +190,7 @@ def _first_leg(flight: PiecewiseFlight, lanes: _Lanes) -> _Leg:
     return _Leg(_row(at, 0), flight.first.time_s)
 
 
-def _row(states: States, index: int) -> States:
+def _row(states: States, index: int | NDArray[np.int64]) -> States:
     return States(states.x[index], states.q[index], states.v[index], states.L[index])
 
 
@@ -212,8 +212,7 @@ def _struck(before: _Leg, lanes: _Lanes, number: int) -> _Leg:
 
 def _reached(leg: _Leg, group: _Lanes, rows: NDArray[np.int64], time_s: float) -> States:
     """Where the flights ``rows`` of a leg, which are ``group``, are at a time."""
-    start = leg.start
-    return _row(_flown(_Leg(States(start.x[rows], start.q[rows], start.v[rows], start.L[rows]), leg.time_s), group, np.array([time_s])), 0)
+    return _row(_flown(_Leg(_row(leg.start, rows), leg.time_s), group, np.array([time_s])), 0)
 
 
 def _shifted(states: States, shifts: Array) -> States:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.fitting.levenberg_marquardt import NormalEquations
+from estimator.impacts.plate_gap import HULL_SHARE, hull_in_body
 from estimator.motion.flight import COM
 from estimator.motion.piecewise import touch_and_sensitivity
 from estimator.pairs.nearest import Nearest, nearest
@@ -19,10 +20,6 @@ from estimator.pairs.pair_fit import PairFlight
 from estimator.particle.particle import Particle
 
 Array = NDArray[np.float64]
-HULL_SHARE = 0.005
-"""Standard deviation of a hull's surface as a share of the particle's extent, as :mod:`estimator.impacts.plate_gap` has it for a plate.
-
-See notebook 14."""
 
 
 @dataclass(frozen=True)
@@ -35,8 +32,7 @@ class Hulls:
 
 def hulls_of(particles: tuple[Particle, Particle]) -> Hulls:
     """Both hulls as the calibrated views show them."""
-    first, second = ((p.convex_vertices - p.body.com_particle) @ p.body.R_particle_body for p in particles)
-    return Hulls((first, second), np.array([HULL_SHARE * p.extent_m for p in particles]))
+    return Hulls((hull_in_body(particles[0]), hull_in_body(particles[1])), np.array([HULL_SHARE * p.extent_m for p in particles]))
 
 
 def touching(pair: PairFlight, hulls: Hulls) -> NormalEquations:

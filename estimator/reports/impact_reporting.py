@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.estimate import Estimate, ImpactEstimate, PlateGap, SegmentEstimate, Status
-from datasets.observation import Observation
 from estimator.data.configuration import Configuration
 from estimator.fitting.calibration_share import CalibrationShare, calibration_sentence, calibration_statistics, widened
+from estimator.impacts.chains import Seen
 from estimator.impacts.piecewise_fit import PiecewiseRefined
 from estimator.impacts.plate_contact import PlateTask
 from estimator.impacts.plate_edge import edge_sentence
@@ -18,8 +18,6 @@ from estimator.impacts.plate_holding import plate_told
 from estimator.motion.flight import velocity_sensitivity
 from estimator.motion.piecewise import TIME, named, touch_and_sensitivity
 from estimator.motion.rotation import quaternion
-from estimator.outlines.result import OutlineTrack
-from estimator.particle.particle import Particle
 from estimator.poses.pose_search import FoundPoses
 from estimator.reports.reporting import fitted_axes, fitted_estimate, told_velocity, velocity_of, with_views
 
@@ -27,9 +25,8 @@ Array = NDArray[np.float64]
 
 
 def impacts_estimate(
-    observation: Observation,
-    tracks: tuple[OutlineTrack, ...],
-    seen: tuple[Particle, FoundPoses],
+    seen: Seen,
+    found: FoundPoses,
     refined: PiecewiseRefined,
     outcome: tuple[Status, str],
     *,
@@ -42,9 +39,9 @@ def impacts_estimate(
     ``plate``: what the flight was held to. ``share``: what a calibration adds to the error bars; what a gravity that is off adds to a
     velocity between an impact and another time in its segment, milliseconds times its error, is left out.
     """
-    particle, (status, message) = seen[0], outcome
+    (status, message), (observation, particle) = outcome, (seen.observation, seen.particle)
     wide = refined if share is None else widened(refined, share)
-    estimate = fitted_estimate(observation, tracks, seen, wide, (status, with_views(message, particle)), configuration=configuration)
+    estimate = fitted_estimate(seen, found, wide, (status, with_views(message, particle)), configuration=configuration)
     if status is Status.NO_CONVERGENCE:
         return estimate
     impacts = tuple(_impact(wide, number, gap) for number, gap in enumerate(plate_gaps(wide, observation, particle)))

@@ -16,6 +16,7 @@ from estimator.fitting.adequacy import Misfit
 from estimator.fitting.calibration_share import CalibrationShare, calibration_sentence, calibration_statistics, widened
 from estimator.fitting.focal_flight import LOG_FOCAL
 from estimator.fitting.refinement import Refined
+from estimator.impacts.chains import Seen
 from estimator.impacts.plate_gap import spread_by
 from estimator.motion.flight import Motion, fitted_body, rates, still, velocities, velocity_sensitivity
 from estimator.motion.piecewise import SHIFT
@@ -29,30 +30,23 @@ from estimator.reports.misfit_words import adequacy_statistics, misfit_sentence
 Array = NDArray[np.float64]
 
 
-def empty_estimate(
-    observation: Observation,
-    tracks: tuple[OutlineTrack, ...],
-    particle: Particle,
-    configuration: Configuration,
-    outcome: tuple[Status, str],
-) -> Estimate:
+def empty_estimate(seen: Seen, configuration: Configuration, outcome: tuple[Status, str]) -> Estimate:
     """An estimate that says why there is no measurement."""
     status, message = outcome
     return Estimate(
-        name=observation.name,
+        name=seen.observation.name,
         status=status,
-        message=with_views(message, particle),
-        frames=frame_reports(tracks, None),
-        statistics=view_statistics(particle),
+        message=with_views(message, seen.particle),
+        frames=frame_reports(seen.tracks, None),
+        statistics=view_statistics(seen.particle),
         configuration=dataclasses.asdict(configuration),
         versions=versions(),
     )
 
 
 def converged_estimate(
-    observation: Observation,
-    tracks: tuple[OutlineTrack, ...],
-    seen: tuple[Particle, FoundPoses],
+    seen: Seen,
+    found: FoundPoses,
     refined: Refined[Motion],
     outcome: tuple[Status, str, Misfit | None],
     *,
@@ -63,29 +57,28 @@ def converged_estimate(
 
     ``outcome``: status, message and the test of the residuals. ``share``: what the stated uncertainty of camera and gravity adds.
     """
-    particle, (status, message, tested) = seen[0], outcome
+    (status, message, tested), observation = outcome, seen.observation
     statistics = adequacy_statistics(tested)
     if status is Status.CONVERGED and tested is not None and not tested.adequate:
         message = misfit_sentence(tested)
-    sentences = [with_views(message, particle)]
+    sentences = [with_views(message, seen.particle)]
     if LOG_FOCAL in refined.flight.layout.places:
         statistics["focal_length"] = focal_length(refined, observation, configuration.focal_prior)
         sentences.append(statistics["focal_length"]["statement"])
-    estimate = fitted_estimate(observation, tracks, seen, refined, (status, ""), configuration=configuration, share=share)
+    estimate = fitted_estimate(seen, found, refined, (status, ""), configuration=configuration, share=share)
     middle = estimate.middle
     if middle is not None and share is not None:
         moved = share.covariance(velocity_sensitivity(refined.flight, middle.time_s), middle.time_s - refined.flight.first.time_s)
         statistics["calibration"] = calibration_statistics(moved, middle.covariance)
         sentences.append(calibration_sentence(statistics["calibration"]))
     if middle is not None and observation.mass_kg is not None:
-        statistics["momenta"] = _momenta(refined.flight, particle, observation.mass_kg, middle.time_s)
+        statistics["momenta"] = _momenta(refined.flight, seen.particle, observation.mass_kg, middle.time_s)
     return replace(estimate, message=" ".join(filter(None, sentences)), statistics={**estimate.statistics, **statistics})
 
 
 def fitted_estimate(
-    observation: Observation,
-    tracks: tuple[OutlineTrack, ...],
-    seen: tuple[Particle, FoundPoses],
+    seen: Seen,
+    found: FoundPoses,
     refined: Refined[Motion],
     outcome: tuple[Status, str],
     *,
@@ -96,15 +89,15 @@ def fitted_estimate(
 
     ``share``: what a calibration adds to the error bars.
     """
-    (status, message), flight, times = outcome, refined.flight, observation.clock.times_s
+    (status, message), flight, times = outcome, refined.flight, seen.observation.clock.times_s
     told: dict[str, Any] = {
-        "name": observation.name,
+        "name": seen.observation.name,
         "status": status,
         "message": message,
         "configuration": dataclasses.asdict(configuration),
         "versions": versions(),
-        "frames": frame_reports(tracks, sighting_errors(refined)),
-        "statistics": {**view_statistics(seen[0]), **fit_statistics(refined, seen[1])},
+        "frames": frame_reports(seen.tracks, sighting_errors(refined)),
+        "statistics": {**view_statistics(seen.particle), **fit_statistics(refined, found)},
     }
     if status is Status.NO_CONVERGENCE:
         return Estimate(**told)

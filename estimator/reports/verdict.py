@@ -3,7 +3,7 @@
 import numpy as np
 
 from datasets.estimate import Status
-from estimator.data.no_measurement import RAN_AWAY
+from estimator.data.no_measurement import RAN_AWAY, NoMeasurement
 from estimator.fitting.levenberg_marquardt import Outcome
 from estimator.fitting.refinement import NothingSeen, Refined
 from estimator.motion.flight import Motion
@@ -14,8 +14,10 @@ from estimator.search.rival_flights import Standing
 UNDETERMINED = "the usable pictures do not determine the flight: of some combination of its numbers they say nothing."
 
 
-def failed(failure: RanAway) -> tuple[Status, str]:
+def failed(failure: NoMeasurement | RanAway) -> tuple[Status, str]:
     """Status and what to say of a fit that ended so."""
+    if isinstance(failure, NoMeasurement):
+        return failure.status, failure.message
     return (Status.NOT_ENOUGH_FRAMES, UNDETERMINED) if isinstance(failure, NothingSeen) else (Status.NO_CONVERGENCE, RAN_AWAY)
 
 

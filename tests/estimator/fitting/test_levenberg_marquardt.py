@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from estimator.fitting.levenberg_marquardt import NormalEquations, Outcome, Problem, minimise, solve_damped
+from estimator.fitting.levenberg_marquardt import Descent, NormalEquations, Outcome, minimise, solve_damped
 
 Array = NDArray[np.float64]
 TIMES = np.linspace(0.0, 3.0, 40)
@@ -32,12 +32,12 @@ def jacobian(residuals: Callable[[Array], Array], p: Array) -> Array:
     return np.column_stack(columns)
 
 
-def problem(residuals: Callable[[Array], Array]) -> Problem[Array]:
+def problem(residuals: Callable[[Array], Array]) -> Descent[Array]:
     def linearise(p: Array) -> NormalEquations:
         r, J = residuals(p), jacobian(residuals, p)
         return NormalEquations(J.T @ J, J.T @ r, 0.5 * float(r @ r))
 
-    return Problem(cost=lambda p: 0.5 * float(np.sum(residuals(p) ** 2)), linearise=linearise, move=lambda p, step: p + step)
+    return Descent(cost=lambda p: 0.5 * float(np.sum(residuals(p) ** 2)), linearise=linearise, move=lambda p, step: p + step)
 
 
 @pytest.mark.parametrize(
@@ -78,7 +78,7 @@ def test_a_gradient_that_points_uphill_is_reported_as_stalled() -> None:
         return NormalEquations(equations.H, -equations.g, equations.cost)
 
     start = np.array([0.3, 4e6, 0.0])
-    found = minimise(Problem(good.cost, uphill, good.move), start, max_steps=200, tolerance=0.0)
+    found = minimise(Descent(good.cost, uphill, good.move), start, max_steps=200, tolerance=0.0)
     assert found.outcome is Outcome.STALLED
     np.testing.assert_array_equal(found.state, start)
 
@@ -93,7 +93,7 @@ def test_a_cost_that_is_not_finite_is_never_taken() -> None:
         r, slope = np.log(p[0]) - 1.0, 1.0 / p[0]
         return NormalEquations(np.array([[slope**2]]), np.array([slope * r]), 0.5 * r * r)
 
-    found = minimise(Problem(cost, linearise, lambda p, step: p + step), np.array([40.0]), max_steps=60, tolerance=1e-14)
+    found = minimise(Descent(cost, linearise, lambda p, step: p + step), np.array([40.0]), max_steps=60, tolerance=1e-14)
     assert found.outcome is Outcome.CONVERGED
     assert found.state[0] == pytest.approx(np.e, rel=1e-6)
 

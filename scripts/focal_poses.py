@@ -9,13 +9,14 @@ particle 0.6 m away, 60 px wide with tangents to 0.1 px, to some per cent; a lon
 always comes with the value, and a prior (the lens's engraving) takes over where the pictures are silent.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from estimator.data.views import Poses, Views
-from estimator.fitting.levenberg_marquardt import NormalEquations, Outcome, Problem, minimise
+from estimator.fitting.focal_flight import LONGEST_STEP, with_focal_column
+from estimator.fitting.levenberg_marquardt import Descent, NormalEquations, Outcome, minimise
 from estimator.geometry.epipolar_tangency import TangencyErrors
 from estimator.geometry.focal_derivative import focal_derivative, with_focal
 from estimator.geometry.silhouettes import Silhouettes
@@ -27,8 +28,6 @@ from estimator.poses.pose_search import rms_ete_px
 Array = NDArray[np.float64]
 MOST_STEPS = 60
 """Of a search over focal lengths: steps are bounded, so a focal length of half takes some. By judgement."""
-LONGEST_STEP = 0.3
-"""Largest change of ``ln f`` in one step: the linearisation holds no further."""
 
 
 @dataclass(frozen=True)
@@ -68,7 +67,7 @@ def poses_with_focal(
     first: Silhouettes, start: Poses, views: Views, prior: FocalPrior, *, floor_px: float = 0.0, huber: float = np.inf
 ) -> FocalPoses:
     """Fit the poses of all silhouettes ``first`` and the focal length they share, from ``start`` at the camera's focal length."""
-    problem = Problem(
+    problem = Descent(
         cost=lambda s: _cost(first, s, views, prior, huber),
         linearise=lambda s: _linearise(first, s, views, prior, huber),
         move=_moved,
@@ -80,11 +79,6 @@ def poses_with_focal(
     poses = Poses(at.R, at.centre, mean_cost(errors))
     sigma = _sigma(seen, at, views, prior, floor_px)
     return FocalPoses(at.log_factor, sigma, poses, rms_ete_px(seen, poses, views), solution.outcome is Outcome.CONVERGED)
-
-
-def with_focal_column(errors: TangencyErrors, by_focal: Array) -> TangencyErrors:
-    """Errors whose Jacobian has the derivative by ``ln f`` as its ninth column; ``by_focal`` (n, k, 4)."""
-    return replace(errors, jacobian=np.concatenate([errors.jacobian, by_focal[..., None]], axis=3))
 
 
 def _errors(seen: Silhouettes, at: _State, views: Views, huber: float) -> TangencyErrors:
