@@ -22,7 +22,7 @@ from estimator.geometry.epipolar_tangency import PoseSet, TangencyErrors, tangen
 from estimator.geometry.outline_bias import without_bias
 from estimator.geometry.outline_shape import OutlineShape
 from estimator.geometry.silhouettes import Silhouettes
-from estimator.motion.flight import N_PARAMETERS, OFFSET, Flight, poses
+from estimator.motion.flight import N_PARAMETERS, OFFSET, Flight, flown
 
 Array = NDArray[np.float64]
 
@@ -88,7 +88,7 @@ class ModelErrors(ModelResiduals):
 
 def seen_outlines(task: FitTask, flight: Flight, mesh: CastingMesh) -> list[Array]:
     """Outlines (px) that a body's ``mesh``, particle frame, would cast under a free flight, hollows included."""
-    placed = particle_poses(flight, poses(flight, np.zeros((1, N_PARAMETERS)), task.sightings.times_s), task.sightings)
+    placed = particle_poses(flight, flown(flight, task.sightings.times_s), task.sightings)
     return cast_outlines(task, placed, mesh)
 
 

@@ -90,7 +90,7 @@ def _seen_under(task: FitTask, motion: Motion, of: Linearised) -> tuple[Array, A
     """Errors (n, k, 2) px of the pairs with views, NaN where there is none, and the gradient (p,) of those within the sequence."""
     predicted, settings = flown(motion, task.sightings.times_s), of.settings
     errors = unbiased_errors(task, motion.first, predicted)
-    within = within_equations(task, motion.first, predicted, of.S, most_pairs=settings.within_pairs, floor_px=settings.floor_px)
+    within = within_equations(task, motion, predicted, of.S, most_pairs=settings.within_pairs, floor_px=settings.floor_px)
     return np.where(errors.told[..., :2], errors.error[..., :2], np.nan), within.g
 
 

@@ -4,8 +4,6 @@ A sequence says more about ``f`` than its pictures one by one: as the particle c
 ``x / f`` while its spin is steady, and perspective adds up over the frames. Still ``f`` and all distances scale together but for that
 (``v_z`` with them, the in-plane velocity not), and known gravity is of no help where it lies in the picture's plane. The standard
 deviation of ``f`` is therefore reported beside it and goes into the covariance of the velocities.
-
-Pairs within the sequence, whose say is that of one view, have no derivative by it and are left out.
 """
 
 from dataclasses import dataclass, replace

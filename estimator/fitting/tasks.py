@@ -1,7 +1,6 @@
 """From observation and settings to the task of a fit, and the last refinement as the settings ask for it."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 
@@ -53,7 +52,6 @@ def refined_flight(task: FitTask, flight: Flight, configuration: Configuration) 
     task = with_clear_angles(task, flight)
     if configuration.focal_prior == 0.0:
         return refine(task, flight, settings)
-    settings = replace(settings, within_pairs=0)
     start = FocalFlight(flight, 0.0, configuration.focal_prior)
     return refine(task, refine(task, start, settings).flight, settings)
 

@@ -89,7 +89,7 @@ def linearise(task: FitTask, motion: Motion, settings: Refinement, more: Array |
     normals = body_normals(seen.sightings, seen.sightings.R_cam_world @ predicted.R[:, 0], errors)
     errors, S = with_focal_block(seen, (motion, predicted), errors, pose_map(sensitivity))
     frames = weigh(errors, S, seen.sightings.silhouettes, floor_px=settings.floor_px, huber=task.huber)
-    within = within_equations(seen, motion.first, predicted, S, most_pairs=settings.within_pairs, floor_px=settings.floor_px)
+    within = within_equations(seen, motion, predicted, S, most_pairs=settings.within_pairs, floor_px=settings.floor_px)
     return Linearised(task, settings, predicted, S, errors, frames, within, normals)
 
 

@@ -1,7 +1,8 @@
 """Pairs within the sequence: the body must cast all of its silhouettes, not only each one agree with the calibrated views.
 
-Both poses of such a pair move. The derivative by the second's pose is that of the exchanged pair, in which upper and lower tangency change
-places. Their noise is already in the pairs with views, so together they are given the weight of one pair per sighting.
+Both poses of such a pair move. The derivative by the second's pose, or by its focal length, is that of the exchanged pair, in which upper
+and lower tangency change places. Their noise is already in the pairs with views, so together they are given the weight of one pair per
+sighting.
 
 Silhouettes seen from nearly the same or opposite sides are no pair (:mod:`estimator.fitting.viewing_angles`): the fit would turn the
 body until their noise agrees best. In sequences that turned by less than 7° this gave angular velocities up to 15 standard deviations off.
@@ -14,9 +15,11 @@ from numpy.typing import NDArray
 
 from estimator.appearance.flight_errors import particle_poses
 from estimator.data.fit_task import FitTask, Sightings
+from estimator.fitting.focal_flight import LOG_FOCAL
 from estimator.fitting.viewing_angles import sines_between
 from estimator.geometry.epipolar_tangency import PoseSet, TangencyErrors, tangency_errors
-from estimator.motion.flight import OFFSET, Flight, FlightPoses
+from estimator.geometry.focal_derivative import focal_derivative
+from estimator.motion.flight import OFFSET, Flight, FlightPoses, Motion
 
 Array = NDArray[np.float64]
 MOST_SIGHTINGS = 40
@@ -36,13 +39,13 @@ class WithinEquations:
 
 
 def within_equations(
-    task: FitTask, flight: Flight, predicted: FlightPoses, S: Array, *, most_pairs: int, floor_px: float
+    task: FitTask, motion: Motion, predicted: FlightPoses, S: Array, *, most_pairs: int, floor_px: float
 ) -> WithinEquations:
     """Equations of at most ``most_pairs`` pairs among evenly spread sightings; ``S`` (n, 8, p) as in :func:`pose_map`.
 
     Pairs seen from too nearly one line are left out and their weight with them.
     """
-    p = S.shape[2]
+    p, flight = S.shape[2], motion.first
     rows = np.unique(np.linspace(0, len(task.sightings) - 1, min(MOST_SIGHTINGS, len(task.sightings))).round().astype(np.int64))
     chosen = _pairs(len(rows), most_pairs)
     sightings = task.sightings.take(rows)
@@ -58,6 +61,9 @@ def within_equations(
     J = np.einsum("rma,rap->rmp", forth.jacobian[i, j, :2, :6], map_i[:, :6])
     J += np.einsum("rma,rap->rmp", back.jacobian[j, i][:, [3, 2], :6], map_j[:, :6])
     J[..., OFFSET.start] -= forth.jacobian[i, j, :2, 6] + forth.jacobian[i, j, :2, 7]
+    if LOG_FOCAL in motion.layout.places:
+        by_first, by_second = (_by_focal(sightings, poses, errors) for errors in (forth, back))
+        J[..., motion.layout[LOG_FOCAL]] += (by_first[i, j, :2] + by_second[j, i][:, [3, 2]])[..., None]
     e = forth.error[i, j, :2] - flight.offset_px * forth.jacobian[i, j, :2, 7]
     if task.bias is not None:
         e = e - task.bias.take(rows).within(forth)[i, j]
@@ -79,6 +85,11 @@ def _errors(sightings: Sightings, poses: PoseSet, weight: Array, flight: Flight)
         weight=weight,
         offset_px=-flight.offset_px,
     )
+
+
+def _by_focal(sightings: Sightings, poses: PoseSet, errors: TangencyErrors) -> Array:
+    with np.errstate(invalid="ignore", over="ignore", divide="ignore"):  # of a sighting with itself
+        return focal_derivative(sightings.silhouettes, poses, sightings.silhouettes, poses, errors)
 
 
 def _pairs(n: int, most: int) -> NDArray[np.int64]:

@@ -10,7 +10,7 @@ from datasets.estimate import Status
 from estimator.data.configuration import Configuration
 from estimator.fitting.levenberg_marquardt import Outcome, Solution
 from estimator.impacts.piecewise_fit import PiecewiseRefined
-from estimator.motion.piecewise import PiecewiseFlight, touch_and_sensitivity
+from estimator.motion.piecewise import AFTER, BEFORE, PiecewiseFlight, touch_and_sensitivity
 from estimator.poses.pose_search import FoundPoses
 from estimator.search.candidate_flights import LOST_RMS_PX, same_flight
 
@@ -45,7 +45,7 @@ def jumps(refined: PiecewiseRefined) -> list[float]:
     found = []
     for number in range(len(refined.flight.bounces)):
         touch, J = touch_and_sensitivity(refined.flight, number)
-        D = J[12:18] - J[6:12]
+        D = J[AFTER] - J[BEFORE]
         jump = touch.after[0] - touch.before[0]
         found.append(float(jump @ np.linalg.solve(D @ refined.covariance @ D.T, jump)))
     return found

@@ -22,8 +22,8 @@ from scipy.special import log_ndtr
 
 from datasets.vocabulary.plate import Plate
 from estimator.fitting.levenberg_marquardt import NormalEquations
-from estimator.motion.flight import COM, flown, poses_and_sensitivity
-from estimator.motion.piecewise import TIME, PiecewiseFlight, named, segment_of, touch_and_sensitivity
+from estimator.motion.flight import flown, poses_and_sensitivity
+from estimator.motion.piecewise import TIME, PiecewiseFlight, moves_at, moves_of_place, named, segment_of, touch_and_sensitivity
 
 Array = NDArray[np.float64]
 NEWTON_STEPS = 30
@@ -162,15 +162,9 @@ def _gap_at_impact(task: PlateTask, flight: PiecewiseFlight, number: int) -> _Ga
     n = task.plate.normal_world
     arms = (task.vertices - flight.first.com) @ touch.R[0].T
     arm = arms[int(np.argmin(arms @ n))]
-    moves = _moves(S[:6], arm)
-    moves[:, COM] -= touch.R[0]
+    moves = moves_of_place(touch, S, arm)
     moves[:, flight.layout[named(TIME, number)]] -= task.plate.velocity_world[:, None]
     return _gap(task, touch.x[0] + arm, flight.bounces[number].time_s, moves)
-
-
-def _moves(S: Array, arm: Array) -> Array:
-    """How a place at ``arm`` (3,) m from a centre moves (3, p) with the sensitivity (6, p) of the pose."""
-    return np.asarray(S[:3] + np.cross(S[3:6].T, arm).T)
 
 
 def _lowest_gaps(task: PlateTask, flight: PiecewiseFlight, times_s: Array) -> list[_Gap]:
@@ -185,7 +179,7 @@ def _lowest_gaps(task: PlateTask, flight: PiecewiseFlight, times_s: Array) -> li
     for k, row in enumerate(rows):
         arms = task.vertices @ at.R[k, 0].T
         arm = arms[int(np.argmin(arms @ n))]
-        gaps.append(_gap(task, at.centre[k, 0] + arm, float(times_s[row]), _moves(S[k], arm)))
+        gaps.append(_gap(task, at.centre[k, 0] + arm, float(times_s[row]), moves_at(S[k], arm)))
     return gaps
 
 

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from estimator.motion.blocks import Block, Layout
 from estimator.motion.flight import (
+    COM,
     INERTIA,
     LAYOUT,
     N_PARAMETERS,
@@ -281,12 +282,28 @@ def _touches(flight: PiecewiseFlight, steps: Array, number: int) -> Touch:
     return Touch(x, R, before, np.hstack([bounce.v + lanes.part("v", number), bounce.omega + lanes.part("omega", number)]))
 
 
+POSE, BEFORE, AFTER = slice(0, 6), slice(6, 12), slice(12, 18)
+"""Rows of what is told of an impact: position and left rotation vector, velocities before and after it."""
+
+
 def touch_and_sensitivity(flight: PiecewiseFlight, number: int) -> tuple[Touch, Array]:
     """Impact ``number`` (m = 1) and the sensitivity (18, p) of position, left rotation vector, velocities before and after it."""
     varied, steps, widths = perturbations(flight.layout)
     every = _touches(flight, steps, number)
     result = np.zeros((18, flight.size))
-    result[:6, varied] = pose_differences(FlightPoses(every.x[None], every.R[None]), widths)[0]
-    for part, values in ((slice(6, 12), every.before), (slice(12, 18), every.after)):
+    result[POSE, varied] = pose_differences(FlightPoses(every.x[None], every.R[None]), widths)[0]
+    for part, values in ((BEFORE, every.before), (AFTER, every.after)):
         result[part, varied] = ((values[1::2] - values[2::2]) / widths[:, None]).T
     return Touch(every.x[:1], every.R[:1], every.before[:1], every.after[:1]), result
+
+
+def moves_at(S: Array, arm: Array) -> Array:
+    """How a place at ``arm`` (3,) m, world frame, from a centre moves (3, p) with the sensitivity ``S`` (6, p) of the pose."""
+    return np.asarray(S[:3] + np.cross(S[3:6].T, arm).T)
+
+
+def moves_of_place(touch: Touch, J: Array, arm: Array) -> Array:
+    """How a place of the body moves (3, p) at an impact, ``arm`` (3,) m, world frame, off its centre of mass; ``J`` (18, p)."""
+    moves = moves_at(J[POSE], arm)
+    moves[:, COM] -= touch.R[0]
+    return moves

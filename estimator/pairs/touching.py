@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 
 from estimator.fitting.levenberg_marquardt import NormalEquations
 from estimator.impacts.plate_gap import HULL_SHARE, hull_in_body
-from estimator.motion.flight import COM
-from estimator.motion.piecewise import touch_and_sensitivity
+from estimator.motion.piecewise import moves_of_place, touch_and_sensitivity
 from estimator.pairs.nearest import Nearest, nearest
 from estimator.pairs.pair_fit import PairFlight
 from estimator.particle.particle import Particle
@@ -48,9 +47,7 @@ def gap_and_derivative(pair: PairFlight, hulls: Hulls) -> tuple[float, Array]:
     near = nearest_at(pair, hulls, [t.x[0] for t, _ in touches], [t.R[0] for t, _ in touches])
     J = np.zeros(pair.layout.size)
     for (touch, S), place, sign in zip(touches, pair.places, (1.0, -1.0), strict=True):
-        own = near.normal @ S[:3] + np.cross(near.point - touch.x[0], near.normal) @ S[3:6]
-        own[COM] -= near.normal @ touch.R[0]
-        J[place] += sign * own
+        J[place] += sign * near.normal @ moves_of_place(touch, S, near.point - touch.x[0])
     return near.gap_m, J
 
 

@@ -16,7 +16,7 @@ from estimator.impacts.plate_edge import edge_sentence
 from estimator.impacts.plate_gap import plate_gaps, plate_sentences, spread_by
 from estimator.impacts.plate_holding import plate_told
 from estimator.motion.flight import velocity_sensitivity
-from estimator.motion.piecewise import TIME, named, touch_and_sensitivity
+from estimator.motion.piecewise import AFTER, BEFORE, TIME, named, touch_and_sensitivity
 from estimator.motion.rotation import quaternion
 from estimator.poses.pose_search import FoundPoses
 from estimator.reports.reporting import fitted_axes, fitted_estimate, told_velocity, velocity_of, with_views
@@ -72,8 +72,8 @@ def _impact(refined: PiecewiseRefined, number: int, gap: PlateGap | None) -> Imp
         time_sigma_s=float(np.sqrt(refined.covariance[at, at].item())),
         x_world=touch.x[0],
         q_world_body=quaternion(touch.R[0] @ fitted_axes(flight)),
-        before=told_velocity(refined, time_s, touch.before[0], J[6:12]),
-        after=told_velocity(refined, time_s, touch.after[0], J[12:18]),
+        before=told_velocity(refined, time_s, touch.before[0], J[BEFORE]),
+        after=told_velocity(refined, time_s, touch.after[0], J[AFTER]),
         covariance=spread_by(J, refined.covariance),
         plate=gap,
     )
