@@ -7,61 +7,24 @@ all of it. Of each the normal equations are added up where its blocks lie, so bl
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Generic, Protocol, Self, TypeVar
+from typing import Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from estimator.data.fit_task import FitTask
 from estimator.fitting.levenberg_marquardt import NormalEquations
-from estimator.motion.blocks import Layout
+from estimator.motion.blocks import State
 from estimator.motion.flight import Motion
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 
-class State(Protocol):
-    """Values of blocks."""
-
-    @property
-    def layout(self) -> Layout:
-        """Where they lie."""
-        ...
-
-    @property
-    def values(self) -> Array:
-        """Of all p parameters (p,)."""
-        ...
-
-    def moved(self, step: Array) -> Self:
-        """After a parameter step (p,)."""
-        ...
-
-
-class Told(Protocol):
-    """What outlines say of one motion's c parameters: cost + gᵀd + dᵀHd/2."""
-
-    @property
-    def H(self) -> Array:
-        """Normal matrix (c, c)."""
-        ...
-
-    @property
-    def g(self) -> Array:
-        """Gradient (c,)."""
-        ...
-
-    @property
-    def cost(self) -> float:
-        """Here."""
-        ...
-
-
 S = TypeVar("S", bound=State)
 M = TypeVar("M", bound=Motion)
 M_co = TypeVar("M_co", bound=Motion, covariant=True)
-T = TypeVar("T", bound=Told)
+T = TypeVar("T", bound=NormalEquations)
 Fact = Callable[[S], NormalEquations]
 """What is known of all p parameters besides outlines and priors; in a covariance it counts like a prior."""
 

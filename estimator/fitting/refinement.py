@@ -15,9 +15,10 @@ from numpy.typing import NDArray
 from estimator.appearance.flight_errors import unbiased_errors
 from estimator.data.fit_task import FitTask, Sightings
 from estimator.fitting.focal_flight import at_focal
-from estimator.fitting.problem import Fact, M, M_co, Part, Problem, S, State, System, T, alone, with_known
+from estimator.fitting.problem import Fact, M, M_co, Part, Problem, S, System, T, alone, with_known
 from estimator.fitting.weighed_tangencies import Linearised, Refinement, linearise
 from estimator.likelihood.noise_model import MeasuredNoise, measured_noise, with_noise
+from estimator.motion.blocks import State
 from estimator.motion.flight import Motion, flown
 from estimator.motion.rigid_body import RanAway
 

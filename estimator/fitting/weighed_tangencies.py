@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from estimator.appearance.flight_errors import body_normals, unbiased_errors
 from estimator.data.fit_task import FitTask
 from estimator.fitting.focal_flight import at_focal, with_focal_block
+from estimator.fitting.levenberg_marquardt import NormalEquations
 from estimator.fitting.within_sequence import WithinEquations, within_equations
 from estimator.geometry.epipolar_tangency import N_COLUMNS, TangencyErrors
 from estimator.likelihood.body_fixed_error import COARSE, body_noise, body_places
@@ -27,8 +28,10 @@ class Refinement:
 
 
 @dataclass(frozen=True)
-class Linearised:
-    """Errors of the outlines of a ``task`` and their derivatives by c parameters at one motion; ``S`` as in :func:`pose_map`.
+class Linearised(NormalEquations):
+    """Normal equations of c parameters from the outlines of a ``task`` at one motion, and what they are made of.
+
+    ``S`` as in :func:`pose_map`; the cost is half the squares of the standardised errors with views.
 
     ``S`` (n, 8, c); ``normals`` (n, k, 2, 3), body axes.
     """
@@ -41,21 +44,6 @@ class Linearised:
     frames: WeighedFrames
     within: WithinEquations
     normals: Array
-
-    @property
-    def H(self) -> Array:
-        """Normal matrix (c, c)."""
-        return self.frames.H + self.within.H
-
-    @property
-    def g(self) -> Array:
-        """Gradient (c,)."""
-        return self.frames.g + self.within.g
-
-    @property
-    def cost(self) -> float:
-        """Half the squares of the standardised errors with views."""
-        return 0.5 * float(self.frames.chi2.sum())
 
     @property
     def spread(self) -> Array:
@@ -90,7 +78,8 @@ def linearise(task: FitTask, motion: Motion, settings: Refinement, more: Array |
     errors, S = with_focal_block(seen, (motion, predicted), errors, pose_map(sensitivity))
     frames = weigh(errors, S, seen.sightings.silhouettes, floor_px=settings.floor_px, huber=task.huber)
     within = within_equations(seen, motion, predicted, S, most_pairs=settings.within_pairs, floor_px=settings.floor_px)
-    return Linearised(task, settings, predicted, S, errors, frames, within, normals)
+    H, g, cost = frames.H + within.H, frames.g + within.g, 0.5 * float(frames.chi2.sum())
+    return Linearised(H, g, cost, task, settings, predicted, S, errors, frames, within, normals)
 
 
 def pose_map(sensitivity: Array) -> Array:

@@ -6,6 +6,7 @@ A prior is about zero: rotations, deviations of the body and whatever else has o
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -74,3 +75,21 @@ class Layout:
     def held(self, known: Mapping[str, Array | float]) -> "Layout":
         """With what is ``known`` (c,) of some blocks as their precision."""
         return Layout(tuple(replace(block, precision=known.get(block.name, block.precision)) for block in self.blocks))
+
+
+class State(Protocol):
+    """Values of blocks."""
+
+    @property
+    def layout(self) -> Layout:
+        """Where they lie."""
+        ...
+
+    @property
+    def values(self) -> Array:
+        """Of all p parameters (p,)."""
+        ...
+
+    def moved(self, step: Array) -> Self:
+        """After a parameter step (p,)."""
+        ...

@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.vocabulary.body import Body, signed_axes
-from estimator.motion.blocks import Block, Layout
+from estimator.motion.blocks import Block, Layout, State
 from estimator.motion.rigid_body import (
     Rate,
     States,
@@ -115,26 +115,12 @@ class Flight:
         return states(self, steps, times_s)
 
 
-class Motion(Protocol):
+class Motion(State, Protocol):
     """What a fit moves: a free flight, flights that meet at impacts, or either with more parameters."""
 
     @property
     def first(self) -> Flight:
         """The flight that begins it, whose body, outline offset and gravity are those of all."""
-        ...
-
-    @property
-    def layout(self) -> Layout:
-        """Of its p parameters."""
-        ...
-
-    @property
-    def values(self) -> Array:
-        """Parameters (p,)."""
-        ...
-
-    def moved(self, step: Array) -> Self:
-        """After a parameter step (p,)."""
         ...
 
     def with_first(self, first: Flight) -> Self:

@@ -38,8 +38,7 @@ class Told:
     def values(self, number: int) -> Array:
         """Values (21 + q,) of sequence ``number``."""
         flight = self.flights[number]
-        own = [flight.x, np.zeros(3), flight.v, flight.omega, flight.com, flight.inertia, [flight.offset_px]]
-        return np.concatenate([*own, self.theta[number]])
+        return np.concatenate([flight.values, self.theta[number]])
 
 
 def told_parameters(campaign: Campaign, fit: CampaignFit, covariance: CampaignCovariance) -> Told:
