@@ -85,8 +85,9 @@ flowchart TD
 
 A free flight and flights with impacts are of the same steps: outlines become sightings, tangency errors of all pairs of sightings
 and views are the residuals, Gauss-Newton steps end at a flight, and a sandwich covariance says how sure it is
-([decision 60](decisions/0060-what-tangents-lose.md)). Every step that cannot go on ends with a status and a sentence, never with a
-number.
+([decision 60](decisions/0060-what-tangents-lose.md)). They are problems of one solver, with a pair of particles that collide and with a
+focal length that is not known ([decision 65](decisions/0065-blocks-and-one-solver.md)). Every step that cannot go on ends with a status
+and a sentence, never with a number.
 
 Inside of these steps:
 
