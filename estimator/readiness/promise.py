@@ -72,7 +72,7 @@ def promise_of(
     rng = np.random.default_rng(configuration.seed)
     views = views_like(particle, sightings.silhouettes, rng)
     task = fit_task(observation, particle, sightings, views, configuration)
-    base = _flight(observation, inspection, particle, sightings)
+    base = _flight(observation, inspection, particle)
     spin = TURN_RAD / float(np.ptp(sightings.times_s))
     pull = observation.gravity_covariance
     found = [_deviations(task, _turned(base, spin, rng), particle, configuration, gravity_covariance=pull) for _ in range(DRAWS)]
@@ -92,7 +92,7 @@ def depth_of(particle: Particle, inspection: Inspection, lens: Intrinsics) -> fl
     return float(np.sqrt(lens.fx_px * lens.fy_px * shadow / np.mean(areas_px2)))
 
 
-def _flight(observation: Observation, inspection: Inspection, particle: Particle, sightings: Sightings) -> Flight:
+def _flight(observation: Observation, inspection: Inspection, particle: Particle) -> Flight:
     """The flight, not turned, along the centres' parabola at the depth that the outlines' area says."""
     camera = observation.cameras[0]
     lens = camera.intrinsics

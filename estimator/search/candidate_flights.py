@@ -44,7 +44,6 @@ SAME_DEG = 10.0
 class Candidate:
     """One pose minimum followed through the sequence and fitted."""
 
-    start_rms_px: float
     solution: Solution[Flight]
 
 
@@ -115,7 +114,7 @@ def candidate_flights(
         solution = fit_growing(task, flight)
         if not fits:
             solution = _from_other_starts(task, followed, (flight, solution), configuration, rng)
-        candidates.append(Candidate(float(found.rms_px[row]), solution))
+        candidates.append(Candidate(solution))
     return sorted(candidates, key=lambda c: c.solution.equations.cost)
 
 
