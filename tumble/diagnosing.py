@@ -248,7 +248,7 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told, *, 
         "unknown": rest,
         "verdict": verdict_entry(
             with_unknown(verdict, rest, partial(question.command, "ladder")),
-            law_command(out) if rest else (contact and contact.more) or _ladder_command(question, list(explanation.found)),
+            law_command(out) if rest else (contact and contact.more) or _ladder_command(question, [*explanation.noise, *explanation.found]),
         ),
         "contact": None if contact is None else {"sentence": contact.sentence, "missing": list(contact.missing)},
     }
@@ -357,8 +357,10 @@ def scattered(explanation: Explanation) -> tuple[str, ...]:
             named = [owner_name(campaign, effect.entry.scope, owners[i]) for i in far[:MOST_TOLD]]
             names = ", ".join(named) + (", …" if len(far) > MOST_TOLD else "")
             out = f"; {len(far)} stand out: {names}" if len(far) else ""
-            name = _plain(effect.entry.key).capitalize()
-            told.append(f"{name} differs from sequence to sequence, cause unknown: {each}{out}.")
+            if effect.noise:
+                told.append(f"Spins that were read once do not account for all of the lift; beside what they say it scatters: {each}{out}.")
+            else:
+                told.append(f"{_plain(effect.entry.key).capitalize()} differs from sequence to sequence, cause unknown: {each}{out}.")
     return tuple(told)
 
 

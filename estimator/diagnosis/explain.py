@@ -11,7 +11,7 @@ from estimator.diagnosis.adding import fit_with
 from estimator.diagnosis.diagnose import Diagnosis, Unknown, diagnosis_at
 from estimator.diagnosis.selection.groups import FACTOR, group_of, sureness
 from estimator.diagnosis.selection.names import UnderName, key_of, under_names
-from estimator.diagnosis.selection.path import UNFLYABLE, At, looked_at, moved, path_from, relinearised
+from estimator.diagnosis.selection.path import UNFLYABLE, At, looked_at, moved, path_from, relinearised, with_noise
 from estimator.diagnosis.selection.refitting import refitted
 from estimator.diagnosis.selection.search import Set
 from estimator.diagnosis.selection.testing import tests_beside
@@ -120,6 +120,11 @@ class Explanation:
         return tuple(step.added for step in self.steps)
 
     @property
+    def noise(self) -> tuple[str, ...]:
+        """Keys of the last model's effects that are noise of what was measured."""
+        return tuple(self.last.trial.evidence.of.keys[e] for e in sorted(self.last.trial.noise))
+
+    @property
     def groups(self) -> tuple[tuple[UnderName, ...], ...]:
         """The groups that have several names, each name with its values."""
         return tuple(step.names for step in self.steps if len(step.names) > 1)
@@ -132,7 +137,7 @@ def explain(
     campaign: Campaign, start: CampaignState, catalogue: Mapping[str, EffectModel], *, told: Told = lambda _sentence: None
 ) -> Explanation:
     """Find the most probable set of effects of a ``catalogue``."""
-    begun = relinearised(looked_at(*fit_with(campaign, start, ()), catalogue), catalogue)
+    begun = with_noise(relinearised(looked_at(*fit_with(campaign, start, ()), catalogue), catalogue), catalogue)
     told("every effect was tested")
     path = path_from(begun, catalogue, told)
     best = path[-1]
@@ -164,7 +169,7 @@ def _without_families(path: tuple[At, ...], catalogue: Mapping[str, EffectModel]
 def _steps(begun: At, best: At, last: At, told: Told) -> tuple[Step, ...]:
     """The effects of the last model by what they are worth, each with held-out errors beside those before it."""
     numbers = {key: e for e, key in enumerate(best.trial.evidence.of.keys)}
-    members = [numbers[key] for key in last.keys]
+    members = [numbers[key] for key in last.keys if numbers[key] not in best.trial.noise]
     whole = best.trial.log_posterior(best.members)
     worth = {e: whole - best.trial.log_posterior(tuple(m for m in best.members if m != e)) for e in members}
     tests = {t.effect.entry.key: t for t in tests_beside(begun.trial.evidence.of)}
@@ -187,7 +192,7 @@ def _steps(begun: At, best: At, last: At, told: Told) -> tuple[Step, ...]:
 
 def _with(last: At, keys: tuple[str, ...]) -> CampaignFit:
     """The campaign fitted with some of the last model's effects; the last fit itself with all, and where some alone cannot be flown."""
-    members: Set = tuple(e for e in last.members if last.trial.evidence.of.keys[e] in keys)
+    members: Set = tuple(e for e in last.members if e in last.trial.noise or last.trial.evidence.of.keys[e] in keys)
     if members == last.members:
         return last.fit
     try:

@@ -204,7 +204,9 @@ class EffectModel:
     held: tuple[float, ...] | None = None
     """Standard deviations of a normal prior about zero, one for each parameter; ``None``: free."""
     tails: bool = False
-    """Whether that prior has tails: Student's, of ``TAILS`` degrees of freedom, for values of every sequence of which a few stand out."""
+    """Whether that prior has tails: Student's, of ``freedom``, for values of every sequence of which a few stand out."""
+    freedom: float = TAILS
+    """Degrees of freedom of Student's prior of values of every sequence: the fewer, the more of them may stand out, and the further."""
     instrument: ClassVar[bool] = False
     """Whether the effect is the instrument's own known discrepancy: part of every model, and never part of an answer."""
 
@@ -220,6 +222,10 @@ class EffectModel:
     def without_noise(self) -> Self:
         """An effect that is drawn anew in every frame with its parameters but no variance."""
         return self._changed(random=False)
+
+    def as_noise(self, freedom: float) -> Self:
+        """The same effect as noise of what was measured; ``freedom``: of the prior of its values of every sequence."""
+        return self._changed(noise=True, freedom=freedom)
 
     def within(self, plausible: tuple[float, float]) -> Self:
         """The same effect, all of whose parameters may have values within another plausible range."""
@@ -242,6 +248,8 @@ class EffectModel:
         sized = np.array([name in self.entry.sizes for name in self.entry.names])
         return np.asarray(~sized & (not theta[sized].any()))
 
+    noise: bool = False
+    """Whether it is noise of what was measured: in every set of a search, as large as the evidence has it, and in no answer."""
     of_unmeasured_spin: ClassVar[bool] = False
     """Whether the effect stands for a spin that was not measured throughout."""
     frozen: tuple[str, ...] = ()

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from datasets.vocabulary.camera import Intrinsics
 from estimator.effects.dependence import needs_attitude
-from estimator.effects.link import TAILS, BodyChange, EffectModel, Moment, Places, Setting
+from estimator.effects.link import BodyChange, EffectModel, Moment, Places, Setting
 from estimator.motion.rigid_body import Rate, States, rotation_matrices
 
 Array = NDArray[np.float64]
@@ -82,7 +82,7 @@ class Model:
         for effect, part in zip(self.effects, self.slices, strict=True):
             if effect.tails:
                 size = float(np.sum(precision[part] * theta[part] ** 2))
-                precision[part] *= (TAILS + np.count_nonzero(precision[part])) / (TAILS + size)
+                precision[part] *= (effect.freedom + np.count_nonzero(precision[part])) / (effect.freedom + size)
         return precision
 
     def prior_cost(self, theta: Array) -> Array:
@@ -90,8 +90,8 @@ class Model:
         precision, cost = self.precision, np.zeros(len(self.effects))
         for i, (effect, part) in enumerate(zip(self.effects, self.slices, strict=True)):
             size = float(np.sum(precision[part] * theta[part] ** 2))
-            freedom = TAILS + np.count_nonzero(precision[part])
-            cost[i] = 0.5 * freedom * np.log1p(size / TAILS) if effect.tails else 0.5 * size
+            freedom = effect.freedom + np.count_nonzero(precision[part])
+            cost[i] = 0.5 * freedom * np.log1p(size / effect.freedom) if effect.tails else 0.5 * size
         return cost
 
     @property

@@ -13,7 +13,6 @@ from numpy.linalg import LinAlgError
 from numpy.typing import NDArray
 from scipy.special import gammaln
 
-from estimator.effects.link import TAILS
 from estimator.likelihood.reduced import Own, Posterior, posterior
 
 Array = NDArray[np.float64]
@@ -44,49 +43,58 @@ class Noise:
         return self.known + self.per_misfit * misfit
 
 
-def with_tails(own: Own, scale: float, sigma: Array, noise: Noise) -> tuple[Weighed, float]:
-    """Units of every sequence under Student's prior of one ``scale``, the few columns under ``sigma`` (k,).
+@dataclass(frozen=True)
+class Student:
+    """The prior of a sequence's values: its ``scale`` in units of their limits, and its degrees of ``freedom``."""
+
+    scale: float
+    freedom: float
+
+
+def with_tails(own: Own, student: Student, sigma: Array, noise: Noise) -> tuple[Weighed, float]:
+    """Units of every sequence under one ``student`` prior, the few columns under ``sigma`` (k,).
 
     Beside it what the integral over the precisions adds to the log evidence (nats).
     """
     q = own.sums(np.ones(len(own.owner)))
-    found = (_weighed_apart if own.information.ndim == 1 else weighed_in_turn)(own, scale, sigma, noise)
+    found = (_weighed_apart if own.information.ndim == 1 else weighed_in_turn)(own, student, sigma, noise)
     w = found.precision
-    told = np.maximum(q - w * own.sums(found.spread) / scale**2, 0.0)
-    return found, float(np.sum(0.5 * TAILS * (np.log(w) - w + 1.0) + _width_of_precision(told)))
+    told = np.maximum(q - w * own.sums(found.spread) / student.scale**2, 0.0)
+    return found, float(np.sum(0.5 * student.freedom * (np.log(w) - w + 1.0) + _width_of_precision(told, student.freedom)))
 
 
-def weighed_in_turn(own: Own, scale: float, sigma: Array, noise: Noise) -> Weighed:
+def weighed_in_turn(own: Own, student: Student, sigma: Array, noise: Noise) -> Weighed:
     """Units that may share information, the few columns under ``sigma`` (k,); where they do not, this is what :func:`_apart` compiles."""
-    q = own.sums(np.ones(len(own.owner)))
+    scale, freedom, q = student.scale, student.freedom, own.sums(np.ones(len(own.owner)))
     w = np.ones(len(q))
     for _ in range(MOST_WEIGHED):
         quadratic, covariance = own.eliminated(scale**2 / w)
         shared = posterior(quadratic, sigma)
         values, variance = own.units(covariance, shared.mean), covariance if covariance.ndim == 1 else np.diag(covariance)
         square = values**2 / noise.at(shared.misfit)
-        size = TAILS + own.sums(square + variance) / scale**2
+        size = freedom + own.sums(square + variance) / scale**2
         rate = w * own.sums(variance * (variance + 2.0 * square)) / (size * scale**4)
-        step = np.log((TAILS + q) / (size * w)) / np.maximum(1.0 - rate, 1.0 / AT_ONCE)
+        step = np.log((freedom + q) / (size * w)) / np.maximum(1.0 - rate, 1.0 / AT_ONCE)
         w = w * np.exp(step)
         if np.abs(step).max() < WEIGHED:
             break
     return Weighed(shared, values, variance, w)
 
 
-def _weighed_apart(own: Own, scale: float, sigma: Array, noise: Noise) -> Weighed:
+def _weighed_apart(own: Own, student: Student, sigma: Array, noise: Noise) -> Weighed:
     few = own.few
     units = own.information, own.pull, np.ascontiguousarray(own.cross), own.owner
     start = np.ascontiguousarray(few.information), few.pull, few.misfit, few.half_log_det
-    mean, factor, misfit, half, values, variance, w = _apart(units, start, scale, sigma, (noise.known, noise.per_misfit))
+    prior = student.scale, student.freedom
+    mean, factor, misfit, half, values, variance, w = _apart(units, start, prior, sigma, (noise.known, noise.per_misfit))
     return Weighed(Posterior(mean, sigma, factor, misfit, half), values, variance, w)
 
 
 @numba.njit(cache=True)
-def _apart(units, start, scale, sigma, noise):  # type: ignore[no-untyped-def]
+def _apart(units, start, student, sigma, noise):  # type: ignore[no-untyped-def]
     """The few columns' mean, factor, misfit and half log determinant; the units' means and variances; the sequences' precisions."""
     information, pull, cross, owner = units
-    sequences, k = owner.max() + 1, len(sigma)
+    (scale, freedom), sequences, k = student, owner.max() + 1, len(sigma)
     w, values, variance = np.ones(sequences), np.empty(len(owner)), np.empty(len(owner))
     mean, factor, misfit, half = np.empty(k), np.empty((k, k)), 0.0, 0.0
     for _ in range(MOST_WEIGHED):
@@ -102,7 +110,7 @@ def _apart(units, start, scale, sigma, noise):  # type: ignore[no-untyped-def]
                     factor[a, b] -= cross[i, a] * variance[i] * cross[i, b]
         log_det, taken = _solved_in_place(factor, mean, sigma)
         half, misfit = half + 0.5 * log_det, misfit - taken
-        size, slope, q = np.full(sequences, TAILS), np.zeros(sequences), np.zeros(sequences)
+        size, slope, q = np.full(sequences, freedom), np.zeros(sequences), np.zeros(sequences)
         for i in range(len(owner)):
             left = pull[i]
             for a in range(k):
@@ -115,7 +123,7 @@ def _apart(units, start, scale, sigma, noise):  # type: ignore[no-untyped-def]
         longest = 0.0
         for s in range(sequences):
             rate = w[s] * slope[s] / (size[s] * scale**4)
-            step = np.log((TAILS + q[s]) / (size[s] * w[s])) / max(1.0 - rate, 1.0 / AT_ONCE)
+            step = np.log((freedom + q[s]) / (size[s] * w[s])) / max(1.0 - rate, 1.0 / AT_ONCE)
             w[s] *= np.exp(step)
             longest = max(longest, abs(step))
         if longest < WEIGHED:
@@ -150,11 +158,11 @@ def _solved_in_place(A, b, sigma):  # type: ignore[no-untyped-def]
     return log_det, taken
 
 
-def _width_of_precision(told: Array) -> Array:
+def _width_of_precision(told: Array, freedom: float) -> Array:
     """Logarithm of what the integral over a sequence's precision has beside its peak, of the dimensions ``told`` (s,) by the data.
 
     Exact where all are told: Student's density over its largest normal one; nothing where none is.
     """
-    freedom = TAILS + told
-    peak = 0.5 * freedom * np.log(freedom / TAILS) - 0.5 * told
-    return np.asarray(gammaln(0.5 * freedom) - gammaln(0.5 * TAILS) - 0.5 * told * np.log(0.5 * TAILS) - peak)
+    after = freedom + told
+    peak = 0.5 * after * np.log(after / freedom) - 0.5 * told
+    return np.asarray(gammaln(0.5 * after) - gammaln(0.5 * freedom) - 0.5 * told * np.log(0.5 * freedom) - peak)

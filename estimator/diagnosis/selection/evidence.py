@@ -26,7 +26,7 @@ from estimator.diagnosis.score_tests import Column
 from estimator.diagnosis.selection.linearised import Linearised
 from estimator.likelihood.reduced import Own, Posterior, Quadratic, posterior
 from estimator.likelihood.rows import NOISE_FREEDOM
-from estimator.likelihood.tails import Noise, with_tails
+from estimator.likelihood.tails import Noise, Student, with_tails
 
 Array = NDArray[np.float64]
 SHARES = 0.5 * np.logspace(-3.0, 0.0, 7)
@@ -247,7 +247,8 @@ class Evidence:
         if known.own is None or known.out is None:
             shared, values, spread, tails = posterior(self._whole.take(known.few), sigma), np.zeros(0), np.zeros(0), 0.0
         else:
-            found, tails = with_tails(known.out, scale[known.own], sigma, self._noise_model)
+            student = Student(scale[known.own], self.of.effects[known.own].freedom)
+            found, tails = with_tails(known.out, student, sigma, self._noise_model)
             shared, values, spread = found.few, found.own, found.spread
         noise = self._noise(shared.misfit)
         value = self._log_density(shared.misfit) - shared.half_log_det + tails

@@ -72,9 +72,16 @@ def looked_at(campaign: Campaign, fit: CampaignFit, catalogue: Catalogue, *, unk
     places, times = [f.x for f in fit.state.flights], [s.setting.times_s for s in campaign.sequences]
     wide = {e.entry.key: e for e in families(places, times)} if unknown else {}
     of = with_facts(linearised(campaign, fit, {**catalogue, **wide}), campaign)
-    trial = Trial(Evidence(of), frozenset(i for i, key in enumerate(of.keys) if key in wide))
+    noise = frozenset(i for i, effect in enumerate(of.effects[: of.own]) if effect.noise)
+    trial = Trial(Evidence(of), frozenset(i for i, key in enumerate(of.keys) if key in wide), noise=noise)
     members = tuple(range(of.own))
     return At(campaign, fit, trial, searched(trial, members), members)
+
+
+def with_noise(at: At, catalogue: Catalogue) -> At:
+    """Where a search starts that has effects which are noise of what was measured: with those in the model, unless flights run away."""
+    noise = tuple(i for i, effect in enumerate(at.trial.evidence.of.effects) if effect.noise)
+    return (noise and moved(at, noise, catalogue, unknown=False)) or at
 
 
 def path_from(at: At, catalogue: Catalogue, told: Told) -> tuple[At, ...]:

@@ -80,12 +80,14 @@ class Trial:
 
     ``evidence``; ``families``: which of its effects are empirical ones; where a search has gone on from here, steps that refits refused,
     ``overrated``, and the set that was ``fitted``: one that never was counts no more than that.
+    Effects that are ``noise`` are in every set.
     """
 
     evidence: Evidence
     families: frozenset[int]
     overrated: tuple[Overrated, ...] = ()
     fitted: Set | None = None
+    noise: frozenset[int] = frozenset()
 
     @cached_property
     def _prior(self) -> tuple[float, float]:
@@ -96,6 +98,8 @@ class Trial:
 
     def log_posterior(self, members: Set) -> float:
         """Up to what all sets share (nats)."""
+        if not self.noise <= set(members):
+            return -np.inf
         value = self.linear(members) - max((each.of(members) for each in self.overrated), default=0.0)
         return value if self.fitted is None else min(value, self.linear(self.fitted))
 

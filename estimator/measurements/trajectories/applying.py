@@ -12,6 +12,11 @@ PLAUSIBLE: dict[str, tuple[float, float]] = {"centre_of_mass": (-0.05, 0.05), "t
 """Ranges of values for things of up to a metre, tracked at a few frames per second and more; the catalogue's are for particles of
 millimetres before a high-speed camera."""
 
+OFTEN_WRONG = 1.0
+"""Degrees of freedom of Student's prior of what spins that were read once are wrong by: right, or wrong by all of it, as many may be.
+
+With 3, as of other values, lift is half as sure where 6 of 15 readings are those of other balls (docs/studies/real_trajectories.md)."""
+
 
 def why_not(effect: EffectModel, tasks: Sequence[TrajectoryTask]) -> str | None:
     """Why an effect cannot show in trajectories; ``None``: it can.

@@ -28,7 +28,7 @@ from estimator.likelihood.rows import (
     weighed,
 )
 from estimator.likelihood.time_shifts import TimeShifts
-from estimator.measurements.trajectories.applying import why_not, with_plausible_values
+from estimator.measurements.trajectories.applying import OFTEN_WRONG, why_not, with_plausible_values
 from estimator.measurements.trajectories.imagined import Tracks
 from estimator.measurements.trajectories.noise_floor import trajectory_floor
 from estimator.measurements.trajectories.residual_maps import trajectory_maps
@@ -40,8 +40,12 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Trajectories:
-    """The kind of :class:`estimator.measurements.trajectories.task.TrajectoryTask`."""
+    """The kind of :class:`estimator.measurements.trajectories.task.TrajectoryTask`.
 
+    ``read_once``: whether spins were measured in one row of a flight, by a reading that may be wrong.
+    """
+
+    read_once: bool = False
     unit: str = "σ"
 
     @property
@@ -168,8 +172,9 @@ class Trajectories:
         return np.flatnonzero(sequence.still & state).astype(np.int64)
 
     def adapted(self, effect: EffectModel) -> EffectModel:
-        """Tracked things may be larger and slower than particles before a camera."""
-        return with_plausible_values(effect)
+        """Tracked things may be larger and slower than particles before a camera; what a spin that was read once is wrong by is noise."""
+        adapted = with_plausible_values(effect)
+        return adapted.as_noise(OFTEN_WRONG) if self.read_once and effect.of_unmeasured_spin else adapted
 
 
 def _known(values: Array) -> list[float | None]:

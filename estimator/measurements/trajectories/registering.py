@@ -15,9 +15,9 @@ from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, Campaign
 from estimator.fitting.campaigns.facts import Fact
 from estimator.fitting.campaigns.registered import Registered
 from estimator.likelihood.alike_noise import channel_noise
-from estimator.measurements.trajectories.kind import TRAJECTORIES
+from estimator.measurements.trajectories.kind import Trajectories
 from estimator.measurements.trajectories.starting import first_flight
-from estimator.measurements.trajectories.task import TrajectoryTask
+from estimator.measurements.trajectories.task import TrajectoryTask, read_once
 from estimator.motion.rigid_body import rotation_matrices
 
 Array = NDArray[np.float64]
@@ -44,7 +44,8 @@ def register_trajectories(trajectories: Sequence[Trajectory], *, told: Callable[
         flights.append(first_flight(task, trajectory.surroundings.body))
         told(trajectory.name)
     tasks = _in_one_volume(tasks)
-    campaign = Campaign(tuple(tasks), particles_of(trajectories), (0,) * len(tasks), floor_px=0.0, body_noise_px=0.0, kind=TRAJECTORIES)
+    kind = Trajectories(read_once=any(read_once(task) for task in tasks))
+    campaign = Campaign(tuple(tasks), particles_of(trajectories), (0,) * len(tasks), floor_px=0.0, body_noise_px=0.0, kind=kind)
     campaign = replace(campaign, facts=_stated_lengths(trajectories))
     state = CampaignState(tuple(flights), tuple(np.zeros(0) for _ in flights))
     stated = [_stated(t) for t in trajectories]

@@ -93,6 +93,11 @@ class TrajectoryTask:
         return mask
 
 
+def read_once(task: TrajectoryTask) -> bool:
+    """Whether a spin was measured in one row alone, beside positions and nothing that turns."""
+    return bool(task.measured == {"x", "omega"} and task.seen("omega").any(axis=1).sum() == 1)
+
+
 def trajectory_errors(task: TrajectoryTask, flight: Flight, model: Model, theta: Array) -> Rows:
     """Residuals and derivatives at a flight and effect parameters ``theta`` (q,)."""
     spins = task.omega_world is not None or task.gyro is not None

@@ -89,7 +89,7 @@ def test_lift_is_measured_beside_spins_that_were_read_wrongly(wrong: tuple[int, 
     registered = register_trajectories(trajectories)
     tried = ("magnus_lift", "unmeasured_lift", "uniform_acceleration", "quadratic_drag")
     found = explain(registered.campaign, registered.start, {key: catalogue()[key] for key in tried})
-    assert set(found.found) == {"magnus_lift", *(("unmeasured_lift",) if wrong else ())}
+    assert found.found == ("magnus_lift",)  # what a reading is wrong by is noise, in the model and in no answer
     assert abs(value_of(found, "magnus_lift") - LIFT) < 0.1 * LIFT
     assert found.held_out.rms_px < 1.5  # a spin that was read once is never left out
     if wrong:
