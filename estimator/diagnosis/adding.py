@@ -20,7 +20,7 @@ from estimator.fitting.campaigns.base_model import base_fit
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState
 from estimator.fitting.campaigns.following import following
 from estimator.fitting.campaigns.held_out import HeldOut, held_out
-from estimator.fitting.campaigns.weighing_again import weighed_again
+from estimator.fitting.campaigns.weighing_again import relinearised, weighed_again
 
 
 def with_effect(campaign: Campaign, fit: CampaignFit, effect: EffectModel) -> tuple[Campaign, CampaignFit]:
@@ -44,10 +44,10 @@ def with_effect(campaign: Campaign, fit: CampaignFit, effect: EffectModel) -> tu
 
 def fit_with(campaign: Campaign, start: CampaignState, effects: Sequence[EffectModel]) -> tuple[Campaign, CampaignFit]:
     """Free flight with all of ``effects``, and the campaign as it is at that fit (:mod:`estimator.fitting.campaigns.following`)."""
-    campaign, fit = weighed_again(*following(campaign, base_fit(campaign, start)))
+    campaign, fit = relinearised(*weighed_again(*following(campaign, base_fit(campaign, start))))
     for effect in effects:
         campaign, fit = with_effect(campaign, fit, effect)
-    return campaign, fit
+    return relinearised(campaign, fit) if effects else (campaign, fit)
 
 
 @dataclass(frozen=True)

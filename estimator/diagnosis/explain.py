@@ -11,7 +11,7 @@ from estimator.diagnosis.adding import fit_with
 from estimator.diagnosis.diagnose import Diagnosis, Unknown, diagnosis_at
 from estimator.diagnosis.selection.groups import FACTOR, group_of, sureness
 from estimator.diagnosis.selection.names import UnderName, key_of, under_names
-from estimator.diagnosis.selection.path import UNFLYABLE, At, looked_at, moved, path_from, relinearised, with_noise
+from estimator.diagnosis.selection.path import At, looked_at, moved, path_from, with_noise
 from estimator.diagnosis.selection.refitting import refitted
 from estimator.diagnosis.selection.search import Set
 from estimator.diagnosis.selection.testing import tests_beside
@@ -19,6 +19,7 @@ from estimator.effects.link import EffectModel
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState
 from estimator.fitting.campaigns.campaign_covariance import CampaignCovariance, campaign_covariance
 from estimator.fitting.campaigns.held_out import HeldOut, held_out
+from estimator.fitting.campaigns.weighing_again import UNFLYABLE
 
 ESTABLISHED = FACTOR / (1.0 + FACTOR)
 """Probability from which on an effect, or something in its place, is established; below, it is suspected."""
@@ -137,7 +138,7 @@ def explain(
     campaign: Campaign, start: CampaignState, catalogue: Mapping[str, EffectModel], *, told: Told = lambda _sentence: None
 ) -> Explanation:
     """Find the most probable set of effects of a ``catalogue``."""
-    begun = with_noise(relinearised(looked_at(*fit_with(campaign, start, ()), catalogue), catalogue), catalogue)
+    begun = with_noise(looked_at(*fit_with(campaign, start, ()), catalogue), catalogue)
     told("every effect was tested")
     path = path_from(begun, catalogue, told)
     best = path[-1]

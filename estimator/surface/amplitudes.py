@@ -67,6 +67,10 @@ class Amplitudes:
         """The surface moved by an ``amplitude`` (m,)."""
         return self.surface.moved((self.moves @ amplitude).reshape(-1, 3))
 
+    def scaled(self, scale: float) -> "Amplitudes":
+        """With standard deviations that are ``scale`` times as large."""
+        return Amplitudes(self.surface, self.moves * scale, np.column_stack([self.mass[:, 0], self.mass[:, 1:] * scale]))
+
     def padded(self, count: int) -> "Amplitudes":
         """With amplitudes that move nothing, up to a ``count`` of them."""
         more = count - self.count
@@ -91,7 +95,7 @@ def amplitudes_of(
     frames = csc_array(every.T @ every)
     border = np.column_stack([J.T @ each.by_motion for J, each in zip(rows, felt, strict=True)])
     answers = factorised(csc_array(known + frames)).solve(_scaled(border))
-    kept = _independent(answers, known, frames)
+    kept = independent(answers, known, frames)
     kept = kept if most is None else kept[:, -most:]
     here = kept.T @ (prior.rows.T @ prior.values + views.J.T @ views.r)
     moves = np.asarray(prior.basis @ kept)
@@ -107,8 +111,8 @@ def _scaled(border: Array) -> Array:
     return np.asarray(border[:, size > 0.0] / size[size > 0.0])
 
 
-def _independent(answers: Array, known: csc_array, frames: csc_array) -> Array:
-    """Combinations (u, m) of ``answers`` (u, p) that are independent with variance one under ``known`` and that ``frames`` feel."""
+def independent(answers: Float[NDArray[np.float64], "u p"], known: csc_array, frames: csc_array) -> Float[NDArray[np.float64], "u m"]:
+    """Combinations of ``answers`` that are independent with variance one under ``known`` (u, u) and that ``frames`` (u, u) feel."""
     answers = answers / np.sqrt(np.sum(answers * (known @ answers), axis=0))
     value, vector = np.linalg.eigh(answers.T @ (known @ answers))
     there = value > ROUNDING * value[-1]

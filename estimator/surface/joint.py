@@ -18,7 +18,8 @@ from estimator.fitting.refinement import scaled_inverse
 from estimator.fitting.tasks import HOLLOW_MOMENTS, HOLLOW_PRODUCTS
 from estimator.motion.flight import COM, INERTIA, N_PARAMETERS, OFFSET, Flight, moved
 from estimator.particle.particle import Particle
-from estimator.surface.arrow import Whole, eliminated, weighed
+from estimator.surface.arrow import Eliminated, Whole, eliminated, weighed
+from estimator.surface.doubt import doubted
 from estimator.surface.evenness import Believed, believed
 from estimator.surface.frame_samples import samples_of_frames
 from estimator.surface.mass import N_MASS, mass_response
@@ -94,7 +95,7 @@ class Joined(Generic[R]):
     """The ``recorded`` at the end with the ``covariance`` (p, p) of all their parameters, and the ``surface``.
 
     ``settled``: whether the steps became small. ``noise_px``: effective noise that samples of views and of every recording were found to
-    have, ``outline_noise_px`` what their outlines show by themselves.
+    have, ``outline_noise_px`` what their outlines show by themselves; ``last``: the equations that it ended with.
     """
 
     recorded: tuple[R, ...]
@@ -103,6 +104,17 @@ class Joined(Generic[R]):
     noise_px: tuple[float, ...]
     outline_noise_px: tuple[float, ...]
     settled: bool
+    last: "Last"
+
+
+@dataclass(frozen=True)
+class Last:
+    """The last equations ``fitted``, the ``whole`` rows of mass properties in them, what was ``known``, and the ``step`` (p,) taken."""
+
+    fitted: Eliminated
+    whole: Whole
+    known: Known
+    step: Array
 
 
 def joined(
@@ -123,7 +135,8 @@ def joined(
         views = samples_of_views(surface, particle.outlines, particle.calibrated, motions=0)
         samples, place = (views, *(each.samples(surface) for each in recorded)), (np.arange(0), *(each.place for each in recorded))
         groups = [weighed(*each, huber, where) for each, where in zip(_beside(samples, believe, noise_px), place, strict=True)]
-        fitted = eliminated(groups, believe, _mass_rows(surface, recorded[0].mass, about, deviation))
+        whole = _mass_rows(surface, recorded[0].mass, about, deviation)
+        fitted = eliminated(groups, believe, whole)
         covariance = scaled_inverse(fitted.H + np.diag(about.precision))
         step = -covariance @ (fitted.g + about.pull)
         sizes = step / np.sqrt(np.maximum(np.diag(covariance), 1e-300))
@@ -134,7 +147,8 @@ def joined(
         settled = bool(gain * np.max(np.abs(sizes)) < SETTLED)
         if settled:
             break
-    return Joined(tuple(recorded), covariance, surface, noise_px, own, settled)
+    last_step = Last(fitted, whole, about, gain * step)
+    return Joined(tuple(recorded), covariance, surface, noise_px, own, settled, last_step)
 
 
 def usual_deviation(particle: Particle) -> Array:
@@ -191,7 +205,7 @@ class JointFit:
     """``flight`` with its ``covariance`` (21, 21) and the ``surface``; ``settled``: whether the steps became small.
 
     ``noise_px``: effective noise that samples of views and of frames were found to have, ``outline_noise_px`` what their outlines show by
-    themselves.
+    themselves; ``scale``: how much further from what views and prior prefer the surface is than they say.
     """
 
     flight: Flight
@@ -200,6 +214,7 @@ class JointFit:
     noise_px: tuple[float, ...]
     outline_noise_px: tuple[float, ...]
     settled: bool
+    scale: float
 
 
 def joint_fit(particle: Particle, sightings: Sightings, begin: tuple[Flight, Shape], prior: Prior, *, huber: float, seed: int) -> JointFit:
@@ -215,5 +230,7 @@ def joint_fit(particle: Particle, sightings: Sightings, begin: tuple[Flight, Sha
 
     flight = replace(begin[0], offset_px=0.0)
     found = joined(particle, begin[1], [FreeFlight(sightings, flight)], known, huber=huber, seed=seed)
-    (one,) = found.recorded
-    return JointFit(one.flight, found.covariance, found.surface, found.noise_px, found.outline_noise_px, found.settled)
+    (one,), last = found.recorded, found.last
+    end = doubted(last.fitted, last.whole, last.known.precision, last.known.pull)
+    flight = moved(one.flight, end.step - last.step)
+    return JointFit(flight, end.covariance, found.surface, found.noise_px, found.outline_noise_px, found.settled, end.scale)

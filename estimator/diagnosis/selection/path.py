@@ -17,10 +17,8 @@ from estimator.diagnosis.selection.search import Overrated, Posterior, Set, Tria
 from estimator.diagnosis.selection.stated import with_facts
 from estimator.effects.empirical.families import families
 from estimator.effects.link import EffectModel
-from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, fit_campaign
-from estimator.fitting.campaigns.following import following
-from estimator.fitting.campaigns.weighing_again import weighed_again
-from estimator.motion.rigid_body import RanAway
+from estimator.fitting.campaigns.campaign import Campaign, CampaignFit
+from estimator.fitting.campaigns.weighing_again import UNFLYABLE, relinearised
 
 GAIN = 0.5
 """Log posterior (nats) that a step has to gain: less is no reason to fit again."""
@@ -30,7 +28,6 @@ MOST_STEPS = 12
 """Sets that are refitted in one search: twice as many as it may have members. By judgement."""
 IMPOSSIBLE = 1e3
 """Nats by which a set counts as overrated whose flights run away (notebook 49)."""
-UNFLYABLE = (RanAway, np.linalg.LinAlgError)
 Told = Callable[[str], None]
 Catalogue = Mapping[str, EffectModel]
 
@@ -91,20 +88,11 @@ def path_from(at: At, catalogue: Catalogue, told: Told) -> tuple[At, ...]:
     """
     path = _climbed(at, catalogue, told, unknown=False)
     if path[-1].keys != at.keys:
-        path = (*path[:-1], *_climbed(relinearised(path[-1], catalogue), catalogue, told, unknown=False))
+        campaign, fit = relinearised(path[-1].campaign, path[-1].fit)
+        end = path[-1] if campaign is path[-1].campaign else looked_at(campaign, fit, catalogue)
+        path = (*path[:-1], *_climbed(end, catalogue, told, unknown=False))
     last = looked_at(path[-1].campaign, path[-1].fit, catalogue, unknown=True)
     return (*path[:-1], *_climbed(last, catalogue, told, unknown=True))
-
-
-def relinearised(at: At, catalogue: Catalogue) -> At:
-    """Where a search stands, with what its sequences share and no parameter says made anew; as it is if that is nothing, or runs away."""
-    campaign, state = at.campaign.kind.relinearised(at.campaign, at.fit)
-    if campaign is at.campaign:
-        return at
-    try:
-        return looked_at(*weighed_again(*following(campaign, fit_campaign(campaign, state, at.fit.model))), catalogue)
-    except UNFLYABLE:
-        return at
 
 
 def _climbed(at: At, catalogue: Catalogue, told: Told, *, unknown: bool) -> tuple[At, ...]:

@@ -1,14 +1,21 @@
-"""Noise and fit in turn: what a fit shows of the noise and of the frames' random times is what the next one is weighed by."""
+"""Noise and fit in turn: what a fit shows of the noise and of the frames' random times is what the next one is weighed by.
+
+What the sequences share and no parameter says, as the surfaces of their particles, is made anew less often (:func:`relinearised`).
+"""
 
 from dataclasses import replace
 
 import numpy as np
 
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState, fit_campaign
+from estimator.fitting.campaigns.following import following
 from estimator.likelihood.time_shifts import jitter_test
+from estimator.motion.rigid_body import RanAway
 
 WEIGHED, SETTLED = 6, 0.02
 """Times that noise and flights are fitted in turn at most, and the relative change of the noise after which both have settled."""
+UNFLYABLE = (RanAway, np.linalg.LinAlgError)
+"""What is raised where a model's flights run away."""
 
 
 def weighed_again(campaign: Campaign, fit: CampaignFit) -> tuple[Campaign, CampaignFit]:
@@ -22,6 +29,20 @@ def weighed_again(campaign: Campaign, fit: CampaignFit) -> tuple[Campaign, Campa
             break
         campaign, fit = again, fit_campaign(again, state, fit.model)
     return campaign, fit
+
+
+def relinearised(campaign: Campaign, fit: CampaignFit) -> tuple[Campaign, CampaignFit]:
+    """The campaign with what its sequences share and no parameter says made anew at a fit, and the fit to that.
+
+    Both as they are if that is nothing, or where flights run away.
+    """
+    made, state = campaign.kind.relinearised(campaign, fit)
+    if made is campaign:
+        return campaign, fit
+    try:
+        return weighed_again(*following(made, fit_campaign(made, state, fit.model)))
+    except UNFLYABLE:
+        return campaign, fit
 
 
 def _with_noise(campaign: Campaign, fit: CampaignFit) -> Campaign:

@@ -6,11 +6,13 @@ where a fit has moved the outlines: between, a residual costs no search. Samples
 averaged: their noise is new in each, and what they say of a motion is nearly the same.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter1d
 from scipy.sparse import csr_array
 
 from estimator.appearance.sector_shape import sectors_of
@@ -22,6 +24,8 @@ from estimator.surface.samples import across_of, stacked
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
+EVENED = 5
+"""Samples whose mean place decides on a sector: a fifth of a sample's own noise is left in it."""
 SECTORS = 64
 """Of an outline: four to six samples each, within which noise may be alike. By judgement."""
 
@@ -93,7 +97,7 @@ def contacts_at(amplitudes: Amplitudes, amplitude: Array, sightings: Sightings, 
         parts.append((met, across_of(met, camera) @ placed.R[i], np.zeros((end - first, 0))))
     every = stacked(surface, parts, 0.0)
     point = np.concatenate([(met.point - placed.t[i]) @ placed.R[i] for i, (met, _, _) in enumerate(parts)])
-    cell = sighting * SECTORS + _sectors(sightings.outlines_px)
+    cell = sighting * SECTORS + _sectors(np.split(samples_px, ends[1:-1]))
     count = np.bincount(cell, minlength=len(counts) * SECTORS).astype(np.float64)
     averaging = csr_array((1.0 / count[cell], (cell, np.arange(len(cell)))), shape=(len(count), len(cell)))
     by_corner = csr_array(averaging @ every.by_corner)
@@ -102,6 +106,11 @@ def contacts_at(amplitudes: Amplitudes, amplitude: Array, sightings: Sightings, 
     return Contacts(sighting, cell, point, normal, count.reshape(-1, SECTORS), by_corner, moved, amplitude, placed)
 
 
-def _sectors(outlines_px: tuple[Array, ...]) -> Index:
-    """Sector of every sample, seen from the middle of its outline's points."""
-    return np.concatenate([sectors_of(outline, outline.mean(axis=0), SECTORS) for outline in outlines_px])
+def _sectors(outlines_px: Sequence[Array]) -> Index:
+    """Sector of every sample by where it and its neighbours lie, seen from the middle of its outline's points.
+
+    By where a sample itself lies, one that its noise moves out of a step along the line of sight would count for the next sector: means over
+    sectors of rough bodies then receded as blurred outlines do.
+    """
+    even = (uniform_filter1d(outline, EVENED, axis=0, mode="wrap") for outline in outlines_px)
+    return np.concatenate([sectors_of(points, points.mean(axis=0), SECTORS) for points in even])

@@ -15,7 +15,7 @@ from estimator.diagnosis.residual_maps import ResidualMap
 from estimator.effects.instrument.surface_amplitudes import SurfaceAmplitudes
 from estimator.effects.link import EffectModel
 from estimator.effects.model import Model
-from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState, SequenceEquations
+from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState, SequenceEquations, fit_campaign
 from estimator.likelihood.rows import (
     freedoms,
     log_density,
@@ -27,6 +27,7 @@ from estimator.likelihood.rows import (
     weighed,
 )
 from estimator.likelihood.time_shifts import TimeShifts
+from estimator.measurements.outlines.doubt import with_doubt
 from estimator.measurements.outlines.imagined import SampledPictures
 from estimator.measurements.outlines.maps import outline_floor, outline_maps
 from estimator.measurements.outlines.surfaces import refitted_surfaces
@@ -99,8 +100,9 @@ class Outlines:
         return with_contacts(sequence, flight, model, theta)
 
     def relinearised(self, campaign: Campaign, fit: CampaignFit) -> tuple[Campaign, CampaignState]:
-        """About the surfaces that views and frames show together."""
-        return refitted_surfaces(campaign, fit, self)
+        """About the surfaces that views and frames show together, as uncertain as the frames show them to be."""
+        campaign, state = refitted_surfaces(campaign, fit, self)
+        return with_doubt(campaign, fit_campaign(campaign, state, fit.model))
 
     def noise_scales(self, campaign: Campaign, equations: Sequence[SequenceEquations]) -> Array | None:
         """Noise of the samples over what outlines show by themselves."""

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.observation import CalibratedView
-from estimator.appearance.model_errors import SequenceTask
+from estimator.appearance.model_errors import SequenceTask, centres_cam
 from estimator.appearance.sector_shape import sector_shape
 from estimator.data.configuration import Configuration
 from estimator.effects.link import EffectModel
@@ -17,7 +17,7 @@ from estimator.fitting.campaigns.registered import Registered
 from estimator.measurements.outlines.contacts import SECTORS, contacts_at
 from estimator.measurements.outlines.kind import Outlines
 from estimator.measurements.outlines.surfaces import Flown, with_surface
-from estimator.measurements.outlines.task import OutlineTask, placed_at
+from estimator.measurements.outlines.task import OutlineTask, placed_at, with_sectors
 from estimator.motion.flight import Flight
 from estimator.particle.particle import Particle
 from estimator.surface.amplitudes import Amplitudes
@@ -59,8 +59,8 @@ def _bare(sequence: SequenceTask, flight: Flight, particle: Particle, surface: S
     """The sequence with the samples' contacts at a free flight, with a surface that nothing moves."""
     none = Amplitudes.none(surface)
     sightings = sequence.task.sightings
-    _, placed = placed_at(sequence, flight, Model(), NONE)
-    return OutlineTask(
+    prediction, placed = placed_at(sequence, flight, Model(), NONE)
+    task = OutlineTask(
         **{name: getattr(sequence, name) for name in SequenceTask.__dataclass_fields__},
         particle=particle,
         contacts=contacts_at(none, NONE, sightings, placed, np.concatenate(sightings.outlines_px)),
@@ -71,6 +71,7 @@ def _bare(sequence: SequenceTask, flight: Flight, particle: Particle, surface: S
         deviation=usual_deviation(particle),
         kept=np.ones(len(sightings), dtype=np.bool_),
     )
+    return with_sectors(task, prediction, centres_cam(flight, placed))
 
 
 def _px_m(view: CalibratedView, place: Array) -> float:

@@ -17,7 +17,16 @@ from estimator.effects.link import EffectModel
 from estimator.effects.model import Model
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState, layout_of
 from estimator.fitting.campaigns.campaign_covariance import placed
-from estimator.measurements.outlines.task import OutlineTask, amplitudes_in, outline_errors, placed_at, with_contacts_at, with_sectors
+from estimator.measurements.outlines.task import (
+    MOVED_PX,
+    OutlineTask,
+    amplitudes_in,
+    moved_px,
+    outline_errors,
+    placed_at,
+    with_contacts_at,
+    with_sectors,
+)
 from estimator.motion.flight import COM, INERTIA, N_PARAMETERS, OFFSET, Flight, moved
 from estimator.surface.amplitudes import Amplitudes, Felt, amplitudes_of
 from estimator.surface.joint import Known, joined
@@ -141,9 +150,7 @@ def _known(flown: Sequence[Flown], size: int) -> Known:
 
 def with_surface(flown: Sequence[Flown], shape: Shape, kind: Asked, *, most: int | None = None) -> list[Flown]:
     """Sequences of one particle about a surface: their contacts, its amplitudes, and mass properties that are off those of the surface."""
-    none = Amplitudes.none(shape.surface)
-    met = [replace(each, task=with_contacts_at(replace(each.task, amplitudes=none), each.flight, each.model, each.theta)) for each in flown]
-    met = [replace(each, task=_with_sectors(each)) for each in met]
+    met = [replace(each, task=_met(each, shape.surface)) for each in flown]
     first = met[0]
     felt = [_felt(each, kind.effects) for each in met]
     found, here = amplitudes_of(first.task.particle, first.flight.body, shape, felt, huber=kind.huber, most=most)
@@ -156,9 +163,13 @@ def with_surface(flown: Sequence[Flown], shape: Shape, kind: Asked, *, most: int
     return made
 
 
-def _with_sectors(flown: Flown) -> OutlineTask:
-    prediction, placed = placed_at(flown.task, flown.flight, flown.model, flown.theta)
-    return with_sectors(flown.task, prediction, centres_cam(flown.flight, placed))
+def _met(flown: Flown, surface: Surface) -> OutlineTask:
+    """What samples meet of a ``surface`` that nothing moves; the shape of outlines is made anew only where they have moved."""
+    task = with_contacts_at(replace(flown.task, amplitudes=Amplitudes.none(surface)), flown.flight, flown.model, flown.theta)
+    if moved_px(flown.task, task.contacts.placed, flown.task.contacts.amplitude) < MOVED_PX:
+        return task
+    prediction, placed = placed_at(task, flown.flight, flown.model, flown.theta)
+    return with_sectors(task, prediction, centres_cam(flown.flight, placed))
 
 
 def _with_amplitudes(task: OutlineTask, amplitudes: Amplitudes, here: Array) -> OutlineTask:

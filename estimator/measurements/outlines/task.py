@@ -121,7 +121,7 @@ def placed_at(sequence: SequenceTask, flight: Flight, model: Model, theta: Array
 def with_contacts(sequence: OutlineTask, flight: Flight, model: Model, theta: Array) -> OutlineTask:
     """The sequence with its contacts and tables made at a flight; as it is where that hardly moves its outlines; ``theta`` (q,)."""
     prediction, placed = placed_at(sequence, flight, model, theta)
-    if _moved_px(sequence, placed, theta[amplitudes_in(model)]) < MOVED_PX:
+    if moved_px(sequence, placed, theta[amplitudes_in(model)]) < MOVED_PX:
         return sequence
     return with_sectors(with_contacts_at(sequence, flight, model, theta), prediction, centres_cam(flight, placed))
 
@@ -144,8 +144,11 @@ def with_sectors(sequence: OutlineTask, prediction: Prediction, centre_cam: Arra
     return replace(sequence, sectors=sector_shape(outlines, motions, SECTORS))
 
 
-def _moved_px(sequence: OutlineTask, placed: PoseSet, amplitude: Array) -> float:
-    """Root mean square by which the points that samples meet have moved in the pictures since they were found."""
+def moved_px(sequence: OutlineTask, placed: PoseSet, amplitude: Array) -> float:
+    """Root mean square (px) by which the points that samples meet have moved in the pictures since they were found.
+
+    ``placed``: poses (n,) of the body now, camera axes; ``amplitude`` (m,) of the surface.
+    """
     contacts, sightings = sequence.contacts, sequence.task.sightings
     now, before = (_pixels(contacts, sightings, each)[1] for each in (placed, contacts.placed))
     surface = contacts.by_amplitude @ (amplitude - contacts.amplitude)

@@ -1,0 +1,70 @@
+"""The scale of what a surface is off by: found where the data tell it, one where they do not; motions are as sure as it lets them."""
+
+import numpy as np
+import pytest
+from scipy.sparse import csr_array
+
+from estimator.surface import doubt
+from estimator.surface.arrow import Eliminated, Whole, eliminated, weighed
+from estimator.surface.doubt import doubted, scale_of
+from estimator.surface.evenness import believed
+from estimator.surface.samples import Samples
+from estimator.surface.star_surface import Surface, sphere
+
+MOTIONS = 4
+
+
+@pytest.mark.parametrize("scale", [1.0, 3.0])
+def test_the_scale_of_amplitudes_is_found(scale: float) -> None:
+    found = []
+    for seed in range(8):
+        rng = np.random.default_rng(seed)
+        information = np.diag(10.0 ** rng.uniform(-2, 2, size=150))
+        pull = information @ (scale * rng.normal(size=150)) + np.sqrt(information) @ rng.normal(size=150)
+        found.append(scale_of(information, pull))
+    assert np.mean(found) == pytest.approx(scale, rel=0.1)
+
+
+def test_without_information_the_scale_is_one() -> None:
+    assert scale_of(np.zeros((20, 20)), np.zeros(20)) == pytest.approx(1.0)
+
+
+@pytest.fixture(scope="module")
+def equations() -> tuple[Eliminated, Whole]:
+    rng = np.random.default_rng(3)
+    surface = Surface(sphere(2), np.zeros(3), 3e-3 * sphere(2).directions)
+    n = 3 * len(surface.vertices)
+    views, frames = (
+        Samples(
+            0.1 * rng.normal(size=300),
+            np.array([0, 120, 300]),
+            csr_array(1e3 * rng.normal(size=(300, n)) * (rng.uniform(size=(300, n)) < 0.02)),
+            rng.normal(size=(300, count)),
+        )
+        for count in (0, MOTIONS)
+    )
+    whole = Whole(rng.normal(size=3), rng.normal(size=(3, MOTIONS)), 1e2 * rng.normal(size=(n, 3)))
+    prior = believed(surface, 0.05)
+    groups = [weighed(views, prior, 0.2, 4.0), weighed(frames, prior, 0.2, 4.0)]
+    return eliminated(groups, prior, whole), whole
+
+
+def test_a_surface_as_sure_as_it_says_gives_the_step_without_it(
+    equations: tuple[Eliminated, Whole], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    fitted, whole = equations
+    precision, pull = np.full(MOTIONS, 0.3), np.arange(1.0, 5.0)
+    monkeypatch.setattr(doubt, "scale_of", lambda _information, _pull: 1.0)
+    found = doubted(fitted, whole, precision, pull)
+    covariance = np.linalg.inv(fitted.H + np.diag(precision))
+    np.testing.assert_allclose(found.covariance, covariance, rtol=1e-6)
+    np.testing.assert_allclose(found.step, -covariance @ (fitted.g + pull), rtol=1e-6)
+
+
+def test_motions_are_less_sure_where_the_surface_is(equations: tuple[Eliminated, Whole], monkeypatch: pytest.MonkeyPatch) -> None:
+    fitted, whole = equations
+    spread = []
+    for scale in (1.0, 3.0):
+        monkeypatch.setattr(doubt, "scale_of", lambda _information, _pull, scale=scale: scale)
+        spread.append(np.diag(doubted(fitted, whole, np.full(MOTIONS, 0.3), np.zeros(MOTIONS)).covariance))
+    assert np.all(spread[1] > spread[0])
