@@ -109,8 +109,8 @@ def contacts_at(amplitudes: Amplitudes, amplitude: Array, sightings: Sightings, 
 def _sectors(outlines_px: Sequence[Array]) -> Index:
     """Sector of every sample by where it and its neighbours lie, seen from the middle of its outline's points.
 
-    By its own place, a sample that its noise moves out of a step along the line of sight would count for the next sector: means over sectors
-    of rough bodies then receded as blurred outlines do.
+    By its own place, a sample that its noise moves out of a step along the line of sight would count for the next sector: means over
+    sectors of rough bodies then receded as blurred outlines do.
     """
     even = (uniform_filter1d(outline, EVENED, axis=0, mode="wrap") for outline in outlines_px)
     return np.concatenate([sectors_of(points, points.mean(axis=0), SECTORS) for points in even])
