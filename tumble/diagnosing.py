@@ -227,7 +227,8 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told, *, 
     more = possible_names(explanation.path[-1], groups, explanation.fit.model.keys)
     of = uncertain(registered.campaign, settled_fit(registered, explanation.fit), question.candidates, more)
     written = estimated(question, campaign, out, of=of)
-    verdict = _settled(verdict_of_explanation(verdict_of(last), explanation), written["settled"], explanation)
+    named = [each.key for group in groups for each in group]
+    verdict = _settled(verdict_of_explanation(verdict_of(last, named=named), explanation), written["settled"], explanation)
     drops = drop_entries(registered.campaign)
     contact = judged(out, drops, campaign.observations, told) if judged is not None and drops and written["settled"] else None
     steps, apart = _step_entries(explanation, campaign)

@@ -1,6 +1,7 @@
 """The verdict in words: what is missing, how sure, and what cannot be told apart."""
 
 import math
+from collections.abc import Collection
 from dataclasses import dataclass
 
 from estimator.diagnosis.diagnose import Diagnosis, Finding, TestedValue, blind_to, says_nothing, tested_values
@@ -31,8 +32,11 @@ def sureness(probability: float) -> str:
     return "likely" if probability < 0.5 else "not established"
 
 
-def verdict_of(diagnosis: Diagnosis) -> Verdict:
-    """The verdict on a diagnosis: what the most probable set of effects has that the model lacks."""
+def verdict_of(diagnosis: Diagnosis, *, named: Collection[str] = ()) -> Verdict:
+    """The verdict on a diagnosis: what the most probable set of effects has that the model lacks.
+
+    ``named``: keys of effects that are told as other names of what is in the model, which these data cannot show beside it.
+    """
     n = len(diagnosis.findings)
     if n == 0:
         return Verdict("nothing missing", "Every known effect is in the model already: there is nothing left to test.", (), ())
@@ -46,10 +50,10 @@ def verdict_of(diagnosis: Diagnosis) -> Verdict:
     if not diagnosis.missing:
         sure = percent(diagnosis.probability)
         if diagnosis.probability < 0.5:
-            return Verdict("judged", f"Nothing is established. {likely_more(diagnosis)}", _blind(diagnosis), ())
+            return Verdict("judged", f"Nothing is established. {likely_more(diagnosis)}", _blind(diagnosis, named), ())
         sentence = f"Nothing is missing (probability {sure}): with none of {n} further effects is the model more probable."
         needless = (f"The evidence does without: {_listed(diagnosis.superfluous)}.",) if diagnosis.superfluous else ()
-        return Verdict("nothing missing", sentence, (*needless, *_blind(diagnosis)), ())
+        return Verdict("nothing missing", sentence, (*needless, *_blind(diagnosis, named)), ())
     opening = f"The model misses something: {sureness(diagnosis.probability)} (nothing missing: {percent(diagnosis.probability)})."
     known = {f.key: f for f in diagnosis.findings}
     named = tuple(key for key in diagnosis.missing if key in known)
@@ -72,9 +76,9 @@ def percent(probability: float) -> str:
     return f"{probability:.1%}" if 1e-3 <= probability <= 0.999 else "< 0.1%" if probability < 0.5 else "> 99.9%"
 
 
-def _blind(diagnosis: Diagnosis) -> tuple[str, ...]:
-    """What nothing can be said of."""
-    blind = blind_to(diagnosis)
+def _blind(diagnosis: Diagnosis, named: Collection[str]) -> tuple[str, ...]:
+    """What nothing can be said of, nor is in what was said."""
+    blind = tuple(key for key in blind_to(diagnosis) if key not in named)
     return (f"Too little data for these, however large within reason: {_listed(blind)}.",) if blind else ()
 
 
