@@ -201,6 +201,14 @@ def diagnosed(question: Question, campaign: Prepared, out: Path, told: Told) -> 
     }
 
 
+def _below(floor: NoiseFloor, rest: Document | None) -> NoiseFloor:
+    """The floor of a fit, where something unknown was found no higher than beside that: what is left of it counts as noise that repeats."""
+    lower = floor.floor_px if rest is None else min(floor.floor_px, rest["floor_px"])
+    more = (floor.floor_px / lower) ** 2 if lower > 0.0 else 1.0
+    interval = (more * floor.interval[0], more * floor.interval[1])
+    return replace(floor, floor_px=lower, repeated_px=floor.repeated_px / np.sqrt(more), reduced=more * floor.reduced, interval=interval)
+
+
 def _sure(found: Diagnosis) -> tuple[float, float]:
     """Of a diagnosis, the p-value below which something is missing, and that level: the evidence decides where both differ."""
     return (min(found.p, 0.5 * ALPHA) if found.missing else max(found.p, ALPHA)), ALPHA
@@ -240,7 +248,7 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told, *, 
     return {
         **content,
         "names": name_entries(groups),
-        "noise_floor": noise_floor_entry(_floor(registered.campaign, explanation.fit), registered.campaign, _sure(last)),
+        "noise_floor": noise_floor_entry(_below(_floor(registered.campaign, explanation.fit), rest), registered.campaign, _sure(last)),
         "maps": [map_entry(each) for each in residual_maps(registered.campaign, explanation.fit)],
         "begun": diagnosis_entry(diagnosis_at(explanation.begun), names),
         "diagnosis": diagnosis_entry(last, names),
