@@ -193,7 +193,9 @@ def diagnosed(question: Question, campaign: Prepared, out: Path, told: Told) -> 
     return {
         **content,
         "diagnosis": diagnosis_entry(found, campaign.names, apart),
-        "noise_floor": noise_floor_entry(_floor(campaign.registered.campaign, fit), campaign.registered.campaign, _sure(found)),
+        "noise_floor": noise_floor_entry(
+            _below(_floor(campaign.registered.campaign, fit), rest), campaign.registered.campaign, _sure(found)
+        ),
         "unknown": rest,
         "verdict": verdict_entry(
             with_unknown(verdict, rest, partial(question.command, "ladder")), law_command(out) if rest else _next(question, verdict)
@@ -202,11 +204,21 @@ def diagnosed(question: Question, campaign: Prepared, out: Path, told: Told) -> 
 
 
 def _below(floor: NoiseFloor, rest: Document | None) -> NoiseFloor:
-    """The floor of a fit, where something unknown was found no higher than beside that: what is left of it counts as noise that repeats."""
-    lower = floor.floor_px if rest is None else min(floor.floor_px, rest["floor_px"])
-    more = (floor.floor_px / lower) ** 2 if lower > 0.0 else 1.0
-    interval = (more * floor.interval[0], more * floor.interval[1])
-    return replace(floor, floor_px=lower, repeated_px=floor.repeated_px / np.sqrt(more), reduced=more * floor.reduced, interval=interval)
+    """The floor of a fit, where something unknown was found no higher than beside that: what is left of it counts as noise that repeats.
+
+    Where more than the noise is ``allowed``, the floor beside the unknown has that in it, and says nothing of this one.
+    """
+    if rest is None or floor.allowed != 1.0 or not 0.0 < rest["floor_px"] < floor.floor_px:
+        return floor
+    more = (floor.floor_px / rest["floor_px"]) ** 2
+    return replace(
+        floor,
+        floor_px=rest["floor_px"],
+        repeated_px=floor.repeated_px / more**0.5,
+        reduced=more * floor.reduced,
+        interval=(more * floor.interval[0], more * floor.interval[1]),
+        per_sequence=more * floor.per_sequence,
+    )
 
 
 def _sure(found: Diagnosis) -> tuple[float, float]:
@@ -366,9 +378,9 @@ def scattered(explanation: Explanation) -> tuple[str, ...]:
             named = [owner_name(campaign, effect.entry.scope, owners[i]) for i in far[:MOST_TOLD]]
             names = ", ".join(named) + (", …" if len(far) > MOST_TOLD else "")
             out = f"; {len(far)} stand out: {names}" if len(far) else ""
-            if effect.noise:
+            if effect.noise and len(far):
                 told.append(f"Spins that were read once do not account for all of the lift; beside what they say it scatters: {each}{out}.")
-            else:
+            elif not effect.noise:
                 told.append(f"{_plain(effect.entry.key).capitalize()} differs from sequence to sequence, cause unknown: {each}{out}.")
     return tuple(told)
 

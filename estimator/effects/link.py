@@ -249,7 +249,8 @@ class EffectModel:
         return np.asarray(~sized & (not theta[sized].any()))
 
     noise: bool = False
-    """Whether it is noise of what was measured: in every set of a search, as large as the evidence has it, and in no answer."""
+    """Whether it is noise of what was measured: where effects are searched for (``explain``) it is in every set, as large as the evidence
+    has it, and in no answer. A single look (``diagnose``) tests it as any other."""
     of_unmeasured_spin: ClassVar[bool] = False
     """Whether the effect stands for a spin that was not measured throughout."""
     frozen: tuple[str, ...] = ()

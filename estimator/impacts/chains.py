@@ -184,9 +184,11 @@ def fitted_chains(seen: Seen, task: FitTask, impacts_s: Array, configuration: Co
             continue
         try:
             flights = _neighbours(seen, tasks, (longest, start.solution.state), impacts_s, configuration)
-            chains.append(Chain(found, _joint(task, flights, impacts_s)))
+            chain = Chain(found, _joint(task, flights, impacts_s))
         except RanAway:
             continue
+        if np.isfinite(chain.solution.equations.cost):
+            chains.append(chain)
     if not chains:
         raise NoMeasurement(Status.NO_CONVERGENCE, RAN_AWAY)
     return sorted(chains, key=lambda c: c.solution.equations.cost)

@@ -210,7 +210,10 @@ def _joint(seen: SeenPair, tasks: tuple[FitTask, FitTask], chains: tuple[list[Ch
     times = [s.state.layout[SHARED] for s in own]
     knowledge = [1.0 / float(np.linalg.pinv(s.equations.H, hermitian=True)[t, t].item()) for s, t in zip(own, times, strict=True)]
     start = at_one_time(own[0].state, own[1].state, (max(knowledge[0], 1e-9), max(knowledge[1], 1e-9)))
-    pair = fit_jointly(parts_of(tasks, start), start).state
+    fitted = fit_jointly(parts_of(tasks, start), start)
+    if not np.isfinite(fitted.equations.cost):
+        raise RanAway("the pair's flights cannot be flown together")
+    pair = fitted.state
     ready = [prepared_task(*each, configuration) for each in zip(seen.both, tasks, pair.both, strict=True)]
     hulls, settings = hulls_of((seen.both[0].particle, seen.both[1].particle)), refinement_settings(configuration)
     free = solve(parts_of(ready, pair), pair, settings)

@@ -19,13 +19,13 @@ from estimator.fitting.tasks import HOLLOW_MOMENTS, HOLLOW_PRODUCTS
 from estimator.motion.flight import COM, INERTIA, N_PARAMETERS, OFFSET, Flight, moved
 from estimator.particle.particle import Particle
 from estimator.surface.arrow import Eliminated, Whole, eliminated, weighed
-from estimator.surface.doubt import doubted
 from estimator.surface.evenness import Believed, believed
 from estimator.surface.frame_samples import samples_of_frames
 from estimator.surface.mass import N_MASS, mass_response
 from estimator.surface.samples import Samples, samples_of_views
 from estimator.surface.shape import Shape, own_noise_px
 from estimator.surface.star_surface import Surface
+from estimator.surface.surface_scale import scaled_step
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -109,7 +109,7 @@ class Joined(Generic[R]):
 
 @dataclass(frozen=True)
 class Last:
-    """The last equations ``fitted``, the ``whole`` rows of mass properties in them, what was ``known``, and the ``step`` (p,) taken."""
+    """The last equations ``fitted``, the ``whole`` rows of mass properties in them, what was ``known``, the ``step`` (p,) they ask for."""
 
     fitted: Eliminated
     whole: Whole
@@ -147,7 +147,7 @@ def joined(
         settled = bool(gain * np.max(np.abs(sizes)) < SETTLED)
         if settled:
             break
-    last_step = Last(fitted, whole, about, gain * step)
+    last_step = Last(fitted, whole, about, step)
     return Joined(tuple(recorded), covariance, surface, noise_px, own, settled, last_step)
 
 
@@ -231,6 +231,6 @@ def joint_fit(particle: Particle, sightings: Sightings, begin: tuple[Flight, Sha
     flight = replace(begin[0], offset_px=0.0)
     found = joined(particle, begin[1], [FreeFlight(sightings, flight)], known, huber=huber, seed=seed)
     (one,), last = found.recorded, found.last
-    end = doubted(last.fitted, last.whole, last.known.precision, last.known.pull)
+    end = scaled_step(last.fitted, last.whole, last.known.precision, last.known.pull)
     flight = moved(one.flight, end.step - last.step)
     return JointFit(flight, end.covariance, found.surface, found.noise_px, found.outline_noise_px, found.settled, end.scale)

@@ -15,7 +15,7 @@ def surface_statistics(joint: JointFit) -> dict[str, Any]:
     return {
         "effective_noise_px": dict(zip(GROUPS, joint.noise_px, strict=True)),
         "outline_noise_px": dict(zip(GROUPS, joint.outline_noise_px, strict=True)),
-        "doubt": joint.scale,
+        "surface_scale": joint.scale,
         "settled": joint.settled,
     }
 

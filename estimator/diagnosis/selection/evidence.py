@@ -237,8 +237,8 @@ class Evidence:
         return [j for j in (place - 1, place + 1) if 0 <= j < len(self.scales_of(effect))]
 
     def _scattered(self, sized: Sequence[int]) -> int | None:
-        """The effect whose values of every sequence are integrated out: that of most columns."""
-        return max((e for e in sized if self._own[e]), key=lambda e: len(self._rows[e]), default=None)
+        """The effect whose values of every sequence are integrated out: one that is noise, or that of most columns."""
+        return max((e for e in sized if self._own[e]), key=lambda e: (self.of.effects[e].noise, len(self._rows[e])), default=None)
 
     def _at(self, sized: Sequence[int], scales: Sequence[float]) -> _At:
         """A set at given scales of its effects' priors."""

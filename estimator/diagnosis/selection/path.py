@@ -88,11 +88,18 @@ def path_from(at: At, catalogue: Catalogue, told: Told) -> tuple[At, ...]:
     """
     path = _climbed(at, catalogue, told, unknown=False)
     if path[-1].keys != at.keys:
-        campaign, fit = relinearised(path[-1].campaign, path[-1].fit)
-        end = path[-1] if campaign is path[-1].campaign else looked_at(campaign, fit, catalogue)
-        path = (*path[:-1], *_climbed(end, catalogue, told, unknown=False))
+        path = (*path[:-1], *_climbed(_relinearised(path[-1], catalogue), catalogue, told, unknown=False))
     last = looked_at(path[-1].campaign, path[-1].fit, catalogue, unknown=True)
     return (*path[:-1], *_climbed(last, catalogue, told, unknown=True))
+
+
+def _relinearised(at: At, catalogue: Catalogue) -> At:
+    """Where a search stands, about surfaces that follow its model; as it is where there are none, or flights run away."""
+    campaign, fit = relinearised(at.campaign, at.fit)
+    try:
+        return at if campaign is at.campaign else looked_at(campaign, fit, catalogue)
+    except UNFLYABLE:
+        return at
 
 
 def _climbed(at: At, catalogue: Catalogue, told: Told, *, unknown: bool) -> tuple[At, ...]:

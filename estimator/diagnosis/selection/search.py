@@ -93,7 +93,7 @@ class Trial:
     def _prior(self) -> tuple[float, float]:
         """Log prior odds of an effect of the catalogue and of a family to be missing."""
         wide = len(self.families)
-        known = len(self.evidence.of.effects) - wide
+        known = len(self.evidence.of.effects) - wide - len(self.noise)
         return float(np.log(EXPECTED / max(known, 1))), float(np.log(UNKNOWN / max(wide, 1)))
 
     def log_posterior(self, members: Set) -> float:
@@ -111,7 +111,7 @@ class Trial:
 
     def allowed(self, members: Set) -> bool:
         """Whether a set is one of those that compete."""
-        return len(members) <= MOST and sum(e in self.families for e in members) <= 1
+        return len(set(members) - self.noise) <= MOST and sum(e in self.families for e in members) <= 1
 
 
 def searched(trial: Trial, start: Set = ()) -> Posterior:

@@ -36,10 +36,10 @@ def relinearised(campaign: Campaign, fit: CampaignFit) -> tuple[Campaign, Campai
 
     Both as they are if that is nothing, or where flights run away.
     """
-    made, state = campaign.kind.relinearised(campaign, fit)
-    if made is campaign:
-        return campaign, fit
     try:
+        made, state = campaign.kind.relinearised(campaign, fit)
+        if made is campaign:
+            return campaign, fit
         return weighed_again(*following(made, fit_campaign(made, state, fit.model)))
     except UNFLYABLE:
         return campaign, fit

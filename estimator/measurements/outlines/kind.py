@@ -27,9 +27,9 @@ from estimator.likelihood.rows import (
     weighed,
 )
 from estimator.likelihood.time_shifts import TimeShifts
-from estimator.measurements.outlines.doubt import with_doubt
 from estimator.measurements.outlines.imagined import SampledPictures
 from estimator.measurements.outlines.maps import outline_floor, outline_maps
+from estimator.measurements.outlines.surface_scale import with_surface_scale
 from estimator.measurements.outlines.surfaces import refitted_surfaces
 from estimator.measurements.outlines.task import OutlineErrors, OutlineTask, outline_errors, with_contacts
 from estimator.measurements.silhouettes.imagined import Pictures
@@ -102,7 +102,7 @@ class Outlines:
     def relinearised(self, campaign: Campaign, fit: CampaignFit) -> tuple[Campaign, CampaignState]:
         """About the surfaces that views and frames show together, as uncertain as the frames show them to be."""
         campaign, state = refitted_surfaces(campaign, fit, self)
-        return with_doubt(campaign, fit_campaign(campaign, state, fit.model))
+        return with_surface_scale(campaign, fit_campaign(campaign, state, fit.model))
 
     def noise_scales(self, campaign: Campaign, equations: Sequence[SequenceEquations]) -> Array | None:
         """Noise of the samples over what outlines show by themselves."""

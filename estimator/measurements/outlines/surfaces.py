@@ -1,6 +1,7 @@
-"""The surfaces of a campaign's particles: fitted once more where the campaign's model is known, and as amplitudes of what is fitted.
+"""The surfaces of a campaign's particles: first those that the calibrated views alone show, then those that follow the frames, too.
 
-Until then they are those that the calibrated views alone show: an effect that is missing would bend a surface that follows the frames.
+They are made anew where the base model is fitted, and where a search has ended with another one; about them they are amplitudes of what is
+fitted.
 """
 
 from collections.abc import Sequence

@@ -44,7 +44,7 @@ def register_trajectories(trajectories: Sequence[Trajectory], *, told: Callable[
         flights.append(first_flight(task, trajectory.surroundings.body))
         told(trajectory.name)
     tasks = _in_one_volume(tasks)
-    kind = Trajectories(read_once=any(read_once(task) for task in tasks))
+    kind = Trajectories(read_once=bool(tasks) and all(read_once(task) for task in tasks))
     campaign = Campaign(tuple(tasks), particles_of(trajectories), (0,) * len(tasks), floor_px=0.0, body_noise_px=0.0, kind=kind)
     campaign = replace(campaign, facts=_stated_lengths(trajectories))
     state = CampaignState(tuple(flights), tuple(np.zeros(0) for _ in flights))

@@ -108,7 +108,7 @@ def test_a_flight_that_cannot_be_flown_costs_more_than_any_other(task: FitTask) 
     assert np.isfinite(cost(task, spinning()))
 
 
-def test_a_fit_that_starts_where_nothing_can_be_flown_ends_with_infinitecost(task: FitTask) -> None:
+def test_a_fit_that_starts_where_nothing_can_be_flown_ends_with_infinite_cost(task: FitTask) -> None:
     """So that any other start is better; spins beyond what a camera follows count as run away before they overflow."""
     with np.errstate(over="ignore", invalid="ignore"):
         for spin in (1e300, 1e7):

@@ -1,4 +1,4 @@
-"""A campaign with the surfaces of its particles as uncertain as its frames show them to be (:mod:`estimator.surface.doubt`)."""
+"""A campaign with the surfaces of its particles as uncertain as its frames show them to be (:mod:`estimator.surface.surface_scale`)."""
 
 from dataclasses import replace
 
@@ -9,12 +9,12 @@ from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, Campaign
 from estimator.fitting.campaigns.campaign_covariance import campaign_covariance
 from estimator.measurements.outlines.task import amplitudes_in
 from estimator.motion.flight import N_PARAMETERS
-from estimator.surface.doubt import scale_of
+from estimator.surface.surface_scale import scale_of
 
 Array = NDArray[np.float64]
 
 
-def with_doubt(campaign: Campaign, fit: CampaignFit) -> tuple[Campaign, CampaignState]:
+def with_surface_scale(campaign: Campaign, fit: CampaignFit) -> tuple[Campaign, CampaignState]:
     """The campaign with the amplitudes of each particle's surface as large as they most probably are, and a fit's state in them."""
     part = amplitudes_in(fit.model)
     covariance = campaign_covariance(campaign, fit)

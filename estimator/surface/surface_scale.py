@@ -26,7 +26,7 @@ TURNS, CLOSE = 100, 1e-3
 
 
 @dataclass(frozen=True)
-class Doubted:
+class ScaledStep:
     """The ``scale`` of the surface's distance, and the motions' ``step`` (p,) and ``covariance`` (p, p) there."""
 
     scale: float
@@ -34,7 +34,7 @@ class Doubted:
     covariance: Float[NDArray[np.float64], "p p"]
 
 
-def doubted(fitted: Eliminated, whole: Whole, precision: Array, pull: Array) -> Doubted:
+def scaled_step(fitted: Eliminated, whole: Whole, precision: Array, pull: Array) -> ScaledStep:
     """The step of all motions with the surface as uncertain as the frames show it to be.
 
     ``fitted``: views first, then what the motions move; ``whole`` rows of mass properties; ``precision`` and ``pull`` (p,): information and
@@ -57,7 +57,7 @@ def doubted(fitted: Eliminated, whole: Whole, precision: Array, pull: Array) -> 
     H[p:, p:] += np.eye(len(here)) / scale**2
     covariance = scaled_inverse(H)
     step = -covariance @ (g + np.concatenate([np.zeros(p), here / scale**2]))
-    return Doubted(scale, step[:p], covariance[:p, :p])
+    return ScaledStep(scale, step[:p], covariance[:p, :p])
 
 
 def scale_of(information: Float[NDArray[np.float64], "m m"], pull: Float[NDArray[np.float64], " m"]) -> float:

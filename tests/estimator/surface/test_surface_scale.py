@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from scipy.sparse import csr_array
 
-from estimator.surface import doubt
+from estimator.surface import surface_scale
 from estimator.surface.arrow import Eliminated, Whole, eliminated, weighed
-from estimator.surface.doubt import doubted, scale_of
 from estimator.surface.evenness import believed
 from estimator.surface.samples import Samples
 from estimator.surface.star_surface import Surface, sphere
+from estimator.surface.surface_scale import scale_of, scaled_step
 
 MOTIONS = 4
 
@@ -54,8 +54,8 @@ def test_a_surface_as_sure_as_it_says_gives_the_step_without_it(
 ) -> None:
     fitted, whole = equations
     precision, pull = np.full(MOTIONS, 0.3), np.arange(1.0, 5.0)
-    monkeypatch.setattr(doubt, "scale_of", lambda _information, _pull: 1.0)
-    found = doubted(fitted, whole, precision, pull)
+    monkeypatch.setattr(surface_scale, "scale_of", lambda _information, _pull: 1.0)
+    found = scaled_step(fitted, whole, precision, pull)
     covariance = np.linalg.inv(fitted.H + np.diag(precision))
     np.testing.assert_allclose(found.covariance, covariance, rtol=1e-6)
     np.testing.assert_allclose(found.step, -covariance @ (fitted.g + pull), rtol=1e-6)
@@ -65,6 +65,6 @@ def test_motions_are_less_sure_where_the_surface_is(equations: tuple[Eliminated,
     fitted, whole = equations
     spread = []
     for scale in (1.0, 3.0):
-        monkeypatch.setattr(doubt, "scale_of", lambda _information, _pull, scale=scale: scale)
-        spread.append(np.diag(doubted(fitted, whole, np.full(MOTIONS, 0.3), np.zeros(MOTIONS)).covariance))
+        monkeypatch.setattr(surface_scale, "scale_of", lambda _information, _pull, scale=scale: scale)
+        spread.append(np.diag(scaled_step(fitted, whole, np.full(MOTIONS, 0.3), np.zeros(MOTIONS)).covariance))
     assert np.all(spread[1] > spread[0])
