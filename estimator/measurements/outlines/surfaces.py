@@ -143,10 +143,18 @@ def _known(flown: Sequence[Flown], size: int) -> Known:
     precision, pull = np.zeros(size), np.zeros(size)
     for each in flown:
         own = each.model.precision_at(each.theta)
-        precision[each.place[N_PARAMETERS:]], pull[each.place[N_PARAMETERS:]] = own, own * each.theta
+        precision[each.place[N_PARAMETERS:]], pull[each.place[N_PARAMETERS:]] = own + _still(each.model), own * each.theta
         offset, held = each.place[OFFSET.start], each.task.task.prior.precision[OFFSET][0]
         precision[offset], pull[offset] = held, held * each.flight.offset_px
     return Known(first.flight.body, first.place[np.r_[COM, INERTIA]], precision, pull)
+
+
+def _still(model: Model) -> Array:
+    """One (q,) for each parameter of a model that no step changes: numbers of frames, and the size of what is drawn anew in every frame."""
+    still = model.frozen.astype(np.float64)
+    for effect, part in zip(model.effects, model.slices, strict=True):
+        still[part] += float(effect.random)
+    return still
 
 
 def with_surface(flown: Sequence[Flown], shape: Shape, kind: Asked, *, most: int | None = None) -> list[Flown]:

@@ -5,6 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from estimator.effects.model import Model
+from estimator.effects.registry import MODELS
 from estimator.fitting.campaigns.campaign import fit_campaign
 from estimator.fitting.campaigns.campaign_covariance import campaign_covariance
 from estimator.measurements.outlines import surface_scale
@@ -50,3 +52,14 @@ def test_the_scale_is_that_of_the_amplitudes() -> None:
             / np.where(campaign.sequences[0].amplitudes.moves == 0.0, 1.0, campaign.sequences[0].amplitudes.moves)
         )
     assert np.abs(found[1]).max() > 3.0 * np.abs(found[0]).max()
+
+
+@pytest.mark.parametrize("key", ["trigger_jitter", "dropped_frames"])
+def test_surfaces_follow_models_with_parameters_that_no_step_changes(key: str) -> None:
+    campaign, fit = registered().campaign, fitted()
+    model = Model((*fit.model.effects, MODELS[key]))
+    theta = tuple(np.concatenate([each, np.zeros(model.size - len(each))]) for each in fit.state.theta)
+    fit = fit_campaign(campaign, replace(fit.state, theta=theta), model)
+    made, state = campaign.kind.relinearised(campaign, fit)
+    assert made is not campaign
+    assert all(np.isfinite(each).all() for each in state.theta)
