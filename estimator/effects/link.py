@@ -250,7 +250,7 @@ class EffectModel:
 
     noise: bool = False
     """Whether it is noise of what was measured: where effects are searched for (``explain``) it is in every set, as large as the evidence
-    has it, and in no answer. A single look (``diagnose``) tests it as any other."""
+    has it, and in no answer. The score tests (``diagnose``) hold it a candidate as any other."""
     of_unmeasured_spin: ClassVar[bool] = False
     """Whether the effect stands for a spin that was not measured throughout."""
     frozen: tuple[str, ...] = ()

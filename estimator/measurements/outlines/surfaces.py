@@ -174,6 +174,8 @@ def with_surface(flown: Sequence[Flown], shape: Shape, kind: Asked, *, most: int
 
 def _met(flown: Flown, surface: Surface) -> OutlineTask:
     """What samples meet of a ``surface`` that nothing moves; the shape of outlines is made anew only where they have moved."""
+    if flown.task.amplitudes.surface is surface:
+        return flown.task
     task = with_contacts_at(replace(flown.task, amplitudes=Amplitudes.none(surface)), flown.flight, flown.model, flown.theta)
     if moved_px(flown.task, task.contacts.placed, flown.task.contacts.amplitude) < MOVED_PX:
         return task
