@@ -28,6 +28,7 @@ from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, Campaign
 from estimator.fitting.campaigns.campaign_covariance import CampaignCovariance, campaign_covariance
 from estimator.fitting.campaigns.held_out import HeldOut, held_out
 from estimator.fitting.campaigns.wald import zero_p
+from estimator.fitting.descent import Effort
 
 Array = NDArray[np.float64]
 BOOTSTRAP_SEED = 20240229
@@ -170,7 +171,7 @@ def fit_terms(campaign: Campaign, fit: CampaignFit, terms: tuple[Valued, ...], f
     for flights, values in ((free.state.flights, full), (fit.state.flights, silent)):
         start = CampaignState(flights, tuple(np.concatenate([theta, values]) for theta in fit.state.theta))
         try:
-            found.append(fit_campaign(campaign, start, model, most_steps=MOST_LAW_STEPS, dampings=LAW_DAMPINGS))
+            found.append(fit_campaign(campaign, start, model, Effort(MOST_LAW_STEPS, dampings=LAW_DAMPINGS)))
         except (ValueError, np.linalg.LinAlgError):  # flights under it run away
             continue
         if found[-1].settled:

@@ -25,6 +25,7 @@ from estimator.effects.link import Moment
 from estimator.effects.model import Model
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, fit_campaign
 from estimator.fitting.campaigns.forced_velocities import forced_states
+from estimator.fitting.descent import Effort
 from estimator.motion.flight import N_PARAMETERS
 from estimator.motion.rigid_body import rotation_matrices
 
@@ -72,7 +73,7 @@ def repeated(moments: Moment, times: int) -> Moment:
 def pooled_scores(campaign: Campaign, wide: CampaignFit) -> PooledScores:
     """Scores of a campaign fitted with both curves, the last effects of the model, as if they were not there."""
     model = Model((*wide.model.effects[:-2], StandingForceCurve(), StandingTorqueCurve()))
-    standing = fit_campaign(campaign, wide.state, model, most_steps=0)
+    standing = fit_campaign(campaign, wide.state, model, Effort(steps=0))
     _, scores = score_tests(campaign, standing, Candidates.of(campaign, (FreeForceCurve(), FreeTorqueCurve())))
     node, weight = np.polynomial.legendre.leggauss(NODES)
     powers = np.polynomial.legendre.legvander(node, DEGREES[-1])

@@ -21,10 +21,9 @@ from scipy.special import chdtrc
 from datasets.vocabulary.effects import Scope
 from estimator.effects.link import LEAST_COUNT, EffectModel
 from estimator.effects.model import Model
-from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState, SequenceEquations, sequence_equations, shared_prior
+from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState, SequenceEquations, sequence_equations
 from estimator.fitting.stable_inverse import stable_inverse
 from estimator.likelihood.time_shifts import JitterTest, jitter_test
-from estimator.motion.flight import N_PARAMETERS
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -173,7 +172,7 @@ def candidate_equations(campaign: Campaign, fit: CampaignFit, candidates: Candid
 
 def arranged(campaign: Campaign, equations: tuple[SequenceEquations, ...], model: Model, candidates: Candidates) -> Linear:
     """Where each candidate's columns lie in the equations of the sequences; ``model`` is the fit's own."""
-    extra, first = candidates.tried, N_PARAMETERS + model.size
+    extra, first = candidates.tried, model.layout.size
     names: list[tuple[int, int, int]] = []
     for e, s in extra:
         names += [(e, s, p) for p in range(len(candidates.effects[e].entry.parameters))]
@@ -218,8 +217,8 @@ SMALLEST_VISIBLE = 1e-12
 def _projected(campaign: Campaign, fit: CampaignFit, linear: Linear) -> tuple[EfficientScores, _Projection, NDArray[np.bool_]]:
     """Efficient scores without their noise, the projection behind them, and which columns (c,) the data see at all."""
     layout, c = fit.layout, len(linear.columns)
-    prior = shared_prior(campaign, layout, fit.model, fit.state)
-    bb, bg = prior.information.copy(), prior.gradient.copy()
+    known = fit.system(campaign).known
+    bb, bg = known.H.copy(), known.g.copy()
     bc, cc, cg = np.zeros((layout.size, c)), np.zeros((c, c)), np.zeros(c)
     kept, whole = [], np.zeros(c)
     for each, place, own, number in zip(linear.equations, layout.place, linear.local, linear.number, strict=True):
@@ -262,8 +261,7 @@ def _noise(campaign: Campaign, fit: CampaignFit, linear: Linear, which: tuple[_P
     """Covariance (c, c) of the efficient scores of the columns kept."""
     projection, kept = which
     layout = fit.layout
-    prior = shared_prior(campaign, layout, fit.model, fit.state)
-    total = projection.shared[:, kept].T @ prior.information @ projection.shared[:, kept]
+    total = projection.shared[:, kept].T @ fit.system(campaign).known.H @ projection.shared[:, kept]
     weighted, more = [], campaign.kind.noise_ratio(campaign, linear.equations)
     position = {int(column): i for i, column in enumerate(kept)}
     for each, place, own, number, A in zip(linear.equations, layout.place, linear.local, linear.number, projection.local, strict=True):

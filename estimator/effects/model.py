@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 from datasets.vocabulary.camera import Intrinsics
 from estimator.effects.dependence import needs_attitude
 from estimator.effects.link import BodyChange, EffectModel, Moment, Places, Setting
+from estimator.motion.blocks import Block, Layout
+from estimator.motion.flight import LAYOUT
 from estimator.motion.rigid_body import Rate, States, rotation_matrices
 
 Array = NDArray[np.float64]
@@ -25,6 +27,11 @@ class Model:
     """Effects in the order in which they were added."""
 
     effects: tuple[EffectModel, ...] = ()
+
+    @cached_property
+    def layout(self) -> Layout:
+        """Of a flight's parameters, and then of those of the effects: 21 + q, as derivatives have them."""
+        return Layout((*LAYOUT.blocks, *(_block(effect) for effect in self.effects)))
 
     @cached_property
     def slices(self) -> tuple[slice, ...]:
@@ -106,7 +113,7 @@ class Model:
     @property
     def names(self) -> tuple[str, ...]:
         """``key.parameter`` of every parameter."""
-        return tuple(f"{e.entry.key}.{p.name}" for e in self.effects for p in e.entry.parameters)
+        return self.layout.labels[LAYOUT.size :]
 
     def times(self, theta: Array, setting: Setting, times_s: Array) -> Array:
         """True times of frames with nominal times."""
@@ -161,6 +168,13 @@ class Model:
         """Sum of the displacements (n, k, 1) px of the outlines' own points."""
         each = (effect.displaced(theta[part], places, setting) for effect, part in self.touching("shift"))
         return _summed(each, np.zeros(places.radius_px.shape))
+
+
+def _block(effect: EffectModel) -> Block:
+    """An effect's parameters."""
+    entry, held = effect.entry, 0.0 if effect.held is None else np.array(effect.held) ** -2.0
+    steps = np.array([p.step for p in entry.parameters])
+    return Block(entry.key, tuple(f"{entry.key}.{p.name}" for p in entry.parameters), steps, held, entry.scope)
 
 
 def _summed(shifts: Iterable[Array | None], total: Array) -> Array:

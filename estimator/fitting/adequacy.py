@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from scipy.special import chdtrc
 
 from estimator.fitting.problem import alone, prior_of, with_more
-from estimator.fitting.refinement import NothingSeen, Refined, determined, sandwich, scaled_inverse
+from estimator.fitting.refinement import NothingSeen, Refined, sandwich, scaled_inverse
 from estimator.fitting.weighed_tangencies import linearise
 from estimator.motion.flight import Motion
 
@@ -61,8 +61,7 @@ def misfit(refined: Refined[Motion]) -> Misfit | None:
     at, own = linearise(task, motion, refined.at.settings, basis), motion.layout.size
     try:
         system = with_more(at, prior_of(alone(task, motion), motion))
-        b = -(scaled_inverse(determined(system.equations.H)) @ system.equations.g)[own:]
-        C = sandwich(system)[own:, own:]
+        b, C = system.solved().step[own:], sandwich(system)[own:, own:]
         statistic = float(b @ scaled_inverse(C) @ b)
         each = [_component(b, C, axis) for axis in range(len(AXES))]
     except NothingSeen:

@@ -14,12 +14,11 @@ from numpy.typing import NDArray
 
 from estimator.data.fit_task import FitTask
 from estimator.fitting.levenberg_marquardt import NormalEquations
+from estimator.fitting.system import Arrangement, Index, System
 from estimator.motion.blocks import State
 from estimator.motion.flight import Motion
 
 Array = NDArray[np.float64]
-Index = NDArray[np.int64]
-
 
 S = TypeVar("S", bound=State)
 M = TypeVar("M", bound=Motion)
@@ -44,20 +43,6 @@ def alone(task: FitTask, motion: M) -> tuple[Part[M, M]]:
 
 
 @dataclass(frozen=True)
-class System(Generic[T]):
-    """A problem linearised at a state.
-
-    ``told`` by the outlines of each part, whose parameters (c,) lie at ``places`` (c,); ``known`` from facts and priors, and the
-    ``equations`` of all together, both of all p parameters.
-    """
-
-    told: tuple[T, ...]
-    places: tuple[Index, ...]
-    known: NormalEquations
-    equations: NormalEquations
-
-
-@dataclass(frozen=True)
 class Problem(Generic[S, M, T]):
     """Parts, what ``linearise`` makes of the outlines of each under a motion, and facts."""
 
@@ -71,7 +56,9 @@ class Problem(Generic[S, M, T]):
         for fact in self.facts:
             more = fact(state)
             known = NormalEquations(known.H + more.H, known.g + more.g, known.cost + more.cost)
-        return together(tuple(self.linearise(p.task, p.motion(state)) for p in self.parts), tuple(p.place for p in self.parts), known)
+        told = tuple(self.linearise(part.task, part.motion(state)) for part in self.parts)
+        at = Arrangement(tuple(part.place for part in self.parts), state.layout.size)
+        return System(told, at, known, known.cost + sum(each.cost for each in told))
 
 
 def prior_of(parts: Sequence[Part[S, M]], state: S) -> NormalEquations:
@@ -82,25 +69,9 @@ def prior_of(parts: Sequence[Part[S, M]], state: S) -> NormalEquations:
     return NormalEquations(np.diag(precision), precision * values, 0.5 * float(values @ (precision * values)))
 
 
-def together(told: tuple[T, ...], places: tuple[Index, ...], known: NormalEquations) -> System[T]:
-    """What outlines told of the parameters at ``places`` (c,), and what is known of all."""
-    g = known.g.copy()
-    for place, each in zip(places, told, strict=True):
-        g[place] += each.g
-    H, cost = with_known(known, places, [each.H for each in told]), known.cost + sum(each.cost for each in told)
-    return System(told, places, known, NormalEquations(H, g, cost))
-
-
 def with_more(told: T, known: NormalEquations) -> System[T]:
     """What outlines told of more parameters than those of which something is known."""
     size = len(told.g)
     more = (0, size - len(known.g))
-    return together((told,), (np.arange(size),), NormalEquations(np.pad(known.H, more), np.pad(known.g, more), known.cost))
-
-
-def with_known(known: NormalEquations, places: Sequence[Index], of_parts: Sequence[Array]) -> Array:
-    """What is known (p, p) and matrices ``of_parts`` (c, c) in their ``places`` (c,)."""
-    H = known.H.copy()
-    for place, each in zip(places, of_parts, strict=True):
-        H[np.ix_(place, place)] += each
-    return H
+    known = NormalEquations(np.pad(known.H, more), np.pad(known.g, more), known.cost)
+    return System((told,), Arrangement((np.arange(size),), size), known, known.cost + told.cost)

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from estimator.appearance.flight_errors import unbiased_errors
 from estimator.data.fit_task import FitTask, Sightings
 from estimator.fitting.focal_flight import at_focal
-from estimator.fitting.problem import Fact, M, M_co, Part, Problem, S, System, T, alone, with_known
+from estimator.fitting.problem import Fact, M, M_co, Part, Problem, S, T, alone
+from estimator.fitting.system import System
 from estimator.fitting.weighed_tangencies import Linearised, Refinement, linearise
 from estimator.likelihood.noise_model import MeasuredNoise, measured_noise, with_noise
 from estimator.motion.blocks import State
@@ -83,7 +84,7 @@ def solve(parts: Sequence[Part[S, M]], state: S, settings: Refinement, facts: Se
     problem: Problem[S, M, Linearised] = Problem(noisy, partial(linearise, settings=settings), tuple(facts))
     state, system, settled = stepped(problem, state)
     covariance, bound = spread(system)
-    inverse, refined = scaled_inverse(system.equations.H), []
+    inverse, refined = system.solved().shared, []
     for part, at, noise in zip(parts, system.told, noises, strict=True):
         own = np.ix_(part.place, part.place)
         refined.append(Refined(part.motion(state), covariance[own], bound[own], inverse[own], at, settled, noise))
@@ -115,10 +116,9 @@ def stepped(problem: Problem[S, M, T], state: S) -> tuple[S, System[T], bool]:
     """
     system, settled, last = problem.at(state), False, None
     for count in range(1, MOST_STEPS + 1):
-        H, g = system.equations.H, system.equations.g
-        inverse = scaled_inverse(H)
-        step = -inverse @ g
-        back = last is not None and count > FINE_STEPS and float(last @ H @ step) < 0.0
+        solution = system.solved()
+        step = solution.step
+        back = last is not None and count > FINE_STEPS and float(last @ system.H @ step) < 0.0
         last = step
         try:
             there = state.moved(0.5 * step if back else step)
@@ -126,9 +126,8 @@ def stepped(problem: Problem[S, M, T], state: S) -> tuple[S, System[T], bool]:
         except RanAway:
             settled = False
             break
-        size = float(np.max(np.abs(step) / np.sqrt(np.diag(inverse))))
-        settled = size < STEADY
-        if size < SETTLED or (settled and count >= FINE_STEPS):
+        settled = solution.size < STEADY
+        if solution.size < SETTLED or (settled and count >= FINE_STEPS):
             break
     return state, system, settled
 
@@ -141,7 +140,7 @@ def spread(system: System[Linearised]) -> tuple[Array, Array]:
     NothingSeen
         Where there is none: the sightings say nothing of some parameter, or of some combination of them.
     """
-    bound = scaled_inverse(with_known(system.known, system.places, [each.information for each in system.told]))
+    bound = scaled_inverse(system.added(each.information for each in system.told))
     return sandwich(system), 0.5 * (bound + bound.T)
 
 
@@ -153,9 +152,8 @@ def sandwich(system: System[Linearised]) -> Array:
     NothingSeen
         Where there is none.
     """
-    inverse = scaled_inverse(determined(system.equations.H))
-    covariance = inverse @ with_known(system.known, system.places, [each.spread for each in system.told]) @ inverse
-    return np.asarray(0.5 * (covariance + covariance.T))
+    determined(system.H)
+    return system.sandwich(system.added(each.spread for each in system.told))
 
 
 def scaled_inverse(H: Array) -> Array:

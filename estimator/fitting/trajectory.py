@@ -47,8 +47,12 @@ def fit_jointly(parts: Sequence[Part[S, M]], start: S, *, max_steps: int = 25, t
     def cost_of(state: S) -> float:
         return sum(cost(part.task, part.motion(state)) for part in parts) + prior_of(parts, state).cost
 
+    def linearised(state: S) -> NormalEquations:
+        system = problem.at(state)
+        return NormalEquations(system.H, system.g, system.cost)
+
     try:
-        descent = Descent(cost_of, lambda state: problem.at(state).equations, lambda state, step: state.moved(step))
+        descent = Descent(cost_of, linearised, lambda state, step: state.moved(step))
         return minimise(descent, start, max_steps=max_steps, tolerance=tolerance)
     except RanAway:
         size = start.layout.size

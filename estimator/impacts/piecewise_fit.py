@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.data.fit_task import FitTask
-from estimator.fitting.refinement import Refined, refine, sandwich, scaled_inverse, spread, system_at, with_noise_at
+from estimator.fitting.refinement import Refined, refine, sandwich, spread, system_at, with_noise_at
 from estimator.fitting.weighed_tangencies import Refinement
 from estimator.impacts.loose_contact import LONGEST_SPREAD_S, loosened
 from estimator.impacts.plate_contact import PlateTask, held_by_plate
@@ -49,7 +49,7 @@ def widened_by(task: FitTask, refined: PiecewiseRefined, settings: Refinement, l
     system = system_at(with_noise_at(task, refined.flight)[0], loose, settings)
     own = loose.layout.columns(refined.flight.layout.names)
     covariance, bound = (matrix[np.ix_(own, own)] for matrix in spread(system))
-    step = (scaled_inverse(system.equations.H) @ system.equations.g)[own]
+    step = system.solved().step[own]
     return replace(refined, covariance=covariance + np.outer(step, step), bound=bound)
 
 
@@ -57,4 +57,4 @@ def spread_at(task: FitTask, flight: PiecewiseFlight, number: int, settings: Ref
     """What the outlines say of a shift at impact ``number`` of a refined flight: z (5,) s, from one step, and its covariance."""
     loose = loosened(flight, number, LONGEST_SPREAD_S)
     system, shift = system_at(with_noise_at(task, flight)[0], loose, settings), loose.layout[named(SHIFT, number)]
-    return -(scaled_inverse(system.equations.H) @ system.equations.g)[shift], sandwich(system)[shift, shift]
+    return system.solved().step[shift], sandwich(system)[shift, shift]

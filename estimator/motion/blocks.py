@@ -1,4 +1,4 @@
-"""Parameters by name: blocks, each with its step for difference quotients and what is known of it beforehand, and where they lie.
+"""Parameters by name: blocks, each with what shares it, its step for difference quotients and what is known of it, and where they lie.
 
 A prior is about zero: rotations, deviations of the body and whatever else has one are stated as increments or deviations.
 """
@@ -11,6 +11,8 @@ from typing import Protocol, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from datasets.vocabulary.effects import Scope
+
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
@@ -19,13 +21,15 @@ Index = NDArray[np.int64]
 class Block:
     """Parameters of one ``name``, each with a label that says its unit.
 
-    ``step`` of central differences, 0 where poses do not depend on them; ``precision`` (c,): information of the prior.
+    ``step`` (c,) of central differences, 0 where poses do not depend on them; ``precision`` (c,): information of the prior.
+    ``scope``: whose they are, where there are several sequences.
     """
 
     name: str
     labels: tuple[str, ...]
-    step: float = 0.0
+    step: Array | float = 0.0
     precision: Array | float = 0.0
+    scope: Scope = Scope.SEQUENCE
 
 
 @dataclass(frozen=True)
@@ -61,16 +65,25 @@ class Layout:
     @cached_property
     def steps(self) -> Array:
         """Steps (p,) of central differences."""
-        return np.repeat([block.step for block in self.blocks], [len(block.labels) for block in self.blocks])
+        return np.concatenate([np.broadcast_to(block.step, len(block.labels)) for block in self.blocks])
 
     @property
     def precision(self) -> Array:
         """Diagonal (p,) of the priors' information."""
         return np.concatenate([np.broadcast_to(block.precision, len(block.labels)) for block in self.blocks])
 
+    @cached_property
+    def scopes(self) -> tuple[Scope, ...]:
+        """Whose each of the p parameters is."""
+        return tuple(block.scope for block in self.blocks for _ in block.labels)
+
     def columns(self, names: Iterable[str]) -> Index:
         """Where the parameters (c,) of some blocks lie."""
         return np.concatenate([np.arange(self.size)[self[name]] for name in names])
+
+    def of(self, scope: Scope) -> Index:
+        """Where the parameters (c,) of a scope lie."""
+        return self.columns(block.name for block in self.blocks if block.scope is scope)
 
     def held(self, known: Mapping[str, Array | float]) -> "Layout":
         """With what is ``known`` (c,) of some blocks as their precision."""

@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.vocabulary.body import Body, signed_axes
+from datasets.vocabulary.effects import Scope
 from estimator.motion.blocks import Block, Layout, State
 from estimator.motion.rigid_body import (
     Rate,
@@ -46,9 +47,9 @@ LAYOUT = Layout(
         Block("theta", ("theta_x_rad", "theta_y_rad", "theta_z_rad"), 1e-5),
         Block("v", ("v_x_ms", "v_y_ms", "v_z_ms"), 1e-4),
         Block("omega", ("omega_x_rads", "omega_y_rads", "omega_z_rads"), 1e-3),
-        Block("com", ("com_1_m", "com_2_m", "com_3_m"), 1e-6),
-        Block("inertia", ("inertia_11", "inertia_22", "inertia_12", "inertia_13", "inertia_23"), 1e-4),
-        Block("offset", ("outline_offset_px",)),
+        Block("com", ("com_1_m", "com_2_m", "com_3_m"), 1e-6, scope=Scope.PARTICLE),
+        Block("inertia", ("inertia_11", "inertia_22", "inertia_12", "inertia_13", "inertia_23"), 1e-4, scope=Scope.PARTICLE),
+        Block("offset", ("outline_offset_px",), scope=Scope.CAMERA),
     )
 )
 """Of a flight. Steps: truncation below 1e-8 and rounding below 1e-9 of each column."""

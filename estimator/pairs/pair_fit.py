@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.data.fit_task import FitTask
-from estimator.fitting.problem import Index, Part
+from estimator.fitting.problem import Part
 from estimator.fitting.refinement import Solved
+from estimator.fitting.system import Index
 from estimator.motion.blocks import Layout
 from estimator.motion.piecewise import TIME, PiecewiseFlight, named
 

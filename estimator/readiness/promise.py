@@ -26,7 +26,7 @@ from estimator.data.configuration import Configuration
 from estimator.data.fit_task import FitTask, Sightings
 from estimator.data.no_measurement import NoMeasurement
 from estimator.fitting.calibration_share import calibration_share
-from estimator.fitting.refinement import NothingSeen, sandwich, scaled_inverse, system_at
+from estimator.fitting.refinement import NothingSeen, sandwich, system_at
 from estimator.fitting.tasks import fit_task, refinement_settings
 from estimator.measurements.silhouettes.imagined import NEVER_OUTLYING
 from estimator.motion.flight import OMEGA, Flight, V, flown
@@ -136,7 +136,7 @@ def _deviations(
         covariance = sandwich(replace(system, told=(replace(at, frames=frames),)))
     except NothingSeen:
         return None
-    share = calibration_share(flight, at, scaled_inverse(system.equations.H), gravity_covariance)
+    share = calibration_share(flight, at, system.solved().shared, gravity_covariance)
     covariance = covariance if share is None else covariance + share.parameters @ share.parameters.T
     R = imagined.sightings.cameras[0].R_cam_world
     v, omega = (R @ covariance[part, part] @ R.T for part in (V, OMEGA))

@@ -16,7 +16,7 @@ from estimator.data.configuration import Configuration
 from estimator.data.versions import versions
 from estimator.effects.parameter_values import WithInterval
 from estimator.fitting.calibration_share import with_what_is_missing
-from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, fit_campaign, shared_prior, solve_arrow
+from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, fit_campaign
 from estimator.fitting.campaigns.campaign_covariance import CampaignCovariance, campaign_covariance
 from estimator.fitting.campaigns.considered import Considered
 from estimator.fitting.campaigns.forced_velocities import body_under, motion_under, velocities_under
@@ -171,16 +171,8 @@ def left_to_go(registered: Registered, fit: CampaignFit, covariance: CampaignCov
 
     Tangencies that change from vertex to vertex keep some fits going round at a tenth of one: their ``settled`` asks too much.
     """
-    campaign = registered.campaign
-    solution = solve_arrow(fit.equations, fit.layout, shared_prior(campaign, fit.layout, fit.model, fit.state))
     sigma = np.sqrt(np.maximum(np.diag(covariance.covariance), 1e-300))
-    largest = 0.0
-    for rows, place, local in zip(covariance.place, fit.layout.place, solution.local, strict=True):
-        steps = np.concatenate(
-            [np.abs(local) / sigma[rows[fit.layout.local]], np.abs(solution.shared[place]) / sigma[rows[fit.layout.shared]]]
-        )
-        largest = max(largest, float(steps.max()))
-    return largest
+    return float(np.max(np.abs(fit.system(registered.campaign).solved().step) / sigma))
 
 
 def settled_fit(registered: Registered, fit: CampaignFit) -> CampaignFit:

@@ -14,15 +14,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.estimate import Estimate, FrameReport, ImpactEstimate, SegmentEstimate, Status, VelocityEstimate
+from datasets.vocabulary.effects import Scope
 from datasets.vocabulary.state import Motion
 from estimator.appearance.model_errors import SequenceTask
-from estimator.fitting.campaigns.campaign import STATE, Campaign, CampaignFit
+from estimator.fitting.campaigns.campaign import Campaign, CampaignFit
 from estimator.fitting.campaigns.considered import Considered
 from estimator.fitting.campaigns.forced_velocities import body_under, motion_under, reached_under
 from estimator.impacts.chains import LEAST_JUMP
 from estimator.measurements.trajectories.impacts import impact_record
 from estimator.measurements.trajectories.meeting_flights import Meeting, meeting
-from estimator.motion.flight import N_PARAMETERS, Flight, fitted_body
+from estimator.motion.flight import LAYOUT, N_PARAMETERS, Flight, fitted_body
 from estimator.motion.reached import Reached
 from estimator.motion.rotation import quaternion
 from estimator.reports.told_parameters import Told
@@ -181,12 +182,12 @@ def _motion(flights: Sequence[FittedFlight], spans: Sequence[tuple[float, float]
 
 def _parameters(flights: Sequence[FittedFlight], own: Sequence[Estimate], told: Told) -> dict[str, Any]:
     """Names, values and joint covariance: those of the first flight with all that is shared, then the states of the others."""
-    place = told.covariance.place
+    place, state = told.covariance.place, LAYOUT.of(Scope.SEQUENCE)
     names, values, rows = list(own[0].parameters), [own[0].values], [place[flights[0].number]]
     for each, estimate in zip(flights[1:], own[1:], strict=True):
-        names += [f"flight_{each.sequence.number}_{name}" for name in estimate.parameters[:STATE]]
-        values.append(estimate.values[:STATE])
-        rows.append(place[each.number][:STATE])
+        names += [f"flight_{each.sequence.number}_{name}" for name in np.array(estimate.parameters)[state]]
+        values.append(estimate.values[state])
+        rows.append(place[each.number][state])
     at = np.concatenate(rows)
     return {"parameters": tuple(names), "values": np.concatenate(values), "covariance": told.covariance.covariance[np.ix_(at, at)]}
 

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from estimator.diagnosis.score_tests import Candidates, Column, EfficientScores, arranged, candidate_equations, efficient_scores
 from estimator.effects.link import EffectModel, Setting
 from estimator.effects.model import Model
-from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState, SequenceEquations, layout_of, shared_prior
+from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState, SequenceEquations, layout_of
 from estimator.likelihood.time_shifts import JitterTest, jitter_test
 
 Array = NDArray[np.float64]
@@ -135,7 +135,7 @@ def linearised(campaign: Campaign, fit: CampaignFit, catalogue: Mapping[str, Eff
 
 def _cost_of_base(campaign: Campaign, bare: CampaignFit) -> float:
     """What the priors of the instrument and of the body cost (nats) where a fit has those: a set that needs less of it fits better."""
-    return shared_prior(replace(campaign, facts=()), bare.layout, bare.model, bare.state).cost
+    return bare.system(replace(campaign, facts=())).known.cost
 
 
 def _base_and_own(campaign: Campaign, fit: CampaignFit) -> tuple[Model, tuple[EffectModel, ...]]:

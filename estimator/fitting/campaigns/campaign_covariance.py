@@ -9,10 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.effects.model import Model
-from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, Layout, shared_prior
-from estimator.fitting.stable_inverse import stable_inverse
-from estimator.motion.flight import N_PARAMETERS
+from estimator.fitting.campaigns.campaign import Campaign, CampaignFit
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -33,31 +30,11 @@ class CampaignCovariance:
 
 def campaign_covariance(campaign: Campaign, fit: CampaignFit) -> CampaignCovariance:
     """Covariance of all parameters at a fit."""
-    layout = fit.layout
-    place, size = placed(layout, fit.model, len(campaign.sequences))
-    first = size - layout.size
-    H = np.zeros((size, size))
-    H[first:, first:] = shared_prior(campaign, layout, fit.model, fit.state).information
-    M = H.copy()
-    weighted, more = [], campaign.kind.noise_ratio(campaign, fit.equations)
-    for each, rows in zip(fit.equations, place, strict=True):
-        H[np.ix_(rows, rows)] += each.frames.H
-        M[np.ix_(rows, rows)] += each.frames.noisier(more)
-        wide = np.zeros((*each.frames.weighted.shape[:-1], size))
-        wide[..., rows] = each.frames.weighted
-        weighted.append(wide)
-    M += campaign.kind.repeated_noise(campaign, [e.errors for e in fit.equations], weighted)
-    inverse = stable_inverse(H, 1e-13)
-    covariance = inverse @ M @ inverse
-    return CampaignCovariance(0.5 * (covariance + covariance.T), place)
-
-
-def placed(layout: Layout, model: Model, sequences: int) -> tuple[tuple[Index, ...], int]:
-    """Where the 21 + q parameters of every sequence lie among all, its own first and then what they share, and how many all are."""
-    own, place = len(layout.local), []
-    for i in range(sequences):
-        rows = np.empty(N_PARAMETERS + model.size, dtype=np.int64)
-        rows[layout.local] = i * own + np.arange(own)
-        rows[layout.shared] = sequences * own + layout.place[i]
-        place.append(rows)
-    return tuple(place), sequences * own + layout.size
+    system, more = fit.system(campaign), campaign.kind.noise_ratio(campaign, fit.equations)
+    weighted = []
+    for each, place in zip(fit.equations, fit.layout.places, strict=True):
+        weighted.append(np.zeros((*each.frames.weighted.shape[:-1], fit.layout.p)))
+        weighted[-1][..., place] = each.frames.weighted
+    repeated = campaign.kind.repeated_noise(campaign, [e.errors for e in fit.equations], weighted)
+    noise = system.added(each.frames.noisier(more) for each in fit.equations) + repeated
+    return CampaignCovariance(system.sandwich(noise), fit.layout.places)

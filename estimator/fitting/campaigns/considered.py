@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 from estimator.effects.link import EffectModel
 from estimator.effects.model import Model
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState, layout_of, sequence_equations, shared_prior
-from estimator.fitting.campaigns.campaign_covariance import CampaignCovariance, campaign_covariance, placed
+from estimator.fitting.campaigns.campaign_covariance import CampaignCovariance, campaign_covariance
 from estimator.fitting.campaigns.facts import Fact
 from estimator.fitting.stable_inverse import stable_inverse
-from estimator.motion.flight import N_PARAMETERS
+from estimator.fitting.system import System
 
 Array = NDArray[np.float64]
 
@@ -102,16 +102,13 @@ def considered(campaign: Campaign, fit: CampaignFit, covariance: CampaignCovaria
     model = Model((*fit.model.effects, *(each.effect for each in possible)))
     none = np.zeros(model.size - fit.model.size)
     theta = tuple(np.concatenate([each, none]) for each in fit.state.theta)
-    own = N_PARAMETERS + fit.model.size
+    own = fit.model.layout.size
     if not len(none):
         return Considered(model, theta, covariance, own, covariance)
     state, layout = CampaignState(fit.state.flights, theta), layout_of(campaign, model)
-    place, size = placed(layout, model, len(campaign.sequences))
-    H = np.zeros((size, size))
-    for number, rows in enumerate(place):
-        H[np.ix_(rows, rows)] += sequence_equations(campaign, number, state, model).frames.H
-    first = size - layout.size
-    H[first:, first:] += shared_prior(campaign, layout, model, state).information
+    known, place, size = shared_prior(campaign, layout, model, state), layout.places, layout.p
+    told = tuple(sequence_equations(campaign, i, state, model) for i in range(len(place)))
+    H = System(told, layout, known, fit.cost).H
     x = np.unique(np.concatenate([rows[:own] for rows in place]))
     p = np.unique(np.concatenate([rows[own:] for rows in place]))
     P = _prior(size, place, own, possible)[np.ix_(p, p)]

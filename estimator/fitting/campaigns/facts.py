@@ -6,16 +6,12 @@ model, ``theta`` is zero, and its misfit ``(value / sigma)²`` stays. Valid for 
 """
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from estimator.effects.model import Model
-from estimator.motion.flight import N_PARAMETERS
-
-if TYPE_CHECKING:
-    from estimator.fitting.campaigns.campaign import Layout
+from estimator.fitting.system import Arrangement
 
 Array = NDArray[np.float64]
 
@@ -50,29 +46,20 @@ class Fact:
         return abs(self.value) / self.sigma
 
 
-def stated_rows(facts: tuple[Fact, ...], model: Model, layout: "Layout") -> tuple[Array, Array]:
+def stated_rows(facts: tuple[Fact, ...], model: Model, layout: Arrangement) -> tuple[Array, Array]:
     """Rows (r, p) and right-hand side (r,) of facts about the p shared parameters of a model, over their standard deviations.
 
     A fact about an effect that several particles have values of holds for each of them. One about no effect of the model has no row.
     """
     found: dict[tuple[float, ...], float] = {}
-    column = {int(c): i for i, c in enumerate(layout.shared)}
     for fact in facts:
-        local = _columns(fact, model)
-        for place in layout.place if local else ():
+        weights = np.zeros(model.layout.size)
+        for key, each in fact.weights:
+            if key in model.keys:
+                weights[model.layout[key]] = each
+        for place in layout.place if weights.any() else ():
             row = np.zeros(layout.size)
-            for c, weight in local.items():
-                row[place[column[c]]] += weight / fact.sigma
+            row[place] = weights[layout.shared] / fact.sigma
             found[(*row.tolist(), fact.value / fact.sigma)] = fact.value / fact.sigma
     rows = np.array([key[:-1] for key in found]).reshape(len(found), layout.size)
     return rows, np.array(list(found.values()))
-
-
-def _columns(fact: Fact, model: Model) -> dict[int, float]:
-    """Columns of a sequence's 21 + q that a fact is about, with their weights."""
-    found: dict[int, float] = {}
-    for key, weights in fact.weights:
-        if key in model.keys:
-            part = model.slices[model.keys.index(key)]
-            found.update({N_PARAMETERS + part.start + i: w for i, w in enumerate(weights) if w})
-    return found

@@ -22,20 +22,15 @@ from numpy.typing import NDArray
 from datasets.vocabulary.effects import Scope
 from estimator.effects.model import Model
 from estimator.fitting.campaigns.campaign import (
-    ArrowSolution,
     Campaign,
     CampaignFit,
     CampaignState,
-    Layout,
     SequenceEquations,
     fit_campaign,
     layout_of,
-    scopes_of,
     sequence_equations,
-    shared_prior,
-    solve_arrow,
-    stepped,
 )
+from estimator.fitting.descent import Effort
 from estimator.fitting.side_by_side import each_of
 from estimator.fitting.stable_inverse import stable_inverse
 from estimator.motion.flight import COM, INERTIA, N_PARAMETERS, OFFSET
@@ -78,7 +73,7 @@ def _judged(campaign: Campaign, state: CampaignState, model: Model, judged: NDAr
     learned_from = np.setdiff1d(np.arange(n), judged) if n > 1 else judged
     others = campaign.part(learned_from.tolist())
     try:
-        fit = fit_campaign(others, _state_of(state, learned_from), model, most_steps=LOCAL_STEPS, most_falling=LOCAL_STEPS)
+        fit = fit_campaign(others, _state_of(state, learned_from), model, Effort(LOCAL_STEPS, LOCAL_STEPS))
         learned = _learned(others, fit, alone=n == 1)
     except ASTRAY:
         return np.tile([np.inf, 1.0], (len(judged), 1))
@@ -118,7 +113,7 @@ class _Learned:
 
     def told(self, particle: int, camera: int) -> NDArray[np.int64]:
         """Of every column (21 + q,), the sequence of these that tells of it; -1 where none does."""
-        found = [None if scope.own else self.like(scope, particle, camera) for scope in scopes_of(self.fit.model)]
+        found = [None if scope.own else self.like(scope, particle, camera) for scope in self.fit.model.layout.scopes]
         return np.array([-1 if each is None else each for each in found], dtype=np.int64)
 
     def information(self, columns: NDArray[np.int64], teller: NDArray[np.int64]) -> Array:
@@ -127,9 +122,8 @@ class _Learned:
         known = np.flatnonzero(teller[columns] >= 0)
         if self.covariance is None or not len(known):
             return total
-        layout = self.fit.layout
-        row = {int(column): i for i, column in enumerate(layout.shared)}
-        place = np.array([layout.place[teller[columns[i]]][row[int(columns[i])]] for i in known], dtype=np.int64)
+        at = self.fit.layout
+        place = np.array([at.places[teller[columns[i]]][columns[i]] - at.first for i in known], dtype=np.int64)
         total[np.ix_(known, known)] = stable_inverse(self.covariance[np.ix_(place, place)])
         return total
 
@@ -138,8 +132,7 @@ def _learned(campaign: Campaign, fit: CampaignFit, *, alone: bool) -> _Learned:
     """What a fit to a part of the sequences tells of the others; ``alone``: it is fitted to what it judges, and tells nothing."""
     if alone:
         return _Learned(campaign, fit, None)
-    schur = solve_arrow(fit.equations, fit.layout, shared_prior(campaign, fit.layout, fit.model, fit.state)).schur
-    return _Learned(campaign, fit, stable_inverse(schur))
+    return _Learned(campaign, fit, fit.system(campaign).solved().shared)
 
 
 def _state_of(state: CampaignState, rows: NDArray[np.int64]) -> CampaignState:
@@ -162,12 +155,10 @@ def _judge(campaign: Campaign, number: int, own: CampaignState, learned: _Learne
     told = (teller >= 0) & (learned.covariance is not None)
     open_ = layout.shared[(free | told)[layout.shared]]
     columns = np.concatenate([layout.local, open_])
-    rest = np.setdiff1d(layout.shared, open_)
-    one = Layout(columns, rest, (np.arange(len(rest)),), len(rest))
     prior = np.zeros((len(columns), len(columns)))
     prior[len(layout.local) :, len(layout.local) :] = learned.information(open_, teller)
     try:
-        equations, normal = _settled(alone, state, one, prior, model)
+        equations, normal = _settled(alone, state, columns, prior, model)
         e = np.concatenate([_left_out(equations, columns, normal, start) for start in range(QUARTERS)])
     except ASTRAY:
         return np.inf, 1.0
@@ -176,17 +167,17 @@ def _judge(campaign: Campaign, number: int, own: CampaignState, learned: _Learne
 
 
 def _settled(
-    alone: Campaign, state: CampaignState, one: Layout, prior: Array, model: Model
+    alone: Campaign, state: CampaignState, columns: NDArray[np.int64], prior: Array, model: Model
 ) -> tuple[SequenceEquations, tuple[Array, Array]]:
     """The equations of one sequence where its own columns have settled under a ``prior``, and their normal matrix and gradient."""
-    columns = one.local
     began = state.theta[0]
     equations = sequence_equations(alone, 0, state, model)
     for _ in range(LOCAL_STEPS):
         H, g = _with_prior(equations, columns, prior, state.theta[0] - began)
         inverse = stable_inverse(H)
-        step = -inverse @ g
-        state = stepped(state, one, ArrowSolution((step,), np.zeros(one.size), np.zeros((0, 0)), inverse[None]))
+        step, whole = -inverse @ g, np.zeros(model.layout.size)
+        whole[columns] = step
+        state = state.moved([whole])
         equations = sequence_equations(alone, 0, state, model)
         if np.max(np.abs(step) / np.sqrt(np.maximum(np.diag(inverse), 1e-300))) < SETTLED:
             break

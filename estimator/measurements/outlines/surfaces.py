@@ -17,7 +17,6 @@ from estimator.appearance.model_errors import centres_cam
 from estimator.effects.link import EffectModel
 from estimator.effects.model import Model
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState, layout_of
-from estimator.fitting.campaigns.campaign_covariance import placed
 from estimator.measurements.outlines.task import (
     MOVED_PX,
     OutlineTask,
@@ -110,12 +109,12 @@ def refitted_surfaces(campaign: Campaign, fit: CampaignFit, kind: Asked) -> tupl
     sequences, flights, thetas = list(campaign.sequences), list(fit.state.flights), list(fit.state.theta)
     for number in sorted(set(campaign.particle)):
         rows = [i for i, p in enumerate(campaign.particle) if p == number]
-        place, size = placed(layout_of(campaign.part(rows), model), model, len(rows))
-        flown = [_without_amplitudes(campaign, fit, i, model, where) for i, where in zip(rows, place, strict=True)]
+        layout = layout_of(campaign.part(rows), model)
+        flown = [_without_amplitudes(campaign, fit, i, model, place) for i, place in zip(rows, layout.places, strict=True)]
         surface = flown[0].task.amplitudes.surface
         particle = flown[0].task.particle
         shape = Shape(surface, campaign.sequences[rows[0]].view_noise_px)
-        found = joined(particle, shape, flown, partial(_known, size=size), huber=kind.huber, seed=kind.seed)
+        found = joined(particle, shape, flown, partial(_known, size=layout.p), huber=kind.huber, seed=kind.seed)
         noise = [each / own for each, own in zip(found.noise_px[1:], found.outline_noise_px[1:], strict=True)]
         ended = [replace(each, task=replace(each.task, noise=by)) for each, by in zip(found.recorded, noise, strict=True)]
         count = part.stop - part.start

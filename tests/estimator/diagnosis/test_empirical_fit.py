@@ -18,6 +18,7 @@ from estimator.effects.model import Model
 from estimator.fitting.campaigns.base_model import base_fit
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState, fit_campaign
 from estimator.fitting.campaigns.held_out import HeldOut
+from estimator.fitting.descent import Effort
 from estimator.motion.flight import N_PARAMETERS
 from estimator.motion.rigid_body import RanAway
 from tests.estimator.unknown_campaigns import FORCES, THRUST, unknown_campaign
@@ -119,9 +120,9 @@ def test_a_law_starts_where_the_free_force_has_brought_the_flights_and_then_at_n
     campaign, empirical, fit = wall()
     starts = []
 
-    def unsettled(campaign: Campaign, start: CampaignState, model: Model, **steps: Any) -> CampaignFit:
+    def unsettled(campaign: Campaign, start: CampaignState, model: Model, _effort: Effort) -> CampaignFit:
         starts.append(start)
-        return replace(fit_campaign(campaign, start, model, most_steps=0, most_falling=0), settled=False)
+        return replace(fit_campaign(campaign, start, model, Effort(0, 0)), settled=False)
 
     monkeypatch.setattr(empirical_fit, "fit_campaign", unsettled)
     assert fit_terms(campaign, fit, a_plane(empirical), empirical.fit) is not None
@@ -136,7 +137,7 @@ def test_a_law_starts_where_the_free_force_has_brought_the_flights_and_then_at_n
 def test_a_law_under_which_flights_run_away_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
     campaign, empirical, fit = wall()
 
-    def away(*_of: Any, **_steps: Any) -> CampaignFit:
+    def away(*_of: Any) -> CampaignFit:
         raise RanAway("away")
 
     monkeypatch.setattr(empirical_fit, "fit_campaign", away)
@@ -146,8 +147,8 @@ def test_a_law_under_which_flights_run_away_is_none(monkeypatch: pytest.MonkeyPa
 def test_a_fit_that_explains_less_than_no_law_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
     campaign, empirical, fit = wall()
 
-    def worse(campaign: Campaign, start: CampaignState, model: Model, **_steps: Any) -> CampaignFit:
-        return replace(fit_campaign(campaign, start, model, most_steps=0, most_falling=0), cost=fit.cost, settled=True)
+    def worse(campaign: Campaign, start: CampaignState, model: Model, _effort: Effort) -> CampaignFit:
+        return replace(fit_campaign(campaign, start, model, Effort(0, 0)), cost=fit.cost, settled=True)
 
     monkeypatch.setattr(empirical_fit, "fit_campaign", worse)
     assert fit_terms(campaign, fit, a_plane(empirical), empirical.fit) is None

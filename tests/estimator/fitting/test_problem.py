@@ -45,8 +45,8 @@ def test_two_parts_that_share_all_blocks_say_twice_as_much_and_the_prior_once() 
     )
     single, both = system_at(task, flight, SETTINGS), twice.at(flight)
     prior = prior_of((one,), flight)
-    np.testing.assert_allclose(both.equations.H - prior.H, 2.0 * (single.equations.H - prior.H))
-    np.testing.assert_allclose(both.equations.g - prior.g, 2.0 * (single.equations.g - prior.g))
+    np.testing.assert_allclose(both.H - prior.H, 2.0 * (single.H - prior.H))
+    np.testing.assert_allclose(both.g - prior.g, 2.0 * (single.g - prior.g))
 
 
 def test_a_fact_counts_as_what_it_says() -> None:

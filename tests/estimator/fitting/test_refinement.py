@@ -10,6 +10,7 @@ from estimator.data.fit_task import FitTask
 from estimator.fitting import refinement
 from estimator.fitting.levenberg_marquardt import NormalEquations
 from estimator.fitting.refinement import Refined, refine, stepped
+from estimator.fitting.system import Arrangement, System
 from estimator.fitting.trajectory import cost, fit
 from estimator.fitting.viewing_angles import with_clear_angles
 from estimator.fitting.weighed_tangencies import Refinement
@@ -77,12 +78,9 @@ class Overshooting:
     x: float
     taken: list[float]
 
-    @property
-    def equations(self) -> NormalEquations:
-        return NormalEquations(np.eye(1), np.array([2.0 * self.x]), 0.0)
-
-    def at(self, there: "Overshooting") -> "Overshooting":
-        return there
+    def at(self, there: "Overshooting") -> System[NormalEquations]:
+        told, none = NormalEquations(np.eye(1), np.array([2.0 * there.x]), 0.0), NormalEquations(np.zeros((1, 1)), np.zeros(1), 0.0)
+        return System((told,), Arrangement((np.arange(1),), 1), none, 0.0)
 
     def moved(self, step: Array) -> "Overshooting":
         self.taken.append(float(step[0]))

@@ -71,7 +71,7 @@ def test_the_gradient_is_that_of_the_cost() -> None:
     truth = bouncing()
     task, flight = seen(truth), truth.moved(0.02 * away())
     problem: Problem[PiecewiseFlight, PiecewiseFlight, NormalEquations] = Problem(alone(task, flight), equations)
-    found = problem.at(flight).equations
+    found = problem.at(flight)
     for column, width in ((0, 1e-7), (4, 1e-6), (7, 1e-5), (10, 1e-3), (21, 1e-8), (23, 1e-5), (26, 1e-3)):
         step = np.zeros(flight.size)
         step[column] = width

@@ -10,12 +10,10 @@ from datasets.vocabulary.effects import Scope
 from estimator.effects.model import Model
 from estimator.effects.registry import MODELS
 from estimator.fitting.campaigns.campaign import Campaign, _own_shares, layout_of
-from estimator.fitting.campaigns.campaign_covariance import placed
 from estimator.fitting.campaigns.held_out import _parts
-from estimator.motion.flight import N_PARAMETERS
 
 MODEL = Model((MODELS["uniform_acceleration"], MODELS["unmeasured_lift"], MODELS["quadratic_drag"]))
-PUSH, LIFT, DRAG = (N_PARAMETERS + np.arange(part.start, part.stop) for part in MODEL.slices)
+PUSH, LIFT, DRAG = (MODEL.layout.columns([key]) for key in MODEL.keys)
 
 
 def campaign(*recording: str) -> Campaign:
@@ -25,7 +23,7 @@ def campaign(*recording: str) -> Campaign:
 
 
 def test_flights_of_a_recording_share_its_values_and_have_states_of_their_own() -> None:
-    place, _ = placed(layout_of(campaign("a", "a", "b", "c"), MODEL), MODEL, 4)
+    place = layout_of(campaign("a", "a", "b", "c"), MODEL).places
     parts = (np.arange(12), PUSH, LIFT, DRAG)
     same = [[set(place[i][columns]) == set(place[j][columns]) for columns in parts] for i, j in ((0, 1), (1, 2))]
     assert same == [[False, True, False, True], [False, False, False, True]]
@@ -34,7 +32,7 @@ def test_flights_of_a_recording_share_its_values_and_have_states_of_their_own() 
 def test_every_sequence_being_a_recording_changes_nothing() -> None:
     said, silent = (layout_of(campaign(*names), MODEL) for names in (("a", "b", "c", "d"), ()))
     np.testing.assert_array_equal(said.local, silent.local)
-    np.testing.assert_array_equal(said.place, silent.place)
+    np.testing.assert_array_equal(said.places, silent.places)
     assert set(PUSH) <= set(silent.local)
 
 

@@ -4,6 +4,7 @@ from estimator.effects.choosing import catalogue
 from estimator.effects.model import Model
 from estimator.fitting.campaigns.campaign import CampaignFit, CampaignState, fit_campaign
 from estimator.fitting.campaigns.campaign_covariance import campaign_covariance
+from estimator.fitting.descent import Effort
 from estimator.measurements.trajectories.registering import register_trajectories
 from estimator.reports.campaign_reporting import MOST_TO_GO, left_to_go, settled_fit
 from tests.estimator.made_trajectories import Hidden, Tracker, campaign
@@ -18,6 +19,6 @@ def test_a_fit_that_ended_too_early_goes_on() -> None:
     def to_go(fit: CampaignFit) -> float:
         return left_to_go(registered, fit, campaign_covariance(registered.campaign, fit))
 
-    early = fit_campaign(registered.campaign, start, Model((drag,)), most_steps=1, most_falling=1)
+    early = fit_campaign(registered.campaign, start, Model((drag,)), Effort(1, 1))
     assert to_go(early) >= MOST_TO_GO
     assert to_go(settled_fit(registered, early)) < MOST_TO_GO

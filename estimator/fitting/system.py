@@ -1,0 +1,160 @@
+"""A problem linearised at a state: what each part tells of its parameters, what is known of those that parts share, and what follows.
+
+The normal matrix is a block arrow: what is one part's alone touches what is another's only through what both share. To eliminate it costs
+the same for every part, so a step is linear in their number [Triggs et al. 2000, section 6]. Where parts have nothing alone, as in a
+problem of one part, nothing is eliminated.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Generic, Protocol, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.fitting.levenberg_marquardt import NormalEquations
+from estimator.fitting.stable_inverse import stable_inverse
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+LEAST_SEEN = 1e-13
+"""Eigenvalue, over the largest, of a direction that a covariance still tells of: less is rounding."""
+
+
+class Told(Protocol):
+    """Normal equations of a part's c parameters: ``H`` (c, c) and ``g`` (c,)."""
+
+    @property
+    def H(self) -> Array:
+        """Normal matrix (c, c)."""
+        ...
+
+    @property
+    def g(self) -> Array:
+        """Gradient (c,)."""
+        ...
+
+
+T_co = TypeVar("T_co", bound=Told, covariant=True)
+
+
+@dataclass(frozen=True)
+class Arrangement:
+    """Where the parameters of parts lie among all p: first what is one part's alone, part by part, then what parts share.
+
+    ``places`` (c,) of each part; ``local`` (l,): the columns of every part that are its own.
+    """
+
+    places: tuple[Index, ...]
+    p: int
+    local: Index = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+
+    @cached_property
+    def first(self) -> int:
+        """Where shared parameters begin."""
+        return len(self.places) * len(self.local)
+
+    @property
+    def size(self) -> int:
+        """Number of shared parameters."""
+        return self.p - self.first
+
+    @cached_property
+    def shared(self) -> Index:
+        """Columns (c - l,) of every part that are not its own alone."""
+        return np.delete(np.arange(len(self.places[0])), self.local)
+
+    @cached_property
+    def place(self) -> tuple[Index, ...]:
+        """Where those lie among the shared parameters."""
+        return tuple(np.delete(place, self.local) - self.first for place in self.places)
+
+
+@dataclass(frozen=True)
+class Solution:
+    """A Gauss-Newton ``step`` (p,), the ``variance`` (p,) to compare it with, and the covariance of the ``shared`` (s, s) parameters.
+
+    The variance of what is one part's alone is that where all that is shared is known.
+    """
+
+    step: Array
+    variance: Array
+    shared: Array
+
+    @property
+    def size(self) -> float:
+        """Largest step over its standard deviation; parameters that are not seen do not count."""
+        return float(np.max(np.abs(self.step) / np.sqrt(np.maximum(self.variance, 1e-300)), initial=0.0, where=self.variance > UNSEEN))
+
+
+UNSEEN = 1e-300
+"""Variance of what is left out of an inverse."""
+
+
+@dataclass(frozen=True)
+class System(Generic[T_co]):
+    """What is ``told`` by each part, whose parameters lie ``at`` their places, what is ``known`` of the shared ones, and what all costs."""
+
+    told: tuple[T_co, ...]
+    at: Arrangement
+    known: NormalEquations
+    cost: float
+
+    def added(self, of_parts: Iterable[Array]) -> Array:
+        """What is known and matrices ``of_parts`` (c, c) in their places: (p, p)."""
+        total, first = np.zeros((self.at.p, self.at.p)), self.at.first
+        total[first:, first:] = self.known.H
+        for place, each in zip(self.at.places, of_parts, strict=True):
+            total[np.ix_(place, place)] += each
+        return total
+
+    @cached_property
+    def H(self) -> Array:
+        """Normal matrix (p, p) of all parameters."""
+        return self.added(each.H for each in self.told)
+
+    @cached_property
+    def g(self) -> Array:
+        """Gradient (p,)."""
+        total = np.concatenate([np.zeros(self.at.first), self.known.g])
+        for place, each in zip(self.at.places, self.told, strict=True):
+            total[place] += each.g
+        return total
+
+    def sandwich(self, noise: Array) -> Array:
+        """Covariance (p, p) where the gradient's is ``noise`` (p, p)."""
+        inverse = stable_inverse(self.H, LEAST_SEEN)
+        covariance = inverse @ noise @ inverse
+        return np.asarray(0.5 * (covariance + covariance.T))
+
+    def solved(self, damping: float = 0.0) -> Solution:
+        """Eliminate what is one part's alone, solve for what parts share, substitute back.
+
+        ``damping``: of every part's normal matrix so much of its diagonal is added to it [Marquardt 1963].
+        """
+        own, others = self.at.local, self.at.shared
+        if not len(own):
+            inverse = stable_inverse(_damped(self.H, damping))
+            return Solution(-inverse @ self.g, np.diag(inverse), inverse)
+        H, g = self.known.H.copy(), self.known.g.copy()
+        every, gradients = np.stack([each.H for each in self.told]), np.stack([each.g for each in self.told])[..., None]
+        full = _damped(every, damping)
+        inverses, cross = stable_inverse(full[:, own[:, None], own]), full[:, others[:, None], own]
+        left = full[:, others[:, None], others] - cross @ inverses @ np.swapaxes(cross, 1, 2)
+        pull = gradients[:, others] - cross @ (inverses @ gradients[:, own])
+        for of_one, pull_of_one, place in zip(left, pull, self.at.place, strict=True):
+            H[np.ix_(place, place)] += of_one
+            g[place] += pull_of_one[:, 0]
+        inverse = stable_inverse(H)
+        shared = -inverse @ g
+        there = np.stack([shared[place] for place in self.at.place])[..., None]
+        local = -inverses @ (gradients[:, own] + every[:, own[:, None], others] @ there)
+        variance = np.diagonal(inverses, axis1=1, axis2=2)
+        return Solution(np.concatenate([local.ravel(), shared]), np.concatenate([variance.ravel(), np.diag(inverse)]), inverse)
+
+
+def _damped(H: Array, damping: float) -> Array:
+    """Normal matrices (..., c, c) with so much of their diagonals added."""
+    return H + damping * H * np.eye(H.shape[-1]) if damping > 0.0 else H
