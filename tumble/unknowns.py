@@ -18,7 +18,6 @@ from estimator.effects.link import EffectModel
 from estimator.effects.parameter_values import Z95
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit
 from estimator.fitting.campaigns.wald import wald_p
-from estimator.motion.flight import N_PARAMETERS
 from estimator.reports.misfit_words import p_words
 from tumble.commands import command
 from tumble.diagnosis_documents import Entry, held_out_entry
@@ -138,7 +137,7 @@ def law_entry(law: LawFit, names: Sequence[str]) -> Entry:
 def law_values(law: LawFit) -> list[Entry]:
     """The fitted parameters of a law; an exponent that was taken for known has no standard deviation."""
     effect, part = law.fit.model.effects[-1], law.fit.model.slices[-1]
-    columns = N_PARAMETERS + np.arange(part.start, part.stop)
+    columns = law.fit.model.layout.columns([effect.entry.key])
     sigmas = np.sqrt(np.maximum(np.diag(law.covariance.of(0, columns)), 0.0))
     of = [t.key for t in law.terms for _ in t.parameters]
     return [

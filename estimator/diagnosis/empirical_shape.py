@@ -17,7 +17,6 @@ from estimator.effects.empirical.force_curves import basis
 from estimator.effects.link import EffectModel
 from estimator.fitting.campaigns.campaign import Campaign
 from estimator.geometry.sphere import fibonacci_sphere
-from estimator.motion.flight import N_PARAMETERS
 
 Array = NDArray[np.float64]
 IN_TIME, GRID, DIRECTIONS = 21, 9, 60
@@ -49,8 +48,8 @@ def empirical_shapes(campaign: Campaign, found: EmpiricalFit) -> tuple[Shape, ..
     for effect, part in zip(found.terms, slices, strict=True):
         own = effect.entry.scope.own
         for number in sorted(set(campaign.sharing(effect.entry.scope))) if own else (0,):
-            columns = np.arange(part.start, part.stop)
-            coefficients = found.fit.state.theta[number][part], found.covariance.of(number, N_PARAMETERS + columns)
+            columns = found.fit.model.layout.columns([effect.entry.key])
+            coefficients = found.fit.state.theta[number][part], found.covariance.of(number, columns)
             shapes += _shapes(effect, (campaign, found, number if own else None), coefficients)
     return tuple(shapes)
 

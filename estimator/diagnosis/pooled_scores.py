@@ -26,7 +26,7 @@ from estimator.effects.model import Model
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, fit_campaign
 from estimator.fitting.campaigns.forced_velocities import forced_states
 from estimator.fitting.descent import Effort
-from estimator.motion.flight import N_PARAMETERS
+from estimator.motion.flight import still
 from estimator.motion.rigid_body import rotation_matrices
 
 Array = NDArray[np.float64]
@@ -105,7 +105,7 @@ def moments_along(campaign: Campaign, fit: CampaignFit, shares: Array) -> Moment
     for sequence, flight, theta in zip(campaign.sequences, fit.state.flights, fit.state.theta, strict=True):
         stamps = sequence.setting.times_s
         times = stamps[0] + shares * (stamps[-1] - stamps[0])
-        reached, omega = forced_states(flight, np.zeros((1, N_PARAMETERS)), (fit.model, theta, sequence.setting), times)
+        reached, omega = forced_states(flight, still(flight), (fit.model, theta, sequence.setting), times)
         R = rotation_matrices(reached.q[:, 0])
         parts.append(((times - stamps[0])[:, None], reached.x[:, 0], reached.v[:, 0], omega[:, 0], reached.L[:, 0], R))
     time_s, *others = (np.concatenate(each) for each in zip(*parts, strict=True))

@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 from scipy.special import chdtrc
 
 from estimator.fitting.problem import alone, prior_of, with_more
-from estimator.fitting.refinement import NothingSeen, Refined, sandwich, scaled_inverse
+from estimator.fitting.refinement import Refined, sandwich
+from estimator.fitting.stable_inverse import NothingSeen, scaled_inverse
 from estimator.fitting.weighed_tangencies import linearise
 from estimator.motion.flight import Motion
 

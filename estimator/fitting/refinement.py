@@ -16,6 +16,7 @@ from estimator.appearance.flight_errors import unbiased_errors
 from estimator.data.fit_task import FitTask, Sightings
 from estimator.fitting.focal_flight import at_focal
 from estimator.fitting.problem import Fact, M, M_co, Part, Problem, S, T, alone
+from estimator.fitting.stable_inverse import determined, scaled_inverse
 from estimator.fitting.system import System
 from estimator.fitting.weighed_tangencies import Linearised, Refinement, linearise
 from estimator.likelihood.noise_model import MeasuredNoise, measured_noise, with_noise
@@ -31,16 +32,7 @@ SETTLED, STEADY = 0.1, 0.3
 
 So after ``FINE_STEPS`` steps the second is enough. A first fit in other weights may be ten standard deviations off, and takes more steps.
 """
-LEAST_CURVATURE = 1e-12
-"""A normal matrix, scaled to a diagonal of ones, whose least eigenvalue is below has an inverse of rounding: variances may be negative."""
 S_co = TypeVar("S_co", bound=State, covariant=True)
-
-
-class NothingSeen(RanAway):
-    """A fit that has come to where the sightings say nothing of some of its parameters."""
-
-
-NOTHING_SEEN = "nothing is seen of a parameter where the fit has come to"
 
 
 @dataclass(frozen=True)
@@ -140,8 +132,7 @@ def spread(system: System[Linearised]) -> tuple[Array, Array]:
     NothingSeen
         Where there is none: the sightings say nothing of some parameter, or of some combination of them.
     """
-    bound = scaled_inverse(system.added(each.information for each in system.told))
-    return sandwich(system), 0.5 * (bound + bound.T)
+    return sandwich(system), scaled_inverse(system.added(each.information for each in system.told))
 
 
 def sandwich(system: System[Linearised]) -> Array:
@@ -154,33 +145,3 @@ def sandwich(system: System[Linearised]) -> Array:
     """
     determined(system.H)
     return system.sandwich(system.added(each.spread for each in system.told))
-
-
-def scaled_inverse(H: Array) -> Array:
-    """Inverse of a normal matrix whose parameters have units far apart.
-
-    ``H`` (p, p).
-
-    Raises
-    ------
-    NothingSeen
-        Where it has none: the sightings say nothing of some parameter there.
-    """
-    scale = _scale(H)
-    try:
-        return np.asarray(np.linalg.inv(H * scale[:, None] * scale) * scale[:, None] * scale)
-    except np.linalg.LinAlgError:
-        raise NothingSeen(NOTHING_SEEN) from None
-
-
-def determined(H: Array) -> Array:
-    """A normal matrix whose inverse is more than rounding; ``H`` (p, p)."""
-    scale = _scale(H)
-    scaled = H * scale[:, None] * scale
-    if not (np.isfinite(scaled).all() and np.linalg.eigvalsh(scaled)[0] > LEAST_CURVATURE):
-        raise NothingSeen(NOTHING_SEEN)
-    return H
-
-
-def _scale(H: Array) -> Array:
-    return np.asarray(1.0 / np.sqrt(np.maximum(np.diag(H), 1e-300)))

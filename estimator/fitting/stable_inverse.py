@@ -3,12 +3,23 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from estimator.motion.rigid_body import RanAway
+
 Array = NDArray[np.float64]
-
-
 TOLERANCE = 1e-10
 """Eigenvalue, over the largest, below which a direction is not seen. Rounding leaves 3e-12 of what elimination takes away wholly: a centre
 of mass along the axis of a ball's spin."""
+LEAST_SEEN = 1e-13
+"""The same of what was not eliminated, for covariances."""
+LEAST_CURVATURE = 1e-12
+"""A normal matrix, scaled to a diagonal of ones, whose least eigenvalue is below has an inverse of rounding: variances may be negative."""
+
+
+NOTHING_SEEN = "nothing is seen of a parameter where the fit has come to"
+
+
+class NothingSeen(RanAway):
+    """A fit that has come to where the sightings say nothing of some of its parameters."""
 
 
 def stable_inverse(H: Array, tolerance: float = TOLERANCE) -> Array:
@@ -23,3 +34,29 @@ def stable_inverse(H: Array, tolerance: float = TOLERANCE) -> Array:
     kept = value > tolerance * np.maximum(value[..., -1:], 1e-300)
     inverse = np.where(kept, 1.0 / np.where(kept, value, 1.0), 0.0)
     return np.asarray((vector * inverse[..., None, :]) @ np.swapaxes(vector, -1, -2) * scale[..., :, None] * scale[..., None, :])
+
+
+def scaled_inverse(H: Array) -> Array:
+    """Inverse of a normal matrix that sees every parameter; ``H`` (p, p).
+
+    Raises
+    ------
+    NothingSeen
+        Where it does not.
+    """
+    return stable_inverse(determined(H), LEAST_SEEN)
+
+
+def determined(H: Array) -> Array:
+    """A normal matrix whose inverse is more than rounding; ``H`` (p, p).
+
+    Raises
+    ------
+    NothingSeen
+        Where it is not: the sightings say nothing of some parameter there.
+    """
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(H), 1e-300))
+    scaled = H * scale[:, None] * scale
+    if not (np.isfinite(scaled).all() and np.linalg.eigvalsh(scaled)[0] > LEAST_CURVATURE):
+        raise NothingSeen(NOTHING_SEEN)
+    return H

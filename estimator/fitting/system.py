@@ -14,13 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.fitting.levenberg_marquardt import NormalEquations
-from estimator.fitting.stable_inverse import stable_inverse
+from estimator.fitting.stable_inverse import LEAST_SEEN, stable_inverse
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
-
-LEAST_SEEN = 1e-13
-"""Eigenvalue, over the largest, of a direction that a covariance still tells of: less is rounding."""
 
 
 class Told(Protocol):

@@ -18,7 +18,7 @@ from estimator.data.fit_task import FitTask, restricted
 from estimator.data.no_measurement import RAN_AWAY, NoMeasurement
 from estimator.data.views import Poses
 from estimator.fitting.levenberg_marquardt import Solution
-from estimator.fitting.refinement import NothingSeen
+from estimator.fitting.stable_inverse import NothingSeen
 from estimator.fitting.tasks import biased_task, fit_task, refinement_settings
 from estimator.fitting.trajectory import fit
 from estimator.fitting.viewing_angles import with_clear_angles

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from estimator.data.fit_task import FitTask
-from estimator.fitting.refinement import NothingSeen
+from estimator.fitting.stable_inverse import NothingSeen
 from estimator.fitting.trajectory import fit
 from estimator.fitting.weighed_tangencies import Refinement
 from estimator.impacts.contact_split import apart, parted, split_starts

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.linalg import null_space
 from scipy.optimize import brentq
 
-from estimator.fitting.refinement import NOTHING_SEEN, NothingSeen
+from estimator.fitting.stable_inverse import NOTHING_SEEN, NothingSeen
 from estimator.motion.piecewise import SHIFT, Loose, PiecewiseFlight, named, touch_and_sensitivity
 
 Array = NDArray[np.float64]

@@ -26,7 +26,8 @@ from estimator.data.configuration import Configuration
 from estimator.data.fit_task import FitTask, Sightings
 from estimator.data.no_measurement import NoMeasurement
 from estimator.fitting.calibration_share import calibration_share
-from estimator.fitting.refinement import NothingSeen, sandwich, system_at
+from estimator.fitting.refinement import sandwich, system_at
+from estimator.fitting.stable_inverse import NothingSeen
 from estimator.fitting.tasks import fit_task, refinement_settings
 from estimator.measurements.silhouettes.imagined import NEVER_OUTLYING
 from estimator.motion.flight import OMEGA, Flight, V, flown

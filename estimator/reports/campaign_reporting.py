@@ -22,7 +22,7 @@ from estimator.fitting.campaigns.considered import Considered
 from estimator.fitting.campaigns.forced_velocities import body_under, motion_under, velocities_under
 from estimator.fitting.campaigns.measurement_kind import MeasurementKind
 from estimator.fitting.campaigns.registered import Registered
-from estimator.motion.flight import N_PARAMETERS, OMEGA, Flight, V, fitted_body
+from estimator.motion.flight import LAYOUT, Flight, fitted_body
 from estimator.reports.drop_reporting import drop_estimate, flights_of
 from estimator.reports.told_parameters import Told, told_parameters
 from estimator.search.candidate_flights import MOST_MEAN_SQUARE
@@ -60,7 +60,7 @@ def effect_values(registered: Registered, fit: CampaignFit, covariance: Campaign
         for sequence in groups:
             alone = effect.entry.scope is Scope.CAMPAIGN or len(groups) == 1
             name = None if alone else owner_name(campaign, effect.entry.scope, sequence)
-            variance = np.diag(covariance.of(sequence, N_PARAMETERS + np.arange(part.start, part.stop)))
+            variance = np.diag(covariance.of(sequence, fit.model.layout.columns([effect.entry.key])))
             hollow = campaign.kind.hollow(campaign.sequences[sequence])
             reported = effect.reported(fit.state.theta[sequence][part], variance, hollow)
             for parameter, value, sigma in zip(effect.entry.parameters, *reported, strict=True):
@@ -143,7 +143,7 @@ def without(estimate: Estimate, columns: NDArray[np.int64]) -> Estimate:
     covariance, values = estimate.covariance.copy(), estimate.values.copy()
     covariance[columns], covariance[:, columns], values[columns] = np.nan, np.nan, np.nan
     estimate = replace(estimate, covariance=covariance, values=values)
-    unknown = np.isin(np.r_[V, OMEGA], columns)
+    unknown = np.isin(LAYOUT.columns(["v", "omega"]), columns)
     if not unknown.any() or estimate.start is None or estimate.middle is None:
         return estimate
     said = [said for said, part in NOT_MEASURED if unknown[part].all()] or [NOT_ALL_MEASURED]
@@ -195,8 +195,8 @@ def _judged(fit: CampaignFit, mean_square: float, to_go: float) -> tuple[Status,
 
 def _velocity(flight: Flight, at: tuple[int, Considered], time_s: float, sequence: Any) -> VelocityEstimate:
     number, wide = at
-    C = wide.covariance.of(number, np.arange(N_PARAMETERS + wide.model.size))
-    known = np.diag(C)[:N_PARAMETERS] == 0.0
+    C = wide.covariance.of(number, np.arange(wide.model.layout.size))
+    known = np.diag(C)[: LAYOUT.size] == 0.0
     value, J = velocities_under(flight, wide.model, wide.theta[number], sequence.setting, time_s, known=known)
     covariance = J @ C @ J.T
     return VelocityEstimate(time_s, value[:3], value[3:], 0.5 * (covariance + covariance.T), np.full((6, 6), np.nan))

@@ -23,7 +23,7 @@ from estimator.fitting.campaigns.forced_velocities import body_under, motion_und
 from estimator.impacts.chains import LEAST_JUMP
 from estimator.measurements.trajectories.impacts import impact_record
 from estimator.measurements.trajectories.meeting_flights import Meeting, meeting
-from estimator.motion.flight import LAYOUT, N_PARAMETERS, Flight, fitted_body
+from estimator.motion.flight import LAYOUT, Flight, fitted_body
 from estimator.motion.reached import Reached
 from estimator.motion.rotation import quaternion
 from estimator.reports.told_parameters import Told
@@ -55,11 +55,11 @@ class FittedFlight:
     @property
     def rows(self) -> NDArray[np.int64]:
         """Where its parameters lie among those of the campaign."""
-        return self.wide.covariance.place[self.number][: N_PARAMETERS + self.wide.model.size]
+        return self.wide.covariance.place[self.number][: self.wide.model.layout.size]
 
     def at(self, time_s: float) -> Reached:
         """The motion at a time, also beyond its sightings."""
-        known = np.diag(self.wide.covariance.covariance)[self.rows][:N_PARAMETERS] == 0.0
+        known = np.diag(self.wide.covariance.covariance)[self.rows][: LAYOUT.size] == 0.0
         model, theta = self.wide.model, self.wide.theta[self.number]
         return reached_under(self.flight, model, theta, self.sequence.setting, time_s, known=known)
 

@@ -14,10 +14,10 @@ from estimator.effects.link import Setting
 from estimator.effects.model import Model, overrides
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit
 from estimator.fitting.campaigns.campaign_covariance import CampaignCovariance
-from estimator.motion.flight import COM, INERTIA, N_PARAMETERS, NAMES, Flight
+from estimator.motion.flight import LAYOUT, Flight
 
 Array = NDArray[np.float64]
-BODY = np.r_[COM, INERTIA]
+BODY = LAYOUT.columns(["com", "inertia"])
 """Where mass properties lie among a flight's parameters."""
 
 
@@ -33,7 +33,7 @@ class Told:
     @property
     def names(self) -> tuple[str, ...]:
         """Of a sequence's 21 + q parameters."""
-        return (*NAMES, *self.model.names)
+        return self.model.layout.labels
 
     def values(self, number: int) -> Array:
         """Values (21 + q,) of sequence ``number``."""
@@ -43,18 +43,18 @@ class Told:
 
 def told_parameters(campaign: Campaign, fit: CampaignFit, covariance: CampaignCovariance) -> Told:
     """Parameters of a fit with the ``covariance`` of all."""
-    own = np.array([e.instrument and overrides(e, "body") for e in fit.model.effects], dtype=np.float64)
-    within = np.flatnonzero(fit.model.each_parameter(own))
-    if not len(within):
+    ours = Model(tuple(e for e in fit.model.effects if e.instrument and overrides(e, "body")))
+    if not ours.effects:
         return Told(fit.model, fit.state.flights, fit.state.theta, covariance)
-    ours = Model(tuple(e for e, is_own in zip(fit.model.effects, own, strict=True) if is_own))
+    columns = fit.model.layout.columns(ours.keys)
+    within = columns - LAYOUT.size
     G, flights = np.eye(len(covariance.covariance)), []
     for number, (sequence, flight, theta) in enumerate(zip(campaign.sequences, fit.state.flights, fit.state.theta, strict=True)):
         rows, change = covariance.place[number], ours.body(theta[within], sequence.setting)
-        G[np.ix_(rows[BODY], rows[N_PARAMETERS + within])] = _by_amplitude(ours, theta[within], sequence.setting)
+        G[np.ix_(rows[BODY], rows[columns])] = _by_amplitude(ours, theta[within], sequence.setting)
         flights.append(replace(flight, com=flight.com + change.com, inertia=flight.inertia + change.inertia))
-    other = np.delete(np.arange(N_PARAMETERS + fit.model.size), N_PARAMETERS + within)
-    model = Model(tuple(e for e, is_own in zip(fit.model.effects, own, strict=True) if not is_own))
+    other = np.delete(np.arange(fit.model.layout.size), columns)
+    model = Model(tuple(e for e in fit.model.effects if e not in ours.effects))
     thetas = tuple(np.delete(each, within) for each in fit.state.theta)
     return Told(model, tuple(flights), thetas, _taken(G @ covariance.covariance @ G.T, [rows[other] for rows in covariance.place]))
 

@@ -5,7 +5,8 @@ import numpy as np
 from datasets.estimate import Status
 from estimator.data.no_measurement import RAN_AWAY, NoMeasurement
 from estimator.fitting.levenberg_marquardt import Outcome
-from estimator.fitting.refinement import NothingSeen, Refined
+from estimator.fitting.refinement import Refined
+from estimator.fitting.stable_inverse import NothingSeen
 from estimator.motion.flight import Motion
 from estimator.motion.rigid_body import RanAway
 from estimator.search.candidate_flights import LOST_RMS_PX, MOST_MEAN_SQUARE

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from datasets.vocabulary.body import Body
 from estimator.data.fit_task import Prior, Sightings
-from estimator.fitting.refinement import scaled_inverse
+from estimator.fitting.stable_inverse import scaled_inverse
 from estimator.fitting.tasks import HOLLOW_MOMENTS, HOLLOW_PRODUCTS
 from estimator.motion.flight import COM, INERTIA, N_PARAMETERS, OFFSET, Flight, moved
 from estimator.particle.particle import Particle

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.linalg import block_diag
 from scipy.sparse import csc_array, csr_array, vstack
 
-from estimator.fitting.refinement import scaled_inverse
+from estimator.fitting.stable_inverse import scaled_inverse
 from estimator.likelihood.rows import noise_scales
 from estimator.surface.amplitudes import independent
 from estimator.surface.arrow import Eliminated, Whole

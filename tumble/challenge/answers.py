@@ -17,7 +17,7 @@ from estimator.fitting.campaigns.campaign import Campaign, CampaignFit
 from estimator.fitting.campaigns.campaign_covariance import CampaignCovariance
 from estimator.fitting.campaigns.considered import Considered, uncertain
 from estimator.fitting.campaigns.held_out import HeldOut
-from estimator.motion.flight import N_PARAMETERS, OMEGA, Flight, V
+from estimator.motion.flight import LAYOUT, Flight
 from estimator.reports.campaign_reporting import owner_name
 from estimator.reports.drop_reporting import flights_of, impacts_between
 from tumble.challenge.information import all_information
@@ -119,7 +119,7 @@ def parameters(campaign: Campaign, fit: CampaignFit, covariance: CampaignCovaria
         groups = sorted(set(campaign.sharing(effect.entry.scope)))
         own = effect.entry.scope.own or len(groups) > 1
         for sequence in groups:
-            columns = N_PARAMETERS + np.arange(part.start, part.stop)
+            columns = fit.model.layout.columns([effect.entry.key])
             variance = np.diag(covariance.of(sequence, columns))
             hollow = campaign.kind.hollow(campaign.sequences[sequence])
             value, sigma = effect.reported(fit.state.theta[sequence][part], variance, hollow)
@@ -140,7 +140,7 @@ def parameters(campaign: Campaign, fit: CampaignFit, covariance: CampaignCovaria
 
 def velocities(campaign: Campaign, fit: CampaignFit, covariance: CampaignCovariance) -> list[dict[str, Any]]:
     """State at the reference time of every sequence: v (m/s), omega (rad/s), world frame, with the covariance (6, 6)."""
-    columns = np.r_[np.arange(N_PARAMETERS)[V], np.arange(N_PARAMETERS)[OMEGA]]
+    columns = LAYOUT.columns(["v", "omega"])
     rows: list[dict[str, Any]] = []
     for number, (sequence, flight) in enumerate(_flights(campaign, fit)):
         state = {"v_world": flight.v.tolist(), "omega_world": flight.omega.tolist()}

@@ -20,7 +20,7 @@ from estimator.effects.model import Model
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState, layout_of, sequence_equations, shared_prior
 from estimator.fitting.campaigns.campaign_covariance import CampaignCovariance, campaign_covariance
 from estimator.fitting.campaigns.facts import Fact
-from estimator.fitting.stable_inverse import stable_inverse
+from estimator.fitting.stable_inverse import LEAST_SEEN, stable_inverse
 from estimator.fitting.system import System
 
 Array = NDArray[np.float64]
@@ -112,7 +112,7 @@ def considered(campaign: Campaign, fit: CampaignFit, covariance: CampaignCovaria
     x = np.unique(np.concatenate([rows[:own] for rows in place]))
     p = np.unique(np.concatenate([rows[own:] for rows in place]))
     P = _prior(size, place, own, possible)[np.ix_(p, p)]
-    A = stable_inverse(H[np.ix_(x, x)], 1e-13) @ H[np.ix_(x, p)]
+    A = stable_inverse(H[np.ix_(x, x)], LEAST_SEEN) @ H[np.ix_(x, p)]
     C = np.zeros((size, size))
     for rows, old in zip(place, covariance.place, strict=True):
         for others, before in zip(place, covariance.place, strict=True):

@@ -14,7 +14,7 @@ from estimator.effects.link import Setting
 from estimator.effects.model import Model, ModelForces, overrides
 from estimator.motion.flight import (
     INERTIA,
-    N_PARAMETERS,
+    LAYOUT,
     STEPS,
     Flight,
     FlightPoses,
@@ -22,6 +22,7 @@ from estimator.motion.flight import (
     inertia_matrix,
     pose_differences,
     states,
+    still,
 )
 from estimator.motion.reached import Reached
 from estimator.motion.rigid_body import States, angular_velocity, inverted, rotation_matrices
@@ -59,7 +60,7 @@ def forced_states(
 def motion_under(flight: Flight, model: Model, theta: Array, setting: Setting) -> Motion:
     """Poses of the fitted body and velocities at the nominal times of all frames; ``theta`` (q,) of the model."""
     times = setting.times_s
-    reached, omega = forced_states(flight, np.zeros((1, N_PARAMETERS)), (model, theta, setting), times)
+    reached, omega = forced_states(flight, still(flight), (model, theta, setting), times)
     own = body_under(flight, model, theta, setting)
     turn = own.body.R_particle_body.T @ fitted_body(own).R_particle_body
     R = rotation_matrices(reached.q[:, 0]) @ turn
@@ -85,17 +86,16 @@ def reached_under(
     ``theta`` (q,) of the model.
     """
     times, at = np.array([time_s]), (model, theta, setting)
-    varied = np.flatnonzero(STEPS) if known is None else np.flatnonzero((STEPS > 0.0) & ~known)
+    layout, first = model.layout, LAYOUT.size
     pushed, carried = _columns(model)
-    size = np.concatenate([STEPS[varied], model.steps[pushed]])
-    moved = np.diag(np.concatenate([STEPS, model.steps]))[np.concatenate([varied, N_PARAMETERS + pushed])]
-    moved = np.vstack([np.zeros(N_PARAMETERS + model.size), moved, -moved])
-    steps, thetas = moved[:, :N_PARAMETERS], theta + moved[:, N_PARAMETERS:]
-    x, R, velocity = _motions(flight, at, (steps, thetas), times)
-    J, columns = np.zeros((12, N_PARAMETERS + model.size)), np.concatenate([varied, N_PARAMETERS + pushed])
-    J[:, columns] = _differences(x, R, velocity, 2.0 * size)
+    columns = np.concatenate([np.flatnonzero(STEPS if known is None else STEPS * ~known), first + pushed])
+    moved = np.diag(layout.steps)[columns]
+    moved = np.vstack([np.zeros(layout.size), moved, -moved])
+    x, R, velocity = _motions(flight, at, (moved[:, :first], theta + moved[:, first:]), times)
+    J = np.zeros((12, layout.size))
+    J[:, columns] = _differences(x, R, velocity, 2.0 * layout.steps[columns])
     for column in carried:
-        J[:, N_PARAMETERS + column] = _derivative(flight, at, times, int(column))
+        J[:, first + column] = _derivative(flight, at, times, int(column))
     return Reached(x[0], R[0], velocity[0], J[:6], J[6:])
 
 
@@ -125,8 +125,8 @@ def _columns(model: Model) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
 def _derivative(flight: Flight, at: _At, times_s: Array, column: int) -> Array:
     """Derivative (12,) of pose and (v, omega) by one of the model's parameters."""
     model, theta, setting = at
-    still, change = np.zeros((1, N_PARAMETERS)), np.zeros(model.size)
+    change = np.zeros(model.size)
     change[column] = model.steps[column]
-    each = [_motions(flight, (model, theta + sign * change, setting), (still, None), times_s) for sign in (0.0, 1.0, -1.0)]
+    each = [_motions(flight, (model, theta + sign * change, setting), (still(flight), None), times_s) for sign in (0.0, 1.0, -1.0)]
     x, R, velocity = (np.concatenate(parts) for parts in zip(*each, strict=True))
     return _differences(x, R, velocity, 2.0 * model.steps[[column]])[:, 0]

@@ -13,7 +13,7 @@ What is known to be small (the hull's errors of mass, the outline offset, the in
 deviations of its prior when a model is judged: a base model that borrows a missing effect from there does not predict.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -33,7 +33,7 @@ from estimator.fitting.campaigns.campaign import (
 from estimator.fitting.descent import Effort
 from estimator.fitting.side_by_side import each_of
 from estimator.fitting.stable_inverse import stable_inverse
-from estimator.motion.flight import COM, INERTIA, N_PARAMETERS, OFFSET
+from estimator.motion.flight import LAYOUT
 from estimator.motion.rigid_body import RanAway
 
 Array = NDArray[np.float64]
@@ -151,7 +151,7 @@ def _judge(campaign: Campaign, number: int, own: CampaignState, learned: _Learne
     teller = learned.told(campaign.particle[number], campaign.camera[number])
     state = _with_shared(_state_of(own, np.array([number])), learned.fit.state, teller)
     state = _within_priors(state, campaign.kind.precision(sequence), model)
-    free = np.concatenate([np.zeros(N_PARAMETERS, dtype=np.bool_), model.instrument_precision == 0.0])
+    free = np.append(np.zeros(LAYOUT.size, dtype=np.bool_), model.instrument_precision == 0.0)
     told = (teller >= 0) & (learned.covariance is not None)
     open_ = layout.shared[(free | told)[layout.shared]]
     columns = np.concatenate([layout.local, open_])
@@ -186,7 +186,7 @@ def _settled(
 
 def _with_prior(equations: SequenceEquations, columns: NDArray[np.int64], prior: Array, gone: Array) -> tuple[Array, Array]:
     """Normal matrix and gradient of ``columns`` with a ``prior`` on effects, from whose values these have ``gone`` (q,)."""
-    away = np.concatenate([np.zeros(N_PARAMETERS), gone])[columns]
+    away = np.append(np.zeros(LAYOUT.size), gone)[columns]
     return equations.frames.H[np.ix_(columns, columns)] + prior, equations.frames.g[columns] + prior @ away
 
 
@@ -205,25 +205,13 @@ def _left_out(equations: SequenceEquations, columns: NDArray[np.int64], normal: 
 
 def _with_shared(own: CampaignState, learned: CampaignState, teller: NDArray[np.int64]) -> CampaignState:
     """One sequence's own state with every column (21 + q,) that a sequence of others tells of taken from there."""
-    flight, theta = own.flights[0], own.theta[0].copy()
-    for column in np.flatnonzero(teller[N_PARAMETERS:] >= 0):
-        theta[column] = learned.theta[teller[N_PARAMETERS + column]][column]
-    body, camera = int(teller[COM][0]), int(teller[OFFSET][0])
-    if body >= 0:
-        flight = replace(flight, com=learned.flights[body].com, inertia=learned.flights[body].inertia)
-    if camera >= 0:
-        flight = replace(flight, offset_px=learned.flights[camera].offset_px)
-    return CampaignState((flight,), (theta,))
+    (values,), others, told = own.values, learned.values, np.flatnonzero(teller >= 0)
+    step = np.zeros(len(values))
+    step[told] = [others[teller[column]][column] - values[column] for column in told]
+    return own.moved([step])
 
 
 def _within_priors(state: CampaignState, precision: Array, model: Model) -> CampaignState:
     """The state with everything that a prior holds brought within ``MOST`` of its standard deviations."""
-    limit = MOST / np.sqrt(np.maximum(np.concatenate([precision, model.instrument_precision]), 1e-300))
-    flight = state.flights[0]
-    flight = replace(
-        flight,
-        com=np.clip(flight.com, -limit[COM], limit[COM]),
-        inertia=np.clip(flight.inertia, -limit[INERTIA], limit[INERTIA]),
-        offset_px=float(np.clip(flight.offset_px, -limit[OFFSET], limit[OFFSET])[0]),
-    )
-    return CampaignState((flight,), (np.clip(state.theta[0], -limit[N_PARAMETERS:], limit[N_PARAMETERS:]),))
+    (values,), limit = state.values, MOST / np.sqrt(np.maximum(np.concatenate([precision, model.instrument_precision]), 1e-300))
+    return state.moved([np.clip(values, -limit, limit) - values])

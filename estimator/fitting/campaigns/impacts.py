@@ -15,16 +15,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.effects.model import Model
+from estimator.effects.link import EffectModel
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit
 from estimator.fitting.campaigns.considered import Considered
 from estimator.fitting.campaigns.forced_velocities import velocities_under
 from estimator.fitting.stable_inverse import stable_inverse
-from estimator.motion.flight import COM, INERTIA, N_PARAMETERS, OFFSET, OMEGA, V
+from estimator.motion.flight import LAYOUT
 
 Array = NDArray[np.float64]
-BODY = (("centre of mass of the hull", COM), ("moments of inertia of the hull", INERTIA), ("outline offset", OFFSET))
-"""Parameters of the flight that are known from the calibrated views, more or less."""
+BODY = {"com": "centre of mass of the hull", "inertia": "moments of inertia of the hull", "offset": "outline offset"}
+"""Blocks of the flight that are known from the calibrated views, more or less."""
 VELOCITY, SPIN = slice(0, 3), slice(3, 6)
 
 
@@ -79,7 +79,7 @@ def impacts(campaign: Campaign, fit: CampaignFit, at: Considered) -> Impacts:
     inside = np.concatenate([np.zeros(0, dtype=np.int64), *(block.columns for block in blocks if block.fitted)])
     for number, sequence in enumerate(campaign.sequences):
         J, value = _derivatives(fit, at, number, sequence)
-        plain, wide = at.plain.of(number, np.arange(at.own)), at.covariance.of(number, np.arange(N_PARAMETERS + at.model.size))
+        plain, wide = at.plain.of(number, np.arange(at.own)), at.covariance.of(number, np.arange(at.model.layout.size))
         measured = _measured(campaign.kind.unmeasured(sequence))
         for i, block in enumerate(blocks):
             S = _sensitivity(J, plain if block.fitted else wide, block.columns)
@@ -97,7 +97,7 @@ def impacts(campaign: Campaign, fit: CampaignFit, at: Considered) -> Impacts:
 def _derivatives(fit: CampaignFit, at: Considered, number: int, sequence: Any) -> tuple[Array, Array]:
     """Derivatives (6, 21 + q + r) of (v, omega) at a flight's middle time by all parameters, and their values (6,)."""
     times = sequence.setting.times_s
-    known = np.diag(at.covariance.of(number, np.arange(N_PARAMETERS))) == 0.0
+    known = np.diag(at.covariance.of(number, np.arange(LAYOUT.size))) == 0.0
     middle = float(times[(len(times) - 1) // 2])
     value, J = velocities_under(fit.state.flights[number], at.model, at.theta[number], sequence.setting, middle, known=known)
     return J, value
@@ -110,28 +110,25 @@ def _sensitivity(J: Array, C: Array, columns: NDArray[np.int64]) -> Array:
 
 def _blocks(campaign: Campaign, fit: CampaignFit, at: Considered) -> list[_Block]:
     """The things that are uncertain."""
-    C = at.covariance.of(0, np.arange(N_PARAMETERS + at.model.size))
-    known = campaign.kind.precision(campaign.sequences[0])
-    varied = np.diag(C) > 0.0
-    found = []
-    for name, part in BODY:
-        columns = np.arange(N_PARAMETERS)[part]
-        columns = columns[varied[columns]]
+    layout = at.model.layout
+    C, known, found = at.covariance.of(0, np.arange(layout.size)), campaign.kind.precision(campaign.sequences[0]), []
+    varied = {name: layout.columns([name])[np.diag(C)[layout[name]] > 0.0] for name in layout.names}
+    for key, name in BODY.items():
+        columns = varied[key]
         if len(columns):
             found.append(_Block(name, True, columns, np.diag(1.0 / known[columns]) if known[columns].all() else _nothing(columns)))
-    for number, (effect, part) in enumerate(zip(at.model.effects, at.model.slices, strict=True)):
-        columns = np.array([N_PARAMETERS + i for i in range(part.start, part.stop) if varied[N_PARAMETERS + i]], dtype=np.int64)
+    for effect in at.model.effects:
+        key, columns = effect.entry.key, varied[effect.entry.key]
         if effect.random or not len(columns):
             continue
-        fitted = number < len(fit.model.effects)
-        before = _before(campaign, at.model, number, columns) if fitted else C[np.ix_(columns, columns)]
-        found.append(_Block(effect.entry.key, fitted, columns, before))
+        fitted = key in fit.model.keys
+        before = _before(campaign, effect, columns - layout[key].start) if fitted else C[np.ix_(columns, columns)]
+        found.append(_Block(key, fitted, columns, before))
     return found
 
 
-def _before(campaign: Campaign, model: Model, number: int, columns: NDArray[np.int64]) -> Array:
-    """Covariance of a fitted effect's parameters before the fit: the prior that holds it, or its plausible range, and facts."""
-    effect, part = model.effects[number], model.slices[number]
+def _before(campaign: Campaign, effect: EffectModel, kept: NDArray[np.int64]) -> Array:
+    """Covariance of parameters ``kept`` (b,) of an effect before the fit: the prior that holds it or its plausible range, and facts."""
     limits = np.array([max(map(abs, p.plausible)) for p in effect.entry.parameters])
     sigma = limits if effect.held is None else np.minimum(np.array(effect.held), limits)
     information = np.diag(sigma**-2.0)
@@ -139,8 +136,7 @@ def _before(campaign: Campaign, model: Model, number: int, columns: NDArray[np.i
         if fact.effects == (effect.entry.key,):
             w = np.array(fact.weights[0][1]) / fact.sigma
             information = information + np.outer(w, w)
-    kept = columns - N_PARAMETERS - part.start
-    return stable_inverse(information)[np.ix_(kept, kept)] if np.isfinite(sigma).all() else _nothing(columns)
+    return stable_inverse(information)[np.ix_(kept, kept)] if np.isfinite(sigma).all() else _nothing(kept)
 
 
 def _nothing(columns: NDArray[np.int64]) -> Array:
@@ -149,8 +145,7 @@ def _nothing(columns: NDArray[np.int64]) -> Array:
 
 def _measured(unmeasured: NDArray[np.int64]) -> Array:
     """1 for v and for omega where they were measured, NaN where a part of them was not."""
-    columns = np.arange(N_PARAMETERS)
-    return np.array([np.nan if np.isin(columns[part], unmeasured).any() else 1.0 for part in (V, OMEGA)])
+    return np.array([np.nan if np.isin(LAYOUT.columns([name]), unmeasured).any() else 1.0 for name in ("v", "omega")])
 
 
 def _squares(covariance: Array) -> Array:

@@ -7,7 +7,7 @@ from scipy.special import chdtrc
 from datasets.vocabulary.effects import Scope
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit
 from estimator.fitting.campaigns.campaign_covariance import CampaignCovariance
-from estimator.motion.flight import N_PARAMETERS
+from estimator.motion.flight import LAYOUT
 
 
 def wald_p(campaign: Campaign, fit: CampaignFit, covariance: CampaignCovariance, number: int) -> float:
@@ -24,7 +24,7 @@ def wald_p(campaign: Campaign, fit: CampaignFit, covariance: CampaignCovariance,
 def zero_p(campaign: Campaign, fit: CampaignFit, covariance: CampaignCovariance, scope: Scope, columns: NDArray[np.int64]) -> float:
     """p-value of ``columns`` (c,) of the effects' parameters being zero in all sequences; the data may say nothing of some."""
     sequences = sorted(set(campaign.sharing(scope)))
-    rows = np.concatenate([covariance.place[s][N_PARAMETERS + columns] for s in sequences])
+    rows = np.concatenate([covariance.place[s][LAYOUT.size + columns] for s in sequences])
     theta = np.concatenate([fit.state.theta[s][columns] for s in sequences])
     C = covariance.covariance[np.ix_(rows, rows)]
     statistic = float(theta @ np.linalg.pinv(C, rcond=1e-12, hermitian=True) @ theta)

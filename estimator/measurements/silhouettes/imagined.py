@@ -22,7 +22,7 @@ from estimator.fitting.campaigns.campaign import SequenceEquations
 from estimator.fitting.campaigns.forced_velocities import body_under, forced_states
 from estimator.geometry.outline_shape import outline_shape
 from estimator.measurements.silhouettes.imagined_views import with_more_views
-from estimator.motion.flight import N_PARAMETERS, Flight
+from estimator.motion.flight import Flight, still
 from estimator.motion.rigid_body import rotation_matrices
 from estimator.particle.particle import Particle
 
@@ -111,7 +111,7 @@ def silhouettes_of(drop: Drop, like: Pictures) -> SequenceTask:
 def _poses(drop: Drop, like: Pictures, setting: Setting) -> tuple[Array, Array]:
     """World from nominal body axes (f, 3, 3) and where the nominal centre of mass is (f, 3) m."""
     at = (like.model, like.theta, setting)
-    reached, _ = forced_states(drop.flight, np.zeros((1, N_PARAMETERS)), at, drop.times_s)
+    reached, _ = forced_states(drop.flight, still(drop.flight), at, drop.times_s)
     R = rotation_matrices(reached.q[:, 0])
     return R, reached.x[:, 0] - R @ body_under(drop.flight, *at).com
 

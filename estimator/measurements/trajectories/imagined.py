@@ -10,7 +10,7 @@ from estimator.effects.model import Model
 from estimator.fitting.campaigns.campaign import SequenceEquations
 from estimator.fitting.campaigns.forced_velocities import body_under, forced_states
 from estimator.measurements.trajectories.task import TrajectoryTask
-from estimator.motion.flight import N_PARAMETERS, Flight
+from estimator.motion.flight import Flight, still
 from estimator.motion.rigid_body import rotation_matrices
 
 Array = NDArray[np.float64]
@@ -40,7 +40,7 @@ class Tracks:
         """Rows where the drop would be, each as noisy as the measured ones are in the median."""
         task, setting = self.sequence, replace(self.sequence.setting, times_s=drop.times_s)
         at, rows = (self.model, self.theta, setting), len(drop.times_s)
-        reached, omega = forced_states(drop.flight, np.zeros((1, N_PARAMETERS)), at, drop.times_s)
+        reached, omega = forced_states(drop.flight, still(drop.flight), at, drop.times_s)
         R = rotation_matrices(reached.q[:, 0])
         centre = reached.x[:, 0] - R @ body_under(drop.flight, *at).com
         made = replace(

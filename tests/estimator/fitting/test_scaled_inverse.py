@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.linalg import hilbert
 
-from estimator.fitting.refinement import NothingSeen, determined, scaled_inverse
+from estimator.fitting.stable_inverse import NothingSeen, determined, scaled_inverse
 
 
 def test_units_far_apart() -> None:
