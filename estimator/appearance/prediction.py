@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from estimator.effects.dependence import of_body
 from estimator.effects.link import Setting
 from estimator.effects.model import Model, ModelForces
-from estimator.motion.flight import COM, INERTIA, LAYOUT, STEPS, Flight, FlightPoses, inertia_matrix, pose_differences, states
+from estimator.motion.flight import COM, INERTIA, N_PARAMETERS, STEPS, Flight, FlightPoses, inertia_matrix, pose_differences, states
 from estimator.motion.rigid_body import States, angular_velocity, cross_product, inverted, rotation_matrices
 
 Array = NDArray[np.float64]
@@ -64,8 +64,8 @@ def predict(
     reached = states(flight, steps, true_times, forces)
     R = rotation_matrices(reached.q)
     centre = reached.x - np.einsum("fmij,mj->fmi", R, flight.com + steps[:, COM])
-    S = np.zeros((len(times_s), 6, model.layout.size))
-    columns = np.concatenate([np.flatnonzero(varied), LAYOUT.size + np.flatnonzero(forced)])
+    S = np.zeros((len(times_s), 6, N_PARAMETERS + model.size))
+    columns = np.concatenate([np.flatnonzero(varied), N_PARAMETERS + np.flatnonzero(forced)])
     S[:, :, columns] = pose_differences(FlightPoses(centre, R), widths)
     velocity, omega = _velocities(flight, reached, R[:, 0])
     changing, moving = S, np.hstack([velocity, omega])
@@ -74,7 +74,7 @@ def predict(
         changing[:, 6:, columns] = _spin_differences(flight, steps, reached, widths)
         moving = np.hstack([moving, np.gradient(omega, true_times, axis=0)])
     for effect, part in model.touching("times", "delays", "body"):
-        changing[:, :, LAYOUT.size + part.start : LAYOUT.size + part.stop] += _unforced(
+        changing[:, :, N_PARAMETERS + part.start : N_PARAMETERS + part.stop] += _unforced(
             Model((effect,)), theta[part], setting, (times_s, rows_px), (changing, moving)
         )
     poses = FlightPoses(centre[:, :1], R[:, :1])
@@ -83,7 +83,7 @@ def predict(
 
 def _of_body(model: Model) -> NDArray[np.bool_]:
     """The flight's parameters (21,) through which effects on the body act."""
-    mask = np.zeros(LAYOUT.size, dtype=np.bool_)
+    mask = np.zeros(N_PARAMETERS, dtype=np.bool_)
     changed = frozenset[str]().union(*(of_body(effect) for effect, _ in model.touching("body")))
     mask[COM], mask[INERTIA] = "com" in changed, "inertia" in changed
     return mask
@@ -106,10 +106,15 @@ def _forced(model: Model) -> NDArray[np.bool_]:
 
 def _perturbations(model: Model, theta: Array, varied: NDArray[np.bool_]) -> tuple[Array, Array, Array]:
     """Steps (m, 21) and thetas (m, q) of the unperturbed flight and of each pair in ``varied`` (21 + q,), and the pairs' widths."""
-    columns, size = np.flatnonzero(varied), model.layout.steps[varied]
-    steps = np.zeros((1 + 2 * len(columns), len(varied)))
-    steps[np.arange(1, len(steps), 2), columns], steps[np.arange(2, len(steps), 2), columns] = size, -size
-    return steps[:, : LAYOUT.size], theta + steps[:, LAYOUT.size :], 2.0 * size
+    own, extra = np.flatnonzero(varied[:N_PARAMETERS]), np.flatnonzero(varied[N_PARAMETERS:])
+    size = np.concatenate([STEPS[own], model.steps[extra]])
+    m = 1 + 2 * len(size)
+    steps, thetas = np.zeros((m, N_PARAMETERS)), np.tile(theta, (m, 1))
+    for row, step in enumerate(size):
+        into, column = (steps, own[row]) if row < len(own) else (thetas, extra[row - len(own)])
+        into[1 + 2 * row, column] += step
+        into[2 + 2 * row, column] -= step
+    return steps, thetas, 2.0 * size
 
 
 def _velocities(flight: Flight, reached: States, R: Array) -> tuple[Array, Array]:

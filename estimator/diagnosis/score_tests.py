@@ -22,7 +22,9 @@ from datasets.vocabulary.effects import Scope
 from estimator.effects.link import LEAST_COUNT, EffectModel
 from estimator.effects.model import Model
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState, SequenceEquations, sequence_equations
+from estimator.fitting.levenberg_marquardt import NormalEquations
 from estimator.fitting.stable_inverse import stable_inverse
+from estimator.fitting.system import Arrangement, System
 from estimator.likelihood.time_shifts import JitterTest, jitter_test
 
 Array = NDArray[np.float64]
@@ -145,14 +147,13 @@ def efficient_scores(campaign: Campaign, fit: CampaignFit, linear: "Linear") -> 
 
 @dataclass(frozen=True)
 class Linear:
-    """The joint model's equations of every sequence, and where each candidate column lies: (sequence-local column, global number).
+    """The joint model's equations of every sequence, and where its candidates' ``columns`` lie among all of these.
 
-    ``local``, ``number`` (c,) of each sequence.
+    ``number`` (j,) of each sequence: that of its candidates' j parameters, one more than there are columns where it shows nothing of them.
     """
 
     equations: tuple[SequenceEquations, ...]
     columns: tuple[Column, ...]
-    local: tuple[Index, ...]
     number: tuple[Index, ...]
 
 
@@ -180,9 +181,9 @@ def arranged(campaign: Campaign, equations: tuple[SequenceEquations, ...], model
     searched = [candidates.effects[e].entry.parameters[p].name in candidates.effects[e].entry.searched for e, _, p in names]
     columns: list[Column] = []
     lookup: dict[Column, int] = {}
-    local, number = [], []
+    number: list[list[int | None]] = []
     for i in range(len(equations)):
-        used, numbers = [], []
+        number.append([None] * len(names))
         for j, (e, s, p) in enumerate(names):
             flat = searched[j] and not equations[i].errors.J[..., first + j].any()
             if flat:
@@ -193,19 +194,21 @@ def arranged(campaign: Campaign, equations: tuple[SequenceEquations, ...], model
             if column not in lookup:
                 lookup[column] = len(columns)
                 columns.append(column)
-            used.append(first + j)
-            numbers.append(lookup[column])
-        local.append(np.array(used, dtype=np.int64))
-        number.append(np.array(numbers, dtype=np.int64))
-    return Linear(equations, tuple(columns), tuple(local), tuple(number))
+            number[i][j] = lookup[column]
+    places = tuple(np.array([len(columns) if n is None else n for n in numbers], dtype=np.int64) for numbers in number)
+    return Linear(equations, tuple(columns), places)
 
 
 @dataclass(frozen=True)
 class _Projection:
-    """``shared`` (b, c) and ``local`` [sequence] (l, c): what the base parameters do against one unit of a candidate."""
+    """What all parameters do with one unit of each of c candidates, those of the fit to undo it.
 
-    shared: Array
+    ``local`` [sequence] (l, c), and ``shared`` (b + c + 1, c): the fit's b and then the candidates themselves, all ``at`` their places.
+    """
+
+    at: Arrangement
     local: tuple[Array, ...]
+    shared: Array
 
 
 LEAST_NOISE = 0.1
@@ -216,31 +219,19 @@ SMALLEST_VISIBLE = 1e-12
 
 def _projected(campaign: Campaign, fit: CampaignFit, linear: Linear) -> tuple[EfficientScores, _Projection, NDArray[np.bool_]]:
     """Efficient scores without their noise, the projection behind them, and which columns (c,) the data see at all."""
-    layout, c = fit.layout, len(linear.columns)
-    known = fit.system(campaign).known
-    bb, bg = known.H.copy(), known.g.copy()
-    bc, cc, cg = np.zeros((layout.size, c)), np.zeros((c, c)), np.zeros(c)
-    kept, whole = [], np.zeros(c)
-    for each, place, own, number in zip(linear.equations, layout.place, linear.local, linear.number, strict=True):
-        H, g, b = each.frames.H, each.frames.g, layout.shared
-        inverse = stable_inverse(H[np.ix_(layout.local, layout.local)])
-        lb, lc = H[np.ix_(layout.local, b)], H[np.ix_(layout.local, own)]
-        bb[np.ix_(place, place)] += H[np.ix_(b, b)] - lb.T @ inverse @ lb
-        bc[np.ix_(place, number)] += H[np.ix_(b, own)] - lb.T @ inverse @ lc
-        cc[np.ix_(number, number)] += H[np.ix_(own, own)] - lc.T @ inverse @ lc
-        bg[place] += g[b] - lb.T @ (inverse @ g[layout.local])
-        whole[number] += np.diag(H)[own]
-        cg[number] += g[own] - lc.T @ (inverse @ g[layout.local])
-        kept.append((inverse, lb, lc))
-    B = stable_inverse(bb) @ bc
-    local = []
-    for (inverse, lb, lc), place, number in zip(kept, layout.place, linear.number, strict=True):
-        A = -inverse @ lb @ B[place]
-        A[:, number] += inverse @ lc
-        local.append(A)
-    H = cc - bc.T @ B
-    scores = EfficientScores(linear.columns, cg - B.T @ bg, 0.5 * (H + H.T), np.zeros((0, 0)))
-    return scores, _Projection(B, tuple(local)), np.diag(H) > SMALLEST_VISIBLE * whole
+    layout, b, c = fit.layout, fit.layout.size, len(linear.columns)
+    places = (np.concatenate([place, layout.p + number]) for place, number in zip(layout.places, linear.number, strict=True))
+    at, known = Arrangement(tuple(places), layout.p + c + 1, layout.local), fit.system(campaign).known
+    more = NormalEquations(np.pad(known.H, (0, c + 1)), np.pad(known.g, (0, c + 1)), known.cost)
+    reduced, whole = System(linear.equations, at, more, fit.cost).reduced(), np.zeros(b + c + 1)
+    for each, place in zip(linear.equations, at.place, strict=True):
+        whole[place] += np.diag(each.H)[at.shared]
+    B = stable_inverse(reduced.H[:b, :b]) @ reduced.H[:b, b:-1]
+    H = reduced.H[b:-1, b:-1] - reduced.H[b:-1, :b] @ B
+    scores = EfficientScores(linear.columns, reduced.g[b:-1] - B.T @ reduced.g[:b], 0.5 * (H + H.T), np.zeros((0, 0)))
+    shared = np.vstack([-B, np.eye(c + 1, c)])
+    local = tuple(answer @ shared[place] for answer, place in zip(reduced.answer, at.place, strict=True))
+    return scores, _Projection(at, local, shared), np.diag(H) > SMALLEST_VISIBLE * whole[b:-1]
 
 
 def _best_starts(scores: EfficientScores) -> dict[tuple[int, int | None], int]:
@@ -260,22 +251,18 @@ def _best_starts(scores: EfficientScores) -> dict[tuple[int, int | None], int]:
 def _noise(campaign: Campaign, fit: CampaignFit, linear: Linear, which: tuple[_Projection, Index]) -> Array:
     """Covariance (c, c) of the efficient scores of the columns kept."""
     projection, kept = which
-    layout = fit.layout
-    total = projection.shared[:, kept].T @ fit.system(campaign).known.H @ projection.shared[:, kept]
+    at, shared, b = projection.at, projection.shared[:, kept], fit.layout.size
+    total = shared[:b].T @ fit.system(campaign).known.H @ shared[:b]
     weighted, more = [], campaign.kind.noise_ratio(campaign, linear.equations)
-    position = {int(column): i for i, column in enumerate(kept)}
-    for each, place, own, number, A in zip(linear.equations, layout.place, linear.local, linear.number, projection.local, strict=True):
-        change = np.zeros((each.frames.weighted.shape[-1], len(kept)))
-        change[layout.local] = -A[:, kept]
-        change[layout.shared] = -projection.shared[np.ix_(place, kept)]
-        for column, n in zip(own, number, strict=True):
-            if int(n) in position:
-                change[column, position[int(n)]] += 1.0
+    for each, place, local in zip(linear.equations, at.place, projection.local, strict=True):
+        change = np.empty((each.frames.weighted.shape[-1], len(kept)))
+        change[at.local], change[at.shared] = local[:, kept], shared[place]
         along, spread = each.frames.combined(change, more)
         weighted.append(along)
         total += spread
     errors = [each.errors for each in linear.equations]
-    total += campaign.kind.repeated_noise(campaign, errors, weighted, errors)
+    same = Arrangement((np.arange(len(kept)),) * len(errors), len(kept))
+    total += campaign.kind.repeated_noise(campaign, errors, weighted, same, errors)
     return np.asarray(0.5 * (total + total.T))
 
 

@@ -70,6 +70,20 @@ class Arrangement:
 
 
 @dataclass(frozen=True)
+class Reduced:
+    """Normal equations ``H`` (s, s) and ``g`` (s,) of the shared parameters, and what is each part's alone where these are given.
+
+    ``answer`` (n, l, c - l): how it follows the part's shared columns, ``alone`` (n, l) where they stay, and its ``variance`` (n, l) there.
+    """
+
+    H: Array
+    g: Array
+    answer: Array
+    alone: Array
+    variance: Array
+
+
+@dataclass(frozen=True)
 class Solution:
     """A Gauss-Newton ``step`` (p,), the ``variance`` (p,) to compare it with, and the covariance of the ``shared`` (s, s) parameters.
 
@@ -126,30 +140,33 @@ class System(Generic[T_co]):
         covariance = inverse @ noise @ inverse
         return np.asarray(0.5 * (covariance + covariance.T))
 
-    def solved(self, damping: float = 0.0) -> Solution:
-        """Eliminate what is one part's alone, solve for what parts share, substitute back.
+    def reduced(self, damping: float = 0.0) -> Reduced:
+        """The normal equations without what is one part's alone.
 
         ``damping``: of every part's normal matrix so much of its diagonal is added to it [Marquardt 1963].
         """
-        own, others = self.at.local, self.at.shared
-        if not len(own):
-            inverse = stable_inverse(_damped(self.H, damping))
-            return Solution(-inverse @ self.g, np.diag(inverse), inverse)
-        H, g = self.known.H.copy(), self.known.g.copy()
-        every, gradients = np.stack([each.H for each in self.told]), np.stack([each.g for each in self.told])[..., None]
-        full = _damped(every, damping)
-        inverses, cross = stable_inverse(full[:, own[:, None], own]), full[:, others[:, None], own]
-        left = full[:, others[:, None], others] - cross @ inverses @ np.swapaxes(cross, 1, 2)
-        pull = gradients[:, others] - cross @ (inverses @ gradients[:, own])
+        own, others, H, g = self.at.local, self.at.shared, self.known.H.copy(), self.known.g.copy()
+        full, gradients = _damped(np.stack([each.H for each in self.told]), damping), np.stack([each.g for each in self.told])[..., None]
+        inverses, cross = stable_inverse(full[:, own[:, None], own]), full[:, own[:, None], others]
+        answer, alone = -inverses @ cross, -inverses @ gradients[:, own]
+        left = full[:, others[:, None], others] + np.swapaxes(cross, 1, 2) @ answer
+        pull = gradients[:, others] + np.swapaxes(cross, 1, 2) @ alone
         for of_one, pull_of_one, place in zip(left, pull, self.at.place, strict=True):
             H[np.ix_(place, place)] += of_one
             g[place] += pull_of_one[:, 0]
-        inverse = stable_inverse(H)
-        shared = -inverse @ g
+        return Reduced(H, g, answer, alone[..., 0], np.diagonal(inverses, axis1=1, axis2=2))
+
+    def solved(self, damping: float = 0.0) -> Solution:
+        """Eliminate what is one part's alone, solve for what parts share, substitute back; ``damping`` as in :meth:`reduced`."""
+        if not len(self.at.local):
+            inverse = stable_inverse(_damped(self.H, damping))
+            return Solution(-inverse @ self.g, np.diag(inverse), inverse)
+        reduced = self.reduced(damping)
+        inverse = stable_inverse(reduced.H)
+        shared = -inverse @ reduced.g
         there = np.stack([shared[place] for place in self.at.place])[..., None]
-        local = -inverses @ (gradients[:, own] + every[:, own[:, None], others] @ there)
-        variance = np.diagonal(inverses, axis1=1, axis2=2)
-        return Solution(np.concatenate([local.ravel(), shared]), np.concatenate([variance.ravel(), np.diag(inverse)]), inverse)
+        step = np.concatenate([(reduced.alone + (reduced.answer @ there)[..., 0]).ravel(), shared])
+        return Solution(step, np.concatenate([reduced.variance.ravel(), np.diag(inverse)]), inverse)
 
 
 def _damped(H: Array, damping: float) -> Array:

@@ -90,12 +90,24 @@ def _summed(cells: Index, values: Array, grid: Grid) -> Array:
     return np.asarray(into @ values).reshape(grid.normals, grid.viewing, *values.shape[1:])
 
 
-def _product(total: Array, power: int = 1) -> Array:
-    """``totalᵀ K total`` (p, p) of sums (normals, viewing, p), K the correlation to a power."""
+def _spread(total: Array, power: int = 1) -> Array:
+    """``K total`` (cells, p) of sums (normals, viewing, p), K the correlation to a power."""
     by_normal, by_viewing = (kernel**power for kernel in _kernels(Grid(*total.shape[:2])))
     spread = np.einsum("cd,bdp->bcp", by_viewing, np.tensordot(by_normal, total, axes=1), optimize=True)
-    shape = (total.shape[0] * total.shape[1], total.shape[2])
-    return np.asarray(total.reshape(shape).T @ spread.reshape(shape))
+    return np.asarray(spread.reshape(total.shape[0] * total.shape[1], total.shape[2]))
+
+
+def _product(total: Array, power: int = 1) -> Array:
+    """``totalᵀ K total`` (p, p) of such sums."""
+    spread = _spread(total, power)
+    return np.asarray(total.reshape(spread.shape).T @ spread)
+
+
+def along_body(
+    cells: Int[NDArray[np.int64], " r"], values: Float[NDArray[np.float64], "r p"], grid: Grid = FINE
+) -> Float[NDArray[np.float64], "r p"]:
+    """``K values`` with the covariance ``K`` (r, r) of the field, of variance one, in ``cells``."""
+    return _spread(_summed(cells, values, grid))[cells]
 
 
 def field_covariance(

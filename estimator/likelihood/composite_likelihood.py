@@ -248,14 +248,18 @@ def shared_view_noise(errors: TangencyErrors, weighted: Array, second: Silhouett
 
     ``weighted`` (n, k, 2, p) derivatives.
     """
-    n, k, _, p = weighted.shape
+    return noise_of_views(errors, second).covariance(weighted.reshape(-1, weighted.shape[-1]))
+
+
+def noise_of_views(errors: TangencyErrors, second: Silhouettes) -> AlongOutlines:
+    """That noise along the outlines of the views, in the errors (n k 2,) of all pairs."""
+    n, k = errors.valid.shape
     seen = np.repeat(errors.valid[:, :, None], 2, axis=2)
     vertex = np.where(seen, second.offsets[:-1, None] + errors.tangency[:, :, 2:], 0)
     magnified = second.sigma_px[vertex] * errors.jacobian[:, :, :2, 7]
     outline = np.where(seen, np.arange(k)[:, None], -1)
     angle, own = normal_angle(errors.direction[:, :, 2:]).ravel(), magnified.ravel()
-    between = AlongOutlines(outline.ravel(), angle, own, np.zeros(n * k * 2), second.correlation_rad)
-    return between.covariance(weighted.reshape(n * k * 2, p))
+    return AlongOutlines(outline.ravel(), angle, own, np.zeros(n * k * 2), second.correlation_rad)
 
 
 def information(errors: TangencyErrors, S: Array, first: Silhouettes, body: tuple[BodyPlaces, float], *, huber: float) -> Array:

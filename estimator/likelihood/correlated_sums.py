@@ -7,6 +7,7 @@ Lett. 74, 1995]. On the closed outline *behind* ends half a turn back.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numba
 import numpy as np
@@ -38,8 +39,12 @@ class AlongOutlines:
 
     def half(self, weights: Float[NDArray[np.float64], "N p"]) -> Float[NDArray[np.float64], "N p"]:
         """``H weights``, where ``H + Hᵀ`` is the covariance of the noise: of two tangents one is behind the other."""
-        order = np.lexsort((self.angle, self.outline))
-        return np.asarray(_half(weights, order, self.outline, self.angle, self.own, self.variance, self.correlation_rad))
+        return np.asarray(_half(weights, self._order, self.outline, self.angle, self.own, self.variance, self.correlation_rad))
+
+    @cached_property
+    def _order(self) -> Int[NDArray[np.int64], " N"]:
+        """Tangents by outline, and by angle within it."""
+        return np.lexsort((self.angle, self.outline))
 
 
 @numba.njit(cache=True)

@@ -31,10 +31,7 @@ class CampaignCovariance:
 def campaign_covariance(campaign: Campaign, fit: CampaignFit) -> CampaignCovariance:
     """Covariance of all parameters at a fit."""
     system, more = fit.system(campaign), campaign.kind.noise_ratio(campaign, fit.equations)
-    weighted = []
-    for each, place in zip(fit.equations, fit.layout.places, strict=True):
-        weighted.append(np.zeros((*each.frames.weighted.shape[:-1], fit.layout.p)))
-        weighted[-1][..., place] = each.frames.weighted
-    repeated = campaign.kind.repeated_noise(campaign, [e.errors for e in fit.equations], weighted)
+    errors, weighted = [each.errors for each in fit.equations], [each.frames.weighted for each in fit.equations]
+    repeated = campaign.kind.repeated_noise(campaign, errors, weighted, fit.layout)
     noise = system.added(each.frames.noisier(more) for each in fit.equations) + repeated
     return CampaignCovariance(system.sandwich(noise), fit.layout.places)

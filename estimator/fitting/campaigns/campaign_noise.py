@@ -1,15 +1,17 @@
 """Noise that enters many sightings of a campaign at once: of the calibrated views, and of the body-fixed error."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from estimator.appearance.model_errors import ModelErrors
 from estimator.fitting.campaigns.campaign import Campaign
-from estimator.likelihood.body_fixed_error import BodyPlaces, body_noise, body_places, measured_variance
-from estimator.likelihood.composite_likelihood import shared_view_noise
+from estimator.fitting.system import Arrangement, Index
+from estimator.likelihood.body_fixed_error import BodyPlaces, along_body, body_places, measured_variance
+from estimator.likelihood.composite_likelihood import noise_of_views
 
 Array = NDArray[np.float64]
 PARTS = 5
@@ -25,24 +27,39 @@ See notebook 10."""
 
 
 def repeated_noise(
-    campaign: Campaign, errors: Sequence[ModelErrors], weighted: Sequence[Array], like: Sequence[ModelErrors] | None = None
+    campaign: Campaign, errors: Sequence[ModelErrors], weighted: Sequence[Array], at: Arrangement, like: Sequence[ModelErrors] | None = None
 ) -> Array:
-    """What views and the body add to the covariance (p, p) of ``sum weightedᵀ e``; ``weighted`` [sequence] (n, k, 2, p).
+    """What views and the body add to the covariance (p, p) of ``sum weightedᵀ e``; ``weighted`` [sequence] (n, k, 2, c) lie ``at`` places.
 
     ``like`` [sequence]: errors of another fit, of which the body-fixed part is measured; these ``errors`` if ``None``.
     """
-    total = np.zeros((weighted[0].shape[-1],) * 2)
+    total = np.zeros((at.p, at.p))
     for particle in sorted(set(campaign.particle)):
         rows = [i for i, p in enumerate(campaign.particle) if p == particle]
-        own, other = [errors[i] for i in rows], None if like is None else [like[i] for i in rows]
-        total += _of_particle(campaign, rows[0], own, [weighted[i] for i in rows], other)
-    return total
+        half = _half_of_particle(campaign, rows[0], [errors[i] for i in rows], None if like is None else [like[i] for i in rows])
+        flat, places = [weighted[i].reshape(np.prod(weighted[i].shape[:3]), -1) for i in rows], [at.places[i] for i in rows]
+        if all(np.array_equal(place, places[0]) for place in places):
+            flat, places = [np.concatenate(flat)], places[:1]
+        _add_crossed(total, half, flat, places)
+    return total + total.T
 
 
-def _of_particle(
-    campaign: Campaign, first: int, errors: Sequence[ModelErrors], weighted: Sequence[Array], like: Sequence[ModelErrors] | None
-) -> Array:
-    """Of one particle; ``first``: its first sequence, whose views all of it share."""
+def _add_crossed(total: Array, half: Callable[[Array], Array], weighted: Sequence[Array], places: Sequence[Index]) -> None:
+    """Add what every two parts have in common; ``weighted`` (r, c) of one, zero in the others' errors, never is as wide as all are."""
+    ends = np.cumsum([0, *(len(each) for each in weighted)]).tolist()
+    spans = [slice(*span) for span in pairwise(ends)]
+    for span, each, place in zip(spans, weighted, places, strict=True):
+        alone = np.zeros((ends[-1], each.shape[1]))
+        alone[span] = each
+        moved = half(alone)
+        for others, other, there in zip(spans, weighted, places, strict=True):
+            total[np.ix_(there, place)] += other.T @ moved[others]
+
+
+def _half_of_particle(
+    campaign: Campaign, first: int, errors: Sequence[ModelErrors], like: Sequence[ModelErrors] | None
+) -> Callable[[Array], Array]:
+    """``H``, where ``H + Hᵀ`` is the covariance of the errors of one particle; ``first``: its first sequence, whose views all share."""
     valid = np.concatenate([e.tangency.valid for e in errors])
     joined = replace(
         errors[0].tangency,
@@ -51,10 +68,17 @@ def _of_particle(
         direction=np.concatenate([e.tangency.direction for e in errors]),
         jacobian=np.concatenate([e.tangency.jacobian for e in errors]),
     )
-    W, views = np.concatenate(weighted), campaign.sequences[first].task.views.silhouettes
-    places = places_of(errors)
+    views, places = noise_of_views(joined, campaign.sequences[first].task.views.silhouettes), places_of(errors)
     sigma_px = _of_body(campaign, errors, places) if like is None else _of_body(campaign, like, places_of(like))
-    return shared_view_noise(joined, W, views) + body_noise(valid, W, places, sigma_px=sigma_px)
+    seen = np.flatnonzero(np.repeat(valid[:, :, None], 2, axis=2))
+    cells = places.cell.ravel()[seen]
+
+    def half(values: Array) -> Array:
+        moved = views.half(values)
+        moved[seen] += 0.5 * sigma_px**2 * along_body(cells, values[seen])
+        return moved
+
+    return half
 
 
 def places_of(errors: Sequence[ModelErrors]) -> BodyPlaces:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from datasets.estimate import FrameReport
 from estimator.effects.link import EffectModel
 from estimator.effects.model import Model
+from estimator.fitting.system import Arrangement
 from estimator.motion.flight import Flight
 
 if TYPE_CHECKING:
@@ -55,9 +56,12 @@ class MeasurementKind(Protocol):
         ...
 
     def repeated_noise(
-        self, campaign: "Campaign", errors: Sequence[Any], weighted: Sequence[Array], like: Sequence[Any] | None = None
+        self, campaign: "Campaign", errors: Sequence[Any], weighted: Sequence[Array], at: Arrangement, like: Sequence[Any] | None = None
     ) -> Array:
-        """Covariance (p, p) of ``sum weightedᵀ e`` from noise that enters more than one sighting; as large as in ``like``, if given."""
+        """Covariance (p, p) of ``sum weightedᵀ e`` from noise that enters more than one sighting; as large as in ``like``, if given.
+
+        ``weighted`` [sequence] (n, ..., c): derivatives by parameters that lie ``at`` their places among p.
+        """
         ...
 
     def sightings(self, sequence: Any) -> int:

@@ -16,6 +16,7 @@ from estimator.effects.instrument.surface_amplitudes import SurfaceAmplitudes
 from estimator.effects.link import EffectModel
 from estimator.effects.model import Model
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState, SequenceEquations, fit_campaign
+from estimator.fitting.system import Arrangement
 from estimator.likelihood.rows import (
     freedoms,
     log_density,
@@ -81,11 +82,11 @@ class Outlines:
         return robust_cost(residuals, sequence.repeats) if residuals.seen.any() else float("inf")
 
     def repeated_noise(
-        self, campaign: Campaign, errors: Sequence[OutlineErrors], weighted: Sequence[Array], like: Sequence[OutlineErrors] | None = None
+        self, campaign: Campaign, errors: Sequence[Any], weighted: Sequence[Array], at: Arrangement, like: Sequence[Any] | None = None
     ) -> Array:
         """None: what repeats is the surface's, which is among the parameters."""
-        del campaign, errors, like
-        return np.zeros((weighted[0].shape[-1],) * 2)
+        del campaign, errors, weighted, like
+        return np.zeros((at.p, at.p))
 
     def sightings(self, sequence: OutlineTask) -> int:
         """Outlines in use."""

@@ -11,7 +11,7 @@ from datasets.estimate import FrameReport
 from datasets.observation import Observation
 from datasets.vocabulary.effects import TRACKED_ONLY
 from estimator.appearance.hull_outlines import hull_of
-from estimator.appearance.model_errors import ModelErrors, ModelResiduals, SequenceTask, linearised, model_residuals
+from estimator.appearance.model_errors import ModelResiduals, SequenceTask, linearised, model_residuals
 from estimator.appearance.outline_tables import with_tables
 from estimator.data.fit_task import Sightings
 from estimator.diagnosis.noise_floor import NoiseFloor
@@ -21,6 +21,7 @@ from estimator.effects.link import EffectModel
 from estimator.effects.model import Model, overrides
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState, SequenceEquations
 from estimator.fitting.campaigns.campaign_noise import repeated_noise
+from estimator.fitting.system import Arrangement
 from estimator.likelihood.composite_likelihood import RandomShift, weigh_linear
 from estimator.likelihood.time_shifts import TimeShifts, likeness, noise_ratio, time_derivative, time_shifts
 from estimator.measurements.silhouettes.imagined import Pictures
@@ -86,10 +87,10 @@ class Silhouettes:
         return float((rho * seen).sum() / max(seen.sum(axis=(1, 2)).mean(), 1.0) * INDEPENDENT_TANGENTS)
 
     def repeated_noise(
-        self, campaign: Campaign, errors: Sequence[ModelErrors], weighted: Sequence[Array], like: Sequence[ModelErrors] | None = None
+        self, campaign: Campaign, errors: Sequence[Any], weighted: Sequence[Array], at: Arrangement, like: Sequence[Any] | None = None
     ) -> Array:
         """That of the calibrated views and of the body."""
-        return repeated_noise(campaign, errors, weighted, like)
+        return repeated_noise(campaign, errors, weighted, at, like)
 
     def sightings(self, sequence: SequenceTask) -> int:
         """Outlines in use."""

@@ -16,6 +16,7 @@ from estimator.diagnosis.residual_maps import ResidualMap
 from estimator.effects.link import EffectModel
 from estimator.effects.model import Model
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState, SequenceEquations
+from estimator.fitting.system import Arrangement
 from estimator.likelihood.rows import (
     Rows,
     freedoms,
@@ -73,15 +74,11 @@ class Trajectories:
         return robust_cost(residuals, sequence.repeats)
 
     def repeated_noise(
-        self,
-        campaign: Campaign,
-        errors: Sequence[Rows],
-        weighted: Sequence[Array],
-        like: Sequence[Rows] | None = None,
+        self, campaign: Campaign, errors: Sequence[Rows], weighted: Sequence[Array], at: Arrangement, like: Sequence[Rows] | None = None
     ) -> Array:
         """None: every row has its own."""
-        del campaign, errors, like
-        return np.zeros((weighted[0].shape[-1],) * 2)
+        del campaign, errors, weighted, like
+        return np.zeros((at.p, at.p))
 
     def sightings(self, sequence: TrajectoryTask) -> int:
         """Rows."""
