@@ -18,6 +18,8 @@ from estimator.fitting.stable_inverse import LEAST_SEEN, stable_inverse
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
+UNSEEN = 1e-300
+"""Variance of what is left out of an inverse."""
 
 
 class Told(Protocol):
@@ -60,7 +62,7 @@ class Arrangement:
 
     @cached_property
     def shared(self) -> Index:
-        """Columns (c - l,) of every part that are not its own alone."""
+        """Columns (c - l,) of every part that are not its own alone; all parts have as many where any are."""
         return np.delete(np.arange(len(self.places[0])), self.local)
 
     @cached_property
@@ -98,10 +100,6 @@ class Solution:
     def size(self) -> float:
         """Largest step over its standard deviation; parameters that are not seen do not count."""
         return float(np.max(np.abs(self.step) / np.sqrt(np.maximum(self.variance, 1e-300)), initial=0.0, where=self.variance > UNSEEN))
-
-
-UNSEEN = 1e-300
-"""Variance of what is left out of an inverse."""
 
 
 @dataclass(frozen=True)

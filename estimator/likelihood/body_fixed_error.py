@@ -84,37 +84,26 @@ def correlation(cells: Int[NDArray[np.int64], " q"], grid: Grid) -> Float[NDArra
     return np.asarray(by_normal[np.ix_(normal, normal)] * by_viewing[np.ix_(viewing, viewing)])
 
 
-def _summed(cells: Index, values: Array, grid: Grid) -> Array:
+def on_body(cells: Int[NDArray[np.int64], " r"], values: Float[NDArray[np.float64], "r p"], grid: Grid = FINE) -> Array:
+    """Sums (normals, viewing, p) of ``values`` in their ``cells``."""
     rows = np.arange(len(cells))
     into = csr_array((np.ones(len(cells)), (cells, rows)), shape=(grid.normals * grid.viewing, len(cells)))
     return np.asarray(into @ values).reshape(grid.normals, grid.viewing, *values.shape[1:])
 
 
-def _spread(total: Array, power: int = 1) -> Array:
-    """``K total`` (cells, p) of sums (normals, viewing, p), K the correlation to a power."""
+def field_product(total: Float[NDArray[np.float64], "b d p"], power: int = 1) -> Array:
+    """``totalᵀ K total`` (p, p) of sums (normals, viewing, p), K the correlation to a power."""
     by_normal, by_viewing = (kernel**power for kernel in _kernels(Grid(*total.shape[:2])))
     spread = np.einsum("cd,bdp->bcp", by_viewing, np.tensordot(by_normal, total, axes=1), optimize=True)
-    return np.asarray(spread.reshape(total.shape[0] * total.shape[1], total.shape[2]))
-
-
-def _product(total: Array, power: int = 1) -> Array:
-    """``totalᵀ K total`` (p, p) of such sums."""
-    spread = _spread(total, power)
-    return np.asarray(total.reshape(spread.shape).T @ spread)
-
-
-def along_body(
-    cells: Int[NDArray[np.int64], " r"], values: Float[NDArray[np.float64], "r p"], grid: Grid = FINE
-) -> Float[NDArray[np.float64], "r p"]:
-    """``K values`` with the covariance ``K`` (r, r) of the field, of variance one, in ``cells``."""
-    return _spread(_summed(cells, values, grid))[cells]
+    shape = (total.shape[0] * total.shape[1], total.shape[2])
+    return np.asarray(total.reshape(shape).T @ spread.reshape(shape))
 
 
 def field_covariance(
     cells: Int[NDArray[np.int64], " r"], influence: Float[NDArray[np.float64], "r p"], grid: Grid = FINE
 ) -> Float[NDArray[np.float64], "p p"]:
     """Covariance of ``sum influenceᵀ e`` where the errors ``e`` (r,) are the field, of variance one, in ``cells``."""
-    return _product(_summed(cells, influence, grid))
+    return field_product(on_body(cells, influence, grid))
 
 
 def body_noise(
@@ -140,10 +129,10 @@ def measured_variance(
     whole, product, expected = np.zeros((places.grid.normals, places.grid.viewing, 2)), 0.0, 0.0
     for number in np.unique(block):
         here = seen & (block == number)[:, None, None]
-        sums = _summed(cell[here], np.stack([weight[here] * e[here], weight[here]], axis=-1), places.grid)
-        product -= float(_product(sums[..., :1])[0, 0])
-        expected -= float(_product(sums[..., 1:], 2)[0, 0])
+        sums = on_body(cell[here], np.stack([weight[here] * e[here], weight[here]], axis=-1), places.grid)
+        product -= float(field_product(sums[..., :1])[0, 0])
+        expected -= float(field_product(sums[..., 1:], 2)[0, 0])
         whole += sums
-    product += float(_product(whole[..., :1])[0, 0])
-    expected += float(_product(whole[..., 1:], 2)[0, 0])
+    product += float(field_product(whole[..., :1])[0, 0])
+    expected += float(field_product(whole[..., 1:], 2)[0, 0])
     return product / expected if expected > 0.0 else 0.0

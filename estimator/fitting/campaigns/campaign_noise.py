@@ -1,7 +1,7 @@
 """Noise that enters many sightings of a campaign at once: of the calibrated views, and of the body-fixed error."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 from estimator.appearance.model_errors import ModelErrors
 from estimator.fitting.campaigns.campaign import Campaign
 from estimator.fitting.system import Arrangement, Index
-from estimator.likelihood.body_fixed_error import BodyPlaces, along_body, body_places, measured_variance
+from estimator.likelihood.body_fixed_error import BodyPlaces, body_places, field_product, measured_variance, on_body
 from estimator.likelihood.composite_likelihood import noise_of_views
+from estimator.likelihood.correlated_sums import AlongOutlines
 
 Array = NDArray[np.float64]
 PARTS = 5
@@ -36,49 +37,52 @@ def repeated_noise(
     total = np.zeros((at.p, at.p))
     for particle in sorted(set(campaign.particle)):
         rows = [i for i, p in enumerate(campaign.particle) if p == particle]
-        half = _half_of_particle(campaign, rows[0], [errors[i] for i in rows], None if like is None else [like[i] for i in rows])
+        noise = _of_particle(campaign, [errors[i] for i in rows], rows[0], None if like is None else [like[i] for i in rows])
         flat, places = [weighted[i].reshape(np.prod(weighted[i].shape[:3]), -1) for i in rows], [at.places[i] for i in rows]
         if all(np.array_equal(place, places[0]) for place in places):
             flat, places = [np.concatenate(flat)], places[:1]
-        _add_crossed(total, half, flat, places)
+        noise.add(total, flat, places)
     return total + total.T
 
 
-def _add_crossed(total: Array, half: Callable[[Array], Array], weighted: Sequence[Array], places: Sequence[Index]) -> None:
-    """Add what every two parts have in common; ``weighted`` (r, c) of one, zero in the others' errors, never is as wide as all are."""
-    ends = np.cumsum([0, *(len(each) for each in weighted)]).tolist()
-    spans = [slice(*span) for span in pairwise(ends)]
-    for span, each, place in zip(spans, weighted, places, strict=True):
-        alone = np.zeros((ends[-1], each.shape[1]))
-        alone[span] = each
-        moved = half(alone)
-        for others, other, there in zip(spans, weighted, places, strict=True):
-            total[np.ix_(there, place)] += other.T @ moved[others]
+@dataclass(frozen=True)
+class _Noise:
+    """Noise of the errors (r,) of one particle: along the outlines of its ``views``, and of ``sigma_px`` where errors lie on the body."""
+
+    views: AlongOutlines
+    body: BodyPlaces
+    sigma_px: float
+
+    def add(self, total: Array, weighted: Sequence[Array], places: Sequence[Index]) -> None:
+        """Add half of what it makes of ``sum weightedᵀ e``, in parts that follow one another, whose columns lie at their ``places``.
+
+        A part's ``weighted`` (r, c) has none of the others' errors and columns: no array is as long and as wide as those of all.
+        """
+        ends = np.cumsum([0, *(len(each) for each in weighted)]).tolist()
+        spans, cells = [slice(*span) for span in pairwise(ends)], self.body.cell.ravel()
+        field = np.zeros((self.body.grid.normals, self.body.grid.viewing, len(total)))
+        for span, each, place in zip(spans, weighted, places, strict=True):
+            field[..., place] += on_body(cells[span], each)
+            alone = np.zeros((ends[-1], each.shape[1]))
+            alone[span] = each
+            moved = self.views.half(alone)
+            for others, other, there in zip(spans, weighted, places, strict=True):
+                total[np.ix_(there, place)] += other.T @ moved[others]
+        total += 0.5 * self.sigma_px**2 * field_product(field)
 
 
-def _half_of_particle(
-    campaign: Campaign, first: int, errors: Sequence[ModelErrors], like: Sequence[ModelErrors] | None
-) -> Callable[[Array], Array]:
-    """``H``, where ``H + Hᵀ`` is the covariance of the errors of one particle; ``first``: its first sequence, whose views all share."""
-    valid = np.concatenate([e.tangency.valid for e in errors])
+def _of_particle(campaign: Campaign, errors: Sequence[ModelErrors], first: int, like: Sequence[ModelErrors] | None) -> _Noise:
+    """That of one particle; ``first``: its first sequence, whose views all of it share."""
     joined = replace(
         errors[0].tangency,
-        valid=valid,
+        valid=np.concatenate([e.tangency.valid for e in errors]),
         tangency=np.concatenate([e.tangency.tangency for e in errors]),
         direction=np.concatenate([e.tangency.direction for e in errors]),
         jacobian=np.concatenate([e.tangency.jacobian for e in errors]),
     )
-    views, places = noise_of_views(joined, campaign.sequences[first].task.views.silhouettes), places_of(errors)
+    places = places_of(errors)
     sigma_px = _of_body(campaign, errors, places) if like is None else _of_body(campaign, like, places_of(like))
-    seen = np.flatnonzero(np.repeat(valid[:, :, None], 2, axis=2))
-    cells = places.cell.ravel()[seen]
-
-    def half(values: Array) -> Array:
-        moved = views.half(values)
-        moved[seen] += 0.5 * sigma_px**2 * along_body(cells, values[seen])
-        return moved
-
-    return half
+    return _Noise(noise_of_views(joined, campaign.sequences[first].task.views.silhouettes), places, sigma_px)
 
 
 def places_of(errors: Sequence[ModelErrors]) -> BodyPlaces:
