@@ -73,9 +73,7 @@ class Model:
     @property
     def precision(self) -> Array:
         """Information (q,) that priors give; zero for free parameters."""
-        return np.concatenate(
-            [np.zeros(0)] + [np.zeros(len(e.entry.parameters)) if e.held is None else np.array(e.held) ** -2.0 for e in self.effects]
-        )
+        return self.layout.precision[LAYOUT.size :].copy()
 
     @property
     def instrument_precision(self) -> Array:

@@ -67,7 +67,7 @@ class Layout:
         """Steps (p,) of central differences."""
         return np.concatenate([np.broadcast_to(block.step, len(block.labels)) for block in self.blocks])
 
-    @property
+    @cached_property
     def precision(self) -> Array:
         """Diagonal (p,) of the priors' information."""
         return np.concatenate([np.broadcast_to(block.precision, len(block.labels)) for block in self.blocks])

@@ -111,24 +111,15 @@ def considered(campaign: Campaign, fit: CampaignFit, covariance: CampaignCovaria
     H = System(told, layout, known, fit.cost).H
     x = np.unique(np.concatenate([rows[:own] for rows in place]))
     p = np.unique(np.concatenate([rows[own:] for rows in place]))
-    P = _prior(size, place, own, possible)[np.ix_(p, p)]
+    P, C, there = *np.zeros((2, size, size)), np.empty(len(x), dtype=np.int64)
+    for rows, before in zip(place, covariance.place, strict=True):
+        there[before] = rows[:own]
+        for each in possible:
+            part = rows[model.layout[each.effect.entry.key]]
+            P[np.ix_(part, part)] = each.covariance
+    P = P[np.ix_(p, p)]
     A = stable_inverse(H[np.ix_(x, x)], LEAST_SEEN) @ H[np.ix_(x, p)]
-    C = np.zeros((size, size))
-    for rows, old in zip(place, covariance.place, strict=True):
-        for others, before in zip(place, covariance.place, strict=True):
-            C[np.ix_(rows[:own], others[:own])] = covariance.covariance[np.ix_(old, before)]
+    C[np.ix_(there, there)] = covariance.covariance
     C[np.ix_(x, x)] += A @ P @ A.T
     C[np.ix_(x, p)], C[np.ix_(p, x)], C[np.ix_(p, p)] = -A @ P, -P @ A.T, P
     return Considered(model, theta, CampaignCovariance(C, place), own, covariance)
-
-
-def _prior(size: int, place: Sequence[NDArray[np.int64]], own: int, possible: Sequence[Possible]) -> Array:
-    """Covariance (size, size) of what is possible about none, wherever a sequence has it."""
-    P = np.zeros((size, size))
-    for rows in place:
-        first = own
-        for each in possible:
-            part = rows[first : first + len(each.covariance)]
-            P[np.ix_(part, part)] = each.covariance
-            first += len(part)
-    return P

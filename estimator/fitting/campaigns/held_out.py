@@ -74,7 +74,7 @@ def _judged(campaign: Campaign, state: CampaignState, model: Model, judged: NDAr
     others = campaign.part(learned_from.tolist())
     try:
         fit = fit_campaign(others, _state_of(state, learned_from), model, Effort(LOCAL_STEPS, LOCAL_STEPS))
-        learned = _learned(others, fit, alone=n == 1)
+        learned = _Learned(learned_from, fit, fit.system(others).solved().shared if n > 1 else None)
     except ASTRAY:
         return np.tile([np.inf, 1.0], (len(judged), 1))
     return np.array([_judge(campaign, int(i), state, learned) for i in judged])
@@ -95,26 +95,21 @@ def _parts(campaign: Campaign) -> list[NDArray[np.int64]]:
 
 @dataclass(frozen=True)
 class _Learned:
-    """The ``fit`` to a part of the sequences, that ``campaign``, and the covariance of all that its sequences share.
+    """The ``fit`` to a part of the sequences, those ``rows`` (r,) of a campaign, and the covariance of all that they share.
 
     There is no covariance where the fit is to what it judges, and tells nothing.
     """
 
-    campaign: Campaign
+    rows: NDArray[np.int64]
     fit: CampaignFit
     covariance: Array | None
 
-    def like(self, scope: Scope, particle: int, camera: int) -> int | None:
-        """A sequence among these that shares what is of a ``scope`` with one of a particle and a camera."""
-        if scope is Scope.CAMPAIGN:
-            return 0
-        of, wanted = (self.campaign.particle, particle) if scope is Scope.PARTICLE else (self.campaign.camera, camera)
-        return of.index(wanted) if wanted in of else None
-
-    def told(self, particle: int, camera: int) -> NDArray[np.int64]:
-        """Of every column (21 + q,), the sequence of these that tells of it; -1 where none does."""
-        found = [None if scope.own else self.like(scope, particle, camera) for scope in self.fit.model.layout.scopes]
-        return np.array([-1 if each is None else each for each in found], dtype=np.int64)
+    def told(self, campaign: Campaign, number: int) -> NDArray[np.int64]:
+        """Of every column (21 + q,) of sequence ``number``, the first of these that it shares it with; -1 where none does."""
+        both, last = campaign.part([*self.rows.tolist(), number]), len(self.rows)
+        first = {scope: last if scope.own else both.sharing(scope)[last] for scope in Scope}
+        found = np.array([first[scope] for scope in self.fit.model.layout.scopes])
+        return np.where(found < last, found, -1)
 
     def information(self, columns: NDArray[np.int64], teller: NDArray[np.int64]) -> Array:
         """What is known here of shared ``columns`` (c,) that sequences ``teller`` tell of: (c, c), nothing of those that none does."""
@@ -126,13 +121,6 @@ class _Learned:
         place = np.array([at.places[teller[columns[i]]][columns[i]] - at.first for i in known], dtype=np.int64)
         total[np.ix_(known, known)] = stable_inverse(self.covariance[np.ix_(place, place)])
         return total
-
-
-def _learned(campaign: Campaign, fit: CampaignFit, *, alone: bool) -> _Learned:
-    """What a fit to a part of the sequences tells of the others; ``alone``: it is fitted to what it judges, and tells nothing."""
-    if alone:
-        return _Learned(campaign, fit, None)
-    return _Learned(campaign, fit, fit.system(campaign).solved().shared)
 
 
 def _state_of(state: CampaignState, rows: NDArray[np.int64]) -> CampaignState:
@@ -148,7 +136,7 @@ def _judge(campaign: Campaign, number: int, own: CampaignState, learned: _Learne
     sequence = campaign.sequences[number]
     layout = layout_of(campaign, model)
     alone = campaign.part([number])
-    teller = learned.told(campaign.particle[number], campaign.camera[number])
+    teller = learned.told(campaign, number)
     state = _with_shared(_state_of(own, np.array([number])), learned.fit.state, teller)
     state = _within_priors(state, campaign.kind.precision(sequence), model)
     free = np.append(np.zeros(LAYOUT.size, dtype=np.bool_), model.instrument_precision == 0.0)

@@ -7,6 +7,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from datasets.vocabulary.effects import Scope
+from estimator.effects.model import Model
+from estimator.effects.registry import MODELS
 from estimator.fitting.focal_flight import LOG_FOCAL, FocalFlight, at_focal
 from estimator.fitting.levenberg_marquardt import NormalEquations
 from estimator.fitting.problem import Part, Problem, alone, prior_of
@@ -27,6 +30,17 @@ def test_blocks_are_found_by_name() -> None:
     np.testing.assert_array_equal(layout.steps, [0.1, 0.0, 0.0])
     np.testing.assert_array_equal(layout.precision, [0.0, 4.0, 4.0])
     np.testing.assert_array_equal(layout.held({"a": 9.0, "b": np.array([1.0, 2.0])}).precision, [9.0, 1.0, 2.0])
+
+
+def test_effects_are_blocks_behind_those_of_a_flight_each_with_its_scope() -> None:
+    model = Model((MODELS["uniform_acceleration"], MODELS["quadratic_drag"].held_by((0.5,))))
+    assert model.layout.names == (*LAYOUT.names, "uniform_acceleration", "quadratic_drag")
+    assert model.layout["quadratic_drag"] == slice(LAYOUT.size + 3, LAYOUT.size + 4)
+    np.testing.assert_array_equal(model.layout.of(Scope.SEQUENCE), np.arange(12))
+    np.testing.assert_array_equal(model.layout.of(Scope.PARTICLE), model.layout.columns(["com", "inertia", "quadratic_drag"]))
+    assert model.layout.scopes[LAYOUT.size] is MODELS["uniform_acceleration"].entry.scope
+    np.testing.assert_array_equal(model.layout.precision[LAYOUT.size :], [0.0, 0.0, 0.0, 4.0])
+    np.testing.assert_array_equal(model.layout.steps[LAYOUT.size :], model.steps)
 
 
 def test_a_step_and_its_values_agree_but_for_rotations() -> None:
