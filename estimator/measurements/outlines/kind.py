@@ -82,7 +82,7 @@ class Outlines:
         return robust_cost(residuals, sequence.repeats) if residuals.seen.any() else float("inf")
 
     def repeated_noise(
-        self, campaign: Campaign, errors: Sequence[Any], weighted: Sequence[Array], at: Arrangement, like: Sequence[Any] | None = None
+        self, campaign: Campaign, errors: Sequence[OutlineErrors], weighted: Sequence[Array], at: Arrangement, like: Any = None
     ) -> Array:
         """None: what repeats is the surface's, which is among the parameters."""
         del campaign, errors, weighted, like
