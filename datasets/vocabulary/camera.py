@@ -56,8 +56,10 @@ class Intrinsics:
 
     def distort(self, xy: Float[NDArray[np.float64], "n 2"]) -> Float[NDArray[np.float64], "n 2"]:
         """Pixel coordinates (px) of ideal normalised image coordinates."""
-        k1, k2, p1, p2, k3 = self.distortion
         x, y = xy[:, 0], xy[:, 1]
+        if not any(self.distortion):
+            return np.column_stack([self.fx_px * x + self.cx_px, self.fy_px * y + self.cy_px])
+        k1, k2, p1, p2, k3 = self.distortion
         r2 = x * x + y * y
         radial = 1 + r2 * (k1 + r2 * (k2 + r2 * k3))
         x_d = x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x)

@@ -49,7 +49,7 @@ class OutlineTables:
     def followed(self, sequence: SequenceTask, flight: Flight, prediction: Prediction) -> SequenceTask:
         """The sequence with its tables made at ``prediction``; as it is where those are of nearly the same poses."""
         placed = particle_poses(flight, prediction.poses, sequence.task.sightings)
-        if _turned_deg(sequence.made_at, placed.R) < MOST_TURNED_DEG:
+        if turned_deg(sequence.made_at, placed.R) < MOST_TURNED_DEG:
             return sequence
         outlines, shape = shape_at(sequence, flight, prediction, self.particle.casting_mesh)
         task = replace(sequence.task, views=self.likeness, bias=None)
@@ -101,8 +101,11 @@ def with_tables(sequence: SequenceTask, flight: Flight, model: Model, theta: Arr
     return sequence.tables.followed(sequence, flight, prediction)
 
 
-def _turned_deg(before: Array | None, R: Array) -> float:
-    """Root mean square angle between rotations (n, 3, 3); infinite where there were none."""
+def turned_deg(before: Array | None, R: Array) -> float:
+    """Root mean square angle between rotations; infinite where there were none before.
+
+    ``before`` (n, 3, 3) from the particle's to the camera's frame, as ``R`` (n, 3, 3) in the camera's frame now.
+    """
     if before is None:
         return float("inf")
     cosine = 0.5 * (np.einsum("nij,nij->n", before, R) - 1.0)

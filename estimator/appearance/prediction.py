@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.effects.dependence import of_body
-from estimator.effects.link import Setting
+from estimator.effects.link import EffectModel, Setting
 from estimator.effects.model import Model, ModelForces
 from estimator.motion.flight import COM, INERTIA, N_PARAMETERS, STEPS, Flight, FlightPoses, inertia_matrix, pose_differences, states
 from estimator.motion.rigid_body import States, angular_velocity, cross_product, inverted, rotation_matrices
@@ -75,7 +75,7 @@ def predict(
         moving = np.hstack([moving, np.gradient(omega, true_times, axis=0)])
     for effect, part in model.touching("times", "delays", "body"):
         changing[:, :, N_PARAMETERS + part.start : N_PARAMETERS + part.stop] += _unforced(
-            Model((effect,)), theta[part], setting, (times_s, rows_px), (changing, moving)
+            effect, theta[part], setting, (times_s, rows_px), (changing, moving)
         )
     poses = FlightPoses(centre[:, :1], R[:, :1])
     return Prediction(poses, velocity, omega, changing[:, :6], changing[:, 6:] if spins else None)
@@ -124,19 +124,17 @@ def _velocities(flight: Flight, reached: States, R: Array) -> tuple[Array, Array
     return np.asarray(reached.v[:, 0] - cross_product(omega, R @ flight.com)), omega
 
 
-def _unforced(alone: Model, theta: Array, setting: Setting, when: tuple[Array, Array], at: tuple[Array, Array]) -> Array:
+def _unforced(effect: EffectModel, theta: Array, setting: Setting, when: tuple[Array, Array], at: tuple[Array, Array]) -> Array:
     """Columns (n, c, q) of one effect through clock and body, from the flight's (n, c, 21 + q) and the rates (n, c) of what they are of."""
-    (times_s, rows_px), (S, rates) = when, at
+    (times_s, rows_px), (S, rates), alone = when, at, Model((effect,))
     result = np.zeros((*S.shape[:2], len(theta)))
-    for column, step in enumerate(alone.steps):
-        up, down = theta.copy(), theta.copy()
-        up[column], down[column] = up[column] + step, down[column] - step
-        width = 2.0 * step
-        later = (alone.times(up, setting, times_s) - alone.times(down, setting, times_s)) / width
-        later = later + (alone.delays(up, rows_px) - alone.delays(down, rows_px)) / width
-        result[:, :, column] = rates * later[:, None]
-        if not alone.touching("body"):
-            continue
-        high, low = alone.body(up, setting), alone.body(down, setting)
-        result[:, :, column] += S[:, :, COM] @ ((high.com - low.com) / width) + S[:, :, INERTIA] @ ((high.inertia - low.inertia) / width)
+    if alone.touching("times", "delays"):
+        for column, step in enumerate(alone.steps):
+            up, down = theta.copy(), theta.copy()
+            up[column], down[column] = up[column] + step, down[column] - step
+            later = alone.times(up, setting, times_s) - alone.times(down, setting, times_s)
+            later = later + (alone.delays(up, rows_px) - alone.delays(down, rows_px))
+            result[:, :, column] = rates * (later / (2.0 * step))[:, None]
+    if alone.touching("body"):
+        result += S[:, :, np.r_[COM, INERTIA]] @ effect.body_by(theta, setting)
     return result

@@ -58,6 +58,13 @@ class SectorRuler:
 
     def plain(self, curve: Array) -> Array:
         """Mean distance (count,) px of the points of a ``curve`` (m, 2) px, positive outside; between neighbours' where there is none."""
+        return self._itself if curve is self.points else self._measured(curve)
+
+    @cached_property
+    def _itself(self) -> Array:
+        return self._measured(self.points)
+
+    def _measured(self, curve: Array) -> Array:
         even = resampled(curve, STEP_PX, fewest=FEWEST)
         fine, normal, tree = self._fine
         nearest = tree.query(even)[1]
@@ -71,7 +78,7 @@ class SectorRuler:
         number = np.bincount(sector, minlength=self.count)
         told = np.flatnonzero(number)
         means = np.bincount(sector, values, self.count)[told] / number[told]
-        return np.asarray(np.interp(np.arange(self.count), told, means, period=self.count))
+        return means if len(told) == self.count else np.asarray(np.interp(np.arange(self.count), told, means, period=self.count))
 
     @cached_property
     def corners(self) -> Index:

@@ -248,6 +248,8 @@ class EffectModel:
         sized = np.array([name in self.entry.sizes for name in self.entry.names])
         return np.asarray(~sized & (not theta[sized].any()))
 
+    constant: ClassVar[bool] = False
+    """Whether it is a force that is the same at every moment of a flight."""
     noise: bool = False
     """Whether it is noise of what was measured: where effects are searched for (``explain``) it is in every set, as large as the evidence
     has it, and in no answer. The score tests (``diagnose``) hold it a candidate as any other."""
@@ -302,6 +304,16 @@ class EffectModel:
         del theta, setting
         return BodyChange(np.zeros(3), np.zeros(5))
 
+    def body_by(self, theta: Array, setting: Setting) -> Array:
+        """Derivatives (8, q) of centre of mass (m) and inertia by the parameters, central differences."""
+        found = np.zeros((8, len(theta)))
+        for column, step in enumerate(p.step for p in self.entry.parameters):
+            up, down = theta.copy(), theta.copy()
+            up[column], down[column] = up[column] + step, down[column] - step
+            high, low = self.body(up, setting), self.body(down, setting)
+            found[:, column] = np.concatenate([high.com - low.com, high.inertia - low.inertia]) / (2.0 * step)
+        return found
+
     def acceleration(self, theta: Array, moment: Moment, setting: Setting) -> Array | None:
         """Acceleration (m, 3) m/s² beside gravity, ``theta`` (m, q); ``None``: none."""
         del theta, moment, setting
@@ -336,6 +348,11 @@ class EffectModel:
         """Where ``points_px`` (v, 2) seen at ``times_s`` (v,) would be in a camera without the effect."""
         del theta, camera, times_s
         return points_px
+
+    def picture_moves(self, theta: Array, times_s: Array) -> Array | None:
+        """How far (n, 2) px pictures at ``times_s`` (n,) are moved as a whole, by an effect that does no more; ``None``: it does."""
+        del theta, times_s
+        return None
 
     def shift(self, theta: Array, places: Places, setting: Setting) -> Array | None:
         """Displacement of the outline along its outward normals (n, k, 2) px; ``None``: none."""

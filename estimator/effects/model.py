@@ -209,6 +209,11 @@ class ModelForces:
         """Whether a force or torque depends on the attitude."""
         return any(needs_attitude(e) for e, _ in self.model.touching("acceleration", "torque"))
 
+    @cached_property
+    def constant(self) -> bool:
+        """Whether all are forces, and the same at every moment."""
+        return all(e.constant for e, _ in self.model.touching("acceleration", "torque"))
+
     def _torque(self, time_s: float, state: States, omega: Array) -> Array:
         return self._sum("torque", self._moment(time_s, state, omega))
 

@@ -121,14 +121,15 @@ def drawn_edges(pixels: Array, rim: NDArray[np.int64], finer: int) -> tuple[Arra
     """
     drawn, corner = _blank(pixels[rim], finer, np.int32)
     _draw(drawn, np.round((pixels[rim] - corner) * finer).astype(np.int64), np.arange(1, len(rim) + 1, dtype=np.int32))
-    outer = _outer((drawn > 0).astype(np.uint8), cv2.CHAIN_APPROX_NONE)
+    outer = _traced(drawn)
     return outer / finer + corner, drawn[outer[:, 1], outer[:, 0]].astype(np.int64) - 1
 
 
 def _blank(lines: Array, finer: int, kind: type) -> tuple[NDArray[np.integer], Array]:
     """An empty drawing that holds all ``lines`` (e, 2, 2) px, and where its corner is (2,)."""
-    corner = lines.min(axis=(0, 1)) - MARGIN_PX
-    width, height = np.ceil((lines.max(axis=(0, 1)) + MARGIN_PX - corner) * finer).astype(int)
+    along = lines.reshape(-1, 2).T.copy()  # each axis by itself: numpy takes ten times as long over both
+    corner = np.array([each.min() for each in along]) - MARGIN_PX
+    width, height = np.ceil((np.array([each.max() for each in along]) + MARGIN_PX - corner) * finer).astype(int)
     return np.zeros((height, width), kind), corner
 
 
@@ -176,6 +177,38 @@ def _on_rim(pixels, faces, beside):  # type: ignore[no-untyped-def]
     for e in range(len(beside)):
         rim[e] = seen[beside[e, 0]] != seen[beside[e, 1]]
     return rim
+
+
+@numba.njit(cache=True)
+def _traced(picture):  # type: ignore[no-untyped-def]
+    """The border (n, 2) around what is drawn, in one piece and not at the picture's edge, from its first pixel on.
+
+    As OpenCV follows it [Suzuki and Abe, CVGIP 30 (1985) 32], which looks at every pixel first.
+    """
+    step = np.array([[1, 0], [1, -1], [0, -1], [-1, -1], [-1, 0], [-1, 1], [0, 1], [1, 1]])
+    width, number = picture.shape[1], 0
+    while picture.flat[number] == 0:
+        number += 1
+    x, y, side = number % width, number // width, 3
+    first_x, first_y = x, y
+    while picture[y + step[side, 1], x + step[side, 0]] == 0:
+        side = (side - 1) % 8
+        if side == 4:  # a single point
+            return np.array([[x, y]])
+    last_x, last_y = x + step[side, 0], y + step[side, 1]
+    found, count = np.empty((1024, 2), np.int64), 0
+    while True:
+        side = (side + 1) % 8
+        while picture[y + step[side, 1], x + step[side, 0]] == 0:
+            side = (side + 1) % 8
+        if count == len(found):
+            found = np.concatenate((found, np.empty_like(found)))
+        found[count, 0], found[count, 1] = x, y
+        count += 1
+        next_x, next_y = x + step[side, 0], y + step[side, 1]
+        if next_x == first_x and next_y == first_y and x == last_x and y == last_y:
+            return found[:count]
+        x, y, side = next_x, next_y, (side + 4) % 8
 
 
 @numba.njit(cache=True)

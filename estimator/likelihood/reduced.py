@@ -103,32 +103,6 @@ class Own:
         """Sums (s,) over every sequence's own; ``each`` (m,): a number of every unit."""
         return np.asarray(np.bincount(self.owner, each), dtype=np.float64)
 
-    def eliminated(self, variance: Array) -> tuple[Quadratic, Array]:
-        """The quadratic of the few columns with the units integrated out under prior ``variance`` (s,) of the sequences.
-
-        Beside it the units' covariance where the few are known: (m,) where they are independent, else (m, m).
-        """
-        prior, few = variance[self.owner], self.few
-        if self.information.ndim == 1:
-            ratio = 1.0 + prior * self.information
-            covariance, half = prior / ratio, 0.5 * float(np.log(ratio).sum())
-            mean, root = covariance * self.pull, np.sqrt(covariance)[:, None] * self.cross
-            taken = root.T @ root
-        else:
-            alone = posterior(Quadratic(self.information, self.pull, 0.0), np.sqrt(prior))
-            covariance, half, mean = alone.covariance, alone.half_log_det, alone.mean
-            taken = self.cross.T @ covariance @ self.cross
-        misfit = few.misfit - float(self.pull @ mean)
-        return Quadratic(few.information - taken, few.pull - self.cross.T @ mean, misfit, few.half_log_det + half), covariance
-
-    def units(self, covariance: Array, few: Array) -> Array:
-        """Means (m,) of the units at values (k,) of the few columns.
-
-        ``covariance`` (m,) or (m, m), as of :meth:`eliminated`; ``few`` (k,).
-        """
-        left = self.pull - self.cross @ few
-        return covariance * left if covariance.ndim == 1 else covariance @ left
-
 
 def independent(information: Array, rows: tuple[Index, ...]) -> bool:
     """Whether columns of different sequences share no information; ``information`` (c, c); ``rows`` (q,) of each sequence: its columns."""

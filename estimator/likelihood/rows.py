@@ -7,7 +7,7 @@ integrated (Woodbury's identity) [Laird and Ware 1982].
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
@@ -29,21 +29,27 @@ HUBER = 4.0
 
 
 @dataclass(frozen=True)
-class Rows:
-    """Residuals ``e`` (n, c) in standard deviations, zero where there is none; ``J`` (n, c, 21 + q), ``seen`` (n, c), and more.
+class Residuals:
+    """Residuals ``e`` (n, c) in standard deviations, zero where there is none; ``seen`` (n, c), and more.
 
-    ``rate`` (n, c) is the derivative of the residuals by the time of their row, 1/s; ``variance`` (n, c) of each, in its unit squared;
-    ``noise`` over what was stated or estimated, ``jitter_s`` of the rows' times under the model.
+    ``variance`` (n, c) of each, in its unit squared; ``noise`` over what was stated or estimated, ``jitter_s`` of the rows' times under the
+    model.
     """
 
     e: Array
-    J: Array
     seen: NDArray[np.bool_]
-    rate: Array
     variance: Array
     prediction: Prediction
     noise: float = 1.0
     jitter_s: float = 0.0
+
+
+@dataclass(frozen=True)
+class Rows(Residuals):
+    """Residuals with derivatives ``J`` (n, c, 21 + q) and, by the time of their row, ``rate`` (n, c), 1/s; zero where there is none."""
+
+    rate: Array = field(kw_only=True)
+    J: Array = field(kw_only=True)
 
 
 class Weighed(Protocol):
@@ -69,18 +75,21 @@ def weighed(errors: Rows, repeats: Array, jitter_s: float) -> WeighedFrames:
     """
     d = errors.rate * jitter_s
     plain = np.where(errors.seen, 1.0 / repeats, 0.0)
-    moved = errors.e - d * _along(plain, d, errors.e)
+    moved = errors.e - d * _along(plain, d, errors.e) if jitter_s else errors.e
     weight = plain / np.maximum(np.abs(moved) / HUBER, 1.0)
-    W = weight[..., None] * errors.J
+    J, seen = errors.J.reshape(-1, errors.J.shape[-1]), errors.seen.ravel()
+    lighter = np.flatnonzero(seen & (weight.ravel() != 1.0))
+    W = J.copy() if len(lighter) else J
+    W[lighter] *= weight.ravel()[lighter, None]
     if jitter_s:
         gain = 1.0 / (1.0 + np.sum(weight * d**2, axis=1))
-        W = W - (weight * d)[..., None] * (gain[:, None] * np.einsum("nc,ncp->np", d, W))[:, None]
-    J = errors.J.reshape(-1, errors.J.shape[-1])
-    flat = W.reshape(J.shape)
-    H = J.T @ flat
+        along = np.einsum("nc,ncp->np", d, W.reshape(errors.J.shape))
+        W = W - ((weight * d)[..., None] * (gain[:, None] * along)[:, None]).reshape(J.shape)
+    few = not jitter_s and 2 * len(lighter) < len(J)  # then most of the product is that of a matrix with itself, which is half the work
+    H = J.T @ J - J[lighter].T @ (J[lighter] - W[lighter]) if few else J.T @ W
     H = 0.5 * (H + H.T)
     count = errors.seen.sum(axis=1)
-    return WeighedFrames(H, flat.T @ errors.e.ravel(), W, weight, None, H, np.sum(errors.e**2, axis=1), count)
+    return WeighedFrames(H, W.T @ errors.e.ravel(), W.reshape(errors.J.shape), weight, None, H, np.sum(errors.e**2, axis=1), count)
 
 
 def _along(weight: Array, d: Array, e: Array) -> Array:
@@ -88,7 +97,7 @@ def _along(weight: Array, d: Array, e: Array) -> Array:
     return np.asarray((np.sum(weight * d * e, axis=1) / (1.0 + np.sum(weight * d**2, axis=1)))[:, None])
 
 
-def robust_cost(errors: Rows, repeats: Array) -> float:
+def robust_cost(errors: Residuals, repeats: Array) -> float:
     """Huber's cost; ``repeats`` (c,) of the channels."""
     z = np.abs(errors.e)
     near = np.minimum(z, HUBER)

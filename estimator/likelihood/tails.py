@@ -1,8 +1,8 @@
 """Values that every sequence has for itself under Student's prior of one scale, found by expectation and maximisation.
 
 Each sequence's precision ``w_s`` and its values are found in turn, its step lengthened by the rate at which its own converges [Lange 1995
-on the acceleration of expectation and maximisation]. Where the units of the sequences are independent of one another, which is the rule,
-a round is a few sums: it is compiled, since a search looks at some ten thousand sets and scales.
+on the acceleration of expectation and maximisation]. Where the units of the sequences are independent of one another a round is a few sums,
+else a factorisation; both are compiled, since a search looks at some ten thousand sets and scales.
 """
 
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ from numpy.linalg import LinAlgError
 from numpy.typing import NDArray
 from scipy.special import gammaln
 
-from estimator.likelihood.reduced import Own, Posterior, posterior
+from estimator.likelihood.reduced import Own, Posterior
 
 Array = NDArray[np.float64]
 MOST_WEIGHED, WEIGHED, AT_ONCE = 12, 0.02, 4.0
@@ -57,36 +57,19 @@ def with_tails(own: Own, student: Student, sigma: Array, noise: Noise) -> tuple[
     Beside it what the integral over the precisions adds to the log evidence (nats).
     """
     q = own.sums(np.ones(len(own.owner)))
-    found = (_weighed_apart if own.information.ndim == 1 else weighed_in_turn)(own, student, sigma, noise)
+    found = weighed_in_turn(own, student, sigma, noise)
     w = found.precision
     told = np.maximum(q - w * own.sums(found.spread) / student.scale**2, 0.0)
     return found, float(np.sum(0.5 * student.freedom * (np.log(w) - w + 1.0) + _width_of_precision(told, student.freedom)))
 
 
 def weighed_in_turn(own: Own, student: Student, sigma: Array, noise: Noise) -> Weighed:
-    """Units that may share information, the few columns under ``sigma`` (k,); where they do not, this is what :func:`_apart` compiles."""
-    scale, freedom, q = student.scale, student.freedom, own.sums(np.ones(len(own.owner)))
-    w = np.ones(len(q))
-    for _ in range(MOST_WEIGHED):
-        quadratic, covariance = own.eliminated(scale**2 / w)
-        shared = posterior(quadratic, sigma)
-        values, variance = own.units(covariance, shared.mean), covariance if covariance.ndim == 1 else np.diag(covariance)
-        square = values**2 / noise.at(shared.misfit)
-        size = freedom + own.sums(square + variance) / scale**2
-        rate = w * own.sums(variance * (variance + 2.0 * square)) / (size * scale**4)
-        step = np.log((freedom + q) / (size * w)) / np.maximum(1.0 - rate, 1.0 / AT_ONCE)
-        w = w * np.exp(step)
-        if np.abs(step).max() < WEIGHED:
-            break
-    return Weighed(shared, values, variance, w)
-
-
-def _weighed_apart(own: Own, student: Student, sigma: Array, noise: Noise) -> Weighed:
-    few = own.few
-    units = own.information, own.pull, np.ascontiguousarray(own.cross), own.owner
+    """Sequences' precisions and values, the few columns under ``sigma`` (k,)."""
+    few, rounds = own.few, _apart if own.information.ndim == 1 else _together
+    units = np.ascontiguousarray(own.information), own.pull, np.ascontiguousarray(own.cross), own.owner
     start = np.ascontiguousarray(few.information), few.pull, few.misfit, few.half_log_det
     prior = student.scale, student.freedom
-    mean, factor, misfit, half, values, variance, w = _apart(units, start, prior, sigma, (noise.known, noise.per_misfit))
+    mean, factor, misfit, half, values, variance, w = rounds(units, start, prior, sigma, (noise.known, noise.per_misfit))
     return Weighed(Posterior(mean, sigma, factor, misfit, half), values, variance, w)
 
 
@@ -94,13 +77,12 @@ def _weighed_apart(own: Own, student: Student, sigma: Array, noise: Noise) -> We
 def _apart(units, start, student, sigma, noise):  # type: ignore[no-untyped-def]
     """The few columns' mean, factor, misfit and half log determinant; the units' means and variances; the sequences' precisions."""
     information, pull, cross, owner = units
-    (scale, freedom), sequences, k = student, owner.max() + 1, len(sigma)
-    w, values, variance = np.ones(sequences), np.empty(len(owner)), np.empty(len(owner))
+    k, w, values, variance = len(sigma), np.ones(owner.max() + 1), np.empty(len(owner)), np.empty(len(owner))
     mean, factor, misfit, half = np.empty(k), np.empty((k, k)), 0.0, 0.0
     for _ in range(MOST_WEIGHED):
         factor[:], mean[:], misfit, half = start[0], start[1], start[2], start[3]
         for i in range(len(owner)):
-            prior = scale**2 / w[owner[i]]
+            prior = student[0] ** 2 / w[owner[i]]
             variance[i] = prior / (1.0 + prior * information[i])
             half += 0.5 * np.log(1.0 + prior * information[i])
             misfit -= variance[i] * pull[i] ** 2
@@ -110,25 +92,85 @@ def _apart(units, start, student, sigma, noise):  # type: ignore[no-untyped-def]
                     factor[a, b] -= cross[i, a] * variance[i] * cross[i, b]
         log_det, taken = _solved_in_place(factor, mean, sigma)
         half, misfit = half + 0.5 * log_det, misfit - taken
-        size, slope, q = np.full(sequences, freedom), np.zeros(sequences), np.zeros(sequences)
         for i in range(len(owner)):
             left = pull[i]
             for a in range(k):
                 left -= cross[i, a] * mean[a]
             values[i] = variance[i] * left
-            square = values[i] ** 2 / (noise[0] + noise[1] * misfit)
-            size[owner[i]] += (square + variance[i]) / scale**2
-            slope[owner[i]] += variance[i] * (variance[i] + 2.0 * square)
-            q[owner[i]] += 1.0
-        longest = 0.0
-        for s in range(sequences):
-            rate = w[s] * slope[s] / (size[s] * scale**4)
-            step = np.log((freedom + q[s]) / (size[s] * w[s])) / max(1.0 - rate, 1.0 / AT_ONCE)
-            w[s] *= np.exp(step)
-            longest = max(longest, abs(step))
-        if longest < WEIGHED:
+        if _changed(w, owner, (values, variance), student, noise[0] + noise[1] * misfit) < WEIGHED:
             break
     return mean, factor, misfit, half, values, variance, w
+
+
+@numba.njit(cache=True)
+def _together(units, start, student, sigma, noise):  # type: ignore[no-untyped-def]
+    """What :func:`_apart` finds, of units that share information (m, m)."""
+    information, pull, cross, owner = units
+    m, k, w, values, variance = len(owner), len(sigma), np.ones(owner.max() + 1), np.empty(len(owner)), np.empty(len(owner))
+    mean, factor, misfit, half = np.empty(k), np.empty((k, k)), 0.0, 0.0
+    L, root, inverse = np.empty((m, m)), np.empty(m), np.empty((m, m))
+    for _ in range(MOST_WEIGHED):
+        factor[:], mean[:], misfit, half = start[0], start[1], start[2], start[3]
+        for i in range(m):
+            root[i] = student[0] / np.sqrt(w[owner[i]])
+        half += _inverse_factor(information, root, L, inverse)
+        told, seen = inverse @ (root * pull), inverse @ (root.reshape(-1, 1) * cross)
+        misfit -= np.sum(told**2)
+        for a in range(k):
+            mean[a] -= np.sum(seen[:, a] * told)
+            for b in range(a + 1):
+                factor[a, b] -= np.sum(seen[:, a] * seen[:, b])
+        log_det, taken = _solved_in_place(factor, mean, sigma)
+        half, misfit = half + 0.5 * log_det, misfit - taken
+        values[:] = root * (inverse.T @ (told - seen @ mean))
+        for i in range(m):
+            variance[i] = root[i] ** 2 * np.sum(inverse[i:, i] ** 2)
+        if _changed(w, owner, (values, variance), student, noise[0] + noise[1] * misfit) < WEIGHED:
+            break
+    return mean, factor, misfit, half, values, variance, w
+
+
+@numba.njit(cache=True)
+def _inverse_factor(information, root, L, inverse):  # type: ignore[no-untyped-def]
+    """Half the log determinant of ``1 + D G D``, D the ``root`` (m,) of prior variances; the ``inverse`` of its factor L is written."""
+    half = 0.0
+    inverse[:] = 0.0
+    for i in range(len(root)):
+        for j in range(i + 1):
+            value = root[i] * information[i, j] * root[j]
+            for n in range(j):
+                value -= L[i, n] * L[j, n]
+            if j < i:
+                L[i, j] = value / L[j, j]
+            elif not 1.0 + value > 0.0:
+                raise LinAlgError("expected a positive definite matrix")
+            else:
+                L[i, i] = np.sqrt(1.0 + value)
+        half += np.log(L[i, i])
+        for n in range(i):
+            for j in range(n + 1):
+                inverse[i, j] -= L[i, n] * inverse[n, j]
+        inverse[i, : i + 1] /= L[i, i]
+        inverse[i, i] = 1.0 / L[i, i]
+    return half
+
+
+@numba.njit(cache=True)
+def _changed(w, owner, units, student, noise):  # type: ignore[no-untyped-def]
+    """The largest change of the logarithms of precisions ``w`` (s,), which are changed to what the units' values and variances say."""
+    (values, variance), (scale, freedom), longest = units, student, 0.0
+    size, slope, q = np.full(len(w), freedom), np.zeros(len(w)), np.zeros(len(w))
+    for i in range(len(owner)):
+        square = values[i] ** 2 / noise
+        size[owner[i]] += (square + variance[i]) / scale**2
+        slope[owner[i]] += variance[i] * (variance[i] + 2.0 * square)
+        q[owner[i]] += 1.0
+    for s in range(len(w)):
+        rate = w[s] * slope[s] / (size[s] * scale**4)
+        step = np.log((freedom + q[s]) / (size[s] * w[s])) / max(1.0 - rate, 1.0 / AT_ONCE)
+        w[s] *= np.exp(step)
+        longest = max(longest, abs(step))
+    return longest
 
 
 @numba.njit(cache=True)

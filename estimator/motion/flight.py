@@ -150,6 +150,11 @@ class Forces(Protocol):
         """Whether any of them depends on the attitude."""
         ...
 
+    @property
+    def constant(self) -> bool:
+        """Whether all are forces, and the same at every moment of a flight."""
+        ...
+
 
 @dataclass(frozen=True)
 class FlightPoses:
@@ -191,6 +196,9 @@ def states(flight: Flight, steps: Array, times_s: Array, forces: Forces | None =
     inverse = inverted(inertia)
     if forces is None:
         return fall(start, inverse, times_s, start_time_s=flight.time_s, gravity=gravity)
+    if forces.constant:
+        pushed = gravity + forces.acceleration(flight.time_s, start, start.L)
+        return fall(start, inverse, times_s, start_time_s=flight.time_s, gravity=pushed)
 
     def acceleration(time_s: float, state: States, omega: Array) -> Array:
         return gravity + forces.acceleration(time_s, state, omega)

@@ -74,6 +74,8 @@ class Amplitudes:
     def padded(self, count: int) -> "Amplitudes":
         """With amplitudes that move nothing, up to a ``count`` of them."""
         more = count - self.count
+        if not more:
+            return self
         return Amplitudes(self.surface, np.pad(self.moves, ((0, 0), (0, more))), np.pad(self.mass, ((0, 0), (0, more))))
 
 

@@ -51,9 +51,9 @@ def contact_of(surface: Surface, camera: Intrinsics, R_cam_particle: Array, t_ca
     rim = mesh.ends[edges]
     start = pixels[rim[:, 0]]
     along = pixels[rim[:, 1]] - start
-    finer = int(np.clip(DRAWN_PX / np.ptp(start, axis=0).max(), COARSEST, FINER))
+    finer = int(np.clip(DRAWN_PX / max(np.ptp(start[:, 0]), np.ptp(start[:, 1])), COARSEST, FINER))
     drawn, edge = drawn_edges(pixels, rim, finer)
-    nearest = cKDTree(drawn).query(samples_px)[1]
+    nearest = cKDTree(drawn, compact_nodes=False, balanced_tree=False).query(samples_px)[1]
     own, outward = edge[nearest], _outward(drawn, finer)[nearest]
     share, foot = _foot(samples_px, start[own], along[own])
     gap = samples_px - foot

@@ -108,6 +108,7 @@ class Evidence:
         none = np.zeros(0, dtype=np.int64)
         self._rows = [self._rows[e] if own is None else np.concatenate([none, *own]) for e, own in enumerate(self._own)]
         self._limits = [self._limit(e) for e in effects]
+        self._scales = [SHARES if np.isfinite([p.plausible for p in e.entry.parameters]).all() else UNITS for e in self.of.effects]
         self._bounds = np.array([self._bounds_of(column) for column in self.of.columns]).reshape(-1, 3).T
         self._whole = Quadratic(self.of.information, self.of.pull, self.of.misfit)
         self._apart: dict[int, Own] = {}
@@ -160,8 +161,7 @@ class Evidence:
 
     def scales_of(self, effect: int) -> Array:
         """The scales of an effect's prior, over its limits."""
-        parameters = self.of.effects[effect].entry.parameters
-        return SHARES if all(np.isfinite(p.plausible).all() for p in parameters) else UNITS
+        return self._scales[effect]
 
     def limits(self, effect: int) -> dict[int, float]:
         """What the scales of an effect's prior are multiplied by, by parameter."""

@@ -7,6 +7,7 @@ of the set too. It ends where no set is more probable than the one that the flig
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -34,13 +35,18 @@ Catalogue = Mapping[str, EffectModel]
 
 @dataclass(frozen=True)
 class At:
-    """Where the search stands: a fitted set, all sets' evidence about that fit, and the posterior over them."""
+    """Where the search stands: a fitted set, and all sets' evidence about that fit; ``judged``: the posterior, where refits have judged."""
 
     campaign: Campaign
     fit: CampaignFit
     trial: Trial
-    posterior: Posterior
     members: Set
+    judged: Posterior | None = None
+
+    @cached_property
+    def posterior(self) -> Posterior:
+        """Over sets, which are searched where the search stands, not where it turns back."""
+        return self.judged or searched(self.trial, self.members)
 
     @property
     def value(self) -> float:
@@ -72,7 +78,7 @@ def looked_at(campaign: Campaign, fit: CampaignFit, catalogue: Catalogue, *, unk
     noise = frozenset(i for i, effect in enumerate(of.effects[: of.own]) if effect.noise)
     trial = Trial(Evidence(of), frozenset(i for i, key in enumerate(of.keys) if key in wide), noise=noise)
     members = tuple(range(of.own))
-    return At(campaign, fit, trial, searched(trial, members), members)
+    return At(campaign, fit, trial, members)
 
 
 def with_noise(at: At, catalogue: Catalogue) -> At:
@@ -135,7 +141,7 @@ def judged_by(at: At, trial: Trial) -> At:
     A linearisation can overrate a set. One that was refitted and refused counts as that fit has it, and so does the step to it in other
     sets. A set that was never refitted counts at most as much as the fitted one once the search has ended.
     """
-    return replace(at, trial=trial, posterior=posterior_of(trial))
+    return replace(at, trial=trial, judged=posterior_of(trial))
 
 
 def overrated(now: At, wanted: Set, gained: float) -> Overrated:

@@ -36,3 +36,7 @@ class SurfaceAmplitudes(EffectModel):
             return super().body(theta, setting)
         change = setting.mass[:, 0] + setting.mass[:, 1:] @ theta
         return BodyChange(change[:3], change[3:])
+
+    def body_by(self, theta: Array, setting: Setting) -> Array:
+        """Of the surface's mass properties."""
+        return super().body_by(theta, setting) if setting.mass is None else setting.mass[:, 1:]

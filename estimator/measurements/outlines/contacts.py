@@ -8,6 +8,7 @@ averaged: their noise is new in each, and what they say of a motion is nearly th
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Float
@@ -69,12 +70,19 @@ class Contacts:
         """Sectors (n, k) that have samples."""
         return self.count > 0
 
+    @cached_property
+    def mean_normal(self) -> Array:
+        """Means (n, SECTORS, 2) of the normals."""
+        return self.mean(self.normal)
+
     def mean(self, values: Array) -> Array:
         """Means (n, k, ...) over sectors of ``values`` (s, ...) of samples; zero where there is none."""
-        flat = values.reshape(len(values), -1)
-        sums = np.stack([np.bincount(self.cell, column, self.count.size) for column in flat.T], axis=-1)
-        means = sums / np.maximum(self.count.ravel(), 1.0)[:, None]
-        return np.asarray(means.reshape(*self.count.shape, *values.shape[1:]))
+        return np.asarray((self._averaging @ values.reshape(len(values), -1)).reshape(*self.count.shape, *values.shape[1:]))
+
+    @cached_property
+    def _averaging(self) -> csr_array:
+        """The matrix (n * SECTORS, s) that takes means."""
+        return _averaging_of(self.cell, self.count)
 
     def with_amplitudes(self, amplitudes: Amplitudes, here: Array) -> "Contacts":
         """With what ``amplitudes`` do of which the surface has those that are ``here`` (m,)."""
@@ -99,11 +107,16 @@ def contacts_at(amplitudes: Amplitudes, amplitude: Array, sightings: Sightings, 
     point = np.concatenate([(met.point - placed.t[i]) @ placed.R[i] for i, (met, _, _) in enumerate(parts)])
     cell = sighting * SECTORS + _sectors(np.split(samples_px, ends[1:-1]))
     count = np.bincount(cell, minlength=len(counts) * SECTORS).astype(np.float64)
-    averaging = csr_array((1.0 / count[cell], (cell, np.arange(len(cell)))), shape=(len(count), len(cell)))
-    by_corner = csr_array(averaging @ every.by_corner)
+    by_corner = csr_array(_averaging_of(cell, count) @ every.by_corner)
     moved = np.asarray(by_corner @ amplitudes.moves).reshape(len(counts), SECTORS, -1)
     normal = np.concatenate([met.normal for met, _, _ in parts])
     return Contacts(sighting, cell, point, normal, count.reshape(-1, SECTORS), by_corner, moved, amplitude, placed)
+
+
+def _averaging_of(cell: Index, count: Array) -> csr_array:
+    """The matrix (k, s) that takes means of samples in cells (s,), whose ``count`` (k,) is one number for each."""
+    size = count.ravel()
+    return csr_array((1.0 / size[cell], (cell, np.arange(len(cell)))), shape=(len(size), len(cell)))
 
 
 def _sectors(outlines_px: Sequence[Array]) -> Index:

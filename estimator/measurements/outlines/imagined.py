@@ -20,7 +20,7 @@ from estimator.fitting.campaigns.campaign import SequenceEquations
 from estimator.geometry.closed_curves import resampled
 from estimator.geometry.epipolar_tangency import PoseSet
 from estimator.measurements.outlines.contacts import SECTORS, Contacts, contacts_at
-from estimator.measurements.outlines.task import OutlineTask, amplitudes_in, outline_errors, placed_at, with_sectors
+from estimator.measurements.outlines.task import OutlineTask, amplitudes_in, outline_residuals, placed_at, with_sectors
 from estimator.measurements.silhouettes.imagined import Pictures, rows_of, thinned
 from estimator.motion.flight import Flight
 from estimator.particle.particle import Particle
@@ -103,14 +103,14 @@ class SampledPictures:
         outlines = cast_outlines(few.task, placed, replace(surface.sphere.mesh, vertices=surface.vertices))
         seen = replace(sightings, outlines_px=tuple(resampled(each, self._spacing_px, fewest=SECTORS) for each in outlines))
         contacts = contacts_at(like.amplitudes, amplitude, seen, placed, np.concatenate(seen.outlines_px))
-        known = {**_fields(few), "task": replace(few.task, sightings=seen)}
+        known = {**_fields(few), "task": replace(few.task, sightings=seen), "made_at": None}
         n = len(seen)
         made = replace(like, **known, contacts=contacts, own_px=np.full(n, np.median(like.own_px)), kept=np.ones(n, dtype=np.bool_))
         return self._where_the_fit_has_them(with_sectors(made, prediction, centres_cam(flight, placed)), flight)
 
     def _where_the_fit_has_them(self, made: OutlineTask, flight: Flight) -> OutlineTask:
         """With every sector's samples moved along their normals by what the fit misses them by: effects displace outlines."""
-        errors = outline_errors(made, flight, self.pictures.model, self.theta)
+        errors = outline_residuals(made, flight, self.pictures.model, self.theta)
         away = (errors.e * np.sqrt(errors.variance)).ravel()[made.contacts.cell, None] * made.contacts.normal
         sightings = made.task.sightings
         samples = np.concatenate(sightings.outlines_px) - away

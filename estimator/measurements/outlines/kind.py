@@ -32,7 +32,14 @@ from estimator.measurements.outlines.imagined import SampledPictures
 from estimator.measurements.outlines.maps import outline_floor, outline_maps
 from estimator.measurements.outlines.surface_scale import with_surface_scale
 from estimator.measurements.outlines.surfaces import refitted_surfaces
-from estimator.measurements.outlines.task import OutlineErrors, OutlineTask, outline_errors, with_contacts
+from estimator.measurements.outlines.task import (
+    OutlineErrors,
+    OutlineResiduals,
+    OutlineTask,
+    linearised,
+    outline_residuals,
+    with_contacts,
+)
 from estimator.measurements.silhouettes.imagined import Pictures
 from estimator.measurements.silhouettes.kind import SILHOUETTES, picture_reports
 from estimator.motion.flight import COM, INERTIA, N_PARAMETERS, OFFSET, Flight
@@ -60,14 +67,14 @@ class Outlines:
         """Free flight of a body whose surface is known up to its amplitudes."""
         return Model((SurfaceAmplitudes(self.amplitudes),))
 
-    def residuals(self, campaign: Campaign, number: int, flight: Flight, model: Model, theta: Array) -> OutlineErrors:
+    def residuals(self, campaign: Campaign, number: int, flight: Flight, model: Model, theta: Array) -> OutlineResiduals:
         """What the surface misses the samples by."""
-        return outline_errors(campaign.sequences[number], flight, model, theta)
+        return outline_residuals(campaign.sequences[number], flight, model, theta)
 
-    def equations(self, campaign: Campaign, number: int, residuals: OutlineErrors, model: Model, theta: Array) -> SequenceEquations:
-        """Residuals, weighed."""
-        jitter_s = model.random_sigma(theta)
-        return SequenceEquations(replace(residuals, jitter_s=jitter_s), weighed(residuals, campaign.sequences[number].repeats, jitter_s))
+    def equations(self, campaign: Campaign, number: int, residuals: OutlineResiduals, model: Model, theta: Array) -> SequenceEquations:
+        """Residuals with their derivatives, weighed."""
+        errors = replace(linearised(residuals, model, theta), jitter_s=model.random_sigma(theta))
+        return SequenceEquations(errors, weighed(errors, campaign.sequences[number].repeats, errors.jitter_s))
 
     def precision(self, sequence: OutlineTask) -> Array:
         """What a uniformly filled surface says of the body, and what is believed of outlines."""
@@ -76,7 +83,7 @@ class Outlines:
         precision[OFFSET] = sequence.task.prior.precision[OFFSET]
         return precision
 
-    def cost(self, sequence: OutlineTask, residuals: OutlineErrors, like: OutlineErrors | None = None) -> float:
+    def cost(self, sequence: OutlineTask, residuals: OutlineResiduals, like: OutlineResiduals | None = None) -> float:
         """Huber cost; noise does not depend on the fit. Infinite where nothing is seen, as of a body behind the camera."""
         del like
         return robust_cost(residuals, sequence.repeats) if residuals.seen.any() else float("inf")

@@ -61,7 +61,7 @@ def _bare(sequence: SequenceTask, flight: Flight, particle: Particle, surface: S
     sightings = sequence.task.sightings
     prediction, placed = placed_at(sequence, flight, Model(), NONE)
     task = OutlineTask(
-        **{name: getattr(sequence, name) for name in SequenceTask.__dataclass_fields__},
+        **{name: getattr(sequence, name) for name in SequenceTask.__dataclass_fields__ if name != "made_at"},
         particle=particle,
         contacts=contacts_at(none, NONE, sightings, placed, np.concatenate(sightings.outlines_px)),
         sectors=sector_shape([], np.zeros((0, 3, 2)), SECTORS),

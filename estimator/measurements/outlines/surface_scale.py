@@ -25,9 +25,10 @@ def with_surface_scale(campaign: Campaign, fit: CampaignFit) -> tuple[Campaign, 
         amplitude = thetas[rows[0]][part]
         precision = np.linalg.inv(covariance.of(rows[0], columns))
         scale = scale_of(precision - np.eye(len(amplitude)), precision @ amplitude)
+        amplitudes = sequences[rows[0]].amplitudes.scaled(scale)
         for i in rows:
             task, theta = sequences[i], thetas[i].copy()
-            amplitudes, contacts = task.amplitudes.scaled(scale), task.contacts
+            contacts = task.contacts
             theta[part] /= scale
             contacts = replace(contacts, by_amplitude=contacts.by_amplitude * scale, amplitude=contacts.amplitude / scale)
             setting = replace(task.setting, mass=amplitudes.mass)

@@ -18,10 +18,8 @@ from estimator.effects.link import EffectModel
 from estimator.effects.model import Model
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState, layout_of
 from estimator.measurements.outlines.task import (
-    MOVED_PX,
     OutlineTask,
     amplitudes_in,
-    moved_px,
     outline_errors,
     placed_at,
     with_contacts_at,
@@ -172,12 +170,10 @@ def with_surface(flown: Sequence[Flown], shape: Shape, kind: Asked, *, most: int
 
 
 def _met(flown: Flown, surface: Surface) -> OutlineTask:
-    """What samples meet of a ``surface`` that nothing moves; the shape of outlines is made anew only where they have moved."""
+    """What samples meet of a ``surface`` that nothing moves."""
     if flown.task.amplitudes.surface is surface:
         return flown.task
     task = with_contacts_at(replace(flown.task, amplitudes=Amplitudes.none(surface)), flown.flight, flown.model, flown.theta)
-    if moved_px(flown.task, task.contacts.placed, flown.task.contacts.amplitude) < MOVED_PX:
-        return task
     prediction, placed = placed_at(task, flown.flight, flown.model, flown.theta)
     return with_sectors(task, prediction, centres_cam(flown.flight, placed))
 

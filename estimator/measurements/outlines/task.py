@@ -6,6 +6,7 @@ it by, over their standard deviation: (n, k) of n sightings and k sectors. The p
 """
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,16 +21,16 @@ from estimator.appearance.model_errors import (
     moving_at,
     scaled_sensitivity,
 )
-from estimator.appearance.outline_tables import picture_motions
+from estimator.appearance.outline_tables import MOST_TURNED_DEG, picture_motions, turned_deg
 from estimator.appearance.prediction import Prediction, predict
 from estimator.appearance.sector_shape import sector_shape
 from estimator.data.fit_task import OUTWARD, Sightings
 from estimator.effects.instrument.surface_amplitudes import SurfaceAmplitudes
-from estimator.effects.link import Places
+from estimator.effects.link import EffectModel, Places
 from estimator.effects.model import Model, overrides
 from estimator.geometry.epipolar_tangency import PoseSet
 from estimator.geometry.outline_shape import OutlineShape
-from estimator.likelihood.rows import Rows
+from estimator.likelihood.rows import Residuals, Rows
 from estimator.measurements.outlines.contacts import SECTORS, Contacts, contacts_at
 from estimator.motion.flight import N_PARAMETERS, OFFSET, Flight
 from estimator.particle.particle import Particle
@@ -74,33 +75,56 @@ class OutlineTask(SequenceTask):
 
 
 @dataclass(frozen=True)
-class OutlineErrors(Rows):
-    """Residuals with the ``places`` (n, k, 1, ...) of the sectors."""
+class OutlineResiduals(Residuals):
+    """Residuals with what the sectors are ``met`` at."""
 
-    places: Places = field(kw_only=True)
+    met: "_Met" = field(kw_only=True)
+
+    @property
+    def places(self) -> Places:
+        """Of the sectors, (n, k, 1, ...)."""
+        return self.met.places
+
+
+@dataclass(frozen=True)
+class OutlineErrors(OutlineResiduals, Rows):
+    """Residuals and their derivatives."""
 
 
 def outline_errors(sequence: OutlineTask, flight: Flight, model: Model, theta: Array) -> OutlineErrors:
     """Residuals and derivatives at a flight and effect parameters ``theta`` (q,)."""
-    sightings, contacts = sequence.task.sightings, sequence.contacts
-    prediction = predict(flight, model, theta, sequence.setting, sightings.times_s, rows_px=sightings.rows_px)
-    placed = particle_poses(flight, prediction.poses, sightings, scale=model.scale(theta))
-    centre_cam = centres_cam(flight, placed)
-    met = _met(sequence, model, theta, (placed, centre_cam))
-    places = _places(sequence, prediction, met, centre_cam)
-    shift = model.displaced(theta, places, sequence.setting)[..., 0]
-    away = theta[amplitudes_in(model)] - contacts.amplitude
-    e = met.gap + contacts.by_amplitude @ away - flight.offset_px - shift
-    J = met.by_pose @ scaled_sensitivity(sightings, model, theta, prediction, centre_cam)
-    J[..., OFFSET.start] -= 1.0
-    J[..., N_PARAMETERS:][..., amplitudes_in(model)] += contacts.by_amplitude
-    _add_image_columns(J, sequence, (model, theta), met, places)
+    return linearised(outline_residuals(sequence, flight, model, theta), model, theta)
+
+
+def outline_residuals(sequence: OutlineTask, flight: Flight, model: Model, theta: Array) -> OutlineResiduals:
+    """Residuals at a flight and effect parameters ``theta`` (q,)."""
+    contacts, (prediction, placed) = sequence.contacts, placed_at(sequence, flight, model, theta)
+    met = _met(sequence, (model, theta), prediction, (placed, centres_cam(flight, placed)))
+    e = met.gap + contacts.by_amplitude @ (theta[amplitudes_in(model)] - contacts.amplitude) - flight.offset_px
+    if model.touching("shift"):
+        e -= model.displaced(theta, met.places, sequence.setting)[..., 0]
+    seen = contacts.seen & sequence.kept[:, None] & np.isfinite(e)
+    e = np.where(seen, e, 0.0) / np.sqrt(sequence.variance)
+    return OutlineResiduals(e, seen, sequence.variance, prediction, sequence.noise, met=met)
+
+
+def linearised(at: OutlineResiduals, model: Model, theta: Array) -> OutlineErrors:
+    """Residuals with their derivatives, which take longer than they do themselves; ``theta`` (q,) of the model."""
+    met, prediction, amplitudes = at.met, at.prediction, amplitudes_in(model)
+    sequence, weight = met.sequence, at.seen / np.sqrt(at.variance)
+    by_pose = met.by_pose * weight[..., None]
+    J = by_pose @ scaled_sensitivity(sequence.task.sightings, model, theta, prediction, met.centre_cam)
+    J[..., OFFSET.start] -= weight
+    J[..., N_PARAMETERS + amplitudes.start : N_PARAMETERS + amplitudes.stop] += sequence.contacts.by_amplitude * weight[..., None]
+    _add_image_columns(J, (model, theta), met, weight)
     J[..., N_PARAMETERS + np.flatnonzero(model.frozen)] = 0.0
-    rate = np.einsum("nka,na->nk", met.by_pose, np.hstack([prediction.velocity, prediction.omega]))
-    seen = contacts.seen & sequence.kept[:, None] & np.isfinite(e) & np.isfinite(J).all(axis=-1)
-    weight = np.where(seen, 1.0 / np.sqrt(sequence.variance), 0.0)
-    e, J, rate = np.where(seen, e, 0.0) * weight, np.where(seen[..., None], J, 0.0) * weight[..., None], np.where(seen, rate, 0.0) * weight
-    return OutlineErrors(e, J, seen, rate, sequence.variance, prediction, sequence.noise, places=places)
+    rate = np.einsum("nka,na->nk", by_pose, np.hstack([prediction.velocity, prediction.omega]))
+    e, seen = at.e, at.seen
+    if not np.isfinite(J.ravel() @ J.ravel()):
+        there = np.isfinite(J).all(axis=-1) & np.isfinite(rate)
+        J[~there] = 0.0
+        e, rate, seen = np.where(there, e, 0.0), np.where(there, rate, 0.0), seen & there
+    return OutlineErrors(e, seen, at.variance, prediction, at.noise, met=met, rate=rate, J=J)
 
 
 def amplitudes_in(model: Model) -> slice:
@@ -134,14 +158,17 @@ def with_contacts_at(sequence: OutlineTask, flight: Flight, model: Model, theta:
 
 
 def with_sectors(sequence: OutlineTask, prediction: Prediction, centre_cam: Array) -> OutlineTask:
-    """The sequence with the shape of the outlines that its surface casts where its contacts were found.
+    """The sequence with the shape of the outlines that its surface casts where its contacts were found, as of nearly the same rotations.
 
-    ``centre_cam`` (n, 3) m of the body, camera axes.
+    An outline that has only moved in the picture keeps its shape. ``centre_cam`` (n, 3) m of the body, camera axes.
     """
+    placed = sequence.contacts.placed
+    if turned_deg(sequence.made_at, placed.R) < MOST_TURNED_DEG:
+        return sequence
     surface = sequence.amplitudes.surface_at(sequence.contacts.amplitude)
-    outlines = cast_outlines(sequence.task, sequence.contacts.placed, replace(surface.sphere.mesh, vertices=surface.vertices))
+    outlines = cast_outlines(sequence.task, placed, replace(surface.sphere.mesh, vertices=surface.vertices))
     motions = picture_motions(sequence, moving_at(sequence, prediction, centre_cam))
-    return replace(sequence, sectors=sector_shape(outlines, motions, SECTORS))
+    return replace(sequence, sectors=sector_shape(outlines, motions, SECTORS), made_at=placed.R)
 
 
 def moved_px(sequence: OutlineTask, placed: PoseSet, amplitude: Array) -> float:
@@ -155,42 +182,107 @@ def moved_px(sequence: OutlineTask, placed: PoseSet, amplitude: Array) -> float:
     return float(np.sqrt(np.mean(np.sum((now - before) ** 2, axis=1)) + np.mean(surface[contacts.seen] ** 2)))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Met:
-    """The sectors at a pose.
+    """The sectors of a ``sequence`` at a ``prediction``.
 
-    ``gap`` (n, k) px and its derivative ``by_pose`` (n, k, 6) by translation (m) and left rotation vector (rad), world frame; ``size`` (n,)
-    of corrected outlines over recorded ones; ``plane`` (n, k, 3) outward along planes that touch the body, ``arm`` (n, k, 3) m from its
-    centre, camera axes; ``point_px`` (n, k, 2) and outward ``normal`` (n, k, 2) in the picture, of the recorded samples.
+    ``gap`` (n, k) px; ``centre_cam`` (n, 3) m of the body and ``point`` (s, 3) m of it that samples meet, camera axes; ``focal`` (n, 2) px
+    over the ``size`` (n,) of corrected outlines over recorded ones.
     """
 
+    sequence: OutlineTask
+    prediction: Prediction
     gap: Array
-    by_pose: Array
+    centre_cam: Array
+    point: Array
+    focal: Array
     size: Array
-    plane: Array
-    arm: Array
-    point_px: Array
-    normal: Array
+
+    @cached_property
+    def by_pose(self) -> Array:
+        """Derivatives (n, k, 6) of the gap by translation (m) and left rotation vector (rad), world frame."""
+        R = self.sequence.task.sightings.R_cam_world
+        return -np.concatenate([self._across @ R, self.sequence.contacts.mean(np.cross(self._arms, self._each)) @ R], axis=2)
+
+    @cached_property
+    def _recorded(self) -> tuple[Array, Arms]:
+        """The recorded samples (s, 2) px, and from where outlines grow."""
+        sightings, row = self.sequence.task.sightings, self.sequence.contacts.sighting
+        recorded = np.concatenate(sightings.outlines_px)
+        return recorded, Arms.of(recorded, row, len(sightings))
+
+    def corrected(self, effect: EffectModel, up: Array, down: Array) -> Array:
+        """By how much (n, k) px the gap is wider where samples are corrected with an effect's parameters ``up`` than with ``down`` (q,)."""
+        sequence, contacts, (recorded, arms) = self.sequence, self.sequence.contacts, self._recorded
+        times = sequence.task.sightings.times_s - sequence.setting.times_s[0]
+        further, back = (effect.picture_moves(each, times) for each in (up, down))
+        if further is not None and back is not None:
+            return np.asarray(np.einsum("nkx,nx->nk", contacts.mean_normal, back - further) / self.size[:, None])
+        high, low = (corrected_points(sequence, Model((effect,)), each, recorded, contacts.sighting) for each in (up, down))
+        along = contacts.mean(np.sum((high - low) * contacts.normal, axis=1)) - self.gap * arms.growth(high - low)[:, None]
+        return np.asarray(along / self.size[:, None])
+
+    @cached_property
+    def _arms(self) -> Array:
+        """From the body's centre (s, 3) m to where samples meet it, camera axes."""
+        return np.asarray(self.point - self.centre_cam[self.sequence.contacts.sighting])
+
+    @cached_property
+    def _each(self) -> Array:
+        """Where (s, 3) px/m the outline moves most with the body at each sample, camera axes: outward along planes that touch the body."""
+        contacts, point = self.sequence.contacts, self.point
+        u, v = (contacts.normal * self.focal[contacts.sighting]).T
+        return np.column_stack([u, v, -(u * point[:, 0] + v * point[:, 1]) / point[:, 2]]) / point[:, 2:]
+
+    @cached_property
+    def _across(self) -> Array:
+        return self.sequence.contacts.mean(self._each)
+
+    @cached_property
+    def places(self) -> Places:
+        """What effects on pictures know of the sectors, which count as one tangency (n, k, 1) each."""
+        sequence, contacts, centre_cam, there = self.sequence, self.sequence.contacts, self.centre_cam, self.sequence.sectors
+        sightings = sequence.task.sightings
+        moving = moving_at(sequence, self.prediction, centre_cam)
+        focal = sightings.silhouettes.focal_px
+        nearest = int(np.argmin(sightings.times_s))
+        ratio = -sequence.view_px_m * focal.mean(axis=1) / centre_cam[:, 2]
+        return Places(
+            point_px=contacts.mean(np.concatenate(sightings.outlines_px))[:, :, None],
+            normal=_unit(contacts.mean_normal)[:, :, None],
+            normal_body=(_unit(self._across) @ (sightings.R_cam_world @ self.prediction.poses.R[:, 0]))[:, :, None],
+            velocity_px=moving.velocity_px(contacts.mean(self._arms), focal)[:, :, None],
+            radius_px=there.radius_px[:, :, None],
+            mean_radius_px=np.maximum(there.radius_px.mean(axis=1), 1e-6),
+            sharpness=there.sharpness[:, :, None],
+            recession=there.recession[:, :, None],
+            erosion=there.erosion[:, :, None],
+            dilation=there.dilation[:, :, None],
+            leak=there.leak[:, :, None],
+            smear=there.smear[:, :, None],
+            outline_px=sightings.furthest_px,
+            outward=OUTWARD,
+            rows_px=sightings.rows_px,
+            depth_m=centre_cam[:, 2],
+            first_depth_m=float(centre_cam[nearest, 2]),
+            view_ratio=np.broadcast_to(ratio[:, None, None], (*there.radius_px.shape, 1)),
+            camera=sightings.cameras[0].intrinsics,
+            times_s=sightings.times_s - sequence.setting.times_s[0],
+            moving=moving,
+        )
 
 
-def _met(sequence: OutlineTask, model: Model, theta: Array, at: tuple[PoseSet, Array]) -> _Met:
+def _met(sequence: OutlineTask, under: tuple[Model, Array], prediction: Prediction, at: tuple[PoseSet, Array]) -> _Met:
     """The sectors under a model at poses with centres (n, 3) m, camera axes."""
     (placed, centre_cam), sightings, contacts = at, sequence.task.sightings, sequence.contacts
     row, recorded = contacts.sighting, np.concatenate(sightings.outlines_px)
-    samples = corrected_points(sequence, model, theta, recorded, row)
+    samples = corrected_points(sequence, *under, recorded, row)
     size = np.ones(len(sightings))
     if samples is not recorded:
         size += Arms.of(recorded, row, len(sightings)).growth(samples - recorded)
     point, pixels, focal = _pixels(contacts, sightings, placed)
-    gap = np.sum((samples - pixels) * contacts.normal, axis=1) / size[row]
-    u, v = (contacts.normal * focal[row]).T / size[row]
-    across = np.column_stack([u, v, -(u * point[:, 0] + v * point[:, 1]) / point[:, 2]]) / point[:, 2:]
-    arm, R = point - centre_cam[row], sightings.R_cam_world[row]
-    world = np.einsum("sj,sji->si", across, R)
-    turned = np.cross(np.einsum("sj,sji->si", arm, R), world)
-    by_pose = -contacts.mean(np.hstack([world, turned]))
-    mean_normal = _unit(contacts.mean(contacts.normal))
-    return _Met(contacts.mean(gap), by_pose, size, _unit(contacts.mean(across)), contacts.mean(arm), contacts.mean(recorded), mean_normal)
+    gap = contacts.mean(np.sum((samples - pixels) * contacts.normal, axis=1)) / size[:, None]
+    return _Met(sequence, prediction, gap, centre_cam, point, focal / size[:, None], size)
 
 
 def _pixels(contacts: Contacts, sightings: Sightings, placed: PoseSet) -> tuple[Array, Array, Array]:
@@ -207,54 +299,19 @@ def _unit(vectors: Array) -> Array:
     return np.asarray(vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-300))
 
 
-def _places(sequence: OutlineTask, prediction: Prediction, met: _Met, centre_cam: Array) -> Places:
-    """What effects on pictures know of the sectors, which count as one tangency (n, k, 1) each."""
-    sightings = sequence.task.sightings
-    moving = moving_at(sequence, prediction, centre_cam)
-    there = sequence.sectors
-    focal = sightings.silhouettes.focal_px
-    nearest = int(np.argmin(sightings.times_s))
-    ratio = -sequence.view_px_m * focal.mean(axis=1) / centre_cam[:, 2]
-    return Places(
-        point_px=met.point_px[:, :, None],
-        normal=met.normal[:, :, None],
-        normal_body=(met.plane @ (sightings.R_cam_world @ prediction.poses.R[:, 0]))[:, :, None],
-        velocity_px=moving.velocity_px(met.arm, focal)[:, :, None],
-        radius_px=there.radius_px[:, :, None],
-        mean_radius_px=np.maximum(there.radius_px.mean(axis=1), 1e-6),
-        sharpness=there.sharpness[:, :, None],
-        recession=there.recession[:, :, None],
-        erosion=there.erosion[:, :, None],
-        dilation=there.dilation[:, :, None],
-        leak=there.leak[:, :, None],
-        smear=there.smear[:, :, None],
-        outline_px=sightings.furthest_px,
-        outward=OUTWARD,
-        rows_px=sightings.rows_px,
-        depth_m=centre_cam[:, 2],
-        first_depth_m=float(centre_cam[nearest, 2]),
-        view_ratio=np.broadcast_to(ratio[:, None, None], (*there.radius_px.shape, 1)),
-        camera=sightings.cameras[0].intrinsics,
-        times_s=sightings.times_s - sequence.setting.times_s[0],
-        moving=moving,
-    )
-
-
-def _add_image_columns(J: Array, sequence: OutlineTask, under: tuple[Model, Array], met: _Met, places: Places) -> None:
-    """Add the derivatives through corrected samples and through outline shifts."""
-    (model, theta), contacts, row = under, sequence.contacts, sequence.contacts.sighting
-    recorded = np.concatenate(sequence.task.sightings.outlines_px)
-    arms = Arms.of(recorded, row, len(J))
+def _add_image_columns(J: Array, under: tuple[Model, Array], met: _Met, weight: Array) -> None:
+    """Add the derivatives through corrected samples and through outline shifts, times a ``weight`` (n, k)."""
+    model, theta = under
     for effect, part in model.touching("correct", "shift"):
-        alone, silent = Model((effect,)), effect.silent(theta[part])
+        steps, silent = Model((effect,)).steps, effect.silent(theta[part])
         for number in np.flatnonzero(~silent):
-            column, step = N_PARAMETERS + part.start + int(number), float(alone.steps[number])
             up, down = effect.slope_at(theta[part]).copy(), effect.slope_at(theta[part]).copy()
-            up[number], down[number] = up[number] + step, down[number] - step
+            up[number], down[number] = up[number] + steps[number], down[number] - steps[number]
+            column, share = N_PARAMETERS + part.start + int(number), weight / (2.0 * steps[number])
             if overrides(effect, "correct"):
-                high, low = (corrected_points(sequence, alone, each, recorded, row) for each in (up, down))
-                along = contacts.mean(np.sum((high - low) * contacts.normal, axis=1)) / met.size[:, None]
-                J[..., column] += (along - met.gap * (arms.growth(high - low) / met.size)[:, None]) / (2.0 * step)
-            high_px, low_px = (effect.displaced(each, places, sequence.setting) for each in (up, down))
-            if high_px is not None and low_px is not None:
-                J[..., column] -= (high_px - low_px)[..., 0] / (2.0 * step)
+                J[..., column] += met.corrected(effect, up, down) * share
+            if not overrides(effect, "shift"):
+                continue
+            high, low = (effect.displaced(each, met.places, met.sequence.setting) for each in (up, down))
+            if high is not None and low is not None:
+                J[..., column] -= (high - low)[..., 0] * share

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
 from datasets.vocabulary.camera import Intrinsics
-from estimator.geometry.cast_outline import SHALLOW_PX, _draw, cast_outline, casting_mesh, with_hollows_seen
+from estimator.geometry.cast_outline import SHALLOW_PX, _draw, _traced, cast_outline, casting_mesh, with_hollows_seen
 from estimator.geometry.closed_curves import unit_circle
 from estimator.geometry.outline_shape import outline_shape
 from estimator.geometry.visual_hull import HullMesh
@@ -126,3 +126,14 @@ def test_corners_between_hollows_that_are_seen_recede_as_they_do() -> None:
 def test_an_outline_elsewhere_cuts_nothing() -> None:
     left = with_hollows_seen(filled(star()), 0.2 * star() + 300.0)
     assert shapely.Polygon(left).area == pytest.approx(shapely.Polygon(filled(star())).area, rel=1e-3)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_the_border_of_a_drawing_is_the_one_that_opencv_finds(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    picture = np.zeros((60, 70), dtype=np.int32)
+    corners = np.cumsum(rng.integers(-9, 10, size=(1 + seed, 2)), axis=0) % 50 + 5
+    lines = np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)
+    _draw(picture, lines, np.arange(1, len(lines) + 1, dtype=np.int32))
+    (known,), _ = cv2.findContours((picture > 0).astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+    np.testing.assert_array_equal(_traced(picture), known[:, 0])

@@ -32,6 +32,31 @@ def sizes(seed: int) -> tuple[Array, Array, Array]:
     return rng.uniform(0.1, 3.0, FEW), rng.uniform(0.1, 3.0, SEQUENCES * OWN), rng.uniform(0.1, 3.0, SEQUENCES)
 
 
+def eliminated(own: Own, variance: Array) -> tuple[Quadratic, Array]:
+    """The quadratic of the few columns with the units integrated out under prior ``variance`` (s,) of the sequences.
+
+    Beside it the units' covariance where the few are known: (m,) where they are independent, else (m, m).
+    """
+    prior, few = variance[own.owner], own.few
+    if own.information.ndim == 1:
+        ratio = 1.0 + prior * own.information
+        covariance, half = prior / ratio, 0.5 * float(np.log(ratio).sum())
+        mean, root = covariance * own.pull, np.sqrt(covariance)[:, None] * own.cross
+        taken = root.T @ root
+    else:
+        alone = posterior(Quadratic(own.information, own.pull, 0.0), np.sqrt(prior))
+        covariance, half, mean = alone.covariance, alone.half_log_det, alone.mean
+        taken = own.cross.T @ covariance @ own.cross
+    misfit = few.misfit - float(own.pull @ mean)
+    return Quadratic(few.information - taken, few.pull - own.cross.T @ mean, misfit, few.half_log_det + half), covariance
+
+
+def units(own: Own, covariance: Array, few: Array) -> Array:
+    """Means (m,) of the units at values (k,) of the few columns; ``covariance`` (m,) or (m, m)."""
+    left = own.pull - own.cross @ few
+    return covariance * left if covariance.ndim == 1 else covariance @ left
+
+
 @pytest.mark.parametrize("seed", range(5))
 @pytest.mark.parametrize("hanging", [False, True])
 @pytest.mark.parametrize("rows", [OWN_ROWS, (*OWN_ROWS[:-1], OWN_ROWS[-1][:1])])
@@ -43,13 +68,13 @@ def test_elimination_is_the_posterior_of_all_columns(seed: int, hanging: bool, r
     every = posterior(whole.take(np.concatenate([FEW_ROWS, index])), np.concatenate([few, sigma]))
     taken = Own.of(whole, rows, limits).beside(FEW_ROWS)
     assert (taken.information.ndim == 2) is hanging
-    left, covariance = taken.eliminated(variance)
+    left, covariance = eliminated(taken, variance)
     shared = posterior(left, few)
     assert shared.misfit == pytest.approx(every.misfit, rel=1e-9)
     assert shared.half_log_det == pytest.approx(every.half_log_det, rel=1e-9)
     np.testing.assert_allclose(shared.mean, every.mean[:FEW], rtol=1e-8, atol=1e-12)
     np.testing.assert_allclose(shared.covariance, every.covariance[:FEW, :FEW], rtol=1e-8, atol=1e-12)
-    np.testing.assert_allclose(taken.axes @ taken.units(covariance, shared.mean), every.mean[FEW:], rtol=1e-7, atol=1e-10)
+    np.testing.assert_allclose(taken.axes @ units(taken, covariance, shared.mean), every.mean[FEW:], rtol=1e-7, atol=1e-10)
     alone = posterior(whole.take(index), sigma)
     spread = covariance if covariance.ndim == 1 else np.diag(covariance)
     np.testing.assert_allclose(taken.axes**2 @ spread, np.diag(alone.covariance), rtol=1e-8)
@@ -57,7 +82,7 @@ def test_elimination_is_the_posterior_of_all_columns(seed: int, hanging: bool, r
 
 def test_values_without_a_prior_scale_are_not_there() -> None:
     whole, (few, limits, _) = quadratic(1), sizes(1)
-    left = Own.of(whole, OWN_ROWS, limits).beside(FEW_ROWS).eliminated(np.zeros(SEQUENCES))[0]
+    left = eliminated(Own.of(whole, OWN_ROWS, limits).beside(FEW_ROWS), np.zeros(SEQUENCES))[0]
     with_few, without = posterior(left, few), posterior(whole.take(FEW_ROWS), few)
     assert with_few.misfit == pytest.approx(without.misfit)
     assert with_few.half_log_det == pytest.approx(without.half_log_det)

@@ -1,22 +1,41 @@
-"""What is compiled for sequences that share nothing is what is worked out in general."""
+"""What is compiled is what is worked out in plain steps, for sequences that share nothing and for those that do."""
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
-from estimator.likelihood.reduced import Own
-from estimator.likelihood.tails import Noise, Student, weighed_in_turn, with_tails
-from tests.estimator.likelihood.test_reduced import FEW, FEW_ROWS, OWN_ROWS, quadratic, sizes
+from estimator.likelihood.reduced import Own, posterior
+from estimator.likelihood.tails import AT_ONCE, MOST_WEIGHED, WEIGHED, Noise, Student, Weighed, with_tails
+from tests.estimator.likelihood.test_reduced import FEW, FEW_ROWS, OWN_ROWS, eliminated, quadratic, sizes, units
+
+
+def _in_plain_steps(own: Own, student: Student, sigma: NDArray[np.float64], noise: Noise) -> Weighed:
+    scale, freedom, q = student.scale, student.freedom, own.sums(np.ones(len(own.owner)))
+    w = np.ones(len(q))
+    for _ in range(MOST_WEIGHED):
+        quadratic, covariance = eliminated(own, scale**2 / w)
+        shared = posterior(quadratic, sigma)
+        values, variance = units(own, covariance, shared.mean), covariance if covariance.ndim == 1 else np.diag(covariance)
+        square = values**2 / noise.at(shared.misfit)
+        size = freedom + own.sums(square + variance) / scale**2
+        rate = w * own.sums(variance * (variance + 2.0 * square)) / (size * scale**4)
+        step = np.log((freedom + q) / (size * w)) / np.maximum(1.0 - rate, 1.0 / AT_ONCE)
+        w = w * np.exp(step)
+        if np.abs(step).max() < WEIGHED:
+            break
+    return Weighed(shared, values, variance, w)
 
 
 @pytest.mark.parametrize("freedom", [1.0, 3.0])
 @pytest.mark.parametrize("few", [FEW, 0])
 @pytest.mark.parametrize("noise", [Noise(1.0, 0.0), Noise(0.1, 0.002)])
-def test_rounds_are_those_of_the_general_case(few: int, noise: Noise, freedom: float) -> None:
-    whole, (sigma, limits, _) = quadratic(3), sizes(3)
+@pytest.mark.parametrize("hanging", [False, True])
+def test_rounds_are_those_in_plain_steps(few: int, noise: Noise, freedom: float, hanging: bool) -> None:
+    whole, (sigma, limits, _) = quadratic(3, hanging=hanging), sizes(3)
     own = Own.of(whole, OWN_ROWS, limits).beside(FEW_ROWS[:few])
-    assert own.information.ndim == 1
+    assert (own.information.ndim == 2) is hanging
     found, _ = with_tails(own, Student(0.3, freedom), sigma[:few], noise)
-    expected = weighed_in_turn(own, Student(0.3, freedom), sigma[:few], noise)
+    expected = _in_plain_steps(own, Student(0.3, freedom), sigma[:few], noise)
     for name in ("own", "spread", "precision"):
         np.testing.assert_allclose(getattr(found, name), getattr(expected, name), rtol=1e-10, atol=1e-14)
     for name in ("mean", "factor", "misfit", "half_log_det", "covariance"):

@@ -1,13 +1,15 @@
 """Round bodies are flown from row to row as they are with steps that follow every turn."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from datasets.vocabulary.body import Body
 from estimator.effects.choosing import catalogue
-from estimator.effects.link import Setting
+from estimator.effects.link import EffectModel, Moment, Setting
 from estimator.effects.model import Model, ModelForces
-from estimator.motion.flight import OMEGA, Flight, V, states
+from estimator.motion.flight import INERTIA, OMEGA, Flight, V, inertia_matrix, states
 from estimator.motion.rigid_body import RanAway, States, fall, propagate
 from estimator.motion.round_bodies import round_fall
 
@@ -68,3 +70,33 @@ def test_a_spin_beyond_every_camera_ran_away() -> None:
     first = at_start()
     with pytest.raises(RanAway):
         round_fall(States(first.x, first.q, first.v, 1e6 * first.L), TIMES, start_time_s=0.0, gravity=GRAVITY)
+
+
+@pytest.mark.parametrize("ratios", [(1.0, 1.0, 1.0), (0.6, 0.8, 1.0)])
+def test_forces_that_never_change_act_as_gravity_does(ratios: tuple[float, float, float]) -> None:
+    model = Model((catalogue()["gravity"], catalogue()["uniform_acceleration"]))
+    theta = np.array([[0.1, 0.2, -0.1, 1.0, 0.0, 0.5], [0.1, 0.2, -0.1, 1.0, 0.1, 0.5], [0.3, 0.2, -0.1, 1.0, 0.0, 0.5]])
+    forces = ModelForces(model, theta, Setting(TIMES, 0.0, GRAVITY, np.ones(3)))
+    flight = replace(FLIGHT, body=Body(np.zeros(3), np.eye(3), np.array(ratios)))
+    assert forces.constant
+    found, first = (states(flight, STEPS, times, forces) for times in (TIMES, np.array([flight.time_s])))
+    known = propagate(
+        States(first.x[0], first.q[0], first.v[0], first.L[0]),
+        np.linalg.inv(inertia_matrix(flight, STEPS[:, INERTIA])),
+        TIMES,
+        start_time_s=flight.time_s,
+        acceleration=lambda t, s, w: GRAVITY + forces.acceleration(t, s, w),
+    )
+    np.testing.assert_allclose(found.x, known.x, rtol=1e-12)
+    np.testing.assert_allclose(found.v, known.v, rtol=1e-12)
+    np.testing.assert_allclose(found.q, known.q * np.sign(np.sum(found.q * known.q, axis=2, keepdims=True)), atol=2e-4)
+
+
+@pytest.mark.parametrize("effect", [effect for effect in catalogue().values() if effect.constant])
+def test_effects_that_say_so_push_alike_at_every_moment(effect: EffectModel) -> None:
+    rng, setting = np.random.default_rng(0), Setting(TIMES, 0.0, GRAVITY, np.ones(3))
+    theta = rng.normal(size=(2, len(effect.entry.parameters)))
+    moments = (Moment(float(t), *rng.normal(size=(4, 2, 3)), rng.normal(size=(2, 3, 3)), rng.normal(size=(2, 3))) for t in (0.1, 0.2))
+    first, second = (effect.acceleration(theta, moment, setting) for moment in moments)
+    np.testing.assert_array_equal(first, second)
+    assert not effect.touches("torque")

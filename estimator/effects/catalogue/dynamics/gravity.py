@@ -11,6 +11,7 @@ class Gravity(EffectModel):
     """A correction of the gravity vector, the same in all sequences."""
 
     entry = EFFECTS["gravity"]
+    constant = True
 
     def acceleration(self, theta: Array, moment: Moment, setting: Setting) -> Array | None:
         """The correction."""

@@ -11,6 +11,7 @@ class UniformAcceleration(EffectModel):
     """An acceleration that differs from sequence to sequence."""
 
     entry = EFFECTS["uniform_acceleration"]
+    constant = True
     contains = ("gravity",)
 
     def acceleration(self, theta: Array, moment: Moment, setting: Setting) -> Array | None:

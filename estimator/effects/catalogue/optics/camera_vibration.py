@@ -34,5 +34,11 @@ class CameraVibration(EffectModel):
         del camera
         if not theta[:4].any():
             return points_px
+        first = np.flatnonzero(np.diff(times_s, prepend=np.nan))  # points of one outline are seen at one time
+        moves = self.picture_moves(theta, times_s[first])
+        return np.asarray(points_px - np.repeat(moves, np.diff(first, append=len(times_s)), axis=0))
+
+    def picture_moves(self, theta: Array, times_s: Array) -> Array:
+        """The movement."""
         phase = 2.0 * np.pi * theta[4] * times_s
-        return np.asarray(points_px - np.sin(phase)[:, None] * theta[:2] - np.cos(phase)[:, None] * theta[2:4])
+        return np.asarray(np.sin(phase)[:, None] * theta[:2] + np.cos(phase)[:, None] * theta[2:4])

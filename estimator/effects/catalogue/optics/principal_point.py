@@ -5,6 +5,8 @@ For one distant camera it is a turn of the camera by a small angle: seen only th
 ``u = f x / z + cx + dx``, and v likewise. Valid for any displacement that leaves the particle in the picture.
 """
 
+import numpy as np
+
 from datasets.vocabulary.camera import Intrinsics
 from datasets.vocabulary.effects import EFFECTS
 from estimator.effects.link import Array, EffectModel
@@ -19,3 +21,7 @@ class PrincipalPoint(EffectModel):
         """Points moved back."""
         del camera, times_s
         return points_px - theta
+
+    def picture_moves(self, theta: Array, times_s: Array) -> Array:
+        """All alike."""
+        return np.broadcast_to(theta, (len(times_s), 2))

@@ -112,7 +112,7 @@ def test_a_set_that_refits_refused_is_as_probable_as_they_say() -> None:
     rng = np.random.default_rng(12)
     X = rng.normal(size=(60, 2))
     trial = Trial(evidence_of([Made(X[:, :1]), Made(X[:, 1:])], 5.0 * X.sum(axis=1) + rng.normal(size=60)), frozenset())
-    at = At(cast("Any", None), cast("Any", None), trial, searched(trial), ())
+    at = At(cast("Any", None), cast("Any", None), trial, (), searched(trial))
     assert at.posterior.best == (0, 1)
     refused = tuple(overrated(at, members, gained) for members, gained in (((0,), -5.0), ((0, 1), -np.inf)))
     told = judged_by(at, replace(at.trial, overrated=refused, fitted=())).posterior
