@@ -22,6 +22,7 @@ from datasets.errors import InputError
 from datasets.vocabulary.effects import EFFECTS, EffectEntry, Parameter, Scope, Stage
 from estimator.effects.link import BodyChange, EffectModel, Moment, Places, Setting
 from estimator.effects.model import overrides
+from estimator.motion.flight import LAYOUT
 
 Array = NDArray[np.float64]
 LINKS = ("times", "delays", "body", "air", "acceleration", "torque", "scale", "tracked", "reading", "correct", "shift")
@@ -103,6 +104,8 @@ def _check_entry(found: type[EffectModel], word: str) -> None:
     _check_types(entry, word)
     if entry.key in EFFECTS:
         raise InputError(f'{word}: its key "{entry.key}" is that of an effect of the catalogue; choose another.')
+    if entry.key in LAYOUT.names:
+        raise InputError(f'{word}: its key "{entry.key}" is what parameters of a flight are called; choose another.')
     if not entry.key.isidentifier():
         raise InputError(f'{word}: expected a key of letters, digits and underscores, came "{entry.key}".')
     if not entry.parameters:

@@ -27,7 +27,14 @@ def stable_inverse(H: Array, tolerance: float = TOLERANCE) -> Array:
 
     Directions whose eigenvalue is below ``tolerance`` of the largest are left out: parameters the data do not see stay where they are.
     ``H`` (p, p).
+
+    Raises
+    ------
+    NothingSeen
+        Where it is no number.
     """
+    if not np.isfinite(H).all():
+        raise NothingSeen(NOTHING_SEEN)
     diagonal = np.diagonal(H, axis1=-2, axis2=-1)
     scale = np.where(diagonal > 0.0, 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0)), 0.0)
     value, vector = np.linalg.eigh(H * scale[..., :, None] * scale[..., None, :])

@@ -1,8 +1,8 @@
 """A problem linearised at a state: what each part tells of its parameters, what is known of those that parts share, and what follows.
 
 The normal matrix is a block arrow: what is one part's alone touches what is another's only through what both share. To eliminate it costs
-the same for every part, so a step is linear in their number [Triggs et al. 2000, section 6]. Where parts have nothing alone, as in a
-problem of one part, nothing is eliminated.
+the same for every part, so a step is linear in their number [Triggs et al. 2000, section 6]. Where parts have nothing alone, as in tangent
+fits, nothing is eliminated.
 """
 
 from collections.abc import Iterable
@@ -157,7 +157,7 @@ class System(Generic[T_co]):
     def solved(self, damping: float = 0.0) -> Solution:
         """Eliminate what is one part's alone, solve for what parts share, substitute back; ``damping`` as in :meth:`reduced`."""
         if not len(self.at.local):
-            inverse = stable_inverse(_damped(self.H, damping))
+            inverse = stable_inverse(_damped(self.H, damping), LEAST_SEEN)
             return Solution(-inverse @ self.g, np.diag(inverse), inverse)
         reduced = self.reduced(damping)
         inverse = stable_inverse(reduced.H)

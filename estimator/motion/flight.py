@@ -191,21 +191,18 @@ def states(flight: Flight, steps: Array, times_s: Array, forces: Forces | None =
         L=angular_momentum(q, flight.omega + steps[:, OMEGA], inertia),
     )
     gravity, at_start = flight.gravity_world, {"start_time_s": flight.time_s}
-    if forces is None and is_round(inertia):
-        return round_fall(start, times_s, gravity=gravity, **at_start)
-    inverse = inverted(inertia)
-    if forces is None:
-        return fall(start, inverse, times_s, start_time_s=flight.time_s, gravity=gravity)
-    if forces.constant:
-        pushed = gravity + forces.acceleration(flight.time_s, start, start.L)
-        return fall(start, inverse, times_s, start_time_s=flight.time_s, gravity=pushed)
+    if forces is None or forces.constant:
+        pushed = gravity if forces is None else gravity + forces.acceleration(flight.time_s, start, start.L)
+        if is_round(inertia):
+            return round_fall(start, times_s, gravity=pushed, **at_start)
+        return fall(start, inverted(inertia), times_s, start_time_s=flight.time_s, gravity=pushed)
 
     def acceleration(time_s: float, state: States, omega: Array) -> Array:
         return gravity + forces.acceleration(time_s, state, omega)
 
     if is_round(inertia) and not forces.of_attitude:
         return round_flight(start, times_s, acceleration=acceleration, torque=forces.torque, **at_start)
-    return propagate(start, inverse, times_s, start_time_s=flight.time_s, acceleration=acceleration, torque=forces.torque)
+    return propagate(start, inverted(inertia), times_s, start_time_s=flight.time_s, acceleration=acceleration, torque=forces.torque)
 
 
 def poses(motion: Motion, steps: Array, times_s: Array) -> FlightPoses:

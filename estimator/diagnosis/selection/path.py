@@ -131,6 +131,7 @@ def _climbed(at: At, catalogue: Catalogue, told: Told, *, unknown: bool) -> tupl
         path.append(new)
         astray = 0
     last = path[-1]
+    searched(last.trial, last.members)
     try_pairs(last.trial, last.members)
     return (*path[:-1], judged_by(last, replace(last.trial, fitted=last.members)))
 

@@ -206,7 +206,7 @@ class _Problem:
         return state.moved(step[place] for place in self.layout.places)
 
     def tried(self, state: CampaignState, most: float) -> Callable[[], System[SequenceEquations]] | None:
-        """What linearises the campaign at a state; ``None`` where the first of its sequences alone cost more than ``most``."""
+        """What linearises the campaign at a state; ``None`` where that costs more than ``most``, or cannot be said."""
         residuals, data = [], 0.0
         for number, sequence in enumerate(self.campaign.sequences):
             residuals.append(_residuals(self.campaign, number, state, self.model))

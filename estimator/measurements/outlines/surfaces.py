@@ -175,7 +175,7 @@ def _met(flown: Flown, surface: Surface) -> OutlineTask:
         return flown.task
     task = with_contacts_at(replace(flown.task, amplitudes=Amplitudes.none(surface)), flown.flight, flown.model, flown.theta)
     prediction, placed = placed_at(task, flown.flight, flown.model, flown.theta)
-    return with_sectors(task, prediction, centres_cam(flown.flight, placed))
+    return with_sectors(replace(task, made_at=None), prediction, centres_cam(flown.flight, placed))
 
 
 def _with_amplitudes(task: OutlineTask, amplitudes: Amplitudes, here: Array) -> OutlineTask:

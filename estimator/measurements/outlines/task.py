@@ -145,8 +145,11 @@ def placed_at(sequence: SequenceTask, flight: Flight, model: Model, theta: Array
 def with_contacts(sequence: OutlineTask, flight: Flight, model: Model, theta: Array) -> OutlineTask:
     """The sequence with its contacts and tables made at a flight; as it is where that hardly moves its outlines; ``theta`` (q,)."""
     prediction, placed = placed_at(sequence, flight, model, theta)
-    if moved_px(sequence, placed, theta[amplitudes_in(model)]) < MOVED_PX:
+    amplitude = theta[amplitudes_in(model)]
+    if moved_px(sequence, placed, amplitude) < MOVED_PX:
         return sequence
+    if moved_px(sequence, sequence.contacts.placed, amplitude) > MOVED_PX:
+        sequence = replace(sequence, made_at=None)  # the surface itself has moved
     return with_sectors(with_contacts_at(sequence, flight, model, theta), prediction, centres_cam(flight, placed))
 
 

@@ -4,10 +4,14 @@ import pickle
 from pathlib import Path
 
 import numpy as np
+import pytest
 
+from datasets.vocabulary.camera import Intrinsics
+from estimator.effects.catalogue.dynamics.gravity import Gravity
+from estimator.effects.catalogue.optics.principal_point import PrincipalPoint
 from estimator.effects.empirical.law_effect import LawEffect, law_effect
 from estimator.effects.empirical.law_terms import TERMS
-from estimator.effects.link import Setting
+from estimator.effects.link import Array, EffectModel, Moment, Setting
 from estimator.effects.model import overrides
 from estimator.effects.plug_ins import load_plug_in
 from estimator.effects.registry import MODELS
@@ -43,6 +47,31 @@ def test_a_law_acts_where_its_terms_do_and_can_be_sent() -> None:
     sent = pickle.loads(pickle.dumps(drag))
     assert sent.entry == drag.entry
     np.testing.assert_array_equal(sent.start, drag.start)
+
+
+def test_what_a_class_says_of_its_force_does_not_hold_for_another_s() -> None:
+    class Pulse(Gravity):
+        def acceleration(self, theta: Array, moment: Moment, setting: Setting) -> Array:
+            return np.asarray(theta * np.sin(moment.time_s))
+
+    class Zoom(PrincipalPoint):
+        def correct(self, theta: Array, points_px: Array, camera: Intrinsics, times_s: Array) -> Array:
+            return np.asarray((1.0 + theta[0]) * points_px)
+
+    assert Gravity.constant
+    assert not Pulse.constant
+    assert PrincipalPoint().picture_moves(np.ones(2), np.zeros(1)) is not None
+    assert Zoom().picture_moves(np.ones(2), np.zeros(1)) is None
+
+
+@pytest.mark.parametrize("effect", MODELS.values(), ids=lambda each: each.entry.key)
+def test_pictures_that_are_moved_as_a_whole_are_corrected_by_that(effect: EffectModel) -> None:
+    rng, theta = np.random.default_rng(0), np.array([parameter.plausible[1] / 3.0 for parameter in effect.entry.parameters])
+    times, points = np.repeat([0.0, 1e-3, 7e-3], 5), rng.normal(size=(15, 2)) * 100.0 + 300.0
+    moves = effect.picture_moves(theta, times)
+    if moves is not None:
+        camera = Intrinsics(width_px=640, height_px=480, fx_px=6000.0, fy_px=6000.0, cx_px=319.5, cy_px=239.5)
+        np.testing.assert_allclose(effect.correct(theta, points, camera, times), points - moves, atol=1e-9)
 
 
 def test_the_links_of_a_copied_plug_in_are_those_of_the_copy(tmp_path: Path) -> None:

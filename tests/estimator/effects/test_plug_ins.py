@@ -68,6 +68,7 @@ def test_a_plug_in_is_an_effect_like_others(tmp_path: Path) -> None:
         ("class Wind(EffectModel):\n    entry = 'wind'\n", ("expected entry to be an EffectEntry", "came str")),
         ("class Wind(EffectModel):\n    entry = entry()\n", ("expected one of the links", "came none")),
         (WIND.replace("entry()", "entry(key='gravity')"), ('its key "gravity" is that of an effect of the catalogue',)),
+        (WIND.replace("entry()", "entry(key='offset')"), ('its key "offset" is what parameters of a flight are called',)),
         (WIND.replace("entry()", "entry(step=0.0)"), ("parameter push: expected a step above 0",)),
         (WIND.replace("entry()", "entry(plausible=(1.0, 1.0))"), ("parameter push: expected a plausible range",)),
         (

@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 from scipy.linalg import hilbert
 
-from estimator.fitting.stable_inverse import NothingSeen, determined, scaled_inverse
+from estimator.fitting.levenberg_marquardt import NormalEquations
+from estimator.fitting.stable_inverse import NothingSeen, determined, scaled_inverse, stable_inverse
+from estimator.fitting.system import Arrangement, System
 
 
 def test_units_far_apart() -> None:
@@ -17,8 +19,9 @@ def test_units_far_apart() -> None:
 def test_a_parameter_that_nothing_says_anything_of() -> None:
     with pytest.raises(NothingSeen, match="nothing is seen of a parameter"):
         scaled_inverse(np.diag([1.0, 0.0, 2.0]))
-    with pytest.raises(NothingSeen, match="nothing is seen of a parameter"):
-        determined(np.diag([1.0, np.nan, 2.0]))
+    for inverse in (determined, stable_inverse):
+        with pytest.raises(NothingSeen, match="nothing is seen of a parameter"):
+            inverse(np.diag([1.0, np.nan, 2.0]))
 
 
 def test_a_matrix_that_is_singular_but_for_rounding() -> None:
@@ -28,3 +31,12 @@ def test_a_matrix_that_is_singular_but_for_rounding() -> None:
     with pytest.raises(NothingSeen, match="nothing is seen of a parameter"):
         determined(H)
     np.testing.assert_array_equal(determined(H[:6, :6]), H[:6, :6])
+
+
+def test_steps_and_covariances_leave_out_the_same() -> None:
+    H = np.array([[1.0, 1.0 - 2e-11], [1.0 - 2e-11, 1.0]])
+    told = NormalEquations(H, np.ones(2), 0.0)
+    system = System((told,), Arrangement((np.arange(2),), 2), NormalEquations(np.zeros((2, 2)), np.zeros(2), 0.0), 0.0)
+    assert determined(H) is H
+    np.testing.assert_allclose(system.solved().shared, scaled_inverse(H))
+    np.testing.assert_allclose(system.sandwich(H), scaled_inverse(H), rtol=1e-4)

@@ -90,6 +90,7 @@ def test_forces_that_never_change_act_as_gravity_does(ratios: tuple[float, float
     np.testing.assert_allclose(found.x, known.x, rtol=1e-12)
     np.testing.assert_allclose(found.v, known.v, rtol=1e-12)
     np.testing.assert_allclose(found.q, known.q * np.sign(np.sum(found.q * known.q, axis=2, keepdims=True)), atol=2e-4)
+    np.testing.assert_array_equal(found.q, states(flight, STEPS, TIMES).q)  # forces alone turn no body
 
 
 @pytest.mark.parametrize("effect", [effect for effect in catalogue().values() if effect.constant])

@@ -78,6 +78,12 @@ def followed(sampled: Registered, fit: CampaignFit) -> tuple[Campaign, CampaignF
     return campaign, fit_campaign(campaign, state, fit.model), kept[0]
 
 
+def test_shapes_of_outlines_are_those_of_the_surface(sampled: Registered, followed: tuple[Campaign, CampaignFit, Joined[Flown]]) -> None:
+    for before, now in zip(sampled.campaign.sequences, followed[0].sequences, strict=True):
+        assert now.amplitudes.surface is not before.amplitudes.surface
+        assert now.sectors is not before.sectors
+
+
 def test_the_fit_ends_where_all_corners_end(followed: tuple[Campaign, CampaignFit, Joined[Flown]]) -> None:
     campaign, again, joint = followed
     covariance = campaign_covariance(campaign, again)
