@@ -248,14 +248,6 @@ class EffectModel:
         sized = np.array([name in self.entry.sizes for name in self.entry.names])
         return np.asarray(~sized & (not theta[sized].any()))
 
-    def __init_subclass__(cls) -> None:
-        """What a class says of its own force or correction does not hold for those of a class that overrides them."""
-        own = vars(cls)
-        if "acceleration" in own and "constant" not in own:
-            cls.constant = False
-        if "correct" in own and "picture_moves" not in own:
-            cls.picture_moves = EffectModel.picture_moves  # type: ignore[method-assign]
-
     constant: ClassVar[bool] = False
     """Whether it is a force that is the same at every moment of a flight."""
     noise: bool = False

@@ -187,6 +187,13 @@ def overrides(effect: EffectModel, *links: str) -> bool:
     return any(effect.touches(link) for link in links)
 
 
+def holds_of(effect: EffectModel, word: str, *links: str) -> bool:
+    """Whether what a class says of its links holds: not where a class below has overridden one of them without saying it again."""
+    classes = type(effect).__mro__
+    said, made = (min(i for i, each in enumerate(classes) if set(names) & set(vars(each))) for names in ((word,), links))
+    return said <= made
+
+
 @dataclass(frozen=True)
 class ModelForces:
     """The forces of a model on m flights side by side, each with its own row of ``theta`` (m, q)."""
@@ -212,7 +219,8 @@ class ModelForces:
     @cached_property
     def constant(self) -> bool:
         """Whether all are forces, and the same at every moment."""
-        return all(e.constant for e, _ in self.model.touching("acceleration", "torque"))
+        forces = ("acceleration", "torque")
+        return all(e.constant and holds_of(e, "constant", *forces) for e, _ in self.model.touching(*forces))
 
     def _torque(self, time_s: float, state: States, omega: Array) -> Array:
         return self._sum("torque", self._moment(time_s, state, omega))

@@ -27,7 +27,7 @@ from estimator.appearance.sector_shape import sector_shape
 from estimator.data.fit_task import OUTWARD, Sightings
 from estimator.effects.instrument.surface_amplitudes import SurfaceAmplitudes
 from estimator.effects.link import EffectModel, Places
-from estimator.effects.model import Model, overrides
+from estimator.effects.model import Model, holds_of, overrides
 from estimator.geometry.epipolar_tangency import PoseSet
 from estimator.geometry.outline_shape import OutlineShape
 from estimator.likelihood.rows import Residuals, Rows
@@ -218,7 +218,8 @@ class _Met:
         """By how much (n, k) px the gap is wider where samples are corrected with an effect's parameters ``up`` than with ``down`` (q,)."""
         sequence, contacts, (recorded, arms) = self.sequence, self.sequence.contacts, self._recorded
         times = sequence.task.sightings.times_s - sequence.setting.times_s[0]
-        further, back = (effect.picture_moves(each, times) for each in (up, down))
+        told = holds_of(effect, "picture_moves", "correct")
+        further, back = (effect.picture_moves(each, times) if told else None for each in (up, down))
         if further is not None and back is not None:
             return np.asarray(np.einsum("nkx,nx->nk", contacts.mean_normal, back - further) / self.size[:, None])
         high, low = (corrected_points(sequence, Model((effect,)), each, recorded, contacts.sighting) for each in (up, down))

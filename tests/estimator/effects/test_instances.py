@@ -12,7 +12,7 @@ from estimator.effects.catalogue.optics.principal_point import PrincipalPoint
 from estimator.effects.empirical.law_effect import LawEffect, law_effect
 from estimator.effects.empirical.law_terms import TERMS
 from estimator.effects.link import Array, EffectModel, Moment, Setting
-from estimator.effects.model import overrides
+from estimator.effects.model import holds_of, overrides
 from estimator.effects.plug_ins import load_plug_in
 from estimator.effects.registry import MODELS
 from estimator.measurements.trajectories.applying import PLAUSIBLE, with_plausible_values
@@ -58,10 +58,10 @@ def test_what_a_class_says_of_its_force_does_not_hold_for_another_s() -> None:
         def correct(self, theta: Array, points_px: Array, camera: Intrinsics, times_s: Array) -> Array:
             return np.asarray((1.0 + theta[0]) * points_px)
 
-    assert Gravity.constant
-    assert not Pulse.constant
-    assert PrincipalPoint().picture_moves(np.ones(2), np.zeros(1)) is not None
-    assert Zoom().picture_moves(np.ones(2), np.zeros(1)) is None
+    for effect, holds in ((Gravity(), True), (Pulse(), False)):
+        assert holds_of(effect, "constant", "acceleration", "torque") == holds
+    for moved, holds in ((PrincipalPoint(), True), (Zoom(), False)):
+        assert holds_of(moved, "picture_moves", "correct") == holds
 
 
 @pytest.mark.parametrize("effect", MODELS.values(), ids=lambda each: each.entry.key)
