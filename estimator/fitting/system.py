@@ -18,8 +18,6 @@ from estimator.fitting.stable_inverse import LEAST_SEEN, stable_inverse
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
-UNSEEN = 1e-300
-"""Variance of what is left out of an inverse."""
 
 
 class Told(Protocol):
@@ -99,7 +97,8 @@ class Solution:
     @property
     def size(self) -> float:
         """Largest step over its standard deviation; parameters that are not seen do not count."""
-        return float(np.max(np.abs(self.step) / np.sqrt(np.maximum(self.variance, 1e-300)), initial=0.0, where=self.variance > UNSEEN))
+        seen = self.variance > 0.0
+        return float(np.max(np.abs(self.step[seen]) / np.sqrt(self.variance[seen]), initial=0.0))
 
 
 @dataclass(frozen=True)

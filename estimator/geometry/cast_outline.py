@@ -183,7 +183,7 @@ def _on_rim(pixels, faces, beside):  # type: ignore[no-untyped-def]
 def _traced(picture):  # type: ignore[no-untyped-def]
     """The border (n, 2) around what is drawn, in one piece and not at the picture's edge, from its first pixel on.
 
-    As OpenCV follows it [Suzuki and Abe, CVGIP 30 (1985) 32], which looks at every pixel first.
+    As OpenCV follows it [Suzuki and Abe, CVGIP 30 (1985) 32], which scans the whole picture first.
     """
     step = np.array([[1, 0], [1, -1], [0, -1], [-1, -1], [-1, 0], [-1, 1], [0, 1], [1, 1]])
     width, number = picture.shape[1], 0

@@ -2,7 +2,7 @@
 
 Each sequence's precision ``w_s`` and its values are found in turn, its step lengthened by the rate at which its own converges [Lange 1995
 on the acceleration of expectation and maximisation]. Where the units of the sequences are independent of one another a round is a few sums,
-else a factorisation; both are compiled, since a search looks at some ten thousand sets and scales.
+else a factorisation; both are compiled, since a search evaluates some ten thousand sets and scales.
 """
 
 from dataclasses import dataclass

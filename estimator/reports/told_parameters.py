@@ -10,7 +10,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.effects.link import Setting
 from estimator.effects.model import Model, overrides
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit
 from estimator.fitting.campaigns.campaign_covariance import CampaignCovariance
@@ -51,21 +50,13 @@ def told_parameters(campaign: Campaign, fit: CampaignFit, covariance: CampaignCo
     G, flights = np.eye(len(covariance.covariance)), []
     for number, (sequence, flight, theta) in enumerate(zip(campaign.sequences, fit.state.flights, fit.state.theta, strict=True)):
         rows, change = covariance.place[number], ours.body(theta[within], sequence.setting)
-        G[np.ix_(rows[BODY], rows[columns])] = _by_amplitude(ours, theta[within], sequence.setting)
+        by_effect = [e.body_by(theta[within][part], sequence.setting) for e, part in zip(ours.effects, ours.slices, strict=True)]
+        G[np.ix_(rows[BODY], rows[columns])] = np.hstack(by_effect)
         flights.append(replace(flight, com=flight.com + change.com, inertia=flight.inertia + change.inertia))
     other = np.delete(np.arange(fit.model.layout.size), columns)
     model = Model(tuple(e for e in fit.model.effects if e not in ours.effects))
     thetas = tuple(np.delete(each, within) for each in fit.state.theta)
     return Told(model, tuple(flights), thetas, _taken(G @ covariance.covariance @ G.T, [rows[other] for rows in covariance.place]))
-
-
-def _by_amplitude(model: Model, theta: Array, setting: Setting) -> Array:
-    """Derivatives (8, q) of mass properties, which are linear in the parameters (q,)."""
-    columns = []
-    for number, step in enumerate(model.steps):
-        up, down = (model.body(theta + np.where(np.arange(len(theta)) == number, s * step, 0.0), setting) for s in (1.0, -1.0))
-        columns.append(np.concatenate([up.com - down.com, up.inertia - down.inertia]) / (2.0 * step))
-    return np.column_stack(columns)
 
 
 def _taken(covariance: Array, place: Sequence[NDArray[np.int64]]) -> CampaignCovariance:
