@@ -3,8 +3,8 @@
 ``python -m scripts.study_surface_fit --particles FOLDER --count 4 --seed N --result FILE.json``. Silhouette tier, 0.2 px of white noise,
 60 views, 100 frames, from nothing. Scanned bodies are smooth (asteroids and a moon) and hand-scanned stones; cut and jagged ones are the
 project's own. Printed: root mean squares of the errors at mid-sequence, the same over that of the Cramér-Rao bound of the true body with
-all samples (:mod:`synth.flight_bound`), of pulls, and which share of 95% intervals and of whole 95% ellipsoids holds the truth. Sequence
-``i`` of a class and a seed is the same for any ``--count``.
+all samples (:mod:`synth.flight_bound`), the median error in % of the true speed or spin, the root mean square of pulls, and which share of
+95% intervals and of whole 95% ellipsoids holds the truth. Sequence ``i`` of a class and a seed is the same for any ``--count``.
 
 ``--tier rendered [--material diamond] --pictures FOLDER``: the same from pictures, rendered into the folder and kept there;
 there is no bound of theirs.
@@ -40,7 +40,13 @@ from synth.sequence import build_silhouette_sequence, plan_sequence
 
 FITS = {"tangents": Configuration(), "surface": Configuration(surface_fit=1, offset_prior_px=0.001)}
 """Outlines have no offset here, and who knows that states it: beside gravity their size alone says how far away a body is."""
-KEPT = tuple(f"middle_{figure}_{c}" for figure in ("pull", "true_bound", "over_true_bound") for c in COMPONENTS)
+SIZES = ("in_plane", "out_of_plane", "angular")
+"""What a score calls the size of the error of each of :data:`QUANTITIES`."""
+KEPT = (
+    *(f"middle_{figure}_{c}" for figure in ("pull", "true_bound", "over_true_bound") for c in COMPONENTS),
+    *(f"middle_{size}_percent" for size in SIZES),
+    *("middle_in_plane_ms", "middle_out_of_plane_ms", "middle_angular_rads"),
+)
 ELLIPSOIDS = tuple(f"middle_ellipsoid95_{name}" for name in VECTORS)
 
 
@@ -93,10 +99,15 @@ def _figures(rows: list[dict[str, Any]]) -> dict[str, Any]:
     scores = pd.DataFrame(rows)
     told: dict[str, Any] = {"cpu_s": float(scores["cpu_s"].median())}
     told |= {f"{name}_ellipsoids": float(scores[column].mean()) for name, column in zip(VECTORS, ELLIPSOIDS, strict=True)}
-    for quantity, row in zip(QUANTITIES, efficiency(scores).to_dict("records"), strict=True):
+    bounds = {row["quantity"]: row for row in efficiency(scores).to_dict("records")}
+    for quantity, size in zip(QUANTITIES, SIZES, strict=True):
         pulls = scores[[f"middle_pull_{c}" for c in quantity.components]].to_numpy()
+        errors = scores[f"middle_{size}_{'rads' if size == 'angular' else 'ms'}"].to_numpy()
+        row = bounds.get(quantity.name, {})
         told[f"{quantity.name}, {quantity.unit}"] = {
-            **{key: row[key] for key in ("rmse", "rms_bound", "rmse_over_bound", "rms_of_ratios")},
+            "rmse": quantity.per_si * float(np.sqrt(np.mean(errors**2) / len(quantity.components))),
+            "median_percent": float(scores[f"middle_{size}_percent"].median()),
+            **{key: row[key] for key in ("rms_bound", "rmse_over_bound", "rms_of_ratios") if key in row},
             "pull_rms": float(np.sqrt(np.mean(pulls**2))),
             "inside_95": float(np.mean(np.abs(pulls) <= INTERVAL_95)),
         }
@@ -105,7 +116,7 @@ def _figures(rows: list[dict[str, Any]]) -> dict[str, Any]:
 
 def table(result: dict[str, Any]) -> list[str]:
     """The figures as lines of a table."""
-    heads = (f"{name + ': RMSE, over bound, pull, in 95%':>40}" for name in FITS)
+    heads = (f"{name + ': RMSE, over bound, median, pull, in 95%':>49}" for name in FITS)
     lines = [f"{'class':8} {'n':>3}  {'quantity':17} {'bound':>8}  {'  '.join(heads)}"]
     for name, told in result.items():
         if not all(told[fit] for fit in FITS):
@@ -114,12 +125,16 @@ def table(result: dict[str, Any]) -> list[str]:
         for quantity in QUANTITIES:
             key = f"{quantity.name}, {quantity.unit}"
             cells = [told[fit][key] for fit in FITS]
-            shown = (f"{c['rmse']:9.3f} {c['rmse_over_bound']:6.2f} {c['pull_rms']:6.2f} {100 * c['inside_95']:6.0f}%" for c in cells)
-            head = f"{name:8} {told['both_converged']:>3}  {key:17} {cells[0]['rms_bound']:8.3f}"
-            lines.append("  ".join([head, *(f"{cell:>40}" for cell in shown)]))
+            head = f"{name:8} {told['both_converged']:>3}  {key:17} {cells[0].get('rms_bound', math.nan):8.3f}"
+            lines.append("  ".join([head, *(f"{_cell(cell):>49}" for cell in cells)]))
         whole = (f"v {100 * told[fit]['v_ellipsoids']:.0f}%, omega {100 * told[fit]['omega_ellipsoids']:.0f}%" for fit in FITS)
-        lines.append("  ".join([f"{name:8} {'':>3}  {'95% ellipsoids':17} {'':8}", *(f"{cell:>40}" for cell in whole)]))
+        lines.append("  ".join([f"{name:8} {'':>3}  {'95% ellipsoids':17} {'':8}", *(f"{cell:>49}" for cell in whole)]))
     return lines
+
+
+def _cell(told: dict[str, float]) -> str:
+    over, inside = told.get("rmse_over_bound", math.nan), 100 * told["inside_95"]
+    return f"{told['rmse']:9.3f} {over:6.2f} {told['median_percent']:7.3f}% {told['pull_rms']:6.2f} {inside:6.0f}%"
 
 
 def main() -> int:

@@ -11,12 +11,15 @@ from scripts.study_surface_fit import ELLIPSOIDS, FITS, summary, table
 BOUND = {"vx": 1e-4, "vy": 1e-4, "vz": 2e-3, "wx": 0.05, "wy": 0.05, "wz": 0.05}
 
 
-def row(ratio: float, status: str = "converged") -> dict[str, Any]:
-    """Scores of one fit whose errors are ``ratio`` times the bound and two standard deviations."""
+def row(ratio: float, status: str = "converged", *, bounded: bool = True) -> dict[str, Any]:
+    """Scores of one fit whose errors are ``ratio`` times the bound and two standard deviations; ``bounded``: the bound is known."""
     told: dict[str, Any] = {"status": status, "converged": status == "converged", "cpu_s": 2.0, **dict.fromkeys(ELLIPSOIDS, 1.0)}
     for name in COMPONENTS:
-        told |= {f"middle_pull_{name}": 2.0, f"middle_true_bound_{name}": BOUND[name], f"middle_over_true_bound_{name}": ratio}
-    return told
+        known = (BOUND[name], ratio) if bounded else (np.nan, np.nan)
+        told |= {f"middle_pull_{name}": 2.0, f"middle_true_bound_{name}": known[0], f"middle_over_true_bound_{name}": known[1]}
+    sizes = (("in_plane_ms", 1e-4 * 2**0.5), ("out_of_plane_ms", 2e-3), ("angular_rads", 0.05 * 3**0.5))
+    told |= {f"middle_{name}": ratio * size for name, size in sizes}
+    return told | {f"middle_{name}_percent": 0.1 * ratio for name in ("in_plane", "out_of_plane", "angular")}
 
 
 def test_figures_are_of_what_both_measured() -> None:
@@ -32,3 +35,11 @@ def test_figures_are_of_what_both_measured() -> None:
     assert len(lines) == 1 + 4 + 1
     assert all(len(line) == len(lines[0]) for line in lines[1:5])
     assert set(FITS) <= {word.strip(":") for word in lines[0].split()}
+
+
+def test_pictures_have_no_bound_and_all_other_figures() -> None:
+    told = summary([{"tangents": row(4.0, bounded=False), "surface": row(1.5, bounded=False)}])
+    in_plane = told["surface"]["in-plane v, mm/s"]
+    assert (in_plane["rmse"], in_plane["median_percent"], in_plane["pull_rms"]) == pytest.approx((0.15, 0.15, 2.0))
+    assert "rmse_over_bound" not in in_plane
+    assert len(table({"cut": told})) == 1 + 4
