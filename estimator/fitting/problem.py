@@ -52,10 +52,7 @@ class Problem(Generic[S, M, T]):
 
     def at(self, state: S) -> System[T]:
         """The problem linearised at a state."""
-        known = prior_of(self.parts, state)
-        for fact in self.facts:
-            more = fact(state)
-            known = NormalEquations(known.H + more.H, known.g + more.g, known.cost + more.cost)
+        known = with_facts(prior_of(self.parts, state), self.facts, state)
         told = tuple(self.linearise(part.task, part.motion(state)) for part in self.parts)
         at = Arrangement(tuple(part.place for part in self.parts), state.layout.size)
         return System(told, at, known, known.cost + sum(each.cost for each in told))
@@ -66,7 +63,20 @@ def prior_of(parts: Sequence[Part[S, M]], state: S) -> NormalEquations:
     precision, values = np.zeros(state.layout.size), state.values
     for part in parts:
         precision[part.place] = part.motion(state).layout.held(part.task.prior.known).precision
+    return prior_equations(precision, values)
+
+
+def prior_equations(precision: Array, values: Array) -> NormalEquations:
+    """That ``values`` (p,) are about zero, with a ``precision`` (p,)."""
     return NormalEquations(np.diag(precision), precision * values, 0.5 * float(values @ (precision * values)))
+
+
+def with_facts(known: NormalEquations, facts: Sequence[Fact[S]], state: S) -> NormalEquations:
+    """What is ``known`` of a state, with what facts say of it."""
+    for fact in facts:
+        more = fact(state)
+        known = NormalEquations(known.H + more.H, known.g + more.g, known.cost + more.cost)
+    return known
 
 
 def with_more(told: T, known: NormalEquations) -> System[T]:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.data.fit_task import FitTask
+from estimator.fitting.problem import Fact
 from estimator.fitting.refinement import Refined, refine, sandwich, spread, system_at, with_noise_at
 from estimator.fitting.weighed_tangencies import Refinement
 from estimator.impacts.loose_contact import LONGEST_SPREAD_S, loosened
@@ -29,7 +30,7 @@ def refine_piecewise(task: FitTask, flight: PiecewiseFlight, settings: Refinemen
     The size of the noise is read off the errors of the flight that came. Where these are far above it, because frames around an impact were
     left out and the flight after it was not yet found, it is read again where the steps led.
     """
-    facts = () if plate is None else (lambda there: held_by_plate(plate, there, task.sightings.times_s).equations,)
+    facts = facts_of(plate, task)
     refined = refine(task, flight, settings, facts)
     for _ in range(MOST_AGAIN):
         if refined.noise.mean_square <= FAR_MEAN_SQUARE:
@@ -39,6 +40,11 @@ def refine_piecewise(task: FitTask, flight: PiecewiseFlight, settings: Refinemen
             break
         refined = again
     return refined
+
+
+def facts_of(plate: PlateTask | None, task: FitTask) -> tuple[Fact[PiecewiseFlight], ...]:
+    """What a ``plate`` that holds a flight says besides its outlines; nothing where there is none."""
+    return () if plate is None else (lambda there: held_by_plate(plate, there, task.sightings.times_s).equations,)
 
 
 def widened_by(task: FitTask, refined: PiecewiseRefined, settings: Refinement, loose: PiecewiseFlight) -> PiecewiseRefined:

@@ -4,8 +4,6 @@ The chain is visible in :func:`_estimated`, a line a step; every step that canno
 there is never a plausible number without one.
 """
 
-from dataclasses import replace
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -13,19 +11,18 @@ from datasets.errors import InputError
 from datasets.estimate import Estimate
 from datasets.observation import Observation
 from estimator.data.configuration import Configuration
-from estimator.data.fit_task import FitTask
 from estimator.data.no_measurement import NoMeasurement
 from estimator.fitting.adequacy import misfit
 from estimator.fitting.calibration_share import calibration_share
 from estimator.fitting.refinement import Refined
 from estimator.fitting.tasks import biased_task, fit_task, refined_flight
-from estimator.fitting.weighed_tangencies import linearise
 from estimator.impacts.chains import Seen
-from estimator.motion.flight import Flight, Motion
+from estimator.measuring.by_samples import on_all_samples, with_joint, with_surface
+from estimator.motion.flight import Motion
 from estimator.motion.rigid_body import RanAway
 from estimator.outlines.sightings import pictures_of, tracks_of, usable_sightings
 from estimator.particle.observed import observed_particle
-from estimator.particle.particle import Particle, views_like
+from estimator.particle.particle import views_like
 from estimator.reports.reporting import converged_estimate, empty_estimate
 from estimator.reports.verdict import failed, judge
 from estimator.search.candidate_flights import (
@@ -37,9 +34,6 @@ from estimator.search.candidate_flights import (
     without_the_same,
 )
 from estimator.search.rival_flights import few_views, standing
-from estimator.surface.joint import JointFit, joint_fit
-from estimator.surface.shape import made_shape
-from estimator.surface.told import surface_sentence, surface_statistics
 
 Array = NDArray[np.float64]
 
@@ -91,7 +85,7 @@ def _estimated(seen: Seen, configuration: Configuration) -> Estimate:
     flight = ranked.flights[0].state
     biased = biased_task(observation, task, particle, flight, configuration, pictures=pictures)
     refined: Refined[Motion] = refined_flight(biased, flight, configuration)
-    joint = on_all_samples(refined.flight.first, biased, particle, configuration) if configuration.surface_fit else None
+    joint = on_all_samples(refined.flight, biased, particle, configuration) if configuration.surface_fit else None
     refined = refined if joint is None else with_joint(refined, joint)
     status, message = judge(without_the_same(biased, ranked, refined, configuration), refined)
     known = configuration.focal_prior == 0.0
@@ -99,22 +93,3 @@ def _estimated(seen: Seen, configuration: Configuration) -> Estimate:
     share = calibration_share(refined.flight, refined.at, refined.inverse, observation.gravity_covariance) if known else None
     told = converged_estimate(seen, found, refined, outcome, configuration=configuration, share=share)
     return told if joint is None else with_surface(told, joint)
-
-
-def on_all_samples(flight: Flight, task: FitTask, particle: Particle, configuration: Configuration) -> JointFit:
-    """The flight fitted once more, to every outline sample and with the surface as an unknown."""
-    huber, seed = configuration.huber, configuration.seed
-    begin = flight, made_shape(particle, huber=huber, seed=seed)
-    return joint_fit(particle, task.sightings, begin, task.prior, huber=huber, seed=seed)
-
-
-def with_surface(estimate: Estimate, joint: JointFit) -> Estimate:
-    """The estimate with what the fit says of its surface."""
-    message = " ".join(part for part in (estimate.message, surface_sentence(joint)) if part)
-    return replace(estimate, message=message, statistics={**estimate.statistics, "surface": surface_statistics(joint)})
-
-
-def with_joint(refined: Refined[Motion], joint: JointFit) -> Refined[Motion]:
-    """The flight of the joint fit in place of the refined one; its tangency errors are those there."""
-    at = linearise(refined.at.task, joint.flight, refined.at.settings)
-    return replace(refined, flight=joint.flight, covariance=joint.covariance, settled=refined.settled and joint.settled, at=at)

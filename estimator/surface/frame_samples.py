@@ -1,19 +1,19 @@
-"""Distances of the samples of the high-speed cameras' outlines from those that surface and flight cast, with their derivatives."""
+"""Distances of the samples of the high-speed cameras' outlines from those that surface and motion cast, with their derivatives."""
 
 import numpy as np
 
 from estimator.appearance.flight_errors import particle_poses
 from estimator.data.fit_task import Sightings
-from estimator.motion.flight import OFFSET, Flight, poses_and_sensitivity
+from estimator.motion.flight import OFFSET, Motion, poses_and_sensitivity
 from estimator.surface.contact import contact_of
 from estimator.surface.samples import Samples, across_of, stacked
 from estimator.surface.star_surface import Surface
 
 
-def samples_of_frames(surface: Surface, sightings: Sightings, flight: Flight) -> Samples:
-    """Those of the high-speed cameras' pictures under a flight."""
-    predicted, sensitivity = poses_and_sensitivity(flight, sightings.times_s)
-    placed = particle_poses(flight, predicted, sightings)
+def samples_of_frames(surface: Surface, sightings: Sightings, motion: Motion) -> Samples:
+    """Those of the high-speed cameras' pictures under a motion."""
+    predicted, sensitivity = poses_and_sensitivity(motion, sightings.times_s)
+    placed = particle_poses(motion.first, predicted, sightings)
     parts = []
     for k, outline in enumerate(sightings.outlines_px):
         camera = sightings.cameras[int(sightings.camera[k])]
@@ -21,7 +21,7 @@ def samples_of_frames(surface: Surface, sightings: Sightings, flight: Flight) ->
         across = across_of(met, camera.intrinsics)
         world = across @ camera.R_cam_world
         arm = (met.point - camera.t_cam_world) @ camera.R_cam_world - predicted.centre[k, 0]
-        by_flight = -np.concatenate([world, np.cross(arm, world)], axis=1) @ sensitivity[k]
-        by_flight[:, OFFSET] = -1.0
-        parts.append((met, across @ placed.R[k], by_flight))
-    return stacked(surface, parts, flight.offset_px)
+        by_motion = -np.concatenate([world, np.cross(arm, world)], axis=1) @ sensitivity[k]
+        by_motion[:, OFFSET] = -1.0
+        parts.append((met, across @ placed.R[k], by_motion))
+    return stacked(surface, parts, motion.first.offset_px)

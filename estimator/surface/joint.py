@@ -1,6 +1,6 @@
 """The last fit with the surface as a nuisance: every outline sample of every picture of every recording, and of every view.
 
-Unknown are the surface's corners and whatever else the recordings have: a free flight 21 numbers, the flights of a campaign those of their
+Unknown are the surface's corners and whatever else the recordings have: a motion its parameters, the flights of a campaign those of their
 model. Samples of views bear on the surface alone, those of frames on both; corners are held by what is believed of surfaces
 (:mod:`estimator.surface.evenness`), the body's mass properties by those of the surface.
 """
@@ -14,9 +14,11 @@ from numpy.typing import NDArray
 
 from datasets.vocabulary.body import Body
 from estimator.data.fit_task import Prior, Sightings
+from estimator.fitting.levenberg_marquardt import NormalEquations
+from estimator.fitting.problem import Fact, M, M_co, prior_equations, with_facts
 from estimator.fitting.stable_inverse import scaled_inverse
 from estimator.fitting.tasks import HOLLOW_MOMENTS, HOLLOW_PRODUCTS
-from estimator.motion.flight import COM, INERTIA, N_PARAMETERS, OFFSET, Flight, moved
+from estimator.motion.flight import COM, INERTIA
 from estimator.particle.particle import Particle
 from estimator.surface.arrow import Eliminated, Whole, eliminated, weighed
 from estimator.surface.evenness import Believed, believed
@@ -75,19 +77,19 @@ class Recorded(Protocol):
 class Known:
     """What is known of the p parameters of all recordings beside their samples.
 
-    ``body``: the nominal one, whose mass properties lie at ``mass`` (8,); ``precision`` (p,) and ``pull`` (p,): information and gradient of
-    priors.
+    ``body``: the nominal one, whose mass properties lie at ``mass`` (8,); ``information`` (p, p) and ``pull`` (p,): of priors and facts,
+    and their gradient.
     """
 
     body: Body
     mass: Index
-    precision: Array
+    information: Array
     pull: Array
 
     @property
     def size(self) -> int:
         """How many parameters there are."""
-        return len(self.precision)
+        return len(self.pull)
 
 
 @dataclass(frozen=True)
@@ -137,7 +139,7 @@ def joined(
         groups = [weighed(*each, huber, where) for each, where in zip(_beside(samples, believe, noise_px), place, strict=True)]
         whole = _mass_rows(surface, recorded[0].mass, about, deviation)
         fitted = eliminated(groups, believe, whole)
-        covariance = scaled_inverse(fitted.H + np.diag(about.precision))
+        covariance = scaled_inverse(fitted.H + about.information)
         step = -covariance @ (fitted.g + about.pull)
         sizes = step / np.sqrt(np.maximum(np.diag(covariance), 1e-300))
         gain *= TURNED if last @ sizes < 0.0 else 1.0
@@ -170,11 +172,11 @@ def _mass_rows(surface: Surface, now: Array, about: Known, deviation: Array) -> 
 
 
 @dataclass(frozen=True)
-class FreeFlight:
-    """A free flight and its sightings."""
+class RecordedMotion(Generic[M_co]):
+    """A motion of p parameters and the sightings that recorded it."""
 
     sightings: Sightings
-    flight: Flight
+    motion: M_co
 
     @property
     def own_px(self) -> float:
@@ -183,32 +185,32 @@ class FreeFlight:
 
     @property
     def place(self) -> Index:
-        """All there are (21,)."""
-        return np.arange(N_PARAMETERS)
+        """All there are (p,)."""
+        return np.arange(self.motion.layout.size)
 
     @property
     def mass(self) -> Array:
-        """The flight's (8,)."""
-        return np.concatenate([self.flight.com, self.flight.inertia])
+        """The first flight's (8,)."""
+        return np.concatenate([self.motion.first.com, self.motion.first.inertia])
 
     def samples(self, surface: Surface) -> Samples:
         """Those of the frames."""
-        return samples_of_frames(surface, self.sightings, self.flight)
+        return samples_of_frames(surface, self.sightings, self.motion)
 
-    def moved(self, step: Array) -> "FreeFlight":
-        """After a ``step`` (21,) of the flight's parameters."""
-        return replace(self, flight=moved(self.flight, step))
+    def moved(self, step: Array) -> "RecordedMotion[M_co]":
+        """After a ``step`` (p,) of the motion's parameters."""
+        return replace(self, motion=self.motion.moved(step))
 
 
 @dataclass(frozen=True)
-class JointFit:
-    """``flight`` with its ``covariance`` (21, 21) and the ``surface``; ``settled``: whether the steps became small.
+class JointFit(Generic[M_co]):
+    """``motion`` with its ``covariance`` (p, p) and the ``surface``; ``settled``: whether the steps became small.
 
     ``noise_px``: effective noise that samples of views and of frames were found to have, ``outline_noise_px`` what their outlines show by
     themselves; ``scale``: how much further from what views and prior prefer the surface is than they say.
     """
 
-    flight: Flight
+    motion: M_co
     covariance: Array
     surface: Surface
     noise_px: tuple[float, ...]
@@ -217,20 +219,34 @@ class JointFit:
     scale: float
 
 
-def joint_fit(particle: Particle, sightings: Sightings, begin: tuple[Flight, Shape], prior: Prior, *, huber: float, seed: int) -> JointFit:
-    """Surface and one free flight, from a flight that the tangents gave and the shape that the views give.
+def joint_fit(
+    particle: Particle, sightings: Sightings, begin: tuple[M, Shape], known: Callable[[M], NormalEquations], *, huber: float, seed: int
+) -> JointFit[M]:
+    """Surface and one motion, from a motion that the tangents gave and the shape that the views give.
 
-    ``huber``: standard deviations beyond which a sample's influence stays constant; ``seed`` of the random signs.
+    ``known``: what priors and facts say of the motion's parameters. ``huber``: standard deviations beyond which a sample's influence stays
+    constant; ``seed`` of the random signs.
     """
-    held = np.zeros(N_PARAMETERS)
-    held[OFFSET] = prior.precision[OFFSET]
 
-    def known(recorded: Sequence[FreeFlight]) -> Known:
-        return Known(recorded[0].flight.body, np.r_[COM, INERTIA], held, held * recorded[0].flight.offset_px)
+    def about(recorded: Sequence[RecordedMotion[M]]) -> Known:
+        motion = recorded[0].motion
+        told = known(motion)
+        return Known(motion.first.body, np.r_[COM, INERTIA], told.H, told.g)
 
-    flight = replace(begin[0], offset_px=0.0)
-    found = joined(particle, begin[1], [FreeFlight(sightings, flight)], known, huber=huber, seed=seed)
+    motion, shape = begin
+    start = RecordedMotion(sightings, motion.with_first(replace(motion.first, offset_px=0.0)))
+    found = joined(particle, shape, [start], about, huber=huber, seed=seed)
     (one,), last = found.recorded, found.last
-    end = scaled_step(last.fitted, last.whole, last.known.precision, last.known.pull)
-    flight = moved(one.flight, end.step - last.step)
-    return JointFit(flight, end.covariance, found.surface, found.noise_px, found.outline_noise_px, found.settled, end.scale)
+    end = scaled_step(last.fitted, last.whole, last.known.information, last.known.pull)
+    motion = one.motion.moved(end.step - last.step)
+    return JointFit(motion, end.covariance, found.surface, found.noise_px, found.outline_noise_px, found.settled, end.scale)
+
+
+def beside_the_surface(prior: Prior, facts: Sequence[Fact[M]] = ()) -> Callable[[M], NormalEquations]:
+    """What is known of a motion whose mass properties the surface says: the prior of the outlines' offset, those of impacts, and facts."""
+
+    def known(motion: M) -> NormalEquations:
+        layout, values = motion.layout.held({"offset": prior.known["offset"]}), motion.values
+        return with_facts(prior_equations(layout.precision, values), facts, motion)
+
+    return known

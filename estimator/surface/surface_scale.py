@@ -34,21 +34,21 @@ class ScaledStep:
     covariance: Float[NDArray[np.float64], "p p"]
 
 
-def scaled_step(fitted: Eliminated, whole: Whole, precision: Array, pull: Array) -> ScaledStep:
+def scaled_step(fitted: Eliminated, whole: Whole, known: Array, pull: Array) -> ScaledStep:
     """The step of all motions with the surface as uncertain as the frames show it to be.
 
-    ``fitted``: views first, then what the motions move; ``whole`` rows of mass properties; ``precision`` and ``pull`` (p,): information and
-    gradient of the motions' priors.
+    ``fitted``: views first, then what the motions move; ``whole`` rows of mass properties; ``known`` (p, p) and ``pull`` (p,): information
+    and gradient of what is known of the motions.
     """
     prior, views, frames = fitted.prior, fitted.groups[0], fitted.groups[1:]
-    known = csc_array(prior.rows.T @ prior.rows + views.J.T @ views.J)
+    believed = csc_array(prior.rows.T @ prior.rows + views.J.T @ views.J)
     every = csr_array(vstack([each.J for each in frames]))
-    moves = independent(fitted.solved[:, :-1], known, csc_array(every.T @ every))
+    moves = independent(fitted.solved[:, :-1], believed, csc_array(every.T @ every))
     here = moves.T @ (prior.rows.T @ prior.values + views.J.T @ views.r)
     rows = [_rows(each.F, each.J @ moves, each.place, len(pull)) for each in frames]
     rows.append(np.column_stack([whole.by_motion, -whole.by_corner.T @ (prior.basis @ moves)]))
     residual = [*(each.r for each in frames), whole.residual]
-    H = sum((each.T @ each for each in rows), start=block_diag(np.diag(precision), np.zeros((len(here),) * 2)))
+    H = sum((each.T @ each for each in rows), start=block_diag(known, np.zeros((len(here),) * 2)))
     g = sum((each.T @ r for each, r in zip(rows, residual, strict=True)), start=np.concatenate([pull, np.zeros(len(here))]))
     p = len(pull)
     answer = scaled_inverse(H[:p, :p]) @ np.column_stack([H[:p, p:], g[:p]])

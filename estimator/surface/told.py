@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from estimator.motion.flight import Motion
 from estimator.surface.joint import JointFit
 
 MISSED = 1.5
@@ -10,7 +11,7 @@ a stone whose spikes the mesh cannot follow."""
 GROUPS = ("views", "frames")
 
 
-def surface_statistics(joint: JointFit) -> dict[str, Any]:
+def surface_statistics(joint: JointFit[Motion]) -> dict[str, Any]:
     """As an estimate holds them."""
     return {
         "effective_noise_px": dict(zip(GROUPS, joint.noise_px, strict=True)),
@@ -20,7 +21,7 @@ def surface_statistics(joint: JointFit) -> dict[str, Any]:
     }
 
 
-def surface_sentence(joint: JointFit) -> str:
+def surface_sentence(joint: JointFit[Motion]) -> str:
     """Which outlines the surface misses by more than their noise, in words; empty where it meets them."""
     missed = [
         f"those of the {group} by {found:.2f} px (their own noise is {own:.2f} px)"

@@ -143,7 +143,7 @@ def _known(flown: Sequence[Flown], size: int) -> Known:
         precision[each.place[N_PARAMETERS:]], pull[each.place[N_PARAMETERS:]] = own + _still(each.model), own * each.theta
         offset, held = each.place[OFFSET.start], each.task.task.prior.precision[OFFSET][0]
         precision[offset], pull[offset] = held, held * each.flight.offset_px
-    return Known(first.flight.body, first.place[np.r_[COM, INERTIA]], precision, pull)
+    return Known(first.flight.body, first.place[np.r_[COM, INERTIA]], np.diag(precision), pull)
 
 
 def _still(model: Model) -> Array:

@@ -20,7 +20,7 @@ from estimator.data.fit_task import Sightings
 from estimator.fitting.adequacy import Misfit, misfit
 from estimator.fitting.refinement import Refined
 from estimator.geometry.visual_hull import HullMesh
-from estimator.measuring import free_flight
+from estimator.measuring import by_samples, free_flight
 from estimator.motion.flight import N_PARAMETERS, Flight, Motion, moved, poses, velocities
 from estimator.particle.mass_properties import solid_of
 from estimator.particle.particle import Particle
@@ -55,7 +55,7 @@ class Measured:
     particle: Particle
     sightings: Sightings
     refined: Refined[Motion]
-    joint: JointFit
+    joint: JointFit[Flight]
 
 
 @pytest.fixture(scope="module")
@@ -65,7 +65,7 @@ def measured(made: tuple[Observation, Truth]) -> Measured:
     def coarse(particle: Particle, **named: Any) -> Shape:
         return shape_of(particle, **named, subdivisions=COARSE)
 
-    def fitted(*arguments: Any, **named: Any) -> JointFit:
+    def fitted(*arguments: Any, **named: Any) -> JointFit[Flight]:
         given.append((*arguments, joint := joint_fit(*arguments, **named)))
         return joint
 
@@ -74,8 +74,8 @@ def measured(made: tuple[Observation, Truth]) -> Measured:
         return misfit(refined)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(free_flight, "made_shape", coarse)
-        patch.setattr(free_flight, "joint_fit", fitted)
+        patch.setattr(by_samples, "made_shape", coarse)
+        patch.setattr(by_samples, "joint_fit", fitted)
         patch.setattr(free_flight, "misfit", kept)
         estimate = free_flight.estimate(made[0], Configuration(surface_fit=1))
     (particle, sightings, (flight, shape), _, joint), (refined,) = given

@@ -53,10 +53,10 @@ def test_a_surface_as_sure_as_it_says_gives_the_step_without_it(
     equations: tuple[Eliminated, Whole], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     fitted, whole = equations
-    precision, pull = np.full(MOTIONS, 0.3), np.arange(1.0, 5.0)
+    known, pull = 0.3 * np.eye(MOTIONS), np.arange(1.0, 5.0)
     monkeypatch.setattr(surface_scale, "scale_of", lambda _information, _pull: 1.0)
-    found = scaled_step(fitted, whole, precision, pull)
-    covariance = np.linalg.inv(fitted.H + np.diag(precision))
+    found = scaled_step(fitted, whole, known, pull)
+    covariance = np.linalg.inv(fitted.H + known)
     np.testing.assert_allclose(found.covariance, covariance, rtol=1e-6)
     np.testing.assert_allclose(found.step, -covariance @ (fitted.g + pull), rtol=1e-6)
 
@@ -66,5 +66,5 @@ def test_motions_are_less_sure_where_the_surface_is(equations: tuple[Eliminated,
     spread = []
     for scale in (1.0, 3.0):
         monkeypatch.setattr(surface_scale, "scale_of", lambda _information, _pull, scale=scale: scale)
-        spread.append(np.diag(scaled_step(fitted, whole, np.full(MOTIONS, 0.3), np.zeros(MOTIONS)).covariance))
+        spread.append(np.diag(scaled_step(fitted, whole, 0.3 * np.eye(MOTIONS), np.zeros(MOTIONS)).covariance))
     assert np.all(spread[1] > spread[0])
