@@ -63,6 +63,17 @@ def misfit(refined: Refined[Motion]) -> Misfit | None:
     try:
         system = with_more(at, prior_of(alone(task, motion), motion))
         b, C = system.solved().step[own:], sandwich(system)[own:, own:]
+    except NothingSeen:
+        return None
+    return misfit_of(b, C, basis, float(np.sqrt(refined.noise.mean_square)))
+
+
+def misfit_of(b: Array, C: Array, basis: Array, noise_ratio: float) -> Misfit | None:
+    """The test of :func:`slow_errors` ``basis`` (n, 6, 18) with coefficients ``b`` (18,) of covariance ``C`` (18, 18).
+
+    ``None`` where the sightings do not determine them.
+    """
+    try:
         statistic = float(b @ scaled_inverse(C) @ b)
         each = [_component(b, C, axis) for axis in range(len(AXES))]
     except NothingSeen:
@@ -70,9 +81,8 @@ def misfit(refined: Refined[Motion]) -> Misfit | None:
     component = int(np.argmax(each))
     columns = _columns(component)
     size = float(np.sqrt(np.mean((basis[:, component, columns] @ b[columns]) ** 2)))
-    ratio = float(np.sqrt(refined.noise.mean_square))
-    freedom = len(b)
-    return Misfit(float(chdtrc(freedom, statistic)), statistic, freedom, component, size, float(chdtrc(len(ORDERS), max(each))), ratio)
+    freedom, component_p = len(b), float(chdtrc(len(ORDERS), max(each)))
+    return Misfit(float(chdtrc(freedom, statistic)), statistic, freedom, component, size, component_p, noise_ratio)
 
 
 def slow_errors(times_s: Array) -> Array:

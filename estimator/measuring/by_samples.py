@@ -28,7 +28,8 @@ def on_all_samples(
 def with_joint(refined: Refined[M], joint: JointFit[M]) -> Refined[M]:
     """The motion of the joint fit in place of the refined one; its tangency errors are those there."""
     at = linearise(refined.at.task, joint.motion, refined.at.settings)
-    return replace(refined, flight=joint.motion, covariance=joint.covariance, settled=refined.settled and joint.settled, at=at)
+    settled = refined.settled and joint.settled
+    return replace(refined, flight=joint.motion, covariance=joint.covariance, bound=joint.bound, settled=settled, at=at)
 
 
 def with_surface(estimate: Estimate, joint: JointFit[Motion]) -> Estimate:

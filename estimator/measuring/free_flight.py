@@ -83,13 +83,15 @@ def _estimated(seen: Seen, configuration: Configuration) -> Estimate:
         candidates += from_another_side(observation, task, particle, (candidates, reference), configuration)
     ranked = standing(task, particle, [c.solution for c in candidates], ambiguity=configuration.ambiguity)
     flight = ranked.flights[0].state
-    biased = biased_task(observation, task, particle, flight, configuration, pictures=pictures)
-    refined: Refined[Motion] = refined_flight(biased, flight, configuration)
-    joint = on_all_samples(refined.flight, biased, particle, configuration) if configuration.surface_fit else None
+    if not configuration.surface_fit:
+        task = biased_task(observation, task, particle, flight, configuration, pictures=pictures)
+    refined: Refined[Motion] = refined_flight(task, flight, configuration)
+    joint = on_all_samples(refined.flight, task, particle, configuration) if configuration.surface_fit else None
     refined = refined if joint is None else with_joint(refined, joint)
-    status, message = judge(without_the_same(biased, ranked, refined, configuration), refined)
+    status, message = judge(without_the_same(task, ranked, refined, configuration), refined)
     known = configuration.focal_prior == 0.0
-    outcome = (status, message, misfit(refined) if known else None)
+    tested = joint.misfit if joint is not None else misfit(refined) if known else None
+    outcome = (status, message, tested)
     share = calibration_share(refined.flight, refined.at, refined.inverse, observation.gravity_covariance) if known else None
     told = converged_estimate(seen, found, refined, outcome, configuration=configuration, share=share)
     return told if joint is None else with_surface(told, joint)

@@ -70,6 +70,13 @@ class Eliminated:
     groups: tuple[Weighed, ...]
     prior: Believed
 
+    def of_motions(self, whole: Whole) -> Array:
+        """Their normal matrix (p, p), ``whole`` rows in it, were the surface known."""
+        H = np.asarray(whole.by_motion.T @ whole.by_motion)
+        for group in self.groups:
+            H[np.ix_(group.place, group.place)] += group.F.T @ group.F
+        return H
+
     def corners(self, step: Array) -> Array:
         """Moves (n, 3) m of the corners that go with a ``step`` (p,) of the motions."""
         return np.asarray((self.prior.basis @ self._unknowns(step)).reshape(-1, 3))

@@ -1,6 +1,7 @@
 """Distances of the samples of the high-speed cameras' outlines from those that surface and motion cast, with their derivatives."""
 
 import numpy as np
+from numpy.typing import NDArray
 
 from estimator.appearance.flight_errors import particle_poses
 from estimator.data.fit_task import Sightings
@@ -10,9 +11,13 @@ from estimator.surface.samples import Samples, across_of, stacked
 from estimator.surface.star_surface import Surface
 
 
-def samples_of_frames(surface: Surface, sightings: Sightings, motion: Motion) -> Samples:
-    """Those of the high-speed cameras' pictures under a motion."""
+def samples_of_frames(surface: Surface, sightings: Sightings, motion: Motion, further: NDArray[np.float64] | None = None) -> Samples:
+    """Those of the high-speed cameras' pictures under a motion.
+
+    ``further`` (n, 6, k): what k more parameters do to the poses, translation (m) and left rotation vector, world frame.
+    """
     predicted, sensitivity = poses_and_sensitivity(motion, sightings.times_s)
+    sensitivity = sensitivity if further is None else np.concatenate([sensitivity, further], axis=2)
     placed = particle_poses(motion.first, predicted, sightings)
     parts = []
     for k, outline in enumerate(sightings.outlines_px):

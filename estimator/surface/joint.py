@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from datasets.vocabulary.body import Body
 from estimator.data.fit_task import Prior, Sightings
+from estimator.fitting.adequacy import Misfit, misfit_of, slow_errors
 from estimator.fitting.levenberg_marquardt import NormalEquations
 from estimator.fitting.problem import Fact, M, M_co, prior_equations, with_facts
 from estimator.fitting.stable_inverse import scaled_inverse
@@ -21,7 +22,7 @@ from estimator.fitting.tasks import HOLLOW_MOMENTS, HOLLOW_PRODUCTS
 from estimator.motion.flight import COM, INERTIA
 from estimator.particle.particle import Particle
 from estimator.surface.arrow import Eliminated, Whole, eliminated, weighed
-from estimator.surface.evenness import Believed, believed
+from estimator.surface.evenness import believed
 from estimator.surface.frame_samples import samples_of_frames
 from estimator.surface.mass import N_MASS, mass_response
 from estimator.surface.samples import Samples, samples_of_views
@@ -131,14 +132,9 @@ def joined(
     own = own_noise_px(particle.seen), *(each.own_px for each in recorded)
     noise_px: tuple[float, ...] = (shape.noise_px, *own[1:])
     covariance, settled, gain, last = np.zeros((about.size, about.size)), False, 1.0, np.zeros(about.size)
-    deviation = usual_deviation(particle)
     for _ in range(MOST_ROUNDS):
-        believe, about = believed(surface), known(recorded)
-        views = samples_of_views(surface, particle.outlines, particle.calibrated, motions=0)
-        samples, place = (views, *(each.samples(surface) for each in recorded)), (np.arange(0), *(each.place for each in recorded))
-        groups = [weighed(*each, huber, where) for each, where in zip(_beside(samples, believe, noise_px), place, strict=True)]
-        whole = _mass_rows(surface, recorded[0].mass, about, deviation)
-        fitted = eliminated(groups, believe, whole)
+        about = known(recorded)
+        fitted, whole = _linearised(particle, surface, recorded, about, noise_px=noise_px, huber=huber)
         covariance = scaled_inverse(fitted.H + about.information)
         step = -covariance @ (fitted.g + about.pull)
         sizes = step / np.sqrt(np.maximum(np.diag(covariance), 1e-300))
@@ -153,15 +149,23 @@ def joined(
     return Joined(tuple(recorded), covariance, surface, noise_px, own, settled, last_step)
 
 
+def _linearised(
+    particle: Particle, surface: Surface, recorded: Sequence[R], about: Known, *, noise_px: Sequence[float], huber: float
+) -> tuple[Eliminated, Whole]:
+    """The equations without the surface, and the rows of mass properties in them; noise of views first, then of every recording."""
+    believe = believed(surface)
+    views = samples_of_views(surface, particle.outlines, particle.calibrated, motions=0)
+    samples, place = (views, *(each.samples(surface) for each in recorded)), (np.arange(0), *(each.place for each in recorded))
+    groups = [weighed(each, believe, px, huber, where) for each, px, where in zip(samples, noise_px, place, strict=True)]
+    whole = _mass_rows(surface, recorded[0].mass, about, usual_deviation(particle))
+    return eliminated(groups, believe, whole), whole
+
+
 def usual_deviation(particle: Particle) -> Array:
     """Standard deviations (8,) that a body's mass properties have from those of its surface: more where its outlines show hollows."""
     usual = np.array([COM_SHARE * particle.extent_m] * 3 + [MOMENTS] * 2 + [PRODUCTS] * 3)
     hollow = np.array([HOLLOW_COM * particle.extent_m] * 3 + [HOLLOW_MOMENTS] * 2 + [HOLLOW_PRODUCTS] * 3)
     return np.hypot(usual, particle.hollow * hollow)
-
-
-def _beside(samples: Sequence[Samples], believe: Believed, noise_px: Sequence[float]) -> list[tuple[Samples, Believed, float]]:
-    return [(each, believe, noise) for each, noise in zip(samples, noise_px, strict=True)]
 
 
 def _mass_rows(surface: Surface, now: Array, about: Known, deviation: Array) -> Whole:
@@ -173,10 +177,11 @@ def _mass_rows(surface: Surface, now: Array, about: Known, deviation: Array) -> 
 
 @dataclass(frozen=True)
 class RecordedMotion(Generic[M_co]):
-    """A motion of p parameters and the sightings that recorded it."""
+    """A motion of p parameters and the sightings that recorded it; ``slow`` (n, 6, k): slow errors of its poses, k more parameters."""
 
     sightings: Sightings
     motion: M_co
+    slow: Array | None = None
 
     @property
     def own_px(self) -> float:
@@ -185,8 +190,8 @@ class RecordedMotion(Generic[M_co]):
 
     @property
     def place(self) -> Index:
-        """All there are (p,)."""
-        return np.arange(self.motion.layout.size)
+        """All there are (p + k,)."""
+        return np.arange(self.motion.layout.size + (0 if self.slow is None else self.slow.shape[2]))
 
     @property
     def mass(self) -> Array:
@@ -195,7 +200,7 @@ class RecordedMotion(Generic[M_co]):
 
     def samples(self, surface: Surface) -> Samples:
         """Those of the frames."""
-        return samples_of_frames(surface, self.sightings, self.motion)
+        return samples_of_frames(surface, self.sightings, self.motion, self.slow)
 
     def moved(self, step: Array) -> "RecordedMotion[M_co]":
         """After a ``step`` (p,) of the motion's parameters."""
@@ -204,19 +209,24 @@ class RecordedMotion(Generic[M_co]):
 
 @dataclass(frozen=True)
 class JointFit(Generic[M_co]):
-    """``motion`` with its ``covariance`` (p, p) and the ``surface``; ``settled``: whether the steps became small.
+    """``motion`` with its ``covariance`` (p, p), its ``bound`` (p, p), were the surface known, and the ``surface``.
+
+    ``settled``: whether the steps became small.
 
     ``noise_px``: effective noise that samples of views and of frames were found to have, ``outline_noise_px`` what their outlines show by
-    themselves; ``scale``: how much further from what views and prior prefer the surface is than they say.
+    themselves; ``scale``: how much further from what views and prior prefer the surface is than they say; ``misfit``: whether what is left
+    is noise.
     """
 
     motion: M_co
     covariance: Array
+    bound: Array
     surface: Surface
     noise_px: tuple[float, ...]
     outline_noise_px: tuple[float, ...]
     settled: bool
     scale: float
+    misfit: Misfit | None
 
 
 def joint_fit(
@@ -239,7 +249,30 @@ def joint_fit(
     (one,), last = found.recorded, found.last
     end = scaled_step(last.fitted, last.whole, last.known.information, last.known.pull)
     motion = one.motion.moved(end.step - last.step)
-    return JointFit(motion, end.covariance, found.surface, found.noise_px, found.outline_noise_px, found.settled, end.scale)
+    tested = _misfit(particle, found, replace(one, motion=motion), known(motion), huber=huber)
+    return JointFit(
+        motion,
+        end.covariance,
+        scaled_inverse(last.known.information + last.fitted.of_motions(last.whole)),
+        found.surface,
+        found.noise_px,
+        found.outline_noise_px,
+        found.settled,
+        end.scale,
+        tested,
+    )
+
+
+def _misfit(
+    particle: Particle, found: Joined[RecordedMotion[M]], one: RecordedMotion[M], known: NormalEquations, *, huber: float
+) -> Misfit | None:
+    """Whether slow errors of the poses are left where the fit has ended, the surface free to answer to them."""
+    basis, p, noise = slow_errors(one.sightings.times_s), len(known.g), found.noise_px
+    more = (0, basis.shape[2])
+    about = Known(one.motion.first.body, np.r_[COM, INERTIA], np.pad(known.H, more), np.pad(known.g, more))
+    fitted, whole = _linearised(particle, found.surface, [replace(one, slow=basis)], about, noise_px=noise, huber=huber)
+    end = scaled_step(fitted, whole, about.information, about.pull)
+    return misfit_of(end.step[p:], end.covariance[p:, p:], basis, noise[1] / found.outline_noise_px[1])
 
 
 def beside_the_surface(prior: Prior, facts: Sequence[Fact[M]] = ()) -> Callable[[M], NormalEquations]:
