@@ -12,7 +12,6 @@ from estimator.fitting.weighed_tangencies import linearise
 from estimator.motion.flight import Motion
 from estimator.particle.particle import Particle
 from estimator.surface.joint import JointFit, beside_the_surface, joint_fit
-from estimator.surface.shape import made_shape
 from estimator.surface.told import surface_sentence, surface_statistics
 
 
@@ -21,8 +20,7 @@ def on_all_samples(
 ) -> JointFit[M]:
     """The motion fitted once more, to every outline sample and with the surface as an unknown; ``facts``: what else is known of it."""
     huber, seed = configuration.huber, configuration.seed
-    begin = motion, made_shape(particle, huber=huber, seed=seed)
-    return joint_fit(particle, task.sightings, begin, beside_the_surface(task.prior, facts), huber=huber, seed=seed)
+    return joint_fit(particle, task.sightings, motion, beside_the_surface(task.prior, facts), huber=huber, seed=seed)
 
 
 def with_joint(refined: Refined[M], joint: JointFit[M]) -> Refined[M]:

@@ -3,12 +3,14 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from datasets.observation import CalibratedView
+from datasets.vocabulary.outline import Outline
 from estimator.appearance.flight_errors import particle_poses
 from estimator.data.fit_task import Sightings
-from estimator.motion.flight import OFFSET, Motion, poses_and_sensitivity
+from estimator.motion.flight import OFFSET, Motion, flown, poses_and_sensitivity
 from estimator.surface.contact import contact_of
 from estimator.surface.samples import Samples, across_of, stacked
-from estimator.surface.star_surface import Surface
+from estimator.surface.star_surface import Seen, Surface
 
 
 def samples_of_frames(surface: Surface, sightings: Sightings, motion: Motion, further: NDArray[np.float64] | None = None) -> Samples:
@@ -30,3 +32,15 @@ def samples_of_frames(surface: Surface, sightings: Sightings, motion: Motion, fu
         by_motion[:, OFFSET] = -1.0
         parts.append((met, across @ placed.R[k], by_motion))
     return stacked(surface, parts, motion.first.offset_px)
+
+
+def seen_under(motion: Motion, sightings: Sightings) -> list[Seen]:
+    """The outlines that are whole, and cameras that see the particle at rest as a motion shows it."""
+    placed = particle_poses(motion.first, flown(motion, sightings.times_s), sightings)
+    return [
+        (
+            Outline(sightings.outlines_px[k]),
+            CalibratedView(sightings.cameras[int(sightings.camera[k])].intrinsics, placed.R[k], placed.t[k]),
+        )
+        for k in np.flatnonzero(sightings.silhouettes.whole)
+    ]

@@ -22,12 +22,12 @@ from estimator.fitting.tasks import HOLLOW_MOMENTS, HOLLOW_PRODUCTS
 from estimator.motion.flight import COM, INERTIA
 from estimator.particle.particle import Particle
 from estimator.surface.arrow import Eliminated, Whole, eliminated, weighed
-from estimator.surface.evenness import believed
-from estimator.surface.frame_samples import samples_of_frames
+from estimator.surface.evenness import Believed, believed
+from estimator.surface.frame_samples import samples_of_frames, seen_under
 from estimator.surface.mass import N_MASS, mass_response
 from estimator.surface.samples import Samples, samples_of_views
-from estimator.surface.shape import Shape, own_noise_px
-from estimator.surface.star_surface import Surface
+from estimator.surface.shape import ALIGNED, SHARP, Shape, believed_in, own_noise_px
+from estimator.surface.star_surface import Surface, star_surface
 from estimator.surface.surface_scale import scaled_step
 
 Array = NDArray[np.float64]
@@ -121,39 +121,55 @@ class Last:
 
 
 def joined(
-    particle: Particle, shape: Shape, recorded: Sequence[R], known: Callable[[Sequence[R]], Known], *, huber: float, seed: int
+    particle: Particle,
+    shape: Shape,
+    recorded: Sequence[R],
+    known: Callable[[Sequence[R]], Known],
+    *,
+    huber: float,
+    seed: int,
+    first: int = SHARP,
 ) -> Joined[R]:
     """Surface and motions by steps that take all along, from a ``shape`` and what the recordings begin with.
 
     ``known`` says what is known where the recordings are. ``huber``: standard deviations beyond which a sample's influence stays constant;
-    ``seed`` of the random signs.
+    ``seed`` of the random signs; ``first``: the round of :func:`estimator.surface.shape.scale_in` to begin with, 0 for a hull.
     """
     recorded, surface, rng, about = list(recorded), shape.surface, np.random.default_rng(seed), known(recorded)
     own = own_noise_px(particle.seen), *(each.own_px for each in recorded)
     noise_px: tuple[float, ...] = (shape.noise_px, *own[1:])
     covariance, settled, gain, last = np.zeros((about.size, about.size)), False, 1.0, np.zeros(about.size)
-    for _ in range(MOST_ROUNDS):
-        about = known(recorded)
-        fitted, whole = _linearised(particle, surface, recorded, about, noise_px=noise_px, huber=huber)
+    for number in range(first, SHARP + MOST_ROUNDS):
+        about, believe = known(recorded), believed_in(surface, number)
+        fitted, whole = _linearised(particle, (surface, believe), recorded, about, noise_px=noise_px, huber=huber)
         covariance = scaled_inverse(fitted.H + about.information)
         step = -covariance @ (fitted.g + about.pull)
         sizes = step / np.sqrt(np.maximum(np.diag(covariance), 1e-300))
-        gain *= TURNED if last @ sizes < 0.0 else 1.0
-        noise_px, last = fitted.noise(step, noise_px, rng), sizes
+        gain *= TURNED if last @ sizes < 0.0 and number > SHARP else 1.0
+        noise_px, last = fitted.noise(step, noise_px, rng) if number >= ALIGNED else noise_px, sizes
         surface = surface.moved(fitted.corners(gain * step))
         recorded = [each.moved(gain * step[each.place]) for each in recorded]
         settled = bool(gain * np.max(np.abs(sizes)) < SETTLED)
-        if settled:
+        if settled and number >= SHARP:
             break
     last_step = Last(fitted, whole, about, step)
     return Joined(tuple(recorded), covariance, surface, noise_px, own, settled, last_step)
 
 
 def _linearised(
-    particle: Particle, surface: Surface, recorded: Sequence[R], about: Known, *, noise_px: Sequence[float], huber: float
+    particle: Particle,
+    surfaced: tuple[Surface, Believed],
+    recorded: Sequence[R],
+    about: Known,
+    *,
+    noise_px: Sequence[float],
+    huber: float,
 ) -> tuple[Eliminated, Whole]:
-    """The equations without the surface, and the rows of mass properties in them; noise of views first, then of every recording."""
-    believe = believed(surface)
+    """The equations without the surface, and the rows of mass properties in them; noise of views first, then of every recording.
+
+    ``surfaced``: the surface and what is believed of it.
+    """
+    surface, believe = surfaced
     views = samples_of_views(surface, particle.outlines, particle.calibrated, motions=0)
     samples, place = (views, *(each.samples(surface) for each in recorded)), (np.arange(0), *(each.place for each in recorded))
     groups = [weighed(each, believe, px, huber, where) for each, px, where in zip(samples, noise_px, place, strict=True)]
@@ -230,9 +246,9 @@ class JointFit(Generic[M_co]):
 
 
 def joint_fit(
-    particle: Particle, sightings: Sightings, begin: tuple[M, Shape], known: Callable[[M], NormalEquations], *, huber: float, seed: int
+    particle: Particle, sightings: Sightings, motion: M, known: Callable[[M], NormalEquations], *, huber: float, seed: int
 ) -> JointFit[M]:
-    """Surface and one motion, from a motion that the tangents gave and the shape that the views give.
+    """Surface and one motion, from a motion that the tangents gave and the hull of the views and of the frames under it.
 
     ``known``: what priors and facts say of the motion's parameters. ``huber``: standard deviations beyond which a sample's influence stays
     constant; ``seed`` of the random signs.
@@ -243,9 +259,9 @@ def joint_fit(
         told = known(motion)
         return Known(motion.first.body, np.r_[COM, INERTIA], told.H, told.g)
 
-    motion, shape = begin
+    shape = Shape(star_surface(particle, seen_under(motion, sightings)), own_noise_px(particle.seen))
     start = RecordedMotion(sightings, motion.with_first(replace(motion.first, offset_px=0.0)))
-    found = joined(particle, shape, [start], about, huber=huber, seed=seed)
+    found = joined(particle, shape, [start], about, huber=huber, seed=seed, first=0)
     (one,), last = found.recorded, found.last
     end = scaled_step(last.fitted, last.whole, last.known.information, last.known.pull)
     motion = one.motion.moved(end.step - last.step)
@@ -270,7 +286,8 @@ def _misfit(
     basis, p, noise = slow_errors(one.sightings.times_s), len(known.g), found.noise_px
     more = (0, basis.shape[2])
     about = Known(one.motion.first.body, np.r_[COM, INERTIA], np.pad(known.H, more), np.pad(known.g, more))
-    fitted, whole = _linearised(particle, found.surface, [replace(one, slow=basis)], about, noise_px=noise, huber=huber)
+    surfaced = found.surface, believed(found.surface)
+    fitted, whole = _linearised(particle, surfaced, [replace(one, slow=basis)], about, noise_px=noise, huber=huber)
     end = scaled_step(fitted, whole, about.information, about.pull)
     return misfit_of(end.step[p:], end.covariance[p:, p:], basis, noise[1] / found.outline_noise_px[1])
 

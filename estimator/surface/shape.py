@@ -9,7 +9,7 @@ from estimator.geometry.silhouettes import Silhouettes
 from estimator.particle.made_once import FittedSurface
 from estimator.particle.particle import Particle
 from estimator.surface.arrow import eliminated, no_rows, weighed
-from estimator.surface.evenness import BENT, LEAST_BEND, believed
+from estimator.surface.evenness import BENT, LEAST_BEND, Believed, believed
 from estimator.surface.samples import samples_of_views
 from estimator.surface.star_surface import SUBDIVISIONS, Surface, sphere_of, star_surface
 
@@ -48,16 +48,21 @@ def shape_of(particle: Particle, *, huber: float, seed: int, subdivisions: int =
 
     ``huber``: standard deviations beyond which a sample's influence stays constant; ``seed`` of the random signs.
     """
-    surface, rng = star_surface(particle, subdivisions), np.random.default_rng(seed)
+    surface, rng = star_surface(particle, subdivisions=subdivisions), np.random.default_rng(seed)
     noise_px: tuple[float, ...] = (own_noise_px(particle.seen),)
     alone = np.zeros(0)  # no motions
     for number in range(ROUNDS):
-        prior = believed(surface, scale_in(number), bent=BENT if number else np.inf)
+        prior = believed_in(surface, number)
         samples = samples_of_views(surface, particle.outlines, particle.calibrated, motions=0)
         fitted = eliminated([weighed(samples, prior, noise_px[0], huber)], prior, no_rows(len(surface.vertices)))
         noise_px = fitted.noise(alone, noise_px, rng) if number >= ALIGNED else noise_px
         surface = surface.moved(fitted.corners(alone))
     return Shape(surface, noise_px[0])
+
+
+def believed_in(surface: Surface, number: int) -> Believed:
+    """What is believed of a surface in a round; corners of the hull that it begins as are no edges."""
+    return believed(surface, scale_in(number), bent=BENT if number else np.inf)
 
 
 def scale_in(number: int) -> float:

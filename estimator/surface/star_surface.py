@@ -1,5 +1,6 @@
 """A closed surface whose corners are free, and the one it begins as: the visual hull along the directions of a subdivided icosahedron."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 
@@ -16,6 +17,7 @@ from estimator.geometry.visual_hull import HullMesh, bounding_ball
 from estimator.particle.particle import Particle
 
 Array = NDArray[np.float64]
+Seen = tuple[Outline, CalibratedView]
 SUBDIVISIONS = 5
 """10,242 directions: edges are a sixtieth of the body's extent, one pixel of a recording and several of a view that fills its picture."""
 CORNERS = 12
@@ -99,15 +101,16 @@ class Surface:
         return replace(self, vertices=self.vertices + by_m)
 
 
-def star_surface(particle: Particle, subdivisions: int = SUBDIVISIONS) -> Surface:
+def star_surface(particle: Particle, further: Sequence[Seen] = (), subdivisions: int = SUBDIVISIONS) -> Surface:
     """The visual hull of a particle's views as seen from its centre of mass: where each direction first leaves one of the views' cones.
 
-    No direction goes further than the diameter of the ball that holds the body, not even one that leaves no cone.
+    No direction goes further than the diameter of the ball that holds the body, not even one that leaves no cone. ``further``: more
+    outlines, and the cameras that show them.
     """
     ball, centre = sphere(subdivisions), particle.body.com_particle
     _, radius = bounding_ball(particle.outlines, particle.calibrated)
     reach = np.full(len(ball.directions), 2.0 * radius)
-    for outline, view in zip(particle.outlines, particle.calibrated, strict=True):
+    for outline, view in (*zip(particle.outlines, particle.calibrated, strict=True), *further):
         np.minimum(reach, _left_at(outline, view, centre, ball.directions), out=reach)
     return Surface(ball, centre, centre + reach[:, None] * ball.directions)
 

@@ -84,7 +84,7 @@ def measured(made: tuple[Observation, Truth]) -> Measured:
 
 def test_flat_faces_are_no_pillows_as_the_hull_s_are(made: tuple[Observation, Truth], measured: Measured) -> None:
     true = solid_of(HullMesh(made[1].mesh_vertices, made[1].mesh_faces)).volume
-    surfaces = star_surface(measured.particle, COARSE), measured.shape.surface
+    surfaces = star_surface(measured.particle, subdivisions=COARSE), measured.shape.surface
     hull, found = (solid_of(HullMesh(s.vertices, s.sphere.mesh.faces)).volume / true - 1.0 for s in surfaces)
     assert hull > 0.015
     assert abs(found) < 0.6 * hull
@@ -122,7 +122,7 @@ def test_the_tangency_errors_that_are_told_are_those_of_its_own_flight(measured:
 
 
 def test_derivatives_by_the_flight_are_differences(measured: Measured) -> None:
-    surface = star_surface(measured.particle, COARSE)
+    surface = star_surface(measured.particle, subdivisions=COARSE)
     step = np.zeros(N_PARAMETERS)
     step[:12] = [2e-6, -2e-6, 4e-5, 5e-4, -5e-4, 5e-4, 1e-4, 1e-4, 2e-3, 0.02, -0.02, 0.02]
     at, after = (samples_of_frames(surface, measured.sightings, flight) for flight in (measured.flight, moved(measured.flight, step)))

@@ -51,7 +51,7 @@ def test_a_direction_that_hardly_leaves_a_cone_ends_with_the_ball() -> None:
     views = tuple(view([0.03 * k, 0.02 * k, 0.0]) for k in range(3))
     outlines = (blob(0.0),) * 3
     particle: Any = SimpleNamespace(outlines=outlines, calibrated=views, body=SimpleNamespace(com_particle=CENTRE))
-    reach = np.linalg.norm(star_surface(particle, 3).vertices - CENTRE, axis=1)
+    reach = np.linalg.norm(star_surface(particle, subdivisions=3).vertices - CENTRE, axis=1)
     _, radius = bounding_ball(outlines, views)
     assert np.isfinite(reach).all()
     np.testing.assert_allclose(reach.max(), 2.0 * radius)
