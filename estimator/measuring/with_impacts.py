@@ -2,7 +2,8 @@
 
 The longest segment is searched from nothing, as a free flight is. Each neighbour starts from the pose that it shares with it at the
 impact, and is searched from nothing only where that leads nowhere. Competing minima of the longest segment are carried through all
-segments: what a slow first flight leaves open, the tumbling after the impact usually decides.
+segments: what a slow first flight leaves open, the tumbling after the impact usually decides. Where samples are asked for, they fit the
+flight that tangents end with.
 """
 
 from dataclasses import replace
@@ -31,7 +32,7 @@ from estimator.impacts.chains import (
 from estimator.impacts.impact_contacts import SeparatedContacts, contact_sentences, separated_contacts
 from estimator.impacts.impact_judging import Chain, judge_chain, rivals_of
 from estimator.impacts.impact_search import Kink
-from estimator.impacts.loose_contact import as_contacts_last
+from estimator.impacts.loose_contact import with_lasting_contacts
 from estimator.impacts.piecewise_fit import PiecewiseRefined, facts_of
 from estimator.impacts.plate_contact import PlateTask
 from estimator.impacts.plate_edge import edge_sentence
@@ -70,7 +71,7 @@ def _estimated(seen: Seen, kinks: list[Kink], configuration: Configuration) -> E
     plate = None if told.widened else _plate_of(seen, told.refined, configuration)
     sampled = bool(configuration.surface_fit) and not told.widened
     if plate is not None or sampled:
-        flight = as_contacts_last(told.refined.flight) if sampled else told.refined.flight
+        flight = with_lasting_contacts(told.refined.flight) if sampled else told.refined.flight
         told = replace(told, refined=refined_chain(seen, task, flight, configuration, plate))
     joint = on_all_samples(told.refined.flight, task, seen.particle, configuration, facts_of(plate, task)) if sampled else None
     told = told if joint is None else replace(told, refined=with_joint(told.refined, joint))
