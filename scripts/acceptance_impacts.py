@@ -5,6 +5,10 @@ plate and a fall of its own; the seed is drawn anew, and printed, where none is 
 work whose rows are written when it is done, so a killed run goes on where it was (with the same seed). Prints the share of impacts found,
 the error of their times, errors of the velocities after them, and how often 95% intervals hold the truth, of all impacts and of the first
 of each sequence. ``--result FILE.json`` writes these; ``--page FILE.md`` a page of them.
+
+``--fits tangents samples [--bodies cut jagged smooth --particles FOLDER]``: each sequence by tangents and by samples (`surface_fit`), and
+instead of the above the errors of both beside one another: of the velocities before the first impact and after the last, of restitution and
+of the ratio of impulses, with pulls and the share of 95% intervals and ellipsoids that hold the truth.
 """
 
 import json
@@ -15,34 +19,58 @@ from typing import Any
 import numpy as np
 
 from datasets.atomic_files import written_whole
+from datasets.estimate import Estimate
 from datasets.recipes.recipe import DropperRecipe, ParticleRecipe, PlateRecipe, Recipe
 from datasets.scoring.impacts import impact_table, score_impacts
+from datasets.truth import Truth
 from estimator.data.configuration import Configuration
 from estimator.measure import measure
 from scripts.acceptance_runs import acceptance_parser, run_missing, seed_of, write_figures
-from scripts.impact_figures import impact_figures, impacts_table, not_found, statuses_of
+from scripts.impact_figures import compared_figures, compared_table, contact_errors, impact_figures, impacts_table, not_found, statuses_of
+from scripts.scanned_particles import REGULAR
 from synth.sequence import build_silhouette_sequence
 from tumble.engine import Item
 
+FITS = {"tangents": Configuration(), "samples": Configuration(surface_fit=1, offset_prior_px=0.001)}
+"""Outlines have no offset here, and who knows that states it: beside gravity their size alone says how far away a body is."""
 
-def recipe_of(seed: int, sequences: int) -> Recipe:
+
+def particle_of(body: str, particles: str) -> ParticleRecipe:
+    """The particles of a kind of ``body``; scanned ones lie in the folder ``particles``."""
+    if body == "smooth":
+        return ParticleRecipe(files=tuple(str(Path(particles) / f"{name}.ply") for name in REGULAR), size_mm=(4.0, 7.0))
+    return ParticleRecipe(family="jagged" if body == "jagged" else "cut_stone", irregularity=0.5, size_mm=(4.0, 7.0))
+
+
+def recipe_of(seed: int, sequences: int, particle: ParticleRecipe) -> Recipe:
     """One run per experiment: each sequence has a particle, a plate and a fall of its own."""
-    particle = ParticleRecipe(irregularity=0.5, size_mm=(4.0, 7.0))
     dropper = DropperRecipe(runs=1, height_mm=(60.0, 150.0))
     return Recipe(seed=seed, sequences=sequences, particle=particle, plate=PlateRecipe(tilt_deg=(10.0, 30.0)), dropper=dropper)
 
 
 def one_sequence(payload: dict[str, Any]) -> dict[str, Any]:
     """Make, estimate and score one sequence; writes the rows of its impacts."""
-    observation, truth = build_silhouette_sequence(recipe_of(payload["seed"], payload["sequences"]), payload["index"])
-    began = time.process_time()
-    result = measure(observation, Configuration())
-    spent = time.process_time() - began
-    told = {"status": result.status.value, "message": result.message, "cpu_s": spent}
-    rows = [{**row, **told} for row in score_impacts(result, truth)]
+    recipe = recipe_of(payload["seed"], payload["sequences"], particle_of(payload["body"], payload["particles"]))
+    observation, truth = build_silhouette_sequence(recipe, payload["index"])
+    rows, told = [], {}
+    for fit in payload["fits"]:
+        began = time.process_time()
+        result = measure(observation, FITS[fit])
+        spent = time.process_time() - began
+        told = {"status": result.status.value, "message": result.message, "cpu_s": spent, "fit": fit, "body": payload["body"]}
+        rows += [{**row, **told} for row in _scored(result, truth)]
     with written_whole(Path(payload["product"])) as path:
         path.write_text(json.dumps([{key: _plain(value) for key, value in row.items()} for row in rows]))
-    return {"status": result.status.value}
+    return {"status": told["status"]}
+
+
+def _scored(result: Estimate, truth: Truth) -> list[dict[str, Any]]:
+    """The rows of a sequence's impacts; what contact models are fitted to, where the first was a single contact."""
+    rows = score_impacts(result, truth)
+    if rows and rows[0]["found"] and rows[0]["contacts"] == 1:
+        nearest = min(result.impacts, key=lambda impact: abs(impact.time_s - truth.impacts[0].time_s))
+        rows[0] |= contact_errors(nearest, truth.impacts[0])
+    return rows
 
 
 def _plain(value: Any) -> Any:
@@ -67,20 +95,28 @@ Statuses: {statuses_of(result)}. Median computing time {result["median_cpu_s"]:.
 def main() -> int:
     """Run what is missing, print and write the result."""
     parser = acceptance_parser(__doc__, "out/acceptance_impacts")
-    parser.add_argument("--sequences", type=int, default=100)
+    parser.add_argument("--sequences", type=int, default=100, help="of each kind of body")
+    parser.add_argument("--fits", nargs="+", choices=list(FITS), default=["tangents"])
+    parser.add_argument("--bodies", nargs="+", choices=["cut", "jagged", "smooth"], default=["cut"])
+    parser.add_argument("--particles", default="", help="folder with the scanned particles (PLY)")
     arguments = parser.parse_args()
-    seed = seed_of(arguments)
-    items = []
-    for index in range(arguments.sequences):
-        product = arguments.out / f"{seed}-{index:04d}.json"
-        payload = {"seed": seed, "sequences": arguments.sequences, "index": index, "product": str(product)}
-        items.append(Item(product.stem, payload, product))
+    seed, items = seed_of(arguments), []
+    asked = {key: getattr(arguments, key) for key in ("sequences", "fits", "particles")}
+    for body in arguments.bodies:
+        for index in range(arguments.sequences):
+            product = arguments.out / f"{body}-{'-'.join(arguments.fits)}-{seed}-{index:04d}.json"
+            items.append(Item(product.stem, {"seed": seed, "body": body, "index": index, "product": str(product), **asked}, product))
     run_missing(one_sequence, items, arguments, "sequences")
     table = impact_table([row for item in items if item.product.exists() for row in json.loads(item.product.read_text())])
     table.to_csv(arguments.out / "table.csv", index=False)
-    result = {"seed": seed, **impact_figures(table)}
-    print(json.dumps(result, indent=1, allow_nan=False))
-    write_figures(result, page(result), arguments)
+    if len(arguments.fits) > 1:
+        bodies = {body: compared_figures({fit: part for fit, part in of.groupby("fit")}) for body, of in table.groupby("body", sort=False)}
+        told, text = {"seed": seed, "bodies": bodies}, compared_table(bodies, arguments.fits)
+    else:
+        told = {"seed": seed, **impact_figures(table)}
+        text = page(told)
+    print(json.dumps(told, indent=1, allow_nan=False))
+    write_figures(told, text, arguments)
     return 0
 
 

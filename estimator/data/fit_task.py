@@ -10,7 +10,7 @@ from datasets.vocabulary.camera import HsvCamera
 from estimator.data.views import Views
 from estimator.geometry.closed_curves import unit_circle
 from estimator.geometry.outline_bias import OutlineBias
-from estimator.geometry.silhouettes import Silhouettes
+from estimator.geometry.silhouettes import Silhouettes, near_unsure
 from estimator.motion.flight import LAYOUT
 
 Array = NDArray[np.float64]
@@ -22,7 +22,8 @@ OUTWARD: Array = unit_circle(720)
 class Sightings:
     """The silhouettes of a sequence that are used: hull ``n`` was seen by camera ``camera[n]`` in frame ``frame[n]`` at ``times_s[n]``.
 
-    ``camera``, ``frame``, ``times_s`` (n,). ``outlines_px`` (v, 2) of each with its hollows, as seen; none where they are not known.
+    ``camera``, ``frame``, ``times_s`` (n,). ``outlines_px`` (v, 2) of each with its hollows, as seen, and ``unsure`` (v,) which of those
+    points may not be the particle's edge, empty where all are; none where they are not known.
     """
 
     silhouettes: Silhouettes
@@ -31,6 +32,7 @@ class Sightings:
     times_s: Array
     cameras: tuple[HsvCamera, ...]
     outlines_px: tuple[Array, ...] = ()
+    unsure: tuple[NDArray[np.bool_], ...] = ()
 
     def __len__(self) -> int:
         return len(self.frame)
@@ -61,8 +63,15 @@ class Sightings:
     def take(self, rows: NDArray[np.int64]) -> "Sightings":
         """The sightings ``rows`` (k,) alone."""
         outlines = tuple(self.outlines_px[i] for i in rows) if self.outlines_px else ()
+        unsure = tuple(self.unsure[i] for i in rows) if self.unsure else ()
         silhouettes = self.silhouettes.take(rows.tolist())
-        return Sightings(silhouettes, self.camera[rows], self.frame[rows], self.times_s[rows], self.cameras, outlines)
+        return Sightings(silhouettes, self.camera[rows], self.frame[rows], self.times_s[rows], self.cameras, outlines, unsure)
+
+    def sure_px(self, number: int) -> Array:
+        """Points (s, 2) px of an outline that are the particle's edge, in its order: those away from unsure ones."""
+        points = self.outlines_px[number]
+        unsure = self.unsure[number] if self.unsure else np.zeros(0, dtype=np.bool_)
+        return points[~near_unsure(points, points, unsure)] if unsure.any() else points
 
 
 @dataclass(frozen=True)

@@ -87,8 +87,13 @@ def silhouettes(
 
 
 def _with_unsure(hull: TangentHull, outline: Outline, unsure: NDArray[np.bool_]) -> TangentHull:
-    near = cKDTree(outline.points_px[unsure]).query(hull.points_px)[0] <= UNSURE_REACH_PX
+    near = near_unsure(hull.points_px, outline.points_px, unsure)
     return replace(hull, sigma_px=np.where(near, UNSURE_PX, hull.sigma_px))
+
+
+def near_unsure(points_px: Array, outline_px: Array, unsure: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Which of ``points_px`` (k, 2) lie near the ``unsure`` ones (v,), at least one, of an outline ``outline_px`` (v, 2)."""
+    return np.asarray(cKDTree(outline_px[unsure]).query(points_px)[0] <= UNSURE_REACH_PX)
 
 
 def like_silhouettes(

@@ -22,6 +22,9 @@ from estimator.motion.piecewise import SHIFT, Loose, PiecewiseFlight, named, tou
 Array = NDArray[np.float64]
 COORDINATES = 5
 """Of a shift of the pose that is no shift of the time."""
+CONTACT_S = 2e-6
+"""Spread of a single contact, in which friction does not act in time with the normal force: the truth of 15 made drops of cut and jagged
+stones has contacts of 14 to 29 µs and z of 0.3 to 1.6 µs in the root mean square (trial run)."""
 LONGEST_SPREAD_S = 1.0
 """Of a contact in time, above all that an impact lasts: an end of the search for a root, and no prior to speak of."""
 
@@ -33,6 +36,13 @@ def loosened(flight: PiecewiseFlight, number: int, spread_s: float) -> Piecewise
     sizes = np.repeat([np.linalg.norm(jump[:3]), np.linalg.norm(jump[3:])], 3) / np.sqrt(3.0)
     sizes = np.maximum(sizes, 1e-9)
     return with_loose(flight, number, Loose(sizes[:, None] * null_space((jump / sizes)[None]), spread_s))
+
+
+def with_lasting_contacts(flight: PiecewiseFlight) -> PiecewiseFlight:
+    """The flight with impacts that were held to one pose as loose as a single contact leaves them."""
+    for number, bounce in enumerate(flight.bounces):
+        flight = flight if bounce.loose is not None else loosened(flight, number, CONTACT_S)
+    return flight
 
 
 def with_loose(flight: PiecewiseFlight, number: int, loose: Loose | None) -> PiecewiseFlight:

@@ -2,7 +2,8 @@
 
 The longest segment is searched from nothing, as a free flight is. Each neighbour starts from the pose that it shares with it at the
 impact, and is searched from nothing only where that leads nowhere. Competing minima of the longest segment are carried through all
-segments: what a slow first flight leaves open, the tumbling after the impact usually decides.
+segments: what a slow first flight leaves open, the tumbling after the impact usually decides. Where samples are asked for, they fit the
+flight that tangents end with.
 """
 
 from dataclasses import replace
@@ -31,6 +32,7 @@ from estimator.impacts.chains import (
 from estimator.impacts.impact_contacts import SeparatedContacts, contact_sentences, separated_contacts
 from estimator.impacts.impact_judging import Chain, judge_chain, rivals_of
 from estimator.impacts.impact_search import Kink
+from estimator.impacts.loose_contact import with_lasting_contacts
 from estimator.impacts.piecewise_fit import PiecewiseRefined, facts_of
 from estimator.impacts.plate_contact import PlateTask
 from estimator.impacts.plate_edge import edge_sentence
@@ -43,7 +45,6 @@ from estimator.reports.impact_reporting import impacts_estimate
 from estimator.reports.reporting import empty_estimate
 from estimator.reports.verdict import failed
 from estimator.search.candidate_flights import same_flight
-from estimator.surface.joint import JointFit
 
 Array = NDArray[np.float64]
 
@@ -68,9 +69,11 @@ def _estimated(seen: Seen, kinks: list[Kink], configuration: Configuration) -> E
     chains = _without_the_same(seen, task, (chains, refined), configuration)
     chains, told = _with_contacts(seen, task, (chains, refined), configuration)
     plate = None if told.widened else _plate_of(seen, told.refined, configuration)
-    if plate is not None:
-        told = replace(told, refined=refined_chain(seen, task, told.refined.flight, configuration, plate))
-    joint = _on_all_samples(seen, task, (told, plate), configuration)
+    sampled = bool(configuration.surface_fit) and not told.widened
+    if plate is not None or sampled:
+        flight = with_lasting_contacts(told.refined.flight) if sampled else told.refined.flight
+        told = replace(told, refined=refined_chain(seen, task, flight, configuration, plate))
+    joint = on_all_samples(told.refined.flight, task, seen.particle, configuration, facts_of(plate, task)) if sampled else None
     told = told if joint is None else replace(told, refined=with_joint(told.refined, joint))
     status, message = judge_chain(chains, told.refined, configuration)
     outcome = (status, " ".join([message, *contact_sentences(told, frame_interval_s(seen))]))
@@ -80,19 +83,6 @@ def _estimated(seen: Seen, kinks: list[Kink], configuration: Configuration) -> E
     statistics = {**estimate.statistics, "impacts": [dict(vars(s)) for s in told.spreads]}
     estimate = _unless_broken(replace(estimate, statistics=statistics), seen.observation.clock.times_s)
     return estimate if joint is None else with_surface(estimate, joint)
-
-
-def _on_all_samples(
-    seen: Seen, task: FitTask, known: tuple[SeparatedContacts, PlateTask | None], configuration: Configuration
-) -> JointFit[PiecewiseFlight] | None:
-    """The flight with impacts fitted to every sample, as tangents leave it and with what they hold it to.
-
-    None where that is not asked for, nor where an impact of several contacts is held to one pose that outlines contradict.
-    """
-    told, plate = known
-    if not configuration.surface_fit or told.widened:
-        return None
-    return on_all_samples(told.refined.flight, task, seen.particle, configuration, facts_of(plate, task))
 
 
 def _unless_broken(estimate: Estimate, times_s: Array) -> Estimate:

@@ -22,9 +22,9 @@ def samples_of_frames(surface: Surface, sightings: Sightings, motion: Motion, fu
     sensitivity = sensitivity if further is None else np.concatenate([sensitivity, further], axis=2)
     placed = particle_poses(motion.first, predicted, sightings)
     parts = []
-    for k, outline in enumerate(sightings.outlines_px):
+    for k in range(len(sightings)):
         camera = sightings.cameras[int(sightings.camera[k])]
-        met = contact_of(surface, camera.intrinsics, placed.R[k], placed.t[k], outline)
+        met = contact_of(surface, camera.intrinsics, placed.R[k], placed.t[k], sightings.sure_px(k))
         across = across_of(met, camera.intrinsics)
         world = across @ camera.R_cam_world
         arm = (met.point - camera.t_cam_world) @ camera.R_cam_world - predicted.centre[k, 0]
