@@ -26,8 +26,7 @@ def on_all_samples(
 def with_joint(refined: Refined[M], joint: JointFit[M]) -> Refined[M]:
     """The motion of the joint fit in place of the refined one; its tangency errors are those there."""
     at = linearise(refined.at.task, joint.motion, refined.at.settings)
-    settled = refined.settled and joint.settled
-    return replace(refined, flight=joint.motion, covariance=joint.covariance, bound=joint.bound, settled=settled, at=at)
+    return replace(refined, flight=joint.motion, covariance=joint.covariance, bound=joint.bound, settled=joint.settled, at=at)
 
 
 def with_surface(estimate: Estimate, joint: JointFit[Motion]) -> Estimate:

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -21,9 +22,9 @@ from estimator.motion.piecewise import SHIFT, TIME, PiecewiseFlight, named
 from estimator.outlines.sightings import tracks_of
 from estimator.particle.observed import observed_particle
 from estimator.particle.particle import Particle
+from estimator.surface import joint as joint_module
 from estimator.surface.frame_samples import samples_of_frames
 from estimator.surface.joint import JointFit, joint_fit
-from estimator.surface.shape import Shape, shape_of
 from estimator.surface.star_surface import star_surface
 from synth.sequence import build_silhouette_sequence
 from tests.estimator.outlines.test_behind_plate import BELOW
@@ -37,12 +38,8 @@ SEEDS = (9, 10, 11)
 @pytest.fixture(scope="module", autouse=True)
 def coarse() -> Iterator[None]:
     """Surfaces of a quarter of the corners: a quarter of the time."""
-
-    def shape(particle: Particle, **named: Any) -> Shape:
-        return shape_of(particle, **named, subdivisions=COARSE)
-
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(by_samples, "made_shape", shape)
+        patch.setattr(joint_module, "star_surface", partial(star_surface, subdivisions=COARSE))
         yield
 
 
@@ -107,7 +104,7 @@ def test_the_estimate_says_how_well_the_surface_meets_the_outlines(fitted: list[
 def test_derivatives_by_impacts_are_differences(fitted: list[Fitted]) -> None:
     """By the time of an impact, the velocities after it, and what its pose may be off by."""
     one = fitted[0]
-    surface, flight = star_surface(one.particle, COARSE), one.joint.motion
+    surface, flight = star_surface(one.particle, subdivisions=COARSE), one.joint.motion
     layout = flight.layout
     at = samples_of_frames(surface, one.sightings, flight)
     for part, size in ((TIME, 2e-6), ("v", 1e-3), ("omega", 0.2), (SHIFT, 2e-6), ("theta", 1e-4)):

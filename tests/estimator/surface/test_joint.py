@@ -1,6 +1,7 @@
 """The joint fit of surface and flight on a small sequence of a smooth body: nearer to the truth than tangents, within its error bars."""
 
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -17,16 +18,17 @@ from datasets.truth import Truth
 from estimator.appearance.flight_errors import unbiased_errors
 from estimator.data.configuration import Configuration
 from estimator.data.fit_task import Sightings
-from estimator.fitting.adequacy import Misfit, misfit
 from estimator.fitting.refinement import Refined
 from estimator.geometry.visual_hull import HullMesh
 from estimator.measuring import by_samples, free_flight
 from estimator.motion.flight import N_PARAMETERS, Flight, Motion, moved, poses, velocities
 from estimator.particle.mass_properties import solid_of
 from estimator.particle.particle import Particle
-from estimator.surface.frame_samples import samples_of_frames
+from estimator.reports.verdict import judge
+from estimator.search.rival_flights import Standing
+from estimator.surface import joint as joint_module
+from estimator.surface.frame_samples import samples_of_frames, seen_under
 from estimator.surface.joint import JointFit, joint_fit
-from estimator.surface.shape import Shape, shape_of
 from estimator.surface.star_surface import star_surface
 from estimator.surface.told import surface_sentence
 from synth.sequence import build_silhouette_sequence
@@ -47,11 +49,10 @@ def made() -> tuple[Observation, Truth]:
 
 @dataclass(frozen=True)
 class Measured:
-    """The joint fit, the flight of the tangents and the shape that it began with, and what it was given."""
+    """The joint fit, the flight of the tangents that it began with, and what it was given; the motion that was refined at last."""
 
     estimate: Estimate
     flight: Flight
-    shape: Shape
     particle: Particle
     sightings: Sightings
     refined: Refined[Motion]
@@ -62,29 +63,26 @@ class Measured:
 def measured(made: tuple[Observation, Truth]) -> Measured:
     given: list[tuple[Any, ...]] = []
 
-    def coarse(particle: Particle, **named: Any) -> Shape:
-        return shape_of(particle, **named, subdivisions=COARSE)
-
     def fitted(*arguments: Any, **named: Any) -> JointFit[Flight]:
         given.append((*arguments, joint := joint_fit(*arguments, **named)))
         return joint
 
-    def kept(refined: Refined[Motion]) -> Misfit | None:
+    def kept(ranked: Standing, refined: Refined[Motion]) -> tuple[Status, str]:
         given.append((refined,))
-        return misfit(refined)
+        return judge(ranked, refined)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(by_samples, "made_shape", coarse)
+        patch.setattr(joint_module, "star_surface", partial(star_surface, subdivisions=COARSE))
         patch.setattr(by_samples, "joint_fit", fitted)
-        patch.setattr(free_flight, "misfit", kept)
+        patch.setattr(free_flight, "judge", kept)
         estimate = free_flight.estimate(made[0], Configuration(surface_fit=1))
-    (particle, sightings, (flight, shape), _, joint), (refined,) = given
-    return Measured(replace(estimate, status=Status.CONVERGED), flight, shape, particle, sightings, refined, joint)
+    (particle, sightings, flight, _, joint), (refined,) = given
+    return Measured(replace(estimate, status=Status.CONVERGED), flight, particle, sightings, refined, joint)
 
 
 def test_flat_faces_are_no_pillows_as_the_hull_s_are(made: tuple[Observation, Truth], measured: Measured) -> None:
     true = solid_of(HullMesh(made[1].mesh_vertices, made[1].mesh_faces)).volume
-    surfaces = star_surface(measured.particle, subdivisions=COARSE), measured.shape.surface
+    surfaces = star_surface(measured.particle, subdivisions=COARSE), measured.joint.surface
     hull, found = (solid_of(HullMesh(s.vertices, s.sphere.mesh.faces)).volume / true - 1.0 for s in surfaces)
     assert hull > 0.015
     assert abs(found) < 0.6 * hull
@@ -133,3 +131,28 @@ def test_derivatives_by_the_flight_are_differences(measured: Measured) -> None:
 def test_a_focal_length_is_not_measured_beside_a_surface(made: tuple[Observation, Truth]) -> None:
     with pytest.raises(InputError, match="expected focal_prior = 0"):
         free_flight.estimate(made[0], Configuration(surface_fit=1, focal_prior=0.1))
+
+
+def test_what_is_left_is_noise_and_a_wrong_gravity_is_not(made: tuple[Observation, Truth], measured: Measured) -> None:
+    left = measured.joint.misfit
+    assert left is not None
+    assert left.p > 0.01
+    assert measured.estimate.statistics["adequacy"]["p"] == left.p
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(joint_module, "star_surface", partial(star_surface, subdivisions=COARSE))
+        wrong = replace(made[0], gravity_world=made[0].gravity_world + np.array([30.0, 0.0, 0.0]))
+        told = free_flight.estimate(wrong, Configuration(surface_fit=1)).statistics["adequacy"]
+    assert told["p"] < 1e-3
+
+
+def test_the_bound_is_that_of_a_surface_that_is_known(measured: Measured) -> None:
+    joint = measured.joint
+    assert np.all(np.linalg.eigvalsh(joint.covariance - joint.bound) > -1e-6 * np.diag(joint.covariance).min())
+    np.testing.assert_array_equal(measured.refined.bound, joint.bound)
+
+
+def test_frames_carve_the_hull_that_the_fit_begins_with(made: tuple[Observation, Truth], measured: Measured) -> None:
+    true = solid_of(HullMesh(made[1].mesh_vertices, made[1].mesh_faces)).volume
+    hulls = (star_surface(measured.particle, further, COARSE) for further in ((), seen_under(measured.flight, measured.sightings)))
+    views, both = (solid_of(HullMesh(s.vertices, s.sphere.mesh.faces)).volume / true - 1.0 for s in hulls)
+    assert abs(both) < 0.8 * views
