@@ -6,8 +6,9 @@ project's own. Printed: root mean squares of the errors at mid-sequence, the sam
 all samples (:mod:`synth.flight_bound`), the median error in % of the true speed or spin, the root mean square of pulls, and which share of
 95% intervals and of whole 95% ellipsoids holds the truth. Sequence ``i`` of a class and a seed is the same for any ``--count``.
 
-``--tier rendered [--material diamond] --pictures FOLDER``: the same from pictures, rendered into the folder and kept there;
-there is no bound of theirs.
+``--drops D``: with calibrated views of so many placements of the body, six each; their number decides how much of the body's surface the
+frames have to tell. ``--tier rendered [--material diamond] --pictures FOLDER``: the same from pictures, rendered into the folder and kept
+there; there is no bound of theirs.
 """
 
 import argparse
@@ -25,7 +26,7 @@ from datasets.atomic_files import written_whole
 from datasets.dataset_files import observation_folder, truth_folder
 from datasets.observation import Observation
 from datasets.observation_files import read_observation
-from datasets.recipes.recipe import ParticleRecipe, Recipe
+from datasets.recipes.recipe import ParticleRecipe, Recipe, RigRecipe
 from datasets.scoring.efficiency import QUANTITIES, efficiency
 from datasets.scoring.metrics import COMPONENTS
 from datasets.scoring.score import INTERVAL_95, VECTORS, score
@@ -146,6 +147,7 @@ def main() -> int:
     parser.add_argument("--classes", nargs="+", default=["smooth", "stones", "cut", "jagged"])
     parser.add_argument("--tier", choices=["silhouette", "rendered"], default="silhouette")
     parser.add_argument("--material", choices=["matte", "diamond"], default="matte", help="of the bodies in pictures")
+    parser.add_argument("--drops", type=int, default=10, help="placements of the body in the rig, six views each")
     parser.add_argument("--pictures", type=Path, default=Path("out/surface_fit_pictures"), help="folder of the rendered sequences")
     parser.add_argument("--result", type=Path)
     arguments = parser.parse_args()
@@ -154,14 +156,15 @@ def main() -> int:
         rows = []
         for index in range(arguments.count):
             body = replace(every[name], material=arguments.material)
-            recipe = Recipe(seed=arguments.seed, sequences=index + 1, tier=arguments.tier, particle=body)
+            rig = RigRecipe(drops=arguments.drops)
+            recipe = Recipe(seed=arguments.seed, sequences=index + 1, tier=arguments.tier, particle=body, rig=rig)
             folder = arguments.pictures / f"{name}_{arguments.material}_{arguments.seed}"
             rows.append(measured(recipe, index, folder if arguments.tier == "rendered" else None))
             print(f"{name} {index}: {', '.join(row['status'] for row in rows[-1].values())}", flush=True)
         result[name] = summary(rows)
     print("\n".join(table(result)))
     if arguments.result:
-        asked = {key: getattr(arguments, key) for key in ("seed", "tier", "material")}
+        asked = {key: getattr(arguments, key) for key in ("seed", "tier", "material", "drops")}
         with written_whole(arguments.result) as path:
             path.write_text(json.dumps({**asked, "classes": result}, indent=1) + "\n")
     return 0
