@@ -4,7 +4,7 @@
 The recipe is ``scripts/two_particles.toml``; the seed is its own where none is given, so the figures can be repeated. Each pair is made,
 measured and scored in one piece of work whose rows are written when it is done, so a killed run goes on where it was. Prints the error of
 the time of impact, errors of v and omega right before and after it, what the collision was against the truth, and how often 95% intervals
-hold it.
+hold it. ``--fit samples`` fits all samples, with both surfaces as unknowns (`surface_fit`).
 """
 
 import json
@@ -21,8 +21,8 @@ from datasets.recipes.recipe import Recipe
 from datasets.recipes.toml_files import load_recipe
 from datasets.scoring.collisions import collision_summary, parts_of, score_collision
 from datasets.scoring.impacts import SIDES, impact_summary, impact_table, score_impacts
-from estimator.data.configuration import Configuration
 from estimator.measure import measure
+from scripts.acceptance_impacts import FITS
 from scripts.acceptance_runs import acceptance_parser, run_missing, write_figures
 from synth.sequence import build_silhouette_sequence
 from tumble.engine import Item
@@ -40,7 +40,7 @@ def one_pair(payload: dict[str, Any]) -> dict[str, Any]:
     """Make, measure and score one pair; writes its rows."""
     observation, truth = build_silhouette_sequence(recipe_of(payload["seed"], payload["sequences"]), payload["index"])
     began = time.process_time()
-    result = measure(observation, Configuration())
+    result = measure(observation, FITS[payload["fit"]])
     frames = observation.further_recordings[0]
     told = {
         "cpu_s": time.process_time() - began,
@@ -171,12 +171,13 @@ def main() -> int:
     """Run what is missing, print and write the result."""
     parser = acceptance_parser(__doc__, "out/two_particles")
     parser.add_argument("--sequences", type=int, default=6)
+    parser.add_argument("--fit", choices=list(FITS), default="tangents")
     arguments = parser.parse_args()
     recipe = recipe_of(arguments.seed, arguments.sequences)
     items = []
     for index in range(arguments.sequences):
-        product = arguments.out / f"{recipe.seed}-{index:04d}.json"
-        payload = {"seed": recipe.seed, "sequences": arguments.sequences, "index": index, "product": str(product)}
+        product = arguments.out / f"{arguments.fit}-{recipe.seed}-{index:04d}.json"
+        payload = {"seed": recipe.seed, "sequences": arguments.sequences, "index": index, "fit": arguments.fit, "product": str(product)}
         items.append(Item(product.stem, payload, product))
     run_missing(one_pair, items, arguments, "pairs")
     parts = [json.loads(item.product.read_text()) for item in items if item.product.exists()]

@@ -26,7 +26,7 @@ class Configuration:
     deviation of the high-speed camera's focal length; 0 means that it is known, otherwise it is measured with the flight, from the camera's
     as a start. ``minimum_frames``: fewer usable frames give no measurement. ``keep_out_of_plate``: 1 requires that the
     particle does not reach into the plate it falls on; ``estimate_plate``: 1 measures the plate's plane with the flight, from what is
-    stated of it or from the impacts alone. ``surface_fit``: 1 fits a flight, free or with impacts, once more, to all outline samples with
+    stated of it or from the impacts alone. ``surface_fit``: 1 fits flights, free or with impacts, once more, to all outline samples with
     the surface as an unknown (decision 53). ``seed`` feeds the drawn starts and the drawn noise of the views' likeness.
     """
 

@@ -16,25 +16,31 @@ from datasets.observation import Frames, Observation
 from estimator.data.configuration import Configuration
 from estimator.data.fit_task import FitTask
 from estimator.data.no_measurement import NoMeasurement
+from estimator.fitting.problem import Fact
 from estimator.fitting.refinement import solve
 from estimator.fitting.tasks import refinement_settings
 from estimator.fitting.trajectory import fit_jointly
 from estimator.impacts.chains import EDGE_FRAMES, LEAST_JUMP, Seen, fitted_chains, prepared_task, task_of
 from estimator.impacts.impact_judging import Chain, judge_chain, jumps
 from estimator.impacts.impact_search import LEAST_JUMP_PX
+from estimator.impacts.loose_contact import with_lasting_contacts
+from estimator.measuring.by_samples import on_all_samples, with_surface
+from estimator.measuring.pair_by_samples import bound_together
+from estimator.motion.piecewise import PiecewiseFlight
 from estimator.motion.rigid_body import RanAway
 from estimator.outlines.recording import outlines_of, view_outlines_of
 from estimator.outlines.result import OutlineTrack
 from estimator.pairs.apart import Run, joint_kink, runs_apart, track_of
 from estimator.pairs.associating import LEAST_RATIO, LOOKED_AT, Assigned, Sought, assigned, best_miss_px, sought
 from estimator.pairs.collision import collision_of
-from estimator.pairs.pair_fit import SHARED, PairRefined, at_one_time, parts_of
+from estimator.pairs.pair_fit import SHARED, PairFlight, PairRefined, at_one_time, parts_of
 from estimator.pairs.touching import Hulls, hulls_of, touching
 from estimator.particle.particle import Particle, particle_of
 from estimator.reports.impact_reporting import impacts_estimate
 from estimator.reports.reporting import empty_estimate
 from estimator.reports.verdict import failed
 from estimator.search.candidate_flights import LOST_RMS_PX
+from estimator.surface.joint import JointFit
 
 Array = NDArray[np.float64]
 KINK_STEP_FRAMES = 0.25
@@ -55,11 +61,12 @@ class SeenPair:
 
 @dataclass(frozen=True)
 class Fitted:
-    """Both at one time of impact: ``free``, and ``held`` such that their ``hulls`` touch then."""
+    """Both at one time of impact: ``free``, and ``held`` such that their ``hulls`` touch then; ``joints``: where samples were fitted."""
 
     free: PairRefined
     held: PairRefined
     hulls: Hulls
+    joints: tuple[JointFit[PiecewiseFlight], ...] = ()
 
 
 def measure_pair(observation: Observation, configuration: Configuration) -> Estimate:
@@ -216,9 +223,16 @@ def _joint(seen: SeenPair, tasks: tuple[FitTask, FitTask], chains: tuple[list[Ch
     pair = fitted.state
     ready = [prepared_task(*each, configuration) for each in zip(seen.both, tasks, pair.both, strict=True)]
     hulls, settings = hulls_of((seen.both[0].particle, seen.both[1].particle)), refinement_settings(configuration)
+    facts: list[Fact[PairFlight]] = [lambda there: touching(there, hulls)]
+    if configuration.surface_fit:
+        pair = PairFlight(with_lasting_contacts(pair.first), with_lasting_contacts(pair.second))
     free = solve(parts_of(ready, pair), pair, settings)
-    held = solve(parts_of(ready, pair), free.state, settings, [lambda there: touching(there, hulls)])
-    return Fitted(free, held, hulls)
+    if configuration.surface_fit:
+        of_each = zip(free.state.both, tasks, seen.both, strict=True)
+        first, second = (on_all_samples(flight, task, one.particle, configuration) for flight, task, one in of_each)
+        joints = (first, second)
+        return Fitted(bound_together(joints, free), bound_together(joints, free, facts), hulls, joints)
+    return Fitted(free, solve(parts_of(ready, pair), free.state, settings, facts), hulls)
 
 
 def _check_jumps(observation: Observation, refined: PairRefined) -> None:
@@ -236,6 +250,7 @@ def _told(
     parts = []
     for one, chain, part in zip(seen.both, chains, fitted.held.parts, strict=True):
         parts.append(impacts_estimate(one, chain[0].found, part, (status, message), configuration=configuration))
+    parts = [with_surface(*each) for each in zip(parts, fitted.joints, strict=True)] if fitted.joints else parts
     if status is Status.NO_CONVERGENCE:
         return replace(parts[0], companion=parts[1])
     particles = (seen.both[0].particle, seen.both[1].particle)
