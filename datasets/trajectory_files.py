@@ -139,6 +139,7 @@ def _trajectory(path: Path, columns: Columns, given: Mapping[str, Any]) -> Traje
     times = _times(path, columns, lines)
     x, q = _vector(path, columns, "", LENGTHS), _quaternions(path, columns, lines)
     omega, gyro = _vector(path, columns, "w", SPINS), _vector(path, columns, "gyro_", SPINS)
+    _check_limits(path, columns, lines)
     if x is None and q is None and omega is None and gyro is None:
         raise InputError(f"{path}: {NOTHING_MEASURED}")
     surroundings = read_surroundings(path, given, falls=x is not None)
@@ -176,6 +177,22 @@ def _check_seen(path: Path, name: str, values: Array | None, *, stated: bool) ->
         count = int(np.isfinite(column).sum())
         if 0 < count < (1 if stated else LEAST_ROWS):
             raise InputError(f"{path}: {name.format(axis)}: expected at least {LEAST_ROWS} values or none, came {count}.")
+
+
+def _check_limits(path: Path, columns: Columns, lines: NDArray[np.int64]) -> None:
+    """A gyroscope that reads its largest value row after row is at its limit: the body turns at least as fast."""
+    for name in (name for name in columns if name.startswith("gyro_")):
+        size = np.abs(columns[name])
+        largest = np.max(size, where=np.isfinite(size), initial=0.0)
+        at = np.flatnonzero((size == largest) & (largest > 0.0))
+        runs = np.split(at, np.flatnonzero((np.diff(at) > 1) | (np.diff(columns[name][at]) != 0.0)) + 1)
+        run = max(runs, key=len)
+        if len(run) >= LEAST_ROWS:
+            raise InputError(
+                f"{path}: lines {lines[run[0]]} to {lines[run[-1]]}: {name}: expected readings that scatter, came "
+                f"{columns[name][run[0]]:g} in {len(run)} rows, its largest: is that the sensor's limit? Leave its cells empty in all "
+                f"{len(at)} rows where it is reached."
+            )
 
 
 def _measured_once(path: Path, surroundings: Surroundings, omega: Array | None, rows: int) -> tuple[Array, Array]:
