@@ -68,20 +68,34 @@ class Considered:
 
 @dataclass(frozen=True)
 class Uncertain:
-    """A fit with its uncertainty: ``at`` of what it measures, ``of_values`` of its effects' values, given that their names are right."""
+    """A fit with its uncertainty: ``at`` of what it measures, ``of_values`` of its effects' values, given that their names are right.
+
+    What the fit leaves out though it is probable is in both: it shifts values, whatever they are called.
+    """
 
     fit: CampaignFit
     at: Considered
     of_values: CampaignCovariance
 
 
-def uncertain(campaign: Campaign, fit: CampaignFit, candidates: Mapping[str, EffectModel], names: Sequence[Possible] = ()) -> Uncertain:
-    """A fit with what is stated of effects that it lacks considered, and other ``names`` of those that it has."""
-    covariance, named = campaign_covariance(campaign, fit), [each.effect.entry.key for each in names]
+def uncertain(
+    campaign: Campaign,
+    fit: CampaignFit,
+    candidates: Mapping[str, EffectModel],
+    names: Sequence[Possible] = (),
+    beside: Sequence[Possible] = (),
+) -> Uncertain:
+    """A fit with what is stated of effects that it lacks, what it leaves out (``beside``) and other ``names`` of what it has considered."""
+    covariance = campaign_covariance(campaign, fit)
     stated = stated_possible(campaign.facts, fit.model, candidates)
-    by_facts = considered(campaign, fit, covariance, stated)
-    other = [each for each in stated if each.effect.entry.key not in named]
-    return Uncertain(fit, considered(campaign, fit, covariance, (*names, *other)) if names else by_facts, by_facts.fitted)
+    of_values, at = (considered(campaign, fit, covariance, _with(each, stated)) for each in (beside, _with(names, beside)))
+    return Uncertain(fit, at, of_values.fitted)
+
+
+def _with(possible: Sequence[Possible], more: Sequence[Possible]) -> tuple[Possible, ...]:
+    """What is possible, and of ``more`` what is not among it."""
+    keys = {each.effect.entry.key for each in possible}
+    return (*possible, *(each for each in more if each.effect.entry.key not in keys))
 
 
 def stated_possible(facts: Sequence[Fact], model: Model, candidates: Mapping[str, EffectModel]) -> tuple[Possible, ...]:

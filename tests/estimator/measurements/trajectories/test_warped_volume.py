@@ -9,12 +9,12 @@ import pytest
 from datasets.trajectory import Trajectory
 from datasets.vocabulary.effects import Stage
 from estimator.diagnosis.explain import Explanation, explain
-from estimator.diagnosis.selection.names import possible_names
+from estimator.diagnosis.selection.names import possible_beside, possible_names
 from estimator.effects.choosing import catalogue
 from estimator.effects.empirical.families import VolumeWarp
 from estimator.effects.link import Setting
 from estimator.fitting.campaigns.campaign_covariance import campaign_covariance
-from estimator.fitting.campaigns.considered import considered
+from estimator.fitting.campaigns.considered import considered, uncertain
 from estimator.measurements.trajectories.registering import register_trajectories
 from estimator.motion.flight import V
 from tests.estimator.made_trajectories import GRAVITY, RATE_HZ, Hidden, Tracker, measured
@@ -83,6 +83,19 @@ def test_what_is_unknown_widens_what_is_measured() -> None:
     v = np.arange(V.start, V.stop)
     wide, plain = (np.sqrt(np.diag(of.of(0, v))).mean() for of in (at.fitted, at.plain))
     assert wide > 2.0 * plain
+
+
+def test_the_interval_of_a_drag_holds_it_though_a_part_of_the_warp_is_in_its_value() -> None:
+    found = explained(TWIST, DRAG)
+    model = found.fit.model
+    value = found.fit.state.theta[0][model.slices[model.keys.index("linear_drag")]][0]
+    pulls = []
+    for beside in ((), possible_beside(found.path[-1], model.keys)):
+        of = uncertain(found.campaign, found.fit, catalogue(), (), beside)
+        pulls.append(float((value - DRAG) / np.sqrt(of.of_values.of(0, model.layout.columns(["linear_drag"]))[0, 0])))
+    plain, wide = pulls
+    assert plain > 3.0
+    assert abs(wide) < 1.96
 
 
 @pytest.mark.parametrize("twist", [0.0, TWIST], ids=["alone", "beside a twist"])
