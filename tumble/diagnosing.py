@@ -22,7 +22,7 @@ from estimator.diagnosis.residual_maps import residual_maps, shown
 from estimator.diagnosis.selection.names import possible_beside, possible_names
 from estimator.diagnosis.selection.testing import tests_beside
 from estimator.diagnosis.separation import Separation, separations
-from estimator.effects.choosing import catalogue, contradiction
+from estimator.effects.choosing import catalogue
 from estimator.effects.link import EffectModel
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit
 from estimator.fitting.campaigns.considered import Uncertain, uncertain
@@ -306,11 +306,7 @@ def _lowers(before: Rung, rung: Rung) -> bool:
 
 def not_applicable(campaign: Campaign, candidates: Mapping[str, EffectModel], model: Sequence[str]) -> dict[str, str]:
     """Why some candidates cannot be on trial beside the effects of a ``model``."""
-    reasons = {
-        key: campaign.kind.why_not(campaign, effect) or contradiction((*model, key))
-        for key, effect in candidates.items()
-        if key not in model
-    }
+    reasons = {key: campaign.kind.why_not(campaign, effect) for key, effect in candidates.items() if key not in model}
     return {key: reason for key, reason in reasons.items() if reason is not None}
 
 

@@ -177,11 +177,15 @@ def _sentences(left: Unknown, found: EmpiricalFit, needless: Sequence[str], unit
     rms = f"held-out RMS {rms_word(unit)}"
     words = " and ".join(FAMILY_WORDS[effect.entry.key] for effect in found.terms)
     removed = found.removed
-    said = [
-        f"It sits in the {left.stage.value} ({p_words(left.p)}): with {words} of no stated law the {rms} goes from "
-        f"{removed.before.rms_px:.4f} {unit} to {removed.after.rms_px:.4f} {unit}, {removed.share:.0%} of the excess over the noise floor "
-        f"({removed.floor_px:.4f} {unit})."
-    ]
+    before, after = (f"{each.rms_px:.4f} {unit}" for each in (removed.before, removed.after))
+    sits = f"It sits in the {left.stage.value} ({p_words(left.p)})"
+    if removed.after.rms_px < removed.before.rms_px:
+        said = [
+            f"{sits}: with {words} of no stated law the {rms} goes from {before} to {after}, {removed.share:.0%} of the excess over the "
+            f"noise floor ({removed.floor_px:.4f} {unit})."
+        ]
+    else:
+        said = [f"{sits}, but {words} of no stated law would not predict what was not fitted: the {rms} goes from {before} to {after}."]
     if found.law is None:
         return [*said, NO_LAW] if left.stage is Stage.DYNAMICS else said
     law = found.law
