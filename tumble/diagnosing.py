@@ -45,6 +45,7 @@ from tumble.diagnosis_documents import (
     value_entries,
     verdict_entry,
 )
+from tumble.implausible import believed
 from tumble.limiting import fact_entries, limits_entry, name_entries, names_sentence, settling
 from tumble.reports.map_words import sentence_of
 from tumble.reports.noise_floor_words import floor_sentence
@@ -52,7 +53,7 @@ from tumble.reports.separation_words import advised
 from tumble.reports.verdict import Verdict, likely_more, percent, verdict_of
 from tumble.reports.words import rms_word
 from tumble.result_files import estimate_path
-from tumble.unknowns import law_command, unknown_entry, with_unknown
+from tumble.unknowns import contact_words, law_command, unknown_entry, with_unknown
 from tumble.versions import versions
 
 DIAGNOSIS_FILE = "diagnosis.json"
@@ -189,6 +190,7 @@ def diagnosed(question: Question, campaign: Prepared, out: Path, told: Told) -> 
     verdict = advised(verdict, apart, question.command("diagnose", ()))
     left = found.unknown if verdict.kind == "unknown" else None
     rest = None if left is None else unknown_entry(campaign.registered.campaign, fit, left, campaign.names)
+    verdict = replace(verdict, remarks=(*contact_words(rest, campaign.observations), *verdict.remarks))
     content = _content("diagnose", question, campaign, uncertain(campaign.registered.campaign, fit, question.candidates))
     return {
         **content,
@@ -257,6 +259,10 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told, *, 
     verdict = replace(verdict, remarks=(*map(names_sentence, groups), *scattered(explanation), *verdict.remarks, *of_contact))
     verdict = advised(verdict, apart if explanation.found else [], question.command("explain", ()))
     rest = unknown_entry(registered.campaign, explanation.fit, explanation.left, names, told=told)
+    verdict = replace(verdict, remarks=(*contact_words(rest, campaign.observations), *verdict.remarks))
+    verdict = with_unknown(verdict, rest, partial(question.command, "ladder"))
+    told_by = believed(verdict, effect_values(registered, of.fit, of.of_values), campaign.observations)
+    more = law_command(out) if rest else (contact and contact.more) or _ladder_command(question, [*explanation.noise, *explanation.found])
     content = _content("explain", question, campaign, of)
     return {
         **content,
@@ -268,10 +274,7 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told, *, 
         "steps": steps,
         "ladder": explanation_ladder(explanation, names),
         "unknown": rest,
-        "verdict": verdict_entry(
-            with_unknown(verdict, rest, partial(question.command, "ladder")),
-            law_command(out) if rest else (contact and contact.more) or _ladder_command(question, [*explanation.noise, *explanation.found]),
-        ),
+        "verdict": verdict_entry(told_by, more if told_by is verdict else question.command("compare", ())),
         "contact": None if contact is None else {"sentence": contact.sentence, "missing": list(contact.missing)},
     }
 
