@@ -75,6 +75,16 @@ def test_what_the_warp_has_in_every_toss_stays_in_the_model_as_the_tosses_own() 
     assert "uniform_acceleration" in explained(TWIST, 0.0).found
 
 
+def test_effects_are_as_probable_as_beside_what_is_unknown() -> None:
+    """Without the warp a distortion and a drag would stand for parts of it."""
+    found = explained(TWIST, 0.0)
+    best = found.path[-1]
+    told = {each.key: each.probability for each in found.diagnosis.findings}
+    assert {"linear_drag", "quadratic_drag", "position_distortion"} <= set(told)
+    assert told == {key: best.posterior.probability(best.trial.evidence.of.keys.index(key)) for key in told}
+    assert max(told["linear_drag"], told["quadratic_drag"]) < 0.5
+
+
 def test_what_is_unknown_widens_what_is_measured() -> None:
     found = explained(TWIST, 0.0)
     possible = possible_names(found.path[-1], found.groups, found.fit.model.keys)
