@@ -236,8 +236,10 @@ def with_unknown(verdict: Verdict, entry: Entry | None, ladder: Callable[[Sequen
 
 def contact_words(left: Entry | None, observations: Mapping[str, Observation | Trajectory]) -> tuple[str, ...]:
     """That a contact looks like an unknown force, too, where rows of trajectories lie in no free flight; nothing otherwise."""
+    if left is None or left["stage"] != Stage.DYNAMICS.value:
+        return ()
     outside = rows_outside([each for each in observations.values() if isinstance(each, Trajectory)])
-    if left is None or left["stage"] != Stage.DYNAMICS.value or not outside:
+    if not outside:
         return ()
     told = ", ".join(f"{name} ({rows})" for name, rows in list(outside.items())[:MOST_OTHERS])
     more = ", ..." if len(outside) > MOST_OTHERS else ""

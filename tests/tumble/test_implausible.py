@@ -11,6 +11,7 @@ from datasets.trajectory import Trajectory
 from estimator.measurements.trajectories.free_flights import share_of_gravity
 from tests.estimator.made_trajectories import GRAVITY, Hidden, Tracker, campaign
 from tests.estimator.measurements.trajectories.struck_tosses import RATE_HZ, toss
+from tests.estimator.measurements.trajectories.test_gyroscope import gyro_rows
 from tests.tumble.test_trajectory_verbs import write_csv
 from tumble.cli.main import main
 from tumble.unknowns import contact_words
@@ -61,3 +62,4 @@ def test_a_contact_in_the_last_rows_is_named_beside_an_unknown_force(*, oriented
     assert contact_words(unknown, _cut(0, oriented=oriented)) == ()
     assert contact_words({"stage": "tracking"}, _cut(3, oriented=oriented)) == ()
     assert contact_words(None, _cut(3, oriented=oriented)) == ()
+    assert contact_words(unknown, {each.name: each for each in gyro_rows(4, 0.0, (0.5, 0.6, 1.0))}) == ()

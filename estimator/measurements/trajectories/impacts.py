@@ -58,7 +58,8 @@ def rows_outside(trajectories: Sequence[Trajectory]) -> dict[str, int]:
     Trajectories with positions in every row can tell.
     """
     told = [t for t in trajectories if np.isfinite(t.x_world).all()]
-    outside = {t.name: len(t.times_s) - (runs[0].last - runs[0].first) for t, runs in zip(told, all_runs(told), strict=True) if runs}
+    flights = zip(told, all_runs(told), strict=True) if told else ()
+    outside = {t.name: len(t.times_s) - (runs[0].last - runs[0].first) for t, runs in flights if runs}
     return {name: rows for name, rows in outside.items() if rows >= LEAST_OUTSIDE}
 
 
