@@ -13,9 +13,10 @@ from datasets.estimate_files import write_estimate
 from datasets.json_documents import Document, write_document
 from datasets.observation import Observation
 from datasets.trajectory import Trajectory
+from datasets.vocabulary.effects import Stage
 from estimator.data.configuration import configuration_from_dict
 from estimator.diagnosis.adding import Rung, fit_with, ladder
-from estimator.diagnosis.diagnose import ALPHA, Diagnosis, diagnose, diagnosis_at, says_nothing
+from estimator.diagnosis.diagnose import ALPHA, Diagnosis, diagnose, diagnosis_at, says_nothing, tested_values
 from estimator.diagnosis.explain import Explanation, explain
 from estimator.diagnosis.noise_floor import NoiseFloor, noise_floor
 from estimator.diagnosis.residual_maps import residual_maps, shown
@@ -45,7 +46,7 @@ from tumble.diagnosis_documents import (
     value_entries,
     verdict_entry,
 )
-from tumble.implausible import believed
+from tumble.implausible import believed, fall_words
 from tumble.limiting import fact_entries, limits_entry, name_entries, names_sentence, settling
 from tumble.reports.map_words import sentence_of
 from tumble.reports.noise_floor_words import floor_sentence
@@ -190,7 +191,9 @@ def diagnosed(question: Question, campaign: Prepared, out: Path, told: Told) -> 
     verdict = advised(verdict, apart, question.command("diagnose", ()))
     left = found.unknown if verdict.kind == "unknown" else None
     rest = None if left is None else unknown_entry(campaign.registered.campaign, fit, left, campaign.names)
-    verdict = replace(verdict, remarks=(*contact_words(rest, campaign.observations), *verdict.remarks))
+    odd = not all(value.plausible for finding in found.findings if finding.key in found.missing for value in tested_values(finding.test))
+    if odd or _a_force(rest):
+        verdict = replace(verdict, remarks=(*contact_words(campaign.observations), *fall_words(campaign.observations), *verdict.remarks))
     content = _content("diagnose", question, campaign, uncertain(campaign.registered.campaign, fit, question.candidates))
     return {
         **content,
@@ -203,6 +206,11 @@ def diagnosed(question: Question, campaign: Prepared, out: Path, told: Told) -> 
             with_unknown(verdict, rest, partial(question.command, "ladder")), law_command(out) if rest else _next(question, verdict)
         ),
     }
+
+
+def _a_force(rest: Document | None) -> bool:
+    """Whether what no effect explains sits in the dynamics."""
+    return rest is not None and rest["stage"] == Stage.DYNAMICS.value
 
 
 def _below(floor: NoiseFloor, rest: Document | None) -> NoiseFloor:
@@ -259,9 +267,10 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told, *, 
     verdict = replace(verdict, remarks=(*map(names_sentence, groups), *scattered(explanation), *verdict.remarks, *of_contact))
     verdict = advised(verdict, apart if explanation.found else [], question.command("explain", ()))
     rest = unknown_entry(registered.campaign, explanation.fit, explanation.left, names, told=told)
-    verdict = replace(verdict, remarks=(*contact_words(rest, campaign.observations), *verdict.remarks))
+    if _a_force(rest):
+        verdict = replace(verdict, remarks=(*contact_words(campaign.observations), *fall_words(campaign.observations), *verdict.remarks))
     verdict = with_unknown(verdict, rest, partial(question.command, "ladder"))
-    told_by = believed(verdict, effect_values(registered, of.fit, of.of_values), campaign.observations)
+    told_by = believed(verdict, effect_values(registered, of.fit, of.at.plain), campaign.observations)
     more = law_command(out) if rest else (contact and contact.more) or _ladder_command(question, [*explanation.noise, *explanation.found])
     content = _content("explain", question, campaign, of)
     return {

@@ -29,10 +29,11 @@ def believed(verdict: Verdict, values: Sequence[EffectValue], observations: Mapp
         f"No model of plausible values explains the campaign: in the most probable one {', '.join(odd)} is larger than what the catalogue "
         "expects. Check first what was stated: gravity, units, times."
     )
-    return replace(verdict, kind="judged", sentence=sentence, remarks=(*_fall(observations), *verdict.remarks), add=())
+    remarks = tuple(dict.fromkeys((*fall_words(observations), *verdict.remarks)))
+    return replace(verdict, kind="judged", sentence=sentence, remarks=remarks, add=())
 
 
-def _fall(observations: Mapping[str, Observation | Trajectory]) -> Iterator[str]:
+def fall_words(observations: Mapping[str, Observation | Trajectory]) -> Iterator[str]:
     """How tracked positions fall, whatever the model."""
     told = [each for each in observations.values() if isinstance(each, Trajectory)]
     shares = [share_of_gravity(each.times_s, each.x_world, each.surroundings.gravity_world) for each in told]

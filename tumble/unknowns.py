@@ -234,15 +234,13 @@ def with_unknown(verdict: Verdict, entry: Entry | None, ladder: Callable[[Sequen
     return replace(verdict, kind=kind, sentence=opening, remarks=(*entry["sentences"], then, *verdict.remarks))
 
 
-def contact_words(left: Entry | None, observations: Mapping[str, Observation | Trajectory]) -> tuple[str, ...]:
+def contact_words(observations: Mapping[str, Observation | Trajectory]) -> tuple[str, ...]:
     """That a contact looks like an unknown force, too, where rows of trajectories lie in no free flight; nothing otherwise."""
-    if left is None or left["stage"] != Stage.DYNAMICS.value:
-        return ()
     outside = rows_outside([each for each in observations.values() if isinstance(each, Trajectory)])
     if not outside:
         return ()
     told = ", ".join(f"{name} ({rows})" for name, rows in list(outside.items())[:MOST_OTHERS])
-    more = ", ..." if len(outside) > MOST_OTHERS else ""
+    more = " and others" if len(outside) > MOST_OTHERS else ""
     return (
         f"A contact looks like that, too: in {len(outside)} of {len(observations)} sequences some rows fall otherwise than in one free "
         f"flight: {told}{more}. If something is touched there, cut the trajectories before it.",

@@ -56,10 +56,19 @@ def _cut(after: int, *, oriented: bool) -> dict[str, Trajectory]:
 
 @pytest.mark.parametrize("oriented", [True, False])
 def test_a_contact_in_the_last_rows_is_named_beside_an_unknown_force(*, oriented: bool) -> None:
-    unknown = {"stage": "dynamics"}
-    (said,) = contact_words(unknown, _cut(3, oriented=oriented))
+    (said,) = contact_words(_cut(3, oriented=oriented))
     assert said.startswith("A contact looks like that, too: in 6 of 6 sequences")
-    assert contact_words(unknown, _cut(0, oriented=oriented)) == ()
-    assert contact_words({"stage": "tracking"}, _cut(3, oriented=oriented)) == ()
-    assert contact_words(None, _cut(3, oriented=oriented)) == ()
-    assert contact_words(unknown, {each.name: each for each in gyro_rows(4, 0.0, (0.5, 0.6, 1.0))}) == ()
+    assert contact_words(_cut(0, oriented=oriented)) == ()
+    assert contact_words({each.name: each for each in gyro_rows(4, 0.0, (0.5, 0.6, 1.0))}) == ()
+
+
+def test_gravity_the_wrong_way_is_told_as_what_it_is(tmp_path: Path) -> None:
+    """An own acceleration of two gravities is not made plausible by what is unknown beside it."""
+    (tmp_path / "tosses").mkdir()
+    for each in campaign(8, Hidden(), Tracker(rows=20), sequences=5):
+        write_csv(each, tmp_path / "tosses")
+    assert main(["explain", str(tmp_path / "tosses"), "--gravity=0,0,9.81", "--out", str(tmp_path / "out"), "-q"]) == 0
+    verdict = read_document(tmp_path / "out" / "diagnosis.json", "diagnosis")["verdict"]
+    (share,) = [float(remark.split()[3]) for remark in verdict["remarks"] if remark.startswith("Positions fall with")]
+    assert share == pytest.approx(-1.0, abs=0.02)
+    assert verdict["sentence"].startswith(("No model of plausible values", "Something is missing that no effect"))

@@ -19,7 +19,7 @@ from datasets.vocabulary.effects import Parameter
 from estimator.diagnosis.selection.groups import FACTOR, Name
 from estimator.diagnosis.selection.path import At
 from estimator.diagnosis.selection.search import Set
-from estimator.fitting.campaigns.considered import Possible
+from estimator.fitting.campaigns.considered import LeftOut, Possible
 
 Array = NDArray[np.float64]
 JOINED = "+"
@@ -87,9 +87,9 @@ def possible_names(at: At, groups: Sequence[Sequence[UnderName]], model: Sequenc
     return _possible_parts(at, (*other, *_additions(at), *_left_out(at, model)), model)
 
 
-def possible_beside(at: At, model: Sequence[str]) -> tuple[Possible, ...]:
+def possible_beside(at: At, model: Sequence[str]) -> LeftOut:
     """What was left out of a ``model``: the values that it is told with have a part of that in them, whatever their names."""
-    return _possible_parts(at, _left_out(at, model), model)
+    return LeftOut(_possible_parts(at, _left_out(at, model), model), tuple(key for key in model if key not in at.keys))
 
 
 def _possible_parts(at: At, names: Sequence[UnderName], model: Sequence[str]) -> tuple[Possible, ...]:

@@ -14,7 +14,7 @@ from estimator.effects.choosing import catalogue
 from estimator.effects.empirical.families import VolumeWarp
 from estimator.effects.link import Setting
 from estimator.fitting.campaigns.campaign_covariance import campaign_covariance
-from estimator.fitting.campaigns.considered import considered, uncertain
+from estimator.fitting.campaigns.considered import LeftOut, considered, uncertain
 from estimator.measurements.trajectories.registering import register_trajectories
 from estimator.motion.flight import V
 from tests.estimator.made_trajectories import GRAVITY, RATE_HZ, Hidden, Tracker, measured
@@ -99,11 +99,13 @@ def test_the_interval_of_a_drag_holds_it_though_a_part_of_the_warp_is_in_its_val
     found = explained(TWIST, DRAG)
     model = found.fit.model
     value = found.fit.state.theta[0][model.slices[model.keys.index("linear_drag")]][0]
-    pulls = []
-    for beside in ((), possible_beside(found.path[-1], model.keys)):
+    pulls, own = [], []
+    for beside in (LeftOut(), possible_beside(found.path[-1], model.keys)):
         of = uncertain(found.campaign, found.fit, catalogue(), (), beside)
         pulls.append(float((value - DRAG) / np.sqrt(of.of_values.of(0, model.layout.columns(["linear_drag"]))[0, 0])))
+        own.append(np.diag(of.of_values.of(0, model.layout.columns(["uniform_acceleration"]))))
     plain, wide = pulls
+    np.testing.assert_allclose(own[1], own[0], err_msg="the tosses' own accelerations are the warp's other name")
     assert plain > 3.0
     assert abs(wide) < 1.96
 
