@@ -194,18 +194,30 @@ def diagnosed(question: Question, campaign: Prepared, out: Path, told: Told) -> 
     odd = not all(value.plausible for finding in found.findings if finding.key in found.missing for value in tested_values(finding.test))
     if odd or _a_force(rest):
         verdict = replace(verdict, remarks=(*contact_words(campaign.observations), *fall_words(campaign.observations), *verdict.remarks))
+    floor = _below(_floor(campaign.registered.campaign, fit), rest)
+    verdict = _beyond_noise(verdict, floor, campaign.registered.campaign.kind.unit, _sure(found))
     content = _content("diagnose", question, campaign, uncertain(campaign.registered.campaign, fit, question.candidates))
     return {
         **content,
         "diagnosis": diagnosis_entry(found, campaign.names, apart),
-        "noise_floor": noise_floor_entry(
-            _below(_floor(campaign.registered.campaign, fit), rest), campaign.registered.campaign, _sure(found)
-        ),
+        "noise_floor": noise_floor_entry(floor, campaign.registered.campaign, _sure(found)),
         "unknown": rest,
         "verdict": verdict_entry(
             with_unknown(verdict, rest, partial(question.command, "ladder")), law_command(out) if rest else _next(question, verdict)
         ),
     }
+
+
+def _beyond_noise(verdict: Verdict, floor: NoiseFloor, unit: str, at: tuple[float, float]) -> Verdict:
+    """The verdict, or that no known effect explains what residuals in ``unit`` have beyond noise, where none is told for it."""
+    if verdict.kind in ("found", "unknown") or not floor.beyond:
+        return verdict
+    told = floor_sentence(floor, unit, at)
+    if verdict.kind == "says nothing":
+        return replace(verdict, remarks=(*verdict.remarks, told))
+    more = "" if verdict.kind == "nothing missing" else f" {verdict.sentence}"
+    sentence = f"There is something to explain, and no known effect does.{more}"
+    return replace(verdict, kind="judged", sentence=sentence, remarks=(told, *verdict.remarks))
 
 
 def _a_force(rest: Document | None) -> bool:
@@ -269,14 +281,16 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told, *, 
     rest = unknown_entry(registered.campaign, explanation.fit, explanation.left, names, told=told)
     if _a_force(rest):
         verdict = replace(verdict, remarks=(*contact_words(campaign.observations), *fall_words(campaign.observations), *verdict.remarks))
+    floor = _below(_floor(registered.campaign, explanation.fit), rest)
     verdict = with_unknown(verdict, rest, partial(question.command, "ladder"))
+    verdict = _beyond_noise(verdict, floor, registered.campaign.kind.unit, _sure(last))
     told_by = believed(verdict, effect_values(registered, of.fit, of.at.plain), campaign.observations)
     more = law_command(out) if rest else (contact and contact.more) or _ladder_command(question, [*explanation.noise, *explanation.found])
     content = _content("explain", question, campaign, of)
     return {
         **content,
         "names": name_entries(groups),
-        "noise_floor": noise_floor_entry(_below(_floor(registered.campaign, explanation.fit), rest), registered.campaign, _sure(last)),
+        "noise_floor": noise_floor_entry(floor, registered.campaign, _sure(last)),
         "maps": [map_entry(each) for each in residual_maps(registered.campaign, explanation.fit)],
         "begun": diagnosis_entry(diagnosis_at(explanation.begun), names),
         "diagnosis": diagnosis_entry(last, names),
