@@ -103,6 +103,9 @@ def test_a_gyroscope_at_its_limit_is_refused_until_those_cells_are_empty(tmp_pat
         return read_trajectory(written(tmp_path, f"t_ms,gyro_x_degs,gyro_y_degs,gyro_z_degs\n{lines}"), {})
 
     assert read(turning).gyro is not None
+    turning[10:18, 0] = turning[:, 0].max()
+    turning[[9, 18], 0] -= turning[[9, 18], 0] - turning[10, 0] + 1.0
+    assert read(turning).gyro is not None
     for sign in (1.0, -1.0):
         clipped = np.clip(sign * turning, -2000.0, 2000.0)
         limit = np.abs(clipped[:, 2]) == 2000.0
