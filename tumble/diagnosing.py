@@ -67,6 +67,7 @@ FAR = 4.0
 """Robust standard deviations from which on a sequence stands out."""
 Told = Callable[[str], None]
 VelocityErrors = Callable[[CampaignFit, Prepared], dict[str, Any]]
+NOTHING_MORE = "Then nothing more is missing."
 
 
 @dataclass(frozen=True)
@@ -210,9 +211,12 @@ def diagnosed(question: Question, campaign: Prepared, out: Path, told: Told) -> 
 
 def _beyond_noise(verdict: Verdict, floor: NoiseFloor, unit: str, at: tuple[float, float]) -> Verdict:
     """The verdict, or that no known effect explains what residuals in ``unit`` have beyond noise, where none is told for it."""
-    if verdict.kind in ("found", "unknown") or not floor.beyond:
+    if verdict.kind == "unknown" or not floor.beyond:
         return verdict
     told = floor_sentence(floor, unit, at)
+    if verdict.kind == "found":
+        left = verdict.sentence.replace(NOTHING_MORE, "Residuals are still larger than noise, and no known effect is behind it.")
+        return verdict if left == verdict.sentence else replace(verdict, sentence=left, remarks=(told, *verdict.remarks))
     if verdict.kind == "says nothing":
         return replace(verdict, remarks=(*verdict.remarks, told))
     more = "" if verdict.kind == "nothing missing" else f" {verdict.sentence}"
@@ -426,7 +430,7 @@ def verdict_of_explanation(last: Verdict, explanation: Explanation) -> Verdict:
         return Verdict("found", f"{sentence} Something is left that no effect of the catalogue explains.", last.remarks, found)
     if explanation.diagnosis.probability < 0.5:
         return Verdict("found", f"{sentence} {likely_more(explanation.diagnosis)}", (), found)
-    return Verdict("found", f"{sentence} Then nothing more is missing.", (), found)
+    return Verdict("found", f"{sentence} {NOTHING_MORE}", (), found)
 
 
 def _settled(verdict: Verdict, settled: bool, explanation: Explanation) -> Verdict:

@@ -54,5 +54,10 @@ def test_what_is_beyond_noise_is_not_called_nothing() -> None:
     assert told.remarks[0].endswith("There is something to explain: about 0.98 times the noise, alike in neighbouring rows or frames.")
     short = _beyond_noise(Verdict("says nothing", "Too short.", ("a remark",), ()), floor, "σ", at)
     assert (short.kind, short.sentence, len(short.remarks)) == ("says nothing", "Too short.", 2)
-    found = Verdict("found", "Drag.", (), ("linear_drag",))
-    assert _beyond_noise(found, floor, "σ", at) is found
+    unknown = Verdict("found", "Explained with drag. Something is missing that no effect of the catalogue explains.", (), ("linear_drag",))
+    assert _beyond_noise(unknown, floor, "σ", at) is unknown
+    found = Verdict("found", "Explained with drag. Then nothing more is missing.", (), ("linear_drag",))
+    assert _beyond_noise(found, quiet, "σ", at) is found
+    assert _beyond_noise(found, floor, "σ", at).sentence == (
+        "Explained with drag. Residuals are still larger than noise, and no known effect is behind it."
+    )
