@@ -31,6 +31,8 @@ OF_PICTURES = ("observation.json", "*/observation.json", "dataset.json")
 """What a folder of observations holds; tables that lie beside them are no trajectories."""
 LEAST_ROWS = 5
 """Rows of a file, and values of a position that is measured at all."""
+OFF_GRID = 0.01
+"""Of a step, by how much rounded readings may lie beside multiples of it, as they were written with few digits."""
 NOTHING_MEASURED = (
     "expected positions x_m, y_m, z_m (or _mm, _um), orientations qx, qy, qz, qw, or a gyroscope's gyro_x_rads, gyro_y_rads, gyro_z_rads "
     "(or _degs), came none."
@@ -139,6 +141,7 @@ def _trajectory(path: Path, columns: Columns, given: Mapping[str, Any]) -> Traje
     times = _times(path, columns, lines)
     x, q = _vector(path, columns, "", LENGTHS), _quaternions(path, columns, lines)
     omega, gyro = _vector(path, columns, "w", SPINS), _vector(path, columns, "gyro_", SPINS)
+    _check_limits(path, columns, lines)
     if x is None and q is None and omega is None and gyro is None:
         raise InputError(f"{path}: {NOTHING_MEASURED}")
     surroundings = read_surroundings(path, given, falls=x is not None)
@@ -176,6 +179,37 @@ def _check_seen(path: Path, name: str, values: Array | None, *, stated: bool) ->
         count = int(np.isfinite(column).sum())
         if 0 < count < (1 if stated else LEAST_ROWS):
             raise InputError(f"{path}: {name.format(axis)}: expected at least {LEAST_ROWS} values or none, came {count}.")
+
+
+def _check_limits(path: Path, columns: Columns, lines: NDArray[np.int64]) -> None:
+    """A gyroscope that reads its largest value row after row is at its limit: the body turns at least as fast."""
+    for name in (name for name in columns if name.startswith("gyro_")):
+        run, everywhere = _at_limit(columns[name])
+        if len(run):
+            raise InputError(
+                f"{path}: lines {lines[run[0]]} to {lines[run[-1]]}: {name}: expected readings that scatter, came "
+                f"{columns[name][run[0]]:g} in {len(run)} rows, its largest: is that the sensor's limit? Leave its cells empty in all "
+                f"{everywhere} rows where it is reached."
+            )
+
+
+def _at_limit(read: Array) -> tuple[NDArray[np.int64], int]:
+    """Rows of the longest run of ``LEAST_ROWS`` and more that reads the largest value, and how many rows read it; none as a rule.
+
+    Where readings come and go by one step of theirs, they are rounded, not limited.
+    """
+    size = np.abs(read)
+    largest = np.max(size, where=np.isfinite(size), initial=0.0)
+    at = np.flatnonzero((size == largest) & (largest > 0.0))
+    run = max(np.split(at, np.flatnonzero((np.diff(at) > 1) | (np.diff(read[at]) != 0.0)) + 1), key=len)
+    if len(run) < LEAST_ROWS:
+        return run[:0], len(at)
+    values = np.unique(read[np.isfinite(read)])
+    steps = (values - values[0]) / np.min(np.diff(values), initial=np.inf)
+    beside = [row for row in (run[0] - 1, run[-1] + 1) if 0 <= row < len(read) and np.isfinite(read[row])]
+    one = any(np.ptp(steps[np.searchsorted(values, read[[row, run[0]]])]) < 1.0 + OFF_GRID for row in beside)
+    rounded = one and np.allclose(steps, np.rint(steps), rtol=0.0, atol=OFF_GRID)
+    return (run[:0] if rounded else run), len(at)
 
 
 def _measured_once(path: Path, surroundings: Surroundings, omega: Array | None, rows: int) -> tuple[Array, Array]:

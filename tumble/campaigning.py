@@ -137,6 +137,9 @@ def _of_pictures(
 
 def _of_trajectories(source: Path, effects: Sequence[EffectModel], known: Known, *, quiet: bool) -> Prepared:
     trajectories, left_out = _read(trajectories_in(source), lambda path: read_trajectory(path, known.surroundings))
+    copies = _copies(trajectories)
+    left_out |= {name: f"{name}: the same rows as {first}; a recording that is there twice counts once." for name, first in copies.items()}
+    trajectories = {name: each for name, each in trajectories.items() if name not in copies}
     if known.mesh is not None:
         body = body_from_mesh(known.mesh)
         trajectories = {name: replace(t, surroundings=replace(t.surroundings, body=body)) for name, t in trajectories.items()}
@@ -144,6 +147,14 @@ def _of_trajectories(source: Path, effects: Sequence[EffectModel], known: Known,
     with progress("register", len(trajectories), quiet=quiet) as advance:
         registered = register_trajectories(list(trajectories.values()), told=advance)
     return Prepared(registered, trajectories, left_out)
+
+
+def _copies(trajectories: Mapping[str, Trajectory]) -> dict[str, str]:
+    """Names of trajectories that have the rows of one before them, and its name."""
+    first: dict[tuple[bytes, ...], str] = {}
+    measured = {name: (t.times_s, t.x_world, t.q_world_tracked, t.omega_world, t.gyro) for name, t in trajectories.items()}
+    rows = {name: tuple(b"" if part is None else part.tobytes() for part in parts) for name, parts in measured.items()}
+    return {name: first[each] for name, each in rows.items() if first.setdefault(each, name) != name}
 
 
 def _refuse_what_does_not_apply(campaign: Campaign, effects: Sequence[EffectModel]) -> None:

@@ -13,16 +13,17 @@ from datasets.estimate_files import write_estimate
 from datasets.json_documents import Document, write_document
 from datasets.observation import Observation
 from datasets.trajectory import Trajectory
+from datasets.vocabulary.effects import Stage
 from estimator.data.configuration import configuration_from_dict
 from estimator.diagnosis.adding import Rung, fit_with, ladder
-from estimator.diagnosis.diagnose import ALPHA, Diagnosis, diagnose, diagnosis_at, says_nothing
+from estimator.diagnosis.diagnose import ALPHA, Diagnosis, diagnose, diagnosis_at, says_nothing, tested_values
 from estimator.diagnosis.explain import Explanation, explain
 from estimator.diagnosis.noise_floor import NoiseFloor, noise_floor
 from estimator.diagnosis.residual_maps import residual_maps, shown
-from estimator.diagnosis.selection.names import possible_names
+from estimator.diagnosis.selection.names import possible_beside, possible_names
 from estimator.diagnosis.selection.testing import tests_beside
 from estimator.diagnosis.separation import Separation, separations
-from estimator.effects.choosing import catalogue, contradiction
+from estimator.effects.choosing import catalogue
 from estimator.effects.link import EffectModel
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit
 from estimator.fitting.campaigns.considered import Uncertain, uncertain
@@ -45,6 +46,7 @@ from tumble.diagnosis_documents import (
     value_entries,
     verdict_entry,
 )
+from tumble.implausible import believed, fall_words
 from tumble.limiting import fact_entries, limits_entry, name_entries, names_sentence, settling
 from tumble.reports.map_words import sentence_of
 from tumble.reports.noise_floor_words import floor_sentence
@@ -52,7 +54,7 @@ from tumble.reports.separation_words import advised
 from tumble.reports.verdict import Verdict, likely_more, percent, verdict_of
 from tumble.reports.words import rms_word
 from tumble.result_files import estimate_path
-from tumble.unknowns import law_command, unknown_entry, with_unknown
+from tumble.unknowns import contact_words, law_command, unknown_entry, with_unknown
 from tumble.versions import versions
 
 DIAGNOSIS_FILE = "diagnosis.json"
@@ -65,6 +67,7 @@ FAR = 4.0
 """Robust standard deviations from which on a sequence stands out."""
 Told = Callable[[str], None]
 VelocityErrors = Callable[[CampaignFit, Prepared], dict[str, Any]]
+NOTHING_MORE = "Then nothing more is missing."
 
 
 @dataclass(frozen=True)
@@ -189,18 +192,41 @@ def diagnosed(question: Question, campaign: Prepared, out: Path, told: Told) -> 
     verdict = advised(verdict, apart, question.command("diagnose", ()))
     left = found.unknown if verdict.kind == "unknown" else None
     rest = None if left is None else unknown_entry(campaign.registered.campaign, fit, left, campaign.names)
+    odd = not all(value.plausible for finding in found.findings if finding.key in found.missing for value in tested_values(finding.test))
+    if odd or _a_force(rest):
+        verdict = replace(verdict, remarks=(*contact_words(campaign.observations), *fall_words(campaign.observations), *verdict.remarks))
+    floor = _below(_floor(campaign.registered.campaign, fit), rest)
+    verdict = _beyond_noise(verdict, floor, campaign.registered.campaign.kind.unit, _sure(found))
     content = _content("diagnose", question, campaign, uncertain(campaign.registered.campaign, fit, question.candidates))
     return {
         **content,
         "diagnosis": diagnosis_entry(found, campaign.names, apart),
-        "noise_floor": noise_floor_entry(
-            _below(_floor(campaign.registered.campaign, fit), rest), campaign.registered.campaign, _sure(found)
-        ),
+        "noise_floor": noise_floor_entry(floor, campaign.registered.campaign, _sure(found)),
         "unknown": rest,
         "verdict": verdict_entry(
             with_unknown(verdict, rest, partial(question.command, "ladder")), law_command(out) if rest else _next(question, verdict)
         ),
     }
+
+
+def _beyond_noise(verdict: Verdict, floor: NoiseFloor, unit: str, at: tuple[float, float]) -> Verdict:
+    """The verdict, or that no known effect explains what residuals in ``unit`` have beyond noise, where none is told for it."""
+    if verdict.kind == "unknown" or not floor.beyond:
+        return verdict
+    told = floor_sentence(floor, unit, at)
+    if verdict.kind == "found":
+        left = verdict.sentence.replace(NOTHING_MORE, "Residuals are still larger than noise, and no known effect is behind it.")
+        return verdict if left == verdict.sentence else replace(verdict, sentence=left, remarks=(told, *verdict.remarks))
+    if verdict.kind == "says nothing":
+        return replace(verdict, remarks=(*verdict.remarks, told))
+    more = "" if verdict.kind == "nothing missing" else f" {verdict.sentence}"
+    sentence = f"There is something to explain, and no known effect does.{more}"
+    return replace(verdict, kind="judged", sentence=sentence, remarks=(told, *verdict.remarks))
+
+
+def _a_force(rest: Document | None) -> bool:
+    """Whether what no effect explains sits in the dynamics."""
+    return rest is not None and rest["stage"] == Stage.DYNAMICS.value
 
 
 def _below(floor: NoiseFloor, rest: Document | None) -> NoiseFloor:
@@ -244,8 +270,9 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told, *, 
     registered = campaign.registered
     last = explanation.diagnosis
     groups = explanation.groups
-    more = possible_names(explanation.path[-1], groups, explanation.fit.model.keys)
-    of = uncertain(registered.campaign, settled_fit(registered, explanation.fit), question.candidates, more)
+    best, keys = explanation.path[-1], explanation.fit.model.keys
+    possible = possible_names(best, groups, keys), possible_beside(best, keys)
+    of = uncertain(registered.campaign, settled_fit(registered, explanation.fit), question.candidates, *possible)
     written = estimated(question, campaign, out, of=of)
     named = [each.key for group in groups for each in group]
     verdict = _settled(verdict_of_explanation(verdict_of(last, named=named), explanation), written["settled"], explanation)
@@ -256,21 +283,25 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told, *, 
     verdict = replace(verdict, remarks=(*map(names_sentence, groups), *scattered(explanation), *verdict.remarks, *of_contact))
     verdict = advised(verdict, apart if explanation.found else [], question.command("explain", ()))
     rest = unknown_entry(registered.campaign, explanation.fit, explanation.left, names, told=told)
+    if _a_force(rest):
+        verdict = replace(verdict, remarks=(*contact_words(campaign.observations), *fall_words(campaign.observations), *verdict.remarks))
+    floor = _below(_floor(registered.campaign, explanation.fit), rest)
+    verdict = with_unknown(verdict, rest, partial(question.command, "ladder"))
+    verdict = _beyond_noise(verdict, floor, registered.campaign.kind.unit, _sure(last))
+    told_by = believed(verdict, effect_values(registered, of.fit, of.at.plain), campaign.observations)
+    more = law_command(out) if rest else (contact and contact.more) or _ladder_command(question, [*explanation.noise, *explanation.found])
     content = _content("explain", question, campaign, of)
     return {
         **content,
         "names": name_entries(groups),
-        "noise_floor": noise_floor_entry(_below(_floor(registered.campaign, explanation.fit), rest), registered.campaign, _sure(last)),
+        "noise_floor": noise_floor_entry(floor, registered.campaign, _sure(last)),
         "maps": [map_entry(each) for each in residual_maps(registered.campaign, explanation.fit)],
         "begun": diagnosis_entry(diagnosis_at(explanation.begun), names),
         "diagnosis": diagnosis_entry(last, names),
         "steps": steps,
         "ladder": explanation_ladder(explanation, names),
         "unknown": rest,
-        "verdict": verdict_entry(
-            with_unknown(verdict, rest, partial(question.command, "ladder")),
-            law_command(out) if rest else (contact and contact.more) or _ladder_command(question, [*explanation.noise, *explanation.found]),
-        ),
+        "verdict": verdict_entry(told_by, more if told_by is verdict else question.command("compare", ())),
         "contact": None if contact is None else {"sentence": contact.sentence, "missing": list(contact.missing)},
     }
 
@@ -305,11 +336,7 @@ def _lowers(before: Rung, rung: Rung) -> bool:
 
 def not_applicable(campaign: Campaign, candidates: Mapping[str, EffectModel], model: Sequence[str]) -> dict[str, str]:
     """Why some candidates cannot be on trial beside the effects of a ``model``."""
-    reasons = {
-        key: campaign.kind.why_not(campaign, effect) or contradiction((*model, key))
-        for key, effect in candidates.items()
-        if key not in model
-    }
+    reasons = {key: campaign.kind.why_not(campaign, effect) for key, effect in candidates.items() if key not in model}
     return {key: reason for key, reason in reasons.items() if reason is not None}
 
 
@@ -403,7 +430,7 @@ def verdict_of_explanation(last: Verdict, explanation: Explanation) -> Verdict:
         return Verdict("found", f"{sentence} Something is left that no effect of the catalogue explains.", last.remarks, found)
     if explanation.diagnosis.probability < 0.5:
         return Verdict("found", f"{sentence} {likely_more(explanation.diagnosis)}", (), found)
-    return Verdict("found", f"{sentence} Then nothing more is missing.", (), found)
+    return Verdict("found", f"{sentence} {NOTHING_MORE}", (), found)
 
 
 def _settled(verdict: Verdict, settled: bool, explanation: Explanation) -> Verdict:

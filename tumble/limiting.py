@@ -18,6 +18,8 @@ NAMED = 0.2
 """Share of the mean square error from which a thing is named as what limits a velocity."""
 SEEN = 2.0
 """Standard deviations by which a model without an effect has to miss what is stated of it before that is said."""
+LEAST_SHARE = 0.01
+"""Probability of a name below which its digits say nothing."""
 SETTLED_BY = {
     "length_scale": "'length=100mm±0.2mm measured 98.0mm' (a length that is known and was recorded)",
     "frame_rate": "'frame_rate=0±1e-5' (a checked clock)",
@@ -116,11 +118,13 @@ def _name_entry(name: UnderName) -> Entry:
 
 def names_sentence(group: Sequence[UnderName]) -> str:
     """A number under each of its names, and what would settle which it is."""
-    told = " or ".join(_under(name) for name in group)
+    known = [_under(name) for name in group if not name.unknown]
+    unknown = sum(name.probability for name in group if name.unknown)
+    names = [*known, *([f"{NOTHING_KNOWN} ({_odds(unknown)})"] if unknown else [])]
     single = [name for name in group if name.key in SETTLED_BY]
     ways = [f"{SETTLED_BY[name.key]}, to ±{_well_enough(name, group)} or better" for name in single]
     settled = f" State one of them with --known, and it is settled: {'; '.join(ways)}." if ways else ""
-    return f"One number, {len(group)} names: {told}.{settled}"
+    return f"One number, {len(names)} names: {' or '.join(names)}.{settled}"
 
 
 def settling(group: Sequence[str]) -> tuple[str, ...]:
@@ -130,8 +134,11 @@ def settling(group: Sequence[str]) -> tuple[str, ...]:
 
 
 def _under(name: UnderName) -> str:
-    told = [NOTHING_KNOWN] if name.unknown else [_part(part) for part in name.parts]
-    return f"{' with '.join(told)} ({name.probability:.0%})"
+    return f"{' with '.join(_part(part) for part in name.parts)} ({_odds(name.probability)})"
+
+
+def _odds(probability: float) -> str:
+    return f"{probability:.0%}" if probability >= LEAST_SHARE else f"< {LEAST_SHARE:.0%}"
 
 
 def _part(part: Part) -> str:

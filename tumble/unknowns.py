@@ -1,11 +1,13 @@
 """What is left that no effect of the catalogue explains: fitted, as a part of ``diagnosis.json``, and in words."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
+from datasets.observation import Observation
+from datasets.trajectory import Trajectory
 from datasets.vocabulary.effects import Stage
 from estimator.diagnosis.diagnose import Unknown
 from estimator.diagnosis.empirical_fit import SUPERFLUOUS, EmpiricalFit, LawFit, Removed, fit_empirical
@@ -18,6 +20,7 @@ from estimator.effects.link import EffectModel
 from estimator.effects.parameter_values import Z95
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit
 from estimator.fitting.campaigns.wald import wald_p
+from estimator.measurements.trajectories.impacts import rows_outside
 from estimator.reports.misfit_words import p_words
 from tumble.commands import command
 from tumble.diagnosis_documents import Entry, held_out_entry
@@ -177,11 +180,15 @@ def _sentences(left: Unknown, found: EmpiricalFit, needless: Sequence[str], unit
     rms = f"held-out RMS {rms_word(unit)}"
     words = " and ".join(FAMILY_WORDS[effect.entry.key] for effect in found.terms)
     removed = found.removed
-    said = [
-        f"It sits in the {left.stage.value} ({p_words(left.p)}): with {words} of no stated law the {rms} goes from "
-        f"{removed.before.rms_px:.4f} {unit} to {removed.after.rms_px:.4f} {unit}, {removed.share:.0%} of the excess over the noise floor "
-        f"({removed.floor_px:.4f} {unit})."
-    ]
+    before, after = (f"{each.rms_px:.4f} {unit}" for each in (removed.before, removed.after))
+    sits = f"It sits in the {left.stage.value} ({p_words(left.p)})"
+    if removed.after.rms_px < removed.before.rms_px:
+        said = [
+            f"{sits}: with {words} of no stated law the {rms} goes from {before} to {after}, {removed.share:.0%} of the excess over the "
+            f"noise floor ({removed.floor_px:.4f} {unit})."
+        ]
+    else:
+        said = [f"{sits}, but {words} of no stated law would not predict what was not fitted: the {rms} goes from {before} to {after}."]
     if found.law is None:
         return [*said, NO_LAW] if left.stage is Stage.DYNAMICS else said
     law = found.law
@@ -225,6 +232,19 @@ def with_unknown(verdict: Verdict, entry: Entry | None, ladder: Callable[[Sequen
     kept = [key for key in verdict.add if key not in entry["superfluous"]] if verdict.kind == "found" else []
     then = f"Once that plug-in is written: {ladder([*kept, f'./{PLUG_IN}:{CLASS}'])}"
     return replace(verdict, kind=kind, sentence=opening, remarks=(*entry["sentences"], then, *verdict.remarks))
+
+
+def contact_words(observations: Mapping[str, Observation | Trajectory]) -> tuple[str, ...]:
+    """That a contact looks like an unknown force, too, where rows of trajectories lie in no free flight; nothing otherwise."""
+    outside = rows_outside([each for each in observations.values() if isinstance(each, Trajectory)])
+    if not outside:
+        return ()
+    told = ", ".join(f"{name} ({rows})" for name, rows in list(outside.items())[:MOST_OTHERS])
+    more = " and others" if len(outside) > MOST_OTHERS else ""
+    return (
+        f"A contact looks like that, too: in {len(outside)} of {len(observations)} sequences some rows fall otherwise than in one free "
+        f"flight: {told}{more}. If something is touched there, cut the trajectories before it.",
+    )
 
 
 def law_command(out: Path) -> str:

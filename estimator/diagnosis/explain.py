@@ -145,9 +145,16 @@ def explain(
     last = _without_families(path, catalogue)
     steps = _steps(begun, best if set(last.keys) <= set(best.keys) else last, last, told)
     error = steps[-1].after if steps else held_out(last.campaign, last.fit.state, last.fit.model)
-    diagnosis = diagnosis_at(last, ended=True)
+    diagnosis = _as_probable_as_in(best, diagnosis_at(last, ended=True))
     left = diagnosis.unknown and replace(diagnosis.unknown, present=any(e in best.trial.families for e in best.members))
     return Explanation(begun, last, path, steps, campaign_covariance(last.campaign, last.fit), diagnosis, left, error)
+
+
+def _as_probable_as_in(best: At, diagnosis: Diagnosis) -> Diagnosis:
+    """The diagnosis with the probabilities of the most probable set: without the unknown, others stand for a part of it."""
+    numbers = {key: e for e, key in enumerate(best.trial.evidence.of.keys)}
+    known = [replace(f, probability=best.posterior.probability(numbers[f.key])) if f.key in numbers else f for f in diagnosis.findings]
+    return replace(diagnosis, findings=tuple(known))
 
 
 def _without_families(path: tuple[At, ...], catalogue: Mapping[str, EffectModel]) -> At:

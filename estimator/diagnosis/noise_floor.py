@@ -57,9 +57,14 @@ class NoiseFloor:
         """RMS (px) of what is left above noise and what is allowed beside it."""
         return float(np.sqrt(max(self.rms_px**2 - self.allowed * self.floor_px**2, 0.0)))
 
+    @property
+    def beyond(self) -> bool:
+        """Whether residuals are larger than noise, by their size alone."""
+        return self.interval[0] > self.allowed
+
     def explainable(self, p_missing: float, alpha: float) -> bool:
         """Whether there is something to explain: by size, by jumps, or because a candidate fits the pattern (``p_missing``, corrected)."""
-        return self.interval[0] > self.allowed or self.jumps or p_missing < alpha
+        return self.beyond or self.jumps or p_missing < alpha
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ refusal does not look at the cameras: one scale at a time, as long as no campaig
 """
 
 import difflib
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -84,9 +84,17 @@ def refuse_contradictions(keys: Sequence[str]) -> None:
     InputError
         With the reason.
     """
-    reason = contradiction(keys)
+    reason = excluded(keys)
     if reason is not None:
         raise InputError(f"--effects: {reason}" + (" Take one of them." if "contradict" in reason else ""))
+
+
+def excluded(keys: Sequence[str]) -> str | None:
+    """Why no model can have all of some effects; ``None`` where one can.
+
+    An effect with one value per sequence is held by their scatter, so a model can have it beside what all sequences share.
+    """
+    return contradiction([key for key in keys if key not in MODELS or not MODELS[key].entry.scope.own])
 
 
 def contradiction(keys: Sequence[str]) -> str | None:
@@ -107,11 +115,6 @@ def contradiction(keys: Sequence[str]) -> str | None:
             f"and {free[0]} makes that free."
         )
     return None
-
-
-def beside(keys: Sequence[str], candidates: Mapping[str, EffectModel]) -> tuple[EffectModel, ...]:
-    """The candidates that a model with the effects ``keys`` can have, too: not there yet, and none that contradicts one of them."""
-    return tuple(effect for key, effect in candidates.items() if key not in keys and contradiction((*keys, key)) is None)
 
 
 def refuse_without_gravity(keys: Sequence[str], gravity_world: Sequence[Array]) -> None:

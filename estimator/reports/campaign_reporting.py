@@ -64,6 +64,8 @@ def effect_values(registered: Registered, fit: CampaignFit, covariance: Campaign
             hollow = campaign.kind.hollow(campaign.sequences[sequence])
             reported = effect.reported(fit.state.theta[sequence][part], variance, hollow)
             for parameter, value, sigma in zip(effect.entry.parameters, *reported, strict=True):
+                if not value and not sigma and not effect.random and parameter.name not in effect.frozen:
+                    continue  # nothing that was measured depends on it
                 found.append(EffectValue(effect.entry.key, parameter, name, float(value), float(sigma)))
     return tuple(found)
 

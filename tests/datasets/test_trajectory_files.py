@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from datasets.errors import InputError
+from datasets.trajectory import Trajectory
 from datasets.trajectory_files import read_trajectory, trajectories_in
 
 TUM = "# timestamp tx ty tz qx qy qz qw\n" + "\n".join(f"{1.5e9 + 0.01 * i} {0.1 * i} 0.2 {-0.01 * i} 0 0 0 1" for i in range(6)) + "\n"
@@ -77,7 +78,7 @@ def test_a_folder_has_its_trajectories_in_order(tmp_path: Path) -> None:
 
 
 def test_a_gyroscope_alone_needs_neither_positions_nor_gravity(tmp_path: Path) -> None:
-    lines = "".join(f"{10 * i},0,90,{180 if i != 2 else ''},1,1,1\n" for i in range(6))
+    lines = "".join(f"{10 * i},0,{90 + i % 2},{180 if i != 2 else ''},1,1,1\n" for i in range(6))
     header = "t_ms,gyro_x_degs,gyro_y_degs,gyro_z_degs,sigma_gyro_x_degs,sigma_gyro_y_degs,sigma_gyro_z_degs"
     found = read_trajectory(written(tmp_path, f"{header}\n{lines}"), {})
     assert found.gyro is not None
@@ -88,6 +89,32 @@ def test_a_gyroscope_alone_needs_neither_positions_nor_gravity(tmp_path: Path) -
     assert np.isnan(found.x_world).all()
     assert not found.surroundings.gravity_world.any()
     assert not found.whole
+
+
+def test_a_gyroscope_at_its_limit_is_refused_until_those_cells_are_empty(tmp_path: Path) -> None:
+    """What lies still, or is quantised, repeats readings, too: only the largest one, row after row, is a limit."""
+    rng = np.random.default_rng(3)
+    turning = np.column_stack(
+        [np.round(rng.normal(0.0, 2.0, (40, 1))), np.zeros(40), 1500.0 + 40.0 * np.arange(40) + rng.normal(0.0, 5.0, 40)]
+    )
+
+    def read(values: np.ndarray) -> Trajectory:
+        lines = "".join(f"{10 * k},{a:g},{b:g},{'' if np.isnan(c) else f'{c:.3f}'}\n" for k, (a, b, c) in enumerate(values))
+        return read_trajectory(written(tmp_path, f"t_ms,gyro_x_degs,gyro_y_degs,gyro_z_degs\n{lines}"), {})
+
+    assert read(turning).gyro is not None
+    turning[10:18, 0] = turning[:, 0].max()
+    turning[[9, 18], 0] -= turning[[9, 18], 0] - turning[10, 0] + 1.0
+    assert read(turning).gyro is not None
+    for sign in (1.0, -1.0):
+        clipped = np.clip(sign * turning, -2000.0, 2000.0)
+        limit = np.abs(clipped[:, 2]) == 2000.0
+        with pytest.raises(
+            InputError, match=rf"to 41: gyro_z_degs: expected readings that scatter, came {sign * 2000:g} in .* in all {limit.sum()} rows"
+        ):
+            read(clipped)
+        clipped[limit, 2] = np.nan
+        assert np.isfinite(np.asarray(read(clipped).gyro)[:, 2]).sum() == 40 - limit.sum()
 
 
 def test_empty_cells_were_not_measured(tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ import trimesh
 from datasets.estimate_files import read_estimate
 from datasets.json_documents import read_document
 from datasets.trajectory import Trajectory
-from tests.estimator.made_trajectories import Hidden, Tracker, campaign
+from tests.estimator.made_trajectories import RATE_HZ, Hidden, Tracker, campaign
 from tests.estimator.measurements.trajectories.struck_tosses import toss
 from tests.estimator.measurements.trajectories.test_gyroscope import gyro_rows
 from tumble.cli.campaign_options import values_table
@@ -55,10 +55,34 @@ def test_diagnose_finds_the_drag_and_says_what_it_could_not_try(tosses: Path, tm
     assert found["verdict"]["next"] == f"tumble ladder {tosses} --gravity=0,0,-9.81 --effects quadratic_drag"
     assert found["unit"] == "σ"
     assert found["not_applicable"]["rolling_shutter"] == "it acts on pictures"
-    assert "centre_of_mass" not in found["not_applicable"]
+    assert not {each["effect"] for each in found["diagnosis"]["candidates"]} & set(found["not_applicable"])
     page = (tmp_path / "out" / "report.html").read_text()
     assert "Not on trial" in page
     assert " px" not in page.split("</style>")[1].split("<footer")[0].replace("px in the", "")
+
+
+def test_a_recording_that_is_there_twice_counts_once(positions: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    folder = tmp_path / "twice"
+    folder.mkdir()
+    for path in positions.iterdir():
+        (folder / path.name).write_text(path.read_text())
+    (folder / "toss_9.csv").write_text((positions / "toss_1.csv").read_text())
+    assert main(["compare", str(folder), "--out", str(tmp_path / "out")]) == 1
+    assert "the same rows as toss_1" in capsys.readouterr().err
+    assert read_document(tmp_path / "out" / "diagnosis.json", "diagnosis")["sequences"] == ["toss_0", "toss_1", "toss_2"]
+
+
+@pytest.mark.parametrize("flat", [True, False], ids=["a column of zeros", "made data"])
+def test_positions_without_noise_are_refused_until_it_is_stated(tmp_path: Path, *, flat: bool) -> None:
+    (tmp_path / "tosses").mkdir()
+    t = np.arange(60)[:, None] / RATE_HZ
+    for number, each in enumerate(campaign(8, Hidden(), Tracker(rows=60, orientation=False), sequences=3)):
+        x = each.x_world * [1.0, 0.0, 1.0] if flat else [0.1 * number, 0.0, 0.3] + t * [1.0, 0.5, 2.0] + 0.5 * t**2 * [0.0, 0.0, -9.81]
+        write_csv(replace(each, x_world=x), tmp_path / "tosses")
+    command = ["diagnose", str(tmp_path / "tosses"), GRAVITY, "--out", str(tmp_path / "out"), "-q"]
+    assert main(command) == 2
+    (tmp_path / "tosses" / "trajectory.toml").write_text("sigma_x_m = 5e-4\n")
+    assert main(command) == 0
 
 
 def test_what_one_number_cannot_tell_apart_is_one_group(tmp_path: Path) -> None:

@@ -3,27 +3,35 @@
 from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, cast
 
+import numpy as np
 import pytest
 
 from datasets.json_documents import read_document, write_document
+from datasets.vocabulary.effects import EFFECTS
 from estimator.appearance.effect_contracts import check_contracts
 from estimator.diagnosis import empirical_fit
 from estimator.diagnosis.adding import with_effect
 from estimator.diagnosis.diagnose import Unknown, diagnose
+from estimator.diagnosis.empirical_fit import EmpiricalFit
+from estimator.diagnosis.selection.names import Part, UnderName
+from estimator.effects.choosing import catalogue
 from estimator.effects.plug_ins import load_plug_in
 from estimator.fitting.campaigns.base_model import base_fit
 from estimator.fitting.campaigns.campaign import CampaignFit
 from estimator.fitting.campaigns.held_out import held_out
+from estimator.measurements.trajectories.registering import register_trajectories
+from tests.estimator.made_trajectories import Hidden, Tracker, campaign
 from tests.estimator.unknown_campaigns import unknown_campaign
 from tests.tumble.test_effect_writing import diagnosis
 from tumble.cli.main import main
-from tumble.diagnosing import verdict_of_explanation
+from tumble.diagnosing import not_applicable, verdict_of_explanation
 from tumble.diagnosis_documents import Entry
+from tumble.limiting import names_sentence
 from tumble.reports.campaign_page import render
 from tumble.reports.verdict import Verdict
-from tumble.unknowns import NO_LAW, law_command, unknown_entry, with_unknown
+from tumble.unknowns import NO_LAW, _sentences, law_command, unknown_entry, with_unknown
 
 NAMES = ("first", "second")
 LEFT = "The campaign is explained with gravity. Something is left that no effect of the catalogue explains."
@@ -85,6 +93,30 @@ def test_a_force_for_which_there_is_no_law_is_said_to_have_none(monkeypatch: pyt
     assert entry["sentences"][-1] == NO_LAW
 
 
+def test_a_curve_that_predicts_no_better_is_not_said_to_explain() -> None:
+    _, rest, entry = left()
+    worse = SimpleNamespace(rms_px=2.0 * entry["before"]["rms_px"])
+    found = SimpleNamespace(
+        terms=[SimpleNamespace(entry=SimpleNamespace(key="force_curve"))],
+        removed=SimpleNamespace(before=SimpleNamespace(rms_px=entry["before"]["rms_px"]), after=worse),
+        law=None,
+    )
+    (said, _) = _sentences(rest, cast(EmpiricalFit, found), (), "σ")
+    assert "but a force over time of no stated law would not predict what was not fitted" in said
+    assert "%" not in said
+
+
+def test_a_number_has_the_unknown_among_its_names_once() -> None:
+    drag = UnderName((Part("linear_drag", (EFFECTS["linear_drag"].parameters[0],), np.array([0.2]), np.array([0.02])),), 0.497)
+    unknown = [UnderName((Part(key, (), np.zeros(0), np.zeros(0)),), 0.25, unknown=True) for key in ("volume_warp", "force_field")]
+    jitter = UnderName((Part("trigger_jitter", (), np.zeros(0), np.zeros(0)),), 0.003)
+    told = names_sentence((drag, *unknown, jitter))
+    assert told == (
+        "One number, 3 names: linear drag rate 0.200 ± 0.020 1/s (50%) or trigger jitter (< 1%) or something that no known effect "
+        "describes (50%)."
+    )
+
+
 def explanation(*found: str, left: bool = False, sure: float = 0.99) -> Any:
     steps = [SimpleNamespace(added=key, sure=sure, established=sure > 0.95) for key in found]
     return SimpleNamespace(found=found, steps=steps, left=SimpleNamespace(present=left), diagnosis=SimpleNamespace(probability=0.8))
@@ -120,11 +152,11 @@ def test_the_plug_in_keeps_the_contracts_and_lowers_the_error(tmp_path: Path, ca
     assert f"tumble effect check {out}:MyLaw" in capsys.readouterr().out
     effect = load_plug_in(f"{out}:MyLaw")
     registered = unknown_campaign("outgassing_thrust")
-    campaign, (fit, _, entry) = registered.campaign, left()
-    kept = check_contracts(effect, campaign.sequences[0], registered.start.flights[0])
+    fit, _, entry = left()
+    kept = check_contracts(effect, registered.campaign.sequences[0], registered.start.flights[0])
     assert all(each.kept for each in kept)
-    campaign, better = with_effect(campaign, fit, effect)
-    after = held_out(campaign, better.state, better.model).rms_px
+    at, better = with_effect(registered.campaign, fit, effect)
+    after = held_out(at, better.state, better.model).rms_px
     squares = [rms**2 for rms in (entry["before"]["rms_px"], after, entry["floor_px"])]
     assert squares[0] - squares[1] > 0.8 * (squares[0] - squares[2])
     assert after == pytest.approx(entry["law"]["after"]["rms_px"], rel=0.05)
@@ -134,3 +166,10 @@ def test_where_nothing_is_left_nothing_is_said() -> None:
     fit, rest, _ = left()
     registered = unknown_campaign("outgassing_thrust")
     assert unknown_entry(registered.campaign, fit, Unknown(rest.test, 1.0, rest.tests, present=False), NAMES) is None
+
+
+def test_what_is_on_trial_beside_two_names_of_one_number_is_not_listed_as_not_on_trial() -> None:
+    registered = register_trajectories(campaign(8, Hidden(), Tracker(rows=20), sequences=2))
+    listed = not_applicable(registered.campaign, catalogue(), ("uniform_acceleration", "frame_rate"))
+    assert not {"linear_drag", "gravity", "length_scale"} & set(listed)
+    assert {"rolling_shutter", "gyroscope_bias"} <= set(listed)

@@ -7,7 +7,7 @@ import pytest
 
 from estimator.diagnosis.diagnose import Diagnosis
 from estimator.diagnosis.noise_floor import LAGS, NoiseFloor
-from tumble.diagnosing import _below
+from tumble.diagnosing import _below, _beyond_noise
 from tumble.reports import verdict
 from tumble.reports.verdict import Verdict, verdict_of
 
@@ -40,3 +40,24 @@ def test_the_floor_is_no_higher_than_beside_what_is_unknown() -> None:
     lower = _below(floor, {"floor_px": 0.4})
     assert (lower.floor_px, lower.repeated_px, lower.reduced) == pytest.approx((0.4, 0.4, 4 * 1.27))
     assert lower.interval == pytest.approx((4.4, 5.6))
+
+
+def test_what_is_beyond_noise_is_not_called_nothing() -> None:
+    """Residuals of a stated noise that no effect of the catalogue is behind: a wobble that dies away, and its like."""
+    nan, numbers = float("nan"), np.zeros(0)
+    floor = NoiseFloor(1.0, 0.2, 1.0, 0.2, False, 25.0, (17.0, 37.0), 1.0, numbers, LAGS, numbers, (0.0, 0.1), nan, nan)
+    quiet = NoiseFloor(1.0, 0.9, 1.0, 0.9, False, 1.1, (0.8, 1.4), 1.0, numbers, LAGS, numbers, (0.0, 0.1), nan, nan)
+    at, nothing = (1.0, 0.05), Verdict("nothing missing", "Nothing is missing (probability 93.1%).", ("a remark",), ())
+    assert _beyond_noise(nothing, quiet, "σ", at) is nothing
+    told = _beyond_noise(nothing, floor, "σ", at)
+    assert told.sentence == "There is something to explain, and no known effect does."
+    assert told.remarks[0].endswith("There is something to explain: about 0.98 times the noise, alike in neighbouring rows or frames.")
+    short = _beyond_noise(Verdict("says nothing", "Too short.", ("a remark",), ()), floor, "σ", at)
+    assert (short.kind, short.sentence, len(short.remarks)) == ("says nothing", "Too short.", 2)
+    unknown = Verdict("found", "Explained with drag. Something is missing that no effect of the catalogue explains.", (), ("linear_drag",))
+    assert _beyond_noise(unknown, floor, "σ", at) is unknown
+    found = Verdict("found", "Explained with drag. Then nothing more is missing.", (), ("linear_drag",))
+    assert _beyond_noise(found, quiet, "σ", at) is found
+    assert _beyond_noise(found, floor, "σ", at).sentence == (
+        "Explained with drag. Residuals are still larger than noise, and no known effect is behind it."
+    )

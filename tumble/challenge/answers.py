@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from estimator.diagnosis.empirical_fit import fit_empirical
 from estimator.diagnosis.explain import Explanation, Step
 from estimator.diagnosis.score_tests import ScoreTest
-from estimator.diagnosis.selection.names import JOINED, possible_names
+from estimator.diagnosis.selection.names import JOINED, possible_beside, possible_names
 from estimator.diagnosis.selection.testing import tests_beside
 from estimator.effects.choosing import catalogue
 from estimator.effects.instrument.curvature_bias import CurvatureBias
@@ -32,8 +32,8 @@ def answer(explained: Explanation) -> dict[str, Any]:
     campaign, begun = explained.campaign, explained.begun
     errors = {"base": explained.steps[0].before, "final": explained.held_out} if explained.steps else {}
     families = {t.effect.entry.key for t in explained.left.tests} if explained.left is not None else set()
-    names = possible_names(explained.path[-1], explained.groups, explained.fit.model.keys)
-    last = uncertain(campaign, explained.fit, catalogue(), names)
+    best, keys = explained.path[-1], explained.fit.model.keys
+    last = uncertain(campaign, explained.fit, catalogue(), possible_names(best, explained.groups, keys), possible_beside(best, keys))
     first = [t for t in tests_beside(begun.trial.evidence.of) if t.effect.entry.key not in families]
     return {
         "found": list(explained.found),

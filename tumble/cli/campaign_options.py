@@ -177,7 +177,7 @@ def say_diagnosis(document: Document) -> None:
     for remark in document["verdict"]["remarks"]:
         say(remark)
     too_short = document["verdict"]["kind"] == "says nothing"
-    if document.get("limits") and not too_short:
+    if document.get("limits") and document["limits"]["sentence"] and not too_short:
         say(document["limits"]["sentence"])
     say(what_next(None if too_short else document["verdict"]["next"]))
 

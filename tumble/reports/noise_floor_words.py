@@ -29,7 +29,7 @@ def floor_sentence(floor: NoiseFloor, unit: str, at: tuple[float, float]) -> str
 def _concluded(floor: NoiseFloor, said: str, excess: str, at: tuple[float, float]) -> str:
     """What was ``said`` with its conclusion: by the size of the ``excess``, or by p-value and level ``at``."""
     p_missing, alpha = at
-    if floor.interval[0] > floor.allowed:
+    if floor.beyond:
         return f"{said} There is something to explain: about {excess}."
     if p_missing < alpha:
         return f"{said} Their pattern is not that of noise ({p_words(p_missing)}): there is something to explain."

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from estimator.diagnosis.separation import Expected, Prospect, Separation
-from estimator.effects.choosing import contradiction
+from estimator.effects.choosing import excluded
 from tumble.reports.verdict import Verdict
 
 MOST_NAMED = 2
@@ -60,4 +60,4 @@ def _would_not(recordings: Sequence[Prospect]) -> str:
 
 
 def _one_at_a_time(pair: tuple[str, str]) -> str:
-    return " Either way only one of them can be in a model." if contradiction(pair) is not None else ""
+    return " Either way only one of them can be in a model." if excluded(pair) is not None else ""

@@ -25,7 +25,7 @@ NEXT: dict[Status, str] = {
     Status.AMBIGUOUS: "Compare the competing minima. Add calibrated views from other sides, a second camera, or a longer sequence.",
     Status.NOT_ENOUGH_FRAMES: "See below why frames were left out; record longer, or widen the view.",
     Status.OUT_OF_VIEW: "Cut the recording to the frames that show the whole particle, or move the camera back.",
-    Status.NO_CONVERGENCE: "Check that the calibrated views belong to this particle, and that focal length and units are right.",
+    Status.NO_CONVERGENCE: "Check units and gravity; of pictures, that the views belong to this particle and the focal length is right.",
     Status.IMPACT_AT_EDGE: "Cut the recording at the impact, or record more frames on either side of it.",
     Status.SECOND_CONTACT: "Record with a higher frame rate, so that there are frames between the contacts, or cut the recording there.",
     Status.RESTING: "Cut the recording to the frames in which the particle flies.",

@@ -19,7 +19,7 @@ from datasets.vocabulary.effects import Parameter
 from estimator.diagnosis.selection.groups import FACTOR, Name
 from estimator.diagnosis.selection.path import At
 from estimator.diagnosis.selection.search import Set
-from estimator.fitting.campaigns.considered import Possible
+from estimator.fitting.campaigns.considered import LeftOut, Possible
 
 Array = NDArray[np.float64]
 JOINED = "+"
@@ -83,8 +83,19 @@ def _part(at: At, members: Set, effect: int) -> Part:
 
 def possible_names(at: At, groups: Sequence[Sequence[UnderName]], model: Sequence[str]) -> tuple[Possible, ...]:
     """What may be true beside a ``model``: other names of what it has, what is neither shown nor excluded, what was left out."""
+    other = (name for group in groups for name in group[1:] if not name.unknown)
+    return _possible_parts(at, (*other, *_additions(at), *_left_out(at, model)), model)
+
+
+def possible_beside(at: At, model: Sequence[str]) -> LeftOut:
+    """What was left out of a ``model``: the values that it is told with have a part of that in them, whatever their names."""
+    return LeftOut(_possible_parts(at, _left_out(at, model), model), tuple(key for key in model if key not in at.keys))
+
+
+def _possible_parts(at: At, names: Sequence[UnderName], model: Sequence[str]) -> tuple[Possible, ...]:
+    """The parts of names that a ``model`` lacks, each under the first name that has it."""
     found: dict[str, Possible] = {}
-    for name in (*(name for group in groups for name in group[1:] if not name.unknown), *_additions(at), *_left_out(at, model)):
+    for name in names:
         for part in name.parts:
             if part.key not in found and part.key not in model and len(part.mean):
                 found[part.key] = _possible(at, part, name.probability)

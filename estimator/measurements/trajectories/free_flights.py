@@ -92,6 +92,18 @@ def free_flights(times_s: Array, x: Array, gravity: Array, sigma: float) -> tupl
     return tuple(run for run in reversed(runs) if flies(times_s[run.first : run.last], fallen[run.first : run.last], noise))
 
 
+def share_of_gravity(times_s: Array, x: Array, gravity: Array) -> float | None:
+    """Acceleration of a parabola along gravity, over it; ``None`` without gravity or where too few rows have positions.
+
+    ``times_s`` (n,), ``x`` (n, 3) m, world frame, NaN where not measured; ``gravity`` (3,) m/s², world frame.
+    """
+    seen, size = np.isfinite(x).all(axis=1), float(np.linalg.norm(gravity))
+    if size == 0.0 or seen.sum() < LEAST_ROWS:
+        return None
+    fitted = np.polynomial.polynomial.polyfit(times_s[seen] - times_s[seen].mean(), x[seen] @ gravity / size, 2)
+    return float(2.0 * fitted[2] / size)
+
+
 def least_rows(times_s: Array, gravity: float, noise: float) -> int:
     """How many rows a flight needs; ``times_s`` (n,)."""
     interval = float(np.median(np.diff(times_s)))

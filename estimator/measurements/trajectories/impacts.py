@@ -49,12 +49,18 @@ class Struck:
 
 def may_have_impacts(trajectories: Sequence[Trajectory]) -> bool:
     """Whether any trajectory is more than one free flight and noise; only poses can tell."""
-    if not all(t.whole for t in trajectories):
-        return False
-    return any(
-        bool(runs) and len(t.times_s) - (runs[0].last - runs[0].first) >= LEAST_OUTSIDE
-        for t, runs in zip(trajectories, all_runs(trajectories), strict=True)
-    )
+    return all(t.whole for t in trajectories) and bool(rows_outside(trajectories))
+
+
+def rows_outside(trajectories: Sequence[Trajectory]) -> dict[str, int]:
+    """How many rows of a trajectory lie outside of its first free flight, by its name; none where too few do, or nothing falls freely.
+
+    Trajectories with positions in every row can tell.
+    """
+    told = [t for t in trajectories if np.isfinite(t.x_world).all()]
+    flights = zip(told, all_runs(told), strict=True) if told else ()
+    outside = {t.name: len(t.times_s) - (runs[0].last - runs[0].first) for t, runs in flights if runs}
+    return {name: rows for name, rows in outside.items() if rows >= LEAST_OUTSIDE}
 
 
 def all_runs(trajectories: Sequence[Trajectory]) -> list[tuple[Run, ...]]:
@@ -80,17 +86,16 @@ def least_flights(trajectories: Sequence[Trajectory]) -> list[int]:
 
 
 def centre_path(trajectory: Trajectory) -> Array:
-    """Path (n, 3) m of the centre of mass.
+    """Path (n, 3) m of the centre of mass; that of the tracked point where no orientation was measured."""
+    if trajectory.q_world_tracked is None:
+        return trajectory.x_world
+    return np.asarray(trajectory.x_world + rotation_matrices(trajectory.q_world_tracked) @ trajectory.surroundings.body.com_particle)
 
-    Raises
-    ------
-    InputError
-        Where the trajectory has no orientations, or not in every row.
-    """
+
+def _refuse_without_poses(trajectory: Trajectory) -> None:
     if trajectory.q_world_tracked is None or not trajectory.whole:
         came = "came none" if trajectory.q_world_tracked is None else "came rows without"
         raise InputError(f"{trajectory.name}: expected orientations qx, qy, qz, qw beside positions: impacts need poses, {came}.")
-    return np.asarray(trajectory.x_world + rotation_matrices(trajectory.q_world_tracked) @ trajectory.surroundings.body.com_particle)
 
 
 def measure_impacts(trajectories: Sequence[Trajectory]) -> tuple[Estimate, ...]:
@@ -101,6 +106,8 @@ def measure_impacts(trajectories: Sequence[Trajectory]) -> tuple[Estimate, ...]:
     InputError
         Where a trajectory has no orientations.
     """
+    for trajectory in trajectories:
+        _refuse_without_poses(trajectory)
     runs = all_runs(trajectories)
     fitted = iter(fitted_flights([(t, run) for t, own in zip(trajectories, runs, strict=True) for run in own]))
     return tuple(

@@ -14,7 +14,7 @@ from estimator.fitting.campaigns.base_model import base_fit
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState
 from estimator.fitting.campaigns.facts import Fact
 from estimator.fitting.campaigns.registered import Registered
-from estimator.likelihood.alike_noise import channel_noise
+from estimator.likelihood.alike_noise import ChannelNoise, channel_noise
 from estimator.measurements.trajectories.kind import Trajectories
 from estimator.measurements.trajectories.starting import first_flight
 from estimator.measurements.trajectories.task import TrajectoryTask, read_once
@@ -25,6 +25,10 @@ NO_TURN = np.array([0.0, 0.0, 0.0, 1.0])
 """The attitude (quaternion) that stands where none was measured."""
 FIRST_GUESS = {"x": 1e-3, "theta": 1e-2, "omega": 1.0, "gyro": 1.0}
 """Standard deviations of the first fit (m, rad, rad/s twice), whose residuals tell the noise."""
+TOLD = {"x": "positions along", "theta": "turns about", "omega": "spins about", "gyro": "readings of"}
+"""Channels in words, before an axis."""
+ROUNDING = float(np.finfo(np.float64).eps)
+"""Noise (m, rad, rad/s) that is none: rounding of numbers near one."""
 ROUNDS = 2
 """Of fitting and reading the noise off the residuals in turn."""
 
@@ -147,10 +151,20 @@ def _with_noise(campaign: Campaign, fit: CampaignFit, stated: Sequence[dict[str,
         columns = {i: tasks[i].columns(channel).start + axis for i in rows if tasks[i].seen(channel)[:, axis].any()}
         residuals = [_residuals(fit, tasks[i], (i, k), stated=known) for i, k in columns.items()]
         noise = channel_noise(residuals, stated=known) if residuals else None
+        _refuse_without_scatter(None if known else noise, [tasks[i].name for i in columns], f"{TOLD[channel]} {'xyz'[axis]}")
         for i, k in columns.items():
             if noise is not None:
                 tasks[i] = _replaced(tasks[i], k, None if known else noise.sigma, noise.repeats)
     return tuple(tasks)
+
+
+def _refuse_without_scatter(noise: ChannelNoise | None, names: Sequence[str], what: str) -> None:
+    """Refuse values that never differ from a smooth curve: an axis that was written though nobody measured it, or made data."""
+    if noise is not None and noise.sigma <= ROUNDING:
+        raise InputError(
+            f"{names[0]}: expected {what} to scatter from row to row, got values without noise in {len(names)} trajectories. Leave cells "
+            "of what was not measured empty; of made data state the noise (sigma_x_m, sigma_theta_rad, ...)."
+        )
 
 
 def _residuals(fit: CampaignFit, task: TrajectoryTask, at: tuple[int, int], *, stated: bool) -> Array:

@@ -92,7 +92,7 @@ def _taken_apart(
     found = {f"{name}_{a}": measured[:, i] for i, a in enumerate("xyz")}
     repeats = {f"{name}_{a}": np.full(len(measured), alike[i]) for i, a in enumerate("xyz")}
     u = along / np.maximum(np.linalg.norm(along, axis=1, keepdims=True), SLOW)
-    weight = np.where(seen, u * task.sigma[:, columns], 0.0)
+    weight = u * np.where(seen, task.sigma[:, columns], 0.0)
     size = np.linalg.norm(weight, axis=1)
     found[f"{name}_along"] = np.where(seen.any(axis=1), np.sum(weight * np.nan_to_num(measured), axis=1) / np.maximum(size, 1e-300), np.nan)
     repeats[f"{name}_along"] = np.full(len(measured), alike.mean())

@@ -12,6 +12,9 @@ Array = NDArray[np.float64]
 MOST_ROWS = 9
 """Rows about the middle whose turns are averaged: the spin of a body that is not round changes."""
 
+NO_SLOPE = 1e-12
+"""Against division by zero (1/s²): a ball's readings do not tell what is not read."""
+
 
 def first_flight(task: TrajectoryTask, body: Body) -> Flight:
     """Free flight through a trajectory."""
@@ -30,7 +33,7 @@ def first_flight(task: TrajectoryTask, body: Body) -> Flight:
         x=x,
         q=quaternion(R),
         v=v,
-        omega=_spin(task, middle, R @ body.R_particle_body.T),
+        omega=_spin(task, middle, R @ body.R_particle_body.T, body),
         body=body,
         com=np.zeros(3),
         inertia=np.zeros(5),
@@ -49,10 +52,10 @@ def _middle(task: TrajectoryTask) -> int:
     return len(task.times_s) // 2
 
 
-def _spin(task: TrajectoryTask, middle: int, R_world_tracked: Array) -> Array:
+def _spin(task: TrajectoryTask, middle: int, R_world_tracked: Array, body: Body) -> Array:
     """Angular velocity (3,) about the middle row, world frame."""
     if task.gyro is not None and task.seen("gyro")[middle].any():
-        return np.asarray(R_world_tracked @ np.where(task.seen("gyro")[middle], task.gyro[middle], 0.0))
+        return np.asarray(R_world_tracked @ (np.where(task.seen("gyro")[middle], task.gyro[middle], 0.0) + _never_read(task, body)))
     if task.R_world_body is not None:
         rows = np.flatnonzero(task.seen("theta").all(axis=1))
         here = int(np.searchsorted(rows, middle))
@@ -63,3 +66,24 @@ def _spin(task: TrajectoryTask, middle: int, R_world_tracked: Array) -> Array:
         return np.zeros(3)
     seen = task.seen("omega")
     return np.asarray(np.where(seen, task.omega_world, 0.0).sum(axis=0) / np.maximum(seen.sum(axis=0), 1))
+
+
+def _never_read(task: TrajectoryTask, body: Body) -> Array:
+    """What of the spin (3,) rad/s, tracked frame, a gyroscope never reads though the other two axes tell it: none for a ball.
+
+    By Euler's equations ``I dw/dt = -w x I w`` the readings change at a rate that is linear in a constant spin ``s`` about the axis ``e``
+    that is not read, but for ``s²``, which adds the same in every row, as a bias does. So ``s`` is the slope of the rates less their mean.
+    """
+    seen = task.seen("gyro")
+    axes = seen.any(axis=0)
+    rows = np.flatnonzero((seen[1:] & seen[:-1])[:, axes].all(axis=1))
+    if task.gyro is None or axes.sum() != 2 or not len(rows):
+        return np.zeros(3)
+    e = np.where(axes, 0.0, 1.0)
+    moments = body.R_particle_body @ np.diag(body.inertia_ratios) @ body.R_particle_body.T
+    w = np.where(axes, 0.5 * (task.gyro[rows + 1] + task.gyro[rows]), 0.0)
+    slowed = -np.cross(w, w @ moments) @ np.linalg.inv(moments)
+    slope = -(np.cross(w, moments @ e) + np.cross(e, w @ moments)) @ np.linalg.inv(moments)
+    rate = (task.gyro[rows + 1] - task.gyro[rows]) / (task.times_s[rows + 1] - task.times_s[rows])[:, None] - slowed
+    slope, rate = ((each - each.mean(axis=0))[:, axes] for each in (slope, rate))
+    return np.asarray(e * np.sum(slope * rate) / max(float(np.sum(slope**2)), NO_SLOPE))

@@ -4,7 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
+from scipy.spatial.transform import Rotation
 
 from datasets.trajectory import Surroundings, Trajectory
 from datasets.vocabulary.body import Body
@@ -23,7 +25,9 @@ from estimator.motion.flight import N_PARAMETERS, OMEGA, THETA, V, X, moved
 from estimator.reports.campaign_reporting import effect_values
 from tests.estimator.made_trajectories import Hidden, Tracker, campaign
 
+Array = NDArray[np.float64]
 NOISE_RADS = 0.01
+MOMENTS = np.array([0.55, 0.56, 1.0])
 
 
 def gyro_rows(seed: int, damping: float, ratios: tuple[float, float, float], *, sequences: int = 2, rows: int = 120) -> list[Trajectory]:
@@ -66,6 +70,35 @@ def test_an_axis_that_a_gyroscope_never_reads_starts_at_rest() -> None:
     blind = replace(each, gyro=np.column_stack([each.gyro[:, :2], np.full(len(each.gyro), np.nan)]))
     flight = first_flight(task_of(blind), blind.surroundings.body)
     np.testing.assert_allclose(flight.omega, [*each.gyro[60, :2], 0.0], atol=0.1)
+
+
+@pytest.mark.parametrize(
+    "turned", [np.eye(3), np.eye(3)[[1, 2, 0]], Rotation.from_rotvec([0.0, 0.0, 0.4]).as_matrix()], ids=["z", "x", "oblique"]
+)
+def test_a_spin_that_is_never_read_is_found_from_the_wobble(turned: Array) -> None:
+    """A thrown disc turns faster than its gyroscope reads: how fast its other axes wobble says how fast, beside a bias and a lost row."""
+    read = gyro_rows(4, 0.0, (0.55, 0.56, 1.0), sequences=1, rows=250)
+    blind = []
+    for each in read:
+        assert each.gyro is not None
+        gyro = (each.gyro + np.array([0.1, -0.1, 0.0])) @ turned.T
+        gyro[:, np.argmax(turned[:, 2])] = np.nan
+        gyro[7] = np.nan
+        blind.append(replace(each, gyro=gyro, surroundings=replace(each.surroundings, body=Body(np.zeros(3), turned, MOMENTS))))
+    registered = register_trajectories(blind)
+    _, fit = fit_with(registered.campaign, registered.start, (catalogue()["gyroscope_bias"],))
+    assert fit.settled
+    for each, flight in zip(read, fit.state.flights, strict=True):
+        assert each.gyro is not None
+        assert flight.omega @ turned[:, 2] == pytest.approx(each.gyro[125, 2], rel=0.01)
+
+
+def test_maps_of_readings_of_two_axes_warn_of_nothing() -> None:
+    each = gyro_rows(4, 0.0, (0.55, 0.56, 1.0))
+    blind = [replace(t, gyro=np.where([True, True, False], np.asarray(t.gyro), np.nan)) for t in each]
+    registered = register_trajectories(blind)
+    maps = residual_maps(registered.campaign, base_fit(registered.campaign, registered.start))
+    assert {m.kind for m in maps} == {"spin_x", "spin_y", "spin_along"}
 
 
 def test_a_gyroscope_alone_shows_where_it_misses_and_what_needs_more_is_refused() -> None:

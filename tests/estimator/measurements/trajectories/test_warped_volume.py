@@ -9,12 +9,12 @@ import pytest
 from datasets.trajectory import Trajectory
 from datasets.vocabulary.effects import Stage
 from estimator.diagnosis.explain import Explanation, explain
-from estimator.diagnosis.selection.names import possible_names
+from estimator.diagnosis.selection.names import possible_beside, possible_names
 from estimator.effects.choosing import catalogue
 from estimator.effects.empirical.families import VolumeWarp
 from estimator.effects.link import Setting
 from estimator.fitting.campaigns.campaign_covariance import campaign_covariance
-from estimator.fitting.campaigns.considered import considered
+from estimator.fitting.campaigns.considered import LeftOut, considered, uncertain
 from estimator.measurements.trajectories.registering import register_trajectories
 from estimator.motion.flight import V
 from tests.estimator.made_trajectories import GRAVITY, RATE_HZ, Hidden, Tracker, measured
@@ -75,6 +75,16 @@ def test_what_the_warp_has_in_every_toss_stays_in_the_model_as_the_tosses_own() 
     assert "uniform_acceleration" in explained(TWIST, 0.0).found
 
 
+def test_effects_are_as_probable_as_beside_what_is_unknown() -> None:
+    """Without the warp a distortion and a drag would stand for parts of it."""
+    found = explained(TWIST, 0.0)
+    best = found.path[-1]
+    told = {each.key: each.probability for each in found.diagnosis.findings}
+    assert {"linear_drag", "quadratic_drag", "position_distortion"} <= set(told)
+    assert told == {key: best.posterior.probability(best.trial.evidence.of.keys.index(key)) for key in told}
+    assert max(told["linear_drag"], told["quadratic_drag"]) < 0.5
+
+
 def test_what_is_unknown_widens_what_is_measured() -> None:
     found = explained(TWIST, 0.0)
     possible = possible_names(found.path[-1], found.groups, found.fit.model.keys)
@@ -83,6 +93,21 @@ def test_what_is_unknown_widens_what_is_measured() -> None:
     v = np.arange(V.start, V.stop)
     wide, plain = (np.sqrt(np.diag(of.of(0, v))).mean() for of in (at.fitted, at.plain))
     assert wide > 2.0 * plain
+
+
+def test_the_interval_of_a_drag_holds_it_though_a_part_of_the_warp_is_in_its_value() -> None:
+    found = explained(TWIST, DRAG)
+    model = found.fit.model
+    value = found.fit.state.theta[0][model.slices[model.keys.index("linear_drag")]][0]
+    pulls, own = [], []
+    for beside in (LeftOut(), possible_beside(found.path[-1], model.keys)):
+        of = uncertain(found.campaign, found.fit, catalogue(), (), beside)
+        pulls.append(float((value - DRAG) / np.sqrt(of.of_values.of(0, model.layout.columns(["linear_drag"]))[0, 0])))
+        own.append(np.diag(of.of_values.of(0, model.layout.columns(["uniform_acceleration"]))))
+    plain, wide = pulls
+    np.testing.assert_allclose(own[1], own[0], err_msg="the tosses' own accelerations are the warp's other name")
+    assert plain > 3.0
+    assert abs(wide) < 1.96
 
 
 @pytest.mark.parametrize("twist", [0.0, TWIST], ids=["alone", "beside a twist"])

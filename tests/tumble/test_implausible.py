@@ -1,0 +1,74 @@
+"""What was stated wrongly is not explained away by values that no such thing has; a contact is not called a force without a word."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from datasets.json_documents import read_document
+from datasets.trajectory import Trajectory
+from estimator.measurements.trajectories.free_flights import share_of_gravity
+from tests.estimator.made_trajectories import GRAVITY, Hidden, Tracker, campaign
+from tests.estimator.measurements.trajectories.struck_tosses import RATE_HZ, toss
+from tests.estimator.measurements.trajectories.test_gyroscope import gyro_rows
+from tests.tumble.test_trajectory_verbs import write_csv
+from tumble.cli.main import main
+from tumble.unknowns import contact_words
+
+
+def test_positions_in_another_unit_are_not_explained_by_an_acceleration(tmp_path: Path) -> None:
+    (tmp_path / "tosses").mkdir()
+    for each in campaign(8, Hidden(drag=0.1), Tracker(rows=20, orientation=False), sequences=4):
+        write_csv(replace(each, x_world=1e-3 * each.x_world), tmp_path / "tosses")
+    assert main(["explain", str(tmp_path / "tosses"), "--gravity=0,0,-9.81", "--out", str(tmp_path / "out"), "-q"]) == 0
+    verdict = read_document(tmp_path / "out" / "diagnosis.json", "diagnosis")["verdict"]
+    assert verdict["sentence"].startswith(
+        "No model of plausible values explains the campaign: in the most probable one uniform acceleration"
+    )
+    assert verdict["remarks"][0].startswith("Positions fall with 0.00099")
+    assert verdict["next"] == f"tumble compare {tmp_path / 'tosses'} --gravity=0,0,-9.81"
+
+
+@pytest.mark.parametrize("factor", [1.0, -1.0, 100.0])
+def test_the_share_of_gravity_is_that_of_the_path(factor: float) -> None:
+    (each,) = campaign(8, Hidden(), Tracker(rows=30), sequences=1)
+    x = factor * each.x_world
+    x[::5] = np.nan
+    share = share_of_gravity(each.times_s, x, GRAVITY)
+    assert share == pytest.approx(factor, rel=0.02)
+    assert share_of_gravity(each.times_s, x, np.zeros(3)) is None
+    assert share_of_gravity(each.times_s[:6], x[:6], GRAVITY) is None
+
+
+def _cut(after: int, *, oriented: bool) -> dict[str, Trajectory]:
+    """Tosses that end so many rows after their contact."""
+    rng = np.random.default_rng(5)
+    made = {}
+    for number in range(6):
+        known = toss(rng, height=0.16)
+        rows = slice(0, int(known.hits[0].time_s * RATE_HZ) + 1 + after)
+        t = known.trajectory
+        q = t.q_world_tracked[rows] if oriented and t.q_world_tracked is not None else None
+        made[f"toss_{number}"] = replace(t, name=f"toss_{number}", times_s=t.times_s[rows], x_world=t.x_world[rows], q_world_tracked=q)
+    return made
+
+
+@pytest.mark.parametrize("oriented", [True, False])
+def test_a_contact_in_the_last_rows_is_named_beside_an_unknown_force(*, oriented: bool) -> None:
+    (said,) = contact_words(_cut(3, oriented=oriented))
+    assert said.startswith("A contact looks like that, too: in 6 of 6 sequences")
+    assert contact_words(_cut(0, oriented=oriented)) == ()
+    assert contact_words({each.name: each for each in gyro_rows(4, 0.0, (0.5, 0.6, 1.0))}) == ()
+
+
+def test_gravity_the_wrong_way_is_told_as_what_it_is(tmp_path: Path) -> None:
+    """An own acceleration of two gravities is not made plausible by what is unknown beside it."""
+    (tmp_path / "tosses").mkdir()
+    for each in campaign(8, Hidden(), Tracker(rows=20), sequences=5):
+        write_csv(each, tmp_path / "tosses")
+    assert main(["explain", str(tmp_path / "tosses"), "--gravity=0,0,9.81", "--out", str(tmp_path / "out"), "-q"]) == 0
+    verdict = read_document(tmp_path / "out" / "diagnosis.json", "diagnosis")["verdict"]
+    (share,) = [float(remark.split()[3]) for remark in verdict["remarks"] if remark.startswith("Positions fall with")]
+    assert share == pytest.approx(-1.0, abs=0.02)
+    assert verdict["sentence"].startswith(("No model of plausible values", "Something is missing that no effect"))

@@ -1,0 +1,42 @@
+"""A most probable model whose values no such thing has: it explains nothing; what was stated is looked at first."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from datasets.observation import Observation
+from datasets.trajectory import Trajectory
+from datasets.vocabulary.effects import EFFECTS
+from estimator.measurements.trajectories.free_flights import share_of_gravity
+from estimator.reports.campaign_reporting import EffectValue
+from tumble.reports.verdict import Verdict
+
+
+def believed(verdict: Verdict, values: Sequence[EffectValue], observations: Mapping[str, Observation | Trajectory]) -> Verdict:
+    """The verdict, or that no plausible model was found, where most sequences' own values lie outside of what is plausible.
+
+    A value that sequences share is bounded by the evidence; own values are held by their scatter alone.
+    """
+    own: dict[tuple[str, str], list[bool]] = {}
+    for value in values:
+        if value.effect in EFFECTS and EFFECTS[value.effect].scope.own:
+            own.setdefault((value.effect, value.parameter.name), []).append(value.plausible)
+    odd = dict.fromkeys(effect.replace("_", " ") for (effect, _), plausible in own.items() if 2 * sum(plausible) < len(plausible))
+    if not odd:
+        return verdict
+    sentence = (
+        f"No model of plausible values explains the campaign: in the most probable one {', '.join(odd)} is larger than what the catalogue "
+        "expects. Check first what was stated: gravity, units, times."
+    )
+    remarks = tuple(dict.fromkeys((*fall_words(observations), *verdict.remarks)))
+    return replace(verdict, kind="judged", sentence=sentence, remarks=remarks, add=())
+
+
+def fall_words(observations: Mapping[str, Observation | Trajectory]) -> Iterator[str]:
+    """How tracked positions fall, whatever the model."""
+    told = [each for each in observations.values() if isinstance(each, Trajectory)]
+    shares = [share_of_gravity(each.times_s, each.x_world, each.surroundings.gravity_world) for each in told]
+    known = [share for share in shares if share is not None]
+    if known:
+        yield f"Positions fall with {np.median(known):.3g} times the stated gravity (along it, median of {len(known)} sequences)."
