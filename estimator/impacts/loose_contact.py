@@ -24,8 +24,8 @@ COORDINATES = 5
 """Of a shift of the pose that is no shift of the time."""
 CONTACT_S, CONTACT_FREEDOM = 5e-6, 1.0
 """Scale and degrees of freedom of a single contact's spread, in which friction does not act in time with the normal force: in the truth of
-24 made drops contacts last 14 to 29 µs, z has 0 to 1.6 µs in the root mean square, and 14 in one of two corners (trial run). About nought it
-is held to 2 µs."""
+24 made drops contacts last 14 to 29 µs, z has 0 to 1.6 µs in the root mean square, and 14 in one of two corners (trial run). About nought
+it is held to 2 µs."""
 LONGEST_SPREAD_S = 1.0
 """Of a contact in time, above all that an impact lasts: an end of the search for a root, and no prior to speak of."""
 

@@ -33,9 +33,9 @@ from estimator.surface.surface_scale import scaled_step
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 R = TypeVar("R", bound="Recorded")
-MOST_ROUNDS = 12
+MOST_ROUNDS = 20
 """After which a fit that has not settled is given up: fits of trial runs settled within two to six, one in nine, of a stone that the mesh
-cannot follow."""
+cannot follow, and one of a drop in thirteen, from where tangents were 14 standard deviations off."""
 SETTLED, TURNED = 0.3, 0.6
 """Share of the standard deviations that ends the fit. Samples that change the edge they meet throw it about by as much and more, so that
 every step that turns back shortens all that follow by the second number: their mean is what is looked for."""
