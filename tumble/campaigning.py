@@ -123,7 +123,11 @@ def _read_alone(folder: Path) -> Observation:
 def _of_pictures(
     source: Path, configuration: Configuration, effects: Sequence[EffectModel], particle: Path | None, *, quiet: bool
 ) -> Prepared:
-    observations, left_out = _read(observations_in(source), _read_alone)
+    try:
+        folders = observations_in(source)
+    except InputError as error:
+        raise InputError(f"{error} Trajectories are files that end in .csv, .tum or .txt.") from error
+    observations, left_out = _read(folders, _read_alone)
     if particle is not None:
         known = read_particle(particle)
         observations = {name: with_particle(observation, known) for name, observation in observations.items()}

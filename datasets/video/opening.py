@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from datasets.errors import InputError
+from datasets.trajectory_files import is_trajectory
 from datasets.video.film import SUFFIXES as FILM_SUFFIXES
 from datasets.video.film import read_film
 from datasets.video.header import Video
@@ -33,5 +34,6 @@ def open_video(path: Path) -> Video:
     if reader is None:
         known = ", ".join(READERS)
         came = path.suffix or "a name without an ending"
-        raise InputError(f"{path}: expected a recording ({known}) or a folder of pictures, got {came}.")
+        needless = "; trajectories need no import: tumble diagnose takes them" if is_trajectory(path) else ""
+        raise InputError(f"{path}: expected a recording ({known}) or a folder of pictures, got {came}{needless}.")
     return reader(path)
