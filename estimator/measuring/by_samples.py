@@ -10,17 +10,31 @@ from estimator.fitting.problem import Fact, M
 from estimator.fitting.refinement import Refined
 from estimator.fitting.weighed_tangencies import linearise
 from estimator.motion.flight import Motion
+from estimator.motion.rigid_body import RanAway
 from estimator.particle.particle import Particle
+from estimator.search.candidate_flights import MOST_MEAN_SQUARE
 from estimator.surface.joint import JointFit, beside_the_surface, joint_fit
 from estimator.surface.told import surface_sentence, surface_statistics
 
+OF_TANGENTS = "the estimate is that of tangents."
+
 
 def on_all_samples(
-    motion: M, task: FitTask, particle: Particle, configuration: Configuration, facts: Sequence[Fact[M]] = ()
-) -> JointFit[M]:
-    """The motion fitted once more, to every outline sample and with the surface as an unknown; ``facts``: what else is known of it."""
+    led: Refined[M], task: FitTask, particle: Particle, configuration: Configuration, facts: Sequence[Fact[M]] = ()
+) -> tuple[JointFit[M] | None, str]:
+    """The motion fitted once more, to every outline sample and with the surface as an unknown; ``facts``: what else is known of it.
+
+    ``None`` where the tangents that ``led`` there do not fit, or where no surface meets the outlines, and what to say of that.
+    """
+    if led.noise.mean_square > MOST_MEAN_SQUARE:
+        return None, ""
     huber, seed = configuration.huber, configuration.seed
-    return joint_fit(particle, task.sightings, motion, beside_the_surface(task.prior, facts), huber=huber, seed=seed)
+    try:
+        joint = joint_fit(particle, task.sightings, led.flight, beside_the_surface(task.prior, facts), huber=huber, seed=seed)
+    except RanAway:
+        return None, f"The fit to all outline samples ran away; {OF_TANGENTS}"
+    missed = surface_sentence(joint) if joint.settled else "The fit to all outline samples did not settle"
+    return (None, f"{missed}; {OF_TANGENTS}") if missed else (joint, "")
 
 
 def with_joint(refined: Refined[M], joint: JointFit[M]) -> Refined[M]:
@@ -29,7 +43,8 @@ def with_joint(refined: Refined[M], joint: JointFit[M]) -> Refined[M]:
     return replace(refined, flight=joint.motion, covariance=joint.covariance, bound=joint.bound, settled=joint.settled, at=at)
 
 
-def with_surface(estimate: Estimate, joint: JointFit[Motion]) -> Estimate:
-    """The estimate with what the fit says of its surface."""
-    message = " ".join(part for part in (estimate.message, surface_sentence(joint)) if part)
-    return replace(estimate, message=message, statistics={**estimate.statistics, "surface": surface_statistics(joint)})
+def with_surface(estimate: Estimate, joint: JointFit[Motion] | None, why_not: str) -> Estimate:
+    """The estimate with what the fit says of its surface, or why there is none."""
+    if joint is None:
+        return replace(estimate, message=" ".join(part for part in (estimate.message, why_not) if part))
+    return replace(estimate, statistics={**estimate.statistics, "surface": surface_statistics(joint)})

@@ -34,6 +34,7 @@ from estimator.search.candidate_flights import (
     without_the_same,
 )
 from estimator.search.rival_flights import few_views, standing
+from estimator.surface.joint import slow_misfit
 
 Array = NDArray[np.float64]
 
@@ -83,15 +84,20 @@ def _estimated(seen: Seen, configuration: Configuration) -> Estimate:
         candidates += from_another_side(observation, task, particle, (candidates, reference), configuration)
     ranked = standing(task, particle, [c.solution for c in candidates], ambiguity=configuration.ambiguity)
     flight = ranked.flights[0].state
-    if not configuration.surface_fit:
+    refined: Refined[Motion]
+    joint, why_not = None, ""
+    if configuration.surface_fit:
+        refined = refined_flight(task, flight, configuration)
+        joint, why_not = on_all_samples(refined, task, particle, configuration)
+    if joint is None:
         task = biased_task(observation, task, particle, flight, configuration, pictures=pictures)
-    refined: Refined[Motion] = refined_flight(task, flight, configuration)
-    joint = on_all_samples(refined.flight, task, particle, configuration) if configuration.surface_fit else None
-    refined = refined if joint is None else with_joint(refined, joint)
+        refined = refined_flight(task, flight, configuration)
+    else:
+        refined = with_joint(refined, joint)
     status, message = judge(without_the_same(task, ranked, refined, configuration), refined)
     known = configuration.focal_prior == 0.0
-    tested = joint.misfit if joint is not None else misfit(refined) if known else None
+    tested = slow_misfit(particle, joint, huber=configuration.huber) if joint is not None else misfit(refined) if known else None
     outcome = (status, message, tested)
     share = calibration_share(refined.flight, refined.at, refined.inverse, observation.gravity_covariance) if known else None
     told = converged_estimate(seen, found, refined, outcome, configuration=configuration, share=share)
-    return told if joint is None else with_surface(told, joint)
+    return with_surface(told, joint, why_not)

@@ -225,13 +225,14 @@ def _joint(seen: SeenPair, tasks: tuple[FitTask, FitTask], chains: tuple[list[Ch
     hulls, settings = hulls_of((seen.both[0].particle, seen.both[1].particle)), refinement_settings(configuration)
     facts: list[Fact[PairFlight]] = [lambda there: touching(there, hulls)]
     if configuration.surface_fit:
-        pair = PairFlight(with_lasting_contacts(pair.first), with_lasting_contacts(pair.second))
+        lasting = PairFlight(with_lasting_contacts(pair.first), with_lasting_contacts(pair.second))
+        led = solve(parts_of(ready, lasting), lasting, settings)
+        of_each = zip(led.parts, tasks, seen.both, strict=True)
+        (first, _), (second, _) = (on_all_samples(part, task, one.particle, configuration) for part, task, one in of_each)
+        if first is not None and second is not None:
+            joints = (first, second)
+            return Fitted(bound_together(joints, led), bound_together(joints, led, facts), hulls, joints)
     free = solve(parts_of(ready, pair), pair, settings)
-    if configuration.surface_fit:
-        of_each = zip(free.state.both, tasks, seen.both, strict=True)
-        first, second = (on_all_samples(flight, task, one.particle, configuration) for flight, task, one in of_each)
-        joints = (first, second)
-        return Fitted(bound_together(joints, free), bound_together(joints, free, facts), hulls, joints)
     return Fitted(free, solve(parts_of(ready, pair), free.state, settings, facts), hulls)
 
 
@@ -250,7 +251,7 @@ def _told(
     parts = []
     for one, chain, part in zip(seen.both, chains, fitted.held.parts, strict=True):
         parts.append(impacts_estimate(one, chain[0].found, part, (status, message), configuration=configuration))
-    parts = [with_surface(*each) for each in zip(parts, fitted.joints, strict=True)] if fitted.joints else parts
+    parts = [with_surface(*each, "") for each in zip(parts, fitted.joints, strict=True)] if fitted.joints else parts
     if status is Status.NO_CONVERGENCE:
         return replace(parts[0], companion=parts[1])
     particles = (seen.both[0].particle, seen.both[1].particle)

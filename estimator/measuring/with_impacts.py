@@ -45,6 +45,7 @@ from estimator.reports.impact_reporting import impacts_estimate
 from estimator.reports.reporting import empty_estimate
 from estimator.reports.verdict import failed
 from estimator.search.candidate_flights import same_flight
+from estimator.surface.joint import JointFit
 
 Array = NDArray[np.float64]
 
@@ -70,11 +71,12 @@ def _estimated(seen: Seen, kinks: list[Kink], configuration: Configuration) -> E
     chains, told = _with_contacts(seen, task, (chains, refined), configuration)
     plate = None if told.widened else _plate_of(seen, told.refined, configuration)
     sampled = bool(configuration.surface_fit) and not told.widened
-    if plate is not None or sampled:
-        flight = with_lasting_contacts(told.refined.flight) if sampled else told.refined.flight
-        told = replace(told, refined=refined_chain(seen, task, flight, configuration, plate))
-    joint = on_all_samples(told.refined.flight, task, seen.particle, configuration, facts_of(plate, task)) if sampled else None
-    told = told if joint is None else replace(told, refined=with_joint(told.refined, joint))
+    if plate is not None:
+        told = replace(told, refined=refined_chain(seen, task, told.refined.flight, configuration, plate))
+    joint, why_not = None, ""
+    if sampled:
+        refined, joint, why_not = _by_samples(seen, task, told.refined, configuration, plate)
+        told = replace(told, refined=refined)
     status, message = judge_chain(chains, told.refined, configuration)
     outcome = (status, " ".join([message, *contact_sentences(told, frame_interval_s(seen))]))
     refined = told.refined
@@ -82,7 +84,19 @@ def _estimated(seen: Seen, kinks: list[Kink], configuration: Configuration) -> E
     estimate = impacts_estimate(seen, chains[0].found, refined, outcome, configuration=configuration, plate=plate, share=share)
     statistics = {**estimate.statistics, "impacts": [dict(vars(s)) for s in told.spreads]}
     estimate = _unless_broken(replace(estimate, statistics=statistics), seen.observation.clock.times_s)
-    return estimate if joint is None else with_surface(estimate, joint)
+    return with_surface(estimate, joint, why_not)
+
+
+def _by_samples(
+    seen: Seen, task: FitTask, refined: PiecewiseRefined, configuration: Configuration, plate: PlateTask | None
+) -> tuple[PiecewiseRefined, JointFit[PiecewiseFlight] | None, str]:
+    """The flight by all samples with impacts that last; as tangents have it where that comes to nothing, and what to say then."""
+    try:
+        led = refined_chain(seen, task, with_lasting_contacts(refined.flight), configuration, plate)
+    except RanAway:
+        return refined, None, ""
+    joint, why_not = on_all_samples(led, task, seen.particle, configuration, facts_of(plate, task))
+    return (refined, None, why_not) if joint is None else (with_joint(led, joint), joint, "")
 
 
 def _unless_broken(estimate: Estimate, times_s: Array) -> Estimate:

@@ -52,19 +52,10 @@ TIME_STEP_S = 1e-7
 
 @dataclass(frozen=True)
 class Loose:
-    """By ``basis`` (6, c) times z (c,) s the pose after an impact may be off.
-
-    ``spread_s``: standard deviation of z about zero, or the scale of Student's t with a finite ``freedom``.
-    """
+    """By ``basis`` (6, c) times z (c,) s the pose after an impact may be off; ``spread_s``: standard deviation of z about zero."""
 
     basis: Float[NDArray[np.float64], "6 c"]
     spread_s: float
-    freedom: float = np.inf
-
-    def precision(self, shift: Array) -> float:
-        """Information on each of z about zero, where the pose is off by a ``shift`` (6,) [Lange, Little and Taylor, JASA 84 (1989) 881]."""
-        z = np.linalg.pinv(self.basis) @ shift / self.spread_s
-        return float(self.spread_s**-2 * (1.0 + len(z) / self.freedom) / (1.0 + z @ z / self.freedom))
 
 
 @dataclass(frozen=True)
@@ -147,7 +138,7 @@ def _blocks(number: int, bounce: Bounce) -> list[Block]:
     if bounce.loose is None:
         return [time, *rates]
     labels = tuple(named(f"shift_{k + 1}_s", number) for k in range(bounce.loose.basis.shape[1]))
-    return [time, *rates, Block(named(SHIFT, number), labels, TIME_STEP_S, bounce.loose.precision(bounce.shift))]
+    return [time, *rates, Block(named(SHIFT, number), labels, TIME_STEP_S, bounce.loose.spread_s**-2)]
 
 
 RATES = tuple(block for block in LAYOUT.blocks if block.name in {"v", "omega"})

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csc_array, csr_array
 from scipy.sparse.linalg import SuperLU, splu
 
+from estimator.fitting.stable_inverse import NothingSeen
 from estimator.surface.evenness import Believed
 from estimator.surface.samples import Samples
 
@@ -119,7 +120,10 @@ def eliminated(groups: Sequence[Weighed], prior: Believed, whole: Whole) -> Elim
 
 def factorised(A: csc_array) -> SuperLU:
     """Without relaxed supernodes and pivoting, which so sparse a matrix takes three times as long with."""
-    return splu(A, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, relax=1, options={"SymmetricMode": True})
+    try:
+        return splu(A, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, relax=1, options={"SymmetricMode": True})
+    except RuntimeError as error:
+        raise NothingSeen(f"a surface that is not determined: {error}") from error
 
 
 def _with_whole(factor: SuperLU, by_surface: Array, right: Array) -> Array:
@@ -152,9 +156,11 @@ def _alike(left: Array, starts: NDArray[np.int64]) -> float:
 
 
 def _lagged_products(left: Array, starts: NDArray[np.int64]) -> Array:
-    """Sums over all outlines of products of residuals so many samples apart, round and round, up to half the shortest outline."""
-    total = np.zeros(max(int(np.diff(starts).min()) // 2, 1))
-    for first, end in zip(starts[:-1].tolist(), starts[1:].tolist(), strict=True):
-        power = np.abs(np.fft.rfft(left[first:end])) ** 2
-        total += np.fft.irfft(power, end - first)[: len(total)]
-    return total
+    """Means of products of residuals so many samples apart, round and round, over all outlines that are twice as long or longer."""
+    counts = np.diff(starts)
+    total, number = np.zeros((2, max(int(counts.max()) // 2, 1)))
+    for first, count in zip(starts[:-1].tolist(), counts.tolist(), strict=True):
+        lags = max(count // 2, 1) if count else 0
+        total[:lags] += np.fft.irfft(np.abs(np.fft.rfft(left[first : first + count])) ** 2, count)[:lags] if count else 0.0
+        number[:lags] += count
+    return np.asarray(total / number)

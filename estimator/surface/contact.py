@@ -14,6 +14,7 @@ from scipy.spatial import cKDTree
 from datasets.vocabulary.camera import Intrinsics
 from estimator.geometry.cast_outline import FINER, contour_generator, drawn_edges
 from estimator.geometry.closed_curves import area
+from estimator.motion.rigid_body import RanAway
 from estimator.surface.star_surface import Surface
 
 Array = NDArray[np.float64]
@@ -43,9 +44,18 @@ def contact_of(surface: Surface, camera: Intrinsics, R_cam_particle: Array, t_ca
     """What samples of an outline meet of a surface at a pose.
 
     ``R_cam_particle`` (3, 3) and ``t_cam_particle`` (3,) m: from the particle's frame to the camera's; ``samples_px`` (s, 2).
+
+    Raises
+    ------
+    RanAway
+        Where corners lie behind the camera, or the surface is larger than its picture.
     """
     cam = surface.vertices @ R_cam_particle.T + t_cam_particle
+    if not np.all(cam[:, 2] > 0.0):
+        raise RanAway("a surface ran away behind the camera")
     pixels = camera.project(cam)
+    if not np.ptp(pixels, axis=0).max() <= camera.width_px + camera.height_px:
+        raise RanAway("a surface ran away out of the picture")
     mesh = surface.sphere.mesh
     edges = contour_generator(mesh, pixels)
     rim = mesh.ends[edges]

@@ -42,5 +42,6 @@ def seen_under(motion: Motion, sightings: Sightings) -> list[Seen]:
             Outline(sightings.outlines_px[k]),
             CalibratedView(sightings.cameras[int(sightings.camera[k])].intrinsics, placed.R[k], placed.t[k]),
         )
-        for k in np.flatnonzero(sightings.silhouettes.whole)
+        for k in range(len(sightings))
+        if not (sightings.unsure and sightings.unsure[k].any())
     ]

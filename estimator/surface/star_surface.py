@@ -126,14 +126,16 @@ def _left_at(outline: Outline, view: CalibratedView, centre: Array, directions: 
     long = np.linalg.norm(w, axis=1)
     s = _first_crossings(view.intrinsics.normalise(outline.points_px) - middle, np.arctan2(w[:, 1], w[:, 0]))
     with np.errstate(divide="ignore", invalid="ignore"):
-        return np.where(long > s * d[:, 2], s * z / (long - s * d[:, 2]), np.inf)
+        return np.where(np.isfinite(s) & (long > s * d[:, 2]), s * z / (long - s * d[:, 2]), np.inf)
 
 
 def _first_crossings(curve: Array, angles: Array) -> Array:
-    """How far (n,) from the origin rays at ``angles`` (n,) first cross a closed ``curve`` (k, 2) around it; infinite where they do not."""
+    """How far (n,) from the origin rays at ``angles`` (n,) first cross a closed ``curve`` (k, 2); infinite where it is not around it."""
     start, along = curve, np.roll(curve, -1, axis=0) - curve
     begins = np.arctan2(start[:, 1], start[:, 0])
     turned = np.arctan2(start[:, 0] * along[:, 1] - start[:, 1] * along[:, 0], np.sum(start * (start + along), axis=1))
+    if abs(turned.sum()) < np.pi:  # the origin lies outside
+        return np.full(len(angles), np.inf)
     low, order = np.where(turned < 0.0, begins + turned, begins), np.argsort(angles)
     low = np.mod(low + np.pi, 2.0 * np.pi) - np.pi
     twice = np.concatenate([angles[order], angles[order] + 2.0 * np.pi])

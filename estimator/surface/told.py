@@ -6,8 +6,8 @@ from estimator.motion.flight import Motion
 from estimator.surface.joint import JointFit
 
 MISSED = 1.5
-"""Effective noise over the outlines' own from which the surface is said to miss them, by judgement: trial runs had 1.0 to 1.3, and 1.9 for
-a stone whose spikes the mesh cannot follow."""
+"""Effective noise over the outlines' own from which the surface misses them, and tangents have the last word, by judgement: trial runs had
+1.0 to 1.3, and 1.9 for a stone whose spikes the mesh cannot follow."""
 GROUPS = ("views", "frames")
 
 
@@ -30,4 +30,4 @@ def surface_sentence(joint: JointFit[Motion]) -> str:
     ]
     if not missed:
         return ""
-    return f"The fitted surface misses outlines, {' and '.join(missed)}; they count for less, and the uncertainties are the larger for it."
+    return f"The surface fitted to all samples misses outlines, {' and '.join(missed)}"

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -14,12 +15,12 @@ from datasets.scoring.impacts import score_impacts
 from datasets.truth import Truth
 from estimator.data.configuration import Configuration
 from estimator.measure import measure
-from estimator.measuring import by_samples, two_particles
+from estimator.measuring import two_particles
 from estimator.measuring.pair_by_samples import bound_together
 from estimator.motion.piecewise import TIME, named
 from estimator.pairs.pair_fit import SHARED, PairRefined
-from estimator.particle.particle import Particle
-from estimator.surface.shape import Shape, shape_of
+from estimator.surface import joint as joint_module
+from estimator.surface.star_surface import star_surface
 from synth.sequence import build_silhouette_sequence
 
 RECIPE = Recipe(
@@ -37,12 +38,8 @@ COARSE = 4
 @pytest.fixture(scope="module", autouse=True)
 def coarse() -> Iterator[None]:
     """Surfaces of a quarter of the corners: a quarter of the time."""
-
-    def shape(particle: Particle, **named: Any) -> Shape:
-        return shape_of(particle, **named, subdivisions=COARSE)
-
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(by_samples, "made_shape", shape)
+        patch.setattr(joint_module, "star_surface", partial(star_surface, subdivisions=COARSE))
         yield
 
 

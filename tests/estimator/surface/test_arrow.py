@@ -1,6 +1,7 @@
 """A step without the surface is that of the dense normal equations of everything."""
 
 import numpy as np
+import pytest
 from scipy.sparse import csr_array
 
 from estimator.surface.arrow import Whole, _alike, _lagged_products, eliminated, weighed
@@ -36,7 +37,9 @@ def test_residuals_alike_over_neighbours_count_as_fewer() -> None:
     rng = np.random.default_rng(1)
     starts, white = np.arange(0, 4001, 200), rng.normal(size=4000)
     z = white[:200]
-    np.testing.assert_allclose(_lagged_products(z, np.array([0, 200]))[:3], [z @ np.roll(z, lag) for lag in range(3)], rtol=1e-9)
+    np.testing.assert_allclose(_lagged_products(z, np.array([0, 200]))[:3], [z @ np.roll(z, lag) / 200.0 for lag in range(3)], rtol=1e-9)
     alike = np.concatenate([sum(np.roll(white[a : a + 200], k) for k in range(4)) for a in starts[:-1]])
     assert 0.8 < _alike(white, starts) < 1.5
     assert 3.0 < _alike(alike, starts) < 5.5, "sums over four neighbours: 1 + 2 (3/4 + 2/4 + 1/4) = 4"
+    beside = np.concatenate([starts, [4003, 4003]])
+    assert _alike(np.concatenate([alike, white[:3]]), beside) == pytest.approx(_alike(alike, starts), rel=0.01), "a short arc and none"

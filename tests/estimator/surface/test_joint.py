@@ -1,5 +1,6 @@
 """The joint fit of surface and flight on a small sequence of a smooth body: nearer to the truth than tangents, within its error bars."""
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -15,6 +16,7 @@ from datasets.recipes.recipe import MotionRecipe, ParticleRecipe, Recipe, RigRec
 from datasets.scoring.metrics import COMPONENTS
 from datasets.scoring.score import score
 from datasets.truth import Truth
+from datasets.vocabulary.outline import Outline
 from estimator.appearance.flight_errors import unbiased_errors
 from estimator.data.configuration import Configuration
 from estimator.data.fit_task import Sightings
@@ -28,7 +30,7 @@ from estimator.reports.verdict import judge
 from estimator.search.rival_flights import Standing
 from estimator.surface import joint as joint_module
 from estimator.surface.frame_samples import samples_of_frames, seen_under
-from estimator.surface.joint import JointFit, joint_fit
+from estimator.surface.joint import JointFit, joint_fit, slow_misfit
 from estimator.surface.star_surface import star_surface
 from estimator.surface.told import surface_sentence
 from synth.sequence import build_silhouette_sequence
@@ -134,7 +136,7 @@ def test_a_focal_length_is_not_measured_beside_a_surface(made: tuple[Observation
 
 
 def test_what_is_left_is_noise_and_a_wrong_gravity_is_not(made: tuple[Observation, Truth], measured: Measured) -> None:
-    left = measured.joint.misfit
+    left = slow_misfit(measured.particle, measured.joint, huber=4.0)
     assert left is not None
     assert left.p > 0.01
     assert measured.estimate.statistics["adequacy"]["p"] == left.p
@@ -156,3 +158,49 @@ def test_frames_carve_the_hull_that_the_fit_begins_with(made: tuple[Observation,
     hulls = (star_surface(measured.particle, further, COARSE) for further in ((), seen_under(measured.flight, measured.sightings)))
     views, both = (solid_of(HullMesh(s.vertices, s.sphere.mesh.faces)).volume / true - 1.0 for s in hulls)
     assert abs(both) < 0.8 * views
+
+
+def shifted(observation: Observation, numbers: Sequence[int], change: Callable[[np.ndarray], np.ndarray]) -> Observation:
+    """The outlines ``numbers`` of the high-speed camera changed."""
+    outlines = list(observation.recordings[0])
+    for k in numbers:
+        outlines[k] = Outline(change(outlines[k].points_px))
+    return replace(observation, recordings=(tuple(outlines),))
+
+
+def smaller(factor: float) -> Callable[[np.ndarray], np.ndarray]:
+    return lambda points: points.mean(axis=0) + factor * (points - points.mean(axis=0))
+
+
+@pytest.mark.parametrize(
+    ("numbers", "change"),
+    [
+        (range(12, 24), lambda points: points + 120.0),
+        ([9], lambda points: points + 60.0),
+        ([9], smaller(0.8)),
+    ],
+)
+def test_outlines_that_do_not_fit_end_with_a_status(
+    made: tuple[Observation, Truth], numbers: Sequence[int], change: Callable[[np.ndarray], np.ndarray], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nothing runs away, and where no surface meets the outlines the estimate is that of tangents, which says so."""
+    monkeypatch.setattr(joint_module, "star_surface", partial(star_surface, subdivisions=COARSE))
+    wrong = shifted(made[0], numbers, change)
+    samples, tangents = (free_flight.estimate(wrong, Configuration(surface_fit=on)) for on in (1, 0))
+    assert "surface" in samples.statistics or samples.status is tangents.status
+    if "surface" not in samples.statistics and tangents.middle is not None:
+        assert samples.middle is not None
+        np.testing.assert_array_equal(samples.middle.v_world, tangents.middle.v_world)
+        assert "the estimate is that of tangents" in samples.message
+
+
+def test_frames_that_do_not_show_the_middle_carve_nothing(measured: Measured) -> None:
+    outline, view = seen_under(measured.flight, measured.sightings)[0]
+    away = (Outline(outline.points_px + 500.0), view)
+    alone, beside = (star_surface(measured.particle, further, COARSE).vertices for further in ((), (away,)))
+    np.testing.assert_array_equal(beside, alone)
+
+
+def test_slow_errors_that_few_times_cannot_show_are_not_tested(measured: Measured) -> None:
+    few = replace(measured.joint, sightings=measured.sightings.take(np.array([3, 9, 20])))
+    assert slow_misfit(measured.particle, few, huber=4.0) is None
