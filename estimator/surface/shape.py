@@ -1,4 +1,4 @@
-"""The particle's surface as its calibrated views alone show it: what every fit of a recording of it begins with."""
+"""The particle's surface as its calibrated views alone show it: where fits of campaigns begin, and the rounds of all fits."""
 
 from dataclasses import dataclass
 
