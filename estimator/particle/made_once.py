@@ -33,7 +33,8 @@ Array = NDArray[np.float64]
 OF_THE_SHAPE = ("shape", "arrow", "evenness", "contact", "samples", "star_surface")
 """The files of the surface's room that the views' shape is made with."""
 MAKERS = (
-    *("particle", "poses/pose_starts.py", "geometry", "motion/rotation.py", "outlines", "outlines/pictures"),
+    *("particle", "poses/pose_starts.py", "geometry", "motion/rotation.py", "motion/rigid_body.py", "outlines", "outlines/pictures"),
+    "fitting/stable_inverse.py",
     *(f"surface/{name}.py" for name in OF_THE_SHAPE),
 )
 VOCABULARY = "vocabulary"

@@ -18,7 +18,7 @@ from estimator.motion.flight import (
     velocities,
     velocity_sensitivity,
 )
-from estimator.motion.piecewise import Bounce, Loose, PiecewiseFlight, touch_and_sensitivity
+from estimator.motion.piecewise import Bounce, PiecewiseFlight, touch_and_sensitivity
 from tests.estimator.fitting.test_within_sequence import spinning
 
 Array = NDArray[np.float64]
@@ -99,19 +99,3 @@ def test_velocities_after_an_impact_do_not_depend_on_those_before() -> None:
     assert np.abs(J[:3, flight.layout["v"]]).max() < 1e-6
     np.testing.assert_allclose(J[:3, flight.layout["impact_1_v"]], np.eye(3), atol=1e-6)
     assert flight.layout.labels[-7:] == tuple(f"impact_2_{each}" for each in ("time_s", *flight.layout.labels[6:12]))
-
-
-def test_a_shift_far_beyond_its_scale_is_hardly_held() -> None:
-    """Of Student's t: the information is the slope of its log density over the distance, and that of a normal one for infinite freedom."""
-    basis = np.linalg.qr(np.random.default_rng(1).normal(size=(6, 5)))[0]
-    near, far = 1e-6, 5e-5
-    for z in (near, far):
-        direction = basis @ np.full(5, z / np.sqrt(5.0))
-        assert Loose(basis, 2e-6).precision(direction) == pytest.approx(2e-6**-2)
-        heavy, steps = Loose(basis, 5e-6, 1.0), np.array([z - 1e-10, z + 1e-10])
-        slope = np.diff(-0.5 * (1.0 + 5.0) * np.log1p((steps / 5e-6) ** 2)).item() / 2e-10
-        assert heavy.precision(direction) == pytest.approx(-slope / z, rel=1e-3)
-    flight = bouncing()
-    bounces = [replace(flight.bounces[0], loose=Loose(basis, 5e-6, 1.0), shift=basis @ np.full(5, z)) for z in (0.0, far)]
-    held, hardly = (replace(flight, bounces=(each, flight.bounces[1])).layout.precision.max() for each in bounces)
-    assert hardly < 0.01 * held
