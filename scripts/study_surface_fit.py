@@ -115,9 +115,34 @@ def _figures(rows: list[dict[str, Any]]) -> dict[str, Any]:
     return told
 
 
+def together(results: list[dict[str, Any]]) -> dict[str, Any]:
+    """Results of several seeds as one; medians of errors are none, CPU is the mean of medians."""
+    return {name: _of_both([result[name] for result in results]) for name in results[0]}
+
+
+def _of_both(told: list[dict[str, Any]]) -> dict[str, Any]:
+    weights = [each["both_converged"] for each in told]
+    whole: dict[str, Any] = {key: sum(each[key] for each in told) for key in ("sequences", "both_converged")}
+    for fit in FITS:
+        every = [each[fit] for each in told]
+        whole[fit] = {key: _joined([each[key] for each in every], weights) for key in every[0]}
+    return whole
+
+
+def _joined(values: list[Any], weights: list[int]) -> Any:
+    """Shares and CPU as means, all else that is of a quantity as root mean squares."""
+    if not isinstance(values[0], dict):
+        return float(np.average(values, weights=weights))
+    kept = [key for key in ("rmse", "rms_bound", "rms_of_ratios", "pull_rms") if key in values[0]]
+    squares = {key: float(np.sqrt(np.average([each[key] ** 2 for each in values], weights=weights))) for key in kept}
+    over = {"rmse_over_bound": squares["rmse"] / squares["rms_bound"]} if "rms_bound" in squares else {}
+    inside = float(np.average([each["inside_95"] for each in values], weights=weights))
+    return {**squares, **over, "median_percent": math.nan, "inside_95": inside}
+
+
 def table(result: dict[str, Any]) -> list[str]:
     """The figures as lines of a table."""
-    heads = (f"{name + ': RMSE, over bound, median, pull, in 95%':>49}" for name in FITS)
+    heads = (f"{name + ': RMSE, over bound, ratios, median, pull, in 95%':>56}" for name in FITS)
     lines = [f"{'class':8} {'n':>3}  {'quantity':17} {'bound':>8}  {'  '.join(heads)}"]
     for name, told in result.items():
         if not all(told[fit] for fit in FITS):
@@ -127,21 +152,25 @@ def table(result: dict[str, Any]) -> list[str]:
             key = f"{quantity.name}, {quantity.unit}"
             cells = [told[fit][key] for fit in FITS]
             head = f"{name:8} {told['both_converged']:>3}  {key:17} {cells[0].get('rms_bound', math.nan):8.3f}"
-            lines.append("  ".join([head, *(f"{_cell(cell):>49}" for cell in cells)]))
-        whole = (f"v {100 * told[fit]['v_ellipsoids']:.0f}%, omega {100 * told[fit]['omega_ellipsoids']:.0f}%" for fit in FITS)
-        lines.append("  ".join([f"{name:8} {'':>3}  {'95% ellipsoids':17} {'':8}", *(f"{cell:>49}" for cell in whole)]))
+            lines.append("  ".join([head, *(f"{_cell(cell):>56}" for cell in cells)]))
+        whole = (
+            f"CPU {told[fit]['cpu_s']:.1f} s, v {100 * told[fit]['v_ellipsoids']:.0f}%, omega {100 * told[fit]['omega_ellipsoids']:.0f}%"
+            for fit in FITS
+        )
+        lines.append("  ".join([f"{name:8} {'':>3}  {'95% ellipsoids':17} {'':8}", *(f"{cell:>56}" for cell in whole)]))
     return lines
 
 
 def _cell(told: dict[str, float]) -> str:
-    over, inside = told.get("rmse_over_bound", math.nan), 100 * told["inside_95"]
-    return f"{told['rmse']:9.3f} {over:6.2f} {told['median_percent']:7.3f}% {told['pull_rms']:6.2f} {inside:6.0f}%"
+    (over, ratios), inside = (told.get(key, math.nan) for key in ("rmse_over_bound", "rms_of_ratios")), 100 * told["inside_95"]
+    return f"{told['rmse']:9.3f} {over:6.2f} {ratios:6.2f} {told['median_percent']:7.3f}% {told['pull_rms']:6.2f} {inside:6.0f}%"
 
 
 def main() -> int:
     """Run, print, and keep the figures."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--particles", type=Path, required=True, help="folder with the scanned particles (PLY)")
+    parser.add_argument("--together", type=Path, nargs="+", help="print the figures of these results as one, and no more")
+    parser.add_argument("--particles", type=Path, help="folder with the scanned particles (PLY)")
     parser.add_argument("--count", type=int, default=4, help="sequences of each class")
     parser.add_argument("--seed", type=int, default=20261126)
     parser.add_argument("--classes", nargs="+", default=["smooth", "stones", "cut", "jagged"])
@@ -151,6 +180,11 @@ def main() -> int:
     parser.add_argument("--pictures", type=Path, default=Path("out/surface_fit_pictures"), help="folder of the rendered sequences")
     parser.add_argument("--result", type=Path)
     arguments = parser.parse_args()
+    if arguments.together:
+        print("\n".join(table(together([json.loads(path.read_text())["classes"] for path in arguments.together]))))
+        return 0
+    if arguments.particles is None:
+        parser.error("expected --particles FOLDER, got none")
     result, every = {}, classes(arguments.particles)
     for name in arguments.classes:
         rows = []

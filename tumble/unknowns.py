@@ -242,7 +242,7 @@ def contact_words(observations: Mapping[str, Observation | Trajectory]) -> tuple
     told = ", ".join(f"{name} ({rows})" for name, rows in list(outside.items())[:MOST_OTHERS])
     more = " and others" if len(outside) > MOST_OTHERS else ""
     return (
-        f"A contact looks like that, too: in {len(outside)} of {len(observations)} sequences some rows fall otherwise than in one free "
+        f"A contact does that, too: in {len(outside)} of {len(observations)} sequences some rows fall otherwise than in one free "
         f"flight: {told}{more}. If something is touched there, cut the trajectories before it.",
     )
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from datasets.scoring.metrics import COMPONENTS
-from scripts.study_surface_fit import ELLIPSOIDS, FITS, summary, table
+from scripts.study_surface_fit import ELLIPSOIDS, FITS, summary, table, together
 
 BOUND = {"vx": 1e-4, "vy": 1e-4, "vz": 2e-3, "wx": 0.05, "wy": 0.05, "wz": 0.05}
 
@@ -43,3 +43,11 @@ def test_pictures_have_no_bound_and_all_other_figures() -> None:
     assert (in_plane["rmse"], in_plane["median_percent"], in_plane["pull_rms"]) == pytest.approx((0.15, 0.15, 2.0))
     assert "rmse_over_bound" not in in_plane
     assert len(table({"cut": told})) == 1 + 4
+
+
+def test_results_of_two_seeds_are_those_of_all_sequences() -> None:
+    rows = [{"tangents": row(4.0), "surface": row(ratio)} for ratio in (1.5, 0.5, 1.0)]
+    both, whole = together([{"cut": summary(rows[:2])}, {"cut": summary(rows[2:])}]), summary(rows)
+    for key in ("rmse", "rms_bound", "rmse_over_bound", "rms_of_ratios", "pull_rms", "inside_95"):
+        assert both["cut"]["surface"]["omega, rad/s"][key] == pytest.approx(whole["surface"]["omega, rad/s"][key])
+    assert both["cut"]["both_converged"] == 3

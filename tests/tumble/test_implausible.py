@@ -57,7 +57,7 @@ def _cut(after: int, *, oriented: bool) -> dict[str, Trajectory]:
 @pytest.mark.parametrize("oriented", [True, False])
 def test_a_contact_in_the_last_rows_is_named_beside_an_unknown_force(*, oriented: bool) -> None:
     (said,) = contact_words(_cut(3, oriented=oriented))
-    assert said.startswith("A contact looks like that, too: in 6 of 6 sequences")
+    assert said.startswith("A contact does that, too: in 6 of 6 sequences")
     assert contact_words(_cut(0, oriented=oriented)) == ()
     assert contact_words({each.name: each for each in gyro_rows(4, 0.0, (0.5, 0.6, 1.0))}) == ()
 

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from datasets.estimate import Estimate, Status
-from datasets.recipes.recipe import ContactRecipe, MotionRecipe, PairRecipe, ParticleRecipe, Recipe, RigRecipe
 from datasets.scoring.collisions import parts_of
 from datasets.scoring.impacts import score_impacts
 from datasets.truth import Truth
@@ -21,16 +20,9 @@ from estimator.motion.piecewise import TIME, named
 from estimator.pairs.pair_fit import SHARED, PairRefined
 from estimator.surface import joint as joint_module
 from estimator.surface.star_surface import star_surface
+from scripts.golden_cases import PAIR
 from synth.sequence import build_silhouette_sequence
 
-RECIPE = Recipe(
-    seed=7,
-    particle=ParticleRecipe(irregularity=0.5, size_mm=(4.5, 6.5)),
-    motion=MotionRecipe(spin_rads=(40.0, 120.0)),
-    rig=RigRecipe(drops=4),
-    pair=PairRecipe(closing_ms=(0.8, 1.5), out_of_plane_deg=(0.0, 10.0), frames_before=(16, 16), frames_after=(16, 16)),
-    contact=ContactRecipe(restitution=0.7, friction=0.2),
-)
 QUICK = Configuration(hull_resolution=32, directions=200, pose_starts=24, momentum_starts=0, bias_pairs=2)
 COARSE = 4
 
@@ -46,7 +38,7 @@ def coarse() -> Iterator[None]:
 @pytest.fixture(scope="module")
 def found() -> tuple[Estimate, Estimate, Truth, list[tuple[Any, PairRefined]]]:
     """By samples, by tangents, the truth, and what was bound together."""
-    observation, truth = build_silhouette_sequence(RECIPE, 0)
+    observation, truth = build_silhouette_sequence(PAIR, 0)
     given: list[tuple[Any, PairRefined]] = []
 
     def bound(*arguments: Any) -> PairRefined:
