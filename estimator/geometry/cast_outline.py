@@ -109,28 +109,48 @@ def drawn_rim(pixels: Array, rim: NDArray[np.int64], finer: int) -> Array:
 
     ``pixels`` (v, 2) of the vertices.
     """
-    drawn, corner = _blank(pixels[rim], finer, np.uint8)
+    drawn, corner = _blank(pixels[rim], finer)
     _draw(drawn, np.round((pixels[rim] - corner) * finer).astype(np.int64), np.full(len(rim), 255, dtype=np.uint8))
     return _outer(drawn, cv2.CHAIN_APPROX_SIMPLE) / finer + corner
 
 
-def drawn_edges(pixels: Array, rim: NDArray[np.int64], finer: int) -> tuple[Array, NDArray[np.int64]]:
+@dataclass(frozen=True, eq=False)
+class Canvas:
+    """Memory ``cells`` (n,) for one drawing after the other, all zero between them: clearing it anew costs as much as all that is drawn."""
+
+    cells: NDArray[np.int32]
+
+    @classmethod
+    def empty(cls) -> "Canvas":
+        """One that has to grow."""
+        return cls(np.zeros(0, np.int32))
+
+    def grown(self, cells: int) -> "Canvas":
+        """One with so many ``cells`` at least."""
+        return self if len(self.cells) >= cells else Canvas(np.zeros(cells, np.int32))
+
+
+def drawn_edges(
+    pixels: Array, rim: NDArray[np.int64], finer: int, within: tuple[Array, Array], canvas: Canvas
+) -> tuple[Array, NDArray[np.int64], Canvas]:
     """Every point (n, 2) px of the outer boundary as :func:`drawn_rim` draws it, and which of the edges ``rim`` (e, 2) is drawn there (n,).
 
-    ``pixels`` (v, 2) of the vertices.
+    ``pixels`` (v, 2) of the vertices, ``within`` the least and the largest (2,) px of them; ``canvas`` to draw on, returned large enough.
     """
-    drawn, corner = _blank(pixels[rim], finer, np.int32)
-    _draw(drawn, np.round((pixels[rim] - corner) * finer).astype(np.int64), np.arange(1, len(rim) + 1, dtype=np.int32))
-    outer = _traced(drawn)
-    return outer / finer + corner, drawn[outer[:, 1], outer[:, 0]].astype(np.int64) - 1
+    low, high = within
+    corner = low - MARGIN_PX
+    width, height = np.ceil((high + MARGIN_PX - corner) * finer).astype(int).tolist()
+    canvas = canvas.grown(width * height)
+    drawn, edge = _boundary(canvas.cells[: width * height].reshape(height, width), pixels, rim, corner, finer)
+    return drawn, edge, canvas
 
 
-def _blank(lines: Array, finer: int, kind: type) -> tuple[NDArray[np.integer], Array]:
+def _blank(lines: Array, finer: int) -> tuple[NDArray[np.uint8], Array]:
     """An empty drawing that holds all ``lines`` (e, 2, 2) px, and where its corner is (2,)."""
     along = lines.reshape(-1, 2).T.copy()  # each axis by itself: numpy takes ten times as long over both
     corner = np.array([each.min() for each in along]) - MARGIN_PX
     width, height = np.ceil((np.array([each.max() for each in along]) + MARGIN_PX - corner) * finer).astype(int)
-    return np.zeros((height, width), kind), corner
+    return np.zeros((height, width), np.uint8), corner
 
 
 def _outer(drawn: NDArray[np.integer], chain: int) -> NDArray[np.int64]:
@@ -177,6 +197,33 @@ def _on_rim(pixels, faces, beside):  # type: ignore[no-untyped-def]
     for e in range(len(beside)):
         rim[e] = seen[beside[e, 0]] != seen[beside[e, 1]]
     return rim
+
+
+@numba.njit(cache=True)
+def bounds(points):  # type: ignore[no-untyped-def]
+    """Least and largest of points (n, 2) along each axis, which numpy takes ten times as long over."""
+    low, high = points[0].copy(), points[0].copy()
+    for i in range(len(points)):
+        for axis in range(2):
+            low[axis], high[axis] = min(low[axis], points[i, axis]), max(high[axis], points[i, axis])
+    return low, high
+
+
+@numba.njit(cache=True)
+def _boundary(picture, pixels, rim, corner, finer):  # type: ignore[no-untyped-def]
+    """Points (n, 2) px of the outer boundary of edges ``rim`` (e, 2), and which edge each is on; ``picture`` is empty before and after."""
+    lines, numbers = np.empty((len(rim), 2, 2), np.int64), np.arange(1, len(rim) + 1)
+    for e in range(len(rim)):
+        for end in range(2):
+            for axis in range(2):
+                lines[e, end, axis] = np.rint((pixels[rim[e, end], axis] - corner[axis]) * finer)
+    _draw(picture, lines, numbers)
+    outer = _traced(picture)
+    points, edge = outer / finer + corner, np.empty(len(outer), np.int64)
+    for i in range(len(outer)):
+        edge[i] = picture[outer[i, 1], outer[i, 0]] - 1
+    _draw(picture, lines, np.zeros_like(numbers))
+    return points, edge
 
 
 @numba.njit(cache=True)

@@ -30,7 +30,7 @@ from estimator.geometry.visual_hull import HullMesh
 from estimator.poses.pose_starts import StartCatalogue
 
 Array = NDArray[np.float64]
-OF_THE_SHAPE = ("shape", "arrow", "evenness", "contact", "samples", "star_surface")
+OF_THE_SHAPE = ("shape", "arrow", "evenness", "contact", "dissection", "samples", "star_surface")
 """The files of the surface's room that the views' shape is made with."""
 MAKERS = (
     *("particle", "poses/pose_starts.py", "geometry", "motion/rotation.py", "motion/rigid_body.py", "outlines", "outlines/pictures"),

@@ -13,11 +13,12 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
-from scipy.sparse import csc_array, csr_array, vstack
+from scipy.sparse import csr_array, vstack
 
 from datasets.vocabulary.body import Body
 from estimator.particle.particle import Particle
-from estimator.surface.arrow import factorised, weighed
+from estimator.surface.arrow import weighed
+from estimator.surface.dissection import factorised
 from estimator.surface.evenness import believed
 from estimator.surface.mass import N_MASS, mass_response
 from estimator.surface.samples import samples_of_views
@@ -91,12 +92,12 @@ def amplitudes_of(
     surface = shape.surface
     prior = believed(surface)
     views = weighed(samples_of_views(surface, particle.outlines, particle.calibrated, motions=0), prior, shape.noise_px, huber)
-    known = csc_array(prior.rows.T @ prior.rows + views.J.T @ views.J)
+    known = csr_array(prior.rows.T @ prior.rows + views.J.T @ views.J)
     rows = [csr_array(each.by_corner @ prior.basis) for each in felt]
     every = csr_array(vstack(rows))
-    frames = csc_array(every.T @ every)
+    frames = csr_array(every.T @ every)
     border = np.column_stack([J.T @ each.by_motion for J, each in zip(rows, felt, strict=True)])
-    answers = factorised(csc_array(known + frames)).solve(_scaled(border))
+    answers = factorised(known + frames, prior.corner, prior.sphere).solve(_scaled(border))
     kept = independent(answers, known, frames)
     kept = kept if most is None else kept[:, -most:]
     here = kept.T @ (prior.rows.T @ prior.values + views.J.T @ views.r)
@@ -113,7 +114,7 @@ def _scaled(border: Array) -> Array:
     return np.asarray(border[:, size > 0.0] / size[size > 0.0])
 
 
-def independent(answers: Float[NDArray[np.float64], "u p"], known: csc_array, frames: csc_array) -> Float[NDArray[np.float64], "u m"]:
+def independent(answers: Float[NDArray[np.float64], "u p"], known: csr_array, frames: csr_array) -> Float[NDArray[np.float64], "u m"]:
     """Combinations of ``answers`` that are independent with variance one under ``known`` (u, u) and that ``frames`` (u, u) feel."""
     answers = answers / np.sqrt(np.sum(answers * (known @ answers), axis=0))
     value, vector = np.linalg.eigh(answers.T @ (known @ answers))

@@ -14,10 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
-from scipy.sparse import csc_array, csr_array
-from scipy.sparse.linalg import SuperLU, splu
+from scipy.sparse import csr_array
+from scipy.sparse.linalg import SuperLU
 
-from estimator.fitting.stable_inverse import NothingSeen
+from estimator.surface.dissection import Factor, factorised
 from estimator.surface.evenness import Believed
 from estimator.surface.samples import Samples
 
@@ -67,7 +67,7 @@ class Eliminated:
     H: Float[NDArray[np.float64], "p p"]
     g: Float[NDArray[np.float64], " p"]
     solved: Float[NDArray[np.float64], "u p1"]
-    factor: SuperLU
+    factor: Factor | SuperLU
     groups: tuple[Weighed, ...]
     prior: Believed
 
@@ -86,7 +86,8 @@ class Eliminated:
         """Effective noise (px) of each group as the residuals after a ``step`` (p,) show it, from that which was assumed."""
         unknowns = self._unknowns(step)
         left = [group.r + group.J @ unknowns + group.F @ step[group.place] for group in self.groups]
-        found = (_noise_of(z, g.samples.starts, _taken(self.factor, g.J, rng)) for z, g in zip(left, self.groups, strict=True))
+        taken = _taken(self.factor, [group.J for group in self.groups], rng)
+        found = (_noise_of(z, g.samples.starts, each) for z, g, each in zip(left, self.groups, taken, strict=True))
         return tuple(noise * change for noise, change in zip(noise_px, found, strict=True))
 
     def _unknowns(self, step: Array) -> Array:
@@ -104,7 +105,7 @@ def weighed(samples: Samples, prior: Believed, noise_px: float, huber: float, pl
 def eliminated(groups: Sequence[Weighed], prior: Believed, whole: Whole) -> Eliminated:
     """The normal equations without the surface."""
     rows, values = prior.rows, prior.values
-    factor = factorised(csc_array(sum((g.J.T @ g.J for g in groups), start=rows.T @ rows)))
+    factor = factorised(csr_array(sum((g.J.T @ g.J for g in groups), start=rows.T @ rows)), prior.corner, prior.sphere)
     by_surface = prior.basis.T @ whole.by_corner
     border, gradient = -by_surface @ whole.by_motion, rows.T @ values - by_surface @ whole.residual
     H, g = whole.by_motion.T @ whole.by_motion, whole.by_motion.T @ whole.residual
@@ -118,15 +119,7 @@ def eliminated(groups: Sequence[Weighed], prior: Believed, whole: Whole) -> Elim
     return Eliminated(np.asarray(H), np.asarray(g), solved, factor, tuple(groups), prior)
 
 
-def factorised(A: csc_array) -> SuperLU:
-    """Without relaxed supernodes and pivoting, which so sparse a matrix takes three times as long with."""
-    try:
-        return splu(A, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, relax=1, options={"SymmetricMode": True})
-    except RuntimeError as error:
-        raise NothingSeen(f"a surface that is not determined: {error}") from error
-
-
-def _with_whole(factor: SuperLU, by_surface: Array, right: Array) -> Array:
+def _with_whole(factor: Factor | SuperLU, by_surface: Array, right: Array) -> Array:
     """Solutions for the factorised matrix plus the rows that bear on the whole surface, which would fill it [Woodbury's identity]."""
     solved = factor.solve(np.column_stack([right, by_surface]))
     plain, through = solved[:, : right.shape[1]], solved[:, right.shape[1] :]
@@ -134,11 +127,10 @@ def _with_whole(factor: SuperLU, by_surface: Array, right: Array) -> Array:
     return np.asarray(plain - through @ np.linalg.solve(small, by_surface.T @ plain))
 
 
-def _taken(factor: SuperLU, rows: csr_array, rng: np.random.Generator) -> float:
-    """How many of the weighted ``rows`` (m, n) the surface's unknowns take up: trace of ``rows A^-1 rows^T``."""
-    signs = rng.choice([-1.0, 1.0], size=(rows.shape[0], PROBES))
-    towards = rows.T @ signs
-    return float(np.mean(np.sum(towards * factor.solve(towards), axis=0)))
+def _taken(factor: Factor | SuperLU, groups: Sequence[csr_array], rng: np.random.Generator) -> list[float]:
+    """How many of each group's weighted rows (m, u) the surface's unknowns take up: trace of ``rows A^-1 rows^T``."""
+    towards = np.column_stack([rows.T @ rng.choice([-1.0, 1.0], size=(rows.shape[0], PROBES)) for rows in groups])
+    return np.sum(towards * factor.solve(towards), axis=0).reshape(-1, PROBES).mean(axis=1).tolist()
 
 
 def _noise_of(left: Array, starts: NDArray[np.int64], taken: float) -> float:

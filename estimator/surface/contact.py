@@ -5,14 +5,15 @@ away [Cipolla and Giblin, Visual Motion of Curves and Surfaces, 2000]. It is dra
 number, to learn which of those edges is outermost where; distances are to the edges themselves.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from datasets.vocabulary.camera import Intrinsics
-from estimator.geometry.cast_outline import FINER, contour_generator, drawn_edges
+from estimator.geometry.cast_outline import FINER, Canvas, bounds, contour_generator, drawn_edges
 from estimator.geometry.closed_curves import area
 from estimator.motion.rigid_body import RanAway
 from estimator.surface.star_surface import Surface
@@ -21,6 +22,8 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 DRAWN_PX, COARSEST = 900, 4
 """Size of the drawing, and how much finer than the pixels it is at least."""
+BUCKET = 16
+"""Pixels of the drawing along a bucket in which the nearest of its points is looked for; any number finds the same."""
 LEAST_PX = 1e-9
 """What rounding leaves of a length that is none."""
 
@@ -40,57 +43,113 @@ class Contact:
     gap_px: Array
 
 
+@dataclass(frozen=True, eq=False)
+class Picture:
+    """A camera, the pose it sees a particle at, ``R_cam_particle`` (3, 3) and ``t_cam_particle`` (3,) m, and ``samples_px`` (s, 2)."""
+
+    camera: Intrinsics
+    R_cam_particle: Array
+    t_cam_particle: Array
+    samples_px: Array
+
+
 def contact_of(surface: Surface, camera: Intrinsics, R_cam_particle: Array, t_cam_particle: Array, samples_px: Array) -> Contact:
-    """What samples of an outline meet of a surface at a pose.
+    """What samples of one outline meet, as :func:`contacts_of`.
 
     ``R_cam_particle`` (3, 3) and ``t_cam_particle`` (3,) m: from the particle's frame to the camera's; ``samples_px`` (s, 2).
+    """
+    return contacts_of(surface, [Picture(camera, R_cam_particle, t_cam_particle, samples_px)])[0]
+
+
+def contacts_of(surface: Surface, pictures: Iterable[Picture]) -> list[Contact]:
+    """What the samples of every picture's outline meet of a surface.
 
     Raises
     ------
     RanAway
         Where corners lie behind the camera, or the surface is larger than its picture.
     """
-    cam = surface.vertices @ R_cam_particle.T + t_cam_particle
+    contacts, canvas = [], Canvas.empty()
+    for picture in pictures:
+        cam, pixels, low, high = _projected(surface, picture)
+        rim = surface.sphere.mesh.ends[contour_generator(surface.sphere.mesh, pixels)]
+        finer = int(min(max(DRAWN_PX / max(high - low), COARSEST), FINER))
+        drawn, edge, canvas = drawn_edges(pixels, rim, finer, (low, high), canvas)
+        samples_px = np.ascontiguousarray(picture.samples_px)
+        nearest = _nearest(drawn, samples_px, BUCKET / finer)
+        own = rim[edge[nearest]]
+        share, normal, gap_px = _met(samples_px, pixels[own], _outward(drawn, finer, nearest))
+        first, second = own.T
+        point = cam[first] * (1.0 - share)[:, None] + cam[second] * share[:, None]
+        contacts.append(Contact(first, second, share, point, normal, gap_px))
+    return contacts
+
+
+def _projected(surface: Surface, picture: Picture) -> tuple[Array, Array, Array, Array]:
+    """The corners in camera coordinates (n, 3) m and in the picture (n, 2) px, and the least and largest (2,) px of these."""
+    cam = (picture.R_cam_particle @ surface.vertices.T + picture.t_cam_particle[:, None]).T  # numpy is fast along whole axes
     if not np.all(cam[:, 2] > 0.0):
         raise RanAway("a surface ran away behind the camera")
-    pixels = camera.project(cam)
-    if not np.ptp(pixels, axis=0).max() <= camera.width_px + camera.height_px:
+    pixels = picture.camera.project(cam)
+    low, high = bounds(pixels)
+    if not max(high - low) <= picture.camera.width_px + picture.camera.height_px:
         raise RanAway("a surface ran away out of the picture")
-    mesh = surface.sphere.mesh
-    edges = contour_generator(mesh, pixels)
-    rim = mesh.ends[edges]
-    start = pixels[rim[:, 0]]
-    along = pixels[rim[:, 1]] - start
-    finer = int(np.clip(DRAWN_PX / max(np.ptp(start[:, 0]), np.ptp(start[:, 1])), COARSEST, FINER))
-    drawn, edge = drawn_edges(pixels, rim, finer)
-    nearest = cKDTree(drawn, compact_nodes=False, balanced_tree=False).query(samples_px)[1]
-    own, outward = edge[nearest], _outward(drawn, finer)[nearest]
-    share, foot = _foot(samples_px, start[own], along[own])
-    gap = samples_px - foot
-    size = np.linalg.norm(gap, axis=1)
-    side = np.where(np.sum(gap * outward, axis=1) < 0.0, -1.0, 1.0)
-    across = np.column_stack([along[own, 1], -along[own, 0]]) / np.maximum(np.linalg.norm(along[own], axis=1), LEAST_PX)[:, None]
-    across *= np.where(np.sum(across * outward, axis=1) < 0.0, -1.0, 1.0)[:, None]
-    at_corner = ((share <= 0.0) | (share >= 1.0)) & (size > LEAST_PX)
-    normal = np.where(at_corner[:, None], side[:, None] * gap / np.maximum(size, LEAST_PX)[:, None], across)
-    side = np.where(np.sum(gap * normal, axis=1) < 0.0, -1.0, 1.0)
-    first, second = rim[own].T
-    point = cam[first] * (1.0 - share)[:, None] + cam[second] * share[:, None]
-    return Contact(first, second, share, point, normal, side * size)
+    return cam, pixels, low, high
 
 
-def _outward(drawn: Array, finer: int) -> Array:
-    """Outward normals (n, 2) of a boundary drawn (n, 2) px in order, over a pixel to both sides.
+def _outward(drawn: Array, finer: int, at: Index) -> Array:
+    """Outward normals (s, 2), of any length, ``at`` (s,) places of a boundary drawn (n, 2) px in order, over a pixel to both sides.
 
     Those of the edges themselves do not tell: the contour generator of a mesh goes to and fro across the outline.
     """
-    chord = np.roll(drawn, -finer, axis=0) - np.roll(drawn, finer, axis=0)
-    normal = np.column_stack([chord[:, 1], -chord[:, 0]])
-    return normal if area(drawn) > 0.0 else -normal
+    chord = drawn[(at + finer) % len(drawn)] - drawn[(at - finer) % len(drawn)]
+    return np.column_stack([chord[:, 1], -chord[:, 0]]) * np.sign(area(drawn))
 
 
-def _foot(points: Array, start: Array, along: Array) -> tuple[Array, Array]:
-    """Share of the way along segments at which they are nearest to points, and the place there."""
-    length2 = np.maximum(np.sum(along**2, axis=-1), LEAST_PX**2)
-    share = np.clip(np.sum((points - start) * along, axis=-1) / length2, 0.0, 1.0)
-    return share, start + share[..., None] * along
+@numba.njit(cache=True)
+def _nearest(drawn, points, size):  # type: ignore[no-untyped-def]
+    """Which (s,) of ``drawn`` points (n, 2) is nearest to each of ``points`` (s, 2), by square buckets of some ``size``."""
+    low_x, low_y = drawn[:, 0].min(), drawn[:, 1].min()
+    wide, high = int((drawn[:, 0].max() - low_x) / size) + 1, int((drawn[:, 1].max() - low_y) / size) + 1
+    head, following = np.full((high, wide), -1, np.int64), np.empty(len(drawn), np.int64)
+    for i in range(len(drawn) - 1, -1, -1):
+        y, x = int((drawn[i, 1] - low_y) / size), int((drawn[i, 0] - low_x) / size)
+        following[i], head[y, x] = head[y, x], i
+    found = np.empty(len(points), np.int64)
+    for k in range(len(points)):
+        x0, y0 = int(np.floor((points[k, 0] - low_x) / size)), int(np.floor((points[k, 1] - low_y) / size))
+        best, at, ring = np.inf, -1, max(0, -x0, -y0, x0 - wide + 1, y0 - high + 1)
+        while at < 0 or (max(ring - 1, 0) * size) ** 2 <= best:
+            for y in range(max(y0 - ring, 0), min(y0 + ring, high - 1) + 1):
+                whole = abs(y - y0) == ring
+                for x in range(x0 - ring, x0 + ring + 1, 1 if whole or ring == 0 else 2 * ring):
+                    i = head[y, x] if 0 <= x < wide else -1
+                    while i >= 0:
+                        far = (drawn[i, 0] - points[k, 0]) ** 2 + (drawn[i, 1] - points[k, 1]) ** 2
+                        if far < best:
+                            best, at = far, i
+                        i = following[i]
+            ring += 1
+        found[k] = at
+    return found
+
+
+@numba.njit(cache=True)
+def _met(points, edges, outward):  # type: ignore[no-untyped-def]
+    """Of points (s, 2) beside their ``edges`` (s, 2, 2): share (s,) of the way along it, normal (s, 2) there, and gap (s,)."""
+    share, normal, gap = np.empty(len(points)), np.empty((len(points), 2)), np.empty(len(points))
+    for k in range(len(points)):
+        x, y = edges[k, 1, 0] - edges[k, 0, 0], edges[k, 1, 1] - edges[k, 0, 1]
+        from_x, from_y = points[k, 0] - edges[k, 0, 0], points[k, 1] - edges[k, 0, 1]
+        share[k] = min(max((from_x * x + from_y * y) / max(x * x + y * y, LEAST_PX**2), 0.0), 1.0)
+        u, v = from_x - share[k] * x, from_y - share[k] * y
+        size = np.hypot(u, v)
+        if 0.0 < share[k] < 1.0 or size <= LEAST_PX:
+            length = max(np.hypot(x, y), LEAST_PX)
+            sign = -1.0 if y * outward[k, 0] - x * outward[k, 1] < 0.0 else 1.0
+            normal[k, 0], normal[k, 1] = sign * y / length, -sign * x / length
+        else:  # at a corner
+            sign = -1.0 if u * outward[k, 0] + v * outward[k, 1] < 0.0 else 1.0
+            normal[k, 0], normal[k, 1] = sign * u / size, sign * v / size
+        gap[k] = -size if u * normal[k, 0] + v * normal[k, 1] < 0.0 else size
+    return share, normal, gap

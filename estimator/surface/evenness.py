@@ -18,7 +18,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 from scipy.sparse import csr_array, diags_array, eye_array, kron, vstack
 
-from estimator.surface.star_surface import Surface
+from estimator.surface.star_surface import Sphere, Surface
 
 Array = NDArray[np.float64]
 BENT = 0.08
@@ -36,7 +36,8 @@ class Believed:
     """Weighted rows of a prior on the surface's unknowns, linear in them.
 
     ``basis`` (3 n, m): moves of the corners by the unknowns (m). ``bends`` (n, m) and ``bend`` (n,): their weighted rows and values, of
-    standard deviation one; ``spread`` (k, m) and ``apart`` (k,): those of free corners along the surface.
+    standard deviation one; ``spread`` (k, m) and ``apart`` (k,): those of free corners along the surface. ``corner`` (m,) of the ``sphere``
+    that each unknown moves.
     """
 
     basis: csr_array
@@ -44,6 +45,8 @@ class Believed:
     bend: Float[NDArray[np.float64], " n"]
     spread: csr_array
     apart: Float[NDArray[np.float64], " k"]
+    corner: NDArray[np.int64]
+    sphere: Sphere
 
     @property
     def rows(self) -> csr_array:
@@ -62,26 +65,25 @@ def believed(surface: Surface, scale: float = LEAST_BEND, *, bent: float = BENT)
     off = np.asarray(surface.sphere.laplacian @ surface.vertices)
     bend = np.sum(off * normals, axis=1) / edge_m
     free = np.flatnonzero(np.abs(bend) > bent)
-    basis = _basis(surface, free)
+    held = np.setdiff1d(np.arange(len(normals)), free)
+    basis, corner = _basis(surface, held, free), np.concatenate([held, np.repeat(free, 3)])
     moved = csr_array(kron(surface.sphere.laplacian, eye_array(3))) @ basis
     weight = np.sqrt(2.0 / (1.0 + (bend / scale) ** 2)) / scale
     bends = csr_array(diags_array(weight / edge_m) @ _along(normals, np.arange(len(normals))) @ moved)
     tangents = _tangents(normals[free])
     spread = csr_array(vstack([_along(t, free, len(normals)) @ moved for t in tangents]) / (SPREAD * edge_m))
     apart = np.concatenate([np.sum(off[free] * t, axis=1) for t in tangents]) / (SPREAD * edge_m)
-    return Believed(basis, bends, bend * weight, spread, apart)
+    return Believed(basis, bends, bend * weight, spread, apart, corner, surface.sphere)
 
 
-def _basis(surface: Surface, free: NDArray[np.int64]) -> csr_array:
-    """Moves (3 n, m) of all corners: along the direction from the centre, of the ``free`` ones along all axes."""
-    n = len(surface.vertices)
-    held = np.setdiff1d(np.arange(n), free)
+def _basis(surface: Surface, held: NDArray[np.int64], free: NDArray[np.int64]) -> csr_array:
+    """Moves (3 n, m) of ``held`` corners along the direction from the centre, of the ``free`` ones along all axes."""
     outward = surface.vertices - surface.centre
     outward = outward / np.linalg.norm(outward, axis=1)[:, None]
     rows = np.concatenate([(3 * held[:, None] + np.arange(3)).ravel(), (3 * free[:, None] + np.arange(3)).ravel()])
     columns = np.concatenate([np.repeat(np.arange(len(held)), 3), len(held) + np.arange(3 * len(free))])
     values = np.concatenate([outward[held].ravel(), np.ones(3 * len(free))])
-    return csr_array((values, (rows, columns)), shape=(3 * n, len(held) + 3 * len(free)))
+    return csr_array((values, (rows, columns)), shape=(surface.vertices.size, len(held) + 3 * len(free)))
 
 
 def _along(directions: Array, corners: NDArray[np.int64], n: int | None = None) -> csr_array:

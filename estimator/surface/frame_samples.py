@@ -8,7 +8,7 @@ from datasets.vocabulary.outline import Outline
 from estimator.appearance.flight_errors import particle_poses
 from estimator.data.fit_task import Sightings
 from estimator.motion.flight import OFFSET, Motion, flown, poses_and_sensitivity
-from estimator.surface.contact import contact_of
+from estimator.surface.contact import Picture, contacts_of
 from estimator.surface.samples import Samples, across_of, stacked
 from estimator.surface.star_surface import Seen, Surface
 
@@ -22,9 +22,9 @@ def samples_of_frames(surface: Surface, sightings: Sightings, motion: Motion, fu
     sensitivity = sensitivity if further is None else np.concatenate([sensitivity, further], axis=2)
     placed = particle_poses(motion.first, predicted, sightings)
     parts = []
-    for k in range(len(sightings)):
-        camera = sightings.cameras[int(sightings.camera[k])]
-        met = contact_of(surface, camera.intrinsics, placed.R[k], placed.t[k], sightings.sure_px(k))
+    cameras = [sightings.cameras[int(k)] for k in sightings.camera]
+    pictures = [Picture(c.intrinsics, placed.R[k], placed.t[k], sightings.sure_px(k)) for k, c in enumerate(cameras)]
+    for k, (camera, met) in enumerate(zip(cameras, contacts_of(surface, pictures), strict=True)):
         across = across_of(met, camera.intrinsics)
         world = across @ camera.R_cam_world
         arm = (met.point - camera.t_cam_world) @ camera.R_cam_world - predicted.centre[k, 0]

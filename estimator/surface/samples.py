@@ -11,7 +11,7 @@ from scipy.sparse import csr_array
 from datasets.observation import CalibratedView
 from datasets.vocabulary.camera import Intrinsics
 from datasets.vocabulary.outline import Outline
-from estimator.surface.contact import Contact, contact_of
+from estimator.surface.contact import Contact, Picture, contacts_of
 from estimator.surface.star_surface import Surface
 
 Array = NDArray[np.float64]
@@ -33,8 +33,8 @@ class Samples:
 def samples_of_views(surface: Surface, outlines: Sequence[Outline], views: Sequence[CalibratedView], *, motions: int) -> Samples:
     """Those of the calibrated views, which none of the parameters of ``motions`` moves."""
     parts = []
-    for outline, view in zip(outlines, views, strict=True):
-        met = contact_of(surface, view.intrinsics, view.R_cam_particle, view.t_cam_particle, outline.points_px)
+    pictures = [Picture(v.intrinsics, v.R_cam_particle, v.t_cam_particle, o.points_px) for o, v in zip(outlines, views, strict=True)]
+    for met, view in zip(contacts_of(surface, pictures), views, strict=True):
         across = across_of(met, view.intrinsics)
         parts.append((met, across @ view.R_cam_particle, np.zeros((len(across), motions))))
     return stacked(surface, parts, 0.0)

@@ -84,11 +84,8 @@ class Surface:
         """A third of the areas (m²) of the faces around each corner, along their outward normals."""
         faces = self.sphere.mesh.faces
         a, b, c = (self.vertices[faces[:, k]] for k in range(3))
-        area = np.cross(b - a, c - a) / 6.0
-        vectors = np.zeros_like(self.vertices)
-        for k in range(3):
-            np.add.at(vectors, faces[:, k], area)
-        return vectors
+        area, n = np.repeat(crossed(b - a, c - a) / 6.0, 3, axis=0), len(self.vertices)
+        return np.column_stack([np.bincount(faces.ravel(), each, n) for each in area.T])
 
     @property
     def normals(self) -> Float[NDArray[np.float64], "n 3"]:
@@ -99,6 +96,11 @@ class Surface:
     def moved(self, by_m: Array) -> "Surface":
         """The surface with its corners moved by ``by_m`` (n, 3)."""
         return replace(self, vertices=self.vertices + by_m)
+
+
+def crossed(a: Array, b: Array) -> Array:
+    """Cross products of vectors ``a`` (k, 3) m with ``b`` (k, 3) m in any one frame, which numpy takes three times as long over."""
+    return np.column_stack([a[:, i] * b[:, j] - a[:, j] * b[:, i] for i, j in ((1, 2), (2, 0), (0, 1))])
 
 
 def star_surface(particle: Particle, further: Sequence[Seen] = (), subdivisions: int = SUBDIVISIONS) -> Surface:

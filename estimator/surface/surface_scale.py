@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 from scipy.linalg import block_diag
-from scipy.sparse import csc_array, csr_array, vstack
+from scipy.sparse import csr_array, vstack
 
 from estimator.fitting.stable_inverse import scaled_inverse
 from estimator.likelihood.rows import noise_scales
@@ -41,9 +41,9 @@ def scaled_step(fitted: Eliminated, whole: Whole, known: Array, pull: Array) -> 
     and gradient of what is known of the motions.
     """
     prior, views, frames = fitted.prior, fitted.groups[0], fitted.groups[1:]
-    believed = csc_array(prior.rows.T @ prior.rows + views.J.T @ views.J)
+    believed = csr_array(prior.rows.T @ prior.rows + views.J.T @ views.J)
     every = csr_array(vstack([each.J for each in frames]))
-    moves = independent(fitted.solved[:, :-1], believed, csc_array(every.T @ every))
+    moves = independent(fitted.solved[:, :-1], believed, csr_array(every.T @ every))
     here = moves.T @ (prior.rows.T @ prior.values + views.J.T @ views.r)
     rows = [_rows(each.F, each.J @ moves, each.place, len(pull)) for each in frames]
     rows.append(np.column_stack([whole.by_motion, -whole.by_corner.T @ (prior.basis @ moves)]))

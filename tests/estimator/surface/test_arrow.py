@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from scipy.sparse import csr_array
 
 from estimator.surface.arrow import Whole, _alike, _lagged_products, eliminated, weighed
 from estimator.surface.evenness import believed
 from estimator.surface.samples import Samples
 from estimator.surface.star_surface import Surface, sphere
+from tests.estimator.surface.made_samples import by_corner
 
 MOTIONS, ROWS, NOISE_PX = 4, 300, 0.2
 
@@ -16,8 +16,9 @@ def test_elimination_gives_the_step_of_the_dense_equations() -> None:
     rng = np.random.default_rng(3)
     surface = Surface(sphere(2), np.zeros(3), 3e-3 * sphere(2).directions)
     n = 3 * len(surface.vertices)
-    by_corner = csr_array(1e3 * rng.normal(size=(ROWS, n)) * (rng.uniform(size=(ROWS, n)) < 0.02))
-    samples = Samples(0.1 * rng.normal(size=ROWS), np.array([0, 120, ROWS]), by_corner, rng.normal(size=(ROWS, MOTIONS)))
+    samples = Samples(
+        0.1 * rng.normal(size=ROWS), np.array([0, 120, ROWS]), by_corner(surface.sphere, ROWS, rng), rng.normal(size=(ROWS, MOTIONS))
+    )
     whole = Whole(rng.normal(size=3), rng.normal(size=(3, MOTIONS)), 1e2 * rng.normal(size=(n, 3)))
     prior = believed(surface, 0.05)
     group = weighed(samples, prior, NOISE_PX, 4.0)

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from scipy.sparse import csr_array
 
 from estimator.surface import surface_scale
 from estimator.surface.arrow import Eliminated, Whole, eliminated, weighed
@@ -10,6 +9,7 @@ from estimator.surface.evenness import believed
 from estimator.surface.samples import Samples
 from estimator.surface.star_surface import Surface, sphere
 from estimator.surface.surface_scale import scale_of, scaled_step
+from tests.estimator.surface.made_samples import by_corner
 
 MOTIONS = 4
 
@@ -38,7 +38,7 @@ def equations() -> tuple[Eliminated, Whole]:
         Samples(
             0.1 * rng.normal(size=300),
             np.array([0, 120, 300]),
-            csr_array(1e3 * rng.normal(size=(300, n)) * (rng.uniform(size=(300, n)) < 0.02)),
+            by_corner(surface.sphere, 300, rng),
             rng.normal(size=(300, count)),
         )
         for count in (0, MOTIONS)
