@@ -18,6 +18,14 @@ def resampled(points: Float[NDArray[np.float64], "n 2"], spacing: float, *, fewe
     return np.column_stack([np.interp(at, arc, closed[:, axis]) for axis in range(2)])
 
 
+def through(points: Float[NDArray[np.float64], "n 2"], halvings: int) -> Float[NDArray[np.float64], "m 2"]:
+    """A smooth closed curve through points, as a polygon of ``2**halvings`` as many [Dyn, Levin and Gregory, CAGD 4 (1987) 257]."""
+    for _ in range(halvings):
+        between = (9.0 * (points + np.roll(points, -1, axis=0)) - np.roll(points, 1, axis=0) - np.roll(points, -2, axis=0)) / 16.0
+        points = np.stack([points, between], axis=1).reshape(-1, 2)
+    return points
+
+
 @cache
 def unit_circle(count: int) -> Float[NDArray[np.float64], "count 2"]:
     """Unit vectors in equal steps, from the first axis on towards the second; made once, so they cannot be written to."""

@@ -14,7 +14,7 @@ from estimator.motion.rigid_body import RanAway
 from estimator.particle.particle import Particle
 from estimator.search.candidate_flights import MOST_MEAN_SQUARE
 from estimator.surface.joint import JointFit, beside_the_surface, joint_fit
-from estimator.surface.told import surface_sentence, surface_statistics
+from estimator.surface.told import finer_views, surface_sentence, surface_statistics
 
 OF_TANGENTS = "the estimate is that of tangents."
 
@@ -33,7 +33,8 @@ def on_all_samples(
         joint = joint_fit(particle, task.sightings, led.flight, beside_the_surface(task.prior, facts), huber=huber, seed=seed)
     except RanAway:
         return None, f"The fit to all outline samples ran away; {OF_TANGENTS}"
-    missed = surface_sentence(joint) if joint.settled else "The fit to all outline samples did not settle"
+    finer = finer_views(particle.seen, task.sightings.silhouettes)
+    missed = surface_sentence(joint, finer) if joint.settled else "The fit to all outline samples did not settle"
     return (None, f"{missed}; {OF_TANGENTS}") if missed else (joint, "")
 
 

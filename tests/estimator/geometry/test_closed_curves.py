@@ -1,8 +1,9 @@
 """Closed curves sampled evenly."""
 
 import numpy as np
+import pytest
 
-from estimator.geometry.closed_curves import resampled, unit_circle
+from estimator.geometry.closed_curves import area, resampled, through, unit_circle
 
 SQUARE = np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0]])
 
@@ -20,3 +21,11 @@ def test_there_are_enough_points() -> None:
 
 def test_directions_go_round_once() -> None:
     np.testing.assert_allclose(unit_circle(4), [[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]], atol=1e-15)
+
+
+def test_a_curve_through_points_of_a_circle_is_the_circle() -> None:
+    corners = 10.0 * unit_circle(60)
+    curve = through(corners, 2)
+    np.testing.assert_array_equal(curve[::4], corners)
+    assert np.abs(np.linalg.norm(curve, axis=1) - 10.0).max() < 1e-4
+    assert area(curve) == pytest.approx(100.0 * np.pi, rel=(2.0 * np.pi / 240) ** 2 / 5.0)

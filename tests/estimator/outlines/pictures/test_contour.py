@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 
 from datasets.vocabulary.outline import signed_area
+from estimator.geometry.coverage import coverage
 from estimator.outlines import OutlineSettings, extract_outlines
-from estimator.outlines.pictures.contour import outward_normals, roughness
+from estimator.outlines.pictures.blur import blurred, isotropic
+from estimator.outlines.pictures.contour import half_level_contour, outward_normals, refined, roughness
 
 
 def measured(darkroom, polygon, rng, *, blur_px, settings=None, own=0.02):
@@ -93,3 +95,13 @@ def test_bright_patches_inside_are_filled(darkroom, rng):
     distance = darkroom.signed_distances(seen.outline.points_px, outer)
     assert abs(distance.mean()) < 0.02
     assert np.abs(distance).max() < 0.15
+
+
+@pytest.mark.parametrize("radius", [8.0, 15.0, 30.0])
+def test_chords_between_points_do_not_move_a_curved_edge(radius):
+    turned = 2.0 * np.pi * np.arange(4000) / 4000
+    centre = np.array([40.3, 41.6])
+    image = blurred(coverage(centre + radius * np.column_stack([np.cos(turned), np.sin(turned)]), (82, 82)), isotropic(0.5))
+    edge = refined(half_level_contour(image), image, blur_px=0.5, spacing_px=1.0, rounds=3)
+    off = np.linalg.norm(edge.points_px - centre, axis=1) - radius
+    assert abs(off.mean()) < 0.2 / (12.0 * radius)
