@@ -17,8 +17,8 @@ _FULL = (errno.ENOSPC, errno.EDQUOT)
 
 
 def temporary_beside(path: Path) -> Path:
-    """A hidden name in the same folder, unique to this process, for a file on its way to ``path``."""
-    return path.with_name(f".{path.name}.{os.getpid()}.partial")
+    """A hidden name in the same folder, unique to this process of this machine, for a file on its way to ``path``."""
+    return path.with_name(f".{path.name}.{os.uname().nodename}-{os.getpid()}.partial")
 
 
 def write_failure(path: Path, error: OSError) -> TumbleError:

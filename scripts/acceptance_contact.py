@@ -121,7 +121,7 @@ def powers_of(items: Sequence[Item]) -> list[Item]:
         if rows.get(item.name, {}).get("law"):
             law = {name: float(np.median([each[name] for each in laws])) for name in laws[0]}
             product = item.product.with_suffix(".power.json")
-            found.append(Item(product.stem, {**item.payload, "law": law, "product": str(product)}, product))
+            found.append(Item(product.stem, {**item.payload, "law": law, "product": product}, product))
     return found
 
 
@@ -247,7 +247,7 @@ def items_of(arguments: argparse.Namespace, seed: int) -> list[Item]:
         for number in range(count):
             product = arguments.out / f"{arguments.mode}-{seed}-{arguments.runs}-{case}-{number:03d}.json"
             payload = {"case": case, "seed": seed + 1000 * CASES.index(case) + number, "mode": arguments.mode, "runs": arguments.runs}
-            payload["product"] = str(product)
+            payload["product"] = product
             found.append(Item(product.stem, payload, product))
     return found
 

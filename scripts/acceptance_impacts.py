@@ -105,7 +105,9 @@ def main() -> int:
     for body in arguments.bodies:
         for index in range(arguments.sequences):
             product = arguments.out / f"{body}-{'-'.join(arguments.fits)}-{seed}-{index:04d}.json"
-            items.append(Item(product.stem, {"seed": seed, "body": body, "index": index, "product": str(product), **asked}, product))
+            items.append(
+                Item(product.stem, {"seed": seed, "body": body, "index": index, "product": product, **asked}, product, apart=("sequences",))
+            )
     run_missing(one_sequence, items, arguments, "sequences")
     table = impact_table([row for item in items if item.product.exists() for row in json.loads(item.product.read_text())])
     table.to_csv(arguments.out / "table.csv", index=False)

@@ -167,7 +167,7 @@ def items_of(arguments: argparse.Namespace, seed: int) -> list[Item]:
     found = []
     for index in range(arguments.experiments * arguments.runs):
         product = arguments.out / "rows" / f"{seed}-{index:04d}.json"
-        found.append(Item(product.stem, {**asked, "index": index, "product": str(product)}, product))
+        found.append(Item(product.stem, {**asked, "index": index, "product": product}, product))
     return found
 
 

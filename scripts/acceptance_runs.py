@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from tumble.cli.options import add_engine, executor_of
 from tumble.engine import Item, failures, run
 from tumble.progress import progress
 
@@ -18,7 +19,7 @@ def acceptance_parser(description: str | None, out: str) -> argparse.ArgumentPar
     parser.add_argument("--result", type=Path, help="where to write the figures as JSON")
     parser.add_argument("--page", type=Path, help="where to write them as a page")
     parser.add_argument("--seed", type=int, help="drawn anew where it is left out")
-    parser.add_argument("--jobs", type=int, default=2)
+    add_engine(parser)
     return parser
 
 
@@ -33,7 +34,7 @@ def run_missing(work: Callable[[dict[str, Any]], dict[str, Any]], items: Sequenc
     """Do the items that are not there yet; say which failed."""
     arguments.out.mkdir(parents=True, exist_ok=True)
     with progress(what, len(items), quiet=False) as advance:
-        outcomes = run(work, items, jobs=arguments.jobs, advance=advance)
+        outcomes = run(work, items, executor=executor_of(arguments), advance=advance)
     for outcome in failures(outcomes):
         print(f"{outcome.name} failed: {outcome.message}")
 

@@ -26,6 +26,7 @@ from estimator.measuring.free_flight import estimate
 from scripts.scanned_particles import scanned_files
 from synth.flight_bound import with_bound
 from synth.sequence import build_silhouette_sequence
+from tumble.cli.options import add_engine, executor_of
 from tumble.engine import Item, failures, run
 from tumble.progress import progress
 
@@ -88,7 +89,7 @@ def main() -> int:
     parser.add_argument("--result", type=Path, help="where to write the summary as JSON; a CSV comes beside it")
     parser.add_argument("--sequences", type=int, default=120)
     parser.add_argument("--seed", type=int, default=43003731)
-    parser.add_argument("--jobs", type=int, default=2)
+    add_engine(parser)
     arguments = parser.parse_args()
     files = scanned_files(arguments.particles)
     arguments.out.mkdir(parents=True, exist_ok=True)
@@ -96,9 +97,9 @@ def main() -> int:
     items = []
     for index in range(arguments.sequences):
         product = arguments.out / f"{arguments.seed}-{index:04d}.json"
-        items.append(Item(product.stem, {**common, "index": index, "product": str(product)}, product))
+        items.append(Item(product.stem, {**common, "index": index, "product": product}, product, apart=("sequences",)))
     with progress("sequences", len(items), quiet=False) as advance:
-        outcomes = run(one_sequence, items, jobs=arguments.jobs, advance=advance)
+        outcomes = run(one_sequence, items, executor=executor_of(arguments), advance=advance)
     for outcome in failures(outcomes):
         print(f"{outcome.name} failed: {outcome.message}")
     table = score_table([json.loads(item.product.read_text()) for item in items if item.product.exists()])

@@ -38,7 +38,8 @@ from estimator.outlines.result import OutlineTrack
 from estimator.reports import reporting
 from synth.sequence import build_silhouette_sequence
 from tumble.cli.gate import verdict
-from tumble.gating import recipe_file, sources_digest
+from tumble.gating import recipe_file
+from tumble.versions import sources_digest
 
 GROWTH_PX = 0.01
 """By how much a sinking threshold widens the outlines from each frame to the next."""

@@ -30,6 +30,7 @@ from scripts.scanned_particles import REGULAR, SIX, scanned_files
 from scripts.study_pages import figure, write_figure, write_page
 from scripts.study_runs import PROCEDURAL, sources_hash
 from synth.sequence import build_silhouette_sequence
+from tumble.cli.options import add_engine, executor_of
 from tumble.engine import Item, failures, run
 from tumble.progress import progress
 
@@ -138,7 +139,7 @@ def main() -> int:
     parser.add_argument("--out", type=Path, default=Path("out/leave_one_out"))
     parser.add_argument("--runs", type=int, default=1)
     parser.add_argument("--seed", type=int, default=77)
-    parser.add_argument("--jobs", type=int, default=2)
+    add_engine(parser)
     parser.add_argument("--result", type=Path, default=Path("out/leave_one_out/result.json"))
     parser.add_argument("--page", type=Path, default=Path("out/leave_one_out/leave_one_out.md"))
     arguments = parser.parse_args()
@@ -149,9 +150,9 @@ def main() -> int:
         body, number = bodies[index % len(bodies)], index // len(bodies)
         product = folder / f"{arguments.seed}-{body.name.replace(' ', '_')}-{number}.json"
         which = {"body": body.recipe, "particle": body.name, "index": index, "run": number}
-        items.append(Item(product.stem, {"seed": arguments.seed, **which, "product": str(product)}, product))
+        items.append(Item(product.stem, {"seed": arguments.seed, **which, "product": product}, product))
     with progress("particles", len(items), quiet=False) as advance:
-        failed = failures(run(one_run, items, jobs=arguments.jobs, advance=advance))
+        failed = failures(run(one_run, items, executor=executor_of(arguments), advance=advance))
     rows = [json.loads(item.product.read_text()) for item in items if item.product.exists()]
     result = summary(rows, bodies)
     print(json.dumps(result, indent=1))

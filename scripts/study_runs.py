@@ -14,7 +14,7 @@ import json
 import os
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -30,11 +30,12 @@ from estimator.data.configuration import Configuration
 from estimator.measuring.free_flight import estimate
 from scripts.scanned_particles import SIX, scanned_files
 from synth.sequence import build_silhouette_sequence
-from tumble.engine import Item, failures, run
+from tumble.cli.options import add_engine, executor_of
+from tumble.engine import Executor, Item, Processes, failures, run
 from tumble.one_thread import keep_to_one_thread
 from tumble.progress import progress
+from tumble.versions import sources_digest
 
-ROOT = Path(__file__).resolve().parents[1]
 SEED = 20270107
 SPEED_MS, SPIN_RADS = (1.0, 2.0), (50.0, 300.0)
 PROCEDURAL = tuple((family, irregularity) for irregularity in (0.4, 0.7, 1.0) for family in ("cut_stone", "jagged"))
@@ -65,7 +66,7 @@ class Options:
     particles: Path | None = None
     seed: int = SEED
     repetitions: int | None = None
-    jobs: int = 2
+    executor: Executor = field(default=Processes(2))
     out: Path = Path("out/studies")
     docs: Path = Path("docs")
     quiet: bool = False
@@ -89,13 +90,13 @@ def parsed_options(study: str, description: str | None, arguments: Sequence[str]
     parser.add_argument("--particles", type=Path, help="folder with the scanned particles (PLY); without it the project's own bodies")
     parser.add_argument("--seed", type=int, default=SEED)
     parser.add_argument("--repetitions", type=int, help="sequences per point, instead of the size's")
-    parser.add_argument("--jobs", type=int, default=2, help="local processes (default: 2)")
+    add_engine(parser)
     parser.add_argument("--out", type=Path, default=Path("out/studies"), help="where finished cases are kept (default: %(default)s)")
     parser.add_argument("--docs", type=Path, default=Path("docs"), help="where results/ and studies/ are written (default: %(default)s)")
     parser.add_argument("-q", "--quiet", action="store_true", help="no progress")
-    given = vars(parser.parse_args(arguments))
-    del given["small"]
-    return Options(study, **given)
+    given = parser.parse_args(arguments)
+    kept = {key: value for key, value in vars(given).items() if key in Options.__dataclass_fields__}
+    return Options(study, executor=executor_of(given), **kept)
 
 
 def case_seed(seed: int, repetition: int) -> int:
@@ -137,11 +138,11 @@ def run_cases(cases: Sequence[Case], options: Options) -> tuple[pd.DataFrame, li
     folder = options.out / sources_hash()
     products = [folder / f"{recipe_hash(case.recipe)}.json" for case in cases]
     items = {
-        product: Item(product.stem, {"recipe": recipe_to_dict(case.recipe), "product": str(product)}, product)
+        product: Item(product.stem, {"recipe": recipe_to_dict(case.recipe), "product": product}, product)
         for case, product in zip(cases, products, strict=True)
     }
     with progress(options.name, len(items), quiet=options.quiet) as advance:
-        outcomes = run(one_case, list(items.values()), jobs=options.jobs, advance=advance)
+        outcomes = run(one_case, list(items.values()), executor=options.executor, advance=advance)
     rows = [
         {**case.labels, **json.loads(product.read_text())["row"]} for case, product in zip(cases, products, strict=True) if product.exists()
     ]
@@ -155,8 +156,4 @@ def recipe_hash(recipe: Recipe) -> str:
 
 def sources_hash() -> str:
     """A short name for the code that decides a row."""
-    digest = hashlib.sha256()
-    for package in ("datasets", "estimator", "synth"):
-        for path in sorted((ROOT / package).rglob("*.py")):
-            digest.update(path.relative_to(ROOT).as_posix().encode() + b"\0" + path.read_bytes() + b"\0")
-    return digest.hexdigest()[:12]
+    return sources_digest(("datasets", "estimator", "synth"))[:12]

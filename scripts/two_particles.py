@@ -177,8 +177,8 @@ def main() -> int:
     items = []
     for index in range(arguments.sequences):
         product = arguments.out / f"{arguments.fit}-{recipe.seed}-{index:04d}.json"
-        payload = {"seed": recipe.seed, "sequences": arguments.sequences, "index": index, "fit": arguments.fit, "product": str(product)}
-        items.append(Item(product.stem, payload, product))
+        payload = {"seed": recipe.seed, "sequences": arguments.sequences, "index": index, "fit": arguments.fit, "product": product}
+        items.append(Item(product.stem, payload, product, apart=("sequences",)))
     run_missing(one_pair, items, arguments, "pairs")
     parts = [json.loads(item.product.read_text()) for item in items if item.product.exists()]
     result = summary(parts, recipe)

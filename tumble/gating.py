@@ -5,8 +5,6 @@ digest of the sources behind them, and a step whose recipe, configuration or sou
 with the same ones goes on where it stopped.
 """
 
-import hashlib
-import importlib
 import json
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -20,13 +18,14 @@ from datasets.scoring.gate import load_baseline
 from datasets.scoring.score import Row, score
 from datasets.truth_files import read_truth
 from tumble.configuring import load_configuration
-from tumble.engine import Outcome, State, failures
+from tumble.differences import first_difference
+from tumble.engine import Executor, Outcome, State, failures
 from tumble.estimating import estimate_all
-from tumble.output_directory import Run, first_difference, note_failures, output_directory
+from tumble.output_directory import Run, note_failures, output_directory
 from tumble.rendering import render_dataset, variant_of
 from tumble.result_files import estimate_path
 from tumble.scoring import score_one
-from tumble.versions import versions
+from tumble.versions import sources_digest, versions
 from tumble.written_files import read_run
 
 NATURE, INSTRUMENT = ("datasets", "synth"), ("datasets", "estimator")
@@ -35,9 +34,9 @@ NATURE, INSTRUMENT = ("datasets", "synth"), ("datasets", "estimator")
 
 @dataclass(frozen=True)
 class Manner:
-    """How to run: local processes, silent or not, from nothing or not."""
+    """How to run: by which engine, silent or not, from nothing or not."""
 
-    jobs: int
+    executor: Executor
     quiet: bool
     force: bool
 
@@ -73,19 +72,9 @@ def rows_of_recipe(recipe: Recipe, out: Path, manner: Manner) -> tuple[list[Row]
     return [_row(outcome, estimates, dataset / "truth") for outcome in outcomes], outcomes
 
 
-def sources_digest(packages: tuple[str, ...]) -> str:
-    """SHA-256 of every source file of ``packages``."""
-    found = hashlib.sha256()
-    for package in packages:
-        (root,) = map(Path, importlib.import_module(package).__path__)
-        for path in sorted(root.rglob("*.py")):
-            found.update(str(path.relative_to(root)).encode() + b"\0" + path.read_bytes() + b"\0")
-    return found.hexdigest()
-
-
 def _render(recipe: Recipe, out: Path, manner: Manner) -> None:
     run = Run("render", recipe_to_dict(recipe) | _made_by(NATURE), recipe.seed, variant_of(recipe), reads=())
-    outcomes = _kept_if_valid(out, run, manner, lambda: render_dataset(recipe, out, jobs=manner.jobs, quiet=manner.quiet))
+    outcomes = _kept_if_valid(out, run, manner, lambda: render_dataset(recipe, out, executor=manner.executor, quiet=manner.quiet))
     for failed in failures(outcomes):
         raise TumbleError(f"sequence {failed.name} cannot be made, so there is nothing to compare: {failed.message}")
 
@@ -95,7 +84,7 @@ def _estimate(dataset: Path, out: Path, manner: Manner) -> tuple[Outcome, ...]:
     made = (read_run(dataset) or {})["configuration"]
     content = {**configuration, "observations": str(dataset.resolve()), "dataset": made} | _made_by(INSTRUMENT)
     run = Run("estimate", content, reads=(dataset,))
-    return _kept_if_valid(out, run, manner, lambda: estimate_all(dataset, configuration, out, jobs=manner.jobs, quiet=manner.quiet))
+    return _kept_if_valid(out, run, manner, lambda: estimate_all(dataset, configuration, out, executor=manner.executor, quiet=manner.quiet))
 
 
 def _made_by(packages: tuple[str, ...]) -> dict[str, object]:

@@ -21,9 +21,20 @@ from typing import Any
 
 from datasets.atomic_files import write_failure, written_whole
 from datasets.errors import InputError
+from tumble.differences import first_difference
 from tumble.read_paths import refuse_to_replace_what_is_read
 from tumble.versions import versions
-from tumble.written_files import LOCK_FILE, RUN_FILE, SCHEMA, files_below, own_marks, read_run, remove_files, written_by_tumble
+from tumble.written_files import (
+    LOCK_FILE,
+    RUN_FILE,
+    SCHEMA,
+    files_below,
+    half_written,
+    own_marks,
+    read_run,
+    remove_files,
+    written_by_tumble,
+)
 
 SCHEMA_VERSION = 1
 UNFINISHED, FINISHED, FINISHED_WITH_FAILURES = "unfinished", "finished", "finished_with_failures"
@@ -179,6 +190,7 @@ def _prepare(path: Path, run: Run, *, resume: bool, force: bool) -> set[Path]:
     if not resume:
         raise InputError(f"{path}: holds {_words(before)}. Add --resume to go on with it or --force to replace it.")
     _same_run(path, run, before)
+    remove_files(run.places(path), half_written(products - others))
     return others
 
 
@@ -210,17 +222,6 @@ def _same_run(path: Path, run: Run, before: Mapping[str, Any]) -> None:
     different = first_difference(found, wanted)
     if different:
         raise InputError(f"{path / RUN_FILE}: --resume needs the same run, but {different}. Use --force to replace it, or another --out.")
-
-
-def first_difference(found: Any, wanted: Any, name: str = "") -> str:
-    """Where two JSON values differ first, in words; empty when they agree."""
-    if isinstance(found, dict) and isinstance(wanted, dict):
-        for key in sorted(set(found) | set(wanted)):
-            different = first_difference(found.get(key), wanted.get(key), f"{name}.{key}" if name else key)
-            if different:
-                return different
-        return ""
-    return "" if found == wanted else f"{name} was {found!r} and is now {wanted!r}"
 
 
 def write_run(path: Path, run: Run) -> None:

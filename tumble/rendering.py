@@ -14,7 +14,7 @@ from synth.flight_bound import with_bound
 from synth.rendering.sequence import render_sequence, rig_is_rendered
 from synth.rendering.variant import choose_variant
 from synth.sequence import build_silhouette_sequence
-from tumble.engine import Item, Outcome, State, run
+from tumble.engine import Executor, Item, Outcome, State, run
 from tumble.progress import PULSE, progress, write_pulse
 from tumble.versions import versions
 
@@ -28,13 +28,13 @@ def variant_of(recipe: Recipe) -> str | None:
     return choose_variant(recipe.rendering.variant) if rendered else None
 
 
-def render_dataset(recipe: Recipe, out: Path, *, jobs: int, quiet: bool) -> tuple[Outcome, ...]:
+def render_dataset(recipe: Recipe, out: Path, *, executor: Executor, quiet: bool) -> tuple[Outcome, ...]:
     """Render every sequence of ``recipe`` that ``out`` lacks, then write ``dataset.json`` with those that are there."""
     items = [_item(recipe, index, out) for index in range(recipe.sequences)]
     for stale in (out / FINISHED).glob(f"*{PULSE}"):
         stale.unlink(missing_ok=True)
     with progress("render", len(items), quiet=quiet, pulses=out / FINISHED) as advance:
-        outcomes = run(render_item, items, jobs=jobs, advance=advance)
+        outcomes = run(render_item, items, executor=executor, advance=advance)
     names = tuple(
         json.loads(item.product.read_text(encoding="utf-8"))["name"]
         for item, outcome in zip(items, outcomes, strict=True)
@@ -73,5 +73,5 @@ def _render(recipe: Recipe, index: int, out: Path, pulse: Path) -> str:
 
 def _item(recipe: Recipe, index: int, out: Path) -> Item:
     product = out / FINISHED / f"{index:04d}.json"
-    payload = {"recipe": recipe_to_dict(recipe), "index": index, "out": str(out), "product": str(product)}
+    payload = {"recipe": recipe_to_dict(recipe), "index": index, "out": out, "product": product}
     return Item(f"{index:04d}", payload, product)

@@ -19,7 +19,7 @@ from datasets.trajectory_files import trajectories_in
 from datasets.truth_files import FILE as TRUTH_FILE
 from datasets.truth_files import read_truth
 from estimator.outlines.sightings import tracks_of
-from tumble.engine import Item, Outcome, run
+from tumble.engine import Executor, Item, Outcome, run
 from tumble.notes import tell_notes
 from tumble.progress import progress
 from tumble.reports.overlay import estimated_outlines, hull_of
@@ -69,9 +69,11 @@ def _named_by(source: Path | None) -> Path | None:
     return None if named is None else (folder / named).resolve()
 
 
-def collect(estimates: Path, observations: Path | None, truth: Path | None, *, out: Path, jobs: int, quiet: bool) -> tuple[Outcome, ...]:
-    """The parts of the page of every estimate, by name, as results of ``jobs`` processes."""
-    folders = {folder.name: str(folder) for folder in observations_in(observations)} if observations is not None else {}
+def collect(
+    estimates: Path, observations: Path | None, truth: Path | None, *, out: Path, executor: Executor, quiet: bool
+) -> tuple[Outcome, ...]:
+    """The parts of the page of every estimate, by name, as results of the engine."""
+    folders = {folder.name: str(folder.absolute()) for folder in observations_in(observations)} if observations is not None else {}
     paths = estimates_in(estimates)
     particle = particle_of(estimates)
     if particle is not None and not is_particle(particle):
@@ -79,19 +81,19 @@ def collect(estimates: Path, observations: Path | None, truth: Path | None, *, o
         tell_notes([gone], quiet=quiet)
     shared = {
         "observations": folders,
-        "truth": None if truth is None else str(truth),
-        "particle": None if particle is None else str(particle),
+        "truth": truth,
+        "particle": particle,
         "most_frames": pictures_each(len(paths)),
     }
     items = [_item(path, shared, out) for path in paths]
     with progress("report", len(items), quiet=quiet) as advance:
-        return run(report_item, items, jobs=jobs, advance=advance)
+        return run(report_item, items, executor=executor, advance=advance)
 
 
 def _item(path: Path, shared: dict[str, Any], out: Path) -> Item:
     """One sequence. Its product is never written, so that a run that goes on makes the whole page anew."""
     name = path.name.removesuffix(SUFFIX)
-    return Item(name, {"estimate": str(path), **shared}, out / f"{name}.part")
+    return Item(name, {"estimate": path, **shared}, out / f"{name}.part")
 
 
 def report_item(payload: dict[str, Any]) -> dict[str, Any]:

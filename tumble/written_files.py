@@ -20,7 +20,17 @@ NAMES = (
     *("observation.json", "dataset.json", "truth.json", "case.json", "mesh*.ply", "motion.npz", "*outlines*.npz", "*.tif"),
     *("*.estimate.json", "*.answer.json", "campaign.json", "diagnosis.json", "contact_validation.json", "report.html"),
     *("scores.csv", "scores.json", "impacts.csv", "collisions.csv", "figures.json", "verdict.json", "summary.json"),
-    *("cases.csv", "parameters.csv", "velocities.csv", "demo.toml", "[clo0-9][0-9][0-9][0-9].json", "*.pulse", "*.partial"),
+    *(
+        "cases.csv",
+        "parameters.csv",
+        "velocities.csv",
+        "demo.toml",
+        "[clo0-9][0-9][0-9][0-9].json",
+        "*.pulse",
+        "*.partial",
+        ".*.done",
+        ".*.late",
+    ),
     *("import.toml", "*draft.toml", "*.check.html", "calibration.json", "calibration.html"),
 )
 """Names that Tumble gives to files: what a killed run may have written."""
@@ -76,6 +86,11 @@ def _left_by_killed(folder: Path, document: Mapping[str, Any], files: set[Path])
 
 def _has_known_name(file: Path) -> bool:
     return any(fnmatch.fnmatch(file.name, pattern) for pattern in NAMES)
+
+
+def half_written(files: Iterable[Path]) -> set[Path]:
+    """Those of ``files`` that a killed run was writing, or that lie in a folder that it was."""
+    return {file for file in files if any(fnmatch.fnmatch(name, ".*-[0-9]*.partial") for name in (file.name, file.parent.name))}
 
 
 def remove_files(folders: Iterable[Path], files: Iterable[Path]) -> None:

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,8 @@ from scripts.study_conduct import Study, conduct
 from scripts.study_pages import number, overconfidence_in_words, with_interval
 from scripts.study_runs import DESCRIBED, SCORED, Case, Options, case_seed, run_cases, standard_recipe
 from scripts.study_summaries import QUANTITIES, inside_in_words, median_interval, summary
+from tumble import versions
+from tumble.engine import Serial
 
 STUDIES = (study_benchmark_axes.STUDY, study_focal_length.STUDY, study_out_of_plane.STUDY)
 SIGMA = {"vx": 0.3, "vy": 0.3, "vz": 2.0, "wx": 0.5, "wy": 0.5, "wz": 0.5}
@@ -28,7 +31,7 @@ def small_case(options: Options, drops: int) -> Case:
 
 def test_a_case_from_recipe_to_row_and_not_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(study_runs, "sources_hash", lambda: "these")
-    options = Options("study", jobs=1, out=tmp_path, quiet=True)
+    options = Options("study", executor=Serial(), out=tmp_path, quiet=True)
     case = small_case(options, 2)
     table, failed = run_cases([case], options)
     assert failed == []
@@ -57,7 +60,7 @@ def test_a_changed_estimator_does_not_show_old_numbers(tmp_path: Path, monkeypat
     for package in ("datasets", "estimator", "synth"):
         (tmp_path / package).mkdir()
         (tmp_path / package / "one.py").write_text("x = 1\n")
-    monkeypatch.setattr(study_runs, "ROOT", tmp_path)
+    monkeypatch.setattr(versions, "find_spec", lambda package: SimpleNamespace(submodule_search_locations=[str(tmp_path / package)]))
     first = study_runs.sources_hash()
     (tmp_path / "estimator" / "one.py").write_text("x = 2\n")
     assert len({before, first, study_runs.sources_hash()}) == 3

@@ -48,6 +48,7 @@ ELSEWHERE: Mapping[str, str] = {
     "calibrate check": "tumble/test_calibrate_check.py",
     "validate-contact": "tumble/test_validate_contact.py",
     "gate": "tumble/test_gate.py",
+    "cluster": "tumble/test_cluster.py",
     "challenge make": "tumble/challenge/test_whole.py",
     "challenge solve": "tumble/challenge/test_whole.py",
     "challenge score": "tumble/challenge/test_whole.py",

@@ -12,7 +12,7 @@ from tests.tumble import tasks
 from tumble.cli import exit_codes
 from tumble.cli.main import VERBS, main, usage
 from tumble.cli.outcomes import NOTHING_TO_GO_ON_WITH, exit_code, report_failures
-from tumble.engine import Item, Outcome, State, run
+from tumble.engine import Item, Outcome, Processes, State, run
 from tumble.output_directory import Run, output_directory
 from tumble.written_files import read_run
 
@@ -91,7 +91,7 @@ def test_items_make_the_code_of_a_run(outcomes: tuple[Outcome, ...], code: int) 
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_the_traceback_of_an_item_is_kept_and_shown_where_asked_for(jobs: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     work = [Item(text, {"text": text, "product": str(tmp_path / f"{text}.txt")}, tmp_path / f"{text}.txt") for text in ("good", "bad")]
-    outcomes = run(tasks.fail_on_bad, work, jobs=jobs, advance=lambda _name: None)
+    outcomes = run(tasks.fail_on_bad, work, executor=Processes(jobs), advance=lambda _name: None)
     for verbose in (False, True):
         with output_directory(tmp_path / f"{verbose}", Run("estimate", {}, reads=()), resume=False, force=False) as out:
             report_failures(out, outcomes, verbose=verbose)

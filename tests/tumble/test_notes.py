@@ -15,6 +15,7 @@ from estimator.data.configuration import Configuration
 from synth.sequence import build_silhouette_sequence
 from tests.tumble.made_up import small_recipe
 from tumble.campaigning import prepare
+from tumble.engine import Serial
 from tumble.estimating import estimate_all
 
 
@@ -38,7 +39,7 @@ TOLD = "the nearest rotation is used. The same in 1 more."
 
 def test_estimate_tells_once(rounded: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     monkeypatch.setattr(tumble.estimating, "measure", lambda obs, _configuration: Estimate(obs.name, Status.NO_CONVERGENCE, "not tried"))
-    estimate_all(rounded, {}, tmp_path / "out", jobs=1, quiet=False)
+    estimate_all(rounded, {}, tmp_path / "out", executor=Serial(), quiet=False)
     said = capsys.readouterr().err
     assert said.count("rows miss orthonormality") == 1
     assert TOLD in said

@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 
 from datasets.errors import InputError
-from tumble.output_directory import Run, first_difference, note_failures, output_directory
+from tumble.differences import first_difference
+from tumble.output_directory import Run, note_failures, output_directory
 from tumble.written_files import read_run
 
 RUN = Run("render", {"motion": {"frames": 5}}, seed=7, variant="scalar_rgb", reads=())

@@ -69,15 +69,18 @@ def test_jobs_make_no_difference(tmp_path: Path) -> None:
 def test_a_killed_run_is_resumed_with_the_same_result(tmp_path: Path, jobs: str) -> None:
     words = ["render", *MANY, "--jobs", jobs, "--out"]
     process = start(*words, str(tmp_path / "killed"))
-    wait_for(tmp_path / "killed" / "finished" / "0001.json", process)
+    wait_for(tmp_path / "killed" / "finished" / ".0001.json.done", process)
     process.send_signal(signal.SIGKILL)
     process.communicate()
     assert not (tmp_path / "killed" / "dataset.json").exists()
+    stale = tmp_path / "killed" / "finished" / ".0005.json.node-1.partial"
+    stale.write_text("{", encoding="utf-8")
     first = (tmp_path / "killed" / "finished" / "0001.json").stat().st_mtime_ns
     assert main([*words, str(tmp_path / "killed"), "--resume"]) == 0
     assert (tmp_path / "killed" / "finished" / "0001.json").stat().st_mtime_ns == first
     assert main([*words, str(tmp_path / "whole")]) == 0
     assert contents(tmp_path / "killed") == contents(tmp_path / "whole")
+    assert not stale.exists()
 
 
 @pytest.mark.parametrize("jobs", ["1", "2"])

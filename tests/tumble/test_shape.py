@@ -32,6 +32,7 @@ from tumble.cli.campaign_options import described_effects
 from tumble.cli.main import main
 from tumble.cli.shape import shape_rows
 from tumble.diagnosing import Question
+from tumble.engine import Serial
 from tumble.reporting import collect, frame_words, particle_of
 from tumble.shaping import shaping
 from tumble.shaping.drops import Drop
@@ -144,12 +145,12 @@ def test_estimates_are_the_same_with_and_without_what_is_kept(tmp_path: Path) ->
     assert "Orientations are in the frame of" in frame_words(tmp_path / "third")
     bare = replace(read_observation(tmp_path / "one"), views=(), view_recording=())
     write_observation(bare, tmp_path / "bare" / bare.name)
-    (shown,) = collect(tmp_path / "kept", tmp_path / "bare", None, out=tmp_path / "page", jobs=1, quiet=True)
+    (shown,) = collect(tmp_path / "kept", tmp_path / "bare", None, out=tmp_path / "page", executor=Serial(), quiet=True)
     assert shown.result["shown"]["body"] is not None
     assert any(name.endswith("stone/particle.json") for name, _ in shown.result["shown"]["read"])
     (tmp_path / "stone").rename(tmp_path / "elsewhere")
     shutil.copytree(tmp_path / "one", tmp_path / "own" / bare.name)
-    (shown,) = collect(tmp_path / "kept", tmp_path / "own", None, out=tmp_path / "page", jobs=1, quiet=True)
+    (shown,) = collect(tmp_path / "kept", tmp_path / "own", None, out=tmp_path / "page", executor=Serial(), quiet=True)
     assert shown.result["shown"]["cameras"][0]["pictures"]
     assert shown.result["shown"]["body"] is None  # not the body of the observation's own views, which lies in another frame
     assert read_estimate(tmp_path / "kept" / "one.estimate.json").middle is not None

@@ -11,18 +11,18 @@ from tumble.challenge.field_drawing import FieldPlan, draw_field_case, names_of
 from tumble.challenge.field_files import write_surroundings, write_trajectory, write_true_motion
 from tumble.challenge.field_flights import DENSE, flown, measured
 from tumble.challenge.field_silhouettes import flown_in_pictures, observed
-from tumble.engine import Item, Outcome, run
+from tumble.engine import Executor, Item, Outcome, run
 from tumble.progress import progress
 
 
-def make_field_campaigns(plan: FieldPlan, seed: int, out: Path, *, jobs: int, quiet: bool) -> tuple[Outcome, ...]:
+def make_field_campaigns(plan: FieldPlan, seed: int, out: Path, *, executor: Executor, quiet: bool) -> tuple[Outcome, ...]:
     """Make every campaign that ``out`` lacks."""
     items = []
     for number, name in enumerate(names_of(plan)):
-        payload = {"plan": asdict(plan), "seed": seed, "number": number, "out": str(out)}
+        payload = {"plan": asdict(plan), "seed": seed, "number": number, "out": out}
         items.append(Item(name, payload, case_folder(out, name) / CASE_FILE))
     with progress("make", len(items), quiet=quiet) as advance:
-        return run(make_field_item, items, jobs=jobs, advance=advance)
+        return run(make_field_item, items, executor=executor, advance=advance)
 
 
 def make_field_item(payload: dict[str, Any]) -> dict[str, Any]:

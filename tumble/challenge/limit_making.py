@@ -34,7 +34,7 @@ from tumble.challenge.drawing import Counts, Plan, Shape, Sizes, draw_cases, lar
 from tumble.challenge.information import POWERS, all_information
 from tumble.challenge.limits import EffectInformation, LimitTable, OutsideInformation
 from tumble.challenge.making import build_in
-from tumble.engine import Item, Outcome, run
+from tumble.engine import Executor, Item, Outcome, run
 from tumble.progress import progress
 
 
@@ -81,11 +81,11 @@ def _outside_effect(key: str, seed: int, number: int) -> EffectRecipe:
     return outside_effect(key, SIZE[key][0], np.random.default_rng([seed, 2, number]))
 
 
-def measure(cases: Sequence[Case], out: Path, *, jobs: int, quiet: bool) -> tuple[Outcome, ...]:
+def measure(cases: Sequence[Case], out: Path, *, executor: Executor, quiet: bool) -> tuple[Outcome, ...]:
     """Write what every campaign knows into ``out``, where it is not there yet."""
-    items = [Item(c.name, {"case": case_to_dict(c), "product": str(out / f"{c.name}.json")}, out / f"{c.name}.json") for c in cases]
+    items = [Item(c.name, {"case": case_to_dict(c), "product": out / f"{c.name}.json"}, out / f"{c.name}.json") for c in cases]
     with progress("campaigns", len(items), quiet=quiet) as advance:
-        return run(measure_item, items, jobs=jobs, advance=advance)
+        return run(measure_item, items, executor=executor, advance=advance)
 
 
 def measure_item(payload: dict[str, Any]) -> dict[str, Any]:

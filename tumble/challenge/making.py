@@ -17,18 +17,18 @@ from datasets.truth_files import read_truth, write_truth
 from synth.rendering.sequence import render_sequence
 from synth.sequence import build_silhouette_campaign, plan_sequence
 from tumble.challenge.cases import CASE_FILE, Case, campaign_folder, case_folder, case_from_dict, case_to_dict, sequence_name, write_case
-from tumble.engine import Item, Outcome, run
+from tumble.engine import Executor, Item, Outcome, run
 from tumble.progress import progress
 
 ATTEMPTS = 20
 STAGING = ".rendered"
 
 
-def make_campaigns(cases: Sequence[Case], out: Path, *, jobs: int, quiet: bool) -> tuple[Outcome, ...]:
+def make_campaigns(cases: Sequence[Case], out: Path, *, executor: Executor, quiet: bool) -> tuple[Outcome, ...]:
     """Make every campaign that ``out`` lacks."""
     items = [_item(case, out) for case in cases]
     with progress("make", len(items), quiet=quiet) as advance:
-        return run(make_item, items, jobs=jobs, advance=advance)
+        return run(make_item, items, executor=executor, advance=advance)
 
 
 def _item(case: Case, out: Path) -> Item:
@@ -37,7 +37,7 @@ def _item(case: Case, out: Path) -> Item:
 
 def payload_of(case: Case, out: Path) -> dict[str, Any]:
     """What :func:`make_item` takes to make ``case`` in ``out``."""
-    return {"case": case_to_dict(case), "out": str(out)}
+    return {"case": case_to_dict(case), "out": out}
 
 
 def make_item(payload: dict[str, Any]) -> dict[str, Any]:

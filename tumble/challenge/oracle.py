@@ -30,7 +30,7 @@ from tumble.challenge.answers import parameters, velocities
 from tumble.challenge.cases import Case, campaign_folder, case_from_dict, case_to_dict, sequence_name
 from tumble.challenge.making import build
 from tumble.challenge.registering import registered_campaign
-from tumble.engine import Item, Outcome, run
+from tumble.engine import Executor, Item, Outcome, run
 from tumble.progress import progress
 
 Array = NDArray[np.float64]
@@ -42,7 +42,7 @@ def ask_oracle(
     configuration: Mapping[str, Any],
     out: Path,
     *,
-    jobs: int,
+    executor: Executor,
     quiet: bool,
     kept: Path | None = None,
 ) -> tuple[Outcome, ...]:
@@ -55,15 +55,15 @@ def ask_oracle(
         product = oracle_path(out, case.name)
         payload = {
             "case": case_to_dict(case),
-            "root": str(root),
+            "root": root,
             "configuration": dict(configuration),
             "base": base,
-            "kept": None if kept is None else str(kept),
-            "product": str(product),
+            "kept": kept,
+            "product": product,
         }
-        items.append(Item(case.name, payload, product))
+        items.append(Item(case.name, payload, product, apart=("kept",)))
     with progress("oracle", len(items), quiet=quiet) as advance:
-        return run(oracle_item, items, jobs=jobs, advance=advance)
+        return run(oracle_item, items, executor=executor, advance=advance)
 
 
 def oracle_path(out: Path, name: str) -> Path:

@@ -13,7 +13,7 @@ from estimator.effects.choosing import catalogue
 from tumble.challenge.answers import answer, no_answer
 from tumble.challenge.cases import CAMPAIGNS
 from tumble.challenge.registering import registered_campaign
-from tumble.engine import Item, Outcome, run
+from tumble.engine import Executor, Item, Outcome, run
 from tumble.progress import progress
 
 SUFFIX = ".answer.json"
@@ -44,16 +44,16 @@ def answer_path(out: Path, campaign: str) -> Path:
 
 
 def solve_campaigns(
-    source: Path, configuration: dict[str, Any], out: Path, *, jobs: int, quiet: bool, kept: Path | None = None
+    source: Path, configuration: dict[str, Any], out: Path, *, executor: Executor, quiet: bool, kept: Path | None = None
 ) -> tuple[Outcome, ...]:
     """Solve every campaign of ``source`` that ``out`` lacks; registrations are ``kept`` in a folder, if one is given."""
     items = []
     for folder in campaigns_in(source):
         product = answer_path(out, folder.name)
-        payload = {"campaign": str(folder), "configuration": configuration, "product": str(product), "kept": _text(kept)}
-        items.append(Item(folder.name, payload, product))
+        payload = {"campaign": folder, "configuration": configuration, "product": product, "kept": kept}
+        items.append(Item(folder.name, payload, product, apart=("kept",)))
     with progress("solve", len(items), quiet=quiet) as advance:
-        return run(solve_item, items, jobs=jobs, advance=advance)
+        return run(solve_item, items, executor=executor, advance=advance)
 
 
 def solve_item(payload: dict[str, Any]) -> dict[str, Any]:
@@ -64,10 +64,6 @@ def solve_item(payload: dict[str, Any]) -> dict[str, Any]:
     with written_whole(product) as temporary:
         temporary.write_text(json.dumps(plain(result), indent=1) + "\n", encoding="utf-8")
     return {"found": result["found"]}
-
-
-def _text(path: Path | None) -> str | None:
-    return None if path is None else str(path)
 
 
 def solved(folder: Path, configuration: dict[str, Any], kept: Path | None = None) -> dict[str, Any]:

@@ -27,7 +27,7 @@ from tumble.challenge.summary import TABLES, of_challenge, pooled, read_tables, 
 from tumble.cli.exit_codes import ALL_MEASURED, INCOMPLETE
 from tumble.cli.field_challenge import field_options, make_field, score_field
 from tumble.cli.hidden import show_hidden
-from tumble.cli.options import Part, add_configuration, add_jobs, add_output, add_parts, positive, run_part, verb_parser
+from tumble.cli.options import Part, add_configuration, add_engine, add_output, add_parts, executor_of, positive, run_part, verb_parser
 from tumble.cli.outcomes import exit_code, report_failures, what_next
 from tumble.commands import command
 from tumble.configuring import load_configuration
@@ -91,7 +91,7 @@ def _make_options(part: argparse.ArgumentParser) -> None:
         part.add_argument(f"--{field}", type=float, help=f"size over the 95%% limit (default: {default})")
     part.add_argument("--plausible", action="store_true", help="keep sizes within the catalogue's plausible ranges")
     add_output(part, default="out/challenge")
-    add_jobs(part)
+    add_engine(part)
 
 
 def _make(arguments: argparse.Namespace) -> int:
@@ -125,7 +125,7 @@ def _make(arguments: argparse.Namespace) -> int:
     reads = paths_given(arguments.limits, arguments.particles)
     described = Run("challenge make", {**configuration, "seed": seed}, seed, reads=reads, beside=(CAMPAIGNS,))
     with output_directory(arguments.out / TRUTH, described, resume=arguments.resume, force=arguments.force) as truth:
-        outcomes = make_campaigns(draw_cases(plan, seed), arguments.out, jobs=arguments.jobs, quiet=arguments.quiet)
+        outcomes = make_campaigns(draw_cases(plan, seed), arguments.out, executor=executor_of(arguments), quiet=arguments.quiet)
         report_failures(truth, outcomes, verbose=arguments.verbose)
     if not arguments.quiet:
         beyond = ", ".join(key for key in keys if not can_reach_limit(table, key))
@@ -159,7 +159,7 @@ def _solve_options(part: argparse.ArgumentParser) -> None:
     add_configuration(part, what="the estimator's configuration")
     _kept_option(part)
     add_output(part, default="out/challenge_answers")
-    add_jobs(part)
+    add_engine(part)
 
 
 def _solve(arguments: argparse.Namespace) -> int:
@@ -168,7 +168,9 @@ def _solve(arguments: argparse.Namespace) -> int:
     reads = paths_given(arguments.challenge, arguments.config, arguments.keep)
     described = Run("challenge solve", {"challenge": str(arguments.challenge.resolve()), **configuration}, reads=reads)
     with output_directory(arguments.out, described, resume=arguments.resume, force=arguments.force) as out:
-        outcomes = solve_campaigns(arguments.challenge, configuration, out, jobs=arguments.jobs, quiet=arguments.quiet, kept=arguments.keep)
+        outcomes = solve_campaigns(
+            arguments.challenge, configuration, out, executor=executor_of(arguments), quiet=arguments.quiet, kept=arguments.keep
+        )
         report_failures(out, outcomes, verbose=arguments.verbose)
     if not arguments.quiet:
         made = len(outcomes) - len(failures(outcomes))
@@ -189,7 +191,7 @@ def _score_options(part: argparse.ArgumentParser) -> None:
     add_configuration(part, what="the estimator's configuration, for the oracle")
     _kept_option(part)
     add_output(part, default="out/challenge_score")
-    add_jobs(part)
+    add_engine(part)
 
 
 def _score(arguments: argparse.Namespace) -> int:
@@ -208,7 +210,7 @@ def _score(arguments: argparse.Namespace) -> int:
     described = Run("challenge score", {name: str(path.resolve()) for name, path in read.items()}, reads=reads)
     with output_directory(arguments.out, described, resume=arguments.resume, force=arguments.force) as out:
         outcomes = ask_oracle(
-            wanted, arguments.challenge, configuration, out, jobs=arguments.jobs, quiet=arguments.quiet, kept=arguments.keep
+            wanted, arguments.challenge, configuration, out, executor=executor_of(arguments), quiet=arguments.quiet, kept=arguments.keep
         )
         report_failures(out, outcomes, verbose=arguments.verbose)
         scored = score_cases(cases, arguments.challenge, arguments.answers, out, table)
@@ -283,7 +285,7 @@ def _limits_options(part: argparse.ArgumentParser) -> None:
     part.add_argument("--seed", type=int, default=4, help="of these controls (default: %(default)s)")
     part.add_argument("--table", type=Path, default=TABLE, metavar="FILE", help="where to write the table")
     add_output(part, default="out/detection_limits")
-    add_jobs(part)
+    add_engine(part)
 
 
 def _limits(arguments: argparse.Namespace) -> int:
@@ -296,7 +298,7 @@ def _limits(arguments: argparse.Namespace) -> int:
         cases = development_controls(shape, arguments.controls, arguments.seed)
         cases += development_outside(shape, arguments.outside, arguments.seed)
         cases += development_large(shape, arguments.large, arguments.seed)
-        outcomes = measure(cases, out, jobs=arguments.jobs, quiet=arguments.quiet)
+        outcomes = measure(cases, out, executor=executor_of(arguments), quiet=arguments.quiet)
         report_failures(out, outcomes, verbose=arguments.verbose)
         write_table(table_of(sorted(out.glob("[clo][0-9]*.json")), shape, arguments.seed), arguments.table)
     if not arguments.quiet:

@@ -8,7 +8,7 @@ from tumble.checking.checking import check_all
 from tumble.cli.check_words import say_check
 from tumble.cli.console import console
 from tumble.cli.exit_codes import ALL_MEASURED, INCOMPLETE
-from tumble.cli.options import add_jobs, add_output, verb_parser
+from tumble.cli.options import add_engine, add_output, executor_of, verb_parser
 from tumble.cli.outcomes import exit_code, report_failures, what_next
 from tumble.commands import command
 from tumble.engine import State
@@ -28,7 +28,7 @@ def parser() -> argparse.ArgumentParser:
     )
     verb.add_argument("observations", type=Path, metavar="OBSERVATION", help="an observation, a folder of them, or a dataset")
     add_output(verb, default="out/check")
-    add_jobs(verb)
+    add_engine(verb)
     return verb
 
 
@@ -37,7 +37,7 @@ def run(arguments: argparse.Namespace) -> int:
     observations_in(arguments.observations)
     described = Run("check", {"observations": str(arguments.observations.resolve())}, reads=observations_read(arguments.observations))
     with output_directory(arguments.out, described, resume=arguments.resume, force=arguments.force) as out:
-        outcomes = check_all(arguments.observations, out, jobs=arguments.jobs, quiet=arguments.quiet)
+        outcomes = check_all(arguments.observations, out, executor=executor_of(arguments), quiet=arguments.quiet)
         report_failures(out, outcomes, verbose=arguments.verbose)
     done = [outcome for outcome in outcomes if outcome.state is State.DONE]
     good = all(outcome.result["good"] for outcome in done)

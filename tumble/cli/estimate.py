@@ -8,6 +8,7 @@ from pathlib import Path
 
 from rich.table import Table
 
+from datasets.errors import InputError
 from datasets.estimate import Estimate, ImpactEstimate, Status
 from datasets.estimate_files import read_estimate
 from datasets.particle_files import read_particle
@@ -16,7 +17,7 @@ from tumble.cli.console import console
 from tumble.cli.estimate_campaign import estimate_campaign
 from tumble.cli.estimate_impacts import estimate_with_impacts
 from tumble.cli.exit_codes import ALL_MEASURED, INCOMPLETE
-from tumble.cli.options import add_configuration, add_jobs, add_known, add_output, verb_parser
+from tumble.cli.options import add_configuration, add_engine, add_known, add_output, executor_of, verb_parser
 from tumble.cli.outcomes import exit_code, report_failures, what_next
 from tumble.commands import command
 from tumble.configuring import load_configuration
@@ -49,19 +50,15 @@ def parser() -> argparse.ArgumentParser:
     add_known(verb)
     add_configuration(verb, what="the estimator's configuration")
     add_output(verb, default="out/estimates")
-    add_jobs(verb)
+    add_engine(verb)
     return verb
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Estimate; exit code 1 when an observation failed or its estimate is no measurement."""
-    stated = bool(arguments.known or arguments.possible)
-    if not (arguments.effects or stated) and trajectories_in(arguments.observations):
-        code = estimate_with_impacts(arguments, tell)
-        if code is not None:
-            return code
-    if arguments.effects or stated or trajectories_in(arguments.observations):
-        return estimate_campaign(arguments, tell_statuses)
+    stated = bool(arguments.effects or arguments.known or arguments.possible)
+    if stated or trajectories_in(arguments.observations):
+        return _estimate_jointly(arguments, stated)
     configuration = load_configuration(arguments.config, arguments.settings)
     observations_in(arguments.observations)
     if arguments.particle is not None:
@@ -72,11 +69,21 @@ def run(arguments: argparse.Namespace) -> int:
     described = Run("estimate", content, reads=reads)
     with output_directory(arguments.out, described, resume=arguments.resume, force=arguments.force) as out:
         outcomes = estimate_all(
-            arguments.observations, configuration, out, jobs=arguments.jobs, quiet=arguments.quiet, particle=arguments.particle
+            arguments.observations, configuration, out, executor=executor_of(arguments), quiet=arguments.quiet, particle=arguments.particle
         )
         report_failures(out, outcomes, verbose=arguments.verbose)
     products = [estimate_path(arguments.out, outcome.name) for outcome in outcomes]
     return max(exit_code(outcomes), tell(arguments, [read_estimate(path) for path in products if path.exists()]))
+
+
+def _estimate_jointly(arguments: argparse.Namespace, stated: bool) -> int:
+    """One campaign; trajectories of which nothing is stated may strike something, and are then measured each by itself."""
+    if arguments.scheduler or arguments.time_limit is not None:
+        raise InputError(
+            "--scheduler, --time-limit: expected recordings that are estimated each by itself, got one joint fit (use --jobs)."
+        )
+    code = None if stated else estimate_with_impacts(arguments, tell)
+    return estimate_campaign(arguments, tell_statuses) if code is None else code
 
 
 def tell(arguments: argparse.Namespace, estimates: list[Estimate]) -> int:

@@ -14,7 +14,7 @@ from tumble.challenge.field_page import write_field_result
 from tumble.challenge.field_scoring import score_field_cases
 from tumble.challenge.figures import line_of
 from tumble.cli.exit_codes import ALL_MEASURED, INCOMPLETE
-from tumble.cli.options import positive
+from tumble.cli.options import executor_of, positive
 from tumble.cli.outcomes import exit_code, report_failures, what_next
 from tumble.commands import command
 from tumble.engine import failures
@@ -52,7 +52,7 @@ def make_field(arguments: argparse.Namespace, seed: int) -> int:
     plan = FieldPlan(arguments.campaigns, (1, arguments.most_flights), (LEAST_ROWS, arguments.most_rows), kinds)
     described = Run("challenge make", {"field": asdict(plan), "seed": seed}, seed, reads=(), beside=(CAMPAIGNS,))
     with output_directory(arguments.out / TRUTH, described, resume=arguments.resume, force=arguments.force) as truth:
-        outcomes = make_field_campaigns(plan, seed, arguments.out, jobs=arguments.jobs, quiet=arguments.quiet)
+        outcomes = make_field_campaigns(plan, seed, arguments.out, executor=executor_of(arguments), quiet=arguments.quiet)
         report_failures(truth, outcomes, verbose=arguments.verbose)
     if not arguments.quiet:
         made = len(outcomes) - len(failures(outcomes))

@@ -19,7 +19,7 @@ from datasets.recipes.toml_files import load_recipe
 from datasets.scoring.gate import GateResult, compare, load_baseline, write_baseline
 from datasets.scoring.score import Row
 from datasets.scoring.table import score_table
-from tumble.cli.options import add_jobs, add_output, verb_parser
+from tumble.cli.options import add_engine, add_output, executor_of, verb_parser
 from tumble.engine import Outcome, failures
 from tumble.gating import Manner, recipe_file, rows_of_recipe
 from tumble.output_directory import Run, note_failures, output_directory
@@ -48,7 +48,7 @@ def parser() -> argparse.ArgumentParser:
     verb.add_argument("--recipe", type=Path, metavar="FILE.toml", help="the recipe of the sequences (default: the one the baseline names)")
     verb.add_argument("--write", action="store_true", help="write the baseline from this run instead of comparing")
     add_output(verb, default="out/gate")
-    add_jobs(verb)
+    add_engine(verb)
     return verb
 
 
@@ -72,7 +72,7 @@ def verdict(baseline: Path, rows: list[Row]) -> GateResult:
 def _run_anew(arguments: argparse.Namespace) -> int:
     source = arguments.recipe or recipe_file(arguments.baseline)
     recipe = load_recipe(source, ())
-    manner = Manner(arguments.jobs, arguments.quiet, arguments.force)
+    manner = Manner(executor_of(arguments), arguments.quiet, arguments.force)
     content = {"baseline": str(arguments.baseline.resolve()), "recipe": str(source.resolve())}
     described = Run("gate", content, recipe.seed, reads=(arguments.baseline, source, *map(Path, recipe.particle.files)))
     with output_directory(arguments.out, described, resume=not arguments.force, force=arguments.force) as out:

@@ -13,7 +13,7 @@ from datasets.video.photron import SIDE_CARS
 from tumble.cli.check_words import say_check, say_values
 from tumble.cli.console import console
 from tumble.cli.exit_codes import ALL_MEASURED, INCOMPLETE
-from tumble.cli.options import add_jobs, add_output, verb_parser
+from tumble.cli.options import add_engine, add_output, executor_of, verb_parser
 from tumble.cli.outcomes import exit_code, report_failures
 from tumble.commands import command
 from tumble.engine import Outcome, State
@@ -53,7 +53,7 @@ def parser() -> argparse.ArgumentParser:
     verb.add_argument("--masks", action="store_true", help="the pictures are masks: bright where the particle is")
     verb.add_argument("--dry-run", action="store_true", help="print what the headers say and what is missing; decode and write nothing")
     add_output(verb, default="out/run")
-    add_jobs(verb)
+    add_engine(verb)
     return verb
 
 
@@ -66,7 +66,9 @@ def run(arguments: argparse.Namespace) -> int:
     content = {"videos": [str(video.resolve()) for video in arguments.videos], **plain_request(request)}
     described = Run("import", content, reads=_reads(arguments))
     with output_directory(arguments.out, described, resume=arguments.resume, force=arguments.force) as out:
-        outcomes = import_all(flights, request, out, command=_whole_command(arguments), jobs=arguments.jobs, quiet=arguments.quiet)
+        outcomes = import_all(
+            flights, request, out, command=_whole_command(arguments), executor=executor_of(arguments), quiet=arguments.quiet
+        )
         report_failures(out, outcomes, verbose=arguments.verbose)
     missing = any(outcome.result.get("missing") for outcome in outcomes)
     _say(outcomes, arguments)

@@ -36,6 +36,7 @@ VERBS: tuple[tuple[str, str], ...] = (
     ("report", "write one self-contained HTML page from saved results"),
     ("bench", "time the kernel, a whole estimate and the renderer"),
     ("challenge", "hide effects in campaigns, find them without knowing, count how often that works"),
+    ("cluster", "start a Dask scheduler and its workers, through Slurm or another batch system, for --scheduler"),
     ("gate", "compare a run with a committed baseline; exit 1 when it got worse"),
 )
 

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from tumble.cli.exit_codes import IN_SHORT
+from tumble.engine import Executor, Processes, Scheduler
 
 
 def verb_parser(name: str, *, description: str, example: str) -> argparse.ArgumentParser:
@@ -97,9 +98,29 @@ def three_numbers(text: str) -> tuple[float, ...]:
     return numbers
 
 
-def add_jobs(parser: argparse.ArgumentParser) -> None:
+def add_jobs(parser: argparse._ActionsContainer) -> None:
     """``--jobs``: how many local processes."""
     parser.add_argument("--jobs", type=positive, default=cores(), metavar="N", help="local processes (default: %(default)s)")
+
+
+def add_engine(parser: argparse.ArgumentParser) -> None:
+    """``--jobs`` or ``--scheduler``, and ``--time-limit``: by what items are worked on."""
+    where = parser.add_mutually_exclusive_group()
+    add_jobs(where)
+    where.add_argument(
+        "--scheduler",
+        default="",
+        metavar="ADDRESS",
+        help="a Dask scheduler, whose workers see the same files: tcp://host:8786, or its file",
+    )
+    parser.add_argument("--time-limit", type=seconds, metavar="SECONDS", help="give up an item that takes longer (default: never)")
+
+
+def executor_of(arguments: argparse.Namespace) -> Executor:
+    """What the options of :func:`add_engine` ask for."""
+    if arguments.scheduler:
+        return Scheduler(arguments.scheduler, arguments.time_limit)
+    return Processes(arguments.jobs, arguments.time_limit)
 
 
 def cores() -> int:
@@ -112,4 +133,12 @@ def positive(text: str) -> int:
     value = int(text)
     if value < 1:
         raise argparse.ArgumentTypeError(f"expected a whole number of at least 1, got {text}")
+    return value
+
+
+def seconds(text: str) -> float:
+    """A time of more than nothing (s), for argparse."""
+    value = float(text)
+    if not 0.0 < value < float("inf"):
+        raise argparse.ArgumentTypeError(f"expected seconds, more than 0, got {text}")
     return value

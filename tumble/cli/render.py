@@ -5,7 +5,7 @@ import json
 from pathlib import Path
 
 from datasets.recipes.toml_files import load_recipe, recipe_to_dict
-from tumble.cli.options import add_configuration, add_jobs, add_output, verb_parser
+from tumble.cli.options import add_configuration, add_engine, add_output, executor_of, verb_parser
 from tumble.cli.outcomes import exit_code, report_failures, what_next
 from tumble.commands import command
 from tumble.engine import Outcome, State
@@ -24,7 +24,7 @@ def parser() -> argparse.ArgumentParser:
     )
     add_configuration(verb, what="the recipe")
     add_output(verb, default="out/dataset")
-    add_jobs(verb)
+    add_engine(verb)
     return verb
 
 
@@ -39,7 +39,7 @@ def run(arguments: argparse.Namespace) -> int:
         reads=(*paths_given(arguments.config), *map(Path, recipe.particle.files)),
     )
     with output_directory(arguments.out, described, resume=arguments.resume, force=arguments.force) as out:
-        outcomes = render_dataset(recipe, out, jobs=arguments.jobs, quiet=arguments.quiet)
+        outcomes = render_dataset(recipe, out, executor=executor_of(arguments), quiet=arguments.quiet)
         report_failures(out, outcomes, verbose=arguments.verbose)
     _say(outcomes, out, arguments)
     return exit_code(outcomes)

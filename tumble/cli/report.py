@@ -4,7 +4,7 @@ import argparse
 import json
 from pathlib import Path
 
-from tumble.cli.options import add_jobs, add_output, verb_parser
+from tumble.cli.options import add_engine, add_output, executor_of, verb_parser
 from tumble.cli.outcomes import exit_code, report_failures
 from tumble.engine import State
 from tumble.output_directory import Run, output_directory
@@ -28,7 +28,7 @@ def parser() -> argparse.ArgumentParser:
     verb.add_argument("--truth", type=Path, metavar="FOLDER", help="the dataset's truth folder, to show beside the estimates")
     verb.add_argument("--title", default="Tumble report", help="the page's title (default: %(default)s)")
     add_output(verb, default="out/report")
-    add_jobs(verb)
+    add_engine(verb)
     return verb
 
 
@@ -41,7 +41,9 @@ def run(arguments: argparse.Namespace) -> int:
     reads = paths_given(arguments.estimates, *pictures, arguments.truth)
     described = Run("report", content, reads=reads)
     with output_directory(arguments.out, described, resume=arguments.resume, force=arguments.force) as out:
-        outcomes = collect(arguments.estimates, observations, arguments.truth, out=out, jobs=arguments.jobs, quiet=arguments.quiet)
+        outcomes = collect(
+            arguments.estimates, observations, arguments.truth, out=out, executor=executor_of(arguments), quiet=arguments.quiet
+        )
         parts = [outcome.result for outcome in outcomes if outcome.state is State.DONE]
         if parts:
             write_page(parts, out / PAGE, title=arguments.title)

@@ -15,7 +15,7 @@ from datasets.video import Moment
 from estimator.readiness import inspect_recording
 from tumble.checking.checked import Check, camera_check, plain_check
 from tumble.checking.geometry import geometry_of
-from tumble.engine import Item, Outcome, run
+from tumble.engine import Executor, Item, Outcome, run
 from tumble.importing.draft import DRAFT_FILE, IMPORT_FILE, write_values
 from tumble.importing.gathering import Gathered, flight_name, gather
 from tumble.importing.pulsed import Pulse, pulsed
@@ -51,13 +51,13 @@ def flights_of(videos: Sequence[Path], request: Request) -> list[tuple[Path, ...
 
 
 def import_all(
-    flights: Sequence[tuple[Path, ...]], request: Request, out: Path, *, command: str, jobs: int, quiet: bool
+    flights: Sequence[tuple[Path, ...]], request: Request, out: Path, *, command: str, executor: Executor, quiet: bool
 ) -> tuple[Outcome, ...]:
     """Import every flight that ``out`` lacks; ``command`` completes a draft."""
     drafts = [out / (DRAFT_FILE if len(flights) == 1 else f"{flight_name(flight)}.{DRAFT_FILE}") for flight in flights]
-    items = [_item(flight, request, out, {"draft": str(d), "command": command}) for flight, d in zip(flights, drafts, strict=True)]
+    items = [_item(flight, request, out, {"draft": d, "command": command}) for flight, d in zip(flights, drafts, strict=True)]
     with progress("import", len(items), quiet=quiet, pulses=out) as advance:
-        return run(import_item, items, jobs=jobs, advance=advance)
+        return run(import_item, items, executor=executor, advance=advance)
 
 
 def import_item(payload: dict[str, Any]) -> dict[str, Any]:
@@ -127,26 +127,25 @@ def _calibrated_size(gathered: Gathered, number: int) -> tuple[int, int]:
     return lens.width_px, lens.height_px
 
 
-def _item(flight: tuple[Path, ...], request: Request, out: Path, draft: dict[str, str]) -> Item:
+def _item(flight: tuple[Path, ...], request: Request, out: Path, draft: dict[str, Any]) -> Item:
     """``draft``: where one would lie, and the command that completes it."""
     name = flight_name(flight)
     folder = out / OBSERVATIONS / name
     payload = {
-        "videos": [str(video) for video in flight],
+        "videos": list(flight),
         "request": plain_request(request),
-        "folder": str(folder),
-        "page": str(out / f"{name}.check.html"),
-        "pulse": str(out / f"{name}{PULSE}"),
+        "folder": folder,
+        "page": out / f"{name}.check.html",
+        "pulse": out / f"{name}{PULSE}",
         **draft,
     }
-    return Item(name, payload, folder / FILE)
+    return Item(name, payload, folder / FILE, apart=("command",))
 
 
 def plain_request(request: Request) -> dict[str, Any]:
     """A request as JSON-compatible values, paths made absolute."""
-    text = {key: value for key, value in vars(request).items()}
     return {
-        **text,
+        **vars(request),
         "frames": list(request.frames),
         "cameras": [str(path.resolve()) for path in request.cameras],
         "particle": None if request.particle is None else str(request.particle.resolve()),

@@ -21,7 +21,7 @@ from tumble.challenge.drawing import RENDERED, Plan, Shape, draw_case
 from tumble.challenge.limits import TABLE, read_table
 from tumble.challenge.making import make_campaigns
 from tumble.cli import main as command_line
-from tumble.engine import State
+from tumble.engine import Serial, State
 
 SHAPE = Shape(sequences=2, frames=8, views=12, rendered=True)
 PLAN = Plan(SHAPE, *RENDERED, read_table(TABLE))
@@ -73,7 +73,7 @@ def made_campaign(tmp_path_factory: pytest.TempPathFactory) -> Path:
     if not any(variant.works for variant in available_variants()):
         pytest.skip("no variant of Mitsuba works here")
     root = tmp_path_factory.mktemp("rendered")
-    (outcome,) = make_campaigns([drawn("outline_offset")], root / "made", jobs=1, quiet=True)
+    (outcome,) = make_campaigns([drawn("outline_offset")], root / "made", executor=Serial(), quiet=True)
     assert outcome.state is State.DONE
     return root
 
@@ -93,7 +93,7 @@ def test_observations_are_pictures_of_one_particle_and_truth_is_apart(made: Path
     (case,) = read_cases(made / "made")
     assert case.keys == ("outline_offset",)
     assert read_truth(made / "made" / "truth" / "c001" / "c001-1").masks is None
-    assert [path.name for path in (made / "made" / "truth" / "c001").iterdir() if path.name.startswith(".")] == []
+    assert [path.name for path in (made / "made" / "truth" / "c001").iterdir() if path.name.startswith(".")] == [".case.json.done"]
 
 
 def test_pictures_are_solved_and_scored_apart(made: Path, capsys: pytest.CaptureFixture[str]) -> None:
