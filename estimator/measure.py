@@ -82,7 +82,7 @@ def _measured(seen: Seen, configuration: Configuration) -> Estimate:
 def _broke(seen: Seen, kinks: list[Kink], configuration: Configuration) -> str | None:
     """What to say where the flight up to the strongest kink is that of the particle, and the one after it is not."""
     kink = max(kinks, key=lambda k: k.jump_px)
-    quick = replace(configuration, trajectory_candidates=1, momentum_starts=0)
+    quick = replace(configuration, trajectory_candidates=1, momentum_starts=0, surface_fit=0)
     parts = _only(seen.tracks, kink.frame - APART_FRAMES, before=True), _only(seen.tracks, kink.frame + APART_FRAMES, before=False)
     before, after = (estimate_free_flight(replace(seen, tracks=part), quick) for part in parts)
     return worse_part(before, after, kink.frame)

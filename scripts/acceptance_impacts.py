@@ -31,7 +31,7 @@ from scripts.scanned_particles import REGULAR
 from synth.sequence import build_silhouette_sequence
 from tumble.engine import Item
 
-FITS = {"tangents": Configuration(), "samples": Configuration(surface_fit=1, offset_prior_px=0.001)}
+FITS = {"tangents": Configuration(surface_fit=0), "samples": Configuration(surface_fit=2, offset_prior_px=0.001)}
 """Outlines have no offset here, and who knows that states it: beside gravity their size alone says how far away a body is."""
 
 

@@ -53,7 +53,7 @@ from tumble.challenge.field_flights import measured as tracked
 from tumble.contact_validating import Known, collected_from
 
 Array = NDArray[np.float64]
-QUICK = Configuration(hull_resolution=32, directions=200, pose_starts=24, momentum_starts=0, bias_pairs=2)
+QUICK = Configuration(hull_resolution=32, directions=200, pose_starts=24, momentum_starts=0, bias_pairs=2, surface_fit=0)
 STONE = ParticleRecipe(irregularity=0.6, size_mm=(6.0, 6.0))
 FLIGHT = Recipe(
     seed=5, particle=STONE, motion=MotionRecipe(frames=20, speed_ms=(1.5, 2.5), spin_rads=(120.0, 200.0)), rig=RigRecipe(drops=3)

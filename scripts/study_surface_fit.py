@@ -39,7 +39,7 @@ from synth.flight_bound import with_bound
 from synth.rendering.sequence import render_sequence
 from synth.sequence import build_silhouette_sequence, plan_sequence
 
-FITS = {"tangents": Configuration(), "surface": Configuration(surface_fit=1, offset_prior_px=0.001)}
+FITS = {"tangents": Configuration(surface_fit=0), "surface": Configuration(surface_fit=2, offset_prior_px=0.001)}
 """Outlines have no offset here, and who knows that states it: beside gravity their size alone says how far away a body is."""
 SIZES = ("in_plane", "out_of_plane", "angular")
 """What a score calls the size of the error of each of :data:`QUANTITIES`."""

@@ -27,7 +27,10 @@ class Configuration:
     as a start. ``minimum_frames``: fewer usable frames give no measurement. ``keep_out_of_plate``: 1 requires that the
     particle does not reach into the plate it falls on; ``estimate_plate``: 1 measures the plate's plane with the flight, from what is
     stated of it or from the impacts alone. ``surface_fit``: 1 fits flights, free or with impacts, once more, to all outline samples with
-    the surface as an unknown (decision 53). ``seed`` feeds the drawn starts and the drawn noise of the views' likeness.
+    the surface as an unknown (decision 53), where views are many and agree and no focal length is measured; 2 does so with few views and
+    with such that disagree, too, where its intervals are too narrow; 0 leaves it at tangents.
+    ``campaign_surface_fit``: 1 does so with campaigns (decision 64). ``seed`` feeds the drawn starts and the drawn noise of the views'
+    likeness.
     """
 
     hull_resolution: int = 64
@@ -53,12 +56,13 @@ class Configuration:
     foreign_view_ratio: float = 4.0
     keep_out_of_plate: int = 0
     estimate_plate: int = 0
-    surface_fit: int = 0
+    surface_fit: int = 1
+    campaign_surface_fit: int = 0
     seed: int = 0
 
 
-SWITCHES = ("keep_out_of_plate", "estimate_plate", "surface_fit")
-"""Settings that are 0 or 1."""
+SWITCHES = {"keep_out_of_plate": 1, "estimate_plate": 1, "surface_fit": 2, "campaign_surface_fit": 1}
+"""Settings that are one of a few numbers from 0 on, and the last of them."""
 
 
 def configuration_from_dict(values: Mapping[str, Any]) -> Configuration:
@@ -67,7 +71,7 @@ def configuration_from_dict(values: Mapping[str, Any]) -> Configuration:
     Raises
     ------
     InputError
-        Where a name is unknown, a type is wrong, a number is negative or a switch is neither 0 nor 1.
+        Where a name is unknown, a type is wrong, a number is negative or a switch is none of its numbers.
     """
     fields = {field.name: field for field in dataclasses.fields(Configuration)}
     checked: dict[str, Any] = {}
@@ -83,7 +87,8 @@ def configuration_from_dict(values: Mapping[str, Any]) -> Configuration:
             raise InputError(f"estimator configuration: expected {name} to be of type {wanted.__name__}, got {value!r}")
         if value < 0:
             raise InputError(f"estimator configuration: expected {name} >= 0, got {value!r}")
-        if name in SWITCHES and value > 1:
-            raise InputError(f"estimator configuration: expected {name} to be 0 or 1, got {value!r}")
+        if value > SWITCHES.get(name, value):
+            said = " or ".join(str(each) for each in range(SWITCHES[name] + 1))
+            raise InputError(f"estimator configuration: expected {name} to be {said}, got {value!r}")
         checked[name] = wanted(value)
     return Configuration(**checked)

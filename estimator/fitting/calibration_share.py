@@ -59,7 +59,7 @@ def calibration_share(motion: Motion, at: Linearised, inverse: Array, gravity_co
 
     ``at``: the outlines there; ``inverse`` (p, p) of the normal matrix. ``gravity_covariance`` (3, 3) m²/s⁴, world frame.
     """
-    others, gravity = _errors(at.task, motion, gravity_covariance)
+    others, gravity = errors_of(at.task, motion, gravity_covariance)
     if not others:
         return None
     columns = []
@@ -71,8 +71,11 @@ def calibration_share(motion: Motion, at: Linearised, inverse: Array, gravity_co
     return CalibrationShare(np.array(columns).T, gravity)
 
 
-def _errors(task: FitTask, motion: Motion, gravity_covariance: Array | None) -> tuple[list[Other], Array]:
-    """Independent errors of the calibration, each the task and the motion with so many times of it, and what they add to gravity (3, c)."""
+def errors_of(task: FitTask, motion: Motion, gravity_covariance: Array | None) -> tuple[list[Other], Array]:
+    """Independent errors of the calibration, each the task and the motion with so many times of it, and what they add to gravity (3, c).
+
+    ``gravity_covariance`` (3, 3) m²/s⁴, world frame.
+    """
     cameras = enumerate(task.sightings.cameras)
     lenses = [_through(task, motion, (number, column)) for number, camera in cameras for column in _lens_errors(camera)]
     pulls = [] if gravity_covariance is None else list(_columns(gravity_covariance))
@@ -119,7 +122,8 @@ def _through(task: FitTask, motion: Motion, error: tuple[int, Array]) -> Other:
         lens = given.with_numbers(given.numbers + times * off)
         xy, focal = first.xy.copy(), first.focal_px.copy()
         xy[rows], focal[own] = lens.normalise(first.points_px[rows]), (lens.fx_px, lens.fy_px)
-        return replace(task, sightings=replace(task.sightings, silhouettes=replace(first, xy=xy, focal_px=focal))), motion
+        cameras = tuple(replace(c, intrinsics=lens) if k == number else c for k, c in enumerate(task.sightings.cameras))
+        return replace(task, sightings=replace(task.sightings, cameras=cameras, silhouettes=replace(first, xy=xy, focal_px=focal))), motion
 
     return through
 

@@ -6,17 +6,36 @@ from dataclasses import replace
 from datasets.estimate import Estimate
 from estimator.data.configuration import Configuration
 from estimator.data.fit_task import FitTask
+from estimator.fitting.calibration_share import CalibrationShare, calibration_share
 from estimator.fitting.problem import Fact, M
 from estimator.fitting.refinement import Refined
 from estimator.fitting.weighed_tangencies import linearise
+from estimator.impacts.chains import Seen
 from estimator.motion.flight import Motion
 from estimator.motion.rigid_body import RanAway
 from estimator.particle.particle import Particle
 from estimator.search.candidate_flights import MOST_MEAN_SQUARE
+from estimator.search.rival_flights import few_views
+from estimator.surface.calibration import calibration_share_of
 from estimator.surface.joint import JointFit, beside_the_surface, joint_fit
 from estimator.surface.told import finer_views, surface_sentence, surface_statistics
 
 OF_TANGENTS = "the estimate is that of tangents."
+ALWAYS = 2
+"""The ``surface_fit`` of who wants it with few views and with such that disagree, too."""
+
+
+def left_out(particle: Particle, configuration: Configuration) -> str | None:
+    """Why a flight is not fitted to all outline samples, in words; ``None`` where it is. Nothing to say where that is not asked for."""
+    if not configuration.surface_fit:
+        return ""
+    if configuration.focal_prior > 0.0:
+        return f"the focal length is measured; {OF_TANGENTS}"
+    if configuration.surface_fit < ALWAYS and few_views(particle):
+        return f"with {len(particle.calibrated)} views intervals of a fit to all outline samples are too narrow; {OF_TANGENTS}"
+    if configuration.surface_fit < ALWAYS and particle.disagreement.calibration_px > 0.0:
+        return f"the views disagree, and a fit to all outline samples takes them to be where they say; {OF_TANGENTS}"
+    return None
 
 
 def on_all_samples(
@@ -44,8 +63,19 @@ def with_joint(refined: Refined[M], joint: JointFit[M]) -> Refined[M]:
     return replace(refined, flight=joint.motion, covariance=joint.covariance, bound=joint.bound, settled=joint.settled, at=at)
 
 
-def with_surface(estimate: Estimate, joint: JointFit[Motion] | None, why_not: str) -> Estimate:
-    """The estimate with what the fit says of its surface, or why there is none."""
+def share_of(
+    refined: Refined[M], joint: JointFit[M] | None, task: FitTask, seen: Seen, configuration: Configuration
+) -> CalibrationShare | None:
+    """What the stated calibration adds to the uncertainty of the motion that has the last word."""
+    gravity = seen.observation.gravity_covariance
     if joint is None:
-        return replace(estimate, message=" ".join(part for part in (estimate.message, why_not) if part))
+        return calibration_share(refined.flight, refined.at, refined.inverse, gravity)
+    return calibration_share_of(seen.particle, joint, task, gravity, huber=configuration.huber)
+
+
+def with_surface(estimate: Estimate, joint: JointFit[Motion] | None, why_not: str, *, said: str | None = None) -> Estimate:
+    """The estimate with what the fit says of its surface, or why there is none; ``said``: why it was :func:`left_out`."""
+    if joint is None:
+        statistics = {**estimate.statistics, "surface_left_out": said} if said else estimate.statistics
+        return replace(estimate, message=" ".join(part for part in (estimate.message, why_not) if part), statistics=statistics)
     return replace(estimate, statistics={**estimate.statistics, "surface": surface_statistics(joint)})

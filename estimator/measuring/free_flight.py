@@ -13,11 +13,10 @@ from datasets.observation import Observation
 from estimator.data.configuration import Configuration
 from estimator.data.no_measurement import NoMeasurement
 from estimator.fitting.adequacy import misfit
-from estimator.fitting.calibration_share import calibration_share
 from estimator.fitting.refinement import Refined
 from estimator.fitting.tasks import biased_task, fit_task, refined_flight
 from estimator.impacts.chains import Seen
-from estimator.measuring.by_samples import on_all_samples, with_joint, with_surface
+from estimator.measuring.by_samples import left_out, on_all_samples, share_of, with_joint, with_surface
 from estimator.motion.flight import Motion
 from estimator.motion.rigid_body import RanAway
 from estimator.outlines.sightings import pictures_of, tracks_of, usable_sightings
@@ -58,8 +57,6 @@ def check_focal_prior(observation: Observation, configuration: Configuration) ->
             f"{observation.name}: expected one high-speed camera where its focal length is to be measured (focal_prior > 0), "
             f"got {len(observation.cameras)}"
         )
-    if configuration.focal_prior > 0.0 and configuration.surface_fit:
-        raise InputError(f"{observation.name}: expected focal_prior = 0 where surface_fit = 1, got {configuration.focal_prior:g}")
 
 
 def estimate_free_flight(seen: Seen, configuration: Configuration) -> Estimate:
@@ -86,7 +83,8 @@ def _estimated(seen: Seen, configuration: Configuration) -> Estimate:
     flight = ranked.flights[0].state
     refined: Refined[Motion]
     joint, why_not = None, ""
-    if configuration.surface_fit:
+    known, said = configuration.focal_prior == 0.0, left_out(particle, configuration)
+    if said is None:
         refined = refined_flight(task, flight, configuration)
         joint, why_not = on_all_samples(refined, task, particle, configuration)
     if joint is None:
@@ -95,9 +93,8 @@ def _estimated(seen: Seen, configuration: Configuration) -> Estimate:
     else:
         refined = with_joint(refined, joint)
     status, message = judge(without_the_same(task, ranked, refined, configuration), refined)
-    known = configuration.focal_prior == 0.0
     tested = slow_misfit(particle, joint, huber=configuration.huber) if joint is not None else misfit(refined) if known else None
     outcome = (status, message, tested)
-    share = calibration_share(refined.flight, refined.at, refined.inverse, observation.gravity_covariance) if known else None
+    share = share_of(refined, joint, task, seen, configuration) if known else None
     told = converged_estimate(seen, found, refined, outcome, configuration=configuration, share=share)
-    return with_surface(told, joint, why_not)
+    return with_surface(told, joint, why_not, said=said)

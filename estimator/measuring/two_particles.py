@@ -24,7 +24,7 @@ from estimator.impacts.chains import EDGE_FRAMES, LEAST_JUMP, Seen, fitted_chain
 from estimator.impacts.impact_judging import Chain, judge_chain, jumps
 from estimator.impacts.impact_search import LEAST_JUMP_PX
 from estimator.impacts.loose_contact import with_lasting_contacts
-from estimator.measuring.by_samples import on_all_samples, with_surface
+from estimator.measuring.by_samples import left_out, on_all_samples, with_surface
 from estimator.measuring.pair_by_samples import bound_together
 from estimator.motion.piecewise import PiecewiseFlight
 from estimator.motion.rigid_body import RanAway
@@ -61,12 +61,16 @@ class SeenPair:
 
 @dataclass(frozen=True)
 class Fitted:
-    """Both at one time of impact: ``free``, and ``held`` such that their ``hulls`` touch then; ``joints``: where samples were fitted."""
+    """Both at one time of impact: ``free``, and ``held`` such that their ``hulls`` touch then.
+
+    ``joints``: where samples were fitted; ``why_not`` where they were to be.
+    """
 
     free: PairRefined
     held: PairRefined
     hulls: Hulls
     joints: tuple[JointFit[PiecewiseFlight], ...] = ()
+    why_not: str = ""
 
 
 def measure_pair(observation: Observation, configuration: Configuration) -> Estimate:
@@ -224,16 +228,18 @@ def _joint(seen: SeenPair, tasks: tuple[FitTask, FitTask], chains: tuple[list[Ch
     ready = [prepared_task(*each, configuration) for each in zip(seen.both, tasks, pair.both, strict=True)]
     hulls, settings = hulls_of((seen.both[0].particle, seen.both[1].particle)), refinement_settings(configuration)
     facts: list[Fact[PairFlight]] = [lambda there: touching(there, hulls)]
-    if configuration.surface_fit:
+    why_not = ""
+    if all(left_out(one.particle, configuration) is None for one in seen.both):
         lasting = PairFlight(with_lasting_contacts(pair.first), with_lasting_contacts(pair.second))
         led = solve(parts_of(ready, lasting), lasting, settings)
         of_each = zip(led.parts, tasks, seen.both, strict=True)
-        (first, _), (second, _) = (on_all_samples(part, task, one.particle, configuration) for part, task, one in of_each)
+        (first, why), (second, or_why) = (on_all_samples(part, task, one.particle, configuration) for part, task, one in of_each)
         if first is not None and second is not None:
             joints = (first, second)
             return Fitted(bound_together(joints, led), bound_together(joints, led, facts), hulls, joints)
+        why_not = why or or_why
     free = solve(parts_of(ready, pair), pair, settings)
-    return Fitted(free, solve(parts_of(ready, pair), free.state, settings, facts), hulls)
+    return Fitted(free, solve(parts_of(ready, pair), free.state, settings, facts), hulls, why_not=why_not)
 
 
 def _check_jumps(observation: Observation, refined: PairRefined) -> None:
@@ -256,6 +262,7 @@ def _told(
         return replace(parts[0], companion=parts[1])
     particles = (seen.both[0].particle, seen.both[1].particle)
     collision = collision_of(fitted.free, fitted.held, fitted.hulls, particles, observation)
+    parts[0] = with_surface(parts[0], None, fitted.why_not)
     first = replace(parts[0], statistics={**parts[0].statistics, "assignment_ratio": seen.ratio})
     return replace(first, companion=parts[1], collision=collision, message=f"{first.message} {sentence(collision)}")
 

@@ -15,7 +15,6 @@ from datasets.estimate import Estimate, Status
 from estimator.data.configuration import Configuration
 from estimator.data.fit_task import FitTask
 from estimator.data.no_measurement import NoMeasurement
-from estimator.fitting.calibration_share import calibration_share
 from estimator.fitting.tasks import refinement_settings
 from estimator.fitting.trajectory import cost as flight_cost
 from estimator.impacts.breakage import worse_after
@@ -38,7 +37,7 @@ from estimator.impacts.plate_contact import PlateTask
 from estimator.impacts.plate_edge import edge_sentence
 from estimator.impacts.plate_gap import plate_gaps
 from estimator.impacts.plate_holding import plate_task
-from estimator.measuring.by_samples import on_all_samples, with_joint, with_surface
+from estimator.measuring.by_samples import left_out, on_all_samples, share_of, with_joint, with_surface
 from estimator.motion.piecewise import PiecewiseFlight, touch_and_sensitivity
 from estimator.motion.rigid_body import RanAway
 from estimator.reports.impact_reporting import impacts_estimate
@@ -70,21 +69,21 @@ def _estimated(seen: Seen, kinks: list[Kink], configuration: Configuration) -> E
     chains = _without_the_same(seen, task, (chains, refined), configuration)
     chains, told = _with_contacts(seen, task, (chains, refined), configuration)
     plate = None if told.widened else _plate_of(seen, told.refined, configuration)
-    sampled = bool(configuration.surface_fit) and not told.widened
+    said = left_out(seen.particle, configuration)
     if plate is not None:
         told = replace(told, refined=refined_chain(seen, task, told.refined.flight, configuration, plate))
     joint, why_not = None, ""
-    if sampled:
+    if said is None and not told.widened:
         refined, joint, why_not = _by_samples(seen, task, told.refined, configuration, plate)
         told = replace(told, refined=refined)
     status, message = judge_chain(chains, told.refined, configuration)
     outcome = (status, " ".join([message, *contact_sentences(told, frame_interval_s(seen))]))
     refined = told.refined
-    share = calibration_share(refined.flight, refined.at, refined.inverse, seen.observation.gravity_covariance)
+    share = share_of(refined, joint, task, seen, configuration)
     estimate = impacts_estimate(seen, chains[0].found, refined, outcome, configuration=configuration, plate=plate, share=share)
     statistics = {**estimate.statistics, "impacts": [dict(vars(s)) for s in told.spreads]}
     estimate = _unless_broken(replace(estimate, statistics=statistics), seen.observation.clock.times_s)
-    return with_surface(estimate, joint, why_not)
+    return with_surface(estimate, joint, why_not, said=said)
 
 
 def _by_samples(

@@ -96,10 +96,15 @@ class Eliminated:
 
 def weighed(samples: Samples, prior: Believed, noise_px: float, huber: float, place: NDArray[np.int64] | None = None) -> Weighed:
     """Samples over their noise, those far off held by Huber's weights; ``place`` (c,) of their motions, ``None``: there are no others."""
-    w = np.sqrt(huber / np.maximum(np.abs(samples.gap_px) / noise_px, huber)) / noise_px
+    w = weights(samples.gap_px, noise_px, huber)
     J = csr_array(samples.by_corner.multiply(w[:, None])) @ prior.basis
     place = np.arange(samples.by_motion.shape[1]) if place is None else place
     return Weighed(samples, samples.gap_px * w, J, samples.by_motion * w[:, None], place)
+
+
+def weights(gap_px: Array, noise_px: float, huber: float) -> Array:
+    """What residuals ``gap_px`` (m,) and their derivatives are multiplied by, 1/px."""
+    return np.asarray(np.sqrt(huber / np.maximum(np.abs(gap_px) / noise_px, huber)) / noise_px)
 
 
 def eliminated(groups: Sequence[Weighed], prior: Believed, whole: Whole) -> Eliminated:

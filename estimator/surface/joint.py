@@ -292,23 +292,29 @@ def joint_fit(
     )
 
 
+def linearised_end(particle: Particle, joint: JointFit[M], basis: Array | None = None, *, huber: float) -> tuple[Eliminated, Whole, Known]:
+    """The equations where a fit has ended; ``basis`` (n, 6, k): slow errors of its poses, k more parameters."""
+    more = (0, 0 if basis is None else basis.shape[2])
+    about = Known(joint.motion.first.body, np.r_[COM, INERTIA], np.pad(joint.known.H, more), np.pad(joint.known.g, more))
+    recorded = [RecordedMotion(joint.sightings, joint.motion, basis)]
+    surfaced = joint.surface, believed(joint.surface)
+    fitted, whole = _linearised(particle, surfaced, recorded, about, noise_px=joint.noise_px, huber=huber)
+    return fitted, whole, about
+
+
 def slow_misfit(particle: Particle, joint: JointFit[Motion], *, huber: float) -> Misfit | None:
     """Whether slow errors of the poses are left where the fit has ended, the surface free to answer to them.
 
     ``None`` where the sightings do not determine them. Of 36 made flights of 100 frames in which nothing is missing ``p`` was below 0.1
     three times and above 0.9 seven times (trial run).
     """
-    basis, p, noise_px = slow_errors(joint.sightings.times_s), len(joint.known.g), joint.noise_px
-    more = (0, basis.shape[2])
-    about = Known(joint.motion.first.body, np.r_[COM, INERTIA], np.pad(joint.known.H, more), np.pad(joint.known.g, more))
-    recorded = [RecordedMotion(joint.sightings, joint.motion, basis)]
-    surfaced = joint.surface, believed(joint.surface)
+    basis, p = slow_errors(joint.sightings.times_s), len(joint.known.g)
     try:
-        fitted, whole = _linearised(particle, surfaced, recorded, about, noise_px=noise_px, huber=huber)
+        fitted, whole, about = linearised_end(particle, joint, basis, huber=huber)
         end = scaled_step(fitted, whole, about.information, about.pull)
     except NothingSeen:
         return None
-    left = noise_px[1] * float(np.sqrt(np.mean(fitted.groups[1].r ** 2)))
+    left = joint.noise_px[1] * float(np.sqrt(np.mean(fitted.groups[1].r ** 2)))
     return misfit_of(end.step[p:], end.covariance[p:, p:], basis, left / joint.outline_noise_px[1])
 
 

@@ -49,7 +49,9 @@ def sphere(subdivisions: int = SUBDIVISIONS) -> Sphere:
     adjacency = csr_array((np.ones(len(both)), (both[:, 0], both[:, 1])), shape=(n, n))
     mean = diags_array(1.0 / adjacency.sum(axis=1)) @ adjacency
     edge = float(np.linalg.norm(mesh.vertices[mesh.ends[:, 0]] - mesh.vertices[mesh.ends[:, 1]], axis=1).mean())
-    return Sphere(mesh, csr_array(eye_array(n) - mean), edge)
+    laplacian = csr_array(eye_array(n) - mean)
+    laplacian.sort_indices()  # or whoever needs them sorted does it in place, and sums differ by rounding from then on
+    return Sphere(mesh, laplacian, edge)
 
 
 def sphere_of(corners: int) -> Sphere:

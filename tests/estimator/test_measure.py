@@ -35,7 +35,7 @@ RECIPE = Recipe(
 
 TWO_IMPACTS = replace(RECIPE, seed=7, dropper=replace(RECIPE.dropper, frames_before=(22, 22), frames_after=(22, 22)))
 LYING_FRAMES = 60
-QUICK = Configuration(momentum_starts=0, trajectory_candidates=1)
+QUICK = Configuration(momentum_starts=0, trajectory_candidates=1, surface_fit=0)
 
 
 @pytest.fixture(scope="module")

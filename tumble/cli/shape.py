@@ -57,7 +57,8 @@ def parser() -> argparse.ArgumentParser:
         metavar="FILE",
         help="a picture without the particle, one for each camera of the rig (default: the light in each picture itself)",
     )
-    verb.add_argument("--surface", action="store_true", help="keep the surface that campaigns with --set surface_fit=1 begin with, too")
+    kept = "keep the surface that campaigns with --set campaign_surface_fit=1 begin with, too"
+    verb.add_argument("--surface", action="store_true", help=kept)
     verb.add_argument("--mass", type=float, metavar="KG", help="of the particle, where it was weighed")
     add_output(verb, default="out/stone")
     return verb

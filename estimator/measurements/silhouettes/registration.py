@@ -88,7 +88,7 @@ def register(
     start = CampaignState(tuple(flight for _, _, flight in flown), tuple(np.zeros(0) for _ in flown))
     left_out = tuple(each for i in range(len(observations)) if isinstance(each := found[i], LeftOut))
     registered = Registered(campaign, start, tuple(p for _, p, _ in particles.values()), left_out)
-    return by_samples(registered, tuple(catalogue().values()), configuration) if configuration.surface_fit else registered
+    return by_samples(registered, tuple(catalogue().values()), configuration) if configuration.campaign_surface_fit else registered
 
 
 @dataclass(frozen=True)

@@ -64,7 +64,7 @@ def first_fit(recipe: Recipe) -> Caught:
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(free_flight, "biased_task", biased)
-        free_flight.estimate(observation, Configuration())
+        free_flight.estimate(observation, Configuration(surface_fit=0))
     return kept[0]
 
 

@@ -27,6 +27,7 @@ RECIPE = Recipe(
     motion=MotionRecipe(frames=20, speed_ms=(1.5, 2.5), spin_rads=(120.0, 200.0)),
     rig=RigRecipe(drops=2),
 )
+TANGENTS = Configuration(surface_fit=0)
 TALLER = 0.01
 GRAVITY_MS2 = 0.4
 
@@ -47,7 +48,7 @@ def with_lens(camera: HsvCamera, error: np.ndarray[tuple[int], np.dtype[np.float
 
 @pytest.fixture(scope="module")
 def plain(seen: Observation) -> Estimate:
-    return estimate(seen, Configuration())
+    return estimate(seen, TANGENTS)
 
 
 @pytest.fixture(scope="module")
@@ -55,7 +56,7 @@ def stated(seen: Observation) -> Estimate:
     """One whose focal length along y is known to a hundredth, and gravity to 0.4 m/s2 along x."""
     error = lens_errors(seen)
     camera = replace(seen.cameras[0], lens_covariance=np.outer(error, error))
-    return estimate(replace(seen, cameras=(camera,), gravity_covariance=np.diag([GRAVITY_MS2**2, 0.0, 0.0])), Configuration())
+    return estimate(replace(seen, cameras=(camera,), gravity_covariance=np.diag([GRAVITY_MS2**2, 0.0, 0.0])), TANGENTS)
 
 
 def test_the_flight_is_the_same_and_its_error_bars_are_wider(plain: Estimate, stated: Estimate) -> None:
@@ -68,7 +69,7 @@ def test_the_flight_is_the_same_and_its_error_bars_are_wider(plain: Estimate, st
 
 
 def velocities(seen: Observation) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
-    found = estimate(seen, Configuration())
+    found = estimate(seen, TANGENTS)
     assert found.status is Status.CONVERGED
     assert found.start is not None
     return np.concatenate([found.start.v_world, found.start.omega_world])
@@ -80,7 +81,7 @@ def test_they_are_wider_by_as_much_as_a_wrong_camera_moves_the_estimate(seen: Ob
     camera = seen.cameras[0]
     both = [velocities(replace(seen, cameras=(with_lens(camera, sign * share * error),))) for sign in (1.0, -1.0)]
     expected = np.abs(both[0] - both[1]) / (2.0 * share)
-    stated = estimate(replace(seen, cameras=(replace(camera, lens_covariance=np.outer(error, error)),)), Configuration())
+    stated = estimate(replace(seen, cameras=(replace(camera, lens_covariance=np.outer(error, error)),)), TANGENTS)
     assert stated.start is not None
     assert plain.start is not None
     sigma = np.sqrt(np.diag(plain.start.covariance))
@@ -93,8 +94,8 @@ def test_they_are_wider_by_as_much_as_a_wrong_camera_moves_the_estimate(seen: Ob
 def test_they_are_wider_by_as_much_as_a_wrong_gravity_moves_the_estimate(seen: Observation, plain: Estimate) -> None:
     """At the start, and in the middle, where the flight knows its own velocity."""
     off = np.array([GRAVITY_MS2, 0.0, 0.0])
-    moved = estimate(replace(seen, gravity_world=seen.gravity_world + off), Configuration())
-    stated = estimate(replace(seen, gravity_covariance=np.outer(off, off)), Configuration())
+    moved = estimate(replace(seen, gravity_world=seen.gravity_world + off), TANGENTS)
+    stated = estimate(replace(seen, gravity_covariance=np.outer(off, off)), TANGENTS)
     for with_it, without, there in ((stated.start, plain.start, moved.start), (stated.middle, plain.middle, moved.middle)):
         assert with_it is not None
         assert without is not None
@@ -109,7 +110,7 @@ def test_a_flight_without_an_impact_is_widened_as_a_free_one(seen: Observation, 
     found: list[Any] = []
     refine = tasks.refine
     monkeypatch.setattr(tasks, "refine", lambda *given: found.append(refine(*given)) or found[-1])
-    estimate(stated, Configuration())
+    estimate(stated, TANGENTS)
     (refined,) = found
     free, whole = (
         calibration_share(flight, refined.at, refined.inverse, stated.gravity_covariance)
@@ -176,4 +177,4 @@ def test_error_bars_without_it_say_so(seen: Observation, plain: Estimate, stated
         assert with_what_is_missing(estimate_, observation) is estimate_
     assert NOT_CONSIDERED not in with_what_is_missing(replace(plain, middle=None), told).message
     monkeypatch.setattr(measuring, "_measured", lambda *_: plain)
-    assert NOT_CONSIDERED in measuring.measure(told, Configuration()).message
+    assert NOT_CONSIDERED in measuring.measure(told, TANGENTS).message

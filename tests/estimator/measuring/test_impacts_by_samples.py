@@ -31,7 +31,7 @@ from tests.estimator.outlines.test_behind_plate import BELOW
 from tests.estimator.test_measure import QUICK, RECIPE
 
 COARSE = 4
-SAMPLES = replace(QUICK, surface_fit=1)
+SAMPLES = replace(QUICK, surface_fit=2)
 SEEDS = (9, 11)
 
 

@@ -23,7 +23,7 @@ from estimator.surface.star_surface import star_surface
 from scripts.golden_cases import PAIR
 from synth.sequence import build_silhouette_sequence
 
-QUICK = Configuration(hull_resolution=32, directions=200, pose_starts=24, momentum_starts=0, bias_pairs=2)
+QUICK = Configuration(hull_resolution=32, directions=200, pose_starts=24, momentum_starts=0, bias_pairs=2, surface_fit=0)
 COARSE = 4
 
 
@@ -47,7 +47,7 @@ def found() -> tuple[Estimate, Estimate, Truth, list[tuple[Any, PairRefined]]]:
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(two_particles, "bound_together", bound)
-        samples = measure(observation, replace(QUICK, surface_fit=1))
+        samples = measure(observation, replace(QUICK, surface_fit=2))
     return samples, measure(observation, QUICK), truth, given
 
 

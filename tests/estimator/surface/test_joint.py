@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from datasets.errors import InputError
 from datasets.estimate import Estimate, Status
 from datasets.observation import Observation
 from datasets.recipes.recipe import MotionRecipe, ParticleRecipe, Recipe, RigRecipe
@@ -76,7 +75,7 @@ def measured(made: tuple[Observation, Truth]) -> Measured:
         patch.setattr(joint_module, "star_surface", partial(star_surface, subdivisions=COARSE))
         patch.setattr(by_samples, "joint_fit", fitted)
         patch.setattr(free_flight, "judge", kept)
-        estimate = free_flight.estimate(made[0], Configuration(surface_fit=1))
+        estimate = free_flight.estimate(made[0], Configuration(surface_fit=2))
     (particle, sightings, flight, _, joint), (refined,) = given
     return Measured(replace(estimate, status=Status.CONVERGED), flight, particle, sightings, refined, joint)
 
@@ -90,7 +89,7 @@ def test_flat_faces_are_no_pillows_as_the_hull_s_are(made: tuple[Observation, Tr
 
 
 def test_it_is_nearer_to_the_truth_than_the_estimate_of_tangents(made: tuple[Observation, Truth], measured: Measured) -> None:
-    samples, tangents = score(measured.estimate, made[1]), score(free_flight.estimate(made[0], Configuration()), made[1])
+    samples, tangents = score(measured.estimate, made[1]), score(free_flight.estimate(made[0], Configuration(surface_fit=0)), made[1])
     for error in ("middle_in_plane_ms", "middle_out_of_plane_ms", "middle_angular_rads"):
         assert samples[error] < 0.8 * tangents[error]
 
@@ -127,11 +126,6 @@ def test_derivatives_by_the_flight_are_differences(measured: Measured) -> None:
     assert np.median(np.abs(found - told)) < 0.05 * np.median(np.abs(told))
 
 
-def test_a_focal_length_is_not_measured_beside_a_surface(made: tuple[Observation, Truth]) -> None:
-    with pytest.raises(InputError, match="expected focal_prior = 0"):
-        free_flight.estimate(made[0], Configuration(surface_fit=1, focal_prior=0.1))
-
-
 def test_what_is_left_is_noise_and_a_wrong_gravity_is_not(made: tuple[Observation, Truth], measured: Measured) -> None:
     left = slow_misfit(measured.particle, measured.joint, huber=4.0)
     assert left is not None
@@ -140,7 +134,7 @@ def test_what_is_left_is_noise_and_a_wrong_gravity_is_not(made: tuple[Observatio
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(joint_module, "star_surface", partial(star_surface, subdivisions=COARSE))
         wrong = replace(made[0], gravity_world=made[0].gravity_world + np.array([30.0, 0.0, 0.0]))
-        told = free_flight.estimate(wrong, Configuration(surface_fit=1)).statistics["adequacy"]
+        told = free_flight.estimate(wrong, Configuration(surface_fit=2)).statistics["adequacy"]
     assert told["p"] < 1e-3
 
 
@@ -183,7 +177,7 @@ def test_outlines_that_do_not_fit_end_with_a_status(
     """Nothing runs away, and where no surface meets the outlines the estimate is that of tangents, which says so."""
     monkeypatch.setattr(joint_module, "star_surface", partial(star_surface, subdivisions=COARSE))
     wrong = shifted(made[0], numbers, change)
-    samples, tangents = (free_flight.estimate(wrong, Configuration(surface_fit=on)) for on in (1, 0))
+    samples, tangents = (free_flight.estimate(wrong, Configuration(surface_fit=on)) for on in (2, 0))
     assert "surface" in samples.statistics or samples.status is tangents.status
     if "surface" not in samples.statistics and tangents.middle is not None:
         assert samples.middle is not None

@@ -26,7 +26,7 @@ def registered() -> Registered:
     effects = [catalogue()[key] for key in ("linear_drag", "quadratic_drag", "outline_offset", "frame_rate", "radial_distortion")]
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(registration, "made_shape", coarse)
-        return registration.by_samples(small_campaign.registered(), effects, Configuration(surface_fit=1))
+        return registration.by_samples(small_campaign.registered(), effects, Configuration(campaign_surface_fit=1))
 
 
 @cache
