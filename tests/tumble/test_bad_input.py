@@ -29,6 +29,7 @@ from datasets.tiff_frames import write_stack
 from scripts.bench_estimate import as_pictures
 from synth.sequence import build_silhouette_sequence
 from tumble.cli.main import main
+from tumble.engine.marks import mark_path
 from tumble.output_directory import Run, output_directory
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -299,7 +300,7 @@ def test_a_killed_estimate_is_resumed_with_the_same_result(three: Path, tmp_path
     words = ["estimate", str(three), "--out", str(tmp_path / "killed"), "--jobs", "1", "-q"]
     first = tmp_path / "killed" / f"{NAME}.estimate.json"
     process = subprocess.Popen([sys.executable, "-m", "tumble.cli.main", *words], cwd=ROOT, stderr=subprocess.PIPE, text=True)
-    while not first.exists():
+    while not mark_path(first).exists():
         assert process.poll() is None, process.communicate()[1]
         time.sleep(0.01)
     process.send_signal(signal.SIGKILL)
