@@ -4,7 +4,6 @@
 something else, is no error: they are made again.
 """
 
-import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +13,7 @@ from numpy.typing import NDArray
 
 from datasets.array_files import read_arrays, write_arrays
 from datasets.errors import InputError
+from datasets.file_digests import file_sha256
 from datasets.json_documents import Document, read_document
 
 PARTICLE_FILE, MADE_FILE, KIND = "particle.json", "made.npz", "particle"
@@ -44,7 +44,7 @@ class MadeFile:
         path = self.folder / MADE_FILE
         if of != self.of or not path.exists():
             return None
-        if _digest(path) != self.sha256:
+        if file_sha256(path) != self.sha256:
             raise InputError(f"{path}: expected the file that {PARTICLE_FILE} names by its digest, got another; run tumble shape again.")
         return read_arrays(path, self.names)
 
@@ -52,7 +52,7 @@ class MadeFile:
 def write_made(folder: Path, of: str, arrays: Arrays) -> Document:
     """Write the arrays; their entry in the particle's document."""
     write_arrays(folder / MADE_FILE, arrays)
-    return {"of": of, "sha256": _digest(folder / MADE_FILE), "names": sorted(arrays)}
+    return {"of": of, "sha256": file_sha256(folder / MADE_FILE), "names": sorted(arrays)}
 
 
 def made_in(folder: Path) -> MadeFile | None:
@@ -70,8 +70,3 @@ def made_in(folder: Path) -> MadeFile | None:
 def made_of_entry(folder: Path, entry: Document | None) -> MadeFile | None:
     """From a document's entry that fits the schema."""
     return None if entry is None else MadeFile(folder, entry["of"], entry["sha256"], tuple(entry["names"]))
-
-
-def _digest(path: Path) -> str:
-    with path.open("rb") as stream:
-        return hashlib.file_digest(stream, "sha256").hexdigest()

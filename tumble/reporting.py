@@ -1,6 +1,5 @@
 """Collects what a report shows: estimates, and observations and truth where they are at hand; one sequence at a time, in parallel."""
 
-import hashlib
 import os
 from collections.abc import Sequence
 from dataclasses import replace
@@ -10,6 +9,7 @@ from typing import Any
 from datasets.errors import InputError
 from datasets.estimate import Estimate
 from datasets.estimate_files import read_estimate
+from datasets.file_digests import file_sha256
 from datasets.json_documents import read_document
 from datasets.observation import Observation
 from datasets.observation_files import FILE as OBSERVATION_FILE
@@ -28,9 +28,6 @@ from tumble.reports.payload import sequence_parts
 from tumble.reports.record import Record
 from tumble.result_files import SUFFIX, estimates_in, observations_in
 from tumble.written_files import read_run
-
-CHUNK = 1 << 20
-"""Bytes of a file that are read at once for its digest."""
 
 
 def source_of(estimates: Path) -> Path | None:
@@ -152,12 +149,4 @@ def _digests(estimate: Path, folders: Sequence[Path]) -> tuple[tuple[str, str], 
     for folder in folders:
         root = folder.parent.parent
         files += [(str(path.relative_to(root)), path) for path in sorted(folder.rglob("*")) if path.is_file()]
-    return tuple((name, _sha256(path)) for name, path in files)
-
-
-def _sha256(path: Path) -> str:
-    found = hashlib.sha256()
-    with path.open("rb") as file:
-        while part := file.read(CHUNK):
-            found.update(part)
-    return found.hexdigest()
+    return tuple((name, file_sha256(path)) for name, path in files)

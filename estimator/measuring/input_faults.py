@@ -2,8 +2,8 @@
 
 Gravity's sign, pixels counted upwards, time stamps in ms or µs instead of s; mistakes in the calibrated views show before any fit
 (:mod:`estimator.particle.view_faults`). A correction is only *named*, never applied: it is named where without it no flight fits, and with
-it a quick fit converges whose residuals look like noise (:mod:`estimator.fitting.adequacy`). Where two do, it is the one under which a
-surface meets all outline samples: seen from far away, tangents hardly tell a body from its mirror image.
+it a quick fit converges whose residuals are noise (:mod:`estimator.fitting.adequacy`). Where two do, it is the one under which a surface
+meets all outline samples: seen from far away, tangents hardly tell a body from its mirror image.
 """
 
 from collections.abc import Callable

@@ -17,7 +17,8 @@ from estimator.fitting.stable_inverse import scaled_inverse
 from estimator.motion.flight import flown
 from estimator.particle.particle import Particle
 from estimator.surface.arrow import weights
-from estimator.surface.contact import Picture, contacts_of
+from estimator.surface.contact import contacts_of
+from estimator.surface.frame_samples import pictures_of
 from estimator.surface.joint import JointFit, linearised_end
 
 Array = NDArray[np.float64]
@@ -45,15 +46,16 @@ def _changes(joint: JointFit[M], others: Sequence[Other]) -> Array:
     """By how much each of c errors of the calibration changes the samples' residuals (m, c) px, what they meet being the same."""
     sightings, first = joint.sightings, joint.motion.first
     placed = particle_poses(first, flown(joint.motion, sightings.times_s), sightings)
-    cameras = [sightings.cameras[int(k)].intrinsics for k in sightings.camera]
-    met = contacts_of(joint.surface, [Picture(lens, placed.R[k], placed.t[k], sightings.sure_px(k)) for k, lens in enumerate(cameras)])
+    met = contacts_of(joint.surface, pictures_of(sightings, placed))
     changes = np.zeros((sum(len(each.gap_px) for each in met), len(others)))
     for column, other in enumerate(others):
         for sign in (1.0, -1.0):
             task, motion = other(sign * STEP)
-            moved = particle_poses(motion.first, flown(motion, sightings.times_s), sightings)
-            lenses = [task.sightings.cameras[int(k)].intrinsics for k in sightings.camera]
-            points = (((m.point - placed.t[k]) @ placed.R[k]) @ moved.R[k].T + moved.t[k] for k, m in enumerate(met))
-            shown = [np.sum(m.normal * lens.project(p), axis=1) for m, lens, p in zip(met, lenses, points, strict=True)]
+            moved = pictures_of(task.sightings, particle_poses(motion.first, flown(motion, sightings.times_s), sightings))
+            points = (
+                ((m.point - placed.t[k]) @ placed.R[k]) @ seen.R_cam_particle.T + seen.t_cam_particle
+                for k, (m, seen) in enumerate(zip(met, moved, strict=True))
+            )
+            shown = [np.sum(m.normal * seen.camera.project(p), axis=1) for m, seen, p in zip(met, moved, points, strict=True)]
             changes[:, column] -= sign * np.concatenate(shown) / (2.0 * STEP)
     return changes

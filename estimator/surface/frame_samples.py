@@ -7,6 +7,7 @@ from datasets.observation import CalibratedView
 from datasets.vocabulary.outline import Outline
 from estimator.appearance.flight_errors import particle_poses
 from estimator.data.fit_task import Sightings
+from estimator.geometry.epipolar_tangency import PoseSet
 from estimator.motion.flight import OFFSET, Motion, flown, poses_and_sensitivity
 from estimator.surface.contact import Picture, contacts_of
 from estimator.surface.samples import Samples, across_of, stacked
@@ -22,9 +23,8 @@ def samples_of_frames(surface: Surface, sightings: Sightings, motion: Motion, fu
     sensitivity = sensitivity if further is None else np.concatenate([sensitivity, further], axis=2)
     placed = particle_poses(motion.first, predicted, sightings)
     parts = []
-    cameras = [sightings.cameras[int(k)] for k in sightings.camera]
-    pictures = [Picture(c.intrinsics, placed.R[k], placed.t[k], sightings.sure_px(k)) for k, c in enumerate(cameras)]
-    for k, (camera, met) in enumerate(zip(cameras, contacts_of(surface, pictures), strict=True)):
+    for k, met in enumerate(contacts_of(surface, pictures_of(sightings, placed))):
+        camera = sightings.cameras[int(sightings.camera[k])]
         across = across_of(met, camera.intrinsics)
         world = across @ camera.R_cam_world
         arm = (met.point - camera.t_cam_world) @ camera.R_cam_world - predicted.centre[k, 0]
@@ -32,6 +32,12 @@ def samples_of_frames(surface: Surface, sightings: Sightings, motion: Motion, fu
         by_motion[:, OFFSET] = -1.0
         parts.append((met, across @ placed.R[k], by_motion))
     return stacked(surface, parts, motion.first.offset_px)
+
+
+def pictures_of(sightings: Sightings, placed: PoseSet) -> list[Picture]:
+    """The samples that are the particle's edge in every sighting, and the camera that sees the particle ``placed``."""
+    lenses = [sightings.cameras[int(k)].intrinsics for k in sightings.camera]
+    return [Picture(lens, placed.R[k], placed.t[k], sightings.sure_px(k)) for k, lens in enumerate(lenses)]
 
 
 def seen_under(motion: Motion, sightings: Sightings) -> list[Seen]:

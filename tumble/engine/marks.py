@@ -5,7 +5,6 @@ other settings is refused, since a run of two kinds of results reads like one of
 the product, so that a run that was moved as a whole can go on.
 """
 
-import hashlib
 import json
 import os
 from pathlib import Path
@@ -13,6 +12,7 @@ from typing import Any
 
 from datasets.atomic_files import written_whole
 from datasets.errors import InputError
+from datasets.file_digests import file_sha256
 from tumble.differences import first_difference
 from tumble.engine.items import Job
 
@@ -28,7 +28,7 @@ def mark_done(job: Job) -> None:
     """Mark a job whose task has ended well; a task that leaves no product on purpose is done anew by the next run."""
     if not job.product.is_file():
         return
-    mark = {"settings": _settings(job), "product": _digest(job.product)}
+    mark = {"settings": _settings(job), "product": file_sha256(job.product)}
     with written_whole(mark_path(job.product)) as temporary:
         temporary.write_text(json.dumps(mark) + "\n", encoding="utf-8")
 
@@ -48,7 +48,7 @@ def is_done(job: Job) -> bool:
     different = first_difference({key: mark.get(key) for key in wanted}, wanted)
     if different:
         raise InputError(f"{job.product}: expected a result of the same settings to go on with, but {different}. Choose another --out.")
-    return bool(mark.get("product") == _digest(job.product))
+    return bool(mark.get("product") == file_sha256(job.product))
 
 
 def _read(path: Path) -> dict[str, Any] | None:
@@ -70,8 +70,3 @@ def _relative(value: Any, folder: str) -> Any:
     if isinstance(value, (list, tuple)):
         return [_relative(each, folder) for each in value]
     return os.path.relpath(value, folder) if isinstance(value, str) and os.path.isabs(value) else value
-
-
-def _digest(path: Path) -> str:
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
