@@ -17,12 +17,16 @@ RATE_HZ = 148.0
 
 @dataclass(frozen=True)
 class Hidden:
-    """What really happens: quadratic drag (1/m), gravity too strong (m/s²), centre of mass beside the tracked point (m), spin (rad/s)."""
+    """What really happens: quadratic drag (1/m), gravity too strong (m/s²), centre of mass beside the tracked point (m), spin (rad/s).
+
+    ``thrust`` (m/s²) is fixed to the body.
+    """
 
     drag: float = 0.0
     more_gravity: float = 0.0
     com: tuple[float, float, float] = (0.0, 0.0, 0.0)
     spin_rads: float = 4.0
+    thrust: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -47,7 +51,10 @@ def flown(rng: np.random.Generator, hidden: Hidden, tracker: Tracker) -> tuple[A
     def rate(_: float, y: Array) -> Array:
         v, q, w = y[3:6], y[6:10], y[10:13]
         turn = 0.5 * np.concatenate([q[3] * w + np.cross(q[:3], w), [-q[:3] @ w]])
-        return np.concatenate([v, gravity - hidden.drag * np.linalg.norm(v) * v, turn, np.cross(moments * w, w) / moments])
+        pushed = gravity - hidden.drag * np.linalg.norm(v) * v
+        if any(hidden.thrust):
+            pushed = pushed + Rotation.from_quat(q).apply(hidden.thrust)
+        return np.concatenate([v, pushed, turn, np.cross(moments * w, w) / moments])
 
     start = [
         rng.uniform(-0.3, 0.3, 3),
