@@ -84,7 +84,8 @@ class Companion:
 class Observation:
     """Everything an estimator gets.
 
-    ``recordings[c]`` belongs to ``cameras[c]`` and has one entry per time of ``clock``;
+    ``recordings[c]`` belongs to ``cameras[c]`` and has one entry per time of its clock: that is ``clock``, the first camera's, unless
+    ``camera_clocks`` has one for every camera, of which the first is ``clock``.
     ``view_recording`` has one entry per view. ``gravity_world`` in m/s². ``mass_kg`` only where it was weighed.
     ``gravity_covariance`` (3, 3): where it was measured with one. ``plate``: the plate that the particle falls on, where its plane was
     measured. ``plate_outlines``: where the plate is seen in each camera's background (one per camera, ``None`` where it is not; no entries:
@@ -115,3 +116,13 @@ class Observation:
     particle: Path | None = None
     made: Made | None = None
     notes: tuple[str, ...] = ()
+    camera_clocks: tuple[Clock, ...] = ()
+
+    def clock_of(self, camera: int) -> Clock:
+        """The clock of a camera, by its number."""
+        return self.camera_clocks[camera] if self.camera_clocks else self.clock
+
+    @property
+    def clocks(self) -> tuple[Clock, ...]:
+        """Of every camera."""
+        return self.camera_clocks or (self.clock,) * len(self.cameras)

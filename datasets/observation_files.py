@@ -63,14 +63,15 @@ def write_observation(obs: Observation, folder: Path) -> None:
             "recording": _store_camera(camera.name, recording, folder),
             **_plate_outline_entry(outline),
             **_further_entry(camera.name, other, folder),
+            **_own_clock_entry(obs, number),
         }
-        for camera, recording, outline, other in zip(obs.cameras, obs.recordings, plates, further, strict=True)
+        for number, (camera, recording, outline, other) in enumerate(zip(obs.cameras, obs.recordings, plates, further, strict=True))
     ]
     views = {"recording": _store_views(obs, folder), "cameras": [view_entry(view) for view in obs.views]}
     content: Document = {
         "name": obs.name,
         "cameras": cameras,
-        "clock": {"times_s": obs.clock.times_s, "exposure_s": obs.clock.exposure_s},
+        "clock": _clock_entry(obs.clock),
         "gravity_world": obs.gravity_world,
         "mass_kg": obs.mass_kg,
         "views": views,
@@ -98,13 +99,15 @@ def read_observation(folder: Path) -> Observation:
     if not folder.is_dir():
         raise InputError(f"{folder}: expected the folder of an observation, came {'a file' if folder.exists() else 'nothing'}.")
     document = read_document(folder / FILE, "observation")
-    times, views = _array(document["clock"]["times_s"]), document["views"]
+    clocks, views = _clocks(document, folder), document["views"]
     particle = folder / document["particle"] if "particle" in document else None
     obs = Observation(
         name=document["name"],
         cameras=tuple(camera_of_entry(entry) for entry in document["cameras"]),
-        recordings=tuple(_load(entry["recording"], folder, len(times)) for entry in document["cameras"]),
-        clock=Clock(times, float(document["clock"]["exposure_s"])),
+        recordings=tuple(
+            _load(entry["recording"], folder, len(clock.times_s)) for entry, clock in zip(document["cameras"], clocks, strict=True)
+        ),
+        clock=clocks[0],
         gravity_world=_array(document["gravity_world"]),
         views=tuple(view_of_entry(entry) for entry in views["cameras"]),
         view_recording=_load(views["recording"], folder, len(views["cameras"])),
@@ -116,6 +119,7 @@ def read_observation(folder: Path) -> Observation:
         gravity_covariance=_array(document["gravity_covariance"]) if "gravity_covariance" in document else None,
         particle=particle,
         made=None if particle is None else made_in(particle),
+        camera_clocks=clocks if any("clock" in entry for entry in document["cameras"]) else (),
     )
     check_observation(obs, folder / FILE)
     return with_rotations(obs, folder / FILE)
@@ -175,6 +179,31 @@ def camera_of_entry(entry: Document) -> HsvCamera:
         _array(entry["t_cam_world"]),
         None if spread is None else _array(spread),
     )
+
+
+def _clock_entry(clock: Clock) -> Document:
+    entry: Document = {"times_s": clock.times_s, "exposure_s": clock.exposure_s}
+    spread = {"offset_sigma_s": clock.offset_sigma_s, "rate_sigma": clock.rate_sigma}
+    return {**entry, **{key: sigma for key, sigma in spread.items() if sigma != 0.0}}
+
+
+def _own_clock_entry(obs: Observation, camera: int) -> Document:
+    """Left out where a camera goes by the first one's clock."""
+    own = obs.clock_of(camera)
+    return {} if camera == 0 or own is obs.clock else {"clock": _clock_entry(own)}
+
+
+def _clock(entry: Document) -> Clock:
+    spread = (float(entry.get(key, 0.0)) for key in ("offset_sigma_s", "rate_sigma"))
+    return Clock(_array(entry["times_s"]), float(entry["exposure_s"]), *spread)
+
+
+def _clocks(document: Document, folder: Path) -> tuple[Clock, ...]:
+    """Of every camera; the first one's is that of the observation."""
+    first, cameras = _clock(document["clock"]), document["cameras"]
+    if "clock" in cameras[0]:
+        raise InputError(f"{folder / FILE}: at $.cameras[0].clock: expected none, since $.clock is the first camera's, came one.")
+    return tuple(_clock(entry["clock"]) if "clock" in entry else first for entry in cameras)
 
 
 def _plate_outline_entry(outline: Outline | None) -> Document:

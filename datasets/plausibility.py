@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from datasets.covariances import check_covariance
 from datasets.errors import InputError
 from datasets.observation import CalibratedView, Frames, Observation, Recording
+from datasets.plausible_clocks import check_clocks
 from datasets.plausible_pace import check_pace
 from datasets.rounded_rotations import ROUNDED_ROTATION
 from datasets.tiff_frames import TiffFrames
@@ -24,7 +25,6 @@ Array = NDArray[np.float64]
 
 FARTHEST_M = 50.0
 STRONGEST_GRAVITY_MS2 = 300.0
-LONGEST_EXPOSURE_S = 1.0
 HEAVIEST_KG = 1000.0
 LARGEST_UNDISTORTION_ERROR_PX = 0.01
 UNIT_TOLERANCE = 1e-6
@@ -52,17 +52,17 @@ def check_observation(obs: Observation, path: Path) -> None:
         At the first thing that cannot be true.
     """
     _check_names(obs, path)
-    _check_clock(obs, path)
+    check_clocks(obs, path)
     _check_gravity(obs.gravity_world, path)
     if obs.gravity_covariance is not None:
         check_covariance(obs.gravity_covariance, f"{path}: at $.gravity_covariance")
     if obs.mass_kg is not None and not 0 < obs.mass_kg < HEAVIEST_KG:
         raise InputError(f"{path}: at $.mass_kg: expected kilograms below {HEAVIEST_KG:g}, came {obs.mass_kg:g}; is it in grams?")
     times = len(obs.clock.times_s)
-    for c, (camera, recording) in enumerate(zip(obs.cameras, obs.recordings, strict=True)):
+    for c, (camera, recording, clock) in enumerate(zip(obs.cameras, obs.recordings, obs.clocks, strict=True)):
         where = f"$.cameras[{c}]"
         check_camera(camera, f"{path}: at {where}")
-        _check_recording(recording, [camera.intrinsics] * times, path, f'camera "{camera.name}"')
+        _check_recording(recording, [camera.intrinsics] * len(clock.times_s), path, f'camera "{camera.name}"')
     for camera, recording in zip(obs.cameras, obs.further_recordings, strict=bool(obs.further_recordings)):
         _check_recording(recording, [camera.intrinsics] * times, path, f'camera "{camera.name}", further outlines')
     _check_views(obs.views, f"{path}: at $.views")
@@ -102,24 +102,6 @@ def _check_views(views: tuple[CalibratedView, ...], place: str) -> None:
         where = f"{place}.cameras[{v}]"
         _check_pose(view.R_cam_particle, view.t_cam_particle, where, "particle")
         _check_intrinsics(view.intrinsics, f"{where}.intrinsics")
-
-
-def _check_clock(obs: Observation, path: Path) -> None:
-    times, exposure = obs.clock.times_s, obs.clock.exposure_s
-    backwards = np.flatnonzero(~(np.diff(times) > 0))
-    if len(backwards):
-        k = int(backwards[0])
-        raise InputError(
-            f"{path}: at $.clock.times_s[{k + 1}]: expected times that rise, came {float(times[k + 1])!r} after {float(times[k])!r}."
-        )
-    if exposure > LONGEST_EXPOSURE_S:
-        raise InputError(f"{path}: at $.clock.exposure_s: expected seconds, came {exposure:g}; it looks like microseconds.")
-    shortest = float(np.diff(times).min()) if len(times) > 1 else np.inf
-    if exposure > shortest * (1 + 1e-9):
-        raise InputError(
-            f"{path}: at $.clock.exposure_s: expected at most the time between two frames ({shortest:g} s), came {exposure:g} s; "
-            "one of them is in the wrong unit."
-        )
 
 
 def _check_gravity(gravity: Array, path: Path) -> None:

@@ -38,13 +38,10 @@ def check_pace(obs: Observation, path: Path) -> None:
     InputError
         When the times look like another unit than seconds.
     """
-    times = obs.clock.times_s
-    where = f"{path}: at $.clock.times_s"
-    interval = float(np.median(np.diff(times))) if len(times) > 1 else 0.0
-    if not interval <= LONGEST_INTERVAL_S:
-        raise InputError(f"{where}: expected seconds between pictures below {LONGEST_INTERVAL_S:g}, came {interval:g}; are they ms or us?")
     size = _size_m(obs)
-    for camera, recording in zip(obs.cameras, obs.recordings, strict=True):
+    for number, (camera, recording, clock) in enumerate(zip(obs.cameras, obs.recordings, obs.clocks, strict=True)):
+        times, where = clock.times_s, f"{path}: at {'$' if clock is obs.clock else f'$.cameras[{number}]'}.clock.times_s"
+        _check_interval(times, where)
         boxes = _boxes(recording)
         seen = np.flatnonzero(np.isfinite(boxes[:, 0]))
         if size is None or len(seen) < 2:
@@ -58,6 +55,12 @@ def check_pace(obs: Observation, path: Path) -> None:
                 f"{where}: expected seconds, came {lasts:g} between the first and the last outline: a particle falls {fall:.3g} m in that "
                 f'time, and camera "{camera.name}" sees {wide:.2g} m; are they ms or us?'
             )
+
+
+def _check_interval(times: Array, where: str) -> None:
+    interval = float(np.median(np.diff(times))) if len(times) > 1 else 0.0
+    if not interval <= LONGEST_INTERVAL_S:
+        raise InputError(f"{where}: expected seconds between pictures below {LONGEST_INTERVAL_S:g}, came {interval:g}; are they ms or us?")
 
 
 def _check_speed(centres: Array, times: Array, where: str) -> None:
