@@ -31,8 +31,9 @@ from estimator.effects.link import EffectModel
 from estimator.fitting.campaigns.base_model import base_fit
 from estimator.fitting.campaigns.registered import Registered
 from estimator.measurements.silhouettes.registration import register
+from synth.high_speed_camera import hsv_camera
 from synth.plan import SequencePlan
-from synth.sequence import hsv_camera, hsv_outlines, observation_of, plan_sequence, view_outlines
+from synth.sequence import hsv_outlines, observation_of, plan_sequence, view_outlines
 from synth.streams import streams_of
 
 SEED = 20261121
@@ -113,7 +114,7 @@ def recording(recipe: Recipe, index: int, key: str) -> Observation:
     stream = streams_of(recipe, index)
     views = view_outlines(plan, recipe.noise, np.random.default_rng(stream.rig_noise))
     rng = np.random.default_rng(stream.hsv_noise)
-    seen = replace(observation_of(plan, hsv_outlines(plan, recipe.noise, rng), views), name=f"{key}-{index:04d}")
+    seen = replace(observation_of(plan, (hsv_outlines(plan, recipe.noise, rng),), views), name=f"{key}-{index:04d}")
     if key != "second_camera":
         return seen
     other = second_camera(plan.hsv, np.array([0.0, 0.0, recipe.hsv.distance_m]))

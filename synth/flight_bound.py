@@ -64,10 +64,11 @@ def with_bound(truth: Truth, camera: HsvCamera, noise: NoiseRecipe) -> Truth:
 def flight_bound(truth: Truth, camera: HsvCamera, noise: NoiseRecipe, *, mass: MassPrior | None = None) -> MotionBound | None:
     """The bound of the velocities at mid-sequence from the outlines of all frames; ``mass`` where mass properties are known only so well.
 
-    ``None`` where the sequence is no free flight under the stated model alone (effects in force, a plate, a second particle), where
-    outlines have no noise, and where they leave some motion open. Of a ball or another body of revolution it is what facets tell.
+    ``None`` where the sequence is no free flight under the stated model alone (effects in force, a plate, a second particle), where several
+    cameras filmed it, where outlines have no noise, and where they leave some motion open. Of a ball or another body of revolution it is
+    what facets tell.
     """
-    if truth.effects or truth.plate is not None or truth.impacts or noise.hsv_boundary_px == 0:
+    if "further_cameras" in truth.notes or truth.effects or truth.plate is not None or truth.impacts or noise.hsv_boundary_px == 0:
         return None
     start, middle_s = at_middle(truth.motion)
     times_s, moments, precision = truth.motion.times_s - middle_s, truth.inertia_kgm2, np.zeros(N_STATE)

@@ -41,6 +41,9 @@ class SequencePlan:
     frames are taken at ``true_times_s`` (frame,) s with ``true_camera``; ``vertices``, ``body``, mass and moments are those of the
     body that flies, ``view_vertices`` (v, 3) m those that the calibrated views show.
 
+    ``further``: the same sequence as each further high-speed camera films it, with camera, clock, times, motion and effects of its own.
+    ``clock_error``: offset (s) and rate by which the clock of such a camera is off.
+
     ``setting``: the plate, where there is one; ``impacts`` on it; ``hidden_in_contact``: its physics
     besides the plain law; ``remnant``: what is left where the particle broke, and the ``chip`` that is not.
     """
@@ -71,6 +74,13 @@ class SequencePlan:
     chip: Chip | None = None
     particle_name: str = ""
     notes: dict[str, str | int] = field(default_factory=dict)
+    further: tuple["SequencePlan", ...] = ()
+    clock_error: tuple[float, float] = (0.0, 0.0)
+
+    @property
+    def by_camera(self) -> tuple["SequencePlan", ...]:
+        """The plan as each high-speed camera films it."""
+        return (self, *self.further)
 
 
 def particle_poses_in_camera(

@@ -3,22 +3,25 @@
 World frame: the HSV camera's. Every part draws from a random stream of its own (:mod:`synth.streams`).
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from datasets.observation import Observation, Recording
-from datasets.recipes.effects import hidden_in_contact
-from datasets.recipes.recipe import HsvRecipe, MotionRecipe, NoiseRecipe, Recipe
+from datasets.recipes.effects import hidden_in_contact, of_one_camera
+from datasets.recipes.recipe import MotionRecipe, NoiseRecipe, Recipe
 from datasets.truth import Truth
-from datasets.vocabulary.camera import HsvCamera, Intrinsics
+from datasets.vocabulary.camera import Intrinsics
 from datasets.vocabulary.clock import Clock
 from datasets.vocabulary.outline import Outline
 from synth.drops import Drop, frame_counts, planned_drop, random_experiment
 from synth.effects import EffectsInForce, FlyingBody, effects_in_force
 from synth.frame_outlines import frame_outlines
+from synth.further_cameras import filmed, further_filmings
+from synth.high_speed_camera import hsv_camera
 from synth.pair_sequence import pair_sequence
 from synth.particles.particle import Particle, particle
 from synth.plan import SequencePlan
@@ -26,7 +29,7 @@ from synth.planned_flight import Course, planned_flight
 from synth.plate_setting import plate_outline
 from synth.rig import rig_views
 from synth.silhouette import exact_outline, noisy, outline_mesh
-from synth.streams import streams_of
+from synth.streams import of_camera, streams_of
 
 Array = NDArray[np.float64]
 
@@ -57,9 +60,8 @@ def build_silhouette_campaign(recipe: Recipe) -> list[tuple[Observation, Truth]]
         return [build_silhouette_sequence(recipe, index) for index in range(recipe.sequences)]
     plans = [plan_sequence(recipe, index) for index in range(recipe.sequences)]
     views = view_outlines(plans[0], recipe.noise, np.random.default_rng(streams_of(recipe, 0).rig_noise))
-    noises = [np.random.default_rng(streams_of(recipe, index).hsv_noise) for index in range(recipe.sequences)]
-    frames = [hsv_outlines(plan, recipe.noise, rng) for plan, rng in zip(plans, noises, strict=True)]
-    return [(observation_of(plan, recording, views), truth_of(plan)) for plan, recording in zip(plans, frames, strict=True)]
+    frames = [outlines_by_camera(plan, recipe, index) for index, plan in enumerate(plans)]
+    return [(observation_of(plan, recordings, views), truth_of(plan)) for plan, recordings in zip(plans, frames, strict=True)]
 
 
 def plan_sequence(recipe: Recipe, index: int) -> SequencePlan:
@@ -75,13 +77,14 @@ def plan_sequence(recipe: Recipe, index: int) -> SequencePlan:
         np.random.default_rng(s) for s in (stream.particle, stream.rig, stream.motion, stream.effects)
     )
     grain = particle(recipe.particle, _particle_number(recipe, index), body_rng)
-    camera, effects = hsv_camera(recipe.hsv), effects_in_force(recipe.effects, index)
+    camera, effects = hsv_camera(recipe.hsv), effects_in_force(of_one_camera(recipe.effects, 0), index)
     before, stamps = _frames(recipe, index)
-    course = _course(recipe, grain, camera.intrinsics, effects, stamps=stamps, rng=effects_rng)
+    further = further_filmings(recipe, index, stamps)
+    course = replace(_course(recipe, grain, camera.intrinsics, effects, stamps=stamps, rng=effects_rng), further=further)
     drop = None if recipe.plate is None else _drop(recipe, course, grain, index, before=before)
     flight = planned_flight(recipe, course, motion_rng) if drop is None else drop.flight
     flying = course.flying
-    return SequencePlan(
+    plan = SequencePlan(
         name=sequence_name(recipe, grain.name, index),
         vertices=flying.vertices,
         view_vertices=grain.vertices,
@@ -109,6 +112,7 @@ def plan_sequence(recipe: Recipe, index: int) -> SequencePlan:
         particle_name=grain.name,
         notes={**grain.notes, **_experiment_note(recipe, index)},
     )
+    return replace(plan, further=tuple(filmed(plan, each, flight) for each in further))
 
 
 def sequence_name(recipe: Recipe, particle_name: str, index: int) -> str:
@@ -116,17 +120,6 @@ def sequence_name(recipe: Recipe, particle_name: str, index: int) -> str:
     if recipe.plate is None:
         return f"{particle_name}-{index:04d}"
     return f"{particle_name}-e{index // recipe.dropper.runs:02d}-r{index % recipe.dropper.runs:02d}"
-
-
-def hsv_camera(recipe: HsvRecipe) -> HsvCamera:
-    """The high-speed camera; its principal distance is that of a thin lens focused at ``distance_m``: ``f d / (d - f)``."""
-    f, d = recipe.focal_mm * 1e-3, recipe.distance_m
-    pitch = recipe.pixel_pitch_um * 1e-6
-    focal_px = f * d / (d - f) / pitch
-    cx = (recipe.width_px - 1) / 2 + recipe.principal_point_offset_px[0]
-    cy = (recipe.height_px - 1) / 2 + recipe.principal_point_offset_px[1]
-    intrinsics = Intrinsics(recipe.width_px, recipe.height_px, focal_px, focal_px, cx, cy, recipe.distortion, pitch)
-    return HsvCamera("hsv", intrinsics, np.eye(3), np.zeros(3))
 
 
 def frame_times(recipe: MotionRecipe) -> Array:
@@ -137,17 +130,16 @@ def frame_times(recipe: MotionRecipe) -> Array:
 def silhouette_observation(plan: SequencePlan, recipe: Recipe, index: int) -> Observation:
     """What the silhouette tier shows of ``plan``: noisy outlines of every frame and every calibrated view."""
     stream = streams_of(recipe, index)
-    frames = hsv_outlines(plan, recipe.noise, np.random.default_rng(stream.hsv_noise))
     views = view_outlines(plan, recipe.noise, np.random.default_rng(stream.rig_noise))
-    return observation_of(plan, frames, views)
+    return observation_of(plan, outlines_by_camera(plan, recipe, index), views)
 
 
-def observation_of(plan: SequencePlan, recording: Recording, view_recording: Recording) -> Observation:
-    """What is stated of ``plan``, with its recordings."""
+def observation_of(plan: SequencePlan, recordings: Sequence[Recording], view_recording: Recording) -> Observation:
+    """What is stated of ``plan``, with the recording of every high-speed camera."""
     return Observation(
         name=plan.name,
-        cameras=(plan.hsv,),
-        recordings=(recording,),
+        cameras=tuple(each.hsv for each in plan.by_camera),
+        recordings=tuple(recordings),
         clock=plan.clock,
         gravity_world=plan.gravity_world,
         views=plan.views,
@@ -155,7 +147,15 @@ def observation_of(plan: SequencePlan, recording: Recording, view_recording: Rec
         mass_kg=plan.mass_kg,
         plate=None if plan.setting is None else plan.setting.stated,
         plate_outlines=() if plan.setting is None else (Outline(plate_outline(plan.setting, plan.hsv, plan.true_camera, 0.0)),),
+        camera_clocks=tuple(each.clock for each in plan.by_camera) if plan.further else (),
     )
+
+
+def outlines_by_camera(plan: SequencePlan, recipe: Recipe, index: int) -> tuple[tuple[Outline, ...], ...]:
+    """The outlines that each high-speed camera shows of ``plan``, sequence ``index``."""
+    stream = streams_of(recipe, index).hsv_noise
+    noises = (np.random.default_rng(of_camera(stream, camera)) for camera in range(len(plan.by_camera)))
+    return tuple(hsv_outlines(each, recipe.noise, rng) for each, rng in zip(plan.by_camera, noises, strict=True))
 
 
 def hsv_outlines(plan: SequencePlan, noise: NoiseRecipe, rng: np.random.Generator) -> tuple[Outline, ...]:
@@ -191,7 +191,7 @@ def truth_of(plan: SequencePlan) -> Truth:
         symmetries=plan.symmetries,
         descriptors=plan.descriptors,
         effects={key: dict(values) for key, values in (*plan.effects.values.items(), *plan.hidden_in_contact.items())},
-        notes={"particle": plan.particle_name, "material": plan.material, **plan.notes, **_clock_note(plan)},
+        notes={"particle": plan.particle_name, "material": plan.material, **plan.notes, **_clock_note(plan), **_further_note(plan)},
         plate=None if plan.setting is None else plan.setting.plate,
         impacts=plan.impacts,
         remnant=plan.remnant,
@@ -202,6 +202,21 @@ def _clock_note(plan: SequencePlan) -> dict[str, list[float]]:
     """True times (s), where they are not those of the time stamps, under which the motion is stored."""
     wrong = not np.array_equal(plan.true_times_s, plan.clock.times_s)
     return {"true_times_s": plan.true_times_s.tolist()} if wrong else {}
+
+
+def _further_note(plan: SequencePlan) -> dict[str, list[dict[str, Any]]]:
+    """Of every further camera what its clock is off by, and its true times (s)."""
+    further = [
+        {
+            "name": each.hsv.name,
+            "clock_offset_s": each.clock_error[0],
+            "clock_rate": each.clock_error[1],
+            "true_times_s": each.true_times_s.tolist(),
+            "effects": {key: dict(values) for key, values in each.effects.values.items()},
+        }
+        for each in plan.further
+    ]
+    return {"further_cameras": further} if further else {}
 
 
 def _particle_number(recipe: Recipe, index: int) -> int:

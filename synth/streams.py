@@ -6,6 +6,9 @@ import numpy as np
 
 from datasets.recipes.recipe import Recipe
 
+FURTHER_CAMERA = 1_000_003
+"""Key of the streams of further high-speed cameras, beyond all numbers of pictures and parts."""
+
 
 @dataclass(frozen=True)
 class Streams:
@@ -23,6 +26,7 @@ class Streams:
     second_particle: np.random.SeedSequence
     second_rig: np.random.SeedSequence
     second_rig_noise: np.random.SeedSequence
+    clocks: np.random.SeedSequence
 
 
 def streams(seed: int, index: int, *, same_particle: bool = False) -> Streams:
@@ -30,12 +34,17 @@ def streams(seed: int, index: int, *, same_particle: bool = False) -> Streams:
 
     With ``same_particle``, those of the particle, the rig and the rig's noise are those of sequence 0.
     """
-    own = Streams(*np.random.SeedSequence([seed, index]).spawn(12))
+    own = Streams(*np.random.SeedSequence([seed, index]).spawn(13))
     if not same_particle:
         return own
     shared = streams(seed, 0)
     second = {"second_particle": shared.second_particle, "second_rig": shared.second_rig, "second_rig_noise": shared.second_rig_noise}
     return replace(own, particle=shared.particle, rig=shared.rig, rig_noise=shared.rig_noise, **second)
+
+
+def of_camera(stream: np.random.SeedSequence, camera: int) -> np.random.SeedSequence:
+    """The part of a stream that belongs to a high-speed camera; the first one's, number 0, is the stream itself."""
+    return stream if camera == 0 else np.random.SeedSequence(stream.entropy, spawn_key=(*stream.spawn_key, FURTHER_CAMERA, camera))
 
 
 def streams_of(recipe: Recipe, index: int) -> Streams:

@@ -8,8 +8,9 @@ from typing import Any
 from datasets.errors import InputError
 from datasets.plausibility import LARGEST_UNDISTORTION_ERROR_PX, undistortion_error_px
 from datasets.plausible_pace import FASTEST_MS
-from datasets.recipes.effects import KNOWN, check_contact_physics, check_effects
+from datasets.recipes.effects import KNOWN, check_cameras, check_contact_physics, check_effects
 from datasets.recipes.recipe import Recipe
+from datasets.recipes.several_cameras import filmed_by
 from datasets.vocabulary.camera import LARGEST_PICTURE_PX, Intrinsics
 from datasets.vocabulary.effects import Stage
 
@@ -97,6 +98,17 @@ BOUNDS = (
     Bounds("sensor.dsnu_e", 0, 1e6),
 )
 
+FURTHER_BOUNDS = (
+    Bounds("angle_deg", 10, 170, "between the optical axes; closer ones see the same"),
+    Bounds("around_deg", -360, 360),
+    Bounds("delay_frames", -1000, 1000, "of the time between two pictures"),
+    Bounds("offset_sigma_frames", 0, 1000, "of the time between two pictures"),
+    Bounds("rate_sigma", 0, 0.1, "1e-5 is usual"),
+    Bounds("hidden_offset_frames", -1000, 1000, "of the time between two pictures"),
+    Bounds("hidden_rate", -0.1, 0.1, "1e-5 is usual"),
+)
+"""Of each of ``[[further_hsv]]``; its optics have the bounds of ``[hsv]``."""
+
 LEAST_GRAVITY_MS2 = 0.1
 SCATTERS = 4.0
 """Standard deviations of the release's height that the shortest fall is lower."""
@@ -132,25 +144,45 @@ def check_recipe(recipe: Recipe, source: str) -> None:
     for bounds in BOUNDS:
         _check_bounds(recipe, bounds, source)
     for key in RANGES:
-        pair = value_of(recipe, key)
-        if pair is not None and pair[0] > pair[1]:
-            raise InputError(f"{source}: {key}: expected [lowest, highest], came [{pair[0]:g}, {pair[1]:g}].")
+        _check_range(recipe, key, source)
+    _check_further_hsv(recipe, source)
     check_effects(recipe.effects, recipe.sequences, source)
+    check_cameras(recipe.effects, 1 + len(recipe.further_hsv), source)
     for holds, sentence in RELATIONS:
         if not holds(recipe):
             raise InputError(f"{source}: {sentence(recipe)}")
     check_contact_physics(recipe.contact_physics, recipe.sequences, source)
 
 
-def value_of(recipe: Recipe, key: str) -> Any:
-    """The value that a dotted key names; ``None`` where the recipe has no such table."""
-    value: Any = recipe
+def _check_further_hsv(recipe: Recipe, source: str) -> None:
+    for k, further in enumerate(recipe.further_hsv):
+        where, seen = f"{source}: further_hsv[{k}]", filmed_by(recipe, k + 1)
+        for bounds in FURTHER_BOUNDS:
+            _check_bounds(further, bounds, where)
+        for key in ("hidden_offset_frames", "hidden_rate"):
+            _check_range(further, key, where)
+        for bounds in (each for each in BOUNDS if each.key.startswith("hsv.")):
+            _check_bounds(seen, bounds, where)
+        for holds, sentence in OF_OPTICS:
+            if not holds(seen):
+                raise InputError(f"{where}: {sentence(seen)}")
+
+
+def _check_range(recipe: Any, key: str, source: str) -> None:
+    pair = value_of(recipe, key)
+    if pair is not None and pair[0] > pair[1]:
+        raise InputError(f"{source}: {key}: expected [lowest, highest], came [{pair[0]:g}, {pair[1]:g}].")
+
+
+def value_of(recipe: Any, key: str) -> Any:
+    """The value that a dotted key of a recipe, or of a part of one, names; ``None`` where there is no such table."""
+    value = recipe
     for part in key.split("."):
         value = getattr(value, part) if value is not None else None
     return value
 
 
-def _check_bounds(recipe: Recipe, bounds: Bounds, source: str) -> None:
+def _check_bounds(recipe: Any, bounds: Bounds, source: str) -> None:
     value = value_of(recipe, bounds.key)
     for entry in value if isinstance(value, tuple) else (value,):
         if entry is not None and not (math.isfinite(entry) and bounds.low <= entry <= bounds.high):
@@ -206,8 +238,9 @@ def _lens(recipe: Recipe) -> Intrinsics:
 
 def without_meaning(recipe: Recipe) -> tuple[str, ...]:
     """The tables of a recipe that mean nothing in it."""
-    dropper = () if recipe.plate is not None else OF_A_PLATE
-    return dropper if recipe.plate is not None or recipe.pair is not None else (*dropper, *OF_A_CONTACT)
+    plate = () if recipe.plate is not None else OF_A_PLATE
+    contact = () if recipe.plate is not None or recipe.pair is not None else OF_A_CONTACT
+    return (*plate, *contact, *(() if recipe.further_hsv else ("further_hsv",)))
 
 
 def _plate_where_needed(recipe: Recipe) -> bool:
@@ -224,6 +257,10 @@ def _pair_in_outlines(recipe: Recipe) -> bool:
 
 def _pair_without_effects(recipe: Recipe) -> bool:
     return recipe.pair is None or not recipe.effects
+
+
+def _several_film_flights(recipe: Recipe) -> bool:
+    return not recipe.further_hsv or (recipe.plate is None and recipe.pair is None)
 
 
 def _pair_of_corners(recipe: Recipe) -> bool:
@@ -253,12 +290,8 @@ def _shortest_fall_s(recipe: Recipe) -> float:
     return math.sqrt(max(0.0, 2e-3 * lowest / math.hypot(*recipe.motion.gravity_ms2)))
 
 
-RELATIONS: tuple[tuple[Callable[[Recipe], bool], Callable[[Recipe], str]], ...] = (
-    (_named, lambda recipe: "name: expected some text, came nothing."),
-    (
-        _some_size,
-        lambda recipe: f"particle.size_mm: expected positive sizes ([0, 0] keeps a file's own size), came {list(recipe.particle.size_mm)}.",
-    ),
+Relations = tuple[tuple[Callable[[Recipe], bool], Callable[[Recipe], str]], ...]
+OF_OPTICS: Relations = (
     (
         _exposure_fits,
         lambda recipe: (
@@ -278,6 +311,22 @@ RELATIONS: tuple[tuple[Callable[[Recipe], bool], Callable[[Recipe], str]], ...] 
             f"hsv.width_px: expected pictures of at most {LARGEST_PICTURE_PX:.0e} px, came {recipe.hsv.width_px} x {recipe.hsv.height_px} "
             f"(hsv) and {recipe.rig.width_px} x {recipe.rig.height_px} (rig)."
         ),
+    ),
+    (
+        _distortion_can_be_undone,
+        lambda recipe: (
+            f"hsv.distortion: expected one that can be undone all over the picture, came {list(recipe.hsv.distortion)}, which misses by "
+            f"{undistortion_error_px(_lens(recipe)):.3g} px at its edge; the order is k1, k2, p1, p2, k3."
+        ),
+    ),
+)
+"""What has to hold of the optics of every high-speed camera."""
+
+RELATIONS: Relations = (
+    (_named, lambda recipe: "name: expected some text, came nothing."),
+    (
+        _some_size,
+        lambda recipe: f"particle.size_mm: expected positive sizes ([0, 0] keeps a file's own size), came {list(recipe.particle.size_mm)}.",
     ),
     (
         _slow_enough,
@@ -339,11 +388,9 @@ RELATIONS: tuple[tuple[Callable[[Recipe], bool], Callable[[Recipe], str]], ...] 
         ),
     ),
     (
-        _distortion_can_be_undone,
-        lambda recipe: (
-            f"hsv.distortion: expected one that can be undone all over the picture, came {list(recipe.hsv.distortion)}, which misses by "
-            f"{undistortion_error_px(_lens(recipe)):.3g} px at its edge; the order is k1, k2, p1, p2, k3."
-        ),
+        _several_film_flights,
+        lambda recipe: f"further_hsv: expected one camera for {'a plate' if recipe.pair is None else 'a pair'}, came several.",
     ),
+    *OF_OPTICS,
 )
 """What has to hold between values, and the sentence where it does not."""

@@ -8,7 +8,7 @@ from datasets.errors import InputError
 from datasets.recipes.recipe import EffectRecipe
 from datasets.recipes.synth_only import SYNTH_ONLY
 from datasets.vocabulary.contact_physics import CONTACT_PHYSICS
-from datasets.vocabulary.effects import EFFECTS, EffectEntry
+from datasets.vocabulary.effects import EFFECTS, EffectEntry, Stage
 
 KNOWN: dict[str, EffectEntry] = {**EFFECTS, **SYNTH_ONLY}
 """Everything that nature can be told to have, in the order of evaluation within each stage."""
@@ -43,6 +43,37 @@ def check_contact_physics(options: Sequence[EffectRecipe], sequences: int, sourc
                 )
 
 
+OF_A_CAMERA = (Stage.CLOCK, Stage.OPTICS, Stage.EXPOSURE, Stage.SEGMENTATION)
+"""Stages whose effects may be those of one high-speed camera alone."""
+
+
+def of_one_camera(effects: Sequence[EffectRecipe], camera: int) -> list[EffectRecipe]:
+    """The effects that are in force where a high-speed camera films, by its number from 0."""
+    return [effect for effect in effects if effect.camera in (None, camera)]
+
+
+def check_cameras(effects: Sequence[EffectRecipe], cameras: int, source: str) -> None:
+    """Check that an effect of one camera alone is one that a camera or its clock can have, and names a camera that there is.
+
+    Raises
+    ------
+    InputError
+        Naming ``source``, the effect, what was expected and what came.
+    """
+    for k, effect in enumerate(effects):
+        where = f"{source}: effects[{k}] ({effect.key}).camera"
+        if effect.camera is None:
+            continue
+        if not 0 <= effect.camera < cameras:
+            raise InputError(
+                f"{where}: expected a number from 0 to {cameras - 1}, since there are {cameras} cameras, came {effect.camera}."
+            )
+        if KNOWN[effect.key].stage not in OF_A_CAMERA:
+            raise InputError(
+                f"{where}: expected none, since all cameras see what it does (stage {KNOWN[effect.key].stage}), came {effect.camera}."
+            )
+
+
 def hidden_in_contact(options: Sequence[EffectRecipe]) -> dict[str, dict[str, float]]:
     """Every parameter (catalogue's units) of what is hidden in the contact; entries whose sizes are all 0 are left out."""
     values = {option.key: _values(option, CONTACT_PHYSICS[option.key], 0) for option in options}
@@ -50,11 +81,11 @@ def hidden_in_contact(options: Sequence[EffectRecipe]) -> dict[str, dict[str, fl
 
 
 def _check_list(effects: Sequence[EffectRecipe], known: Mapping[str, EffectEntry], sequences: int, where: str) -> None:
-    keys = [effect.key for effect in effects]
+    keys = [(effect.key, effect.camera) for effect in effects]
     for k, effect in enumerate(effects):
         if effect.key not in known:
             raise InputError(f'{where}[{k}].key: unknown effect "{effect.key}"; {_nearest(effect.key, known)}')
-        if effect.key in keys[:k]:
+        if any(effect.key == key and (effect.camera == camera or None in (effect.camera, camera)) for key, camera in keys[:k]):
             raise InputError(f'{where}[{k}].key: "{effect.key}" is there twice; expected each effect once.')
         _check_parameters(effect, known[effect.key], f"{where}[{k}] ({effect.key})")
         for name, value in effect.values.items():

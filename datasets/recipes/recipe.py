@@ -62,6 +62,37 @@ class HsvRecipe:
 
 
 @dataclass(frozen=True)
+class FurtherHsvRecipe:
+    """A further high-speed camera that films the same flights. What is left out of its optics is as in ``[hsv]``.
+
+    It looks at the middle of the flights from where its optical axis and the first camera's enclose ``angle_deg``; ``around_deg`` says on
+    which side of the first camera it stands as that one sees it: 0 on its right, 90 below.
+
+    Stated: its frames are exposed ``delay_frames`` of the time between two pictures later than those of the first camera. What the
+    observation says of how well its clock is known: ``offset_sigma_frames`` (of the time between two pictures) and ``rate_sigma``, standard
+    deviations. Hidden: ranges of what its clock is really off by, drawn for each sequence: with stamp ``t`` a frame is taken at
+    ``t + offset + rate (t - t_0)``, ``t_0`` its first stamp.
+    """
+
+    angle_deg: float = 90.0
+    around_deg: float = 0.0
+    width_px: int | None = None
+    height_px: int | None = None
+    focal_mm: float | None = None
+    pixel_pitch_um: float | None = None
+    distance_m: float | None = None
+    f_number: float | None = None
+    exposure_us: float | None = None
+    distortion: tuple[float, float, float, float, float] | None = None
+    principal_point_offset_px: tuple[float, float] | None = None
+    delay_frames: float = 0.0
+    offset_sigma_frames: float = 0.0
+    rate_sigma: float = 0.0
+    hidden_offset_frames: tuple[float, float] = (0.0, 0.0)
+    hidden_rate: tuple[float, float] = (0.0, 0.0)
+
+
+@dataclass(frozen=True)
 class RigRecipe:
     """The calibration rig: six cameras on icosahedral axes, ``drops`` placements of the particle."""
 
@@ -121,11 +152,13 @@ class EffectRecipe:
     """One physical effect in force: its ``key`` (``datasets/vocabulary/effects.py``, ``datasets/recipes/synth_only.py``) and sizes.
 
     ``values``: a number per parameter, in the catalogue's unit; parameters left out are 0. An effect that every sequence has a size
-    of its own of (scope ``sequence``) also takes a list of numbers, one per sequence.
+    of its own of (scope ``sequence``) also takes a list of numbers, one per sequence. ``camera``: number of the only high-speed camera
+    that has it, 0 that of ``[hsv]``; ``None``: all have it.
     """
 
     key: str
     values: Mapping[str, float | tuple[float, ...]] = field(default_factory=dict)
+    camera: int | None = None
 
 
 @dataclass(frozen=True)
@@ -203,7 +236,8 @@ class Recipe:
     ``same_particle``: all sequences are of one particle, seen with one set of calibrated views (a campaign); otherwise each
     sequence draws its own. With a ``plate``, particles are dropped on it instead of flying at random (``motion`` then says only
     frame rate and gravity); ``contact_physics``: what is hidden in the contact (``datasets/vocabulary/contact_physics.py``). With a
-    ``pair``, two of them collide in flight (``motion`` says frame rate, gravity and spin).
+    ``pair``, two of them collide in flight (``motion`` says frame rate, gravity and spin). ``further_hsv``: more high-speed cameras that
+    film the same flights.
     """
 
     name: str = "benchmark"
@@ -214,6 +248,7 @@ class Recipe:
     particle: ParticleRecipe = field(default_factory=ParticleRecipe)
     motion: MotionRecipe = field(default_factory=MotionRecipe)
     hsv: HsvRecipe = field(default_factory=HsvRecipe)
+    further_hsv: tuple[FurtherHsvRecipe, ...] = ()
     rig: RigRecipe = field(default_factory=RigRecipe)
     noise: NoiseRecipe = field(default_factory=NoiseRecipe)
     rendering: RenderingRecipe = field(default_factory=RenderingRecipe)

@@ -168,4 +168,4 @@ def _record(taken: Taken, frames: Sequence[Shot], views: Sequence[Shot], out: Pa
         view_recording = record_views(taken, views, folder)
     else:
         view_recording = view_outlines(plan, recipe.noise, np.random.default_rng(stream.rig_noise))
-    return observation_of(plan, recording, view_recording), masks
+    return observation_of(plan, (recording,), view_recording), masks

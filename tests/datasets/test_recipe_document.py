@@ -8,8 +8,8 @@ from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 import pytest
 
-from datasets.recipes.checks import BOUNDS
-from datasets.recipes.recipe import Recipe
+from datasets.recipes.checks import BOUNDS, FURTHER_BOUNDS
+from datasets.recipes.recipe import FurtherHsvRecipe, HsvRecipe, Recipe
 
 TEXT = (Path(__file__).parents[2] / "docs" / "format.md").read_text(encoding="utf-8")
 UNITS = {
@@ -50,7 +50,7 @@ def limits(key: str, hint: Any) -> str:
 
 
 def section(table: str) -> str:
-    found = re.search(rf"^#### `\[{table}\]`\n(.*?)(?=^#)", TEXT, flags=re.DOTALL | re.MULTILINE)
+    found = re.search(rf"^#### `\[{re.escape(table)}\]`\n(.*?)(?=^#)", TEXT, flags=re.DOTALL | re.MULTILINE)
     assert found, f"docs/format.md should have a section `[{table}]`"
     return found[1]
 
@@ -81,3 +81,13 @@ def test_no_table_is_forgotten() -> None:
 @pytest.mark.parametrize("key", ["name", "seed", "sequences", "same_particle", "tier", "effects", "contact_physics"])
 def test_every_key_of_the_top_is_there(key: str) -> None:
     assert re.search(rf"^\| `{key}` \|", TEXT, flags=re.MULTILINE)
+
+
+def test_every_key_of_a_further_camera_that_is_not_of_its_optics_is_there() -> None:
+    text, optics = section("[further_hsv]"), {field.name for field in fields(HsvRecipe)}
+    bounds = {each.key: f"{each.low:g} to {each.high:g}" for each in FURTHER_BOUNDS}
+    own = [field for field in fields(FurtherHsvRecipe) if field.name not in optics]
+    for field in own:
+        unit = "°" if field.name.endswith("_deg") else ""
+        assert f"| `{field.name}` | {unit} | {value(field.default)} | {bounds[field.name]} |".replace("  ", " ") in text
+    assert {field.name for field in own} == set(bounds)

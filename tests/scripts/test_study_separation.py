@@ -8,7 +8,7 @@ import pytest
 
 from datasets.recipes.recipe import EffectRecipe, HsvRecipe
 from scripts.study_separation import CASES, FARTHER, MADE, SEED, page, recording, run_case, second_camera, summary
-from synth.sequence import hsv_camera
+from synth.high_speed_camera import hsv_camera
 
 
 @pytest.fixture(scope="module")

@@ -11,8 +11,9 @@ from datasets.errors import InputError
 from datasets.observation import Observation
 from datasets.recipes.recipe import HsvRecipe, MotionRecipe, NoiseRecipe, ParticleRecipe, Recipe, RigRecipe
 from datasets.vocabulary.outline import signed_area
+from synth.high_speed_camera import hsv_camera
 from synth.plan import particle_poses_in_camera
-from synth.sequence import build_silhouette_sequence, hsv_camera, plan_sequence
+from synth.sequence import build_silhouette_sequence, plan_sequence
 from synth.silhouette import exact_outline, outline_mesh
 
 RECIPE = Recipe(seed=3, motion=MotionRecipe(frames=12), rig=RigRecipe(drops=2))

@@ -114,7 +114,7 @@ def observed(case: FieldCase) -> list[Observation]:
         rng = np.random.default_rng([case.seed, number])
         exact = frame_outlines(plan, outline_mesh(plan.vertices, plan.faces))
         frames = messy(exact, noise.sigma["outline"], noise.repeats, noise.outliers, rng)
-        seen = neutral(observation_of(plan, frames, views), flight.name, len(views))
+        seen = neutral(observation_of(plan, (frames,), views), flight.name, len(views))
         if noise.rounded:
             seen = replace(seen, clock=replace(seen.clock, times_s=np.round(seen.clock.times_s / STATED_S) * STATED_S))
         found.append(seen)

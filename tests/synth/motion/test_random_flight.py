@@ -7,9 +7,10 @@ import pytest
 
 from datasets.errors import InputError
 from datasets.recipes.recipe import HsvRecipe, MotionRecipe
+from synth.high_speed_camera import hsv_camera
 from synth.motion import Start, random_start
 from synth.motion.random_flight import Stage
-from synth.sequence import frame_times, hsv_camera
+from synth.sequence import frame_times
 
 RECIPE = MotionRecipe(speed_ms=(0.0, 3.0))
 
