@@ -32,6 +32,7 @@ from estimator.measuring.with_impacts import estimate_with_impacts
 from estimator.outlines.result import FrameStatus, OutlineTrack, left_out
 from estimator.outlines.sightings import tracks_of
 from estimator.particle.observed import observed_particle
+from estimator.reports.clock_reporting import with_clocks_as_stamped
 
 HEALTHY_MEAN_SQUARE = 1.0
 """Mean square of the errors over their variance; a free flight that leaves more is worth the question whether the particle falls at all."""
@@ -54,7 +55,7 @@ def measure(observation: Observation, configuration: Configuration) -> Estimate:
     if observation.companion is not None:
         return with_what_is_missing(measure_pair(observation, configuration), observation)
     seen = Seen(observation, tracks_of(observation), observed_particle(observation, configuration))
-    estimate = with_what_is_missing(_measured(seen, configuration), observation)
+    estimate = with_clocks_as_stamped(with_what_is_missing(_measured(seen, configuration), observation), observation)
     fault = None if estimate.impacts else input_fault(seen, estimate, configuration)
     return estimate if fault is None else with_fault(estimate, fault)
 

@@ -114,7 +114,7 @@ def report_item(payload: dict[str, Any]) -> dict[str, Any]:
 def _check_same(estimate: Estimate, observation: Observation, folder: str) -> None:
     """Refuse an observation of fewer pictures or cameras than the estimate of its name was made from."""
     wanted = [1 + max((f.frame for f in estimate.frames), default=-1), 1 + max((f.camera for f in estimate.frames), default=-1)]
-    got = [len(observation.clock.times_s), len(observation.cameras)]
+    got = [max(len(clock.times_s) for clock in observation.clocks), len(observation.cameras)]
     if any(w > g for w, g in zip(wanted, got, strict=True)):
         raise InputError(
             f"{folder}: expected the recording that {estimate.name} was estimated from, with frames up to {wanted[0] - 1} of "

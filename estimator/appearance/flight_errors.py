@@ -6,9 +6,20 @@ from numpy.typing import NDArray
 from estimator.data.fit_task import FitTask, Sightings
 from estimator.geometry.epipolar_tangency import PoseSet, TangencyErrors, tangency_errors
 from estimator.geometry.outline_bias import without_bias
-from estimator.motion.flight import Flight, FlightPoses
+from estimator.motion.clocked import frames_and_sensitivity, true_times
+from estimator.motion.flight import Flight, FlightPoses, Motion, flown
 
 Array = NDArray[np.float64]
+
+
+def flown_in(motion: Motion, sightings: Sightings) -> FlightPoses:
+    """Poses (m = 1) in the sightings' frames."""
+    return flown(motion, true_times(motion, sightings.camera, sightings.times_s))
+
+
+def sensitivity_in(motion: Motion, sightings: Sightings) -> tuple[FlightPoses, Array]:
+    """Poses (m = 1) in the sightings' frames and their sensitivity (n, 6, p)."""
+    return frames_and_sensitivity(motion, sightings.camera, sightings.times_s)
 
 
 def particle_poses(flight: Flight, predicted: FlightPoses, sightings: Sightings, *, scale: float = 1.0) -> PoseSet:

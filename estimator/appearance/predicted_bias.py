@@ -18,7 +18,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.appearance.flight_errors import particle_poses
+from estimator.appearance.flight_errors import flown_in, particle_poses
 from estimator.appearance.model_errors import cast_outlines
 from estimator.data.fit_task import FitTask
 from estimator.data.views import Views
@@ -35,7 +35,7 @@ from estimator.geometry.outline_bias import (
 )
 from estimator.geometry.silhouettes import Silhouettes
 from estimator.geometry.support import support
-from estimator.motion.flight import Flight, FlightPoses, Motion, flown
+from estimator.motion.flight import Flight, FlightPoses, Motion
 from estimator.outlines.pictures.pictured import Pictures, pictured_supports
 from estimator.particle.particle import Particle, hsv_spacing
 
@@ -51,7 +51,7 @@ def with_predicted_bias(
     task: FitTask, particle: Particle, motion: Motion, *, pairs: int, rng: np.random.Generator, pictures: Pictures | None = None
 ) -> FitTask:
     """The task with the views as they were seen and the outlines' bias predicted under ``motion``; ``pairs`` of draws per outline."""
-    at = motion.first, flown(motion, task.sightings.times_s)
+    at = motion.first, flown_in(motion, task.sightings)
     return with_bias_at(task, particle, at, pairs=pairs, rng=rng, pictures=pictures)
 
 

@@ -17,14 +17,14 @@ from numpy.typing import NDArray
 from datasets.estimate import Estimate
 from datasets.observation import Observation
 from datasets.vocabulary.camera import HsvCamera
-from estimator.appearance.flight_errors import unbiased_errors
+from estimator.appearance.flight_errors import flown_in, unbiased_errors
 from estimator.data.fit_task import FitTask
 from estimator.fitting.problem import M
 from estimator.fitting.refinement import Refined
 from estimator.fitting.weighed_tangencies import Linearised
 from estimator.fitting.within_sequence import within_equations
 from estimator.geometry.silhouettes import Silhouettes
-from estimator.motion.flight import Motion, flown
+from estimator.motion.flight import Motion
 
 Array = NDArray[np.float64]
 Other = Callable[[float], tuple[FitTask, Motion]]
@@ -91,7 +91,7 @@ def errors_of(task: FitTask, motion: Motion, gravity_covariance: Array | None) -
 
 def _seen_under(task: FitTask, motion: Motion, of: Linearised) -> tuple[Array, Array]:
     """Errors (n, k, 2) px of the pairs with views, NaN where there is none, and the gradient (p,) of those within the sequence."""
-    predicted, settings = flown(motion, task.sightings.times_s), of.settings
+    predicted, settings = flown_in(motion, task.sightings), of.settings
     errors = unbiased_errors(task, motion.first, predicted)
     within = within_equations(task, motion, predicted, of.S, most_pairs=settings.within_pairs, floor_px=settings.floor_px)
     return np.where(errors.told[..., :2], errors.error[..., :2], np.nan), within.g

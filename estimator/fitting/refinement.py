@@ -12,7 +12,7 @@ from typing import Generic, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.appearance.flight_errors import unbiased_errors
+from estimator.appearance.flight_errors import flown_in, unbiased_errors
 from estimator.data.fit_task import FitTask, Sightings
 from estimator.fitting.focal_flight import at_focal
 from estimator.fitting.problem import Fact, M, M_co, Part, Problem, S, T, alone
@@ -21,7 +21,7 @@ from estimator.fitting.system import System
 from estimator.fitting.weighed_tangencies import Linearised, Refinement, linearise
 from estimator.likelihood.noise_model import MeasuredNoise, measured_noise, with_noise
 from estimator.motion.blocks import State
-from estimator.motion.flight import Motion, flown
+from estimator.motion.flight import Motion
 from estimator.motion.rigid_body import RanAway
 
 Array = NDArray[np.float64]
@@ -90,7 +90,7 @@ def _with_noise_of(part: Part[S, M], state: S) -> tuple[Part[S, M], MeasuredNois
 
 def with_noise_at(task: FitTask, motion: Motion) -> tuple[FitTask, MeasuredNoise]:
     """The task with the noise that its errors under a motion show, and that noise."""
-    noise = measured_noise(unbiased_errors(at_focal(task, motion), motion.first, flown(motion, task.sightings.times_s)))
+    noise = measured_noise(unbiased_errors(at_focal(task, motion), motion.first, flown_in(motion, task.sightings)))
     return replace(task, sightings=replace(task.sightings, silhouettes=with_noise(task.sightings.silhouettes, noise))), noise
 
 

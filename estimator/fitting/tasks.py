@@ -13,7 +13,7 @@ from estimator.fitting.focal_flight import FocalFlight
 from estimator.fitting.refinement import Refined, refine
 from estimator.fitting.viewing_angles import with_clear_angles
 from estimator.fitting.weighed_tangencies import Refinement
-from estimator.motion.flight import Flight, Motion
+from estimator.motion.flight import Motion
 from estimator.outlines.pictures.pictured import Pictures
 from estimator.outlines.sightings import bias_pairs
 from estimator.particle.particle import Particle
@@ -43,16 +43,16 @@ def biased_task(
     return with_predicted_bias(task, particle, motion, pairs=pairs, rng=rng, pictures=pictures)
 
 
-def refined_flight(task: FitTask, flight: Flight, configuration: Configuration) -> Refined[Flight | FocalFlight]:
+def refined_flight(task: FitTask, motion: Motion, configuration: Configuration) -> Refined[Motion]:
     """The last refinement, with the focal length among the parameters where the configuration says that it is not known.
 
     The noise is then read again once the focal length is about right.
     """
     settings = refinement_settings(configuration)
-    task = with_clear_angles(task, flight)
+    task = with_clear_angles(task, motion)
     if configuration.focal_prior == 0.0:
-        return refine(task, flight, settings)
-    start = FocalFlight(flight, 0.0, configuration.focal_prior)
+        return refine(task, motion, settings)
+    start = FocalFlight(motion.first, 0.0, configuration.focal_prior)
     return refine(task, refine(task, start, settings).flight, settings)
 
 

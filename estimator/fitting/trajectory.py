@@ -9,13 +9,13 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.appearance.flight_errors import errors_of
+from estimator.appearance.flight_errors import errors_of, flown_in, sensitivity_in
 from estimator.data.fit_task import FitTask, restricted
 from estimator.fitting.levenberg_marquardt import Descent, NormalEquations, Outcome, Solution, minimise
 from estimator.fitting.problem import M, Part, Problem, S, alone, prior_of
 from estimator.fitting.weighed_tangencies import pose_map
 from estimator.geometry.epipolar_tangency import TangencyErrors
-from estimator.motion.flight import Flight, Motion, flown, poses_and_sensitivity
+from estimator.motion.flight import Flight, Motion
 from estimator.motion.rigid_body import RanAway
 
 Array = NDArray[np.float64]
@@ -62,7 +62,7 @@ def fit_jointly(parts: Sequence[Part[S, M]], start: S, *, max_steps: int = 25, t
 def cost(task: FitTask, motion: Motion) -> float:
     """What the outlines cost under a motion; infinite where it cannot be flown."""
     try:
-        return data_cost(task, errors_of(task, motion.first, flown(motion, task.sightings.times_s)))
+        return data_cost(task, errors_of(task, motion.first, flown_in(motion, task.sightings)))
     except RanAway:
         return np.inf
 
@@ -76,7 +76,7 @@ def data_cost(task: FitTask, errors: TangencyErrors) -> float:
 
 def equations(task: FitTask, motion: Motion) -> NormalEquations:
     """Normal equations of that cost."""
-    predicted, sensitivity = poses_and_sensitivity(motion, task.sightings.times_s)
+    predicted, sensitivity = sensitivity_in(motion, task.sightings)
     errors, S = errors_of(task, motion.first, predicted), pose_map(sensitivity)
     H = np.einsum("nap,nab,nbq->pq", S, errors.normal, S, optimize=True)
     return NormalEquations(H, np.einsum("nap,na->p", S, errors.gradient), data_cost(task, errors))

@@ -10,10 +10,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.appearance.flight_errors import particle_poses
+from estimator.appearance.flight_errors import flown_in, particle_poses
 from estimator.data.fit_task import FitTask
 from estimator.geometry.epipolar_tangency import PoseSet
-from estimator.motion.flight import Motion, flown
+from estimator.motion.flight import Motion
 
 Array = NDArray[np.float64]
 LEAST_SINE_WITH_VIEWS = 0.09
@@ -35,6 +35,6 @@ def _seen_from(cameras: PoseSet, centre: Array) -> Array:
 
 def with_clear_angles(task: FitTask, motion: Motion) -> FitTask:
     """The task without the pairs that see the body from nearly one line under ``motion``."""
-    placed = particle_poses(motion.first, flown(motion, task.sightings.times_s), task.sightings)
+    placed = particle_poses(motion.first, flown_in(motion, task.sightings), task.sightings)
     sines = sines_between(placed, task.views.poses, motion.first.body.com_particle)
     return replace(task, weight=np.where(sines >= LEAST_SINE_WITH_VIEWS, task.weight, 0.0))

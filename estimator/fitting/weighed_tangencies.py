@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.appearance.flight_errors import body_normals, unbiased_errors
+from estimator.appearance.flight_errors import body_normals, sensitivity_in, unbiased_errors
 from estimator.data.fit_task import FitTask
 from estimator.fitting.focal_flight import at_focal, with_focal_block
 from estimator.fitting.levenberg_marquardt import NormalEquations
@@ -13,7 +13,7 @@ from estimator.fitting.within_sequence import WithinEquations, within_equations
 from estimator.geometry.epipolar_tangency import N_COLUMNS, TangencyErrors
 from estimator.likelihood.body_fixed_error import COARSE, body_noise, body_places
 from estimator.likelihood.composite_likelihood import WeighedFrames, information, shared_view_noise, weigh
-from estimator.motion.flight import OFFSET, FlightPoses, Motion, poses_and_sensitivity
+from estimator.motion.flight import OFFSET, FlightPoses, Motion
 
 Array = NDArray[np.float64]
 
@@ -70,7 +70,7 @@ def linearise(task: FitTask, motion: Motion, settings: Refinement, more: Array |
 
     ``more`` (n, 6, c): sensitivities of the poses to further parameters.
     """
-    seen, (predicted, sensitivity) = at_focal(task, motion), poses_and_sensitivity(motion, task.sightings.times_s)
+    seen, (predicted, sensitivity) = at_focal(task, motion), sensitivity_in(motion, task.sightings)
     if more is not None:
         sensitivity = np.concatenate([sensitivity, more], axis=2)
     errors = unbiased_errors(seen, motion.first, predicted)

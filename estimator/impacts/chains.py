@@ -77,14 +77,19 @@ def nominations(seen: Seen, *, least_ratio: float = LEAST_RATIO) -> list[list[Ki
 
     The latter fill the gap at an impact, but what is hidden of them may bend the path of their centroids.
     """
-    track = max(seen.tracks, key=lambda t: int(t.seen.sum()))
+    track = seen.tracks[kinks_camera(seen.tracks)]
     found = [clear_kinks(find_kinks(centroid_path(track, in_part=in_part), least_ratio=least_ratio)) for in_part in (True, False)]
     return [kinks for k, kinks in enumerate(found) if kinks and kinks not in found[:k]]
 
 
+def kinks_camera(tracks: tuple[OutlineTrack, ...]) -> int:
+    """The number of the camera with most outlines, whose frames kinks are counted in."""
+    return int(np.argmax([int(track.seen.sum()) for track in tracks]))
+
+
 def with_missing_impacts(seen: Seen, task: FitTask, kinks: list[Kink], configuration: Configuration) -> list[Chain]:
     """The joint fits with ``kinks``, and with those that tracked poses show besides them where the fit misses."""
-    chains = fitted_chains(seen, task, impact_times(seen.observation, kinks), configuration)
+    chains = fitted_chains(seen, task, impact_times(seen, kinks), configuration)
     for _ in range(MOST_ROUNDS):
         flight = chains[0].solution.state
         errors = errors_of(task, flight.first, flown(flight, task.sightings.times_s))
@@ -99,7 +104,7 @@ def with_missing_impacts(seen: Seen, task: FitTask, kinks: list[Kink], configura
         edge = edge_kink(seen.tracks, found)
         if edge is not None:
             raise NoMeasurement(Status.IMPACT_AT_EDGE, edge)
-        chains = fitted_chains(seen, task, impact_times(seen.observation, found), configuration)
+        chains = fitted_chains(seen, task, impact_times(seen, found), configuration)
     return chains
 
 
@@ -151,9 +156,9 @@ def edge_kink(tracks: tuple[OutlineTrack, ...], kinks: list[Kink]) -> str | None
     return None
 
 
-def impact_times(observation: Observation, kinks: list[Kink]) -> Array:
+def impact_times(seen: Seen, kinks: list[Kink]) -> Array:
     """Times (k,) s of kinks."""
-    times = observation.clock.times_s
+    times = seen.observation.clock_of(kinks_camera(seen.tracks)).times_s
     return np.interp([k.frame for k in kinks], np.arange(len(times)), times)
 
 

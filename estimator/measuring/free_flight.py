@@ -32,6 +32,7 @@ from estimator.search.candidate_flights import (
     with_other_references,
     without_the_same,
 )
+from estimator.search.clock_alignment import aligned, unknown_clocks, with_clocks
 from estimator.search.rival_flights import few_views, standing
 from estimator.surface.joint import slow_misfit
 
@@ -73,14 +74,15 @@ def _estimated(seen: Seen, configuration: Configuration) -> Estimate:
     pictures = pictures_of(observation, seen.tracks, sightings)
     views = views_like(particle, sightings.silhouettes, np.random.default_rng(configuration.seed), pictures)
     task = fit_task(observation, particle, sightings, views, configuration)
-    found, reference = first_pose(task, particle, configuration)
-    candidates = candidate_flights(observation, task, particle, (found, reference), configuration)
-    if misses(task, candidates[0]):
-        candidates = with_other_references(observation, task, particle, (candidates, reference), configuration)
+    searched = aligned(observation, task, particle, configuration)
+    found, reference = first_pose(searched, particle, configuration)
+    candidates = candidate_flights(observation, searched, particle, (found, reference), configuration)
+    if misses(searched, candidates[0]):
+        candidates = with_other_references(observation, searched, particle, (candidates, reference), configuration)
     if few_views(particle):
-        candidates += from_another_side(observation, task, particle, (candidates, reference), configuration)
-    ranked = standing(task, particle, [c.solution for c in candidates], ambiguity=configuration.ambiguity)
-    flight = ranked.flights[0].state
+        candidates += from_another_side(observation, searched, particle, (candidates, reference), configuration)
+    ranked = standing(searched, particle, [c.solution for c in candidates], ambiguity=configuration.ambiguity)
+    flight = with_clocks(task, ranked.flights[0].state, unknown_clocks(observation))
     refined: Refined[Motion]
     joint, why_not = None, ""
     known, said = configuration.focal_prior == 0.0, left_out(particle, configuration)
@@ -92,7 +94,7 @@ def _estimated(seen: Seen, configuration: Configuration) -> Estimate:
         refined = refined_flight(task, flight, configuration)
     else:
         refined = with_joint(refined, joint)
-    status, message = judge(without_the_same(task, ranked, refined, configuration), refined)
+    status, message = judge(without_the_same(searched, ranked, refined, configuration), refined)
     tested = slow_misfit(particle, joint, huber=configuration.huber) if joint is not None else misfit(refined) if known else None
     outcome = (status, message, tested)
     share = share_of(refined, joint, task, seen, configuration) if known else None

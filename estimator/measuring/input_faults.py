@@ -50,8 +50,9 @@ def _turned_over(frame: FrameOutline, height_px: int) -> FrameOutline:
 
 def _times(factor: float) -> Callable[[Seen], Seen]:
     def corrected(seen: Seen) -> Seen:
-        clock = replace(seen.observation.clock, times_s=factor * seen.observation.clock.times_s)
-        return replace(seen, observation=replace(seen.observation, clock=clock))
+        clock, *further = (replace(each, times_s=factor * each.times_s) for each in seen.observation.clocks)
+        own = (clock, *further) if seen.observation.camera_clocks else ()
+        return replace(seen, observation=replace(seen.observation, clock=clock, camera_clocks=own))
 
     return corrected
 

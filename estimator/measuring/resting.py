@@ -49,7 +49,7 @@ def resting_sentence(seen: Seen, kinks: list[Kink], omega_rads: float | None = N
 
 def _flies(seen: Seen, path: CentroidPath, camera_number: int, omega_rads: float) -> bool:
     """Whether it is too fast to roll, and does not stay where it is."""
-    times = seen.observation.clock.times_s[path.frame]
+    times = seen.observation.clock_of(camera_number).times_s[path.frame]
     moved = float(np.linalg.norm(path.c[-1] - path.c[0])) / _pixels_per_metre(seen, camera_number)
     extent = seen.particle.extent_m
     return moved > LEAST_MOVED * extent and moved / float(np.ptp(times)) > FASTER_THAN_RIM * omega_rads * 0.5 * extent
@@ -68,7 +68,7 @@ def fall(seen: Seen, path: CentroidPath, camera_number: int) -> tuple[float, flo
     And what the path wobbles about its parabola (px, RMS).
     """
     camera = seen.observation.cameras[camera_number]
-    times = seen.observation.clock.times_s[path.frame]
+    times = seen.observation.clock_of(camera_number).times_s[path.frame]
     pull = (camera.R_cam_world @ seen.observation.gravity_world)[:2] * _pixels_per_metre(seen, camera_number)
     strength = float(np.linalg.norm(pull))
     if strength == 0.0:

@@ -26,9 +26,9 @@ def beside_plate(track: OutlineTrack, observation: Observation, number: int) -> 
     plate = observation.plate_outlines[number] if observation.plate_outlines else None
     if plate is None or len(plate.points_px) < 3:
         return track
-    times, frames = observation.clock.times_s, []
+    times, frames = observation.clock_of(number).times_s, []
     for frame, time_s in zip(track.frames, times, strict=True):
-        there = plate.points_px + moved_px(observation.plate, observation.cameras[number], float(time_s - times[0]))
+        there = plate.points_px + moved_px(observation.plate, observation.cameras[number], float(time_s - observation.clock.times_s[0]))
         frames.append(in_part(frame, along(frame.outline, there), FrameStatus.HIDDEN, most_px=LEAST_ALONG_PX) if frame.seen else frame)
     return OutlineTrack(tuple(frames))
 

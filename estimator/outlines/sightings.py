@@ -57,7 +57,8 @@ def usable_sightings(
     camera = np.array([places[i][0] for i in usable], dtype=np.int64)
     frame = np.array([places[i][1] for i in usable], dtype=np.int64)
     outlines, unsure = tuple(shown[i].outline.points_px for i in usable), tuple(shown[i].unsure for i in usable)
-    return Sightings(hulls.take(usable.tolist()), camera, frame, observation.clock.times_s[frame], observation.cameras, outlines, unsure)
+    times = np.array([observation.clock_of(int(c)).times_s[f] for c, f in zip(camera, frame, strict=True)])
+    return Sightings(hulls.take(usable.tolist()), camera, frame, times, observation.cameras, outlines, unsure)
 
 
 def _too_few(tracks: tuple[OutlineTrack, ...], usable: int, wanted: int) -> NoMeasurement:

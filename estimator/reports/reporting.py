@@ -25,6 +25,7 @@ from estimator.motion.rotation import quaternion
 from estimator.outlines.result import OutlineTrack
 from estimator.particle.particle import Particle
 from estimator.poses.pose_search import FoundPoses
+from estimator.reports.clock_reporting import clock_sentences, clock_statistics
 from estimator.reports.misfit_words import adequacy_statistics, misfit_sentence
 
 Array = NDArray[np.float64]
@@ -65,6 +66,9 @@ def converged_estimate(
     if LOG_FOCAL in refined.flight.layout.places:
         statistics["focal_length"] = focal_length(refined, observation, configuration.focal_prior)
         sentences.append(statistics["focal_length"]["statement"])
+    clocks = clock_statistics(refined, observation)
+    statistics |= {"clocks": clocks} if clocks else {}
+    sentences += clock_sentences(clocks)
     estimate = fitted_estimate(seen, found, refined, (status, ""), configuration=configuration, share=share)
     middle = estimate.middle
     if middle is not None and share is not None:

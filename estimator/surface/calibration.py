@@ -9,12 +9,11 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.appearance.flight_errors import particle_poses
+from estimator.appearance.flight_errors import flown_in, particle_poses
 from estimator.data.fit_task import FitTask
 from estimator.fitting.calibration_share import STEP, CalibrationShare, Other, errors_of
 from estimator.fitting.problem import M
 from estimator.fitting.stable_inverse import scaled_inverse
-from estimator.motion.flight import flown
 from estimator.particle.particle import Particle
 from estimator.surface.arrow import weights
 from estimator.surface.contact import contacts_of
@@ -35,23 +34,24 @@ def calibration_share_of(
     if not others:
         return None
     fitted, _, about = linearised_end(particle, joint, huber=huber)
-    frames = fitted.groups[1]
-    weight = weights(frames.samples.gap_px, joint.noise_px[1], huber)
-    change = weight[:, None] * _changes(joint, others)
-    gradient = frames.F.T @ change - fitted.solved[:, :-1].T @ (frames.J.T @ change)
+    frames, gradient = fitted.groups[1:], np.zeros((about.size, len(others)))
+    ends = np.cumsum([len(group.r) for group in frames])
+    for group, noise_px, change in zip(frames, joint.noise_px[1:], np.split(_changes(joint, others), ends[:-1]), strict=True):
+        weighed = weights(group.samples.gap_px, noise_px, huber)[:, None] * change
+        gradient += group.F.T @ weighed - fitted.solved[:, :-1].T @ (group.J.T @ weighed)
     return CalibrationShare(-scaled_inverse(fitted.H + about.information) @ gradient, gravity)
 
 
 def _changes(joint: JointFit[M], others: Sequence[Other]) -> Array:
     """By how much each of c errors of the calibration changes the samples' residuals (m, c) px, what they meet being the same."""
     sightings, first = joint.sightings, joint.motion.first
-    placed = particle_poses(first, flown(joint.motion, sightings.times_s), sightings)
+    placed = particle_poses(first, flown_in(joint.motion, sightings), sightings)
     met = contacts_of(joint.surface, pictures_of(sightings, placed))
     changes = np.zeros((sum(len(each.gap_px) for each in met), len(others)))
     for column, other in enumerate(others):
         for sign in (1.0, -1.0):
             task, motion = other(sign * STEP)
-            moved = pictures_of(task.sightings, particle_poses(motion.first, flown(motion, sightings.times_s), sightings))
+            moved = pictures_of(task.sightings, particle_poses(motion.first, flown_in(motion, sightings), sightings))
             points = (
                 ((m.point - placed.t[k]) @ placed.R[k]) @ seen.R_cam_particle.T + seen.t_cam_particle
                 for k, (m, seen) in enumerate(zip(met, moved, strict=True))

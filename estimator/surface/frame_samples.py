@@ -5,10 +5,10 @@ from numpy.typing import NDArray
 
 from datasets.observation import CalibratedView
 from datasets.vocabulary.outline import Outline
-from estimator.appearance.flight_errors import particle_poses
+from estimator.appearance.flight_errors import flown_in, particle_poses, sensitivity_in
 from estimator.data.fit_task import Sightings
 from estimator.geometry.epipolar_tangency import PoseSet
-from estimator.motion.flight import OFFSET, Motion, flown, poses_and_sensitivity
+from estimator.motion.flight import OFFSET, Motion
 from estimator.surface.contact import Picture, contacts_of
 from estimator.surface.samples import Samples, across_of, stacked
 from estimator.surface.star_surface import Seen, Surface
@@ -19,7 +19,7 @@ def samples_of_frames(surface: Surface, sightings: Sightings, motion: Motion, fu
 
     ``further`` (n, 6, k): what k more parameters do to the poses, translation (m) and left rotation vector, world frame.
     """
-    predicted, sensitivity = poses_and_sensitivity(motion, sightings.times_s)
+    predicted, sensitivity = sensitivity_in(motion, sightings)
     sensitivity = sensitivity if further is None else np.concatenate([sensitivity, further], axis=2)
     placed = particle_poses(motion.first, predicted, sightings)
     parts = []
@@ -42,7 +42,7 @@ def pictures_of(sightings: Sightings, placed: PoseSet) -> list[Picture]:
 
 def seen_under(motion: Motion, sightings: Sightings) -> list[Seen]:
     """The outlines that are whole, and cameras that see the particle at rest as a motion shows it."""
-    placed = particle_poses(motion.first, flown(motion, sightings.times_s), sightings)
+    placed = particle_poses(motion.first, flown_in(motion, sightings), sightings)
     return [
         (
             Outline(sightings.outlines_px[k]),

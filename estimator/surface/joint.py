@@ -273,11 +273,12 @@ def joint_fit(
         return Known(motion.first.body, np.r_[COM, INERTIA], told.H, told.g, np.r_[OFFSET])
 
     shape = Shape(star_surface(particle, seen_under(motion, sightings)), own_noise_px(particle.seen))
-    start = RecordedMotion(sightings, motion.with_first(replace(motion.first, offset_px=0.0)))
-    found = joined(particle, shape, [start], about, huber=huber, seed=seed, first=0)
-    (one,), last = found.recorded, found.last
+    begun = motion.with_first(replace(motion.first, offset_px=0.0))
+    start = [RecordedMotion(sightings.take(rows), begun) for rows in by_camera(sightings)]
+    found = joined(particle, shape, start, about, huber=huber, seed=seed, first=0)
+    last = found.last
     end = scaled_step(last.fitted, last.whole, last.known.information, last.known.pull)
-    motion = one.motion.moved(end.step - last.step)
+    motion = found.recorded[0].motion.moved(end.step - last.step)
     return JointFit(
         motion,
         end.covariance,
@@ -292,11 +293,19 @@ def joint_fit(
     )
 
 
+def by_camera(sightings: Sightings) -> list[Index]:
+    """The rows of each camera that has some, whose samples have a noise of their own; sightings are in the order of cameras."""
+    return [np.flatnonzero(sightings.camera == camera) for camera in np.unique(sightings.camera)]
+
+
 def linearised_end(particle: Particle, joint: JointFit[M], basis: Array | None = None, *, huber: float) -> tuple[Eliminated, Whole, Known]:
     """The equations where a fit has ended; ``basis`` (n, 6, k): slow errors of its poses, k more parameters."""
     more = (0, 0 if basis is None else basis.shape[2])
     about = Known(joint.motion.first.body, np.r_[COM, INERTIA], np.pad(joint.known.H, more), np.pad(joint.known.g, more))
-    recorded = [RecordedMotion(joint.sightings, joint.motion, basis)]
+    recorded = [
+        RecordedMotion(joint.sightings.take(rows), joint.motion, None if basis is None else basis[rows])
+        for rows in by_camera(joint.sightings)
+    ]
     surfaced = joint.surface, believed(joint.surface)
     fitted, whole = _linearised(particle, surfaced, recorded, about, noise_px=joint.noise_px, huber=huber)
     return fitted, whole, about
@@ -314,8 +323,9 @@ def slow_misfit(particle: Particle, joint: JointFit[Motion], *, huber: float) ->
         end = scaled_step(fitted, whole, about.information, about.pull)
     except NothingSeen:
         return None
-    left = joint.noise_px[1] * float(np.sqrt(np.mean(fitted.groups[1].r ** 2)))
-    return misfit_of(end.step[p:], end.covariance[p:, p:], basis, left / joint.outline_noise_px[1])
+    of_frames = zip(fitted.groups[1:], joint.noise_px[1:], joint.outline_noise_px[1:], strict=True)
+    left = np.concatenate([found / own * group.r for group, found, own in of_frames])
+    return misfit_of(end.step[p:], end.covariance[p:, p:], basis, float(np.sqrt(np.mean(left**2))))
 
 
 def beside_the_surface(prior: Prior, facts: Sequence[Fact[M]] = ()) -> Callable[[M], NormalEquations]:

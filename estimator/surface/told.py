@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from estimator.fitting.problem import M
 from estimator.geometry.silhouettes import Silhouettes
 from estimator.motion.flight import Motion
 from estimator.surface.joint import JointFit
@@ -13,14 +14,19 @@ MISSED = 1.5
 1.0 to 1.3, and 1.9 for a stone whose spikes the mesh cannot follow. What views show finer than frames do is none of the motion's: their own
 noise counts as what that of the frames is in their pixels, where that is more. Of rendered views, whose noise is a quarter of that, the
 surface misses detail by 1.3 to 4 times their own, and velocities were right."""
-GROUPS = ("views", "frames")
+
+
+def groups_of(joint: JointFit[M]) -> tuple[str, ...]:
+    """What the groups of samples are called: the views, then the frames of each camera."""
+    cameras = [joint.sightings.cameras[int(number)].name for number in np.unique(joint.sightings.camera)]
+    return ("views", "frames") if len(cameras) == 1 else ("views", *(f"frames of {name}" for name in cameras))
 
 
 def surface_statistics(joint: JointFit[Motion]) -> dict[str, Any]:
     """As an estimate holds them."""
     return {
-        "effective_noise_px": dict(zip(GROUPS, joint.noise_px, strict=True)),
-        "outline_noise_px": dict(zip(GROUPS, joint.outline_noise_px, strict=True)),
+        "effective_noise_px": dict(zip(groups_of(joint), joint.noise_px, strict=True)),
+        "outline_noise_px": dict(zip(groups_of(joint), joint.outline_noise_px, strict=True)),
         "surface_scale": joint.scale,
         "settled": joint.settled,
     }
@@ -31,11 +37,11 @@ def surface_sentence(joint: JointFit[Motion], finer: float) -> str:
 
     ``finer``: how much larger views show the body than frames do.
     """
-    views_px, frames_px = joint.outline_noise_px
-    counts_px = max(views_px, frames_px * finer), frames_px
+    views_px, *frames_px = joint.outline_noise_px
+    counts_px = max(views_px, max(frames_px) * finer), *frames_px
     missed = [
         f"those of the {group} by {found:.2f} px (their own noise is {own:.2f} px)"
-        for group, found, own, most in zip(GROUPS, joint.noise_px, joint.outline_noise_px, counts_px, strict=True)
+        for group, found, own, most in zip(groups_of(joint), joint.noise_px, joint.outline_noise_px, counts_px, strict=True)
         if found > MISSED * most
     ]
     if not missed:

@@ -62,9 +62,8 @@ def check_observation(observation: Observation) -> Check:
     datasets.errors.InputError
         Where a picture is damaged.
     """
-    clock = observation.clock
     cameras = []
-    for camera, recording in zip(observation.cameras, observation.recordings, strict=True):
+    for camera, recording, clock in zip(observation.cameras, observation.recordings, observation.clocks, strict=True):
         size = (camera.intrinsics.width_px, camera.intrinsics.height_px)
         name = f"{observation.name}, camera {camera.name}"
         inspection = inspect_recording(recording, size, times_s=clock.times_s, exposure_s=clock.exposure_s, name=name)

@@ -30,7 +30,7 @@ def cameras(record: Record, most_frames: int) -> list[dict[str, Any]]:
 
 
 def _frames(record: Record, camera: int) -> list[dict[str, Any]]:
-    clock = record.observation.clock.times_s if record.observation is not None else None
+    clock = record.observation.clock_of(camera).times_s if record.observation is not None else None
     return [
         {
             "frame": frame.frame,

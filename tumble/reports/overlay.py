@@ -26,6 +26,7 @@ from estimator.geometry.visual_hull import HullMesh, visual_hull
 from estimator.outlines.recording import view_outlines_of
 from estimator.particle.exact_hull import exact_hull
 from estimator.particle.particle import MINIMUM_VIEWS, TOLERANCE_PX
+from tumble.reports.camera_poses import motion_in_frames
 
 Array = NDArray[np.float64]
 RESOLUTION = 64
@@ -41,8 +42,10 @@ def estimated_outlines(estimate: Estimate, observation: Observation) -> tuple[tu
     hull = hull_of(estimate, observation)
     if hull is None:
         return ()
+    motions = (motion_in_frames(estimate.motion, estimate, observation, number) for number in range(len(observation.cameras)))
     return tuple(
-        camera_outlines(hull, estimate.body, estimate.motion, with_measured_focal(camera, estimate)) for camera in observation.cameras
+        camera_outlines(hull, estimate.body, motion, with_measured_focal(camera, estimate))
+        for motion, camera in zip(motions, observation.cameras, strict=True)
     )
 
 

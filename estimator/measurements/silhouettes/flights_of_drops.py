@@ -87,7 +87,7 @@ def _chains(seen: Seen, task: FitTask, kinks: list[Kink], configuration: Configu
     except NoMeasurement as failure:
         if failure.status is not Status.IMPACT_AT_EDGE:
             raise
-        return fitted_chains(seen, task, impact_times(seen.observation, kinks), configuration)
+        return fitted_chains(seen, task, impact_times(seen, kinks), configuration)
 
 
 def _at_edge(tracks: tuple[OutlineTrack, ...], kink: Kink) -> bool:

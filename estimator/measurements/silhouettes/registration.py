@@ -40,6 +40,7 @@ from estimator.outlines.sightings import bias_pairs, pictures_of, tracks_of, usa
 from estimator.particle.observed import observed_particle
 from estimator.particle.particle import Particle, views_like
 from estimator.search.candidate_flights import candidate_flights, first_pose
+from estimator.search.clock_alignment import unknown_clocks
 
 Array = NDArray[np.float64]
 HOPELESS_COST = 50.0
@@ -121,6 +122,11 @@ def _found(observation: Observation, particle: Particle, views: Views | None, co
 
 
 def _one(observation: Observation, particle: Particle, views: Views | None, configuration: Configuration) -> _Found:
+    for clock in unknown_clocks(observation):
+        raise InputError(
+            f"expected clocks that are known, since a campaign does not fit them, got an uncertain one of camera {clock.name}; "
+            "tumble estimate measures its offset."
+        )
     tracks = tracks_of(observation)
     sightings = usable_sightings(observation, tracks, configuration)
     pictures = pictures_of(observation, tracks, sightings)
