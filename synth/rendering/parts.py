@@ -44,7 +44,7 @@ class Parts:
         shutil.rmtree(self.folder.parent, ignore_errors=True)
 
     def _path(self, shot: Shot) -> Path:
-        return self.folder / f"{shot.kind}-{shot.number:05d}.npz"
+        return self.folder / f"{shot.kind}{shot.further}-{shot.number:05d}.npz"
 
 
 def parts_of(plan: SequencePlan, settings: dict[str, Any], root: Path) -> Parts:

@@ -6,13 +6,14 @@ the particle.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from datasets.observation_files import VIEWS_BACKGROUND_FILE, VIEWS_FILE, background_file, frames_file
 from datasets.recipes.recipe import Recipe
+from datasets.recipes.several_cameras import filmed_by
 from datasets.tiff_frames import FrameStackWriter, TiffFrames, write_stack
 from datasets.truth_files import MASK_BITS, MASKS_FILE
 from synth.plan import SequencePlan
@@ -27,38 +28,52 @@ from synth.rendering.window import whole_picture
 BACKGROUND_EXPOSURES = 16
 COVERED = 0.5
 """A mask holds the pixels that the particle covers for at least this share of area and time."""
+FURTHER_SENSOR = 1_000_000
+"""Beyond all numbers of the rig's cameras."""
 FIXED_PATTERN = 1_000_003
 """Key of the fixed patterns' streams, beyond all sequence numbers."""
 
 
 def sensor_of(optics: Optics, recipe: Recipe, camera: int) -> Sensor:
-    """The sensor of camera ``camera``: 0 the high-speed camera, 1 + k camera k of the rig."""
+    """The sensor of camera ``camera``: 0 the high-speed camera, 1 + k camera k of the rig, ``FURTHER_SENSOR`` + k a further one."""
     seed = np.random.SeedSequence([recipe.seed, FIXED_PATTERN], spawn_key=(camera,))
     return Sensor(recipe.sensor, optics.intrinsics.width_px, optics.intrinsics.height_px, seed)
 
 
 @dataclass(frozen=True)
 class Taken:
-    """Sequence ``index`` of ``recipe``, as planned, and its rendered ``parts``; ``plate``: what the plate alone adds to the picture."""
+    """Sequence ``index`` of ``recipe``, as planned, and its rendered ``parts``; ``plate``: what the plate alone adds to the picture.
+
+    ``camera``: number of the high-speed camera; plan and recipe are those that it films.
+    """
 
     plan: SequencePlan
     recipe: Recipe
     index: int
     parts: Parts
     plate: Traced | None = None
+    camera: int = 0
+
+    def by(self, camera: int) -> "Taken":
+        """The same as another high-speed camera films it."""
+        return replace(self, plan=self.plan.by_camera[camera], recipe=filmed_by(self.recipe, camera), camera=camera)
 
 
 def record_frames(taken: Taken, shots: Sequence[Shot], folder: Path) -> TiffFrames:
-    """Write the high-speed camera's frames and its background to ``folder``."""
+    """Write a high-speed camera's frames and its background to ``folder``."""
     name = taken.plan.hsv.name
     optics = hsv_optics(taken.plan, taken.recipe)
-    camera = _Camera(optics, sensor_of(optics, taken.recipe, 0), taken, taken.plate)
+    camera = _Camera(optics, sensor_of(optics, taken.recipe, _sensor_number(taken.camera)), taken, taken.plate)
     path, background_path = folder / frames_file(name), folder / background_file(name)
     write_stack(background_path, [camera.background("frame background", 0)])
     with FrameStackWriter(path) as frames:
         for shot in shots:
             frames.append(camera.picture(shot))
     return TiffFrames(path, taken.recipe.sensor.bit_depth, background_path)
+
+
+def _sensor_number(camera: int) -> int:
+    return 0 if camera == 0 else FURTHER_SENSOR + camera
 
 
 def record_views(taken: Taken, shots: Sequence[Shot], folder: Path) -> TiffFrames:
@@ -108,4 +123,6 @@ class _Camera:
         return self._sensor.average(self._light, BACKGROUND_EXPOSURES, self._rng(what, number))
 
     def _rng(self, what: str, number: int) -> np.random.Generator:
-        return np.random.default_rng(picture_stream(self._taken.recipe, self._taken.index, what, number, READ_OUT))
+        return np.random.default_rng(
+            picture_stream(self._taken.recipe, self._taken.index, what, number, READ_OUT, camera=self._taken.camera)
+        )

@@ -16,6 +16,7 @@ from datasets.dataset_files import observation_folder, truth_folder
 from datasets.observation import Observation, Recording
 from datasets.observation_files import write_observation
 from datasets.recipes.recipe import Recipe
+from datasets.recipes.several_cameras import filmed_by
 from datasets.recipes.toml_files import recipe_to_dict
 from datasets.tiff_frames import TiffFrames
 from datasets.truth_files import write_truth
@@ -28,11 +29,11 @@ from synth.rendering.parts import parts_of
 from synth.rendering.recording import Taken, record_frames, record_masks, record_views
 from synth.rendering.scene import ParticleModel
 from synth.rendering.shooting import take
-from synth.rendering.shots import REMNANT, Shot, frame_shots, hsv_optics, rig_key, rig_optics, view_shots
+from synth.rendering.shots import FIRST, REMNANT, Shot, frame_shots, hsv_optics, rig_key, rig_optics, view_shots
 from synth.rendering.tracer import Traced, Tracer, make_tracer
 from synth.rendering.variant import activate, choose_variant
 from synth.rendering.window import whole_picture
-from synth.sequence import hsv_outlines, observation_of, plan_sequence, truth_of, view_outlines
+from synth.sequence import observation_of, outlines_by_camera, plan_sequence, truth_of, view_outlines
 from synth.streams import streams_of
 
 Advance = Callable[[int, int], None]
@@ -76,11 +77,13 @@ def render_sequence(recipe: Recipe, index: int, out: Path, *, advance: Advance =
     parts = parts_of(plan, settings, out / PARTIAL)
     if not resume:
         parts.remove()
-    frames = tuple(frame_shots(plan, recipe, index)) if recipe.tier == "rendered" else ()
+    studio, rendered = Studio(mi, plan, recipe), recipe.tier == "rendered"
+    taken = Taken(plan, recipe, index, parts, studio.empty() if rendered else None)
+    cameras = [taken.by(number) for number in range(len(plan.by_camera))]
+    frames = [tuple(frame_shots(each.plan, each.recipe, index, camera=each.camera)) for each in cameras] if rendered else []
     views = tuple(view_shots(plan, recipe, index)) if rig_is_rendered(recipe) else ()
-    studio = Studio(mi, plan, recipe)
-    taken = Taken(plan, recipe, index, parts, studio.empty() if frames else None)
-    _render_missing(studio, taken, (*frames, *views), advance)
+    wanted = [*zip(cameras, frames, strict=False), (taken, views)]
+    _render_missing(studio, [(each, shot) for each, shots in wanted for shot in shots], advance)
     observation, masks = _record(taken, frames, views, out)
     truth = truth_of(plan) if frames else with_bound(truth_of(plan), plan.hsv, recipe.noise)
     write_truth(dataclasses.replace(truth, masks=masks, notes={**truth.notes, "variant": variant}), truth_folder(out, plan.name))
@@ -94,13 +97,12 @@ def rig_is_rendered(recipe: Recipe) -> bool:
     return recipe.tier == "rendered" if recipe.rig.rendered is None else recipe.rig.rendered
 
 
-def _render_missing(studio: "Studio", taken: Taken, shots: Sequence[Shot], advance: Advance) -> None:
-    parts = taken.parts
-    for done, shot in enumerate(shots, start=1):
-        if not parts.has(shot):
+def _render_missing(studio: "Studio", wanted: Sequence[tuple[Taken, Shot]], advance: Advance) -> None:
+    for done, (taken, shot) in enumerate(wanted, start=1):
+        if not taken.parts.has(shot):
             tracer, optics = studio.camera(shot.camera)
-            parts.store(shot, take(tracer, optics, shot, taken.plan.effects))
-        advance(done, len(shots))
+            taken.parts.store(shot, take(tracer, optics, shot, taken.plan.effects))
+        advance(done, len(wanted))
 
 
 class Studio:
@@ -113,11 +115,14 @@ class Studio:
         rest = plan.vertices if plan.remnant is None else plan.remnant.mesh_vertices
         self._broken = ParticleModel(rest, plan.faces, surface)
         self._chip = None if plan.chip is None else ParticleModel(plan.chip.body.vertices, plan.chip.faces, surface)
+        self._further = tuple(each.hsv.name for each in plan.further)
         self._seen_in_rig = ParticleModel(plan.view_vertices, plan.faces, surface)
-        hsv, rig = hsv_optics(plan, recipe), rig_optics(plan, recipe)
-        middle = plan.hsv.R_cam_world @ plan.motion.x_world[len(plan.motion.times_s) // 2] + plan.hsv.t_cam_world
+        rig = rig_optics(plan, recipe)
         self._plate = plate_in_camera(plan)
-        self._places: dict[str, tuple[Optics, Any]] = {"hsv": (hsv, middle), REMNANT: (hsv, middle)}
+        self._places: dict[str, tuple[Optics, Any]] = {
+            each.hsv.name: (hsv_optics(each, filmed_by(recipe, number)), _middle(each)) for number, each in enumerate(plan.by_camera)
+        }
+        self._places[REMNANT] = self._places[FIRST]
         self._places |= {rig_key(k): (optics, np.array([0.0, 0.0, optics.lens.focus_m])) for k, optics in rig.items()}
         self._tracers: dict[str, Tracer] = {}
 
@@ -131,17 +136,23 @@ class Studio:
 
     @property
     def _bodies(self) -> dict[str, tuple[ParticleModel, ParticleModel | None, ParticleModel | None]]:
-        """What is before the high-speed camera: the particle, or its remnant and the chip, and the plate."""
-        return {"hsv": (self._flying, self._plate, None), REMNANT: (self._broken, self._plate, self._chip)}
+        """What is before the high-speed cameras: the particle, or its remnant and the chip, and the plate."""
+        further = {name: (self._flying, None, None) for name in self._further}
+        return {FIRST: (self._flying, self._plate, None), REMNANT: (self._broken, self._plate, self._chip), **further}
 
     def empty(self) -> Traced | None:
         """The plate's light and coverage in the whole picture of the high-speed camera; ``None`` without a plate."""
         if self._plate is None:
             return None
-        optics, at_cam = self._places["hsv"]
+        optics, at_cam = self._places[FIRST]
         tracer = make_tracer(self._mi, self._plate, film_of(optics), optics.light, at_cam)
         pose = (np.eye(3), np.zeros(3))
         return expose(tracer, optics, whole_picture(optics.intrinsics), [pose], samples=PLATE_SAMPLES, seeds=[PLATE_SEED])
+
+
+def _middle(plan: SequencePlan) -> Any:
+    """Where (3,) m the particle is in the middle of a sequence, in its camera's frame."""
+    return plan.hsv.R_cam_world @ plan.motion.x_world[len(plan.motion.times_s) // 2] + plan.hsv.t_cam_world
 
 
 def plate_in_camera(plan: SequencePlan) -> ParticleModel | None:
@@ -152,20 +163,20 @@ def plate_in_camera(plan: SequencePlan) -> ParticleModel | None:
     return ParticleModel(vertices @ plan.hsv.R_cam_world.T + plan.hsv.t_cam_world, faces, STEEL)
 
 
-def _record(taken: Taken, frames: Sequence[Shot], views: Sequence[Shot], out: Path) -> tuple[Observation, TiffFrames | None]:
+def _record(taken: Taken, frames: Sequence[Sequence[Shot]], views: Sequence[Shot], out: Path) -> tuple[Observation, TiffFrames | None]:
+    """The observation of the frames of every camera and of the views, and masks of the first camera's."""
     plan, recipe = taken.plan, taken.recipe
     folder = observation_folder(out, plan.name)
     stream = streams_of(recipe, taken.index)
-    recording: Recording
+    recordings: Sequence[Recording]
     view_recording: Recording
     if frames:
-        recording = record_frames(taken, frames, folder)
-        masks = record_masks(taken, frames, truth_folder(out, plan.name))
+        recordings = [record_frames(taken.by(number), shots, folder) for number, shots in enumerate(frames)]
+        masks = record_masks(taken, frames[0], truth_folder(out, plan.name))
     else:
-        recording = hsv_outlines(plan, recipe.noise, np.random.default_rng(stream.hsv_noise))
-        masks = None
+        recordings, masks = outlines_by_camera(plan, recipe, taken.index), None
     if views:
         view_recording = record_views(taken, views, folder)
     else:
         view_recording = view_outlines(plan, recipe.noise, np.random.default_rng(stream.rig_noise))
-    return observation_of(plan, (recording,), view_recording), masks
+    return observation_of(plan, recordings, view_recording), masks

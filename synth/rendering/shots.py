@@ -23,13 +23,13 @@ from synth.rendering.light import lighting
 from synth.rendering.rows import Strip, cameras_at, delays_in, poses_at, strips
 from synth.rendering.scene import Pose
 from synth.rendering.window import Window, whole_picture, window_around
-from synth.streams import streams
+from synth.streams import of_camera, streams
 
 Array = NDArray[np.float64]
 Kind = Literal["frame", "view"]
 
-REMNANT = "hsv remnant"
-"""The key of the high-speed camera before what is left of a particle that broke."""
+FIRST, REMNANT = "hsv", "hsv remnant"
+"""The keys of the first high-speed camera, and of it before what is left of a particle that broke."""
 STREAM_OF = {"frame": 0, "view": 1, "frame background": 2, "view background": 3}
 EXPOSURE, READ_OUT = 0, 1
 RIG_FALLOFF = 0.1
@@ -58,12 +58,20 @@ class Shot:
     blur_px: float = 0.0
     chips: tuple[Pose, ...] = ()
 
+    @property
+    def further(self) -> str:
+        """The key of a further high-speed camera, after a hyphen; nothing of the first one, and of views."""
+        return f"-{self.camera}" if self.kind == "frame" and self.camera not in (FIRST, REMNANT) else ""
 
-def picture_stream(recipe: Recipe, index: int, what: str, number: int, part: int) -> np.random.SeedSequence:
-    """The random stream of one part of one picture of sequence ``index``; views that sequences share are the first one's."""
+
+def picture_stream(recipe: Recipe, index: int, what: str, number: int, part: int, *, camera: int = 0) -> np.random.SeedSequence:
+    """The random stream of one part of one picture of sequence ``index``; views that sequences share are the first one's.
+
+    ``camera``: number of the high-speed camera.
+    """
     first = 0 if recipe.same_particle else index if recipe.plate is None else index - index % recipe.dropper.runs
     root = streams(recipe.seed, first if what.startswith("view") else index).rendering
-    return np.random.SeedSequence(root.entropy, spawn_key=(*root.spawn_key, STREAM_OF[what], number, part))
+    return of_camera(np.random.SeedSequence(root.entropy, spawn_key=(*root.spawn_key, STREAM_OF[what], number, part)), camera)
 
 
 def hsv_optics(plan: SequencePlan, recipe: Recipe) -> Optics:
@@ -92,11 +100,11 @@ def widest_slope(camera: Intrinsics) -> float:
     return float(np.abs(camera.normalise(np.column_stack([u.ravel(), v.ravel()]))).max())
 
 
-def frame_shots(plan: SequencePlan, recipe: Recipe, index: int) -> Iterator[Shot]:
-    """The frames of the high-speed camera."""
+def frame_shots(plan: SequencePlan, recipe: Recipe, index: int, *, camera: int = 0) -> Iterator[Shot]:
+    """The frames of a high-speed camera, by its number; plan and recipe are those that it films."""
     optics, hull = hsv_optics(plan, recipe), hull_points(plan.vertices)
     for number in range(len(plan.true_times_s)):
-        yield _frame_shot(plan, recipe, number, picture_stream(recipe, index, "frame", number, EXPOSURE), (optics, hull))
+        yield _frame_shot(plan, recipe, number, picture_stream(recipe, index, "frame", number, EXPOSURE, camera=camera), (optics, hull))
 
 
 def _frame_shot(plan: SequencePlan, recipe: Recipe, number: int, stream: np.random.SeedSequence, seen: tuple[Optics, Array]) -> Shot:
@@ -106,7 +114,7 @@ def _frame_shot(plan: SequencePlan, recipe: Recipe, number: int, stream: np.rand
     poses, cameras, blur = poses_at(plan, instants), cameras_at(plan, stamps), _blur_px(plan, number)
     seeds, chips = ray_seeds(stream, len(poses)), _chip_poses(plan, time, instants)
     window = _window(hull, poses, optics, recipe, Extra(cameras, blur, _chip_points(plan, chips)))
-    key = "hsv" if plan.remnant is None or time < plan.remnant.time_s else REMNANT
+    key = plan.hsv.name if plan.remnant is None or time < plan.remnant.time_s else REMNANT
     shot = Shot("frame", number, key, window, poses, rendering.samples_per_subframe, seeds, cameras, blur_px=blur, chips=chips)
     return _row_by_row(shot, plan, recipe, seen, (instants, stamps)) if plan.effects.rolling else shot
 
