@@ -366,3 +366,45 @@ def test_the_real_balls_centre_moves_on_a_line(shared_data: Path, tmp_path: Path
     with capsys.disabled():
         print(f"\nthe real ball's centre is {np.abs(off).max():.4f} px from a line at most")
     assert np.abs(off).max() < 0.02
+
+
+@pytest.mark.usefixtures("blind")
+def test_cameras_of_one_flight_keep_their_own_times(known: Path, pictures: Pictures, how: Recorded, tmp_path: Path) -> None:
+    stamps = np.arange(len(pictures)) / how.rate_hz
+    for name, taken, later in (("left", pictures, 0.0), ("right", pictures[:-2], 40e-6)):
+        write_cine(tmp_path / f"{name}.cine", taken, how, bits=12, stamps_s=stamps[: len(taken)] + later)
+    videos, out = [tmp_path / "left.cine", tmp_path / "right.cine"], tmp_path / "out"
+    assert imported(videos, known, out, "--camera", str(known), "--clock-sigma", "20us", "-q") == 0
+    made = read_observation(out / "observations" / "left")
+    first, second = made.clocks
+    assert second.times_s == pytest.approx(first.times_s[: len(second.times_s)] + 40e-6, abs=2e-9)
+    assert (len(first.times_s) - len(second.times_s), second.offset_sigma_s) == (2, pytest.approx(20e-6))
+    told = tomllib.loads((out / "observations" / "left" / "import.toml").read_text())
+    assert told["clock_of_hsv_2"]["origin"] == "read"
+    assert [told[name]["value"].rsplit("/")[-1] for name in ("video", "video_2")] == ["left.cine", "right.cine"]
+
+
+@pytest.mark.usefixtures("blind")
+def test_cameras_whose_clocks_do_not_overlap(
+    known: Path, pictures: Pictures, how: Recorded, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    stamps = np.arange(len(pictures)) / how.rate_hz
+    for name, later in (("left", 0.0), ("right", 1.0)):
+        write_cine(tmp_path / f"{name}.cine", pictures, how, bits=12, stamps_s=stamps + later)
+    videos, out = [tmp_path / "left.cine", tmp_path / "right.cine"], tmp_path / "out"
+    assert imported(videos, known, out, "--camera", str(known), "-q") == 2
+    assert "their clocks do not overlap" in capsys.readouterr().err
+
+
+@pytest.mark.usefixtures("blind")
+def test_a_camera_without_times_has_those_of_the_first(
+    known: Path, pictures: Pictures, how: Recorded, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    write_cine(tmp_path / "left.cine", pictures, how, bits=12)
+    tifffile.imwrite(tmp_path / "right.tif", np.stack(pictures[:-1]))
+    videos = [tmp_path / "left.cine", tmp_path / "right.tif"]
+    assert imported(videos, known, tmp_path / "out", "--camera", str(known), "--bits", "12", "-q") == 2
+    assert "expected as many pictures as the flight's first camera took" in capsys.readouterr().err
+    tifffile.imwrite(tmp_path / "right.tif", np.stack(pictures))
+    assert imported(videos, known, tmp_path / "out", "--camera", str(known), "--bits", "12", "--force", "-q") == 0
+    assert read_observation(tmp_path / "out" / "observations" / "left").camera_clocks == ()

@@ -50,6 +50,11 @@ def parser() -> argparse.ArgumentParser:
     verb.add_argument("--exposure", metavar="TIME", help="length of an exposure, where the file does not say: 20us")
     verb.add_argument("--bits", type=int, choices=range(1, 17), metavar="N", help="bits that carry signal, where the file does not say")
     verb.add_argument("--stamps", choices=[moment.value for moment in Moment], help="what of an exposure the file's time stamps name")
+    verb.add_argument(
+        "--clock-sigma",
+        metavar="TIME",
+        help="how well the clocks of further cameras are known against the first one's: 20us (default: exactly)",
+    )
     verb.add_argument("--masks", action="store_true", help="the pictures are masks: bright where the particle is")
     verb.add_argument("--dry-run", action="store_true", help="print what the headers say and what is missing; decode and write nothing")
     add_output(verb, default="out/run")
@@ -88,6 +93,7 @@ def request_of(arguments: argparse.Namespace) -> Request:
         bits=arguments.bits,
         stamped=None if arguments.stamps is None else Moment(arguments.stamps),
         masks=arguments.masks,
+        clock_sigma_s=0.0 if arguments.clock_sigma is None else quantity("--clock-sigma", arguments.clock_sigma, UNITS_S),
     )
 
 
@@ -142,6 +148,7 @@ def _whole_command(arguments: argparse.Namespace) -> str:
         if said not in (None, ":", "auto"):
             words += [f"--{option}", str(said)]
     words += ["--masks"] if arguments.masks else []
+    words += [] if arguments.clock_sigma is None else ["--clock-sigma", arguments.clock_sigma]
     cameras = [str(path) for path in arguments.camera] or ["CAMERA"]
     words += [word for camera in cameras for word in ("--camera", camera)]
     words += ["--particle", str(arguments.particle or "PARTICLE"), f"--gravity={arguments.gravity or 'down'}"]

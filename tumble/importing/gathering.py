@@ -17,7 +17,7 @@ from datasets.vocabulary.camera import HsvCamera
 from datasets.vocabulary.clock import Clock
 from tumble.importing.request import Missing, Request, Value
 from tumble.importing.sources import Source, source_of
-from tumble.importing.timing import clock_of
+from tumble.importing.timing import clocks_of, own_clocks
 from tumble.result_files import observations_in
 
 Array = NDArray[np.float64]
@@ -41,7 +41,7 @@ GRAVITY = Missing(
 class Gathered:
     """What is known of one flight: ``values`` with where they are from, what is ``missing``, ``remarks`` for the user.
 
-    ``sources``: one per camera. ``clock``: where rate and exposure are known. ``observation``: where nothing is missing.
+    ``sources``: one per camera. ``clocks``: of each, where rate and exposure are known. ``observation``: where nothing is missing.
     """
 
     name: str
@@ -50,7 +50,7 @@ class Gathered:
     values: tuple[Value, ...]
     missing: tuple[Missing, ...]
     remarks: tuple[str, ...]
-    clock: Clock | None
+    clocks: tuple[Clock, ...]
     observation: Observation | None
 
 
@@ -74,7 +74,7 @@ def gather(videos: Sequence[Path], request: Request, *, decode: bool = True) -> 
         Where a file is damaged or what was stated contradicts it.
     """
     sources = tuple(source_of(path, request, decode=decode) for path in videos)
-    clock, values, missing, remarks = clock_of(sources, request)
+    clocks, values, missing, remarks = clocks_of(sources, request)
     cameras = tuple(_camera(path, sources, k) for k, path in enumerate(request.cameras))
     values += [
         Value("camera", _lens(c), str(p.resolve()), Origin.GIVEN, f"--camera {p}") for c, p in zip(cameras, request.cameras, strict=True)
@@ -86,12 +86,13 @@ def gather(videos: Sequence[Path], request: Request, *, decode: bool = True) -> 
     values += [] if gravity is None else [gravity[2]]
     missing += ([] if particle is not None else [PARTICLE]) + ([] if gravity is not None else [GRAVITY])
     observation = None
-    if clock is not None and particle is not None and gravity is not None and not missing:
+    if clocks and particle is not None and gravity is not None and not missing:
         observation = Observation(
             name=flight_name(videos),
             cameras=cameras,
             recordings=tuple(source.recording for source in sources),
-            clock=clock,
+            clock=clocks[0],
+            camera_clocks=own_clocks(clocks),
             gravity_world=gravity[0],
             views=particle.views,
             view_recording=particle.view_recording,
@@ -100,9 +101,19 @@ def gather(videos: Sequence[Path], request: Request, *, decode: bool = True) -> 
             particle=particle.particle,
             made=particle.made,
         )
-    every = [*(value for source in sources for value in source.values), *values]
+    every = _named_apart([*(value for source in sources for value in source.values), *values])
     said = [*(remark for source in sources for remark in source.remarks), *remarks]
-    return Gathered(flight_name(videos), sources, cameras, tuple(every), tuple(missing), tuple(said), clock, observation)
+    return Gathered(flight_name(videos), sources, cameras, tuple(every), tuple(missing), tuple(said), clocks, observation)
+
+
+def _named_apart(values: Sequence[Value]) -> list[Value]:
+    """The same values; what further cameras have of one name is numbered from 2 on."""
+    counts: dict[str, int] = {}
+    named = []
+    for value in values:
+        counts[value.name] = number = counts.get(value.name, 0) + 1
+        named.append(value if number == 1 else replace(value, name=f"{value.name}_{number}"))
+    return named
 
 
 def flight_name(videos: Sequence[Path]) -> str:

@@ -107,11 +107,11 @@ def checked(gathered: Gathered, folder: Path, pulse: Pulse) -> Check:
     """The check of what was gathered; an observation's pictures are read from its own folder, and counted."""
     observation = read_observation(folder) if gathered.observation is not None else None
     recordings = [source.recording for source in gathered.sources] if observation is None else observation.recordings
-    clock = gathered.clock
     cameras = []
     for number, (source, recording) in enumerate(zip(gathered.sources, recordings, strict=True)):
         name = "hsv" if len(gathered.sources) == 1 else f"hsv_{number + 1}"
         size = source.size_px if source.size_px is not None else _calibrated_size(gathered, number)
+        clock = gathered.clocks[number] if gathered.clocks else None
         times, exposure = (None, None) if clock is None else (clock.times_s, clock.exposure_s)
         inspection = inspect_recording(pulsed(recording, pulse), size, times_s=times, exposure_s=exposure, name=str(source.path))
         cameras.append(camera_check(name, recording, inspection))

@@ -20,7 +20,7 @@ class Request:
 
     ``frames``: first picture and the one after the last, counted from 0 in the file. ``background``: ``auto``, ``first:N`` or a file.
     ``cameras``: calibrations, one for all videos or one for each. ``gravity``: ``down``, three numbers or a file. ``masks``: the videos
-    are masks of the particle.
+    are masks of the particle. ``clock_sigma_s``: standard deviation of what the stamps of further cameras are off those of the first.
     """
 
     frames: tuple[int | None, int | None] = (None, None)
@@ -33,6 +33,7 @@ class Request:
     bits: int | None = None
     stamped: Moment | None = None
     masks: bool = False
+    clock_sigma_s: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,7 @@
 """When each picture was taken: the middle of its exposure, from time stamps or from the frame rate."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Float
@@ -15,8 +16,6 @@ from tumble.importing.sources import Source
 Array = NDArray[np.float64]
 DISAGREE = 0.01
 """Share by which the mean rate of time stamps may differ from the stated frame rate; clocks of cameras are good to 1e-4."""
-APART = 0.1
-"""Share of the time between two pictures by which cameras of one flight may differ."""
 RATE = Missing("frame_rate", "velocities need the time between two pictures", "--rate HZ (pictures per second, as in 4000 or 4kHz)")
 EXPOSURE = Missing(
     "exposure", "a moving outline is smeared by it", "--exposure TIME (as in 20us; 0 where it is far shorter than a pixel's motion)"
@@ -25,24 +24,51 @@ EXPOSURE = Missing(
 
 Found = tuple[Clock | None, list[Value], list[Missing], list[str]]
 """The clock where it is known, values with where they are from, what is missing, and what is odd."""
+AllFound = tuple[tuple[Clock, ...], list[Value], list[Missing], list[str]]
+"""The same of all cameras of a flight: a clock for each, none where the first one's is not known."""
 
 
-def clock_of(sources: Sequence[Source], request: Request) -> Found:
-    """What is known of when the pictures of one flight were taken.
+def clocks_of(sources: Sequence[Source], request: Request) -> AllFound:
+    """What is known of when the pictures of one flight were taken; a further camera without times of its own has the first one's.
 
     Raises
     ------
     InputError
-        Where the cameras of one flight differ.
+        Where such a camera has another number of pictures.
     """
-    if len({len(source.frames) for source in sources}) > 1:
-        counts = ", ".join(f"{source.path.name}: {len(source.frames)}" for source in sources)
-        raise InputError(f"{sources[0].path}: expected as many pictures of every camera of a flight, got {counts}.")
     found = [_one(source, request) for source in sources]
-    first = found[0]
-    for source, (clock, *_) in zip(sources, found, strict=True):
-        _check_alike(source, clock, first[0])
-    return first
+    first, values, missing, remarks = found[0]
+    if first is None:
+        return (), values, missing, remarks
+    clocks, remarks = [first], [*remarks, *(remark for _, _, _, more in found[1:] for remark in more)]
+    for number, (source, (own, *_)) in enumerate(zip(sources[1:], found[1:], strict=True), start=2):
+        if own is None and len(source.frames) != len(first.times_s):
+            raise InputError(
+                f"{source.path}: expected as many pictures as the flight's first camera took ({len(first.times_s)}), since the file does "
+                f"not say when they were taken, got {len(source.frames)}."
+            )
+        clock = replace(first if own is None else own, offset_sigma_s=request.clock_sigma_s)
+        clocks.append(clock)
+        values += [] if _alike(clock, first) else [_clock_value(number, clock, own is None)]
+    return tuple(clocks), values, missing, remarks
+
+
+def own_clocks(clocks: tuple[Clock, ...]) -> tuple[Clock, ...]:
+    """The clocks of all cameras where they are not all that of the first one; none where they are."""
+    return () if all(_alike(clock, clocks[0]) for clock in clocks) else clocks
+
+
+def _alike(clock: Clock, first: Clock) -> bool:
+    return clock.known and clock.exposure_s == first.exposure_s and np.array_equal(clock.times_s, first.times_s)
+
+
+def _clock_value(number: int, clock: Clock, taken: bool) -> Value:
+    """What is told of a further camera's clock; ``taken`` from the first one."""
+    ends = _ends(clock.times_s)
+    sure = "" if clock.known else f" ± {clock.offset_sigma_s * 1e6:.6g} us against the first camera's"
+    note = "that of the first camera" if taken else "its own stamps"
+    origin = Origin.ASSUMED if taken else Origin.READ
+    return Value(f"clock_of_hsv_{number}", f"{ends[0]:.9f} to {ends[1]:.9f} s{sure}", ends, origin, note)
 
 
 def _one(source: Source, request: Request) -> Found:
@@ -106,12 +132,3 @@ def _stamps(source: Source, rate: Stated[float], request: Request) -> tuple[Stat
                 f"used; --rate {rate.value:.6g} takes the header's. Velocities hang on it: a fall tells which is right."
             )
     return Stated(stamps[taken], header.stamps_s.origin, header.stamps_s.note), remarks
-
-
-def _check_alike(source: Source, clock: Clock | None, first: Clock | None) -> None:
-    if clock is None or first is None or len(first.times_s) < 2:
-        return
-    own, other = (each.times_s - each.times_s[0] for each in (clock, first))
-    apart = float(np.abs(own - other).max())
-    if apart > APART * float(np.diff(other).min()):
-        raise InputError(f"{source.path}: expected the times of the flight's other camera, got ones that are up to {apart:.3g} s apart.")
