@@ -2,6 +2,9 @@
 
 ``w = C (omega_true - omega_measured)``, C the coefficient of lift [Rubinow and Keller 1961]. A spin that is read once, off marks on a ball,
 has now and then a wrong axis or sign; the flight tells. Along the flight w does nothing. Valid while the spin keeps its axis and size.
+
+Wind is not in it: ``w x wind`` is one more steady acceleration of every flight. A wind that acted through values of every flight's own
+would carry them into sets that do not have them: linearised, its three numbers would explain what each flight has of its own.
 """
 
 from datasets.vocabulary.effects import EFFECTS
@@ -16,6 +19,6 @@ class UnmeasuredLift(EffectModel):
     of_unmeasured_spin = True
 
     def acceleration(self, theta: Array, moment: Moment, setting: Setting) -> Array | None:
-        """``w x u``, u the velocity through the air."""
+        """``w x v``."""
         del setting
-        return cross_product(theta, moment.through_air)
+        return cross_product(theta, moment.v)
