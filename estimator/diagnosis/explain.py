@@ -160,9 +160,10 @@ def _as_probable_as_in(best: At, diagnosis: Diagnosis) -> Diagnosis:
 def _without_families(path: tuple[At, ...], catalogue: Mapping[str, EffectModel]) -> At:
     """The last set without what stands for something unknown; where that cannot be flown, the last one that has none.
 
-    What is not established beside the unknown may be a part of it, and would stand for more of it alone: it goes, too. Values of every
-    sequence that the unknown has taken the place of are there again, where that is more probable: they claim no cause either. Those of the
-    unknown's own stage are not: its curves are fitted in their place, and a law would be left with what they do not take.
+    What is not established beside the unknown may be a part of it, and would stand for more of it alone: it goes, too. Where the unknown
+    has taken the place of values of every sequence, accelerations of every sequence are there again, if that is more probable: they claim
+    no cause either, as a lift would. Where it is of their stage they are not: its curves are fitted in their place, and a law would be
+    left with what they do not take.
     """
     best = path[-1]
     if not set(best.members) & best.trial.families:
@@ -171,8 +172,9 @@ def _without_families(path: tuple[At, ...], catalogue: Mapping[str, EffectModel]
     kept = [e for e in best.members if e not in best.trial.families and sureness(best.trial, best.members, e) >= ESTABLISHED]
     effects = best.trial.evidence.of.effects
     stages = {effects[e].entry.stage for e in set(best.members) & best.trial.families}
-    apart = (effect.entry.scope.own and effect.entry.stage not in stages for effect in effects)
-    own = {e for e, is_apart in enumerate(apart) if is_apart and effects[e].entry.key in known[-1].keys}
+    apart = {e for e, effect in enumerate(effects) if effect.entry.scope.own and effect.entry.stage not in stages}
+    replaced = any(effects[e].entry.key in known[-1].keys for e in apart - best.trial.noise)
+    own = {e for e in apart if effects[e].constant and replaced}
     wanted = max((tuple(kept), tuple(sorted({*kept, *own}))), key=best.trial.log_posterior)
     return moved(best, wanted, catalogue, unknown=True) or known[-1]
 
