@@ -27,8 +27,8 @@ class Configuration:
     as a start. ``minimum_frames``: fewer usable frames give no measurement. ``keep_out_of_plate``: 1 requires that the
     particle does not reach into the plate it falls on; ``estimate_plate``: 1 measures the plate's plane with the flight, from what is
     stated of it or from the impacts alone. ``surface_fit``: 1 fits flights, free or with impacts, once more, to all outline samples with
-    the surface as an unknown (decision 53), where views are many and agree and no focal length is measured; 2 does so with few views and
-    with such that disagree, too, where its intervals are too narrow; 0 leaves it at tangents.
+    the surface as an unknown (decision 53), where views are many and no focal length is measured; 2 does so with few views, too, where its
+    intervals are too narrow; 0 leaves it at tangents.
     ``campaign_surface_fit``: 1 does so with campaigns (decision 64). ``seed`` feeds the drawn starts and the drawn noise of the views'
     likeness.
     """

@@ -22,7 +22,7 @@ from estimator.surface.told import finer_views, surface_sentence, surface_statis
 
 OF_TANGENTS = "the estimate is that of tangents."
 ALWAYS = 2
-"""The ``surface_fit`` of who wants it with few views and with such that disagree, too."""
+"""The ``surface_fit`` of who wants it with few views, too."""
 
 
 def left_out(particle: Particle, configuration: Configuration) -> str | None:
@@ -33,8 +33,6 @@ def left_out(particle: Particle, configuration: Configuration) -> str | None:
         return f"the focal length is measured; {OF_TANGENTS}"
     if configuration.surface_fit < ALWAYS and few_views(particle):
         return f"with {len(particle.calibrated)} views intervals of a fit to all outline samples are too narrow; {OF_TANGENTS}"
-    if configuration.surface_fit < ALWAYS and particle.disagreement.calibration_px > 0.0:
-        return f"the views disagree, and a fit to all outline samples takes them to be where they say; {OF_TANGENTS}"
     return None
 
 

@@ -14,6 +14,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 from scipy.sparse import csr_array, vstack
+from scipy.sparse.linalg import LinearOperator
 
 from datasets.vocabulary.body import Body
 from estimator.particle.particle import Particle
@@ -91,7 +92,7 @@ def amplitudes_of(
     """
     surface = shape.surface
     prior = believed(surface)
-    views = weighed(samples_of_views(surface, particle.outlines, particle.calibrated, motions=0), prior, shape.noise_px, huber)
+    views = weighed(samples_of_views(surface, particle.outlines, particle.calibrated), prior, shape.noise_px, huber)
     known = csr_array(prior.rows.T @ prior.rows + views.J.T @ views.J)
     rows = [csr_array(each.by_corner @ prior.basis) for each in felt]
     every = csr_array(vstack(rows))
@@ -114,7 +115,9 @@ def _scaled(border: Array) -> Array:
     return np.asarray(border[:, size > 0.0] / size[size > 0.0])
 
 
-def independent(answers: Float[NDArray[np.float64], "u p"], known: csr_array, frames: csr_array) -> Float[NDArray[np.float64], "u m"]:
+def independent(
+    answers: Float[NDArray[np.float64], "u p"], known: csr_array | LinearOperator, frames: csr_array
+) -> Float[NDArray[np.float64], "u m"]:
     """Combinations of ``answers`` that are independent with variance one under ``known`` (u, u) and that ``frames`` (u, u) feel."""
     answers = answers / np.sqrt(np.sum(answers * (known @ answers), axis=0))
     value, vector = np.linalg.eigh(answers.T @ (known @ answers))

@@ -10,6 +10,7 @@ along an outline count as that many fewer.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -53,7 +54,7 @@ class Weighed:
     samples: Samples
     r: Float[NDArray[np.float64], " m"]
     J: csr_array
-    F: Float[NDArray[np.float64], "m c"]
+    F: Float[NDArray[np.float64], "m c"] | csr_array
     place: NDArray[np.int64]
 
 
@@ -75,7 +76,7 @@ class Eliminated:
         """Their normal matrix (p, p), ``whole`` rows in it, were the surface known."""
         H = np.asarray(whole.by_motion.T @ whole.by_motion)
         for group in self.groups:
-            H[np.ix_(group.place, group.place)] += group.F.T @ group.F
+            H[np.ix_(group.place, group.place)] += filled(group.F.T @ group.F)
         return H
 
     def corners(self, step: Array) -> Array:
@@ -99,7 +100,9 @@ def weighed(samples: Samples, prior: Believed, noise_px: float, huber: float, pl
     w = weights(samples.gap_px, noise_px, huber)
     J = csr_array(samples.by_corner.multiply(w[:, None])) @ prior.basis
     place = np.arange(samples.by_motion.shape[1]) if place is None else place
-    return Weighed(samples, samples.gap_px * w, J, samples.by_motion * w[:, None], place)
+    by = samples.by_motion
+    F = csr_array(by.multiply(w[:, None])) if isinstance(by, csr_array) else by * w[:, None]
+    return Weighed(samples, samples.gap_px * w, J, F, place)
 
 
 def weights(gap_px: Array, noise_px: float, huber: float) -> Array:
@@ -115,13 +118,18 @@ def eliminated(groups: Sequence[Weighed], prior: Believed, whole: Whole) -> Elim
     border, gradient = -by_surface @ whole.by_motion, rows.T @ values - by_surface @ whole.residual
     H, g = whole.by_motion.T @ whole.by_motion, whole.by_motion.T @ whole.residual
     for group in groups:
-        border[:, group.place] += group.J.T @ group.F
+        border[:, group.place] += filled(group.J.T @ group.F)
         gradient += group.J.T @ group.r
-        H[np.ix_(group.place, group.place)] += group.F.T @ group.F
+        H[np.ix_(group.place, group.place)] += filled(group.F.T @ group.F)
         g[group.place] += group.F.T @ group.r
     solved = _with_whole(factor, by_surface, np.column_stack([border, gradient]))
     H, g = H - border.T @ solved[:, :-1], g - border.T @ solved[:, -1]
     return Eliminated(np.asarray(H), np.asarray(g), solved, factor, tuple(groups), prior)
+
+
+def filled(products: Any) -> Array:
+    """A matrix with its zeros, be it sparse or not."""
+    return np.asarray(products.toarray() if hasattr(products, "toarray") else products)
 
 
 def _with_whole(factor: Factor | SuperLU, by_surface: Array, right: Array) -> Array:

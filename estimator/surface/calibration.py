@@ -38,8 +38,10 @@ def calibration_share_of(
     ends = np.cumsum([len(group.r) for group in frames])
     for group, noise_px, change in zip(frames, joint.noise_px[1:], np.split(_changes(joint, others), ends[:-1]), strict=True):
         weighed = weights(group.samples.gap_px, noise_px, huber)[:, None] * change
-        gradient += group.F.T @ weighed - fitted.solved[:, :-1].T @ (group.J.T @ weighed)
-    return CalibrationShare(-scaled_inverse(fitted.H + about.information) @ gradient, gravity)
+        gradient -= fitted.solved[:, :-1].T @ (group.J.T @ weighed)
+        gradient[group.place] += group.F.T @ weighed
+    response = -scaled_inverse(fitted.H + about.information) @ gradient
+    return CalibrationShare(response[frames[0].place], gravity)
 
 
 def _changes(joint: JointFit[M], others: Sequence[Other]) -> Array:

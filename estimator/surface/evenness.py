@@ -6,9 +6,9 @@ edges stand. It is the limit of a Cauchy distribution whose scale goes to zero, 
 Fourier Analysis 14 (2008) 877]. A fit comes down to it from a large scale, where bends cost their squares [Blake and Zisserman, Visual
 Reconstruction, 1987], by weights made anew in every round [Holland and Welsch, Communications in Statistics A6 (1977) 813].
 
-Moves along an even surface change no outline, so that a corner there is free along its direction from the centre alone. Where the surface
-bends, a corner is free in all three directions: samples then draw it to the edge, and the mesh comes to run along edges by itself, which a
-mesh that does not follow them chamfers.
+Moves along an even surface change no outline, so that a corner there is free along its normal alone: along its direction from the centre a
+wall that overhangs would not move. Where the surface bends, a corner is free in all three directions: samples then draw it to the edge, and
+the mesh comes to run along edges by itself, which a mesh that does not follow them chamfers.
 """
 
 from dataclasses import dataclass
@@ -66,7 +66,7 @@ def believed(surface: Surface, scale: float = LEAST_BEND, *, bent: float = BENT)
     bend = np.sum(off * normals, axis=1) / edge_m
     free = np.flatnonzero(np.abs(bend) > bent)
     held = np.setdiff1d(np.arange(len(normals)), free)
-    basis, corner = _basis(surface, held, free), np.concatenate([held, np.repeat(free, 3)])
+    basis, corner = _basis(normals, held, free), np.concatenate([held, np.repeat(free, 3)])
     moved = csr_array(kron(surface.sphere.laplacian, eye_array(3))) @ basis
     weight = np.sqrt(2.0 / (1.0 + (bend / scale) ** 2)) / scale
     bends = csr_array(diags_array(weight / edge_m) @ _along(normals, np.arange(len(normals))) @ moved)
@@ -76,14 +76,12 @@ def believed(surface: Surface, scale: float = LEAST_BEND, *, bent: float = BENT)
     return Believed(basis, bends, bend * weight, spread, apart, corner, surface.sphere)
 
 
-def _basis(surface: Surface, held: NDArray[np.int64], free: NDArray[np.int64]) -> csr_array:
-    """Moves (3 n, m) of ``held`` corners along the direction from the centre, of the ``free`` ones along all axes."""
-    outward = surface.vertices - surface.centre
-    outward = outward / np.linalg.norm(outward, axis=1)[:, None]
+def _basis(normals: Array, held: NDArray[np.int64], free: NDArray[np.int64]) -> csr_array:
+    """Moves (3 n, m) of ``held`` corners along their ``normals`` (n, 3), of the ``free`` ones along all axes."""
     rows = np.concatenate([(3 * held[:, None] + np.arange(3)).ravel(), (3 * free[:, None] + np.arange(3)).ravel()])
     columns = np.concatenate([np.repeat(np.arange(len(held)), 3), len(held) + np.arange(3 * len(free))])
-    values = np.concatenate([outward[held].ravel(), np.ones(3 * len(free))])
-    return csr_array((values, (rows, columns)), shape=(surface.vertices.size, len(held) + 3 * len(free)))
+    values = np.concatenate([normals[held].ravel(), np.ones(3 * len(free))])
+    return csr_array((values, (rows, columns)), shape=(normals.size, len(held) + 3 * len(free)))
 
 
 def _along(directions: Array, corners: NDArray[np.int64], n: int | None = None) -> csr_array:

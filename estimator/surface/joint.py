@@ -11,6 +11,7 @@ from typing import Generic, Protocol, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import block_diag
 
 from datasets.vocabulary.body import Body
 from estimator.data.fit_task import Prior, Sightings
@@ -19,13 +20,14 @@ from estimator.fitting.levenberg_marquardt import NormalEquations
 from estimator.fitting.problem import Fact, M, M_co, prior_equations, with_facts
 from estimator.fitting.stable_inverse import NothingSeen, scaled_inverse
 from estimator.fitting.tasks import HOLLOW_MOMENTS, HOLLOW_PRODUCTS
+from estimator.likelihood.rows import noise_scales
 from estimator.motion.flight import COM, INERTIA, OFFSET, Motion
 from estimator.particle.particle import Particle
 from estimator.surface.arrow import Eliminated, Whole, eliminated, weighed
 from estimator.surface.evenness import Believed, believed
 from estimator.surface.frame_samples import samples_of_frames, seen_under
 from estimator.surface.mass import N_MASS, mass_response
-from estimator.surface.samples import Samples, samples_of_views
+from estimator.surface.samples import Samples, ShiftedViews
 from estimator.surface.shape import ALIGNED, SHARP, Shape, believed_in, own_noise_px
 from estimator.surface.star_surface import Surface, star_surface
 from estimator.surface.surface_scale import scaled_step
@@ -103,13 +105,20 @@ class Known:
         """How many parameters there are."""
         return len(self.pull)
 
+    def beside(self, views: ShiftedViews, sd_px: float) -> "Known":
+        """With the shifts of views after all others, which have a standard deviation ``sd_px``."""
+        own = views.unknown / sd_px**2
+        information = block_diag(self.information, np.eye(len(own)) / sd_px**2)
+        return replace(self, information=information, pull=np.concatenate([self.pull, own]))
+
 
 @dataclass(frozen=True)
 class Joined(Generic[R]):
     """The ``recorded`` at the end with the ``covariance`` (p, p) of all their parameters, and the ``surface``.
 
     ``settled``: whether the steps became small. ``noise_px``: effective noise that samples of views and of every recording were found to
-    have, ``outline_noise_px`` what their outlines show by themselves; ``last``: the equations that it ended with.
+    have, ``outline_noise_px`` what their outlines show by themselves; ``last``: the equations that it ended with. ``views`` with their
+    shifts, whose standard deviation is ``shift_sd_px``.
     """
 
     recorded: tuple[R, ...]
@@ -119,6 +128,8 @@ class Joined(Generic[R]):
     outline_noise_px: tuple[float, ...]
     settled: bool
     last: "Last"
+    views: ShiftedViews
+    shift_sd_px: float
 
 
 @dataclass(frozen=True)
@@ -140,38 +151,50 @@ def joined(
     huber: float,
     seed: int,
     first: int = SHARP,
+    shifted: int = SHARP + MOST_ROUNDS,
 ) -> Joined[R]:
     """Surface and motions by steps that take all along, from a ``shape`` and what the recordings begin with.
 
     ``known`` says what is known where the recordings are. ``huber``: standard deviations beyond which a sample's influence stays constant;
-    ``seed`` of the random signs; ``first``: the round of :func:`estimator.surface.shape.scale_in` to begin with, 0 for a hull.
+    ``seed`` of the random signs; ``first``: the round of :func:`estimator.surface.shape.scale_in` to begin with, 0 for a hull;
+    ``shifted``: from which on views are free to be shifted in their pictures, by as much as they show.
     """
-    recorded, surface, rng, about = list(recorded), shape.surface, np.random.default_rng(seed), known(recorded)
+    recorded, surface, rng, size = list(recorded), shape.surface, np.random.default_rng(seed), known(recorded).size
+    views = ShiftedViews(particle.outlines, particle.calibrated, np.zeros((len(particle.calibrated), 2)))
+    sd_px = own_noise_px(particle.seen)
     own = own_noise_px(particle.seen), *(each.own_px for each in recorded)
     noise_px: tuple[float, ...] = (shape.noise_px, *own[1:])
-    covariance, settled, gain, last = np.zeros((about.size, about.size)), False, 1.0, np.zeros(about.size)
+    settled, gain, last = False, 1.0, np.zeros(size)
     for number in range(first, SHARP + MOST_ROUNDS):
-        about, believe = known(recorded), believed_in(surface, number)
-        about = about if number >= SHARP else about.held
-        fitted, whole = _linearised(particle, (surface, believe), recorded, about, noise_px=noise_px, huber=huber)
+        about, believe, views = known(recorded), believed_in(surface, number), replace(views, free=number >= shifted)
+        about = (about if number >= SHARP else about.held).beside(views, sd_px)
+        fitted, whole = _linearised(particle, (surface, believe), (views, *recorded), about, noise_px=noise_px, huber=huber)
         covariance = scaled_inverse(fitted.H + about.information)
         step = -covariance @ (fitted.g + about.pull)
-        sizes = step / np.sqrt(np.maximum(np.diag(covariance), 1e-300))
+        sizes = step[:size] / np.sqrt(np.maximum(np.diag(covariance)[:size], 1e-300))
         gain *= TURNED if last @ sizes < 0.0 and number > SHARP else 1.0
         noise_px, last = fitted.noise(step, noise_px, rng) if number >= ALIGNED else noise_px, sizes
-        surface = surface.moved(fitted.corners(gain * step))
+        surface, views = surface.moved(fitted.corners(gain * step)), views.moved(gain * step[size:])
+        if views.free:
+            sd_px = _scale_of(views.shift_px, np.diag(covariance)[size:], sd_px)
         recorded = [each.moved(gain * step[each.place]) for each in recorded]
         settled = bool(gain * np.max(np.abs(sizes)) < SETTLED)
         if settled and number >= SHARP:
             break
     last_step = Last(fitted, whole, about, step)
-    return Joined(tuple(recorded), covariance, surface, noise_px, own, settled, last_step)
+    return Joined(tuple(recorded), covariance[:size, :size], surface, noise_px, own, settled, last_step, views, sd_px)
+
+
+def _scale_of(shift_px: Array, variance: Array, sd_px: float) -> float:
+    """Standard deviation of shifts (v, 2) at which the evidence is largest, from one at which their ``variance`` (2 v,) is known."""
+    square, told = np.sum(shift_px**2) / sd_px**2, np.sum(1.0 - variance / sd_px**2)
+    return sd_px * float(noise_scales(np.asarray(square), np.asarray(told)))
 
 
 def _linearised(
     particle: Particle,
     surfaced: tuple[Surface, Believed],
-    recorded: Sequence[R],
+    shown: tuple[ShiftedViews, *tuple[R, ...]],
     about: Known,
     *,
     noise_px: Sequence[float],
@@ -179,11 +202,11 @@ def _linearised(
 ) -> tuple[Eliminated, Whole]:
     """The equations without the surface, and the rows of mass properties in them; noise of views first, then of every recording.
 
-    ``surfaced``: the surface and what is believed of it.
+    ``surfaced``: the surface and what is believed of it; ``shown``: the views, then the recordings.
     """
-    surface, believe = surfaced
-    views = samples_of_views(surface, particle.outlines, particle.calibrated, motions=0)
-    samples, place = (views, *(each.samples(surface) for each in recorded)), (np.arange(0), *(each.place for each in recorded))
+    (surface, believe), (views, *recorded) = surfaced, shown
+    shifts = np.arange(about.size - len(views.unknown), about.size)
+    samples, place = [each.samples(surface) for each in shown], (shifts, *(each.place for each in recorded))
     groups = [weighed(each, believe, px, huber, where) for each, px, where in zip(samples, noise_px, place, strict=True)]
     whole = _mass_rows(surface, recorded[0].mass, about, usual_deviation(particle))
     return eliminated(groups, believe, whole), whole
@@ -243,7 +266,7 @@ class JointFit(Generic[M_co]):
 
     ``noise_px``: effective noise that samples of views and of frames were found to have, ``outline_noise_px`` what their outlines show by
     themselves; ``scale``: how much further from what views and prior prefer the surface is than they say. ``sightings`` that were fitted;
-    ``known`` of the motion (p,) at its end.
+    ``known`` of the motion (p,) at its end. ``views`` with their shifts, whose standard deviation is ``shift_sd_px``.
     """
 
     motion: M_co
@@ -256,6 +279,8 @@ class JointFit(Generic[M_co]):
     scale: float
     sightings: Sightings
     known: NormalEquations
+    views: ShiftedViews
+    shift_sd_px: float
 
 
 def joint_fit(
@@ -275,14 +300,15 @@ def joint_fit(
     shape = Shape(star_surface(particle, seen_under(motion, sightings)), own_noise_px(particle.seen))
     begun = motion.with_first(replace(motion.first, offset_px=0.0))
     start = [RecordedMotion(sightings.take(rows), begun) for rows in by_camera(sightings)]
-    found = joined(particle, shape, start, about, huber=huber, seed=seed, first=0)
+    found = joined(particle, shape, start, about, huber=huber, seed=seed, first=0, shifted=ALIGNED)
     last = found.last
     end = scaled_step(last.fitted, last.whole, last.known.information, last.known.pull)
-    motion = found.recorded[0].motion.moved(end.step - last.step)
+    p = len(end.step)
+    motion = found.recorded[0].motion.moved(end.step - last.step[:p])
     return JointFit(
         motion,
         end.covariance,
-        scaled_inverse(last.known.information + last.fitted.of_motions(last.whole)),
+        scaled_inverse((last.known.information + last.fitted.of_motions(last.whole))[:p, :p]),
         found.surface,
         found.noise_px,
         found.outline_noise_px,
@@ -290,6 +316,8 @@ def joint_fit(
         end.scale,
         sightings,
         known(motion),
+        found.views,
+        found.shift_sd_px,
     )
 
 
@@ -302,12 +330,13 @@ def linearised_end(particle: Particle, joint: JointFit[M], basis: Array | None =
     """The equations where a fit has ended; ``basis`` (n, 6, k): slow errors of its poses, k more parameters."""
     more = (0, 0 if basis is None else basis.shape[2])
     about = Known(joint.motion.first.body, np.r_[COM, INERTIA], np.pad(joint.known.H, more), np.pad(joint.known.g, more))
+    about = about.beside(joint.views, joint.shift_sd_px)
     recorded = [
         RecordedMotion(joint.sightings.take(rows), joint.motion, None if basis is None else basis[rows])
         for rows in by_camera(joint.sightings)
     ]
     surfaced = joint.surface, believed(joint.surface)
-    fitted, whole = _linearised(particle, surfaced, recorded, about, noise_px=joint.noise_px, huber=huber)
+    fitted, whole = _linearised(particle, surfaced, (joint.views, *recorded), about, noise_px=joint.noise_px, huber=huber)
     return fitted, whole, about
 
 

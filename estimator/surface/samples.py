@@ -1,7 +1,7 @@
 """Distances of outline samples from the outlines that a surface casts, with their derivatives; here those of the calibrated views."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
@@ -27,17 +27,53 @@ class Samples:
     gap_px: Float[NDArray[np.float64], " m"]
     starts: NDArray[np.int64]
     by_corner: csr_array
-    by_motion: Float[NDArray[np.float64], "m p"]
+    by_motion: Float[NDArray[np.float64], "m p"] | csr_array
 
 
-def samples_of_views(surface: Surface, outlines: Sequence[Outline], views: Sequence[CalibratedView], *, motions: int) -> Samples:
-    """Those of the calibrated views, which none of the parameters of ``motions`` moves."""
-    parts = []
-    pictures = [Picture(v.intrinsics, v.R_cam_particle, v.t_cam_particle, o.points_px) for o, v in zip(outlines, views, strict=True)]
-    for met, view in zip(contacts_of(surface, pictures), views, strict=True):
-        across = across_of(met, view.intrinsics)
-        parts.append((met, across @ view.R_cam_particle, np.zeros((len(across), motions))))
-    return stacked(surface, parts, 0.0)
+def samples_of_views(surface: Surface, outlines: Sequence[Outline], views: Sequence[CalibratedView]) -> Samples:
+    """Those of the calibrated views, which no motion moves."""
+    return _of_views(surface, [o.points_px for o in outlines], views)[0]
+
+
+@dataclass(frozen=True)
+class ShiftedViews:
+    """A particle's views of ``outlines``, each seen ``shift_px`` (v, 2) further right and down than its ``calibrated`` pose has it.
+
+    ``free``: whether the shifts are among the unknowns.
+    """
+
+    outlines: Sequence[Outline]
+    calibrated: Sequence[CalibratedView]
+    shift_px: Float[NDArray[np.float64], "v 2"]
+    free: bool = True
+
+    @property
+    def unknown(self) -> Float[NDArray[np.float64], " k"]:
+        """The shifts that are among the unknowns, view by view."""
+        return self.shift_px.ravel() if self.free else np.zeros(0)
+
+    def samples(self, surface: Surface) -> Samples:
+        """Their samples, with derivatives by the shifts that are unknown."""
+        back = [outline.points_px - by for outline, by in zip(self.outlines, self.shift_px, strict=True)]
+        samples, contacts = _of_views(surface, back, self.calibrated)
+        view = np.repeat(np.arange(len(contacts)), np.diff(samples.starts))
+        columns, starts = (2 * view[:, None] + np.arange(2)).ravel(), 2 * np.arange(len(view) + 1)
+        normals = np.concatenate([met.normal for met in contacts])
+        by_shift = csr_array((-normals.ravel(), columns, starts), shape=(len(view), self.shift_px.size))
+        return replace(samples, by_motion=by_shift if self.free else by_shift[:, :0])
+
+    def moved(self, step: Array) -> "ShiftedViews":
+        """After a ``step`` (k,) of those that are unknown."""
+        return replace(self, shift_px=self.shift_px + step.reshape(-1, 2)) if self.free else self
+
+
+def _of_views(surface: Surface, outlines_px: Sequence[Array], views: Sequence[CalibratedView]) -> tuple[Samples, list[Contact]]:
+    """Samples of outlines, each (s, 2) px, and what they meet."""
+    contacts = contacts_of(
+        surface, [Picture(v.intrinsics, v.R_cam_particle, v.t_cam_particle, o) for o, v in zip(outlines_px, views, strict=True)]
+    )
+    across = [across_of(met, view.intrinsics) @ view.R_cam_particle for met, view in zip(contacts, views, strict=True)]
+    return stacked(surface, [(met, a, np.zeros((len(a), 0))) for met, a in zip(contacts, across, strict=True)], 0.0), contacts
 
 
 def across_of(met: Contact, camera: Intrinsics) -> Array:

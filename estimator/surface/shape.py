@@ -53,7 +53,7 @@ def shape_of(particle: Particle, *, huber: float, seed: int, subdivisions: int =
     alone = np.zeros(0)  # no motions
     for number in range(ROUNDS):
         prior = believed_in(surface, number)
-        samples = samples_of_views(surface, particle.outlines, particle.calibrated, motions=0)
+        samples = samples_of_views(surface, particle.outlines, particle.calibrated)
         fitted = eliminated([weighed(samples, prior, noise_px[0], huber)], prior, no_rows(len(surface.vertices)))
         noise_px = fitted.noise(alone, noise_px, rng) if number >= ALIGNED else noise_px
         surface = surface.moved(fitted.corners(alone))

@@ -12,13 +12,14 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
-from scipy.linalg import block_diag
+from scipy.linalg import block_diag, solve_triangular
 from scipy.sparse import csr_array, vstack
+from scipy.sparse.linalg import aslinearoperator
 
 from estimator.fitting.stable_inverse import scaled_inverse
 from estimator.likelihood.rows import noise_scales
 from estimator.surface.amplitudes import independent
-from estimator.surface.arrow import Eliminated, Whole
+from estimator.surface.arrow import Eliminated, Whole, filled
 
 Array = NDArray[np.float64]
 TURNS, CLOSE = 100, 1e-3
@@ -37,20 +38,24 @@ class ScaledStep:
 def scaled_step(fitted: Eliminated, whole: Whole, known: Array, pull: Array) -> ScaledStep:
     """The step of all motions with the surface as uncertain as the frames show it to be.
 
-    ``fitted``: views first, then what the motions move; ``whole`` rows of mass properties; ``known`` (p, p) and ``pull`` (p,): information
-    and gradient of what is known of the motions.
+    ``fitted``: views first, then what the motions move; ``whole`` rows of mass properties; ``known`` (p + k, p + k) and ``pull`` (p + k,):
+    information and gradient of what is known of the motions and of the k shifts of views, which what views say is marginal over.
     """
     prior, views, frames = fitted.prior, fitted.groups[0], fitted.groups[1:]
-    believed = csr_array(prior.rows.T @ prior.rows + views.J.T @ views.J)
+    p = len(pull) - len(views.place)
+    among, by_shift = filled(views.F.T @ views.F) + known[p:, p:], filled(views.F.T @ views.J)
+    root = np.linalg.cholesky(among)
+    shifts, off = (solve_triangular(root, each, lower=True) for each in (by_shift, views.F.T @ views.r + pull[p:]))
+    unshifted = aslinearoperator(csr_array(prior.rows.T @ prior.rows + views.J.T @ views.J))
+    believed = unshifted - aslinearoperator(shifts.T) @ aslinearoperator(shifts)
     every = csr_array(vstack([each.J for each in frames]))
     moves = independent(fitted.solved[:, :-1], believed, csr_array(every.T @ every))
-    here = moves.T @ (prior.rows.T @ prior.values + views.J.T @ views.r)
-    rows = [_rows(each.F, each.J @ moves, each.place, len(pull)) for each in frames]
-    rows.append(np.column_stack([whole.by_motion, -whole.by_corner.T @ (prior.basis @ moves)]))
+    here = moves.T @ (prior.rows.T @ prior.values + views.J.T @ views.r - shifts.T @ off)
+    rows = [_rows(filled(each.F), each.J @ moves, each.place, p) for each in frames]
+    rows.append(np.column_stack([whole.by_motion[:, :p], -whole.by_corner.T @ (prior.basis @ moves)]))
     residual = [*(each.r for each in frames), whole.residual]
-    H = sum((each.T @ each for each in rows), start=block_diag(known, np.zeros((len(here),) * 2)))
-    g = sum((each.T @ r for each, r in zip(rows, residual, strict=True)), start=np.concatenate([pull, np.zeros(len(here))]))
-    p = len(pull)
+    H = sum((each.T @ each for each in rows), start=block_diag(known[:p, :p], np.zeros((len(here),) * 2)))
+    g = sum((each.T @ r for each, r in zip(rows, residual, strict=True)), start=np.concatenate([pull[:p], np.zeros(len(here))]))
     answer = scaled_inverse(H[:p, :p]) @ np.column_stack([H[:p, p:], g[:p]])
     information = H[p:, p:] - H[p:, :p] @ answer[:, :-1]
     scale = scale_of(information, information @ here - (g[p:] - H[p:, :p] @ answer[:, -1]))

@@ -1,5 +1,7 @@
 """What is believed of a surface: faces cost nothing, edges little, and corners at edges alone are free along the surface."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.sparse import csc_array, diags_array, vstack
@@ -81,3 +83,12 @@ def test_faces_that_nothing_shows_become_flat_and_edges_stay() -> None:
     assert height(pillow)[inner].max() > 1.5
     found = flattened(pillow, [scale_in(number) for number in range(ROUNDS)])
     assert np.abs(height(found)).max() < 0.05
+
+
+def test_a_wall_seen_edge_on_from_the_centre_moves_along_its_normal() -> None:
+    """Moves along the direction from the centre would leave it where it is."""
+    surface = replace(cube(), centre=np.array([0.999 * HALF_M, 0.0, 0.0]))
+    wall = np.intersect1d(np.flatnonzero(surface.vertices[:, 0] > (1.0 - 1e-9) * HALF_M), of_face(surface))
+    moves = believed(surface, ROUGHNESS, bent=np.inf).basis.toarray().reshape(-1, 3, len(surface.vertices))
+    assert len(wall) > 0
+    np.testing.assert_allclose(moves[wall, 0, wall], 1.0, atol=1e-9)

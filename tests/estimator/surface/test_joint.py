@@ -208,3 +208,19 @@ def test_views_count_in_pixels_of_the_frames(measured: Measured) -> None:
         / np.median([np.ptp(o, axis=0).max() for o in measured.sightings.outlines_px]),
         rel=0.02,
     )
+
+
+def test_views_that_are_seen_elsewhere_are_found_and_cost_little(made: tuple[Observation, Truth], measured: Measured) -> None:
+    """Each of 18 views displaced in its picture by as much as its outlines' noise is."""
+    moves = 0.2 * np.random.default_rng(3).normal(size=(len(made[0].views), 2))
+    moved_away = tuple(Outline(each.points_px + by) for each, by in zip(made[0].view_recording, moves, strict=True))
+    joints: list[JointFit[Flight]] = []
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(joint_module, "star_surface", partial(star_surface, subdivisions=COARSE))
+        patch.setattr(by_samples, "joint_fit", lambda *given, **named: joints.append(joint_fit(*given, **named)) or joints[-1])
+        found = score(free_flight.estimate(replace(made[0], view_recording=moved_away), Configuration()), made[1])
+    (joint,) = joints
+    assert joint.shift_sd_px == pytest.approx(0.2, rel=0.35)
+    assert joint.noise_px[0] < 1.2 * measured.joint.noise_px[0]
+    assert np.std(joint.views.shift_px - moves) < 0.5 * np.std(moves)
+    assert max(abs(found[f"middle_pull_{c}"]) for c in COMPONENTS) < 3.0

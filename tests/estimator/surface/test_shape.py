@@ -36,7 +36,7 @@ def test_it_meets_the_views_where_the_hull_does_not(particle: Particle, shape: S
     """By the median: at edges that so coarse a mesh cannot follow a few samples lie far off."""
     seen, to_deviation = (particle.outlines, particle.calibrated), 1.4826
     surfaces = star_surface(particle, subdivisions=COARSE), shape.surface
-    hull, fitted = (to_deviation * np.median(np.abs(samples_of_views(s, *seen, motions=0).gap_px)) for s in surfaces)
+    hull, fitted = (to_deviation * np.median(np.abs(samples_of_views(s, *seen).gap_px)) for s in surfaces)
     assert fitted < 1.1 * NOISE_PX
     assert fitted < 0.7 * hull
 
