@@ -408,3 +408,16 @@ def test_a_camera_without_times_has_those_of_the_first(
     tifffile.imwrite(tmp_path / "right.tif", np.stack(pictures))
     assert imported(videos, known, tmp_path / "out", "--camera", str(known), "--bits", "12", "--force", "-q") == 0
     assert read_observation(tmp_path / "out" / "observations" / "left").camera_clocks == ()
+    tifffile.imwrite(tmp_path / "right.tif", np.stack(pictures[:-1]))
+    words = ["--camera", str(known), "--bits", "12", "--rate", "4kHz", "--exposure", "20us", "--force", "-q"]
+    assert imported(videos, known, tmp_path / "out", *words) == 2
+    assert "expected as many pictures as the flight's first camera took" in capsys.readouterr().err
+
+
+@pytest.mark.usefixtures("blind")
+def test_a_spread_of_clocks_needs_several_cameras(
+    known: Path, pictures: Pictures, how: Recorded, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    write_cine(tmp_path / "left.cine", pictures, how, bits=12)
+    assert imported([tmp_path / "left.cine"], known, tmp_path / "out", "--clock-sigma", "50us", "-q") == 2
+    assert "expected several cameras of one flight, got one" in capsys.readouterr().err

@@ -73,6 +73,8 @@ def gather(videos: Sequence[Path], request: Request, *, decode: bool = True) -> 
     InputError
         Where a file is damaged or what was stated contradicts it.
     """
+    if request.clock_sigma_s > 0.0 and len(videos) < 2:
+        raise InputError("--clock-sigma: expected several cameras of one flight, got one.")
     sources = tuple(source_of(path, request, decode=decode) for path in videos)
     clocks, values, missing, remarks = clocks_of(sources, request)
     cameras = tuple(_camera(path, sources, k) for k, path in enumerate(request.cameras))

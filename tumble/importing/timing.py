@@ -36,21 +36,29 @@ def clocks_of(sources: Sequence[Source], request: Request) -> AllFound:
     InputError
         Where such a camera has another number of pictures.
     """
-    found = [_one(source, request) for source in sources]
-    first, values, missing, remarks = found[0]
+    first, values, missing, remarks = _one(sources[0], request)
     if first is None:
         return (), values, missing, remarks
-    clocks, remarks = [first], [*remarks, *(remark for _, _, _, more in found[1:] for remark in more)]
-    for number, (source, (own, *_)) in enumerate(zip(sources[1:], found[1:], strict=True), start=2):
-        if own is None and len(source.frames) != len(first.times_s):
+    clocks = [first]
+    for number, source in enumerate(sources[1:], start=2):
+        timed = _says_when(source)
+        if not timed and len(source.frames) != len(first.times_s):
             raise InputError(
                 f"{source.path}: expected as many pictures as the flight's first camera took ({len(first.times_s)}), since the file does "
                 f"not say when they were taken, got {len(source.frames)}."
             )
-        clock = replace(first if own is None else own, offset_sigma_s=request.clock_sigma_s)
+        exposed = request if _exposure(source.header, request) else replace(request, exposure_s=first.exposure_s)
+        own, _, _, more = _one(source, exposed) if timed else (first, [], [], [])
+        clock = replace(own or first, offset_sigma_s=request.clock_sigma_s)
         clocks.append(clock)
-        values += [] if _alike(clock, first) else [_clock_value(number, clock, own is None)]
+        values += [] if _alike(clock, first) else [_clock_value(number, clock, not timed)]
+        remarks = [*remarks, *more]
     return tuple(clocks), values, missing, remarks
+
+
+def _says_when(source: Source) -> bool:
+    """Whether a file says when its pictures were taken: by stamps, or by a rate and the number of its first picture from the trigger."""
+    return source.header is not None and (source.header.stamps_s is not None or source.header.rate_hz is not None)
 
 
 def own_clocks(clocks: tuple[Clock, ...]) -> tuple[Clock, ...]:
