@@ -15,7 +15,8 @@ from tumble.cli.main import main
 from tumble.output_directory import Run, output_directory
 
 KILLED = '{"schema": "tumble-run", "verb": "render", "state": "unfinished", "failures": []}'
-WITH_OUT = {name: parser for name, parser in parsers() if name not in ("cluster", "effect", "doctor")}
+WITHOUT = ("cluster", "effect", "doctor", "benchmark list", "benchmark show", "benchmark verify")
+WITH_OUT = {name: parser for name, parser in parsers() if name not in WITHOUT}
 APART = {"challenge score": {"earlier"}, "gate": {"estimates", "truth"}}
 """Options that take several paths, or with which no folder is written."""
 

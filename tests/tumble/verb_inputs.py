@@ -40,6 +40,8 @@ COMMANDS: Mapping[str, str] = {
     "challenge hidden": "--limits limits/limits.json --particles particles --seed 1",
     "challenge limits": "--particles particles",
     "gate": "baseline/quick.json --recipe recipes/quick.toml",
+    "leaderboard": "dataset --of one=estimates",
+    "benchmark make": "free_flight",
 }
 """Of every verb with an output folder: all that it can be told to read."""
 

@@ -38,6 +38,8 @@ VERBS: tuple[tuple[str, str], ...] = (
     ("challenge", "hide effects in campaigns, find them without knowing, count how often that works"),
     ("cluster", "start a Dask scheduler and its workers, through Slurm or another batch system, for --scheduler"),
     ("gate", "compare a run with a committed baseline; exit 1 when it got worse"),
+    ("benchmark", "make, check and cite named sets of sequences"),
+    ("leaderboard", "put instruments beside one another on the same datasets"),
 )
 
 FULL = (errno.ENOSPC, errno.EDQUOT)
@@ -107,7 +109,7 @@ def _trace(error: Exception, arguments: Sequence[str]) -> None:
 
 
 def _interrupted(name: str) -> int:
-    resumable = name in {"render", "shape", "import", "check", "estimate", "quickstart", "challenge"}
+    resumable = name in {"render", "shape", "import", "check", "estimate", "quickstart", "challenge", "benchmark"}
     again = " The same command with --resume goes on from here." if resumable else ""
     print(f"tumble: stopped. Finished items are whole.{again}", file=sys.stderr)
     return INTERRUPTED
