@@ -85,7 +85,7 @@ def main(arguments: list[str] | None = None) -> int:
     print(page(told, title))
     if given.page is not None:
         again = f"python -m scripts.study_rivals --out FOLDER --count {given.count} --seed {seed}"
-        again += " --particles FOLDER" if given.particles else ""
+        again += (" --particles FOLDER" if given.particles else "") + (f" --cells {given.cells}" if given.cells else "")
         with written_whole(given.page) as temporary:
             temporary.write_text(page(told, title, f"Printed by `{again}`."), encoding="utf-8")
     return 0
