@@ -202,7 +202,7 @@ def _clocks(document: Document, folder: Path) -> tuple[Clock, ...]:
     """Of every camera; the first one's is that of the observation."""
     first, cameras = _clock(document["clock"]), document["cameras"]
     if "clock" in cameras[0]:
-        raise InputError(f"{folder / FILE}: at $.cameras[0].clock: expected none, since $.clock is the first camera's, came one.")
+        raise InputError(f"{folder / FILE}: at $.cameras[0].clock: expected none, since $.clock is the first camera's, got one.")
     return tuple(_clock(entry["clock"]) if "clock" in entry else first for entry in cameras)
 
 

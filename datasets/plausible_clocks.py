@@ -33,7 +33,7 @@ def check_clocks(obs: Observation, path: Path) -> None:
     _check_clock(obs.clock, f"{path}: at $.clock")
     if not obs.clock.known:
         raise InputError(
-            f"{path}: at $.clock: expected no offset_sigma_s and no rate_sigma, since the others are told against it, came some."
+            f"{path}: at $.clock: expected no offset_sigma_s and no rate_sigma, since the others are told against it, got some."
         )
     for number, (camera, clock) in enumerate(zip(obs.cameras, obs.clocks, strict=True)):
         if clock is not obs.clock:
@@ -63,11 +63,11 @@ def _check_spread(clock: Clock, where: str) -> None:
     lasts = float(np.ptp(clock.times_s))
     if len(clock.times_s) > 1 and clock.offset_sigma_s > lasts:
         raise InputError(
-            f"{where}.offset_sigma_s: expected at most the time that the recording lasts ({lasts:g} s), came {clock.offset_sigma_s:g} s; "
+            f"{where}.offset_sigma_s: expected at most the time that the recording lasts ({lasts:g} s), got {clock.offset_sigma_s:g} s; "
             "find the frames of one event in both recordings."
         )
     if clock.rate_sigma > MOST_RATE_SIGMA:
-        raise InputError(f"{where}.rate_sigma: expected at most {MOST_RATE_SIGMA:g} (1e-4 is usual), came {clock.rate_sigma:g}.")
+        raise InputError(f"{where}.rate_sigma: expected at most {MOST_RATE_SIGMA:g} (1e-4 is usual), got {clock.rate_sigma:g}.")
 
 
 def _check_overlap(obs: Observation, name: str, clock: Clock, where: str) -> None:

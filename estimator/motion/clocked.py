@@ -15,13 +15,11 @@ from numpy.typing import NDArray
 
 from datasets.vocabulary.effects import Scope
 from estimator.motion.blocks import Block, Layout
-from estimator.motion.flight import Flight, FlightPoses, Motion, flown, pose_differences, poses_and_sensitivity
+from estimator.motion.flight import Flight, FlightPoses, Motion, poses_and_sensitivity, rates, still
 from estimator.motion.rigid_body import States
 
 Array = NDArray[np.float64]
 M_co = TypeVar("M_co", bound=Motion, covariant=True)
-TIME_STEP_S = 1e-6
-"""Half of the time between the poses that give a pose's rate: a body at 300 rad/s turns by 0.3 mrad, and quotients round to 1e-9."""
 
 
 @dataclass(frozen=True)
@@ -117,13 +115,13 @@ def frames_and_sensitivity(
     times = true_times(motion, camera, stamps_s)
     predicted, sensitivity = poses_and_sensitivity(motion, times)
     if isinstance(motion, ClockedMotion):
-        by_time = _pose_rates(motion, times)[:, :, None] * motion.time_moves(camera, stamps_s)[:, None, :]
+        by_time = _pose_rates(motion, predicted, times)[:, :, None] * motion.time_moves(camera, stamps_s)[:, None, :]
         sensitivity[:, :, motion.motion.layout.size :] = by_time
     return predicted, sensitivity
 
 
-def _pose_rates(motion: Motion, times_s: Array) -> Array:
+def _pose_rates(motion: Motion, predicted: FlightPoses, times_s: Array) -> Array:
     """How fast (n, 6) the nominal body moves (m/s) and turns (rad/s, left rotation vector), world frame, at times (n,) s."""
-    both = [flown(motion, times_s + step) for step in (0.0, TIME_STEP_S, -TIME_STEP_S)]
-    every = FlightPoses(np.concatenate([each.centre for each in both], axis=1), np.concatenate([each.R for each in both], axis=1))
-    return pose_differences(every, np.array([2.0 * TIME_STEP_S]))[:, :, 0]
+    velocity, omega = np.split(rates(motion, still(motion), times_s)[:, 0], 2, axis=1)
+    lever = predicted.centre[:, 0] - motion.states(still(motion), times_s).x[:, 0]
+    return np.concatenate([velocity + np.cross(omega, lever), omega], axis=1)
