@@ -75,6 +75,10 @@ def test_what_the_warp_has_in_every_toss_stays_in_the_model_as_the_tosses_own() 
     assert "uniform_acceleration" in explained(TWIST, 0.0).found
 
 
+def test_what_is_told_as_unknown_is_no_second_name_of_what_is_told_beside_it() -> None:
+    assert not [name.key for group in explained(TWIST, 0.0).groups for name in group if name.unknown]
+
+
 def test_effects_are_as_probable_as_beside_what_is_unknown() -> None:
     """Without the warp a distortion and a drag would stand for parts of it."""
     found = explained(TWIST, 0.0)
