@@ -17,6 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import chdtri
 
+from estimator.effects.catalogue.dynamics.uniform_acceleration import UniformAcceleration
+
 Array = NDArray[np.float64]
 LEAST_ROWS = 5
 """Of a flight: a parabola in three coordinates takes up three of them."""
@@ -34,6 +36,10 @@ MOST_MEAN_SQUARE, MOST_OFF_MS2 = 2.0, 1.5
 By judgement."""
 LEAST_SAG = 8.0
 """Of what gravity bends the path by, over the noise."""
+SETS_IN_MS2 = float(np.linalg.norm([p.plausible[1] for p in UniformAcceleration().entry.parameters]))
+"""Force per mass that may set in between two rows of a free flight (m/s²): the largest that the catalogue has."""
+BEFORE, SIGNIFICANT = 10, 3.0
+"""Rows that are carried on beyond a contact, and standard deviations by which what follows has to depart from that. By judgement."""
 WINDOW, CUBIC, MOVING, QUIET = 7, 4, 0.2, 0.3
 """Rows that noise is taken of, coefficients of a cubic, share of the largest speed that moves, quantile of quiet windows. By judgement."""
 
@@ -48,7 +54,7 @@ class Run:
 
 def path_noise(paths: list[tuple[Array, Array]]) -> float:
     """Standard deviation (m) of a coordinate, of several ``paths``, each times (n,) s and positions (n, 3) m; 0 where nothing moves."""
-    squares = np.concatenate([_window_squares(times, x) for times, x in paths])
+    squares = np.concatenate([np.zeros(0), *(_window_squares(times, x) for times, x in paths)])
     degrees = 3 * (WINDOW - CUBIC)
     return float(np.sqrt(np.quantile(squares, QUIET) / chdtri(degrees, 1.0 - QUIET))) if len(squares) else 0.0
 
@@ -92,6 +98,47 @@ def free_flights(times_s: Array, x: Array, gravity: Array, sigma: float) -> tupl
     return tuple(run for run in reversed(runs) if flies(times_s[run.first : run.last], fallen[run.first : run.last], noise))
 
 
+def rows_before_contact(times_s: Array, x: Array, gravity: Array, sigma: float) -> int:
+    """How many rows of a path come before the first contact; all, where there is none.
+
+    ``times_s`` (n,), world frame ``x`` (n, 3) m and ``gravity`` (3,) m/s², noise ``sigma`` (m). A contact is a jump of the velocity: the
+    rows after it have left what a parabola through those before it goes on to, and their velocities differ from its, all of them, by more
+    than noise, than a force that sets in (``SETS_IN_MS2``), and than the force that acts already, if that doubled, could make. A gap in
+    the clock moves rows along the path, and leaves velocities alone; so that no single bad row makes one, each row before it is left out in
+    turn. The last row before is in contact as often as not.
+    """
+    fallen = x - 0.5 * gravity * (times_s - times_s[:1])[:, None] ** 2
+    for row in range(LEAST_ROWS + 1, len(x) - 1):
+        before, after = np.arange(max(0, row - BEFORE), row), np.arange(row, min(row + MOST_CONTACT, len(x)))
+        kept = [before, *(np.delete(before, i) for i in range(len(before)))]
+        if all(_jumps(times_s, fallen, rows, after, TAILS * sigma) for rows in kept):
+            return row - 1
+    return len(x)
+
+
+def _jumps(times_s: Array, fallen: Array, before: NDArray[np.intp], after: NDArray[np.intp], noise: float) -> bool:
+    """Whether rows ``after`` go on with another velocity than a parabola through those ``before`` them."""
+    t, later = times_s[before] - times_s[before[-1]], times_s[after] - times_s[before[-1]]
+    at, middle, interval = _powers(t), 0.5 * (later[1:] + later[:-1]), np.diff(later)
+    inverse = np.linalg.inv(at.T @ at)
+    fitted = inverse @ at.T @ fallen[before]
+    spread = np.sum((fallen[before] - at @ fitted) ** 2) / (3 * max(len(before) - 3, 1))
+    noise = max(noise, float(np.sqrt(spread)))
+    force = SETS_IN_MS2 + np.linalg.norm(fitted[2])
+    along, slope = _powers(later), np.column_stack([np.zeros_like(middle), np.ones_like(middle), middle])
+    off = np.linalg.norm(fallen[after] - along @ fitted, axis=1)
+    faster = np.linalg.norm(np.diff(fallen[after], axis=0) / interval[:, None] - slope @ fitted, axis=1)
+    sure = noise * np.sqrt(1.0 + np.einsum("ij,jk,ik->i", along, inverse, along))
+    sure_v = noise * np.sqrt(2.0 / interval**2 + np.einsum("ij,jk,ik->i", slope, inverse, slope))
+    left_path = bool((off > 0.5 * force * later**2 + SIGNIFICANT * sure).all())
+    return left_path and bool((faster > force * later[1:] + SIGNIFICANT * sure_v).all())
+
+
+def _powers(t: Array) -> Array:
+    """Place, velocity and acceleration of a parabola as they are in its places at times (n,): (n, 3)."""
+    return np.column_stack([np.ones_like(t), t, 0.5 * t**2])
+
+
 def share_of_gravity(times_s: Array, x: Array, gravity: Array) -> float | None:
     """Acceleration of a parabola along gravity, over it; ``None`` without gravity or where too few rows have positions.
 
@@ -115,7 +162,7 @@ def _parabolas(times_s: Array, fallen: Array) -> tuple[Array, Array, Array]:
     """Normal matrices (n, 3, 3), right-hand sides (n, 3, 3) and squares (n,) of parabolas through the first 1, 2 … n rows."""
     t = times_s - times_s[0]
     y = fallen - fallen[0]
-    A = np.column_stack([np.ones_like(t), t, 0.5 * t**2])
+    A = _powers(t)
     return (
         np.cumsum(A[:, :, None] * A[:, None, :], axis=0),
         np.cumsum(A[:, :, None] * y[:, None, :], axis=0),
