@@ -20,7 +20,7 @@ from estimator.diagnosis.diagnose import ALPHA, Diagnosis, diagnose, diagnosis_a
 from estimator.diagnosis.explain import Explanation, explain
 from estimator.diagnosis.noise_floor import NoiseFloor, noise_floor
 from estimator.diagnosis.residual_maps import residual_maps, shown
-from estimator.diagnosis.selection.names import possible_beside, possible_names
+from estimator.diagnosis.selection.names import possible_beside, possible_names, widened
 from estimator.diagnosis.selection.testing import tests_beside
 from estimator.diagnosis.separation import Separation, separations
 from estimator.effects.choosing import catalogue
@@ -275,6 +275,7 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told, *, 
     best, keys = explanation.path[-1], explanation.fit.model.keys
     possible = possible_names(best, groups, keys), possible_beside(best, keys)
     of = uncertain(registered.campaign, settled_fit(registered, explanation.fit), question.candidates, *possible)
+    groups = tuple(widened(group, of) for group in groups)
     written = estimated(question, campaign, out, of=of)
     named = [each.key for group in groups for each in group]
     verdict = _settled(verdict_of_explanation(verdict_of(last, named=named), explanation), written["settled"], explanation)

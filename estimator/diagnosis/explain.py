@@ -201,7 +201,7 @@ def _steps(begun: At, best: At, last: At, told: Told, *, with_families: bool) ->
         stated = (best.posterior.probability(e), sureness(best.trial, best.members, e))
         p = tests[key].p * len(tests) if key in tests else float("nan")
         assert before is not None
-        found.append(Step(key, names, under_names(best, group), odds, *stated, worth[e], min(p, 1.0), before, after, fit))
+        found.append(Step(key, names, under_names(best, group, last), odds, *stated, worth[e], min(p, 1.0), before, after, fit))
         told(f"{key}: held-out RMS {before.rms_px:.4f} -> {after.rms_px:.4f} {last.campaign.kind.unit}")
         before = after
     return tuple(found)
