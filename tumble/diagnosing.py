@@ -54,7 +54,7 @@ from tumble.reports.separation_words import advised
 from tumble.reports.verdict import Verdict, likely_more, percent, verdict_of
 from tumble.reports.words import rms_word
 from tumble.result_files import estimate_path
-from tumble.unknowns import law_command, unknown_entry, with_unknown
+from tumble.unknowns import law_command, rows_outside_words, unknown_entry, with_unknown
 from tumble.versions import versions
 
 DIAGNOSIS_FILE = "diagnosis.json"
@@ -194,7 +194,7 @@ def diagnosed(question: Question, campaign: Prepared, out: Path, told: Told) -> 
     rest = None if left is None else unknown_entry(campaign.registered.campaign, fit, left, campaign.names)
     odd = not all(value.plausible for finding in found.findings if finding.key in found.missing for value in tested_values(finding.test))
     if odd or _a_force(rest):
-        verdict = replace(verdict, remarks=(*fall_words(campaign.observations), *verdict.remarks))
+        verdict = replace(verdict, remarks=(*_of_the_path(campaign), *verdict.remarks))
     floor = _below(_floor(campaign.registered.campaign, fit), rest)
     verdict = _beyond_noise(verdict, floor, campaign.registered.campaign.kind.unit, _sure(found))
     content = _content("diagnose", question, campaign, uncertain(campaign.registered.campaign, fit, question.candidates))
@@ -229,6 +229,11 @@ def _beyond_noise(verdict: Verdict, floor: NoiseFloor, unit: str, at: tuple[floa
 def _a_force(rest: Document | None) -> bool:
     """Whether what no effect explains sits in the dynamics."""
     return rest is not None and rest["stage"] == Stage.DYNAMICS.value
+
+
+def _of_the_path(campaign: Prepared) -> tuple[str, ...]:
+    """What in the paths themselves looks like a force: rows in no free flight, and another gravity than the stated one."""
+    return (*rows_outside_words(campaign.observations, campaign.touching), *fall_words(campaign.observations))
 
 
 def _below(floor: NoiseFloor, rest: Document | None) -> NoiseFloor:
@@ -287,7 +292,7 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told, *, 
     verdict = advised(verdict, apart if explanation.found else [], question.command("explain", ()))
     rest = unknown_entry(registered.campaign, explanation.fit, explanation.left, names, told=told)
     if _a_force(rest):
-        verdict = replace(verdict, remarks=(*fall_words(campaign.observations), *verdict.remarks))
+        verdict = replace(verdict, remarks=(*_of_the_path(campaign), *verdict.remarks))
     floor = _below(_floor(registered.campaign, explanation.fit), rest)
     verdict = with_unknown(verdict, rest, partial(question.command, "ladder"))
     verdict = _beyond_noise(verdict, floor, registered.campaign.kind.unit, _sure(last))

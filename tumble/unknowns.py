@@ -1,11 +1,13 @@
 """What is left that no effect of the catalogue explains: fitted, as a part of ``diagnosis.json``, and in words."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
+from datasets.observation import Observation
+from datasets.trajectory import Trajectory
 from datasets.vocabulary.effects import Stage
 from estimator.diagnosis.diagnose import Unknown
 from estimator.diagnosis.empirical_fit import SUPERFLUOUS, EmpiricalFit, LawFit, Removed, fit_empirical
@@ -18,6 +20,7 @@ from estimator.effects.link import EffectModel
 from estimator.effects.parameter_values import Z95
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit
 from estimator.fitting.campaigns.wald import wald_p
+from estimator.measurements.trajectories.impacts import rows_outside
 from estimator.reports.misfit_words import p_words
 from tumble.commands import command
 from tumble.diagnosis_documents import Entry, held_out_entry
@@ -229,6 +232,19 @@ def with_unknown(verdict: Verdict, entry: Entry | None, ladder: Callable[[Sequen
     kept = [key for key in verdict.add if key not in entry["superfluous"]] if verdict.kind == "found" else []
     then = f"Once that plug-in is written: {ladder([*kept, f'./{PLUG_IN}:{CLASS}'])}"
     return replace(verdict, kind=kind, sentence=opening, remarks=(*entry["sentences"], then, *verdict.remarks))
+
+
+def rows_outside_words(observations: Mapping[str, Observation | Trajectory], touching: Collection[str]) -> tuple[str, ...]:
+    """That a contact looks like an unknown force, too, where rows lie in no free flight of trajectories that were not cut before one."""
+    outside = rows_outside([t for name, t in observations.items() if isinstance(t, Trajectory) and name not in touching])
+    if not outside:
+        return ()
+    told = ", ".join(f"{name} ({rows})" for name, rows in list(outside.items())[:MOST_OTHERS])
+    more = " and others" if len(outside) > MOST_OTHERS else ""
+    return (
+        f"A contact does that, too: in {len(outside)} of {len(observations)} sequences some rows fall otherwise than in one free "
+        f"flight: {told}{more}. If something is touched there, cut the trajectories before it.",
+    )
 
 
 def law_command(out: Path) -> str:

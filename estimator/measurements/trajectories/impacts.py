@@ -79,7 +79,7 @@ def before_contact(trajectories: Sequence[Trajectory]) -> dict[str, Trajectory]:
     shared = path_noise([(t.times_s[rows], path[rows]) for t, path, rows in zip(trajectories, paths, seen, strict=True)])
     found = {}
     for t, path, rows in zip(trajectories, paths, seen, strict=True):
-        sigma = shared if t.sigma_x is None else float(np.median(t.sigma_x[rows])) if len(rows) else 0.0
+        sigma = shared if t.sigma_x is None or not len(rows) else min(float(np.median(t.sigma_x[rows])), shared)
         kept = rows_before_contact(t.times_s[rows], path[rows], t.surroundings.gravity_world, sigma)
         if kept < len(rows):
             found[t.name] = t.until(int(rows[kept]))

@@ -50,6 +50,27 @@ def test_a_thrust_that_turns_with_the_body_is_no_contact() -> None:
     assert before_contact(made) == {}
 
 
+@pytest.mark.parametrize("turn", [0.2, 0.3, 0.4, 0.6])
+@pytest.mark.parametrize("sigma", [2e-5, 1e-4])
+def test_a_marker_beside_the_centre_of_a_body_that_turns_is_no_contact(turn: float, sigma: float) -> None:
+    """Up to a radian from row to row: its acceleration turns, and is many times gravity."""
+    tracker = Tracker(rows=120, sigma_x=sigma, orientation=False)
+    assert before_contact(campaign(27, Hidden(com=(0.005, 0.0, 0.0), spin_rads=turn * 148.0), tracker, sequences=20)) == {}
+
+
+def test_what_is_held_and_thrown_is_not_cut_where_it_is_let_go() -> None:
+    held = []
+    for each in _flights():
+        x = np.concatenate([each.x_world[:1] + np.random.default_rng(7).normal(0.0, 2e-4, (15, 3)), each.x_world])
+        held.append(replace(each, times_s=np.arange(len(x)) / 148.0, x_world=x, q_world_tracked=None))
+    assert before_contact(held) == {}
+
+
+def test_a_stated_noise_that_is_far_too_large_hides_no_contact() -> None:
+    made = toss(np.random.default_rng(13), rows=60).trajectory
+    assert before_contact([replace(made, sigma_x=np.full(made.x_world.shape, 1e-3))])
+
+
 def test_a_gap_in_the_clock_is_no_contact() -> None:
     """Three frames are missing, and time stamps do not say so."""
     gapped = []
