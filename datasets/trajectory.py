@@ -1,6 +1,6 @@
 """A trajectory as a measurement: what somebody else has tracked of a particle, and what a gyroscope in it says."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,3 +62,22 @@ class Trajectory:
         """Whether position and orientation were measured in every row."""
         q = self.q_world_tracked
         return q is not None and bool(np.isfinite(q).all() and np.isfinite(self.x_world).all())
+
+    def until(self, row: int) -> "Trajectory":
+        """The rows before number ``row``."""
+
+        def cut(of_rows: Array | None) -> Array | None:
+            return None if of_rows is None else of_rows[:row]
+
+        return replace(
+            self,
+            times_s=self.times_s[:row],
+            x_world=self.x_world[:row],
+            q_world_tracked=cut(self.q_world_tracked),
+            omega_world=cut(self.omega_world),
+            sigma_x=cut(self.sigma_x),
+            sigma_theta=cut(self.sigma_theta),
+            sigma_omega=cut(self.sigma_omega),
+            gyro=cut(self.gyro),
+            sigma_gyro=cut(self.sigma_gyro),
+        )

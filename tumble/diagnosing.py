@@ -20,7 +20,7 @@ from estimator.diagnosis.diagnose import ALPHA, Diagnosis, diagnose, diagnosis_a
 from estimator.diagnosis.explain import Explanation, explain
 from estimator.diagnosis.noise_floor import NoiseFloor, noise_floor
 from estimator.diagnosis.residual_maps import residual_maps, shown
-from estimator.diagnosis.selection.names import possible_beside, possible_names
+from estimator.diagnosis.selection.names import possible_beside, possible_names, widened
 from estimator.diagnosis.selection.testing import tests_beside
 from estimator.diagnosis.separation import Separation, separations
 from estimator.effects.choosing import catalogue
@@ -30,7 +30,7 @@ from estimator.fitting.campaigns.considered import Uncertain, uncertain
 from estimator.fitting.campaigns.impacts import impacts
 from estimator.geometry.robust_scale import robust_sigma
 from estimator.reports.campaign_reporting import campaign_estimates, effect_values, owner_name, settled_fit
-from tumble.campaigning import Known, Prepared, prepare
+from tumble.campaigning import Known, Prepared, contact_words, prepare
 from tumble.commands import command
 from tumble.diagnosis_documents import (
     campaign_content,
@@ -54,7 +54,7 @@ from tumble.reports.separation_words import advised
 from tumble.reports.verdict import Verdict, likely_more, percent, verdict_of
 from tumble.reports.words import rms_word
 from tumble.result_files import estimate_path
-from tumble.unknowns import contact_words, law_command, unknown_entry, with_unknown
+from tumble.unknowns import law_command, rows_outside_words, unknown_entry, with_unknown
 from tumble.versions import versions
 
 DIAGNOSIS_FILE = "diagnosis.json"
@@ -163,7 +163,7 @@ def compared(question: Question, campaign: Prepared, told: Told) -> Document:
         **content,
         "noise_floor": noise_floor_entry(floor, registered.campaign, at),
         "maps": [map_entry(each) for each in maps],
-        "verdict": verdict_entry(verdict, question.command("diagnose" if missing else "estimate", ())),
+        "verdict": _told(campaign, verdict, question.command("diagnose" if missing else "estimate", ())),
     }
 
 
@@ -194,7 +194,7 @@ def diagnosed(question: Question, campaign: Prepared, out: Path, told: Told) -> 
     rest = None if left is None else unknown_entry(campaign.registered.campaign, fit, left, campaign.names)
     odd = not all(value.plausible for finding in found.findings if finding.key in found.missing for value in tested_values(finding.test))
     if odd or _a_force(rest):
-        verdict = replace(verdict, remarks=(*contact_words(campaign.observations), *fall_words(campaign.observations), *verdict.remarks))
+        verdict = replace(verdict, remarks=(*_of_the_path(campaign), *verdict.remarks))
     floor = _below(_floor(campaign.registered.campaign, fit), rest)
     verdict = _beyond_noise(verdict, floor, campaign.registered.campaign.kind.unit, _sure(found))
     content = _content("diagnose", question, campaign, uncertain(campaign.registered.campaign, fit, question.candidates))
@@ -203,8 +203,10 @@ def diagnosed(question: Question, campaign: Prepared, out: Path, told: Told) -> 
         "diagnosis": diagnosis_entry(found, campaign.names, apart),
         "noise_floor": noise_floor_entry(floor, campaign.registered.campaign, _sure(found)),
         "unknown": rest,
-        "verdict": verdict_entry(
-            with_unknown(verdict, rest, partial(question.command, "ladder")), law_command(out) if rest else _next(question, verdict)
+        "verdict": _told(
+            campaign,
+            with_unknown(verdict, rest, partial(question.command, "ladder")),
+            law_command(out) if rest else _next(question, verdict),
         ),
     }
 
@@ -227,6 +229,11 @@ def _beyond_noise(verdict: Verdict, floor: NoiseFloor, unit: str, at: tuple[floa
 def _a_force(rest: Document | None) -> bool:
     """Whether what no effect explains sits in the dynamics."""
     return rest is not None and rest["stage"] == Stage.DYNAMICS.value
+
+
+def _of_the_path(campaign: Prepared) -> tuple[str, ...]:
+    """What in the paths themselves looks like a force: rows in no free flight, and another gravity than the stated one."""
+    return (*rows_outside_words(campaign.observations, campaign.touching), *fall_words(campaign.observations))
 
 
 def _below(floor: NoiseFloor, rest: Document | None) -> NoiseFloor:
@@ -273,6 +280,7 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told, *, 
     best, keys = explanation.path[-1], explanation.fit.model.keys
     possible = possible_names(best, groups, keys), possible_beside(best, keys)
     of = uncertain(registered.campaign, settled_fit(registered, explanation.fit), question.candidates, *possible)
+    groups = tuple(widened(group, of) for group in groups)
     written = estimated(question, campaign, out, of=of)
     named = [each.key for group in groups for each in group]
     verdict = _settled(verdict_of_explanation(verdict_of(last, named=named), explanation), written["settled"], explanation)
@@ -284,7 +292,7 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told, *, 
     verdict = advised(verdict, apart if explanation.found else [], question.command("explain", ()))
     rest = unknown_entry(registered.campaign, explanation.fit, explanation.left, names, told=told)
     if _a_force(rest):
-        verdict = replace(verdict, remarks=(*contact_words(campaign.observations), *fall_words(campaign.observations), *verdict.remarks))
+        verdict = replace(verdict, remarks=(*_of_the_path(campaign), *verdict.remarks))
     floor = _below(_floor(registered.campaign, explanation.fit), rest)
     verdict = with_unknown(verdict, rest, partial(question.command, "ladder"))
     verdict = _beyond_noise(verdict, floor, registered.campaign.kind.unit, _sure(last))
@@ -301,7 +309,7 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told, *, 
         "steps": steps,
         "ladder": explanation_ladder(explanation, names),
         "unknown": rest,
-        "verdict": verdict_entry(told_by, more if told_by is verdict else question.command("compare", ())),
+        "verdict": _told(campaign, told_by, more if told_by is verdict else question.command("compare", ())),
         "contact": None if contact is None else {"sentence": contact.sentence, "missing": list(contact.missing)},
     }
 
@@ -325,7 +333,7 @@ def climbed(question: Question, campaign: Prepared, told: Told, errors: Velocity
         **content,
         "noise_floor": noise_floor_entry(floor, registered.campaign, (1.0, 0.0)),
         "ladder": [rung_entry(rung, campaign.names, None if errors is None else errors(rung.fit, campaign), last) for rung in rungs],
-        "verdict": verdict_entry(_unless_too_short(at_first, Verdict("judged", sentence, remarks, ())), question.command("diagnose", ())),
+        "verdict": _told(campaign, _unless_too_short(at_first, Verdict("judged", sentence, remarks, ())), question.command("diagnose", ())),
     }
 
 
@@ -346,6 +354,12 @@ def _useless(key: str, question: Question) -> str:
     if any(e.random for e in question.effects if e.entry.key == key):
         return f"{name} is drawn anew in every frame: nobody can predict it, so it lowers no held-out error. What counts is its size."
     return f"{name} does not lower it: it does not belong in the model."
+
+
+def _told(campaign: Prepared, verdict: Verdict, then: str) -> Document:
+    """A verdict as a part of a document, with what was cut beside it."""
+    touching = contact_words(campaign.touching, len(campaign.observations))
+    return verdict_entry(replace(verdict, remarks=(*touching, *verdict.remarks)), then)
 
 
 def _content(verb: str, question: Question, campaign: Prepared, of: Uncertain) -> Document:

@@ -1,6 +1,6 @@
 """What is left that no effect of the catalogue explains: fitted, as a part of ``diagnosis.json``, and in words."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -234,9 +234,9 @@ def with_unknown(verdict: Verdict, entry: Entry | None, ladder: Callable[[Sequen
     return replace(verdict, kind=kind, sentence=opening, remarks=(*entry["sentences"], then, *verdict.remarks))
 
 
-def contact_words(observations: Mapping[str, Observation | Trajectory]) -> tuple[str, ...]:
-    """That a contact looks like an unknown force, too, where rows of trajectories lie in no free flight; nothing otherwise."""
-    outside = rows_outside([each for each in observations.values() if isinstance(each, Trajectory)])
+def rows_outside_words(observations: Mapping[str, Observation | Trajectory], touching: Collection[str]) -> tuple[str, ...]:
+    """That a contact looks like an unknown force, too, where rows lie in no free flight of trajectories that were not cut before one."""
+    outside = rows_outside([t for name, t in observations.items() if isinstance(t, Trajectory) and name not in touching])
     if not outside:
         return ()
     told = ", ".join(f"{name} ({rows})" for name, rows in list(outside.items())[:MOST_OTHERS])

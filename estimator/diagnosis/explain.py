@@ -143,7 +143,8 @@ def explain(
     path = path_from(begun, catalogue, told)
     best = path[-1]
     last = _without_families(path, catalogue)
-    steps = _steps(begun, best if set(last.keys) <= set(best.keys) else last, last, told)
+    told_apart = set(best.members) & best.trial.families
+    steps = _steps(begun, best if set(last.keys) <= set(best.keys) else last, last, told, with_families=not told_apart)
     error = steps[-1].after if steps else held_out(last.campaign, last.fit.state, last.fit.model)
     diagnosis = _as_probable_as_in(best, diagnosis_at(last, ended=True))
     left = diagnosis.unknown and replace(diagnosis.unknown, present=any(e in best.trial.families for e in best.members))
@@ -179,8 +180,11 @@ def _without_families(path: tuple[At, ...], catalogue: Mapping[str, EffectModel]
     return moved(best, wanted, catalogue, unknown=True) or known[-1]
 
 
-def _steps(begun: At, best: At, last: At, told: Told) -> tuple[Step, ...]:
-    """The effects of the last model by what they are worth, each with held-out errors beside those before it."""
+def _steps(begun: At, best: At, last: At, told: Told, *, with_families: bool) -> tuple[Step, ...]:
+    """The effects of the last model by what they are worth, each with held-out errors beside those before it.
+
+    Something unknown is a name of one of them only where it is not told as missing beside them: its place is known then.
+    """
     numbers = {key: e for e, key in enumerate(best.trial.evidence.of.keys)}
     members = [numbers[key] for key in last.keys if numbers[key] not in best.trial.noise]
     whole = best.trial.log_posterior(best.members)
@@ -192,12 +196,12 @@ def _steps(begun: At, best: At, last: At, told: Told) -> tuple[Step, ...]:
         key = best.trial.evidence.of.keys[e]
         fit = _with(last, (*(step.added for step in found), key))
         after = held_out(last.campaign, fit.state, fit.model)
-        group = group_of(best.trial, best.members, e)
+        group = tuple(n for n in group_of(best.trial, best.members, e) if with_families or not set(n.effects) & best.trial.families)
         names, odds = tuple(key_of(best, name) for name in group), tuple(name.log_odds for name in group)
         stated = (best.posterior.probability(e), sureness(best.trial, best.members, e))
         p = tests[key].p * len(tests) if key in tests else float("nan")
         assert before is not None
-        found.append(Step(key, names, under_names(best, group), odds, *stated, worth[e], min(p, 1.0), before, after, fit))
+        found.append(Step(key, names, under_names(best, group, last), odds, *stated, worth[e], min(p, 1.0), before, after, fit))
         told(f"{key}: held-out RMS {before.rms_px:.4f} -> {after.rms_px:.4f} {last.campaign.kind.unit}")
         before = after
     return tuple(found)

@@ -1,15 +1,17 @@
 """One number with several names: what it is under each, and what its other names leave open of everything fitted.
 
-A group of an effect that was found and of what may stand in its place has a value under every name (:mod:`.groups`). As long as nothing
-settles the group, the model with the first name may be wrong: with the probability ``w`` of another name, its share of the group's, the
-other effect has the value that it has in the set with it in the first one's place. About none, where the fit has it, its variance is
-``w (mean² + sigma²)``, and what the fit makes of that is for consider covariance to say (:mod:`estimator.fitting.campaigns.considered`).
-That is the variance over the models of the group [Hoeting et al. 1999, Bayesian model averaging], in their linear neighbourhood. So it is
-for an effect that the data neither show nor exclude, beside all that was found.
+A group of an effect that was found and of what may stand in its place has a value under every name (:mod:`.groups`), beside what is told:
+what the most probable set has besides, but is not told, is left out of all of them, and widens them as it widens the fit's.
+
+As long as nothing settles the group, the model with the first name may be wrong: with the probability ``w`` of another name, its share of
+the group's, the other effect has the value that it has in the set with it in the first one's place. About none, where the fit has it, its
+variance is ``w (mean² + sigma²)``, and what the fit makes of that is for consider covariance to say
+(:mod:`estimator.fitting.campaigns.considered`). That is the variance over the models of the group [Hoeting et al. 1999, Bayesian model
+averaging], in their linear neighbourhood. So it is for an effect that the data neither show nor exclude, beside all that was found.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +21,7 @@ from datasets.vocabulary.effects import Parameter
 from estimator.diagnosis.selection.groups import FACTOR, Name
 from estimator.diagnosis.selection.path import At
 from estimator.diagnosis.selection.search import Set
-from estimator.fitting.campaigns.considered import LeftOut, Possible
+from estimator.fitting.campaigns.considered import LeftOut, Possible, Uncertain
 
 Array = NDArray[np.float64]
 JOINED = "+"
@@ -61,11 +63,27 @@ def key_of(at: At, name: Name) -> str:
     return JOINED.join(at.named(name.effects))
 
 
-def under_names(at: At, group: Sequence[Name]) -> tuple[UnderName, ...]:
-    """What a group is under each of its names."""
+def under_names(at: At, group: Sequence[Name], told: At) -> tuple[UnderName, ...]:
+    """What a group is under each of its names, in the model that is ``told`` with the name in the first one's place."""
     log_odds = np.array([name.log_odds for name in group])
     weight = np.exp(log_odds - log_odds.max())
-    return tuple(_under(at, name, float(share)) for name, share in zip(group, weight / weight.sum(), strict=True))
+    return tuple(_under(told, _as_told(at, name, told), float(share)) for name, share in zip(group, weight / weight.sum(), strict=True))
+
+
+def _as_told(at: At, name: Name, told: At) -> Name:
+    """A name with what is told beside it, and nothing else; its effects are numbered as there."""
+    number = {key: e for e, key in enumerate(told.trial.evidence.of.keys)}
+    of_name, without = at.named(name.effects), set(at.keys) - set(at.named(name.members))
+    members = {number[key] for key in (*told.keys, *of_name) if key not in without}
+    return Name(tuple(number[key] for key in of_name), tuple(sorted(members)), name.log_odds)
+
+
+def widened(group: Sequence[UnderName], of: Uncertain) -> tuple[UnderName, ...]:
+    """A group whose values are as much wider as those of its first name are that the fit has, by what was left out of it."""
+    columns = of.fit.model.layout.columns([part.key for part in group[0].parts])
+    wide, plain = (np.diag(each.of(0, columns)) for each in (of.of_values, of.at.plain))
+    times = float(np.sqrt(np.max(wide[plain > 0.0] / plain[plain > 0.0], initial=1.0)))
+    return tuple(replace(name, parts=tuple(replace(part, sigma=times * part.sigma) for part in name.parts)) for name in group)
 
 
 def _under(at: At, name: Name, probability: float) -> UnderName:

@@ -17,6 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import chdtri
 
+from estimator.effects.catalogue.dynamics.uniform_acceleration import UniformAcceleration
+
 Array = NDArray[np.float64]
 LEAST_ROWS = 5
 """Of a flight: a parabola in three coordinates takes up three of them."""
@@ -34,8 +36,15 @@ MOST_MEAN_SQUARE, MOST_OFF_MS2 = 2.0, 1.5
 By judgement."""
 LEAST_SAG = 8.0
 """Of what gravity bends the path by, over the noise."""
-WINDOW, CUBIC, MOVING, QUIET = 7, 4, 0.2, 0.3
-"""Rows that noise is taken of, coefficients of a cubic, share of the largest speed that moves, quantile of quiet windows. By judgement."""
+SETS_IN_MS2 = float(np.linalg.norm([p.plausible[1] for p in UniformAcceleration().entry.parameters]))
+"""Force per mass that may set in between two rows of a free flight (m/s²): the largest that the catalogue has."""
+BEFORE, LEAST_BEFORE, SIGNIFICANT = 10, 8, 3.0
+"""Rows, at most and at least, that are carried on beyond a contact; standard deviations by which what follows departs. By judgement."""
+LEAST_SHARE = 0.5
+"""Of gravity, along it: what falls with less before a jump is held, or rests, and was let go. By judgement."""
+WINDOW, PARABOLA, CUBIC, MOVING, QUIET = 7, 3, 4, 0.2, 0.3
+"""Rows that noise is taken of, coefficients of a parabola and of a cubic, share of the largest speed that moves, quantile of quiet
+windows. By judgement."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +57,7 @@ class Run:
 
 def path_noise(paths: list[tuple[Array, Array]]) -> float:
     """Standard deviation (m) of a coordinate, of several ``paths``, each times (n,) s and positions (n, 3) m; 0 where nothing moves."""
-    squares = np.concatenate([_window_squares(times, x) for times, x in paths])
+    squares = np.concatenate([np.zeros(0), *(_window_squares(times, x) for times, x in paths)])
     degrees = 3 * (WINDOW - CUBIC)
     return float(np.sqrt(np.quantile(squares, QUIET) / chdtri(degrees, 1.0 - QUIET))) if len(squares) else 0.0
 
@@ -90,6 +99,89 @@ def free_flights(times_s: Array, x: Array, gravity: Array, sigma: float) -> tupl
             runs.append(Run(int(chosen[last]), last))
         last = int(chosen[last]) if chosen[last] >= 0 else last - 1
     return tuple(run for run in reversed(runs) if flies(times_s[run.first : run.last], fallen[run.first : run.last], noise))
+
+
+def rows_before_contact(times_s: Array, x: Array, gravity: Array, sigma: float) -> int:
+    """How many rows of a path come before the first contact; all, where there is none.
+
+    ``times_s`` (n,), world frame ``x`` (n, 3) m and ``gravity`` (3,) m/s², noise ``sigma`` (m). A contact is a jump of the velocity of what
+    falls: the rows after it have left the parabola that those before go on with, and their velocities differ from its, all of them, by more
+    than noise, than a force that sets in (``SETS_IN_MS2``), and than the force that acts already, reversed, could make. A gap in the clock
+    moves rows along the path, and leaves velocities alone; so that no single bad row makes one, each row before it is left out in turn.
+    What is held, and let go, does not fall before. Seen are contacts from row ``LEAST_BEFORE`` on with two rows after them, whose jump is
+    above noise within three rows.
+    """
+    fallen = x - 0.5 * gravity * (times_s - times_s[:1])[:, None] ** 2
+    for row in range(LEAST_BEFORE, len(x) - 1):
+        before, after = np.arange(max(0, row - BEFORE), row), np.arange(row, min(row + MOST_CONTACT, len(x)))
+        kept = [before, *(np.delete(before, i) for i in range(len(before)))]
+        if all(_jumps(times_s, fallen, rows, after, TAILS * sigma) for rows in kept):
+            share = share_of_gravity(times_s[:row], x[:row], gravity)
+            return _free(times_s, fallen, row, TAILS * sigma) if share is None or share > LEAST_SHARE else len(x)
+    return len(x)
+
+
+@dataclass(frozen=True)
+class _Path:
+    """A parabola through some rows: ``terms`` (3, 3) m in powers of time over ``span_s`` (s) from ``last_s``, and its uncertainty."""
+
+    terms: Array
+    inverse: Array
+    noise: float
+    last_s: float
+    span_s: float
+
+    @classmethod
+    def through(cls, times_s: Array, fallen: Array, noise: float) -> "_Path":
+        """The parabola through rows at ``times_s`` (n,) with places ``fallen`` (n, 3) m; noise (m) is at least what it leaves of them."""
+        span = float(np.ptp(times_s))
+        powers = ((times_s - times_s[-1]) / span)[:, None] ** np.arange(PARABOLA)
+        inverse = np.linalg.inv(powers.T @ powers)
+        terms = inverse @ powers.T @ fallen
+        left = np.sum((fallen - powers @ terms) ** 2) / (3 * max(len(times_s) - PARABOLA, 1))
+        return cls(terms, inverse, max(noise, float(np.sqrt(left))), float(times_s[-1]), span)
+
+    def beyond(self, times_s: Array, fallen: Array) -> tuple[Array, Array]:
+        """How far rows (n,), at ``times_s`` (n,) and ``fallen`` (n, 3) m, are off the parabola (m), and the standard deviation of that."""
+        powers = ((times_s - self.last_s) / self.span_s)[:, None] ** np.arange(PARABOLA)
+        return self._compared(powers, fallen, np.ones(len(times_s)))
+
+    def faster(self, times_s: Array, fallen: Array) -> tuple[Array, Array]:
+        """The same of the velocities (m/s) between rows: (n - 1,) each."""
+        middle, interval = 0.5 * (times_s[1:] + times_s[:-1]), np.diff(times_s)
+        u, k = (middle - self.last_s) / self.span_s, np.arange(PARABOLA)
+        slopes = k * u[:, None] ** np.maximum(k - 1, 0) / self.span_s
+        return self._compared(slopes, np.diff(fallen, axis=0) / interval[:, None], 2.0 / interval**2)
+
+    @property
+    def force(self) -> float:
+        """What acts beside gravity, over the mass (m/s²)."""
+        return float(2.0 * np.linalg.norm(self.terms[2])) / self.span_s**2
+
+    def _compared(self, rows: Array, measured: Array, own: Array) -> tuple[Array, Array]:
+        off = np.linalg.norm(measured - rows @ self.terms, axis=1)
+        return off, self.noise * np.sqrt(own + np.einsum("ij,jk,ik->i", rows, self.inverse, rows))
+
+
+def _jumps(times_s: Array, fallen: Array, before: NDArray[np.intp], after: NDArray[np.intp], noise: float) -> bool:
+    """Whether rows ``after`` go on with another velocity than a parabola through those ``before`` them."""
+    path = _Path.through(times_s[before], fallen[before], noise)
+    later, force = times_s[after] - times_s[before[-1]], SETS_IN_MS2 + 2.0 * path.force
+    off, sure = path.beyond(times_s[after], fallen[after])
+    if not (off > 0.5 * force * later**2 + SIGNIFICANT * sure).all():
+        return False
+    faster, sure = path.faster(times_s[after], fallen[after])
+    return bool((faster > force * later[1:] + SIGNIFICANT * sure).all())
+
+
+def _free(times_s: Array, fallen: Array, row: int, noise: float) -> int:
+    """How many rows before a jump at ``row`` are free: those of a contact that lasts have left the path, the last one may have."""
+    before = np.arange(max(0, row - BEFORE), row - MOST_CONTACT)
+    if len(before) <= PARABOLA:
+        return row - 1
+    near = np.arange(row - MOST_CONTACT, row)
+    off, sure = _Path.through(times_s[before], fallen[before], noise).beyond(times_s[near], fallen[near])
+    return int(next(iter(near[off > SIGNIFICANT * sure]), row - 1))
 
 
 def share_of_gravity(times_s: Array, x: Array, gravity: Array) -> float | None:

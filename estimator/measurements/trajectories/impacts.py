@@ -24,7 +24,16 @@ from datasets.vocabulary.state import Motion
 from estimator.data.versions import versions
 from estimator.fitting.campaigns.forced_velocities import motion_under
 from estimator.measurements.trajectories.fitted_flights import MODEL, FittedFlight, fitted_flights
-from estimator.measurements.trajectories.free_flights import LEAST_ROWS, MOST_CONTACT, TAILS, Run, free_flights, least_rows, path_noise
+from estimator.measurements.trajectories.free_flights import (
+    LEAST_ROWS,
+    MOST_CONTACT,
+    TAILS,
+    Run,
+    free_flights,
+    least_rows,
+    path_noise,
+    rows_before_contact,
+)
 from estimator.measurements.trajectories.meeting_flights import Meeting, meeting
 from estimator.motion.rigid_body import rotation_matrices
 from estimator.motion.rotation import quaternion
@@ -61,6 +70,20 @@ def rows_outside(trajectories: Sequence[Trajectory]) -> dict[str, int]:
     flights = zip(told, all_runs(told), strict=True) if told else ()
     outside = {t.name: len(t.times_s) - (runs[0].last - runs[0].first) for t, runs in flights if runs}
     return {name: rows for name, rows in outside.items() if rows >= LEAST_OUTSIDE}
+
+
+def before_contact(trajectories: Sequence[Trajectory]) -> dict[str, Trajectory]:
+    """Those that touch something, by name, as they are before: cut where their velocity jumps as no force could make it."""
+    paths = [centre_path(t) for t in trajectories]
+    seen = [np.flatnonzero(np.isfinite(path).all(axis=1)) for path in paths]
+    shared = path_noise([(t.times_s[rows], path[rows]) for t, path, rows in zip(trajectories, paths, seen, strict=True)])
+    found = {}
+    for t, path, rows in zip(trajectories, paths, seen, strict=True):
+        sigma = shared if t.sigma_x is None or not len(rows) else min(float(np.median(t.sigma_x[rows])), shared)
+        kept = rows_before_contact(t.times_s[rows], path[rows], t.surroundings.gravity_world, sigma)
+        if kept < len(rows):
+            found[t.name] = t.until(int(rows[kept]))
+    return found
 
 
 def all_runs(trajectories: Sequence[Trajectory]) -> list[tuple[Run, ...]]:

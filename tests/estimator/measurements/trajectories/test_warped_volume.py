@@ -9,7 +9,8 @@ import pytest
 from datasets.trajectory import Trajectory
 from datasets.vocabulary.effects import Stage
 from estimator.diagnosis.explain import Explanation, explain
-from estimator.diagnosis.selection.names import possible_beside, possible_names
+from estimator.diagnosis.selection.groups import group_of
+from estimator.diagnosis.selection.names import possible_beside, possible_names, under_names
 from estimator.effects.choosing import catalogue
 from estimator.effects.empirical.families import VolumeWarp
 from estimator.effects.link import Setting
@@ -75,6 +76,10 @@ def test_what_the_warp_has_in_every_toss_stays_in_the_model_as_the_tosses_own() 
     assert "uniform_acceleration" in explained(TWIST, 0.0).found
 
 
+def test_what_is_told_as_unknown_is_no_second_name_of_what_is_told_beside_it() -> None:
+    assert not [name.key for group in explained(TWIST, 0.0).groups for name in group if name.unknown]
+
+
 def test_effects_are_as_probable_as_beside_what_is_unknown() -> None:
     """Without the warp a distortion and a drag would stand for parts of it."""
     found = explained(TWIST, 0.0)
@@ -116,6 +121,17 @@ def test_drag_is_called_drag(twist: float) -> None:
     assert {"linear_drag", "quadratic_drag"} & {name for step in found.steps for name in (step.added, *step.group)}
     part = found.fit.model.slices[found.fit.model.keys.index("linear_drag")]
     assert abs(found.fit.state.theta[0][part][0] - DRAG) < 0.25 * DRAG
+
+
+def test_a_names_value_is_that_of_the_model_that_is_told() -> None:
+    """Beside the warp, which is told but not in the model, drag is another."""
+    found = explained(TWIST, DRAG)
+    best = found.path[-1]
+    group = group_of(best.trial, best.members, best.trial.evidence.of.keys.index("linear_drag"))
+    told, beside = (under_names(best, group, at)[0].parts[0].mean for at in (found.last, best))
+    fitted = found.fit.state.theta[0][found.fit.model.slices[found.fit.model.keys.index("linear_drag")]]
+    np.testing.assert_allclose(told, fitted, rtol=0.02)
+    assert abs(beside[0] - fitted[0]) > 0.05 * fitted[0]
 
 
 def test_where_nothing_is_nothing_is_found() -> None:

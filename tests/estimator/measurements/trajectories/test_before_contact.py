@@ -1,0 +1,102 @@
+"""Where a path first touches something: a jump of its velocity, and nothing that forces, clocks, bad rows or noise do."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from datasets.trajectory import Trajectory
+from estimator.measurements.trajectories.impacts import before_contact
+from tests.estimator.made_trajectories import Hidden, Tracker, campaign
+from tests.estimator.measurements.trajectories.struck_tosses import RATE_HZ, toss
+from tests.estimator.measurements.trajectories.test_gyroscope import gyro_rows
+
+
+def test_whole_tosses_are_cut_at_their_first_hit() -> None:
+    rng = np.random.default_rng(11)
+    made = [toss(rng, rows=60) for _ in range(8)]
+    named = [replace(each.trajectory, name=f"toss_{i}") for i, each in enumerate(made)]
+    found = before_contact(named)
+    assert sorted(found) == [each.name for each in named]
+    for each, t in zip(made, named, strict=True):
+        cut, last = found[t.name], int(each.hits[0].time_s * RATE_HZ)
+        assert last - 1 <= len(cut.times_s) <= last + 1
+        assert cut.q_world_tracked is not None
+        assert len(cut.q_world_tracked) == len(cut.x_world) == len(cut.times_s)
+
+
+def test_rows_without_positions_are_passed_over() -> None:
+    rng = np.random.default_rng(12)
+    made = toss(rng, rows=60)
+    x = made.trajectory.x_world.copy()
+    x[3] = np.nan
+    found = before_contact([replace(made.trajectory, x_world=x)])
+    (cut,) = found.values()
+    assert len(cut.times_s) == int(made.hits[0].time_s * RATE_HZ) + 1
+    assert np.isnan(cut.x_world[3]).all()
+
+
+def _flights(**changed: float) -> list[Trajectory]:
+    return campaign(21, Hidden(**changed), Tracker(rows=40, sigma_x=2e-4), sequences=12)
+
+
+@pytest.mark.parametrize("drag", [0.0, 0.5, 4.0])
+def test_air_is_no_contact(drag: float) -> None:
+    assert before_contact(_flights(drag=drag)) == {}
+
+
+def test_a_thrust_that_turns_with_the_body_is_no_contact() -> None:
+    made = campaign(23, Hidden(thrust=(8.0, 0.0, 0.0), spin_rads=20.0), Tracker(rows=40, sigma_x=2e-4), sequences=12)
+    assert before_contact(made) == {}
+
+
+@pytest.mark.parametrize("turn", [0.2, 0.3, 0.4, 0.6])
+@pytest.mark.parametrize("sigma", [2e-5, 1e-4])
+def test_a_marker_beside_the_centre_of_a_body_that_turns_is_no_contact(turn: float, sigma: float) -> None:
+    """Up to a radian from row to row: its acceleration turns, and is many times gravity."""
+    tracker = Tracker(rows=120, sigma_x=sigma, orientation=False)
+    assert before_contact(campaign(27, Hidden(com=(0.005, 0.0, 0.0), spin_rads=turn * 148.0), tracker, sequences=20)) == {}
+
+
+def test_what_is_held_and_thrown_is_not_cut_where_it_is_let_go() -> None:
+    held = []
+    for each in _flights():
+        x = np.concatenate([each.x_world[:1] + np.random.default_rng(7).normal(0.0, 2e-4, (15, 3)), each.x_world])
+        held.append(replace(each, times_s=np.arange(len(x)) / 148.0, x_world=x, q_world_tracked=None))
+    assert before_contact(held) == {}
+
+
+def test_a_stated_noise_that_is_far_too_large_hides_no_contact() -> None:
+    made = toss(np.random.default_rng(13), rows=60).trajectory
+    assert before_contact([replace(made, sigma_x=np.full(made.x_world.shape, 1e-3))])
+
+
+def test_a_gap_in_the_clock_is_no_contact() -> None:
+    """Three frames are missing, and time stamps do not say so."""
+    gapped = []
+    for each in _flights():
+        kept = np.r_[0:18, 21:40]
+        gapped.append(replace(each, times_s=each.times_s[: len(kept)], x_world=each.x_world[kept], q_world_tracked=None))
+    assert before_contact(gapped) == {}
+
+
+def test_bad_rows_are_no_contact() -> None:
+    """One row in twenty is 5 to 20 standard deviations off, at the ends, too."""
+    rng, made = np.random.default_rng(31), []
+    for each in campaign(25, Hidden(), Tracker(rows=24, sigma_x=2e-4), sequences=60):
+        x = each.x_world.copy()
+        bad = rng.random(len(x)) < 0.05
+        x[bad] += rng.normal(size=(int(bad.sum()), 3)) * rng.uniform(5, 20, (int(bad.sum()), 1)) * 2e-4
+        made.append(replace(each, x_world=x))
+    assert before_contact(made) == {}
+
+
+def test_rounded_time_stamps_are_no_contact() -> None:
+    made = [replace(each, times_s=np.round(each.times_s, 3)) for each in _flights(drag=0.3)]
+    assert before_contact(made) == {}
+
+
+def test_a_gyroscope_alone_and_rows_too_few_tell_no_contact() -> None:
+    assert before_contact(gyro_rows(4, 0.0, (0.5, 0.6, 1.0))) == {}
+    assert before_contact([each.until(5) for each in _flights()]) == {}
+    assert before_contact([]) == {}
