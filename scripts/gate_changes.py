@@ -14,16 +14,14 @@ import numpy as np
 
 from datasets.observation import Observation
 from datasets.trajectory import Trajectory
-from datasets.vocabulary.body import Body
 from datasets.vocabulary.outline import Outline
 from estimator.diagnosis.selection import search
 from estimator.effects.catalogue.dynamics.quadratic_drag import QuadraticDrag
 from estimator.measurements.trajectories import registering
 from estimator.outlines import sightings
-from estimator.outlines.pictures import blur, contour
 from estimator.outlines.result import OutlineTrack
-from estimator.particle import particle
 from estimator.reports import impact_reporting
+from estimator.surface import mass
 from synth import streams
 from synth.rendering import shots
 from tumble.challenge import field_making, field_silhouettes
@@ -31,6 +29,8 @@ from tumble.challenge import registering as registering_campaigns
 
 EVEN_ODDS = 20.0
 """Effects that a wrong prior expects to be missing of a campaign: about as many as there are."""
+GROWTH_PX = 0.01
+"""By how much a sinking threshold widens the outlines from each frame to the next."""
 Patch = Callable[[], Any]
 
 
@@ -66,6 +66,24 @@ def _outlines(of: Callable[[Outline], Outline]) -> Patch:
     return lambda: _replaced(sightings, "outlines_of", made)
 
 
+def _sinking_threshold() -> Any:
+    def made(original: Any) -> Any:
+        def sinking(*arguments: Any, **settings: Any) -> OutlineTrack:
+            track = original(*arguments, **settings)
+            return OutlineTrack(tuple(replace(f, outline=_widened(f.outline, GROWTH_PX * k)) for k, f in enumerate(track.frames)))
+
+        return sinking
+
+    return _replaced(sightings, "outlines_of", made)
+
+
+def _widened(outline: Outline, by_px: float) -> Outline:
+    if not len(outline.points_px):
+        return outline
+    from_middle = outline.points_px - outline.points_px.mean(axis=0)
+    return Outline(outline.points_px + by_px * from_middle / np.linalg.norm(from_middle, axis=1, keepdims=True))
+
+
 def _opposite_distortion(observation: Observation) -> Observation:
     """The lens read with the opposite sign, in the search and in the last fit alike."""
     lenses = [replace(each.intrinsics, distortion=tuple(-k for k in each.intrinsics.distortion)) for each in observation.cameras]
@@ -74,13 +92,13 @@ def _opposite_distortion(observation: Observation) -> Observation:
 
 def _wrong_axes() -> Any:
     def made(original: Any) -> Any:
-        def swapped(mesh: Any) -> Body:
-            body: Body = original(mesh)
-            return replace(body, R_particle_body=body.R_particle_body[:, [1, 0, 2]] * [1.0, 1.0, -1.0])
+        def swapped(surface: Any) -> tuple[float, Any, Any]:
+            volume, centre, second = original(surface)
+            return volume, centre, second[np.ix_([1, 0, 2], [1, 0, 2])]
 
         return swapped
 
-    return _replaced(particle, "body_of", made)
+    return _replaced(mass, "_integrals", made)
 
 
 def _halved_covariance() -> Any:
@@ -103,10 +121,6 @@ def _late_impacts() -> Any:
         return late
 
     return _replaced(impact_reporting, "_impact", made)
-
-
-def _no_blur() -> Any:
-    return _replaced(contour, "bounded", lambda _: lambda _covariance: blur.LEAST_VARIANCE * np.eye(2))
 
 
 def _wrong_prior() -> Any:
@@ -160,7 +174,7 @@ FAULTS = (
     Change("first two axes of inertia swapped", ("flights",), _wrong_axes),
     Change("covariance halved", ("impacts",), _halved_covariance),
     Change("impacts told half a frame late", ("impacts",), _late_impacts),
-    Change("blur of pictures ignored", ("pictures",), _no_blur),
+    Change("threshold sinks: outlines grow by 0.01 px a frame", ("pictures",), _sinking_threshold),
     Change("prior of effects: even odds", ("campaigns",), _wrong_prior),
     Change("quadratic drag with power one", ("campaigns",), _drag_of_power_one),
     Change("every second sample of outlines dropped", ("flights",), _outlines(lambda o: Outline(o.points_px[::2]))),

@@ -150,8 +150,8 @@ def judged(baseline: Baseline, changed: Mapping[str, Sequence[Row]], change: Cha
 
 
 def _is_equal(baseline: Baseline, changed: Mapping[str, Sequence[Row]]) -> bool:
-    found = compare(baseline, {**baseline.rows, **changed})
-    return all(each.ratio == each.low == each.high == 1.0 for each in found.comparisons)
+    pairs = [(old, new) for kind, rows in changed.items() for old, new in zip(baseline.rows[kind], rows, strict=True)]
+    return all(plain({**new}) == plain({key: old[key] for key in new}) for old, new in pairs)
 
 
 def _said(found: GateResult, out: Path) -> list[str]:

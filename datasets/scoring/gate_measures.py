@@ -68,15 +68,21 @@ def gate_row(kind: str, estimate: Estimate, truth: Truth) -> Row:
     if estimate.name != truth.name:
         raise InputError(f'expected the estimate of sequence "{truth.name}", got that of "{estimate.name}".')
     told = {"sequence": truth.name, "status": estimate.status.value}
-    if kind == "impacts":
-        impacts = score_impacts(estimate, truth)
-        found = bool(impacts) and bool(impacts[0]["found"])
-        return {**told, "measured": found, **(_impact(impacts[0]) if found else dict.fromkeys((m.key for m in IMPACT), math.nan))}
+    row, right = _impact(estimate, truth) if kind == "impacts" else _flight(estimate, truth)
+    none = [measure.words for measure in MEASURES[kind] if math.isnan(row[measure.key])]
+    if right and none:
+        told["status"] = f"{estimate.status.value}, but no number for the {none[0]}"
+    return {**told, "measured": right and not none, **row}
+
+
+def _flight(estimate: Estimate, truth: Truth) -> tuple[Row, bool]:
+    """Of a flight; whether it converged with a right pose."""
     row = score(estimate, truth)
-    right = estimate.status is Status.CONVERGED and row["orientation_median_deg"] <= metric("orientation_median_deg").tolerance
     sigmas = [row[f"middle_sigma_{part}_percent"] for part in ("in_plane", "out_of_plane", "angular")]
     own = {"sigma_percent": float(np.prod(sigmas) ** (1 / len(sigmas))), "position_in_plane_mm": _position_in_plane_mm(estimate, truth)}
-    return {**told, "measured": bool(right), **{measure.key: own.get(measure.key, row.get(measure.key)) for measure in FLIGHT}}
+    wrong = row["orientation_median_deg"] > metric("orientation_median_deg").tolerance
+    found = {measure.key: own.get(measure.key, row.get(measure.key)) for measure in FLIGHT}
+    return found, estimate.status is Status.CONVERGED and not wrong
 
 
 def _position_in_plane_mm(estimate: Estimate, truth: Truth) -> float:
@@ -87,7 +93,11 @@ def _position_in_plane_mm(estimate: Estimate, truth: Truth) -> float:
     return 1e3 * float(np.median(np.hypot(apart[:, 0], apart[:, 1])))
 
 
-def _impact(row: Row) -> Row:
-    """Of the first impact."""
+def _impact(estimate: Estimate, truth: Truth) -> tuple[Row, bool]:
+    """Of the first impact; whether it was found."""
+    impacts = score_impacts(estimate, truth)
+    if not impacts or not impacts[0]["found"]:
+        return dict.fromkeys((measure.key for measure in IMPACT), math.nan), False
+    row = impacts[0]
     own = {"time_frames": row["time_error_frames"], "mahalanobis2": row["before_mahalanobis2"] + row["after_mahalanobis2"]}
-    return {measure.key: own.get(measure.key, row.get(measure.key)) for measure in IMPACT}
+    return {measure.key: own.get(measure.key, row.get(measure.key)) for measure in IMPACT}, True

@@ -6,9 +6,11 @@ from typing import Any
 
 from datasets.scoring.gate import FALSE_ALARMS, NAMED, Comparison, GateResult, Losses
 from tumble.challenge.cases import campaign_folder
+from tumble.challenge.solving import answer_path
 from tumble.commands import command
-from tumble.gate.running import ANSWERS, DATASET
+from tumble.gate.running import ANSWERS, DATASET, ESTIMATES
 from tumble.gate.sets import CAMPAIGNS
+from tumble.result_files import estimate_path
 
 REPORT = "report"
 
@@ -48,7 +50,8 @@ def in_words(told: Comparison) -> str:
 
 def lost_in_words(losses: Losses) -> list[str]:
     """What is measured no more, and what is newly."""
-    lost = f"not measured any more: {', '.join(losses.lost)}" + ("" if losses.worse else " (no more than noise loses)")
+    named = ", ".join(f"{name} ({status})" for name, status in losses.lost.items())
+    lost = f"not measured any more: {named}" + ("" if losses.worse else ": no more than noise loses")
     return [*([lost] if losses.lost else []), *([f"newly measured: {', '.join(losses.gained)}"] if losses.gained else [])]
 
 
@@ -59,10 +62,11 @@ def places(result: GateResult, kind: str, out: Path) -> list[str]:
 
 
 def file_of(kind: str, name: str, out: Path) -> Path:
-    """The page that shows a sequence, or a campaign's answer."""
+    """The page that shows a sequence, its estimate where there is no page, or a campaign's answer."""
     if kind == CAMPAIGNS:
-        return out / kind / ANSWERS / f"{name}.answer.json"
-    return out / kind / REPORT / "report.html"
+        return answer_path(out / kind / ANSWERS, name)
+    page = out / kind / REPORT / "report.html"
+    return page if page.is_file() else estimate_path(out / kind / ESTIMATES, name)
 
 
 def next_command(worse: tuple[str, str], out: Path) -> str:

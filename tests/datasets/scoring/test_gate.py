@@ -96,7 +96,7 @@ def test_more_sequences_lost_than_noise_loses_are_an_alarm(old):
 def test_what_is_newly_measured_is_told(old):
     before = {**old, "flights": [{**each, "measured": k > 0} for k, each in enumerate(old["flights"])]}
     (losses,) = (each for each in compare(baseline_of(before), old).losses if each.kind == "flights")
-    assert (losses.gained, losses.lost, losses.worse) == (("flights-0",), (), False)
+    assert (losses.gained, losses.lost, losses.worse) == (("flights-0",), {}, False)
 
 
 def test_a_number_that_is_lost_is_infinitely_worse(old):
