@@ -12,14 +12,14 @@ from datasets.scoring.gate import JUMP, Comparison, GateResult
 from tumble.engine import Executor, State
 from tumble.gate.running import DATASET, ESTIMATES
 from tumble.gate.sets import CAMPAIGNS
-from tumble.gate.words import REPORT, file_of, lost_in_words, summary
+from tumble.gate.words import REPORT, file_of, lost_in_words, most_in, summary
 from tumble.output_directory import Run, output_directory
 from tumble.reporting import collect
 from tumble.reports.page import write_page
 from tumble.versions import versions
 
 PAGE = "gate.html"
-WIDTH = 240
+WIDTH = 160
 """Of the drawing of an interval, px; its ends are a ``JUMP`` times better and worse."""
 
 
@@ -68,7 +68,7 @@ def _measure(told: Comparison) -> dict[str, Any]:
         "verdict": told.verdict,
         "figures": f"{told.ratio:.2f} ({told.low:.2f} to {told.high:.2f})",
         "at": {name: _place(value) for name, value in (("low", told.low), ("ratio", told.ratio), ("high", told.high))},
-        "sequences": ", ".join(f"{name} ({ratio:.1f})" for name, ratio in told.sequences[:5]),
+        "sequences": most_in(told),
     }
 
 

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from datasets.scoring.gate import FALSE_ALARMS, NAMED, Comparison, GateResult, Losses
+from datasets.scoring.gate import FALSE_ALARMS, JUMP, NAMED, Comparison, GateResult, Losses
 from tumble.challenge.cases import campaign_folder
 from tumble.challenge.solving import answer_path
 from tumble.commands import command
@@ -43,9 +43,12 @@ def summary(result: GateResult) -> str:
 def in_words(told: Comparison) -> str:
     """One measure: the ratio with its interval, and the sequences that are behind it."""
     said = f"{told.measure.words}: {told.verdict}, {told.ratio:.2f} times the baseline's ({told.low:.2f} to {told.high:.2f})"
-    if told.verdict != "worse":
-        return said
-    return f"{said}, most in {', '.join(f'{name} ({ratio:.1f})' for name, ratio in told.sequences[:NAMED])}"
+    return f"{said}, most in {most_in(told)}" if told.verdict == "worse" else said
+
+
+def most_in(told: Comparison) -> str:
+    """The sequences that are worse in a measure, each with its ratio, which is cut at ``JUMP``."""
+    return ", ".join(f"{name} ({'over ' if ratio > 0.999 * JUMP else ''}{ratio:.1f})" for name, ratio in told.sequences[:NAMED])
 
 
 def lost_in_words(losses: Losses) -> list[str]:
