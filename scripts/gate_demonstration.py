@@ -1,215 +1,225 @@
-"""What the regression gate catches: five planted faults in the estimator must fail, five harmless changes must pass.
+"""What the gate catches: ten faults must fail, ten harmless changes must pass, and so must runs with fresh noise.
 
-``python -m scripts.gate_demonstration --result docs/results/gate_demonstration.json``. The sequences are made from the recipe that the
-committed baseline names. A fault replaces one function of the estimator for the length of a run, as a programming mistake would; the
-observations stay as they are. A harmless change is another setting, or the calibrated views in another order. Each run is compared
-with the baseline as ``tumble gate`` does it. Scores are kept per change in ``--out``, so a run that was killed goes on; they are made
-anew when the baseline, the recipe, the sources or this file have changed.
+``python -m scripts.gate_demonstration --result docs/results/gate_demonstration.json --page docs/studies/gate.md``. The sequences are those
+of the committed baseline. Every change (:mod:`scripts.gate_changes`) is run in a process of its own on the kinds of sequences where it
+acts; the rows of all other kinds are the baseline's, as the same code on the same sequences gives them. Fresh noise makes all sequences
+anew; every realisation of the noise, the baseline's included, is then the baseline of every other one. Rows are kept in ``--out``, so a
+run that was killed goes on; it is refused, with the difference, where the baseline, the set or the sources have changed.
 """
 
 import argparse
-import hashlib
 import json
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, nullcontext
-from dataclasses import dataclass, field, replace
+import multiprocessing
+import time
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import permutations
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
-from unittest import mock
-
-import numpy as np
 
 from datasets.atomic_files import written_whole
+from datasets.dataset_files import observation_folder, read_dataset, truth_folder
+from datasets.estimate import Estimate, Status
+from datasets.file_digests import file_sha256
 from datasets.json_documents import plain, revived
-from datasets.observation import Observation
-from datasets.recipes.recipe import Recipe
-from datasets.recipes.toml_files import load_recipe
-from datasets.scoring.score import Row, score
-from datasets.vocabulary.outline import Outline
-from estimator.data.configuration import Configuration
-from estimator.fitting import refinement, tasks
-from estimator.geometry import tangent_hull
-from estimator.measuring import free_flight
-from estimator.motion import flight as flight_model
-from estimator.motion.flight import Flight
-from estimator.motion.rigid_body import rotation_matrices
-from estimator.outlines import sightings
-from estimator.outlines.result import OutlineTrack
-from estimator.reports import reporting
-from synth.sequence import build_silhouette_sequence
-from tumble.cli.gate import verdict
-from tumble.gating import recipe_file
-from tumble.versions import sources_digest
+from datasets.observation_files import read_observation
+from datasets.scoring.gate import Baseline, GateResult, compare, load_baseline
+from datasets.scoring.gate_measures import Row, gate_row
+from datasets.truth_files import read_truth
+from estimator.data.configuration import configuration_from_dict
+from estimator.measure import measure
+from scripts.gate_changes import FAULTS, HARMLESS, Change, fresh_noise
+from scripts.gate_demonstration_page import write_page
+from tumble.challenge.answers import no_answer
+from tumble.challenge.cases import campaign_folder
+from tumble.challenge.field_case import read_field_cases
+from tumble.challenge.scoring import NO_ANSWER, read_answer
+from tumble.challenge.solving import solve_campaigns, solved
+from tumble.cli.gate import set_file_of
+from tumble.engine import Processes, Serial
+from tumble.gate.campaigns import campaign_row, make_campaigns
+from tumble.gate.sets import CAMPAIGNS, GateSet, read_set
+from tumble.gate.words import sentences
+from tumble.output_directory import Run, output_directory
+from tumble.rendering import render_dataset
+from tumble.versions import sources_digest, versions
 
-GROWTH_PX = 0.01
-"""By how much a sinking threshold widens the outlines from each frame to the next."""
-
-
-@contextmanager
-def sinking_threshold() -> Iterator[None]:
-    """Outlines cut at a threshold that sinks from frame to frame, so that each is a little wider than the one before."""
-    original = sightings.outlines_of
-
-    def sinking(*arguments: Any, **settings: Any) -> OutlineTrack:
-        track = original(*arguments, **settings)
-        frames = tuple(replace(f, outline=_widened(f.outline, GROWTH_PX * k)) for k, f in enumerate(track.frames))
-        return OutlineTrack(frames)
-
-    with mock.patch.object(sightings, "outlines_of", sinking):
-        yield
-
-
-def _widened(outline: Outline, by_px: float) -> Outline:
-    from_middle = outline.points_px - outline.points_px.mean(axis=0)
-    return Outline(outline.points_px + by_px * from_middle / np.linalg.norm(from_middle, axis=1, keepdims=True))
-
-
-@contextmanager
-def body_axes() -> Iterator[None]:
-    """Angular velocities reported in body axes where world axes are promised."""
-    original = reporting.velocities
-
-    def mixed(flight: Flight, steps: Any, time_s: float) -> tuple[Any, Any]:
-        v, omega = original(flight, steps, time_s)
-        return v, omega @ rotation_matrices(flight.q)
-
-    with mock.patch.object(reporting, "velocities", mixed):
-        yield
-
-
-@contextmanager
-def short_steps() -> Iterator[None]:
-    """A flight that advances 1% too little in every step."""
-    original = flight_model.propagate
-
-    def short(start: Any, inverse: Any, times_s: Any, *, start_time_s: float, acceleration: Any) -> Any:
-        return original(
-            start, inverse, start_time_s + 0.99 * (times_s - start_time_s), start_time_s=start_time_s, acceleration=acceleration
-        )
-
-    with mock.patch.object(flight_model, "propagate", short):
-        yield
-
-
-@contextmanager
-def large_hulls() -> Iterator[None]:
-    """Hulls of all outlines but the degraded views 2% too large."""
-    original = tangent_hull.tangent_hull
-
-    def fat(points_px: Any, *, window: int = 5) -> tangent_hull.TangentHull:
-        hull = original(points_px, window=window)
-        middle = hull.points_px.mean(axis=0) if len(hull.points_px) else 0.0
-        return replace(hull, points_px=middle + 1.02 * (hull.points_px - middle))
-
-    with mock.patch("estimator.geometry.silhouettes.tangent_hull", fat):
-        yield
-
-
-@contextmanager
-def boastful_covariance() -> Iterator[None]:
-    """Error bars four times too small."""
-    original = refinement.refine
-
-    def boast(*arguments: Any, **settings: Any) -> refinement.Refined[Any]:
-        refined = original(*arguments, **settings)
-        return replace(refined, covariance=refined.covariance / 16.0)
-
-    with mock.patch.object(tasks, "refine", boast):
-        yield
-
-
-def reversed_views(observation: Observation) -> Observation:
-    """The calibrated views in the opposite order."""
-    return replace(observation, views=observation.views[::-1], view_recording=tuple(observation.view_recording)[::-1])  # type: ignore[arg-type]
-
-
-def unchanged(observation: Observation) -> Observation:
-    """As it is."""
-    return observation
+UNCHANGED = Change("nothing", ())
 
 
 @dataclass(frozen=True)
-class Change:
-    """One change to a run: the estimator's functions replaced while it lasts, its settings, or the order of what is observed."""
+class Work:
+    """Where rows are kept, and the set of sequences."""
 
-    name: str
-    patched: Callable[[], Any] = nullcontext
-    configuration: Configuration = field(default_factory=Configuration)
-    observed: Callable[[Observation], Observation] = unchanged
+    out: Path
+    set_file: Path
 
+    @property
+    def gate_set(self) -> GateSet:
+        """The set."""
+        return read_set(self.set_file)
 
-FAULTS = (
-    Change("angular velocity in body axes", body_axes),
-    Change("flight 1% too slow", short_steps),
-    Change("threshold sinks: outlines grow by 0.01 px a frame", sinking_threshold),
-    Change("hulls 2% too large", large_hulls),
-    Change("error bars four times too small", boastful_covariance),
-)
-HARMLESS = (
-    Change("another seed", configuration=Configuration(seed=1)),
-    Change("more pose starts", configuration=Configuration(pose_starts=96)),
-    Change("hull of 72 instead of 64 voxels", configuration=Configuration(hull_resolution=72)),
-    Change("views in another order", observed=reversed_views),
-    Change("more viewing directions in the catalogue", configuration=Configuration(directions=900)),
-)
+    def nature(self, kind: str, noise: int) -> Path:
+        """The sequences of a kind with one realisation of the noise, made where they are not there."""
+        folder = self.out / f"noise-{noise:02d}" / kind
+        quietly: dict[str, Any] = {"executor": Serial(), "quiet": True}
+        with fresh_noise(noise) if noise else _nothing():
+            if kind == CAMPAIGNS:
+                make_campaigns(self.gate_set.campaigns, folder, **quietly)
+            else:
+                render_dataset(self.gate_set.recipes[kind], folder, **quietly)
+        return folder
 
 
-def rows_of(recipe: Recipe, change: Change) -> list[Row]:
-    """Scores of all sequences under one change."""
-    rows = []
-    for index in range(recipe.sequences):
-        observation, truth = build_silhouette_sequence(recipe, index)
-        with change.patched():
-            rows.append(score(free_flight.estimate(change.observed(observation), change.configuration), truth))
-    return rows
+def _nothing() -> Any:
+    return UNCHANGED.patched()
 
 
-def kept_rows(recipe: Recipe, change: Change, kept: Path) -> list[Row]:
-    """The same, from ``kept`` where they are there."""
+def rows_of(kind: str, folder: Path, change: Change) -> list[Row]:
+    """Rows of all sequences of a kind under one change; what raises has no numbers."""
+    if kind != CAMPAIGNS:
+        return [_estimated(kind, folder, name, change) for name in read_dataset(folder).sequences]
+    if change.processes > 1:
+        return _in_processes(folder, change)
+    return [campaign_row(case, folder, _answered(campaign_folder(folder, case.name), change)) for case in read_field_cases(folder)]
+
+
+def _estimated(kind: str, folder: Path, name: str, change: Change) -> Row:
+    observation, truth = read_observation(observation_folder(folder, name)), read_truth(truth_folder(folder, name))
+    with change.patched():
+        try:
+            estimate = measure(change.observed(observation), configuration_from_dict(dict(change.configuration)))
+        except Exception as error:
+            estimate = Estimate(name, Status.NO_CONVERGENCE, f"{type(error).__name__}: {error}")
+    return gate_row(kind, estimate, truth)
+
+
+def _answered(folder: Path, change: Change) -> dict[str, Any]:
+    with change.patched():
+        try:
+            return dict(revived(json.loads(json.dumps(plain(solved(folder, dict(change.configuration)))))))
+        except Exception as error:
+            return no_answer([NO_ANSWER, f"{type(error).__name__}: {error}"])
+
+
+def _in_processes(folder: Path, change: Change) -> list[Row]:
+    with TemporaryDirectory() as answers:
+        solve_campaigns(folder, dict(change.configuration), Path(answers), executor=Processes(change.processes), quiet=True)
+        cases = read_field_cases(folder)
+        return [campaign_row(case, folder, read_answer(Path(answers), case.name) or no_answer([NO_ANSWER])) for case in cases]
+
+
+def kept_rows(work: Work, kind: str, noise: int, number: int | None) -> list[Row]:
+    """Rows under a change (none: as it is), from where they are kept or worked out."""
+    kept = work.out / "rows" / f"noise-{noise:02d}" / f"{'same' if number is None else f'{number:02d}'}-{kind}.json"
     if not kept.exists():
+        began = time.process_time()
+        change = UNCHANGED if number is None else (*FAULTS, *HARMLESS)[number]
+        rows = rows_of(kind, work.nature(kind, noise), change)
+        kept.parent.mkdir(parents=True, exist_ok=True)
         with written_whole(kept) as temporary:
-            temporary.write_text(json.dumps(plain(rows_of(recipe, change))) + "\n", encoding="utf-8")
-    rows: list[Row] = revived(json.loads(kept.read_text(encoding="utf-8")))
-    return rows
+            temporary.write_text(json.dumps(plain({"rows": rows, "cpu_s": time.process_time() - began})) + "\n", encoding="utf-8")
+    found: list[Row] = revived(json.loads(kept.read_text(encoding="utf-8")))["rows"]
+    return found
 
 
-def place_of_rows(out: Path, *inputs: Path) -> Path:
-    """A folder in ``out`` that no run of other sources, recipe or script shares."""
-    texts = b"".join(path.read_bytes() for path in (*inputs, Path(__file__)))
-    return out / hashlib.sha256(sources_digest(("datasets", "synth", "estimator")).encode() + texts).hexdigest()[:12]
+def in_own_process(work: Work, kind: str, noise: int, number: int | None) -> list[Row]:
+    """The same, worked out in a process that ends with it: nothing that it replaced or remembered is left."""
+    with ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool:
+        return pool.submit(kept_rows, work, kind, noise, number).result()
 
 
-def judged(baseline: Path, rows: list[Row], change: Change, *, is_fault: bool) -> dict[str, Any]:
+def judged(baseline: Baseline, changed: Mapping[str, Sequence[Row]], change: Change, out: Path) -> dict[str, Any]:
     """The gate's verdict on one change, and whether it is right."""
-    found = verdict(baseline, rows)
+    found = compare(baseline, {**baseline.rows, **changed})
+    is_fault = change in FAULTS
     return {
         "kind": "fault" if is_fault else "harmless",
         "change": change.name,
+        "run_on": list(changed),
         "worse": found.worse,
         "right": found.worse == is_fault,
-        "sequences": list(found.sequences),
-        "sentences": list(found.sentences)[:6],
+        "equal_to_the_digit": _is_equal(baseline, changed),
+        "measures": [[one.kind, one.measure.words, one.ratio, one.low, one.high] for one in found.comparisons if one.verdict == "worse"],
+        "lost": {losses.kind: list(losses.lost) for losses in found.losses if losses.lost},
+        "sentences": _said(found, out),
+    }
+
+
+def _is_equal(baseline: Baseline, changed: Mapping[str, Sequence[Row]]) -> bool:
+    pairs = [(old, new) for kind, rows in changed.items() for old, new in zip(baseline.rows[kind], rows, strict=True)]
+    return all(plain({**new}) == plain({key: old[key] for key in new}) for old, new in pairs)
+
+
+def _said(found: GateResult, out: Path) -> list[str]:
+    return [line for line in sentences(found, out, {}, every=False) if not line.startswith(("next:", "  look at"))]
+
+
+def fresh(baseline: Baseline, realisations: Sequence[Mapping[str, Sequence[Row]]]) -> dict[str, Any]:
+    """How often one realisation of the noise is called worse than another, and how often a sequence is lost."""
+    every = [baseline.rows, *realisations]
+    first = [compare(baseline, rows) for rows in realisations]
+    pairs = [compare(replace(baseline, rows=one), other) for one, other in permutations(every, 2)]
+    measured = sum(bool(row["measured"]) for rows in every for kind in rows for row in rows[kind]) if realisations else 0
+    lost = {kind: sum(len(losses.lost) for each in pairs for losses in each.losses if losses.kind == kind) for kind in baseline.rows}
+    return {
+        "realisations": len(every),
+        "against_the_baseline": len(first),
+        "alarms_against_the_baseline": sum(each.worse for each in first),
+        "pairs": len(pairs),
+        "alarms_of_pairs": sum(each.worse for each in pairs),
+        "measured": measured,
+        "sequences": sum(len(rows[kind]) for rows in every for kind in rows),
+        "lost_of_pairs": lost,
+        "share_lost": sum(lost.values()) / max(len(pairs) * sum(map(len, baseline.rows.values())), 1),
+        "sentences": [_said(each, Path()) for each in pairs if each.worse],
     }
 
 
 def main() -> int:
-    """Run all ten; exit code 1 when the gate errs on one."""
+    """Run all; exit code 1 where the gate errs on a change or on fresh noise."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--baseline", type=Path, default=Path("baselines/quick.json"))
-    parser.add_argument("--out", type=Path, default=Path("out/gate_demonstration"), help="folder of the scores, kept to go on with")
+    parser.add_argument("--reruns", type=int, default=20, help="runs with fresh noise (default: %(default)s)")
+    parser.add_argument("--only", default="", metavar="WORDS", help="changes whose name has these words in it, and no reruns")
+    parser.add_argument("--out", type=Path, default=Path("out/gate_demonstration"), help="folder of the rows, kept to go on with")
+    parser.add_argument("--force", action="store_true", help="begin from nothing")
     parser.add_argument("--result", type=Path, default=Path("out/gate_demonstration.json"))
+    parser.add_argument("--page", type=Path, help="write the page, too")
     words = parser.parse_args()
-    source = recipe_file(words.baseline)
-    recipe, place = load_recipe(source, ()), place_of_rows(words.out, source)
-    results = []
-    for number, change in enumerate((*FAULTS, *HARMLESS)):
-        rows = kept_rows(recipe, change, place / f"{number:02d}.json")
-        results.append(judged(words.baseline, rows, change, is_fault=change in FAULTS))
-        said = "worse" if results[-1]["worse"] else "not worse"
-        print(f"{results[-1]['kind']:9s} {change.name:50s} gate says {said:9s} {'right' if results[-1]['right'] else 'WRONG'}", flush=True)
+    source, baseline = set_file_of(words.baseline), load_baseline(words.baseline)
+    content = {"baseline": file_sha256(words.baseline), "set": read_set(source).content(), "sources": _sources()}
+    run = Run("gate demonstration", json.loads(json.dumps(content)), reads=(words.baseline, source))
+    resume = (words.out / "run.json").exists() and not words.force
+    with output_directory(words.out, run, resume=resume, force=words.force) as out:
+        work = Work(out.absolute(), source.absolute())
+        changes = [_tried(work, baseline, number, words.only) for number in range(len(FAULTS) + len(HARMLESS))]
+        reruns = 0 if words.only else words.reruns
+        noises = [{kind: in_own_process(work, kind, noise, None) for kind in baseline.rows} for noise in range(1, reruns + 1)]
+    result = {"environment": versions(), "changes": [each for each in changes if each], "fresh_noise": fresh(baseline, noises)}
     with written_whole(words.result) as temporary:
-        temporary.write_text(json.dumps(results, indent=1) + "\n", encoding="utf-8")
-    return 0 if all(entry["right"] for entry in results) else 1
+        temporary.write_text(json.dumps(plain(result), indent=1) + "\n", encoding="utf-8")
+    if words.page:
+        write_page(result, words.page)
+    return 0 if all(each["right"] for each in result["changes"]) and not result["fresh_noise"]["alarms_against_the_baseline"] else 1
+
+
+def _sources() -> str:
+    return sources_digest(("datasets", "synth", "estimator", "tumble.challenge"))
+
+
+def _tried(work: Work, baseline: Baseline, number: int, only: str) -> dict[str, Any] | None:
+    change = (*FAULTS, *HARMLESS)[number]
+    if only not in change.name:
+        return None
+    run = partial(in_own_process, work, noise=0, number=number)
+    found = judged(baseline, {kind: run(kind) for kind in change.kinds}, change, work.out)
+    said = "worse" if found["worse"] else "not worse"
+    print(f"{found['kind']:9s} {change.name:50s} gate says {said:9s} {'right' if found['right'] else 'WRONG'}", flush=True)
+    return found
 
 
 if __name__ == "__main__":

@@ -31,7 +31,7 @@ NAMES = (
         ".*.done",
         ".*.late",
     ),
-    *("import.toml", "*draft.toml", "*.check.html", "calibration.json", "calibration.html"),
+    *("import.toml", "*draft.toml", "*.check.html", "calibration.json", "calibration.html", "gate.html"),
 )
 """Names that Tumble gives to files: what a killed run may have written."""
 

@@ -1,8 +1,7 @@
 """What is scored: every metric with its unit, the direction that is better, a tolerance and its meaning.
 
 The velocity metrics exist at two instants, ``middle`` and ``start`` of the sequence; keys begin with the instant. ``tolerance`` is
-the error, in the metric's unit, that a single sequence may have and still count as good. ``gated`` metrics are compared by the
-regression gate.
+the error, in the metric's unit, that a single sequence may have and still count as good.
 """
 
 from dataclasses import dataclass
@@ -25,7 +24,6 @@ class Metric:
     direction: Literal["lower", "higher"]
     tolerance: float
     meaning: str
-    gated: bool = False
     components: tuple[str, ...] = ()
 
 
@@ -33,22 +31,22 @@ METRICS = (
     Metric("middle_in_plane_ms", "m/s", "lower", 0.01, "error of (vx, vy) at mid-sequence", components=("vx", "vy")),
     Metric("middle_out_of_plane_ms", "m/s", "lower", 0.02, "error of vz at mid-sequence", components=("vz",)),
     Metric("middle_angular_rads", "rad/s", "lower", 1.5, "error of omega at mid-sequence", components=("wx", "wy", "wz")),
-    Metric("middle_in_plane_percent", "%", "lower", 0.5, "error of (vx, vy) by the true speed, mid-sequence", True, ("vx", "vy")),
-    Metric("middle_out_of_plane_percent", "%", "lower", 1.0, "error of vz by the true speed, mid-sequence", True, ("vz",)),
-    Metric("middle_angular_percent", "%", "lower", 1.0, "error of omega by the true spin, mid-sequence", True, ("wx", "wy", "wz")),
+    Metric("middle_in_plane_percent", "%", "lower", 0.5, "error of (vx, vy) by the true speed, mid-sequence", ("vx", "vy")),
+    Metric("middle_out_of_plane_percent", "%", "lower", 1.0, "error of vz by the true speed, mid-sequence", ("vz",)),
+    Metric("middle_angular_percent", "%", "lower", 1.0, "error of omega by the true spin, mid-sequence", ("wx", "wy", "wz")),
     Metric("start_in_plane_ms", "m/s", "lower", 0.01, "error of (vx, vy) at the start", components=("vx", "vy")),
     Metric("start_out_of_plane_ms", "m/s", "lower", 0.02, "error of vz at the start", components=("vz",)),
     Metric("start_angular_rads", "rad/s", "lower", 1.5, "error of omega at the start", components=("wx", "wy", "wz")),
-    Metric("start_in_plane_percent", "%", "lower", 0.5, "error of (vx, vy) by the true speed, start", False, ("vx", "vy")),
-    Metric("start_out_of_plane_percent", "%", "lower", 1.0, "error of vz by the true speed, start", False, ("vz",)),
-    Metric("start_angular_percent", "%", "lower", 1.0, "error of omega by the true spin, start", True, ("wx", "wy", "wz")),
-    Metric("orientation_median_deg", "deg", "lower", 5.0, "geodesic angle to the true orientation, median over frames", True),
+    Metric("start_in_plane_percent", "%", "lower", 0.5, "error of (vx, vy) by the true speed, start", ("vx", "vy")),
+    Metric("start_out_of_plane_percent", "%", "lower", 1.0, "error of vz by the true speed, start", ("vz",)),
+    Metric("start_angular_percent", "%", "lower", 1.0, "error of omega by the true spin, start", ("wx", "wy", "wz")),
+    Metric("orientation_median_deg", "deg", "lower", 5.0, "geodesic angle to the true orientation, median over frames"),
     Metric("orientation_max_deg", "deg", "lower", 5.0, "geodesic angle to the true orientation, worst frame"),
-    Metric("position_median_mm", "mm", "lower", 1.0, "distance to the true centre of mass, median over frames", True),
+    Metric("position_median_mm", "mm", "lower", 1.0, "distance to the true centre of mass, median over frames"),
     Metric("position_max_mm", "mm", "lower", 1.0, "distance to the true centre of mass, worst frame"),
-    Metric("middle_mahalanobis2", "1", "lower", 12.59, "squared Mahalanobis distance of (v, omega), chi-square of 6", True),
+    Metric("middle_mahalanobis2", "1", "lower", 12.59, "squared Mahalanobis distance of (v, omega), chi-square of 6"),
     Metric("start_mahalanobis2", "1", "lower", 12.59, "squared Mahalanobis distance of (v, omega) at the start, chi-square of 6"),
-    Metric("middle_sigma_over_bound", "1", "lower", 1.5, "geometric mean of sigma by the bound's sigma, mid-sequence", True),
+    Metric("middle_sigma_over_bound", "1", "lower", 1.5, "geometric mean of sigma by the bound's sigma, mid-sequence"),
 )
 
 

@@ -199,7 +199,7 @@ def _poses(estimate: Estimate, truth: Truth) -> Row:
     motion, body = estimate.motion, estimate.body
     if motion is None or body is None or estimate.status is not Status.CONVERGED:
         return dict.fromkeys(keys, float("nan"))
-    true_frames = _matching_frames(motion.times_s, truth)
+    true_frames = matching_frames(motion.times_s, truth)
     R_truth = particle_orientation(truth.motion, truth.body)[true_frames]
     angle_deg = np.degrees(angles_up_to_symmetry(particle_orientation(motion, body), R_truth, truth.symmetries))
     distance_mm = 1e3 * np.linalg.norm(motion.x_world - truth.motion.x_world[true_frames], axis=1)
@@ -207,8 +207,14 @@ def _poses(estimate: Estimate, truth: Truth) -> Row:
     return dict(zip(keys, map(float, values), strict=True))
 
 
-def _matching_frames(times_s: Array, truth: Truth) -> NDArray[np.intp]:
-    """The truth's frame for each time of the estimate."""
+def matching_frames(times_s: Array, truth: Truth) -> NDArray[np.intp]:
+    """The truth's frame for each time (n,) s of an estimate.
+
+    Raises
+    ------
+    InputError
+        Where a time is that of no frame.
+    """
     true_times = truth.motion.times_s
     nearest = np.abs(times_s[:, None] - true_times[None, :]).argmin(axis=1)
     apart = np.abs(true_times[nearest] - times_s)

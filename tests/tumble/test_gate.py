@@ -1,40 +1,49 @@
-"""``tumble gate`` with a baseline alone: its sequences are made anew, what is still valid stays, a planted fault is named."""
+"""``tumble gate``: sequences are made anew, what is valid stays, a planted fault is named with where to look, bad input is refused."""
 
 import json
+import shutil
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from datasets.errors import InputError
+from datasets.estimate_files import read_estimate, write_estimate
 from estimator.fitting import refinement, tasks
-from scripts.gate_demonstration import body_axes
-from tumble import estimating, gating
+from tumble import estimating
+from tumble.challenge import solving
 from tumble.cli.main import main
+from tumble.gate import running
+from tumble.gate.sets import case_of, read_set
 
-RECIPE = """
-name = "gate"
+SET = """
+name = "small"
+[flights]
 seed = 401
 sequences = 2
-[particle]
-irregularity = 0.6
-size_mm = [5.0, 7.0]
-[motion]
-frames = 25
-speed_ms = [1.5, 3.0]
-spin_rads = [100.0, 250.0]
-[rig]
-drops = 3
+particle = { irregularity = 0.6, size_mm = [5.0, 7.0] }
+motion = { frames = 25, speed_ms = [1.5, 3.0], spin_rads = [100.0, 250.0] }
+rig = { drops = 3 }
+
+[[campaigns]]
+name = "drag"
+measured = "positions"
+seed = 13
+flights = 3
+rows = 30
+hidden = { quadratic_drag = { per_length = 0.5 } }
 """
 
 
 @pytest.fixture(scope="module")
 def kept(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with a recipe, the baseline written from it, and the work folder of that run."""
+    """A folder with a set, the baseline written from it, and the work folder of that run."""
     folder = tmp_path_factory.mktemp("gate")
-    (folder / "small.toml").write_text(RECIPE, encoding="utf-8")
-    words = ["gate", str(folder / "small.json"), "--recipe", str(folder / "small.toml"), "--out", str(folder / "work"), "--jobs", "1", "-q"]
+    (folder / "small.toml").write_text(SET, encoding="utf-8")
+    words = ["gate", str(folder / "small.json"), "--set", str(folder / "small.toml"), "--out", str(folder / "work"), "--jobs", "1", "-q"]
     assert main([*words, "--write"]) == 0
     return folder
 
@@ -55,41 +64,82 @@ def counted(monkeypatch: pytest.MonkeyPatch, module: Any, name: str) -> list[Any
     return calls
 
 
-def test_the_baseline_names_its_recipe_beside_it(kept: Path) -> None:
-    assert json.loads((kept / "small.json").read_text(encoding="utf-8"))["recipe"] == "small.toml"
+def spoiled_run(kept: Path, tmp_path: Path, change: Callable[[Any], Any]) -> Path:
+    """A copy of the work folder in which the estimates of all flights are changed."""
+    shutil.copytree(kept / "work", tmp_path / "run")
+    for path in (tmp_path / "run" / "flights" / "estimates").glob("*.estimate.json"):
+        write_estimate(change(read_estimate(path)), path)
+    return tmp_path / "run"
 
 
-def test_the_same_estimator_passes_and_what_is_there_is_kept(kept: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    assert gate(kept, work="work") == 0  # another test may have left estimates of other sources there
-    (lost, other) = sorted((kept / "work" / "estimates").glob("*.estimate.json"))
+def test_the_baseline_says_what_it_was_made_from(kept: Path) -> None:
+    document = json.loads((kept / "small.json").read_text(encoding="utf-8"))
+    assert document["set"] == "small.toml"
+    assert document["made_from"]["recipes"]["flights"]["motion"]["frames"] == 25
+    assert {kind: len(rows) for kind, rows in document["kinds"].items()} == {"flights": 2, "campaigns": 1}
+    assert all(row["measured"] for rows in document["kinds"].values() for row in rows)
+
+
+def test_the_same_estimator_passes_and_what_is_there_is_kept(
+    kept: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (lost, other) = sorted((kept / "work" / "flights" / "estimates").glob("*.estimate.json"))
     before = lost.read_bytes()
     lost.unlink()
-    estimated = counted(monkeypatch, estimating, "measure")
+    estimated, solved = counted(monkeypatch, estimating, "measure"), counted(monkeypatch, solving, "solved")
     assert gate(kept, work="work") == 0
     assert [observation.name for observation, _ in estimated] == [lost.name.removesuffix(".estimate.json")]
+    assert solved == []
     assert lost.read_bytes() == before
     assert other.exists()
-    assert json.loads((kept / "work" / "verdict.json").read_text(encoding="utf-8"))["worse"] is False
+    verdict = json.loads((kept / "work" / "verdict.json").read_text(encoding="utf-8"))
+    assert verdict["worse"] is False
+    assert {kind: each["verdict"] for kind, each in verdict["kinds"].items()} == {"flights": "same", "campaigns": "same"}
+    said = capsys.readouterr().out
+    assert "flights: same (2 sequences" in said
+    assert "Not worse than the baseline" in said
 
 
-def test_a_fault_in_the_estimator_is_exit_code_1_and_names_the_sequences(kept: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    with body_axes():
-        assert gate(kept, work="fault") == 1
+def test_what_got_worse_is_exit_code_1_with_its_sequences_links_and_what_to_type(
+    kept: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run = spoiled_run(kept, tmp_path, lambda e: replace(e, middle=replace(e.middle, v_world=e.middle.v_world + 1.0)))
+    assert gate(kept, "--run", str(run), work="worse") == 1
     out = capsys.readouterr().out
-    assert "middle_angular_percent: worse by" in out
-    assert "cut_stone-0000" in out
-    assert "cut_stone-0001" in out
+    assert "error of v in depth: worse" in out
+    assert "look at cut_stone-0000" in out
+    assert "next: tumble estimate" in out
+    page = (kept / "worse" / "gate.html").read_text(encoding="utf-8")
+    assert "flights: worse (2 sequences)" in page
+    assert 'href="' in page
+    assert 'estimates/cut_stone-0001.estimate.json">cut_stone-0001</a>' in page
+
+
+def test_a_fault_is_found_and_its_reports_are_made(kept: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    original = estimating.measure
+
+    def mixed(observation: Any, configuration: Any) -> Any:
+        estimate = original(observation, configuration)
+        assert estimate.middle is not None
+        return replace(estimate, middle=replace(estimate.middle, omega_world=-estimate.middle.omega_world))
+
+    monkeypatch.setattr(estimating, "measure", mixed)
+    assert gate(kept, work="fault") == 1
+    page = (kept / "fault" / "gate.html").read_text(encoding="utf-8")
+    assert 'href="flights/report/report.html"' in page
+    assert (kept / "fault" / "flights" / "report" / "report.html").is_file()
 
 
 def test_estimates_of_other_sources_are_made_anew(kept: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    original = gating.sources_digest
-    assert original(gating.NATURE) != original(gating.INSTRUMENT)
-    monkeypatch.setattr(gating, "sources_digest", lambda packages: original(packages) + ("+" if "estimator" in packages else ""))
-    rendered, estimated = counted(monkeypatch, gating, "render_dataset"), counted(monkeypatch, estimating, "measure")
-    first = next((kept / "work" / "dataset" / "finished").iterdir()).stat().st_mtime_ns
+    original = running.sources_digest
+    assert original(running.NATURE) != original(running.INSTRUMENT)
+    monkeypatch.setattr(running, "sources_digest", lambda packages: original(packages) + ("+" if "estimator" in packages else ""))
+    estimated = counted(monkeypatch, estimating, "measure")
+    made = kept / "work" / "flights" / "dataset" / "finished"
+    first = next(made.iterdir()).stat().st_mtime_ns
     assert gate(kept, work="work") == 0
-    assert next((kept / "work" / "dataset" / "finished").iterdir()).stat().st_mtime_ns == first
-    assert (len(rendered), len(estimated)) == (1, 2)
+    assert next(made.iterdir()).stat().st_mtime_ns == first
+    assert len(estimated) == 2
 
 
 def test_an_estimate_that_fails_makes_the_run_worse(
@@ -104,23 +154,71 @@ def test_an_estimate_that_fails_makes_the_run_worse(
     monkeypatch.setattr(tasks, "refine", breaks_once)
     assert gate(kept, "--json", work="failure") == 1
     said = json.loads(capsys.readouterr().out)
-    assert said["sequences"] == ["cut_stone-0000"]
-    assert said["sentences"][0] == "cut_stone-0000 failed: ZeroDivisionError: planted"
+    assert said["failed"] == {"flights/cut_stone-0000": "ZeroDivisionError: planted"}
     run = json.loads((kept / "failure" / "run.json").read_text(encoding="utf-8"))
-    assert (run["state"], run["failures"][0]["item"]) == ("finished_with_failures", "cut_stone-0000")
+    assert (run["state"], run["failures"][0]["item"]) == ("finished_with_failures", "flights/cut_stone-0000")
 
 
-def test_a_baseline_without_a_recipe_says_what_to_give(kept: Path, tmp_path: Path) -> None:
-    document = json.loads((kept / "small.json").read_text(encoding="utf-8"))
-    del document["recipe"], document["sha256"]
-    (tmp_path / "b.json").write_text(json.dumps(document), encoding="utf-8")
-    with pytest.raises(InputError, match=r'b\.json: expected "recipe".*came none\. Give --estimates and --truth'):
-        gating.recipe_file(tmp_path / "b.json")
-    (tmp_path / "b.json").write_text(json.dumps({**document, "recipe": "gone.toml"}), encoding="utf-8")
-    with pytest.raises(InputError, match=r"expected its recipe .*gone\.toml, came nothing"):
-        gating.recipe_file(tmp_path / "b.json")
+def test_numbers_that_are_none_are_infinitely_worse(kept: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    run = spoiled_run(kept, tmp_path, lambda e: replace(e, middle=replace(e.middle, v_world=np.full(3, np.nan))))
+    assert gate(kept, "--run", str(run), work="none") == 1
+    said = capsys.readouterr().out
+    assert "error of v in the picture's plane: worse" in said
+    assert "not measured any more: cut_stone-0000 (converged, but no number for the error of v in the picture's plane)" in said
 
 
-def test_estimates_without_truth_are_refused(kept: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert gate(kept, "--estimates", str(kept / "work" / "estimates"), work="none") == 2
-    assert "--estimates and --truth together" in capsys.readouterr().err
+def test_an_estimate_of_another_sequence_is_refused(kept: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    run = spoiled_run(kept, tmp_path, lambda e: replace(e, name="cut_stone-0001"))
+    assert gate(kept, "--run", str(run), work="mixed") == 2
+    said = capsys.readouterr().err
+    assert 'expected the estimate of sequence "cut_stone-0000", got that of "cut_stone-0001"' in said
+    assert "cut_stone-0000.estimate.json" in said
+
+
+def test_a_set_that_has_changed_is_refused_with_the_difference(kept: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "other.toml").write_text(SET.replace("seed = 401", "seed = 402"), encoding="utf-8")
+    assert gate(kept, "--set", str(tmp_path / "other.toml"), work="other") == 2
+    assert "recipes.flights.seed was 401 and is now 402" in capsys.readouterr().err
+
+
+def test_a_run_is_not_resumed_with_other_settings(kept: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "other.toml").write_text(SET.replace("rows = 30", "rows = 31"), encoding="utf-8")
+    words = ["gate", str(tmp_path / "b.json"), "--set", str(tmp_path / "other.toml"), "--write", "--out", str(kept / "work")]
+    assert main(words) == 2
+    said = capsys.readouterr().err
+    assert "--resume needs the same run, but configuration.campaigns.drag.rows was 30 and is now 31" in said
+    assert not (tmp_path / "b.json").exists()
+
+
+def test_a_baseline_without_its_set_says_what_to_give(kept: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "b.json").write_text((kept / "small.json").read_text(encoding="utf-8"), encoding="utf-8")
+    assert main(["gate", str(tmp_path / "b.json"), "--out", str(tmp_path / "out")]) == 2
+    assert "small.toml, got no such file. Name it with --set" in capsys.readouterr().err
+    assert main(["gate", str(tmp_path / "new.json"), "--write", "--out", str(tmp_path / "out")]) == 2
+    assert "expected --set FILE.toml with the sequences of a new baseline" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("[flights]", "[swims]", "expected name, flights, pictures, impacts and campaigns, got swims"),
+        ('measured = "positions"', 'measured = "smells"', "expected measured to be one of poses, .*, got smells"),
+        ("quadratic_drag =", "drag =", "expected an effect of the catalogue, got drag"),
+        ("per_length =", "lengths =", "expected per_length, got quadratic_drag"),
+        ("rows = 30", "lines = 30", "expected name, measured, seed, flights, rows and hidden"),
+        ("name =", "name", "expected the set of a gate as TOML"),
+    ],
+)
+def test_sets_that_are_none_are_refused(old: str, new: str, said: str, tmp_path: Path) -> None:
+    (tmp_path / "set.toml").write_text(SET.replace(old, new), encoding="utf-8")
+    with pytest.raises(InputError, match=said):
+        read_set(tmp_path / "set.toml")
+
+
+def test_what_is_hidden_does_not_hang_on_the_estimator() -> None:
+    """Sizes are written down: a change of the estimator leaves the sequences as they are."""
+    gate_set = read_set(Path(__file__).resolve().parents[2] / "baselines" / "quick.toml")
+    case = case_of(gate_set.campaigns[0])
+    assert case.hidden == {"quadratic_drag": {"per_length": (0.024,) * 6}}
+    assert case.flights == case_of(gate_set.campaigns[0]).flights
+    assert case.mess == {}

@@ -17,8 +17,8 @@ from tumble.output_directory import Run, output_directory
 KILLED = '{"schema": "tumble-run", "verb": "render", "state": "unfinished", "failures": []}'
 WITHOUT = ("cluster", "effect", "doctor", "benchmark list", "benchmark show", "benchmark verify")
 WITH_OUT = {name: parser for name, parser in parsers() if name not in WITHOUT}
-APART = {"challenge score": {"earlier"}, "gate": {"estimates", "truth"}}
-"""Options that take several paths, or with which no folder is written."""
+APART = {"challenge score": {"earlier"}}
+"""Options that take several paths."""
 
 
 @pytest.fixture(scope="module")
@@ -191,7 +191,7 @@ def test_files_of_the_user_do_not_become_tumbles_by_resuming(tmp_path: Path) -> 
         ("effect list", "--write"),
         ("challenge score challenge answers", "--result"),
         ("challenge limits", "--table"),
-        ("gate --write --estimates estimates --truth dataset/truth", ""),
+        ("gate --write --set recipes/quick.toml", ""),
     ],
 )
 def test_a_file_of_others_is_not_replaced(

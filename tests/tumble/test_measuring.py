@@ -96,21 +96,6 @@ def test_a_worse_sequence_is_named_with_its_cause(dataset: Path, perfect: Path, 
     assert f"worse: {lost['name']}: ambiguous" in capsys.readouterr().out
 
 
-def test_the_gate_passes_the_same_run_and_fails_a_worse_one(
-    dataset: Path, perfect: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    words = ["gate", str(tmp_path / "baseline.json"), "--truth", str(dataset / "truth"), "--estimates"]
-    assert main([*words, str(perfect), "--write"]) == 0
-    assert main([*words, str(perfect)]) == 0
-    (path,) = perfect.glob("*.estimate.json")
-    worse = json.loads(path.read_text(encoding="utf-8")) | {"status": "no convergence"}
-    del worse["sha256"]
-    (tmp_path / path.name).write_text(json.dumps(worse), encoding="utf-8")
-    capsys.readouterr()
-    assert main([*words, str(tmp_path / path.name)]) == 1
-    assert worse["name"] in capsys.readouterr().out
-
-
 def test_a_report_finds_the_observations_by_itself(
     dataset: Path, estimates: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

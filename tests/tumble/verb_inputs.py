@@ -39,7 +39,7 @@ COMMANDS: Mapping[str, str] = {
     "challenge score": "challenge answers --limits limits/limits.json --config config/estimator.toml --keep kept",
     "challenge hidden": "--limits limits/limits.json --particles particles --seed 1",
     "challenge limits": "--particles particles",
-    "gate": "baseline/quick.json --recipe recipes/quick.toml",
+    "gate": "baseline/quick.json --set recipes/quick.toml --run ran",
     "leaderboard": "dataset --of one=estimates",
     "benchmark make": "free_flight",
 }
@@ -65,6 +65,7 @@ def make_inputs(folder: Path) -> None:
         "stone/particle.json": "{}",
         "calibration/camera.toml": "",
         "particles/stone.ply": "",
+        "ran/flights/notes.txt": "",
         "challenge/campaigns/c001/observations/one/observation.json": "{}",
         "limits/limits.json": TABLE.read_text(encoding="utf-8"),
     }

@@ -6,7 +6,7 @@ from typing import Any
 
 from datasets.observation_files import write_observation
 from tumble.challenge.cases import CASE_FILE, campaign_folder, case_folder
-from tumble.challenge.field_case import write_case
+from tumble.challenge.field_case import FieldCase, write_case
 from tumble.challenge.field_drawing import FieldPlan, draw_field_case, names_of
 from tumble.challenge.field_files import write_surroundings, write_trajectory, write_true_motion
 from tumble.challenge.field_flights import DENSE, flown, measured
@@ -26,9 +26,14 @@ def make_field_campaigns(plan: FieldPlan, seed: int, out: Path, *, executor: Exe
 
 
 def make_field_item(payload: dict[str, Any]) -> dict[str, Any]:
-    """Make one campaign; the file that says what is hidden is written last."""
-    out, plan = Path(payload["out"]), FieldPlan(**payload["plan"])
-    case = draw_field_case(plan, payload["seed"], payload["number"])
+    """Make one campaign."""
+    case = draw_field_case(FieldPlan(**payload["plan"]), payload["seed"], payload["number"])
+    write_campaign(case, Path(payload["out"]))
+    return {"name": case.name}
+
+
+def write_campaign(case: FieldCase, out: Path) -> None:
+    """Fly, measure and write a case; the file that says what is hidden is written last."""
     observations, truth = campaign_folder(out, case.name) / "observations", case_folder(out, case.name)
     observations.mkdir(parents=True, exist_ok=True)
     if case.scene is None:
@@ -42,4 +47,3 @@ def make_field_item(payload: dict[str, Any]) -> dict[str, Any]:
     for number, flight in enumerate(case.flights):
         write_true_motion(fly(case, number, DENSE), truth / f"{flight.name}.csv")
     write_case(case, truth / CASE_FILE)
-    return {"name": case.name}

@@ -1,34 +1,29 @@
-"""``tumble gate``: whether a run is worse than a committed baseline. Exit code 1 when it is.
+"""``tumble gate``: whether the estimator is worse than a committed baseline. Exit code 1 when it is.
 
-With a baseline alone its sequences are made anew from the recipe that it names, estimated and compared; with ``--estimates`` and
-``--truth`` a run that is there already is compared.
+The baseline's own sequences are made anew from the set that it names, measured and compared; with ``--run`` what an earlier gate left in
+a folder is compared as it is.
 """
 
 import argparse
 import json
 import os
 import platform
-from collections.abc import Sequence
+from collections.abc import Mapping
 from pathlib import Path
-
-import numpy as np
 
 from datasets.atomic_files import written_whole
 from datasets.errors import InputError
-from datasets.recipes.toml_files import load_recipe
-from datasets.scoring.gate import GateResult, compare, load_baseline, write_baseline
-from datasets.scoring.score import Row
-from datasets.scoring.table import score_table
+from datasets.scoring.gate import Baseline, compare, load_baseline, write_baseline
 from tumble.cli.options import add_engine, add_output, executor_of, verb_parser
-from tumble.engine import Outcome, failures
-from tumble.gating import Manner, recipe_file, rows_of_recipe
+from tumble.differences import first_difference
+from tumble.gate.page import PAGE, write_gate_page, write_reports
+from tumble.gate.running import Manner, Ran, rows_in, run_set
+from tumble.gate.sets import GateSet, read_set
+from tumble.gate.words import document, sentences
 from tumble.output_directory import Run, note_failures, output_directory
-from tumble.result_files import estimates_in
-from tumble.scoring import score_one
 from tumble.versions import versions
 from tumble.written_files import refuse_other_file
 
-BOOTSTRAP_SEED = 20240229
 VERDICT_FILE = "verdict.json"
 
 
@@ -36,16 +31,15 @@ def parser() -> argparse.ArgumentParser:
     """The verb's options."""
     verb = verb_parser(
         "gate",
-        description="Compare a run with a committed baseline, sequence by sequence, and name the sequences that got worse.\n"
-        "Without --estimates and --truth the baseline's own sequences are made from the recipe that it names, in --out; what is there\n"
-        "already and was made by the same sources stays (--resume is how it always works), --force makes it all anew.\n"
+        description="Compare the estimator with a committed baseline on the same sequences: flights, pictures, impacts, campaigns.\n"
+        "The sequences are made from the set that the baseline names, in --out; what is there already and was made by the same\n"
+        "sources stays (--resume is how it always works), --force makes it all anew.\n"
         "Exit code 0: not worse; 1: worse; 2: something is missing.",
         example="tumble gate baselines/quick.json --out out/gate",
     )
     verb.add_argument("baseline", type=Path, metavar="BASELINE.json", help="the baseline")
-    verb.add_argument("--estimates", type=Path, metavar="FOLDER", help="a run's estimates, to compare instead")
-    verb.add_argument("--truth", type=Path, metavar="FOLDER", help="the truth folder of that run's dataset")
-    verb.add_argument("--recipe", type=Path, metavar="FILE.toml", help="the recipe of the sequences (default: the one the baseline names)")
+    verb.add_argument("--set", type=Path, metavar="FILE.toml", dest="set_file", help="the set (default: the one the baseline names)")
+    verb.add_argument("--run", type=Path, metavar="FOLDER", dest="ran", help="an earlier gate's --out, to compare as it is instead")
     verb.add_argument("--write", action="store_true", help="write the baseline from this run instead of comparing")
     add_output(verb, default="out/gate")
     add_engine(verb)
@@ -54,59 +48,85 @@ def parser() -> argparse.ArgumentParser:
 
 def run(arguments: argparse.Namespace) -> int:
     """Compare, or write the baseline."""
-    if (arguments.estimates is None) != (arguments.truth is None):
-        raise InputError("expected --estimates and --truth together, or neither; came one of them.")
     if arguments.write:
         refuse_other_file(arguments.baseline, "tumble baseline", "BASELINE")
-    if arguments.estimates is not None:
-        rows = [score_one(path, arguments.truth) for path in estimates_in(arguments.estimates)]
-        return _write(arguments, rows) if arguments.write else _compare(arguments, rows, ())
-    return _run_anew(arguments)
-
-
-def verdict(baseline: Path, rows: list[Row]) -> GateResult:
-    """The comparison with the committed baseline; the bootstrap always draws the same samples."""
-    return compare(load_baseline(baseline), rows, rng=np.random.default_rng(BOOTSTRAP_SEED))
-
-
-def _run_anew(arguments: argparse.Namespace) -> int:
-    source = arguments.recipe or recipe_file(arguments.baseline)
-    recipe = load_recipe(source, ())
-    manner = Manner(executor_of(arguments), arguments.quiet, arguments.force)
-    content = {"baseline": str(arguments.baseline.resolve()), "recipe": str(source.resolve())}
-    described = Run("gate", content, recipe.seed, reads=(arguments.baseline, source, *map(Path, recipe.particle.files)))
+    if arguments.write and arguments.set_file is None and not arguments.baseline.exists():
+        raise InputError(f"{arguments.baseline}: expected --set FILE.toml with the sequences of a new baseline, got none.")
+    source = arguments.set_file or set_file_of(arguments.baseline)
+    gate_set = read_set(source)
+    baseline = None if arguments.write else _baseline_of(arguments.baseline, gate_set, source)
+    content = {"set": str(source.resolve()), **gate_set.content(), "run": str(arguments.ran.resolve()) if arguments.ran else None}
+    reads = (arguments.baseline, source, *gate_set.meshes, *([arguments.ran] if arguments.ran else []))
+    described = Run("gate", json.loads(json.dumps(content)), reads=reads)
     with output_directory(arguments.out, described, resume=not arguments.force, force=arguments.force) as out:
-        rows, outcomes = rows_of_recipe(recipe, out, manner)
-        note_failures(out, {outcome.name: outcome.message for outcome in failures(outcomes)})
-        if not arguments.write:
-            return _compare(arguments, rows, outcomes)
-    for failed in failures(outcomes):
-        raise InputError(f"sequence {failed.name} has no estimate, so no baseline is written: {failed.message}")
-    return _write(arguments, rows)
+        ran = _run(gate_set, arguments, out)
+        note_failures(out, ran.failed)
+        if baseline is not None:
+            return _compare(arguments, baseline, ran)
+    return _write(arguments, source, gate_set, ran)
 
 
-def _write(arguments: argparse.Namespace, rows: list[Row]) -> int:
-    recipe = arguments.recipe or (recipe_file(arguments.baseline) if arguments.estimates is None else None)
-    named = "" if recipe is None else Path(os.path.relpath(recipe.resolve(), arguments.baseline.resolve().parent)).as_posix()
+def set_file_of(path: Path) -> Path:
+    """The file of the set that the baseline of this ``path`` names.
+
+    Raises
+    ------
+    InputError
+        Where it is not there.
+    """
+    named = load_baseline(path).set_file
+    found = path.parent / named
+    if not found.is_file():
+        raise InputError(f"{path}: expected its set {found}, got no such file. Name it with --set.")
+    return found
+
+
+def _baseline_of(path: Path, gate_set: GateSet, source: Path) -> Baseline:
+    baseline = load_baseline(path)
+    if different := first_difference(baseline.made_from, json.loads(json.dumps(gate_set.content()))):
+        raise InputError(
+            f"{source}: expected the set that {path} was made from, but {different}. Other sequences cannot be compared: take the change "
+            "back, or write the baseline anew with --write."
+        )
+    return baseline
+
+
+def _run(gate_set: GateSet, arguments: argparse.Namespace, out: Path) -> Ran:
+    if arguments.ran is not None:
+        kinds = [*gate_set.recipes, *(["campaigns"] if gate_set.campaigns else [])]
+        return Ran({kind: rows_in(kind, arguments.ran / kind) for kind in kinds}, {}, {})
+    return run_set(gate_set, out, Manner(executor_of(arguments), arguments.quiet, arguments.force))
+
+
+def _write(arguments: argparse.Namespace, source: Path, gate_set: GateSet, ran: Ran) -> int:
+    for name, message in ran.failed.items():
+        raise InputError(f"{name} could not be measured, so no baseline is written: {message}")
+    named = Path(os.path.relpath(source.resolve(), arguments.baseline.resolve().parent)).as_posix()
     environment = {**versions(), "platform": f"{platform.system()}-{platform.machine()}"}
-    write_baseline(arguments.baseline, score_table(rows), environment, recipe=named)
-    print(f"baseline: {arguments.baseline} ({len(rows)} sequences); commit it with the reason for the change")
+    cpu_s = {kind: round(value, 1) for kind, value in ran.cpu_s.items()}
+    write_baseline(arguments.baseline, Baseline(ran.rows, environment, named, gate_set.content(), cpu_s))
+    count = sum(len(rows) for rows in ran.rows.values())
+    print(f"baseline: {arguments.baseline} ({count} sequences); commit it with the reason for the change")
     return 0
 
 
-def _compare(arguments: argparse.Namespace, rows: list[Row], outcomes: Sequence[Outcome]) -> int:
-    """Say the verdict; a sequence whose estimate failed makes the run worse, whatever the baseline says of it."""
-    result = verdict(arguments.baseline, rows)
-    lost = {failed.name: failed.message for failed in failures(outcomes)}
-    worse = result.worse or bool(lost)
-    names = list(dict.fromkeys([*lost, *result.sequences]))
-    sentences = [*(f"{name} failed: {message}" for name, message in lost.items()), *result.sentences]
-    document = json.dumps({"worse": worse, "sequences": names, "sentences": sentences})
-    if arguments.estimates is None:
-        with written_whole(arguments.out / VERDICT_FILE) as temporary:
-            temporary.write_text(document + "\n", encoding="utf-8")
+def _compare(arguments: argparse.Namespace, baseline: Baseline, ran: Ran) -> int:
+    """Say the verdict, and write it with its page; a sequence whose estimate failed makes the run worse, whatever the baseline says."""
+    result = compare(baseline, ran.rows, ran.failed)
+    place, out = arguments.ran or arguments.out, arguments.out
+    if arguments.ran is None:
+        write_reports(result, out, executor=executor_of(arguments), quiet=arguments.quiet)
+    write_gate_page(result, place, out / PAGE)
+    cpu_s = _cpu_s(ran.cpu_s, baseline.cpu_s)
+    told = json.dumps(document(result, place, cpu_s), indent=1)
+    with written_whole(out / VERDICT_FILE) as temporary:
+        temporary.write_text(told + "\n", encoding="utf-8")
     if arguments.json:
-        print(document)
-    elif worse or not arguments.quiet:
-        print("\n".join(sentences))
-    return int(worse)
+        print(told)
+    elif result.worse or not arguments.quiet:
+        print("\n".join([*sentences(result, place, cpu_s, every=arguments.verbose), f"page: {out / PAGE}"]))
+    return int(result.worse)
+
+
+def _cpu_s(now: Mapping[str, float], before: Mapping[str, float]) -> dict[str, tuple[float, float]]:
+    return {kind: (now[kind], before[kind]) for kind in now if kind in before}

@@ -1,3 +1,5 @@
+"""The gate's decisions, on made-up rows: what is worse, better or the same, what is lost, and how often chance alone raises an alarm."""
+
 import json
 from dataclasses import replace
 
@@ -6,180 +8,178 @@ import pytest
 
 from datasets.errors import InputError
 from datasets.estimate import Status
-from datasets.scoring.gate import compare, load_baseline, write_baseline
-from datasets.scoring.metrics import METRICS
-from datasets.scoring.score import score
-from datasets.scoring.table import score_table
+from datasets.scoring.gate import FALSE_ALARMS, JUMP, LOST_SHARE, TOLERATED, Baseline, compare, load_baseline, write_baseline
+from datasets.scoring.gate_measures import MEASURES, gate_row
 
-COUNT = 16
-SIGMA = np.array([0.002, 0.002, 0.008, 0.3, 0.3, 0.3])
+SIZES = {"flights": 8, "pictures": 8, "impacts": 8, "campaigns": 12}
 
 
-@pytest.fixture
-def run(truth_of, estimate_of):
-    """Rows of a run whose errors are ``base`` noise, scaled and shifted, plus fresh noise of a share."""
+def rows(rng, *, kinds=tuple(SIZES), scale=1.0, spread=None):
+    """Independent errors of sequences that are differently hard: norms of one to three normal components."""
+    hard = {kind: np.exp(np.random.default_rng(7).normal(size=SIZES[kind])) for kind in kinds}
+    return {
+        kind: [row(rng, kind, k, scale * hard[kind][k] * (1.0 if spread is None else spread)) for k in range(SIZES[kind])] for kind in kinds
+    }
 
-    def rows(*, scale=1.0, shift=0.0, fresh=0.0, sigma_scale=1.0, only=None, status=None):
-        base, other = np.random.default_rng(11), np.random.default_rng(12)
-        made = []
-        for k in range(COUNT):
-            truth = truth_of(f"seq_{k:04d}", seed=k)
-            error = base.normal(size=6) * SIGMA
-            noise = other.normal(size=6) * SIGMA
-            touched = only is None or k in only
-            changed = error * scale + shift * SIGMA + fresh * noise if touched else error
-            estimate = estimate_of(truth, changed, sigma=0.01)
-            covariance = np.diag((SIGMA * sigma_scale) ** 2)
-            middle = replace(estimate.middle, covariance=covariance, bound=np.diag(SIGMA**2))
-            estimate = replace(estimate, middle=middle, start=replace(estimate.start, covariance=covariance))
-            if status is not None and touched:
-                estimate = replace(estimate, status=status)
-            made.append(score(estimate, truth))
-        return made
 
-    return rows
+def row(rng, kind, k, size):
+    values = {
+        measure.key: float(np.linalg.norm(rng.standard_normal(1 + n % 3)) * (1.0 if measure.nats else size))
+        for n, measure in enumerate(MEASURES[kind])
+    }
+    return {"sequence": f"{kind}-{k}", "status": "converged", "measured": True, **values}
+
+
+def baseline_of(found):
+    return Baseline(found, {}, "quick.toml", {})
+
+
+def changed(found, kind, key, factor, *, of=None):
+    """The rows with one measure of one kind multiplied, of all sequences or of the first ``of``."""
+    made = [{**each, key: each[key] * factor} if of is None or k < of else each for k, each in enumerate(found[kind])]
+    return {**found, kind: made}
 
 
 @pytest.fixture
-def baseline(run, tmp_path):
-    write_baseline(tmp_path / "baseline.json", score_table(run()), {"numpy": np.__version__})
-    return load_baseline(tmp_path / "baseline.json")
+def old():
+    return rows(np.random.default_rng(1))
 
 
-def verdict(baseline, rows):
-    return compare(baseline, rows, rng=np.random.default_rng(0))
-
-
-def test_the_baseline_keeps_unit_direction_tolerance_and_environment(run, tmp_path):
-    path = tmp_path / "baseline.json"
-    write_baseline(path, score_table(run()), {"numpy": "2.4"})
-    document = json.loads(path.read_text())
-    assert document["environment"] == {"numpy": "2.4"}
-    assert set(document["metrics"]) == {entry.key for entry in METRICS if entry.gated}
-    entry = document["metrics"]["middle_angular_percent"]
-    assert (entry["unit"], entry["direction"]) == ("%", "lower")
-    median = np.median([row["middle_angular_percent"] for row in run()])
-    assert entry["tolerance"] == pytest.approx(0.1 * median)
-
-
-def test_the_baseline_may_name_its_recipe(run, tmp_path):
-    write_baseline(tmp_path / "with.json", score_table(run()), {}, recipe="quick.toml")
-    write_baseline(tmp_path / "without.json", score_table(run()), {})
-    assert load_baseline(tmp_path / "with.json").recipe == "quick.toml"
-    assert load_baseline(tmp_path / "without.json").recipe == ""
-
-
-def test_an_identical_run_passes(baseline, run):
-    result = verdict(baseline, run())
+def test_the_same_run_is_the_same_to_the_digit(old):
+    result = compare(baseline_of(old), old)
     assert not result.worse
-    assert result.sentences == (f"Not worse than the baseline in {len(baseline.metrics)} metrics.",)
-    assert all(comparison.median == comparison.low == comparison.high == 0 for comparison in result.comparisons)
+    assert all(each.ratio == each.low == each.high == 1.0 for each in result.comparisons)
+    assert [result.verdict(kind) for kind in SIZES] == ["same"] * 4
 
 
-@pytest.mark.parametrize(
-    "change",
-    [{"fresh": 0.001}, {"fresh": 0.1}, {"scale": 1.02}, {"scale": 0.5}, {"sigma_scale": 1.02}, {"shift": 0.01}],
-    ids=str,
-)
-def test_harmless_changes_pass(baseline, run, change):
-    result = verdict(baseline, run(**change))
-    assert not result.worse, result.sentences
+@pytest.mark.parametrize("kind", SIZES)
+def test_what_is_worse_is_told_by_kind_and_measure_with_its_sequences(old, kind):
+    key = MEASURES[kind][1].key
+    result = compare(baseline_of(old), changed(old, kind, key, 2.0))
+    worse = [each for each in result.comparisons if each.verdict == "worse"]
+    assert [(each.kind, each.measure.key) for each in worse] == [(kind, key)]
+    assert 1.5 < worse[0].ratio < 2.0
+    assert worse[0].low > TOLERATED
+    assert [result.verdict(other) for other in SIZES if other != kind] == ["same"] * 3
+    assert set(result.sequences(kind)) <= {each["sequence"] for each in old[kind]}
+    assert result.sequences(kind)
 
 
-def test_another_realisation_of_the_same_noise_passes(baseline, run):
-    result = verdict(baseline, run(scale=0.0, fresh=1.0))
-    assert not result.worse, result.sentences
-
-
-@pytest.mark.parametrize(
-    ("change", "metrics"),
-    [
-        ({"scale": 1.5}, {"middle_in_plane_percent", "middle_out_of_plane_percent", "middle_angular_percent"}),
-        ({"shift": 3.0}, {"middle_in_plane_percent", "middle_out_of_plane_percent", "middle_angular_percent"}),
-        ({"fresh": 2.0}, {"middle_angular_percent"}),
-        ({"sigma_scale": 0.5}, {"middle_mahalanobis2"}),
-        ({"sigma_scale": 2.0}, {"middle_sigma_over_bound"}),
-    ],
-    ids=["scaled", "shifted", "noisier", "too sure", "too unsure"],
-)
-def test_planted_faults_are_caught_by_name(baseline, run, change, metrics):
-    result = verdict(baseline, run(**change))
-    assert result.worse
-    assert metrics <= {comparison.key for comparison in result.comparisons if comparison.worse}
-    assert len(result.sequences) > 0
-    assert all(any(key in sentence for sentence in result.sentences) for key in metrics)
-
-
-def test_one_sequence_that_jumps_is_named(baseline, run):
-    result = verdict(baseline, run(scale=30.0, only={5}))
-    assert result.worse
-    assert result.sequences == ("seq_0005",)
-    assert any("far worse in seq_0005" in sentence for sentence in result.sentences)
-
-
-def test_a_number_that_the_baseline_lacks_hides_no_jump(baseline, run):
-    rows = [{**row, "middle_angular_percent": float("nan")} if row["sequence"] == "seq_0001" else row for row in baseline.rows]
-    result = verdict(replace(baseline, rows=tuple(rows)), run(scale=30.0, only={5}))
-    (angular,) = (comparison for comparison in result.comparisons if comparison.key == "middle_angular_percent")
-    assert angular.jumped == ("seq_0005",)
-    nothing = [{**row, "middle_angular_percent": float("nan")} for row in baseline.rows]
-    assert verdict(replace(baseline, rows=tuple(nothing)), run()).comparisons
-
-
-def test_lost_convergence_is_named(baseline, run):
-    result = verdict(baseline, run(status=Status.NO_CONVERGENCE, only={2, 3}))
-    assert result.worse
-    assert result.lost == ("seq_0002", "seq_0003")
-    assert result.sentences[0] == "No longer converged: seq_0002, seq_0003."
-
-
-def test_gained_convergence_is_no_fault(run, tmp_path):
-    write_baseline(tmp_path / "b.json", score_table(run(status=Status.AMBIGUOUS, only={4})), {})
-    result = verdict(load_baseline(tmp_path / "b.json"), run())
+def test_what_is_better_is_no_alarm(old):
+    result = compare(baseline_of(old), changed(old, "flights", "middle_angular_percent", 0.5))
     assert not result.worse
-    assert result.gained == ("seq_0004",)
+    assert result.verdict("flights") == "better"
 
 
-def test_nothing_converged_any_more(baseline, run):
-    result = verdict(baseline, run(status=Status.NO_CONVERGENCE))
-    assert result.worse
-    assert len(result.lost) == COUNT
-    assert result.sentences[0].endswith("and 11 more.")
+def test_what_is_tolerated_is_no_alarm(old):
+    assert not compare(baseline_of(old), changed(old, "flights", "middle_angular_percent", 1.05)).worse
 
 
-def test_missing_and_additional_sequences(baseline, run):
-    with pytest.raises(InputError, match=r"came none for seq_0000, seq_0001\."):
-        verdict(baseline, run()[2:])
-    extra = {**run()[0], "sequence": "new"}
-    assert "Left out, unknown to the baseline: new." in verdict(baseline, [*run(), extra]).sentences
+def test_one_sequence_decides_nothing_alone_but_is_told(old):
+    result = compare(baseline_of(old), changed(old, "flights", "middle_angular_percent", 1e6, of=1))
+    assert not result.worse
+    (told,) = (each for each in result.comparisons if each.kind == "flights" and each.measure.key == "middle_angular_percent")
+    assert told.sequences == (("flights-0", pytest.approx(JUMP)),)
 
 
-def test_the_tolerance_of_the_file_counts(baseline, run):
-    generous = {key: replace(entry, tolerance=1e9) for key, entry in baseline.metrics.items()}
-    assert not verdict(replace(baseline, metrics=generous), run(scale=1.5)).worse
+def test_more_sequences_lost_than_noise_loses_are_an_alarm(old):
+    def without(count):
+        lost = [{**each, "measured": k >= count} for k, each in enumerate(old["flights"])]
+        return compare(baseline_of(old), {**old, "flights": lost})
+
+    assert LOST_SHARE * SIZES["flights"] < 1
+    assert not without(1).worse
+    assert without(4).worse
+    assert without(4).sequences("flights") == ("flights-0", "flights-1", "flights-2", "flights-3")
 
 
-def test_the_direction_counts(baseline, run):
-    upwards = {key: replace(entry, direction="higher") for key, entry in baseline.metrics.items()}
-    assert not verdict(replace(baseline, metrics=upwards), run(scale=1.5)).worse
-    assert verdict(replace(baseline, metrics=upwards), run(scale=0.2)).worse
+def test_what_is_newly_measured_is_told(old):
+    before = {**old, "flights": [{**each, "measured": k > 0} for k, each in enumerate(old["flights"])]}
+    (losses,) = (each for each in compare(baseline_of(before), old).losses if each.kind == "flights")
+    assert (losses.gained, losses.lost, losses.worse) == (("flights-0",), {}, False)
 
 
-def test_the_verdict_is_reproducible(baseline, run):
-    assert verdict(baseline, run(fresh=0.5)) == verdict(baseline, run(fresh=0.5))
+def test_a_number_that_is_lost_is_infinitely_worse(old):
+    result = compare(baseline_of(old), changed(old, "flights", "middle_angular_percent", np.nan))
+    (worse,) = (each for each in result.comparisons if each.verdict == "worse")
+    assert worse.ratio == pytest.approx(JUMP)
 
 
-def test_bad_baselines(run, tmp_path):
+def test_what_neither_has_is_left_out(old):
+    lacking = changed(old, "campaigns", "velocity_ms", np.nan, of=5)
+    (told,) = (each for each in compare(baseline_of(lacking), lacking).comparisons if each.measure.key == "velocity_ms")
+    assert told.n == SIZES["campaigns"] - 5
+
+
+def test_what_failed_makes_a_run_worse(old):
+    assert compare(baseline_of(old), old, {"flights/flights-0": "ZeroDivisionError"}).worse
+
+
+def test_fresh_noise_raises_no_more_alarms_than_stated():
+    rng = np.random.default_rng(3)
+    trials = 300
+    alarms = sum(compare(baseline_of(rows(rng)), rows(rng)).worse for _ in range(trials))
+    assert alarms <= trials * FALSE_ALARMS + 3 * np.sqrt(trials * FALSE_ALARMS)
+
+
+def test_sequences_must_be_the_same(old):
+    with pytest.raises(InputError, match=r"flights: expected every sequence of the baseline, got none for flights-0\."):
+        compare(baseline_of(old), {**old, "flights": old["flights"][1:]})
+    other = {**old["flights"][0], "sequence": "new"}
+    with pytest.raises(InputError, match="expected the sequences of the baseline, got new besides"):
+        compare(baseline_of(old), {**old, "flights": [*old["flights"], other]})
+
+
+def test_a_baseline_is_read_as_it_was_written(old, tmp_path):
+    kept = Baseline(old, {"numpy": "2.4"}, "quick.toml", {"recipes": {}}, {"flights": 3.5})
+    write_baseline(tmp_path / "b.json", kept)
+    found = load_baseline(tmp_path / "b.json")
+    assert {kind: list(each) for kind, each in found.rows.items()} == old
+    assert (found.environment, found.set_file, found.made_from, found.cpu_s) == (
+        {"numpy": "2.4"},
+        "quick.toml",
+        {"recipes": {}},
+        {"flights": 3.5},
+    )
+
+
+def test_baselines_of_another_schema_are_refused(old, tmp_path):
     path = tmp_path / "b.json"
     with pytest.raises(InputError, match=r"b\.json: there is no such file"):
         load_baseline(path)
-    write_baseline(path, score_table(run()), {})
+    write_baseline(path, baseline_of(old))
     good = json.loads(path.read_text())
     good.pop("sha256")
-    path.write_text(json.dumps({**good, "metrics": {"speed": good["metrics"]["position_median_mm"]}}))
-    with pytest.raises(InputError, match="expected metrics of this version, came speed"):
-        load_baseline(path)
-    del good["rows"][1]["position_median_mm"]
-    path.write_text(json.dumps(good))
-    with pytest.raises(InputError, match='sequence "seq_0001": expected the metric position_median_mm'):
-        load_baseline(path)
+    earlier = {"format": "tumble baseline", "schema_version": 1, "environment": {}, "metrics": {}, "rows": []}
+    spoiled = {
+        r"got one of an earlier Tumble, of flights alone": earlier,
+        r"expected schema version 1 or older, came 2; a newer Tumble wrote it": {**good, "schema_version": 2},
+        r"expected flights, pictures, impacts, campaigns, got swims": {**good, "kinds": {"swims": []}},
+        r'sequence "flights-1": expected the measures of this version, got none for position_in_plane_mm': without_one(good),
+    }
+    for said, document in spoiled.items():
+        path.write_text(json.dumps(document))
+        with pytest.raises(InputError, match=said):
+            load_baseline(path)
+
+
+def without_one(document):
+    copy = json.loads(json.dumps(document))
+    del copy["kinds"]["flights"][1]["position_in_plane_mm"]
+    return copy
+
+
+def test_a_row_of_another_sequence_is_refused(truth_of, estimate_of):
+    truth, other = truth_of("one", seed=1), truth_of("two", seed=2)
+    with pytest.raises(InputError, match='expected the estimate of sequence "one", got that of "two"'):
+        gate_row("flights", estimate_of(other, np.zeros(6)), truth)
+
+
+def test_an_estimate_without_numbers_is_not_measured(truth_of, estimate_of):
+    truth = truth_of("one", seed=1)
+    good = gate_row("flights", estimate_of(truth, np.full(6, 0.01), sigma=0.01), truth)
+    assert good["measured"]
+    lost = replace(estimate_of(truth, np.full(6, 0.01), sigma=0.01), status=Status.NO_CONVERGENCE)
+    found = gate_row("flights", lost, truth)
+    assert not found["measured"]
+    assert np.isnan(found["middle_angular_percent"])
