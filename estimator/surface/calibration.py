@@ -58,6 +58,6 @@ def _changes(joint: JointFit[M], others: Sequence[Other]) -> Array:
                 ((m.point - placed.t[k]) @ placed.R[k]) @ seen.R_cam_particle.T + seen.t_cam_particle
                 for k, (m, seen) in enumerate(zip(met, moved, strict=True))
             )
-            shown = [np.sum(m.normal * seen.camera.project(p), axis=1) for m, seen, p in zip(met, moved, points, strict=True)]
+            shown = [np.sum(m.outward * seen.camera.project(p), axis=1) for m, seen, p in zip(met, moved, points, strict=True)]
             changes[:, column] -= sign * np.concatenate(shown) / (2.0 * STEP)
     return changes

@@ -1,5 +1,7 @@
 """Distances of the samples of the high-speed cameras' outlines from those that surface and motion cast, with their derivatives."""
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,7 +19,9 @@ from estimator.surface.star_surface import Seen, Surface
 def samples_of_frames(surface: Surface, sightings: Sightings, motion: Motion, further: NDArray[np.float64] | None = None) -> Samples:
     """Those of the high-speed cameras' pictures under a motion.
 
-    ``further`` (n, 6, k): what k more parameters do to the poses, translation (m) and left rotation vector, world frame.
+    ``further`` (n, 6, k): what k more parameters do to the poses, translation (m) and left rotation vector, world frame. Outlines move
+    along their normals over a pixel: edges are no longer than that and turn with the noise that drew them, which is no information of a
+    turn about the optical axis.
     """
     predicted, sensitivity = sensitivity_in(motion, sightings)
     sensitivity = sensitivity if further is None else np.concatenate([sensitivity, further], axis=2)
@@ -25,7 +29,7 @@ def samples_of_frames(surface: Surface, sightings: Sightings, motion: Motion, fu
     parts = []
     for k, met in enumerate(contacts_of(surface, pictures_of(sightings, placed))):
         camera = sightings.cameras[int(sightings.camera[k])]
-        across = across_of(met, camera.intrinsics)
+        across = across_of(replace(met, normal=met.outward), camera.intrinsics)
         world = across @ camera.R_cam_world
         arm = (met.point - camera.t_cam_world) @ camera.R_cam_world - predicted.centre[k, 0]
         by_motion = -np.concatenate([world, np.cross(arm, world)], axis=1) @ sensitivity[k]

@@ -50,3 +50,21 @@ def test_samples_know_on_which_side_they_lie(distance_px: float) -> None:
     gaps = contact_of(surface, CAMERA, R, T, samples).gap_px
     assert np.all(np.sign(gaps) == np.sign(distance_px))
     assert np.median(gaps) == pytest.approx(distance_px, abs=0.05)
+
+
+def test_what_noise_draws_turns_normals_less_than_edges() -> None:
+    """A ball seen from afar, corners off by a tenth of a pixel: turned about the optical axis its outline is the same."""
+    ball, R = sphere(5), rotation_from_vector(np.array([0.7, -0.8, 0.5]))
+    px_m = T[2] / CAMERA.fx_px
+    radii = 30.0 * px_m + 0.1 * px_m * np.random.default_rng(2).normal(size=len(ball.directions))
+    surface = Surface(ball, np.zeros(3), radii[:, None] * ball.directions)
+    samples = outline(surface, R)
+    met = contact_of(surface, CAMERA, R, T, samples)
+    pixels = CAMERA.project(surface.vertices @ R.T + T)
+    along = pixels[met.second] - pixels[met.first]
+    around = samples - np.array([CAMERA.cx_px, CAMERA.cy_px])
+    around /= np.linalg.norm(around, axis=1)[:, None]
+    of_edges = np.sum(along * around, axis=1) / np.linalg.norm(along, axis=1)
+    of_normals = met.outward[:, 0] * around[:, 1] - met.outward[:, 1] * around[:, 0]
+    assert np.sqrt(np.mean(of_normals**2)) < 0.7 * np.sqrt(np.mean(of_edges**2))
+    assert np.allclose(np.linalg.norm(met.outward, axis=1), 1.0)

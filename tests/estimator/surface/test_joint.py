@@ -222,5 +222,8 @@ def test_views_that_are_seen_elsewhere_are_found_and_cost_little(made: tuple[Obs
     (joint,) = joints
     assert joint.shift_sd_px == pytest.approx(0.2, rel=0.35)
     assert joint.noise_px[0] < 1.2 * measured.joint.noise_px[0]
-    assert np.std(joint.views.shift_px - moves) < 0.5 * np.std(moves)
+    off = (joint.views.shift_px - moves).ravel()
+    shared = np.concatenate([v.intrinsics.fx_px / v.t_cam_particle[2] * v.R_cam_particle[:2] for v in made[0].views])
+    together = np.linalg.lstsq(shared, off, rcond=None)[0]  # a body elsewhere among all views looks the same
+    assert np.std(off - shared @ together) < 0.3 * np.std(moves)
     assert max(abs(found[f"middle_pull_{c}"]) for c in COMPONENTS) < 3.0
