@@ -1,10 +1,11 @@
 """The surface as an unknown of a campaign, in as few numbers as the motions and the effects feel.
 
-With ``A`` the normal matrix of the surface alone (its prior, the views' and all frames' samples) and ``B`` its cross terms with everything
-else that is unknown, the surface answers to a change of those by ``-A^-1 B``: within the span of that answer nothing of the eliminated
-equations is lost [Galerkin's condition; Triggs et al., Bundle adjustment, 2000, section 6.1]. The moves that span it are made independent
-of one another under what prior and views know, each with a standard deviation of one, and those that frames do not feel are left out. They
-are then parameters like any other: shared by all sequences of one particle, with a normal prior about what views and prior alone prefer.
+With ``A`` the normal matrix of the surface alone (its prior, the views' and all frames' single samples) and ``B`` its cross terms with
+everything else that is unknown, the surface answers to a change of those by ``-A^-1 B``: within the span of that answer nothing of the
+eliminated equations is lost [Galerkin's condition; Triggs et al., Bundle adjustment, 2000, section 6.1]. The moves that span it are made
+independent of one another under what prior and views know, each with a standard deviation of one, and those that frames do not feel are
+left out. They are then parameters like any other: shared by all sequences of one particle, with a normal prior about what views and prior
+alone prefer.
 """
 
 from collections.abc import Sequence
@@ -37,11 +38,13 @@ ROUNDING = 1e-9
 class Felt:
     """What one sequence's residuals feel, all in standard deviations.
 
-    ``by_corner`` (r, 3 n): by each corner's coordinates; ``by_motion`` (r, p): by its own parameters and those that it shares.
+    ``by_corner`` (r, 3 n): by each corner's coordinates; ``by_motion`` (r, p): by its own parameters and those that it shares. ``samples``
+    (s, 3 n): what single samples feel, of which residuals are means.
     """
 
     by_corner: csr_array
     by_motion: Float[NDArray[np.float64], "r p"]
+    samples: csr_array
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,23 +85,24 @@ class Amplitudes:
 
 
 def amplitudes_of(
-    particle: Particle, body: Body, shape: Shape, felt: Sequence[Felt], *, huber: float, most: int | None = None
+    particle: Particle, body: Body, shape: Shape, felt: Sequence[Felt], *, huber: float, views_px: float = 0.0, most: int | None = None
 ) -> tuple[Amplitudes, Float[NDArray[np.float64], " m"]]:
     """The amplitudes of a particle's surface that its sequences feel, and those (m,) of the ``shape``'s own surface.
 
     ``shape``: the surface about which views and frames are linear, and the noise of the views' samples; ``body``: the nominal one, in whose
-    axes mass properties are; ``huber``: standard deviations beyond which a sample's influence stays constant. Those that are felt most,
-    ``most`` of them at most.
+    axes mass properties are; ``huber``: standard deviations beyond which a sample's influence stays constant; ``views_px``: by how much the
+    views' outlines are drawn too large. Those that are felt most, ``most`` of them at most.
     """
     surface = shape.surface
     prior = believed(surface)
-    views = weighed(samples_of_views(surface, particle.outlines, particle.calibrated), prior, shape.noise_px, huber)
+    views = weighed(samples_of_views(surface, particle.outlines, particle.calibrated, views_px), prior, shape.noise_px, huber)
     known = csr_array(prior.rows.T @ prior.rows + views.J.T @ views.J)
     rows = [csr_array(each.by_corner @ prior.basis) for each in felt]
     every = csr_array(vstack(rows))
     frames = csr_array(every.T @ every)
     border = np.column_stack([J.T @ each.by_motion for J, each in zip(rows, felt, strict=True)])
-    answers = factorised(known + frames, prior.corner, prior.sphere).solve(_scaled(border))
+    single = csr_array(vstack([each.samples for each in felt]) @ prior.basis)
+    answers = factorised(csr_array(known + single.T @ single), prior.corner, prior.sphere).solve(_scaled(border))
     kept = independent(answers, known, frames)
     kept = kept if most is None else kept[:, -most:]
     here = kept.T @ (prior.rows.T @ prior.values + views.J.T @ views.r)

@@ -152,15 +152,17 @@ def joined(
     seed: int,
     first: int = SHARP,
     shifted: int = SHARP + MOST_ROUNDS,
+    views_px: float = 0.0,
 ) -> Joined[R]:
     """Surface and motions by steps that take all along, from a ``shape`` and what the recordings begin with.
 
     ``known`` says what is known where the recordings are. ``huber``: standard deviations beyond which a sample's influence stays constant;
     ``seed`` of the random signs; ``first``: the round of :func:`estimator.surface.shape.scale_in` to begin with, 0 for a hull;
-    ``shifted``: from which on views are free to be shifted in their pictures, by as much as they show.
+    ``shifted``: from which on views are free to be shifted in their pictures, by as much as they show; ``views_px``: by how much their
+    outlines are drawn too large.
     """
     recorded, surface, rng, size = list(recorded), shape.surface, np.random.default_rng(seed), known(recorded).size
-    views = ShiftedViews(particle.outlines, particle.calibrated, np.zeros((len(particle.calibrated), 2)))
+    views = ShiftedViews(particle.outlines, particle.calibrated, np.zeros((len(particle.calibrated), 2)), offset_px=views_px)
     sd_px = own_noise_px(particle.seen)
     own = own_noise_px(particle.seen), *(each.own_px for each in recorded)
     noise_px: tuple[float, ...] = (shape.noise_px, *own[1:])

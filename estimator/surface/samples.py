@@ -30,22 +30,23 @@ class Samples:
     by_motion: Float[NDArray[np.float64], "m p"] | csr_array
 
 
-def samples_of_views(surface: Surface, outlines: Sequence[Outline], views: Sequence[CalibratedView]) -> Samples:
-    """Those of the calibrated views, which no motion moves."""
-    return _of_views(surface, [o.points_px for o in outlines], views)[0]
+def samples_of_views(surface: Surface, outlines: Sequence[Outline], views: Sequence[CalibratedView], offset_px: float = 0.0) -> Samples:
+    """Those of the calibrated views, which no motion moves; ``offset_px``: by how much their outlines are drawn too large."""
+    return _of_views(surface, [o.points_px for o in outlines], views, offset_px)[0]
 
 
 @dataclass(frozen=True)
 class ShiftedViews:
     """A particle's views of ``outlines``, each seen ``shift_px`` (v, 2) further right and down than its ``calibrated`` pose has it.
 
-    ``free``: whether the shifts are among the unknowns.
+    ``free``: whether the shifts are among the unknowns; ``offset_px``: by how much all outlines are drawn too large.
     """
 
     outlines: Sequence[Outline]
     calibrated: Sequence[CalibratedView]
     shift_px: Float[NDArray[np.float64], "v 2"]
     free: bool = True
+    offset_px: float = 0.0
 
     @property
     def unknown(self) -> Float[NDArray[np.float64], " k"]:
@@ -55,7 +56,7 @@ class ShiftedViews:
     def samples(self, surface: Surface) -> Samples:
         """Their samples, with derivatives by the shifts that are unknown."""
         back = [outline.points_px - by for outline, by in zip(self.outlines, self.shift_px, strict=True)]
-        samples, contacts = _of_views(surface, back, self.calibrated)
+        samples, contacts = _of_views(surface, back, self.calibrated, self.offset_px)
         view = np.repeat(np.arange(len(contacts)), np.diff(samples.starts))
         columns, starts = (2 * view[:, None] + np.arange(2)).ravel(), 2 * np.arange(len(view) + 1)
         normals = np.concatenate([met.normal for met in contacts])
@@ -67,13 +68,15 @@ class ShiftedViews:
         return replace(self, shift_px=self.shift_px + step.reshape(-1, 2)) if self.free else self
 
 
-def _of_views(surface: Surface, outlines_px: Sequence[Array], views: Sequence[CalibratedView]) -> tuple[Samples, list[Contact]]:
+def _of_views(
+    surface: Surface, outlines_px: Sequence[Array], views: Sequence[CalibratedView], offset_px: float
+) -> tuple[Samples, list[Contact]]:
     """Samples of outlines, each (s, 2) px, and what they meet."""
     contacts = contacts_of(
         surface, [Picture(v.intrinsics, v.R_cam_particle, v.t_cam_particle, o) for o, v in zip(outlines_px, views, strict=True)]
     )
     across = [across_of(met, view.intrinsics) @ view.R_cam_particle for met, view in zip(contacts, views, strict=True)]
-    return stacked(surface, [(met, a, np.zeros((len(a), 0))) for met, a in zip(contacts, across, strict=True)], 0.0), contacts
+    return stacked(surface, [(met, a, np.zeros((len(a), 0))) for met, a in zip(contacts, across, strict=True)], offset_px), contacts
 
 
 def across_of(met: Contact, camera: Intrinsics) -> Array:

@@ -33,6 +33,11 @@ class Sphere:
     edge: float
 
     @property
+    def subdivisions(self) -> int:
+        """Of the icosahedron."""
+        return subdivisions_to(len(self.directions))
+
+    @property
     def directions(self) -> Float[NDArray[np.float64], "n 3"]:
         """Unit vectors."""
         return self.mesh.vertices
@@ -54,6 +59,11 @@ def sphere(subdivisions: int = SUBDIVISIONS) -> Sphere:
     return Sphere(mesh, laplacian, edge)
 
 
+def subdivisions_to(corners: int) -> int:
+    """How many subdivisions lead to about so many ``corners``."""
+    return round(np.log((corners - 2) / 10) / np.log(4)) if corners > CORNERS else 0
+
+
 def sphere_of(corners: int) -> Sphere:
     """The subdivided icosahedron of so many ``corners``.
 
@@ -62,7 +72,7 @@ def sphere_of(corners: int) -> Sphere:
     InputError
         Where there is none.
     """
-    subdivisions = round(np.log((corners - 2) / 10) / np.log(4)) if corners > CORNERS else 0
+    subdivisions = subdivisions_to(corners)
     if corners != (CORNERS - 2) * 4**subdivisions + 2:
         raise InputError(f"surface: expected as many corners as a subdivided icosahedron has, got {corners}")
     return sphere(subdivisions)

@@ -45,8 +45,8 @@ class Contacts:
         (s, 2) outward in the picture.
     count : Array
         (n, SECTORS) samples.
-    by_corner : csr_array
-        (n * SECTORS, 3 c) px/m, of the mean residual of a sector by the corners' coordinates.
+    by_sample : csr_array
+        (s, 3 c) px/m, of every sample's residual by the corners' coordinates.
     by_amplitude : Array
         (n, SECTORS, m) px of the mean residual by the surface's amplitudes.
     amplitude : Array
@@ -60,7 +60,7 @@ class Contacts:
     point: Float[NDArray[np.float64], "s 3"]
     normal: Float[NDArray[np.float64], "s 2"]
     count: Float[NDArray[np.float64], "n k"]
-    by_corner: csr_array
+    by_sample: csr_array
     by_amplitude: Float[NDArray[np.float64], "n k m"]
     amplitude: Float[NDArray[np.float64], " m"]
     placed: PoseSet
@@ -78,6 +78,11 @@ class Contacts:
     def mean(self, values: Array) -> Array:
         """Means (n, k, ...) over sectors of ``values`` (s, ...) of samples; zero where there is none."""
         return np.asarray((self._averaging @ values.reshape(len(values), -1)).reshape(*self.count.shape, *values.shape[1:]))
+
+    @cached_property
+    def by_corner(self) -> csr_array:
+        """Derivatives (n * SECTORS, 3 c) px/m of the mean residual of every sector by the corners' coordinates."""
+        return csr_array(self._averaging @ self.by_sample)
 
     @cached_property
     def _averaging(self) -> csr_array:
@@ -107,10 +112,10 @@ def contacts_at(amplitudes: Amplitudes, amplitude: Array, sightings: Sightings, 
     point = np.concatenate([(met.point - placed.t[i]) @ placed.R[i] for i, (met, _, _) in enumerate(parts)])
     cell = sighting * SECTORS + _sectors(np.split(samples_px, ends[1:-1]))
     count = np.bincount(cell, minlength=len(counts) * SECTORS).astype(np.float64)
-    by_corner = csr_array(_averaging_of(cell, count) @ every.by_corner)
+    by_corner = _averaging_of(cell, count) @ every.by_corner
     moved = np.asarray(by_corner @ amplitudes.moves).reshape(len(counts), SECTORS, -1)
     normal = np.concatenate([met.normal for met, _, _ in parts])
-    return Contacts(sighting, cell, point, normal, count.reshape(-1, SECTORS), by_corner, moved, amplitude, placed)
+    return Contacts(sighting, cell, point, normal, count.reshape(-1, SECTORS), every.by_corner, moved, amplitude, placed)
 
 
 def _averaging_of(cell: Index, count: Array) -> csr_array:

@@ -130,14 +130,13 @@ def _taken(contacts: Contacts, rows: Index) -> Contacts:
     number[rows] = np.arange(len(rows))
     kept = number[contacts.sighting] >= 0
     sighting = number[contacts.sighting[kept]]
-    cells = (rows[:, None] * SECTORS + np.arange(SECTORS)).ravel()
     return Contacts(
         sighting=sighting,
         cell=sighting * SECTORS + contacts.cell[kept] % SECTORS,
         point=contacts.point[kept],
         normal=contacts.normal[kept],
         count=contacts.count[rows],
-        by_corner=csr_array(contacts.by_corner[cells]),
+        by_sample=csr_array(contacts.by_sample[kept]),
         by_amplitude=contacts.by_amplitude[rows],
         amplitude=contacts.amplitude,
         placed=PoseSet(contacts.placed.R[rows], contacts.placed.t[rows]),

@@ -1,7 +1,9 @@
 """The surfaces of a campaign's particles: first those that the calibrated views alone show, then those that follow the frames, too.
 
 They are made anew where the base model is fitted, and where a search has ended with another one; about them they are amplitudes of what is
-fitted.
+fitted. Each begins as the hull of the views again: edges and creases that formed without the frames, or under another model, do not go. By
+how much the views' outlines are drawn too large under the model counts where their samples lie; from there on effects displace the frames'
+outlines by as much as their parameters have changed.
 """
 
 from collections.abc import Sequence
@@ -18,8 +20,10 @@ from estimator.effects.link import EffectModel
 from estimator.effects.model import Model
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState, layout_of
 from estimator.measurements.outlines.task import (
+    MOVED_PX,
     OutlineTask,
     amplitudes_in,
+    drawn_too_large_px,
     outline_errors,
     placed_at,
     with_contacts_at,
@@ -29,8 +33,8 @@ from estimator.motion.flight import COM, INERTIA, N_PARAMETERS, OFFSET, Flight, 
 from estimator.surface.amplitudes import Amplitudes, Felt, amplitudes_of
 from estimator.surface.joint import Known, joined
 from estimator.surface.samples import Samples
-from estimator.surface.shape import Shape
-from estimator.surface.star_surface import Surface
+from estimator.surface.shape import Shape, own_noise_px
+from estimator.surface.star_surface import Surface, star_surface
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -80,14 +84,14 @@ class Flown:
         return np.concatenate([self.flight.com, self.flight.inertia])
 
     def samples(self, surface: Surface) -> Samples:
-        """The sectors' means as samples are: over the square root of the number of samples in them."""
+        """Every sample; motions move those of a sector by as much."""
         task = with_contacts_at(replace(self.task, amplitudes=Amplitudes.none(surface)), self.flight, self.model, self.theta)
         errors = outline_errors(task, self.flight, self.model, self.theta)
-        seen, sigma_px = errors.seen.ravel(), task.noise * self.own_px
-        root = csr_array(diags_array(np.sqrt(task.contacts.count.ravel()))) @ task.contacts.by_corner
-        starts = np.concatenate([[0], np.cumsum(errors.seen.sum(axis=1))])
-        by_motion = errors.J.reshape(len(seen), -1)[seen] * sigma_px
-        return Samples(errors.e.ravel()[seen] * sigma_px, starts, csr_array(root[np.flatnonzero(seen)]), by_motion)
+        contacts, by_motion = task.contacts, errors.J * np.sqrt(errors.variance)[..., None]
+        seen = np.flatnonzero(errors.seen.ravel()[contacts.cell])
+        starts = np.searchsorted(contacts.sighting[seen], np.arange(len(contacts.count) + 1))
+        by_motion = by_motion.reshape(-1, by_motion.shape[-1])[contacts.cell[seen]]
+        return Samples(errors.left_px[seen], starts, csr_array(contacts.by_sample[seen]), by_motion)
 
     def moved(self, step: Array) -> "Flown":
         """After a ``step`` (21 + q,)."""
@@ -109,10 +113,11 @@ def refitted_surfaces(campaign: Campaign, fit: CampaignFit, kind: Asked) -> tupl
         rows = [i for i, p in enumerate(campaign.particle) if p == number]
         layout = layout_of(campaign.part(rows), model)
         flown = [_without_amplitudes(campaign, fit, i, model, place) for i, place in zip(rows, layout.places, strict=True)]
-        surface = flown[0].task.amplitudes.surface
-        particle = flown[0].task.particle
-        shape = Shape(surface, campaign.sequences[rows[0]].view_noise_px)
-        found = joined(particle, shape, flown, partial(_known, size=layout.p), huber=kind.huber, seed=kind.seed)
+        first, known = flown[0].task, partial(_known, size=layout.p)
+        shape = Shape(
+            star_surface(first.particle, subdivisions=first.amplitudes.surface.sphere.subdivisions), own_noise_px(first.particle.seen)
+        )
+        found = joined(first.particle, shape, flown, known, huber=kind.huber, seed=kind.seed, first=0, views_px=first.views_px)
         noise = [each / own for each, own in zip(found.noise_px[1:], found.outline_noise_px[1:], strict=True)]
         ended = [replace(each, task=replace(each.task, noise=by)) for each, by in zip(found.recorded, noise, strict=True)]
         count = part.stop - part.start
@@ -130,7 +135,8 @@ def _without_amplitudes(campaign: Campaign, fit: CampaignFit, number: int, model
     mass = task.amplitudes.mass[:, 0] + task.amplitudes.mass[:, 1:] @ amplitude
     flight = fit.state.flights[number]
     flight = replace(flight, com=flight.com + mass[:3], inertia=flight.inertia + mass[3:])
-    bare = replace(task, amplitudes=Amplitudes.none(task.amplitudes.surface_at(amplitude)), setting=replace(task.setting, mass=None))
+    none, views_px = Amplitudes.none(task.amplitudes.surface_at(amplitude)), drawn_too_large_px(fit.model, theta)
+    bare = replace(task, amplitudes=none, setting=replace(task.setting, mass=None), views_px=views_px)
     return Flown(bare, flight, model, theta[amplitudes_in(fit.model).stop :], place)
 
 
@@ -143,7 +149,7 @@ def _known(flown: Sequence[Flown], size: int) -> Known:
         precision[each.place[N_PARAMETERS:]], pull[each.place[N_PARAMETERS:]] = own + _still(each.model), own * each.theta
         offset, held = each.place[OFFSET.start], each.task.task.prior.precision[OFFSET][0]
         precision[offset], pull[offset] = held, held * each.flight.offset_px
-    return Known(first.flight.body, first.place[np.r_[COM, INERTIA]], np.diag(precision), pull)
+    return Known(first.flight.body, first.place[np.r_[COM, INERTIA]], np.diag(precision), pull, first.place[OFFSET])
 
 
 def _still(model: Model) -> Array:
@@ -159,7 +165,8 @@ def with_surface(flown: Sequence[Flown], shape: Shape, kind: Asked, *, most: int
     met = [replace(each, task=_met(each, shape.surface)) for each in flown]
     first = met[0]
     felt = [_felt(each, kind.effects) for each in met]
-    found, here = amplitudes_of(first.task.particle, first.flight.body, shape, felt, huber=kind.huber, most=most)
+    particle, views_px = first.task.particle, first.task.views_px
+    found, here = amplitudes_of(particle, first.flight.body, shape, felt, huber=kind.huber, views_px=views_px, most=most)
     mass = found.mass[:, 0] + found.mass[:, 1:] @ here
     made = []
     for each in met:
@@ -173,9 +180,12 @@ def _met(flown: Flown, surface: Surface) -> OutlineTask:
     """What samples meet of a ``surface`` that nothing moves."""
     if flown.task.amplitudes.surface is surface:
         return flown.task
-    task = with_contacts_at(replace(flown.task, amplitudes=Amplitudes.none(surface)), flown.flight, flown.model, flown.theta)
+    moves = (surface.vertices - flown.task.amplitudes.surface.vertices).ravel()
+    far = np.sqrt(np.mean((flown.task.contacts.by_sample @ moves) ** 2)) > MOVED_PX
+    task = replace(flown.task, amplitudes=Amplitudes.none(surface), made_at=None if far else flown.task.made_at)
+    task = with_contacts_at(task, flown.flight, flown.model, flown.theta)
     prediction, placed = placed_at(task, flown.flight, flown.model, flown.theta)
-    return with_sectors(replace(task, made_at=None), prediction, centres_cam(flown.flight, placed))
+    return with_sectors(task, prediction, centres_cam(flown.flight, placed))
 
 
 def _with_amplitudes(task: OutlineTask, amplitudes: Amplitudes, here: Array) -> OutlineTask:
@@ -190,5 +200,7 @@ def _felt(flown: Flown, effects: Sequence[EffectModel]) -> Felt:
     model = Model((*flown.model.effects, *others.effects))
     errors = outline_errors(flown.task, flown.flight, model, theta)
     weight = np.where(errors.seen, 1.0 / np.sqrt(errors.variance), 0.0)
-    by_corner = csr_array(diags_array(weight.ravel()) @ flown.task.contacts.by_corner)
-    return Felt(by_corner, errors.J.reshape(-1, N_PARAMETERS + model.size))
+    contacts = flown.task.contacts
+    by_corner = csr_array(diags_array(weight.ravel()) @ contacts.by_corner)
+    of_samples = weight.ravel()[contacts.cell] / np.sqrt(np.maximum(contacts.count.ravel()[contacts.cell], 1.0))
+    return Felt(by_corner, errors.J.reshape(-1, N_PARAMETERS + model.size), csr_array(diags_array(of_samples) @ contacts.by_sample))

@@ -25,6 +25,7 @@ from estimator.appearance.outline_tables import MOST_TURNED_DEG, picture_motions
 from estimator.appearance.prediction import Prediction, predict
 from estimator.appearance.sector_shape import sector_shape
 from estimator.data.fit_task import OUTWARD, Sightings
+from estimator.effects.catalogue.segmentation.view_outline_offset import ViewOutlineOffset
 from estimator.effects.instrument.surface_amplitudes import SurfaceAmplitudes
 from estimator.effects.link import EffectModel, Places
 from estimator.effects.model import Model, holds_of, overrides
@@ -48,8 +49,8 @@ class OutlineTask(SequenceTask):
 
     ``particle`` it shows; ``contacts``: what the samples meet; ``sectors``: the shape of the outlines there; ``amplitudes`` of the
     particle's surface; ``own_px`` (n,) noise of each outline's samples; ``view_px_m``: m per px of the calibrated views, in the median;
-    ``deviation`` (8,) of mass properties from the surface's; ``noise`` over what the outlines show and
-    ``view_noise_px``, effective, of the views; ``kept`` (n,) sightings in use.
+    ``views_px``: by how much their outlines are drawn too large, as far as the surface knows; ``deviation`` (8,) of mass properties from
+    the surface's; ``noise`` over what the outlines show and ``view_noise_px``, effective, of the views; ``kept`` (n,) sightings in use.
     """
 
     particle: Particle = field(kw_only=True)
@@ -62,6 +63,7 @@ class OutlineTask(SequenceTask):
     sectors: OutlineShape = field(kw_only=True)
     noise: float = 1.0
     view_noise_px: float = 0.0
+    views_px: float = 0.0
 
     @property
     def variance(self) -> Array:
@@ -85,6 +87,12 @@ class OutlineResiduals(Residuals):
         """Of the sectors, (n, k, 1, ...)."""
         return self.met.places
 
+    @property
+    def left_px(self) -> Array:
+        """What is left (s,) px of every sample: its distance with what effects do to its sector."""
+        sector = self.e * np.sqrt(self.variance) - self.met.gap
+        return np.asarray(self.met.gaps + sector.ravel()[self.met.sequence.contacts.cell])
+
 
 @dataclass(frozen=True)
 class OutlineErrors(OutlineResiduals, Rows):
@@ -101,6 +109,7 @@ def outline_residuals(sequence: OutlineTask, flight: Flight, model: Model, theta
     contacts, (prediction, placed) = sequence.contacts, placed_at(sequence, flight, model, theta)
     met = _met(sequence, (model, theta), prediction, (placed, centres_cam(flight, placed)))
     e = met.gap + contacts.by_amplitude @ (theta[amplitudes_in(model)] - contacts.amplitude) - flight.offset_px
+    e += sequence.views_px * met.view_ratio[:, None]
     if model.touching("shift"):
         e -= model.displaced(theta, met.places, sequence.setting)[..., 0]
     seen = contacts.seen & sequence.kept[:, None] & np.isfinite(e)
@@ -133,6 +142,12 @@ def amplitudes_in(model: Model) -> slice:
         if isinstance(effect, SurfaceAmplitudes):
             return part
     return slice(0, 0)
+
+
+def drawn_too_large_px(model: Model, theta: Array) -> float:
+    """By how many px outlines of the calibrated views are drawn too large under a model at ``theta`` (q,)."""
+    offsets = (float(theta[part][0]) for e, part in zip(model.effects, model.slices, strict=True) if isinstance(e, ViewOutlineOffset))
+    return sum(offsets, start=0.0)
 
 
 def placed_at(sequence: SequenceTask, flight: Flight, model: Model, theta: Array) -> tuple[Prediction, PoseSet]:
@@ -189,13 +204,14 @@ def moved_px(sequence: OutlineTask, placed: PoseSet, amplitude: Array) -> float:
 class _Met:
     """The sectors of a ``sequence`` at a ``prediction``.
 
-    ``gap`` (n, k) px; ``centre_cam`` (n, 3) m of the body and ``point`` (s, 3) m of it that samples meet, camera axes; ``focal`` (n, 2) px
-    over the ``size`` (n,) of corrected outlines over recorded ones.
+    ``gap`` (n, k) px, of every sample ``gaps`` (s,); ``centre_cam`` (n, 3) m of the body and ``point`` (s, 3) m of it that samples meet,
+    camera axes; ``focal`` (n, 2) px over the ``size`` (n,) of corrected outlines over recorded ones.
     """
 
     sequence: OutlineTask
     prediction: Prediction
     gap: Array
+    gaps: Array
     centre_cam: Array
     point: Array
     focal: Array
@@ -242,6 +258,12 @@ class _Met:
     def _across(self) -> Array:
         return self.sequence.contacts.mean(self._each)
 
+    @property
+    def view_ratio(self) -> Array:
+        """Px (n,) of error per px by which outlines of the calibrated views are off."""
+        focal = self.sequence.task.sightings.silhouettes.focal_px
+        return np.asarray(-self.sequence.view_px_m * focal.mean(axis=1) / self.centre_cam[:, 2])
+
     @cached_property
     def places(self) -> Places:
         """What effects on pictures know of the sectors, which count as one tangency (n, k, 1) each."""
@@ -250,7 +272,6 @@ class _Met:
         moving = moving_at(sequence, self.prediction, centre_cam)
         focal = sightings.silhouettes.focal_px
         nearest = int(np.argmin(sightings.times_s))
-        ratio = -sequence.view_px_m * focal.mean(axis=1) / centre_cam[:, 2]
         return Places(
             point_px=contacts.mean(np.concatenate(sightings.outlines_px))[:, :, None],
             normal=_unit(contacts.mean_normal)[:, :, None],
@@ -269,7 +290,7 @@ class _Met:
             rows_px=sightings.rows_px,
             depth_m=centre_cam[:, 2],
             first_depth_m=float(centre_cam[nearest, 2]),
-            view_ratio=np.broadcast_to(ratio[:, None, None], (*there.radius_px.shape, 1)),
+            view_ratio=np.broadcast_to(self.view_ratio[:, None, None], (*there.radius_px.shape, 1)),
             camera=sightings.cameras[0].intrinsics,
             times_s=sightings.times_s - sequence.setting.times_s[0],
             moving=moving,
@@ -285,8 +306,8 @@ def _met(sequence: OutlineTask, under: tuple[Model, Array], prediction: Predicti
     if samples is not recorded:
         size += Arms.of(recorded, row, len(sightings)).growth(samples - recorded)
     point, pixels, focal = _pixels(contacts, sightings, placed)
-    gap = contacts.mean(np.sum((samples - pixels) * contacts.normal, axis=1)) / size[:, None]
-    return _Met(sequence, prediction, gap, centre_cam, point, focal / size[:, None], size)
+    gaps = np.sum((samples - pixels) * contacts.normal, axis=1) / size[row]
+    return _Met(sequence, prediction, contacts.mean(gaps), gaps, centre_cam, point, focal / size[:, None], size)
 
 
 def _pixels(contacts: Contacts, sightings: Sightings, placed: PoseSet) -> tuple[Array, Array, Array]:
