@@ -16,25 +16,22 @@ from matplotlib.figure import Figure
 from datasets.recipes.recipe import ParticleRecipe, RigRecipe
 from scripts.study_conduct import Study, conduct
 from scripts.study_pages import (
-    COLOURS,
     LEGEND,
     Line,
     conditions,
     coverage_in_words,
     draw_medians,
     draw_tolerance,
-    figure,
-    finish,
     how_to_repeat,
     inside_tolerance,
     lost_in_words,
     median_table,
-    number,
     overconfidence_in_words,
-    plain_logarithmic,
 )
 from scripts.study_runs import Case, Options, standard_recipe
 from scripts.study_summaries import QUANTITIES
+from studies.looks.figures import COLOURS, figure, finish, plain_logarithmic
+from studies.looks.words import number
 
 CAMERAS = 6
 

@@ -7,9 +7,11 @@ from dataclasses import dataclass
 import pandas as pd
 from matplotlib.figure import Figure
 
-from scripts.study_pages import write_csv, write_figure, write_page
+from scripts.study_pages import write_csv
 from scripts.study_runs import Case, Options, parsed_options, run_cases
 from scripts.study_summaries import summary
+from studies.looks.figures import write_figure
+from studies.looks.words import write_page
 
 
 @dataclass(frozen=True)

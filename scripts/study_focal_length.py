@@ -17,25 +17,22 @@ from matplotlib.figure import Figure
 from datasets.recipes.recipe import HsvRecipe, Recipe
 from scripts.study_conduct import Study, conduct
 from scripts.study_pages import (
-    COLOURS,
     LEGEND,
     Line,
     conditions,
     coverage_in_words,
     draw_medians,
     draw_tolerance,
-    figure,
-    finish,
     how_to_repeat,
     inside_tolerance,
     lost_in_words,
     median_table,
-    number,
     overconfidence_in_words,
-    plain_logarithmic,
 )
 from scripts.study_runs import Case, Options, standard_recipe
 from scripts.study_summaries import QUANTITIES
+from studies.looks.figures import COLOURS, figure, finish, plain_logarithmic
+from studies.looks.words import number
 
 FOCAL_MM = (25.0, 50.0, 100.0, 200.0, 400.0)
 FOCAL_MM_FULL = (25.0, 35.0, 50.0, 70.0, 100.0, 140.0, 200.0, 280.0, 400.0)

@@ -26,9 +26,10 @@ from estimator.data.views import Views
 from estimator.geometry.epipolar_tangency import PoseSet
 from estimator.particle.particle import Particle, particle_of
 from estimator.poses.pose_search import SearchEffort, search_pose
-from scripts.scanned_particles import REGULAR, SIX, scanned_files
-from scripts.study_pages import figure, write_figure, write_page
 from scripts.study_runs import PROCEDURAL, sources_hash
+from studies.flights.bodies import REGULAR, SIX, scanned_files
+from studies.looks.figures import figure, write_figure
+from studies.looks.words import write_page
 from synth.sequence import build_silhouette_sequence
 from tumble.cli.options import add_engine, executor_of
 from tumble.engine import Item, failures, run

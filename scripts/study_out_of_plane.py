@@ -16,22 +16,19 @@ from matplotlib.figure import Figure
 from datasets.recipes.recipe import Recipe
 from scripts.study_conduct import Study, conduct
 from scripts.study_pages import (
-    COLOURS,
     Line,
     conditions,
     coverage_in_words,
     draw_medians,
-    figure,
-    finish,
     how_to_repeat,
     lost_in_words,
     median_table,
-    number,
     overconfidence_in_words,
-    plain_logarithmic,
 )
 from scripts.study_runs import Case, Options, standard_recipe
 from scripts.study_summaries import QUANTITIES
+from studies.looks.figures import COLOURS, figure, finish, plain_logarithmic
+from studies.looks.words import number
 
 DIRECTIONS_DEG = (0.0, 30.0, 60.0, 90.0)
 DIRECTIONS_DEG_FULL = (0.0, 15.0, 30.0, 45.0, 60.0, 75.0, 90.0)

@@ -1,7 +1,6 @@
-"""What the pages and figures of the studies share: tables with intervals, failures in words, one look, and how they are written."""
+"""What the pages of the studies of accuracy share: tables with intervals, failures in words, and how results are written."""
 
 import argparse
-import io
 import json
 import secrets
 from collections.abc import Callable, Mapping, Sequence
@@ -9,35 +8,17 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
 import pandas as pd
+from matplotlib.axes import Axes
 
 from datasets.atomic_files import written_whole
 from scripts.study_runs import SPEED_MS, SPIN_RADS, Options
 from scripts.study_summaries import POOR_COVERAGE, QUANTITIES, Quantity, inside_in_words, overconfident
+from studies.looks.words import number, with_interval, write_page
 
-mpl.use("Agg")
-
-from matplotlib import pyplot as plt
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
-
-COLOURS = ("#0b5d8f", "#c2571a", "#3b7d3b", "#7a4b94")
-DPI = 100
 LARGEST_SEED = 2**31
 MOST_NAMED = 6
-LOOK: dict[Any, Any] = {
-    "font.size": 9,
-    "axes.titlesize": 10,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "grid.color": "0.9",
-    "axes.axisbelow": True,
-}
 LEGEND = (
     "Dots: medians with 95% bootstrap intervals. Dashed: the median error that the reported error bars predict. Dotted: the median error",
     "at the estimate's own bound, that of tangents. Red: the tolerance that the score sets a good sequence.",
@@ -52,12 +33,6 @@ class Line:
     colour: str
     label: str = "median, 95% interval"
     accompanied: bool = True
-
-
-def figure(rows: int, columns: int, size: tuple[float, float]) -> tuple[Figure, Any]:
-    """A figure in the studies' look and its axes (rows, columns)."""
-    with mpl.rc_context(LOOK):
-        return plt.subplots(rows, columns, figsize=size, squeeze=False)
 
 
 def draw_medians(axes: Axes, points: pd.DataFrame, line: Line) -> None:
@@ -80,26 +55,6 @@ def draw_tolerance(axes: Axes, quantity: Quantity) -> None:
     axes.axhline(quantity.tolerance_percent, color="#b00020", lw=0.8, label="tolerance")
 
 
-def plain_logarithmic(axes: Axes) -> None:
-    """A logarithmic vertical axis with plain numbers: at 1, 2, 5 of each decade where few are in view, else one per decade."""
-    axes.set_yscale("log")
-    low, high = axes.get_ylim()
-    axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high < 100 * low else (1.0,)))
-    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    axes.yaxis.set_minor_formatter(NullFormatter())
-
-
-def finish(picture: Figure) -> None:
-    """The legend of all axes above the whole picture, first axes first, measured lines before others, and tight margins below it."""
-    found: dict[str, Any] = {}
-    for axes in picture.axes:
-        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
-            found.setdefault(label, handle)
-    order = sorted(found, key=lambda label: isinstance(found[label], Line2D))
-    picture.legend([found[label] for label in order], order, ncols=len(order), fontsize=9, loc="upper center", frameon=False)
-    picture.tight_layout(rect=(0, 0, 1, 1 - 0.3 / picture.get_figheight()))
-
-
 def median_table(points: pd.DataFrame, columns: Sequence[tuple[str, str]], unit: str = "%") -> list[str]:
     """Lines of a Markdown table: one row per point, medians with intervals; ``columns`` are (column, heading)."""
     units = {q.key: unit if unit == "%" else q.absolute_unit for q in QUANTITIES}
@@ -111,25 +66,6 @@ def median_table(points: pd.DataFrame, columns: Sequence[tuple[str, str]], unit:
         cells += [with_interval(by.loc[q.key].to_dict()) for q in QUANTITIES]
         lines.append("| " + " | ".join(cells) + " |")
     return lines
-
-
-def with_interval(row: Mapping[Any, Any]) -> str:
-    """A median with its interval, or a dash where there is none."""
-    if not np.isfinite(row["median"]):
-        return "–"
-    if not np.isfinite(row["low"]):
-        return number(row["median"])
-    return f"{number(row['median'])} ({number(row['low'])} to {number(row['high'])})"
-
-
-def number(value: Any) -> str:
-    """Three significant digits without exponent."""
-    value = float(value)
-    if value == 0 or not np.isfinite(value):
-        return f"{value:g}"
-    digits = max(0, 2 - int(np.floor(np.log10(abs(value)))))
-    text = f"{value:.{digits}f}"
-    return text.rstrip("0").rstrip(".") if "." in text else text
 
 
 def lost_in_words(table: pd.DataFrame, column: str, what: str) -> str:
@@ -216,12 +152,6 @@ def write_csv(table: pd.DataFrame, path: Path) -> pd.DataFrame:
     return pd.read_csv(path)
 
 
-def write_page(lines: Sequence[str], path: Path) -> None:
-    """Write a page."""
-    with written_whole(path) as temporary:
-        temporary.write_text("\n".join(lines).rstrip("\n") + "\n", encoding="utf-8")
-
-
 def body_study_arguments(description: str | None, bodies: int) -> argparse.Namespace:
     """The arguments of a study on ``bodies`` drawn ones; its seed is drawn unless one is given."""
     parser = argparse.ArgumentParser(description=description, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -242,12 +172,3 @@ def write_body_study(result: Mapping[str, Any], page: Callable[[Any], Sequence[s
             temporary.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
     if arguments.page:
         write_page(page(result), arguments.page)
-
-
-def write_figure(drawn: Figure, path: Path) -> None:
-    """Write a figure without dates or versions in it."""
-    held = io.BytesIO()
-    drawn.savefig(held, format="png", dpi=DPI, metadata={"Software": None})
-    plt.close(drawn)
-    with written_whole(path) as temporary:
-        temporary.write_bytes(held.getvalue())

@@ -28,7 +28,7 @@ from datasets.scoring.metrics import COMPONENTS
 from datasets.scoring.score import score
 from estimator.data.configuration import Configuration
 from estimator.measuring.free_flight import estimate
-from scripts.scanned_particles import SIX, scanned_files
+from studies.flights.bodies import SIX, scanned_files
 from synth.sequence import build_silhouette_sequence
 from tumble.cli.options import add_engine, executor_of
 from tumble.engine import Executor, Item, Processes, failures, run

@@ -14,9 +14,10 @@ from datasets.recipes.toml_files import recipe_from_dict, recipe_to_dict
 from datasets.scoring.metrics import COMPONENTS
 from scripts import study_benchmark_axes, study_conduct, study_focal_length, study_out_of_plane, study_runs
 from scripts.study_conduct import Study, conduct
-from scripts.study_pages import number, overconfidence_in_words, with_interval
+from scripts.study_pages import overconfidence_in_words
 from scripts.study_runs import DESCRIBED, SCORED, Case, Options, case_seed, run_cases, standard_recipe
 from scripts.study_summaries import QUANTITIES, inside_in_words, median_interval, summary
+from studies.looks.words import number, with_interval
 from tumble import versions
 from tumble.engine import Serial
 
