@@ -40,7 +40,7 @@ def page(result: Result) -> list[str]:
         "",
         "![Histograms of pose errors, by number of views and kind of body](figure_4.png)",
         "",
-        "Dark: within 5°; red: beyond. The line is at 5°.",
+        "Blue and orange: within 5°; red: beyond. Intervals of shares count a body's pictures as independent.",
         "",
         *table(("kind", "views", "within 5°", "the paper", "median", "95th percentile"), _shares(rows)),
         "",
@@ -98,7 +98,7 @@ def _wrong(rows: pd.DataFrame) -> list[str]:
         "",
         *paragraph(
             "A single picture cannot settle the first of these causes: silhouettes from opposite sides are nearly mirror images.",
-            "A flight does, through its other frames ([Figure 5](figure_5.md)).",
+            "A flight does, through its other frames (`figure_5`).",
         ),
     ]
 

@@ -77,8 +77,6 @@ first_recording.json
 free_focal.json
 gate_demonstration.json
 hull_leaks.json
-leave_one_out.json
-leave_one_out_small.json
 real_impacts.json
 real_outlines.json
 real_tosses.json
