@@ -63,7 +63,8 @@ def _one(study: Study, given: argparse.Namespace) -> int:
         return ALL_MEASURED
     chosen = {key: value for key in ("seed", "count") if (value := getattr(given, key)) is not None}
     settings = replace(study.plan.small if given.small else study.plan.full, **chosen)
-    how = Conduct(executor_of(given), given.out / study.name, given.particles, given.quiet)
+    size = "small" if given.small else "full"
+    how = Conduct(executor_of(given), given.out / study.name, size, given.particles, quiet=given.quiet)
     result = write_result(conduct(study, settings, how), results)
     for message in result.failed:
         print(message)

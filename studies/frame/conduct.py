@@ -30,10 +30,11 @@ SOFTWARE = ("python", "numpy", "scipy", "numba", "scikit-image", "shapely", "mit
 
 @dataclass(frozen=True)
 class Conduct:
-    """How a study is run: by whom, where cases are kept, and the folder of scanned particles (``None``: the project's own bodies)."""
+    """How a study is run: by whom, where cases are kept, at which size, and the folder of scanned particles (``None``: own bodies)."""
 
     executor: Executor
     out: Path
+    size: str = "full"
     particles: Path | None = None
     quiet: bool = False
 
@@ -67,7 +68,7 @@ def conduct(study: Study, settings: Settings, how: Conduct) -> Result:
         Where ``how.out`` holds cases of other settings; the message says which.
     """
     plan: Plan[Any] = study.plan
-    asked = {**asdict(settings), "bodies": "scanned" if how.particles else "procedural"}
+    asked = {"size": how.size, **asdict(settings), "bodies": "scanned" if how.particles else "procedural"}
     _hold_to_settings(how.out, study.name, asked)
     sources, code = of_modules(plan.modules), of_libraries()
     folder = how.out / of_bytes(json.dumps([sources, code]).encode())

@@ -33,10 +33,10 @@ def how_made(result: Result) -> list[str]:
     """The last lines of a page."""
     asked = ", ".join(f"{key} {_said(value)}" for key, value in result.settings.items())
     code = ", ".join(f"`{name}` {digest}" for name, digest in result.code.items())
+    size = " --small" if result.settings["size"] == "small" else ""
+    drawn = f" --count {result.settings['count']} --seed {result.settings['seed']}"
     particles = " --particles FOLDER" if result.settings["bodies"] == "scanned" else ""
-    command = (
-        f"python -m studies {result.study} --out FOLDER --count {result.settings['count']} --seed {result.settings['seed']}{particles}"
-    )
+    command = f"python -m studies {result.study} --out FOLDER{size}{drawn}{particles}"
     made = paragraph(
         f"Settings: {asked}. Made with code of {code} (digests of the sources; `python -m studies --list` says whether they",
         "are those of now),",

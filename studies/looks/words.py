@@ -15,13 +15,20 @@ WIDTH = 140
 
 
 def number(value: Any) -> str:
-    """Three significant digits without exponent."""
+    """Three significant digits without exponent; a dash where there is no number."""
     value = float(value)
+    if np.isnan(value):
+        return "–"
     if value == 0 or not np.isfinite(value):
         return f"{value:g}"
     digits = max(0, 2 - int(np.floor(np.log10(abs(value)))))
     text = f"{value:.{digits}f}"
     return text.rstrip("0").rstrip(".") if "." in text else text
+
+
+def percent(value: Any) -> str:
+    """A number of per cent."""
+    return "–" if np.isnan(value) else f"{number(value)}%"
 
 
 def with_interval(row: Mapping[Any, Any]) -> str:

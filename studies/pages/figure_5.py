@@ -8,7 +8,7 @@ from datasets.scoring.metrics import COMPONENTS
 from studies.frame.results import Result
 from studies.frame.study import Study
 from studies.looks.figures import COLOURS, RED, figure, finish, plain_logarithmic
-from studies.looks.words import number, paragraph, share, table
+from studies.looks.words import number, paragraph, percent, share, table
 from studies.plans import figure_5
 
 LONG_FRAMES, LARGE_ETE_PX = 100, 1.5
@@ -27,6 +27,7 @@ HALF_95 = 1.959964
 """Half of a 95% interval, in standard deviations."""
 DRAWN = {"n_frames": "frames", "speed_ms": "m/s", "spin_rads": "rad/s", "noise_px": "px"}
 """What differs from flight to flight, and its unit."""
+SHORT_FRAMES = 50
 LEAST_PERCENT = 1e-4
 """Where drawing begins."""
 
@@ -41,10 +42,11 @@ def within(rows: pd.DataFrame, quantity: str) -> np.ndarray:
     return (rows["converged"] & (rows[f"{quantity}_percent"] <= TOLERANCE_PERCENT)).to_numpy()
 
 
-def bound_percent(rows: pd.DataFrame, quantity: str) -> pd.Series:
-    """The true body's bound: a standard deviation (root of the summed variances) in per cent of the speed or of the spin."""
-    size = np.sqrt(sum(rows[f"true_bound_{c}"] ** 2 for c in OF[quantity]))
-    return 100.0 * size / rows["spin_rads" if quantity == "angular" else "speed_ms"]
+def with_bounds(rows: pd.DataFrame) -> pd.DataFrame:
+    """Columns of the true body's bound: standard deviations (roots of summed variances) in per cent of the speed or of the spin."""
+    sizes = {q: np.sqrt((rows[[f"true_bound_{c}" for c in components]] ** 2).sum(axis=1)) for q, components in OF.items()}
+    of = {q: rows["spin_rads" if q == "angular" else "speed_ms"] for q in OF}
+    return rows.assign(**{f"true_{q}_percent": 100.0 * sizes[q] / of[q] for q in OF})
 
 
 def cause(row: pd.Series, quantity: str) -> str:
@@ -53,7 +55,7 @@ def cause(row: pd.Series, quantity: str) -> str:
         return f"not measured: {row['status']}"
     if row["orientation_max_deg"] > WRONG_POSE_DEG:
         return "wrong pose"
-    if HALF_95 * bound_percent(row.to_frame().T, quantity).iloc[0] > TOLERANCE_PERCENT:
+    if HALF_95 * row[f"true_{quantity}_percent"] > TOLERANCE_PERCENT:
         return "physical limit: nobody could know it to 1%"
     if row[f"{quantity}_percent"] <= UNEXPLAINED_SIGMAS * row[f"sigma_{quantity}_percent"]:
         return "the instrument's precision, as its error bar says"
@@ -62,7 +64,7 @@ def cause(row: pd.Series, quantity: str) -> str:
 
 def page(result: Result) -> list[str]:
     """The page, every number from the rows."""
-    rows = result.rows
+    rows = with_bounds(result.rows)
     chosen, few = selected(rows), rows["rms_ete_px"]
     return [
         "# Figure 5: velocities of random flights",
@@ -108,8 +110,8 @@ def _range(rows: pd.DataFrame, key: str, unit: str) -> str:
 def _selection(chosen: pd.DataFrame, quantity: str) -> list[str]:
     held = within(chosen, quantity)
     verdict = "held" if held.mean() >= ASKED[quantity] else "missed"
-    median, bound = chosen[f"{quantity}_percent"].median(), bound_percent(chosen, quantity).median()
-    return [TITLES[quantity], share(held), f"{ASKED[quantity]:.0%}", verdict, f"{number(median)}%", f"{number(bound)}%"]
+    median, bound = chosen[f"{quantity}_percent"].median(), chosen[f"true_{quantity}_percent"].median()
+    return [TITLES[quantity], share(held), f"{ASKED[quantity]:.0%}", verdict, percent(median), percent(bound)]
 
 
 def _within_published(chosen: pd.DataFrame) -> np.ndarray:
@@ -153,34 +155,16 @@ def _named(row: pd.Series, quantity: str, why: str) -> list[str]:
         str(row["n_frames"]),
         *(number(row[key]) for key in ("speed_ms", "spin_rads", "noise_px")),
     ]
-    bound = bound_percent(row.to_frame().T, quantity).iloc[0]
-    figures = [f"{number(value)}%" for value in (row[f"{quantity}_percent"], row[f"sigma_{quantity}_percent"], bound)]
+    figures = [percent(row[f"{kind}{quantity}_percent"]) for kind in ("", "sigma_", "true_")]
     return [*about, TITLES[quantity], *figures, why]
 
 
 def _uncertainty(rows: pd.DataFrame) -> list[str]:
     """Coverage of intervals and efficiency against the true body's bound, by length."""
-    cells = []
     measured = rows[rows["converged"]]
-    for name, own in (
-        ("all", measured),
-        ("up to 50 frames", measured[measured["n_frames"] <= 50]),
-        ("more", measured[measured["n_frames"] > 50]),
-    ):
-        for quantity, components in OF.items():
-            pulls = own[[f"pull_{c}" for c in components]].to_numpy(dtype=np.float64)
-            over = own[[f"over_true_bound_{c}" for c in components]].to_numpy(dtype=np.float64)
-            ratio = np.sqrt(np.nanmean(over**2))
-            cells.append(
-                [
-                    name,
-                    TITLES[quantity],
-                    str(len(own)),
-                    f"{100 * np.mean(np.abs(pulls) <= HALF_95):.1f}%",
-                    number(np.sqrt(np.mean(pulls**2))),
-                    number(ratio),
-                ]
-            )
+    short = measured["n_frames"] <= SHORT_FRAMES
+    parts = (("all", measured), (f"up to {SHORT_FRAMES}", measured[short]), ("more", measured[~short]))
+    cells = [_errors_over(name, own, quantity) for name, own in parts if len(own) for quantity in OF]
     whole = ", ".join(f"{title} {share(measured[f'ellipsoid95_{key}'] > 0)}" for key, title in (("v", "v"), ("omega", "ω")))
     return [
         *paragraph(
@@ -189,10 +173,17 @@ def _uncertainty(rows: pd.DataFrame) -> list[str]:
             "(1: nobody who knew the body could do better).",
         ),
         "",
-        *table(("frames", "", "flights", "in 95%", "pull", "over the bound"), cells),
+        *table(("frames", "flights", "", "in 95%", "pull", "over the bound"), cells),
         "",
         f"Whole 95% ellipsoids that hold: {whole}.",
     ]
+
+
+def _errors_over(name: str, own: pd.DataFrame, quantity: str) -> list[str]:
+    """How often intervals hold, and errors over stated standard deviations and over the bound."""
+    pulls, over = (own[[f"{kind}_{c}" for c in OF[quantity]]].to_numpy(dtype=np.float64) for kind in ("pull", "over_true_bound"))
+    held, sizes = np.mean(np.abs(pulls) <= HALF_95), [number(np.sqrt(np.mean(each**2))) for each in (pulls, over)]
+    return [name, str(len(own)), TITLES[quantity], percent(100 * held), *sizes]
 
 
 def picture(result: Result) -> Figure:

@@ -58,7 +58,7 @@ def _case(settings: Depth, k: int, particles: Path | None, point: tuple[float, f
 
 
 PLAN = Plan(
-    small=Depth(seed=1, count=1),
+    small=Depth(seed=1, count=1, focal_mm=(50.0, 200.0)),
     full=Depth(seed=1, count=60),
     cases=cases,
     task=scored_flight,

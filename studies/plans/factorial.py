@@ -45,7 +45,7 @@ def _case(settings: Factorial, k: int, frames: int, deformation: float, views: i
 
 
 PLAN = Plan(
-    small=Factorial(seed=1, count=1),
+    small=Factorial(seed=1, count=2, frames=(25, 100), deformation=(0.2, 1.0), views=(18, 60)),
     full=Factorial(seed=1, count=60),
     cases=cases,
     task=scored_flight,

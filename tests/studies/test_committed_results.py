@@ -81,13 +81,7 @@ real_impacts.json
 real_outlines.json
 real_tosses.json
 sizes_at_spikes.json
-study_benchmark_axes.csv
-study_benchmark_axes_summary.csv
 study_calibration.json
-study_focal_length.csv
-study_focal_length_summary.csv
-study_out_of_plane.csv
-study_out_of_plane_summary.csv
 study_separation.json
 study_shape.json
 study_surface_fit.json

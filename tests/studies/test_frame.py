@@ -53,7 +53,7 @@ def test_rows_with_labels_first_and_what_made_them(tmp_path: Path) -> None:
     result = measured(tmp_path)
     assert list(result.rows.columns) == ["k", "exponent", "value", "cpu_s"]
     assert result.rows["value"].tolist() == [3, 9, 4, 16]
-    assert result.settings == {"seed": 3, "count": 2, "exponents": (1, 2), "bodies": "procedural"}
+    assert result.settings == {"size": "full", "seed": 3, "count": 2, "exponents": (1, 2), "bodies": "procedural"}
     assert set(result.code) == {"datasets", "synth", "estimator"}
     assert result.failed == ()
 
