@@ -1,12 +1,13 @@
 """The command line: ``python -m studies NAME --out DIR [--small] [--jobs N] [--count N] [--seed S] [--particles FOLDER]``.
 
 Rows, page and picture are written into ``DIR``; with ``--docs docs`` they go where committed ones lie. ``--page`` writes page and picture
-anew from the rows that are there and measures nothing. ``--list``: all studies, and of which code the committed results are.
+anew from the rows that are there and measures nothing, ``--together`` the page over all studies. ``--list``: all studies, and of which
+code the committed results are.
 """
 
 import argparse
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,18 +15,24 @@ from datasets.errors import TumbleError
 from studies.frame.conduct import Conduct, conduct
 from studies.frame.digests import of_libraries, of_modules
 from studies.frame.pages import write_pages
-from studies.frame.results import read_result, write_result
+from studies.frame.results import Result, read_result, write_result
 from studies.frame.study import Study
+from studies.looks.words import write_page
 from tumble.cli.exit_codes import ALL_MEASURED, BAD_INPUT, INCOMPLETE
 from tumble.cli.options import add_engine, executor_of, positive
 
 DOCS = Path("docs")
+TOGETHER = "uncertainty.md"
+Together = Callable[[Mapping[str, Result]], Sequence[str]]
+"""Writes the page over all results."""
 
 
-def main(studies: Sequence[Study], arguments: Sequence[str] | None = None) -> int:
-    """Run a study, or write its page anew, or list all."""
+def main(studies: Sequence[Study], together: Together, arguments: Sequence[str] | None = None) -> int:
+    """Run a study, or write its page anew, or list all; ``together`` writes the page over all."""
     given = _parser(studies).parse_args(arguments)
     try:
+        if given.together:
+            return _write_together(studies, together, given.docs or DOCS)
         return _listed(studies, given.docs or DOCS) if given.list else _run(studies, given)
     except TumbleError as error:
         print(error, file=sys.stderr)
@@ -42,6 +49,7 @@ def _parser(studies: Sequence[Study]) -> argparse.ArgumentParser:
     parser.add_argument("--seed", type=int, help="instead of the size's")
     parser.add_argument("--particles", type=Path, help="folder with the scanned particles (PLY); without it the project's own bodies")
     parser.add_argument("--page", action="store_true", help="write page and picture anew from the rows that are there")
+    parser.add_argument("--together", action="store_true", help="write the page over all committed results")
     parser.add_argument("--list", action="store_true", help="name all studies, and of which code the committed results are")
     parser.add_argument("-q", "--quiet", action="store_true", help="no progress")
     add_engine(parser)
@@ -75,6 +83,17 @@ def _one(study: Study, given: argparse.Namespace) -> int:
 def _folders(study: Study, given: argparse.Namespace) -> tuple[Path, Path]:
     own = given.out / study.name
     return (own, own) if given.docs is None else (given.docs / "results", given.docs / "studies")
+
+
+def committed(studies: Sequence[Study], results: Path) -> dict[str, Result]:
+    """The results that are there, by study."""
+    return {study.name: read_result(study.name, results) for study in studies if (results / f"{study.name}.json").is_file()}
+
+
+def _write_together(studies: Sequence[Study], together: Together, docs: Path) -> int:
+    write_page(together(committed(studies, docs / "results")), docs / "studies" / TOGETHER)
+    print(docs / "studies" / TOGETHER)
+    return ALL_MEASURED
 
 
 def _listed(studies: Sequence[Study], docs: Path) -> int:

@@ -42,7 +42,7 @@ def how_made(result: Result) -> list[str]:
         "are those of now),",
         f"{', '.join(f'{name} {version}' for name, version in result.versions.items())}.",
         f"[Every row](../results/{result.study}.csv), [what made them](../results/{result.study}.json);",
-        "the page is written from these files.",
+        f"the page is written from these files. Cases took {result.rows['cpu_s'].sum() / 60:.1f} min of CPU.",
     )
     return ["## Again", "", "```sh", command, "```", "", *made]
 

@@ -98,7 +98,7 @@ def _wrong(rows: pd.DataFrame) -> list[str]:
         "",
         *paragraph(
             "A single picture cannot settle the first of these causes: silhouettes from opposite sides are nearly mirror images.",
-            "A flight does, through its other frames (`figure_5`).",
+            "A flight does, through its other frames ([Figure 5](figure_5.md)).",
         ),
     ]
 

@@ -55,9 +55,10 @@ def cause(row: pd.Series, quantity: str) -> str:
         return f"not measured: {row['status']}"
     if row["orientation_max_deg"] > WRONG_POSE_DEG:
         return "wrong pose"
-    if HALF_95 * row[f"true_{quantity}_percent"] > TOLERANCE_PERCENT:
-        return "physical limit: nobody could know it to 1%"
-    if row[f"{quantity}_percent"] <= UNEXPLAINED_SIGMAS * row[f"sigma_{quantity}_percent"]:
+    error, bound = row[f"{quantity}_percent"], row[f"true_{quantity}_percent"]
+    if bound * HALF_95 > TOLERANCE_PERCENT and error <= UNEXPLAINED_SIGMAS * bound:
+        return "physical limit: even the true body's 95% interval is wider than 1%"
+    if error <= UNEXPLAINED_SIGMAS * row[f"sigma_{quantity}_percent"]:
         return "the instrument's precision, as its error bar says"
     return "not explained by its error bar"
 
@@ -82,7 +83,7 @@ def page(result: Result) -> list[str]:
         "",
         *paragraph(
             f"Flights of more than {LONG_FRAMES} frames with an epipolar tangency error below {LARGE_ETE_PX} px.",
-            "One that was not measured counts as wrong.",
+            "One that was not measured counts as wrong. Intervals (95%, exact) say how much so many flights can tell.",
         ),
         "",
         *table(("", f"within {TOLERANCE_PERCENT:g}%", "asked", "", "median", "bound (median σ)"), [_selection(chosen, q) for q in TITLES]),

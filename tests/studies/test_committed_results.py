@@ -4,11 +4,14 @@ from pathlib import Path
 
 import pytest
 
+from studies.frame.command import TOGETHER, committed
 from studies.frame.digests import of_modules
 from studies.frame.pages import drawn_from_digest, picture_path, text_of
 from studies.frame.results import read_result
 from studies.frame.study import Study
 from studies.looks.figures import drawn_from
+from studies.looks.words import page_text
+from studies.pages import uncertainty
 from studies.registry import STUDIES
 from tumble.versions import versions
 
@@ -35,6 +38,11 @@ def test_page_and_picture_are_of_the_rows(study: Study) -> None:
         f"python -m studies {study.name} --page --docs docs"
     )
     assert drawn_from(picture_path(study.name, pages)) == drawn_from_digest(study, result)
+
+
+def test_the_page_over_all_is_of_the_rows() -> None:
+    text = page_text(uncertainty.page(committed(STUDIES, DOCS / "results")))
+    assert (DOCS / "studies" / TOGETHER).read_text(encoding="utf-8") == text, "python -m studies --together --docs docs"
 
 
 def test_every_other_result_is_one_of_those_from_before_the_frame() -> None:

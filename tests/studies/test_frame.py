@@ -114,12 +114,24 @@ def test_a_picture_says_what_it_was_drawn_from(tmp_path: Path) -> None:
 
 
 def test_the_command_runs_lists_and_refuses(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert command.main([STUDY], ["powers", "--small", "--out", str(tmp_path), "--jobs", "1", "-q"]) == 0
+    assert (
+        command.main([STUDY], lambda results: ["# Together", *results], ["powers", "--small", "--out", str(tmp_path), "--jobs", "1", "-q"])
+        == 0
+    )
     assert (tmp_path / "powers" / "powers.md").is_file()
-    assert command.main([STUDY], ["powers", "--page", "--out", str(tmp_path)]) == 0
-    assert command.main([STUDY], ["powers", "--small", "--seed", "9", "--out", str(tmp_path), "-q"]) == 2
+    assert command.main([STUDY], lambda results: ["# Together", *results], ["powers", "--page", "--out", str(tmp_path)]) == 0
+    assert (
+        command.main([STUDY], lambda results: ["# Together", *results], ["powers", "--small", "--seed", "9", "--out", str(tmp_path), "-q"])
+        == 2
+    )
     assert "seed was 3 and is now 9" in capsys.readouterr().err
-    assert command.main([STUDY], ["powder"]) == 2
+    assert command.main([STUDY], lambda results: ["# Together", *results], ["powder"]) == 2
     assert "expected names among powers, got powder" in capsys.readouterr().err
-    assert command.main([STUDY], ["--list", "--docs", str(tmp_path)]) == 0
+    assert command.main([STUDY], lambda results: ["# Together", *results], ["--list", "--docs", str(tmp_path)]) == 0
     assert "no committed result" in capsys.readouterr().out
+
+
+def test_the_page_over_all_has_what_is_committed(tmp_path: Path) -> None:
+    write_result(measured(tmp_path / "out"), tmp_path / "results")
+    assert command.main([STUDY], lambda results: ["# Together", *results], ["--together", "--docs", str(tmp_path)]) == 0
+    assert (tmp_path / "studies" / "uncertainty.md").read_text() == "# Together\npowers\n"

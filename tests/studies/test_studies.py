@@ -1,5 +1,6 @@
 """Every study: its cases are valid and repeat, its page and picture are made of rows that are made up."""
 
+import ast
 import json
 from dataclasses import replace
 from pathlib import Path
@@ -13,7 +14,7 @@ from datasets.recipes.toml_files import recipe_from_dict, recipe_to_dict
 from datasets.scoring.metrics import COMPONENTS
 from datasets.scoring.score import VECTORS
 from studies.flights.scored import DESCRIBED, SCORED
-from studies.frame.digests import of_modules
+from studies.frame.digests import of_modules, source_of
 from studies.frame.pages import text_of, write_pages
 from studies.frame.results import Result, write_result
 from studies.frame.study import Study
@@ -45,6 +46,16 @@ def test_a_plan_names_its_own_file_and_its_task_s(study: Study) -> None:
     assert study.plan.cases.__module__ in named
     assert study.plan.task.__module__ in named
     assert study.module not in named
+
+
+@every_study
+def test_what_a_plan_imports_of_the_studies_is_named_too(study: Study) -> None:
+    """But for the frame, which decides no row."""
+    named = set(study.plan.modules)
+    for module in named:
+        tree = ast.parse(source_of(module).read_text(encoding="utf-8"))
+        imported = {str(node.module) for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)}
+        assert {name for name in imported if name.startswith("studies.") and not name.startswith("studies.frame")} <= named
 
 
 @every_study
