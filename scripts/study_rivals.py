@@ -21,7 +21,7 @@ from datasets.recipes.toml_files import recipe_to_toml
 from datasets.scoring.leaderboard import leaderboard
 from rivals import centroids, epipolar_tangency, pose_by_pose, silhouette_iou
 from rivals.joining import joined
-from scripts.scanned_particles import IRREGULAR, REGULAR
+from studies.flights.bodies import IRREGULAR, REGULAR
 from tumble.cli.exit_codes import INCOMPLETE
 from tumble.cli.leaderboard import BOOTSTRAP_SEED
 from tumble.cli.main import main as tumble

@@ -37,7 +37,7 @@ from estimator.merging.solid import solid_figures
 from estimator.merging.view_set import ViewSet, view_set
 from estimator.outlines.recording import view_outlines_of
 from scripts.real_outlines import RIGHT_DEG, dinosaur, stone
-from scripts.scanned_particles import SIX
+from studies.flights.bodies import SIX
 from synth.rendering.sequence import render_sequence
 from synth.sequence import build_silhouette_campaign, build_silhouette_sequence, plan_sequence, view_outlines
 from synth.streams import streams_of

@@ -20,7 +20,7 @@ from estimator.fitting.campaigns.campaign_covariance import campaign_covariance
 from estimator.fitting.campaigns.following import following
 from estimator.measurements.silhouettes.registration import register
 from estimator.motion.flight import N_PARAMETERS
-from scripts.study_pages import LARGEST_SEED, body_study_arguments, write_body_study
+from scripts.body_studies import LARGEST_SEED, body_study_arguments, write_body_study
 from synth.sequence import build_silhouette_sequence
 
 RECIPE = Recipe(

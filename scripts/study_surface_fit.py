@@ -34,7 +34,7 @@ from datasets.truth import Truth
 from datasets.truth_files import read_truth
 from estimator.data.configuration import Configuration
 from estimator.measuring.free_flight import estimate
-from scripts.scanned_particles import IRREGULAR, REGULAR
+from studies.flights.bodies import IRREGULAR, REGULAR
 from synth.flight_bound import with_bound
 from synth.rendering.sequence import render_sequence
 from synth.sequence import build_silhouette_sequence, plan_sequence

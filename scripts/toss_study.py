@@ -9,7 +9,8 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from scripts.study_pages import write_figure, write_page
+from studies.looks.figures import write_figure
+from studies.looks.words import write_page
 
 DOCS = Path("docs")
 Result = dict[str, Any]

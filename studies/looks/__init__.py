@@ -1,0 +1,1 @@
+"""How studies look: figures, tables, numbers and shares in words."""

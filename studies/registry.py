@@ -1,0 +1,5 @@
+"""All studies, in the order in which they are run and listed."""
+
+from studies.pages import depth, factorial, figure_4, figure_5, frame_step, optics
+
+STUDIES = (figure_4.STUDY, figure_5.STUDY, factorial.STUDY, depth.STUDY, frame_step.STUDY, optics.STUDY)
