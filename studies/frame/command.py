@@ -46,7 +46,7 @@ def _parser(studies: Sequence[Study]) -> argparse.ArgumentParser:
     parser.add_argument("--docs", type=Path, help="write the result to DOCS/results, page and picture to DOCS/studies")
     parser.add_argument("--small", action="store_true", help="the small size: minutes on two cores")
     parser.add_argument("--count", type=positive, help="repetitions of every point, instead of the size's")
-    parser.add_argument("--seed", type=int, help="instead of the size's")
+    parser.add_argument("--seed", type=not_negative, help="instead of the size's")
     parser.add_argument("--particles", type=Path, help="folder with the scanned particles (PLY); without it the project's own bodies")
     parser.add_argument("--page", action="store_true", help="write page and picture anew from the rows that are there")
     parser.add_argument("--together", action="store_true", help="write the page over all committed results")
@@ -54,6 +54,14 @@ def _parser(studies: Sequence[Study]) -> argparse.ArgumentParser:
     parser.add_argument("-q", "--quiet", action="store_true", help="no progress")
     add_engine(parser)
     return parser
+
+
+def not_negative(text: str) -> int:
+    """A whole number of at least none, for argparse."""
+    value = int(text)
+    if value < 0:
+        raise argparse.ArgumentTypeError(f"expected a whole number of at least 0, got {text}")
+    return value
 
 
 def _run(studies: Sequence[Study], given: argparse.Namespace) -> int:

@@ -1,7 +1,7 @@
 """Runs a plan on the engine: cases that are there stay, all others are measured, rows become the result.
 
-A case's rows are kept in ``OUT/CODE/NAME.json``, ``CODE`` being the digest of the plan's files and of the libraries: changed code never
-shows old numbers. ``OUT/study.json`` holds the settings; other ones are refused, since rows of two kinds read like those of one.
+A case's rows are kept in ``OUT/CODE/NAME.json``, ``CODE`` being the digest of the plan's files, of the libraries and of versions: changed
+code never shows old numbers. ``OUT/study.json`` holds the settings; other ones are refused, since rows of two kinds read like those of one.
 """
 
 import json
@@ -69,10 +69,11 @@ def conduct(study: Study, settings: Settings, how: Conduct) -> Result:
     """
     plan: Plan[Any] = study.plan
     asked = {"size": how.size, **asdict(settings), "bodies": "scanned" if how.particles else "procedural"}
-    _hold_to_settings(how.out, study.name, asked)
+    cases, found = plan.cases(settings, how.particles), versions()
+    software = {key: found[key] for key in SOFTWARE}
+    _hold_to_settings(how.out, study.name, asked, of_bodies(how.particles))
     sources, code = of_modules(plan.modules), of_libraries()
-    folder = how.out / of_bytes(json.dumps([sources, code]).encode())
-    cases = plan.cases(settings, how.particles)
+    folder = how.out / of_bytes(json.dumps([sources, code, software]).encode())
     products = [folder / f"{case.name}.json" for case in cases]
     pairs = list(zip(cases, products, strict=True))
     items = [Item(case.name, {"case": dict(case.payload), "product": product}, product) for case, product in pairs]
@@ -80,8 +81,7 @@ def conduct(study: Study, settings: Settings, how: Conduct) -> Result:
         outcomes = run(Kept(plan.task), items, executor=how.executor, advance=advance)
     rows = [{**case.labels, **row} for case, product in pairs if product.is_file() for row in _rows(product)]
     failed = tuple(f"{outcome.name}: {outcome.message}" for outcome in failures(outcomes))
-    found = versions()
-    return Result(study.name, asked, sources, code, {key: found[key] for key in SOFTWARE}, failed, pd.DataFrame(rows))
+    return Result(study.name, asked, sources, code, software, failed, pd.DataFrame(rows))
 
 
 def _rows(product: Path) -> Sequence[Row]:
@@ -89,13 +89,22 @@ def _rows(product: Path) -> Sequence[Row]:
     return [{**row, "cpu_s": document["cpu_s"] / len(document["rows"])} for row in document["rows"]]
 
 
-def _hold_to_settings(out: Path, study: str, asked: dict[str, Any]) -> None:
-    """Refuse a folder with another study or other settings; more repetitions are none."""
-    wanted = {"study": study, "settings": {key: value for key, value in asked.items() if key != "count"}}
+def of_bodies(particles: Path | None) -> dict[str, str]:
+    """Digests of the scanned bodies in a folder, by file name."""
+    return {} if particles is None else {path.name: of_bytes(path.read_bytes()) for path in sorted(particles.glob("*.ply"))}
+
+
+def _hold_to_settings(out: Path, study: str, asked: dict[str, Any], bodies: dict[str, str]) -> None:
+    """Refuse a folder with another study, other settings or other bodies; more repetitions are none."""
+    wanted = {"study": study, "settings": {key: value for key, value in asked.items() if key != "count"}, "bodies": bodies}
     wanted = json.loads(json.dumps(wanted))
     path = out / "study.json"
     if path.is_file():
-        different = first_difference(json.loads(path.read_text(encoding="utf-8")), wanted)
+        try:
+            there = json.loads(path.read_text(encoding="utf-8"))
+        except ValueError as error:
+            raise InputError(f"{path}: expected the settings of a study, got no JSON ({error}). Choose another --out.") from error
+        different = first_difference(there, wanted)
         if different:
             raise InputError(f"{path}: expected the same settings to go on with, but {different}. Choose another --out.")
     with written_whole(path) as temporary:

@@ -49,6 +49,15 @@ def share(held: Any) -> str:
     return f"{100 * yes / n:.1f}% ({100 * interval.low:.1f} to {100 * interval.high:.1f}%; {yes} of {n})"
 
 
+def judged(held: Any, asked: float) -> str:
+    """Whether a share of yes and no is as large as ``asked``, and whether so many tell: the lower end of its 95% interval is, too."""
+    yes, n = int(np.sum(held)), len(held)
+    if yes < asked * n:
+        return "missed"
+    low = binomtest(yes, n).proportion_ci(0.95, method="exact").low
+    return "held" if low >= asked else "held by the share; too few to be sure"
+
+
 def table(heads: Sequence[str], rows: Sequence[Sequence[Any]]) -> list[str]:
     """Lines of a Markdown table."""
     lines = ["| " + " | ".join(heads) + " |", "| " + " | ".join("---" for _ in heads) + " |"]

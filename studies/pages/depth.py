@@ -39,7 +39,7 @@ def page(result: Result) -> list[str]:
         *paragraph(
             "Blue: one camera; orange: two. Whole lines: within the image plane; dashed: along the axis. Dots: medians with 95%",
             "bootstrap intervals",
-            "where there are three draws and more.",
+            "where there are six draws and more.",
         ),
         "",
         *median_table(points, POINTS),

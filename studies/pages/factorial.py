@@ -48,7 +48,7 @@ def page(result: Result) -> list[str]:
         "",
         "![Median errors against length, by irregularity and views](factorial.png)",
         "",
-        "Lines: calibrated views. Dots: medians with 95% bootstrap intervals where there are three draws and more.",
+        "Lines: calibrated views. Dots: medians with 95% bootstrap intervals where there are six draws and more.",
         "",
         "## The law",
         "",

@@ -8,7 +8,7 @@ from datasets.scoring.metrics import COMPONENTS
 from studies.frame.results import Result
 from studies.frame.study import Study
 from studies.looks.figures import COLOURS, RED, figure, finish, plain_logarithmic
-from studies.looks.words import number, paragraph, percent, share, table
+from studies.looks.words import judged, number, paragraph, percent, share, table
 from studies.plans import figure_5
 
 LONG_FRAMES, LARGE_ETE_PX = 100, 1.5
@@ -110,7 +110,7 @@ def _range(rows: pd.DataFrame, key: str, unit: str) -> str:
 
 def _selection(chosen: pd.DataFrame, quantity: str) -> list[str]:
     held = within(chosen, quantity)
-    verdict = "held" if held.mean() >= ASKED[quantity] else "missed"
+    verdict = judged(held, ASKED[quantity])
     median, bound = chosen[f"{quantity}_percent"].median(), chosen[f"true_{quantity}_percent"].median()
     return [TITLES[quantity], share(held), f"{ASKED[quantity]:.0%}", verdict, percent(median), percent(bound)]
 

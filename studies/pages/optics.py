@@ -40,7 +40,11 @@ def page(result: Result) -> list[str]:
         "",
         *table(("", "flights", *(f"σ of {q.title}" for q in QUANTITIES), *(f"error of {q.title}" for q in QUANTITIES)), _ratios(rows)),
         "",
-        *paragraph(*_first(rows)),
+        *paragraph(
+            *_first(rows),
+            "How much worse a variation is, was chosen: what it costs is of that choice. Errors of few flights are luck,",
+            "stated standard deviations hardly.",
+        ),
         "",
         *median_table(medians(_numbered(rows), ("number",)), (("number", "number"),)),
         "",
@@ -104,6 +108,9 @@ def _draw(here: Axes, rows: pd.DataFrame, quantity: Quantity, look: tuple[list[s
         here.plot([1.0, _mean(found)], [k, k], "-", lw=5, color=colour, alpha=0.3, solid_capstyle="butt")
     here.axvline(1.0, color="0.4", lw=1)
     here.set_xscale("log")
+    here.set_xticks([0.5, 1, 2, 4], ["0.5", "1", "2", "4"])
+    here.set_xticks([], minor=True)
+    here.set_xlim(0.7, 5.0)
     here.set_xlabel("stated σ over that of the base")
     here.set_title(quantity.title)
     here.invert_yaxis()

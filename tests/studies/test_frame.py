@@ -135,3 +135,45 @@ def test_the_page_over_all_has_what_is_committed(tmp_path: Path) -> None:
     write_result(measured(tmp_path / "out"), tmp_path / "results")
     assert command.main([STUDY], lambda results: ["# Together", *results], ["--together", "--docs", str(tmp_path)]) == 0
     assert (tmp_path / "studies" / "uncertainty.md").read_text() == "# Together\npowers\n"
+
+
+def test_other_bodies_under_the_same_names_are_refused(tmp_path: Path) -> None:
+    bodies, out = tmp_path / "bodies", tmp_path / "out"
+    bodies.mkdir()
+    how = Conduct(Serial(), out, particles=bodies, quiet=True)
+    (bodies / "stone.ply").write_bytes(b"ply")
+    conduct.conduct(STUDY, PLAN.small, how)
+    (bodies / "stone.ply").write_bytes(b"another")
+    with pytest.raises(InputError, match=r"bodies\.stone\.ply|stone\.ply"):
+        conduct.conduct(STUDY, PLAN.small, how)
+
+
+def test_settings_that_are_damaged_are_named(tmp_path: Path) -> None:
+    measured(tmp_path)
+    (tmp_path / "study.json").write_text("{")
+    with pytest.raises(InputError, match=r"study\.json: expected the settings of a study, got no JSON"):
+        measured(tmp_path)
+
+
+def test_other_versions_measure_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    measured(tmp_path)
+    before = {path.name for path in tmp_path.iterdir()}
+    monkeypatch.setattr(conduct, "versions", lambda: dict.fromkeys(conduct.SOFTWARE, "0"))
+    measured(tmp_path)
+    assert {path.name for path in tmp_path.iterdir()} - before
+
+
+def test_cases_that_cannot_be_made_leave_no_settings_behind(tmp_path: Path) -> None:
+    def none(settings: Powers, particles: Path | None) -> list[Case]:
+        raise InputError("no bodies")
+
+    broken = Study("powers", "", replace(PLAN, cases=none), page, STUDY.picture, STUDY.module)
+    with pytest.raises(InputError, match="no bodies"):
+        conduct.conduct(broken, PLAN.small, Conduct(Serial(), tmp_path / "out", quiet=True))
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_seed_below_nothing_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        command.main([STUDY], lambda _: [], ["--seed", "-1"])
+    assert "expected a whole number of at least 0, got -1" in capsys.readouterr().err
