@@ -39,30 +39,30 @@ def read_arrays(path: Path, names: Sequence[str]) -> dict[str, NDArray[np.generi
         with zipfile.ZipFile(path) as archive:
             absent = [name for name in names if f"{name}.npy" not in archive.namelist()]
             if absent:
-                raise InputError(f"{path}: expected the arrays {', '.join(names)}, came without {', '.join(absent)}.")
+                raise InputError(f"{path}: expected the arrays {', '.join(names)}, got without {', '.join(absent)}.")
             return {name: _array(archive, name, path) for name in names}
     except FileNotFoundError:
         raise InputError(f"{path}: there is no such file.") from None
     except InputError:
         raise
     except Exception as error:  # zipfile, zlib and NumPy raise whatever their readers raise
-        raise InputError(f"{path}: expected an .npz file, came one that is cut off or of another kind ({error}).") from None
+        raise InputError(f"{path}: expected an .npz file, got one that is cut off or of another kind ({error}).") from None
 
 
 def _array(archive: zipfile.ZipFile, name: str, path: Path) -> NDArray[np.generic]:
     """One array, its sizes compared with those that its header states before it is read."""
     size = archive.getinfo(f"{name}.npy").file_size
     if size > LARGEST_ARRAY_BYTES:
-        raise InputError(f"{path}: {name}: expected an array of at most {LARGEST_ARRAY_BYTES} bytes, came {size}.")
+        raise InputError(f"{path}: {name}: expected an array of at most {LARGEST_ARRAY_BYTES} bytes, got {size}.")
     with archive.open(f"{name}.npy") as stream:
         version = npy.read_magic(stream)
         if version not in _HEADERS:
-            raise InputError(f"{path}: {name}: expected an array in version 1 or 2 of NumPy's format, came {version[0]}.{version[1]}.")
+            raise InputError(f"{path}: {name}: expected an array in version 1 or 2 of NumPy's format, got {version[0]}.{version[1]}.")
         shape, _, dtype = _HEADERS[version](stream)
         stated, held = math.prod(shape) * dtype.itemsize, size - stream.tell()
     if dtype.kind not in "fiu":
-        raise InputError(f"{path}: {name}: expected numbers, came {dtype} of shape {shape}.")
+        raise InputError(f"{path}: {name}: expected numbers, got {dtype} of shape {shape}.")
     if stated != held:
-        raise InputError(f"{path}: {name}: expected {stated} bytes for {dtype} of shape {shape}, came {held}.")
+        raise InputError(f"{path}: {name}: expected {stated} bytes for {dtype} of shape {shape}, got {held}.")
     with archive.open(f"{name}.npy") as stream:
         return np.asarray(npy.read_array(stream, allow_pickle=False))

@@ -55,7 +55,7 @@ def read_dataset(root: Path) -> Dataset:
         Naming the file, what was expected and what came.
     """
     if not root.is_dir():
-        raise InputError(f"{root}: expected the folder of a dataset, came {'a file' if root.exists() else 'nothing'}.")
+        raise InputError(f"{root}: expected the folder of a dataset, got {'a file' if root.exists() else 'nothing'}.")
     document = read_document(root / FILE, "dataset")
     return Dataset(
         name=document["name"],

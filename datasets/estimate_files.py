@@ -94,13 +94,13 @@ def _check(document: Document, path: Path) -> None:
     """What a schema cannot say: sizes that have to agree, a measurement where the status promises one."""
     count = len(document["parameters"])
     if len(document["values"]) != count:
-        raise InputError(f"{path}: at $.values: expected {count} entries (one per parameter), came {len(document['values'])}.")
+        raise InputError(f"{path}: at $.values: expected {count} entries (one per parameter), got {len(document['values'])}.")
     for name in ("covariance", "bound"):
         shape = np.shape(document[name]) if all(len(row) == len(document[name]) for row in document[name]) else "rows of unequal length"
         if shape not in ((count, count), (0,)):
-            raise InputError(f"{path}: at $.{name}: expected a square matrix of {count} rows, came {shape}.")
+            raise InputError(f"{path}: at $.{name}: expected a square matrix of {count} rows, got {shape}.")
     fault = state_entries.motion_fault(document["motion"]) if document["motion"] is not None else None
     if fault is not None:
         raise InputError(f"{path}: at $.motion: {fault}.")
     if document["status"] == Status.CONVERGED and document["middle"] is None:
-        raise InputError(f'{path}: at $.middle: expected velocities, since the status is "converged", came null.')
+        raise InputError(f'{path}: at $.middle: expected velocities, since the status is "converged", got null.')

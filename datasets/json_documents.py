@@ -112,11 +112,11 @@ def parsed_json(path: Path) -> Any:
     except FileNotFoundError:
         raise InputError(f"{path}: there is no such file.") from None
     except UnicodeDecodeError:
-        raise InputError(f"{path}: expected JSON text in UTF-8, came binary data.") from None
+        raise InputError(f"{path}: expected JSON text in UTF-8, got binary data.") from None
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror}).") from error
     if not text.strip():
-        raise InputError(f"{path}: expected JSON, came an empty file.")
+        raise InputError(f"{path}: expected JSON, got an empty file.")
     try:
         document = json.loads(text, parse_constant=float, parse_int=integer, object_pairs_hook=unique)
     except json.JSONDecodeError as error:
@@ -135,11 +135,11 @@ def _check_kind(path: Path, kind: str, document: Any) -> None:
     came = document.get("format") if isinstance(document, dict) else None
     if came != f"tumble {kind}":
         described = f'"format": {shown(came)}' if came is not None else 'JSON without "format"'
-        raise InputError(f'{path}: expected "format": "tumble {kind}", came {described}; this is another kind of file.')
+        raise InputError(f'{path}: expected "format": "tumble {kind}", got {described}; this is another kind of file.')
     version = document.get("schema_version")
     if isinstance(version, int) and version > SCHEMA_VERSION:
         raise InputError(
-            f"{path}: expected schema version {SCHEMA_VERSION} or older, came {version}; a newer Tumble wrote it. Upgrade this one."
+            f"{path}: expected schema version {SCHEMA_VERSION} or older, got {version}; a newer Tumble wrote it. Upgrade this one."
         )
 
 

@@ -97,7 +97,7 @@ def read_observation(folder: Path) -> Observation:
         Naming the file, what was expected and what came.
     """
     if not folder.is_dir():
-        raise InputError(f"{folder}: expected the folder of an observation, came {'a file' if folder.exists() else 'nothing'}.")
+        raise InputError(f"{folder}: expected the folder of an observation, got {'a file' if folder.exists() else 'nothing'}.")
     document = read_document(folder / FILE, "observation")
     clocks, views = _clocks(document, folder), document["views"]
     particle = folder / document["particle"] if "particle" in document else None
@@ -230,7 +230,7 @@ def _further_recordings(document: Document, folder: Path) -> tuple[Recording, ..
     if len(found) != wanted:
         raise InputError(
             f"{folder / FILE}: expected a further_recording of {'every' if wanted else 'no'} camera, since there is "
-            f"{'a' if wanted else 'no'} companion, came {len(found)} of {len(document['cameras'])} cameras with one."
+            f"{'a' if wanted else 'no'} companion, got {len(found)} of {len(document['cameras'])} cameras with one."
         )
     return tuple(_load(entry, folder, len(document["clock"]["times_s"])) for entry in found)
 

@@ -33,11 +33,11 @@ def read_outlines(path: Path, count: int | None = None) -> tuple[Outline, ...]:
     arrays = read_arrays(path, ("points_px", "offsets"))
     points, offsets = arrays["points_px"], arrays["offsets"]
     if points.ndim != 2 or points.shape[1] != 2 or points.dtype.kind not in "fiu":
-        raise InputError(f"{path}: expected points_px of shape (n, 2), came {points.dtype} of shape {points.shape}.")
+        raise InputError(f"{path}: expected points_px of shape (n, 2), got {points.dtype} of shape {points.shape}.")
     if offsets.ndim != 1 or offsets.dtype.kind not in "iu" or not _are_offsets(offsets.astype(np.int64), len(points)):
-        raise InputError(f"{path}: expected offsets that rise from 0 to {len(points)} (the number of points), came {_ends(offsets)}.")
+        raise InputError(f"{path}: expected offsets that rise from 0 to {len(points)} (the number of points), got {_ends(offsets)}.")
     if count is not None and len(offsets) - 1 != count:
-        raise InputError(f"{path}: expected {count} outlines, one per recorded entry, came {len(offsets) - 1}.")
+        raise InputError(f"{path}: expected {count} outlines, one per recorded entry, got {len(offsets) - 1}.")
     pieces = np.split(points.astype(np.float64, copy=False), offsets[1:-1].astype(np.int64))
     return tuple(_outline(path, number, piece) for number, piece in enumerate(pieces if len(offsets) > 1 else []))
 
@@ -52,7 +52,7 @@ def _ends(offsets: NDArray[np.generic]) -> str:
 
 def _outline(path: Path, number: int, points: NDArray[np.float64]) -> Outline:
     if 0 < len(points) < 3:
-        raise InputError(f"{path}: frame {number}: expected an outline of at least 3 points or none, came {len(points)}.")
+        raise InputError(f"{path}: frame {number}: expected an outline of at least 3 points or none, got {len(points)}.")
     if not np.all(np.isfinite(points)):
-        raise InputError(f"{path}: frame {number}: expected finite pixel coordinates, came NaN or infinity.")
+        raise InputError(f"{path}: frame {number}: expected finite pixel coordinates, got NaN or infinity.")
     return Outline(oriented(points))

@@ -30,7 +30,7 @@ def integer(text: str) -> int | float:
 
 
 def first_fault(document: Any, root: str) -> str | None:
-    """The first value that cannot stay, in the order of the document, as "at PLACE: expected ..., came ..."; ``root`` begins each place."""
+    """The first value that cannot stay, in the order of the document, as "at PLACE: expected ..., got ..."; ``root`` begins each place."""
     waiting: list[tuple[Any, tuple[Any, ...], int]] = [(document, (root,), 1)]
     while waiting:
         value, place, depth = waiting.pop()
@@ -41,7 +41,7 @@ def first_fault(document: Any, root: str) -> str | None:
             entries = value.items() if isinstance(value, dict) else enumerate(value)
             waiting += [(entry, (place, key), depth + 1) for key, entry in entries][::-1]
             if isinstance(value, dict) and not all(map(_encodable, value)):
-                return f"at {_written(place)}: expected keys in Unicode, came one with half a surrogate pair"
+                return f"at {_written(place)}: expected keys in Unicode, got one with half a surrogate pair"
     return None
 
 
@@ -50,15 +50,15 @@ def _fault(value: Any, depth: int) -> str | None:
         case bool() | None:
             return None
         case float():
-            return None if math.isfinite(value) else f"expected a finite number, came {_named(value)}"
+            return None if math.isfinite(value) else f"expected a finite number, got {_named(value)}"
         case int():
-            return None if abs(value) <= LARGEST_INTEGER else "expected an integer of at most 64 bit, came a longer one"
+            return None if abs(value) <= LARGEST_INTEGER else "expected an integer of at most 64 bit, got a longer one"
         case str():
-            return None if _encodable(value) else "expected text in Unicode, came half a surrogate pair"
+            return None if _encodable(value) else "expected text in Unicode, got half a surrogate pair"
         case Twice():
-            return "expected the key once, came twice"
+            return "expected the key once, got twice"
         case dict() | list() if depth > DEEPEST:
-            return f"expected at most {DEEPEST} levels of nesting, came more"
+            return f"expected at most {DEEPEST} levels of nesting, got more"
     return None
 
 

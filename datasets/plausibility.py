@@ -57,7 +57,7 @@ def check_observation(obs: Observation, path: Path) -> None:
     if obs.gravity_covariance is not None:
         check_covariance(obs.gravity_covariance, f"{path}: at $.gravity_covariance")
     if obs.mass_kg is not None and not 0 < obs.mass_kg < HEAVIEST_KG:
-        raise InputError(f"{path}: at $.mass_kg: expected kilograms below {HEAVIEST_KG:g}, came {obs.mass_kg:g}; is it in grams?")
+        raise InputError(f"{path}: at $.mass_kg: expected kilograms below {HEAVIEST_KG:g}, got {obs.mass_kg:g}; is it in grams?")
     times = len(obs.clock.times_s)
     for c, (camera, recording, clock) in enumerate(zip(obs.cameras, obs.recordings, obs.clocks, strict=True)):
         where = f"$.cameras[{c}]"
@@ -94,7 +94,7 @@ def _check_names(obs: Observation, path: Path) -> None:
     names = [camera.name for camera in obs.cameras]
     for c, name in enumerate(names):
         if name in names[:c]:
-            raise InputError(f'{path}: at $.cameras[{c}].name: expected a name of its own, came "{name}", that of another.')
+            raise InputError(f'{path}: at $.cameras[{c}].name: expected a name of its own, got "{name}", that of another.')
 
 
 def _check_views(views: tuple[CalibratedView, ...], place: str) -> None:
@@ -108,7 +108,7 @@ def _check_gravity(gravity: Array, path: Path) -> None:
     strength = float(np.linalg.norm(gravity))
     if not strength <= STRONGEST_GRAVITY_MS2:
         raise InputError(
-            f"{path}: at $.gravity_world: expected m/s2 (9.81 on Earth), came {strength:g}; it looks like millimetres taken for metres."
+            f"{path}: at $.gravity_world: expected m/s2 (9.81 on Earth), got {strength:g}; it looks like millimetres taken for metres."
         )
 
 
@@ -122,25 +122,25 @@ def check_plate(plate: Plate, where: str) -> None:
     """
     length = float(np.linalg.norm(plate.normal_world))
     if not abs(length - 1) <= UNIT_TOLERANCE:
-        raise InputError(f"{where}.normal_world: expected a vector of length 1, came one of length {length:.6g}.")
+        raise InputError(f"{where}.normal_world: expected a vector of length 1, got one of length {length:.6g}.")
     distance, speed = float(np.linalg.norm(plate.point_world)), float(np.linalg.norm(plate.velocity_world))
     if not distance <= FARTHEST_M:
-        raise InputError(f"{where}.point_world: expected metres (at most {FARTHEST_M:g}), came {distance:g}; are they millimetres?")
+        raise InputError(f"{where}.point_world: expected metres (at most {FARTHEST_M:g}), got {distance:g}; are they millimetres?")
     if not speed <= FASTEST_PLATE_MS:
-        raise InputError(f"{where}.velocity_world: expected m/s (at most {FASTEST_PLATE_MS:g}), came {speed:g}; are they mm/s?")
+        raise InputError(f"{where}.velocity_world: expected m/s (at most {FASTEST_PLATE_MS:g}), got {speed:g}; are they mm/s?")
 
 
 def _check_pose(R: Array, t: Array, where: str, frame: str) -> None:
     if not is_rotation(R, tolerance=ROUNDED_ROTATION):
-        raise InputError(f"{where}.R_cam_{frame}: expected a rotation (orthonormal rows, determinant +1), came {_departure(R)}.")
+        raise InputError(f"{where}.R_cam_{frame}: expected a rotation (orthonormal rows, determinant +1), got {_departure(R)}.")
     distance = float(np.linalg.norm(t))
     if not distance <= FARTHEST_M:
         raise InputError(
-            f"{where}.t_cam_{frame}: expected metres (at most {FARTHEST_M:g}), came a distance of {distance:g}; "
+            f"{where}.t_cam_{frame}: expected metres (at most {FARTHEST_M:g}), got a distance of {distance:g}; "
             "it looks like millimetres taken for metres."
         )
     if frame == "particle" and t[2] <= 0:
-        raise InputError(f"{where}.t_cam_particle: expected the particle in front of the camera (z > 0), came z = {t[2]:g}.")
+        raise InputError(f"{where}.t_cam_particle: expected the particle in front of the camera (z > 0), got z = {t[2]:g}.")
 
 
 def _departure(R: Array) -> str:
@@ -175,22 +175,22 @@ def _check_focal_sigma(covariance: NDArray[np.float64], intrinsics: Intrinsics, 
 def _check_intrinsics(intrinsics: Intrinsics, where: str) -> None:
     if intrinsics.width_px * intrinsics.height_px > LARGEST_PICTURE_PX:
         raise InputError(
-            f"{where}: expected a picture of at most {LARGEST_PICTURE_PX:.0e} px, came {intrinsics.width_px} x {intrinsics.height_px} px."
+            f"{where}: expected a picture of at most {LARGEST_PICTURE_PX:.0e} px, got {intrinsics.width_px} x {intrinsics.height_px} px."
         )
     far = max(intrinsics.width_px, intrinsics.height_px) * 5
     if abs(intrinsics.cx_px - intrinsics.width_px / 2) > far or abs(intrinsics.cy_px - intrinsics.height_px / 2) > far:
         raise InputError(
             f"{where}: expected a principal point near the {intrinsics.width_px} x {intrinsics.height_px} px picture, "
-            f"came ({intrinsics.cx_px:g}, {intrinsics.cy_px:g})."
+            f"got ({intrinsics.cx_px:g}, {intrinsics.cy_px:g})."
         )
     pitch = intrinsics.pixel_pitch_m
     if pitch is not None and pitch > 1e-3:
-        raise InputError(f"{where}.pixel_pitch_m: expected metres (20e-6 is usual), came {pitch:g}; it looks like another unit.")
+        raise InputError(f"{where}.pixel_pitch_m: expected metres (20e-6 is usual), got {pitch:g}; it looks like another unit.")
     lost = undistortion_error_px(intrinsics)
     if not lost <= LARGEST_UNDISTORTION_ERROR_PX:
         raise InputError(
             f"{where}.distortion: expected a distortion that can be undone all over the {intrinsics.width_px} x {intrinsics.height_px} px "
-            f"picture, came {list(intrinsics.distortion)}, which misses by {lost:.3g} px at its edge; the order is k1, k2, p1, p2, k3."
+            f"picture, got {list(intrinsics.distortion)}, which misses by {lost:.3g} px at its edge; the order is k1, k2, p1, p2, k3."
         )
 
 
@@ -210,7 +210,7 @@ def _check_recording(recording: Recording, intrinsics: list[Intrinsics], path: P
     if len(recording) != len(intrinsics):
         if isinstance(recording, TiffFrames) and intrinsics:
             recording.check(len(intrinsics), intrinsics[0].width_px, intrinsics[0].height_px, what)
-        raise InputError(f"{path}: {what}: expected {len(intrinsics)} recorded entries, came {len(recording)}.")
+        raise InputError(f"{path}: {what}: expected {len(intrinsics)} recorded entries, got {len(recording)}.")
     if isinstance(recording, TiffFrames):
         _check_one_size(intrinsics, path, what)
         recording.check(len(intrinsics), intrinsics[0].width_px, intrinsics[0].height_px, what)
@@ -227,7 +227,7 @@ def _check_one_size(intrinsics: list[Intrinsics], path: Path, what: str) -> None
         (width, height), (first_width, first_height) = sizes[odd], sizes[0]
         raise InputError(
             f"{path}: {what}: expected cameras of one picture size, since their pictures are one stack, "
-            f"came {first_width} x {first_height} px for entry 0 and {width} x {height} for entry {odd}."
+            f"got {first_width} x {first_height} px for entry 0 and {width} x {height} for entry {odd}."
         )
 
 
@@ -238,6 +238,6 @@ def _check_outline(outline: Outline, camera: Intrinsics, where: str) -> None:
     low, high = outline.points_px.min(axis=0), outline.points_px.max(axis=0)
     if np.any(low < -OUTSIDE_PICTURES * size) or np.any(high > (1 + OUTSIDE_PICTURES) * size):
         raise InputError(
-            f"{where}: expected pixels of a {size[0]} x {size[1]} picture, came x from {low[0]:.0f} to {high[0]:.0f} "
+            f"{where}: expected pixels of a {size[0]} x {size[1]} picture, got x from {low[0]:.0f} to {high[0]:.0f} "
             f"and y from {low[1]:.0f} to {high[1]:.0f}."
         )

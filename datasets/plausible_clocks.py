@@ -48,13 +48,13 @@ def _check_clock(clock: Clock, where: str) -> None:
     backwards = np.flatnonzero(~(np.diff(times) > 0))
     if len(backwards):
         k = int(backwards[0])
-        raise InputError(f"{where}.times_s[{k + 1}]: expected times that rise, came {float(times[k + 1])!r} after {float(times[k])!r}.")
+        raise InputError(f"{where}.times_s[{k + 1}]: expected times that rise, got {float(times[k + 1])!r} after {float(times[k])!r}.")
     if exposure > LONGEST_EXPOSURE_S:
-        raise InputError(f"{where}.exposure_s: expected seconds, came {exposure:g}; it looks like microseconds.")
+        raise InputError(f"{where}.exposure_s: expected seconds, got {exposure:g}; it looks like microseconds.")
     shortest = float(np.diff(times).min()) if len(times) > 1 else np.inf
     if exposure > shortest * (1 + 1e-9):
         raise InputError(
-            f"{where}.exposure_s: expected at most the time between two frames ({shortest:g} s), came {exposure:g} s; "
+            f"{where}.exposure_s: expected at most the time between two frames ({shortest:g} s), got {exposure:g} s; "
             "one of them is in the wrong unit."
         )
 
@@ -74,6 +74,6 @@ def _check_overlap(obs: Observation, name: str, clock: Clock, where: str) -> Non
     own, first, slack = clock.times_s, obs.clock.times_s, SIGMAS * clock.offset_sigma_s
     if own[0] > first[-1] + slack or own[-1] < first[0] - slack:
         raise InputError(
-            f'{where}.times_s: expected cameras that recorded at the same time, came "{name}" from {own[0]:g} to {own[-1]:g} s and '
+            f'{where}.times_s: expected cameras that recorded at the same time, got "{name}" from {own[0]:g} to {own[-1]:g} s and '
             f'"{obs.cameras[0].name}" from {first[0]:g} to {first[-1]:g} s: their clocks do not overlap.'
         )

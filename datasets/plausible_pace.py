@@ -52,7 +52,7 @@ def check_pace(obs: Observation, path: Path) -> None:
         fall = 0.5 * float(np.linalg.norm(obs.gravity_world)) * lasts**2
         if fall > PICTURES_FALLEN * wide:
             raise InputError(
-                f"{where}: expected seconds, came {lasts:g} between the first and the last outline: a particle falls {fall:.3g} m in that "
+                f"{where}: expected seconds, got {lasts:g} between the first and the last outline: a particle falls {fall:.3g} m in that "
                 f'time, and camera "{camera.name}" sees {wide:.2g} m; are they ms or us?'
             )
 
@@ -60,7 +60,7 @@ def check_pace(obs: Observation, path: Path) -> None:
 def _check_interval(times: Array, where: str) -> None:
     interval = float(np.median(np.diff(times))) if len(times) > 1 else 0.0
     if not interval <= LONGEST_INTERVAL_S:
-        raise InputError(f"{where}: expected seconds between pictures below {LONGEST_INTERVAL_S:g}, came {interval:g}; are they ms or us?")
+        raise InputError(f"{where}: expected seconds between pictures below {LONGEST_INTERVAL_S:g}, got {interval:g}; are they ms or us?")
 
 
 def _check_speed(centres: Array, times: Array, where: str) -> None:
@@ -68,7 +68,7 @@ def _check_speed(centres: Array, times: Array, where: str) -> None:
     known = [speed for speed in speeds if np.isfinite(speed)]
     if known and np.median(known) > FASTEST_MS:
         raise InputError(
-            f"{where}: expected seconds, came times in which the outlines move at {np.median(known):.3g} m/s (at most {FASTEST_MS:g}); "
+            f"{where}: expected seconds, got times in which the outlines move at {np.median(known):.3g} m/s (at most {FASTEST_MS:g}); "
             "are they, or the calibrated views, in another unit?"
         )
 

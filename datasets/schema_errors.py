@@ -82,7 +82,7 @@ def _expected(error: ValidationError) -> str:
     came: Any = error.instance
     match error.validator:
         case "type":
-            return f"{_types(rule)}, came {shown(came)}"
+            return f"{_types(rule)}, got {shown(came)}"
         case "required":
             missing = next(key for key in rule if key not in came)
             return f'the key "{missing}", which is missing'
@@ -90,17 +90,17 @@ def _expected(error: ValidationError) -> str:
             return _unknown_key(error)
         case "enum" | "const":
             choices = rule if error.validator == "enum" else [rule]
-            return f"{' or '.join(json.dumps(choice) for choice in choices)}, came {shown(came)}"
+            return f"{' or '.join(json.dumps(choice) for choice in choices)}, got {shown(came)}"
         case "minItems" | "maxItems":
             bound = "at least" if error.validator == "minItems" else "at most"
-            return f"{bound} {rule} entries, came {len(came)}"
+            return f"{bound} {rule} entries, got {len(came)}"
         case "minimum" | "exclusiveMinimum" | "maximum" | "exclusiveMaximum":
             sign = {"minimum": ">=", "exclusiveMinimum": ">", "maximum": "<=", "exclusiveMaximum": "<"}[str(error.validator)]
-            return f"a number {sign} {rule}, came {shown(came)}"
+            return f"a number {sign} {rule}, got {shown(came)}"
         case "pattern":
-            return f"text of the form {rule}, came {shown(came)}"
+            return f"text of the form {rule}, got {shown(came)}"
     described = error.schema.get("description") if isinstance(error.schema, dict) else None
-    return f"{described or f'{error.validator} {shown(rule)}'}, came {shown(came)}"
+    return f"{described or f'{error.validator} {shown(rule)}'}, got {shown(came)}"
 
 
 def _unknown_key(error: ValidationError) -> str:
@@ -108,7 +108,7 @@ def _unknown_key(error: ValidationError) -> str:
     instance: Any = error.instance
     unknown = next(key for key in instance if key not in known)
     nearest = difflib.get_close_matches(unknown, known, n=1)
-    return f'one of the keys {", ".join(known)}, came {shown(unknown)}' + (f' (did you mean "{nearest[0]}"?)' if nearest else "")
+    return f'one of the keys {", ".join(known)}, got {shown(unknown)}' + (f' (did you mean "{nearest[0]}"?)' if nearest else "")
 
 
 def _types(rule: str | list[str]) -> str:

@@ -75,12 +75,12 @@ def motion_fault(arrays: dict[str, Any]) -> str | None:
     for name, tail in MOTION_FIELDS.items():
         came = np.shape(arrays[name])
         if came != (count, *tail):
-            return f"expected {name} of shape {(count, *tail)}, came {came}"
+            return f"expected {name} of shape {(count, *tail)}, got {came}"
         if not np.all(np.isfinite(arrays[name])):
-            return f"expected finite numbers in {name}, came NaN or infinity"
+            return f"expected finite numbers in {name}, got NaN or infinity"
     if not np.all(np.diff(arrays["times_s"]) > 0):
-        return "expected times_s that rise, came times that do not"
+        return "expected times_s that rise, got times that do not"
     norms = np.linalg.norm(np.reshape(arrays["q_world_body"], (-1, 4)), axis=1)
     if not np.all(np.abs(norms - 1) <= 1e-6):
-        return f"expected unit quaternions in q_world_body, came one of length {norms[np.argmax(np.abs(norms - 1))]:.6g}"
+        return f"expected unit quaternions in q_world_body, got one of length {norms[np.argmax(np.abs(norms - 1))]:.6g}"
     return None

@@ -90,13 +90,13 @@ class TiffFrames:
         """
         if len(self) != count:
             missing = f"; frame {len(self)} and later are missing" if len(self) < count else ""
-            raise InputError(f"{self.path}: expected {count} frames ({what}), came {len(self)}{missing}.")
+            raise InputError(f"{self.path}: expected {count} frames ({what}), got {len(self)}{missing}.")
         self._check_size(self.path, self._pages, (height_px, width_px), what)
         if self.background_path is not None:
             self._check_size(self.background_path, self._backgrounds, (height_px, width_px), what)
             highest = max(self.background_pages, default=0) if self.background_pages is not None else 0
             if highest >= len(self._backgrounds):
-                raise InputError(f"{self.background_path}: expected at least {highest + 1} pages, came {len(self._backgrounds)}.")
+                raise InputError(f"{self.background_path}: expected at least {highest + 1} pages, got {len(self._backgrounds)}.")
 
     @staticmethod
     def _check_size(path: Path, pages: tuple[Page, ...], shape: tuple[int, int], what: str) -> None:
@@ -104,7 +104,7 @@ class TiffFrames:
             if page.shape != shape:
                 height, width = page.shape
                 raise InputError(
-                    f"{path}: frame {number}: expected {shape[1]} x {shape[0]} px (width x height; {what}), came {width} x {height}."
+                    f"{path}: frame {number}: expected {shape[1]} x {shape[0]} px (width x height; {what}), got {width} x {height}."
                 )
 
 
@@ -135,7 +135,7 @@ class FrameStackWriter:
             When it cannot be written, for instance on a full disk; nothing is left half written.
         """
         if picture.dtype != np.uint16 or picture.ndim != 2:
-            raise TypeError(f"expected a (height, width) array of uint16, came {picture.dtype} {picture.shape}")
+            raise TypeError(f"expected a (height, width) array of uint16, got {picture.dtype} {picture.shape}")
         try:
             self._writer.write(
                 picture, photometric="minisblack", metadata=None, software=False, contiguous=False, compression=self._compression
@@ -187,7 +187,7 @@ def _read(path: Path, pages: tuple[Page, ...], number: int, bit_depth: int) -> P
         raise InputError(f"{path}: frame {number} cannot be read ({error}).") from error
     if picture.size and int(picture.max()) >= 1 << bit_depth:
         raise InputError(
-            f"{path}: frame {number}: expected values of {bit_depth} bit (at most {(1 << bit_depth) - 1}), came {int(picture.max())}; "
+            f"{path}: frame {number}: expected values of {bit_depth} bit (at most {(1 << bit_depth) - 1}), got {int(picture.max())}; "
             "state the right bit_depth, or shift left-aligned values down."
         )
     return picture

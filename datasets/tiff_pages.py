@@ -62,9 +62,9 @@ def index(path: Path) -> tuple[Page, ...]:
     except InputError:
         raise
     except Exception as error:  # tifffile raises whatever its readers raise
-        raise InputError(f"{path}: expected a TIFF stack, came a file that is cut off or of another kind ({error}).") from None
+        raise InputError(f"{path}: expected a TIFF stack, got a file that is cut off or of another kind ({error}).") from None
     if not pages:
-        raise InputError(f"{path}: expected a TIFF stack, came one without pictures.")
+        raise InputError(f"{path}: expected a TIFF stack, got one without pictures.")
     return pages
 
 
@@ -97,7 +97,7 @@ def _values(data: bytes, page: Page, tall: int) -> NDArray[np.generic]:
     else:
         raw = DECODERS[page.scheme](data, most)
     if not least <= len(raw) <= most:
-        raise ValueError(f"expected {least} bytes in a strip or tile, came {len(raw) if len(raw) < least else 'more'}")
+        raise ValueError(f"expected {least} bytes in a strip or tile, got {len(raw) if len(raw) < least else 'more'}")
     values = np.frombuffer(raw, page.dtype, count=tall * page.block[1]).reshape(tall, page.block[1])
     return np.cumsum(values, axis=1, dtype=page.dtype.newbyteorder("=")) if page.differenced else values
 
@@ -107,7 +107,7 @@ def _pages(path: Path, stack: tifffile.TiffFile, size: int) -> tuple[Page, ...]:
     seen: set[int] = set()
     for number, page in enumerate(stack.pages):
         if page.offset in seen:
-            raise InputError(f"{path}: frame {number}: expected another page, came one that is there already; the file's pages are a loop.")
+            raise InputError(f"{path}: frame {number}: expected another page, got one that is there already; the file's pages are a loop.")
         seen.add(page.offset)
         found.append(_page(page, f"{path}: frame {number}", size))
     _check_end(path, stack, len(found))
@@ -130,14 +130,14 @@ def _page(page: tifffile.TiffPage, where: str, size: int) -> Page:
     height, width = page.shape
     block = (int(page.tilelength), int(page.tilewidth)) if page.is_tiled else (min(int(page.rowsperstrip), height), width)
     if min(block) < 1:
-        raise InputError(f"{where}: expected strips or tiles of some size, came {block[1]} x {block[0]} px.")
+        raise InputError(f"{where}: expected strips or tiles of some size, got {block[1]} x {block[0]} px.")
     offsets, counts = tuple(map(int, page.dataoffsets)), tuple(map(int, page.databytecounts))
     expected = math.ceil(height / block[0]) * math.ceil(width / block[1])
     if not len(offsets) == len(counts) == expected:
-        raise InputError(f"{where}: expected {expected} strips or tiles, came {len(offsets)} places and {len(counts)} sizes.")
+        raise InputError(f"{where}: expected {expected} strips or tiles, got {len(offsets)} places and {len(counts)} sizes.")
     total = expected * math.prod(block)
     if total > LARGEST_PICTURE_PX:
-        raise InputError(f"{where}: expected strips or tiles of at most {LARGEST_PICTURE_PX:.0e} px in all, came {total:.1e}.")
+        raise InputError(f"{where}: expected strips or tiles of at most {LARGEST_PICTURE_PX:.0e} px in all, got {total:.1e}.")
     end = max(start + count for start, count in zip(offsets, counts, strict=True))
     if end > size:
         raise InputError(f"{where} is cut off (it should end at byte {end}, the file has {size}).")
@@ -151,24 +151,24 @@ def _check_kind(page: tifffile.TiffPage, where: str) -> None:
     """That a page is a grey picture of a type, size and compression that is read here."""
     if page.dtype not in GREY_TYPES or len(page.shape) != 2 or page.bitspersample not in (8, 16):
         bits = f"{page.bitspersample} bit, " if page.dtype in GREY_TYPES else ""
-        raise InputError(f"{where}: expected grey pictures of 16 (or 8) bit, came {bits}{page.dtype} of shape {page.shape}.")
+        raise InputError(f"{where}: expected grey pictures of 16 (or 8) bit, got {bits}{page.dtype} of shape {page.shape}.")
     if page.photometric != tifffile.PHOTOMETRIC.MINISBLACK:
         name = getattr(page.photometric, "name", page.photometric)
         raise InputError(
-            f"{where}: expected grey pictures in which 0 is black (MINISBLACK), came {name}; "
+            f"{where}: expected grey pictures in which 0 is black (MINISBLACK), got {name}; "
             "its numbers do not mean light, so convert the stack first."
         )
     if not 0 < min(page.shape) <= max(page.shape) <= LARGEST_SIDE_PX or math.prod(page.shape) > LARGEST_PICTURE_PX:
         raise InputError(
             f"{where}: expected 1 to {LARGEST_SIDE_PX} px along each side and at most {LARGEST_PICTURE_PX:.0e} px, "
-            f"came {page.shape[1]} x {page.shape[0]}."
+            f"got {page.shape[1]} x {page.shape[0]}."
         )
     scheme = int(page.compression)
     known = scheme in DECODERS or (scheme == JPEG and page.bitspersample == 8 and int(page.predictor) == 1)
     if not known or int(page.predictor) not in (1, 2) or int(page.fillorder) != 1:
         name = getattr(page.compression, "name", page.compression)
         raise InputError(
-            f"{where}: expected pictures with {WORDS}, came compression {name} with predictor "
+            f"{where}: expected pictures with {WORDS}, got compression {name} with predictor "
             f"{int(page.predictor)} and fill order {int(page.fillorder)}; write the stack anew without compression."
         )
 
@@ -181,5 +181,5 @@ def _check_claim(page: Page, where: str) -> None:
     if min(page.counts) * ratio < least:
         raise InputError(
             f"{where}: expected at least {math.ceil(least / ratio)} bytes in a strip or tile of {page.block[1]} x {page.block[0]} px, "
-            f"came {min(page.counts)}."
+            f"got {min(page.counts)}."
         )

@@ -25,7 +25,7 @@ def read_toml(path: Path) -> Table:
     except UnicodeDecodeError as error:
         raise InputError(f"{path}: expected TOML in UTF-8 ({error}).") from None
     except OSError as error:
-        raise InputError(f"{path}: expected a TOML file, came one that cannot be read ({error.strerror}).") from error
+        raise InputError(f"{path}: expected a TOML file, got one that cannot be read ({error.strerror}).") from error
     return parsed_toml(text, str(path))
 
 
@@ -42,7 +42,7 @@ def parsed_toml(text: str, source: str) -> Table:
     except ValueError as error:  # also what Python raises for an integer of thousands of digits
         raise InputError(f"{source}: expected TOML ({error}).") from None
     except RecursionError:
-        raise InputError(f"{source}: expected TOML, came tables nested too deeply.") from None
+        raise InputError(f"{source}: expected TOML, got tables nested too deeply.") from None
     fault = first_fault(table, "")
     if fault is not None:
         raise InputError(f"{source}: {fault}.")

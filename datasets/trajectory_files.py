@@ -35,7 +35,7 @@ OFF_GRID = 0.01
 """Of a step, by how much rounded readings may lie beside multiples of it, as they were written with few digits."""
 NOTHING_MEASURED = (
     "expected positions x_m, y_m, z_m (or _mm, _um), orientations qx, qy, qz, qw, or a gyroscope's gyro_x_rads, gyro_y_rads, gyro_z_rads "
-    "(or _degs), came none."
+    "(or _degs), got none."
 )
 NORM_TOLERANCE = 1e-2
 
@@ -65,7 +65,7 @@ def read_trajectory(path: Path, given: Mapping[str, Any]) -> Trajectory:
     try:
         lines = path.read_text(encoding="utf-8-sig").splitlines()
     except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: expected a trajectory as text, came a file that cannot be read: {error}.") from error
+        raise InputError(f"{path}: expected a trajectory as text, got a file that cannot be read: {error}.") from error
     columns = _csv(path, lines) if path.suffix.lower() == CSV_SUFFIX else _tum(path, lines)
     return _trajectory(path, columns, given)
 
@@ -83,9 +83,9 @@ def _csv(path: Path, lines: Sequence[str]) -> Columns:
     try:
         rows = [(reader.line_num, row) for row in reader if row and not row[0].lstrip().startswith("#")]
     except csv.Error as error:
-        raise InputError(f"{path}: line {reader.line_num}: expected comma-separated values, came a line that is none ({error}).") from None
+        raise InputError(f"{path}: line {reader.line_num}: expected comma-separated values, got a line that is none ({error}).") from None
     if not rows:
-        raise InputError(f"{path}: expected a header such as t_s,x_m,y_m,z_m and rows of numbers, came an empty file.")
+        raise InputError(f"{path}: expected a header such as t_s,x_m,y_m,z_m and rows of numbers, got an empty file.")
     (number, header), *rest = rows
     names = [name.strip() for name in header]
     known = _known_names()
@@ -95,7 +95,7 @@ def _csv(path: Path, lines: Sequence[str]) -> Columns:
             offered = f"did you mean {near[0]}?" if near else "known: t_s, x_m, ..., qx, ..., wx_rads, gyro_x_rads, ..., sigma_x_m, ..."
             raise InputError(f"{path}: line {number}: unknown column {shown(name)}; {offered}")
         if names.count(name) > 1:
-            raise InputError(f"{path}: line {number}: expected every column once, came {shown(name)} twice.")
+            raise InputError(f"{path}: line {number}: expected every column once, got {shown(name)} twice.")
     return _table(path, names, rest)
 
 
@@ -112,11 +112,11 @@ def _table(path: Path, names: Sequence[str], rows: Sequence[tuple[int, Sequence[
     values = np.empty((len(rows), len(names)))
     for k, (number, row) in enumerate(rows):
         if len(row) != len(names):
-            raise InputError(f"{path}: line {number}: expected {len(names)} values ({', '.join(names)}), came {len(row)}.")
+            raise InputError(f"{path}: line {number}: expected {len(names)} values ({', '.join(names)}), got {len(row)}.")
         for j, text in enumerate(row):
             values[k, j] = _number(text, f"{path}: line {number}: {names[j]}")
     if len(rows) < LEAST_ROWS:
-        raise InputError(f"{path}: expected at least {LEAST_ROWS} rows, came {len(rows)}: too few for a motion.")
+        raise InputError(f"{path}: expected at least {LEAST_ROWS} rows, got {len(rows)}: too few for a motion.")
     return {**dict(zip(names, values.T, strict=True)), "line": np.array([number for number, _ in rows], dtype=np.float64)}
 
 
@@ -129,9 +129,9 @@ def _number(text: str, where: str) -> float:
     except ValueError:
         value = None
     if value is None:
-        raise InputError(f"{where}: expected a number, came {shown(text.strip())}.")
+        raise InputError(f"{where}: expected a number, got {shown(text.strip())}.")
     if not np.isfinite(value):
-        raise InputError(f"{where}: expected a finite number, came {shown(text.strip())}; leave cells empty that were not measured.")
+        raise InputError(f"{where}: expected a finite number, got {shown(text.strip())}; leave cells empty that were not measured.")
     return value
 
 
@@ -178,7 +178,7 @@ def _check_seen(path: Path, name: str, values: Array | None, *, stated: bool) ->
     for axis, column in zip("xyz", () if values is None else values.T, strict=False):
         count = int(np.isfinite(column).sum())
         if 0 < count < (1 if stated else LEAST_ROWS):
-            raise InputError(f"{path}: {name.format(axis)}: expected at least {LEAST_ROWS} values or none, came {count}.")
+            raise InputError(f"{path}: {name.format(axis)}: expected at least {LEAST_ROWS} values or none, got {count}.")
 
 
 def _check_limits(path: Path, columns: Columns, lines: NDArray[np.int64]) -> None:
@@ -187,7 +187,7 @@ def _check_limits(path: Path, columns: Columns, lines: NDArray[np.int64]) -> Non
         run, everywhere = _at_limit(columns[name])
         if len(run):
             raise InputError(
-                f"{path}: lines {lines[run[0]]} to {lines[run[-1]]}: {name}: expected readings that scatter, came "
+                f"{path}: lines {lines[run[0]]} to {lines[run[-1]]}: {name}: expected readings that scatter, got "
                 f"{columns[name][run[0]]:g} in {len(run)} rows, its largest: is that the sensor's limit? Leave its cells empty in all "
                 f"{everywhere} rows where it is reached."
             )
@@ -215,7 +215,7 @@ def _at_limit(read: Array) -> tuple[NDArray[np.int64], int]:
 def _measured_once(path: Path, surroundings: Surroundings, omega: Array | None, rows: int) -> tuple[Array, Array]:
     """An angular velocity that was measured once in a flight, as that of its middle row, and its standard deviations."""
     if omega is not None:
-        raise InputError(f"{path}: expected either columns wx_rads, wy_rads, wz_rads or spin_world_rads, came both.")
+        raise InputError(f"{path}: expected either columns wx_rads, wy_rads, wz_rads or spin_world_rads, got both.")
     values, sigma = np.full((rows, 3), np.nan), np.full((rows, 3), np.nan)
     values[rows // 2], sigma[rows // 2] = surroundings.spin_world, surroundings.sigma_spin
     return values, sigma
@@ -224,20 +224,20 @@ def _measured_once(path: Path, surroundings: Surroundings, omega: Array | None, 
 def _times(path: Path, columns: Columns, lines: NDArray[np.int64]) -> Array:
     names = [name for name in TIMES if name in columns]
     if len(names) != 1:
-        raise InputError(f"{path}: expected one column of times (t_s, t_ms or t_us), came {len(names)}.")
+        raise InputError(f"{path}: expected one column of times (t_s, t_ms or t_us), got {len(names)}.")
     empty = np.flatnonzero(np.isnan(columns[names[0]]))
     if len(empty):
-        raise InputError(f"{path}: line {lines[empty[0]]}: {names[0]}: expected a number, came an empty cell.")
+        raise InputError(f"{path}: line {lines[empty[0]]}: {names[0]}: expected a number, got an empty cell.")
     times = (columns[names[0]] - columns[names[0]][0]) * TIMES[names[0]]
     steps = np.diff(times)
     if not (steps > 0).all():
         k = int(np.flatnonzero(~(steps > 0))[0])
         raise InputError(
-            f"{path}: line {lines[k + 1]}: expected times that increase, came {columns[names[0]][k + 1]:g} after {columns[names[0]][k]:g}."
+            f"{path}: line {lines[k + 1]}: expected times that increase, got {columns[names[0]][k + 1]:g} after {columns[names[0]][k]:g}."
         )
     if not np.median(steps) <= LONGEST_INTERVAL_S:
         raise InputError(
-            f"{path}: expected seconds between rows below {LONGEST_INTERVAL_S:g}, came {np.median(steps):g}; is it t_ms or t_us?"
+            f"{path}: expected seconds between rows below {LONGEST_INTERVAL_S:g}, got {np.median(steps):g}; is it t_ms or t_us?"
         )
     return np.asarray(times)
 
@@ -252,7 +252,7 @@ def _vector(path: Path, columns: Columns, prefix: str, units: Mapping[str, float
         unit = next(u for found in present.values() for u in found)
         came = ", ".join(f"{prefix}{a}_{u}" for a, found in present.items() for u in found)
         hint = "; leave the cells of what was not measured empty" if not prefix.startswith("sigma") else ""
-        raise InputError(f"{path}: expected one column {prefix}{odd[0]}_{unit} beside the others, came {came}{hint}.")
+        raise InputError(f"{path}: expected one column {prefix}{odd[0]}_{unit} beside the others, got {came}{hint}.")
     return np.column_stack([columns[f"{prefix}{axis}_{found[0]}"] * units[found[0]] for axis, found in present.items()])
 
 
@@ -262,16 +262,16 @@ def _quaternions(path: Path, columns: Columns, lines: NDArray[np.int64]) -> Arra
     if len(missing) == 4:
         return None
     if missing:
-        raise InputError(f"{path}: expected all of {', '.join(names)} or none, came no {missing[0]}.")
+        raise InputError(f"{path}: expected all of {', '.join(names)} or none, got no {missing[0]}.")
     q = np.column_stack([columns[name] for name in names])
     norm = np.linalg.norm(q, axis=1)
     half = np.flatnonzero(np.isnan(norm) & ~np.isnan(q).all(axis=1))
     if len(half):
-        raise InputError(f"{path}: line {lines[half[0]]}: expected all of {', '.join(names)} or none, came some of them empty.")
+        raise InputError(f"{path}: line {lines[half[0]]}: expected all of {', '.join(names)} or none, got some of them empty.")
     odd = ~(np.abs(norm - 1.0) <= NORM_TOLERANCE) & ~np.isnan(q).all(axis=1)
     if odd.any():
         k = int(np.argmax(odd))
-        raise InputError(f"{path}: line {lines[k]}: expected a unit quaternion (qx, qy, qz, qw), came one of length {norm[k]:.4g}.")
+        raise InputError(f"{path}: line {lines[k]}: expected a unit quaternion (qx, qy, qz, qw), got one of length {norm[k]:.4g}.")
     return np.asarray(q / norm[:, None])
 
 
@@ -284,7 +284,7 @@ def _check_lengths(path: Path, x: Array, times: Array) -> None:
     fast = float(np.median(steps / np.diff(times)))
     if not (far <= FARTHEST_M and fast <= FASTEST_MS):
         raise InputError(
-            f"{path}: expected metres (a flight below {FARTHEST_M:g} m and {FASTEST_MS:g} m/s), came {far:.4g} m at {fast:.4g} m/s; "
+            f"{path}: expected metres (a flight below {FARTHEST_M:g} m and {FASTEST_MS:g} m/s), got {far:.4g} m at {fast:.4g} m/s; "
             "are they millimetres? Then call the columns x_mm, y_mm, z_mm."
         )
 
@@ -296,8 +296,8 @@ def _sigma(path: Path, columns: Array | None, stated: float | None, values: Arra
     if columns is not None:
         seen = columns[np.isfinite(values)]
         if np.isnan(seen).any():
-            raise InputError(f"{path}: expected a standard deviation beside every measured value, came an empty cell.")
+            raise InputError(f"{path}: expected a standard deviation beside every measured value, got an empty cell.")
         if (seen <= 0).any():
-            raise InputError(f"{path}: expected positive standard deviations, came {seen.min():g}.")
+            raise InputError(f"{path}: expected positive standard deviations, got {seen.min():g}.")
         return columns
     return None if stated is None else np.full(values.shape, stated)

@@ -58,11 +58,11 @@ def read_surroundings(path: Path, given: Mapping[str, Any], *, falls: bool = Tru
     known.update(_checked(given, "the command line"))
     if "gravity_world" not in known and falls:
         raise InputError(
-            f"{path}: expected gravity in the trajectory's frame, came none: state gravity_world = [0.0, 0.0, -9.81] in "
+            f"{path}: expected gravity in the trajectory's frame, got none: state gravity_world = [0.0, 0.0, -9.81] in "
             f"{path.with_suffix('.toml').name} or {FOLDER_FILE} beside it, or type --gravity 0,0,-9.81."
         )
     if "spin_world_rads" in known and "sigma_spin_rads" not in known:
-        raise InputError(f"{path}: expected sigma_spin_rads beside spin_world_rads, came none: one value does not show its own noise.")
+        raise InputError(f"{path}: expected sigma_spin_rads beside spin_world_rads, got none: one value does not show its own noise.")
     return _surroundings(known)
 
 
@@ -72,7 +72,7 @@ def _checked(entries: Mapping[str, Any], where: str) -> dict[str, Any]:
             near = difflib.get_close_matches(key, KEYS, n=1, cutoff=0.5)
             raise InputError(f"{where}: unknown key {key!r}; " + (f"did you mean {near[0]}?" if near else f"known: {', '.join(KEYS)}."))
         if not _fits(key, value):
-            raise InputError(f"{where}: at {key}: expected {KEYS[key]}, came {value!r}.")
+            raise InputError(f"{where}: at {key}: expected {KEYS[key]}, got {value!r}.")
     return dict(entries)
 
 

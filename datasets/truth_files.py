@@ -86,7 +86,7 @@ def read_truth(folder: Path) -> Truth:
         Naming the file, what was expected and what came.
     """
     if not folder.is_dir():
-        raise InputError(f"{folder}: expected the folder of a truth, came {'a file' if folder.exists() else 'nothing'}.")
+        raise InputError(f"{folder}: expected the folder of a truth, got {'a file' if folder.exists() else 'nothing'}.")
     document = read_document(folder / FILE, "truth")
     motion_path = folder / document["motion"]
     arrays = read_arrays(motion_path, tuple(state_entries.MOTION_FIELDS))
@@ -97,7 +97,7 @@ def read_truth(folder: Path) -> Truth:
     symmetries = state_entries.array(document["symmetries"], (3, 3))
     odd = next((k for k, S in enumerate(symmetries) if not is_rotation(S)), None)
     if odd is not None:
-        raise InputError(f"{folder / FILE}: at $.symmetries[{odd}]: expected a rotation, came another matrix.")
+        raise InputError(f"{folder / FILE}: at $.symmetries[{odd}]: expected a rotation, got another matrix.")
     masks, plate, remnant, companion = (document.get(key) for key in ("masks", "plate", "remnant", "companion"))
     return Truth(
         name=document["name"],
@@ -131,7 +131,7 @@ def _bound(entry: dict[str, Any], path: Path) -> MotionBound:
 def _remnant(entry: dict[str, Any], folder: Path, count: int) -> Remnant:
     vertices, _ = read_mesh(folder / entry["mesh"])
     if len(vertices) != count:
-        raise InputError(f"{folder / entry['mesh']}: expected the {count} vertices of the whole particle, came {len(vertices)}.")
+        raise InputError(f"{folder / entry['mesh']}: expected the {count} vertices of the whole particle, got {len(vertices)}.")
     return remnant(entry, vertices)
 
 
@@ -154,9 +154,9 @@ def read_mesh(path: Path) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     except InputError:
         raise
     except Exception as error:  # trimesh raises whatever its readers raise
-        raise InputError(f"{path}: expected a PLY mesh, came a file that is cut off or of another kind ({error}).") from None
+        raise InputError(f"{path}: expected a PLY mesh, got a file that is cut off or of another kind ({error}).") from None
     if len(faces) == 0 or faces.min() < 0 or faces.max() >= len(vertices) or not np.all(np.isfinite(vertices)):
-        raise InputError(f"{path}: expected a mesh with faces and finite vertices, came {len(vertices)} vertices and {len(faces)} faces.")
+        raise InputError(f"{path}: expected a mesh with faces and finite vertices, got {len(vertices)} vertices and {len(faces)} faces.")
     return vertices, faces
 
 
@@ -165,7 +165,7 @@ def _check_counts(header: bytes, path: Path) -> None:
     size = path.stat().st_size
     for count in re.findall(rb"element\s+\w+\s+(\d+)", header):
         if len(count) > len(str(size)) or int(count) > size:
-            raise InputError(f"{path}: expected at most {size} vertices and faces in {size} bytes, came {shown(count.decode())}.")
+            raise InputError(f"{path}: expected at most {size} vertices and faces in {size} bytes, got {shown(count.decode())}.")
 
 
 def _store_masks(truth: Truth, path: Path) -> None:

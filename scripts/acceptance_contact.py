@@ -240,7 +240,7 @@ def items_of(arguments: argparse.Namespace, seed: int) -> list[Item]:
     found = []
     for case in arguments.cases.split(","):
         if case not in CASES:
-            raise InputError(f"--cases: expected some of {', '.join(CASES)}, came {case}")
+            raise InputError(f"--cases: expected some of {', '.join(CASES)}, got {case}")
         if case == "chip" and arguments.mode == "fast":
             continue
         count = arguments.sets if case in {COMPLIANT, RIGID} else arguments.hidden_sets

@@ -45,7 +45,7 @@ def answered(challenge: Path, answers: Path) -> list[Answered]:
             answer = json.loads(path.read_text(encoding="utf-8"))
             found.append(Answered(folder, tuple(answer["found"]), float(answer["cpu_s"].get("whole", 0.0))))
     if not found:
-        raise InputError(f"{answers}: expected answers to campaigns of {challenge}, came none.")
+        raise InputError(f"{answers}: expected answers to campaigns of {challenge}, got none.")
     return found
 
 
@@ -58,7 +58,7 @@ def timed(campaign: Answered, jobs: int) -> dict[str, Any]:
         wall = time.perf_counter() - began
         path = Path(out) / "explain" / DIAGNOSIS_FILE
         if not path.exists():
-            raise InputError(f"{campaign.folder}: expected tumble explain to explain it, came exit code {done.returncode}.")
+            raise InputError(f"{campaign.folder}: expected tumble explain to explain it, got exit code {done.returncode}.")
         document = json.loads(path.read_text(encoding="utf-8"))
     return {
         "campaign": f"{campaign.folder.parent.parent.name}/{campaign.folder.name}",
@@ -89,7 +89,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--result", type=Path)
     asked = parser.parse_args(arguments)
     if len(asked.challenges) != len(asked.answers):
-        raise InputError(f"--answers: expected a folder for each of {len(asked.challenges)} challenges, came {len(asked.answers)}.")
+        raise InputError(f"--answers: expected a folder for each of {len(asked.challenges)} challenges, got {len(asked.answers)}.")
     every = [each for pair in zip(asked.challenges, asked.answers, strict=True) for each in answered(*pair)]
     slowest = sorted(every, key=lambda each: -each.cpu_s)[: asked.slowest]
     rows = []

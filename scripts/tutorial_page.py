@@ -38,8 +38,8 @@ def facts_of(work: Path) -> Facts:
         _as_told(facts[name][-1]["held_out_px"] < facts[name][0]["held_out_px"], f"the held-out error falls ({name})")
     _as_told(facts["unknown"]["kind"] == "unknown", "explain calls the vent unknown")
     _as_told(facts["unknown"]["stage"] == "dynamics", "the unknown sits in the dynamics")
-    _as_told(facts["unknown"]["terms"] == ["body_fixed"], f"the law is a thrust fixed to the body, came {facts['unknown']['terms']}")
-    _as_told(facts["again"] == "nothing missing", f"nothing is missing beside the vent, came {facts['again']}")
+    _as_told(facts["unknown"]["terms"] == ["body_fixed"], f"the law is a thrust fixed to the body, got {facts['unknown']['terms']}")
+    _as_told(facts["again"] == "nothing missing", f"nothing is missing beside the vent, got {facts['again']}")
     return facts
 
 

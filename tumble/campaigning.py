@@ -123,7 +123,7 @@ def _read_alone(folder: Path) -> Observation:
     """An observation of one particle."""
     observation = read_observation(folder)
     if observation.companion is not None:
-        raise InputError(f"{folder}: expected one particle, since campaigns are of one, came two.")
+        raise InputError(f"{folder}: expected one particle, since campaigns are of one, got two.")
     return observation
 
 
@@ -201,7 +201,7 @@ def _read(paths: Sequence[Path], reader: Callable[[Path], Read]) -> tuple[dict[s
             left_out[path.name] = str(error)
             continue
         if measurement.name in found:
-            left_out[path.name] = f"{path}: expected a name of its own, came {measurement.name}, which another sequence of this folder has."
+            left_out[path.name] = f"{path}: expected a name of its own, got {measurement.name}, which another sequence of this folder has."
         else:
             found[measurement.name] = measurement
     return found, left_out

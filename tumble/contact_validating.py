@@ -54,7 +54,7 @@ class Known:
     def __post_init__(self) -> None:
         require_positive(self.density_kg_m3, "density", "kg/m³")
         if self.normal_world is not None and not np.linalg.norm(self.normal_world) > 0.0:
-            raise InputError(f"--plate: expected the plate's normal, not all zero, came {self.normal_world}")
+            raise InputError(f"--plate: expected the plate's normal, not all zero, got {self.normal_world}")
 
 
 @dataclass(frozen=True)
@@ -92,7 +92,7 @@ def collected(estimates: Path, observations: Path | None, known: Known) -> Colle
     found = collected_from(((read_estimate(path), observation_of) for path in estimates_in(estimates)), known)
     if not found.impacts and not found.broken:
         reasons = "\n".join(f"  {who}: {reason}" for who, reason in grouped(found.left_out))
-        raise InputError(f"{estimates}: expected estimates with impacts on a plate, came none that can be used:\n{reasons}")
+        raise InputError(f"{estimates}: expected estimates with impacts on a plate, got none that can be used:\n{reasons}")
     _refuse_the_other_side(found.impacts, known)
     return found
 
@@ -114,7 +114,7 @@ def _refuse_the_other_side(impacts: Sequence[MeasuredImpact], known: Known) -> N
         way = "--plate" if known.normal_world is not None else "the plate of the observations"
         normal = ", ".join(f"{x:.3g}" for x in impacts[0].plate.normal_world)
         raise InputError(
-            f"{way}: expected a normal that points to the side from which particles come, away from the plate, came ({normal}): "
+            f"{way}: expected a normal that points to the side from which particles come, away from the plate, got ({normal}): "
             f"in {missing} of {len(impacts)} impacts the particle moves away from the plate before, or into it after. The world's y axis "
             "points down."
         )

@@ -60,7 +60,7 @@ def check_effect(word: str, source: Path | None, limit_s: float = LIMIT_S) -> tu
 def _one_effect(word: str) -> EffectModel:
     (effect, *others) = chosen_effects(word)
     if others:
-        raise InputError(f"{word}: expected one effect to check, came {1 + len(others)}.")
+        raise InputError(f"{word}: expected one effect to check, got {1 + len(others)}.")
     return effect
 
 

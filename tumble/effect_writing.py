@@ -142,7 +142,7 @@ def effect_key(name: str) -> str:
         Where the name is no class's, or the key is one of the catalogue.
     """
     if not re.fullmatch(r"[A-Za-z]\w*", name, flags=re.ASCII):
-        raise InputError(f'tumble effect new: expected the name of a Python class, like MyWind, came "{name}".')
+        raise InputError(f'tumble effect new: expected the name of a Python class, like MyWind, got "{name}".')
     key = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", name).lower()
     if key in EFFECTS:
         raise InputError(f'tumble effect new: "{key}" is an effect of the catalogue; choose another name.')

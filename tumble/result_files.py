@@ -22,7 +22,7 @@ def observations_in(source: Path) -> tuple[Path, ...]:
     found = tuple(sorted(path.parent for path in root.glob(f"*/{OBSERVATION_FILE}"))) if root.is_dir() else ()
     if not found:
         came = "nothing like it" if source.exists() else "nothing"
-        raise InputError(f"{source}: expected a dataset or an observation ({OBSERVATION_FILE} in it), came {came}.")
+        raise InputError(f"{source}: expected a dataset or an observation ({OBSERVATION_FILE} in it), got {came}.")
     return found
 
 
@@ -43,5 +43,5 @@ def estimates_in(folder: Path) -> tuple[Path, ...]:
         return (folder,)
     found = tuple(sorted(folder.glob(f"*{SUFFIX}"))) if folder.is_dir() else ()
     if not found:
-        raise InputError(f"{folder}: expected estimates (*{SUFFIX}), came {'none' if folder.is_dir() else 'nothing'}.")
+        raise InputError(f"{folder}: expected estimates (*{SUFFIX}), got {'none' if folder.is_dir() else 'nothing'}.")
     return found

@@ -43,12 +43,12 @@ def read_mesh(path: Path) -> HullMesh:
     import trimesh  # noqa: PLC0415 - loads networkx: 0.15 s, of no use where no mesh is given
 
     if not path.is_file():
-        raise InputError(f"{path}: expected a mesh (PLY, STL, OBJ), came nothing.")
+        raise InputError(f"{path}: expected a mesh (PLY, STL, OBJ), got nothing.")
     try:
         with np.errstate(all="ignore"):
             mesh = trimesh.load(path, force="mesh")
     except Exception as error:  # trimesh raises whatever its readers raise
-        raise InputError(f"{path}: expected a mesh (PLY, STL, OBJ), came a file that cannot be read: {error}.") from error
+        raise InputError(f"{path}: expected a mesh (PLY, STL, OBJ), got a file that cannot be read: {error}.") from error
     if not isinstance(mesh, trimesh.Trimesh) or len(mesh.faces) == 0 or not np.isfinite(mesh.vertices).all():
         raise InputError(f"{path}: expected a closed mesh, got one without faces or without finite vertices.")
     reach = float(np.abs(mesh.vertices).max())

@@ -171,7 +171,7 @@ def _check_further_hsv(recipe: Recipe, source: str) -> None:
 def _check_range(recipe: Any, key: str, source: str) -> None:
     pair = value_of(recipe, key)
     if pair is not None and pair[0] > pair[1]:
-        raise InputError(f"{source}: {key}: expected [lowest, highest], came [{pair[0]:g}, {pair[1]:g}].")
+        raise InputError(f"{source}: {key}: expected [lowest, highest], got [{pair[0]:g}, {pair[1]:g}].")
 
 
 def value_of(recipe: Any, key: str) -> Any:
@@ -187,7 +187,7 @@ def _check_bounds(recipe: Any, bounds: Bounds, source: str) -> None:
     for entry in value if isinstance(value, tuple) else (value,):
         if entry is not None and not (math.isfinite(entry) and bounds.low <= entry <= bounds.high):
             hint = f"; {bounds.hint}" if bounds.hint else ""
-            raise InputError(f"{source}: {bounds.key}: expected a value from {bounds.low:g} to {bounds.high:g}, came {entry:g}{hint}.")
+            raise InputError(f"{source}: {bounds.key}: expected a value from {bounds.low:g} to {bounds.high:g}, got {entry:g}{hint}.")
 
 
 def _some_size(recipe: Recipe) -> bool:
@@ -296,26 +296,26 @@ OF_OPTICS: Relations = (
         _exposure_fits,
         lambda recipe: (
             f"hsv.exposure_us: expected at most {1e6 / recipe.motion.frame_rate_hz:g} (the time between two frames at "
-            f"{recipe.motion.frame_rate_hz:g} Hz), came {recipe.hsv.exposure_us:g}."
+            f"{recipe.motion.frame_rate_hz:g} Hz), got {recipe.hsv.exposure_us:g}."
         ),
     ),
     (
         _focusable,
         lambda recipe: (
-            f"hsv.distance_m: expected more than the focal length ({recipe.hsv.focal_mm * 1e-3:g} m), came {recipe.hsv.distance_m:g}."
+            f"hsv.distance_m: expected more than the focal length ({recipe.hsv.focal_mm * 1e-3:g} m), got {recipe.hsv.distance_m:g}."
         ),
     ),
     (
         _pictures_fit,
         lambda recipe: (
-            f"hsv.width_px: expected pictures of at most {LARGEST_PICTURE_PX:.0e} px, came {recipe.hsv.width_px} x {recipe.hsv.height_px} "
+            f"hsv.width_px: expected pictures of at most {LARGEST_PICTURE_PX:.0e} px, got {recipe.hsv.width_px} x {recipe.hsv.height_px} "
             f"(hsv) and {recipe.rig.width_px} x {recipe.rig.height_px} (rig)."
         ),
     ),
     (
         _distortion_can_be_undone,
         lambda recipe: (
-            f"hsv.distortion: expected one that can be undone all over the picture, came {list(recipe.hsv.distortion)}, which misses by "
+            f"hsv.distortion: expected one that can be undone all over the picture, got {list(recipe.hsv.distortion)}, which misses by "
             f"{undistortion_error_px(_lens(recipe)):.3g} px at its edge; the order is k1, k2, p1, p2, k3."
         ),
     ),
@@ -323,49 +323,49 @@ OF_OPTICS: Relations = (
 """What has to hold of the optics of every high-speed camera."""
 
 RELATIONS: Relations = (
-    (_named, lambda recipe: "name: expected some text, came nothing."),
+    (_named, lambda recipe: "name: expected some text, got nothing."),
     (
         _some_size,
-        lambda recipe: f"particle.size_mm: expected positive sizes ([0, 0] keeps a file's own size), came {list(recipe.particle.size_mm)}.",
+        lambda recipe: f"particle.size_mm: expected positive sizes ([0, 0] keeps a file's own size), got {list(recipe.particle.size_mm)}.",
     ),
     (
         _slow_enough,
         lambda recipe: (
             f"motion.out_of_plane_ms: expected at most the highest speed ({recipe.motion.speed_ms[1]:g} m/s), "
-            f"came {list(recipe.motion.out_of_plane_ms or ())}."
+            f"got {list(recipe.motion.out_of_plane_ms or ())}."
         ),
     ),
     (
         _dark_offset_fits,
         lambda recipe: (
             f"sensor.dark_offset_dn: expected at most {DARKEST_SHARE * _full_scale_dn(recipe):.0f} (half of full scale at "
-            f"{recipe.sensor.bit_depth} bit), came {recipe.sensor.dark_offset_dn:g}."
+            f"{recipe.sensor.bit_depth} bit), got {recipe.sensor.dark_offset_dn:g}."
         ),
     ),
     (
         _plate_where_needed,
         lambda recipe: (
-            f"plate: expected the table of a plate, since {', '.join((*OF_A_PLATE, *OF_A_CONTACT))} need one, came "
+            f"plate: expected the table of a plate, since {', '.join((*OF_A_PLATE, *OF_A_CONTACT))} need one, got "
             f"{'a pair: a dropper is for a plate' if recipe.pair is not None else 'none'}."
         ),
     ),
-    (_plate_or_pair, lambda _: "pair: expected particles that fall on a plate or two that collide, came both tables."),
+    (_plate_or_pair, lambda _: "pair: expected particles that fall on a plate or two that collide, got both tables."),
     (
         _pair_in_outlines,
-        lambda recipe: f'tier: expected "silhouette" for a pair, whose pictures are not rendered, came "{recipe.tier}" or a rendered rig.',
+        lambda recipe: f'tier: expected "silhouette" for a pair, whose pictures are not rendered, got "{recipe.tier}" or a rendered rig.',
     ),
     (
         _pair_without_effects,
-        lambda recipe: f"effects: expected none on a pair, came {', '.join(effect.key for effect in recipe.effects)}.",
+        lambda recipe: f"effects: expected none on a pair, got {', '.join(effect.key for effect in recipe.effects)}.",
     ),
     (
         _pair_of_corners,
-        lambda recipe: f'particle.family: expected bodies with edges for a pair, "cut_stone" or "jagged", came "{recipe.particle.family}".',
+        lambda recipe: f'particle.family: expected bodies with edges for a pair, "cut_stone" or "jagged", got "{recipe.particle.family}".',
     ),
     (
         _pair_physics,
         lambda recipe: (
-            f"contact_physics: expected {', '.join(OF_A_PAIR)} for a pair, came "
+            f"contact_physics: expected {', '.join(OF_A_PAIR)} for a pair, got "
             f"{', '.join(option.key for option in recipe.contact_physics)}."
         ),
     ),
@@ -373,23 +373,23 @@ RELATIONS: Relations = (
         _plate_can_be_drawn,
         lambda recipe: (
             'tier: expected "silhouette" for a plate that moves and for effects on the picture beside a plate, which are not rendered, '
-            f'came "{recipe.tier}".'
+            f'got "{recipe.tier}".'
         ),
     ),
     (
         _plate_has_gravity,
-        lambda recipe: f"motion.gravity_ms2: expected gravity across the viewing direction, came {list(recipe.motion.gravity_ms2)}.",
+        lambda recipe: f"motion.gravity_ms2: expected gravity across the viewing direction, got {list(recipe.motion.gravity_ms2)}.",
     ),
     (
         _fall_is_long_enough,
         lambda recipe: (
             f"dropper.frames_before: expected at most {_shortest_fall_s(recipe) * recipe.motion.frame_rate_hz:.0f} frames, as long as the "
-            f"shortest fall of dropper.height_mm lasts, came {recipe.dropper.frames_before[1]}."
+            f"shortest fall of dropper.height_mm lasts, got {recipe.dropper.frames_before[1]}."
         ),
     ),
     (
         _several_film_flights,
-        lambda recipe: f"further_hsv: expected one camera for {'a plate' if recipe.pair is None else 'a pair'}, came several.",
+        lambda recipe: f"further_hsv: expected one camera for {'a plate' if recipe.pair is None else 'a pair'}, got several.",
     ),
     *OF_OPTICS,
 )

@@ -39,7 +39,7 @@ def check_contact_physics(options: Sequence[EffectRecipe], sequences: int, sourc
             value = option.values.get(parameter.name, 0.0)
             if parameter.plausible[0] >= 0 and not (isinstance(value, float) and value >= 0):
                 raise InputError(
-                    f"{source}: contact_physics[{k}] ({option.key}): {parameter.name}: expected no negative number, came {value}."
+                    f"{source}: contact_physics[{k}] ({option.key}): {parameter.name}: expected no negative number, got {value}."
                 )
 
 
@@ -66,11 +66,11 @@ def check_cameras(effects: Sequence[EffectRecipe], cameras: int, source: str) ->
             continue
         if not 0 <= effect.camera < cameras:
             raise InputError(
-                f"{where}: expected a number from 0 to {cameras - 1}, since there are {cameras} cameras, came {effect.camera}."
+                f"{where}: expected a number from 0 to {cameras - 1}, since there are {cameras} cameras, got {effect.camera}."
             )
         if KNOWN[effect.key].stage not in OF_A_CAMERA:
             raise InputError(
-                f"{where}: expected none, since all cameras see what it does (stage {KNOWN[effect.key].stage}), came {effect.camera}."
+                f"{where}: expected none, since all cameras see what it does (stage {KNOWN[effect.key].stage}), got {effect.camera}."
             )
 
 
@@ -107,7 +107,7 @@ def _values(effect: EffectRecipe, entry: EffectEntry, index: int) -> dict[str, f
     found = dict.fromkeys(entry.names, 0.0)
     for name, value in effect.values.items():
         if isinstance(value, tuple) and index >= len(value):
-            raise InputError(f"effects ({effect.key}): {name}: expected a number for sequence {index}, came {len(value)} numbers.")
+            raise InputError(f"effects ({effect.key}): {name}: expected a number for sequence {index}, got {len(value)} numbers.")
         found[name] = float(value[index] if isinstance(value, tuple) else value)
     return found
 
@@ -118,18 +118,18 @@ def _check_parameters(effect: EffectRecipe, entry: EffectEntry, where: str) -> N
             raise InputError(f'{where}: unknown parameter "{name}"; {_nearest(name, entry.names)}')
     missing = [name for name in entry.searched if name not in effect.values]
     if missing:
-        raise InputError(f"{where}: expected a value for {', '.join(missing)}, came {', '.join(effect.values) or 'none'}.")
+        raise InputError(f"{where}: expected a value for {', '.join(missing)}, got {', '.join(effect.values) or 'none'}.")
 
 
 def _check_value(value: float | tuple[float, ...], entry: EffectEntry, sequences: int, where: str) -> None:
     if isinstance(value, tuple):
         if not entry.scope.own:
-            raise InputError(f"{where}: expected one number, since all sequences share it (scope {entry.scope.value}), came a list.")
+            raise InputError(f"{where}: expected one number, since all sequences share it (scope {entry.scope.value}), got a list.")
         if len(value) != sequences:
-            raise InputError(f"{where}: expected a number or a list of {sequences}, one per sequence, came a list of {len(value)}.")
+            raise InputError(f"{where}: expected a number or a list of {sequences}, one per sequence, got a list of {len(value)}.")
     for number in value if isinstance(value, tuple) else (value,):
         if not math.isfinite(number):
-            raise InputError(f"{where}: expected a finite number, came {number:g}.")
+            raise InputError(f"{where}: expected a finite number, got {number:g}.")
 
 
 def _nearest(name: str, known: Iterable[str]) -> str:

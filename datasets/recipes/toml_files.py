@@ -108,13 +108,13 @@ def _check_known(kind: Any, key: str, source: str, prefix: str) -> None:
 def _build(kind: Any, table: Any, source: str, prefix: str) -> Any:
     """The dataclass ``kind`` of a table; missing keys take their defaults."""
     if not isinstance(table, dict):
-        raise InputError(f"{source}: {prefix.rstrip('.')}: expected a table, came {_shown(table)}.")
+        raise InputError(f"{source}: {prefix.rstrip('.')}: expected a table, got {_shown(table)}.")
     hints = get_type_hints(kind)
     for key in table:
         _check_known(kind, key, source, prefix)
     absent = [field.name for field in dataclasses.fields(kind) if _required(field) and field.name not in table]
     if absent:
-        raise InputError(f"{source}: {prefix.rstrip('.')}: expected a value for {', '.join(absent)}, came {_shown(table)}.")
+        raise InputError(f"{source}: {prefix.rstrip('.')}: expected a value for {', '.join(absent)}, got {_shown(table)}.")
     return kind(**{key: _convert(hints[key], value, source, f"{prefix}{key}") for key, value in table.items()})
 
 
@@ -136,12 +136,12 @@ def _convert(hint: Any, value: Any, source: str, key: str) -> Any:
     if origin is Literal and value in get_args(hint) and not isinstance(value, bool):
         return value
     if isinstance(value, int) and abs(value) > LARGEST_INTEGER:
-        raise InputError(f"{source}: {key}: expected {_described(hint)} of at most 64 bit, came a longer one.")
+        raise InputError(f"{source}: {key}: expected {_described(hint)} of at most 64 bit, got a longer one.")
     if hint is float and isinstance(value, int) and not isinstance(value, bool):
         return float(value)
     if origin is not Literal and type(value) is hint:
         return value
-    raise InputError(f"{source}: {key}: expected {_described(hint)}, came {_shown(value)}.")
+    raise InputError(f"{source}: {key}: expected {_described(hint)}, got {_shown(value)}.")
 
 
 def _arm(arms: tuple[Any, ...], value: Any) -> Any:
@@ -153,17 +153,17 @@ def _arm(arms: tuple[Any, ...], value: Any) -> Any:
 
 def _convert_mapping(hint: Any, value: Any, source: str, key: str) -> dict[str, Any]:
     if not isinstance(value, dict):
-        raise InputError(f"{source}: {key}: expected a table, came {_shown(value)}.")
+        raise InputError(f"{source}: {key}: expected a table, got {_shown(value)}.")
     return {name: _convert(hint, entry, source, f"{key}.{name}") for name, entry in value.items()}
 
 
 def _convert_tuple(arms: tuple[Any, ...], value: Any, source: str, key: str) -> tuple[Any, ...]:
     if not isinstance(value, list | tuple):
-        raise InputError(f"{source}: {key}: expected a list, came {_shown(value)}.")
+        raise InputError(f"{source}: {key}: expected a list, got {_shown(value)}.")
     if arms[-1] is Ellipsis:
         arms = (arms[0],) * len(value)
     if len(value) != len(arms):
-        raise InputError(f"{source}: {key}: expected a list of {len(arms)}, came {_shown(value)}.")
+        raise InputError(f"{source}: {key}: expected a list of {len(arms)}, got {_shown(value)}.")
     return tuple(_convert(arm, entry, source, f"{key}[{k}]") for k, (arm, entry) in enumerate(zip(arms, value, strict=True)))
 
 

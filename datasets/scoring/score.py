@@ -105,7 +105,7 @@ def _truth_at(truth: Truth, time_s: float) -> tuple[Array, Array]:
         return motion.v_world[exact[0]], motion.omega_world[exact[0]]
     first, last = float(motion.times_s[0]), float(motion.times_s[-1])
     if not first - 1e-9 <= time_s <= last + 1e-9:
-        raise InputError(f'sequence "{truth.name}": expected an instant from {first:g} to {last:g} s, came {time_s:g} s.')
+        raise InputError(f'sequence "{truth.name}": expected an instant from {first:g} to {last:g} s, got {time_s:g} s.')
     both = CubicSpline(motion.times_s, np.hstack([motion.v_world, motion.omega_world]))(time_s)
     return both[:3], both[3:]
 
@@ -221,6 +221,6 @@ def matching_frames(times_s: Array, truth: Truth) -> NDArray[np.intp]:
     allowed = 0.01 * float(np.diff(true_times).min()) if len(true_times) > 1 else 1e-9
     if len(times_s) == 0 or apart.max() > allowed:
         raise InputError(
-            f'sequence "{truth.name}": expected poses at the frame times of the truth, came times up to {apart.max():g} s apart.'
+            f'sequence "{truth.name}": expected poses at the frame times of the truth, got times up to {apart.max():g} s apart.'
         )
     return nearest

@@ -81,7 +81,7 @@ def measured_impact(run: str, number: int, estimate: ImpactEstimate, particle: S
     """
     covariance = np.asarray(estimate.covariance, dtype=np.float64)
     if covariance.shape != (18, 18) or not np.isfinite(covariance).all():
-        raise InputError(f"{run}: covariance of impact {number + 1}: expected 18 x 18 finite numbers, came shape {covariance.shape}")
+        raise InputError(f"{run}: covariance of impact {number + 1}: expected 18 x 18 finite numbers, got shape {covariance.shape}")
     state = BodyState(
         estimate.x_world, Rotation.from_quat(estimate.q_world_body).as_matrix(), estimate.before.v_world, estimate.before.omega_world
     )

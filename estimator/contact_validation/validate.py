@@ -71,7 +71,7 @@ class Question:
     def __post_init__(self) -> None:
         unknown = [key for key in self.models if key not in MODELS]
         if unknown or not self.models:
-            raise InputError(f"contact models: expected some of {', '.join(MODELS)}, came {', '.join(unknown) or 'none'}")
+            raise InputError(f"contact models: expected some of {', '.join(MODELS)}, got {', '.join(unknown) or 'none'}")
 
 
 def validate(measured: Sequence[MeasuredImpact], question: Question, told: Callable[[str], None]) -> Validation:

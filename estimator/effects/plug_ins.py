@@ -66,7 +66,7 @@ def load_plug_in(word: str) -> EffectModel:
 
 def _module(path: Path) -> ModuleType:
     if not path.is_file():
-        raise InputError(f"{path}: expected the Python file of an effect, came {'a folder' if path.is_dir() else 'nothing'}.")
+        raise InputError(f"{path}: expected the Python file of an effect, got {'a folder' if path.is_dir() else 'nothing'}.")
     name = f"tumble_plug_in_{path.stem}"
     spec = importlib.util.spec_from_file_location(name, path)
     if spec is None or spec.loader is None:
@@ -100,25 +100,25 @@ def _class(module: ModuleType, name: str, path: str) -> type[EffectModel]:
 def _check_entry(found: type[EffectModel], word: str) -> None:
     entry = found.entry
     if not isinstance(entry, EffectEntry):
-        raise InputError(f"{word}: expected entry to be an EffectEntry (datasets.vocabulary.effects), came {type(entry).__name__}.")
+        raise InputError(f"{word}: expected entry to be an EffectEntry (datasets.vocabulary.effects), got {type(entry).__name__}.")
     _check_types(entry, word)
     if entry.key in EFFECTS:
         raise InputError(f'{word}: its key "{entry.key}" is that of an effect of the catalogue; choose another.')
     if entry.key in LAYOUT.names:
         raise InputError(f'{word}: its key "{entry.key}" is what parameters of a flight are called; choose another.')
     if not entry.key.isidentifier():
-        raise InputError(f'{word}: expected a key of letters, digits and underscores, came "{entry.key}".')
+        raise InputError(f'{word}: expected a key of letters, digits and underscores, got "{entry.key}".')
     if not entry.parameters:
-        raise InputError(f"{word}: expected at least one parameter, came none.")
+        raise InputError(f"{word}: expected at least one parameter, got none.")
     if len(set(entry.names)) < len(entry.names):
-        raise InputError(f"{word}: expected parameters of different names, came {', '.join(entry.names)}.")
+        raise InputError(f"{word}: expected parameters of different names, got {', '.join(entry.names)}.")
     for parameter in entry.parameters:
         if not parameter.step > 0.0:
-            raise InputError(f"{word}: parameter {parameter.name}: expected a step above 0, came {parameter.step}.")
+            raise InputError(f"{word}: parameter {parameter.name}: expected a step above 0, got {parameter.step}.")
         if not parameter.plausible[0] < parameter.plausible[1]:
-            raise InputError(f"{word}: parameter {parameter.name}: expected a plausible range (low, high), came {parameter.plausible}.")
+            raise InputError(f"{word}: parameter {parameter.name}: expected a plausible range (low, high), got {parameter.plausible}.")
     if not overrides(_made(found, word), *LINKS):
-        raise InputError(f"{word}: expected one of the links {', '.join(LINKS)} to be overridden, came none: it would do nothing.")
+        raise InputError(f"{word}: expected one of the links {', '.join(LINKS)} to be overridden, got none: it would do nothing.")
     _check_stage(found, word)
 
 
@@ -203,10 +203,10 @@ class _Watch:
         try:
             array = np.asarray(answer, dtype=np.float64)
         except (TypeError, ValueError):
-            came = f"came {type(answer).__name__}{self._at(link, arguments)}"
+            came = f"got {type(answer).__name__}{self._at(link, arguments)}"
             raise InputError(f"{self.word}: expected {link}() to give numbers, {came}.") from None
         if array.shape != shape:
-            came = f"came {array.shape}{self._at(link, arguments)}"
+            came = f"got {array.shape}{self._at(link, arguments)}"
             raise InputError(f"{self.word}: expected {link}() to give an array of shape {shape}, {came}.")
         return array
 
@@ -242,7 +242,7 @@ class _Watch:
     def body(self, answer: Any, theta: Array, setting: Setting) -> BodyChange:
         """A change of the body."""
         if not isinstance(answer, BodyChange):
-            came = f"came {type(answer).__name__}{self._at('body', (theta, setting))}"
+            came = f"got {type(answer).__name__}{self._at('body', (theta, setting))}"
             raise InputError(f"{self.word}: expected body() to give a BodyChange, {came}.")
         com, inertia = (self._shaped("body", part, (n,), (theta, setting)) for part, n in ((answer.com, 3), (answer.inertia, 5)))
         change = BodyChange(com, inertia)
@@ -283,7 +283,7 @@ class _Watch:
         if not np.isfinite(value):
             raise self._refuse("scale", theta, "")
         if value <= 0.0:
-            raise InputError(f"{self.word}: expected scale() above 0, came {value:g}{self._parameters(theta)}.")
+            raise InputError(f"{self.word}: expected scale() above 0, got {value:g}{self._parameters(theta)}.")
         return value
 
     def tracked(self, answer: Any, theta: Array, x: Array, setting: Setting) -> Array:

@@ -120,7 +120,7 @@ class OutlineShape:
 def _between(table: Array, place: Array) -> Array:
     """What a ``table`` (n, A, ...) says at places (n, k, 2) among its directions."""
     if len(table) < len(place):
-        raise IndexError(f"expected tables of {len(place)} outlines, came {len(table)}")
+        raise IndexError(f"expected tables of {len(place)} outlines, got {len(table)}")
     found = np.empty((*place.shape, *table.shape[2:]))
     tangents, columns = math.prod(place.shape[1:]), math.prod(table.shape[2:])
     flat = np.ascontiguousarray(table, dtype=np.float64).reshape(*table.shape[:2], columns)

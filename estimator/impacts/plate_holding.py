@@ -47,7 +47,7 @@ class PlateEstimate:
 def check_plate_settings(observation: Observation, configuration: Configuration) -> None:
     """Refuse to keep a particle out of a plate that nobody stated and that is not to be estimated."""
     if configuration.keep_out_of_plate and not configuration.estimate_plate and observation.plate is None:
-        raise InputError(f"{observation.name}: expected a stated plate where keep_out_of_plate is set, came none; set estimate_plate=1.")
+        raise InputError(f"{observation.name}: expected a stated plate where keep_out_of_plate is set, got none; set estimate_plate=1.")
 
 
 def plate_task(observation: Observation, particle: Particle, refined: PiecewiseRefined, configuration: Configuration) -> PlateTask | None:

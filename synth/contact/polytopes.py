@@ -59,7 +59,7 @@ def polytope_of(body: FlyingBody) -> Polytope:
     bent = np.einsum("ei,ei->e", normals[pairs[:, 0]], normals[pairs[:, 1]]) < FLAT_COSINE
     if bent.sum() > MOST_EDGES:
         raise InputError(
-            f"pair: expected bodies with at most {MOST_EDGES} edges of their convex hulls, came {bent.sum()}; use a coarser mesh."
+            f"pair: expected bodies with at most {MOST_EDGES} edges of their convex hulls, got {bent.sum()}; use a coarser mesh."
         )
     planes = _merged(normals, np.array(hull.faces), pairs[~bent])
     tangents = np.cross(normals[planes], np.eye(3)[np.argmin(np.abs(normals[planes]), axis=1)])

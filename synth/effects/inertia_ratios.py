@@ -26,7 +26,7 @@ def change(body: FlyingBody, values: Values) -> FlyingBody:
     ratios = moments / moments.max()
     if moments.min() <= 0 or ratios.sum() < 2 * ratios.max():
         raise InputError(
-            f"inertia_ratios: expected e1 and e2 with which no moment exceeds the sum of the others, came {values['e1']:g} and "
+            f"inertia_ratios: expected e1 and e2 with which no moment exceeds the sum of the others, got {values['e1']:g} and "
             f"{values['e2']:g}, which make them {np.array2string(ratios, precision=3)} of the largest."
         )
     return replace(body, body=replace(body.body, inertia_ratios=ratios), inertia_kgm2=moments)

@@ -17,5 +17,5 @@ def level(values: Values) -> float:
         Where there is no outline at such a level.
     """
     if not abs(values["bias"]) < 0.5:
-        raise InputError(f"motion_blur_threshold: expected a bias between -0.5 and 0.5, came {values['bias']:g}.")
+        raise InputError(f"motion_blur_threshold: expected a bias between -0.5 and 0.5, got {values['bias']:g}.")
     return 0.5 - values["bias"]

@@ -20,6 +20,6 @@ def sway(times_s: NDArray[np.float64], values: Values) -> Sway:
         Where the time constant is not positive.
     """
     if values["time_constant"] <= 0:
-        raise InputError(f"thermal_focus_drift: expected a positive time_constant, came {values['time_constant']:g} s.")
+        raise InputError(f"thermal_focus_drift: expected a positive time_constant, got {values['time_constant']:g} s.")
     warmed = -np.expm1(-times_s / values["time_constant"])
     return Sway(1 + values["relative"] * warmed, np.zeros((len(times_s), 2)))

@@ -22,11 +22,11 @@ def acceleration(state: FlightState, values: Values) -> NDArray[np.float64]:
     normal = np.array([values["normal_x"], values["normal_y"], values["normal_z"]])
     length = float(np.linalg.norm(normal))
     if length == 0:
-        raise InputError("wall_attraction: expected a normal of some length, came (0, 0, 0).")
+        raise InputError("wall_attraction: expected a normal of some length, got (0, 0, 0).")
     distance = float(normal @ state.x_world) / length - values["position"]
     if distance <= 0:
         raise InputError(
-            f"wall_attraction: expected a flight on the room's side of the wall, came one that is {-distance:.3g} m behind it at "
+            f"wall_attraction: expected a flight on the room's side of the wall, got one that is {-distance:.3g} m behind it at "
             f"{state.time_s:.4g} s."
         )
     return np.asarray(-values["strength"] * normal / length / distance**2)

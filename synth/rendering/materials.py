@@ -45,5 +45,5 @@ def material(name: str) -> Material:
         Where there is none of that name.
     """
     if name not in MATERIALS:
-        raise InputError(f"particle.material: expected one of {list(MATERIALS)}, came {name!r}")
+        raise InputError(f"particle.material: expected one of {list(MATERIALS)}, got {name!r}")
     return MATERIALS[name]

@@ -45,7 +45,7 @@ def toned(light: Array, background: Array, effects: EffectsInForce, optics: Opti
     if effects.level is None:
         return light
     if optics.light.kind != "back":
-        raise InputError('motion_blur_threshold: expected hsv.light = "back" where pictures are rendered, came "front".')
+        raise InputError('motion_blur_threshold: expected hsv.light = "back" where pictures are rendered, got "front".')
     gamma = np.log(0.5) / np.log(1 - effects.level)
     return np.asarray(background * (light / background) ** gamma)
 

@@ -77,7 +77,7 @@ def choose_variant(requested: str = "auto") -> str:
         return requested
     reasons = {variant.name: f"{variant.why_not}; try: {variant.what_to_type}" for variant in variants if not variant.works}
     reason = reasons.get(requested, "; ".join(reasons.values()) if requested == "auto" else "this build of Mitsuba does not have it")
-    raise InputError(f"rendering.variant: expected one of {['auto', *working]}, came {requested!r}: {reason}")
+    raise InputError(f"rendering.variant: expected one of {['auto', *working]}, got {requested!r}: {reason}")
 
 
 def activate(name: str, *, threads: int = 1) -> Any:

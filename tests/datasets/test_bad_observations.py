@@ -49,9 +49,9 @@ def edited(folder: Path, keys: list[Any], value: Any, *, keep_digest: bool = Fal
 
 
 def test_no_folder(tmp_path):
-    refused(tmp_path / "none", "expected the folder of an observation, came nothing")
+    refused(tmp_path / "none", "expected the folder of an observation, got nothing")
     (tmp_path / "file").write_text("")
-    refused(tmp_path / "file", "came a file")
+    refused(tmp_path / "file", "got a file")
     refused(tmp_path, "observation.json: there is no such file")
 
 
@@ -60,7 +60,7 @@ def test_truncated_json(folder, share):
     path = folder / "observation.json"
     text = path.read_text()
     path.write_text(text[: int(share * len(text))])
-    refused(folder, r"observation\.json: (expected JSON, came an empty file|line \d+, column \d+: the file ends too early)")
+    refused(folder, r"observation\.json: (expected JSON, got an empty file|line \d+, column \d+: the file ends too early)")
 
 
 def test_json_that_is_not_json(folder):
@@ -68,24 +68,24 @@ def test_json_that_is_not_json(folder):
     path.write_text(path.read_text().replace(":", "=", 1))
     refused(folder, r"line 2, column \d+: not valid JSON")
     path.write_bytes(b"\x89PNG\xff\xfe")
-    refused(folder, "expected JSON text in UTF-8, came binary data")
+    refused(folder, "expected JSON text in UTF-8, got binary data")
     path.write_text('{"a": NaN}')
-    refused(folder, r"at \$\.a: expected a finite number, came NaN")
+    refused(folder, r"at \$\.a: expected a finite number, got NaN")
 
 
 def test_foreign_json(folder):
     path = folder / "observation.json"
     path.write_text('{"frames": []}')
-    refused(folder, 'expected "format": "tumble observation", came JSON without "format"')
+    refused(folder, 'expected "format": "tumble observation", got JSON without "format"')
     path.write_text('{"format": "tumble estimate"}')
-    refused(folder, 'came "format": "tumble estimate"')
+    refused(folder, 'got "format": "tumble estimate"')
     path.write_text("[1, 2]")
     refused(folder, "this is another kind of file")
 
 
 def test_newer_schema(folder):
     edited(folder, ["schema_version"], 2)
-    refused(folder, "expected schema version 1 or older, came 2; a newer Tumble wrote it")
+    refused(folder, "expected schema version 1 or older, got 2; a newer Tumble wrote it")
 
 
 def test_edited_by_hand(folder):
@@ -113,29 +113,29 @@ def test_another_layout_is_no_edit(folder):
         (
             ["cameras", 0, "intrinsics", "fx_px"],
             "six hundred",
-            r'at \$\.cameras\[0\]\.intrinsics\.fx_px: expected number, came "six hundred"',
+            r'at \$\.cameras\[0\]\.intrinsics\.fx_px: expected number, got "six hundred"',
         ),
-        (["cameras", 0, "intrinsics", "fx_px"], -1, r"fx_px: expected a number > 0, came -1"),
-        (["cameras", 0, "intrinsics", "width"], 3, r'came "width" \(did you mean "width_px"\?\)'),
-        (["cameras", 0, "t_cam_world"], [0, 0], r"t_cam_world: expected at least 3 entries, came 2"),
-        (["cameras", 0, "recording", "kind"], "film", r'expected "frames" or "outlines", came "film"'),
+        (["cameras", 0, "intrinsics", "fx_px"], -1, r"fx_px: expected a number > 0, got -1"),
+        (["cameras", 0, "intrinsics", "width"], 3, r'got "width" \(did you mean "width_px"\?\)'),
+        (["cameras", 0, "t_cam_world"], [0, 0], r"t_cam_world: expected at least 3 entries, got 2"),
+        (["cameras", 0, "recording", "kind"], "film", r'expected "frames" or "outlines", got "film"'),
         (["cameras", 0, "recording", "file"], "../x.npz", r"recording\.file: expected"),
-        (["cameras"], {}, r"at \$\.cameras: expected a list, came \{\}"),
+        (["cameras"], {}, r"at \$\.cameras: expected a list, got \{\}"),
         (["name"], "a/b", r"at \$\.name: expected text of the form"),
         (["name"], "..", r"at \$\.name: expected text of the form"),
         (["cameras", 0, "recording", "file"], "gone.npz", r"gone\.npz: there is no such file"),
-        (["mass_kg"], 3000.0, r"expected kilograms below 1000, came 3000; is it in grams"),
+        (["mass_kg"], 3000.0, r"expected kilograms below 1000, got 3000; is it in grams"),
         (["gravity_world"], [0, 9806.65, 0], r"gravity_world: expected m/s2 .* came 9806\.65; it looks like millimetres"),
-        (["clock", "times_s"], [0, 1, 2, 2, 3], r"\$\.clock\.times_s\[3\]: expected times that rise, came 2\.0 after 2\.0"),
-        (["clock", "exposure_s"], 50.0, r"expected seconds, came 50; it looks like microseconds"),
-        (["clock", "exposure_s"], 0.3, r"expected at most the time between two frames \(0\.00025 s\), came 0\.3 s"),
-        (["clock", "times_s"], [0, 1, 2, 3], r"outlines_hsv\.npz: expected 4 outlines, one per recorded entry, came 5"),
-        (["views", "cameras", 1, "t_cam_particle"], [0, 0, 1200.0], r"came a distance of 1200; it looks like millimetres taken for metres"),
+        (["clock", "times_s"], [0, 1, 2, 2, 3], r"\$\.clock\.times_s\[3\]: expected times that rise, got 2\.0 after 2\.0"),
+        (["clock", "exposure_s"], 50.0, r"expected seconds, got 50; it looks like microseconds"),
+        (["clock", "exposure_s"], 0.3, r"expected at most the time between two frames \(0\.00025 s\), got 0\.3 s"),
+        (["clock", "times_s"], [0, 1, 2, 3], r"outlines_hsv\.npz: expected 4 outlines, one per recorded entry, got 5"),
+        (["views", "cameras", 1, "t_cam_particle"], [0, 0, 1200.0], r"got a distance of 1200; it looks like millimetres taken for metres"),
         (["views", "cameras", 1, "t_cam_particle"], [0, 0, -1.2], r"expected the particle in front of the camera"),
         (["views", "cameras", 0, "R_cam_particle", 0], [1, 0.1, 0], r"\$\.views\.cameras\[0\]\.R_cam_particle: expected a rotation"),
-        (["cameras", 0, "R_cam_world", 0], [-1, 0, 0], r"came a mirrored one \(determinant -1\)"),
+        (["cameras", 0, "R_cam_world", 0], [-1, 0, 0], r"got a mirrored one \(determinant -1\)"),
         (["views", "cameras", 0, "intrinsics", "cx_px"], 31500.0, r"expected a principal point near the 64 x 48 px picture"),
-        (["cameras", 0, "intrinsics", "pixel_pitch_m"], 20.0, r"expected metres \(20e-6 is usual\), came 20"),
+        (["cameras", 0, "intrinsics", "pixel_pitch_m"], 20.0, r"expected metres \(20e-6 is usual\), got 20"),
         (
             ["cameras", 0, "intrinsics", "distortion"],
             [-40000.0, 0, 0, 0, 0],
@@ -159,24 +159,24 @@ def test_writing_what_cannot_be_true_is_refused_too(outline_observation, tmp_pat
 def test_missing_frames(frame_folder, frame_observation):
     pictures = [frame_observation.recordings[0].read(k) for k in range(3)]
     write_stack(frame_folder / "frames_hsv.tif", pictures)
-    refused(frame_folder, r'frames_hsv\.tif: expected 5 frames \(camera "hsv"\), came 3; frame 3 and later are missing')
+    refused(frame_folder, r'frames_hsv\.tif: expected 5 frames \(camera "hsv"\), got 3; frame 3 and later are missing')
 
 
 @pytest.mark.parametrize("size", [0, 4, 100, 8000, 20_000, 30_000])
 def test_truncated_frames(frame_folder, size):
     path = frame_folder / "frames_hsv.tif"
     path.write_bytes(path.read_bytes()[:size])
-    refused(frame_folder, r"frames_hsv\.tif: (frame \d is cut off|expected a TIFF stack, came a file that is cut off|expected 5 frames)")
+    refused(frame_folder, r"frames_hsv\.tif: (frame \d is cut off|expected a TIFF stack, got a file that is cut off|expected 5 frames)")
 
 
 def test_foreign_frames(frame_folder):
     (frame_folder / "frames_hsv.tif").write_text("this is no picture")
-    refused(frame_folder, r"frames_hsv\.tif: expected a TIFF stack, came a file that is cut off or of another kind")
+    refused(frame_folder, r"frames_hsv\.tif: expected a TIFF stack, got a file that is cut off or of another kind")
 
 
 def test_frames_of_another_size(frame_folder):
     write_stack(frame_folder / "frames_hsv.tif", [np.zeros((64, 48), np.uint16)] * 5)
-    refused(frame_folder, re.escape('frame 0: expected 64 x 48 px (width x height; camera "hsv"), came 48 x 64'))
+    refused(frame_folder, re.escape('frame 0: expected 64 x 48 px (width x height; camera "hsv"), got 48 x 64'))
 
 
 def test_one_frame_of_another_size(frame_folder):
@@ -193,7 +193,7 @@ def test_a_view_whose_camera_has_another_size(frame_folder):
 def test_frames_whose_numbers_are_no_light(frame_folder, photometric, named):
     settings = {"colormap": np.zeros((3, 256), np.uint16)} if photometric == "palette" else {}
     tifffile.imwrite(frame_folder / "frames_hsv.tif", np.zeros((5, 48, 64), np.uint8), photometric=photometric, **settings)
-    refused(frame_folder, rf"frames_hsv\.tif: frame 0: expected grey pictures in which 0 is black \(MINISBLACK\), came {named}")
+    refused(frame_folder, rf"frames_hsv\.tif: frame 0: expected grey pictures in which 0 is black \(MINISBLACK\), got {named}")
 
 
 def test_background_of_another_size(frame_folder):
@@ -203,7 +203,7 @@ def test_background_of_another_size(frame_folder):
 
 def test_too_few_backgrounds(frame_folder):
     write_stack(frame_folder / "views_background.tif", [np.zeros((48, 64), np.uint16)])
-    refused(frame_folder, "views_background.tif: expected at least 2 pages, came 1")
+    refused(frame_folder, "views_background.tif: expected at least 2 pages, got 1")
 
 
 def test_coloured_frames(frame_folder):
@@ -215,5 +215,5 @@ def test_values_beyond_the_bit_depth(frame_folder):
     write_stack(frame_folder / "frames_hsv.tif", [np.full((48, 64), 16 * k * 800, np.uint16) for k in range(5)])
     frames = read_observation(frame_folder).recordings[0]
     assert frames.read(0).max() == 0
-    with pytest.raises(InputError, match=r"frame 1: expected values of 12 bit \(at most 4095\), came 12800; .* left-aligned"):
+    with pytest.raises(InputError, match=r"frame 1: expected values of 12 bit \(at most 4095\), got 12800; .* left-aligned"):
         frames.read(1)

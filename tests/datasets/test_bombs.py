@@ -51,7 +51,7 @@ TIFFS: dict[str, tuple[Callable[[], bytes], str]] = {
     "damaged deflate data": (lambda: tiff([b"\x78\x9c" + b"\xff" * 200], 64, 48, DEFLATE), "frame 0 cannot be read .*deflate"),
     "deflate data that end early": (lambda: tiff([zlib.compress(bytes(6000))], 64, 48, DEFLATE), "expected 6144 bytes.*came 6000"),
     "a picture of 10^10 pixels": (lambda: tiff([zeros(2**20)], 100_000, 100_000, DEFLATE), "expected 1 to 65536 px along each side"),
-    "a picture of 4 10^9 pixels": (lambda: tiff([zeros(2**20)], 65_000, 65_000, DEFLATE), "at most 1e[+]08 px, came 65000 x 65000"),
+    "a picture of 4 10^9 pixels": (lambda: tiff([zeros(2**20)], 65_000, 65_000, DEFLATE), "at most 1e[+]08 px, got 65000 x 65000"),
     "a picture of no pixels": (lambda: tiff([b"ab"], 0, 48, NONE), "frame 0"),
     "too few bytes for the pixels": (lambda: tiff([zeros(2**16)], 8000, 8000, DEFLATE), "expected at least 124032 bytes in a strip"),
     "a page that links to itself": (lambda: tiff([PLAIN.tobytes()], 64, 48, NONE, loop=0), "frame 1: expected another page"),
@@ -73,7 +73,7 @@ def test_pictures(tmp_path: Path, name: str) -> None:
     refused(lambda: TiffFrames(path, 16).read(0), path, message)
 
 
-@pytest.mark.parametrize(("tag", "value", "message"), [(322, 0, "frame 0"), (323, 65_520, "expected 4 strips or tiles, came 12 places")])
+@pytest.mark.parametrize(("tag", "value", "message"), [(322, 0, "frame 0"), (323, 65_520, "expected 4 strips or tiles, got 12 places")])
 def test_tiles(tmp_path: Path, tag: int, value: int, message: str) -> None:
     path = tmp_path / "frames.tif"
     tifffile.imwrite(path, PLAIN, tile=(16, 16), photometric="minisblack", metadata=None)
@@ -105,10 +105,10 @@ def archive(path: Path, header: dict[str, object], held: int) -> None:
 @pytest.mark.parametrize(
     ("descr", "shape", "held", "message"),
     [
-        ("<f8", (2**20, 2), 2**24, "expected an array of at most 1048576 bytes, came 16777344"),
+        ("<f8", (2**20, 2), 2**24, "expected an array of at most 1048576 bytes, got 16777344"),
         ("<f8", (10**12, 2), 64, "expected 16000000000000 bytes for float64 of shape"),
-        ("<f8", (3, 2), 64, "expected 48 bytes for float64 of shape .3, 2., came 64"),
-        ("|O", (3, 2), 48, "expected numbers, came object"),
+        ("<f8", (3, 2), 64, "expected 48 bytes for float64 of shape .3, 2., got 64"),
+        ("|O", (3, 2), 48, "expected numbers, got object"),
     ],
 )
 def test_arrays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, descr: str, shape: tuple[int, ...], held: int, message: str) -> None:
@@ -121,7 +121,7 @@ def test_arrays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, descr: str, sha
 def test_many_outlines_are_counted_before_they_are_made(tmp_path: Path) -> None:
     path = tmp_path / "outlines_hsv.npz"
     np.savez_compressed(path, points_px=np.zeros((0, 2)), offsets=np.zeros(10**6 + 1, dtype=np.int64))
-    refused(lambda: read_outlines(path, 5), path, "expected 5 outlines, one per recorded entry, came 1000000")
+    refused(lambda: read_outlines(path, 5), path, "expected 5 outlines, one per recorded entry, got 1000000")
 
 
 def test_a_mesh_of_more_vertices_than_bytes(tmp_path: Path) -> None:

@@ -56,12 +56,12 @@ def test_cameras_of_one_clock_are_written_as_ever(two_cameras: Observation, tmp_
     ("values", "message"),
     [
         ({"times_s": np.array([0.0, 2.0, 1.0, 3.0]) * 1e-4}, r"\$\.cameras\[1\]\.clock\.times_s\[2\]: expected times that rise"),
-        ({"times_s": 1.0 + np.arange(4) / 4000.0}, 'recorded at the same time, came "side" from 1 to .* clocks do not overlap'),
+        ({"times_s": 1.0 + np.arange(4) / 4000.0}, 'recorded at the same time, got "side" from 1 to .* clocks do not overlap'),
         ({"times_s": np.arange(4.0) * 2.0, "offset_sigma_s": 0.0}, r"\$\.cameras\[1\]\.clock\.times_s: expected seconds between pictures"),
         ({"exposure_s": 3e-4}, r"\$\.cameras\[1\]\.clock\.exposure_s: expected at most the time between two frames"),
         ({"offset_sigma_s": 1.0}, r"\$\.cameras\[1\]\.clock\.offset_sigma_s: expected at most the time that the recording lasts"),
         ({"rate_sigma": 0.5}, r"\$\.cameras\[1\]\.clock\.rate_sigma: expected at most 0.1"),
-        ({"times_s": np.arange(5) / 4000.0}, 'camera "side": expected 5 recorded entries, came 4'),
+        ({"times_s": np.arange(5) / 4000.0}, 'camera "side": expected 5 recorded entries, got 4'),
     ],
 )
 def test_what_no_clock_can_be(two_cameras: Observation, tmp_path: Path, values: dict[str, object], message: str) -> None:

@@ -106,13 +106,13 @@ def test_any_estimate_round_trips_exactly(estimate, tmp_path_factory):
     ("key", "value", "message"),
     [
         ("status", "fine", r'at \$\.status: expected "converged" or "ambiguous"'),
-        ("values", [1.0], r"at \$\.values: expected 2 entries \(one per parameter\), came 1"),
+        ("values", [1.0], r"at \$\.values: expected 2 entries \(one per parameter\), got 1"),
         ("covariance", [[1.0]], r"at \$\.covariance: expected a square matrix of 2 rows"),
-        ("bound", [[1.0, 2.0], [3.0]], r"at \$\.bound: expected a square matrix of 2 rows, came rows of unequal length"),
-        ("middle", None, r'at \$\.middle: expected velocities, since the status is "converged", came null'),
+        ("bound", [[1.0, 2.0], [3.0]], r"at \$\.bound: expected a square matrix of 2 rows, got rows of unequal length"),
+        ("middle", None, r'at \$\.middle: expected velocities, since the status is "converged", got null'),
         ("values", [1.0, "many"], r"at \$\.values\[1\]"),
         ("frames", [{"camera": 0}], r'at \$\.frames\[0\]: expected the key "frame", which is missing'),
-        ("statistic", {}, r'came "statistic" \(did you mean "statistics"\?\)'),
+        ("statistic", {}, r'got "statistic" \(did you mean "statistics"\?\)'),
     ],
 )
 def test_hand_edited_estimates(truth, estimate_of, tmp_path, key, value, message):
@@ -132,7 +132,7 @@ def test_a_motion_with_missing_frames(truth, estimate_of, tmp_path):
     del document["sha256"]
     document["motion"]["x_world"].pop()
     path.write_text(json.dumps(document))
-    with pytest.raises(InputError, match=r"at \$\.motion: expected x_world of shape \(5, 3\), came \(4, 3\)"):
+    with pytest.raises(InputError, match=r"at \$\.motion: expected x_world of shape \(5, 3\), got \(4, 3\)"):
         read_estimate(path)
 
 

@@ -187,7 +187,7 @@ def bad_outlines(path: Path, **arrays) -> None:
     ("arrays", "message"),
     [
         ({"points_px": np.zeros((4, 2))}, "without offsets"),
-        ({"points_px": np.zeros((4, 3)), "offsets": np.array([0, 4])}, r"shape \(n, 2\), came float64 of shape \(4, 3\)"),
+        ({"points_px": np.zeros((4, 3)), "offsets": np.array([0, 4])}, r"shape \(n, 2\), got float64 of shape \(4, 3\)"),
         ({"points_px": np.zeros((4, 2)), "offsets": np.array([0, 5])}, "rise from 0 to 4"),
         ({"points_px": np.zeros((4, 2)), "offsets": np.array([0, 2, 4])}, "frame 0: expected an outline of at least 3 points"),
         ({"points_px": np.full((4, 2), np.nan), "offsets": np.array([0, 4])}, "frame 0: expected finite"),
@@ -212,7 +212,7 @@ def test_truncated_outlines(outline_observation, tmp_path, keep):
     write_observation(outline_observation, tmp_path / "o")
     path = tmp_path / "o" / "outlines_hsv.npz"
     path.write_bytes(path.read_bytes()[:keep])
-    with pytest.raises(InputError, match=r"outlines_hsv\.npz: expected an \.npz file, came one that is cut off"):
+    with pytest.raises(InputError, match=r"outlines_hsv\.npz: expected an \.npz file, got one that is cut off"):
         read_observation(tmp_path / "o")
 
 

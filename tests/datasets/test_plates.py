@@ -64,12 +64,12 @@ def test_height_above_a_moving_plate() -> None:
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"normal_world": [0, -2, 0]}, r"at \$\.plate\.normal_world: expected a vector of length 1, came one of length 2"),
-        ({"point_world": [10, 20, 600]}, r"at \$\.plate\.point_world: expected metres \(at most 50\), came 600"),
-        ({"velocity_world": [0, 500, 0]}, r"at \$\.plate\.velocity_world: expected m/s \(at most 100\), came 500"),
-        ({"normal_sigma_rad": -1}, r"at \$\.plate\.normal_sigma_rad: expected a number >= 0, came -1"),
+        ({"normal_world": [0, -2, 0]}, r"at \$\.plate\.normal_world: expected a vector of length 1, got one of length 2"),
+        ({"point_world": [10, 20, 600]}, r"at \$\.plate\.point_world: expected metres \(at most 50\), got 600"),
+        ({"velocity_world": [0, 500, 0]}, r"at \$\.plate\.velocity_world: expected m/s \(at most 100\), got 500"),
+        ({"normal_sigma_rad": -1}, r"at \$\.plate\.normal_sigma_rad: expected a number >= 0, got -1"),
         ({"normal": [0, -1, 0]}, r'at \$\.plate: expected one of the keys .*came "normal"'),
-        ({"point_world": [0, 0]}, r"at \$\.plate\.point_world: expected at least 3 entries, came 2"),
+        ({"point_world": [0, 0]}, r"at \$\.plate\.point_world: expected at least 3 entries, got 2"),
     ],
 )
 def test_plates_that_cannot_be_true(folder, changes, message) -> None:

@@ -36,9 +36,9 @@ def test_seconds_are_taken(fall, tmp_path):
 @pytest.mark.parametrize(
     ("factor", "message"),
     [
-        (1e-3, r"\$\.clock\.times_s: expected seconds, came times in which the outlines move at 920 m/s \(at most 150\)"),
-        (1e3, r"\$\.clock\.times_s: expected seconds, came 4\.75 between the first and the last outline: a particle falls 111 m"),
-        (1e6, r"\$\.clock\.times_s: expected seconds between pictures below 1, came 250; are they ms or us\?"),
+        (1e-3, r"\$\.clock\.times_s: expected seconds, got times in which the outlines move at 920 m/s \(at most 150\)"),
+        (1e3, r"\$\.clock\.times_s: expected seconds, got 4\.75 between the first and the last outline: a particle falls 111 m"),
+        (1e6, r"\$\.clock\.times_s: expected seconds between pictures below 1, got 250; are they ms or us\?"),
     ],
 )
 def test_other_units_are_refused(fall, tmp_path, factor, message):
@@ -47,7 +47,7 @@ def test_other_units_are_refused(fall, tmp_path, factor, message):
 
 
 def test_pictures_are_judged_by_the_time_between_them(frame_observation, tmp_path):
-    with pytest.raises(InputError, match="expected seconds between pictures below 1, came 250"):
+    with pytest.raises(InputError, match="expected seconds between pictures below 1, got 250"):
         write_observation(at(frame_observation, 1e6), tmp_path / "o")
 
 

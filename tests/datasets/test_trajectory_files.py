@@ -110,7 +110,7 @@ def test_a_gyroscope_at_its_limit_is_refused_until_those_cells_are_empty(tmp_pat
         clipped = np.clip(sign * turning, -2000.0, 2000.0)
         limit = np.abs(clipped[:, 2]) == 2000.0
         with pytest.raises(
-            InputError, match=rf"to 41: gyro_z_degs: expected readings that scatter, came {sign * 2000:g} in .* in all {limit.sum()} rows"
+            InputError, match=rf"to 41: gyro_z_degs: expected readings that scatter, got {sign * 2000:g} in .* in all {limit.sum()} rows"
         ):
             read(clipped)
         clipped[limit, 2] = np.nan
@@ -138,38 +138,38 @@ def test_a_spin_that_is_known_once_is_that_of_the_middle_row(tmp_path: Path) -> 
 BAD = {
     "half a quaternion in a row": (
         f"{HEADER},qx,qy,qz,qw\n" + "".join(f"{0.01 * i:g},0,0,0,0,{'' if i == 3 else 0},0,1\n" for i in range(6)),
-        "line 5: expected all of qx, qy, qz, qw or none, came some of them empty",
+        "line 5: expected all of qx, qy, qz, qw or none, got some of them empty",
     ),
     "an axis seen too rarely": (
         f"{HEADER}\n" + "".join(f"{0.01 * i:g},0,{0 if i < 3 else ''},0\n" for i in range(6)),
-        "positions along y: expected at least 5 values or none, came 3",
+        "positions along y: expected at least 5 values or none, got 3",
     ),
-    "a time that is empty": (f"{HEADER}\n{rows()},0,0,0\n", "line 8: t_s: expected a number, came an empty cell"),
+    "a time that is empty": (f"{HEADER}\n{rows()},0,0,0\n", "line 8: t_s: expected a number, got an empty cell"),
     "noise of an unknown size": (
         f"{HEADER},sigma_x_m,sigma_y_m,sigma_z_m\n" + "".join(f"{0.01 * i:g},0,0,0,1,{'' if i == 2 else 1},1\n" for i in range(6)),
-        "expected a standard deviation beside every measured value, came an empty cell",
+        "expected a standard deviation beside every measured value, got an empty cell",
     ),
     "half a gyroscope": (f"t_s,gyro_x_rads,gyro_y_rads\n{rows(columns=2)}", "expected one column gyro_z_rads beside the others"),
     "an unknown column": ("t_s,x_m,y_m,z_m,sigmax_m\n", 'line 1: unknown column "sigmax_m"; did you mean sigma_x_m?'),
-    "a column twice": ("t_s,x_m,y_m,z_m,x_m\n", 'line 1: expected every column once, came "x_m" twice'),
-    "a truncated row": (f"{HEADER}\n{rows()}0.07,0.1\n", "line 8: expected 4 values (t_s, x_m, y_m, z_m), came 2"),
-    "a word": (f"{HEADER}\n{rows()}0.07,0.1,lost,0\n", 'line 8: y_m: expected a number, came "lost"'),
-    "NaN": (f"{HEADER}\n{rows()}0.07,0.1,nan,0\n", 'line 8: y_m: expected a finite number, came "nan"'),
-    "time that goes back": (f"{HEADER}\n{rows()}0.02,0.1,0,0\n", "line 8: expected times that increase, came 0.02 after 0.05"),
-    "too few rows": (f"{HEADER}\n{rows(count=3)}", "expected at least 5 rows, came 3"),
-    "no times": (f"x_m,y_m,z_m\n{rows(columns=2)}", "expected one column of times (t_s, t_ms or t_us), came 0"),
+    "a column twice": ("t_s,x_m,y_m,z_m,x_m\n", 'line 1: expected every column once, got "x_m" twice'),
+    "a truncated row": (f"{HEADER}\n{rows()}0.07,0.1\n", "line 8: expected 4 values (t_s, x_m, y_m, z_m), got 2"),
+    "a word": (f"{HEADER}\n{rows()}0.07,0.1,lost,0\n", 'line 8: y_m: expected a number, got "lost"'),
+    "NaN": (f"{HEADER}\n{rows()}0.07,0.1,nan,0\n", 'line 8: y_m: expected a finite number, got "nan"'),
+    "time that goes back": (f"{HEADER}\n{rows()}0.02,0.1,0,0\n", "line 8: expected times that increase, got 0.02 after 0.05"),
+    "too few rows": (f"{HEADER}\n{rows(count=3)}", "expected at least 5 rows, got 3"),
+    "no times": (f"x_m,y_m,z_m\n{rows(columns=2)}", "expected one column of times (t_s, t_ms or t_us), got 0"),
     "no positions": (f"t_s,sigma_theta_rad\n{rows(columns=1)}", "expected positions x_m, y_m, z_m"),
-    "no z": (f"t_s,x_m,y_m\n{rows(columns=2)}", "expected one column z_m beside the others, came x_m, y_m"),
-    "half a quaternion": (f"{HEADER},qx,qy\n{rows(columns=5)}", "expected all of qx, qy, qz, qw or none, came no qz"),
+    "no z": (f"t_s,x_m,y_m\n{rows(columns=2)}", "expected one column z_m beside the others, got x_m, y_m"),
+    "half a quaternion": (f"{HEADER},qx,qy\n{rows(columns=5)}", "expected all of qx, qy, qz, qw or none, got no qz"),
     "a quaternion that is none": (
         f"{HEADER},qx,qy,qz,qw\n" + "".join(f"{0.01 * i:g},0,0,0,0,0,0,{1 + (i == 3)}\n" for i in range(6)),
-        "line 5: expected a unit quaternion (qx, qy, qz, qw), came one of length 2",
+        "line 5: expected a unit quaternion (qx, qy, qz, qw), got one of length 2",
     ),
     "millimetres": (f"{HEADER}\n" + "".join(f"{0.01 * i:g},{5 * i},0,0\n" for i in range(6)), "are they millimetres?"),
     "milliseconds": (f"{HEADER}\n" + "".join(f"{10 * i},{0.01 * i},0,0\n" for i in range(6)), "is it t_ms or t_us?"),
     "a negative deviation": (
         f"{HEADER},sigma_x_m,sigma_y_m,sigma_z_m\n" + "".join(f"{0.01 * i:g},0,0,0,1,1,-1\n" for i in range(6)),
-        "expected positive standard deviations, came -1",
+        "expected positive standard deviations, got -1",
     ),
     "nothing": ("", "expected a header such as t_s,x_m,y_m,z_m"),
 }
@@ -186,13 +186,13 @@ def test_what_is_wrong_is_said_with_its_place(tmp_path: Path, name: str) -> None
 
 SIDE_CARS = {
     "gravity = [0, 0, -9.81]": "unknown key 'gravity'; did you mean gravity_world?",
-    "gravity_world = [0, 0]": "at gravity_world: expected three numbers, m/s2, came [0, 0]",
+    "gravity_world = [0, 0]": "at gravity_world: expected three numbers, m/s2, got [0, 0]",
     "gravity_world = [0, 0, -9810]": "at gravity_world: expected three numbers, m/s2",
     "inertia_ratios = [1, 0.2, 0.3]": "at inertia_ratios: expected three numbers",
-    "sigma_x_m = -1": "at sigma_x_m: expected a number, m, came -1",
-    "spin_world_rads = [1, 2, 3]": "expected sigma_spin_rads beside spin_world_rads, came none",
+    "sigma_x_m = -1": "at sigma_x_m: expected a number, m, got -1",
+    "spin_world_rads = [1, 2, 3]": "expected sigma_spin_rads beside spin_world_rads, got none",
     "sigma_spin_rads = [1, 2]": "at sigma_spin_rads: expected a number above 0 or three",
-    "world = 3": "at world: expected a name, came 3",
+    "world = 3": "at world: expected a name, got 3",
     "gravity_world": "expected TOML",
 }
 

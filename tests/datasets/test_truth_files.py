@@ -90,7 +90,7 @@ def test_symmetries_have_to_be_rotations(truth, tmp_path):
 def test_quaternions_have_to_be_unit(truth, tmp_path):
     doubled = replace(truth.motion, q_world_body=truth.motion.q_world_body * 2)
     write_truth(replace(truth, motion=doubled), tmp_path / "t")
-    with pytest.raises(InputError, match=r"motion\.npz: expected unit quaternions in q_world_body, came one of length 2"):
+    with pytest.raises(InputError, match=r"motion\.npz: expected unit quaternions in q_world_body, got one of length 2"):
         read_truth(tmp_path / "t")
 
 
@@ -103,7 +103,7 @@ def test_dataset_round_trip_and_layout(tmp_path, truth, outline_observation):
 
 
 def test_bad_datasets(tmp_path):
-    with pytest.raises(InputError, match="expected the folder of a dataset, came nothing"):
+    with pytest.raises(InputError, match="expected the folder of a dataset, got nothing"):
         read_dataset(tmp_path / "none")
     write_dataset(Dataset("demo", ("a", "b"), 7), tmp_path)
     path = tmp_path / "dataset.json"
@@ -155,5 +155,5 @@ def test_a_remnant_of_another_mesh_is_named(truth, tmp_path):
     write_truth(replace(truth, plate=Plate(np.zeros(3), np.array([0.0, -1.0, 0.0])), remnant=rest), tmp_path / "t")
     box = trimesh.creation.box()
     write_mesh(tmp_path / "t" / "mesh_remnant.ply", np.asarray(box.vertices), np.asarray(box.faces))
-    with pytest.raises(InputError, match=r"mesh_remnant\.ply: expected the 42 vertices of the whole particle, came 8"):
+    with pytest.raises(InputError, match=r"mesh_remnant\.ply: expected the 42 vertices of the whole particle, got 8"):
         read_truth(tmp_path / "t")

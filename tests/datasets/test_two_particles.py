@@ -91,7 +91,7 @@ def test_one_particle_is_written_as_ever(outline_observation: Observation, tmp_p
 
 def test_too_few_further_outlines(pair: Observation, tmp_path: Path) -> None:
     short = replace(pair, further_recordings=(pair.further_recordings[0][:-1],))  # type: ignore[index]
-    with pytest.raises(InputError, match='camera "hsv", further outlines: expected 5 recorded entries, came 4'):
+    with pytest.raises(InputError, match='camera "hsv", further outlines: expected 5 recorded entries, got 4'):
         write_observation(short, tmp_path / "seq")
 
 

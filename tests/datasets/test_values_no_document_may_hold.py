@@ -10,7 +10,7 @@ from datasets.observation_files import read_observation, write_observation
 from datasets.recipes.toml_files import load_recipe
 from datasets.trajectory_files import read_trajectory
 
-FINITE = "expected a finite number, came Infinity or a number beyond 1.8e308"
+FINITE = "expected a finite number, got Infinity or a number beyond 1.8e308"
 HALF = "half a surrogate pair"
 
 
@@ -40,15 +40,15 @@ def refused(folder: Path, before: str, after: str, message: str) -> None:
         ('"mass_kg": 0.0003', '"mass_kg": ' + "1" * 400, f"at $.mass_kg: {FINITE}"),
         ('"mass_kg": 0.0003', '"mass_kg": ' + "1" * 9000, f"at $.mass_kg: {FINITE}"),
         ('"mass_kg": 0.0003', '"mass_kg": 9223372036854775808', "at $.mass_kg: expected an integer of at most 64 bit"),
-        ('"mass_kg": 0.0003', '"mass_kg": NaN', "at $.mass_kg: expected a finite number, came NaN"),
+        ('"mass_kg": 0.0003', '"mass_kg": NaN', "at $.mass_kg: expected a finite number, got NaN"),
         ('"mass_kg": 0.0003', '"mass_kg": -Infinity', f"at $.mass_kg: {FINITE}"),
-        ('"mass_kg": 0.0003', '"mass_kg": 1, "mass_kg": 0.0003', "at $.mass_kg: expected the key once, came twice"),
+        ('"mass_kg": 0.0003', '"mass_kg": 1, "mass_kg": 0.0003', "at $.mass_kg: expected the key once, got twice"),
         ('"mass_kg": 0.0003', '"mass_kg": ' + "[" * 100 + "]" * 100, "at $.mass_kg"),
         ('"mass_kg": 0.0003', '"mass_kg": ' + "[" * 9000 + "]" * 9000, "not a file of this project (nested too deeply)"),
         ('"seq_0000"', '"seq_0000\\n"', "at $.name: expected text of the form"),
-        ('"seq_0000"', '"\\ud800"', f"at $.name: expected text in Unicode, came {HALF}"),
-        ('"mass_kg": 0.0003', '"\\ud800": 0.0003', f"at $: expected keys in Unicode, came one with {HALF}"),
-        ('"width_px": 64', '"width_px": 64.0', "at $.cameras[0].intrinsics.width_px: expected an integer, came 64.0"),
+        ('"seq_0000"', '"\\ud800"', f"at $.name: expected text in Unicode, got {HALF}"),
+        ('"mass_kg": 0.0003', '"\\ud800": 0.0003', f"at $: expected keys in Unicode, got one with {HALF}"),
+        ('"width_px": 64', '"width_px": 64.0', "at $.cameras[0].intrinsics.width_px: expected an integer, got 64.0"),
         ('"width_px": 64', '"width_px": 1000000000000000', "at $.cameras[0].intrinsics.width_px: expected a number <= 65536"),
         ('"outlines_hsv.npz"', '".."', "at $.cameras[0].recording.file: expected"),
         ('"outlines_hsv.npz"', '"a\\u0000b"', "at $.cameras[0].recording.file: expected"),
@@ -64,7 +64,7 @@ def test_a_picture_of_too_many_pixels(folder):
     del document["sha256"]
     document["cameras"][0]["intrinsics"] |= {"width_px": 60_000, "height_px": 60_000}
     path.write_text(json.dumps(document))
-    with pytest.raises(InputError, match=r"cameras\[0\]\.intrinsics: expected a picture of at most 1e\+08 px, came 60000 x 60000 px"):
+    with pytest.raises(InputError, match=r"cameras\[0\]\.intrinsics: expected a picture of at most 1e\+08 px, got 60000 x 60000 px"):
         read_observation(folder)
 
 
@@ -74,7 +74,7 @@ def test_cameras_of_one_name(folder):
     del document["sha256"]
     document["cameras"].append(document["cameras"][0])
     path.write_text(json.dumps(document))
-    with pytest.raises(InputError, match=r'\$\.cameras\[1\]\.name: expected a name of its own, came "hsv"'):
+    with pytest.raises(InputError, match=r'\$\.cameras\[1\]\.name: expected a name of its own, got "hsv"'):
         read_observation(folder)
 
 
@@ -85,9 +85,9 @@ def test_cameras_of_one_name(folder):
         ("seed = " + "1" * 9000, "expected TOML"),
         ("[motion]\nspeed_ms = [0.0, inf]", f"at motion.speed_ms[1]: {FINITE}"),
         ("[motion]\nspeed_ms = [0.0, 1e400]", f"at motion.speed_ms[1]: {FINITE}"),
-        ("[particle]\nsize_mm = [nan, 1.0]", "at particle.size_mm[0]: expected a finite number, came NaN"),
+        ("[particle]\nsize_mm = [nan, 1.0]", "at particle.size_mm[0]: expected a finite number, got NaN"),
         ("name = " + "[" * 100 + "]" * 100, "at name"),
-        ("a = " + "[" * 9000 + "]" * 9000, "expected TOML, came tables nested too deeply"),
+        ("a = " + "[" * 9000 + "]" * 9000, "expected TOML, got tables nested too deeply"),
         ("seed = 1\nseed = 2", "expected TOML"),
     ],
 )

@@ -54,7 +54,7 @@ def test_the_slowest_of_all_are_timed_with_every_number_of_processes(
 
 def test_answers_of_another_challenge_are_refused(tmp_path: Path) -> None:
     made, answers = challenge(tmp_path, "A", {"c001": 1.0})
-    with pytest.raises(InputError, match="expected a folder for each of 1 challenges, came 2"):
+    with pytest.raises(InputError, match="expected a folder for each of 1 challenges, got 2"):
         time_explain.main([str(made), "--answers", str(answers), str(answers)])
     empty = tmp_path / "empty"
     empty.mkdir()

@@ -121,13 +121,13 @@ def test_the_committed_recipe_and_its_round_trip() -> None:
 @pytest.mark.parametrize(
     ("overrides", "message"),
     [
-        (["pair.closing_ms=[2, 1]"], "pair.closing_ms: expected [lowest, highest], came [2, 1]"),
-        (["pair.impact_parameter=[0, 2]"], "pair.impact_parameter: expected a value from 0 to 1, came 2"),
+        (["pair.closing_ms=[2, 1]"], "pair.closing_ms: expected [lowest, highest], got [2, 1]"),
+        (["pair.impact_parameter=[0, 2]"], "pair.impact_parameter: expected a value from 0 to 1, got 2"),
         (["pair.frames_before=[10, 10]", "plate.stated=true"], "pair: expected particles that fall on a plate or two that collide"),
         (["pair.drift_ms=[0, 1]", 'tier="rendered"'], 'tier: expected "silhouette" for a pair'),
         (["pair.drift_ms=[0, 1]", "rig.rendered=true"], 'tier: expected "silhouette" for a pair'),
         (["pair.drift_ms=[0, 1]", 'particle.family="sphere"'], "particle.family: expected bodies with edges for a pair"),
-        (["pair.drift_ms=[0, 1]", "dropper.runs=3"], "came a pair: a dropper is for a plate"),
+        (["pair.drift_ms=[0, 1]", "dropper.runs=3"], "got a pair: a dropper is for a plate"),
         (["pair.drift_ms=[0, 1]", 'effects=[{key = "quadratic_drag", values = {per_length = 1.0}}]'], "effects: expected none on a pair"),
         (["pair.drift_ms=[0, 1]", 'contact_physics=[{key = "chip", values = {depth = 0.1}}]'], "contact_physics: expected adhesion"),
     ],

@@ -23,12 +23,12 @@ QUICK = ["--set", "momentum_starts=0", "--set", "trajectory_candidates=1", "--jo
 @pytest.mark.parametrize(
     ("setting", "said"),
     [
-        ("contact.restitution=1.2", "contact.restitution: expected a value from 0.05 to 1, came 1.2; no contact gives back more"),
-        ("contact.friction=-0.1", "contact.friction: expected a value from 0 to 2, came -0.1"),
-        ("contact.poisson=0.7", "contact.poisson: expected a value from -0.99 to 0.5, came 0.7"),
-        ("contact.youngs_gpa=0", "contact.youngs_gpa: expected a value from 0.001 to 2000, came 0"),
-        ("plate.poisson=-2", "plate.poisson: expected a value from -0.99 to 0.5, came -2"),
-        ("plate.youngs_gpa=210e9", "plate.youngs_gpa: expected a value from 0.001 to 2000, came 2.1e+11; gigapascals are meant"),
+        ("contact.restitution=1.2", "contact.restitution: expected a value from 0.05 to 1, got 1.2; no contact gives back more"),
+        ("contact.friction=-0.1", "contact.friction: expected a value from 0 to 2, got -0.1"),
+        ("contact.poisson=0.7", "contact.poisson: expected a value from -0.99 to 0.5, got 0.7"),
+        ("contact.youngs_gpa=0", "contact.youngs_gpa: expected a value from 0.001 to 2000, got 0"),
+        ("plate.poisson=-2", "plate.poisson: expected a value from -0.99 to 0.5, got -2"),
+        ("plate.youngs_gpa=210e9", "plate.youngs_gpa: expected a value from 0.001 to 2000, got 2.1e+11; gigapascals are meant"),
     ],
 )
 def test_materials_that_cannot_be_are_not_rendered(setting: str, said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -109,7 +109,7 @@ def test_nothing_is_wrong_with_the_pictures_themselves(pictures: Path, tmp_path:
 def test_missing_frames(folder: Path, estimate: Callable[..., int], capsys: pytest.CaptureFixture[str]) -> None:
     write_stack(folder / STACK, recorded(folder)[:14])
     assert estimate(folder) == 2
-    says(capsys, f"{NAME} failed", str(folder / STACK), "expected 20 frames", 'camera "hsv"', "came 14; frame 14 and later are missing")
+    says(capsys, f"{NAME} failed", str(folder / STACK), "expected 20 frames", 'camera "hsv"', "got 14; frame 14 and later are missing")
 
 
 def test_a_missing_stack(folder: Path, estimate: Callable[..., int], capsys: pytest.CaptureFixture[str]) -> None:
@@ -185,7 +185,7 @@ def test_views_in_millimetres_taken_for_metres(folder: Path, estimate: Callable[
 def test_a_camera_with_the_wrong_image_size(folder: Path, estimate: Callable[..., int], capsys: pytest.CaptureFixture[str]) -> None:
     edit(folder, lambda document: document["cameras"][0]["intrinsics"].update(width_px=1280, height_px=1024, cx_px=639.5, cy_px=511.5))
     assert estimate(folder) == 2
-    says(capsys, str(folder / STACK), "frame 0: expected 1280 x 1024 px", "came 320 x 320")
+    says(capsys, str(folder / STACK), "frame 0: expected 1280 x 1024 px", "got 320 x 320")
 
 
 def test_a_view_that_does_not_belong_is_named_by_its_ete(

@@ -316,7 +316,7 @@ def test_a_broken_sequence_is_left_out_and_named(
     (tmp_path / "observations" / "broken" / "outlines_hsv.npz").write_bytes(b"not a file of outlines")
     shutil.copytree(dragged / "observations" / NAMES[0], tmp_path / "observations" / "same")
     assert verb("estimate", tmp_path, "--effects", "quadratic_drag", "-q") == 1
-    says(capsys, "broken is left out", "outlines_hsv.npz", "same is left out", f"expected a name of its own, came {NAMES[0]}")
+    says(capsys, "broken is left out", "outlines_hsv.npz", "same is left out", f"expected a name of its own, got {NAMES[0]}")
     campaign = read_document(tmp_path / "estimate" / "campaign.json", "campaign")
     assert [sequence["name"] for sequence in campaign["sequences"]] == list(NAMES)
     assert sorted(campaign["left_out"]) == ["broken", "same"]

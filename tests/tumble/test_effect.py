@@ -50,7 +50,7 @@ def test_check_a_plug_in(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> 
     [
         (("check",), "expected an effect"),
         (("check", "gravty"), "did you mean gravity"),
-        (("check", "gravity,magnus_lift"), "expected one effect to check, came 2"),
+        (("check", "gravity,magnus_lift"), "expected one effect to check, got 2"),
         (("check", "./nowhere.py:Wind"), "expected the Python file of an effect"),
     ],
 )

@@ -137,10 +137,10 @@ def test_the_key_of_a_class() -> None:
     ("words", "sentence"),
     [
         ((), "expected a name"),
-        (("My-Law", "--kind", "force"), 'came "My-Law"'),
+        (("My-Law", "--kind", "force"), 'got "My-Law"'),
         (("Gravity", "--kind", "force"), "is an effect of the catalogue"),
-        (("MyLaw",), "came neither"),
-        (("MyLaw", "--kind", "force", "--from", "diagnosis.json"), "came both"),
+        (("MyLaw",), "got neither"),
+        (("MyLaw", "--kind", "force", "--from", "diagnosis.json"), "got both"),
         (("MyLaw", "--from", "nowhere.json"), "there is no such file"),
         (("MyLaw", "--from", "nothing.json"), "nothing unknown"),
         (("MyLaw", "--kind", "force", "--out", "law.txt"), "expected the name of a Python file"),

@@ -112,7 +112,7 @@ def test_an_estimate_without_a_collision_is_not_found(made: Path) -> None:
 
 def test_other_verbs_leave_pairs_alone(made: Path, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     assert main(["compare", str(made / "data"), "--out", str(tmp_path / "compared"), "-q"]) == 2
-    assert "expected one particle, since campaigns are of one, came two" in capsys.readouterr().err
+    assert "expected one particle, since campaigns are of one, got two" in capsys.readouterr().err
     assert (
         main(["validate-contact", str(made / "estimates"), "--observations", str(made / "data"), "--out", str(tmp_path / "v"), "-q"]) == 2
     )
@@ -200,7 +200,7 @@ def test_files_that_do_not_fit_one_another(observation: Observation, tmp_path: P
     del document["sha256"]
     without = {**document, "cameras": [{k: v for k, v in c.items() if k != "further_recording"} for c in document["cameras"]]}
     (folder / "observation.json").write_text(json.dumps(without))
-    with pytest.raises(InputError, match="expected a further_recording of every camera, since there is a companion, came 0 of 1"):
+    with pytest.raises(InputError, match="expected a further_recording of every camera, since there is a companion, got 0 of 1"):
         read_observation(folder)
     (folder / "observation.json").write_text(json.dumps({k: v for k, v in document.items() if k != "companion"}))
     with pytest.raises(InputError, match="expected a further_recording of no camera, since there is no companion"):

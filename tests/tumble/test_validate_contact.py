@@ -104,7 +104,7 @@ def test_a_plate_seen_from_its_other_side_is_refused(folder, campaign, capsys) -
     assert main(words(folder, "-q", "--plate=0,1,0")) == 2
     said = capsys.readouterr().err
     assert f"in {RUNS} of {RUNS} impacts" in said
-    assert "came (0, 1, 0)" in said
+    assert "got (0, 1, 0)" in said
     assert not (folder / "out" / FILE).exists()
 
 
@@ -141,7 +141,7 @@ def test_too_few_runs_are_refused(folder, campaign, capsys) -> None:
     for _, _, estimate in campaign[:2]:
         write_estimate(replace(estimate, status=Status.AMBIGUOUS), folder / "estimates" / f"{estimate.name}.estimate.json")
     assert main(words(folder)) == 2
-    assert "expected impacts of at least 4 runs, came 3 that can be used (2 left out)" in capsys.readouterr().err
+    assert "expected impacts of at least 4 runs, got 3 that can be used (2 left out)" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

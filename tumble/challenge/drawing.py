@@ -129,7 +129,7 @@ def draw_cases(plan: Plan, seed: int) -> tuple[Case, ...]:
     rng = np.random.default_rng([seed, 0])
     seen = [key for key in plan.keys if not plan.counts.pairs or plan.sizes.pair[0] < 1.0 or can_reach_limit(plan.table, key)]
     if plan.counts.pairs and not pairs_of(seen):
-        raise InputError(f"pairs: expected two effects that nature can make as large as their limits, came {', '.join(seen) or 'none'}.")
+        raise InputError(f"pairs: expected two effects that nature can make as large as their limits, got {', '.join(seen) or 'none'}.")
     chosen: list[tuple[Kind, tuple[str, ...]]] = [("control", ())] * plan.counts.controls
     chosen += [("single", keys) for keys in _single(plan, rng)]
     chosen += [("pair", keys) for keys in _in_turn(pairs_of(seen), plan.counts.pairs, rng)]

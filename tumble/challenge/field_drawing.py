@@ -99,7 +99,7 @@ def draw_field_case(plan: FieldPlan, seed: int, number: int) -> FieldCase:
             return _drawn(plan, names_of(plan)[number], np.random.default_rng([seed, number, attempt]), outside=outside)
         except (InputError, ArithmeticError, ValueError) as error:
             failure = error
-    raise InputError(f"campaign {number + 1}: expected flights that can be flown, came none in {ATTEMPTS} attempts: {failure}") from failure
+    raise InputError(f"campaign {number + 1}: expected flights that can be flown, got none in {ATTEMPTS} attempts: {failure}") from failure
 
 
 def _drawn(plan: FieldPlan, name: str, rng: np.random.Generator, *, outside: bool) -> FieldCase:

@@ -52,7 +52,7 @@ def _limit(case: FieldCase, of: Known, key: str, unit: dict[str, float], sizes: 
     for _ in range(rounds):
         left = left_there(of, replace(case, outside={key: _of_size(case, key, unit, size)}))
         if left <= 0.0:
-            raise InputError(f"{key}: expected something left by the catalogue, came nothing.")
+            raise InputError(f"{key}: expected something left by the catalogue, got nothing.")
         size = min(size * float(np.sqrt(left_at_limit(of) / left)), largest)
     return size
 

@@ -137,7 +137,7 @@ def table_of(products: Sequence[Path], shape: Shape, seed: int) -> LimitTable:
     large = {key: [each["information"] for each in written if each.get("large") == key] for key in LARGE}
     if any(large.values()) and not all(large.values()):
         failed = ", ".join(key for key, each in large.items() if not each)
-        raise InputError(f"campaigns with large effects: expected some that could be measured for each effect, came none for {failed}.")
+        raise InputError(f"campaigns with large effects: expected some that could be measured for each effect, got none for {failed}.")
     times = np.arange(shape.frames) / 4000.0
     setting = Setting(times, 0.0, np.zeros(3), np.ones(3))
     effects = {}

@@ -33,7 +33,7 @@ def campaigns_in(source: Path) -> tuple[Path, ...]:
     found = tuple(sorted(path.parent for path in root.glob("*/observations"))) if root.is_dir() else ()
     if not found:
         raise InputError(
-            f"{source}: expected campaigns (folders with observations/ in them), came {'none' if root.is_dir() else 'nothing'}."
+            f"{source}: expected campaigns (folders with observations/ in them), got {'none' if root.is_dir() else 'nothing'}."
         )
     return found
 

@@ -132,9 +132,9 @@ def read_tables(result: Path, *, without: int) -> Scored:
     cases = tables[0]
     if not {"case", CHALLENGE, "answered"} <= set(cases):
         came = ", ".join(cases.columns) or "none"
-        raise InputError(f"{table_path(result, 'cases')}: expected columns case, {CHALLENGE} and answered, came {came}.")
+        raise InputError(f"{table_path(result, 'cases')}: expected columns case, {CHALLENGE} and answered, got {came}.")
     if (cases[CHALLENGE] == without).any():
-        raise InputError(f"{result}: expected other challenges than the one to be scored, came cases of its own seed ({without}).")
+        raise InputError(f"{result}: expected other challenges than the one to be scored, got cases of its own seed ({without}).")
     return Scored(cases.fillna(dict.fromkeys(WORDS, "")), tables[1], tables[2])
 
 

@@ -245,7 +245,7 @@ def _refuse_result(arguments: argparse.Namespace) -> None:
 def _seed_of(challenge: Path) -> int:
     made = read_run(challenge / TRUTH)
     if made is None or made.get("seed") is None:
-        raise InputError(f"{challenge / TRUTH}: expected run.json of `tumble challenge make` with the seed in it, came none.")
+        raise InputError(f"{challenge / TRUTH}: expected run.json of `tumble challenge make` with the seed in it, got none.")
     return int(made["seed"])
 
 

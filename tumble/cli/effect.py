@@ -67,10 +67,10 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _new(arguments: argparse.Namespace) -> int:
     if not arguments.effect:
-        raise InputError("tumble effect new: expected a name for the effect's class, like MyWind, came none.")
+        raise InputError("tumble effect new: expected a name for the effect's class, like MyWind, got none.")
     if (arguments.source is None) == (arguments.kind is None):
         came = "neither" if arguments.kind is None else "both"
-        raise InputError(f"tumble effect new: expected --from DIAGNOSIS or --kind {{{','.join(KINDS)}}}, came {came}.")
+        raise InputError(f"tumble effect new: expected --from DIAGNOSIS or --kind {{{','.join(KINDS)}}}, got {came}.")
     out = arguments.out or Path(f"{effect_key(arguments.effect)}.py")
     write_plug_in(plug_in_text(arguments.effect, out, source=arguments.source, kind=arguments.kind), out)
     word = f"{out if out.is_absolute() else f'./{out}'}:{arguments.effect}"
@@ -83,7 +83,7 @@ def _new(arguments: argparse.Namespace) -> int:
 
 def _check(arguments: argparse.Namespace) -> int:
     if not arguments.effect:
-        raise InputError("tumble effect check: expected an effect, a key of the catalogue or FILE.py:CLASS, came none.")
+        raise InputError("tumble effect check: expected an effect, a key of the catalogue or FILE.py:CLASS, got none.")
     kept = check_effect(arguments.effect, arguments.on, arguments.limit)
     if arguments.json:
         print(json.dumps([dataclasses.asdict(each) for each in kept]))

@@ -47,7 +47,7 @@ def make_field(arguments: argparse.Namespace, seed: int) -> int:
     if given or arguments.tier != "silhouette":
         raise InputError(f"--field: expected none of the older challenge's options beside it, got --{', --'.join(given or ['tier'])}.")
     if arguments.most_rows < LEAST_ROWS:
-        raise InputError(f"--most-rows {arguments.most_rows}: expected at least {LEAST_ROWS}, came fewer.")
+        raise InputError(f"--most-rows {arguments.most_rows}: expected at least {LEAST_ROWS}, got fewer.")
     kinds = _kinds(arguments.measured)
     plan = FieldPlan(arguments.campaigns, (1, arguments.most_flights), (LEAST_ROWS, arguments.most_rows), kinds)
     described = Run("challenge make", {"field": asdict(plan), "seed": seed}, seed, reads=(), beside=(CAMPAIGNS,))
@@ -73,7 +73,7 @@ def _kinds(words: str | None) -> tuple[Measured, ...]:
 def score_field(arguments: argparse.Namespace) -> int:
     """Compare answers with what was hidden in field campaigns."""
     if arguments.result or arguments.earlier:
-        raise InputError("--result and --with: expected a challenge made without --field, came a field challenge; see its summary.json.")
+        raise InputError("--result and --with: expected a challenge made without --field, got a field challenge; see its summary.json.")
     cases = read_field_cases(arguments.challenge)
     read = {"challenge": arguments.challenge, "answers": arguments.answers}
     described = Run("challenge score", {name: str(path.resolve()) for name, path in read.items()}, reads=paths_given(*read.values()))

@@ -31,7 +31,7 @@ def run(arguments: argparse.Namespace) -> int:
         raise InputError("tumble ladder: expected --effects, the effects to add one by one; `tumble diagnose` says which.")
     truth = arguments.truth
     if truth is not None and not truth.is_dir():
-        raise InputError(f"{truth}: expected the truth folder of a dataset, came nothing.")
+        raise InputError(f"{truth}: expected the truth folder of a dataset, got nothing.")
     errors = None if truth is None else partial(velocity_errors, truth=truth)
     rungs = 2 + arguments.effects.count(",")
     return run_on_campaign(

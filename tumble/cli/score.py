@@ -60,7 +60,7 @@ def parser() -> argparse.ArgumentParser:
 def run(arguments: argparse.Namespace) -> int:
     """Score, store, print."""
     if not arguments.truth.is_dir():
-        raise InputError(f"{arguments.truth}: expected the truth folder of a dataset, came nothing.")
+        raise InputError(f"{arguments.truth}: expected the truth folder of a dataset, got nothing.")
     read = {"estimates": arguments.estimates, "truth": arguments.truth}
     described = Run("score", {name: str(path.resolve()) for name, path in read.items()}, reads=tuple(read.values()))
     with output_directory(arguments.out, described, resume=arguments.resume, force=arguments.force) as out:

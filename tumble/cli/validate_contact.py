@@ -108,7 +108,7 @@ def _validated(arguments: argparse.Namespace, question: Question, known: Known) 
         return broken_document(source, found.left_out, found.broken, broke)
     if runs < LEAST_RUNS:
         raise InputError(
-            f"{arguments.estimates}: expected impacts of at least {LEAST_RUNS} runs, came {runs} that can be used"
+            f"{arguments.estimates}: expected impacts of at least {LEAST_RUNS} runs, got {runs} that can be used"
             f" ({len(found.left_out)} left out)."
         )
 

@@ -134,5 +134,5 @@ def point_contact(values: Mapping[str, float]) -> PointContact:
     known = {f.name for f in fields(PointContact)}
     unknown = sorted(set(values) - known)
     if unknown:
-        raise InputError(f"contact constants: expected some of {', '.join(sorted(known))}, came {', '.join(unknown)}")
+        raise InputError(f"contact constants: expected some of {', '.join(sorted(known))}, got {', '.join(unknown)}")
     return PointContact(**values)

@@ -117,7 +117,7 @@ def centre_path(trajectory: Trajectory) -> Array:
 
 def _refuse_without_poses(trajectory: Trajectory) -> None:
     if trajectory.q_world_tracked is None or not trajectory.whole:
-        came = "came none" if trajectory.q_world_tracked is None else "came rows without"
+        came = "got none" if trajectory.q_world_tracked is None else "got rows without"
         raise InputError(f"{trajectory.name}: expected orientations qx, qy, qz, qw beside positions: impacts need poses, {came}.")
 
 

@@ -95,7 +95,7 @@ def particles_of(trajectories: Sequence[Trajectory]) -> tuple[int, ...]:
         other = first.setdefault(name, each)
         if name and ratios != _ratios(other):
             raise InputError(
-                f"{each.name}: expected the inertia ratios of particle {name!r} as {other.name} has them, {_ratios(other)}, came {ratios}."
+                f"{each.name}: expected the inertia ratios of particle {name!r} as {other.name} has them, {_ratios(other)}, got {ratios}."
             )
         found.append(numbers.setdefault((name,) if name else ratios, len(numbers)))
     return tuple(found)

@@ -55,7 +55,7 @@ def test_an_override_sets_all_effects(path) -> None:
 def test_values_of_each_sequence(path) -> None:
     effect = load_recipe(path).effects[1]
     assert [values_in_sequence(effect, k) for k in range(2)] == [{"a_x": x, "a_y": 0.0, "a_z": -1.0} for x in (1.0, 2.5)]
-    with pytest.raises(InputError, match="expected a number for sequence 2, came 2 numbers"):
+    with pytest.raises(InputError, match="expected a number for sequence 2, got 2 numbers"):
         values_in_sequence(effect, 2)
 
 
@@ -72,18 +72,18 @@ def test_every_effect_has_a_size() -> None:
         ('[{key = "zzz"}]', 'unknown effect "zzz"; known: frame_rate, dropped_frames,'),
         ('[{key = "gravity"}, {key = "gravity"}]', 'effects[1].key: "gravity" is there twice; expected each effect once'),
         ('[{key = "gravity", values = {dg = 1}}]', 'effects[0] (gravity): unknown parameter "dg"; did you mean dg_'),
-        ('[{key = "camera_vibration", values = {sine_x = 1}}]', "(camera_vibration): expected a value for frequency, came sine_x"),
-        ('[{key = "wall_attraction"}]', "expected a value for normal_x, normal_y, normal_z, position, came none"),
+        ('[{key = "camera_vibration", values = {sine_x = 1}}]', "(camera_vibration): expected a value for frequency, got sine_x"),
+        ('[{key = "wall_attraction"}]', "expected a value for normal_x, normal_y, normal_z, position, got none"),
         ('[{key = "gravity", values = {dg_x = [1, 2]}}]', "dg_x: expected one number, since all sequences share it (scope campaign)"),
         (
             '[{key = "uniform_acceleration", values = {a_x = [1]}}]',
-            "a_x: expected a number or a list of 2, one per sequence, came a list of 1",
+            "a_x: expected a number or a list of 2, one per sequence, got a list of 1",
         ),
-        ('[{key = "gravity", values = {dg_x = inf}}]', "dg_x: expected a finite number, came inf"),
-        ('[{key = "gravity", values = {dg_x = "a"}}]', 'effects[0].values.dg_x: expected a number, came "a"'),
-        ('[{key = "gravity", values = 3}]', "effects[0].values: expected a table, came 3"),
+        ('[{key = "gravity", values = {dg_x = inf}}]', "dg_x: expected a finite number, got inf"),
+        ('[{key = "gravity", values = {dg_x = "a"}}]', 'effects[0].values.dg_x: expected a number, got "a"'),
+        ('[{key = "gravity", values = 3}]', "effects[0].values: expected a table, got 3"),
         ('[{kye = "gravity"}]', 'unknown key "effects[0].kye"; did you mean "effects[0].key"?'),
-        ('"gravity"', 'effects: expected a list, came "gravity"'),
+        ('"gravity"', 'effects: expected a list, got "gravity"'),
     ],
 )
 def test_bad_effects(path, effects: str, message: str) -> None:

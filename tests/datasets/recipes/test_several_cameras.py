@@ -49,7 +49,7 @@ def test_recipes_of_one_camera_are_written_as_ever() -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("[[further_hsv]]\nangle_deg = 5.0", r"further_hsv\[0\]: angle_deg: expected a value from 10 to 170, came 5"),
+        ("[[further_hsv]]\nangle_deg = 5.0", r"further_hsv\[0\]: angle_deg: expected a value from 10 to 170, got 5"),
         ("[[further_hsv]]\nfocal_mm = 700.0", r"further_hsv\[0\]: hsv.distance_m: expected more than the focal length"),
         ("[[further_hsv]]\nexposure_us = 300.0", r"further_hsv\[0\]: hsv.exposure_us: expected at most 250"),
         ("[[further_hsv]]\nhidden_rate = [1e-4, -1e-4]", r"further_hsv\[0\]: hidden_rate: expected \[lowest, highest\]"),

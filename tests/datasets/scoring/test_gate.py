@@ -153,7 +153,7 @@ def test_baselines_of_another_schema_are_refused(old, tmp_path):
     earlier = {"format": "tumble baseline", "schema_version": 1, "environment": {}, "metrics": {}, "rows": []}
     spoiled = {
         r"got one of an earlier Tumble, of flights alone": earlier,
-        r"expected schema version 1 or older, came 2; a newer Tumble wrote it": {**good, "schema_version": 2},
+        r"expected schema version 1 or older, got 2; a newer Tumble wrote it": {**good, "schema_version": 2},
         r"expected flights, pictures, impacts, campaigns, got swims": {**good, "kinds": {"swims": []}},
         r'sequence "flights-1": expected the measures of this version, got none for position_in_plane_mm': without_one(good),
     }

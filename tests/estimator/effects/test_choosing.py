@@ -22,7 +22,7 @@ def test_effects_come_in_the_order_of_the_words() -> None:
         (",", ("expected at least one effect",)),
         ("frame_rate,length_scale", ("contradict each other", "one number would have to give two")),
         ("frame_rate,quadratic_drag,gravity", ("frame_rate and gravity contradict each other", "how large gravity looks")),
-        ("./nowhere.py:Wind", ("nowhere.py: expected the Python file of an effect, came nothing",)),
+        ("./nowhere.py:Wind", ("nowhere.py: expected the Python file of an effect, got nothing",)),
         ("./nowhere.py", ("expected FILE.py:CLASS",)),
     ],
 )

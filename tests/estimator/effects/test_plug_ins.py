@@ -65,8 +65,8 @@ def test_a_plug_in_is_an_effect_like_others(tmp_path: Path) -> None:
         ("class Wand(EffectModel):\n    entry = entry()\n", ("expected a class 'Wind'", "its effects: Wand")),
         ("class Wind:\n    entry = entry()\n", ("has not EffectModel among its bases",)),
         ("class Wind(EffectModel):\n    pass\n", ("has not an entry",)),
-        ("class Wind(EffectModel):\n    entry = 'wind'\n", ("expected entry to be an EffectEntry", "came str")),
-        ("class Wind(EffectModel):\n    entry = entry()\n", ("expected one of the links", "came none")),
+        ("class Wind(EffectModel):\n    entry = 'wind'\n", ("expected entry to be an EffectEntry", "got str")),
+        ("class Wind(EffectModel):\n    entry = entry()\n", ("expected one of the links", "got none")),
         (WIND.replace("entry()", "entry(key='gravity')"), ('its key "gravity" is that of an effect of the catalogue',)),
         (WIND.replace("entry()", "entry(key='offset')"), ('its key "offset" is what parameters of a flight are called',)),
         (WIND.replace("entry()", "entry(step=0.0)"), ("parameter push: expected a step above 0",)),
@@ -104,11 +104,11 @@ def test_what_is_no_effect_is_refused_when_it_is_loaded(tmp_path: Path, body: st
         ),
         (
             link("acceleration", "theta, moment, setting", "return theta[0]"),
-            ("expected acceleration() to give an array of shape", "came (1,)", "push = ", "at frame "),
+            ("expected acceleration() to give an array of shape", "got (1,)", "push = ", "at frame "),
         ),
         (
             link("torque", "theta, moment, setting", "return 'strong'"),
-            ("expected torque() to give numbers, came str", "push = ", "at frame "),
+            ("expected torque() to give numbers, got str", "push = ", "at frame "),
         ),
         (link("delays", "theta, rows_px", "return rows_px[1:]"), ("expected delays() to give an array of shape", "push = ")),
         (
@@ -117,25 +117,25 @@ def test_what_is_no_effect_is_refused_when_it_is_loaded(tmp_path: Path, body: st
         ),
         (
             link("times", "theta, setting, times_s", "return times_s[1:]"),
-            ("expected times() to give an array of shape (30,), came (29,) with push = ", "frames 0 to 29"),
+            ("expected times() to give an array of shape (30,), got (29,) with push = ", "frames 0 to 29"),
         ),
         (
             link("times", "theta, setting, times_s", "return np.where(np.arange(30) == 7, np.inf, times_s)"),
             ("times() gave a number that is not finite", "at frame 7"),
         ),
-        (link("body", "theta, setting", "return theta"), ("expected body() to give a BodyChange, came ndarray with push = ",)),
+        (link("body", "theta, setting", "return theta"), ("expected body() to give a BodyChange, got ndarray with push = ",)),
         (
             link("body", "theta, setting", "return BodyChange(np.zeros(3), np.full(5, np.nan))"),
             ("body() gave a number that is not finite",),
         ),
-        (link("scale", "theta", "return -1.0"), ("expected scale() above 0, came -1", "push = ")),
+        (link("scale", "theta", "return -1.0"), ("expected scale() above 0, got -1", "push = ")),
         (
             link("correct", "theta, points_px, camera, times_s", "return np.where(times_s[:, None] > 4e-3, np.nan, points_px)"),
             ("correct() gave a number that is not finite", "in picture 17"),
         ),
         (
             link("shift", "theta, places, setting", "return np.zeros(3)"),
-            ("expected shift() to give an array of shape", "came (3,) with push = ", "frames 0 to "),
+            ("expected shift() to give an array of shape", "got (3,) with push = ", "frames 0 to "),
         ),
         (
             link(

@@ -108,7 +108,7 @@ def test_a_plate_that_is_contradicted_holds_nothing(sequence: tuple[Observation,
 
 def test_to_be_kept_out_of_a_plate_needs_one(sequence: tuple[Observation, Truth]) -> None:
     bare = replace(sequence[0], plate=None)
-    with pytest.raises(InputError, match=r"expected a stated plate where keep_out_of_plate is set, came none; set estimate_plate=1"):
+    with pytest.raises(InputError, match=r"expected a stated plate where keep_out_of_plate is set, got none; set estimate_plate=1"):
         check_plate_settings(bare, Configuration(keep_out_of_plate=1))
     check_plate_settings(bare, Configuration(keep_out_of_plate=1, estimate_plate=1))
     with pytest.raises(InputError, match="expected keep_out_of_plate to be 0 or 1, got 2"):

@@ -188,5 +188,5 @@ def test_bodies_that_part_do_not_collide() -> None:
 
 
 def test_smooth_bodies_are_refused() -> None:
-    with pytest.raises(InputError, match="at most 8000 edges of their convex hulls, came 30720"):
+    with pytest.raises(InputError, match="at most 8000 edges of their convex hulls, got 30720"):
         polytope_of(of_mesh(trimesh.creation.icosphere(subdivisions=5, radius=3e-3)))

@@ -65,7 +65,7 @@ def test_the_threshold_moves_leading_and_trailing_edges(bias: float) -> None:
 
 
 def test_there_is_no_outline_beyond_dark_and_bright() -> None:
-    with pytest.raises(InputError, match=r"between -0\.5 and 0\.5, came 0\.5"):
+    with pytest.raises(InputError, match=r"between -0\.5 and 0\.5, got 0\.5"):
         outlines(GLIDING, "motion_blur_threshold", bias=0.5)
 
 
