@@ -1,6 +1,7 @@
 """``tumble gate``: sequences are made anew, what is valid stays, a planted fault is named with where to look, bad input is refused."""
 
 import json
+import re
 import shutil
 from collections.abc import Callable
 from dataclasses import replace
@@ -173,6 +174,69 @@ def test_an_estimate_of_another_sequence_is_refused(kept: Path, tmp_path: Path, 
     said = capsys.readouterr().err
     assert 'expected the estimate of sequence "cut_stone-0000", got that of "cut_stone-0001"' in said
     assert "cut_stone-0000.estimate.json" in said
+
+
+def rewritten(path: Path, **changes: Any) -> None:
+    path.write_text(json.dumps({**json.loads(path.read_text(encoding="utf-8")), **changes}), encoding="utf-8")
+
+
+@pytest.mark.parametrize("write", [False, True])
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("seed = 401", "seed = 402", r"flights/dataset/run\.json: expected a run of the set, but seed was 402 there and is 401 in the set"),
+        (
+            "per_length = 0.5",
+            "per_length = 0.4",
+            r"campaigns/truth/run\.json: .*campaigns\.drag\.hidden\.quadratic_drag\.per_length was 0\.4",
+        ),
+    ],
+)
+def test_a_run_of_another_set_with_the_same_names_is_refused(
+    write: bool, old: str, new: str, said: str, kept: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The run is given another baseline's set in its run.json, as if it had been made from it."""
+    run = spoiled_run(kept, tmp_path, lambda e: e)
+    for path in (run / "flights" / "dataset" / "run.json", run / "campaigns" / "truth" / "run.json"):
+        text = path.read_text(encoding="utf-8")
+        path.write_text(text.replace(old.replace(" = ", '": '), new.replace(" = ", '": ')), encoding="utf-8")
+    words = ["--write", "--set", str(kept / "small.toml")] if write else []
+    before = (kept / "small.json").read_bytes()
+    assert gate(kept, "--run", str(run), *words, work=f"refused-{write}-{new}") == 2
+    assert re.search(said, capsys.readouterr().err)
+    assert (kept / "small.json").read_bytes() == before
+
+
+def test_estimates_of_another_dataset_and_folders_of_no_run_are_refused(
+    kept: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run = spoiled_run(kept, tmp_path, lambda e: e)
+    path = run / "flights" / "estimates" / "run.json"
+    path.write_text(path.read_text(encoding="utf-8").replace('"seed": 401', '"seed": 402'), encoding="utf-8")
+    assert gate(kept, "--run", str(run), work="other-dataset") == 2
+    assert "flights/estimates/run.json: expected a run of the set, but seed was 402" in capsys.readouterr().err
+    path.unlink()
+    assert gate(kept, "--run", str(run), work="no-run") == 2
+    assert "flights/estimates/run.json: expected what an earlier gate wrote about its run, got none" in capsys.readouterr().err
+
+
+def test_what_an_earlier_run_lacks_counts_as_failed(kept: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    run = spoiled_run(kept, tmp_path, lambda e: e)
+    assert gate(kept, "--run", str(run), work="whole") == 0
+    (run / "flights" / "estimates" / "cut_stone-0001.estimate.json").unlink()
+    rewritten(run / "campaigns" / "answers" / "run.json", state="unfinished")
+    rewritten(run / "flights" / "dataset" / "run.json", failures=[{"item": "cut_stone-0000", "reason": "killed"}])
+    capsys.readouterr()
+    assert gate(kept, "--run", str(run), "--json", work="lacking") == 1
+    failed = json.loads(capsys.readouterr().out)["failed"]
+    assert sorted(failed) == ["campaigns/answers", "flights/cut_stone-0000", "flights/cut_stone-0001"]
+    assert "got no such file" in failed["flights/cut_stone-0001"]
+    assert failed["campaigns/answers"] == "expected a finished run, got one that is unfinished"
+    words = ["--write", "--set", str(kept / "small.toml"), "--run", str(run)]
+    before = (kept / "small.json").read_bytes()
+    assert gate(kept, *words, work="lacking-written") == 2
+    assert "could not be measured, so no baseline is written" in capsys.readouterr().err
+    assert (kept / "small.json").read_bytes() == before
 
 
 def test_a_set_that_has_changed_is_refused_with_the_difference(kept: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -16,8 +16,9 @@ from datasets.errors import InputError
 from datasets.scoring.gate import Baseline, compare, load_baseline, write_baseline
 from tumble.cli.options import add_engine, add_output, executor_of, verb_parser
 from tumble.differences import first_difference
+from tumble.gate.earlier import read_earlier
 from tumble.gate.page import PAGE, write_gate_page, write_reports
-from tumble.gate.running import Manner, Ran, rows_in, run_set
+from tumble.gate.running import Manner, Ran, run_set
 from tumble.gate.sets import GateSet, read_set
 from tumble.gate.words import document, sentences
 from tumble.output_directory import Run, note_failures, output_directory
@@ -93,8 +94,7 @@ def _baseline_of(path: Path, gate_set: GateSet, source: Path) -> Baseline:
 
 def _run(gate_set: GateSet, arguments: argparse.Namespace, out: Path) -> Ran:
     if arguments.ran is not None:
-        kinds = [*gate_set.recipes, *(["campaigns"] if gate_set.campaigns else [])]
-        return Ran({kind: rows_in(kind, arguments.ran / kind) for kind in kinds}, {}, {})
+        return read_earlier(gate_set, arguments.ran)
     return run_set(gate_set, out, Manner(executor_of(arguments), arguments.quiet, arguments.force))
 
 

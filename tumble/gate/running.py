@@ -117,7 +117,7 @@ def _one_by_one(kind: str, recipe: Recipe, out: Path, manner: Manner) -> tuple[l
 
 def _campaigns(gate_set: GateSet, out: Path, manner: Manner) -> tuple[list[Row], tuple[Outcome, ...]]:
     plans, truth, answers = gate_set.campaigns, out / TRUTH, out / ANSWERS
-    content = {"campaigns": gate_set.content()["campaigns"], **_made_by(NATURE)}
+    content = gate_set.content_by_kind()[CAMPAIGNS_KIND] | _made_by(NATURE)
     made = Run("challenge make", content, reads=(), beside=(CAMPAIGNS,))
     _all_made(_kept_if_valid(truth, made, manner, lambda: make_campaigns(plans, out, executor=manner.executor, quiet=manner.quiet)))
     configuration = load_configuration(None, [])

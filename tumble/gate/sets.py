@@ -53,6 +53,11 @@ class GateSet:
         campaigns = {plan.name: asdict(plan) for plan in self.campaigns}
         return {"recipes": {kind: recipe_to_dict(recipe) for kind, recipe in self.recipes.items()}, "campaigns": campaigns}
 
+    def content_by_kind(self) -> dict[str, dict[str, Any]]:
+        """The same, of each kind that there is: what the run that makes its sequences is described by."""
+        content = self.content()
+        return {**content["recipes"], **({CAMPAIGNS: {CAMPAIGNS: content["campaigns"]}} if self.campaigns else {})}
+
     @property
     def meshes(self) -> tuple[Path, ...]:
         """Files of particles that the recipes name."""
