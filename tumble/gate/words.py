@@ -21,10 +21,11 @@ def sentences(result: GateResult, out: Path, cpu_s: Mapping[str, tuple[float, fl
     for losses in result.losses:
         kind = losses.kind
         said.append(f"{kind}: {result.verdict(kind)} ({losses.n} sequences{_times(cpu_s.get(kind))})")
-        said += [f"  {line}" for line in lost_in_words(losses)]
+        said += [f"  {line}" for line in lost_in_words(losses, result)]
         moved = [each for each in result.comparisons if each.kind == kind and (every or each.verdict != "same")]
         said += [f"  {in_words(each)}" for each in moved]
         said += [f"  look at {place}" for place in places(result, kind, out)]
+    said += lost_together(result)
     said.append(summary(result))
     if result.worse and (named := _first_worse(result)):
         said.append(f"next: {next_command(named, out)}")
@@ -33,10 +34,9 @@ def sentences(result: GateResult, out: Path, cpu_s: Mapping[str, tuple[float, fl
 
 def summary(result: GateResult) -> str:
     """The verdict in a sentence."""
-    decisions = len(result.comparisons) + len(result.losses)
     if result.failed:
         return "Worse than the baseline: not everything could be measured."
-    chance = f"{decisions} comparisons, {FALSE_ALARMS:.0%} chance of a false alarm at most in all of them together"
+    chance = f"{result.decisions} comparisons, {FALSE_ALARMS:.0%} chance of a false alarm at most in all of them together"
     return f"{'Worse' if result.worse else 'Not worse'} than the baseline ({chance})."
 
 
@@ -51,11 +51,26 @@ def most_in(told: Comparison) -> str:
     return ", ".join(f"{name} ({'over ' if ratio > 0.999 * JUMP else ''}{ratio:.1f})" for name, ratio in told.sequences[:NAMED])
 
 
-def lost_in_words(losses: Losses) -> list[str]:
-    """What is measured no more, and what is newly."""
+def lost_in_words(losses: Losses, result: GateResult) -> list[str]:
+    """What of a kind is measured no more, and what is newly."""
     named = ", ".join(f"{name} ({status})" for name, status in losses.lost.items())
-    lost = f"not measured any more: {named}" + ("" if losses.worse else ": no more than noise loses")
-    return [*([lost] if losses.lost else []), *([f"newly measured: {', '.join(losses.gained)}"] if losses.gained else [])]
+    said = [f"not measured any more: {named}{_too_few(losses)}"] if losses.lost else []
+    controls = result.controls
+    if controls is not None and controls.kind == losses.kind and controls.lost:
+        said.append(f"with nothing hidden, {len(controls.lost)} of {controls.n} not measured any more{_too_few(controls)}")
+    return said + ([f"newly measured: {', '.join(losses.gained)}"] if losses.gained else [])
+
+
+def lost_together(result: GateResult) -> list[str]:
+    """What is measured no more of all kinds."""
+    together = result.together
+    if together is None or not together.lost:
+        return []
+    return [f"{together.kind}: {len(together.lost)} of {together.n} sequences not measured any more{_too_few(together)}"]
+
+
+def _too_few(losses: Losses) -> str:
+    return "" if losses.worse else ": too few to call it worse"
 
 
 def places(result: GateResult, kind: str, out: Path) -> list[str]:
@@ -87,6 +102,7 @@ def document(result: GateResult, out: Path, cpu_s: Mapping[str, tuple[float, flo
         "worse": result.worse,
         "failed": dict(result.failed),
         "false_alarms": FALSE_ALARMS,
+        "decisions": result.decisions,
         "kinds": {
             losses.kind: {
                 "verdict": result.verdict(losses.kind),
