@@ -1,9 +1,9 @@
 """The regression gate: whether a run is worse than the committed baseline, on the same sequences.
 
 Runs are paired by sequence, so that what is hard about a sequence cancels. For every kind of sequence and every measure of it the
-logarithm of the ratio ``(new + f) / (old + f)`` is taken, ``f`` a share of the measure's median in the baseline: an error that is near
-zero by luck decides nothing. Ratios are cut at ``JUMP``; a sequence that is not measured any more has that ratio in everything. The mean
-has the interval of Student's t [Student 1908]. The run is
+logarithm of the ratio ``(new + f) / (old + f)`` is taken, ``f`` a share of the measure's median in the baseline, but not less than the
+measure's own floor: an error that is near zero by luck decides nothing. Ratios are cut at ``JUMP``; a sequence that is not measured any
+more has that ratio in everything. The mean has the interval of Student's t [Student 1908]. The run is
 
 * *worse* in a measure where the whole interval lies above ``TOLERATED``, *better* where it lies below its inverse, otherwise the same;
 * worse in a kind where more sequences are lost than fresh noise loses: measured in the baseline and not any more (of a campaign: hidden
@@ -43,6 +43,9 @@ JUMP = 3.0
 """Ratio at which ratios are cut, so that one sequence neither decides alone nor hides by its size that all others are worse, too."""
 FLOOR_SHARE = 0.25
 """What is added to errors before ratios are taken, as a share of their median in the baseline."""
+FEW = 6
+"""With fewer sequences of a kind only gross faults show: of five the interval reaches some three standard deviations of the log-ratios
+to either side (Student's t at the level of a decision)."""
 LOST_SHARE = 0.01
 """Chance that fresh noise loses a sequence of a set, by judgement: three realisations of the quick set's noise lost 6 of 270 from one to
 another (docs/studies/gate.md), too few to set it."""
@@ -113,6 +116,16 @@ class GateResult:
     failed: Mapping[str, str] = field(default_factory=dict)
     controls: Losses | None = None
     together: Losses | None = None
+
+    @property
+    def widest(self) -> Comparison | None:
+        """The comparison with the largest upper end: what worsening may be there unseen."""
+        return max(self.comparisons, key=lambda each: each.high, default=None)
+
+    @property
+    def few(self) -> tuple[str, ...]:
+        """Kinds of so few sequences that only gross faults show."""
+        return tuple(losses.kind for losses in self.losses if losses.n < FEW)
 
     @property
     def decisions(self) -> int:
@@ -201,14 +214,14 @@ def compare(baseline: Baseline, candidate: Rows, failed: Mapping[str, str] | Non
     controls = [name for name, plan in baseline.made_from.get(CAMPAIGNS, {}).items() if not plan["hidden"]]
     decisions = sum(1 + len(MEASURES[kind]) for kind in kinds) + (len(controls) > 0) + (len(kinds) > 1)
     level = FALSE_ALARMS / max(decisions, 1)
-    comparisons = [
+    comparisons = tuple(
         _comparison(kind, measure, list(old), _log_ratios(measure, old, new), level)
         for kind, (old, new) in pairs.items()
         for measure in MEASURES[kind]
-    ]
+    )
     losses = tuple(_losses(kind, old, new, level) for kind, (old, new) in pairs.items())
-    false_names = _losses(CAMPAIGNS, *({name: rows[name] for name in controls} for rows in pairs[CAMPAIGNS]), level) if controls else None
-    return GateResult(tuple(comparisons), losses, dict(failed or {}), false_names, _together(losses, level) if len(kinds) > 1 else None)
+    false_names = _of_controls(pairs[CAMPAIGNS], controls, level) if controls else None
+    return GateResult(comparisons, losses, dict(failed or {}), false_names, _together(losses, level) if len(kinds) > 1 else None)
 
 
 def _is_of_flights_alone(document: object) -> bool:
@@ -241,7 +254,7 @@ def _log_ratios(measure: Measure, old: Mapping[str, Row], new: Mapping[str, Row]
         logs = after - before
     else:
         finite = before[np.isfinite(before)]
-        floor = max(FLOOR_SHARE * float(np.median(finite)) if len(finite) else 0.0, float(np.finfo(float).tiny))
+        floor = max(FLOOR_SHARE * float(np.median(finite)) if len(finite) else 0.0, measure.floor)
         with np.errstate(invalid="ignore"):
             logs = np.where(after == before, 0.0, np.log(after + floor) - np.log(before + floor))
     logs = np.where(lost, np.inf, np.where(gained, -np.inf, logs))
@@ -269,6 +282,11 @@ def _losses(kind: str, old: Mapping[str, Row], new: Mapping[str, Row], level: fl
     lost = {name: str(new[name]["status"]) for name in old if old[name]["measured"] and not new[name]["measured"]}
     gained = tuple(name for name in old if new[name]["measured"] and not old[name]["measured"])
     return Losses(kind, len(old), lost, gained, _too_many(len(lost), len(old), level))
+
+
+def _of_controls(pair: tuple[Mapping[str, Row], Mapping[str, Row]], controls: Sequence[str], level: float) -> Losses:
+    old, new = ({name: rows[name] for name in controls} for rows in pair)
+    return _losses(CAMPAIGNS, old, new, level)
 
 
 def _together(losses: Sequence[Losses], level: float) -> Losses:

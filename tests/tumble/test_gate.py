@@ -98,7 +98,8 @@ def test_the_same_estimator_passes_and_what_is_there_is_kept(
     assert {kind: each["verdict"] for kind, each in verdict["kinds"].items()} == {"flights": "same", "campaigns": "same"}
     said = capsys.readouterr().out
     assert "flights: same (2 sequences" in said
-    assert "Not worse than the baseline" in said
+    assert "No worsening shown; errors may be 3 times and more the baseline's (campaigns: " in said
+    assert "Fewer than 6 sequences of flights and campaigns: only gross faults show there." in said
 
 
 def test_what_got_worse_is_exit_code_1_with_its_sequences_links_and_what_to_type(
@@ -266,6 +267,7 @@ def test_a_baseline_without_its_set_says_what_to_give(kept: Path, tmp_path: Path
     ("old", "new", "said"),
     [
         ("[flights]", "[swims]", "expected name, flights, pictures, impacts and campaigns, got swims"),
+        (SET[SET.index("[flights]") :], "", "expected at least one of flights, pictures, impacts and campaigns, got none"),
         ('measured = "positions"', 'measured = "smells"', "expected measured to be one of poses, .*, got smells"),
         ("quadratic_drag =", "drag =", "expected an effect of the catalogue, got drag"),
         ("per_length =", "lengths =", "expected per_length, got quadratic_drag"),

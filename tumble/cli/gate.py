@@ -35,7 +35,7 @@ def parser() -> argparse.ArgumentParser:
         description="Compare the estimator with a committed baseline on the same sequences: flights, pictures, impacts, campaigns.\n"
         "The sequences are made from the set that the baseline names, in --out; what is there already and was made by the same\n"
         "sources stays (--resume is how it always works), --force makes it all anew.\n"
-        "Exit code 0: not worse; 1: worse; 2: something is missing.",
+        "Exit code 0: no worsening shown; 1: worse; 2: something is missing.",
         example="tumble gate baselines/quick.json --out out/gate",
     )
     verb.add_argument("baseline", type=Path, metavar="BASELINE.json", help="the baseline")

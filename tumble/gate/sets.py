@@ -80,6 +80,8 @@ def read_set(path: Path) -> GateSet:
         raise InputError(f"{path}: expected the set of a gate as TOML, got something else ({error}).") from None
     if unknown := sorted(set(table) - {"name", CAMPAIGNS, *ONE_BY_ONE}):
         raise InputError(f"{path}: expected name, {', '.join(ONE_BY_ONE)} and campaigns, got {unknown[0]}.")
+    if not set(table) - {"name"}:
+        raise InputError(f"{path}: expected at least one of {', '.join(ONE_BY_ONE)} and campaigns, got none: there is nothing to compare.")
     recipes = {kind: replace(recipe_from_dict(table[kind], str(path)), name=kind) for kind in ONE_BY_ONE if kind in table}
     campaigns = tuple(_plan(values, path) for values in table.get(CAMPAIGNS, ()))
     names = [plan.name for plan in campaigns]

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from datasets.scoring.gate import FALSE_ALARMS, JUMP, NAMED, Comparison, GateResult, Losses
+from datasets.scoring.gate import FALSE_ALARMS, FEW, JUMP, NAMED, Comparison, GateResult, Losses
 from tumble.challenge.cases import campaign_folder
 from tumble.challenge.solving import answer_path
 from tumble.commands import command
@@ -36,8 +36,19 @@ def summary(result: GateResult) -> str:
     """The verdict in a sentence."""
     if result.failed:
         return "Worse than the baseline: not everything could be measured."
-    chance = f"{result.decisions} comparisons, {FALSE_ALARMS:.0%} chance of a false alarm at most in all of them together"
-    return f"{'Worse' if result.worse else 'Not worse'} than the baseline ({chance})."
+    verdict = "Worse than the baseline" if result.worse else f"No worsening shown{_not_seen(result)}"
+    few = f" Fewer than {FEW} sequences of {' and '.join(result.few)}: only gross faults show there." if result.few else ""
+    chance = f"of equally good runs and baselines with fresh noise at most {FALSE_ALARMS:.0%} are called worse"
+    return f"{verdict} ({result.decisions} comparisons; {chance}).{few}"
+
+
+def _not_seen(result: GateResult) -> str:
+    """How much worse a run may be unseen: the largest upper end of all intervals."""
+    widest = result.widest
+    if widest is None:
+        return ""
+    many = f"up to {widest.high:.2f} times" if widest.high < JUMP else f"{JUMP:g} times and more"
+    return f"; errors may be {many} the baseline's ({widest.kind}: {widest.measure.words})"
 
 
 def in_words(told: Comparison) -> str:

@@ -140,6 +140,25 @@ def test_a_number_that_is_lost_is_infinitely_worse(old):
     assert worse.ratio == pytest.approx(JUMP)
 
 
+def test_where_most_errors_were_zero_what_is_as_good_as_none_is_no_alarm(old):
+    none = changed(old, "flights", "middle_angular_percent", 0.0)
+    key = "middle_angular_percent"
+    tiny, large = ({**none, "flights": [{**each, key: error} for each in none["flights"]]} for error in (1e-6, 1.0))
+    assert not compare(baseline_of(none), tiny).worse
+    assert compare(baseline_of(none), large).worse
+
+
+def test_what_may_be_worse_unseen_is_the_largest_upper_end(old):
+    result = compare(baseline_of(old), rows(np.random.default_rng(2)))
+    assert result.widest.high == max(each.high for each in result.comparisons)
+
+
+def test_kinds_of_few_sequences_are_told(old):
+    short = {**old, "flights": old["flights"][:5]}
+    assert compare(baseline_of(short), short).few == ("flights",)
+    assert compare(baseline_of(old), old).few == ()
+
+
 def test_what_neither_has_is_left_out(old):
     lacking = changed(old, "campaigns", "velocity_ms", np.nan, of=5)
     (told,) = (each for each in compare(baseline_of(lacking), lacking).comparisons if each.measure.key == "velocity_ms")
