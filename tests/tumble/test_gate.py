@@ -268,17 +268,43 @@ def test_a_baseline_without_its_set_says_what_to_give(kept: Path, tmp_path: Path
     [
         ("[flights]", "[swims]", "expected name, flights, pictures, impacts and campaigns, got swims"),
         (SET[SET.index("[flights]") :], "", "expected at least one of flights, pictures, impacts and campaigns, got none"),
-        ('measured = "positions"', 'measured = "smells"', "expected measured to be one of poses, .*, got smells"),
+        ('measured = "positions"', 'measured = "smells"', r'campaigns\[0\]\.measured: expected one of "poses", .*, came "smells"'),
         ("quadratic_drag =", "drag =", "expected an effect of the catalogue, got drag"),
-        ("per_length =", "lengths =", "expected per_length, got quadratic_drag"),
-        ("rows = 30", "lines = 30", "expected name, measured, seed, flights, rows and hidden"),
-        ("name =", "name", "expected the set of a gate as TOML"),
+        ("per_length =", "lengths =", r"campaigns\[0\]\.hidden\.quadratic_drag: expected per_length, got lengths"),
+        ("rows = 30", "lines = 30", r'unknown key "campaigns\[0\]\.lines"'),
+        ("name =", "name", "expected TOML"),
+        ('name = "drag"', 'name = "../x"', r'campaigns\[0\]\.name: expected a name that a folder can have, .*, got "\.\./x"'),
+        (
+            "hidden = { quadratic_drag = { per_length = 0.5 } }",
+            "hidden = { quadratic_drag = 3 }",
+            "hidden.quadratic_drag: expected a table, came 3",
+        ),
+        ("hidden = { quadratic_drag = { per_length = 0.5 } }", "hidden = 3", "hidden: expected a table, came 3"),
+        ("per_length = 0.5", "per_length = nan", "hidden.quadratic_drag.per_length: expected a finite number, came NaN"),
+        ("per_length = 0.5", "per_length = inf", "hidden.quadratic_drag.per_length: expected a finite number"),
+        ("flights = 3", "flights = 2.5", r"campaigns\[0\]\.flights: expected an integer, came 2\.5"),
+        ("flights = 3", "flights = 0", r"campaigns\[0\]\.flights: expected at least 1, got 0"),
+        ("rows = 30", "rows = true", r"campaigns\[0\]\.rows: expected an integer, came true"),
+        ("seed = 13", "seed = -1", r"campaigns\[0\]\.seed: expected at least 0, got -1"),
+        ("seed = 401", 'seed = "x"', 'flights: seed: expected an integer, came "x"'),
+        ('name = "drag"\n', "", r"campaigns\[0\]: expected a value for name"),
+        (SET, "campaigns = 3", r"campaigns: expected tables, each under \[\[campaigns\]\], got 3"),
+        (SET, "campaigns = [3]", r"campaigns\[0\]: expected a table, came 3"),
+        (SET, "flights = 3", r"flights: expected a recipe as a table, \[flights\], got 3"),
     ],
 )
 def test_sets_that_are_none_are_refused(old: str, new: str, said: str, tmp_path: Path) -> None:
     (tmp_path / "set.toml").write_text(SET.replace(old, new), encoding="utf-8")
     with pytest.raises(InputError, match=said):
         read_set(tmp_path / "set.toml")
+
+
+def test_a_set_that_is_none_leaves_nothing_behind(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "set.toml").write_text(SET.replace("flights = 3", "flights = 2.5"), encoding="utf-8")
+    words = ["gate", str(tmp_path / "b.json"), "--set", str(tmp_path / "set.toml"), "--write", "--out", str(tmp_path / "out")]
+    assert main(words) == 2
+    assert "set.toml: campaigns[0].flights: expected an integer, came 2.5" in capsys.readouterr().err
+    assert [path.name for path in tmp_path.iterdir()] == ["set.toml"]
 
 
 def test_what_is_hidden_does_not_hang_on_the_estimator() -> None:
