@@ -13,6 +13,7 @@ import pytest
 
 from datasets.errors import InputError
 from datasets.estimate_files import read_estimate, write_estimate
+from datasets.scoring.gate import load_baseline, write_baseline
 from estimator.fitting import refinement, tasks
 from tumble import estimating
 from tumble.challenge import solving
@@ -130,6 +131,23 @@ def test_a_fault_is_found_and_its_reports_are_made(kept: Path, monkeypatch: pyte
     page = (kept / "fault" / "gate.html").read_text(encoding="utf-8")
     assert 'href="flights/report/report.html"' in page
     assert (kept / "fault" / "flights" / "report" / "report.html").is_file()
+
+
+def test_cpu_time_is_told_only_of_what_was_measured_whole_on_the_same_platform(
+    kept: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def times(baseline: Path, work: str) -> dict[str, Any]:
+        capsys.readouterr()
+        assert main(["gate", str(baseline), "--out", str(kept / work), "--jobs", "1", "--json", "--set", str(kept / "small.toml")]) == 0
+        return {kind: each["cpu_s"] for kind, each in json.loads(capsys.readouterr().out)["kinds"].items()}
+
+    whole = times(kept / "small.json", "timed")
+    assert {kind: sorted(each) for kind, each in whole.items()} == {"flights": ["baseline", "now"], "campaigns": ["baseline", "now"]}
+    next((kept / "timed" / "flights" / "estimates").glob("*.estimate.json")).unlink()
+    assert times(kept / "small.json", "timed") == {"flights": {}, "campaigns": {}}
+    baseline = load_baseline(kept / "small.json")
+    write_baseline(tmp_path / "other.json", replace(baseline, environment={**baseline.environment, "platform": "Other-cpu"}))
+    assert times(tmp_path / "other.json", "timed-elsewhere") == {"flights": {}, "campaigns": {}}
 
 
 def test_estimates_of_other_sources_are_made_anew(kept: Path, monkeypatch: pytest.MonkeyPatch) -> None:

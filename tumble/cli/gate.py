@@ -102,7 +102,7 @@ def _write(arguments: argparse.Namespace, source: Path, gate_set: GateSet, ran: 
     for name, message in ran.failed.items():
         raise InputError(f"{name} could not be measured, so no baseline is written: {message}")
     named = Path(os.path.relpath(source.resolve(), arguments.baseline.resolve().parent)).as_posix()
-    environment = {**versions(), "platform": f"{platform.system()}-{platform.machine()}"}
+    environment = {**versions(), "platform": _platform()}
     cpu_s = {kind: round(value, 1) for kind, value in ran.cpu_s.items()}
     write_baseline(arguments.baseline, Baseline(ran.rows, environment, named, gate_set.content(), cpu_s))
     count = sum(len(rows) for rows in ran.rows.values())
@@ -117,7 +117,7 @@ def _compare(arguments: argparse.Namespace, baseline: Baseline, ran: Ran) -> int
     if arguments.ran is None:
         write_reports(result, out, executor=executor_of(arguments), quiet=arguments.quiet)
     write_gate_page(result, place, out / PAGE)
-    cpu_s = _cpu_s(ran.cpu_s, baseline.cpu_s)
+    cpu_s = _cpu_s(ran.cpu_s, baseline)
     told = json.dumps(document(result, place, cpu_s), indent=1)
     with written_whole(out / VERDICT_FILE) as temporary:
         temporary.write_text(told + "\n", encoding="utf-8")
@@ -128,5 +128,12 @@ def _compare(arguments: argparse.Namespace, baseline: Baseline, ran: Ran) -> int
     return int(result.worse)
 
 
-def _cpu_s(now: Mapping[str, float], before: Mapping[str, float]) -> dict[str, tuple[float, float]]:
-    return {kind: (now[kind], before[kind]) for kind in now if kind in before}
+def _cpu_s(now: Mapping[str, float], baseline: Baseline) -> dict[str, tuple[float, float]]:
+    """Now and in the baseline, of kinds that were measured whole both times on the same platform."""
+    if baseline.environment.get("platform") != _platform():
+        return {}
+    return {kind: (now[kind], baseline.cpu_s[kind]) for kind in now if kind in baseline.cpu_s}
+
+
+def _platform() -> str:
+    return f"{platform.system()}-{platform.machine()}"
