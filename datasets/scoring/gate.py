@@ -48,7 +48,7 @@ FEW = 6
 to either side (Student's t at the level of a decision)."""
 LOST_SHARE = 0.01
 """Chance that fresh noise loses a sequence of a set, by judgement: three realisations of the quick set's noise lost 6 of 270 from one to
-another (docs/studies/gate.md), too few to set it."""
+another (docs/studies/gate.md), too few to set it. Where noise loses more than this share, ``FALSE_ALARMS`` need not hold."""
 CAMPAIGNS = "campaigns"
 NAMED = 5
 """How many sequences a sentence names at most."""
