@@ -10,7 +10,7 @@ import tomllib
 import types
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
+from typing import Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
 
 from datasets.errors import InputError
 from datasets.plain_values import LARGEST_INTEGER
@@ -19,6 +19,7 @@ from datasets.recipes.recipe import Recipe
 from datasets.toml_text import Table, read_toml
 
 COMMAND_LINE = "--set"
+Typed = TypeVar("Typed")
 
 
 def load_recipe(path: Path | None, overrides: Sequence[str] = ()) -> Recipe:
@@ -42,6 +43,18 @@ def recipe_from_dict(table: Table, source: str) -> Recipe:
     recipe: Recipe = _build(Recipe, table, source, "")
     check_recipe(recipe, source)
     return recipe
+
+
+def typed(kind: type[Typed], table: object, source: str, key: str) -> Typed:
+    """The dataclass ``kind`` of a table under ``key``: strict types, no unknown keys.
+
+    Raises
+    ------
+    InputError
+        Naming the ``source``, the key, what was expected and what came.
+    """
+    built: Typed = _build(kind, table, source, f"{key}.")
+    return built
 
 
 def recipe_to_dict(recipe: Recipe) -> Table:

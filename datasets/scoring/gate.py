@@ -1,18 +1,19 @@
 """The regression gate: whether a run is worse than the committed baseline, on the same sequences.
 
 Runs are paired by sequence, so that what is hard about a sequence cancels. For every kind of sequence and every measure of it the
-logarithm of the ratio ``(new + f) / (old + f)`` is taken, ``f`` a share of the measure's median in the baseline: an error that is near
-zero by luck decides nothing. Ratios are cut at ``JUMP``; a sequence that is not measured any more has that ratio in everything. The mean
-has the interval of Student's t [Student 1908]. The run is
+logarithm of the ratio ``(new + f) / (old + f)`` is taken, ``f`` a share of the measure's median in the baseline, but not less than the
+measure's own floor: an error that is near zero by luck decides nothing. Ratios are cut at ``JUMP``; a sequence that is not measured any
+more has that ratio in everything. The mean has the interval of Student's t [Student 1908]. The run is
 
 * *worse* in a measure where the whole interval lies above ``TOLERATED``, *better* where it lies below its inverse, otherwise the same;
 * worse in a kind where more sequences are lost than fresh noise loses: measured in the baseline and not any more (of a campaign: hidden
-  effects named, and no others). Of ``n`` sequences noise loses a binomial number, each with ``LOST_SHARE``.
+  effects named, and no others). Of ``n`` sequences noise loses a binomial number, each with ``LOST_SHARE``. The same test is made of the
+  campaigns with nothing hidden, which a false name alone loses, and of all kinds together, where every kind that lost is then worse.
 
 All ``m`` decisions of a run share one rate of false alarms: each has the level ``FALSE_ALARMS / m`` [Bonferroni; Dunn 1961], so that a
-run that is the baseline's equal is called worse with a chance of at most ``FALSE_ALARMS``, and every interval holds its mean at once.
-Where runs differ by noise alone a log-ratio is symmetric about zero, with tails that are cut: t is then on the safe side, and so is the
-tolerance.
+run that is as good as the baseline is called worse with a chance of at most ``FALSE_ALARMS``. That is a rate over baselines drawn, as the
+runs are, with fresh noise; beside one that is kept, lucky or unlucky, it may be another. Where runs differ by noise alone a log-ratio is
+symmetric about zero, with tails that are cut: t is then on the safe side, and so is the tolerance.
 """
 
 from collections.abc import Mapping, Sequence
@@ -35,16 +36,20 @@ Rows = Mapping[str, Sequence[Row]]
 """Of every kind: a row per sequence, with its ``sequence``, ``status``, whether it is ``measured``, and its measures."""
 
 FALSE_ALARMS = 0.05
-"""Chance at most that a run as good as its baseline is called worse. Of 800 simulated runs with independent normal errors 3% were."""
+"""Chance at most that a run as good as its baseline is called worse, where both have fresh noise."""
 TOLERATED = 1.1
 """Ratio of typical errors that is not worth an alarm."""
 JUMP = 3.0
 """Ratio at which ratios are cut, so that one sequence neither decides alone nor hides by its size that all others are worse, too."""
 FLOOR_SHARE = 0.25
 """What is added to errors before ratios are taken, as a share of their median in the baseline."""
+FEW = 6
+"""With fewer sequences of a kind only gross faults show: of five the interval reaches some three standard deviations of the log-ratios
+to either side (Student's t at the level of a decision)."""
 LOST_SHARE = 0.01
 """Chance that fresh noise loses a sequence of a set, by judgement: three realisations of the quick set's noise lost 6 of 270 from one to
-another (docs/studies/gate.md), too few to set it. At 0.022 decisions on losses would raise a false alarm in some 1% of runs."""
+another (docs/studies/gate.md), too few to set it. Where noise loses more than this share, ``FALSE_ALARMS`` need not hold."""
+CAMPAIGNS = "campaigns"
 NAMED = 5
 """How many sequences a sentence names at most."""
 
@@ -90,7 +95,7 @@ class Comparison:
 
 @dataclass(frozen=True)
 class Losses:
-    """Of one kind's ``n`` sequences those that were ``lost``, with their status, and ``gained``; ``worse``: more than noise loses."""
+    """Of ``n`` sequences of a kind those that were ``lost``, with their status, and ``gained``; ``worse``: more than noise loses."""
 
     kind: str
     n: int
@@ -101,11 +106,31 @@ class Losses:
 
 @dataclass(frozen=True)
 class GateResult:
-    """All comparisons and losses; ``failed``: what could not be computed at all, which makes a run worse whatever the rest says."""
+    """All comparisons and losses; ``failed``: what could not be computed at all, which makes a run worse whatever the rest says.
+
+    ``controls``: losses of campaigns with nothing hidden; ``together``: losses of all kinds. ``None`` where there are none, or one kind.
+    """
 
     comparisons: tuple[Comparison, ...]
     losses: tuple[Losses, ...]
     failed: Mapping[str, str] = field(default_factory=dict)
+    controls: Losses | None = None
+    together: Losses | None = None
+
+    @property
+    def widest(self) -> Comparison | None:
+        """The comparison with the largest upper end: what worsening may be there unseen."""
+        return max(self.comparisons, key=lambda each: each.high, default=None)
+
+    @property
+    def few(self) -> tuple[str, ...]:
+        """Kinds of so few sequences that only gross faults show."""
+        return tuple(losses.kind for losses in self.losses if losses.n < FEW)
+
+    @property
+    def decisions(self) -> int:
+        """How many decisions share the rate of false alarms."""
+        return len(self.comparisons) + len(self.losses) + sum(each is not None for each in (self.controls, self.together))
 
     @property
     def worse(self) -> bool:
@@ -115,9 +140,14 @@ class GateResult:
     def verdict(self, kind: str) -> Verdict:
         """Of one kind: worse where anything is, better where something is and nothing worse."""
         found = [each.verdict for each in self.comparisons if each.kind == kind]
-        if "worse" in found or any(losses.worse for losses in self.losses if losses.kind == kind):
+        if "worse" in found or any(losses.kind == kind and self._is_worse(losses) for losses in self.losses):
             return "worse"
         return "better" if "better" in found else "same"
+
+    def _is_worse(self, losses: Losses) -> bool:
+        of_all = self.together is not None and self.together.worse and bool(losses.lost)
+        of_controls = self.controls is not None and self.controls.worse and losses.kind == self.controls.kind
+        return losses.worse or of_all or of_controls
 
     def sequences(self, kind: str) -> tuple[str, ...]:
         """The sequences of a kind to look at, worst first, without repetition."""
@@ -177,18 +207,21 @@ def compare(baseline: Baseline, candidate: Rows, failed: Mapping[str, str] | Non
     InputError
         Where the candidate lacks a sequence of the baseline, or has one that the baseline lacks.
     """
-    decisions = sum(1 + len(MEASURES[kind]) for kind in baseline.rows)
-    level = FALSE_ALARMS / max(decisions, 1)
-    comparisons: list[Comparison] = []
-    losses = []
-    for kind in (kind for kind in MEASURES if kind in baseline.rows):
-        rows = baseline.rows[kind]
-        old, new = _by_name(rows), _by_name(candidate.get(kind, ()))
+    kinds = [kind for kind in MEASURES if kind in baseline.rows]
+    pairs = {kind: (_by_name(baseline.rows[kind]), _by_name(candidate.get(kind, ()))) for kind in kinds}
+    for kind, (old, new) in pairs.items():
         _check_same(kind, old, new)
-        found = {measure: _log_ratios(measure, old, new) for measure in MEASURES[kind]}
-        comparisons += [_comparison(kind, measure, list(old), logs, level) for measure, logs in found.items()]
-        losses.append(_losses(kind, old, new, level))
-    return GateResult(tuple(comparisons), tuple(losses), dict(failed or {}))
+    controls = [name for name, plan in baseline.made_from.get(CAMPAIGNS, {}).items() if not plan["hidden"]]
+    decisions = sum(1 + len(MEASURES[kind]) for kind in kinds) + (len(controls) > 0) + (len(kinds) > 1)
+    level = FALSE_ALARMS / max(decisions, 1)
+    comparisons = tuple(
+        _comparison(kind, measure, list(old), _log_ratios(measure, old, new), level)
+        for kind, (old, new) in pairs.items()
+        for measure in MEASURES[kind]
+    )
+    losses = tuple(_losses(kind, old, new, level) for kind, (old, new) in pairs.items())
+    false_names = _of_controls(pairs[CAMPAIGNS], controls, level) if controls else None
+    return GateResult(comparisons, losses, dict(failed or {}), false_names, _together(losses, level) if len(kinds) > 1 else None)
 
 
 def _is_of_flights_alone(document: object) -> bool:
@@ -221,7 +254,7 @@ def _log_ratios(measure: Measure, old: Mapping[str, Row], new: Mapping[str, Row]
         logs = after - before
     else:
         finite = before[np.isfinite(before)]
-        floor = max(FLOOR_SHARE * float(np.median(finite)) if len(finite) else 0.0, float(np.finfo(float).tiny))
+        floor = max(FLOOR_SHARE * float(np.median(finite)) if len(finite) else 0.0, measure.floor)
         with np.errstate(invalid="ignore"):
             logs = np.where(after == before, 0.0, np.log(after + floor) - np.log(before + floor))
     logs = np.where(lost, np.inf, np.where(gained, -np.inf, logs))
@@ -248,8 +281,24 @@ def _half_width(values: Array, level: float) -> float:
 def _losses(kind: str, old: Mapping[str, Row], new: Mapping[str, Row], level: float) -> Losses:
     lost = {name: str(new[name]["status"]) for name in old if old[name]["measured"] and not new[name]["measured"]}
     gained = tuple(name for name in old if new[name]["measured"] and not old[name]["measured"])
-    by_chance = float(bdtrc(len(lost) - 1, len(old), LOST_SHARE)) if lost else 1.0
-    return Losses(kind, len(old), lost, gained, by_chance < level)
+    return Losses(kind, len(old), lost, gained, _too_many(len(lost), len(old), level))
+
+
+def _of_controls(pair: tuple[Mapping[str, Row], Mapping[str, Row]], controls: Sequence[str], level: float) -> Losses:
+    old, new = ({name: rows[name] for name in controls} for rows in pair)
+    return _losses(CAMPAIGNS, old, new, level)
+
+
+def _together(losses: Sequence[Losses], level: float) -> Losses:
+    lost = {f"{each.kind}/{name}": status for each in losses for name, status in each.lost.items()}
+    gained = tuple(f"{each.kind}/{name}" for each in losses for name in each.gained)
+    n = sum(each.n for each in losses)
+    return Losses("all kinds", n, lost, gained, _too_many(len(lost), n, level))
+
+
+def _too_many(lost: int, n: int, level: float) -> bool:
+    """Whether noise loses so many of ``n`` with a chance below ``level``."""
+    return lost > 0 and float(bdtrc(lost - 1, n, LOST_SHARE)) < level
 
 
 def _values(measure: Measure, old: Mapping[str, Row], new: Mapping[str, Row]) -> tuple[Array, Array]:

@@ -19,39 +19,49 @@ Row = dict[str, Any]
 
 @dataclass(frozen=True)
 class Measure:
-    """One figure of a sequence: its ``key``, what it is in ``words``; ``nats``: it is a logarithm already."""
+    """One figure of a sequence: its ``key``, what it is in ``words``; ``nats``: it is a logarithm already.
+
+    ``floor``: what is at least added to it before ratios are taken, in its own unit: an error below that is as good as none.
+    """
 
     key: str
     words: str
+    floor: float
     nats: bool = False
 
 
+PERCENT, DEGREES, MILLIMETRES, FRAMES = 1e-3, 1e-3, 1e-4, 1e-4
+METRES_PER_SECOND, RADIANS_PER_SECOND = 1e-5, 1e-4
+SQUARED, HELD_OUT = 0.01, 0.01
+"""Floors of measures by unit (of squared errors over what is stated and of held-out errors: in their expected value), by judgement: far
+below what any set measures, so that they act only where half of a baseline's errors are zero."""
+
 FLIGHT = (
-    Measure("middle_in_plane_percent", "error of v in the picture's plane"),
-    Measure("middle_out_of_plane_percent", "error of v in depth"),
-    Measure("middle_angular_percent", "error of omega"),
-    Measure("orientation_median_deg", "error of the orientation"),
-    Measure("position_in_plane_mm", "error of the position in the picture's plane"),
-    Measure("middle_mahalanobis2", "squared errors over what is stated"),
-    Measure("sigma_percent", "stated standard deviations"),
+    Measure("middle_in_plane_percent", "error of v in the picture's plane", PERCENT),
+    Measure("middle_out_of_plane_percent", "error of v in depth", PERCENT),
+    Measure("middle_angular_percent", "error of omega", PERCENT),
+    Measure("orientation_median_deg", "error of the orientation", DEGREES),
+    Measure("position_in_plane_mm", "error of the position in the picture's plane", MILLIMETRES),
+    Measure("middle_mahalanobis2", "squared errors over what is stated", SQUARED),
+    Measure("sigma_percent", "stated standard deviations", PERCENT),
 )
 IMPACT = (
-    Measure("time_frames", "error of the time of impact"),
-    Measure("before_in_plane_percent", "error of v before, in the picture's plane"),
-    Measure("before_angular_percent", "error of omega before"),
-    Measure("after_in_plane_percent", "error of v after, in the picture's plane"),
-    Measure("after_angular_percent", "error of omega after"),
-    Measure("mahalanobis2", "squared errors over what is stated"),
-    Measure("time_sigma_frames", "stated standard deviation of the time"),
+    Measure("time_frames", "error of the time of impact", FRAMES),
+    Measure("before_in_plane_percent", "error of v before, in the picture's plane", PERCENT),
+    Measure("before_angular_percent", "error of omega before", PERCENT),
+    Measure("after_in_plane_percent", "error of v after, in the picture's plane", PERCENT),
+    Measure("after_angular_percent", "error of omega after", PERCENT),
+    Measure("mahalanobis2", "squared errors over what is stated", SQUARED),
+    Measure("time_sigma_frames", "stated standard deviation of the time", FRAMES),
 )
 CAMPAIGN = (
-    Measure("names_nats", "surprise at what was hidden", nats=True),
-    Measure("velocity_ms", "error of v"),
-    Measure("angular_rads", "error of omega"),
-    Measure("velocity_chi2", "squared errors of v and omega over what is stated"),
-    Measure("parameter_percent", "error of the hidden effects' parameters"),
-    Measure("parameter_chi2", "their squared errors over what is stated"),
-    Measure("held_out", "held-out error"),
+    Measure("names_nats", "surprise at what was hidden", 0.0, nats=True),
+    Measure("velocity_ms", "error of v", METRES_PER_SECOND),
+    Measure("angular_rads", "error of omega", RADIANS_PER_SECOND),
+    Measure("velocity_chi2", "squared errors of v and omega over what is stated", SQUARED),
+    Measure("parameter_percent", "error of the hidden effects' parameters", PERCENT),
+    Measure("parameter_chi2", "their squared errors over what is stated", SQUARED),
+    Measure("held_out", "held-out error", HELD_OUT),
 )
 MEASURES: Mapping[str, tuple[Measure, ...]] = {"flights": FLIGHT, "pictures": FLIGHT, "impacts": IMPACT, "campaigns": CAMPAIGN}
 """Of every kind, in the order in which kinds are run."""

@@ -1,6 +1,7 @@
 """``tumble gate``: sequences are made anew, what is valid stays, a planted fault is named with where to look, bad input is refused."""
 
 import json
+import re
 import shutil
 from collections.abc import Callable
 from dataclasses import replace
@@ -12,6 +13,7 @@ import pytest
 
 from datasets.errors import InputError
 from datasets.estimate_files import read_estimate, write_estimate
+from datasets.scoring.gate import load_baseline, write_baseline
 from estimator.fitting import refinement, tasks
 from tumble import estimating
 from tumble.challenge import solving
@@ -97,7 +99,8 @@ def test_the_same_estimator_passes_and_what_is_there_is_kept(
     assert {kind: each["verdict"] for kind, each in verdict["kinds"].items()} == {"flights": "same", "campaigns": "same"}
     said = capsys.readouterr().out
     assert "flights: same (2 sequences" in said
-    assert "Not worse than the baseline" in said
+    assert "No worsening shown; errors may be 3 times and more the baseline's (campaigns: " in said
+    assert "Fewer than 6 sequences of flights and campaigns: only gross faults show there." in said
 
 
 def test_what_got_worse_is_exit_code_1_with_its_sequences_links_and_what_to_type(
@@ -128,6 +131,23 @@ def test_a_fault_is_found_and_its_reports_are_made(kept: Path, monkeypatch: pyte
     page = (kept / "fault" / "gate.html").read_text(encoding="utf-8")
     assert 'href="flights/report/report.html"' in page
     assert (kept / "fault" / "flights" / "report" / "report.html").is_file()
+
+
+def test_cpu_time_is_told_only_of_what_was_measured_whole_on_the_same_platform(
+    kept: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def times(baseline: Path, work: str) -> dict[str, Any]:
+        capsys.readouterr()
+        assert main(["gate", str(baseline), "--out", str(kept / work), "--jobs", "1", "--json", "--set", str(kept / "small.toml")]) == 0
+        return {kind: each["cpu_s"] for kind, each in json.loads(capsys.readouterr().out)["kinds"].items()}
+
+    whole = times(kept / "small.json", "timed")
+    assert {kind: sorted(each) for kind, each in whole.items()} == {"flights": ["baseline", "now"], "campaigns": ["baseline", "now"]}
+    next((kept / "timed" / "flights" / "estimates").glob("*.estimate.json")).unlink()
+    assert times(kept / "small.json", "timed") == {"flights": {}, "campaigns": {}}
+    baseline = load_baseline(kept / "small.json")
+    write_baseline(tmp_path / "other.json", replace(baseline, environment={**baseline.environment, "platform": "Other-cpu"}))
+    assert times(tmp_path / "other.json", "timed-elsewhere") == {"flights": {}, "campaigns": {}}
 
 
 def test_estimates_of_other_sources_are_made_anew(kept: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -175,6 +195,69 @@ def test_an_estimate_of_another_sequence_is_refused(kept: Path, tmp_path: Path, 
     assert "cut_stone-0000.estimate.json" in said
 
 
+def rewritten(path: Path, **changes: Any) -> None:
+    path.write_text(json.dumps({**json.loads(path.read_text(encoding="utf-8")), **changes}), encoding="utf-8")
+
+
+@pytest.mark.parametrize("write", [False, True])
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("seed = 401", "seed = 402", r"flights/dataset/run\.json: expected a run of the set, but seed was 402 there and is 401 in the set"),
+        (
+            "per_length = 0.5",
+            "per_length = 0.4",
+            r"campaigns/truth/run\.json: .*campaigns\.drag\.hidden\.quadratic_drag\.per_length was 0\.4",
+        ),
+    ],
+)
+def test_a_run_of_another_set_with_the_same_names_is_refused(
+    write: bool, old: str, new: str, said: str, kept: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The run is given another baseline's set in its run.json, as if it had been made from it."""
+    run = spoiled_run(kept, tmp_path, lambda e: e)
+    for path in (run / "flights" / "dataset" / "run.json", run / "campaigns" / "truth" / "run.json"):
+        text = path.read_text(encoding="utf-8")
+        path.write_text(text.replace(old.replace(" = ", '": '), new.replace(" = ", '": ')), encoding="utf-8")
+    words = ["--write", "--set", str(kept / "small.toml")] if write else []
+    before = (kept / "small.json").read_bytes()
+    assert gate(kept, "--run", str(run), *words, work=f"refused-{write}-{new}") == 2
+    assert re.search(said, capsys.readouterr().err)
+    assert (kept / "small.json").read_bytes() == before
+
+
+def test_estimates_of_another_dataset_and_folders_of_no_run_are_refused(
+    kept: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run = spoiled_run(kept, tmp_path, lambda e: e)
+    path = run / "flights" / "estimates" / "run.json"
+    path.write_text(path.read_text(encoding="utf-8").replace('"seed": 401', '"seed": 402'), encoding="utf-8")
+    assert gate(kept, "--run", str(run), work="other-dataset") == 2
+    assert "flights/estimates/run.json: expected a run of the set, but seed was 402" in capsys.readouterr().err
+    path.unlink()
+    assert gate(kept, "--run", str(run), work="no-run") == 2
+    assert "flights/estimates/run.json: expected what an earlier gate wrote about its run, got none" in capsys.readouterr().err
+
+
+def test_what_an_earlier_run_lacks_counts_as_failed(kept: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    run = spoiled_run(kept, tmp_path, lambda e: e)
+    assert gate(kept, "--run", str(run), work="whole") == 0
+    (run / "flights" / "estimates" / "cut_stone-0001.estimate.json").unlink()
+    rewritten(run / "campaigns" / "answers" / "run.json", state="unfinished")
+    rewritten(run / "flights" / "dataset" / "run.json", failures=[{"item": "cut_stone-0000", "reason": "killed"}])
+    capsys.readouterr()
+    assert gate(kept, "--run", str(run), "--json", work="lacking") == 1
+    failed = json.loads(capsys.readouterr().out)["failed"]
+    assert sorted(failed) == ["campaigns/answers", "flights/cut_stone-0000", "flights/cut_stone-0001"]
+    assert "got no such file" in failed["flights/cut_stone-0001"]
+    assert failed["campaigns/answers"] == "expected a finished run, got one that is unfinished"
+    words = ["--write", "--set", str(kept / "small.toml"), "--run", str(run)]
+    before = (kept / "small.json").read_bytes()
+    assert gate(kept, *words, work="lacking-written") == 2
+    assert "could not be measured, so no baseline is written" in capsys.readouterr().err
+    assert (kept / "small.json").read_bytes() == before
+
+
 def test_a_set_that_has_changed_is_refused_with_the_difference(kept: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "other.toml").write_text(SET.replace("seed = 401", "seed = 402"), encoding="utf-8")
     assert gate(kept, "--set", str(tmp_path / "other.toml"), work="other") == 2
@@ -202,17 +285,44 @@ def test_a_baseline_without_its_set_says_what_to_give(kept: Path, tmp_path: Path
     ("old", "new", "said"),
     [
         ("[flights]", "[swims]", "expected name, flights, pictures, impacts and campaigns, got swims"),
-        ('measured = "positions"', 'measured = "smells"', "expected measured to be one of poses, .*, got smells"),
+        (SET[SET.index("[flights]") :], "", "expected at least one of flights, pictures, impacts and campaigns, got none"),
+        ('measured = "positions"', 'measured = "smells"', r'campaigns\[0\]\.measured: expected one of "poses", .*, came "smells"'),
         ("quadratic_drag =", "drag =", "expected an effect of the catalogue, got drag"),
-        ("per_length =", "lengths =", "expected per_length, got quadratic_drag"),
-        ("rows = 30", "lines = 30", "expected name, measured, seed, flights, rows and hidden"),
-        ("name =", "name", "expected the set of a gate as TOML"),
+        ("per_length =", "lengths =", r"campaigns\[0\]\.hidden\.quadratic_drag: expected per_length, got lengths"),
+        ("rows = 30", "lines = 30", r'unknown key "campaigns\[0\]\.lines"'),
+        ("name =", "name", "expected TOML"),
+        ('name = "drag"', 'name = "../x"', r'campaigns\[0\]\.name: expected a name that a folder can have, .*, got "\.\./x"'),
+        (
+            "hidden = { quadratic_drag = { per_length = 0.5 } }",
+            "hidden = { quadratic_drag = 3 }",
+            "hidden.quadratic_drag: expected a table, came 3",
+        ),
+        ("hidden = { quadratic_drag = { per_length = 0.5 } }", "hidden = 3", "hidden: expected a table, came 3"),
+        ("per_length = 0.5", "per_length = nan", "hidden.quadratic_drag.per_length: expected a finite number, came NaN"),
+        ("per_length = 0.5", "per_length = inf", "hidden.quadratic_drag.per_length: expected a finite number"),
+        ("flights = 3", "flights = 2.5", r"campaigns\[0\]\.flights: expected an integer, came 2\.5"),
+        ("flights = 3", "flights = 0", r"campaigns\[0\]\.flights: expected at least 1, got 0"),
+        ("rows = 30", "rows = true", r"campaigns\[0\]\.rows: expected an integer, came true"),
+        ("seed = 13", "seed = -1", r"campaigns\[0\]\.seed: expected at least 0, got -1"),
+        ("seed = 401", 'seed = "x"', 'flights: seed: expected an integer, came "x"'),
+        ('name = "drag"\n', "", r"campaigns\[0\]: expected a value for name"),
+        (SET, "campaigns = 3", r"campaigns: expected tables, each under \[\[campaigns\]\], got 3"),
+        (SET, "campaigns = [3]", r"campaigns\[0\]: expected a table, came 3"),
+        (SET, "flights = 3", r"flights: expected a recipe as a table, \[flights\], got 3"),
     ],
 )
 def test_sets_that_are_none_are_refused(old: str, new: str, said: str, tmp_path: Path) -> None:
     (tmp_path / "set.toml").write_text(SET.replace(old, new), encoding="utf-8")
     with pytest.raises(InputError, match=said):
         read_set(tmp_path / "set.toml")
+
+
+def test_a_set_that_is_none_leaves_nothing_behind(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "set.toml").write_text(SET.replace("flights = 3", "flights = 2.5"), encoding="utf-8")
+    words = ["gate", str(tmp_path / "b.json"), "--set", str(tmp_path / "set.toml"), "--write", "--out", str(tmp_path / "out")]
+    assert main(words) == 2
+    assert "set.toml: campaigns[0].flights: expected an integer, came 2.5" in capsys.readouterr().err
+    assert [path.name for path in tmp_path.iterdir()] == ["set.toml"]
 
 
 def test_what_is_hidden_does_not_hang_on_the_estimator() -> None:

@@ -16,8 +16,9 @@ from datasets.errors import InputError
 from datasets.scoring.gate import Baseline, compare, load_baseline, write_baseline
 from tumble.cli.options import add_engine, add_output, executor_of, verb_parser
 from tumble.differences import first_difference
+from tumble.gate.earlier import read_earlier
 from tumble.gate.page import PAGE, write_gate_page, write_reports
-from tumble.gate.running import Manner, Ran, rows_in, run_set
+from tumble.gate.running import Manner, Ran, run_set
 from tumble.gate.sets import GateSet, read_set
 from tumble.gate.words import document, sentences
 from tumble.output_directory import Run, note_failures, output_directory
@@ -34,7 +35,7 @@ def parser() -> argparse.ArgumentParser:
         description="Compare the estimator with a committed baseline on the same sequences: flights, pictures, impacts, campaigns.\n"
         "The sequences are made from the set that the baseline names, in --out; what is there already and was made by the same\n"
         "sources stays (--resume is how it always works), --force makes it all anew.\n"
-        "Exit code 0: not worse; 1: worse; 2: something is missing.",
+        "Exit code 0: no worsening shown; 1: worse; 2: something is missing.",
         example="tumble gate baselines/quick.json --out out/gate",
     )
     verb.add_argument("baseline", type=Path, metavar="BASELINE.json", help="the baseline")
@@ -93,8 +94,7 @@ def _baseline_of(path: Path, gate_set: GateSet, source: Path) -> Baseline:
 
 def _run(gate_set: GateSet, arguments: argparse.Namespace, out: Path) -> Ran:
     if arguments.ran is not None:
-        kinds = [*gate_set.recipes, *(["campaigns"] if gate_set.campaigns else [])]
-        return Ran({kind: rows_in(kind, arguments.ran / kind) for kind in kinds}, {}, {})
+        return read_earlier(gate_set, arguments.ran)
     return run_set(gate_set, out, Manner(executor_of(arguments), arguments.quiet, arguments.force))
 
 
@@ -102,7 +102,7 @@ def _write(arguments: argparse.Namespace, source: Path, gate_set: GateSet, ran: 
     for name, message in ran.failed.items():
         raise InputError(f"{name} could not be measured, so no baseline is written: {message}")
     named = Path(os.path.relpath(source.resolve(), arguments.baseline.resolve().parent)).as_posix()
-    environment = {**versions(), "platform": f"{platform.system()}-{platform.machine()}"}
+    environment = {**versions(), "platform": _platform()}
     cpu_s = {kind: round(value, 1) for kind, value in ran.cpu_s.items()}
     write_baseline(arguments.baseline, Baseline(ran.rows, environment, named, gate_set.content(), cpu_s))
     count = sum(len(rows) for rows in ran.rows.values())
@@ -117,7 +117,7 @@ def _compare(arguments: argparse.Namespace, baseline: Baseline, ran: Ran) -> int
     if arguments.ran is None:
         write_reports(result, out, executor=executor_of(arguments), quiet=arguments.quiet)
     write_gate_page(result, place, out / PAGE)
-    cpu_s = _cpu_s(ran.cpu_s, baseline.cpu_s)
+    cpu_s = _cpu_s(ran.cpu_s, baseline)
     told = json.dumps(document(result, place, cpu_s), indent=1)
     with written_whole(out / VERDICT_FILE) as temporary:
         temporary.write_text(told + "\n", encoding="utf-8")
@@ -128,5 +128,12 @@ def _compare(arguments: argparse.Namespace, baseline: Baseline, ran: Ran) -> int
     return int(result.worse)
 
 
-def _cpu_s(now: Mapping[str, float], before: Mapping[str, float]) -> dict[str, tuple[float, float]]:
-    return {kind: (now[kind], before[kind]) for kind in now if kind in before}
+def _cpu_s(now: Mapping[str, float], baseline: Baseline) -> dict[str, tuple[float, float]]:
+    """Now and in the baseline, of kinds that were measured whole both times on the same platform."""
+    if baseline.environment.get("platform") != _platform():
+        return {}
+    return {kind: (now[kind], baseline.cpu_s[kind]) for kind in now if kind in baseline.cpu_s}
+
+
+def _platform() -> str:
+    return f"{platform.system()}-{platform.machine()}"

@@ -12,7 +12,7 @@ from datasets.scoring.gate import JUMP, Comparison, GateResult
 from tumble.engine import Executor, State
 from tumble.gate.running import DATASET, ESTIMATES
 from tumble.gate.sets import CAMPAIGNS
-from tumble.gate.words import REPORT, file_of, lost_in_words, most_in, summary
+from tumble.gate.words import REPORT, file_of, lost_in_words, lost_together, most_in, summary
 from tumble.output_directory import Run, output_directory
 from tumble.reporting import collect
 from tumble.reports.page import write_page
@@ -40,6 +40,7 @@ def write_gate_page(result: GateResult, run: Path, path: Path) -> None:
     text = environment.get_template("gate.html.j2").render(
         worse=result.worse,
         verdict=summary(result),
+        together=lost_together(result),
         failed=sorted(result.failed.items()),
         width=WIDTH,
         kinds=[_kind(result, losses.kind, run, path.parent) for losses in result.losses],
@@ -56,7 +57,7 @@ def _kind(result: GateResult, kind: str, run: Path, beside: Path) -> dict[str, A
         "name": kind,
         "verdict": result.verdict(kind),
         "n": losses.n,
-        "losses": lost_in_words(losses),
+        "losses": lost_in_words(losses, result),
         "measures": [_measure(each) for each in result.comparisons if each.kind == kind],
         "links": [(name, _link(file_of(kind, name, run), beside)) for name in named],
     }

@@ -26,7 +26,7 @@ from tumble.challenge.cases import CAMPAIGNS, TRUTH
 from tumble.challenge.solving import solve_campaigns
 from tumble.configuring import load_configuration
 from tumble.differences import first_difference
-from tumble.engine import Executor, Outcome, failures
+from tumble.engine import Executor, Outcome, State, failures
 from tumble.estimating import estimate_all
 from tumble.gate.campaigns import campaign_rows, make_campaigns
 from tumble.gate.sets import CAMPAIGNS as CAMPAIGNS_KIND
@@ -40,6 +40,7 @@ from tumble.written_files import read_run
 NATURE, INSTRUMENT = ("datasets", "synth", "tumble.challenge"), ("datasets", "estimator", "tumble.challenge")
 """The packages behind a sequence and behind what is measured of it."""
 Measured = Callable[[], tuple[list[Row], tuple[Outcome, ...]]]
+"""Rows of a kind, and what became of every item made or measured."""
 DATASET, ESTIMATES, ANSWERS = "dataset", "estimates", "answers"
 
 
@@ -54,7 +55,7 @@ class Manner:
 
 @dataclass(frozen=True)
 class Ran:
-    """What came of a run: ``rows`` by kind, what ``failed`` of a fault and why, and the ``cpu_s`` that measuring took, by kind."""
+    """What came of a run: ``rows`` by kind, what ``failed`` of a fault and why, and the ``cpu_s`` of kinds made and measured whole."""
 
     rows: Rows
     failed: dict[str, str]
@@ -80,7 +81,8 @@ def run_set(gate_set: GateSet, out: Path, manner: Manner) -> Ran:
     for kind, measured in work:
         began = _cpu_s()
         rows[kind], outcomes = measured()
-        cpu_s[kind] = _cpu_s() - began
+        if all(outcome.state is State.DONE for outcome in outcomes):
+            cpu_s[kind] = _cpu_s() - began
         failed |= {f"{kind}/{outcome.name}": outcome.message for outcome in failures(outcomes)}
     return Ran(rows, failed, cpu_s)
 
@@ -102,7 +104,8 @@ def rows_in(kind: str, folder: Path) -> list[Row]:
 def _one_by_one(kind: str, recipe: Recipe, out: Path, manner: Manner) -> tuple[list[Row], tuple[Outcome, ...]]:
     dataset, estimates = out / DATASET, out / ESTIMATES
     made = Run("render", recipe_to_dict(recipe) | _made_by(NATURE), recipe.seed, variant_of(recipe), reads=())
-    _all_made(_kept_if_valid(dataset, made, manner, lambda: render_dataset(recipe, dataset, executor=manner.executor, quiet=manner.quiet)))
+    rendered = _kept_if_valid(dataset, made, manner, lambda: render_dataset(recipe, dataset, executor=manner.executor, quiet=manner.quiet))
+    _all_made(rendered)
     configuration = load_configuration(None, [])
     content = {**configuration, "observations": str(dataset.resolve()), **_read_from(dataset), **_made_by(INSTRUMENT)}
     described = Run("estimate", content, reads=(dataset,))
@@ -112,21 +115,22 @@ def _one_by_one(kind: str, recipe: Recipe, out: Path, manner: Manner) -> tuple[l
         manner,
         lambda: estimate_all(dataset, configuration, estimates, executor=manner.executor, quiet=manner.quiet),
     )
-    return rows_in(kind, out), outcomes
+    return rows_in(kind, out), (*rendered, *outcomes)
 
 
 def _campaigns(gate_set: GateSet, out: Path, manner: Manner) -> tuple[list[Row], tuple[Outcome, ...]]:
     plans, truth, answers = gate_set.campaigns, out / TRUTH, out / ANSWERS
-    content = {"campaigns": gate_set.content()["campaigns"], **_made_by(NATURE)}
+    content = gate_set.content_by_kind()[CAMPAIGNS_KIND] | _made_by(NATURE)
     made = Run("challenge make", content, reads=(), beside=(CAMPAIGNS,))
-    _all_made(_kept_if_valid(truth, made, manner, lambda: make_campaigns(plans, out, executor=manner.executor, quiet=manner.quiet)))
+    written = _kept_if_valid(truth, made, manner, lambda: make_campaigns(plans, out, executor=manner.executor, quiet=manner.quiet))
+    _all_made(written)
     configuration = load_configuration(None, [])
     content = {**configuration, "challenge": str(out.resolve()), **_read_from(truth), **_made_by(INSTRUMENT)}
     described = Run("challenge solve", content, reads=(out / CAMPAIGNS,))
     outcomes = _kept_if_valid(
         answers, described, manner, lambda: solve_campaigns(out, configuration, answers, executor=manner.executor, quiet=manner.quiet)
     )
-    return rows_in(CAMPAIGNS_KIND, out), outcomes
+    return rows_in(CAMPAIGNS_KIND, out), (*written, *outcomes)
 
 
 def _all_made(outcomes: tuple[Outcome, ...]) -> None:

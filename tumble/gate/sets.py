@@ -4,7 +4,6 @@ Sizes of hidden effects are written down, not drawn about detection limits: thos
 sequences that it is judged by.
 """
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
@@ -13,16 +12,20 @@ from typing import Any
 import numpy as np
 
 from datasets.errors import InputError
+from datasets.names import file_name
 from datasets.recipes.recipe import Recipe
-from datasets.recipes.toml_files import recipe_from_dict, recipe_to_dict
+from datasets.recipes.toml_files import recipe_from_dict, recipe_to_dict, typed
+from datasets.toml_text import read_toml
 from datasets.vocabulary.effects import EFFECTS
-from tumble.challenge.field_case import MEASURED, FieldCase, Measured
+from tumble.challenge.field_case import FieldCase, Measured
 from tumble.challenge.field_drawing import FieldPlan, draw_flights
 from tumble.challenge.field_silhouettes import as_flown
 
 ONE_BY_ONE = ("flights", "pictures", "impacts")
 """Kinds of sequences that are estimated one by one, each with a recipe of its own."""
 CAMPAIGNS = "campaigns"
+LEAST_ROWS = 3
+"""Of a flight of a campaign: as of a recipe's ``motion.frames``."""
 
 
 @dataclass(frozen=True)
@@ -53,6 +56,11 @@ class GateSet:
         campaigns = {plan.name: asdict(plan) for plan in self.campaigns}
         return {"recipes": {kind: recipe_to_dict(recipe) for kind, recipe in self.recipes.items()}, "campaigns": campaigns}
 
+    def content_by_kind(self) -> dict[str, dict[str, Any]]:
+        """The same, of each kind that there is: what the run that makes its sequences is described by."""
+        content = self.content()
+        return {**content["recipes"], **({CAMPAIGNS: {CAMPAIGNS: content["campaigns"]}} if self.campaigns else {})}
+
     @property
     def meshes(self) -> tuple[Path, ...]:
         """Files of particles that the recipes name."""
@@ -67,34 +75,45 @@ def read_set(path: Path) -> GateSet:
     InputError
         Where the file is missing or is no set.
     """
-    try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise InputError(f"{path}: expected the set of a gate (TOML), got no such file.") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: expected the set of a gate as TOML, got something else ({error}).") from None
+    table = read_toml(path)
     if unknown := sorted(set(table) - {"name", CAMPAIGNS, *ONE_BY_ONE}):
         raise InputError(f"{path}: expected name, {', '.join(ONE_BY_ONE)} and campaigns, got {unknown[0]}.")
-    recipes = {kind: replace(recipe_from_dict(table[kind], str(path)), name=kind) for kind in ONE_BY_ONE if kind in table}
-    campaigns = tuple(_plan(values, path) for values in table.get(CAMPAIGNS, ()))
-    names = [plan.name for plan in campaigns]
-    if len(set(names)) < len(names):
-        raise InputError(f"{path}: expected campaigns of different names, got {max(names, key=names.count)} twice.")
+    if not set(table) - {"name"}:
+        raise InputError(f"{path}: expected at least one of {', '.join(ONE_BY_ONE)} and campaigns, got none: there is nothing to compare.")
+    recipes = {kind: _recipe(kind, table[kind], path) for kind in ONE_BY_ONE if kind in table}
+    campaigns = _plans(table.get(CAMPAIGNS, []), path)
     return GateSet(str(table.get("name", path.stem)), recipes, campaigns)
 
 
-def _plan(values: Mapping[str, Any], path: Path) -> CampaignPlan:
-    try:
-        plan = CampaignPlan(**values)
-    except TypeError as error:
-        raise InputError(f"{path}: at campaigns: expected name, measured, seed, flights, rows and hidden ({error}).") from None
-    if plan.measured not in MEASURED:
-        raise InputError(f"{path}: campaign {plan.name}: expected measured to be one of {', '.join(MEASURED)}, got {plan.measured}.")
+def _recipe(kind: str, table: Any, path: Path) -> Recipe:
+    if not isinstance(table, dict):
+        raise InputError(f"{path}: {kind}: expected a recipe as a table, [{kind}], got {table}.")
+    return replace(recipe_from_dict(table, f"{path}: {kind}"), name=kind)
+
+
+def _plans(tables: Any, path: Path) -> tuple[CampaignPlan, ...]:
+    if not isinstance(tables, list):
+        raise InputError(f"{path}: {CAMPAIGNS}: expected tables, each under [[{CAMPAIGNS}]], got {tables}.")
+    plans = tuple(typed(CampaignPlan, table, str(path), f"{CAMPAIGNS}[{number}]") for number, table in enumerate(tables))
+    for number, plan in enumerate(plans):
+        _check(plan, f"{path}: {CAMPAIGNS}[{number}]")
+    names = [plan.name for plan in plans]
+    if len(set(names)) < len(names):
+        raise InputError(f"{path}: expected campaigns of different names, got {max(names, key=names.count)} twice.")
+    return plans
+
+
+def _check(plan: CampaignPlan, where: str) -> None:
+    if plan.name != file_name(plan.name):
+        raise InputError(f'{where}.name: expected a name that a folder can have, as "{file_name(plan.name)}", got "{plan.name}".')
+    for key, least in (("seed", 0), ("flights", 1), ("rows", LEAST_ROWS)):
+        if (value := getattr(plan, key)) < least:
+            raise InputError(f"{where}.{key}: expected at least {least}, got {value}.")
     for key, sizes in plan.hidden.items():
-        if key not in EFFECTS or not set(sizes) <= set(EFFECTS[key].names):
-            known = ", ".join(EFFECTS[key].names) if key in EFFECTS else "an effect of the catalogue"
-            raise InputError(f"{path}: campaign {plan.name}: expected {known}, got {key} = {dict(sizes)}.")
-    return plan
+        if key not in EFFECTS:
+            raise InputError(f"{where}.hidden: expected an effect of the catalogue, got {key}.")
+        if unknown := [name for name in sizes if name not in EFFECTS[key].names]:
+            raise InputError(f"{where}.hidden.{key}: expected {', '.join(EFFECTS[key].names)}, got {unknown[0]}.")
 
 
 def case_of(plan: CampaignPlan) -> FieldCase:

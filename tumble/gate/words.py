@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from datasets.scoring.gate import FALSE_ALARMS, JUMP, NAMED, Comparison, GateResult, Losses
+from datasets.scoring.gate import FALSE_ALARMS, FEW, JUMP, NAMED, Comparison, GateResult, Losses
 from tumble.challenge.cases import campaign_folder
 from tumble.challenge.solving import answer_path
 from tumble.commands import command
@@ -21,10 +21,11 @@ def sentences(result: GateResult, out: Path, cpu_s: Mapping[str, tuple[float, fl
     for losses in result.losses:
         kind = losses.kind
         said.append(f"{kind}: {result.verdict(kind)} ({losses.n} sequences{_times(cpu_s.get(kind))})")
-        said += [f"  {line}" for line in lost_in_words(losses)]
+        said += [f"  {line}" for line in lost_in_words(losses, result)]
         moved = [each for each in result.comparisons if each.kind == kind and (every or each.verdict != "same")]
         said += [f"  {in_words(each)}" for each in moved]
         said += [f"  look at {place}" for place in places(result, kind, out)]
+    said += lost_together(result)
     said.append(summary(result))
     if result.worse and (named := _first_worse(result)):
         said.append(f"next: {next_command(named, out)}")
@@ -33,11 +34,21 @@ def sentences(result: GateResult, out: Path, cpu_s: Mapping[str, tuple[float, fl
 
 def summary(result: GateResult) -> str:
     """The verdict in a sentence."""
-    decisions = len(result.comparisons) + len(result.losses)
     if result.failed:
         return "Worse than the baseline: not everything could be measured."
-    chance = f"{decisions} comparisons, {FALSE_ALARMS:.0%} chance of a false alarm at most in all of them together"
-    return f"{'Worse' if result.worse else 'Not worse'} than the baseline ({chance})."
+    verdict = "Worse than the baseline" if result.worse else f"No worsening shown{_not_seen(result)}"
+    few = f" Fewer than {FEW} sequences of {' and '.join(result.few)}: only gross faults show there." if result.few else ""
+    chance = f"of equally good runs and baselines with fresh noise at most {FALSE_ALARMS:.0%} are called worse"
+    return f"{verdict} ({result.decisions} comparisons; {chance}).{few}"
+
+
+def _not_seen(result: GateResult) -> str:
+    """How much worse a run may be unseen: the largest upper end of all intervals."""
+    widest = result.widest
+    if widest is None:
+        return ""
+    many = f"up to {widest.high:.2f} times" if widest.high < JUMP else f"{JUMP:g} times and more"
+    return f"; errors may be {many} the baseline's ({widest.kind}: {widest.measure.words})"
 
 
 def in_words(told: Comparison) -> str:
@@ -51,11 +62,26 @@ def most_in(told: Comparison) -> str:
     return ", ".join(f"{name} ({'over ' if ratio > 0.999 * JUMP else ''}{ratio:.1f})" for name, ratio in told.sequences[:NAMED])
 
 
-def lost_in_words(losses: Losses) -> list[str]:
-    """What is measured no more, and what is newly."""
+def lost_in_words(losses: Losses, result: GateResult) -> list[str]:
+    """What of a kind is measured no more, and what is newly."""
     named = ", ".join(f"{name} ({status})" for name, status in losses.lost.items())
-    lost = f"not measured any more: {named}" + ("" if losses.worse else ": no more than noise loses")
-    return [*([lost] if losses.lost else []), *([f"newly measured: {', '.join(losses.gained)}"] if losses.gained else [])]
+    said = [f"not measured any more: {named}{_too_few(losses)}"] if losses.lost else []
+    controls = result.controls
+    if controls is not None and controls.kind == losses.kind and controls.lost:
+        said.append(f"with nothing hidden, {len(controls.lost)} of {controls.n} not measured any more{_too_few(controls)}")
+    return said + ([f"newly measured: {', '.join(losses.gained)}"] if losses.gained else [])
+
+
+def lost_together(result: GateResult) -> list[str]:
+    """What is measured no more of all kinds."""
+    together = result.together
+    if together is None or not together.lost:
+        return []
+    return [f"{together.kind}: {len(together.lost)} of {together.n} sequences not measured any more{_too_few(together)}"]
+
+
+def _too_few(losses: Losses) -> str:
+    return "" if losses.worse else ": too few to call it worse"
 
 
 def places(result: GateResult, kind: str, out: Path) -> list[str]:
@@ -87,6 +113,7 @@ def document(result: GateResult, out: Path, cpu_s: Mapping[str, tuple[float, flo
         "worse": result.worse,
         "failed": dict(result.failed),
         "false_alarms": FALSE_ALARMS,
+        "decisions": result.decisions,
         "kinds": {
             losses.kind: {
                 "verdict": result.verdict(losses.kind),

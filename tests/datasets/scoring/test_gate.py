@@ -93,6 +93,41 @@ def test_more_sequences_lost_than_noise_loses_are_an_alarm(old):
     assert without(4).sequences("flights") == ("flights-0", "flights-1", "flights-2", "flights-3")
 
 
+def lost(found, kind, names):
+    return {**found, kind: [{**each, "measured": each["measured"] and each["sequence"] not in names} for each in found[kind]]}
+
+
+def test_a_few_lost_of_every_kind_are_an_alarm_together(old):
+    new = old
+    for kind in SIZES:
+        new = lost(new, kind, {f"{kind}-0", f"{kind}-1"})
+    result = compare(baseline_of(old), new)
+    assert not any(losses.worse for losses in result.losses)
+    assert (result.together.n, len(result.together.lost), result.together.worse) == (sum(SIZES.values()), 8, True)
+    assert result.worse
+    assert [result.verdict(kind) for kind in SIZES] == ["worse"] * 4
+    assert not compare(baseline_of(old), lost(old, "flights", {"flights-0", "flights-1"})).worse
+
+
+def test_false_names_of_controls_are_a_decision_of_their_own(old):
+    plans = {each["sequence"]: {"hidden": {} if k < 3 else {"quadratic_drag": {}}} for k, each in enumerate(old["campaigns"])}
+    baseline = replace(baseline_of(old), made_from={"campaigns": plans})
+    two = lost(old, "campaigns", {"campaigns-0", "campaigns-1"})
+    assert not compare(baseline_of(old), two).worse
+    result = compare(baseline, two)
+    assert (result.controls.n, len(result.controls.lost), result.controls.worse) == (3, 2, True)
+    assert (result.worse, result.verdict("campaigns"), result.verdict("flights")) == (True, "worse", "same")
+    assert not compare(baseline, lost(old, "campaigns", {"campaigns-0", "campaigns-5"})).worse
+
+
+def test_every_decision_is_counted(old):
+    plans = {each["sequence"]: {"hidden": {}} for each in old["campaigns"]}
+    measures = sum(len(MEASURES[kind]) for kind in SIZES)
+    assert compare(baseline_of(old), old).decisions == measures + len(SIZES) + 1
+    assert compare(replace(baseline_of(old), made_from={"campaigns": plans}), old).decisions == measures + len(SIZES) + 2
+    assert compare(baseline_of({"flights": old["flights"]}), old).decisions == len(MEASURES["flights"]) + 1
+
+
 def test_what_is_newly_measured_is_told(old):
     before = {**old, "flights": [{**each, "measured": k > 0} for k, each in enumerate(old["flights"])]}
     (losses,) = (each for each in compare(baseline_of(before), old).losses if each.kind == "flights")
@@ -103,6 +138,25 @@ def test_a_number_that_is_lost_is_infinitely_worse(old):
     result = compare(baseline_of(old), changed(old, "flights", "middle_angular_percent", np.nan))
     (worse,) = (each for each in result.comparisons if each.verdict == "worse")
     assert worse.ratio == pytest.approx(JUMP)
+
+
+def test_where_most_errors_were_zero_what_is_as_good_as_none_is_no_alarm(old):
+    none = changed(old, "flights", "middle_angular_percent", 0.0)
+    key = "middle_angular_percent"
+    tiny, large = ({**none, "flights": [{**each, key: error} for each in none["flights"]]} for error in (1e-6, 1.0))
+    assert not compare(baseline_of(none), tiny).worse
+    assert compare(baseline_of(none), large).worse
+
+
+def test_what_may_be_worse_unseen_is_the_largest_upper_end(old):
+    result = compare(baseline_of(old), rows(np.random.default_rng(2)))
+    assert result.widest.high == max(each.high for each in result.comparisons)
+
+
+def test_kinds_of_few_sequences_are_told(old):
+    short = {**old, "flights": old["flights"][:5]}
+    assert compare(baseline_of(short), short).few == ("flights",)
+    assert compare(baseline_of(old), old).few == ()
 
 
 def test_what_neither_has_is_left_out(old):
