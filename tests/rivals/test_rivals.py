@@ -194,7 +194,6 @@ def test_a_disc_is_carved_to_its_size() -> None:
     assert np.mean(edges) == pytest.approx(50, abs=0.1)
 
 
-
 def test_what_cannot_be_measured_is_told_and_not_raised(dataset, tmp_path) -> None:
     def hopeless(_):
         raise ValueError("expected a body, got fog")
