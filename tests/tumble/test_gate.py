@@ -286,7 +286,7 @@ def test_a_baseline_without_its_set_says_what_to_give(kept: Path, tmp_path: Path
     [
         ("[flights]", "[swims]", "expected name, flights, pictures, impacts and campaigns, got swims"),
         (SET[SET.index("[flights]") :], "", "expected at least one of flights, pictures, impacts and campaigns, got none"),
-        ('measured = "positions"', 'measured = "smells"', r'campaigns\[0\]\.measured: expected one of "poses", .*, came "smells"'),
+        ('measured = "positions"', 'measured = "smells"', r'campaigns\[0\]\.measured: expected one of "poses", .*, got "smells"'),
         ("quadratic_drag =", "drag =", "expected an effect of the catalogue, got drag"),
         ("per_length =", "lengths =", r"campaigns\[0\]\.hidden\.quadratic_drag: expected per_length, got lengths"),
         ("rows = 30", "lines = 30", r'unknown key "campaigns\[0\]\.lines"'),
@@ -295,19 +295,19 @@ def test_a_baseline_without_its_set_says_what_to_give(kept: Path, tmp_path: Path
         (
             "hidden = { quadratic_drag = { per_length = 0.5 } }",
             "hidden = { quadratic_drag = 3 }",
-            "hidden.quadratic_drag: expected a table, came 3",
+            "hidden.quadratic_drag: expected a table, got 3",
         ),
-        ("hidden = { quadratic_drag = { per_length = 0.5 } }", "hidden = 3", "hidden: expected a table, came 3"),
-        ("per_length = 0.5", "per_length = nan", "hidden.quadratic_drag.per_length: expected a finite number, came NaN"),
+        ("hidden = { quadratic_drag = { per_length = 0.5 } }", "hidden = 3", "hidden: expected a table, got 3"),
+        ("per_length = 0.5", "per_length = nan", "hidden.quadratic_drag.per_length: expected a finite number, got NaN"),
         ("per_length = 0.5", "per_length = inf", "hidden.quadratic_drag.per_length: expected a finite number"),
-        ("flights = 3", "flights = 2.5", r"campaigns\[0\]\.flights: expected an integer, came 2\.5"),
+        ("flights = 3", "flights = 2.5", r"campaigns\[0\]\.flights: expected an integer, got 2\.5"),
         ("flights = 3", "flights = 0", r"campaigns\[0\]\.flights: expected at least 1, got 0"),
-        ("rows = 30", "rows = true", r"campaigns\[0\]\.rows: expected an integer, came true"),
+        ("rows = 30", "rows = true", r"campaigns\[0\]\.rows: expected an integer, got true"),
         ("seed = 13", "seed = -1", r"campaigns\[0\]\.seed: expected at least 0, got -1"),
-        ("seed = 401", 'seed = "x"', 'flights: seed: expected an integer, came "x"'),
+        ("seed = 401", 'seed = "x"', 'flights: seed: expected an integer, got "x"'),
         ('name = "drag"\n', "", r"campaigns\[0\]: expected a value for name"),
         (SET, "campaigns = 3", r"campaigns: expected tables, each under \[\[campaigns\]\], got 3"),
-        (SET, "campaigns = [3]", r"campaigns\[0\]: expected a table, came 3"),
+        (SET, "campaigns = [3]", r"campaigns\[0\]: expected a table, got 3"),
         (SET, "flights = 3", r"flights: expected a recipe as a table, \[flights\], got 3"),
     ],
 )
@@ -321,7 +321,7 @@ def test_a_set_that_is_none_leaves_nothing_behind(tmp_path: Path, capsys: pytest
     (tmp_path / "set.toml").write_text(SET.replace("flights = 3", "flights = 2.5"), encoding="utf-8")
     words = ["gate", str(tmp_path / "b.json"), "--set", str(tmp_path / "set.toml"), "--write", "--out", str(tmp_path / "out")]
     assert main(words) == 2
-    assert "set.toml: campaigns[0].flights: expected an integer, came 2.5" in capsys.readouterr().err
+    assert "set.toml: campaigns[0].flights: expected an integer, got 2.5" in capsys.readouterr().err
     assert [path.name for path in tmp_path.iterdir()] == ["set.toml"]
 
 
