@@ -151,13 +151,14 @@ def test_cpu_time_is_told_only_of_what_was_measured_whole_on_the_same_platform(
 
 
 def test_estimates_of_other_sources_are_made_anew(kept: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    shutil.copytree(kept / "work", kept / "sources")
     original = running.sources_digest
     assert original(running.NATURE) != original(running.INSTRUMENT)
     monkeypatch.setattr(running, "sources_digest", lambda packages: original(packages) + ("+" if "estimator" in packages else ""))
     estimated = counted(monkeypatch, estimating, "measure")
-    made = kept / "work" / "flights" / "dataset" / "finished"
+    made = kept / "sources" / "flights" / "dataset" / "finished"
     first = next(made.iterdir()).stat().st_mtime_ns
-    assert gate(kept, work="work") == 0
+    assert gate(kept, work="sources") == 0
     assert next(made.iterdir()).stat().st_mtime_ns == first
     assert len(estimated) == 2
 
