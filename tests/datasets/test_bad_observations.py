@@ -125,7 +125,7 @@ def test_another_layout_is_no_edit(folder):
         (["name"], "..", r"at \$\.name: expected text of the form"),
         (["cameras", 0, "recording", "file"], "gone.npz", r"gone\.npz: there is no such file"),
         (["mass_kg"], 3000.0, r"expected kilograms below 1000, got 3000; is it in grams"),
-        (["gravity_world"], [0, 9806.65, 0], r"gravity_world: expected m/s2 .* came 9806\.65; it looks like millimetres"),
+        (["gravity_world"], [0, 9806.65, 0], r"gravity_world: expected m/s2 .* got 9806\.65; it looks like millimetres"),
         (["clock", "times_s"], [0, 1, 2, 2, 3], r"\$\.clock\.times_s\[3\]: expected times that rise, got 2\.0 after 2\.0"),
         (["clock", "exposure_s"], 50.0, r"expected seconds, got 50; it looks like microseconds"),
         (["clock", "exposure_s"], 0.3, r"expected at most the time between two frames \(0\.00025 s\), got 0\.3 s"),

@@ -46,22 +46,22 @@ def zeros(count: int) -> bytes:
 
 
 TIFFS: dict[str, tuple[Callable[[], bytes], str]] = {
-    "deflate data of 128 MB": (lambda: tiff([zeros(2**27)], 64, 48, DEFLATE), "frame 0 cannot be read .*expected 6144 bytes.*came more"),
-    "PackBits data of 64 MB": (lambda: tiff([b"\x81\0" * 2**19], 64, 48, PACKBITS), "frame 0 cannot be .*expected 6144 bytes.*came more"),
+    "deflate data of 128 MB": (lambda: tiff([zeros(2**27)], 64, 48, DEFLATE), "frame 0 cannot be read .*expected 6144 bytes.*got more"),
+    "PackBits data of 64 MB": (lambda: tiff([b"\x81\0" * 2**19], 64, 48, PACKBITS), "frame 0 cannot be .*expected 6144 bytes.*got more"),
     "damaged deflate data": (lambda: tiff([b"\x78\x9c" + b"\xff" * 200], 64, 48, DEFLATE), "frame 0 cannot be read .*deflate"),
-    "deflate data that end early": (lambda: tiff([zlib.compress(bytes(6000))], 64, 48, DEFLATE), "expected 6144 bytes.*came 6000"),
+    "deflate data that end early": (lambda: tiff([zlib.compress(bytes(6000))], 64, 48, DEFLATE), "expected 6144 bytes.*got 6000"),
     "a picture of 10^10 pixels": (lambda: tiff([zeros(2**20)], 100_000, 100_000, DEFLATE), "expected 1 to 65536 px along each side"),
     "a picture of 4 10^9 pixels": (lambda: tiff([zeros(2**20)], 65_000, 65_000, DEFLATE), "at most 1e[+]08 px, got 65000 x 65000"),
     "a picture of no pixels": (lambda: tiff([b"ab"], 0, 48, NONE), "frame 0"),
     "too few bytes for the pixels": (lambda: tiff([zeros(2**16)], 8000, 8000, DEFLATE), "expected at least 124032 bytes in a strip"),
     "a page that links to itself": (lambda: tiff([PLAIN.tobytes()], 64, 48, NONE, loop=0), "frame 1: expected another page"),
     "pages in a ring": (lambda: tiff([PLAIN.tobytes()] * 3, 64, 48, NONE, loop=1), "frame 3: expected another page"),
-    "LZW data of 16 MB": (lambda: tiff([imagecodecs.lzw_encode(bytes(2**24))], 64, 48, LZW), "expected 6144 bytes.*came more"),
+    "LZW data of 16 MB": (lambda: tiff([imagecodecs.lzw_encode(bytes(2**24))], 64, 48, LZW), "expected 6144 bytes.*got more"),
     "Zstandard data of 128 MB": (lambda: tiff([imagecodecs.zstd_encode(bytes(2**27))], 64, 48, ZSTD), "frame 0 cannot be .*Zstandard data"),
     "a JPEG of another size": (lambda: tiff([LARGE_JPEG], 64, 48, JPEG, bits=8), "frame 0 cannot be read .*of another size"),
-    "JPEG of 16 bit": (lambda: tiff([LARGE_JPEG], 64, 48, JPEG), "expected pictures with no compression.*came compression JPEG"),
+    "JPEG of 16 bit": (lambda: tiff([LARGE_JPEG], 64, 48, JPEG), "expected pictures with no compression.*got compression JPEG"),
     "damaged LZW data": (lambda: tiff([b"\xff" * 200], 64, 48, LZW), "frame 0 cannot be read .*"),
-    "compression that is not read": (lambda: tiff([b"abc"], 64, 48, LZMA), "expected pictures with no compression.*came compression LZMA"),
+    "compression that is not read": (lambda: tiff([b"abc"], 64, 48, LZMA), "expected pictures with no compression.*got compression LZMA"),
     "text": (lambda: b"no picture at all", "expected a TIFF stack"),
 }
 

@@ -68,7 +68,7 @@ def test_height_above_a_moving_plate() -> None:
         ({"point_world": [10, 20, 600]}, r"at \$\.plate\.point_world: expected metres \(at most 50\), got 600"),
         ({"velocity_world": [0, 500, 0]}, r"at \$\.plate\.velocity_world: expected m/s \(at most 100\), got 500"),
         ({"normal_sigma_rad": -1}, r"at \$\.plate\.normal_sigma_rad: expected a number >= 0, got -1"),
-        ({"normal": [0, -1, 0]}, r'at \$\.plate: expected one of the keys .*came "normal"'),
+        ({"normal": [0, -1, 0]}, r'at \$\.plate: expected one of the keys .*got "normal"'),
         ({"point_world": [0, 0]}, r"at \$\.plate\.point_world: expected at least 3 entries, got 2"),
     ],
 )

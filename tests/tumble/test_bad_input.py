@@ -179,7 +179,7 @@ def test_views_in_millimetres_taken_for_metres(folder: Path, estimate: Callable[
 
     edit(folder, in_millimetres)
     assert estimate(folder) == 2
-    says(capsys, str(folder / "observation.json"), "$.views.cameras[0].t_cam_particle", "expected", "came", "millimetres taken for metres")
+    says(capsys, str(folder / "observation.json"), "$.views.cameras[0].t_cam_particle", "expected", "got", "millimetres taken for metres")
 
 
 def test_a_camera_with_the_wrong_image_size(folder: Path, estimate: Callable[..., int], capsys: pytest.CaptureFixture[str]) -> None:

@@ -163,7 +163,7 @@ def test_a_clump_predicts_as_many_impacts_as_there_are() -> None:
 def test_bad_questions_are_refused() -> None:
     with pytest.raises(InputError, match="at least 4 runs, got 2"):
         validate(made_impacts(PLAIN, 2, 16), Question(), silent)
-    with pytest.raises(InputError, match=r"contact models: .* came glue"):
+    with pytest.raises(InputError, match=r"contact models: .* got glue"):
         Question(models=("glue",))
     with pytest.raises(InputError, match="Poisson's ratio of the particle"):
         Materials(poisson_particle=0.6)
