@@ -14,6 +14,7 @@ for as long as ``MOST_CONTACT`` rows is no impact any more but rolling or restin
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.polynomial.polynomial import polyvander
 from numpy.typing import NDArray
 from scipy.special import chdtri
 
@@ -38,13 +39,10 @@ LEAST_SAG = 8.0
 """Of what gravity bends the path by, over the noise."""
 SETS_IN_MS2 = float(np.linalg.norm([p.plausible[1] for p in UniformAcceleration().entry.parameters]))
 """Force per mass that may set in between two rows of a free flight (m/s²): the largest that the catalogue has."""
-BEFORE, LEAST_BEFORE, SIGNIFICANT = 10, 8, 3.0
-"""Rows, at most and at least, that are carried on beyond a contact; standard deviations by which what follows departs. By judgement."""
-LEAST_SHARE = 0.5
-"""Of gravity, along it: what falls with less before a jump is held, or rests, and was let go. By judgement."""
-WINDOW, PARABOLA, CUBIC, MOVING, QUIET = 7, 3, 4, 0.2, 0.3
-"""Rows that noise is taken of, coefficients of a parabola and of a cubic, share of the largest speed that moves, quantile of quiet
-windows. By judgement."""
+BEFORE, SIGNIFICANT = 10, 3.0
+"""Rows that are carried on beyond a contact, and standard deviations by which what follows has to depart from that. By judgement."""
+WINDOW, CUBIC, MOVING, QUIET = 7, 4, 0.2, 0.3
+"""Rows that noise is taken of, coefficients of a cubic, share of the largest speed that moves, quantile of quiet windows. By judgement."""
 
 
 @dataclass(frozen=True)
@@ -108,16 +106,17 @@ def rows_before_contact(times_s: Array, x: Array, gravity: Array, sigma: float) 
     falls: the rows after it have left the parabola that those before go on with, and their velocities differ from its, all of them, by more
     than noise, than a force that sets in (``SETS_IN_MS2``), and than the force that acts already, reversed, could make. A gap in the clock
     moves rows along the path, and leaves velocities alone; so that no single bad row makes one, each row before it is left out in turn.
-    What is held, and let go, does not fall before. Seen are contacts from row ``LEAST_BEFORE`` on with two rows after them, whose jump is
-    above noise within three rows.
+    What is held, and let go, lies still before rather than falls. Seen are contacts after a flight of ``LEAST_ROWS`` rows and
+    ``MOST_CONTACT`` more, with two rows after them, whose jump is above noise within three rows.
     """
     fallen = x - 0.5 * gravity * (times_s - times_s[:1])[:, None] ** 2
-    for row in range(LEAST_BEFORE, len(x) - 1):
+    for row in range(LEAST_ROWS + MOST_CONTACT, len(x) - 1):
         before, after = np.arange(max(0, row - BEFORE), row), np.arange(row, min(row + MOST_CONTACT, len(x)))
         kept = [before, *(np.delete(before, i) for i in range(len(before)))]
         if all(_jumps(times_s, fallen, rows, after, TAILS * sigma) for rows in kept):
             share = share_of_gravity(times_s[:row], x[:row], gravity)
-            return _free(times_s, fallen, row, TAILS * sigma) if share is None or share > LEAST_SHARE else len(x)
+            falls = share is None or abs(1.0 - share) < abs(share)
+            return _free(times_s, fallen, row, TAILS * sigma) if falls else len(x)
     return len(x)
 
 
@@ -135,22 +134,22 @@ class _Path:
     def through(cls, times_s: Array, fallen: Array, noise: float) -> "_Path":
         """The parabola through rows at ``times_s`` (n,) with places ``fallen`` (n, 3) m; noise (m) is at least what it leaves of them."""
         span = float(np.ptp(times_s))
-        powers = ((times_s - times_s[-1]) / span)[:, None] ** np.arange(PARABOLA)
+        powers = polyvander((times_s - times_s[-1]) / span, 2)
         inverse = np.linalg.inv(powers.T @ powers)
         terms = inverse @ powers.T @ fallen
-        left = np.sum((fallen - powers @ terms) ** 2) / (3 * max(len(times_s) - PARABOLA, 1))
+        left = np.sum((fallen - powers @ terms) ** 2) / (3 * (len(times_s) - powers.shape[1]))
         return cls(terms, inverse, max(noise, float(np.sqrt(left))), float(times_s[-1]), span)
 
     def beyond(self, times_s: Array, fallen: Array) -> tuple[Array, Array]:
         """How far rows (n,), at ``times_s`` (n,) and ``fallen`` (n, 3) m, are off the parabola (m), and the standard deviation of that."""
-        powers = ((times_s - self.last_s) / self.span_s)[:, None] ** np.arange(PARABOLA)
+        powers = np.asarray(polyvander((times_s - self.last_s) / self.span_s, 2), dtype=np.float64)
         return self._compared(powers, fallen, np.ones(len(times_s)))
 
     def faster(self, times_s: Array, fallen: Array) -> tuple[Array, Array]:
         """The same of the velocities (m/s) between rows: (n - 1,) each."""
         middle, interval = 0.5 * (times_s[1:] + times_s[:-1]), np.diff(times_s)
-        u, k = (middle - self.last_s) / self.span_s, np.arange(PARABOLA)
-        slopes = k * u[:, None] ** np.maximum(k - 1, 0) / self.span_s
+        u = (middle - self.last_s) / self.span_s
+        slopes = np.column_stack([np.zeros_like(u), np.ones_like(u), 2.0 * u]) / self.span_s
         return self._compared(slopes, np.diff(fallen, axis=0) / interval[:, None], 2.0 / interval**2)
 
     @property
@@ -177,8 +176,6 @@ def _jumps(times_s: Array, fallen: Array, before: NDArray[np.intp], after: NDArr
 def _free(times_s: Array, fallen: Array, row: int, noise: float) -> int:
     """How many rows before a jump at ``row`` are free: those of a contact that lasts have left the path, the last one may have."""
     before = np.arange(max(0, row - BEFORE), row - MOST_CONTACT)
-    if len(before) <= PARABOLA:
-        return row - 1
     near = np.arange(row - MOST_CONTACT, row)
     off, sure = _Path.through(times_s[before], fallen[before], noise).beyond(times_s[near], fallen[near])
     return int(next(iter(near[off > SIGNIFICANT * sure]), row - 1))
@@ -240,4 +237,4 @@ def flies(times_s: Array, fallen: Array, noise: float) -> bool:
     scale = np.sqrt(np.diag(normal[-1]))
     inverse = np.linalg.inv(normal[-1] / np.outer(scale, scale)) / np.outer(scale, scale)
     off, sigma = (inverse @ right[-1])[2], noise * float(np.sqrt(inverse[2, 2]))
-    return bool(np.linalg.norm(off) <= MOST_OFF_MS2 + 3.0 * sigma)
+    return bool(np.linalg.norm(off) <= MOST_OFF_MS2 + SIGNIFICANT * sigma)
