@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from datasets.atomic_files import written_whole
-from studies.looks.words import write_page
+from studies.reporting.words import write_page
 
 LARGEST_SEED = 2**31
 

@@ -19,8 +19,8 @@ from matplotlib.axes import Axes
 from scipy.stats import binomtest, norm
 
 from datasets.vocabulary.effects import EFFECTS
-from studies.looks.figures import COLOURS, figure, write_figure
-from studies.looks.words import number, write_page
+from studies.reporting.figures import COLOURS, figure, write_figure
+from studies.reporting.words import number, write_page
 from tumble.challenge.detection import Z95
 from tumble.challenge.limits import TABLE, axis_limits, read_table
 

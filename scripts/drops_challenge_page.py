@@ -13,7 +13,7 @@ from typing import Any
 import pandas as pd
 
 from scripts.challenge_page import INTERVAL, acceptance_lines, case_lines
-from studies.looks.words import number, write_page
+from studies.reporting.words import number, write_page
 
 RESULT, PAGE = Path("docs/results/drops_challenge.json"), Path("docs/studies/drops_challenge.md")
 DRAWN = {"single": 40, "control": 20}

@@ -49,7 +49,7 @@ from scripts.real_impacts_cube import (
 from scripts.real_impacts_page import page
 from scripts.real_tosses import RATE_HZ, free_flights
 from scripts.toss_study import DOCS, TossStudy, toss_command
-from studies.looks.figures import COLOURS, figure
+from studies.reporting.figures import COLOURS, figure
 from tumble.result_files import estimate_path
 
 Array = NDArray[np.float64]

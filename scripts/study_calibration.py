@@ -26,7 +26,7 @@ from datasets.vocabulary.camera import HsvCamera, Intrinsics
 from estimator.calibration.bundle import Rig
 from estimator.calibration.fitting import cross_validate, difference, fit_rig
 from estimator.calibration.sighting import BoardSighting, find_board
-from studies.looks.words import write_page
+from studies.reporting.words import write_page
 from synth.rig import AXES
 from synth.targets.board_pictures import Look, board_picture
 

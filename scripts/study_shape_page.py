@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from studies.looks.words import write_page
+from studies.reporting.words import write_page
 
 ROOT = Path(__file__).resolve().parents[1]
 RESULT, PAGE = ROOT / "docs" / "results" / "study_shape.json", ROOT / "docs" / "studies" / "study_shape.md"

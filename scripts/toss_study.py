@@ -9,8 +9,8 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from studies.looks.figures import write_figure
-from studies.looks.words import write_page
+from studies.reporting.figures import write_figure
+from studies.reporting.words import write_page
 
 DOCS = Path("docs")
 Result = dict[str, Any]

@@ -17,7 +17,7 @@ from studies.frame.digests import of_libraries, of_modules
 from studies.frame.pages import write_pages
 from studies.frame.results import Result, read_result, write_result
 from studies.frame.study import Study
-from studies.looks.words import write_page
+from studies.reporting.words import write_page
 from tumble.cli.exit_codes import ALL_MEASURED, BAD_INPUT, INCOMPLETE
 from tumble.cli.options import add_engine, executor_of, positive
 

@@ -5,8 +5,8 @@ from pathlib import Path
 from studies.frame.digests import of_bytes, source_of
 from studies.frame.results import Result
 from studies.frame.study import Study
-from studies.looks.figures import write_figure
-from studies.looks.words import page_text, paragraph, write_page
+from studies.reporting.figures import write_figure
+from studies.reporting.words import page_text, paragraph, write_page
 
 
 def write_pages(study: Study, result: Result, folder: Path) -> Path:

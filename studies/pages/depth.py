@@ -5,11 +5,22 @@ from matplotlib.figure import Figure
 
 from studies.frame.results import Result
 from studies.frame.study import Study
-from studies.looks.figures import COLOURS, figure, finish, plain_logarithmic
-from studies.looks.laws import power_law
-from studies.looks.medians import QUANTITIES, Line, draw_medians, errors, held_in_words, lost_in_words, median_table, medians, stated
-from studies.looks.words import number, paragraph, table
 from studies.plans import depth
+from studies.reporting.figures import COLOURS, figure, finish
+from studies.reporting.laws import power_law
+from studies.reporting.medians import (
+    QUANTITIES,
+    Line,
+    draw_medians,
+    errors,
+    held_in_words,
+    lay_axes,
+    lost_in_words,
+    median_table,
+    medians,
+    stated,
+)
+from studies.reporting.words import number, paragraph, table
 
 POINTS = (("cameras", "cameras"), ("focal_mm", "focal length (mm)"), ("direction_deg", "direction (°)"))
 STYLES = ("-", "--", ":")
@@ -89,12 +100,7 @@ def picture(result: Result) -> Figure:
                 of = own[(own["cameras"] == cameras) & (own["direction_deg"] == direction)]
                 label = f"{cameras} camera{'s' if cameras > 1 else ''}, {direction:g}°"
                 draw_medians(here, of, Line("focal_mm", colour, label, style))
-        here.set(xscale="log", xlabel="focal length (mm)")
-        here.set_title(f"{quantity.title} ({quantity.unit})")
-        focal = sorted(own["focal_mm"].unique())
-        here.set_xticks(focal, [number(value) for value in focal])
-        here.set_xticks([], minor=True)
-        plain_logarithmic(here)
+        lay_axes(here, "focal length (mm)", quantity, sorted(own["focal_mm"].unique()))
     axes[0, 0].set_ylabel("median error")
     finish(drawn)
     return drawn

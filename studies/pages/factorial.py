@@ -6,9 +6,10 @@ from matplotlib.figure import Figure
 
 from studies.frame.results import Result
 from studies.frame.study import Study
-from studies.looks.figures import COLOURS, figure, finish, plain_logarithmic
-from studies.looks.laws import power_law
-from studies.looks.medians import (
+from studies.plans import factorial
+from studies.reporting.figures import COLOURS, figure, finish, plain_logarithmic
+from studies.reporting.laws import power_law
+from studies.reporting.medians import (
     QUANTITIES,
     Line,
     bounds,
@@ -20,8 +21,7 @@ from studies.looks.medians import (
     medians,
     stated,
 )
-from studies.looks.words import number, paragraph, table
-from studies.plans import factorial
+from studies.reporting.words import number, paragraph, table
 
 FACTORS = {"n_frames": "frames", "irregularity": "irregularity", "n_views": "views"}
 """Columns that the law has powers of, and what they are called."""

@@ -6,9 +6,9 @@ from matplotlib.figure import Figure
 
 from studies.frame.results import Result
 from studies.frame.study import Study
-from studies.looks.figures import COLOURS, RED, figure
-from studies.looks.words import judged, number, paragraph, share, table
 from studies.plans import figure_4
+from studies.reporting.figures import COLOURS, RED, figure
+from studies.reporting.words import judged, number, paragraph, share, table
 
 WITHIN_DEG = 5.0
 """The paper's measure of a pose that was found."""
@@ -86,7 +86,7 @@ def _wrong(rows: pd.DataFrame) -> list[str]:
     right = rows[rows["error_deg"] <= WITHIN_DEG]
     typical = right.groupby("views")["rms_px"].quantile(0.99)
     large = ~close & (wrong["rms_px"] > wrong["views"].map(typical))
-    head = ("views", "wrong", "another minimum as good (within 10%)", "fits worse than 99% of right ones", "neither: looks right")
+    head = ("views", "wrong", "another minimum as good (within 10%)", "fits worse than 99% of right ones", "neither: nothing shows it")
     cells = []
     for views in sorted(wrong["views"].unique()):
         of = (wrong["views"] == views).to_numpy()

@@ -5,11 +5,12 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from datasets.scoring.metrics import COMPONENTS
+from datasets.scoring.score import INTERVAL_95
 from studies.frame.results import Result
 from studies.frame.study import Study
-from studies.looks.figures import COLOURS, RED, figure, finish, plain_logarithmic
-from studies.looks.words import judged, number, paragraph, percent, share, table
 from studies.plans import figure_5
+from studies.reporting.figures import COLOURS, RED, figure, finish, plain_logarithmic
+from studies.reporting.words import judged, number, paragraph, percent, share, table
 
 LONG_FRAMES, LARGE_ETE_PX = 100, 1.5
 """The paper's selection: more frames than the first, a smaller epipolar tangency error than the second."""
@@ -23,8 +24,6 @@ OF = {"in_plane": COMPONENTS[:2], "out_of_plane": COMPONENTS[2:3], "angular": CO
 WRONG_POSE_DEG = 5.0
 UNEXPLAINED_SIGMAS = 3.0
 """An error of more stated standard deviations than this is not what its error bar says."""
-HALF_95 = 1.959964
-"""Half of a 95% interval, in standard deviations."""
 DRAWN = {"n_frames": "frames", "speed_ms": "m/s", "spin_rads": "rad/s", "noise_px": "px"}
 """What differs from flight to flight, and its unit."""
 SHORT_FRAMES = 50
@@ -56,7 +55,7 @@ def cause(row: pd.Series, quantity: str) -> str:
     if row["orientation_max_deg"] > WRONG_POSE_DEG:
         return "wrong pose"
     error, bound = row[f"{quantity}_percent"], row[f"true_{quantity}_percent"]
-    if bound * HALF_95 > TOLERANCE_PERCENT and error <= UNEXPLAINED_SIGMAS * bound:
+    if bound * INTERVAL_95 > TOLERANCE_PERCENT and error <= UNEXPLAINED_SIGMAS * bound:
         return "physical limit: even the true body's 95% interval is wider than 1%"
     if error <= UNEXPLAINED_SIGMAS * row[f"sigma_{quantity}_percent"]:
         return "the instrument's precision, as its error bar says"
@@ -183,7 +182,7 @@ def _uncertainty(rows: pd.DataFrame) -> list[str]:
 def _errors_over(name: str, own: pd.DataFrame, quantity: str) -> list[str]:
     """How often intervals hold, and errors over stated standard deviations and over the bound."""
     pulls, over = (own[[f"{kind}_{c}" for c in OF[quantity]]].to_numpy(dtype=np.float64) for kind in ("pull", "over_true_bound"))
-    held, sizes = np.mean(np.abs(pulls) <= HALF_95), [number(np.sqrt(np.mean(each**2))) for each in (pulls, over)]
+    held, sizes = np.mean(np.abs(pulls) <= INTERVAL_95), [number(np.sqrt(np.mean(each**2))) for each in (pulls, over)]
     return [name, str(len(own)), TITLES[quantity], percent(100 * held), *sizes]
 
 

@@ -1,27 +1,27 @@
 """The page of frame steps: errors and intervals where every second, fourth and eighth picture is kept."""
 
-import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
 from studies.frame.results import Result
 from studies.frame.study import Study
-from studies.looks.figures import COLOURS, figure, finish, plain_logarithmic
-from studies.looks.laws import power_law
-from studies.looks.medians import (
+from studies.plans import frame_step
+from studies.reporting.figures import COLOURS, figure, finish
+from studies.reporting.laws import power_law
+from studies.reporting.medians import (
     QUANTITIES,
     Line,
     bounds,
     draw_medians,
     errors,
     held_in_words,
+    lay_axes,
     lost_in_words,
     median_table,
     medians,
     stated,
 )
-from studies.looks.words import number, paragraph, share, table
-from studies.plans import frame_step
+from studies.reporting.words import number, paragraph, share, table
 
 RATE_HZ = 4000.0
 
@@ -87,12 +87,7 @@ def picture(result: Result) -> Figure:
     for here, quantity, colour in zip(axes[0], QUANTITIES, COLOURS, strict=False):
         own = points[points["quantity"] == quantity.key]
         draw_medians(here, own, Line("step", colour, "median, 95% interval"), accompanied=True)
-        here.set(xscale="log", xlabel="every n-th picture")
-        here.set_title(f"{quantity.title} ({quantity.unit})")
-        steps = np.sort(own["step"].to_numpy())
-        here.set_xticks(steps, [str(step) for step in steps])
-        here.set_xticks([], minor=True)
-        plain_logarithmic(here)
+        lay_axes(here, "every n-th picture", quantity, sorted(own["step"]))
     axes[0, 0].set_ylabel("median error")
     finish(drawn)
     return drawn

@@ -8,11 +8,11 @@ from numpy.typing import NDArray
 
 from studies.frame.results import Result
 from studies.frame.study import Study
-from studies.looks.figures import COLOURS, figure
-from studies.looks.medians import QUANTITIES, Quantity, errors, held_in_words, lost_in_words, median_table, medians, stated
-from studies.looks.words import number, paragraph, table
 from studies.plans import optics
 from studies.plans.optics import BASE, VARIATIONS
+from studies.reporting.figures import COLOURS, figure
+from studies.reporting.medians import QUANTITIES, Quantity, errors, held_in_words, lost_in_words, median_table, medians, stated
+from studies.reporting.words import number, paragraph, table
 
 Array = NDArray[np.float64]
 

@@ -8,8 +8,8 @@ import pandas as pd
 from datasets.scoring.metrics import COMPONENTS
 from datasets.scoring.score import INTERVAL_95
 from studies.frame.results import Result
-from studies.looks.medians import QUANTITIES, Quantity
-from studies.looks.words import number, paragraph, share, table
+from studies.reporting.medians import QUANTITIES, Quantity
+from studies.reporting.words import number, paragraph, share, table
 
 HEADS = ("flights", "v in 95%", "ω in 95%", *(f"pull, {q.title}" for q in QUANTITIES), *(f"over bound, {q.title}" for q in QUANTITIES))
 FEWEST = 5

@@ -9,10 +9,10 @@ from studies.frame.digests import of_modules
 from studies.frame.pages import drawn_from_digest, picture_path, text_of
 from studies.frame.results import read_result
 from studies.frame.study import Study
-from studies.looks.figures import drawn_from
-from studies.looks.words import page_text
 from studies.pages import uncertainty
 from studies.registry import STUDIES
+from studies.reporting.figures import drawn_from
+from studies.reporting.words import page_text
 from tumble.versions import versions
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"

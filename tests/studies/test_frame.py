@@ -14,7 +14,7 @@ from studies.frame.conduct import Conduct
 from studies.frame.pages import drawn_from_digest, picture_path, text_of, write_pages
 from studies.frame.results import Result, read_result, write_result
 from studies.frame.study import Case, Plan, Settings, Study
-from studies.looks.figures import drawn_from
+from studies.reporting.figures import drawn_from
 from tumble.engine import Serial
 
 

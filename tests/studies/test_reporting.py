@@ -5,9 +5,9 @@ import pandas as pd
 import pytest
 
 from datasets.scoring.metrics import COMPONENTS
-from studies.looks.laws import power_law
-from studies.looks.medians import QUANTITIES, held_in_words, lost_in_words, median_interval, medians
-from studies.looks.words import number, paragraph, percent, share, table, with_interval
+from studies.reporting.laws import power_law
+from studies.reporting.medians import QUANTITIES, held_in_words, lost_in_words, median_interval, medians
+from studies.reporting.words import number, paragraph, percent, share, table, with_interval
 
 SIGMA = {"vx": 3e-4, "vy": 3e-4, "vz": 2e-3, "wx": 0.05, "wy": 0.05, "wz": 0.05}
 

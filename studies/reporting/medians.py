@@ -17,8 +17,8 @@ from scipy.stats import bootstrap, chi2
 
 from datasets.scoring.metrics import COMPONENTS
 from datasets.scoring.score import INTERVAL_95
-from studies.looks.figures import RED
-from studies.looks.words import number, table, with_interval
+from studies.reporting.figures import RED, plain_logarithmic
+from studies.reporting.words import number, table, with_interval
 
 Array = NDArray[np.float64]
 
@@ -139,6 +139,15 @@ class Line:
     label: str
     style: str = "-"
     moved: float = 1.0
+
+
+def lay_axes(axes: Axes, label: str, quantity: Quantity, values: Sequence[float]) -> None:
+    """Logarithmic axes of a quantity against what ``label`` says, marked at its ``values``."""
+    axes.set(xscale="log", xlabel=label)
+    axes.set_title(f"{quantity.title} ({quantity.unit})")
+    axes.set_xticks(values, [f"{value:g}" for value in values])
+    axes.set_xticks([], minor=True)
+    plain_logarithmic(axes)
 
 
 def draw_medians(axes: Axes, points: pd.DataFrame, line: Line, *, accompanied: bool = False) -> None:

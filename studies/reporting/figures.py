@@ -1,4 +1,4 @@
-"""One look for all figures, and how they are written."""
+"""One style for all figures, and how they are written."""
 
 import io
 from pathlib import Path
@@ -22,7 +22,7 @@ RED = "#b00020"
 DPI = 100
 DRAWN_FROM = "Drawn from"
 """Key of the text in a picture's file that says what it was drawn from."""
-LOOK: dict[Any, Any] = {
+STYLE: dict[Any, Any] = {
     "font.size": 9,
     "axes.titlesize": 10,
     "axes.spines.top": False,
@@ -34,8 +34,8 @@ LOOK: dict[Any, Any] = {
 
 
 def figure(rows: int, columns: int, size: tuple[float, float], *, shared: bool = False) -> tuple[Figure, Any]:
-    """A figure in the studies' look and its axes (rows, columns); ``shared``: with the same horizontal axis."""
-    with mpl.rc_context(LOOK):
+    """A figure in the studies' style and its axes (rows, columns); ``shared``: with the same horizontal axis."""
+    with mpl.rc_context(STYLE):
         return plt.subplots(rows, columns, figsize=size, squeeze=False, sharex=shared)
 
 
