@@ -26,7 +26,7 @@ from datasets.estimate import Estimate, Status
 from datasets.file_digests import file_sha256
 from datasets.json_documents import plain, revived
 from datasets.observation_files import read_observation
-from datasets.scoring.gate import Baseline, GateResult, compare, load_baseline
+from datasets.scoring.gate import CAMPAIGNS, Baseline, GateResult, compare, load_baseline
 from datasets.scoring.gate_measures import Row, gate_row
 from datasets.truth_files import read_truth
 from estimator.data.configuration import configuration_from_dict
@@ -41,7 +41,7 @@ from tumble.challenge.solving import solve_campaigns, solved
 from tumble.cli.gate import set_file_of
 from tumble.engine import Processes, Serial
 from tumble.gate.campaigns import campaign_row, make_campaigns
-from tumble.gate.sets import CAMPAIGNS, GateSet, read_set
+from tumble.gate.sets import GateSet, read_set
 from tumble.gate.words import sentences
 from tumble.output_directory import Run, output_directory
 from tumble.rendering import render_dataset

@@ -12,25 +12,15 @@ from scripts.gate_changes import FAULTS, HARMLESS, Change, fresh_noise
 from scripts.gate_demonstration import Work, fresh, judged, rows_of
 from scripts.gate_demonstration_page import page
 from synth.sequence import build_silhouette_sequence
-from tests.tumble.made_up import small_recipe
+from tests.tumble.made_up import CAMPAIGN_OF_A_SET, small_recipe
 from tumble.challenge import field_making
 from tumble.gate.sets import case_of
-
-SET = """
-[[campaigns]]
-name = "drag"
-measured = "positions"
-seed = 13
-flights = 3
-rows = 30
-hidden = { quadratic_drag = { per_length = 0.5 } }
-"""
 
 
 @pytest.fixture(scope="module")
 def work(tmp_path_factory: pytest.TempPathFactory) -> Work:
     folder = tmp_path_factory.mktemp("demonstration")
-    (folder / "set.toml").write_text(SET, encoding="utf-8")
+    (folder / "set.toml").write_text(CAMPAIGN_OF_A_SET, encoding="utf-8")
     return Work(folder, folder / "set.toml")
 
 

@@ -7,6 +7,16 @@ from datasets.observation import Observation
 from datasets.recipes.recipe import MotionRecipe, Recipe, RigRecipe
 from datasets.truth import Truth
 
+CAMPAIGN_OF_A_SET = """
+[[campaigns]]
+name = "drag"
+measured = "positions"
+seed = 13
+flights = 3
+rows = 30
+hidden = { quadratic_drag = { per_length = 0.5 } }
+"""
+
 
 def small_recipe(*, sequences: int = 1, frames: int = 6, drops: int = 1) -> Recipe:
     return Recipe(name="small", seed=3, sequences=sequences, motion=MotionRecipe(frames=frames), rig=RigRecipe(drops=drops))

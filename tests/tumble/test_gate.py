@@ -15,6 +15,7 @@ from datasets.errors import InputError
 from datasets.estimate_files import read_estimate, write_estimate
 from datasets.scoring.gate import load_baseline, write_baseline
 from estimator.fitting import refinement, tasks
+from tests.tumble.made_up import CAMPAIGN_OF_A_SET
 from tumble import estimating
 from tumble.challenge import solving
 from tumble.cli.main import main
@@ -29,15 +30,8 @@ sequences = 2
 particle = { irregularity = 0.6, size_mm = [5.0, 7.0] }
 motion = { frames = 25, speed_ms = [1.5, 3.0], spin_rads = [100.0, 250.0] }
 rig = { drops = 3 }
-
-[[campaigns]]
-name = "drag"
-measured = "positions"
-seed = 13
-flights = 3
-rows = 30
-hidden = { quadratic_drag = { per_length = 0.5 } }
 """
+SET += CAMPAIGN_OF_A_SET
 
 
 @pytest.fixture(scope="module")

@@ -6,12 +6,13 @@ from pathlib import Path
 from typing import Any
 
 from datasets.errors import InputError
+from datasets.scoring.gate import CAMPAIGNS
 from datasets.scoring.gate_measures import Row
 from tumble.challenge.cases import TRUTH
 from tumble.challenge.solving import answer_path
 from tumble.differences import first_difference
 from tumble.gate.running import ANSWERS, DATASET, ESTIMATES, Ran, rows_in
-from tumble.gate.sets import CAMPAIGNS, GateSet
+from tumble.gate.sets import GateSet
 from tumble.output_directory import FINISHED
 from tumble.result_files import estimate_path
 from tumble.written_files import RUN_FILE, read_run

@@ -8,10 +8,9 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from datasets.atomic_files import written_whole
-from datasets.scoring.gate import JUMP, Comparison, GateResult
+from datasets.scoring.gate import CAMPAIGNS, JUMP, Comparison, GateResult
 from tumble.engine import Executor, State
 from tumble.gate.running import DATASET, ESTIMATES
-from tumble.gate.sets import CAMPAIGNS
 from tumble.gate.words import REPORT, file_of, lost_in_words, lost_together, most_in, summary
 from tumble.output_directory import Run, output_directory
 from tumble.reporting import collect

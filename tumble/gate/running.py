@@ -19,6 +19,7 @@ from datasets.estimate import Estimate, Status
 from datasets.estimate_files import read_estimate
 from datasets.recipes.recipe import Recipe
 from datasets.recipes.toml_files import recipe_to_dict
+from datasets.scoring.gate import CAMPAIGNS as CAMPAIGNS_KIND
 from datasets.scoring.gate import Rows
 from datasets.scoring.gate_measures import Row, gate_row
 from datasets.truth_files import read_truth
@@ -29,7 +30,6 @@ from tumble.differences import first_difference
 from tumble.engine import Executor, Outcome, State, failures
 from tumble.estimating import estimate_all
 from tumble.gate.campaigns import campaign_rows, make_campaigns
-from tumble.gate.sets import CAMPAIGNS as CAMPAIGNS_KIND
 from tumble.gate.sets import GateSet
 from tumble.output_directory import Run, note_failures, output_directory
 from tumble.rendering import render_dataset, variant_of

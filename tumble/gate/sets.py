@@ -15,6 +15,7 @@ from datasets.errors import InputError
 from datasets.names import file_name
 from datasets.recipes.recipe import Recipe
 from datasets.recipes.toml_files import recipe_from_dict, recipe_to_dict, typed
+from datasets.scoring.gate import CAMPAIGNS
 from datasets.toml_text import read_toml
 from datasets.vocabulary.effects import EFFECTS
 from tumble.challenge.field_case import FieldCase, Measured
@@ -23,7 +24,6 @@ from tumble.challenge.field_silhouettes import as_flown
 
 ONE_BY_ONE = ("flights", "pictures", "impacts")
 """Kinds of sequences that are estimated one by one, each with a recipe of its own."""
-CAMPAIGNS = "campaigns"
 LEAST_ROWS = 3
 """Of a flight of a campaign: as of a recipe's ``motion.frames``."""
 

@@ -4,12 +4,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from datasets.scoring.gate import FALSE_ALARMS, FEW, JUMP, NAMED, Comparison, GateResult, Losses
+from datasets.scoring.gate import CAMPAIGNS, FALSE_ALARMS, FEW, JUMP, NAMED, Comparison, GateResult, Losses
 from tumble.challenge.cases import campaign_folder
 from tumble.challenge.solving import answer_path
 from tumble.commands import command
 from tumble.gate.running import ANSWERS, DATASET, ESTIMATES
-from tumble.gate.sets import CAMPAIGNS
 from tumble.result_files import estimate_path
 
 REPORT = "report"
