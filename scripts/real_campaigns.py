@@ -1,12 +1,13 @@
 """Three real campaigns as folders of trajectories that every verb reads.
 
-``python -m scripts.real_campaigns tosses|table_tennis|spinning_disc --data FOLDER --out OUT``; FOLDER holds ``tosses/``, ``table_tennis/``
-and ``gyro/`` as their publishers gave them, which are not part of Tumble.
+``python -m scripts.real_campaigns tosses|table_tennis|spinning_disc|thrown_disc --data FOLDER --out OUT``; FOLDER holds ``tosses/``,
+``table_tennis/`` and ``gyro/`` as their publishers gave them, which are not part of Tumble.
 
 - ``tosses``: 60 tosses of an acrylic cube, poses at 148 Hz (Pfrommer, Halm and Posa 2020), the rows before its first contact.
 - ``table_tennis``: 37 shots of a table tennis ball, positions and a spin of each, measured once (Gossard et al. 2023); time stamps are
   rounded to 1 ms.
 - ``spinning_disc``: a flying disc with a gyroscope, spun on a table and left to slow down (liborw/instrumented_frisbee).
+- ``thrown_disc``: the same disc thrown forehand and backhand, the rows of its flight; it spins faster than the gyroscope reads.
 """
 
 import argparse
@@ -23,9 +24,14 @@ from scripts.real_tosses import free_flights, write_flights
 Array = NDArray[np.float64]
 SPIN_SIZE, SPIN_DIRECTION_DEG = 0.01, 2.4
 """Standard deviations of a spin's size, as a share, and of its direction about each axis across it (Gossard et al. 2023)."""
-SATURATION_DEGS = 2000.0
+SATURATION_DEGS = 1990.0
+"""Where the disc's sensor is at its limit; it stands at 1998 degrees per second."""
 SPUN, SLOWED = 0.95, 0.5
 """The stretch of the disc: from the last row that spins with this share of the fastest row on, until the first that has this share left."""
+HELD_G = 2.5
+"""A disc whose accelerometer reads more is held or strikes something; in flight it reads what the air does and the spin, 1.1 to 2.2."""
+DISC = (0.5, 0.5, 1.0)
+"""Inertia ratios of a thin disc."""
 AT_REST_DEGS = 5.0
 """A disc whose gyroscope reads less lies still: the mean reading is then the gyroscope's bias."""
 
@@ -76,6 +82,25 @@ def spinning_disc(data: Path, out: Path) -> int:
     return 1
 
 
+def thrown_disc(data: Path, out: Path) -> int:
+    """Write what the gyroscope read in the flight of each throw, cells at its limit empty; how many throws."""
+    for throw in ("forehand", "backhand"):
+        rows = np.loadtxt(data / "gyro" / f"frisbee_{throw}.csv", delimiter=",")
+        flight = rows[slice(*flying(rows[:, 1:4], rows[:, 4:7]))]
+        read = [[repr(float(row[0])), *("" if abs(g) >= SATURATION_DEGS else repr(float(g)) for g in row[4:7])] for row in flight]
+        _write(out / f"{throw}.csv", ["t_s", "gyro_x_degs", "gyro_y_degs", "gyro_z_degs"], read)
+    (out / "trajectory.toml").write_text(f'inertia_ratios = {list(DISC)}\nparticle = "flying disc"\n')
+    return 2
+
+
+def flying(acceleration_g: Array, gyro_degs: Array) -> tuple[int, int]:
+    """First and last row (the latter not among them) of the longest run in which the disc spins beyond the limit, held by nobody."""
+    free = (np.abs(gyro_degs) >= SATURATION_DEGS).any(axis=1) & (np.linalg.norm(acceleration_g, axis=1) < HELD_G)
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], free, [False]]).astype(np.int64))).reshape(-1, 2)
+    first, last = edges[int(np.argmax(edges[:, 1] - edges[:, 0]))].tolist()
+    return first, last
+
+
 def standing_axes(times_s: Array, gyro: Array) -> Array:
     """Angular velocities (n, 3) rad/s along the axes that the body has in the first row, from readings (n, 3) along its own."""
     turns = Rotation.from_rotvec(0.5 * (gyro[1:] + gyro[:-1]) * np.diff(times_s)[:, None])
@@ -109,6 +134,7 @@ CAMPAIGNS: dict[str, Callable[[Path, Path], int]] = {
     "tosses": tosses,
     "table_tennis": table_tennis,
     "spinning_disc": spinning_disc,
+    "thrown_disc": thrown_disc,
 }
 
 

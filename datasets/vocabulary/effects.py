@@ -142,6 +142,18 @@ _ENTRIES = (
         "Goldstein, Classical Mechanics (1980), ch. 5",
     ),
     EffectEntry(
+        "products_of_inertia",
+        Stage.BODY,
+        Scope.PARTICLE,
+        tuple(
+            Parameter(f"e{i}{j}", "1", (-0.1, 0.1), 1e-4, f"product of axes {i} and {j} over the geometric mean of their moments")
+            for i, j in ((1, 2), (1, 3), (2, 3))
+        ),
+        "entries Iij = eij sqrt(Ii Ij) of the inertia matrix about the axes of the uniform body: principal axes lie elsewhere, "
+        "or a sensor's axes do",
+        "Goldstein, Classical Mechanics (1980), ch. 5; dynamic unbalance, ISO 21940-2",
+    ),
+    EffectEntry(
         "length_scale",
         Stage.BODY,
         Scope.CAMPAIGN,
@@ -233,6 +245,15 @@ _ENTRIES = (
         (Parameter("rate", "1/s", (0.0, 50.0), 1e-3, "torque over angular momentum"),),
         "dL/dt = -rate L",
         "Lamb, Hydrodynamics (1932), art. 334: viscous torque on a sphere",
+    ),
+    EffectEntry(
+        "nutation_damping",
+        Stage.DYNAMICS,
+        Scope.PARTICLE,
+        (Parameter("rate", "1/s", (0.0, 50.0), 1e-3, "torque over largest moment and the part of omega that lies across L"),),
+        "dL/dt = -rate I3 (omega - (omega . l) l), l the direction of L, I3 the largest moment: a wobble about the axis of I3 decays, "
+        "of equal moments I1 across it with rate (I3 - I1) / I1",
+        "Bracewell and Garriott, Nature 182 (1958) 760: energy sink; Hummel, Frisbee Flight Simulation (2003): damping of pitch and roll",
     ),
     EffectEntry(
         "radial_distortion",
@@ -378,9 +399,18 @@ _ENTRIES = (
 EFFECTS: dict[str, EffectEntry] = {entry.key: entry for entry in _ENTRIES}
 """The catalogue by key, in no order of importance."""
 
-TRACKED_ONLY = ("saturating_lift", "steady_wind", "unmeasured_lift", "position_distortion", "gyroscope_bias", "gyroscope_scale")
-"""Effects on trial in trajectories alone: those of a tracker or a gyroscope, and those that flights of centimetres before a camera do not
-show."""
+TRACKED_ONLY = (
+    "products_of_inertia",
+    "saturating_lift",
+    "steady_wind",
+    "unmeasured_lift",
+    "nutation_damping",
+    "position_distortion",
+    "gyroscope_bias",
+    "gyroscope_scale",
+)
+"""Effects on trial in trajectories alone: those of a tracker or a gyroscope, those that flights of centimetres before a camera do not
+show, and products of inertia, of which outlines know what the surface does not say as part of every fit."""
 PICTURED: dict[str, EffectEntry] = {key: entry for key, entry in EFFECTS.items() if key not in TRACKED_ONLY}
 """The catalogue of what pictures can show."""
 

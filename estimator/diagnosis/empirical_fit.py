@@ -21,7 +21,7 @@ from estimator.diagnosis.pooled_scores import pooled_scores
 from estimator.effects.empirical.families import LARGEST
 from estimator.effects.empirical.force_curves import ForceCurve, TorqueCurve
 from estimator.effects.empirical.law_effect import law_effect
-from estimator.effects.empirical.law_terms import Term
+from estimator.effects.empirical.law_terms import TERMS, Term
 from estimator.effects.link import EffectModel
 from estimator.effects.model import Model
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState, fit_campaign
@@ -118,7 +118,9 @@ def _floor(campaign: Campaign, fit: CampaignFit) -> float:
 
 
 def _law(campaign: Campaign, fit: CampaignFit, wide: CampaignFit, at: tuple[HeldOut, float]) -> LawFit | None:
-    law = find_law(pooled_scores(campaign, wide))
+    curves = {"acceleration": ForceCurve(), "torque": TorqueCurve()}
+    shown = [term for term in TERMS if campaign.kind.why_not(campaign, curves[term.link]) is None]
+    law = find_law(pooled_scores(campaign, wide), terms=shown)
     if law is None:
         return None
     terms = with_amplitudes(law)

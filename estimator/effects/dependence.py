@@ -1,4 +1,4 @@
-"""What an effect's force depends on, found out by trying: the attitude of the body, its spin."""
+"""What an effect's force depends on, found out by trying: the attitude of the body, its spin, whether its moments differ."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -12,6 +12,8 @@ from estimator.effects.link import EffectModel, Moment, Setting
 from estimator.motion.rotation import rotation_from_vector
 
 Array = NDArray[np.float64]
+ROUNDING = 1e-9
+"""Of a torque, below which it is none."""
 
 
 @lru_cache(maxsize=256)
@@ -33,6 +35,15 @@ def of_body(effect: EffectModel) -> frozenset[str]:
     theta = effect.starts(setting)[0]
     before, after = (effect.body(theta + np.array([size * _something(p) for p in effect.entry.parameters]), setting) for size in (0.0, 1.0))
     return frozenset(name for name in ("com", "inertia") if (getattr(before, name) != getattr(after, name)).any())
+
+
+@lru_cache(maxsize=256)
+def needs_unequal_moments(effect: EffectModel) -> bool:
+    """Whether the torque of an effect vanishes where angular momentum and spin have one direction, whatever the spin."""
+    setting, moment = _somewhere()
+    theta = np.repeat(effect.starts(setting)[:1] + np.array([[_something(p) for p in effect.entry.parameters]]), len(moment.x), axis=0)
+    uneven, even = (effect.torque(theta, each, setting) for each in (moment, replace(moment, L=moment.omega)))
+    return uneven is not None and even is not None and bool(np.abs(even).max() < ROUNDING * np.abs(uneven).max())
 
 
 def _changed_by(effect: EffectModel, link: str) -> frozenset[str]:

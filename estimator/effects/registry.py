@@ -3,12 +3,14 @@
 from estimator.effects.catalogue.body.centre_of_mass import CentreOfMass
 from estimator.effects.catalogue.body.inertia_ratios import InertiaRatios
 from estimator.effects.catalogue.body.length_scale import LengthScale
+from estimator.effects.catalogue.body.products_of_inertia import ProductsOfInertia
 from estimator.effects.catalogue.clock.dropped_frames import DroppedFrames
 from estimator.effects.catalogue.clock.frame_rate import FrameRate
 from estimator.effects.catalogue.clock.trigger_jitter import TriggerJitter
 from estimator.effects.catalogue.dynamics.gravity import Gravity
 from estimator.effects.catalogue.dynamics.linear_drag import LinearDrag
 from estimator.effects.catalogue.dynamics.magnus_lift import MagnusLift
+from estimator.effects.catalogue.dynamics.nutation_damping import NutationDamping
 from estimator.effects.catalogue.dynamics.quadratic_drag import QuadraticDrag
 from estimator.effects.catalogue.dynamics.saturating_lift import SaturatingLift
 from estimator.effects.catalogue.dynamics.spin_damping import SpinDamping
@@ -41,6 +43,7 @@ MODELS: dict[str, EffectModel] = {
         TriggerJitter(),
         CentreOfMass(),
         InertiaRatios(),
+        ProductsOfInertia(),
         LengthScale(),
         ViewOutlineOffset(),
         Gravity(),
@@ -52,6 +55,7 @@ MODELS: dict[str, EffectModel] = {
         UnmeasuredLift(),
         SteadyWind(),
         SpinDamping(),
+        NutationDamping(),
         RadialDistortion(),
         TangentialDistortion(),
         PrincipalPoint(),

@@ -152,6 +152,20 @@ def inertia_ratios(key: str) -> None:
     np.testing.assert_allclose(energy, energy[0], rtol=1e-6)
 
 
+def products_of_inertia(key: str) -> None:
+    """Momentum and energy of a body whose principal axes lie elsewhere are kept, and nothing else would keep both."""
+    theta = (0.03, -0.05, 0.02)
+    found = flown(key, *theta)
+    J = inertia_matrix(flight(), np.array([[0.0, 0.0, *theta]]))[0]
+    mean = np.sqrt(np.outer(RATIOS, RATIOS))
+    np.testing.assert_allclose(J, np.diag(RATIOS) + mean * np.array([[0, 0.03, -0.05], [0.03, 0, 0.02], [-0.05, 0.02, 0]]), atol=1e-15)
+    omega_body = np.einsum("nji,nj->ni", found.poses.R[:, 0], found.omega)
+    L = np.einsum("nij,nj->ni", found.poses.R[:, 0], omega_body @ J)
+    np.testing.assert_allclose(L, np.broadcast_to(L[0], L.shape), rtol=1e-6)
+    energy = np.sum(omega_body @ J * omega_body, axis=1)
+    np.testing.assert_allclose(energy, energy[0], rtol=1e-6)
+
+
 def length_scale(key: str) -> None:
     """A scale touches size alone: neither flight nor clock, and it multiplies."""
     np.testing.assert_array_equal(flown(key, 0.02).poses.centre, flown(key, 0.0).poses.centre)
@@ -184,6 +198,16 @@ def spin_damping(key: str) -> None:
     omega = angular_velocity(there.q[:, 0], L, np.broadcast_to(np.diag(1 / RATIOS), (len(L), 3, 3)))
     R = rotation_matrices(there.q[:, 0])
     np.testing.assert_allclose(np.einsum("nij,nj->ni", R, np.einsum("nji,nj->ni", R, omega) * RATIOS), L, atol=1e-9)
+    np.testing.assert_array_equal(there.v[:, 0], np.broadcast_to(flight().v, (len(L), 3)))
+
+
+def nutation_damping(key: str) -> None:
+    """The size of the angular momentum is kept, energy falls; the flight's path is not touched."""
+    there = reached(key, 8.0)
+    L = there.L[:, 0]
+    np.testing.assert_allclose(np.linalg.norm(L, axis=1), np.linalg.norm(L[0]), rtol=1e-8)
+    omega = angular_velocity(there.q[:, 0], L, np.broadcast_to(np.diag(1 / RATIOS), (len(L), 3, 3)))
+    assert (np.diff(np.sum(omega * L, axis=1)) < 0.0).all()
     np.testing.assert_array_equal(there.v[:, 0], np.broadcast_to(flight().v, (len(L), 3)))
 
 
@@ -374,6 +398,7 @@ LAWS: dict[str, Callable[[str], None]] = {
     law.__name__: law
     for law in (
         *(frame_rate, dropped_frames, trigger_jitter, centre_of_mass, inertia_ratios, length_scale, linear_drag, quadratic_drag),
+        *(products_of_inertia, nutation_damping),
         *(magnus_lift, spin_damping, radial_distortion, tangential_distortion, principal_point, pixel_aspect, focal_length),
         *(camera_vibration, defocus_growth, motion_blur_threshold, rolling_shutter, outline_offset, view_outline_offset, blooming),
         *(rim_light_leak, saturating_lift, steady_wind, unmeasured_lift, position_distortion, gyroscope_bias, gyroscope_scale),

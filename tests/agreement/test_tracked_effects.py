@@ -39,6 +39,8 @@ CASES = {
     "gyroscope_bias": ("gyroscope_bias",),
     "gyroscope_scale": ("gyroscope_scale",),
 }
+OF_TUMBLING_BODIES = ("products_of_inertia", "nutation_damping")
+"""In :mod:`tests.agreement.test_tumbling_bodies`; the flights here are those of balls."""
 SIGMA_X, SIGMA_THETA, SIGMA_SPIN = 5e-5, 1e-3, 5e-3
 MIDDLE, REACH_M = np.array([0.0, 0.0, -0.1]), 0.6
 """Of the volume that a tracker measures."""
@@ -76,7 +78,7 @@ def in_the_true_volume(registered: Registered) -> Registered:
 
 
 def test_every_such_effect_is_held_to_nature() -> None:
-    assert set(CASES) == set(TRACKED_ONLY)
+    assert set(CASES) | set(OF_TUMBLING_BODIES) == set(TRACKED_ONLY)
 
 
 @pytest.mark.parametrize("key", CASES)

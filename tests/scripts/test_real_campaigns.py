@@ -7,9 +7,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from datasets.trajectory_files import read_trajectory, trajectories_in
-from scripts.real_campaigns import CAMPAIGNS, SLOWED, SPUN, slowing, spin_sigma, standing_axes
+from scripts.real_campaigns import CAMPAIGNS, SATURATION_DEGS, SLOWED, SPUN, flying, slowing, spin_sigma, standing_axes
 
-COUNTS = {"tosses": 60, "table_tennis": 37, "spinning_disc": 1}
+COUNTS = {"tosses": 60, "table_tennis": 37, "spinning_disc": 1, "thrown_disc": 2}
 
 
 def test_the_noise_of_a_spin_is_that_of_its_size_along_it_and_of_its_direction_across() -> None:
@@ -25,6 +25,13 @@ def test_the_stretch_begins_where_it_is_let_go_and_ends_at_half_the_spin_or_at_s
     gyro[first + 20, 0] = 2000.0
     gyro[first - 40 : first, 0] = 2100.0
     assert slowing(gyro)[1] <= first + 20
+
+
+def test_a_flight_is_where_nobody_holds_what_spins_beyond_the_limit() -> None:
+    gyro, acceleration = np.zeros((100, 3)), np.tile([0.0, 0.0, -1.3], (100, 1))
+    gyro[20:80, 2] = SATURATION_DEGS + 5.0
+    acceleration[20:30, 0], acceleration[70, 1] = 8.0, -6.0
+    assert flying(acceleration, gyro) == (30, 70)
 
 
 def test_a_spin_that_stands_still_in_the_world_does_so_again() -> None:

@@ -27,6 +27,7 @@ HIDDEN = (
     "frame_rate",
     "centre_of_mass",
     "inertia_ratios",
+    "products_of_inertia",
     "length_scale",
     "gravity",
     "uniform_acceleration",
@@ -34,6 +35,7 @@ HIDDEN = (
     "quadratic_drag",
     "magnus_lift",
     "spin_damping",
+    "nutation_damping",
     "gyroscope_bias",
     "gyroscope_scale",
 )

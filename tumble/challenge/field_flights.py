@@ -26,7 +26,10 @@ RADIUS_M, MASS_KG = 0.02, 0.03
 
 @dataclass(frozen=True)
 class Flown:
-    """True motion of the centre of mass at ``nominal_s`` (what a perfect recorder's stamps would be), and the tracked ``x`` (n, 3)."""
+    """True motion of the centre of mass at ``nominal_s`` (what a perfect recorder's stamps would be), and the tracked ``x`` (n, 3).
+
+    Attitudes are those of the tracked frame, along the axes of the uniform body.
+    """
 
     nominal_s: Array
     motion: Motion
@@ -56,11 +59,14 @@ def flown(case: FieldCase, number: int, per_row: int = 1) -> Flown:
     inertia = ratios * 0.4 * MASS_KG * RADIUS_M**2
     body = force.flying_body(FlyingBody(np.zeros((1, 3)), Body(np.zeros(3), np.eye(3), ratios), MASS_KG, inertia))
     times = force.true_times(nominal, np.random.default_rng(0))
-    start = Start(np.zeros(3), *(np.array(each) for each in (plan.q_world_body, plan.v_world, plan.omega_world)))
+    axes = Rotation.from_matrix(body.body.R_particle_body)
+    attitude = (Rotation.from_quat(plan.q_world_body) * axes).as_quat()
+    start = Start(np.zeros(3), attitude, *(np.array(each) for each in (plan.v_world, plan.omega_world)))
     if force.push:
         motion = fly_pushed(start, body, GRAVITY, force, span_s=(0.0, float(times[-1]))).at(times)
     else:
         motion = fly(start, body.inertia_kgm2, GRAVITY, earliest_s=0.0, latest_s=float(times[-1])).at(times)
+    motion = replace(motion, q_world_body=(Rotation.from_quat(motion.q_world_body) * axes.inv()).as_quat())
     tracked = motion.x_world - Rotation.from_quat(motion.q_world_body).apply(body.body.com_particle)
     return Flown(nominal, motion, tracked / length)
 

@@ -2,7 +2,9 @@
 
 from collections.abc import Iterator, Sequence
 
-from estimator.effects.dependence import of_body, of_force
+import numpy as np
+
+from estimator.effects.dependence import needs_unequal_moments, of_body, of_force
 from estimator.effects.link import EffectModel
 from estimator.effects.model import overrides
 from estimator.measurements.trajectories.task import TrajectoryTask
@@ -31,6 +33,8 @@ def why_not(effect: EffectModel, tasks: Sequence[TrajectoryTask]) -> str | None:
         return "the spin was measured throughout"
     if overrides(effect, "torque") and not measured & {"theta", "gyro"} and not any(_spin_changes(task) for task in tasks):
         return "it needs a spin that was measured more than once in a flight"
+    if overrides(effect, "torque") and needs_unequal_moments(effect) and all(np.ptp(t.setting.inertia_ratios) == 0.0 for t in tasks):
+        return "its body has three equal moments of inertia"
     return None
 
 
@@ -55,6 +59,8 @@ def _conditions(effect: EffectModel) -> Iterator[tuple[frozenset[str], str]]:
     if "spin" in on:
         yield frozenset({"theta", "omega"}), "it needs a measured orientation or spin"
     if overrides(effect, "torque"):
+        if needs_unequal_moments(effect):
+            yield frozenset({"theta", "gyro"}), "it needs a measured orientation"
         yield frozenset({"theta", "omega", "gyro"}), "it needs a measured orientation or spin"
 
 

@@ -79,3 +79,14 @@ def test_momentum_is_that_of_the_changed_moments() -> None:
 def test_moments_that_no_body_has(in_force, body) -> None:
     with pytest.raises(InputError, match="no moment exceeds the sum of the others"):
         in_force("inertia_ratios", e1=-0.6, e2=-0.3).flying_body(body)
+
+
+def test_principal_axes_that_are_not_those_of_the_uniform_body(in_force, body) -> None:
+    found = in_force("products_of_inertia", e12=0.05, e13=-0.02, e23=0.03).flying_body(body)
+    R, root = found.body.R_particle_body, np.sqrt(body.inertia_kgm2)
+    unit = np.array([[1.0, 0.05, -0.02], [0.05, 1.0, 0.03], [-0.02, 0.03, 1.0]])
+    np.testing.assert_allclose(R @ np.diag(found.inertia_kgm2) @ R.T, root[:, None] * unit * root, rtol=1e-12)
+    assert np.linalg.det(R) == pytest.approx(1.0)
+    np.testing.assert_allclose(found.body.inertia_ratios, found.inertia_kgm2 / found.inertia_kgm2.max())
+    with pytest.raises(InputError, match="no moment exceeds the sum of the others"):
+        in_force("products_of_inertia", e12=0.9, e13=0.0, e23=0.0).flying_body(body)

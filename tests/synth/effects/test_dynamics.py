@@ -65,6 +65,18 @@ def test_spin_damping_halves_momentum_and_keeps_its_direction(flown, body) -> No
     assert np.ptp(motion.v_world, axis=0).max() == 0
 
 
+def test_a_small_wobble_of_a_symmetric_body_decays_at_the_rate_of_the_catalogue(flown) -> None:
+    """``I1 = I2``: the spin across the axis of ``I3`` falls with ``rate (I3 - I1) / I1``, the size of the momentum stays."""
+    moments, rate = np.array([2.0e-9, 2.0e-9, 4e-9]), 10.0
+    motion = flown("nutation_damping", moments=moments, rate=rate).at(TIMES)
+    ratios = moments / moments.max()
+    np.testing.assert_allclose(np.linalg.norm(momentum(motion, ratios), axis=1), np.linalg.norm(momentum(motion, ratios)[0]), rtol=1e-9)
+    spin = Rotation.from_quat(motion.q_world_body).inv().apply(motion.omega_world)
+    # d tan(nutation) / dt = -rate (I3 - I1) / I1 tan(nutation): exact for every angle of a symmetric body.
+    wobble = np.linalg.norm(spin[:, :2], axis=1) / np.abs(spin[:, 2])
+    np.testing.assert_allclose(np.log(wobble / wobble[0]), -rate * TIMES, rtol=1e-6, atol=1e-9)
+
+
 def test_a_wall_pulls_along_its_normal_and_conserves_energy(flown, start) -> None:
     normal = np.array([3.0, 0.0, 4.0])
     values = {"strength": 1e-3, "normal_x": 3.0, "normal_y": 0.0, "normal_z": 4.0, "position": 0.45}

@@ -74,8 +74,19 @@ def test_rotation_is_left_out_where_it_was_not_measured() -> None:
     ("name", "not_shown"),
     [
         ("poses", {"unmeasured_lift"}),
-        ("positions", {"centre_of_mass", "inertia_ratios", "magnus_lift", "saturating_lift", "spin_damping"}),
-        ("positions and spin", {"centre_of_mass", "inertia_ratios", "unmeasured_lift"}),
+        (
+            "positions",
+            {
+                "centre_of_mass",
+                "inertia_ratios",
+                "products_of_inertia",
+                "magnus_lift",
+                "saturating_lift",
+                "spin_damping",
+                "nutation_damping",
+            },
+        ),
+        ("positions and spin", {"centre_of_mass", "inertia_ratios", "products_of_inertia", "unmeasured_lift", "nutation_damping"}),
     ],
 )
 def test_only_effects_that_apply_are_tried(name: str, not_shown: set[str]) -> None:

@@ -1,0 +1,26 @@
+"""Torque against a wobble, ``dL/dt = -b I3 (omega - (omega . l) l)``, l the direction of L: an energy sink [Bracewell and Garriott 1958].
+
+The size of L stays, the energy falls until the body spins about the axis of its largest moment. To first order in the wobble, air that
+damps pitch and roll of a disc does the same [Hummel 2003]. Nothing happens to a body with three equal moments.
+"""
+
+import numpy as np
+
+from datasets.vocabulary.effects import EFFECTS
+from estimator.effects.link import Array, EffectModel, Moment, Setting
+
+LEAST = 1e-24
+"""Against division by zero ((rad/s)²): a body at rest."""
+
+
+class NutationDamping(EffectModel):
+    """Torque along the part of the spin that lies across the angular momentum."""
+
+    entry = EFFECTS["nutation_damping"]
+
+    def torque(self, theta: Array, moment: Moment, setting: Setting) -> Array | None:
+        """``-b (omega - (omega . L) L / L²)``."""
+        del setting
+        omega, L = moment.omega, moment.L
+        share = np.sum(omega * L, axis=1, keepdims=True) / np.maximum(np.sum(L**2, axis=1, keepdims=True), LEAST)
+        return np.asarray(-theta * (omega - share * L))
