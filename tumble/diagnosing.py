@@ -67,6 +67,11 @@ FAR = 4.0
 """Robust standard deviations from which on a sequence stands out."""
 Told = Callable[[str], None]
 VelocityErrors = Callable[[CampaignFit, Prepared], dict[str, Any]]
+CHECKED = (
+    "Check that nothing held or touched the body in any row or frame, and what is stated of it; of trajectories state the noise "
+    "(sigma_...), or what no smooth curve in time follows counts as noise."
+)
+"""What to do where residuals are no noise, and so large that nothing else shows."""
 NOTHING_MORE = "Then nothing more is missing."
 
 
@@ -220,7 +225,8 @@ def _beyond_noise(verdict: Verdict, floor: NoiseFloor, unit: str, at: tuple[floa
         left = verdict.sentence.replace(NOTHING_MORE, "Residuals are still larger than noise, and no known effect is behind it.")
         return verdict if left == verdict.sentence else replace(verdict, sentence=left, remarks=(told, *verdict.remarks))
     if verdict.kind == "says nothing":
-        return replace(verdict, remarks=(*verdict.remarks, told))
+        sentence = f"The model misses something, and beside that nothing can be said: {verdict.sentence.partition(': ')[2]}"
+        return replace(verdict, sentence=sentence, remarks=(told, CHECKED))
     more = "" if verdict.kind == "nothing missing" else f" {verdict.sentence}"
     sentence = f"There is something to explain, and no known effect does.{more}"
     return replace(verdict, kind="judged", sentence=sentence, remarks=(told, *verdict.remarks))

@@ -200,6 +200,21 @@ def test_a_gyroscope_alone_goes_through_every_verb(spun: Path, tmp_path: Path) -
     assert main(["report", str(tmp_path / "estimates"), "--out", str(tmp_path / "report"), "-q"]) == 0
 
 
+def test_readings_that_are_no_free_rotation_are_called_that(tmp_path: Path) -> None:
+    """A body that is turned to and fro by hand: far from free rotation, not too short a recording."""
+    times, rng = np.arange(300) / 100.0, np.random.default_rng(4)
+    read = 3.0 * np.sin(np.outer(times, [11.0, 17.0, 23.0])) * np.sin(7.0 * times)[:, None] + 0.01 * rng.normal(size=(300, 3))
+    lines = [",".join(repr(float(v)) for v in (t, *row)) for t, row in zip(times, read, strict=True)]
+    folder = tmp_path / "held"
+    folder.mkdir()
+    (folder / "held.csv").write_text("\n".join(["t_s,gyro_x_rads,gyro_y_rads,gyro_z_rads", *lines]) + "\n")
+    (folder / "trajectory.toml").write_text("inertia_ratios = [0.5, 0.8, 1.0]\n")
+    assert main(["diagnose", str(folder), "--out", str(tmp_path / "out"), "-q"]) == 2
+    verdict = read_document(tmp_path / "out" / "diagnosis.json", "diagnosis")["verdict"]
+    assert verdict["sentence"].startswith("The model misses something, and beside that nothing can be said")
+    assert any("nothing held or touched the body" in remark for remark in verdict["remarks"])
+
+
 REFUSED = [
     (["ladder", "{spun}", "--effects", "linear_drag"], "does not apply to these measurements: it needs measured positions"),
     (["diagnose", "{tosses}"], "expected gravity in the trajectory's frame"),
