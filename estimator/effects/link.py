@@ -219,10 +219,6 @@ class EffectModel:
         """The same effect under a prior about zero of standard deviations ``sigma`` (q,), perhaps with ``tails``; ``None``: free."""
         return self._changed(held=sigma, tails=tails)
 
-    def without_noise(self) -> Self:
-        """An effect that is drawn anew in every frame with its parameters but no variance."""
-        return self._changed(random=False)
-
     def as_noise(self, freedom: float) -> Self:
         """The same effect as noise of what was measured; ``freedom``: of the prior of its values of every sequence."""
         return self._changed(noise=True, freedom=freedom)

@@ -101,11 +101,6 @@ class OutlineTrack:
         return tuple(str(f.status) for f in self.frames)
 
     @property
-    def edge_widths_px(self) -> Float[NDArray[np.float64], " frame"]:
-        """Per frame the 10-90% edge width (px), NaN where none was measured."""
-        return np.array([f.edge_width_px for f in self.frames])
-
-    @property
     def sigmas_px(self) -> Float[NDArray[np.float64], " frame"]:
         """Per frame the expected standard deviation of an outline point along the normal (px), NaN where unknown."""
         return np.array([f.sigma_px for f in self.frames])

@@ -13,11 +13,10 @@ from estimator.effects.model import Model
 from estimator.effects.registry import MODELS
 from estimator.fitting.campaigns.campaign import CampaignState, fit_campaign
 from estimator.fitting.campaigns.registered import Registered
-from estimator.measurements.trajectories.registering import register_trajectories, task_of
-from estimator.measurements.trajectories.starting import first_flight
-from estimator.measurements.trajectories.task import trajectory_errors
+from estimator.measurements.trajectories.registering import register_trajectories
 from synth.effects.in_force import EffectsInForce
 from synth.effects.links import FlightState
+from tests.agreement.trajectory_derivatives import held_to_central_differences
 
 Array = np.ndarray
 GRAVITY = np.array([0.0, 0.0, -9.81])
@@ -101,15 +100,4 @@ def test_what_nature_does_is_recovered(key: str) -> None:
 @pytest.mark.parametrize("key", CASES)
 def test_derivatives_are_central_differences(key: str) -> None:
     trajectory = of_nature(CASES[key], np.random.default_rng(2), key)
-    task, model = task_of(trajectory), Model(tuple(MODELS[k] for k in CASES[key]))
-    flight = first_flight(task, trajectory.surroundings.body)
-    flight = replace(flight, omega=flight.omega + 0.1)
-    theta = 0.9 * np.concatenate([[SIZES[k][name] for name in EFFECTS[k].names] for k in CASES[key]])
-    J = trajectory_errors(task, flight, model, theta).J
-    for column, step in enumerate(model.steps):
-        change = np.zeros(len(theta))
-        change[column] = 5.0 * step
-        high, low = (trajectory_errors(task, flight, model, theta + sign * change).e for sign in (1.0, -1.0))
-        difference = (high - low) / (10.0 * step)
-        assert np.abs(difference).max() > 0.0
-        assert np.abs(J[..., 21 + column] - difference).max() < 2e-3 * np.abs(difference).max()
+    held_to_central_differences(trajectory, {k: SIZES[k] for k in CASES[key]})

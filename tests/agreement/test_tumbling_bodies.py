@@ -13,11 +13,10 @@ from datasets.vocabulary.effects import EFFECTS
 from estimator.effects.model import Model
 from estimator.effects.registry import MODELS
 from estimator.fitting.campaigns.campaign import CampaignState, fit_campaign
-from estimator.measurements.trajectories.registering import register_trajectories, task_of
-from estimator.measurements.trajectories.starting import first_flight
-from estimator.measurements.trajectories.task import trajectory_errors
+from estimator.measurements.trajectories.registering import register_trajectories
 from synth.effects import EffectsInForce, FlyingBody
 from synth.motion import Start, fly_pushed
+from tests.agreement.trajectory_derivatives import held_to_central_differences
 
 Array = NDArray[np.float64]
 TIMES, GRAVITY, RATIOS = np.linspace(0.0, 0.5, 51), np.array([0.0, 0.0, -9.81]), np.array([0.5, 0.8, 1.0])
@@ -61,17 +60,7 @@ def test_what_nature_does_is_recovered(key: str, gyroscope: bool) -> None:
 @pytest.mark.parametrize("key", SIZES)
 def test_derivatives_are_central_differences(key: str) -> None:
     trajectory = of_nature(key, np.random.default_rng(2), key, gyroscope=False)
-    task, model = task_of(trajectory), Model((MODELS[key],))
-    flight = first_flight(task, trajectory.surroundings.body)
-    theta = 0.9 * np.array([SIZES[key][name] for name in EFFECTS[key].names])
-    J = trajectory_errors(task, flight, model, theta).J
-    for column, step in enumerate(model.steps):
-        change = np.zeros(len(theta))
-        change[column] = 5.0 * step
-        high, low = (trajectory_errors(task, flight, model, theta + sign * change).e for sign in (1.0, -1.0))
-        difference = (high - low) / (10.0 * step)
-        assert np.abs(difference).max() > 0.0
-        assert np.abs(J[..., 21 + column] - difference).max() < 2e-3 * np.abs(difference).max()
+    held_to_central_differences(trajectory, {key: SIZES[key]})
 
 
 def test_a_wobble_shows_only_where_moments_differ() -> None:
