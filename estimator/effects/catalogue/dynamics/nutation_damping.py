@@ -1,7 +1,8 @@
 """Torque against a wobble, ``dL/dt = -b I3 (omega - (omega . l) l)``, l the direction of L: an energy sink [Bracewell and Garriott 1958].
 
 The size of L stays, the energy falls until the body spins about the axis of its largest moment. To first order in the wobble, air that
-damps pitch and roll of a disc does the same [Hummel 2003]. Nothing happens to a body with three equal moments.
+damps pitch and roll of a disc does the same [Hummel 2003]. Valid for rates that are small against the spin; a body with three equal
+moments has no wobble.
 """
 
 import numpy as np
