@@ -16,6 +16,7 @@ from datasets.errors import InputError
 from estimator.effects.choosing import contradiction
 from tumble.challenge.drawing import LARGEST, RELATIVE_TO_PLAUSIBLE, direction, nested
 from tumble.challenge.field_case import CALIBRATION, CHANNELS, MEASURED, Effects, FieldCase, FlightPlan, Measured, Noise
+from tumble.challenge.field_flights import flown
 from tumble.challenge.field_limits import Known, known, limit_along
 from tumble.challenge.field_outside import draw_outside
 from tumble.challenge.field_picture_drawing import draw_silhouettes
@@ -98,7 +99,7 @@ def draw_field_case(plan: FieldPlan, seed: int, number: int) -> FieldCase:
     outside = bool(np.random.default_rng([seed, number]).random() < OUTSIDE_SHARE)
     for attempt in range(ATTEMPTS):
         try:
-            return _drawn(plan, names_of(plan)[number], np.random.default_rng([seed, number, attempt]), outside=outside)
+            return _that_flies(_drawn(plan, names_of(plan)[number], np.random.default_rng([seed, number, attempt]), outside=outside))
         except (InputError, ArithmeticError, ValueError) as error:
             failure = error
     raise InputError(f"campaign {number + 1}: expected flights that can be flown, got none in {ATTEMPTS} attempts: {failure}") from failure
@@ -116,6 +117,14 @@ def _drawn(plan: FieldPlan, name: str, rng: np.random.Generator, *, outside: boo
     mess, over = draw_mess(of, tuple(case.hidden), rng)
     case = replace(case, mess=mess, mess_over_limit=over)
     return case if case.scene is None else as_flown(case)
+
+
+def _that_flies(case: FieldCase) -> FieldCase:
+    """The case, all of whose flights have been tried: what is hidden may be more than a body or an integrator can have."""
+    if case.scene is None:
+        for number in range(len(case.flights)):
+            flown(case, number)
+    return case
 
 
 def draw_flights(plan: FieldPlan, name: str, rng: np.random.Generator) -> FieldCase:
