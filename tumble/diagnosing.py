@@ -46,7 +46,7 @@ from tumble.diagnosis_documents import (
     value_entries,
     verdict_entry,
 )
-from tumble.implausible import believed, fall_words
+from tumble.implausible import ball_words, believed, fall_words
 from tumble.limiting import fact_entries, limits_entry, name_entries, names_sentence, settling
 from tumble.reports.map_words import sentence_of
 from tumble.reports.noise_floor_words import floor_sentence
@@ -201,7 +201,7 @@ def diagnosed(question: Question, campaign: Prepared, out: Path, told: Told) -> 
     if odd or _a_force(rest):
         verdict = replace(verdict, remarks=(*_of_the_path(campaign), *verdict.remarks))
     floor = _below(_floor(campaign.registered.campaign, fit), rest)
-    verdict = _beyond_noise(verdict, floor, campaign.registered.campaign.kind.unit, _sure(found))
+    verdict = _beyond_noise(verdict, floor, campaign, _sure(found))
     content = _content("diagnose", question, campaign, uncertain(campaign.registered.campaign, fit, question.candidates))
     return {
         **content,
@@ -216,20 +216,20 @@ def diagnosed(question: Question, campaign: Prepared, out: Path, told: Told) -> 
     }
 
 
-def _beyond_noise(verdict: Verdict, floor: NoiseFloor, unit: str, at: tuple[float, float]) -> Verdict:
-    """The verdict, or that no known effect explains what residuals in ``unit`` have beyond noise, where none is told for it."""
+def _beyond_noise(verdict: Verdict, floor: NoiseFloor, campaign: Prepared, at: tuple[float, float]) -> Verdict:
+    """The verdict, or that no known effect explains what residuals have beyond noise, where none is told for it."""
     if verdict.kind == "unknown" or not floor.beyond:
         return verdict
-    told = floor_sentence(floor, unit, at)
+    told = floor_sentence(floor, campaign.registered.campaign.kind.unit, at)
     if verdict.kind == "found":
         left = verdict.sentence.replace(NOTHING_MORE, "Residuals are still larger than noise, and no known effect is behind it.")
         return verdict if left == verdict.sentence else replace(verdict, sentence=left, remarks=(told, *verdict.remarks))
     if verdict.kind == "says nothing":
         sentence = f"The model misses something, and beside that nothing can be said: {verdict.sentence.partition(': ')[2]}"
-        return replace(verdict, sentence=sentence, remarks=(told, CHECKED))
+        return replace(verdict, sentence=sentence, remarks=(told, *ball_words(campaign.observations), CHECKED))
     more = "" if verdict.kind == "nothing missing" else f" {verdict.sentence}"
     sentence = f"There is something to explain, and no known effect does.{more}"
-    return replace(verdict, kind="judged", sentence=sentence, remarks=(told, *verdict.remarks))
+    return replace(verdict, kind="judged", sentence=sentence, remarks=(told, *ball_words(campaign.observations), *verdict.remarks))
 
 
 def _a_force(rest: Document | None) -> bool:
@@ -301,7 +301,7 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told, *, 
         verdict = replace(verdict, remarks=(*_of_the_path(campaign), *verdict.remarks))
     floor = _below(_floor(registered.campaign, explanation.fit), rest)
     verdict = with_unknown(verdict, rest, partial(question.command, "ladder"))
-    verdict = _beyond_noise(verdict, floor, registered.campaign.kind.unit, _sure(last))
+    verdict = _beyond_noise(verdict, floor, campaign, _sure(last))
     told_by = believed(verdict, effect_values(registered, of.fit, of.at.plain), campaign.observations)
     more = law_command(out) if rest else (contact and contact.more) or _ladder_command(question, [*explanation.noise, *explanation.found])
     content = _content("explain", question, campaign, of)

@@ -40,3 +40,10 @@ def fall_words(observations: Mapping[str, Observation | Trajectory]) -> Iterator
     known = [share for share in shares if share is not None]
     if known:
         yield f"Positions fall with {np.median(known):.3g} times the stated gravity (along it, median of {len(known)} sequences)."
+
+
+def ball_words(observations: Mapping[str, Observation | Trajectory]) -> Iterator[str]:
+    """That a body whose gyroscope is read counts as a ball, where nobody stated its inertia."""
+    read = [each for each in observations.values() if isinstance(each, Trajectory) and each.gyro is not None]
+    if read and all(np.ptp(each.surroundings.body.inertia_ratios) == 0.0 for each in read):
+        yield "The body counts as a ball, whose gyroscope's readings never change: state inertia_ratios in trajectory.toml, or --mesh."

@@ -208,11 +208,13 @@ def test_readings_that_are_no_free_rotation_are_called_that(tmp_path: Path) -> N
     folder = tmp_path / "held"
     folder.mkdir()
     (folder / "held.csv").write_text("\n".join(["t_s,gyro_x_rads,gyro_y_rads,gyro_z_rads", *lines]) + "\n")
-    (folder / "trajectory.toml").write_text("inertia_ratios = [0.5, 0.8, 1.0]\n")
-    assert main(["diagnose", str(folder), "--out", str(tmp_path / "out"), "-q"]) == 2
-    verdict = read_document(tmp_path / "out" / "diagnosis.json", "diagnosis")["verdict"]
-    assert verdict["sentence"].startswith("The model misses something, and beside that nothing can be said")
-    assert any("nothing held or touched the body" in remark for remark in verdict["remarks"])
+    for name, ratios in (("stated", "inertia_ratios = [0.5, 0.8, 1.0]\n"), ("a_ball", "")):
+        (folder / "trajectory.toml").write_text(ratios)
+        assert main(["diagnose", str(folder), "--out", str(tmp_path / name), "-q"]) == 2
+        verdict = read_document(tmp_path / name / "diagnosis.json", "diagnosis")["verdict"]
+        assert verdict["sentence"].startswith("The model misses something, and beside that nothing can be said")
+        assert any("nothing held or touched the body" in remark for remark in verdict["remarks"])
+        assert any("state inertia_ratios" in remark for remark in verdict["remarks"]) is (name == "a_ball")
 
 
 REFUSED = [
