@@ -43,7 +43,8 @@ def fall_words(observations: Mapping[str, Observation | Trajectory]) -> Iterator
 
 
 def ball_words(observations: Mapping[str, Observation | Trajectory]) -> Iterator[str]:
-    """That a body whose gyroscope is read counts as a ball, where nobody stated its inertia."""
-    read = [each for each in observations.values() if isinstance(each, Trajectory) and each.gyro is not None]
-    if read and all(np.ptp(each.surroundings.body.inertia_ratios) == 0.0 for each in read):
-        yield "The body counts as a ball, whose gyroscope's readings never change: state inertia_ratios in trajectory.toml, or --mesh."
+    """That a body whose turning was measured counts as a ball, where nobody stated its inertia."""
+    read = [each for each in observations.values() if isinstance(each, Trajectory)]
+    turning = [each for each in read if each.gyro is not None or each.q_world_tracked is not None]
+    if turning and all(np.ptp(each.surroundings.body.inertia_ratios) == 0.0 for each in turning):
+        yield "The body counts as a ball, whose spin never changes by itself: state inertia_ratios in trajectory.toml, or --mesh."
