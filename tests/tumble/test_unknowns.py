@@ -86,7 +86,7 @@ def test_the_words_say_stage_share_law_and_what_to_type(tmp_path: Path) -> None:
 
 def test_a_force_for_which_there_is_no_law_is_said_to_have_none(monkeypatch: pytest.MonkeyPatch) -> None:
     fit, rest, _ = left()
-    monkeypatch.setattr(empirical_fit, "find_law", lambda _pooled: None)
+    monkeypatch.setattr(empirical_fit, "find_law", lambda _pooled, **_: None)
     entry = unknown_entry(unknown_campaign("outgassing_thrust").campaign, fit, rest, NAMES)
     assert entry is not None
     assert entry["law"] is None

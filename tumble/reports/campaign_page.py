@@ -65,11 +65,12 @@ def render(document: Mapping[str, Any]) -> str:
 
 
 def _nothing_to_do(found: Mapping[str, Any]) -> bool:
-    """Whether the evidence misses nothing, the fit settled, nothing unknown is left, and all that was found is established."""
+    """Whether nothing is missing, the fit settled, all that was found is established, and residuals are no larger than noise."""
     complete = found["diagnosis"] is not None and not found["diagnosis"]["missing"] and found.get("unknown") is None
     sure = all(step["established"] for step in found["steps"] or [])
     likely = found["diagnosis"] is None or found["diagnosis"]["probability"] >= 0.5
-    return bool(complete and sure and likely and found["settled"] and found["verdict"]["kind"] in ("nothing missing", "found"))
+    noise = not (found["noise_floor"] or {}).get("explainable", False)
+    return bool(complete and sure and likely and noise and found["settled"] and found["verdict"]["kind"] in ("nothing missing", "found"))
 
 
 def _maps(entries: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:

@@ -13,6 +13,7 @@ from datasets.vocabulary.body import Body
 from estimator.diagnosis.adding import fit_with
 from estimator.diagnosis.residual_maps import residual_maps
 from estimator.effects.choosing import catalogue
+from estimator.effects.empirical.force_curves import ForceCurve, TorqueCurve
 from estimator.effects.model import Model
 from estimator.fitting.campaigns.base_model import base_fit
 from estimator.fitting.campaigns.campaign import CampaignFit
@@ -174,3 +175,9 @@ def test_positions_in_two_dimensions_and_missing_cells_still_show_the_drag() -> 
     assert sigma < 0.1
     assert not fit.equations[0].errors.seen[:, 1].any()
     assert not fit.equations[1].errors.seen[6:10, 2].any()
+
+
+def test_without_positions_a_law_has_no_terms_of_a_force() -> None:
+    campaign = register_trajectories(gyro_rows(2, 0.2, (0.55, 0.8, 1.0), rows=40)).campaign
+    assert campaign.kind.why_not(campaign, ForceCurve()) == "it needs measured positions"
+    assert campaign.kind.why_not(campaign, TorqueCurve()) is None
