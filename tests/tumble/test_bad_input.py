@@ -198,7 +198,7 @@ def test_a_view_that_does_not_belong_is_named_by_its_ete(
     edit(folder, swapped)
     assert estimate(folder) == 0
     out = capsys.readouterr().out
-    assert f"{NAME}: converged. left out as not belonging to this particle or calibration: view 4 (RMS ETE " in out
+    assert f"{NAME}: left out as not belonging to this particle or calibration: view 4 (RMS ETE " in out
     assert measured(tmp_path).statistics["views_left_out"] == [4]
     assert measured(tmp_path).statistics["n_views"] == 17
 
