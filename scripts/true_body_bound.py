@@ -1,7 +1,7 @@
 """The Cramér-Rao bound of the true body by class of body: what the outlines of flights allow anybody to know of their velocities.
 
 ``python -m scripts.true_body_bound --particles FOLDER --count 8 --seed N [--correlation PX] [--mass-prior UM MOMENTS PRODUCTS]``.
-Sequences are those of :mod:`scripts.study_surface_fit` of that seed; nothing is estimated. Printed: root mean squares over sequences of
+Classes of bodies are those of :mod:`studies.plans.surface_fit`; nothing is estimated. Printed: root mean squares over sequences of
 one component's bound (:mod:`synth.flight_bound`). ``--mass-prior``: the body's surface is known, its centre of mass to so many
 micrometres along each axis, moments and products of its inertia to these shares. ``--each``: a line per sequence. ``--oracle``: besides,
 errors of :mod:`scripts.true_body_oracle` on the same sequences over the bound, and how many of its 95% ellipsoids hold the truth.
@@ -20,8 +20,8 @@ from datasets.scoring.efficiency import QUANTITIES, Quantity
 from datasets.scoring.metrics import COMPONENTS
 from datasets.scoring.score import ELLIPSOID_95, VECTORS
 from datasets.truth import Truth
-from scripts.study_surface_fit import classes
 from scripts.true_body_oracle import Oracle
+from studies.plans.surface_fit import classes
 from synth.flight_bound import MassPrior, flight_bound
 from synth.sequence import build_silhouette_sequence
 
