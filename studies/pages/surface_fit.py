@@ -24,7 +24,6 @@ def page(result: Result) -> list[str]:
     rows = result.rows
     return [
         "# The surface as an unknown",
-        "",
         *paragraph(
             "What is the last fit of [decision 53](../decisions/0053-surface-as-an-unknown.md) worth, to every sample of every outline",
             "with the body's surface as an unknown, beside the fit of tangents alone (`surface_fit = 0`)?",

@@ -33,7 +33,6 @@ def page(result: Result) -> list[str]:
     rows = result.rows
     return [
         "# Two cameras",
-        "",
         *paragraph(
             f"{rows['repetition'].nunique()} flights of {', '.join(sorted(rows['particle'].unique()))}, {rows['n_frames'].max()}",
             f"pictures at 4000 frames/s, {rows['n_views'].max()} calibrated views, outlines with 0.2 px boundary noise, filmed by one",
@@ -44,8 +43,8 @@ def page(result: Result) -> list[str]:
         "![Median errors by arrangement](two_cameras.png)",
         "",
         *paragraph(
-            "Dots: medians with 95% bootstrap intervals. Dashed: the median error that the reported error bars predict. Dotted: that of",
-            "the true body's bound, computed for one camera.",
+            "Dots: medians with 95% bootstrap intervals where there are six flights and more. Dashes: the median error that the reported",
+            "error bars predict.",
         ),
         "",
         *median_table(medians(_numbered(rows), ("number",)), (("number", "number"),)),
@@ -107,7 +106,8 @@ def picture(result: Result) -> Figure:
     names = [name.replace(", ", ",\n").replace("half a frame", "half\na frame") for name in ARRANGEMENTS]
     for here, quantity, colour in zip(axes[0], QUANTITIES, COLOURS, strict=False):
         own = points[points["quantity"] == quantity.key]
-        draw_medians(here, own, Line("number", colour, "median, 95% interval", ""), accompanied=True)
+        here.plot(own["number"], own["predicted"], "_", ms=18, mew=1.4, color="0.25", label="predicted by the error bars")
+        draw_medians(here, own, Line("number", colour, "median, 95% interval", ""))
         here.set_xticks(range(len(names)), names, fontsize=8)
         here.set_xlim(-0.4, len(names) - 0.6)
         here.set_title(f"{quantity.title} ({quantity.unit})")
