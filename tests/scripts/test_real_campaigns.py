@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from datasets.trajectory_files import read_trajectory, trajectories_in
-from scripts.real_campaigns import CAMPAIGNS, SLOWED, SPUN, slowing, spin_sigma, standing_axes
+from scripts.real.real_campaigns import CAMPAIGNS, SLOWED, SPUN, slowing, spin_sigma, standing_axes
 
 COUNTS = {"tosses": 60, "table_tennis": 37, "spinning_disc": 1}
 

@@ -92,7 +92,6 @@ sizes_at_spikes.json
 study_calibration.json
 study_separation.json
 study_shape.json
-study_twins.json
 time_explain.json
 tutorial.json
 two_particles.json

@@ -26,7 +26,7 @@ from datasets.observation import Observation
 from datasets.observation_files import frames_file, read_observation, write_observation
 from datasets.recipes.recipe import HsvRecipe, MotionRecipe, NoiseRecipe, ParticleRecipe, Recipe, RigRecipe
 from datasets.tiff_frames import write_stack
-from scripts.bench_estimate import as_pictures
+from scripts.benchmarks.bench_estimate import as_pictures
 from synth.sequence import build_silhouette_sequence
 from tumble.cli.main import main
 from tumble.engine.marks import mark_path

@@ -15,7 +15,7 @@ from estimator.effects.model import Model
 from estimator.effects.registry import MODELS
 from estimator.measurements.trajectories.registering import register_trajectories
 from estimator.measurements.trajectories.task import trajectory_errors
-from scripts.real_campaigns import tosses
+from scripts.real.real_campaigns import tosses
 from tests.estimator.made_trajectories import Hidden, Tracker, campaign
 
 TRIED = ("frame_rate", "unmeasured_lift", "uniform_acceleration", "linear_drag", "steady_wind")
