@@ -6,7 +6,7 @@ offset here. Who knows that states it, since beside gravity the size of outlines
 
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -48,9 +48,10 @@ def cases(settings: SurfaceFit, particles: Path | None) -> list[Case]:
 
 
 def _case(settings: SurfaceFit, k: int, name: str, body: ParticleRecipe) -> Case:
+    one = replace(body, files=(body.files[k % len(body.files)],)) if body.files else body
     recipe = Recipe(
         seed=drawn_seed(settings.seed, k),
-        particle=body,
+        particle=one,
         motion=MotionRecipe(settings.frames, speed_ms=settings.speed_ms, spin_rads=settings.spin_rads),
         rig=RigRecipe(drops=settings.views // 6),
     )
