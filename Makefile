@@ -35,7 +35,7 @@ hidden: $(STAMP)
 	$(BIN)/tumble challenge hidden --out out/hidden
 
 tutorial: $(STAMP)
-	$(BIN)/python -m scripts.tutorial --out out/tutorial
+	$(BIN)/python -m scripts.pages.tutorial --out out/tutorial
 
 lint: $(STAMP)
 	$(BIN)/ruff check .

@@ -1,1 +1,1 @@
-"""Studies: one file each, reproducing a figure or answering a question."""
+"""Benchmarks, page tools, and measurements from before the one frame of studies, in rooms by purpose."""

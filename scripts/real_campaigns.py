@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from scripts.real_tosses import free_flights, write_flights
+from scripts.real.real_tosses import free_flights, write_flights
 
 Array = NDArray[np.float64]
 SPIN_SIZE, SPIN_DIRECTION_DEG = 0.01, 2.4

@@ -1,5 +1,14 @@
 """All studies, in the order in which they are run and listed."""
 
-from studies.pages import depth, factorial, figure_4, figure_5, frame_step, optics
+from studies.pages import depth, factorial, figure_4, figure_5, frame_step, optics, surface_fit, two_cameras
 
-STUDIES = (figure_4.STUDY, figure_5.STUDY, factorial.STUDY, depth.STUDY, frame_step.STUDY, optics.STUDY)
+STUDIES = (
+    figure_4.STUDY,
+    figure_5.STUDY,
+    factorial.STUDY,
+    depth.STUDY,
+    two_cameras.STUDY,
+    frame_step.STUDY,
+    optics.STUDY,
+    surface_fit.STUDY,
+)

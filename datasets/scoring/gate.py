@@ -1,9 +1,7 @@
 """The regression gate: whether a run is worse than the committed baseline, on the same sequences.
 
-Runs are paired by sequence, so that what is hard about a sequence cancels. For every kind of sequence and every measure of it the
-logarithm of the ratio ``(new + f) / (old + f)`` is taken, ``f`` a share of the measure's median in the baseline, but not less than the
-measure's own floor: an error that is near zero by luck decides nothing. Ratios are cut at ``JUMP``; a sequence that is not measured any
-more has that ratio in everything. The mean has the interval of Student's t [Student 1908]. The run is
+Runs are paired by sequence (:mod:`datasets.scoring.paired`) for every kind of sequence and every measure of it; what is added to errors is
+the measure's own floor at least, and ratios are cut at ``JUMP``. The run is
 
 * *worse* in a measure where the whole interval lies above ``TOLERATED``, *better* where it lies below its inverse, otherwise the same;
 * worse in a kind where more sequences are lost than fresh noise loses: measured in the baseline and not any more (of a campaign: hidden
@@ -12,8 +10,7 @@ more has that ratio in everything. The mean has the interval of Student's t [Stu
 
 All ``m`` decisions of a run share one rate of false alarms: each has the level ``FALSE_ALARMS / m`` [Bonferroni; Dunn 1961], so that a
 run that is as good as the baseline is called worse with a chance of at most ``FALSE_ALARMS``. That is a rate over baselines drawn, as the
-runs are, with fresh noise; beside one that is kept, lucky or unlucky, it may be another. Where runs differ by noise alone a log-ratio is
-symmetric about zero, with tails that are cut: t is then on the safe side, and so is the tolerance.
+runs are, with fresh noise; beside one that is kept, lucky or unlucky, it may be another. The tolerance is on the safe side.
 """
 
 from collections.abc import Mapping, Sequence
@@ -22,15 +19,13 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
-from jaxtyping import Float
-from numpy.typing import NDArray
-from scipy.special import bdtrc, stdtrit
+from scipy.special import bdtrc
 
 from datasets.errors import InputError
 from datasets.json_documents import Document, parsed_json, read_document, revived, write_document
 from datasets.scoring.gate_measures import MEASURES, Measure
+from datasets.scoring.paired import differences, log_ratios, paired
 
-Array = NDArray[np.float64]
 Row = Mapping[str, Any]
 Rows = Mapping[str, Sequence[Row]]
 """Of every kind: a row per sequence, with its ``sequence``, ``status``, whether it is ``measured``, and its measures."""
@@ -40,9 +35,7 @@ FALSE_ALARMS = 0.05
 TOLERATED = 1.1
 """Ratio of typical errors that is not worth an alarm."""
 JUMP = 3.0
-"""Ratio at which ratios are cut, so that one sequence neither decides alone nor hides by its size that all others are worse, too."""
-FLOOR_SHARE = 0.25
-"""What is added to errors before ratios are taken, as a share of their median in the baseline."""
+"""Ratio at which ratios are cut."""
 FEW = 6
 """With fewer sequences of a kind only gross faults show: of five the interval reaches some three standard deviations of the log-ratios
 to either side (Student's t at the level of a decision)."""
@@ -214,11 +207,7 @@ def compare(baseline: Baseline, candidate: Rows, failed: Mapping[str, str] | Non
     controls = [name for name, plan in baseline.made_from.get(CAMPAIGNS, {}).items() if not plan["hidden"]]
     decisions = sum(1 + len(MEASURES[kind]) for kind in kinds) + (len(controls) > 0) + (len(kinds) > 1)
     level = FALSE_ALARMS / max(decisions, 1)
-    comparisons = tuple(
-        _comparison(kind, measure, list(old), _log_ratios(measure, old, new), level)
-        for kind, (old, new) in pairs.items()
-        for measure in MEASURES[kind]
-    )
+    comparisons = tuple(_comparison(kind, measure, pair, level) for kind, pair in pairs.items() for measure in MEASURES[kind])
     losses = tuple(_losses(kind, old, new, level) for kind, (old, new) in pairs.items())
     false_names = _of_controls(pairs[CAMPAIGNS], controls, level) if controls else None
     return GateResult(comparisons, losses, dict(failed or {}), false_names, _together(losses, level) if len(kinds) > 1 else None)
@@ -246,36 +235,14 @@ def _check_same(kind: str, old: Mapping[str, Row], new: Mapping[str, Row]) -> No
         )
 
 
-def _log_ratios(measure: Measure, old: Mapping[str, Row], new: Mapping[str, Row]) -> Array:
-    """Logarithms (n,) of ratios, cut at ``JUMP``; NaN where neither run has a number; a number that is lost is infinitely worse."""
-    before, after = _values(measure, old, new)
-    lost, gained = np.isnan(after) & ~np.isnan(before), np.isnan(before) & ~np.isnan(after)
-    if measure.nats:
-        logs = after - before
-    else:
-        finite = before[np.isfinite(before)]
-        floor = max(FLOOR_SHARE * float(np.median(finite)) if len(finite) else 0.0, measure.floor)
-        with np.errstate(invalid="ignore"):
-            logs = np.where(after == before, 0.0, np.log(after + floor) - np.log(before + floor))
-    logs = np.where(lost, np.inf, np.where(gained, -np.inf, logs))
-    logs[np.isnan(before) & np.isnan(after)] = np.nan
-    return np.asarray(np.clip(logs, -np.log(JUMP), np.log(JUMP)))
-
-
-def _comparison(kind: str, measure: Measure, names: list[str], logs: Float[NDArray[np.float64], " n"], level: float) -> Comparison:
-    there = logs[np.isfinite(logs)]
-    mean, half = (float(there.mean()), _half_width(there, level)) if len(there) else (0.0, np.inf)
-    order = np.argsort(-np.nan_to_num(logs, nan=-np.inf), kind="stable")
-    worse = tuple((names[k], float(np.exp(logs[k]))) for k in order if logs[k] > np.log(TOLERATED))
-    ratio, low, high = (float(np.exp(value)) for value in (mean, mean - half, mean + half))
-    return Comparison(kind, measure, len(there), ratio, low, high, worse)
-
-
-def _half_width(values: Array, level: float) -> float:
-    """Of the interval of a mean that lies beyond either end with a chance of ``level``; infinite for a single value."""
-    if len(values) < 2:
-        return float("inf")
-    return float(stdtrit(len(values) - 1, 1 - level) * values.std(ddof=1) / np.sqrt(len(values)))
+def _comparison(kind: str, measure: Measure, pair: tuple[Mapping[str, Row], Mapping[str, Row]], level: float) -> Comparison:
+    names = list(pair[0])
+    before, after = (np.array([rows[name][measure.key] for name in names], dtype=np.float64) for rows in pair)
+    logs = differences(before, after) if measure.nats else log_ratios(before, after, least=measure.floor)
+    found = paired(logs, cut=JUMP, level=level)
+    order = np.argsort(-np.nan_to_num(found.log_ratios, nan=-np.inf), kind="stable")
+    worse = tuple((names[k], float(np.exp(found.log_ratios[k]))) for k in order if found.log_ratios[k] > np.log(TOLERATED))
+    return Comparison(kind, measure, found.n, found.ratio, found.low, found.high, worse)
 
 
 def _losses(kind: str, old: Mapping[str, Row], new: Mapping[str, Row], level: float) -> Losses:
@@ -299,11 +266,6 @@ def _together(losses: Sequence[Losses], level: float) -> Losses:
 def _too_many(lost: int, n: int, level: float) -> bool:
     """Whether noise loses so many of ``n`` with a chance below ``level``."""
     return lost > 0 and float(bdtrc(lost - 1, n, LOST_SHARE)) < level
-
-
-def _values(measure: Measure, old: Mapping[str, Row], new: Mapping[str, Row]) -> tuple[Array, Array]:
-    before, after = (np.array([rows[name][measure.key] for name in old], dtype=np.float64) for rows in (old, new))
-    return before, after
 
 
 def _names(names: Sequence[str]) -> str:

@@ -1,10 +1,8 @@
 """Instruments beside one another on the same sequences, cell by cell: who is first, and whether that is decided.
 
 A cell is a set of sequences. An instrument stands in it by the median of its errors over *all* of them: a sequence without a measurement
-counts as infinitely wrong, so that nobody gains by giving up. Whether the first of a cell is ahead of the second is told by the median of
-the paired ratios of their errors: in pairs cancels what is hard about a sequence. Its interval is that of the sign test, between two of the
-ordered ratios [Conover, Practical Nonparametric Statistics, 1999, ch. 3.2], which holds for any number of pairs; below six none is
-narrow enough for 95%, and nothing is decided.
+counts as infinitely wrong, so that nobody gains by giving up. Whether the first of a cell is ahead of the second is told by the mean
+ratio of their errors, sequence by sequence (:mod:`datasets.scoring.paired`), cut at ``FARTHEST``.
 """
 
 from collections.abc import Mapping, Sequence
@@ -15,14 +13,16 @@ import numpy as np
 import pandas as pd
 from jaxtyping import Float
 from numpy.typing import NDArray
-from scipy.stats import binom
 
 from datasets.scoring.metrics import METRICS, Metric
+from datasets.scoring.paired import log_ratios, paired
 from datasets.scoring.score import Row
 
 Array = NDArray[np.float64]
 RESAMPLES = 2000
 LEVEL = 0.95
+FARTHEST = 100.0
+"""Ratio of errors from which how much larger they are says nothing more: one of the two did not measure."""
 JUDGED = tuple(entry for entry in METRICS if entry.key.startswith("middle_") and entry.unit == "%")
 """Errors of v in and out of the picture's plane and of omega, in % of the true speed and spin, at mid-sequence."""
 
@@ -49,8 +49,6 @@ class Standing:
 @dataclass(frozen=True)
 class First:
     """Who is first in a cell by one metric: by what factor (``ratio``, 95% interval ``low`` to ``high``) errors of ``second`` are larger.
-
-    The interval is 0 to infinity where there are too few pairs.
 
     ``lost``: the sequences in which ``second`` is nearer to the truth, worst first. Nobody is first where nobody measures half of a cell.
     """
@@ -132,35 +130,16 @@ def _standing(cell: str, name: str, table: pd.DataFrame, entry: Metric, rng: np.
 
 def _first(cell: str, entry: Metric, two: list[tuple[str, pd.DataFrame]]) -> First:
     (first, best), (second, next_best) = two
-    logs = _log_ratios(_errors(next_best, entry), _errors(best, entry))
-    low, high = _sign_interval(logs)
-    lost = [str(best.index[k]) for k in np.argsort(logs) if logs[k] < 0]
-    with np.errstate(over="ignore"):
-        ratio, low, high = (float(np.exp(value)) for value in (_median(logs), low, high))
-    return First(cell, entry.key, first, second, ratio, low, high, tuple(lost))
-
-
-def _log_ratios(over: Array, under: Array) -> Array:
-    """Logarithms (n,) of ratios of errors; none where neither measured, infinite where one did."""
-    tiny = np.finfo(float).tiny
-    with np.errstate(invalid="ignore"):
-        logs = np.log(np.maximum(over, tiny)) - np.log(np.maximum(under, tiny))
-    return np.where(np.isnan(logs), 0.0, logs)
+    errors = (np.where(np.isfinite(found), found, np.nan) for found in (_errors(best, entry), _errors(next_best, entry)))
+    found = paired(log_ratios(*errors), cut=FARTHEST, level=(1 - LEVEL) / 2)
+    lost = [str(best.index[k]) for k in np.argsort(found.log_ratios) if found.log_ratios[k] < 0]
+    return First(cell, entry.key, first, second, found.ratio, found.low, found.high, tuple(lost))
 
 
 def _median(values: Array) -> float:
     """The median; infinite where half of the values are."""
     low, high = np.sort(values)[[(len(values) - 1) // 2, len(values) // 2]]
     return float(high) if np.isinf(high) else float(0.5 * (low + high))
-
-
-def _sign_interval(values: Float[NDArray[np.float64], " n"]) -> tuple[float, float]:
-    """The narrowest two ordered values between which the median lies with a chance of at least :data:`LEVEL`; infinite without such."""
-    ordered = np.sort(values)
-    k = int(binom.ppf((1 - LEVEL) / 2, len(ordered), 0.5))
-    if k == 0 or binom.cdf(k - 1, len(ordered), 0.5) > (1 - LEVEL) / 2:
-        return -np.inf, np.inf
-    return float(ordered[k - 1]), float(ordered[-k])
 
 
 def _interval(values: Float[NDArray[np.float64], " n"], rng: np.random.Generator) -> tuple[float, float]:

@@ -31,7 +31,7 @@ LOSSY = (
     "{codec}: compression and 8 bit changed the grey values. In a trial outlines were off by 0.04 px RMS (MJPEG) to 0.05 px (MPEG-4, alike "
     "in neighbouring frames), which no noise model knows; 8 bit alone cost 0.004 px. Use the camera's own file where there is one"
 )
-"""Measured by ``python -m scripts.study_lossy_films`` on pictures of high contrast."""
+"""Measured by ``python -m scripts.trials.study_lossy_films`` on pictures of high contrast."""
 COLOURED = "{codec}: colours or another kind of grey were turned to grey of 8 bit; nothing else was lost"
 
 

@@ -259,7 +259,8 @@ class EffectModel:
     """How far the reduced model's sizes are off nature's: a standard deviation as a share of the size, beside that of noise. Bounded by
     the share of an effect that its model leaves on bodies with corners, ``tests/agreement/test_corners.py``."""
     accuracy_at_spikes: ClassVar[float] = 0.0
-    """What is added in squares on bodies with hollows, whose corners a carved hull shows in part (``scripts/study_sizes_at_spikes.py``)."""
+    """What is added in squares on bodies with hollows, whose corners a carved hull shows in part
+    (``scripts/trials/study_sizes_at_spikes.py``)."""
     contains: ClassVar[tuple[str, ...]] = ()
     """Keys of effects of fewer parameters that this one can be, too: where they explain as much, they are what is there."""
     random: bool = False

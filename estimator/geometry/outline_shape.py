@@ -152,7 +152,7 @@ def as_of_a_hull(shape: OutlineShape, polygons: Sequence[Array]) -> OutlineShape
 
     A hull has the body's hollows in part only, so which stretches are flat it knows of convex bodies and half of jagged ones. Leaks are
     drawn towards their mean by what bodies of both kinds showed, lest an error of the hull count as knowledge [regression calibration,
-    Carroll, Ruppert, Stefanski and Crainiceanu 2006, ch. 4]; ``scripts/study_hull_leaks.py`` measures how well.
+    Carroll, Ruppert, Stefanski and Crainiceanu 2006, ch. 4]; ``scripts/trials/study_hull_leaks.py`` measures how well.
     ``polygons`` (v, 2) px.
     """
     whole = [i for i, polygon in enumerate(polygons) if len(polygon) >= MINIMUM_VERTICES]

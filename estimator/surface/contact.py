@@ -69,7 +69,7 @@ def contacts_of(surface: Surface, pictures: Iterable[Picture]) -> list[Contact]:
     Raises
     ------
     RanAway
-        Where corners lie behind the camera, or the surface is larger than its picture.
+        Where corners lie behind the camera, the surface is larger than its picture, or samples are no numbers.
     """
     contacts, canvas = [], Canvas.empty()
     for picture in pictures:
@@ -78,6 +78,8 @@ def contacts_of(surface: Surface, pictures: Iterable[Picture]) -> list[Contact]:
         finer = int(min(max(DRAWN_PX / max(high - low), COARSEST), FINER))
         drawn, edge, canvas = drawn_edges(pixels, rim, finer, (low, high), canvas)
         samples_px = np.ascontiguousarray(picture.samples_px)
+        if not np.all(np.isfinite(samples_px)):
+            raise RanAway("samples ran away with their picture")  # nothing is nearest to them, and the search would never end
         nearest = _nearest(drawn, samples_px, BUCKET / finer)
         own = rim[edge[nearest]]
         outward = _outward(drawn, finer, nearest)

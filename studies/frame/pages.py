@@ -8,6 +8,9 @@ from studies.frame.study import Study
 from studies.reporting.figures import write_figure
 from studies.reporting.words import page_text, paragraph, write_page
 
+DRAWING = ("studies.reporting.figures", "studies.reporting.medians")
+"""What all pictures are drawn with."""
+
 
 def write_pages(study: Study, result: Result, folder: Path) -> Path:
     """Write page and picture into ``folder``; where the page lies."""
@@ -57,5 +60,5 @@ def picture_path(name: str, folder: Path) -> Path:
 
 
 def drawn_from_digest(study: Study, result: Result) -> str:
-    """The digest of the rows that a picture shows and of the file that draws it."""
-    return of_bytes(result.rows_digest.encode(), source_of(study.module).read_bytes())
+    """The digest of the rows that a picture shows and of the files that draw it."""
+    return of_bytes(result.rows_digest.encode(), *(source_of(module).read_bytes() for module in (study.module, *DRAWING)))

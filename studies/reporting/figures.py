@@ -31,12 +31,12 @@ STYLE: dict[Any, Any] = {
     "grid.color": "0.9",
     "axes.axisbelow": True,
 }
+mpl.rcParams.update(STYLE)  # for good: titles and ticks take their size where they are set, not where axes are made
 
 
 def figure(rows: int, columns: int, size: tuple[float, float], *, shared: bool = False) -> tuple[Figure, Any]:
     """A figure in the studies' style and its axes (rows, columns); ``shared``: with the same horizontal axis."""
-    with mpl.rc_context(STYLE):
-        return plt.subplots(rows, columns, figsize=size, squeeze=False, sharex=shared)
+    return plt.subplots(rows, columns, figsize=size, squeeze=False, sharex=shared)
 
 
 def plain_logarithmic(axes: Axes) -> None:

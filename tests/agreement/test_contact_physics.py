@@ -9,10 +9,10 @@ from datasets.recipes.recipe import EffectRecipe
 from estimator.contact_validation.fitting import Fitted, Impacts, fit
 from estimator.contact_validation.laws.models import RIGID, impulse_model
 from estimator.contact_validation.spread import prepared
-from scripts import contact_sets
-from scripts.contact_sets import drop_recipe, measured_set
 from synth.contact.law import contact_law
 from synth.sequence import plan_sequence
+from tests.reference import contact_sets
+from tests.reference.contact_sets import drop_recipe, measured_set
 
 RUNS, SEED = 10, 31
 EXACT = ("CORNER_ERROR_SHARE", "INERTIA_ERROR", "CENTRE_ERROR_SHARE")

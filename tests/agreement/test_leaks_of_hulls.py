@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from estimator.geometry.outline_shape import as_of_a_hull, outline_shape
-from scripts.study_hull_leaks import DEPTH, body_row
+from scripts.trials.study_hull_leaks import DEPTH, body_row
 
 BODIES = {"stone": ("cut_stone", 0.5), "jagged": ("jagged", 0.5), "very jagged": ("jagged", 0.8)}
 

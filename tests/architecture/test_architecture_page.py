@@ -2,14 +2,14 @@
 
 import pytest
 
-from scripts import architecture_page
-from scripts.source_reading import function, reached_from
+from scripts.pages import architecture_page
+from scripts.pages.source_reading import function, reached_from
 
 
 def test_the_page_is_up_to_date() -> None:
     written = architecture_page.PAGE.read_text(encoding="utf-8")
     made = architecture_page.page()
-    assert architecture_page.structure(written) == architecture_page.structure(made), "run `python -m scripts.architecture_page`"
+    assert architecture_page.structure(written) == architecture_page.structure(made), "run `python -m scripts.pages.architecture_page`"
 
 
 @pytest.mark.parametrize("way", [architecture_page.FREE, architecture_page.IMPACTS])

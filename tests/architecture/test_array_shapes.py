@@ -4,7 +4,7 @@ import ast
 
 import pytest
 
-from scripts import array_shapes
+from scripts.pages import array_shapes
 
 MOST_UNTOLD = {"shape": 1, "unit": 0, "frame": 0}
 """May only shrink."""

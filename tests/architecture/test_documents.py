@@ -1,4 +1,4 @@
-"""Documents: links lead somewhere; decisions are dated and a page at most; notebook pages say what binds now."""
+"""Documents: links lead somewhere, and so do commands; decisions are dated and a page at most; notebook pages say what binds now."""
 
 import re
 from pathlib import Path
@@ -10,6 +10,8 @@ DOCUMENTS = sorted([*(ROOT / "docs").rglob("*.md"), *ROOT.glob("*.md")])
 DECISIONS = sorted((ROOT / "docs" / "decisions").glob("0*.md"))
 NOTEBOOK = sorted((ROOT / "docs" / "notebook").glob("0*.md"))
 MOST_LINES, MOST_BYTES = 60, 6000
+RUN = re.compile(r"python -m ([\w.]*\w)")
+OWN = ("rivals", "scripts", "studies", "tests", "tumble")
 LINK = re.compile(r"\]\(([^)\s]+)\)")
 
 
@@ -37,6 +39,14 @@ def leads_nowhere(page: Path, link: str) -> bool:
 def test_links_lead_somewhere(page: Path) -> None:
     text = re.sub(r"```.*?```", "", page.read_text(encoding="utf-8"), flags=re.DOTALL)
     assert [link for link in LINK.findall(text) if leads_nowhere(page, link)] == []
+
+
+def test_programs_that_documents_name_are_there() -> None:
+    pages = [*DOCUMENTS, ROOT / "Makefile"]
+    named = {module: name_of(page) for page in pages for module in RUN.findall(page.read_text(encoding="utf-8"))}
+    own = {module: ROOT / module.replace(".", "/") for module in named if module.split(".")[0] in OWN}
+    lost = [module for module, path in own.items() if not path.with_suffix(".py").is_file() and not (path / "__main__.py").is_file()]
+    assert [(module, named[module]) for module in lost] == []
 
 
 @pytest.mark.parametrize("page", DECISIONS, ids=name_of)

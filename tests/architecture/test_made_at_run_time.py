@@ -2,7 +2,7 @@
 
 import ast
 
-from scripts.source_reading import ESTIMATOR, modules, tree
+from scripts.pages.source_reading import ESTIMATOR, modules, tree
 
 BY_PLACE = {"fitting/side_by_side.py"}
 """What processes that were forked send back names objects by identity, as ``pickle`` asks for; they are kept alive meanwhile."""

@@ -7,7 +7,7 @@ from statistics import median
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-PACKAGES = ("datasets", "synth", "estimator", "rivals", "tumble", "studies")
+PACKAGES = ("datasets", "synth", "estimator", "rivals", "tumble", "studies", "scripts")
 FILES = sorted(path for package in PACKAGES for path in (ROOT / package).rglob("*.py"))
 
 

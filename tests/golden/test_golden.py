@@ -1,12 +1,12 @@
-"""Small results through every door are what they were; see :mod:`scripts.golden_records` for how far they may move."""
+"""Small results through every door are what they were; see :mod:`tests.reference.golden_records` for how far they may move."""
 
 from dataclasses import replace
 
 import pytest
 
-from scripts.golden import CORPUS, corpus, main, table
-from scripts.golden_cases import CASES
-from scripts.golden_records import SIGMA_SHARE, VALUE_SIGMAS, Record, differences
+from tests.reference.golden import CORPUS, corpus, main, table
+from tests.reference.golden_cases import CASES
+from tests.reference.golden_records import SIGMA_SHARE, VALUE_SIGMAS, Record, differences
 
 MOST_BYTES = 200_000
 KNOWN = Record({"status": "converged"}, {"v_x": (1.0, 0.01)}, {"rms": 0.3, "worth (nats)": 5.0})
@@ -15,7 +15,9 @@ KNOWN = Record({"status": "converged"}, {"v_x": (1.0, 0.01)}, {"rms": 0.3, "wort
 @pytest.mark.parametrize("case", list(CASES))
 def test_results_are_what_they_were(case: str) -> None:
     found = differences(case, corpus()[case], CASES[case]())
-    assert not found, "\n" + table(found) + "\nWhere this is meant: python -m scripts.golden --write, in a commit of its own that says why."
+    assert not found, (
+        "\n" + table(found) + "\nWhere this is meant: python -m tests.reference.golden --write, in a commit of its own that says why."
+    )
 
 
 def test_the_corpus_has_every_case_and_stays_small() -> None:

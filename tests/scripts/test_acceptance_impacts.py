@@ -9,7 +9,7 @@ import pytest
 from datasets.estimate import ImpactEstimate, VelocityEstimate
 from datasets.scoring.metrics import COMPONENTS
 from datasets.truth import Impact
-from scripts.impact_figures import compared_figures, compared_table, contact_errors
+from scripts.acceptance.impact_figures import compared_figures, compared_table, contact_errors
 from synth.sequence import build_silhouette_sequence
 from tests.estimator.test_measure import RECIPE
 

@@ -7,7 +7,7 @@ from typing import Any
 import pandas as pd
 import pytest
 
-from scripts.acceptance_page import OTHER, PAGE, RENDERED, SILHOUETTE, another_seed, first_part, rewritten, slow_flights, within
+from scripts.acceptance.acceptance_page import OTHER, PAGE, RENDERED, SILHOUETTE, another_seed, first_part, rewritten, slow_flights, within
 
 ROOT = Path(__file__).parents[2]
 

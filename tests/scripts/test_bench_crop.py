@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter, shift
 
-from scripts.bench_crop import SHARE, Case, agreement, covered_share, recipe_of
-from scripts.page_bench_crop import PAGE, RESULT, page
+from scripts.benchmarks.bench_crop import SHARE, Case, agreement, covered_share, recipe_of
+from scripts.benchmarks.page_bench_crop import PAGE, RESULT, page
 
 REPETITIONS, SIGMA = 7, 0.02
 

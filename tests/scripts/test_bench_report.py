@@ -7,7 +7,7 @@ import pytest
 
 from datasets.estimate import Estimate, Status
 from datasets.recipes.recipe import HsvRecipe, MotionRecipe, RigRecipe
-from scripts import bench_report
+from scripts.benchmarks import bench_report
 from tumble.environment import find_chromium
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from scripts import challenge_page
+from scripts.acceptance import challenge_page
 
 ROOT = Path(__file__).parents[2]
 

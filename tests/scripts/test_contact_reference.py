@@ -8,9 +8,9 @@ import pytest
 
 from datasets.errors import InputError
 from estimator.contact.stronge_impulse import StrongeImpulse
-from scripts.contact_measured import QUANTITIES, by_impulse, fitted, predicted, read_measured
-from scripts.contact_reference import Row
-from scripts.contact_reference_page import PAGE, RESULT, page
+from scripts.acceptance.contact_measured import QUANTITIES, by_impulse, fitted, predicted, read_measured
+from scripts.acceptance.contact_reference import Row
+from scripts.acceptance.contact_reference_page import PAGE, RESULT, page
 
 STORED = json.loads(RESULT.read_text(encoding="utf-8"))
 

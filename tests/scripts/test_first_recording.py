@@ -11,9 +11,9 @@ import pytest
 
 from datasets.truth_files import read_truth
 from datasets.video import open_video
-from scripts.first_recording import IMAGES, PAGE, PICTURES, RESULT, STEPS, page_text
-from scripts.first_recording_files import NAME, draw_everything
-from scripts.tutorial import Step
+from scripts.pages.first_recording import IMAGES, PAGE, PICTURES, RESULT, STEPS, page_text
+from scripts.pages.first_recording_files import NAME, draw_everything
+from scripts.pages.tutorial import Step
 from tumble.cli.main import VERBS
 
 MOST_COMMANDS, MOST_SECONDS = 8, 900

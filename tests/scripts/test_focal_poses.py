@@ -10,7 +10,7 @@ from estimator.data.views import Poses, Views
 from estimator.geometry.epipolar_tangency import PoseSet
 from estimator.geometry.focal_derivative import with_focal
 from estimator.geometry.silhouettes import Silhouettes
-from scripts.focal_poses import FocalPrior, poses_with_focal
+from scripts.real.focal_poses import FocalPrior, poses_with_focal
 from tests.estimator.exact import degrees_apart, exact_silhouettes, pose_set, rig, world_poses
 
 Array = NDArray[np.float64]

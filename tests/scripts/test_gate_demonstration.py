@@ -8,9 +8,9 @@ import pytest
 
 from datasets.scoring.gate import Baseline
 from datasets.scoring.gate_measures import MEASURES
-from scripts.gate_changes import FAULTS, HARMLESS, Change, fresh_noise
-from scripts.gate_demonstration import Work, fresh, judged, rows_of
-from scripts.gate_demonstration_page import page
+from scripts.gate.gate_changes import FAULTS, HARMLESS, Change, fresh_noise
+from scripts.gate.gate_demonstration import Work, fresh, judged, rows_of
+from scripts.gate.gate_demonstration_page import page
 from synth.sequence import build_silhouette_sequence
 from tests.tumble.made_up import CAMPAIGN_OF_A_SET, small_recipe
 from tumble.challenge import field_making

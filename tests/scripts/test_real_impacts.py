@@ -10,8 +10,8 @@ from scipy.spatial.transform import Rotation
 from datasets.estimate import ImpactEstimate, Status, VelocityEstimate
 from estimator.contact_validation.laws.models import RIGID
 from estimator.measurements.trajectories.impacts import measure_impacts
-from scripts.real_impacts import several_contacts
-from scripts.real_impacts_cube import (
+from scripts.real.real_impacts import several_contacts
+from scripts.real.real_impacts_cube import (
     BOARD,
     HALF_WIDTH_M,
     Cube,
@@ -25,8 +25,8 @@ from scripts.real_impacts_cube import (
     rounding_of,
     whole_tosses,
 )
-from scripts.real_impacts_page import page
-from scripts.real_tosses import RATE_HZ
+from scripts.real.real_impacts_page import page
+from scripts.real.real_tosses import RATE_HZ
 
 ROOT = Path(__file__).parents[2]
 STORED = json.loads((ROOT / "docs" / "results" / "real_impacts.json").read_text(encoding="utf-8"))

@@ -7,7 +7,7 @@ import pytest
 from datasets.estimate import Status
 from estimator.geometry.visual_hull import bounding_ball
 from estimator.particle.particle import view_poses
-from scripts.real_outlines import dinosaur, left_out_pose, pairwise_rms_px, stone, told, unsmoothed
+from scripts.real.real_outlines import dinosaur, left_out_pose, pairwise_rms_px, stone, told, unsmoothed
 
 
 @pytest.mark.parametrize(("name", "pairs", "independent_px"), [("uct_stone6", 15, 0.71), ("oxford_dino", 630, 0.43)])

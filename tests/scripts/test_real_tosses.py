@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 
 from datasets.trajectory_files import read_trajectory, trajectories_in
-from scripts.real_tosses import CLEAR_M, HALF_WIDTH_M, RATE_HZ, free_flights, plain_falls, write_flights
-from scripts.real_tosses_page import page
+from scripts.real.real_tosses import CLEAR_M, HALF_WIDTH_M, RATE_HZ, free_flights, plain_falls, write_flights
+from scripts.real.real_tosses_page import page
 
 ROOT = Path(__file__).parents[2]
 

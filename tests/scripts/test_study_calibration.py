@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 
-from scripts import study_calibration as study
+from scripts.trials import study_calibration as study
 
 
 def test_the_page_is_that_of_the_figures():

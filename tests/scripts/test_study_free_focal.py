@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from datasets.recipes.recipe import MotionRecipe, Recipe, RigRecipe
-from scripts.study_free_focal import STATED_OVER_TRUE, misled, summary
+from scripts.trials.study_free_focal import STATED_OVER_TRUE, misled, summary
 from synth.sequence import build_silhouette_sequence
 
 

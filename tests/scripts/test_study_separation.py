@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from datasets.recipes.recipe import EffectRecipe, HsvRecipe
-from scripts.study_separation import CASES, FARTHER, MADE, SEED, page, recording, run_case, second_camera, summary
+from scripts.trials.study_separation import CASES, FARTHER, MADE, SEED, page, recording, run_case, second_camera, summary
 from synth.high_speed_camera import hsv_camera
 
 

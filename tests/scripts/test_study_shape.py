@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from datasets.recipes.recipe import ParticleRecipe
-from scripts import study_shape_page
-from scripts.study_shape import CAMERAS, Rendered, _planted, rendered
+from scripts.trials import study_shape_page
+from scripts.trials.study_shape import CAMERAS, Rendered, _planted, rendered
 
 DOCUMENT = json.loads(study_shape_page.RESULT.read_text(encoding="utf-8"))
 

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import pytest
 
 from datasets.errors import InputError
-from scripts import time_explain
+from scripts.benchmarks import time_explain
 
 
 def challenge(root: Path, name: str, cpu_s: dict[str, float]) -> tuple[Path, Path]:

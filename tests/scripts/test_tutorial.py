@@ -10,9 +10,9 @@ import pytest
 
 from datasets.recipes.toml_files import load_recipe
 from estimator.effects.plug_ins import load_plug_in
-from scripts import tutorial
-from scripts.tutorial import PACKAGES, PICTURES, STEPS, program_digest, without_progress
-from scripts.tutorial_page import page_text
+from scripts.pages import tutorial
+from scripts.pages.tutorial import PACKAGES, PICTURES, STEPS, program_digest, without_progress
+from scripts.pages.tutorial_page import page_text
 from tumble.cli.main import VERBS
 
 DOCS = Path(__file__).parents[2] / "docs"

@@ -3,7 +3,7 @@
 import json
 from pathlib import Path
 
-from scripts.two_particles import RECIPE, page, recipe_of
+from scripts.acceptance.two_particles import RECIPE, page, recipe_of
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 

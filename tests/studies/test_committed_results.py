@@ -92,12 +92,6 @@ sizes_at_spikes.json
 study_calibration.json
 study_separation.json
 study_shape.json
-study_surface_fit.json
-study_surface_fit_12_views.json
-study_surface_fit_2.json
-study_surface_fit_matte.json
-study_twins.json
-study_two_cameras.json
 time_explain.json
 tutorial.json
 two_particles.json

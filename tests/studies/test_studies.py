@@ -18,7 +18,7 @@ from studies.frame.digests import of_modules, source_of
 from studies.frame.pages import text_of, write_pages
 from studies.frame.results import Result, write_result
 from studies.frame.study import Study
-from studies.plans import depth, frame_step, optics
+from studies.plans import depth, frame_step, optics, surface_fit
 from studies.registry import STUDIES
 
 SIGMA = {"vx": 3e-4, "vy": 3e-4, "vz": 2e-3, "wx": 0.05, "wy": 0.05, "wz": 0.05}
@@ -77,6 +77,10 @@ def made_up(study: Study, rng: np.random.Generator, count: int) -> pd.DataFrame:
 def own_labels(study: Study, payload: Any) -> list[dict[str, Any]]:
     if study.name == "frame_step":
         return [{"step": step} for step in payload["steps"]]
+    if study.name == "surface_fit":
+        return [{"fit": fit, "fit_cpu_s": 5.0} for fit in surface_fit.FITS]
+    if study.name == "two_cameras" and payload["recipe"].get("further_hsv"):
+        return [{"clock_error_frames": 0.01, "clock_sigma_frames": 0.01}]
     return [{}] * (6 if study.name == "figure_4" else 1)
 
 

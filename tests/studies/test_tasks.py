@@ -9,7 +9,7 @@ from datasets.recipes.recipe import MotionRecipe, Recipe, RigRecipe
 from datasets.recipes.toml_files import recipe_from_dict, recipe_to_dict
 from studies.flights.bodies import bodies
 from studies.flights.scored import DESCRIBED, SCORED, flight, scored_flight
-from studies.plans import figure_4, frame_step, optics
+from studies.plans import figure_4, frame_step, optics, surface_fit, two_cameras
 from synth.sequence import build_silhouette_sequence
 
 SMALL = Recipe(
@@ -48,6 +48,26 @@ def test_pictures_that_are_left_out_leave_the_others_as_they_are() -> None:
     np.testing.assert_array_equal(seen.recordings[0][2].points_px, observation.recordings[0][8].points_px)  # type: ignore[index]
     rows = frame_step.stepped_rows({"recipe": recipe_to_dict(SMALL), "steps": [1]})
     assert [(row["step"], row["n_frames"]) for row in rows] == [(1, 17)]
+
+
+def test_a_clock_that_nobody_told_is_found_and_scored() -> None:
+    case = next(case for case in two_cameras.cases(two_cameras.PLAN.small, None) if case.labels["second"] == two_cameras.UNKNOWN_CLOCK)
+    recipe = recipe_from_dict(dict(case.payload)["recipe"], "case")
+    quick = replace(recipe, motion=replace(recipe.motion, frames=24), rig=RigRecipe(drops=2))
+    (row,) = two_cameras.clocked_flight(flight(quick, bounded=False))
+    assert row["status"] == "converged"
+    assert abs(row["clock_error_frames"]) < 0.05
+    assert 0 < row["clock_sigma_frames"] < 0.05
+
+
+def test_one_flight_by_every_fit() -> None:
+    rows = surface_fit.fitted_rows({"recipe": recipe_to_dict(replace(SMALL, rig=RigRecipe(drops=3)))})
+    assert [(row["fit"], row["by_samples"]) for row in rows] == [
+        (surface_fit.TANGENTS, False),
+        (surface_fit.SAMPLES, True),
+        (surface_fit.KNOWN, True),
+    ]
+    assert len({row["true_bound_vx"] for row in rows}) == 1
 
 
 def test_a_flight_is_filmed_and_measured() -> None:

@@ -11,13 +11,13 @@ from scipy.spatial.transform import Rotation
 from datasets.recipes.recipe import HsvRecipe, MotionRecipe, NoiseRecipe, ParticleRecipe, Recipe
 from datasets.truth import MotionBound, Truth
 from datasets.vocabulary.plate import Plate
-from scripts.true_body_oracle import Oracle
 from synth.flight_bound import MassPrior, flight_bound, with_bound
 from synth.motion import Start, fly
 from synth.motion.pose_sensitivity import INERTIA, STEP_RAD, mass_sensitivity, pose_sensitivity
 from synth.plan import SequencePlan
 from synth.sequence import plan_sequence, truth_of
 from synth.silhouette import noisy
+from tests.reference.true_body_oracle import Oracle
 
 Array = NDArray[np.float64]
 

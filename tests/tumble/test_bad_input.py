@@ -26,7 +26,7 @@ from datasets.observation import Observation
 from datasets.observation_files import frames_file, read_observation, write_observation
 from datasets.recipes.recipe import HsvRecipe, MotionRecipe, NoiseRecipe, ParticleRecipe, Recipe, RigRecipe
 from datasets.tiff_frames import write_stack
-from scripts.bench_estimate import as_pictures
+from scripts.benchmarks.bench_estimate import as_pictures
 from synth.sequence import build_silhouette_sequence
 from tumble.cli.main import main
 from tumble.engine.marks import mark_path
@@ -198,7 +198,7 @@ def test_a_view_that_does_not_belong_is_named_by_its_ete(
     edit(folder, swapped)
     assert estimate(folder) == 0
     out = capsys.readouterr().out
-    assert f"{NAME}: converged. left out as not belonging to this particle or calibration: view 4 (RMS ETE " in out
+    assert f"{NAME}: left out as not belonging to this particle or calibration: view 4 (RMS ETE " in out
     assert measured(tmp_path).statistics["views_left_out"] == [4]
     assert measured(tmp_path).statistics["n_views"] == 17
 

@@ -36,5 +36,7 @@ def test_an_unknown_benchmark_is_named(tmp_path: Path, capsys: pytest.CaptureFix
 
 
 def test_every_benchmark_is_found() -> None:
-    there = {path.stem.removeprefix("bench_") for path in (Path(__file__).resolve().parents[2] / "scripts").glob("bench_*.py")}
+    there = {
+        path.stem.removeprefix("bench_") for path in (Path(__file__).resolve().parents[2] / "scripts" / "benchmarks").glob("bench_*.py")
+    }
     assert set(bench.benchmarks()) == there

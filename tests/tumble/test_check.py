@@ -14,7 +14,7 @@ from datasets.observation import Frames, Observation
 from datasets.observation_files import frames_file, read_observation, write_observation
 from datasets.tiff_frames import TiffFrames, write_stack
 from estimator.data.configuration import Configuration
-from scripts.bench_estimate import as_pictures
+from scripts.benchmarks.bench_estimate import as_pictures
 from synth.sequence import build_silhouette_sequence
 from tests.tumble.browsing import opened, serious_findings
 from tests.tumble.small_drops import small_drop

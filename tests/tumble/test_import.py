@@ -20,7 +20,7 @@ from datasets.video.phantom_table import LINEAR_DN
 from datasets.video.writing import Recorded, write_cine, write_film, write_mraw
 from datasets.vocabulary.outline import Outline
 from estimator.readiness import inspect_recording
-from scripts.bench_estimate import as_pictures
+from scripts.benchmarks.bench_estimate import as_pictures
 from synth.sequence import build_silhouette_sequence
 from tests.tumble.small_drops import small_drop
 from tumble.cli.main import main

@@ -10,7 +10,7 @@ from datasets.estimate_files import read_estimate, write_estimate
 from estimator.fitting.adequacy import Misfit
 from estimator.reports.misfit_words import adequacy_statistics, misfit_sentence
 from tumble.cli.estimate import _status_cell, remarks, tell
-from tumble.reports.words import MISFIT_MEANING, MISFIT_NEXT, meaning, next_steps
+from tumble.reports.words import MISFIT_MEANING, MISFIT_NEXT, besides_status, meaning, next_steps
 
 MISSES = Misfit(p=1e-9, statistic=90.0, freedom=18, component=1, size=8e-5, component_p=1e-8, noise_ratio=1.1)
 NOISE = Misfit(p=0.3, statistic=20.0, freedom=18, component=1, size=1e-5, component_p=0.2, noise_ratio=0.8)
@@ -34,6 +34,11 @@ def test_what_fits_or_did_not_converge_is_called_what_it_is(tested: Misfit, stat
     estimate = estimate_of(tested, status)
     assert _status_cell(estimate) == status.value
     assert meaning(estimate) != MISFIT_MEANING
+
+
+@pytest.mark.parametrize(("message", "said"), [("converged.", ""), ("converged. Six views were left out.", "Six views were left out.")])
+def test_what_stands_beside_a_status_does_not_repeat_it(message: str, said: str) -> None:
+    assert besides_status(Estimate(name="toss", status=Status.CONVERGED, message=message)) == said
 
 
 def test_next_is_to_compare(capsys: pytest.CaptureFixture[str]) -> None:

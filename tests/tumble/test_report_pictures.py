@@ -13,7 +13,7 @@ import pytest
 from datasets.estimate import Status
 from datasets.estimate_files import write_estimate
 from datasets.truth_files import write_truth
-from scripts.bench_estimate import as_pictures
+from scripts.benchmarks.bench_estimate import as_pictures
 from synth.sequence import build_silhouette_sequence
 from tests.tumble.browsing import Tab, opened, serious_findings
 from tests.tumble.made_up import made_up_estimate

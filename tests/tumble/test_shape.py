@@ -23,7 +23,7 @@ from datasets.vocabulary.camera import HsvCamera
 from estimator.data.configuration import Configuration
 from estimator.outlines.result import EMPTY
 from estimator.particle.made_once import FittedSurface, digest_of
-from scripts.study_shape import Rendered, rendered
+from scripts.trials.study_shape import Rendered, rendered
 from synth.sequence import build_silhouette_sequence
 from tests.estimator.made_trajectories import Hidden, Tracker, campaign
 from tests.tumble.test_trajectory_verbs import write_csv

@@ -20,9 +20,9 @@ from datasets.recipes.recipe import Recipe, RigRecipe
 from datasets.truth import Truth
 from estimator.data.configuration import Configuration
 from estimator.impacts.breakage import worse_after
-from scripts.acceptance_contact import HIDDEN, page, powers_of, rows_of, summary
-from scripts.contact_sets import SIGMAS, drop_recipe, touches_once
+from scripts.acceptance.acceptance_contact import HIDDEN, page, powers_of, rows_of, summary
 from synth.sequence import build_silhouette_sequence
+from tests.reference.contact_sets import SIGMAS, drop_recipe, touches_once
 from tests.tumble.made_up import made_up_estimate
 from tumble.cli.main import main
 from tumble.contact_documents import FILE, KIND
@@ -232,10 +232,10 @@ def test_the_page_says_what_to_type_for_it() -> None:
     row = {"seed": 3, "impacts": 10, "missing": [], "alike": [], "gained": 0.0, "cpu_s": 1.0}
     judged, hidden = ["compliant", "rigid"], list(HIDDEN)[:-1]
     for cases, runs, mode, words in (
-        ({**dict.fromkeys(judged, 20), **dict.fromkeys(hidden, 10)}, 10, "fast", "scripts.acceptance_contact`"),
-        ({**dict.fromkeys(judged, 5), **dict.fromkeys(hidden, 10)}, 10, "fast", "scripts.acceptance_contact --sets 5`"),
-        ({"adhesion": 10}, 20, "fast", "scripts.acceptance_contact --runs 20 --cases adhesion`"),
-        ({"chip": 4}, 10, "full", "scripts.acceptance_contact --mode full --hidden-sets 4 --cases chip`"),
+        ({**dict.fromkeys(judged, 20), **dict.fromkeys(hidden, 10)}, 10, "fast", "scripts.acceptance.acceptance_contact`"),
+        ({**dict.fromkeys(judged, 5), **dict.fromkeys(hidden, 10)}, 10, "fast", "scripts.acceptance.acceptance_contact --sets 5`"),
+        ({"adhesion": 10}, 20, "fast", "scripts.acceptance.acceptance_contact --runs 20 --cases adhesion`"),
+        ({"chip": 4}, 10, "full", "scripts.acceptance.acceptance_contact --mode full --hidden-sets 4 --cases chip`"),
     ):
         rows = [{**row, "case": case} for case, sets in cases.items() for _ in range(sets)]
         assert words in page(summary(rows, {"seed": 3, "mode": mode, "runs_per_set": runs}))

@@ -1,8 +1,8 @@
-"""``tumble bench``: runs the benchmarks in ``scripts/bench_*.py`` and gathers their figures.
+"""``tumble bench``: runs the benchmarks in ``scripts/benchmarks/bench_*.py`` and gathers their figures.
 
 A benchmark is a program of its own, so that one cannot warm caches or take memory for another. Run as
-``python -m scripts.bench_<name> --json`` it prints a list of figures: ``name``, ``value``, ``unit`` and, where there is one, ``limit``
-with ``direction`` (``lower`` or ``higher`` is better).
+``python -m scripts.benchmarks.bench_<name> --json`` it prints a list of figures: ``name``, ``value``, ``unit`` and, where there is one,
+``limit`` with ``direction`` (``lower`` or ``higher`` is better).
 """
 
 import argparse
@@ -41,7 +41,7 @@ def parser() -> argparse.ArgumentParser:
 
 def benchmarks() -> tuple[str, ...]:
     """Names of the benchmarks there are."""
-    folder = resources.files("scripts")
+    folder = resources.files("scripts.benchmarks")
     return tuple(sorted(Path(entry.name).stem.removeprefix(PREFIX) for entry in folder.iterdir() if entry.name.startswith(PREFIX)))
 
 
@@ -74,7 +74,7 @@ def _measure_all(names: tuple[str, ...], *, quiet: bool) -> dict[str, list[Figur
 
 def measure(name: str) -> list[Figure]:
     """The figures of one benchmark, run in a process of its own."""
-    command = [sys.executable, "-m", f"scripts.{PREFIX}{name}", "--json"]
+    command = [sys.executable, "-m", f"scripts.benchmarks.{PREFIX}{name}", "--json"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode != 0:
         raise TumbleError(f"benchmark {name} failed: {done.stderr.strip().splitlines()[-1] if done.stderr.strip() else done.returncode}")

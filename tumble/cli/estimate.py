@@ -27,7 +27,7 @@ from tumble.output_directory import Run, output_directory
 from tumble.read_paths import observations_read, paths_given
 from tumble.reasons import grouped
 from tumble.reports.velocities import rows
-from tumble.reports.words import adequate, misses_something, particles_of, rms_ete_px, unmeasured
+from tumble.reports.words import adequate, besides_status, misses_something, particles_of, rms_ete_px, unmeasured
 from tumble.result_files import estimate_path, observations_in
 
 
@@ -134,7 +134,7 @@ def remarks(estimate: Estimate) -> list[str]:
     views = views or estimate.statistics.get("view_disagreement", {}).get("calibration_px", 0.0) > 0.0
     said = []
     if estimate.status is Status.CONVERGED and (views or estimate.impacts or misses_something(estimate)):
-        said.append(f"{estimate.name}: {estimate.message}")
+        said.append(f"{estimate.name}: {besides_status(estimate)}")
     said += [f"{estimate.name}: {impact_sentence(number, impact)}" for number, impact in enumerate(estimate.impacts, start=1)]
     for used, done in ((False, "left out"), (True, "used in part")):
         reasons = Counter(frame.reason for frame in estimate.frames if frame.reason and frame.used is used)

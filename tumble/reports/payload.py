@@ -15,7 +15,7 @@ from tumble.reports.frames import cameras
 from tumble.reports.record import Record
 from tumble.reports.sequence_row import sequence_row
 from tumble.reports.velocity_tables import velocity_tables
-from tumble.reports.words import meaning, next_steps
+from tumble.reports.words import besides_status, meaning, next_steps
 
 Array = NDArray[np.float64]
 MINIMA = "competing_minima"
@@ -36,7 +36,7 @@ def sequence_payload(record: Record, *, most_frames: int) -> dict[str, Any]:
         "name": estimate.name,
         "status": estimate.status.value,
         "meaning": meaning(estimate),
-        "message": estimate.message,
+        "message": besides_status(estimate),
         "next": next_steps(estimate),
         "cameras": cameras(record, most_frames),
         "body": None if record.hull is None or estimate.body is None else body_shape(record.hull, estimate.body),

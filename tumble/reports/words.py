@@ -69,6 +69,11 @@ def meaning(estimate: Estimate) -> str:
     return MISFIT_MEANING if misses_something(estimate) else MEANING[estimate.status]
 
 
+def besides_status(estimate: Estimate) -> str:
+    """What the message says besides naming the status, which stands beside it."""
+    return estimate.message.removeprefix(f"{estimate.status.value}.").lstrip()
+
+
 def next_steps(estimate: Estimate) -> list[str]:
     """What to do next, most important first."""
     steps = [*([MISFIT_NEXT] if misses_something(estimate) else []), NEXT[estimate.status]]

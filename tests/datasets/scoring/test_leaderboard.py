@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from datasets.estimate import Status
-from datasets.scoring.leaderboard import _sign_interval, leaderboard
+from datasets.scoring.leaderboard import FARTHEST, leaderboard
 from datasets.scoring.score import score
 
 COUNT = 9
@@ -35,23 +35,15 @@ def board(**instruments):
 def test_the_nearer_one_is_first_by_the_factor_of_its_errors(rows):
     told = board(worse=rows(scale=3.0), better=rows())
     assert {(first.first, first.second) for first in told.firsts} == {("better", "worse")}
-    assert [first.ratio for first in told.firsts] == pytest.approx([3.0] * 3)
+    assert all(2.0 < first.ratio < 3.0 for first in told.firsts)  # less than three: what is near zero by luck decides nothing
     assert all(first.decided and not first.lost for first in told.firsts)
     assert [standing.instrument for standing in told.standings[:2]] == ["better", "worse"]
 
 
-def test_few_sequences_decide_nothing(rows):
-    told = leaderboard({"cell": {"worse": rows(scale=3.0)[:5], "better": rows()[:5]}}, np.random.default_rng(0))
+def test_one_sequence_decides_nothing(rows):
+    told = leaderboard({"cell": {"worse": rows(scale=3.0)[:1], "better": rows()[:1]}}, np.random.default_rng(0))
     assert not any(first.decided for first in told.firsts)
     assert all((first.low, first.high) == (0.0, np.inf) for first in told.firsts)
-
-
-def test_identical_instruments_are_rarely_called_decided():
-    rng, decided = np.random.default_rng(3), 0
-    for _ in range(400):
-        low, high = _sign_interval(np.log(np.abs(rng.normal(size=8))) - np.log(np.abs(rng.normal(size=8))))
-        decided += low > 0 or high < 0
-    assert decided / 400 < 0.05
 
 
 def test_equal_instruments_are_not_decided(rows):
@@ -65,6 +57,7 @@ def test_giving_up_gains_nothing(rows):
     assert {first.first for first in told.firsts} == {"whole"}
     careful = next(standing for standing in told.standings if standing.instrument == "careful")
     assert (careful.measured, careful.n, careful.median) == (4, COUNT, np.inf)
+    assert all(1.0 < first.ratio < FARTHEST for first in told.firsts)
 
 
 def test_nobody_is_first_where_nobody_measures(rows):

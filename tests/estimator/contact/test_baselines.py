@@ -12,7 +12,7 @@ from estimator.contact.sphere_equivalent import SphereEquivalent, sphere_of
 from estimator.contact.stronge_impulse import StrongeImpulse
 from estimator.contact.support_point import support_point
 from estimator.geometry.visual_hull import HullMesh
-from scripts.contact_speeds import FLAT, random_contacts
+from scripts.benchmarks.contact_speeds import FLAT, random_contacts
 from tests.estimator.contact.impacts import some_solid
 
 

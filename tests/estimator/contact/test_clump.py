@@ -12,7 +12,7 @@ from estimator.contact.clump_generator import directions_around, generated_clump
 from estimator.contact.hertz_mindlin import HertzMindlin
 from estimator.contact.solid import BodyState, SolidHull, solid_hull_of
 from estimator.geometry.visual_hull import HullMesh
-from scripts.contact_speeds import FLAT
+from scripts.benchmarks.contact_speeds import FLAT
 
 
 def _stone() -> SolidHull:

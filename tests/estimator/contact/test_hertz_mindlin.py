@@ -13,7 +13,9 @@ from estimator.contact.clump import Clump
 from estimator.contact.hertz_mindlin import HertzMindlin, Integration, clamped_restitution, damping_for
 from estimator.contact.solid import BodyState, Solid
 from estimator.contact.stronge_impulse import StrongeImpulse
-from scripts.contact_reference_cases import (
+from scripts.benchmarks.contact_speeds import FLAT
+from tests.estimator.contact.impacts import some_solid, some_state
+from tests.reference.contact_reference_cases import (
     CLAMPED_RESTITUTION,
     ELASTIC_SPHERES,
     TEST_4,
@@ -22,8 +24,6 @@ from scripts.contact_reference_cases import (
     ObliqueSphere,
     ball_clump,
 )
-from scripts.contact_speeds import FLAT
-from tests.estimator.contact.impacts import some_solid, some_state
 
 ALUMINA = ELASTIC_SPHERES[4]
 STEEL = HertzMindlin(1143e9, 0.069, 210e9, 0.30, 0.7, 0.12)

@@ -7,9 +7,9 @@ import pytest
 
 from estimator.contact.hertz_mindlin import HertzMindlin
 from estimator.contact.solid import BodyState
-from scripts.contact_lammps import Throw, available, thrown
-from scripts.contact_reference_cases import ELASTIC_SPHERES, TEST_4, TEST_4_FRICTION, ElasticSphere, ObliqueSphere, ball_clump
-from scripts.contact_speeds import FLAT
+from scripts.benchmarks.contact_speeds import FLAT
+from tests.reference.contact_lammps import Throw, available, thrown
+from tests.reference.contact_reference_cases import ELASTIC_SPHERES, TEST_4, TEST_4_FRICTION, ElasticSphere, ObliqueSphere, ball_clump
 
 pytestmark = pytest.mark.skipif(not available(), reason="LAMMPS is not installed; `make lammps` installs it beside the other libraries")
 

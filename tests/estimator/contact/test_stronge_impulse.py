@@ -11,9 +11,9 @@ from estimator.contact.solid import BodyState, Solid
 from estimator.contact.sphere_equivalent import sphere_of
 from estimator.contact.stronge_impulse import StrongeImpulse
 from estimator.contact.velocity_impulse import NewtonImpulse, PoissonImpulse
-from scripts.contact_reference_cases import ENERGY_RATIOS, FULL_CASES, EnergyRatio, ReferenceImpact
-from scripts.contact_speeds import FLAT, random_contacts
+from scripts.benchmarks.contact_speeds import FLAT, random_contacts
 from tests.estimator.contact.impacts import some_solid, some_state
+from tests.reference.contact_reference_cases import ENERGY_RATIOS, FULL_CASES, EnergyRatio, ReferenceImpact
 
 
 def _random(count: int, e: float, mu: float) -> tuple[np.ndarray, np.ndarray, Impulses]:

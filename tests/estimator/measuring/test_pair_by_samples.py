@@ -20,8 +20,8 @@ from estimator.motion.piecewise import TIME, named
 from estimator.pairs.pair_fit import SHARED, PairRefined
 from estimator.surface import joint as joint_module
 from estimator.surface.star_surface import star_surface
-from scripts.golden_cases import PAIR
 from synth.sequence import build_silhouette_sequence
+from tests.reference.golden_cases import PAIR
 
 QUICK = Configuration(hull_resolution=32, directions=200, pose_starts=24, momentum_starts=0, bias_pairs=2, surface_fit=0)
 COARSE = 4

@@ -7,7 +7,7 @@ import pytest
 
 from datasets.recipes.recipe import ParticleRecipe
 from estimator.merging.joint import JointTask, _cost, _equations, _linear, fit_jointly
-from scripts.study_shape import rendered, sets_of
+from scripts.trials.study_shape import rendered, sets_of
 from tests.estimator.merging.test_merging import STONE, task_of, true_placements
 
 HUBER = 4.0

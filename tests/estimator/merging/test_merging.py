@@ -24,7 +24,7 @@ from estimator.merging.set_motion import MotionEffort, SetMotions, find_motions
 from estimator.merging.solid import solid_figures
 from estimator.merging.view_set import ViewSet, view_set
 from estimator.motion.rotation import rotation_from_vector
-from scripts.study_shape import Rendered, against_truth, rendered, sets_of, withheld
+from scripts.trials.study_shape import Rendered, against_truth, rendered, sets_of, withheld
 from tests.estimator.exact import ellipsoid_outline, rig
 
 SETTINGS = MergeSettings(effort=MotionEffort(starts=600, coarse=24))

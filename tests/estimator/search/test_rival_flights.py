@@ -14,8 +14,8 @@ from datasets.vocabulary.camera import HsvCamera
 from datasets.vocabulary.clock import Clock
 from estimator.data.configuration import Configuration
 from estimator.measure import measure
-from scripts.real_outlines import stone
-from scripts.study_wrong_poses import Drawn, drawn_sequence
+from scripts.real.real_outlines import stone
+from scripts.trials.study_wrong_poses import Drawn, drawn_sequence
 
 WRONG = Drawn(), 1, 10
 """Six views, a slow stone: its cheapest flight is 39° off, and a right one costs more."""

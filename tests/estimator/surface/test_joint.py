@@ -103,6 +103,8 @@ def test_the_estimate_says_how_well_the_surface_meets_the_outlines(measured: Mea
     worse = replace(measured.joint, noise_px=(0.5, 0.2), outline_noise_px=(0.2, 0.2))
     assert "those of the views by 0.50 px (their own noise is 0.20 px)" in surface_sentence(worse, 1.5)
     assert not surface_sentence(worse, 3.0)
+    gone = surface_sentence(replace(measured.joint, noise_px=(581.7, 0.8)), 1.5)
+    assert gone == "The fit to all outline samples ran away from the views"
 
 
 def test_its_error_bars_hold_the_truth(made: tuple[Observation, Truth], measured: Measured) -> None:

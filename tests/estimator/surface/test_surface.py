@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from datasets.vocabulary.body import Body
 from datasets.vocabulary.camera import Intrinsics
 from estimator.geometry.visual_hull import HullMesh
+from estimator.motion.rigid_body import RanAway
 from estimator.motion.rotation import rotation_from_vector
 from estimator.particle.mass_properties import body_of
 from estimator.surface.contact import contact_of
@@ -45,6 +46,14 @@ def test_samples_lie_as_far_from_the_outline_as_they_were_put(out_px: float) -> 
     surface = ellipsoid()
     met = contact_of(surface, CAMERA, R, T, outline(surface, out_px))
     np.testing.assert_allclose(met.gap_px, out_px, atol=0.05 if out_px < 0 else 0.01)
+
+
+def test_samples_that_are_no_numbers_are_refused_where_the_search_for_the_nearest_would_never_end() -> None:
+    surface = ellipsoid()
+    samples = outline(surface, 0.5)
+    samples[7, 1] = np.nan
+    with pytest.raises(RanAway, match="samples ran away"):
+        contact_of(surface, CAMERA, R, T, samples)
 
 
 def test_a_sample_s_distance_changes_with_the_radii_as_its_contact_says() -> None:

@@ -40,7 +40,7 @@ function fillVerdict() {
   section.className = now.status === "converged" ? "good" : "bad";
   const title = element("h2", {}, now.name + ": ", element("span", { class: "status " + section.className, id: "status" }, now.status));
   const words = [element("p", {}, now.meaning)];
-  if (now.message && now.message !== now.status + ".") words.push(element("p", { id: "message" }, now.message));
+  if (now.message) words.push(element("p", { id: "message" }, now.message));
   const next = element("ul", { id: "next" }, ...now.next.map((text) => element("li", {}, text)));
   section.replaceChildren(title, ...words, element("p", {}, "What to do next:"), next);
 }

@@ -1,0 +1,1 @@
+"""Whole measurements against the truth, by kind of recording, and their pages."""

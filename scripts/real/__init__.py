@@ -1,0 +1,1 @@
+"""Recordings of others: what the tool finds in them."""

@@ -1,0 +1,1 @@
+"""Studies from before the one frame (:mod:`studies`), one file each."""
