@@ -1,4 +1,4 @@
-"""Three real campaigns as folders of trajectories that every verb reads.
+"""Four real campaigns as folders of trajectories that every verb reads.
 
 ``python -m scripts.real_campaigns tosses|table_tennis|spinning_disc|thrown_disc --data FOLDER --out OUT``; FOLDER holds ``tosses/``,
 ``table_tennis/`` and ``gyro/`` as their publishers gave them, which are not part of Tumble.
