@@ -22,6 +22,7 @@ from estimator.geometry.outline_shape import (
     positive,
     radii,
     recession_of,
+    recession_of_points,
 )
 from estimator.geometry.outline_smear import LEVELS, losses_of_smear
 
@@ -98,11 +99,11 @@ class SectorRuler:
 def sector_shape(polygons: Sequence[Array], motions: Array, count: int) -> OutlineShape:
     """The shape (n, count, ...) of outlines (v, 2) px, either way round, by sector.
 
-    Parallel curves lie as far from the outline everywhere. ``motions`` (n, 3, 2): how each moves during the exposure.
-    ``polygons`` (v, 2) px; zeros where there are fewer than three corners.
+    Where points recede along their own normals, sides meet at corners and part in hollows: there the outline that is left is nearer.
+    ``motions`` (n, 3, 2): how each moves during the exposure. ``polygons`` (v, 2) px; zeros where there are fewer than three corners.
     """
     n = len(polygons)
-    parallel = np.ones((n, count, len(DEPTHS_PX)))
+    erosion, parallel = np.ones((2, n, count, len(DEPTHS_PX)))
     radius, sharpness = np.zeros((n, count)), np.zeros((n, count))
     recession, leak, smear = (np.zeros((n, count, k)) for k in (len(BLURS_PX), len(DEPTHS_PX), len(LEVELS)))
     for i, polygon in enumerate(polygons):
@@ -113,6 +114,6 @@ def sector_shape(polygons: Sequence[Array], motions: Array, count: int) -> Outli
         turn = np.arctan2(ruler.normals[:, 1], ruler.normals[:, 0]) / (2.0 * np.pi)
         radius[i] = radii(positive(points[ConvexHull(points).vertices]))[np.round(turn * ANGLES).astype(np.int64) % ANGLES]
         sharpness[i], recession[i] = recession_of(points, ruler)
-        leak[i] = leak_of(points, ruler)
+        erosion[i], leak[i] = recession_of_points(points, ruler), leak_of(points, ruler)
         smear[i] = losses_of_smear(points, motions[i], ruler.plain, (ruler.corners, ruler.normals))
-    return OutlineShape(radius, sharpness, recession, parallel, parallel, leak, smear)
+    return OutlineShape(radius, sharpness, recession, erosion, parallel, leak, smear)

@@ -371,20 +371,34 @@ def _parallel(points: Array, sampler: _Sampler) -> tuple[Array, Array]:
 
 def leak_of(points: Array, ruler: Ruler) -> Array:
     """Recession (a, D) of an outline ``points`` (v, 2) px under a leak of light over its loss; the last one's where nothing is left."""
-    even = resampled(points, LEAK_STEP_PX, fewest=FEWEST_POINTS)
-    chord = np.roll(even, -1, axis=0) - np.roll(even, 1, axis=0)
-    normal = np.column_stack([chord[:, 1], -chord[:, 0]]) / np.maximum(np.linalg.norm(chord, axis=1), 1e-9)[:, None]
+    even, normal = _along_normals(points)
     reach_points = round(FLATNESS_REACH_PX * len(even) / float(_edges(points)[0].sum()))
     flatness = maximum_filter1d(_alike(normal) * np.pi / (HALF_ANGLE * len(even)), 2 * reach_points + 1, mode="wrap")
-    moved = even - (DEPTHS_PX[:, None] * (flatness / (1.0 + flatness)))[..., None] * normal
+    return _receded(points, ruler, even, (flatness / (1.0 + flatness))[:, None] * normal)
+
+
+def recession_of_points(points: Array, ruler: Ruler) -> Array:
+    """Recession (a, D) of an outline ``points`` (v, 2) px, each moved inwards along its own normal, over the depth."""
+    return _receded(points, ruler, *_along_normals(points))
+
+
+def _along_normals(points: Array) -> tuple[Array, Array]:
+    """Evenly spaced points (m, 2) px of an outline ``points`` (v, 2) px, and outward unit normals (m, 2) across twice the step."""
+    even = resampled(points, LEAK_STEP_PX, fewest=FEWEST_POINTS)
+    chord = np.roll(even, -1, axis=0) - np.roll(even, 1, axis=0)
+    return even, np.column_stack([chord[:, 1], -chord[:, 0]]) / np.maximum(np.linalg.norm(chord, axis=1), 1e-9)[:, None]
+
+
+def _receded(points: Array, ruler: Ruler, even: Array, away: Array) -> Array:
+    """Recession (a, D) of an outline ``points`` (v, 2) px over depths by which its points ``even`` (m, 2) move against ``away`` (m, 2)."""
     reach = ruler.smooth(points)
     ratio = np.ones((len(reach), len(DEPTHS_PX)))
-    for i, ring in enumerate(moved):
-        left = manifold3d.CrossSection([ring], manifold3d.FillRule.Positive).to_polygons()
+    for i, depth in enumerate(DEPTHS_PX):
+        left = manifold3d.CrossSection([even - depth * away], manifold3d.FillRule.Positive).to_polygons()
         if not left:
             ratio[:, i:] = ratio[:, max(i - 1, 0)][:, None]
             break
-        ratio[:, i] = (reach - ruler.smooth(largest_ring(left))) / DEPTHS_PX[i]
+        ratio[:, i] = (reach - ruler.smooth(largest_ring(left))) / depth
     return ratio
 
 

@@ -30,32 +30,13 @@ from estimator.geometry.visual_hull import HullMesh
 from estimator.poses.pose_starts import StartCatalogue
 
 Array = NDArray[np.float64]
-OF_THE_SHAPE = ("shape", "arrow", "evenness", "contact", "dissection", "samples", "star_surface")
-"""The files of the surface's room that the views' shape is made with."""
-MAKERS = (
-    *("particle", "poses/pose_starts.py", "geometry", "motion/rotation.py", "motion/rigid_body.py", "outlines", "outlines/pictures"),
-    "fitting/stable_inverse.py",
-    *(f"surface/{name}.py" for name in OF_THE_SHAPE),
-)
+MAKERS = ("particle", "poses/pose_starts.py", "geometry", "motion/rotation.py", "motion/rigid_body.py", "outlines", "outlines/pictures")
 VOCABULARY = "vocabulary"
 """The code whose text counts, of the estimator and of the datasets (cameras and outlines): what it makes may differ when it does."""
 LIBRARIES = ("numpy", "scipy", "scikit-image", "opencv-python-headless", "manifold3d", "trimesh", "shapely")
 """Libraries whose version counts."""
 SETTINGS = ("hull_resolution", "directions", "foreign_view_ratio")
 """The estimator's settings that the particle depends on."""
-
-
-@dataclass(frozen=True)
-class FittedSurface:
-    """The surface that a fit of all samples begins with, as the views alone show it.
-
-    ``vertices`` (n, 3) m, particle frame, joined as those of a subdivided icosahedron around ``centre`` (3,) m; ``noise_px`` of the views'
-    samples.
-    """
-
-    vertices: Array
-    centre: Array
-    noise_px: float
 
 
 @dataclass(frozen=True)
@@ -75,7 +56,6 @@ class MadeOnce:
     body: Body | None = None
     largest_moment_per_mass: float | None = None
     view_bias: DrawnBias | None = None
-    surface: FittedSurface | None = None
 
 
 NOTHING_MADE = MadeOnce()
@@ -131,9 +111,6 @@ def arrays_of(made: MadeOnce) -> dict[str, NDArray[np.generic]]:
         arrays["largest_moment_per_mass"] = np.array([made.largest_moment_per_mass])
     if made.view_bias is not None:
         arrays |= {"view_bias": made.view_bias.curves, "view_bias_of": np.frombuffer(bytes.fromhex(made.view_bias.of), np.uint8)}
-    if made.surface is not None:
-        noise_px = np.array([made.surface.noise_px])
-        arrays |= {"surface_vertices": made.surface.vertices, "surface_centre": made.surface.centre, "surface_noise_px": noise_px}
     lengths = [len(outline) for outline in made.cast_in_views]
     arrays["cast_points"] = np.concatenate([np.zeros((0, 2)), *made.cast_in_views])
     arrays["cast_offsets"] = np.concatenate([[0], np.cumsum(lengths)]).astype(np.int64)
@@ -167,7 +144,6 @@ def made_of_arrays(arrays: Mapping[str, NDArray[np.generic]], where: str) -> Mad
             body=_body(arrays),
             largest_moment_per_mass=float(arrays["largest_moment_per_mass"][0]) if "largest_moment_per_mass" in arrays else None,
             view_bias=_view_bias(arrays),
-            surface=_surface(arrays),
         )
     except (KeyError, IndexError, ValueError) as error:
         raise InputError(f"{where}: expected the arrays that tumble shape makes, got others ({error}).") from None
@@ -204,15 +180,6 @@ def _view_bias(arrays: Mapping[str, NDArray[np.generic]]) -> DrawnBias | None:
     if "view_bias" not in arrays:
         return None
     return DrawnBias(_floats(arrays["view_bias"]), arrays["view_bias_of"].astype(np.uint8).tobytes().hex())
-
-
-def _surface(arrays: Mapping[str, NDArray[np.generic]]) -> FittedSurface | None:
-    if "surface_vertices" not in arrays:
-        return None
-    vertices, centre, noise_px = (_floats(arrays[f"surface_{name}"]) for name in ("vertices", "centre", "noise_px"))
-    if vertices.ndim != 2 or vertices.shape[1] != 3 or centre.shape != (3,) or noise_px.shape != (1,) or not noise_px[0] > 0.0:
-        raise ValueError("surface: arrays of other shapes, or noise that is not positive")
-    return FittedSurface(vertices, centre, float(noise_px[0]))
 
 
 def _floats(values: NDArray[np.generic]) -> Array:

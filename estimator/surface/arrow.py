@@ -39,11 +39,6 @@ class Whole:
     by_corner: Float[NDArray[np.float64], "3n k"]
 
 
-def no_rows(corners: int) -> Whole:
-    """None, of a surface with so many ``corners`` and without motions."""
-    return Whole(np.zeros(0), np.zeros((0, 0)), np.zeros((3 * corners, 0)))
-
-
 @dataclass(frozen=True)
 class Weighed:
     """A group's samples in standard deviations: residuals ``r`` (m,), derivatives ``J`` (m, u) by the surface, ``F`` (m, c) by motions.

@@ -9,7 +9,6 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 from scipy.sparse import csr_array, diags_array, eye_array
 
-from datasets.errors import InputError
 from datasets.observation import CalibratedView
 from datasets.vocabulary.outline import Outline
 from estimator.geometry.cast_outline import CastingMesh, casting_mesh
@@ -62,20 +61,6 @@ def sphere(subdivisions: int = SUBDIVISIONS) -> Sphere:
 def subdivisions_to(corners: int) -> int:
     """How many subdivisions lead to about so many ``corners``."""
     return round(np.log((corners - 2) / 10) / np.log(4)) if corners > CORNERS else 0
-
-
-def sphere_of(corners: int) -> Sphere:
-    """The subdivided icosahedron of so many ``corners``.
-
-    Raises
-    ------
-    InputError
-        Where there is none.
-    """
-    subdivisions = subdivisions_to(corners)
-    if corners != (CORNERS - 2) * 4**subdivisions + 2:
-        raise InputError(f"surface: expected as many corners as a subdivided icosahedron has, got {corners}")
-    return sphere(subdivisions)
 
 
 @dataclass(frozen=True, eq=False)

@@ -22,7 +22,6 @@ from datasets.vocabulary.calibration import Calibration
 from datasets.vocabulary.camera import HsvCamera
 from estimator.data.configuration import Configuration
 from estimator.outlines.result import EMPTY
-from estimator.particle.made_once import FittedSurface, digest_of
 from scripts.trials.study_shape import Rendered, rendered
 from synth.sequence import build_silhouette_sequence
 from tests.estimator.made_trajectories import Hidden, Tracker, campaign
@@ -34,7 +33,6 @@ from tumble.cli.shape import shape_rows
 from tumble.diagnosing import Question
 from tumble.engine import Serial
 from tumble.reporting import collect, frame_words, particle_of
-from tumble.shaping import shaping
 from tumble.shaping.drops import Drop
 from tumble.shaping.shaping import shape
 
@@ -154,18 +152,6 @@ def test_estimates_are_the_same_with_and_without_what_is_kept(tmp_path: Path) ->
     assert shown.result["shown"]["cameras"][0]["pictures"]
     assert shown.result["shown"]["body"] is None  # not the body of the observation's own views, which lies in another frame
     assert read_estimate(tmp_path / "kept" / "one.estimate.json").middle is not None
-
-
-def test_a_fitted_surface_is_kept_where_it_is_asked_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    write_observation(build_silhouette_sequence(RECIPE, 0)[0], tmp_path / "one")
-    monkeypatch.setattr(shaping, "fitted_surface", lambda particle: FittedSurface(particle.hull.vertices[:12], np.zeros(3), 0.2))
-    for name, asked in (("plain", []), ("fitted", ["--surface"])):
-        assert main(["shape", str(tmp_path / "one"), *asked, "--out", str(tmp_path / name), "-q"]) == 0
-        particle = read_particle(tmp_path / name)
-        assert particle.made is not None
-        loaded = particle.made.load(digest_of(particle.outlines, particle.views, Configuration()))
-        assert loaded is not None
-        assert ("surface_vertices" in loaded) == bool(asked)
 
 
 def test_import_takes_a_particle_file(stone: Path, drops: Path, tmp_path: Path) -> None:

@@ -57,8 +57,6 @@ def parser() -> argparse.ArgumentParser:
         metavar="FILE",
         help="a picture without the particle, one for each camera of the rig (default: the light in each picture itself)",
     )
-    kept = "keep the surface that campaigns with --set campaign_surface_fit=1 begin with, too"
-    verb.add_argument("--surface", action="store_true", help=kept)
     verb.add_argument("--mass", type=float, metavar="KG", help="of the particle, where it was weighed")
     add_output(verb, default="out/stone")
     return verb
@@ -73,7 +71,6 @@ def run(arguments: argparse.Namespace) -> int:
         "masks": arguments.masks,
         "background": [str(path.resolve()) for path in arguments.background],
         "mass_kg": arguments.mass,
-        **({"surface": True} if arguments.surface else {}),
     }
     reads = (*arguments.drops, *arguments.rig, *arguments.background)
     with output_directory(arguments.out, Run("shape", content, reads=reads), resume=arguments.resume, force=arguments.force) as out:
@@ -116,8 +113,8 @@ def _make(drops: Sequence[Drop], out: Path, arguments: argparse.Namespace) -> No
     """The surface first: ``particle.json`` says that all is there."""
     pairs = len(drops) * (len(drops) - 1) // 2
     with progress("shape", pairs, quiet=arguments.quiet or arguments.json) as advance:
-        name, asked = file_name(arguments.out.resolve().name), {"mass_kg": arguments.mass, "surface": arguments.surface}
-        shaped = shape(drops, name, **asked, advance=lambda: advance("pair"))
+        name = file_name(arguments.out.resolve().name)
+        shaped = shape(drops, name, mass_kg=arguments.mass, advance=lambda: advance("pair"))
     write_mesh(out / SURFACE, shaped.surface.vertices, shaped.surface.faces)
     write_particle(shaped.particle, out, shaped.made)
 

@@ -23,7 +23,6 @@ from estimator.outlines.recording import view_outlines_of
 from estimator.outlines.result import EMPTY
 from estimator.particle.made_once import arrays_of, digest_of
 from estimator.particle.particle import MINIMUM_VIEWS, Particle, particle_of
-from estimator.surface.shape import fitted_surface
 from tumble.shaping.drops import Drop
 
 WANTED_EXCESS = 0.01
@@ -39,10 +38,8 @@ class Shaped:
     made: tuple[str, Arrays]
 
 
-def shape(
-    drops: Sequence[Drop], name: str, *, mass_kg: float | None, surface: bool = False, advance: Callable[[], None] = lambda: None
-) -> Shaped:
-    """Merge ``drops`` and make everything that recordings of this particle share; the fitted ``surface`` where it is asked for.
+def shape(drops: Sequence[Drop], name: str, *, mass_kg: float | None, advance: Callable[[], None] = lambda: None) -> Shaped:
+    """Merge ``drops`` and make everything that recordings of this particle share.
 
     Raises
     ------
@@ -71,8 +68,7 @@ def shape(
         checks=checks,
         notes=tuple([*notes, *_few_views_words(checks, excess_known=bool(np.isfinite(solid.volume_sigma_m3)))]),
     )
-    made = replace(particle.once(Configuration()), surface=fitted_surface(particle) if surface else None)
-    return Shaped(told, solid.surface, (digest_of(outlines, views, Configuration()), arrays_of(made)))
+    return Shaped(told, solid.surface, (digest_of(outlines, views, Configuration()), arrays_of(particle.once(Configuration()))))
 
 
 def _sets(drops: Sequence[Drop]) -> tuple[list[tuple[ViewSet, Drop]], list[str]]:

@@ -109,8 +109,11 @@ class Outlines:
 
     def relinearised(self, campaign: Campaign, fit: CampaignFit) -> tuple[Campaign, CampaignState]:
         """About the surfaces that views and frames show together, as uncertain as the frames show them to be."""
-        campaign, state = refitted_surfaces(campaign, fit, self)
-        return with_surface_scale(campaign, fit_campaign(campaign, state, fit.model))
+        keys = tuple(key for key in fit.model.keys if key not in self.base.keys)
+        if any(sequence.under != keys for sequence in campaign.sequences):
+            campaign, state = refitted_surfaces(campaign, fit, self)
+            fit = fit_campaign(campaign, state, fit.model)
+        return with_surface_scale(campaign, fit)
 
     def noise_scales(self, campaign: Campaign, equations: Sequence[SequenceEquations]) -> Array | None:
         """Noise of the samples over what outlines show by themselves."""

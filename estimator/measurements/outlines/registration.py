@@ -7,33 +7,36 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.observation import CalibratedView
-from estimator.appearance.model_errors import SequenceTask, centres_cam
+from estimator.appearance.model_errors import SequenceTask
 from estimator.appearance.sector_shape import sector_shape
 from estimator.data.configuration import Configuration
 from estimator.effects.link import EffectModel
 from estimator.effects.model import Model
-from estimator.fitting.campaigns.campaign import CampaignState
+from estimator.fitting.campaigns.campaign import CampaignState, layout_of
 from estimator.fitting.campaigns.registered import Registered
+from estimator.fitting.campaigns.weighing_again import UNFLYABLE
 from estimator.measurements.outlines.contacts import SECTORS, contacts_at
 from estimator.measurements.outlines.kind import Outlines
-from estimator.measurements.outlines.surfaces import Flown, with_surface
-from estimator.measurements.outlines.task import OutlineTask, placed_at, with_sectors
+from estimator.measurements.outlines.surfaces import Flown, about_joint_surface, hull_shape, with_surface
+from estimator.measurements.outlines.task import OutlineTask, placed_at
 from estimator.motion.flight import Flight
 from estimator.particle.particle import Particle
 from estimator.surface.amplitudes import Amplitudes
 from estimator.surface.joint import usual_deviation
-from estimator.surface.shape import made_shape, own_noise_px
-from estimator.surface.star_surface import Surface
+from estimator.surface.shape import own_noise_px
+from estimator.surface.star_surface import SUBDIVISIONS, Surface
 
 Array = NDArray[np.float64]
 NONE = np.zeros(0)
 """Parameters (0,) of a model without effects."""
 
 
-def by_samples(registered: Registered, effects: Sequence[EffectModel], configuration: Configuration) -> Registered:
-    """The campaign with every sample of its outlines in use, about the surfaces that the calibrated views alone show.
+def by_samples(
+    registered: Registered, effects: Sequence[EffectModel], configuration: Configuration, *, subdivisions: int = SUBDIVISIONS
+) -> Registered:
+    """The campaign with every sample of its outlines in use, about the surfaces that views and frames show together in free flights.
 
-    The surfaces answer to whatever ``effects`` may be asked for.
+    About the hulls of the views where flights run away. The surfaces, of so many ``subdivisions``, answer to all ``effects``.
     """
     campaign = registered.campaign
     possible = tuple(each for each in effects if campaign.kind.why_not(campaign, each) is None and not each.random)
@@ -41,11 +44,17 @@ def by_samples(registered: Registered, effects: Sequence[EffectModel], configura
     found: dict[int, Flown] = {}
     for number, particle in enumerate(registered.particles):
         rows = [i for i, p in enumerate(campaign.particle) if p == number]
-        shape = made_shape(particle, huber=configuration.huber, seed=configuration.seed)
+        if not rows:
+            continue
+        hull, layout = hull_shape(particle, subdivisions), layout_of(campaign.part(rows), Model())
         flights = [replace(registered.start.flights[i], offset_px=0.0) for i in rows]
-        bare = [_bare(campaign.sequences[i], flight, particle, shape.surface) for i, flight in zip(rows, flights, strict=True)]
-        flown = [Flown(task, flight, Model(), NONE) for task, flight in zip(bare, flights, strict=True)]
-        found |= dict(zip(rows, with_surface(flown, shape, kind), strict=True))
+        bare = [_bare(campaign.sequences[i], flight, particle, hull.surface) for i, flight in zip(rows, flights, strict=True)]
+        flown = [Flown(task, flight, Model(), NONE, at) for task, flight, at in zip(bare, flights, layout.places, strict=True)]
+        try:
+            made = about_joint_surface(flown, layout.p, kind)
+        except UNFLYABLE:
+            made = with_surface(flown, hull, kind)
+        found |= dict(zip(rows, made, strict=True))
     count = max(each.task.amplitudes.count for each in found.values())
     every = [found[i].padded(count) for i in range(len(campaign.sequences))]
     return replace(
@@ -56,11 +65,11 @@ def by_samples(registered: Registered, effects: Sequence[EffectModel], configura
 
 
 def _bare(sequence: SequenceTask, flight: Flight, particle: Particle, surface: Surface) -> OutlineTask:
-    """The sequence with the samples' contacts at a free flight, with a surface that nothing moves."""
+    """The sequence with the samples' contacts at a free flight, with a surface that nothing moves, its outlines' shapes not tabled."""
     none = Amplitudes.none(surface)
     sightings = sequence.task.sightings
-    prediction, placed = placed_at(sequence, flight, Model(), NONE)
-    task = OutlineTask(
+    _, placed = placed_at(sequence, flight, Model(), NONE)
+    return OutlineTask(
         **{name: getattr(sequence, name) for name in SequenceTask.__dataclass_fields__ if name != "made_at"},
         particle=particle,
         contacts=contacts_at(none, NONE, sightings, placed, np.concatenate(sightings.outlines_px)),
@@ -71,7 +80,6 @@ def _bare(sequence: SequenceTask, flight: Flight, particle: Particle, surface: S
         deviation=usual_deviation(particle),
         kept=np.ones(len(sightings), dtype=np.bool_),
     )
-    return with_sectors(task, prediction, centres_cam(flight, placed))
 
 
 def _px_m(view: CalibratedView, place: Array) -> float:

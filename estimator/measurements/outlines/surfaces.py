@@ -1,6 +1,6 @@
-"""The surfaces of a campaign's particles: first those that the calibrated views alone show, then those that follow the frames, too.
+"""The surfaces of a campaign's particles, as views and frames show them together.
 
-They are made anew where the base model is fitted, and where a search has ended with another one; about them they are amplitudes of what is
+They are made with free flights, and anew where a search has ended with another model; about them they are amplitudes of what is
 fitted. Each begins as the hull of the views again: edges and creases that formed without the frames, or under another model, do not go. By
 how much the views' outlines are drawn too large under the model counts where their samples lie; from there on effects displace the frames'
 outlines by as much as their parameters have changed.
@@ -30,6 +30,7 @@ from estimator.measurements.outlines.task import (
     with_sectors,
 )
 from estimator.motion.flight import COM, INERTIA, N_PARAMETERS, OFFSET, Flight, moved
+from estimator.particle.particle import Particle
 from estimator.surface.amplitudes import Amplitudes, Felt, amplitudes_of
 from estimator.surface.joint import Known, joined
 from estimator.surface.samples import Samples
@@ -113,19 +114,37 @@ def refitted_surfaces(campaign: Campaign, fit: CampaignFit, kind: Asked) -> tupl
         rows = [i for i, p in enumerate(campaign.particle) if p == number]
         layout = layout_of(campaign.part(rows), model)
         flown = [_without_amplitudes(campaign, fit, i, model, place) for i, place in zip(rows, layout.places, strict=True)]
-        first, known = flown[0].task, partial(_known, size=layout.p)
-        shape = Shape(
-            star_surface(first.particle, subdivisions=first.amplitudes.surface.sphere.subdivisions), own_noise_px(first.particle.seen)
-        )
-        found = joined(first.particle, shape, flown, known, huber=kind.huber, seed=kind.seed, first=0, views_px=first.views_px)
-        noise = [each / own for each, own in zip(found.noise_px[1:], found.outline_noise_px[1:], strict=True)]
-        ended = [replace(each, task=replace(each.task, noise=by)) for each, by in zip(found.recorded, noise, strict=True)]
         count = part.stop - part.start
-        for i, new in zip(rows, with_surface(ended, Shape(found.surface, found.noise_px[0]), kind, most=count), strict=True):
+        for i, new in zip(rows, about_joint_surface(flown, layout.p, kind, most=count), strict=True):
             padded = new.padded(count)
             sequences[i], flights[i] = padded.task, padded.flight
             thetas[i] = np.concatenate([padded.task.contacts.amplitude, padded.theta])
     return replace(campaign, sequences=tuple(sequences)), CampaignState(tuple(flights), tuple(thetas))
+
+
+def about_joint_surface(flown: Sequence[Flown], size: int, kind: Asked, *, most: int | None = None) -> list[Flown]:
+    """Sequences of one particle, of ``size`` parameters in all, about the surface that views and frames show together under their model."""
+    first = flown[0].task
+    found = joined(
+        first.particle,
+        hull_shape(first.particle, first.amplitudes.surface.sphere.subdivisions),
+        flown,
+        partial(_known, size=size),
+        huber=kind.huber,
+        seed=kind.seed,
+        first=0,
+        views_px=first.views_px,
+    )
+    noise = [each / own for each, own in zip(found.noise_px[1:], found.outline_noise_px[1:], strict=True)]
+    ended = [
+        replace(each, task=replace(each.task, noise=by, under=each.model.keys)) for each, by in zip(found.recorded, noise, strict=True)
+    ]
+    return with_surface(ended, Shape(found.surface, found.noise_px[0]), kind, most=most)
+
+
+def hull_shape(particle: Particle, subdivisions: int) -> Shape:
+    """The hull of a particle's views, as noisy as they show by themselves."""
+    return Shape(star_surface(particle, subdivisions=subdivisions), own_noise_px(particle.seen))
 
 
 def _without_amplitudes(campaign: Campaign, fit: CampaignFit, number: int, model: Model, place: Index) -> Flown:
@@ -178,7 +197,7 @@ def with_surface(flown: Sequence[Flown], shape: Shape, kind: Asked, *, most: int
 
 def _met(flown: Flown, surface: Surface) -> OutlineTask:
     """What samples meet of a ``surface`` that nothing moves."""
-    if flown.task.amplitudes.surface is surface:
+    if flown.task.amplitudes.surface is surface and flown.task.made_at is not None:
         return flown.task
     moves = (surface.vertices - flown.task.amplitudes.surface.vertices).ravel()
     far = np.sqrt(np.mean((flown.task.contacts.by_sample @ moves) ** 2)) > MOVED_PX
@@ -194,11 +213,14 @@ def _with_amplitudes(task: OutlineTask, amplitudes: Amplitudes, here: Array) -> 
 
 
 def _felt(flown: Flown, effects: Sequence[EffectModel]) -> Felt:
-    """What the sequence's residuals feel: by the corners, and by the flight and all ``effects``, those of its model where they are."""
+    """What the sequence's residuals feel: by the corners, and by the flight and all ``effects``, those of its model where they are.
+
+    As noisy as outlines show by themselves: what is more may be an effect that is still to be found, about this same surface.
+    """
     others = Model(tuple(each for each in effects if each.entry.key not in flown.model.keys))
     theta = np.concatenate([flown.theta, others.steps])  # every effect acts, those that are searched for at a small size
     model = Model((*flown.model.effects, *others.effects))
-    errors = outline_errors(flown.task, flown.flight, model, theta)
+    errors = outline_errors(replace(flown.task, noise=1.0), flown.flight, model, theta)
     weight = np.where(errors.seen, 1.0 / np.sqrt(errors.variance), 0.0)
     contacts = flown.task.contacts
     by_corner = csr_array(diags_array(weight.ravel()) @ contacts.by_corner)

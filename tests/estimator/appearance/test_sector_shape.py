@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from estimator.appearance.sector_shape import SectorRuler, sector_shape, sectors_of
-from estimator.geometry.outline_shape import BLURS_PX
+from estimator.geometry.outline_shape import BLURS_PX, DEPTHS_PX
 
 SECTORS = 64
 STILL = np.zeros((1, 3, 2))
@@ -32,8 +32,17 @@ def test_a_circle_recedes_by_its_curvature() -> None:
     shape = sector_shape([circle(40.0)], STILL, SECTORS)
     wide = BLURS_PX[BLURS_PX >= 1.0]
     assert shape.recession[0][:, BLURS_PX >= 1.0] == pytest.approx(np.broadcast_to(wide / 80.0, (SECTORS, len(wide))), rel=0.1, abs=5e-3)
-    assert shape.erosion == pytest.approx(1.0)
+    assert shape.erosion == pytest.approx(1.0, abs=5e-3)
     assert shape.smear == pytest.approx(0.0, abs=0.02)
+
+
+def test_points_that_recede_stay_nearer_in_a_hollow_than_at_a_side() -> None:
+    notch = np.array([100.0, 80.0]) + np.array(
+        [[-40.0, -40.0], [40.0, -40.0], [40.0, 40.0], [3.0, 40.0], [0.0, 34.0], [-3.0, 40.0], [-40.0, 40.0]]
+    )
+    erosion = sector_shape([notch], STILL, SECTORS).erosion[0][:, list(DEPTHS_PX).index(1.0)]
+    assert erosion[[0, 32, 48]] == pytest.approx(1.0, abs=0.01)
+    assert 0.7 < erosion[16] < 0.97
 
 
 def test_corners_recede_and_sides_do_not() -> None:

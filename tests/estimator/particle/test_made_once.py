@@ -107,9 +107,6 @@ def test_arrays_of_something_else_are_refused(made: Particle) -> None:
         made_of_arrays({**arrays, "silhouettes_offsets": np.array([0, 10**6])}, "here")
     with pytest.raises(InputError, match="vertices that are not there"):
         made_of_arrays({**arrays, "hull_faces": np.array([[0, 1, 10**6]])}, "here")
-    surface = {"surface_vertices": np.ones((12, 3)), "surface_centre": np.zeros(3), "surface_noise_px": np.array([0.0])}
-    with pytest.raises(InputError, match="noise that is not positive"):
-        made_of_arrays({**arrays, **surface}, "here")
 
 
 WITHOUT_NUMBERS = {

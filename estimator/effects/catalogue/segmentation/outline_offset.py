@@ -21,3 +21,8 @@ class OutlineOffset(EffectModel):
         """The constant."""
         del setting
         return moved_outline(np.full(places.radius_px.shape, float(theta[0])), places)
+
+    def displaced(self, theta: Array, places: Places, setting: Setting) -> Array | None:
+        """The constant: a parallel curve is as far from the outline everywhere."""
+        del setting
+        return np.full(places.radius_px.shape, float(theta[0]))

@@ -18,7 +18,6 @@ from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, Campaign
 from estimator.fitting.campaigns.campaign_covariance import campaign_covariance
 from estimator.fitting.campaigns.registered import Registered
 from estimator.fitting.descent import Effort
-from estimator.measurements.outlines import registration as by_samples_of
 from estimator.measurements.outlines import surfaces
 from estimator.measurements.outlines.contacts import SECTORS
 from estimator.measurements.outlines.registration import by_samples
@@ -34,10 +33,10 @@ from estimator.measurements.outlines.task import (
 )
 from estimator.measurements.silhouettes.registration import register
 from estimator.motion.flight import COM, N_PARAMETERS, OFFSET, OMEGA, STEPS, Flight, V, moved
-from estimator.particle.particle import Particle
+from estimator.motion.rigid_body import RanAway
 from estimator.surface.amplitudes import Amplitudes
 from estimator.surface.joint import Joined, joined
-from estimator.surface.shape import Shape, shape_of
+from estimator.surface.shape import Shape
 from synth.sequence import build_silhouette_sequence
 
 Array = NDArray[np.float64]
@@ -63,14 +62,14 @@ def tangents() -> Registered:
 
 @pytest.fixture(scope="module")
 def sampled(tangents: Registered) -> Registered:
-    """The campaign by samples, about the surface that the views show."""
+    """The campaign by samples, about the surface that views and frames show."""
+    return by_samples(tangents, [MODELS[key] for key in EFFECTS], Configuration(), subdivisions=COARSE)
 
-    def coarse(particle: Particle, **named: Any) -> Shape:
-        return shape_of(particle, **named, subdivisions=COARSE)
 
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(by_samples_of, "made_shape", coarse)
-        return by_samples(tangents, [MODELS[key] for key in EFFECTS], Configuration())
+@pytest.fixture(scope="module")
+def unfollowed(sampled: Registered) -> Campaign:
+    """The campaign as it is where flights ran away: its surface is to be fitted yet."""
+    return replace(sampled.campaign, sequences=tuple(replace(each, under=None) for each in sampled.campaign.sequences))
 
 
 @pytest.fixture(scope="module")
@@ -79,7 +78,7 @@ def fit(sampled: Registered) -> CampaignFit:
 
 
 @pytest.fixture(scope="module")
-def followed(sampled: Registered, fit: CampaignFit) -> tuple[Campaign, CampaignFit, Joined[Flown]]:
+def followed(unfollowed: Campaign, fit: CampaignFit) -> tuple[Campaign, CampaignFit, Joined[Flown]]:
     """The campaign about the surface that views and frames show, its fit, and the fit of all corners that it comes from."""
     kept: list[Joined[Flown]] = []
 
@@ -89,7 +88,7 @@ def followed(sampled: Registered, fit: CampaignFit) -> tuple[Campaign, CampaignF
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(surfaces, "joined", fitted)
-        campaign, state = sampled.campaign.kind.relinearised(sampled.campaign, fit)
+        campaign, state = unfollowed.kind.relinearised(unfollowed, fit)
     return campaign, fit_campaign(campaign, state, fit.model), kept[0]
 
 
@@ -151,8 +150,24 @@ def test_amplitudes_are_of_variance_one(fit: CampaignFit, sampled: Registered) -
     assert 0.05 < np.sqrt(np.mean(amplitudes**2)) < 1.5
 
 
-def test_surfaces_of_views_that_are_drawn_too_large_are_smaller(sampled: Registered, fit: CampaignFit) -> None:
-    campaign, by_px = sampled.campaign, 2.0
+def test_surfaces_are_fitted_once_under_a_model(sampled: Registered, fit: CampaignFit) -> None:
+    campaign, _ = sampled.campaign.kind.relinearised(sampled.campaign, fit)
+    assert all(each.under == () for each in campaign.sequences)
+    assert all(new.contacts.point is old.contacts.point for new, old in zip(campaign.sequences, sampled.campaign.sequences, strict=True))
+
+
+def test_a_campaign_whose_flights_run_away_begins_with_the_hull(tangents: Registered, monkeypatch: pytest.MonkeyPatch) -> None:
+    def astray(*_arguments: Any, **_named: Any) -> None:
+        raise RanAway("a test's")
+
+    monkeypatch.setattr(surfaces, "joined", astray)
+    made = by_samples(tangents, [MODELS["gravity"]], Configuration(), subdivisions=COARSE - 1)
+    assert made.campaign.kind.base.size > 0
+    assert all(each.under is None for each in made.campaign.sequences)
+
+
+def test_surfaces_of_views_that_are_drawn_too_large_are_smaller(unfollowed: Campaign, fit: CampaignFit) -> None:
+    campaign, by_px = unfollowed, 2.0
     model = Model((*fit.model.effects, MODELS["view_outline_offset"]))
     theta = tuple(np.append(each, by_px) for each in fit.state.theta)
     drawn = fit_campaign(campaign, CampaignState(fit.state.flights, theta), model, Effort(1, 1))
