@@ -8,7 +8,7 @@ from scipy.sparse import csc_array, diags_array, vstack
 from scipy.sparse.linalg import spsolve
 
 from estimator.surface.evenness import BENT, Believed, believed
-from estimator.surface.shape import ROUNDS, scale_in
+from estimator.surface.shape import scale_in
 from estimator.surface.star_surface import Surface, sphere
 
 ROUGHNESS, HALF_M = 0.03, 3e-3
@@ -81,7 +81,7 @@ def test_faces_that_nothing_shows_become_flat_and_edges_stay() -> None:
     pillow = flat.moved(2.0 * flat.edge_m * ((1.0 - u**2).prod(axis=1))[:, None] * flat.sphere.directions)
     inner = of_face(flat)
     assert height(pillow)[inner].max() > 1.5
-    found = flattened(pillow, [scale_in(number) for number in range(ROUNDS)])
+    found = flattened(pillow, [scale_in(number) for number in range(16)])
     assert np.abs(height(found)).max() < 0.05
 
 
