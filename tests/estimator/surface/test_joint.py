@@ -19,6 +19,7 @@ from estimator.appearance.flight_errors import unbiased_errors
 from estimator.data.configuration import Configuration
 from estimator.data.fit_task import Sightings
 from estimator.fitting.refinement import Refined
+from estimator.fitting.stable_inverse import scaled_inverse
 from estimator.geometry.visual_hull import HullMesh
 from estimator.measuring import by_samples, free_flight
 from estimator.motion.flight import COM, INERTIA, N_PARAMETERS, OFFSET, Flight, Motion, moved, poses
@@ -28,7 +29,7 @@ from estimator.reports.verdict import judge
 from estimator.search.rival_flights import Standing
 from estimator.surface import joint as joint_module
 from estimator.surface.frame_samples import samples_of_frames, seen_under
-from estimator.surface.joint import JointFit, Known, joint_fit, slow_misfit
+from estimator.surface.joint import SURFACE_OFF, JointFit, Known, joint_fit, linearised_end, slow_misfit
 from estimator.surface.star_surface import star_surface
 from estimator.surface.told import finer_views, surface_sentence
 from synth.sequence import build_silhouette_sequence
@@ -144,6 +145,14 @@ def test_the_bound_is_that_of_a_surface_that_is_known(measured: Measured) -> Non
     joint = measured.joint
     assert np.all(np.linalg.eigvalsh(joint.covariance - joint.bound) > -1e-6 * np.diag(joint.covariance).min())
     np.testing.assert_array_equal(measured.refined.bound, joint.bound)
+
+
+def test_the_surface_is_further_off_than_a_covariance_about_drawn_edges_says(measured: Measured) -> None:
+    """But for what the last step changes."""
+    fitted, _, about = linearised_end(measured.particle, measured.joint, huber=4.0)
+    said, bound = (np.diag(each)[:12] for each in (scaled_inverse(fitted.H + about.information), measured.joint.bound))
+    added = np.diag(measured.joint.covariance)[:12] - bound
+    np.testing.assert_allclose(added, (SURFACE_OFF * measured.joint.scale) ** 2 * (said - bound), rtol=0.4)
 
 
 def test_frames_carve_the_hull_that_the_fit_begins_with(made: tuple[Observation, Truth], measured: Measured) -> None:
