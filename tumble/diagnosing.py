@@ -46,12 +46,12 @@ from tumble.diagnosis_documents import (
     value_entries,
     verdict_entry,
 )
-from tumble.implausible import ball_words, believed, fall_words
+from tumble.implausible import ball_words, believed, checks, fall_words
 from tumble.limiting import fact_entries, limits_entry, name_entries, names_sentence, settling
 from tumble.reports.map_words import sentence_of
 from tumble.reports.noise_floor_words import floor_sentence
 from tumble.reports.separation_words import advised
-from tumble.reports.verdict import Verdict, likely_more, percent, verdict_of
+from tumble.reports.verdict import Verdict, far_off, likely_more, percent, verdict_of
 from tumble.reports.words import rms_word
 from tumble.result_files import estimate_path
 from tumble.unknowns import law_command, rows_outside_words, unknown_entry, with_unknown
@@ -67,11 +67,6 @@ FAR = 4.0
 """Robust standard deviations from which on a sequence stands out."""
 Told = Callable[[str], None]
 VelocityErrors = Callable[[CampaignFit, Prepared], dict[str, Any]]
-CHECKED = (
-    "Check that nothing held or touched the body in any row or frame, and what is stated of it; of trajectories state the noise "
-    "(sigma_...), or what no smooth curve in time follows counts as noise."
-)
-"""What to do where residuals are no noise, and so large that nothing else shows."""
 NOTHING_MORE = "Then nothing more is missing."
 
 
@@ -162,7 +157,8 @@ def compared(question: Question, campaign: Prepared, told: Told) -> Document:
     missing = floor.explainable(*at)
     telling = [sentence_of(each) for each in shown(maps) if each.significant][:MOST_TOLD]
     none = ("No map shows where.",) if missing and not telling else ()
-    verdict = _unless_too_short(found, Verdict("judged", floor_sentence(floor, registered.campaign.kind.unit, at), (*telling, *none), ()))
+    judged = Verdict("judged", floor_sentence(floor, registered.campaign.kind.unit, at), (*telling, *none), ())
+    verdict = _unless_too_short(found, judged, floor, campaign)
     content = _content("compare", question, campaign, uncertain(campaign.registered.campaign, fit, question.candidates))
     return {
         **content,
@@ -172,11 +168,11 @@ def compared(question: Question, campaign: Prepared, told: Told) -> Document:
     }
 
 
-def _unless_too_short(found: Diagnosis, verdict: Verdict) -> Verdict:
-    """The verdict, or that the campaign is too short to say anything, where most effects would not show in it."""
+def _unless_too_short(found: Diagnosis, verdict: Verdict, floor: NoiseFloor, campaign: Prepared) -> Verdict:
+    """The verdict, or that the campaign is too short to say anything or the model far off, where most effects would not show in it."""
     if not says_nothing(found):
         return verdict
-    short = verdict_of(found)
+    short = far_off(verdict_of(found), checks(campaign.observations)) if floor.beyond else verdict_of(found)
     return replace(short, remarks=(*short.remarks, verdict.sentence, *verdict.remarks))
 
 
@@ -225,8 +221,7 @@ def _beyond_noise(verdict: Verdict, floor: NoiseFloor, campaign: Prepared, at: t
         left = verdict.sentence.replace(NOTHING_MORE, "Residuals are still larger than noise, and no known effect is behind it.")
         return verdict if left == verdict.sentence else replace(verdict, sentence=left, remarks=(told, *verdict.remarks))
     if verdict.kind == "says nothing":
-        sentence = f"The model misses something, and beside that nothing can be said: {verdict.sentence.partition(': ')[2]}"
-        return replace(verdict, sentence=sentence, remarks=(told, *ball_words(campaign.observations), CHECKED))
+        return far_off(verdict, (told, *checks(campaign.observations)))
     more = "" if verdict.kind == "nothing missing" else f" {verdict.sentence}"
     sentence = f"There is something to explain, and no known effect does.{more}"
     return replace(verdict, kind="judged", sentence=sentence, remarks=(told, *ball_words(campaign.observations), *verdict.remarks))
@@ -335,11 +330,12 @@ def climbed(question: Question, campaign: Prepared, told: Told, errors: Velocity
     remarks = tuple(_useless(rung.added, question) for before, rung in pairwise(rungs) if rung.added and not _lowers(before, rung))
     content = _content("ladder", question, campaign, uncertain(campaign.registered.campaign, last, question.candidates))
     floor = _floor(registered.campaign, last)
+    verdict = _unless_too_short(at_first, Verdict("judged", sentence, remarks, ()), floor, campaign)
     return {
         **content,
         "noise_floor": noise_floor_entry(floor, registered.campaign, (1.0, 0.0)),
         "ladder": [rung_entry(rung, campaign.names, None if errors is None else errors(rung.fit, campaign), last) for rung in rungs],
-        "verdict": _told(campaign, _unless_too_short(at_first, Verdict("judged", sentence, remarks, ())), question.command("diagnose", ())),
+        "verdict": _told(campaign, verdict, question.command("diagnose", ())),
     }
 
 

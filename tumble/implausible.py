@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from datasets.observation import Observation
 from datasets.trajectory import Trajectory
@@ -11,6 +12,8 @@ from datasets.vocabulary.effects import EFFECTS
 from estimator.measurements.trajectories.free_flights import share_of_gravity
 from estimator.reports.campaign_reporting import EffectValue
 from tumble.reports.verdict import Verdict
+
+Array = NDArray[np.float64]
 
 
 def believed(verdict: Verdict, values: Sequence[EffectValue], observations: Mapping[str, Observation | Trajectory]) -> Verdict:
@@ -43,8 +46,29 @@ def fall_words(observations: Mapping[str, Observation | Trajectory]) -> Iterator
 
 
 def ball_words(observations: Mapping[str, Observation | Trajectory]) -> Iterator[str]:
-    """That a body whose turning was measured counts as a ball, where nobody stated its inertia."""
+    """That a body whose turning was measured counts as a ball."""
     read = [each for each in observations.values() if isinstance(each, Trajectory)]
     turning = [each for each in read if each.gyro is not None or each.q_world_tracked is not None]
     if turning and all(np.ptp(each.surroundings.body.inertia_ratios) == 0.0 for each in turning):
-        yield "The body counts as a ball, whose spin never changes by itself: state inertia_ratios in trajectory.toml, or --mesh."
+        yield (
+            "The body counts as a ball, of equal moments of inertia, whose spin never changes by itself: if it is none, state "
+            "inertia_ratios in trajectory.toml, or --mesh."
+        )
+
+
+def checks(observations: Mapping[str, Observation | Trajectory]) -> Iterator[str]:
+    """What to look for where a model is far from what was measured."""
+    yield from ball_words(observations)
+    yield "Check that nothing held or touched the body in any row or frame, and what is stated of it."
+    read = [each for each in observations.values() if isinstance(each, Trajectory)]
+    if any(sigma is None for each in read for sigma in _noise_of(each)):
+        yield "State the noise (sigma_...): of noise that is not stated, what no smooth curve in time follows counts as noise."
+
+
+def _noise_of(trajectory: Trajectory) -> Iterator[Array | None]:
+    """Standard deviations of what was measured."""
+    each = trajectory
+    measured = ((each.x_world, each.sigma_x), (each.q_world_tracked, each.sigma_theta), (each.omega_world, each.sigma_omega))
+    for values, sigma in (*measured, (each.gyro, each.sigma_gyro)):
+        if values is not None and np.isfinite(values).any():
+            yield sigma

@@ -114,7 +114,7 @@ def page(told: Leaderboard, title: str, source: str = "") -> str:
 
 def first_in_words(first: First) -> str:
     """Who is first in a cell by one metric, by how much, and where not."""
-    between = f" ({_factor(first.low)} to {_factor(first.high)})" if first.low > 0 else " (one sequence has no interval)"
+    between = f" ({_factor(first.low)} to {_factor(first.high)})" if math.isfinite(first.high) else " (too few sequences for an interval)"
     factor = f"{first.first} by the median; errors of {first.second} are {_factor(first.ratio)} times as large{between}"
     said = f"{first.cell}, {NAMES[first.metric]}: {factor}" + ("" if first.decided else ", not decided")
     shown = ", ".join(first.lost[:MOST_LOST]) + (f" and {len(first.lost) - MOST_LOST} more" if len(first.lost) > MOST_LOST else "")

@@ -23,6 +23,8 @@ RESAMPLES = 2000
 LEVEL = 0.95
 FARTHEST = 100.0
 """Ratio of errors from which how much larger they are says nothing more: one of the two did not measure."""
+LEAST = 6
+"""Sequences below which nothing is decided: of two or three of two equal instruments that fail at half of them, 13 to 16% would be."""
 JUDGED = tuple(entry for entry in METRICS if entry.key.startswith("middle_") and entry.unit == "%")
 """Errors of v in and out of the picture's plane and of omega, in % of the true speed and spin, at mid-sequence."""
 
@@ -64,7 +66,7 @@ class First:
 
     @property
     def decided(self) -> bool:
-        """Whether the interval of the factor leaves out one."""
+        """Whether the interval of the factor lies above one; one below it contradicts the medians, and decides nothing for the first."""
         return self.low > 1
 
 
@@ -133,7 +135,8 @@ def _first(cell: str, entry: Metric, two: list[tuple[str, pd.DataFrame]]) -> Fir
     errors = (np.where(np.isfinite(found), found, np.nan) for found in (_errors(best, entry), _errors(next_best, entry)))
     found = paired(log_ratios(*errors), cut=FARTHEST, level=(1 - LEVEL) / 2)
     lost = [str(best.index[k]) for k in np.argsort(found.log_ratios) if found.log_ratios[k] < 0]
-    return First(cell, entry.key, first, second, found.ratio, found.low, found.high, tuple(lost))
+    low, high = (found.low, found.high) if found.n >= LEAST else (0.0, float("inf"))
+    return First(cell, entry.key, first, second, found.ratio, low, high, tuple(lost))
 
 
 def _median(values: Array) -> float:

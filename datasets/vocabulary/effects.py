@@ -149,8 +149,8 @@ _ENTRIES = (
             Parameter(f"e{i}{j}", "1", (-0.1, 0.1), 1e-4, f"product of axes {i} and {j} over the geometric mean of their moments")
             for i, j in ((1, 2), (1, 3), (2, 3))
         ),
-        "entries Iij = eij sqrt(Ii Ij) of the inertia matrix about the axes of the uniform body: principal axes lie elsewhere, "
-        "or a sensor's axes do",
+        "entries Iij = eij sqrt(Ii Ij) of the inertia matrix about the axes of the uniform body, Ii its moments: principal axes lie "
+        "elsewhere, or a sensor's axes do",
         "Goldstein, Classical Mechanics (1980), ch. 5; dynamic unbalance, ISO 21940-2",
     ),
     EffectEntry(
@@ -252,8 +252,8 @@ _ENTRIES = (
         Scope.PARTICLE,
         (Parameter("rate", "1/s", (0.0, 50.0), 1e-3, "torque over largest moment and the part of omega that lies across L"),),
         "dL/dt = -rate I3 (omega - (omega . l) l), l the direction of L, I3 the largest moment: a wobble about the axis of I3 decays, "
-        "of equal moments I1 across it with rate (I3 - I1) / I1",
-        "Bracewell and Garriott, Nature 182 (1958) 760: energy sink; Hummel, Frisbee Flight Simulation (2003): damping of pitch and roll",
+        "of equal moments I1 across it with rate (I3 - I1) / I1. The size of L stays, its direction to first order in rate over precession",
+        "Hummel, Frisbee Flight Simulation (2003): damping of pitch and roll; Bracewell and Garriott, Nature 182 (1958) 760: energy sink",
     ),
     EffectEntry(
         "radial_distortion",

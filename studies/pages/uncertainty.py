@@ -37,7 +37,11 @@ def page(results: Mapping[str, Result]) -> list[str]:
         "",
         *paragraph(f"Whole 95% ellipsoids that hold: {_ellipsoids(rows)}."),
         "",
-        *paragraph("Written by `python -m studies --docs docs --together` from the rows in [results](../results)."),
+        *paragraph(
+            "Written by `python -m studies --docs docs --together` from the rows in [results](../results). Each study is of the code that",
+            "it was measured with, and `python -m studies --list` says which are older than this: what the surface adds to intervals has",
+            "counted three times since 2026-11-27 ([trials](../notebook/0067-surface-trials.md#which-edges-are-noises)).",
+        ),
     ]
 
 

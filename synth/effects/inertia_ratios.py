@@ -29,4 +29,4 @@ def change(body: FlyingBody, values: Values) -> FlyingBody:
             f"inertia_ratios: expected e1 and e2 with which no moment exceeds the sum of the others, got {values['e1']:g} and "
             f"{values['e2']:g}, which make them {np.array2string(ratios, precision=3)} of the largest."
         )
-    return replace(body, body=replace(body.body, inertia_ratios=ratios), inertia_kgm2=moments)
+    return replace(body, body=replace(body.body, inertia_ratios=ratios), inertia_kgm2=moments, uniform_kgm2=body.inertia_kgm2)

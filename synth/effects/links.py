@@ -20,12 +20,16 @@ Values = Mapping[str, float]
 
 @dataclass(frozen=True)
 class FlyingBody:
-    """The body that flies: ``vertices`` (v, 3) m and ``body`` in the particle frame, mass, principal moments ``inertia_kgm2`` (3,)."""
+    """The body that flies: ``vertices`` (v, 3) m and ``body`` in the particle frame, mass, principal moments ``inertia_kgm2`` (3,).
+
+    ``uniform_kgm2`` (3,): those of the uniform body, where an effect has changed them.
+    """
 
     vertices: Float[NDArray[np.float64], "v 3"]
     body: Body
     mass_kg: float
     inertia_kgm2: Float[NDArray[np.float64], "3"]
+    uniform_kgm2: Float[NDArray[np.float64], "3"] | None = None
 
 
 @dataclass(frozen=True)

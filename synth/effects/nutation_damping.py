@@ -1,9 +1,10 @@
 """A wobble that dies out.
 
-``dL/dt = -rate I3 (omega - (omega . l) l)``, ``l = L / |L|``, ``I3`` the largest moment: dissipation within the body, or in the air about
-a disc, takes energy and leaves the size of the angular momentum [Bracewell and Garriott, Nature 182 (1958) 760]. No force.
+``dL/dt = -rate I3 (omega - (omega . l) l)``, ``l = L / |L|``, ``I3`` the largest moment: air about a disc [Hummel, Frisbee Flight
+Simulation (2003)], and to first order dissipation within the body [Bracewell and Garriott, Nature 182 (1958) 760], take energy and leave
+the size of the angular momentum. No force.
 
-Valid for rates that are small against the spin.
+Valid for rates that are small against the precession.
 """
 
 import numpy as np

@@ -27,9 +27,11 @@ SIZES = {
 SIGMA_X, SIGMA_THETA, SIGMA_SPIN = 5e-5, 1e-3, 5e-3
 
 
-def of_nature(key: str, rng: np.random.Generator, name: str, *, gyroscope: bool) -> Trajectory:
+def of_nature(
+    key: str, rng: np.random.Generator, name: str, *, gyroscope: bool, beside: dict[str, dict[str, float]] | None = None
+) -> Trajectory:
     """A tumbling body's flight with an effect, without noise: poses, or readings of a gyroscope along the uniform body's axes."""
-    force = EffectsInForce({key: SIZES[key]})
+    force = EffectsInForce({key: SIZES[key], **(beside or {})})
     uniform = FlyingBody(np.zeros((1, 3)), Body(np.zeros(3), np.eye(3), RATIOS), 0.03, 1e-5 * RATIOS)
     body = force.flying_body(uniform)
     start = Start(np.zeros(3), Rotation.random(random_state=rng).as_quat(), rng.uniform(-3.0, 3.0, 3), rng.normal(0.0, 8.0, 3))
@@ -58,6 +60,16 @@ def test_what_nature_does_is_recovered(key: str, gyroscope: bool) -> None:
 
 
 @pytest.mark.parametrize("key", SIZES)
+def test_so_is_it_beside_other_moments(key: str) -> None:
+    rng, beside = np.random.default_rng(6), {"inertia_ratios": {"e1": 0.25, "e2": 0.15}}
+    registered = register_trajectories([of_nature(key, rng, f"{key}_{number}", gyroscope=False, beside=beside) for number in range(4)])
+    model = Model((MODELS["inertia_ratios"], MODELS[key]))
+    fit = fit_campaign(registered.campaign, CampaignState(registered.start.flights, (np.zeros(model.size),) * 4), model)
+    assert fit.settled
+    np.testing.assert_allclose(fit.state.theta[0], [0.25, 0.15, *(SIZES[key][name] for name in EFFECTS[key].names)], rtol=1e-2)
+
+
+@pytest.mark.parametrize("key", SIZES)
 def test_derivatives_are_central_differences(key: str) -> None:
     trajectory = of_nature(key, np.random.default_rng(2), key, gyroscope=False)
     held_to_central_differences(trajectory, {key: SIZES[key]})
@@ -72,4 +84,4 @@ def test_a_wobble_shows_only_where_moments_differ() -> None:
         campaign = register_trajectories([each]).campaign
         reasons[each is rounder] = {key: campaign.kind.why_not(campaign, MODELS[key]) for key in ("nutation_damping", "spin_damping")}
     assert reasons[False] == {"nutation_damping": None, "spin_damping": None}
-    assert reasons[True] == {"nutation_damping": "its body has three equal moments of inertia", "spin_damping": None}
+    assert reasons[True] == {"nutation_damping": "its body is stated with three equal moments of inertia", "spin_damping": None}

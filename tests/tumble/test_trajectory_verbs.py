@@ -215,6 +215,9 @@ def test_readings_that_are_no_free_rotation_are_called_that(tmp_path: Path) -> N
         assert verdict["sentence"].startswith("The model misses something, and beside that nothing can be said")
         assert any("nothing held or touched the body" in remark for remark in verdict["remarks"])
         assert any("state inertia_ratios" in remark for remark in verdict["remarks"]) is (name == "a_ball")
+        assert not any("longer flights" in remark for remark in verdict["remarks"])
+    assert main(["compare", str(folder), "--out", str(tmp_path / "compare"), "-q"]) == 2
+    assert "beside that nothing can be said" in read_document(tmp_path / "compare" / "diagnosis.json", "diagnosis")["verdict"]["sentence"]
 
 
 REFUSED = [

@@ -1,8 +1,8 @@
 """The verdict in words: what is missing, how sure, and what cannot be told apart."""
 
 import math
-from collections.abc import Collection
-from dataclasses import dataclass
+from collections.abc import Collection, Iterable
+from dataclasses import dataclass, replace
 
 from estimator.diagnosis.diagnose import Diagnosis, Finding, TestedValue, blind_to, says_nothing, tested_values
 from estimator.diagnosis.selection.groups import FACTOR
@@ -21,6 +21,9 @@ class Verdict:
     sentence: str
     remarks: tuple[str, ...]
     add: tuple[str, ...]
+
+
+TOO_SHORT, RECORD_MORE = "This campaign is too short to say anything", "Record more frames, more sequences, or longer flights."
 
 
 def sureness(probability: float) -> str:
@@ -42,11 +45,8 @@ def verdict_of(diagnosis: Diagnosis, *, named: Collection[str] = ()) -> Verdict:
         return Verdict("nothing missing", "Every known effect is in the model already: there is nothing left to test.", (), ())
     if says_nothing(diagnosis):
         blind = blind_to(diagnosis)
-        sentence = (
-            f"This campaign is too short to say anything: {len(blind)} of {n} effects would not show in it, however large within reason."
-        )
-        remarks = (f"It is blind to: {_listed(blind)}.", "Record more frames, more sequences, or longer flights.")
-        return Verdict("says nothing", sentence, remarks, ())
+        sentence = f"{TOO_SHORT}: {len(blind)} of {n} effects would not show in it, however large within reason."
+        return Verdict("says nothing", sentence, (f"It is blind to: {_listed(blind)}.", RECORD_MORE), ())
     if not diagnosis.missing:
         sure = percent(diagnosis.probability)
         if diagnosis.probability < 0.5:
@@ -62,6 +62,12 @@ def verdict_of(diagnosis: Diagnosis, *, named: Collection[str] = ()) -> Verdict:
         return Verdict("unknown", sentence, ("Look at the maps of residuals (tumble compare) for where it sits.",), ())
     told = " and ".join(f"{key.replace('_', ' ')} ({value_words(known[key])})" for key in named)
     return Verdict("found", f"{opening} Most probable: {told}.", _remarks(diagnosis, known[named[0]]), named)
+
+
+def far_off(short: Verdict, checks: Iterable[str]) -> Verdict:
+    """A verdict that a campaign is too short, where residuals are no noise: what they are hides the rest, and there is what to check."""
+    sentence = short.sentence.replace(TOO_SHORT, "The model misses something, and beside that nothing can be said")
+    return replace(short, sentence=sentence, remarks=(*checks, *(remark for remark in short.remarks if remark != RECORD_MORE)))
 
 
 def likely_more(diagnosis: Diagnosis) -> str:

@@ -34,7 +34,7 @@ def why_not(effect: EffectModel, tasks: Sequence[TrajectoryTask]) -> str | None:
     if overrides(effect, "torque") and not measured & {"theta", "gyro"} and not any(_spin_changes(task) for task in tasks):
         return "it needs a spin that was measured more than once in a flight"
     if overrides(effect, "torque") and needs_unequal_moments(effect) and all(np.ptp(t.setting.inertia_ratios) == 0.0 for t in tasks):
-        return "its body has three equal moments of inertia"
+        return "its body is stated with three equal moments of inertia"
     return None
 
 

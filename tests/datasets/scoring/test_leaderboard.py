@@ -40,8 +40,9 @@ def test_the_nearer_one_is_first_by_the_factor_of_its_errors(rows):
     assert [standing.instrument for standing in told.standings[:2]] == ["better", "worse"]
 
 
-def test_one_sequence_decides_nothing(rows):
-    told = leaderboard({"cell": {"worse": rows(scale=3.0)[:1], "better": rows()[:1]}}, np.random.default_rng(0))
+@pytest.mark.parametrize("few", [1, 5])
+def test_few_sequences_decide_nothing(rows, few):
+    told = leaderboard({"cell": {"worse": rows(scale=3.0)[:few], "better": rows()[:few]}}, np.random.default_rng(0))
     assert not any(first.decided for first in told.firsts)
     assert all((first.low, first.high) == (0.0, np.inf) for first in told.firsts)
 

@@ -34,6 +34,17 @@ def test_logarithms_are_compared_by_their_difference() -> None:
     assert differences(np.array([0.5, np.nan]), np.array([0.75, 1.0])).tolist() == [0.25, -np.inf]
 
 
+@pytest.mark.parametrize("n", [6, 8, 20])
+def test_two_that_fail_as_often_are_rarely_called_different(n: int) -> None:
+    """Somewhat more often than 5%: what either loses lies at the cut."""
+    rng, decided = np.random.default_rng(8), 0
+    for _ in range(1000):
+        first, second = (np.where(rng.random(n) < 0.5, np.nan, np.abs(rng.normal(size=n))) for _ in range(2))
+        found = paired(log_ratios(first, second), cut=100.0, level=LEVEL)
+        decided += found.low > 1 or found.high < 1
+    assert decided / 1000 < 0.09
+
+
 @pytest.mark.parametrize("cut", [3.0, 100.0])
 def test_two_that_are_alike_are_rarely_called_different(cut: float) -> None:
     rng, decided = np.random.default_rng(3), 0

@@ -1,8 +1,8 @@
-"""Torque against a wobble, ``dL/dt = -b I3 (omega - (omega . l) l)``, l the direction of L: an energy sink [Bracewell and Garriott 1958].
+"""Torque against a wobble, ``dL/dt = -b I3 (omega - (omega . l) l)``, l the direction of L: air about a disc, or an energy sink.
 
-The size of L stays, the energy falls until the body spins about the axis of its largest moment. To first order in the wobble, air that
-damps pitch and roll of a disc does the same [Hummel 2003]. Valid for rates that are small against the spin; a body with three equal
-moments has no wobble.
+The size of L stays, the energy falls until the body spins about the axis of its largest moment. To first order in the wobble and in the
+rate over that of the precession, so do air that damps a disc's pitch and roll [Hummel 2003] and dissipation within a body [Bracewell and
+Garriott 1958]. ``I3`` is the largest moment as stated. Valid for rates that are small against the precession.
 """
 
 import numpy as np
