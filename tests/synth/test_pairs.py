@@ -112,7 +112,7 @@ def test_a_pair_that_cannot_be_recorded_says_why() -> None:
 
 
 def test_the_committed_recipe_and_its_round_trip() -> None:
-    recipe = load_recipe(Path(__file__).parents[2] / "scripts" / "two_particles.toml")
+    recipe = load_recipe(Path(__file__).parents[2] / "scripts" / "acceptance" / "two_particles.toml")
     assert recipe.pair is not None
     assert recipe.plate is None
     assert recipe_from_dict(recipe_to_dict(recipe), "dataset.json") == recipe

@@ -1,5 +1,6 @@
 """The verdict does not say of an effect both that it is what is in the model by another name and that it is too little seen."""
 
+from types import SimpleNamespace
 from typing import Any, cast
 
 import numpy as np
@@ -7,9 +8,11 @@ import pytest
 
 from estimator.diagnosis.diagnose import Diagnosis
 from estimator.diagnosis.noise_floor import LAGS, NoiseFloor
+from estimator.measurements.trajectories.kind import TRAJECTORIES
+from tumble.campaigning import Prepared
 from tumble.diagnosing import _below, _beyond_noise
 from tumble.reports import verdict
-from tumble.reports.verdict import Verdict, verdict_of
+from tumble.reports.verdict import RECORD_MORE, TOO_SHORT, Verdict, verdict_of
 
 
 class Nothing:
@@ -47,17 +50,19 @@ def test_what_is_beyond_noise_is_not_called_nothing() -> None:
     nan, numbers = float("nan"), np.zeros(0)
     floor = NoiseFloor(1.0, 0.2, 1.0, 0.2, False, 25.0, (17.0, 37.0), 1.0, numbers, LAGS, numbers, (0.0, 0.1), nan, nan)
     quiet = NoiseFloor(1.0, 0.9, 1.0, 0.9, False, 1.1, (0.8, 1.4), 1.0, numbers, LAGS, numbers, (0.0, 0.1), nan, nan)
+    campaign = cast(Prepared, SimpleNamespace(registered=SimpleNamespace(campaign=SimpleNamespace(kind=TRAJECTORIES)), observations={}))
     at, nothing = (1.0, 0.05), Verdict("nothing missing", "Nothing is missing (probability 93.1%).", ("a remark",), ())
-    assert _beyond_noise(nothing, quiet, "σ", at) is nothing
-    told = _beyond_noise(nothing, floor, "σ", at)
+    assert _beyond_noise(nothing, quiet, campaign, at) is nothing
+    told = _beyond_noise(nothing, floor, campaign, at)
     assert told.sentence == "There is something to explain, and no known effect does."
     assert told.remarks[0].endswith("There is something to explain: about 0.98 times the noise, alike in neighbouring rows or frames.")
-    short = _beyond_noise(Verdict("says nothing", "Too short.", ("a remark",), ()), floor, "σ", at)
-    assert (short.kind, short.sentence, len(short.remarks)) == ("says nothing", "Too short.", 2)
+    short = _beyond_noise(Verdict("says nothing", f"{TOO_SHORT}: 3 of 4.", ("a remark", RECORD_MORE), ()), floor, campaign, at)
+    assert (short.kind, short.sentence) == ("says nothing", "The model misses something, and beside that nothing can be said: 3 of 4.")
+    assert [remark[:5] for remark in short.remarks] == ["The r", "Check", "a rem"]
     unknown = Verdict("found", "Explained with drag. Something is missing that no effect of the catalogue explains.", (), ("linear_drag",))
-    assert _beyond_noise(unknown, floor, "σ", at) is unknown
+    assert _beyond_noise(unknown, floor, campaign, at) is unknown
     found = Verdict("found", "Explained with drag. Then nothing more is missing.", (), ("linear_drag",))
-    assert _beyond_noise(found, quiet, "σ", at) is found
-    assert _beyond_noise(found, floor, "σ", at).sentence == (
+    assert _beyond_noise(found, quiet, campaign, at) is found
+    assert _beyond_noise(found, floor, campaign, at).sentence == (
         "Explained with drag. Residuals are still larger than noise, and no known effect is behind it."
     )
