@@ -57,7 +57,7 @@ def ball_words(observations: Mapping[str, Observation | Trajectory]) -> Iterator
 
 
 def checks(observations: Mapping[str, Observation | Trajectory]) -> Iterator[str]:
-    """What to look for where a model is far from what was measured."""
+    """What to check where a model is far from what was measured."""
     yield from ball_words(observations)
     yield "Check that nothing held or touched the body in any row or frame, and what is stated of it."
     read = [each for each in observations.values() if isinstance(each, Trajectory)]

@@ -12,8 +12,6 @@ from estimator.effects.link import EffectModel, Moment, Setting
 from estimator.motion.rotation import rotation_from_vector
 
 Array = NDArray[np.float64]
-ROUNDING = 1e-9
-"""Of a torque, below which it is none."""
 
 
 @lru_cache(maxsize=256)
@@ -43,7 +41,7 @@ def needs_unequal_moments(effect: EffectModel) -> bool:
     setting, moment = _somewhere()
     theta = np.repeat(effect.starts(setting)[:1] + np.array([[_something(p) for p in effect.entry.parameters]]), len(moment.x), axis=0)
     uneven, even = (effect.torque(theta, each, setting) for each in (moment, replace(moment, L=moment.omega)))
-    return uneven is not None and even is not None and bool(np.abs(even).max() < ROUNDING * np.abs(uneven).max())
+    return uneven is not None and even is not None and bool(np.allclose(even, 0.0) and not np.allclose(uneven, 0.0))
 
 
 def _changed_by(effect: EffectModel, link: str) -> frozenset[str]:

@@ -3,7 +3,7 @@
 A hull of k views is too large by a volume that falls with 1 / k: measured on a cut stone, Deimos and 1998 KY26 (0.2 px) 8.8, 6.3 and
 5.9% of six views, 1.9, 1.1 and 1.1% of 24, 0.8, 0.4 and 0.3% of 60 (``scripts/trials/study_shape.py``). A hull of half the views is thus
 too large by twice as much, and what it has more than the whole is what the whole has too much; that is taken off, and half of it is the
-standard deviation. Views that look the same way are in the same half: of a stone that lay alike in every drop a half would else be the
+standard deviation. Views of one direction are in the same half: of a stone that lay alike in every drop a half would else be the
 whole. Centre and moments are those of the whole hull; how far those of the halves are from them is their standard deviation.
 
 Hollows that no view looks into stay filled whatever the number of views: of a body with such hollows the volume is an upper bound. What

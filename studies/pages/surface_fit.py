@@ -136,8 +136,8 @@ def picture(result: Result) -> Figure:
     return drawn
 
 
-def _draw(here: Axes, own: pd.DataFrame, quantity: Quantity, look: tuple[str, str, float]) -> None:
-    fit, colour, aside = look
+def _draw(here: Axes, own: pd.DataFrame, quantity: Quantity, style: tuple[str, str, float]) -> None:
+    fit, colour, aside = style
     points = medians(own, ("number",)) if len(own) else pd.DataFrame()
     if len(points):
         points = points[points["quantity"] == quantity.key]

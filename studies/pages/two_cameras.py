@@ -36,7 +36,7 @@ def page(result: Result) -> list[str]:
         *paragraph(
             f"{rows['repetition'].nunique()} flights of {', '.join(sorted(rows['particle'].unique()))}, {rows['n_frames'].max()}",
             f"pictures at 4000 frames/s, {rows['n_views'].max()} calibrated views, outlines with 0.2 px boundary noise, filmed by one",
-            "camera and by a second one that looks at the middle of the flights at an angle to it. Lenses and poses are exact. Each",
+            "camera and by a second one aimed at the middle of the flights at an angle to it. Lenses and poses are exact. Each",
             "arrangement draws flights that stay in all of its pictures, so that with another camera some flights are others.",
         ),
         "",

@@ -1,7 +1,7 @@
 """Whether results are what they were: the golden corpus made anew, and a table of what differs.
 
 ``python -m tests.reference.golden`` prints every quantity that moved by more than :mod:`tests.reference.golden_records` allows and exits
-with 1 where there is one. ``--write`` renews the corpus: a change of it is a commit of its own, with the reason. ``--only CASE`` looks at
+with 1 where there is one. ``--write`` renews the corpus: a change of it is a commit of its own, with the reason. ``--only CASE`` compares
 some cases.
 """
 

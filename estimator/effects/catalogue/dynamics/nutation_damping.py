@@ -10,9 +10,6 @@ import numpy as np
 from datasets.vocabulary.effects import EFFECTS
 from estimator.effects.link import Array, EffectModel, Moment, Setting
 
-LEAST = 1e-24
-"""Against division by zero ((rad/s)²): a body at rest."""
-
 
 class NutationDamping(EffectModel):
     """Torque along the part of the spin that lies across the angular momentum."""
@@ -23,5 +20,5 @@ class NutationDamping(EffectModel):
         """``-b (omega - (omega . L) L / L²)``."""
         del setting
         omega, L = moment.omega, moment.L
-        share = np.sum(omega * L, axis=1, keepdims=True) / np.maximum(np.sum(L**2, axis=1, keepdims=True), LEAST)
+        share = np.sum(omega * L, axis=1, keepdims=True) / np.maximum(np.sum(L**2, axis=1, keepdims=True), np.finfo(np.float64).tiny)
         return np.asarray(-theta * (omega - share * L))
