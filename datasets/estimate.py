@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from datasets.vocabulary.body import Body
 from datasets.vocabulary.state import Motion
+from datasets.vocabulary.surface_mesh import SurfaceMesh
 
 Array = NDArray[np.float64]
 
@@ -147,7 +148,8 @@ class Estimate:
     ``parameters`` names the rows of ``values`` (p,), ``covariance`` and ``bound`` (p, p).
     Everything that is a measurement is ``None`` when ``status`` says that there is none.
     ``segments`` and ``impacts``, in order of time, only where the motion has impacts. ``companion``: the same of a second particle in the
-    pictures; ``collision``: that of the two, of which ``impacts`` are then the two sides.
+    pictures; ``collision``: that of the two, of which ``impacts`` are then the two sides. ``surface``: the particle's, where the fit
+    found it.
     """
 
     name: str
@@ -169,3 +171,4 @@ class Estimate:
     impacts: tuple[ImpactEstimate, ...] = ()
     companion: "Estimate | None" = None
     collision: CollisionEstimate | None = None
+    surface: SurfaceMesh | None = None

@@ -1,8 +1,9 @@
-"""An estimate as one JSON file.
+"""An estimate as one JSON file, and beside it the surface of the particle as a mesh, where the fit found it.
 
 Arrays are nested lists; floats round-trip exactly and the same estimate gives the same bytes (sorted keys, no time of writing).
 """
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,17 +13,36 @@ from datasets import measured_entries, state_entries
 from datasets.errors import InputError
 from datasets.estimate import Estimate, FrameReport, Status
 from datasets.json_documents import Document, read_document, revived, write_document
+from datasets.mesh_files import read_mesh, write_mesh
+from datasets.vocabulary.surface_mesh import SurfaceMesh
+
+SUFFIXES = (".estimate.json", ".json")
+
+
+def surface_file(path: Path, *, companion: bool = False) -> Path:
+    """Where the surface of the estimate ``path``, or its companion's, lies: ``flight.estimate.json`` has ``flight.surface.ply``."""
+    stem = next((path.name.removesuffix(suffix) for suffix in SUFFIXES if path.name.endswith(suffix)), path.name)
+    return path.with_name(f"{stem}.{'companion.' if companion else ''}surface.ply")
 
 
 def write_estimate(estimate: Estimate, path: Path) -> None:
-    """Write ``estimate`` to ``path``.
+    """Write ``estimate`` to ``path``, its surface beside it; the surface of an earlier one is removed.
 
     Raises
     ------
     TumbleError
         When the disk does not take it.
     """
+    _write_surface(estimate, surface_file(path))
+    _write_surface(estimate.companion, surface_file(path, companion=True))
     write_document(path, "estimate", _content(estimate))
+
+
+def _write_surface(estimate: Estimate | None, path: Path) -> None:
+    if estimate is None or estimate.surface is None:
+        path.unlink(missing_ok=True)
+    else:
+        write_mesh(path, estimate.surface.vertices, estimate.surface.faces)
 
 
 def _content(estimate: Estimate) -> Document:
@@ -49,14 +69,21 @@ def _content(estimate: Estimate) -> Document:
 
 
 def read_estimate(path: Path) -> Estimate:
-    """Read an estimate.
+    """Read an estimate; without a surface where its file has been left behind.
 
     Raises
     ------
     InputError
         Naming the file, what was expected and what came.
     """
-    return _estimate(read_document(path, "estimate"), path)
+    estimate = _with_surface(_estimate(read_document(path, "estimate"), path), surface_file(path))
+    if estimate.companion is None:
+        return estimate
+    return replace(estimate, companion=_with_surface(estimate.companion, surface_file(path, companion=True)))
+
+
+def _with_surface(estimate: Estimate, path: Path) -> Estimate:
+    return replace(estimate, surface=SurfaceMesh(*read_mesh(path))) if path.exists() else estimate
 
 
 def _estimate(document: Document, path: Path) -> Estimate:

@@ -4,13 +4,10 @@ Where the particle broke, ``mesh_remnant.ply`` is what is left of it. A second p
 A mesh is a binary PLY with float64 vertices, which any mesh viewer opens and which loses nothing. Closed to the estimator.
 """
 
-import re
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import trimesh
-from numpy.typing import NDArray
 
 from datasets import state_entries
 from datasets.array_files import read_arrays, write_arrays
@@ -18,8 +15,7 @@ from datasets.covariances import check_covariance
 from datasets.errors import InputError
 from datasets.impact_entries import impact, impact_entry, remnant, remnant_entry
 from datasets.json_documents import read_document, revived, write_document
-from datasets.mesh_files import write_mesh
-from datasets.schema_errors import shown
+from datasets.mesh_files import read_mesh, write_mesh
 from datasets.tiff_frames import FrameStackWriter, TiffFrames
 from datasets.truth import MotionBound, Remnant, Truth
 from datasets.vocabulary.frames import is_rotation
@@ -31,8 +27,6 @@ MASKS_FILE = "masks.tif"
 REMNANT_FILE = "mesh_remnant.ply"
 COMPANION_FOLDER = "companion"
 MASK_BITS = 1
-LONGEST_HEADER = 65_536
-"""Bytes of a PLY file in which its counts are looked for."""
 
 
 def write_truth(truth: Truth, folder: Path) -> None:
@@ -133,39 +127,6 @@ def _remnant(entry: dict[str, Any], folder: Path, count: int) -> Remnant:
     if len(vertices) != count:
         raise InputError(f"{folder / entry['mesh']}: expected the {count} vertices of the whole particle, got {len(vertices)}.")
     return remnant(entry, vertices)
-
-
-def read_mesh(path: Path) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Vertices (v, 3) m and faces (f, 3) of a PLY file, unchanged.
-
-    Raises
-    ------
-    InputError
-        When it is missing, cut off or not a mesh.
-    """
-    try:
-        with path.open("rb") as stream:
-            _check_counts(stream.read(LONGEST_HEADER), path)
-            stream.seek(0)
-            mesh: trimesh.Trimesh = trimesh.load_mesh(stream, file_type="ply", process=False)
-        vertices, faces = np.array(mesh.vertices, dtype=np.float64), np.array(mesh.faces, dtype=np.int64)
-    except FileNotFoundError:
-        raise InputError(f"{path}: there is no such file.") from None
-    except InputError:
-        raise
-    except Exception as error:  # trimesh raises whatever its readers raise
-        raise InputError(f"{path}: expected a PLY mesh, got a file that is cut off or of another kind ({error}).") from None
-    if len(faces) == 0 or faces.min() < 0 or faces.max() >= len(vertices) or not np.all(np.isfinite(vertices)):
-        raise InputError(f"{path}: expected a mesh with faces and finite vertices, got {len(vertices)} vertices and {len(faces)} faces.")
-    return vertices, faces
-
-
-def _check_counts(header: bytes, path: Path) -> None:
-    """That a PLY file does not state more vertices or faces than it has bytes."""
-    size = path.stat().st_size
-    for count in re.findall(rb"element\s+\w+\s+(\d+)", header):
-        if len(count) > len(str(size)) or int(count) > size:
-            raise InputError(f"{path}: expected at most {size} vertices and faces in {size} bytes, got {shown(count.decode())}.")
 
 
 def _store_masks(truth: Truth, path: Path) -> None:

@@ -22,7 +22,7 @@ from estimator.outlines.sightings import tracks_of
 from tumble.engine import Executor, Item, Outcome, run
 from tumble.notes import tell_notes
 from tumble.progress import progress
-from tumble.reports.overlay import estimated_outlines, hull_of
+from tumble.reports.overlay import estimated_outlines, surface_of
 from tumble.reports.page import pictures_each
 from tumble.reports.payload import sequence_parts
 from tumble.reports.record import Record
@@ -139,7 +139,7 @@ def _with_pictures(record: Record, observation: Observation) -> Record:
         observation=observation,
         outlines_px=estimated_outlines(record.estimate, observation),
         tracks=tracks_of(observation),
-        hull=hull_of(record.estimate, observation),
+        surface=surface_of(record.estimate, observation),
     )
 
 

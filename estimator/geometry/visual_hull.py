@@ -10,7 +10,6 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from jaxtyping import Float
 from numpy.typing import NDArray
 from scipy.ndimage import map_coordinates
 from skimage.measure import marching_cubes
@@ -18,20 +17,15 @@ from skimage.measure import marching_cubes
 from datasets.errors import InputError
 from datasets.observation import CalibratedView
 from datasets.vocabulary.outline import Outline
+from datasets.vocabulary.surface_mesh import SurfaceMesh
 
 Array = NDArray[np.float64]
 MARGIN_PX = 8
 """Of a mask around an outline."""
 SUBPIXEL_BITS = 6
 """Binary digits of a pixel to which corners of a mask are drawn."""
-
-
-@dataclass(frozen=True)
-class HullMesh:
-    """``vertices`` (v, 3) m in the particle frame, ``faces`` (f, 3), outward."""
-
-    vertices: Float[NDArray[np.float64], "v 3"]
-    faces: NDArray[np.int64]
+HullMesh = SurfaceMesh
+"""A hull's surface, particle frame."""
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from datasets.estimate import Estimate
+from datasets.vocabulary.surface_mesh import SurfaceMesh
 from estimator.data.configuration import Configuration
 from estimator.data.fit_task import FitTask
 from estimator.fitting.calibration_share import CalibrationShare, calibration_share
@@ -76,4 +77,5 @@ def with_surface(estimate: Estimate, joint: JointFit[Motion] | None, why_not: st
     if joint is None:
         statistics = {**estimate.statistics, "surface_left_out": said} if said else estimate.statistics
         return replace(estimate, message=" ".join(part for part in (estimate.message, why_not) if part), statistics=statistics)
-    return replace(estimate, statistics={**estimate.statistics, "surface": surface_statistics(joint)})
+    surface = SurfaceMesh(joint.surface.vertices, joint.surface.sphere.mesh.faces)
+    return replace(estimate, statistics={**estimate.statistics, "surface": surface_statistics(joint)}, surface=surface)

@@ -16,9 +16,9 @@ from numpy.lib import format as npy
 from datasets import array_files
 from datasets.array_files import read_arrays
 from datasets.errors import InputError
+from datasets.mesh_files import read_mesh
 from datasets.outline_files import read_outlines
 from datasets.tiff_frames import TiffFrames
-from datasets.truth_files import read_mesh
 from tests.hostile.valid_files import pack_bits, tiff
 
 DEFLATE, PACKBITS, NONE, LZW, JPEG, ZSTD, LZMA = 8, 32773, 1, 5, 7, 50000, 34925

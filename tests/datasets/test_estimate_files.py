@@ -11,6 +11,7 @@ from hypothesis.extra import numpy as hnp
 from datasets.errors import InputError, TumbleError
 from datasets.estimate import Estimate, FrameReport, Status, VelocityEstimate
 from datasets.estimate_files import read_estimate, write_estimate
+from datasets.vocabulary.surface_mesh import SurfaceMesh
 
 
 def assert_equal(a, b) -> None:
@@ -50,6 +51,19 @@ def test_the_same_estimate_gives_the_same_bytes(truth, estimate_of, tmp_path):
     turned = replace(estimate, statistics=dict(reversed(estimate.statistics.items())))
     assert written(turned, tmp_path).read_bytes() == first
     assert written(read_estimate(tmp_path / "estimate.json"), tmp_path).read_bytes() == first
+
+
+def test_a_surface_lies_beside_its_estimate_and_goes_with_it(truth, estimate_of, tmp_path):
+    plain = estimate_of(truth, np.arange(6) * 0.1)
+    estimate = replace(plain, surface=SurfaceMesh(truth.mesh_vertices, truth.mesh_faces))
+    path = tmp_path / "one.estimate.json"
+    write_estimate(replace(estimate, companion=estimate), path)
+    assert {file.name for file in tmp_path.iterdir()} == {"one.estimate.json", "one.surface.ply", "one.companion.surface.ply"}
+    assert_equal(replace(estimate, companion=estimate), read_estimate(path))
+    (tmp_path / "one.companion.surface.ply").unlink()
+    assert_equal(replace(estimate, companion=plain), read_estimate(path))
+    write_estimate(plain, path)
+    assert [file.name for file in tmp_path.iterdir()] == ["one.estimate.json"]
 
 
 def test_without_a_measurement(tmp_path):

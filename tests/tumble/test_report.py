@@ -13,6 +13,7 @@ from datasets.estimate import Estimate, ImpactEstimate, Status
 from datasets.observation import Observation
 from datasets.truth import Truth
 from datasets.vocabulary.outline import Outline
+from datasets.vocabulary.surface_mesh import SurfaceMesh
 from estimator.outlines.sightings import tracks_of
 from synth.sequence import build_silhouette_sequence
 from tests.datasets.test_truth_files import impact
@@ -21,7 +22,7 @@ from tests.tumble.made_up import made_up_estimate, small_recipe
 from tumble.cli.estimate import impact_sentence
 from tumble.numbers import with_sigma
 from tumble.reports.csv_tables import TABLES
-from tumble.reports.overlay import estimated_outlines, hull_of
+from tumble.reports.overlay import estimated_outlines, surface_of
 from tumble.reports.page import render, write_page
 from tumble.reports.payload import flat, sequence_parts, sequence_payload
 from tumble.reports.record import Record
@@ -43,7 +44,7 @@ def estimates(sequences: list[tuple[Observation, Truth]]) -> list[Estimate]:
 def page(sequences: list[tuple[Observation, Truth]], estimates: list[Estimate], tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("report") / "report.html"
     pairs = zip(sequences, estimates, strict=True)
-    records = [Record(e, o, truth, estimated_outlines(e, o), tracks_of(o), hull_of(e, o)) for (o, truth), e in pairs]
+    records = [Record(e, o, truth, estimated_outlines(e, o), tracks_of(o), surface_of(e, o)) for (o, truth), e in pairs]
     write_page([sequence_parts(record, most_frames=8) for record in records], path, title="A <report> & more")
     return path
 
@@ -57,6 +58,17 @@ def test_the_estimated_outline_lies_on_the_observed_one(sequences: list[tuple[Ob
         np.testing.assert_allclose(found.max(axis=0), seen.points_px.max(axis=0), atol=2.0)
 
 
+def test_the_surface_of_the_fit_is_shown_where_there_is_one(
+    sequences: list[tuple[Observation, Truth]], estimates: list[Estimate]
+) -> None:
+    observation, truth = sequences[0]
+    fitted = replace(estimates[0], surface=SurfaceMesh(truth.mesh_vertices, truth.mesh_faces))
+    found = [sequence_payload(Record(e, observation, surface=surface_of(e, observation)), most_frames=1) for e in (fitted, estimates[0])]
+    names = [next(name for name, _ in payload["body"]["facts"] if name.startswith("volume")) for payload in found]
+    assert names == ["volume of the surface of the last fit, mm³", "volume of the visual hull of the views, mm³"]
+    assert surface_of(fitted, observation) is fitted.surface
+
+
 def test_a_view_that_the_estimate_left_out_does_not_carve_the_shown_hull(
     sequences: list[tuple[Observation, Truth]], estimates: list[Estimate]
 ) -> None:
@@ -65,7 +77,7 @@ def test_a_view_that_the_estimate_left_out_does_not_carve_the_shown_hull(
     outlines[3] = Outline(outlines[3].points_px.mean(axis=0) + 0.4 * (outlines[3].points_px - outlines[3].points_px.mean(axis=0)))
     mixed = replace(observation, view_recording=tuple(outlines))
     told = replace(estimates[0], statistics={**estimates[0].statistics, "views_left_out": [3]})
-    whole, cut, mended = (hull_of(e, o) for e, o in ((estimates[0], observation), (estimates[0], mixed), (told, mixed)))
+    whole, cut, mended = (surface_of(e, o) for e, o in ((estimates[0], observation), (estimates[0], mixed), (told, mixed)))
     assert whole is not None
     assert cut is not None
     assert mended is not None

@@ -1,8 +1,9 @@
-"""The estimated outline of a frame: the visual hull of the calibrated views, seen in the estimated pose.
+"""The estimated outline of a frame: the particle's surface, seen in the estimated pose.
 
-The hull is the polyhedron that the cones of the views have in common, which keeps edges as sharp as the views show them; where noise
-keeps the cones apart it is carved from a grid. Its outline is exact to a few hundredths of a pixel, so that a residual of a tenth can be
-seen (:mod:`estimator.geometry.cast_outline`).
+It is the surface that the last fit found, or where there is none the visual hull of the calibrated views. The hull is the polyhedron that
+the cones of the views have in common, which keeps edges as sharp as the views show them; where noise keeps the cones apart it is carved
+from a grid. Its outline is exact to a few hundredths of a pixel, so that a residual of a tenth can be seen
+(:mod:`estimator.geometry.cast_outline`).
 """
 
 import hashlib
@@ -21,8 +22,9 @@ from datasets.vocabulary.body import Body
 from datasets.vocabulary.camera import HsvCamera
 from datasets.vocabulary.outline import Outline
 from datasets.vocabulary.state import Motion
+from datasets.vocabulary.surface_mesh import SurfaceMesh
 from estimator.geometry.cast_outline import cast_outline, casting_mesh
-from estimator.geometry.visual_hull import HullMesh, visual_hull
+from estimator.geometry.visual_hull import visual_hull
 from estimator.outlines.recording import view_outlines_of
 from estimator.particle.exact_hull import exact_hull
 from estimator.particle.particle import MINIMUM_VIEWS, TOLERANCE_PX
@@ -36,15 +38,15 @@ KEPT_HULLS = 8
 
 
 def estimated_outlines(estimate: Estimate, observation: Observation) -> tuple[tuple[Array | None, ...], ...]:
-    """Per camera and frame, the outline (n, 2) px of the hull in the estimated pose; empty without a pose or a hull."""
+    """Per camera and frame, the outline (n, 2) px of the surface in the estimated pose; empty without a pose or a surface."""
     if estimate.motion is None or estimate.body is None:
         return ()
-    hull = hull_of(estimate, observation)
-    if hull is None:
+    surface = surface_of(estimate, observation)
+    if surface is None:
         return ()
     motions = (motion_in_frames(estimate.motion, estimate, observation, number) for number in range(len(observation.cameras)))
     return tuple(
-        camera_outlines(hull, estimate.body, motion, with_measured_focal(camera, estimate))
+        camera_outlines(surface, estimate.body, motion, with_measured_focal(camera, estimate))
         for motion, camera in zip(motions, observation.cameras, strict=True)
     )
 
@@ -58,8 +60,10 @@ def with_measured_focal(camera: HsvCamera, estimate: Estimate) -> HsvCamera:
     return replace(camera, intrinsics=replace(camera.intrinsics, fx_px=float(fx), fy_px=float(fy)))
 
 
-def hull_of(estimate: Estimate, observation: Observation) -> HullMesh | None:
-    """The hull of the calibrated views that the estimate did not leave out; ``None`` where they have none."""
+def surface_of(estimate: Estimate, observation: Observation) -> SurfaceMesh | None:
+    """The surface that the fit found, or the hull of the calibrated views that it did not leave out; ``None`` where they have none."""
+    if estimate.surface is not None:
+        return estimate.surface
     left_out = tuple(int(number) for number in estimate.statistics.get("views_left_out", ()))
     digest = _digest(observation.views, observation.view_recording)
     return _hull(_Views(digest, left_out, observation.views, observation.view_recording))
@@ -76,7 +80,7 @@ class _Views:
 
 
 @lru_cache(maxsize=KEPT_HULLS)
-def _hull(given: _Views) -> HullMesh | None:
+def _hull(given: _Views) -> SurfaceMesh | None:
     try:
         frames = view_outlines_of(given.recording, given.views).frames
         pairs = enumerate(zip(frames, given.views, strict=True))
@@ -86,7 +90,7 @@ def _hull(given: _Views) -> HullMesh | None:
         return None
 
 
-def _carved(outlines: Sequence[Outline], views: Sequence[CalibratedView]) -> HullMesh:
+def _carved(outlines: Sequence[Outline], views: Sequence[CalibratedView]) -> SurfaceMesh:
     try:
         return exact_hull(outlines, views, tolerance_px=TOLERANCE_PX)
     except InputError:
@@ -103,15 +107,15 @@ def _digest(views: Sequence[CalibratedView], recording: Recording) -> str:
     return found.hexdigest()
 
 
-def camera_outlines(hull: HullMesh, body: Body, motion: Motion, camera: HsvCamera) -> tuple[Array | None, ...]:
-    """The hull's outline in every pose of ``motion``; ``None`` where it reaches behind the camera or far out of its picture."""
-    mesh, lens = casting_mesh(hull), camera.intrinsics
+def camera_outlines(surface: SurfaceMesh, body: Body, motion: Motion, camera: HsvCamera) -> tuple[Array | None, ...]:
+    """The surface's outline in every pose of ``motion``; ``None`` where it reaches behind the camera or far out of its picture."""
+    mesh, lens = casting_mesh(surface), camera.intrinsics
     farthest_px = 4.0 * max(lens.width_px, lens.height_px)
     outlines: list[Array | None] = []
     for R_world_body, x_world in zip(Rotation.from_quat(motion.q_world_body).as_matrix(), motion.x_world, strict=True):
         R = camera.R_cam_world @ R_world_body @ body.R_particle_body.T
         t = camera.R_cam_world @ x_world + camera.t_cam_world - R @ body.com_particle
-        in_camera = hull.vertices @ R.T + t
+        in_camera = surface.vertices @ R.T + t
         shown = in_camera[:, 2].min() > 0 and np.abs(lens.project(in_camera)).max() < farthest_px
         outlines.append(cast_outline(mesh, lens, R, t) if shown else None)
     return tuple(outlines)

@@ -39,7 +39,7 @@ def sequence_payload(record: Record, *, most_frames: int) -> dict[str, Any]:
         "message": besides_status(estimate),
         "next": next_steps(estimate),
         "cameras": cameras(record, most_frames),
-        "body": None if record.hull is None or estimate.body is None else body_shape(record.hull, estimate.body),
+        "body": _body(record),
         "trajectory": None if estimate.motion is None else _trajectory(estimate.motion, record),
         "true_trajectory": None if record.truth is None else _trajectory(record.truth.motion, record),
         "world": _world_words(record),
@@ -52,6 +52,14 @@ def sequence_payload(record: Record, *, most_frames: int) -> dict[str, Any]:
         "versions": flat(estimate.versions),
         "read": [list(entry) for entry in record.read],
     }
+
+
+def _body(record: Record) -> dict[str, Any] | None:
+    """The body as it is shown, and which surface it is."""
+    if record.surface is None or record.estimate.body is None:
+        return None
+    called = "visual hull of the views" if record.estimate.surface is None else "surface of the last fit"
+    return body_shape(record.surface, record.estimate.body, called=called)
 
 
 def flat(value: Any, name: str = "") -> list[list[str]]:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from datasets.estimate import Estimate
 from datasets.observation import Observation
 from datasets.truth import Truth
-from estimator.geometry.visual_hull import HullMesh
+from datasets.vocabulary.surface_mesh import SurfaceMesh
 from estimator.outlines.result import OutlineTrack
 from tumble.reports.residuals import Residuals, outline_residuals
 
@@ -21,8 +21,8 @@ class Record:
     """One sequence of a report.
 
     ``observation`` and ``truth`` are ``None`` where they are not at hand. ``outlines_px[c][i]``: the estimated outline (n, 2), px, of
-    frame ``i`` of camera ``c``, ``None`` where there is none. ``tracks[c]``: what was seen by camera ``c``. ``hull``: the body, particle
-    frame. ``read``: names of the files that this was read from, and their SHA-256.
+    frame ``i`` of camera ``c``, ``None`` where there is none. ``tracks[c]``: what was seen by camera ``c``. ``surface``: the body's.
+    ``read``: names of the files that this was read from, and their SHA-256.
     """
 
     estimate: Estimate
@@ -30,7 +30,7 @@ class Record:
     truth: Truth | None = None
     outlines_px: tuple[Sequence[Polygon | None], ...] = ()
     tracks: tuple[OutlineTrack, ...] = ()
-    hull: HullMesh | None = None
+    surface: SurfaceMesh | None = None
     read: tuple[tuple[str, str], ...] = ()
 
     def estimated(self, camera: int, frame: int) -> Polygon | None:
