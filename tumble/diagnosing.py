@@ -295,7 +295,8 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told, *, 
     if _a_force(rest):
         verdict = replace(verdict, remarks=(*_of_the_path(campaign), *verdict.remarks))
     floor = _below(_floor(registered.campaign, explanation.fit), rest)
-    verdict = with_unknown(verdict, rest, partial(question.command, "ladder"))
+    sure = explanation.left.sure if explanation.left is not None else 1.0
+    verdict = with_unknown(verdict, rest, partial(question.command, "ladder"), sure=sure)
     verdict = _beyond_noise(verdict, floor, campaign, _sure(last))
     told_by = believed(verdict, effect_values(registered, of.fit, of.at.plain), campaign.observations)
     more = law_command(out) if rest else (contact and contact.more) or _ladder_command(question, [*explanation.noise, *explanation.found])
