@@ -38,6 +38,7 @@ NOTHING_MEASURED = (
     "(or _degs), got none."
 )
 NORM_TOLERANCE = 1e-2
+KNOWN_COLUMNS = "t_s, x_m, ..., qx, ..., wx_rads, gyro_x_rads, ..., sigma_x_m, ..."
 
 
 def is_trajectory(path: Path) -> bool:
@@ -98,14 +99,15 @@ def _csv(path: Path, lines: Sequence[str]) -> Columns:
 
 
 def _offered(name: str, known: Sequence[str]) -> str:
-    """What a column that nobody knows may be: the nearest name, or where its unit is what is missing the nearest quantity in all units."""
-    word = name.lower().split("(")[0].strip().replace(" ", "_")
-    quantities = [each.rpartition("_")[0] or each for each in known]
-    of = difflib.get_close_matches("t" if word.startswith("time") else word, quantities, n=1, cutoff=0.75)
-    near = [k for k, quantity in zip(known, quantities, strict=True) if quantity in of] or difflib.get_close_matches(name, known, n=1, cutoff=0.4)
-    if near:
-        return f"did you mean {' or '.join(near)}?"
-    return "known: t_s, x_m, ..., qx, ..., wx_rads, gyro_x_rads, ..., sigma_x_m, ..."
+    """What a column that nobody knows may be: the nearest name, or, where it lacks a unit, the nearest quantity in all of them."""
+    near = difflib.get_close_matches(name, known, n=1, cutoff=0.8)
+    if not near:
+        word = name.lower().split("(")[0].strip().replace(" ", "_")
+        quantities = [each.rpartition("_")[0] or each for each in known]
+        of = difflib.get_close_matches("t" if word.startswith("time") else word, quantities, n=1, cutoff=0.75)
+        near = [each for each, quantity in zip(known, quantities, strict=True) if quantity in of]
+    near = near or difflib.get_close_matches(name, known, n=1, cutoff=0.4)
+    return f"did you mean {' or '.join(near)}?" if near else f"known: {KNOWN_COLUMNS}"
 
 
 def _known_names() -> list[str]:
