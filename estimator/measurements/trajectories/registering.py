@@ -218,6 +218,8 @@ def _less_an_effect(campaign: Campaign, fit: CampaignFit, axes: list[_Axis]) -> 
     for effect in model.effects[len(fit.model.effects) :]:
         columns = model.layout.columns([effect.entry.key])
         less = _explained(campaign, free, scales, [j[:, :, columns] for j in J], effect)
+        if less is free:
+            continue
         spent = len(columns) * float(np.log(sum(len(r) for each in free for r in each.residuals)))
         value = sum(each.surprise for each in less) + spent
         if value < least:
@@ -253,7 +255,7 @@ def _explained(campaign: Campaign, axes: list[_Axis], scales: list[float], J: Se
             signatures.append(J[i][seen, k] * sigma[seen, None] / scale)
     left, amplitudes = less_explained(residuals, [t for axis in axes for t in axis.times], signatures)
     largest = np.array([BEYOND * max(map(abs, p.plausible)) for p in effect.entry.parameters])
-    if (np.abs(amplitudes) > largest).any():
+    if not amplitudes.any() or (np.abs(amplitudes) > largest).any():
         return axes
     each = iter(left)
     return [replace(axis, residuals=[next(each) * scale for _ in axis.residuals]) for axis, scale in zip(axes, scales, strict=True)]
