@@ -415,6 +415,8 @@ def scattered(explanation: Explanation) -> tuple[str, ...]:
     for effect, part in zip(fit.model.effects, fit.model.slices, strict=True):
         if effect.entry.scope.own and effect.tails and effect.held is not None:
             owners = sorted(set(campaign.sharing(effect.entry.scope)))
+            if len(owners) == 1:  # one value scatters about nothing
+                continue
             values = np.array([fit.state.theta[i][part] for i in owners])
             size = np.maximum(robust_sigma(values), SMALLEST * np.abs(values).max())
             each = ", ".join(f"{p.name} {s:.2g} {p.unit}" for p, s in zip(effect.entry.parameters, size, strict=True))

@@ -37,7 +37,7 @@ SUPERFLUOUS = 0.05
 """p-value of a law's term above which it is left out once the campaign is refitted with it; decision 47."""
 LAW = "unknown_law"
 CURVES: Mapping[str, EffectModel] = {"acceleration": ForceCurve(), "torque": TorqueCurve()}
-"""What a force and a torque of no stated law are fitted with, each where such measurements show it."""
+"""What a force and a torque of no stated law are fitted with."""
 Told = Callable[[str], None]
 
 
@@ -93,7 +93,7 @@ def fit_empirical(campaign: Campaign, fit: CampaignFit, left: Unknown, *, told: 
     before = held_out(campaign, fit.state, fit.model)
     terms: tuple[EffectModel, ...] = (_held(left.test.effect),)
     if left.stage is Stage.DYNAMICS:
-        terms = tuple(curve for curve in CURVES.values() if campaign.kind.why_not(campaign, curve) is None)
+        terms = tuple(CURVES.values())
     wide = _with_terms(campaign, fit, terms)
     covariance = campaign_covariance(campaign, wide)
     floor = _floor(campaign, wide)
