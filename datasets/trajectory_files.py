@@ -38,6 +38,7 @@ NOTHING_MEASURED = (
     "(or _degs), got none."
 )
 NORM_TOLERANCE = 1e-2
+KNOWN_COLUMNS = "t_s, x_m, ..., qx, ..., wx_rads, gyro_x_rads, ..., sigma_x_m, ..."
 
 
 def is_trajectory(path: Path) -> bool:
@@ -91,12 +92,22 @@ def _csv(path: Path, lines: Sequence[str]) -> Columns:
     known = _known_names()
     for name in names:
         if name not in known:
-            near = difflib.get_close_matches(name, known, n=1, cutoff=0.4)
-            offered = f"did you mean {near[0]}?" if near else "known: t_s, x_m, ..., qx, ..., wx_rads, gyro_x_rads, ..., sigma_x_m, ..."
-            raise InputError(f"{path}: line {number}: unknown column {shown(name)}; {offered}")
+            raise InputError(f"{path}: line {number}: unknown column {shown(name)}; {_offered(name, known)}")
         if names.count(name) > 1:
             raise InputError(f"{path}: line {number}: expected every column once, got {shown(name)} twice.")
     return _table(path, names, rest)
+
+
+def _offered(name: str, known: Sequence[str]) -> str:
+    """What a column that nobody knows may be: the nearest name, or, where it lacks a unit, the nearest quantity in all of them."""
+    near = difflib.get_close_matches(name, known, n=1, cutoff=0.8)
+    if not near:
+        word = name.lower().split("(")[0].strip().replace(" ", "_")
+        quantities = [each.rpartition("_")[0] or each for each in known]
+        of = difflib.get_close_matches("t" if word.startswith("time") else word, quantities, n=1, cutoff=0.75)
+        near = [each for each, quantity in zip(known, quantities, strict=True) if quantity in of]
+    near = near or difflib.get_close_matches(name, known, n=1, cutoff=0.4)
+    return f"did you mean {' or '.join(near)}?" if near else f"known: {KNOWN_COLUMNS}"
 
 
 def _known_names() -> list[str]:
@@ -243,17 +254,16 @@ def _times(path: Path, columns: Columns, lines: NDArray[np.int64]) -> Array:
 
 
 def _vector(path: Path, columns: Columns, prefix: str, units: Mapping[str, float]) -> Array | None:
-    """The three columns ``<prefix>x_<unit>`` and so on, in SI; ``None`` where there is none of them."""
+    """The columns ``<prefix>x_<unit>`` and so on, in SI; ``None`` where there is none of them. An axis without one was not measured."""
     present = {axis: [u for u in units if f"{prefix}{axis}_{u}" in columns] for axis in "xyz"}
     if not any(present.values()):
         return None
-    odd = [axis for axis, found in present.items() if len(found) != 1]
-    if odd:
-        unit = next(u for found in present.values() for u in found)
-        came = ", ".join(f"{prefix}{a}_{u}" for a, found in present.items() for u in found)
-        hint = "; leave the cells of what was not measured empty" if not prefix.startswith("sigma") else ""
-        raise InputError(f"{path}: expected one column {prefix}{odd[0]}_{unit} beside the others, got {came}{hint}.")
-    return np.column_stack([columns[f"{prefix}{axis}_{found[0]}"] * units[found[0]] for axis, found in present.items()])
+    twice = [axis for axis, found in present.items() if len(found) > 1]
+    if twice:
+        came = " and ".join(f"{prefix}{twice[0]}_{u}" for u in present[twice[0]])
+        raise InputError(f"{path}: expected one column for each axis, got {came}.")
+    empty = np.full(len(columns["line"]), np.nan)
+    return np.column_stack([columns[f"{prefix}{axis}_{found[0]}"] * units[found[0]] if found else empty for axis, found in present.items()])
 
 
 def _quaternions(path: Path, columns: Columns, lines: NDArray[np.int64]) -> Array | None:

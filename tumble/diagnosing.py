@@ -295,7 +295,8 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told, *, 
     if _a_force(rest):
         verdict = replace(verdict, remarks=(*_of_the_path(campaign), *verdict.remarks))
     floor = _below(_floor(registered.campaign, explanation.fit), rest)
-    verdict = with_unknown(verdict, rest, partial(question.command, "ladder"))
+    sure = explanation.left.sure if explanation.left is not None else 1.0
+    verdict = with_unknown(verdict, rest, partial(question.command, "ladder"), sure=sure)
     verdict = _beyond_noise(verdict, floor, campaign, _sure(last))
     told_by = believed(verdict, effect_values(registered, of.fit, of.at.plain), campaign.observations)
     more = law_command(out) if rest else (contact and contact.more) or _ladder_command(question, [*explanation.noise, *explanation.found])
@@ -414,6 +415,8 @@ def scattered(explanation: Explanation) -> tuple[str, ...]:
     for effect, part in zip(fit.model.effects, fit.model.slices, strict=True):
         if effect.entry.scope.own and effect.tails and effect.held is not None:
             owners = sorted(set(campaign.sharing(effect.entry.scope)))
+            if len(owners) == 1:  # one value scatters about nothing
+                continue
             values = np.array([fit.state.theta[i][part] for i in owners])
             size = np.maximum(robust_sigma(values), SMALLEST * np.abs(values).max())
             each = ", ".join(f"{p.name} {s:.2g} {p.unit}" for p, s in zip(effect.entry.parameters, size, strict=True))

@@ -12,6 +12,7 @@ from datasets.vocabulary.effects import Stage
 from estimator.diagnosis.diagnose import Unknown
 from estimator.diagnosis.empirical_fit import SUPERFLUOUS, EmpiricalFit, LawFit, Removed, fit_empirical
 from estimator.diagnosis.empirical_shape import Shape, empirical_shapes
+from estimator.diagnosis.explain import ESTABLISHED
 from estimator.diagnosis.law import Exponent, Regressed
 from estimator.effects.empirical.families import ForceField, ZoomInTime
 from estimator.effects.empirical.law_effect import law_formula
@@ -25,7 +26,7 @@ from estimator.reports.misfit_words import p_words
 from tumble.commands import command
 from tumble.diagnosis_documents import Entry, held_out_entry
 from tumble.numbers import compact
-from tumble.reports.verdict import Verdict
+from tumble.reports.verdict import Verdict, percent
 from tumble.reports.words import rms_word
 
 PLUG_IN, CLASS = "my_law.py", "MyLaw"
@@ -81,7 +82,7 @@ def unknown_entry(
         "shapes": [_shape_entry(shape, names) for shape in empirical_shapes(campaign, found)],
         "law": None if found.law is None else law_entry(found.law, names),
         "superfluous": list(superfluous(campaign, found)),
-        "sentences": [*_sentences(left, found, superfluous(campaign, found), campaign.kind.unit), *_of_several(campaign, found, names)],
+        "sentences": [*_sentences(left, found, superfluous(campaign, found), campaign), *_of_several(campaign, found, names)],
     }
 
 
@@ -93,8 +94,8 @@ def adapted_to(family: EffectModel) -> Entry:
 
 
 def superfluous(campaign: Campaign, found: EmpiricalFit) -> tuple[str, ...]:
-    """Effects of the model that are compatible with zero once the law is in it."""
-    if found.law is None:
+    """Effects of the model that are compatible with zero once a law that describes what is left is in it."""
+    if found.law is None or not found.described:
         return ()
     fit, covariance = found.law.fit, found.law.covariance
     free = [(e, effect) for e, effect in enumerate(fit.model.effects[:-1]) if not effect.instrument and not effect.random]
@@ -175,10 +176,11 @@ def law_words(terms: Sequence[Term]) -> str:
     return " and ".join(t.words for t in terms)
 
 
-def _sentences(left: Unknown, found: EmpiricalFit, needless: Sequence[str], unit: str) -> list[str]:
-    """What was found, for people; residuals are in ``unit``."""
+def _sentences(left: Unknown, found: EmpiricalFit, needless: Sequence[str], campaign: Campaign) -> list[str]:
+    """What was found, for people; of curves, those that such measurements show."""
+    unit = campaign.kind.unit
     rms = f"held-out RMS {rms_word(unit)}"
-    words = " and ".join(FAMILY_WORDS[effect.entry.key] for effect in found.terms)
+    words = " and ".join(FAMILY_WORDS[each.entry.key] for each in found.terms if campaign.kind.why_not(campaign, each) is None)
     removed = found.removed
     before, after = (f"{each.rms_px:.4f} {unit}" for each in (removed.before, removed.after))
     sits = f"It sits in the {left.stage.value} ({p_words(left.p)})"
@@ -189,9 +191,11 @@ def _sentences(left: Unknown, found: EmpiricalFit, needless: Sequence[str], unit
         ]
     else:
         said = [f"{sits}, but {words} of no stated law would not predict what was not fitted: the {rms} goes from {before} to {after}."]
-    if found.law is None:
-        return [*said, NO_LAW] if left.stage is Stage.DYNAMICS else said
     law = found.law
+    if law is None:
+        return [*said, NO_LAW] if left.stage is Stage.DYNAMICS else said
+    if not found.described:
+        return [*said, _nearest_law(law, rms, unit)]
     values = ", ".join(f"{v['parameter']} = {compact(v['value'], v['sigma'])} {v['unit']}".removesuffix(" 1") for v in law_values(law))
     said.append(
         f"The simplest law for it is {law_words(law.terms)}: {law_formula(law.terms)} with {values}. It brings the {rms} to "
@@ -204,6 +208,14 @@ def _sentences(left: Unknown, found: EmpiricalFit, needless: Sequence[str], unit
     if needless:
         said.append(f"Beside this law nothing is left for {', '.join(key.replace('_', ' ') for key in needless)}: leave it out.")
     return said
+
+
+def _nearest_law(law: LawFit, rms: str, unit: str) -> str:
+    """That the best law leaves more than curves of no law do."""
+    return (
+        f"No law that was tried describes it: the nearest, {law_words(law.terms)}, brings the {rms} to "
+        f"{law.removed.after.rms_px:.4f} {unit} only ({law.removed.share:.0%} of the excess)."
+    )
 
 
 def _of_several(campaign: Campaign, found: EmpiricalFit, names: Sequence[str]) -> Iterator[str]:
@@ -221,11 +233,16 @@ def _exponent_words(e: Exponent) -> str:
     return f"The {name} is {e.best:.1f} (95%: {e.interval[0]:.1f} to {e.interval[1]:.1f}); the law takes {e.taken:.3g}."
 
 
-def with_unknown(verdict: Verdict, entry: Entry | None, ladder: Callable[[Sequence[str]], str]) -> Verdict:
-    """The verdict with what is left beside it; ``ladder``: the command that tries effects beside those the user gave."""
+def with_unknown(verdict: Verdict, entry: Entry | None, ladder: Callable[[Sequence[str]], str], *, sure: float = 1.0) -> Verdict:
+    """The verdict with what is left beside it; ``ladder``: the command that tries effects beside those the user gave.
+
+    ``sure``: probability, 0 to 1, that something is missing there.
+    """
     if entry is None:
         return verdict
     opening = "Something is missing that no effect of the catalogue explains."
+    if sure < ESTABLISHED:
+        opening = f"Suspected beside them, though not established: something that no effect of the catalogue explains ({percent(sure)})."
     if verdict.kind == "found":
         opening = f"{verdict.sentence.split(' Something is left')[0].split(' Then nothing')[0]} {opening}"
     kind = verdict.kind if verdict.kind == "found" else "unknown"

@@ -65,13 +65,14 @@ class Unknown:
 
     Families (:mod:`estimator.effects.empirical.families`) compete with the effects of the catalogue for a place in the model. The one that
     is in the most probable set says at which stage something sits that no effect of the catalogue explains; where none is, the one that
-    would be the most probable is told, as not present.
+    would be the most probable is told, as not present. ``sure``: probability that it, or something in its place, is missing.
     """
 
     test: ScoreTest
     p: float
     tests: tuple[ScoreTest, ...]
     present: bool
+    sure: float = 1.0
 
     @property
     def stage(self) -> Stage:

@@ -7,7 +7,7 @@ sequences that were not fitted: the share of the excess over the noise floor tha
 again. A law that predicts no better than the model without it is none.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -36,6 +36,8 @@ BOOTSTRAP_SEED = 20240229
 SUPERFLUOUS = 0.05
 """p-value of a law's term above which it is left out once the campaign is refitted with it; decision 47."""
 LAW = "unknown_law"
+CURVES: Mapping[str, EffectModel] = {"acceleration": ForceCurve(), "torque": TorqueCurve()}
+"""What a force and a torque of no stated law are fitted with."""
 Told = Callable[[str], None]
 
 
@@ -80,13 +82,18 @@ class EmpiricalFit:
     removed: Removed
     law: LawFit | None
 
+    @property
+    def described(self) -> bool:
+        """Whether a law says all that is known of it: curves of no law, which follow anything, predict no better."""
+        return self.law is not None and self.law.removed.after.rms_px <= self.removed.after.rms_px
+
 
 def fit_empirical(campaign: Campaign, fit: CampaignFit, left: Unknown, *, told: Told = lambda _sentence: None) -> EmpiricalFit:
     """Fit what a model leaves unexplained with the family that names its stage."""
     before = held_out(campaign, fit.state, fit.model)
     terms: tuple[EffectModel, ...] = (_held(left.test.effect),)
     if left.stage is Stage.DYNAMICS:
-        terms = (ForceCurve(), TorqueCurve())
+        terms = tuple(CURVES.values())
     wide = _with_terms(campaign, fit, terms)
     covariance = campaign_covariance(campaign, wide)
     floor = _floor(campaign, wide)
@@ -118,8 +125,7 @@ def _floor(campaign: Campaign, fit: CampaignFit) -> float:
 
 
 def _law(campaign: Campaign, fit: CampaignFit, wide: CampaignFit, at: tuple[HeldOut, float]) -> LawFit | None:
-    curves = {"acceleration": ForceCurve(), "torque": TorqueCurve()}
-    shown = [term for term in TERMS if campaign.kind.why_not(campaign, curves[term.link]) is None]
+    shown = [term for term in TERMS if campaign.kind.why_not(campaign, CURVES[term.link]) is None]
     law = find_law(pooled_scores(campaign, wide), terms=shown)
     if law is None:
         return None

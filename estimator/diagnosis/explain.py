@@ -147,7 +147,9 @@ def explain(
     steps = _steps(begun, best if set(last.keys) <= set(best.keys) else last, last, told, with_families=not told_apart)
     error = steps[-1].after if steps else held_out(last.campaign, last.fit.state, last.fit.model)
     diagnosis = _as_probable_as_in(best, diagnosis_at(last, ended=True))
-    left = diagnosis.unknown and replace(diagnosis.unknown, present=any(e in best.trial.families for e in best.members))
+    unknown = [e for e in best.members if e in best.trial.families]
+    sure = max((sureness(best.trial, best.members, e) for e in unknown), default=1.0)
+    left = diagnosis.unknown and replace(diagnosis.unknown, present=bool(unknown), sure=sure)
     return Explanation(begun, last, path, steps, campaign_covariance(last.campaign, last.fit), diagnosis, left, error)
 
 

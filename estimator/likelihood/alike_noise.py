@@ -11,6 +11,10 @@ Whatever is faster than those polynomials counts as noise, a shaking table as mu
 apart. Where it is, the stated size stands, and only the likeness of rows is estimated: residuals that are larger than stated are not noise,
 and what they have too much is taken off before.
 
+Polynomials of short flights are poor, and a wobble is none: there a misfit would count as noise, and hide what makes it. So
+:func:`less_explained` takes off what an effect does, too, and :func:`surprise` says by Schwarz's criterion whether that is worth its
+amplitudes [Schwarz 1978].
+
 Short flights cannot tell noise that fades slowly from a misfit, so noise is taken to be as alike as is usual among trackers
 unless the rows say otherwise. The estimate is shared by all sequences of a campaign.
 """
@@ -37,6 +41,8 @@ SEEN = 1e-6
 """Of a row, from which on polynomials leave anything of it."""
 LONGEST = 500
 """Rows that are looked at together: longer sequences are cut."""
+FINE = 9
+"""Digits of the times of rows, over half the sequence."""
 LAGS = 3
 """Products are taken of a row with itself, the next and the one after."""
 FIRST, FADING = np.linspace(0.0, 0.9, 46), np.linspace(0.0, 0.9, 31)
@@ -68,21 +74,22 @@ class ChannelNoise:
         return float((1.0 + 2.0 * self.first / (1.0 - self.fading) + self.far) / (1.0 + self.far))
 
 
-def channel_noise(residuals: Sequence[Array], *, stated: bool = False) -> ChannelNoise | None:
+def channel_noise(residuals: Sequence[Array], times: Sequence[Array] | None = None, *, stated: bool = False) -> ChannelNoise | None:
     """Noise of one channel from the residuals (n,) of several sequences; where it is ``stated``, they are in its standard deviations.
 
-    ``None`` where polynomials leave nothing of them.
+    ``times`` (n,) s of each; left out: rows are evenly spaced. ``None`` where polynomials leave nothing of them.
     """
-    parts = [part for r in residuals for part in np.array_split(r, max(-(-len(r) // LONGEST), 1))]
-    kept = _near(parts)
-    left = [_projector(each) @ r for r, each in zip(parts, kept, strict=True)]
-    expected = np.sum([_expected(each) for each in kept], axis=0)
+    parts, at = _parts(residuals), _parts(_spans(residuals, times))
+    kept = _near(parts, at)
+    rows = [_Rows.of(each, u) for each, u in zip(kept, at, strict=True)]
+    left = [_projector(each) @ r for r, each in zip(parts, rows, strict=True)]
+    expected = np.sum([_expected(each) for each in rows], axis=0)
     if expected[0, 0] < LEAST_TOLD:
         return None
     products = np.array([sum(float(r[lag:] @ r[: len(r) - lag]) for r in left) for lag in range(LAGS)])
     variance, correlations = _matched(products, expected)
-    dropped, rows = sum(int(np.sum(~each)) for each in kept), sum(map(len, kept))
-    far = CLIP**2 * dropped / max(rows, 1)
+    dropped, count = sum(int(np.sum(~each)) for each in kept), sum(map(len, kept))
+    far = CLIP**2 * dropped / max(count, 1)
     if not stated:
         return ChannelNoise(float(np.sqrt(variance * (1.0 + far))), *correlations, far)
     excess = max(variance - 1.0, 0.0)
@@ -92,12 +99,90 @@ def channel_noise(residuals: Sequence[Array], *, stated: bool = False) -> Channe
     return replace(noise, first=noise.first + 0.5 * far * (1.0 - noise.fading))
 
 
-def _near(parts: Sequence[Array]) -> list[Kept]:
+def less_explained(residuals: Sequence[Array], times: Sequence[Array], columns: Sequence[Array]) -> tuple[list[Array], Array]:
+    """Residuals (n,) of several sequences less what ``columns`` (n, k) of each explain beside polynomials, and the amplitudes (k,).
+
+    ``times`` (n,) s. Amplitudes are those of all sequences. Columns that are polynomials explain nothing. Rows far off are not asked.
+    """
+    at = _spans(residuals, times)
+    P = [_projector(_Rows.of(each, u)) for each, u in zip(_near(residuals, at), at, strict=True)]
+    X = np.concatenate([p @ c for p, c in zip(P, columns, strict=True)])
+    whole = np.sqrt(np.sum([np.sum(c**2, axis=0) for c in columns], axis=0))
+    size = np.linalg.norm(X, axis=0)
+    told = size > SEEN * np.maximum(whole, 1e-300)
+    y = np.concatenate([p @ r for p, r in zip(P, residuals, strict=True)])
+    amplitudes = np.zeros(len(size))
+    amplitudes[told] = np.linalg.lstsq(X[:, told] / size[told], y, rcond=SEEN)[0] / size[told]
+    return [r - c @ amplitudes for r, c in zip(residuals, columns, strict=True)], amplitudes
+
+
+def surprise(residuals: Sequence[Array], times: Sequence[Array], noise: ChannelNoise) -> float:
+    """Minus twice the log likelihood of residuals (n,) of several sequences beside polynomials, noise of this likeness and any size.
+
+    ``times`` (n,) s.
+    """
+    parts, at = _parts(residuals), _parts(_spans(residuals, times))
+    squares, half_log_det, near = 0.0, 0.0, _near(parts, at)
+    for r, u, each in zip(parts, at, near, strict=True):
+        whitener, design, half = _whitened(_Rows.of(each, u), noise.first, noise.fading)
+        white = whitener @ r[each]
+        squares += float(np.sum((white - design @ (design.T @ white)) ** 2))
+        half_log_det += half
+    rows, kept = sum(map(len, near)), int(sum(each.sum() for each in near))
+    return rows * float(np.log(max(squares / kept, 1e-300))) + CLIP**2 * (rows - kept) + 2.0 * half_log_det
+
+
+@dataclass(frozen=True)
+class _Rows:
+    """Which rows of a sequence are kept, and when they were, from -1 to 1: as bytes, so that what is made of them is made once."""
+
+    kept: bytes
+    at: bytes
+
+    @classmethod
+    def of(cls, kept: Kept, at: Array) -> "_Rows":
+        return cls(kept.tobytes(), at.tobytes())
+
+    @property
+    def flags(self) -> Kept:
+        """Which are kept (n,)."""
+        return np.frombuffer(self.kept, dtype=np.bool_)
+
+    @property
+    def polynomials(self) -> Array:
+        """Values of the polynomials (n, d) in every row."""
+        return _polynomials(np.frombuffer(self.at))
+
+
+def _parts(rows: Sequence[Array]) -> list[Array]:
+    """Sequences in pieces that are not too long."""
+    return [part for r in rows for part in np.array_split(r, max(-(-len(r) // LONGEST), 1))]
+
+
+def _spans(residuals: Sequence[Array], times: Sequence[Array] | None) -> list[Array]:
+    """When rows were, from -1 to 1; rounded, so that evenly spaced sequences of one length share what is made of them."""
+    every = [np.arange(len(r), dtype=np.float64) for r in residuals] if times is None else times
+    return [np.round(2.0 * (t - t[0]) / max(float(t[-1] - t[0]), 1e-300) - 1.0, FINE) if len(t) else t for t in every]
+
+
+@lru_cache(maxsize=256)
+def _whitened(rows: _Rows, first: float, fading: float) -> tuple[Array, Array, float]:
+    """What makes the noise of kept rows white (k, k), a base of the polynomials then (k, d), half the log determinant of the noise."""
+    kept = np.flatnonzero(rows.flags)
+    distance = np.abs(np.subtract.outer(kept, kept))
+    L = np.linalg.cholesky(np.where(distance == 0, 1.0, first * fading ** np.maximum(distance - 1, 0)))
+    whitener = np.linalg.inv(L)
+    design, _ = np.linalg.qr(whitener @ rows.polynomials[kept])
+    return np.asarray(whitener), np.asarray(design), float(np.sum(np.log(np.diag(L))))
+
+
+def _near(parts: Sequence[Array], at: Sequence[Array]) -> list[Kept]:
     """Rows of every sequence that are not far off the polynomial through the others."""
     kept = [np.ones(len(r), dtype=np.bool_) for r in parts]
     for _ in range(ROUNDS):
-        off = [r - _smooth(r, each) for r, each in zip(parts, kept, strict=True)]
-        spread = [np.sqrt(np.maximum(np.diag(_projector(each)), 0.0)) for each in kept]
+        rows = [_Rows.of(each, u) for each, u in zip(kept, at, strict=True)]
+        off = [r - _smooth(r, each) for r, each in zip(parts, rows, strict=True)]
+        spread = [np.sqrt(np.maximum(np.diag(_projector(each)), 0.0)) for each in rows]
         told = [each & (s > SEEN) for each, s in zip(kept, spread, strict=True)]
         sizes = [np.abs(r[t]) / s[t] for r, s, t in zip(off, spread, told, strict=True)]
         every = np.concatenate(sizes) if sizes else np.zeros(0)
@@ -121,36 +206,28 @@ def _degree(n: int) -> int:
     return min(DEGREE, max(n // ROWS_PER_DEGREE, 1) + 1)
 
 
-def _polynomials(n: int) -> Array:
-    return np.asarray(legendre.legvander(np.linspace(-1.0, 1.0, n), _degree(n)))
+def _polynomials(at: Array) -> Array:
+    """Values of the polynomials (n, d) at times from -1 to 1."""
+    return np.asarray(legendre.legvander(at, _degree(len(at))))
 
 
-def _smooth(r: Array, kept: Kept) -> Array:
+def _smooth(r: Array, rows: _Rows) -> Array:
     """The polynomial (n,) through the rows that are kept."""
-    A = _polynomials(len(r))
+    A, kept = rows.polynomials, rows.flags
     return np.asarray(A @ np.linalg.lstsq(A[kept], r[kept], rcond=None)[0])
 
 
-def _projector(kept: Kept) -> Array:
-    return _projector_of(kept.tobytes())
-
-
 @lru_cache(maxsize=256)
-def _projector_of(kept: bytes) -> Array:
+def _projector(rows: _Rows) -> Array:
     """What takes polynomials off the rows that are kept, and leaves nothing of the others (n, n)."""
-    rows = np.frombuffer(kept, dtype=np.bool_)
-    Q, _ = np.linalg.qr(_polynomials(len(rows)) * rows[:, None])
-    return np.asarray(np.diag(rows.astype(np.float64)) - Q @ Q.T)
-
-
-def _expected(kept: Kept) -> Array:
-    return _expected_of(kept.tobytes())
+    Q, _ = np.linalg.qr(rows.polynomials * rows.flags[:, None])
+    return np.asarray(np.diag(rows.flags.astype(np.float64)) - Q @ Q.T)
 
 
 @lru_cache(maxsize=256)
-def _expected_of(kept: bytes) -> Array:
+def _expected(rows: _Rows) -> Array:
     """Expected products of rows at each lag, of noise of variance 1, over its autocorrelation at each distance (``LAGS``, ``LONGEST``)."""
-    P = _projector_of(kept)
+    P = _projector(rows)
     n = len(P)
     distance = np.abs(np.subtract.outer(np.arange(n), np.arange(n))).ravel()
     pairs = [P[lag:].T @ P[: n - lag] for lag in range(LAGS)]

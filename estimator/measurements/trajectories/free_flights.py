@@ -54,10 +54,10 @@ class Run:
 
 
 def path_noise(paths: list[tuple[Array, Array]]) -> float:
-    """Standard deviation (m) of a coordinate, of several ``paths``, each times (n,) s and positions (n, 3) m; 0 where nothing moves."""
-    squares = np.concatenate([np.zeros(0), *(_window_squares(times, x) for times, x in paths)])
-    degrees = 3 * (WINDOW - CUBIC)
-    return float(np.sqrt(np.quantile(squares, QUIET) / chdtri(degrees, 1.0 - QUIET))) if len(squares) else 0.0
+    """Standard deviation (m) of a coordinate, of several ``paths``, each times (n,) s and positions (n, c) m; 0 where nothing moves."""
+    usual = [float(chdtri(x.shape[1] * (WINDOW - CUBIC), 1.0 - QUIET)) for _, x in paths]
+    squares = np.concatenate([np.zeros(0), *(_window_squares(times, x) / u for (times, x), u in zip(paths, usual, strict=True))])
+    return float(np.sqrt(np.quantile(squares, QUIET))) if len(squares) else 0.0
 
 
 def _window_squares(times_s: Array, x: Array) -> Array:
@@ -102,10 +102,11 @@ def free_flights(times_s: Array, x: Array, gravity: Array, sigma: float) -> tupl
 def rows_before_contact(times_s: Array, x: Array, gravity: Array, sigma: float) -> int:
     """How many rows of a path come before the first contact; all, where there is none.
 
-    ``times_s`` (n,), world frame ``x`` (n, 3) m and ``gravity`` (3,) m/s², noise ``sigma`` (m). A contact is a jump of the velocity of what
-    falls: the rows after it have left the parabola that those before go on with, and their velocities differ from its, all of them, by more
-    than noise, than a force that sets in (``SETS_IN_MS2``), and than the force that acts already, reversed, could make. A gap in the clock
-    moves rows along the path, and leaves velocities alone; so that no single bad row makes one, each row before it is left out in turn.
+    ``times_s`` (n,), world frame ``x`` (n, c) m and ``gravity`` (c,) m/s² along the c axes that were measured, noise ``sigma`` (m). A
+    contact is a jump of the velocity of what falls: the rows after it have left the parabola that those before go on with, and their
+    velocities differ from its, all of them, by more than noise, than a force that sets in (``SETS_IN_MS2``), and than the force that acts
+    already, reversed, could make. A gap in the clock moves rows along the path, and leaves velocities alone; so that no single bad row
+    makes one, each row before it is left out in turn.
     What is held, and let go, lies still before rather than falls. Seen are contacts after a flight of ``LEAST_ROWS`` rows and
     ``MOST_CONTACT`` more, with two rows after them, whose jump is above noise within three rows.
     """
@@ -137,7 +138,7 @@ class _Path:
         powers = polyvander((times_s - times_s[-1]) / span, 2)
         inverse = np.linalg.inv(powers.T @ powers)
         terms = inverse @ powers.T @ fallen
-        left = np.sum((fallen - powers @ terms) ** 2) / (3 * (len(times_s) - powers.shape[1]))
+        left = np.sum((fallen - powers @ terms) ** 2) / (fallen.shape[1] * (len(times_s) - powers.shape[1]))
         return cls(terms, inverse, max(noise, float(np.sqrt(left))), float(times_s[-1]), span)
 
     def beyond(self, times_s: Array, fallen: Array) -> tuple[Array, Array]:
@@ -184,8 +185,9 @@ def _free(times_s: Array, fallen: Array, row: int, noise: float) -> int:
 def share_of_gravity(times_s: Array, x: Array, gravity: Array) -> float | None:
     """Acceleration of a parabola along gravity, over it; ``None`` without gravity or where too few rows have positions.
 
-    ``times_s`` (n,), ``x`` (n, 3) m, world frame, NaN where not measured; ``gravity`` (3,) m/s², world frame.
+    ``times_s`` (n,), ``x`` (n, c) m, world frame, NaN where not measured; ``gravity`` (c,) m/s², world frame.
     """
+    x, gravity = x[:, gravity != 0.0], gravity[gravity != 0.0]
     seen, size = np.isfinite(x).all(axis=1), float(np.linalg.norm(gravity))
     if size == 0.0 or seen.sum() < LEAST_ROWS:
         return None

@@ -74,13 +74,14 @@ def rows_outside(trajectories: Sequence[Trajectory]) -> dict[str, int]:
 
 def before_contact(trajectories: Sequence[Trajectory]) -> dict[str, Trajectory]:
     """Those that touch something, by name, as they are before: cut where their velocity jumps as no force could make it."""
-    paths = [centre_path(t) for t in trajectories]
-    seen = [np.flatnonzero(np.isfinite(path).all(axis=1)) for path in paths]
-    shared = path_noise([(t.times_s[rows], path[rows]) for t, path, rows in zip(trajectories, paths, seen, strict=True)])
+    axes = [np.isfinite(t.x_world).any(axis=0) for t in trajectories]
+    paths = [centre_path(t)[:, axis] for t, axis in zip(trajectories, axes, strict=True)]
+    seen = [np.flatnonzero(np.isfinite(path).all(axis=1) & bool(path.shape[1])) for path in paths]
+    shared = path_noise([(t.times_s[rows], path[rows]) for t, path, rows in zip(trajectories, paths, seen, strict=True) if len(rows)])
     found = {}
-    for t, path, rows in zip(trajectories, paths, seen, strict=True):
-        sigma = shared if t.sigma_x is None or not len(rows) else min(float(np.median(t.sigma_x[rows])), shared)
-        kept = rows_before_contact(t.times_s[rows], path[rows], t.surroundings.gravity_world, sigma)
+    for t, axis, path, rows in zip(trajectories, axes, paths, seen, strict=True):
+        sigma = shared if t.sigma_x is None or not len(rows) else min(float(np.median(t.sigma_x[rows][:, axis])), shared)
+        kept = rows_before_contact(t.times_s[rows], path[rows], t.surroundings.gravity_world[axis], sigma)
         if kept < len(rows):
             found[t.name] = t.until(int(rows[kept]))
     return found

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from estimator.likelihood.alike_noise import CLIP, channel_noise
+from estimator.likelihood.alike_noise import CLIP, channel_noise, less_explained, surprise
 
 
 def drawn(rho: float, rng: np.random.Generator, n: int) -> np.ndarray:
@@ -62,3 +62,30 @@ def test_rows_far_off_count_as_a_fit_believes_them() -> None:
 
 def test_where_polynomials_leave_nothing_there_is_no_noise_to_be_told() -> None:
     assert channel_noise([np.ones(1), np.arange(2.0)]) is None
+
+
+def test_polynomials_are_of_time_where_rows_are_not_evenly_spaced() -> None:
+    """A third of the rows was not seen: what is smooth in time is not smooth in the number of the row."""
+    rng = np.random.default_rng(7)
+    times = [np.sort(rng.choice(np.arange(40), size=26, replace=False)) / 40.0 for _ in range(30)]
+    residuals = [rng.normal(size=len(t)) + 100.0 * (2.0 * t - 1.0) ** 3 for t in times]
+    noise, by_number = channel_noise(residuals, times), channel_noise(residuals)
+    assert noise is not None
+    assert by_number is not None
+    assert noise.sigma == pytest.approx(1.0, rel=0.1)
+    assert noise.repeats < 1.2
+    assert by_number.sigma > 1.5
+
+
+def test_what_an_effect_makes_is_taken_off_beside_polynomials_with_one_amplitude() -> None:
+    rng = np.random.default_rng(8)
+    times = [np.linspace(0.0, 1.0, 18) for _ in range(3)]
+    shapes = [np.column_stack([np.exp(-5.0 * t), 1.0 + t]) for t in times]
+    residuals = [rng.normal(size=18) + 60.0 * shape[:, 0] for shape in shapes]
+    less, amplitudes = less_explained(residuals, times, shapes)
+    assert amplitudes[0] == pytest.approx(60.0, rel=0.2)
+    assert amplitudes[1] == 0.0  # a straight line is a polynomial already
+    before, after = channel_noise(residuals, times), channel_noise(less, times)
+    assert before is not None
+    assert after is not None
+    assert surprise(less, times, after) < surprise(residuals, times, before) - 20.0

@@ -36,6 +36,20 @@ def test_rows_without_positions_are_passed_over() -> None:
     assert np.isnan(cut.x_world[3]).all()
 
 
+@pytest.mark.parametrize(("unseen", "seen_in"), [([1], 8), ([0, 1], 7)])
+def test_contacts_are_seen_along_the_axes_that_were_measured(unseen: list[int], seen_in: int) -> None:
+    """A film from the side, and heights alone, by which one slow hit is too soft to be told."""
+    rng, cut = np.random.default_rng(13), 0
+    for _ in range(8):
+        made = toss(rng, rows=60)
+        x = made.trajectory.x_world.copy()
+        x[:, unseen] = np.nan
+        for found in before_contact([replace(made.trajectory, x_world=x, q_world_tracked=None, sigma_theta=None)]).values():
+            assert abs(len(found.times_s) - made.hits[0].time_s * RATE_HZ) < 1.0
+            cut += 1
+    assert cut >= seen_in
+
+
 def _flights(**changed: float) -> list[Trajectory]:
     return campaign(21, Hidden(**changed), Tracker(rows=40, sigma_x=2e-4), sequences=12)
 
