@@ -9,6 +9,31 @@ always "no effect" unless its entry says otherwise.
 from dataclasses import dataclass
 from enum import StrEnum
 
+OF = "@"
+"""Between the key of an effect and the name of the only camera that has it."""
+
+
+def of_camera(key: str, camera: str) -> str:
+    """The key of an effect that one camera alone has: ``focal_length@side``."""
+    return f"{key}{OF}{camera}"
+
+
+def whose(key: str) -> tuple[str, str]:
+    """The effect that a key is about, and the name of the only camera that has it; none where it is of no camera alone."""
+    effect, _, camera = key.partition(OF)
+    return effect, camera
+
+
+def in_words(key: str) -> str:
+    """An effect's key as it is said: ``focal length of camera side``."""
+    effect, camera = whose(key)
+    return effect.replace("_", " ") + (f" of camera {camera}" if camera else "")
+
+
+def begins(words: str) -> str:
+    """Words as a sentence begins with them; names in them keep their letters."""
+    return words[:1].upper() + words[1:]
+
 
 class Stage(StrEnum):
     """Where in the chain from particle to outline an effect acts, in the order of evaluation."""
@@ -22,6 +47,10 @@ class Stage(StrEnum):
     SEGMENTATION = "segmentation"
     TRACKING = "tracking"
     GYROSCOPE = "gyroscope"
+
+
+OF_A_CAMERA = (Stage.CLOCK, Stage.OPTICS, Stage.EXPOSURE, Stage.SEGMENTATION)
+"""Stages whose effects may be those of one high-speed camera alone."""
 
 
 class Scope(StrEnum):
@@ -86,7 +115,7 @@ class EffectEntry:
     @property
     def title(self) -> str:
         """The name in words."""
-        return self.key.replace("_", " ")
+        return in_words(self.key)
 
 
 def _xyz(name: str, unit: str, limit: float, step: float, meaning: str) -> tuple[Parameter, ...]:

@@ -109,7 +109,8 @@ def model_residuals(sequence: SequenceTask, flight: Flight, model: Model, theta:
     They are errors of the corrected picture in pixels of the recorded one: an effect that shrinks the picture explains nothing by that.
     """
     task, setting = sequence.task, sequence.setting
-    prediction = predict(flight, model, theta, setting, task.sightings.times_s, rows_px=task.sightings.rows_px)
+    sightings = task.sightings
+    prediction = predict(flight, model, theta, setting, sightings.times_s, rows_px=sightings.rows_px, seen=sightings.seen)
     scale = model.scale(theta)
     first = _corrected(sequence, model, theta)
     placed = particle_poses(flight, prediction.poses, task.sightings, scale=scale)
@@ -170,11 +171,11 @@ def corrected_points(sequence: SequenceTask, model: Model, theta: Array, points:
         return points
     times = (sightings.times_s - sequence.setting.times_s[0])[owner]
     if len(sightings.cameras) == 1:
-        return model.correct(theta, points, sightings.cameras[0].intrinsics, times)
+        return model.correct(theta, points, sightings.cameras[0], times)
     corrected = points.copy()
     for c, hsv in enumerate(sightings.cameras):
         rows = sightings.camera[owner] == c
-        corrected[rows] = model.correct(theta, points[rows], hsv.intrinsics, times[rows])
+        corrected[rows] = model.correct(theta, points[rows], hsv, times[rows])
     return corrected
 
 
@@ -205,7 +206,7 @@ def _places(sequence: SequenceTask, prediction: Prediction, errors: TangencyErro
         depth_m=centre_cam[:, 2],
         first_depth_m=float(centre_cam[first_frame, 2]),
         view_ratio=errors.jacobian[:, :, :2, 7],
-        camera=sightings.cameras[0].intrinsics,
+        seen=sightings.seen,
         times_s=sightings.times_s - sequence.setting.times_s[0],
         moving=moving,
     )
@@ -284,7 +285,7 @@ def _add_image_columns(J: Array, sequence: SequenceTask, model: Model, theta: Ar
                 J[..., column] -= errors.error[:, :, :2] * (growth / (2.0 * step * size))[:, None, None]
             high, low = effect.shift(up, places, sequence.setting), effect.shift(down, places, sequence.setting)
             if high is not None and low is not None:
-                J[..., column] -= (high - low) / (2.0 * step)
+                J[..., column] -= places.seen.only(effect.camera, high - low) / (2.0 * step)
 
 
 def _size(recorded: Silhouettes, corrected_px: Array) -> Array:

@@ -152,8 +152,9 @@ class Silhouettes:
         return min(noise_ratio(shifts), MOST_NOISE) * likeness(shifts)
 
     def why_not(self, campaign: Campaign, effect: EffectModel) -> str | None:
-        """All effects apply but those on a gyroscope and those that such short flights do not show."""
-        del campaign
+        """All effects apply but those on a gyroscope, those of other cameras, and those that such short flights do not show."""
+        if effect.camera is not None and effect.camera not in campaign.cameras:
+            return f"there is no camera {effect.camera}, but {' and '.join(campaign.cameras)}"
         if overrides(effect, "reading"):
             return "it acts on a gyroscope's readings"
         if overrides(effect, "tracked"):

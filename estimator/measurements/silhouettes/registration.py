@@ -80,16 +80,19 @@ def register(
     campaign = Campaign(
         sequences=tuple(task for _, task, _ in flown),
         particle=tuple(particles[keys[i]][0] for i, _, _ in flown),
-        camera=tuple(cameras.setdefault(repr(observations[i].cameras[0]), len(cameras)) for i, _, _ in flown),
+        camera=tuple(cameras.setdefault(repr(observations[i].cameras), len(cameras)) for i, _, _ in flown),
         floor_px=configuration.floor_px,
         body_noise_px=configuration.body_noise_px,
         kind=SILHOUETTES,
         recording=tuple(observations[i].name for i, _, _ in flown) if any(each.has_impacts for _, each in right) else (),
+        cameras=tuple(dict.fromkeys(camera.name for i, _ in right for camera in observations[i].cameras)),
     )
     start = CampaignState(tuple(flight for _, _, flight in flown), tuple(np.zeros(0) for _ in flown))
     left_out = tuple(each for i in range(len(observations)) if isinstance(each := found[i], LeftOut))
     registered = Registered(campaign, start, tuple(p for _, p, _ in particles.values()), left_out)
-    return by_samples(registered, tuple(catalogue().values()), configuration) if configuration.campaign_surface_fit else registered
+    if not configuration.campaign_surface_fit:
+        return registered
+    return by_samples(registered, tuple(catalogue(campaign.cameras).values()), configuration)
 
 
 @dataclass(frozen=True)
@@ -160,11 +163,13 @@ def _sequence(
     """A flight as a sequence, its tables made where it begins."""
     number, task, (observation, tracks) = flown.number, flown.task, recorded
     pictures = pictures_of(observation, tracks, task.sightings)
+    names = [camera.name for camera in observation.cameras]
     setting = Setting(
         times_s=observation.clock.times_s,
         exposure_s=observation.clock.exposure_s,
         gravity_world=np.asarray(observation.gravity_world, dtype=np.float64),
         inertia_ratios=particle.body.inertia_ratios,
+        clocks={} if not observation.camera_clocks else dict(zip(names[1:], observation.clocks[1:], strict=True)),
         edge_px=pictures.edge_px(task.sightings.camera) if pictures is not None else 0.0,
     )
     tables = OutlineTables(particle, task.views, bias_pairs(observation, configuration), configuration.seed, pictures)
