@@ -8,7 +8,7 @@ from datasets.errors import InputError
 from datasets.recipes.recipe import EffectRecipe
 from datasets.recipes.synth_only import SYNTH_ONLY
 from datasets.vocabulary.contact_physics import CONTACT_PHYSICS
-from datasets.vocabulary.effects import EFFECTS, OF_A_CAMERA, EffectEntry
+from datasets.vocabulary.effects import EFFECTS, FURTHER_ONLY, OF_A_CAMERA, EffectEntry
 
 KNOWN: dict[str, EffectEntry] = {**EFFECTS, **SYNTH_ONLY}
 """Everything that nature can be told to have, in the order of evaluation within each stage."""
@@ -58,6 +58,8 @@ def check_cameras(effects: Sequence[EffectRecipe], cameras: int, source: str) ->
     """
     for k, effect in enumerate(effects):
         where = f"{source}: effects[{k}] ({effect.key}).camera"
+        if effect.key in FURTHER_ONLY and not effect.camera:
+            raise InputError(f"{where}: expected a number from 1, since it is of a further camera, got {effect.camera}.")
         if effect.camera is None:
             continue
         if not 0 <= effect.camera < cameras:

@@ -153,6 +153,14 @@ _ENTRIES = (
         searched=("sigma",),
     ),
     EffectEntry(
+        "clock_offset",
+        Stage.CLOCK,
+        Scope.CAMERA,
+        (Parameter("offset", "s", (-1e-3, 1e-3), 1e-7, "how much later than stamped frames were taken"),),
+        "every frame of a further camera was taken ``offset`` later than its stamp says, by the clock of the first camera",
+        "Caspi and Irani, Spatio-temporal alignment of sequences, IEEE Trans. PAMI 24 (2002) 1409",
+    ),
+    EffectEntry(
         "centre_of_mass",
         Stage.BODY,
         Scope.PARTICLE,
@@ -440,8 +448,10 @@ TRACKED_ONLY = (
 )
 """Effects on trial in trajectories alone: those of a tracker or a gyroscope, those that flights of centimetres before a camera do not
 show, and products of inertia, of which outlines know what the surface does not say as part of every fit."""
-PICTURED: dict[str, EffectEntry] = {key: entry for key, entry in EFFECTS.items() if key not in TRACKED_ONLY}
-"""The catalogue of what pictures can show."""
+FURTHER_ONLY = ("clock_offset",)
+"""Effects of a further high-speed camera against the first one: with one camera there is nothing to compare."""
+PICTURED: dict[str, EffectEntry] = {key: entry for key, entry in EFFECTS.items() if key not in (*TRACKED_ONLY, *FURTHER_ONLY)}
+"""The catalogue of what one camera's pictures can show."""
 
 FLATNESS_HALF_ANGLE_DEG = 10.0
 """Half width of the range of normals that counts as one facet in ``rim_light_leak``."""

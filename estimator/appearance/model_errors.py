@@ -54,6 +54,11 @@ class SequenceTask:
     hollow: float = 0.0
     number: int = 0
 
+    @property
+    def since_start(self) -> Array:
+        """Stamps (n,) s of the sightings counted from the first frame of their camera."""
+        return self.setting.since_start(self.task.sightings.seen, self.task.sightings.times_s)
+
 
 @dataclass(frozen=True)
 class ModelResiduals:
@@ -169,7 +174,7 @@ def corrected_points(sequence: SequenceTask, model: Model, theta: Array, points:
     sightings = sequence.task.sightings
     if not any(overrides(effect, "correct") for effect in model.effects):
         return points
-    times = (sightings.times_s - sequence.setting.times_s[0])[owner]
+    times = sequence.since_start[owner]
     if len(sightings.cameras) == 1:
         return model.correct(theta, points, sightings.cameras[0], times)
     corrected = points.copy()
@@ -186,7 +191,7 @@ def _places(sequence: SequenceTask, prediction: Prediction, errors: TangencyErro
     point = sightings.silhouettes.points_px[vertex]
     u = errors.direction[:, :, :2]
     there = sequence.shape.towards(u)
-    first_frame, moving = int(np.argmin(sightings.times_s)), moving_at(sequence, prediction, centre_cam)
+    moving = moving_at(sequence, prediction, centre_cam)
     return Places(
         point_px=point,
         normal=u,
@@ -204,10 +209,10 @@ def _places(sequence: SequenceTask, prediction: Prediction, errors: TangencyErro
         outward=OUTWARD,
         rows_px=sightings.rows_px,
         depth_m=centre_cam[:, 2],
-        first_depth_m=float(centre_cam[first_frame, 2]),
+        first_depth_m=centre_cam[sightings.first, 2],
         view_ratio=errors.jacobian[:, :, :2, 7],
         seen=sightings.seen,
-        times_s=sightings.times_s - sequence.setting.times_s[0],
+        times_s=sequence.since_start,
         moving=moving,
     )
 

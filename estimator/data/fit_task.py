@@ -44,6 +44,12 @@ class Sightings:
         return SeenBy(self.cameras, self.camera)
 
     @cached_property
+    def first(self) -> NDArray[np.int64]:
+        """For each sighting (n,) the number of the first one of its camera."""
+        by_camera = [np.flatnonzero(self.camera == number) for number in range(len(self.cameras))]
+        return np.array([rows[np.argmin(self.times_s[rows])] if len(rows) else 0 for rows in by_camera], dtype=np.int64)[self.camera]
+
+    @cached_property
     def furthest_px(self) -> Array:
         """Points (n, a, 2) px of the outlines that lie furthest along :data:`OUTWARD`."""
         outlines = (self.silhouettes.points_px[self.silhouettes.slice_of(i)] for i in range(len(self)))

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.errors import InputError
-from datasets.vocabulary.effects import OF_A_CAMERA, Scope, Stage, whose
+from datasets.vocabulary.effects import FURTHER_ONLY, OF_A_CAMERA, Scope, Stage, whose
 from estimator.effects.link import EffectModel
 from estimator.effects.model import overrides
 from estimator.effects.plug_ins import LINKS, is_plug_in, load_plug_in
@@ -41,22 +41,29 @@ class Chosen:
     effect: EffectModel
 
 
-def catalogue(cameras: Sequence[str] = ()) -> dict[str, EffectModel]:
-    """The effects that can be fitted: those of the registry that touch a link, or that are drawn anew in every frame.
+def fittable() -> dict[str, EffectModel]:
+    """Those of the registry that touch a link, or that are drawn anew in every frame."""
+    return {key: model for key, model in MODELS.items() if model.random or overrides(model, *LINKS)}
 
-    ``cameras``: names of those of a campaign; with several, what may belong to one of them is there for each.
+
+def catalogue(cameras: Sequence[str] = ()) -> dict[str, EffectModel]:
+    """The effects that can be fitted to a campaign.
+
+    ``cameras``: names of those of the campaign; with several, what may belong to one of them is there for each.
     """
-    return in_cameras((model for model in MODELS.values() if model.random or overrides(model, *LINKS)), cameras)
+    return in_cameras(fittable().values(), cameras)
 
 
 def in_cameras(effects: Iterable[EffectModel], cameras: Sequence[str]) -> dict[str, EffectModel]:
     """Effects by key; with several ``cameras`` those of a camera for each of them, and for all alike where cameras may share the cause."""
-    found = [each for effect in effects for each in (_of_each(effect, cameras) if len(cameras) > 1 else (effect,))]
+    found = [each for effect in effects for each in _of_each(effect, cameras)]
     return {effect.entry.key: effect for effect in found}
 
 
 def _of_each(effect: EffectModel, cameras: Sequence[str]) -> tuple[EffectModel, ...]:
-    if not may_be_of_a_camera(effect):
+    if effect.entry.key in FURTHER_ONLY:
+        return tuple(effect.of_camera(name) for name in cameras[1:])
+    if len(cameras) < 2 or not may_be_of_a_camera(effect):
         return (effect,)
     alike = () if effect.entry.stage is Stage.OPTICS else (effect,)  # no two lenses are one
     return (*alike, *(effect.of_camera(name) for name in cameras))
@@ -91,9 +98,9 @@ def _effect(word: str) -> EffectModel:
     if is_plug_in(word):
         return load_plug_in(word)
     key, camera = whose(word)
-    found = catalogue().get(key)
+    found = fittable().get(key)
     if found is None:
-        near = difflib.get_close_matches(key, catalogue(), n=3, cutoff=0.4)
+        near = difflib.get_close_matches(key, fittable(), n=3, cutoff=0.4)
         offered = f"did you mean {', '.join(near)}?" if near else "`tumble effect list` shows the known ones."
         raise InputError(f'--effects: unknown effect "{key}"; {offered}')
     if camera and not may_be_of_a_camera(found):

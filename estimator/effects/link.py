@@ -53,6 +53,11 @@ class Setting:
         clock = None if camera is None else self.clocks.get(camera)
         return self if clock is None else replace(self, times_s=clock.times_s)
 
+    def since_start(self, seen: SeenBy, times_s: Array) -> Array:
+        """Stamps (n,) s of n sightings counted from the first frame of the camera that shows each."""
+        first = [float(self.of_clock(camera.name).times_s[0]) for camera in seen.cameras]
+        return np.asarray(times_s - np.array(first)[seen.number])
+
     def exposures_s(self, seen: SeenBy) -> Array:
         """How long each of n sightings was exposed (n,) s."""
         each = [self.clocks[c.name].exposure_s if c.name in self.clocks else self.exposure_s for c in seen.cameras]
@@ -156,8 +161,8 @@ class Places:
     its loss, all three at the tabled depths, ``smear``
     (n, k, 2, L) px that of a picture smeared during its exposure beyond what the tangent's own movement says, at the tabled levels;
     ``outline_px`` (n, a, 2) the points of the outline that lie furthest along ``outward`` (a, 2), ``rows_px`` (n,) the middle of its rows
-    below the camera's middle row; ``depth_m`` (n,) of the particle, ``first_depth_m`` its depth in the first frame; ``view_ratio``
-    (n, k, 2) px of error per px of a view's outline; ``seen`` by which camera, ``times_s`` (n,) since the first frame; ``moving`` the
+    below the camera's middle row; ``depth_m`` (n,) of the particle, ``first_depth_m`` (n,) in its camera's first frame; ``view_ratio``
+    (n, k, 2) px of error per px of a view's outline; ``seen`` by which camera, ``times_s`` (n,) since its first frame; ``moving`` the
     body's movement.
     """
 
@@ -177,7 +182,7 @@ class Places:
     outward: Array
     rows_px: Array
     depth_m: Array
-    first_depth_m: float
+    first_depth_m: Array
     view_ratio: Array
     seen: SeenBy
     times_s: Array

@@ -78,7 +78,7 @@ def places() -> Places:
         outward=OUTWARD,
         rows_px=np.zeros(5),
         depth_m=DEPTHS_M,
-        first_depth_m=0.6,
+        first_depth_m=np.full(5, 0.6),
         view_ratio=rng.uniform(-0.3, -0.1, shape),
         seen=SeenBy((HsvCamera("hsv", CAMERA, np.eye(3), np.zeros(3)),), np.zeros(5, dtype=np.int64)),
         times_s=np.arange(5) / 4000,

@@ -235,7 +235,7 @@ class _Met:
     def corrected(self, effect: EffectModel, up: Array, down: Array) -> Array:
         """By how much (n, k) px the gap is wider where samples are corrected with an effect's parameters ``up`` than with ``down`` (q,)."""
         sequence, contacts, (recorded, arms) = self.sequence, self.sequence.contacts, self._recorded
-        times = sequence.task.sightings.times_s - sequence.setting.times_s[0]
+        times = sequence.since_start
         told = holds_of(effect, "picture_moves", "correct")
         further, back = (effect.picture_moves(each, times) if told else None for each in (up, down))
         if further is not None and back is not None:
@@ -274,7 +274,6 @@ class _Met:
         sightings = sequence.task.sightings
         moving = moving_at(sequence, self.prediction, centre_cam)
         focal = sightings.silhouettes.focal_px
-        nearest = int(np.argmin(sightings.times_s))
         return Places(
             point_px=contacts.mean(np.concatenate(sightings.outlines_px))[:, :, None],
             normal=_unit(contacts.mean_normal)[:, :, None],
@@ -292,10 +291,10 @@ class _Met:
             outward=OUTWARD,
             rows_px=sightings.rows_px,
             depth_m=centre_cam[:, 2],
-            first_depth_m=float(centre_cam[nearest, 2]),
+            first_depth_m=centre_cam[sightings.first, 2],
             view_ratio=np.broadcast_to(self.view_ratio[:, None, None], (*there.radius_px.shape, 1)),
             seen=sightings.seen,
-            times_s=sightings.times_s - sequence.setting.times_s[0],
+            times_s=sequence.since_start,
             moving=moving,
         )
 
