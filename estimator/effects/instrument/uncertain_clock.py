@@ -27,8 +27,8 @@ class UncertainClock(EffectModel):
     def __init__(self, camera: str, offset_sigma_s: float, rate_sigma: float) -> None:
         told = (("offset", "s", offset_sigma_s, "later than stamped"), ("rate", "1", rate_sigma, "longer intervals, over stamped ones"))
         free = [each for each in told if each[2] > 0.0]
-        self.camera = camera
-        self.held = tuple(sigma for _, _, sigma, _ in free)
+        self.camera = self.name = camera
+        self.held: tuple[float, ...] = tuple(sigma for _, _, sigma, _ in free)
         self.entry = EffectEntry(
             of_camera("uncertain_clock", camera),
             Stage.CLOCK,
