@@ -189,7 +189,7 @@ class Places:
     moving: Moving
 
     def only(self, effect: "EffectModel", displacement: Array | None) -> Array | None:
-        """What an effect displaces (n, ...) px: nothing in the pictures of other cameras than its own."""
+        """What an effect displaces, ``displacement`` (n, ...) px: nothing in the pictures of other cameras than its own."""
         return None if displacement is None else self.seen.only(effect.camera, displacement)
 
     @cached_property

@@ -11,12 +11,8 @@ import numpy as np
 
 from datasets.vocabulary.clock import Clock
 from datasets.vocabulary.effects import EffectEntry, Parameter, Scope, Stage, of_camera
+from estimator.effects.instrument.surface_amplitudes import STEP, WIDEST
 from estimator.effects.link import Array, EffectModel, Setting
-
-STEP = 1e-2
-"""Of derivatives, in standard deviations of the prior: times are linear in both parameters."""
-WIDEST = 6.0
-"""Standard deviations that are plausible."""
 
 
 class UncertainClock(EffectModel):
