@@ -109,7 +109,7 @@ def prepare(
         raise InputError(f"{source}: no sequence of this campaign can be measured:\n{reasons}")
     campaign = found.registered.campaign
     _refuse_what_does_not_apply(campaign, effects)
-    candidates = {**catalogue(), **{effect.entry.key: effect for effect in effects}}
+    candidates = {**catalogue(campaign.cameras), **{effect.entry.key: effect for effect in effects}}
     return found.at(replace(campaign, facts=(*campaign.facts, *facts_of(known.stated, campaign, candidates, known.mesh))))
 
 

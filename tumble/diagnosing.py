@@ -13,7 +13,7 @@ from datasets.estimate_files import write_estimate
 from datasets.json_documents import Document, write_document
 from datasets.observation import Observation
 from datasets.trajectory import Trajectory
-from datasets.vocabulary.effects import Stage
+from datasets.vocabulary.effects import Stage, begins, in_words
 from estimator.data.configuration import configuration_from_dict
 from estimator.diagnosis.adding import Rung, fit_with, ladder
 from estimator.diagnosis.diagnose import ALPHA, Diagnosis, diagnose, diagnosis_at, says_nothing, tested_values
@@ -23,7 +23,7 @@ from estimator.diagnosis.residual_maps import residual_maps, shown
 from estimator.diagnosis.selection.names import possible_beside, possible_names, widened
 from estimator.diagnosis.selection.testing import tests_beside
 from estimator.diagnosis.separation import Separation, separations
-from estimator.effects.choosing import catalogue
+from estimator.effects.choosing import catalogue, in_cameras
 from estimator.effects.link import EffectModel
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit
 from estimator.fitting.campaigns.considered import Uncertain, uncertain
@@ -98,10 +98,10 @@ class Question:
     also: tuple[EffectModel, ...] = ()
     known: Known = field(default_factory=Known)
 
-    @property
-    def candidates(self) -> dict[str, EffectModel]:
+    def candidates(self, campaign: Prepared) -> dict[str, EffectModel]:
         """Effects on trial: the catalogue and the user's own."""
-        return {**catalogue(), **{e.entry.key: e for e in self.also}}
+        cameras = campaign.registered.campaign.cameras
+        return {**catalogue(cameras), **in_cameras(self.also, cameras)}
 
     def command(self, verb: str, effects: Sequence[str]) -> str:
         """A command on the same observations."""
@@ -126,7 +126,7 @@ def estimated(question: Question, campaign: Prepared, out: Path, *, of: Uncertai
     """Fit with the question's effects (or take ``of``), write an estimate per sequence and ``campaign.json``; its content."""
     if of is None:
         campaign, fit = fitted(campaign, question.effects)
-        of = uncertain(campaign.registered.campaign, fit, question.candidates)
+        of = uncertain(campaign.registered.campaign, fit, question.candidates(campaign))
     fit, at = of.fit, of.at
     configuration = configuration_from_dict(question.configuration)
     for estimate in campaign_estimates(campaign.registered, campaign.observations, fit, at, configuration):
@@ -151,7 +151,7 @@ def compared(question: Question, campaign: Prepared, told: Told) -> Document:
     registered = campaign.registered
     told("fit")
     maps = residual_maps(registered.campaign, fit)
-    found = diagnose(registered.campaign, fit, question.candidates)
+    found = diagnose(registered.campaign, fit, question.candidates(campaign))
     told("maps and evidence")
     floor, at = _floor(registered.campaign, fit), _sure(found)
     missing = floor.explainable(*at)
@@ -159,7 +159,7 @@ def compared(question: Question, campaign: Prepared, told: Told) -> Document:
     none = ("No map shows where.",) if missing and not telling else ()
     judged = Verdict("judged", floor_sentence(floor, registered.campaign.kind.unit, at), (*telling, *none), ())
     verdict = _unless_too_short(found, judged, floor, campaign)
-    content = _content("compare", question, campaign, uncertain(campaign.registered.campaign, fit, question.candidates))
+    content = _content("compare", question, campaign, uncertain(campaign.registered.campaign, fit, question.candidates(campaign)))
     return {
         **content,
         "noise_floor": noise_floor_entry(floor, registered.campaign, at),
@@ -184,7 +184,7 @@ def diagnosed(question: Question, campaign: Prepared, out: Path, told: Told) -> 
     """Every effect that is not in the model on trial."""
     campaign, fit = fitted(campaign, question.effects)
     told("fit")
-    found = diagnose(campaign.registered.campaign, fit, question.candidates)
+    found = diagnose(campaign.registered.campaign, fit, question.candidates(campaign))
     told("evidence")
     verdict = verdict_of(found)
     tests, group = [f.test for f in found.findings], [found.group]
@@ -198,7 +198,7 @@ def diagnosed(question: Question, campaign: Prepared, out: Path, told: Told) -> 
         verdict = replace(verdict, remarks=(*_of_the_path(campaign), *verdict.remarks))
     floor = _below(_floor(campaign.registered.campaign, fit), rest)
     verdict = _beyond_noise(verdict, floor, campaign, _sure(found))
-    content = _content("diagnose", question, campaign, uncertain(campaign.registered.campaign, fit, question.candidates))
+    content = _content("diagnose", question, campaign, uncertain(campaign.registered.campaign, fit, question.candidates(campaign)))
     return {
         **content,
         "diagnosis": diagnosis_entry(found, campaign.names, apart),
@@ -273,14 +273,14 @@ def _step_entries(explanation: Explanation, campaign: Prepared) -> tuple[list[Do
 def explained(question: Question, campaign: Prepared, out: Path, told: Told, *, judged: JudgeContact | None = None) -> Document:
     """The whole loop; also writes the estimates of the last model, by which the contact of drops is ``judged``."""
     names = campaign.names
-    explanation = explain(campaign.registered.campaign, campaign.registered.start, question.candidates, told=told)
+    explanation = explain(campaign.registered.campaign, campaign.registered.start, question.candidates(campaign), told=told)
     campaign = campaign.at(explanation.campaign)
     registered = campaign.registered
     last = explanation.diagnosis
     groups = explanation.groups
     best, keys = explanation.path[-1], explanation.fit.model.keys
     possible = possible_names(best, groups, keys), possible_beside(best, keys)
-    of = uncertain(registered.campaign, settled_fit(registered, explanation.fit), question.candidates, *possible)
+    of = uncertain(registered.campaign, settled_fit(registered, explanation.fit), question.candidates(campaign), *possible)
     groups = tuple(widened(group, of) for group in groups)
     written = estimated(question, campaign, out, of=of)
     named = [each.key for group in groups for each in group]
@@ -319,7 +319,7 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told, *, 
 def climbed(question: Question, campaign: Prepared, told: Told, errors: VelocityErrors | None) -> Document:
     """The held-out error with one effect more on every rung; those of the velocities, too, where ``errors`` knows the truth."""
     rungs = list(ladder(campaign.registered.campaign, campaign.registered.start, question.effects, told=told))
-    at_first = diagnose(rungs[0].campaign, rungs[0].fit, question.candidates)
+    at_first = diagnose(rungs[0].campaign, rungs[0].fit, question.candidates(campaign))
     last, campaign = rungs[-1].fit, campaign.at(rungs[-1].campaign)
     registered = campaign.registered
     first, final = rungs[0].held_out.rms_px, rungs[-1].held_out.rms_px
@@ -329,7 +329,7 @@ def climbed(question: Question, campaign: Prepared, told: Told, errors: Velocity
         f"{'falls' if final < first else 'does not fall'}: {first:.4f} {unit} to {final:.4f} {unit} ({final / first - 1.0:+.0%})."
     )
     remarks = tuple(_useless(rung.added, question) for before, rung in pairwise(rungs) if rung.added and not _lowers(before, rung))
-    content = _content("ladder", question, campaign, uncertain(campaign.registered.campaign, last, question.candidates))
+    content = _content("ladder", question, campaign, uncertain(campaign.registered.campaign, last, question.candidates(campaign)))
     floor = _floor(registered.campaign, last)
     verdict = _unless_too_short(at_first, Verdict("judged", sentence, remarks, ()), floor, campaign)
     return {
@@ -353,7 +353,7 @@ def not_applicable(campaign: Campaign, candidates: Mapping[str, EffectModel], mo
 
 def _useless(key: str, question: Question) -> str:
     """What to think of an effect that does not lower the held-out error."""
-    name = key.replace("_", " ").capitalize()
+    name = begins(in_words(key))
     if any(e.random for e in question.effects if e.entry.key == key):
         return f"{name} is drawn anew in every frame: nobody can predict it, so it lowers no held-out error. What counts is its size."
     return f"{name} does not lower it: it does not belong in the model."
@@ -372,7 +372,7 @@ def _content(verb: str, question: Question, campaign: Prepared, of: Uncertain) -
         "verb": verb,
         "source": str(question.source.resolve()),
         "unit": campaign.registered.campaign.kind.unit,
-        "not_applicable": not_applicable(campaign.registered.campaign, question.candidates, keys_of(fit)),
+        "not_applicable": not_applicable(campaign.registered.campaign, question.candidates(campaign), keys_of(fit)),
         "sequences": list(campaign.names),
         "drops": drop_entries(campaign.registered.campaign),
         "contact": None,
@@ -427,12 +427,8 @@ def scattered(explanation: Explanation) -> tuple[str, ...]:
             if effect.noise and len(far):
                 told.append(f"Spins that were read once do not account for all of the lift; beside what they say it scatters: {each}{out}.")
             elif not effect.noise:
-                told.append(f"{_plain(effect.entry.key).capitalize()} differs from sequence to sequence, cause unknown: {each}{out}.")
+                told.append(f"{begins(effect.entry.title)} differs from sequence to sequence, cause unknown: {each}{out}.")
     return tuple(told)
-
-
-def _plain(key: str) -> str:
-    return key.replace("_", " ")
 
 
 def verdict_of_explanation(last: Verdict, explanation: Explanation) -> Verdict:
@@ -442,8 +438,8 @@ def verdict_of_explanation(last: Verdict, explanation: Explanation) -> Verdict:
         return last
     sure = [step.added for step in explanation.steps if step.established]
     rest = [step for step in explanation.steps if not step.established]
-    suspected = [f"{_plain(step.added)} or something in its place ({percent(step.sure)})" for step in rest]
-    sentence = f"The campaign is explained with {', '.join(map(_plain, sure)) or 'nothing that is established'}."
+    suspected = [f"{in_words(step.added)} or something in its place ({percent(step.sure)})" for step in rest]
+    sentence = f"The campaign is explained with {', '.join(map(in_words, sure)) or 'nothing that is established'}."
     sentence += f" Suspected, and in the model, though not established: {', '.join(suspected)}." if suspected else ""
     if explanation.left is not None and explanation.left.present:
         return Verdict("found", f"{sentence} Something is left that no effect of the catalogue explains.", last.remarks, found)
@@ -456,6 +452,6 @@ def _settled(verdict: Verdict, settled: bool, explanation: Explanation) -> Verdi
     """The verdict, and that no velocity is measured where the last fit did not settle."""
     if settled:
         return verdict
-    names = ", ".join(map(_plain, explanation.found)) or "free flight"
+    names = ", ".join(map(in_words, explanation.found)) or "free flight"
     sentence = f"{verdict.sentence} The fit with {names} did not settle: its velocities are not reported."
     return replace(verdict, sentence=sentence)

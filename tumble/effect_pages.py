@@ -1,7 +1,7 @@
 """The catalogue of effects as a page of the documentation, made from the declarations."""
 
 from datasets.vocabulary.effects import EFFECTS, EffectEntry, Parameter, Stage
-from estimator.effects.choosing import catalogue
+from estimator.effects.choosing import fittable
 from estimator.effects.link import HOLLOW_THROUGHOUT
 from estimator.effects.registry import MODELS
 
@@ -38,7 +38,7 @@ def _line(entry: EffectEntry) -> str:
 def _section(entry: EffectEntry) -> str:
     """One effect: meaning, table of its parameters, source."""
     fitted = (
-        "" if entry.key in catalogue() else " It is known in made-up recordings only, or as a variance: it is not fitted as a parameter."
+        "" if entry.key in fittable() else " It is known in made-up recordings only, or as a variance: it is not fitted as a parameter."
     )
     rows = "\n".join(_row(p, entry) for p in entry.parameters)
     return (

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from datasets.observation import Observation
 from datasets.trajectory import Trajectory
-from datasets.vocabulary.effects import EFFECTS
+from datasets.vocabulary.effects import EFFECTS, in_words, whose
 from estimator.measurements.trajectories.free_flights import share_of_gravity
 from estimator.reports.campaign_reporting import EffectValue
 from tumble.reports.verdict import Verdict
@@ -23,9 +23,9 @@ def believed(verdict: Verdict, values: Sequence[EffectValue], observations: Mapp
     """
     own: dict[tuple[str, str], list[bool]] = {}
     for value in values:
-        if value.effect in EFFECTS and EFFECTS[value.effect].scope.own:
+        if (key := whose(value.effect)[0]) in EFFECTS and EFFECTS[key].scope.own:
             own.setdefault((value.effect, value.parameter.name), []).append(value.plausible)
-    odd = dict.fromkeys(effect.replace("_", " ") for (effect, _), plausible in own.items() if 2 * sum(plausible) < len(plausible))
+    odd = dict.fromkeys(in_words(effect) for (effect, _), plausible in own.items() if 2 * sum(plausible) < len(plausible))
     if not odd:
         return verdict
     sentence = (

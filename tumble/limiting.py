@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from datasets.vocabulary.effects import begins, in_words
 from estimator.diagnosis.selection.groups import FACTOR
 from estimator.diagnosis.selection.names import Part, UnderName
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit
@@ -44,7 +45,7 @@ def _fact_entry(fact: Fact, fit: CampaignFit) -> Entry:
     model = float(sum(np.dot(weights, theta[part]) for part, weights in parts))
     misses = (model - fact.value) / fact.sigma
     found = _against(bool(parts), model, misses)
-    sentence = f"Stated: {fact.words}. {_plain(fact.effects[0])}: {compact(fact.value, fact.sigma)}, {found}."
+    sentence = f"Stated: {fact.words}. {begins(in_words(fact.effects[0]))}: {compact(fact.value, fact.sigma)}, {found}."
     entry = {"words": fact.words, "effects": list(fact.effects), "value": fact.value, "sigma": fact.sigma}
     return {**entry, "model": model, "misses": misses, "sentence": sentence}
 
@@ -90,7 +91,7 @@ def limits_sentence(found: Impacts) -> str:
         total, size = found.total[i], found.size[i]
         if not np.isfinite(total):
             continue
-        things = [(_plain(t.name).lower(), (t.v_ms, t.omega_rads)[i]) for t in found.things]
+        things = [(in_words(t.name), (t.v_ms, t.omega_rads)[i]) for t in found.things]
         ranked = sorted([*things, ("noise", found.noise[i])], key=lambda each: -each[1])
         named = [each for each in ranked if each[1] ** 2 > NAMED * total**2] or ranked[:1]
         by = ", ".join(f"{name} ({value:.2g})" for name, value in named)
@@ -146,7 +147,7 @@ def _part(part: Part) -> str:
         f"{p.name} {compact(value, sigma)}{'' if p.unit == '1' else ' ' + p.unit}"
         for p, value, sigma in zip(part.parameters, part.mean, part.sigma, strict=True)
     )
-    return " ".join([_plain(part.key).lower(), *([values] if values else [])])
+    return " ".join([in_words(part.key), *([values] if values else [])])
 
 
 def _well_enough(name: UnderName, group: Sequence[UnderName]) -> str:
@@ -156,7 +157,3 @@ def _well_enough(name: UnderName, group: Sequence[UnderName]) -> str:
     sigma = float(np.linalg.norm(part.mean)) / np.sqrt(2.0 * np.log(FACTOR * max(lead, 1.0)))
     unit = part.parameters[0].unit
     return f"{sigma:.2%}" if unit == "1" else f"{sigma:.2g} {unit}"
-
-
-def _plain(key: str) -> str:
-    return key.replace("_", " ").capitalize()

@@ -8,7 +8,7 @@ from datasets.errors import InputError
 from datasets.recipes.recipe import EffectRecipe
 from datasets.recipes.synth_only import SYNTH_ONLY
 from datasets.vocabulary.contact_physics import CONTACT_PHYSICS
-from datasets.vocabulary.effects import EFFECTS, EffectEntry, Stage
+from datasets.vocabulary.effects import EFFECTS, FURTHER_ONLY, OF_A_CAMERA, EffectEntry
 
 KNOWN: dict[str, EffectEntry] = {**EFFECTS, **SYNTH_ONLY}
 """Everything that nature can be told to have, in the order of evaluation within each stage."""
@@ -43,10 +43,6 @@ def check_contact_physics(options: Sequence[EffectRecipe], sequences: int, sourc
                 )
 
 
-OF_A_CAMERA = (Stage.CLOCK, Stage.OPTICS, Stage.EXPOSURE, Stage.SEGMENTATION)
-"""Stages whose effects may be those of one high-speed camera alone."""
-
-
 def of_one_camera(effects: Sequence[EffectRecipe], camera: int) -> list[EffectRecipe]:
     """The effects that are in force where a high-speed camera films, by its number from 0."""
     return [effect for effect in effects if effect.camera in (None, camera)]
@@ -62,12 +58,12 @@ def check_cameras(effects: Sequence[EffectRecipe], cameras: int, source: str) ->
     """
     for k, effect in enumerate(effects):
         where = f"{source}: effects[{k}] ({effect.key}).camera"
+        if effect.key in FURTHER_ONLY and not effect.camera:
+            raise InputError(f"{where}: expected a number from 1, since it is of a further camera, got {effect.camera}.")
         if effect.camera is None:
             continue
         if not 0 <= effect.camera < cameras:
-            raise InputError(
-                f"{where}: expected a number from 0 to {cameras - 1}, since there are {cameras} cameras, got {effect.camera}."
-            )
+            raise InputError(f"{where}: expected a number from 0 to {cameras - 1}, since there are {cameras} cameras, got {effect.camera}.")
         if KNOWN[effect.key].stage not in OF_A_CAMERA:
             raise InputError(
                 f"{where}: expected none, since all cameras see what it does (stage {KNOWN[effect.key].stage}), got {effect.camera}."

@@ -9,6 +9,31 @@ always "no effect" unless its entry says otherwise.
 from dataclasses import dataclass
 from enum import StrEnum
 
+OF = "@"
+"""Between the key of an effect and the name of the only camera that has it."""
+
+
+def of_camera(key: str, camera: str) -> str:
+    """The key of an effect that one camera alone has: ``focal_length@side``."""
+    return f"{key}{OF}{camera}"
+
+
+def whose(key: str) -> tuple[str, str]:
+    """The effect that a key is about, and the name of the only camera that has it; none where it is of no camera alone."""
+    effect, _, camera = key.partition(OF)
+    return effect, camera
+
+
+def in_words(key: str) -> str:
+    """An effect's key as it is said: ``focal length of camera side``."""
+    effect, camera = whose(key)
+    return effect.replace("_", " ") + (f" of camera {camera}" if camera else "")
+
+
+def begins(words: str) -> str:
+    """Words as a sentence begins with them; names in them keep their letters."""
+    return words[:1].upper() + words[1:]
+
 
 class Stage(StrEnum):
     """Where in the chain from particle to outline an effect acts, in the order of evaluation."""
@@ -22,6 +47,10 @@ class Stage(StrEnum):
     SEGMENTATION = "segmentation"
     TRACKING = "tracking"
     GYROSCOPE = "gyroscope"
+
+
+OF_A_CAMERA = (Stage.CLOCK, Stage.OPTICS, Stage.EXPOSURE, Stage.SEGMENTATION)
+"""Stages whose effects may be those of one high-speed camera alone."""
 
 
 class Scope(StrEnum):
@@ -86,7 +115,7 @@ class EffectEntry:
     @property
     def title(self) -> str:
         """The name in words."""
-        return self.key.replace("_", " ")
+        return in_words(self.key)
 
 
 def _xyz(name: str, unit: str, limit: float, step: float, meaning: str) -> tuple[Parameter, ...]:
@@ -122,6 +151,14 @@ _ENTRIES = (
         "true time_i = nominal time_i + sigma N(0, 1), independent per frame: a random effect",
         "Laird and Ware, Random-effects models for longitudinal data, Biometrics 38 (1982) 963",
         searched=("sigma",),
+    ),
+    EffectEntry(
+        "clock_offset",
+        Stage.CLOCK,
+        Scope.CAMERA,
+        (Parameter("offset", "s", (-1e-3, 1e-3), 1e-7, "how much later than stamped frames were taken"),),
+        "every frame of a further camera was taken ``offset`` later than its stamp says, by the clock of the first camera",
+        "Caspi and Irani, Spatio-temporal alignment of sequences, IEEE Trans. PAMI 24 (2002) 1409",
     ),
     EffectEntry(
         "centre_of_mass",
@@ -411,8 +448,10 @@ TRACKED_ONLY = (
 )
 """Effects on trial in trajectories alone: those of a tracker or a gyroscope, those that flights of centimetres before a camera do not
 show, and products of inertia, of which outlines know what the surface does not say as part of every fit."""
-PICTURED: dict[str, EffectEntry] = {key: entry for key, entry in EFFECTS.items() if key not in TRACKED_ONLY}
-"""The catalogue of what pictures can show."""
+FURTHER_ONLY = ("clock_offset",)
+"""Effects of a further high-speed camera against the first one: with one camera there is nothing to compare."""
+PICTURED: dict[str, EffectEntry] = {key: entry for key, entry in EFFECTS.items() if key not in (*TRACKED_ONLY, *FURTHER_ONLY)}
+"""The catalogue of what one camera's pictures can show."""
 
 FLATNESS_HALF_ANGLE_DEG = 10.0
 """Half width of the range of normals that counts as one facet in ``rim_light_leak``."""

@@ -54,6 +54,11 @@ class SequenceTask:
     hollow: float = 0.0
     number: int = 0
 
+    @property
+    def since_start(self) -> Array:
+        """Stamps (n,) s of the sightings counted from the first frame of their camera."""
+        return self.setting.since_start(self.task.sightings.seen, self.task.sightings.times_s)
+
 
 @dataclass(frozen=True)
 class ModelResiduals:
@@ -109,7 +114,8 @@ def model_residuals(sequence: SequenceTask, flight: Flight, model: Model, theta:
     They are errors of the corrected picture in pixels of the recorded one: an effect that shrinks the picture explains nothing by that.
     """
     task, setting = sequence.task, sequence.setting
-    prediction = predict(flight, model, theta, setting, task.sightings.times_s, rows_px=task.sightings.rows_px)
+    sightings = task.sightings
+    prediction = predict(flight, model, theta, setting, sightings.times_s, rows_px=sightings.rows_px, seen=sightings.seen)
     scale = model.scale(theta)
     first = _corrected(sequence, model, theta)
     placed = particle_poses(flight, prediction.poses, task.sightings, scale=scale)
@@ -168,13 +174,13 @@ def corrected_points(sequence: SequenceTask, model: Model, theta: Array, points:
     sightings = sequence.task.sightings
     if not any(overrides(effect, "correct") for effect in model.effects):
         return points
-    times = (sightings.times_s - sequence.setting.times_s[0])[owner]
+    times = sequence.since_start[owner]
     if len(sightings.cameras) == 1:
-        return model.correct(theta, points, sightings.cameras[0].intrinsics, times)
+        return model.correct(theta, points, sightings.cameras[0], times)
     corrected = points.copy()
     for c, hsv in enumerate(sightings.cameras):
         rows = sightings.camera[owner] == c
-        corrected[rows] = model.correct(theta, points[rows], hsv.intrinsics, times[rows])
+        corrected[rows] = model.correct(theta, points[rows], hsv, times[rows])
     return corrected
 
 
@@ -185,7 +191,7 @@ def _places(sequence: SequenceTask, prediction: Prediction, errors: TangencyErro
     point = sightings.silhouettes.points_px[vertex]
     u = errors.direction[:, :, :2]
     there = sequence.shape.towards(u)
-    first_frame, moving = int(np.argmin(sightings.times_s)), moving_at(sequence, prediction, centre_cam)
+    moving = moving_at(sequence, prediction, centre_cam)
     return Places(
         point_px=point,
         normal=u,
@@ -203,10 +209,10 @@ def _places(sequence: SequenceTask, prediction: Prediction, errors: TangencyErro
         outward=OUTWARD,
         rows_px=sightings.rows_px,
         depth_m=centre_cam[:, 2],
-        first_depth_m=float(centre_cam[first_frame, 2]),
+        first_depth_m=centre_cam[sightings.first, 2],
         view_ratio=errors.jacobian[:, :, :2, 7],
-        camera=sightings.cameras[0].intrinsics,
-        times_s=sightings.times_s - sequence.setting.times_s[0],
+        seen=sightings.seen,
+        times_s=sequence.since_start,
         moving=moving,
     )
 
@@ -284,7 +290,7 @@ def _add_image_columns(J: Array, sequence: SequenceTask, model: Model, theta: Ar
                 J[..., column] -= errors.error[:, :, :2] * (growth / (2.0 * step * size))[:, None, None]
             high, low = effect.shift(up, places, sequence.setting), effect.shift(down, places, sequence.setting)
             if high is not None and low is not None:
-                J[..., column] -= (high - low) / (2.0 * step)
+                J[..., column] -= places.seen.only(effect.camera, high - low) / (2.0 * step)
 
 
 def _size(recorded: Silhouettes, corrected_px: Array) -> Array:

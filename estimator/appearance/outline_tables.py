@@ -97,7 +97,7 @@ def with_tables(sequence: SequenceTask, flight: Flight, model: Model, theta: Arr
     if sequence.tables is None:
         return sequence
     sightings = sequence.task.sightings
-    prediction = predict(flight, model, theta, sequence.setting, sightings.times_s, rows_px=sightings.rows_px)
+    prediction = predict(flight, model, theta, sequence.setting, sightings.times_s, rows_px=sightings.rows_px, seen=sightings.seen)
     return sequence.tables.followed(sequence, flight, prediction)
 
 
@@ -116,7 +116,7 @@ def picture_motions(sequence: SequenceTask, moving: Moving) -> Array:
     """Affine maps (n, 3, 2) from a picture's ``x, y, 1`` (px) to its displacement (px) during the exposure, fitted to the body's rim."""
     sightings = sequence.task.sightings
     arms = moving.arms_towards(unit_circle(RIM_POINTS))
-    displacement = moving.velocity_px(arms, sightings.silhouettes.focal_px) * sequence.setting.exposure_s
+    displacement = moving.velocity_px(arms, sightings.silhouettes.focal_px) * sequence.setting.exposures_s(sightings.seen)[:, None, None]
     motions = np.zeros((len(sightings), 3, 2))
     for i, points in enumerate(moving.centre_cam[:, None] + arms):
         pixels = sightings.cameras[int(sightings.camera[i])].intrinsics.project(points)

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from estimator.data.seen_by import SeenBy
 from estimator.effects.dependence import of_body
 from estimator.effects.link import EffectModel, Setting
 from estimator.effects.model import Model, ModelForces
@@ -46,17 +47,19 @@ def predict(
     times_s: Array,
     *,
     rows_px: Array | None = None,
+    seen: SeenBy | None = None,
     varied: NDArray[np.bool_] = VARIED,
     spins: bool = False,
 ) -> Prediction:
-    """Poses at nominal times ``times_s`` (n,) and their derivatives; ``theta`` (q,), ``rows_px`` (n,) of outlines, if there are any.
+    """Poses at nominal times ``times_s`` (n,) and their derivatives.
 
+    ``theta`` (q,) of the model; of outlines, if there are any, ``rows_px`` (n,) and by which cameras they are ``seen``.
     ``varied`` (21,): the flight's parameters by which derivatives are wanted, others are zero; ``spins``: those of the spin, too.
     """
     rows_px = np.zeros(len(times_s)) if rows_px is None else rows_px
     change = model.body(theta, setting)
     flight = replace(flight, com=flight.com + change.com, inertia=flight.inertia + change.inertia)
-    true_times = model.times(theta, setting, times_s) + model.delays(theta, rows_px)
+    true_times = model.times(theta, setting, times_s, seen) + model.delays(theta, rows_px, seen)
     forced = _forced(model)
     varied = varied if (varied == VARIED).all() else varied | _of_body(model)
     steps, thetas, widths = _perturbations(model, theta, np.concatenate([varied, forced]))
@@ -75,7 +78,7 @@ def predict(
         moving = np.hstack([moving, np.gradient(omega, true_times, axis=0)])
     for effect, part in model.touching("times", "delays", "body"):
         changing[:, :, N_PARAMETERS + part.start : N_PARAMETERS + part.stop] += _unforced(
-            effect, theta[part], setting, (times_s, rows_px), (changing, moving)
+            effect, theta[part], setting, (times_s, rows_px, seen), (changing, moving)
         )
     poses = FlightPoses(centre[:, :1], R[:, :1])
     return Prediction(poses, velocity, omega, changing[:, :6], changing[:, 6:] if spins else None)
@@ -124,16 +127,18 @@ def _velocities(flight: Flight, reached: States, R: Array) -> tuple[Array, Array
     return np.asarray(reached.v[:, 0] - cross_product(omega, R @ flight.com)), omega
 
 
-def _unforced(effect: EffectModel, theta: Array, setting: Setting, when: tuple[Array, Array], at: tuple[Array, Array]) -> Array:
+def _unforced(
+    effect: EffectModel, theta: Array, setting: Setting, when: tuple[Array, Array, SeenBy | None], at: tuple[Array, Array]
+) -> Array:
     """Columns (n, c, q) of one effect through clock and body, from the flight's (n, c, 21 + q) and the rates (n, c) of what they are of."""
-    (times_s, rows_px), (S, rates), alone = when, at, Model((effect,))
+    (times_s, rows_px, seen), (S, rates), alone = when, at, Model((effect,))
     result = np.zeros((*S.shape[:2], len(theta)))
     if alone.touching("times", "delays"):
         for column, step in enumerate(alone.steps):
             up, down = theta.copy(), theta.copy()
             up[column], down[column] = up[column] + step, down[column] - step
-            later = alone.times(up, setting, times_s) - alone.times(down, setting, times_s)
-            later = later + (alone.delays(up, rows_px) - alone.delays(down, rows_px))
+            later = alone.times(up, setting, times_s, seen) - alone.times(down, setting, times_s, seen)
+            later = later + (alone.delays(up, rows_px, seen) - alone.delays(down, rows_px, seen))
             result[:, :, column] = rates * (later / (2.0 * step))[:, None]
     if alone.touching("body"):
         result += S[:, :, np.r_[COM, INERTIA]] @ effect.body_by(theta, setting)

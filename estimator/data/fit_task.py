@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.vocabulary.camera import HsvCamera
+from estimator.data.seen_by import SeenBy
 from estimator.data.views import Views
 from estimator.geometry.closed_curves import unit_circle
 from estimator.geometry.outline_bias import OutlineBias
@@ -36,6 +37,17 @@ class Sightings:
 
     def __len__(self) -> int:
         return len(self.frame)
+
+    @cached_property
+    def seen(self) -> SeenBy:
+        """The camera of each."""
+        return SeenBy(self.cameras, self.camera)
+
+    @cached_property
+    def first(self) -> NDArray[np.int64]:
+        """For each sighting (n,) the number of the first one of its camera."""
+        by_camera = [np.flatnonzero(self.camera == number) for number in range(len(self.cameras))]
+        return np.array([rows[np.argmin(self.times_s[rows])] if len(rows) else 0 for rows in by_camera], dtype=np.int64)[self.camera]
 
     @cached_property
     def furthest_px(self) -> Array:

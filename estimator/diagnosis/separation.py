@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
-from datasets.vocabulary.effects import Stage
+from datasets.vocabulary.effects import Stage, whose
 from estimator.diagnosis.candidate_recordings import (
     MEASUREMENTS,
     RECORDINGS,
@@ -278,7 +278,7 @@ def _precision(present: _Present, measurement: CandidateMeasurement, column: Col
     """Information that a measurement has of a column's parameter."""
     effect, parameter = present.candidates.effects[column.effect], column.parameter
     entry = effect.entry
-    sigma = measurement.sigma.get(f"{entry.key}.{entry.parameters[parameter].name}")
+    sigma = measurement.sigma.get(f"{whose(entry.key)[0]}.{entry.parameters[parameter].name}")
     if sigma is not None:
         return sigma**-2.0
     camera = present.like.camera

@@ -9,13 +9,14 @@ refusal does not look at the cameras: one scale at a time, as long as no campaig
 """
 
 import difflib
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from datasets.errors import InputError
+from datasets.vocabulary.effects import FURTHER_ONLY, OF_A_CAMERA, Scope, Stage, whose
 from estimator.effects.link import EffectModel
 from estimator.effects.model import overrides
 from estimator.effects.plug_ins import LINKS, is_plug_in, load_plug_in
@@ -40,9 +41,37 @@ class Chosen:
     effect: EffectModel
 
 
-def catalogue() -> dict[str, EffectModel]:
-    """The effects that can be fitted: those of the registry that touch a link, or that are drawn anew in every frame."""
+def fittable() -> dict[str, EffectModel]:
+    """Those of the registry that touch a link, or that are drawn anew in every frame."""
     return {key: model for key, model in MODELS.items() if model.random or overrides(model, *LINKS)}
+
+
+def catalogue(cameras: Sequence[str] = ()) -> dict[str, EffectModel]:
+    """The effects that can be fitted to a campaign.
+
+    ``cameras``: names of those of the campaign; with several, what may belong to one of them is there for each.
+    """
+    return in_cameras(fittable().values(), cameras)
+
+
+def in_cameras(effects: Iterable[EffectModel], cameras: Sequence[str]) -> dict[str, EffectModel]:
+    """Effects by key; with several ``cameras`` those of a camera for each of them, and for all alike where cameras may share the cause."""
+    found = [each for effect in effects for each in _of_each(effect, cameras)]
+    return {effect.entry.key: effect for effect in found}
+
+
+def _of_each(effect: EffectModel, cameras: Sequence[str]) -> tuple[EffectModel, ...]:
+    if effect.entry.key in FURTHER_ONLY:
+        return tuple(effect.of_camera(name) for name in cameras[1:])
+    if len(cameras) < 2 or not may_be_of_a_camera(effect):
+        return (effect,)
+    alike = () if effect.entry.stage is Stage.OPTICS else (effect,)  # no two lenses are one
+    return (*alike, *(effect.of_camera(name) for name in cameras))
+
+
+def may_be_of_a_camera(effect: EffectModel) -> bool:
+    """Whether an effect may be one camera's, or one camera's clock's: not what belongs to the particle, nor what is a variance."""
+    return effect.entry.stage in OF_A_CAMERA and effect.entry.scope is not Scope.PARTICLE and not effect.random
 
 
 def chosen_effects(words: str) -> tuple[EffectModel, ...]:
@@ -68,12 +97,15 @@ def chosen_effects(words: str) -> tuple[EffectModel, ...]:
 def _effect(word: str) -> EffectModel:
     if is_plug_in(word):
         return load_plug_in(word)
-    found = catalogue().get(word)
+    key, camera = whose(word)
+    found = fittable().get(key)
     if found is None:
-        near = difflib.get_close_matches(word, catalogue(), n=3, cutoff=0.4)
+        near = difflib.get_close_matches(key, fittable(), n=3, cutoff=0.4)
         offered = f"did you mean {', '.join(near)}?" if near else "`tumble effect list` shows the known ones."
-        raise InputError(f'--effects: unknown effect "{word}"; {offered}')
-    return found
+        raise InputError(f'--effects: unknown effect "{key}"; {offered}')
+    if camera and not may_be_of_a_camera(found):
+        raise InputError(f'--effects: "{word}": expected {key} without a camera, since all cameras see what it does, got camera {camera}.')
+    return found.of_camera(camera) if camera else found
 
 
 def refuse_contradictions(keys: Sequence[str]) -> None:
@@ -94,7 +126,8 @@ def excluded(keys: Sequence[str]) -> str | None:
 
     An effect with one value per sequence is held by their scatter, so a model can have it beside what all sequences share.
     """
-    return contradiction([key for key in keys if key not in MODELS or not MODELS[key].entry.scope.own])
+    of_all = [key for key in keys if not whose(key)[1]]
+    return contradiction([key for key in of_all if key not in MODELS or not MODELS[key].entry.scope.own])
 
 
 def contradiction(keys: Sequence[str]) -> str | None:

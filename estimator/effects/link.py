@@ -7,9 +7,9 @@ Parameters come as an array in the order of the effect's entry in the catalogue;
 steps of the entry, so a plug-in needs none.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from copy import copy
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from types import MethodType
 from typing import Any, ClassVar, Self
@@ -19,7 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.vocabulary.camera import Intrinsics
-from datasets.vocabulary.effects import EffectEntry
+from datasets.vocabulary.clock import Clock
+from datasets.vocabulary.effects import EffectEntry, of_camera
+from estimator.data.seen_by import SeenBy
 
 Array = NDArray[np.float64]
 
@@ -32,7 +34,8 @@ class Setting:
     ``edge_px`` the standard deviation of the blur that edges at rest have in its pictures, (n,) of n sightings or one for all: a particle
     that comes nearer is seen less sharply; 0 where outlines are given as such. Of trajectories: ``middle_world`` (3,) m of all positions of
     the campaign and ``reach_m``, the root mean square of their distances from it. Of outlines sample by sample: ``mass`` (8, 1 + m), mass
-    properties of the particle's surface and their derivatives by its amplitudes, nominal body axes.
+    properties of the particle's surface and their derivatives by its amplitudes, nominal body axes. ``clocks`` of further
+    cameras, by their names, where they are not the first one's.
     """
 
     times_s: Array
@@ -43,6 +46,22 @@ class Setting:
     middle_world: Array | float = 0.0
     reach_m: float = 1.0
     mass: Array | None = None
+    clocks: Mapping[str, Clock] = field(default_factory=dict)
+
+    def of_clock(self, camera: str | None) -> "Setting":
+        """The same by the stamps of a camera's own clock."""
+        clock = None if camera is None else self.clocks.get(camera)
+        return self if clock is None else replace(self, times_s=clock.times_s)
+
+    def since_start(self, seen: SeenBy, times_s: Array) -> Array:
+        """Stamps (n,) s of n sightings counted from the first frame of the camera that shows each."""
+        first = [float(self.of_clock(camera.name).times_s[0]) for camera in seen.cameras]
+        return np.asarray(times_s - np.array(first)[seen.number])
+
+    def exposures_s(self, seen: SeenBy) -> Array:
+        """How long each of n sightings was exposed (n,) s."""
+        each = [self.clocks[c.name].exposure_s if c.name in self.clocks else self.exposure_s for c in seen.cameras]
+        return np.array(each)[seen.number]
 
     @cached_property
     def interval_s(self) -> float:
@@ -142,8 +161,8 @@ class Places:
     its loss, all three at the tabled depths, ``smear``
     (n, k, 2, L) px that of a picture smeared during its exposure beyond what the tangent's own movement says, at the tabled levels;
     ``outline_px`` (n, a, 2) the points of the outline that lie furthest along ``outward`` (a, 2), ``rows_px`` (n,) the middle of its rows
-    below the camera's middle row; ``depth_m`` (n,) of the particle, ``first_depth_m`` its depth in the first frame; ``view_ratio``
-    (n, k, 2) px of error per px of a view's outline; ``camera`` the intrinsics, ``times_s`` (n,) since the first frame; ``moving`` the
+    below the camera's middle row; ``depth_m`` (n,) of the particle, ``first_depth_m`` (n,) in its camera's first frame; ``view_ratio``
+    (n, k, 2) px of error per px of a view's outline; ``seen`` by which camera, ``times_s`` (n,) since its first frame; ``moving`` the
     body's movement.
     """
 
@@ -163,19 +182,22 @@ class Places:
     outward: Array
     rows_px: Array
     depth_m: Array
-    first_depth_m: float
+    first_depth_m: Array
     view_ratio: Array
-    camera: Intrinsics
+    seen: SeenBy
     times_s: Array
     moving: Moving
+
+    def only(self, effect: "EffectModel", displacement: Array | None) -> Array | None:
+        """What an effect displaces, ``displacement`` (n, ...) px: nothing in the pictures of other cameras than its own."""
+        return None if displacement is None else self.seen.only(effect.camera, displacement)
 
     @cached_property
     def outline_velocity_px(self) -> Array:
         """Velocity (n, a, 2) px/s in the picture of the body's points at the outline's."""
-        moving, camera = self.moving, self.camera
-        focal, middle = np.array([camera.fx_px, camera.fy_px]), np.array([camera.cx_px, camera.cy_px])
+        moving, focal, middle = self.moving, self.seen.focal_px, self.seen.principal_px
         depth = moving.centre_cam[:, None, 2:] + moving.arms_towards(self.outward)[..., 2:]
-        place = np.concatenate([(self.outline_px - middle) / focal * depth, depth], axis=-1)
+        place = np.concatenate([(self.outline_px - middle[:, None]) / focal[:, None] * depth, depth], axis=-1)
         return moving.velocity_px(place - moving.centre_cam[:, None], focal)
 
 
@@ -207,6 +229,8 @@ class EffectModel:
     """Whether that prior has tails: Student's, of ``freedom``, for values of every sequence of which a few stand out."""
     freedom: float = TAILS
     """Degrees of freedom of Student's prior of values of every sequence: the fewer, the more of them may stand out, and the further."""
+    camera: str | None = None
+    """Name of the only high-speed camera that has the effect; ``None``: it is of no camera, or alike in all."""
     instrument: ClassVar[bool] = False
     """Whether the effect is the instrument's own known discrepancy: part of every model, and never part of an answer."""
 
@@ -227,6 +251,10 @@ class EffectModel:
         """The same effect, all of whose parameters may have values within another plausible range."""
         parameters = tuple(replace(parameter, plausible=plausible) for parameter in self.entry.parameters)
         return self._changed(entry=replace(self.entry, parameters=parameters))
+
+    def of_camera(self, name: str) -> Self:
+        """The same effect in one high-speed camera alone, with the key that says so."""
+        return self._changed(entry=replace(self.entry, key=of_camera(self.entry.key, name)), camera=name)
 
     def touches(self, link: str) -> bool:
         """Whether the effect acts at a link: whether its class overrides it."""

@@ -4,7 +4,7 @@ Parameters of all effects lie side by side in one array ``theta`` in the order o
 (clock, optics) or the sum (forces, body, shifts) of what the effects do to it.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -12,7 +12,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from datasets.vocabulary.camera import Intrinsics
+from datasets.vocabulary.camera import HsvCamera
+from estimator.data.seen_by import SeenBy
 from estimator.effects.dependence import needs_attitude
 from estimator.effects.link import BodyChange, EffectModel, Moment, Places, Setting
 from estimator.motion.blocks import Block, Layout
@@ -113,19 +114,25 @@ class Model:
         """``key.parameter`` of every parameter."""
         return self.layout.labels[LAYOUT.size :]
 
-    def times(self, theta: Array, setting: Setting, times_s: Array) -> Array:
-        """True times of frames with nominal times."""
-        for effect, part in self.touching("times"):
-            times_s = effect.times(theta[part], setting, times_s)
+    def times(self, theta: Array, setting: Setting, times_s: Array, seen: SeenBy | None = None) -> Array:
+        """True times of frames with nominal times, ``seen`` by those cameras; ``None``: by none, or by the first one's clock."""
+        for effect, part in self._acting("times", seen):
+            moved = effect.times(theta[part], setting.of_clock(effect.camera), times_s)
+            times_s = moved if seen is None else seen.only(effect.camera, moved, times_s)
         return times_s
 
-    def delays(self, theta: Array, rows_px: Array) -> Array:
-        """Sum of the delays (n,) s of outlines."""
+    def delays(self, theta: Array, rows_px: Array, seen: SeenBy | None = None) -> Array:
+        """Sum of the delays (n,) s of outlines, ``seen`` by those cameras."""
         total = np.zeros(len(rows_px))
-        for effect, part in self.touching("delays"):
+        for effect, part in self._acting("delays", seen):
             delays = effect.delays(theta[part], rows_px)
-            total = total if delays is None else total + delays
+            if delays is not None:
+                total = total + (delays if seen is None else seen.only(effect.camera, delays))
         return total
+
+    def _acting(self, link: str, seen: SeenBy | None) -> Iterator[tuple[EffectModel, slice]]:
+        """Those that touch a link: without cameras, those of no camera alone."""
+        return (pair for pair in self.touching(link) if seen is not None or pair[0].camera is None)
 
     def body(self, theta: Array, setting: Setting) -> BodyChange:
         """Sum of the changes to the body."""
@@ -151,20 +158,21 @@ class Model:
             omega = effect.reading(theta[part], omega)
         return omega
 
-    def correct(self, theta: Array, points_px: Array, camera: Intrinsics, times_s: Array) -> Array:
+    def correct(self, theta: Array, points_px: Array, camera: HsvCamera, times_s: Array) -> Array:
         """Points in a camera without the effects: the last effect of the tuple is undone first."""
         for effect, part in reversed(self.touching("correct")):
-            points_px = effect.correct(theta[part], points_px, camera, times_s)
+            if effect.camera in (None, camera.name):
+                points_px = effect.correct(theta[part], points_px, camera.intrinsics, times_s)
         return points_px
 
     def shift(self, theta: Array, places: Places, setting: Setting) -> Array:
         """Sum of the outline displacements (n, k, 2) px."""
-        each = (effect.shift(theta[part], places, setting) for effect, part in self.touching("shift"))
+        each = (places.only(effect, effect.shift(theta[part], places, setting)) for effect, part in self.touching("shift"))
         return _summed(each, np.zeros(places.radius_px.shape))
 
     def displaced(self, theta: Array, places: Places, setting: Setting) -> Array:
         """Sum of the displacements (n, k, 1) px of the outlines' own points."""
-        each = (effect.displaced(theta[part], places, setting) for effect, part in self.touching("shift"))
+        each = (places.only(effect, effect.displaced(theta[part], places, setting)) for effect, part in self.touching("shift"))
         return _summed(each, np.zeros(places.radius_px.shape))
 
 

@@ -4,6 +4,7 @@ from estimator.effects.catalogue.body.centre_of_mass import CentreOfMass
 from estimator.effects.catalogue.body.inertia_ratios import InertiaRatios
 from estimator.effects.catalogue.body.length_scale import LengthScale
 from estimator.effects.catalogue.body.products_of_inertia import ProductsOfInertia
+from estimator.effects.catalogue.clock.clock_offset import ClockOffset
 from estimator.effects.catalogue.clock.dropped_frames import DroppedFrames
 from estimator.effects.catalogue.clock.frame_rate import FrameRate
 from estimator.effects.catalogue.clock.trigger_jitter import TriggerJitter
@@ -41,6 +42,7 @@ MODELS: dict[str, EffectModel] = {
         FrameRate(),
         DroppedFrames(),
         TriggerJitter(),
+        ClockOffset(),
         CentreOfMass(),
         InertiaRatios(),
         ProductsOfInertia(),

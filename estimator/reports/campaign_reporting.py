@@ -23,6 +23,7 @@ from estimator.fitting.campaigns.forced_velocities import body_under, motion_und
 from estimator.fitting.campaigns.measurement_kind import MeasurementKind
 from estimator.fitting.campaigns.registered import Registered
 from estimator.motion.flight import LAYOUT, Flight, fitted_body
+from estimator.reports.clock_reporting import clock_sentences, clocks_of_campaign
 from estimator.reports.drop_reporting import drop_estimate, flights_of
 from estimator.reports.told_parameters import Told, told_parameters
 from estimator.search.candidate_flights import MOST_MEAN_SQUARE
@@ -109,9 +110,10 @@ def _estimate(
     times = setting.times_s
     frames = fit.equations[number].frames
     status, message = _judged(fit, frames.mean_square, to_go)
+    clocks = clocks_of_campaign(fit, number, wide.plain)
     told: dict[str, Any] = {
         "frames": kind.frame_reports(sequence, observation, fit.equations[number]),
-        "statistics": {**kind.statistics(fit.equations[number]), **_of_fit(fit, number)},
+        "statistics": {**kind.statistics(fit.equations[number]), **_of_fit(fit, number), **({"clocks": clocks} if clocks else {})},
         "configuration": dataclasses.asdict(configuration),
         "versions": versions(),
     }
@@ -121,7 +123,7 @@ def _estimate(
     return Estimate(
         name=sequence.name,
         status=status,
-        message=message,
+        message=" ".join([message, *clock_sentences(clocks)]),
         body=fitted_body(body_under(flight, fit.model, theta, setting)),
         motion=motion_under(flight, fit.model, theta, setting),
         start=_velocity(flight, (number, wide), float(times[0]), sequence),

@@ -7,9 +7,14 @@ import numpy as np
 
 from datasets.estimate import Estimate
 from datasets.observation import Observation
+from estimator.effects.instrument.uncertain_clock import UncertainClock
+from estimator.fitting.campaigns.campaign import CampaignFit
+from estimator.fitting.campaigns.campaign_covariance import CampaignCovariance
 from estimator.fitting.refinement import Refined
 from estimator.motion.clocked import OFFSET_S, RATE, named
 from estimator.motion.flight import Motion
+
+KEYS = {"offset": "offset_s", "rate": "rate"}
 
 
 def clock_statistics(refined: Refined[Motion], observation: Observation) -> dict[str, dict[str, float]]:
@@ -22,6 +27,19 @@ def clock_statistics(refined: Refined[Motion], observation: Observation) -> dict
                 k = labels.index(named(camera.name, what))
                 sigma = float(np.sqrt(refined.covariance[k, k]))
                 told.setdefault(camera.name, {}).update({key: float(values[k]), f"{key}_sigma": sigma, f"{key}_stated_sigma": stated})
+    return told
+
+
+def clocks_of_campaign(fit: CampaignFit, number: int, covariance: CampaignCovariance) -> dict[str, dict[str, float]]:
+    """The same of the recording of sequence ``number`` of a campaign."""
+    told: dict[str, dict[str, float]] = {}
+    for effect, part in zip(fit.model.effects, fit.model.slices, strict=True):
+        if isinstance(effect, UncertainClock):
+            sigmas = np.sqrt(np.diag(covariance.of(number, fit.model.layout.columns([effect.entry.key]))))
+            told[effect.name] = {}
+            for name, value, sigma, stated in zip(effect.entry.names, fit.state.theta[number][part], sigmas, effect.held, strict=True):
+                key = KEYS[name]
+                told[effect.name] |= {key: float(value), f"{key}_sigma": float(sigma), f"{key}_stated_sigma": stated}
     return told
 
 

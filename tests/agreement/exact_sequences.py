@@ -54,7 +54,7 @@ RECIPES = {"defocus_growth": replace(RECIPE, motion=replace(RECIPE.motion, frame
 
 @dataclass(frozen=True, eq=False)
 class Made:
-    """A sequence with an effect: nature's ``plan``, and the body that the calibrated views show."""
+    """A sequence with an effect: nature's ``plan``, the body that the calibrated views show, and outlines, camera after camera."""
 
     plan: SequencePlan
     nominal: Body
@@ -62,14 +62,14 @@ class Made:
     view_rings: tuple[Array, ...]
 
 
-def made(key: str, values: Values, recipe: Recipe | None = None) -> Made:
-    """The sequence with one effect of these sizes; with none of them it is the undisturbed one."""
-    return _made(key, tuple(sorted(values.items())), recipe or RECIPES.get(key, RECIPE))
+def made(key: str, values: Values, recipe: Recipe | None = None, camera: int | None = None) -> Made:
+    """The sequence with one effect of these sizes, in one ``camera`` alone or in all; with none of them it is the undisturbed one."""
+    return _made(key, tuple(sorted(values.items())), recipe or RECIPES.get(key, RECIPE), camera)
 
 
 @cache
-def _made(key: str, values: tuple[tuple[str, float], ...], recipe: Recipe) -> Made:
-    plan = plan_sequence(replace(recipe, effects=(EffectRecipe(key, dict(values)),)), 0)
+def _made(key: str, values: tuple[tuple[str, float], ...], recipe: Recipe, camera: int | None) -> Made:
+    plan = plan_sequence(replace(recipe, effects=(EffectRecipe(key, dict(values), camera),)), 0)
     nominal = plan_sequence(recipe, 0)
     same_start = zip(vars(at(plan, 0.0)).values(), vars(at(nominal, 0.0)).values(), strict=True)
     assert all(np.allclose(a, b, rtol=1e-9, atol=1e-12) for a, b in same_start), "another start was drawn: choose a weaker effect"
@@ -77,7 +77,7 @@ def _made(key: str, values: tuple[tuple[str, float], ...], recipe: Recipe) -> Ma
     return Made(
         plan,
         nominal.body,
-        tuple(convex(ring) for ring in frame_outlines(plan, outline_mesh(plan.vertices, plan.faces))),
+        tuple(convex(ring) for each in plan.by_camera for ring in frame_outlines(each, outline_mesh(plan.vertices, plan.faces))),
         tuple(
             convex(plan.effects.view_segmented(exact_outline(views, v.intrinsics, v.R_cam_particle, v.t_cam_particle), v.intrinsics))
             for v in plan.views
@@ -115,19 +115,22 @@ def true_flight(sequence: Made, time_s: float) -> Flight:
 def setting_of(sequence: Made) -> Setting:
     """What the observation states beside its outlines."""
     plan = sequence.plan
-    return Setting(plan.clock.times_s, plan.clock.exposure_s, plan.gravity_world, sequence.nominal.inertia_ratios)
+    clocks = {further.hsv.name: further.clock for further in plan.further}
+    return Setting(plan.clock.times_s, plan.clock.exposure_s, plan.gravity_world, sequence.nominal.inertia_ratios, clocks=clocks)
 
 
 @cache
 def task_of(sequence: Made) -> SequenceTask:
     """What the instrument would fit to, of exact outlines, which nobody sampled."""
     plan, count = sequence.plan, len(sequence.rings)
+    camera = np.repeat(np.arange(len(plan.by_camera)), [len(each.clock.times_s) for each in plan.by_camera])
+    lenses = [plan.by_camera[c].hsv.intrinsics for c in camera]
     sightings = Sightings(
-        replace(exact_silhouettes(sequence.rings, [plan.hsv.intrinsics] * count), samples=np.zeros(count, dtype=np.int64)),
-        np.zeros(count, dtype=np.int64),
-        np.arange(count),
-        plan.clock.times_s,
-        (plan.hsv,),
+        replace(exact_silhouettes(sequence.rings, lenses), samples=np.zeros(count, dtype=np.int64)),
+        camera,
+        np.concatenate([np.arange(len(each.clock.times_s)) for each in plan.by_camera]),
+        np.concatenate([each.clock.times_s for each in plan.by_camera]),
+        tuple(each.hsv for each in plan.by_camera),
     )
     seen = exact_silhouettes(sequence.view_rings, [v.intrinsics for v in plan.views])
     views = Views(seen, pose_set(plan.views), sequence.nominal.com_particle)

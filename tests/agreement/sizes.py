@@ -4,6 +4,7 @@ SIZES: dict[str, dict[str, float]] = {
     "frame_rate": {"relative": 0.02},
     "dropped_frames": {"count": 2.0, "after_frame": 3.0},
     "trigger_jitter": {"sigma": 2e-5},
+    "clock_offset": {"offset": 7e-4},
     "centre_of_mass": {"c1": 1.5e-4, "c2": -1e-4, "c3": 2e-4},
     "inertia_ratios": {"e1": 0.1, "e2": -0.06},
     "length_scale": {"relative": 0.02},

@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from datasets.vocabulary.effects import EFFECTS, PICTURED, Stage
+from datasets.vocabulary.effects import EFFECTS, FURTHER_ONLY, PICTURED, Stage
 from estimator.effects.registry import MODELS
 from estimator.likelihood.time_shifts import TimeShifts, jitter_test, time_derivative
 from synth.effects import REALISATIONS
@@ -57,7 +57,7 @@ def without(key: str, name: str, values: Values) -> dict[str, float]:
 
 def test_every_effect_has_both_realisations_and_a_size() -> None:
     assert set(EFFECTS) == set(MODELS)
-    assert set(PICTURED) == set(SIZES)
+    assert set(PICTURED) | set(FURTHER_ONLY) == set(SIZES)
     assert set(EFFECTS) <= set(REALISATIONS)
     for key, values in SIZES.items():
         assert set(values) == set(EFFECTS[key].names)

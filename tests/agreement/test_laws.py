@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 
 from datasets.vocabulary.body import Body
-from datasets.vocabulary.camera import Intrinsics
+from datasets.vocabulary.camera import HsvCamera, Intrinsics
 from datasets.vocabulary.effects import EFFECTS, PICTURED
 from estimator.appearance.prediction import Prediction, predict
 from estimator.data.fit_task import OUTWARD
+from estimator.data.seen_by import SeenBy
 from estimator.effects.link import Moment, Moving, Places, Setting
 from estimator.effects.model import Model, ModelForces
 from estimator.effects.registry import MODELS
@@ -77,9 +78,9 @@ def places() -> Places:
         outward=OUTWARD,
         rows_px=np.zeros(5),
         depth_m=DEPTHS_M,
-        first_depth_m=0.6,
+        first_depth_m=np.full(5, 0.6),
         view_ratio=rng.uniform(-0.3, -0.1, shape),
-        camera=CAMERA,
+        seen=SeenBy((HsvCamera("hsv", CAMERA, np.eye(3), np.zeros(3)),), np.zeros(5, dtype=np.int64)),
         times_s=np.arange(5) / 4000,
         moving=Moving(ball, np.tile(np.eye(3), (5, 1, 1)), centre, rng.normal(size=(5, 3)), rng.normal(scale=100.0, size=(5, 3))),
     )

@@ -33,7 +33,9 @@ def answer(explained: Explanation) -> dict[str, Any]:
     errors = {"base": explained.steps[0].before, "final": explained.held_out} if explained.steps else {}
     families = {t.effect.entry.key for t in explained.left.tests} if explained.left is not None else set()
     best, keys = explained.path[-1], explained.fit.model.keys
-    last = uncertain(campaign, explained.fit, catalogue(), possible_names(best, explained.groups, keys), possible_beside(best, keys))
+    last = uncertain(
+        campaign, explained.fit, catalogue(campaign.cameras), possible_names(best, explained.groups, keys), possible_beside(best, keys)
+    )
     first = [t for t in tests_beside(begun.trial.evidence.of) if t.effect.entry.key not in families]
     return {
         "found": list(explained.found),
@@ -63,7 +65,9 @@ def answer(explained: Explanation) -> dict[str, Any]:
         },
         "impacts": impacts(campaign, explained.fit, last.at),
         "velocities": {
-            "base": velocities(begun.campaign, begun.fit, uncertain(begun.campaign, begun.fit, catalogue()).at.fitted),
+            "base": velocities(
+                begun.campaign, begun.fit, uncertain(begun.campaign, begun.fit, catalogue(begun.campaign.cameras)).at.fitted
+            ),
             "final": velocities(campaign, explained.fit, last.at.fitted),
         },
         "held_out": {name: _held_out(value) for name, value in errors.items()},

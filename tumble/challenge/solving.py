@@ -78,7 +78,9 @@ def solved(folder: Path, configuration: dict[str, Any], kept: Path | None = None
     if not registered.campaign.sequences:
         return {**no_answer(left_out), "left_out": left_out, "cpu_s": {"register": found - began}}
     said: list[float] = []
-    explained = explain(registered.campaign, registered.start, catalogue(), told=lambda _: said.append(time.process_time()))
+    explained = explain(
+        registered.campaign, registered.start, catalogue(registered.campaign.cameras), told=lambda _: said.append(time.process_time())
+    )
     ended = time.process_time()
     cpu = {"register": found - began, "diagnose": (said[0] if said else ended) - found, "explain": ended - found}
     answered = answer(explained)

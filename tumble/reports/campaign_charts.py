@@ -4,6 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from datasets.vocabulary.effects import in_words
 from tumble.reports.chart_tables import table_behind
 from tumble.reports.drawing import FONT, GAP, MEASURED, NOISE, SOFT, TICK, dot, frame_about, line, path, range_of, text
 from tumble.reports.words import rms_word, rung_name
@@ -36,7 +37,7 @@ def ladder_chart(rungs: Sequence[Mapping[str, Any]], floor_px: float, unit: str 
     for place, rung in enumerate(rungs):
         at = x(place)
         inside.append(line((at, frame.y.first), (at, frame.y.first + TICK), SOFT, 0.8))
-        inside.append(text(at, under + place % 2 * (FONT + 1.0), rung_name(rung).replace("_", " "), SOFT))
+        inside.append(text(at, under + place % 2 * (FONT + 1.0), in_words(rung_name(rung)), SOFT))
     for row, (name, colour, width, dashed) in enumerate((("fitted", SOFT, 1.5, True), ("not fitted", MEASURED, 2.0, False))):
         level = frame.y.last + FONT * (1.0 + 1.4 * row)
         inside.append(path([(right - 80.0, level - 3.0), (right - 60.0, level - 3.0)], colour, width, dashed=dashed))

@@ -10,7 +10,6 @@ from markupsafe import Markup
 
 from datasets.atomic_files import written_whole
 from datasets.json_documents import revived
-from estimator.diagnosis.selection.names import JOINED
 from estimator.reports.misfit_words import p_words
 from tumble.limiting import facts_told
 from tumble.numbers import compact
@@ -19,7 +18,7 @@ from tumble.reports.drop_words import drops_sentence
 from tumble.reports.map_charts import map_chart
 from tumble.reports.payload import flat
 from tumble.reports.verdict import percent
-from tumble.reports.words import rms_word, rung_name
+from tumble.reports.words import names_in_words, rms_word, rung_name
 from tumble.versions import versions
 
 TITLES = {
@@ -40,7 +39,7 @@ def write_campaign_page(document: Mapping[str, Any], path: Path) -> None:
 def render(document: Mapping[str, Any]) -> str:
     """The page's text."""
     environment = Environment(loader=PackageLoader("tumble.reports"), autoescape=True, undefined=StrictUndefined, trim_blocks=True)
-    environment.filters.update(words=_words, value=_value, interval=_interval, p=_p, percent=percent)
+    environment.filters.update(words=names_in_words, value=_value, interval=_interval, p=_p, percent=percent)
     environment.filters["size"] = _size
     found = {"drops": [], "not_applicable": {}, "begun": None, "facts": [], "limits": None, **revived(dict(document))}
     return environment.get_template("campaign.html.j2").render(
@@ -120,10 +119,6 @@ def _unknown(entry: Mapping[str, Any] | None) -> dict[str, Any] | None:
     from tumble.reports.shape_charts import shape_chart  # noqa: PLC0415 - as above
 
     return {**entry, "charts": [{**shape, "chart": Markup(shape_chart(shape))} for shape in entry["shapes"]]}
-
-
-def _words(key: str) -> str:
-    return key.replace("_", " ").replace(JOINED, " with ")
 
 
 def _value(entry: Mapping[str, Any]) -> str:

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
+from datasets.vocabulary.effects import begins, in_words
 from estimator.diagnosis.separation import Expected, Prospect, Separation
 from estimator.effects.choosing import excluded
 from tumble.reports.verdict import Verdict
@@ -12,8 +13,8 @@ MOST_NAMED = 2
 
 def separation_sentence(separation: Separation) -> str:
     """What would tell the pair apart, what would not, and by how much."""
-    first, second = (key.replace("_", " ") for key in separation.pair)
-    opening = f"{first.capitalize()} or {second} (expected difference of log likelihoods now {_number(separation.now)}, more than "
+    first, second = map(in_words, separation.pair)
+    opening = f"{begins(first)} or {second} (expected difference of log likelihoods now {_number(separation.now)}, more than "
     opening += f"{separation.margin:.2g} is needed): "
     recordings = [p for p in separation.prospects if p.drops]
     measurements = [p for p in separation.prospects if not p.drops and p.expected.separates]

@@ -4,9 +4,10 @@ import math
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass, replace
 
+from datasets.vocabulary.effects import in_words
 from estimator.diagnosis.diagnose import Diagnosis, Finding, TestedValue, blind_to, says_nothing, tested_values
 from estimator.diagnosis.selection.groups import FACTOR
-from estimator.diagnosis.selection.names import JOINED
+from tumble.reports.words import names_in_words
 
 NOTHING_KNOWN = "something that no known effect describes"
 MOST_LIKELY = 4
@@ -89,12 +90,12 @@ def _blind(diagnosis: Diagnosis, named: Collection[str]) -> tuple[str, ...]:
 
 
 def _listed(keys: tuple[str, ...]) -> str:
-    return ", ".join(key.replace("_", " ") for key in keys)
+    return ", ".join(map(in_words, keys))
 
 
 def _remarks(diagnosis: Diagnosis, best: Finding) -> tuple[str, ...]:
     families = {f.key for f in diagnosis.families}
-    others = [NOTHING_KNOWN if key in families else key.replace("_", " ").replace(JOINED, " with ") for key in diagnosis.group[1:]]
+    others = [NOTHING_KNOWN if key in families else names_in_words(key) for key in diagnosis.group[1:]]
     remarks = []
     if others:
         remarks.append(f"These data cannot tell it from: {', '.join(others)}.")

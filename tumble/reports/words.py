@@ -7,6 +7,8 @@ from typing import Any
 
 from datasets.estimate import Estimate, Status
 from datasets.observation import COMPANION
+from datasets.vocabulary.effects import in_words
+from estimator.diagnosis.selection.names import JOINED
 
 MEANING: dict[Status, str] = {
     Status.CONVERGED: "The fit converged. The numbers below are a measurement; the intervals say how good it is.",
@@ -31,6 +33,11 @@ NEXT: dict[Status, str] = {
     Status.RESTING: "Cut the recording to the frames in which the particle flies.",
     Status.BROKEN: "Look at the particle. Cut the recording at the impact, and calibrate what is left anew to measure the rest.",
 }
+
+
+def names_in_words(key: str) -> str:
+    """An effect's key as it is said, or those of two effects that stand in one's place together."""
+    return " with ".join(map(in_words, key.split(JOINED)))
 
 
 def rms_word(unit: str) -> str:

@@ -31,7 +31,7 @@ class Campaign:
 
     ``recording``: the name of the recording that each sequence is a flight of; empty where every sequence is a whole recording. ``kind``
     says what the sequences are and works on them; all have a ``name`` and a ``setting``. ``facts``: what is stated of the
-    parameters of effects beside the sequences.
+    parameters of effects beside the sequences. ``cameras``: names of all high-speed cameras, the first one's first.
     """
 
     sequences: tuple[Any, ...]
@@ -42,6 +42,7 @@ class Campaign:
     kind: MeasurementKind
     facts: tuple[Fact, ...] = ()
     recording: tuple[str, ...] = ()
+    cameras: tuple[str, ...] = ()
 
     def sharing(self, scope: Scope) -> tuple[int, ...]:
         """Of every sequence, the first one with which it shares what is of a ``scope``."""

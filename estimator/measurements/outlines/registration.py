@@ -32,24 +32,30 @@ NONE = np.zeros(0)
 
 
 def by_samples(
-    registered: Registered, effects: Sequence[EffectModel], configuration: Configuration, *, subdivisions: int = SUBDIVISIONS
+    registered: Registered,
+    effects: Sequence[EffectModel],
+    configuration: Configuration,
+    *,
+    clocks: tuple[EffectModel, ...] = (),
+    subdivisions: int = SUBDIVISIONS,
 ) -> Registered:
     """The campaign with every sample of its outlines in use, about the surfaces that views and frames show together in free flights.
 
-    About the hulls of the views where flights run away. The surfaces, of so many ``subdivisions``, answer to all ``effects``.
+    About the hulls of the views where flights run away. The surfaces, of so many ``subdivisions``, answer to all ``effects``;
+    ``clocks``: those that are stated to be uncertain.
     """
     campaign = registered.campaign
     possible = tuple(each for each in effects if campaign.kind.why_not(campaign, each) is None and not each.random)
-    kind = Outlines(0, possible, configuration.huber, configuration.seed)
+    kind, free = Outlines(0, possible, configuration.huber, configuration.seed, clocks), Model(clocks)
     found: dict[int, Flown] = {}
     for number, particle in enumerate(registered.particles):
         rows = [i for i, p in enumerate(campaign.particle) if p == number]
         if not rows:
             continue
-        hull, layout = hull_shape(particle, subdivisions), layout_of(campaign.part(rows), Model())
+        hull, layout = hull_shape(particle, subdivisions), layout_of(campaign.part(rows), free)
         flights = [replace(registered.start.flights[i], offset_px=0.0) for i in rows]
         bare = [_bare(campaign.sequences[i], flight, particle, hull.surface) for i, flight in zip(rows, flights, strict=True)]
-        flown = [Flown(task, flight, Model(), NONE, at) for task, flight, at in zip(bare, flights, layout.places, strict=True)]
+        flown = [Flown(task, flight, free, np.zeros(free.size), at) for task, flight, at in zip(bare, flights, layout.places, strict=True)]
         try:
             made = about_joint_surface(flown, layout.p, kind)
         except UNFLYABLE:

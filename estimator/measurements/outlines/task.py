@@ -155,7 +155,7 @@ def drawn_too_large_px(model: Model, theta: Array) -> float:
 def placed_at(sequence: SequenceTask, flight: Flight, model: Model, theta: Array) -> tuple[Prediction, PoseSet]:
     """The prediction under a model at ``theta`` (q,), and the poses that the cameras see."""
     sightings = sequence.task.sightings
-    prediction = predict(flight, model, theta, sequence.setting, sightings.times_s, rows_px=sightings.rows_px)
+    prediction = predict(flight, model, theta, sequence.setting, sightings.times_s, rows_px=sightings.rows_px, seen=sightings.seen)
     return prediction, particle_poses(flight, prediction.poses, sightings, scale=model.scale(theta))
 
 
@@ -235,11 +235,12 @@ class _Met:
     def corrected(self, effect: EffectModel, up: Array, down: Array) -> Array:
         """By how much (n, k) px the gap is wider where samples are corrected with an effect's parameters ``up`` than with ``down`` (q,)."""
         sequence, contacts, (recorded, arms) = self.sequence, self.sequence.contacts, self._recorded
-        times = sequence.task.sightings.times_s - sequence.setting.times_s[0]
+        times = sequence.since_start
         told = holds_of(effect, "picture_moves", "correct")
         further, back = (effect.picture_moves(each, times) if told else None for each in (up, down))
         if further is not None and back is not None:
-            return np.asarray(np.einsum("nkx,nx->nk", contacts.mean_normal, back - further) / self.size[:, None])
+            moved = sequence.task.sightings.seen.only(effect.camera, back - further)
+            return np.asarray(np.einsum("nkx,nx->nk", contacts.mean_normal, moved) / self.size[:, None])
         high, low = (corrected_points(sequence, Model((effect,)), each, recorded, contacts.sighting) for each in (up, down))
         along = contacts.mean(np.sum((high - low) * contacts.normal, axis=1)) - self.gap * arms.growth(high - low)[:, None]
         return np.asarray(along / self.size[:, None])
@@ -273,7 +274,6 @@ class _Met:
         sightings = sequence.task.sightings
         moving = moving_at(sequence, self.prediction, centre_cam)
         focal = sightings.silhouettes.focal_px
-        nearest = int(np.argmin(sightings.times_s))
         return Places(
             point_px=contacts.mean(np.concatenate(sightings.outlines_px))[:, :, None],
             normal=_unit(contacts.mean_normal)[:, :, None],
@@ -291,10 +291,10 @@ class _Met:
             outward=OUTWARD,
             rows_px=sightings.rows_px,
             depth_m=centre_cam[:, 2],
-            first_depth_m=float(centre_cam[nearest, 2]),
+            first_depth_m=centre_cam[sightings.first, 2],
             view_ratio=np.broadcast_to(self.view_ratio[:, None, None], (*there.radius_px.shape, 1)),
-            camera=sightings.cameras[0].intrinsics,
-            times_s=sightings.times_s - sequence.setting.times_s[0],
+            seen=sightings.seen,
+            times_s=sequence.since_start,
             moving=moving,
         )
 
@@ -341,4 +341,4 @@ def _add_image_columns(J: Array, under: tuple[Model, Array], met: _Met, weight: 
                 continue
             high, low = (effect.displaced(each, met.places, met.sequence.setting) for each in (up, down))
             if high is not None and low is not None:
-                J[..., column] -= (high - low)[..., 0] * share
+                J[..., column] -= met.places.seen.only(effect.camera, high - low)[..., 0] * share

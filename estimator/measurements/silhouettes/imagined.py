@@ -86,7 +86,8 @@ class Pictures:
 def silhouettes_of(drop: Drop, like: Pictures) -> SequenceTask:
     """The sequence that ``drop`` would give; its sightings are those that lie wholly in the picture."""
     known = like.sequence.setting
-    setting = replace(known, times_s=drop.times_s, edge_px=float(np.median(known.edge_px)))
+    clocks = {name: replace(clock, times_s=drop.times_s) for name, clock in known.clocks.items()}
+    setting = replace(known, times_s=drop.times_s, clocks=clocks, edge_px=float(np.median(known.edge_px)))
     R_world_body, centres = _poses(drop, like, setting)
     polygons: list[Array] = []
     camera: list[int] = []

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from datasets.estimate import FrameReport
 from datasets.observation import Observation
-from datasets.vocabulary.effects import TRACKED_ONLY
+from datasets.vocabulary.effects import FURTHER_ONLY, TRACKED_ONLY, whose
 from estimator.appearance.hull_outlines import hull_of
 from estimator.appearance.model_errors import ModelResiduals, SequenceTask, linearised, model_residuals
 from estimator.appearance.outline_tables import with_tables
@@ -39,14 +39,15 @@ MOST_NOISE = 1.5
 
 @dataclass(frozen=True)
 class Silhouettes:
-    """The kind of :class:`estimator.appearance.model_errors.SequenceTask`."""
+    """The kind of :class:`estimator.appearance.model_errors.SequenceTask`; ``clocks``: those that are stated to be uncertain."""
 
     unit: str = "px"
+    clocks: tuple[EffectModel, ...] = ()
 
     @property
     def base(self) -> Model:
         """Free flight with the instrument's known discrepancy."""
-        return Model((CurvatureBias(),))
+        return Model((CurvatureBias(), *self.clocks))
 
     def residuals(self, campaign: Campaign, number: int, flight: Flight, model: Model, theta: Array) -> ModelResiduals:
         """Tangency errors."""
@@ -152,8 +153,12 @@ class Silhouettes:
         return min(noise_ratio(shifts), MOST_NOISE) * likeness(shifts)
 
     def why_not(self, campaign: Campaign, effect: EffectModel) -> str | None:
-        """All effects apply but those on a gyroscope and those that such short flights do not show."""
-        del campaign
+        """All effects apply but those on a gyroscope, those of other cameras, and those that such short flights do not show."""
+        key, camera = whose(effect.entry.key)
+        if camera and camera not in campaign.cameras:
+            return f"there is no camera {camera}, but {' and '.join(campaign.cameras)}"
+        if key in FURTHER_ONLY and camera in ("", *campaign.cameras[:1]):
+            return "it is of a further camera against the first one"
         if overrides(effect, "reading"):
             return "it acts on a gyroscope's readings"
         if overrides(effect, "tracked"):

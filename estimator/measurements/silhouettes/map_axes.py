@@ -35,8 +35,7 @@ def outline_axes(campaign: Campaign, fit: CampaignFit) -> Axes:
     """The axes of residuals at ``places`` of outlines, whichever they are; residuals in the order of sequences, sightings and places."""
     parts = [_of_sequence(sequence, each) for sequence, each in zip(campaign.sequences, fit.equations, strict=True)]
     c = {name: np.concatenate([p[name] for p in parts]) for name in parts[0]}
-    camera = campaign.sequences[0].task.sightings.cameras[0].intrinsics
-    radius = np.linalg.norm(c["point"] - np.array([camera.cx_px, camera.cy_px]), axis=1)
+    radius = np.linalg.norm(c["point"] - c["principal"], axis=1)
     axes = (
         even("time", "time", "frame", c["frame"]),
         _grid(c["point"]),
@@ -62,6 +61,7 @@ def _of_sequence(sequence: SequenceTask, each: SequenceEquations) -> dict[str, A
     return {
         "frame": sightings.frame[row].astype(np.float64),
         "point": places.point_px[seen],
+        "principal": sightings.seen.principal_px[row],
         "angle": np.degrees(np.arctan2(u[:, 1], u[:, 0])) % 360.0,
         "body": places.normal_body[seen],
         "speed": np.linalg.norm(prediction.velocity, axis=1)[row],

@@ -6,7 +6,7 @@ with impacts gives a sequence for each of its flights. One that cannot be measur
 
 import hashlib
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import shapely
@@ -22,6 +22,7 @@ from estimator.data.fit_task import FitTask, restricted
 from estimator.data.no_measurement import NoMeasurement
 from estimator.data.views import Views
 from estimator.effects.choosing import catalogue
+from estimator.effects.instrument.uncertain_clock import uncertain_clocks
 from estimator.effects.link import Setting
 from estimator.effects.model import Model
 from estimator.fitting.campaigns.campaign import Campaign, CampaignState
@@ -40,7 +41,7 @@ from estimator.outlines.sightings import bias_pairs, pictures_of, tracks_of, usa
 from estimator.particle.observed import observed_particle
 from estimator.particle.particle import Particle, views_like
 from estimator.search.candidate_flights import candidate_flights, first_pose
-from estimator.search.clock_alignment import unknown_clocks
+from estimator.search.clock_alignment import aligned
 
 Array = NDArray[np.float64]
 HOPELESS_COST = 50.0
@@ -77,19 +78,23 @@ def register(
     cameras: dict[str, int] = {}
     right = [(i, each) for i in range(len(observations)) if isinstance(each := found[i], _Found)]
     flown = [(i, *flight) for i, each in right for flight in each.flights]
+    clocks = uncertain_clocks((c.name, t) for i, _ in right for c, t in zip(observations[i].cameras, observations[i].clocks, strict=True))
     campaign = Campaign(
         sequences=tuple(task for _, task, _ in flown),
         particle=tuple(particles[keys[i]][0] for i, _, _ in flown),
-        camera=tuple(cameras.setdefault(repr(observations[i].cameras[0]), len(cameras)) for i, _, _ in flown),
+        camera=tuple(cameras.setdefault(repr(observations[i].cameras), len(cameras)) for i, _, _ in flown),
         floor_px=configuration.floor_px,
         body_noise_px=configuration.body_noise_px,
-        kind=SILHOUETTES,
+        kind=replace(SILHOUETTES, clocks=clocks),
         recording=tuple(observations[i].name for i, _, _ in flown) if any(each.has_impacts for _, each in right) else (),
+        cameras=tuple(dict.fromkeys(camera.name for i, _ in right for camera in observations[i].cameras)),
     )
     start = CampaignState(tuple(flight for _, _, flight in flown), tuple(np.zeros(0) for _ in flown))
     left_out = tuple(each for i in range(len(observations)) if isinstance(each := found[i], LeftOut))
     registered = Registered(campaign, start, tuple(p for _, p, _ in particles.values()), left_out)
-    return by_samples(registered, tuple(catalogue().values()), configuration) if configuration.campaign_surface_fit else registered
+    if not configuration.campaign_surface_fit:
+        return registered
+    return by_samples(registered, tuple(catalogue(campaign.cameras).values()), configuration, clocks=clocks)
 
 
 @dataclass(frozen=True)
@@ -122,20 +127,23 @@ def _found(observation: Observation, particle: Particle, views: Views | None, co
 
 
 def _one(observation: Observation, particle: Particle, views: Views | None, configuration: Configuration) -> _Found:
-    for clock in unknown_clocks(observation):
-        raise InputError(
-            f"expected clocks that are known, since a campaign does not fit them, got an uncertain one of camera {clock.name}; "
-            "tumble estimate measures its offset."
-        )
     tracks = tracks_of(observation)
     sightings = usable_sightings(observation, tracks, configuration)
     pictures = pictures_of(observation, tracks, sightings)
     if views is None:
         views = views_like(particle, sightings.silhouettes, np.random.default_rng(configuration.seed), pictures)
     task = fit_task(observation, particle, sightings, views, configuration)
-    flights = _flown(Seen(observation, tracks, particle), task, views, configuration)
+    found = _flown(Seen(observation, tracks, particle), aligned(observation, task, particle, configuration), views, configuration)
+    flights = [replace(each, task=_as_stamped(each.task, observation)) for each in found]
     made = tuple((_sequence(each, (observation, tracks), particle, configuration), each.flight) for each in flights)
     return _Found(made, views, has_impacts=flights[0].number > 0)
+
+
+def _as_stamped(task: FitTask, observation: Observation) -> FitTask:
+    """The task with the stamps of all cameras as they are: what their clocks are off by is the model's business."""
+    sightings = task.sightings
+    stamps = [observation.clock_of(int(c)).times_s[f] for c, f in zip(sightings.camera, sightings.frame, strict=True)]
+    return replace(task, sightings=replace(sightings, times_s=np.array(stamps)))
 
 
 def _flown(seen: Seen, task: FitTask, views: Views, configuration: Configuration) -> tuple[FreeFlight, ...]:
@@ -160,11 +168,13 @@ def _sequence(
     """A flight as a sequence, its tables made where it begins."""
     number, task, (observation, tracks) = flown.number, flown.task, recorded
     pictures = pictures_of(observation, tracks, task.sightings)
+    names = [camera.name for camera in observation.cameras]
     setting = Setting(
         times_s=observation.clock.times_s,
         exposure_s=observation.clock.exposure_s,
         gravity_world=np.asarray(observation.gravity_world, dtype=np.float64),
         inertia_ratios=particle.body.inertia_ratios,
+        clocks={} if not observation.camera_clocks else dict(zip(names[1:], observation.clocks[1:], strict=True)),
         edge_px=pictures.edge_px(task.sightings.camera) if pictures is not None else 0.0,
     )
     tables = OutlineTables(particle, task.views, bias_pairs(observation, configuration), configuration.seed, pictures)

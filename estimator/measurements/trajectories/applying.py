@@ -25,6 +25,8 @@ def why_not(effect: EffectModel, tasks: Sequence[TrajectoryTask]) -> str | None:
 
     Each condition is a set of channels, one of which has to be measured. Without an attitude a gyroscope says nothing of the world's axes.
     """
+    if effect.camera is not None:
+        return "it is a camera's, and trajectories have none"
     measured = frozenset[str]().union(*(task.measured for task in tasks))
     for channels, said in _conditions(effect):
         if not measured & channels:

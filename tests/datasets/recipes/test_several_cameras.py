@@ -56,6 +56,10 @@ def test_recipes_of_one_camera_are_written_as_ever() -> None:
         ("[[further_hsv]]\n[plate]", "further_hsv: expected one camera for a plate"),
         ("[[further_hsv]]\n[pair]", "further_hsv: expected one camera for a pair"),
         (
+            '[[further_hsv]]\n[[effects]]\nkey = "clock_offset"\nvalues = {offset = 1e-4}',
+            r"effects\[0\] \(clock_offset\).camera: expected a number from 1, since it is of a further camera, got None",
+        ),
+        (
             '[[effects]]\nkey = "focal_length"\nvalues = {relative = 0.01}\ncamera = 1',
             r"effects\[0\] \(focal_length\).camera: expected a number from 0",
         ),

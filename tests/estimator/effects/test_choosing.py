@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from datasets.errors import InputError
-from estimator.effects.choosing import catalogue, chosen_effects, contradiction, refuse_without_gravity
+from datasets.vocabulary.effects import FURTHER_ONLY
+from estimator.effects.choosing import catalogue, chosen_effects, contradiction, excluded, fittable, refuse_without_gravity
 from estimator.effects.registry import MODELS
 
 
@@ -24,6 +25,9 @@ def test_effects_come_in_the_order_of_the_words() -> None:
         ("frame_rate,quadratic_drag,gravity", ("frame_rate and gravity contradict each other", "how large gravity looks")),
         ("./nowhere.py:Wind", ("nowhere.py: expected the Python file of an effect, got nothing",)),
         ("./nowhere.py", ("expected FILE.py:CLASS",)),
+        ("gravity@side", ("gravity without a camera", "got camera side")),
+        ("focal_lenth@side", ('unknown effect "focal_lenth"', "did you mean focal_length")),
+        ("focal_length@side,focal_length@side", ('"focal_length@side" is there twice',)),
     ],
 )
 def test_words_that_cannot_be_had(words: str, parts: tuple[str, ...]) -> None:
@@ -33,7 +37,29 @@ def test_words_that_cannot_be_had(words: str, parts: tuple[str, ...]) -> None:
 
 
 def test_every_effect_of_the_registry_can_be_fitted() -> None:
-    assert set(catalogue()) == set(MODELS)
+    assert set(fittable()) == set(MODELS)
+
+
+def test_one_camera_has_no_effects_of_a_camera_alone() -> None:
+    assert list(catalogue(("side",))) == list(catalogue()) == [key for key in MODELS if key not in FURTHER_ONLY]
+    assert all(catalogue(("side",))[key] is MODELS[key] for key in catalogue())
+
+
+def test_of_several_cameras_each_may_have_what_is_of_a_camera() -> None:
+    """Lenses are each camera's own; what all may share is there for all alike, too; a clock is off against the first one's."""
+    found = catalogue(("front", "side"))
+    assert {"focal_length@front", "focal_length@side", "frame_rate", "frame_rate@front", "frame_rate@side", "clock_offset@side"} <= set(
+        found
+    )
+    assert not {"focal_length", "clock_offset", "clock_offset@front", "gravity@side", "view_outline_offset@side"} & set(found)
+    assert [found["focal_length@side"].camera, found["focal_length@side"].entry.scope] == ["side", MODELS["focal_length"].entry.scope]
+    assert MODELS["focal_length"].camera is None
+
+
+def test_words_may_name_a_camera() -> None:
+    (effect,) = chosen_effects("principal_point@side")
+    assert (effect.entry.key, effect.camera, effect.entry.title) == ("principal_point@side", "side", "principal point of camera side")
+    assert excluded(["frame_rate@side", "length_scale"]) is None
 
 
 def test_a_frame_rate_needs_gravity() -> None:

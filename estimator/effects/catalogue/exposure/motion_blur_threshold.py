@@ -45,7 +45,7 @@ class MotionBlurThreshold(EffectModel):
         bias = float(theta[0])
         if bias == 0.0:
             return np.zeros(places.radius_px.shape)
-        moved = np.abs(np.sum(places.normal * places.velocity_px, axis=-1)) * setting.exposure_s
+        moved = np.abs(np.sum(places.normal * places.velocity_px, axis=-1)) * setting.exposures_s(places.seen)[:, None, None]
         lost = tabled(places.smear, np.full(moved.shape, 0.5 - bias), LEVELS)
         return np.asarray(displaced(bias, moved, np.reshape(setting.edge_px, (-1, 1, 1))) - lost)
 

@@ -34,7 +34,7 @@ class RollingShutter(EffectModel):
         if theta[0] == 0.0:
             return np.zeros(places.normal.shape[:-1])
         seen, normal = places.outline_px, places.normal
-        row = seen[..., 1] - (places.camera.height_px - 1) / 2 - places.rows_px[:, None]
+        row = seen[..., 1] - places.seen.middle_px[:, 1:] - places.rows_px[:, None]
         still = seen - theta[0] * row[..., None] * places.outline_velocity_px
         number = len(places.outward)
         towards = np.rint(np.nan_to_num(np.arctan2(normal[..., 1], normal[..., 0])) / (2.0 * np.pi) * number).astype(np.int64)
@@ -44,7 +44,7 @@ class RollingShutter(EffectModel):
     def displaced(self, theta: Array, places: Places, setting: Setting) -> Array | None:
         """How far the body's points have moved since the middle row was exposed."""
         del setting
-        row = places.point_px[..., 1] - (places.camera.height_px - 1) / 2 - places.rows_px[:, None, None]
+        row = places.point_px[..., 1] - places.seen.middle_px[:, 1, None, None] - places.rows_px[:, None, None]
         return np.asarray(theta[0] * row * np.sum(places.normal * places.velocity_px, axis=-1))
 
 

@@ -21,6 +21,6 @@ class Blooming(EffectModel):
     def shift(self, theta: Array, places: Places, setting: Setting) -> Array | None:
         """Recession by the brightness of the back-light."""
         del setting
-        middle = 0.5 * np.array([places.camera.width_px - 1, places.camera.height_px - 1])
-        r2 = np.sum((places.point_px - middle) ** 2, axis=-1)
-        return moved_outline(-theta[0] * (1.0 - r2 / (middle @ middle)), places)
+        middle = places.seen.middle_px
+        r2 = np.sum((places.point_px - middle[:, None, None]) ** 2, axis=-1)
+        return moved_outline(-theta[0] * (1.0 - r2 / np.sum(middle**2, axis=1)[:, None, None]), places)
