@@ -10,15 +10,17 @@ from datasets.observation import CalibratedView
 from estimator.appearance.model_errors import SequenceTask
 from estimator.appearance.sector_shape import sector_shape
 from estimator.data.configuration import Configuration
+from estimator.effects.instrument.surface_amplitudes import SurfaceAmplitudes
 from estimator.effects.link import EffectModel
 from estimator.effects.model import Model
 from estimator.fitting.campaigns.campaign import CampaignState, layout_of
 from estimator.fitting.campaigns.registered import Registered
 from estimator.fitting.campaigns.weighing_again import UNFLYABLE
 from estimator.measurements.outlines.contacts import SECTORS, contacts_at
+from estimator.measurements.outlines.frame_noise import whole, with_alike_noise
 from estimator.measurements.outlines.kind import Outlines
 from estimator.measurements.outlines.surfaces import Flown, about_joint_surface, hull_shape, with_surface
-from estimator.measurements.outlines.task import OutlineTask, placed_at
+from estimator.measurements.outlines.task import OutlineTask, outline_residuals, placed_at
 from estimator.motion.flight import Flight
 from estimator.particle.particle import Particle
 from estimator.surface.amplitudes import Amplitudes
@@ -42,13 +44,15 @@ def by_samples(
     possible = tuple(each for each in effects if campaign.kind.why_not(campaign, each) is None and not each.random)
     kind = Outlines(0, possible, configuration.huber, configuration.seed)
     found: dict[int, Flown] = {}
+    right = whole(registered)
     for number, particle in enumerate(registered.particles):
         rows = [i for i, p in enumerate(campaign.particle) if p == number]
         if not rows:
             continue
         hull, layout = hull_shape(particle, subdivisions), layout_of(campaign.part(rows), Model())
         flights = [replace(registered.start.flights[i], offset_px=0.0) for i in rows]
-        bare = [_bare(campaign.sequences[i], flight, particle, hull.surface) for i, flight in zip(rows, flights, strict=True)]
+        both = zip(rows, flights, strict=True)
+        bare = [_bare(campaign.sequences[i], flight, particle, hull.surface, kept=right[i]) for i, flight in both]
         flown = [Flown(task, flight, Model(), NONE, at) for task, flight, at in zip(bare, flights, layout.places, strict=True)]
         try:
             made = about_joint_surface(flown, layout.p, kind)
@@ -57,14 +61,16 @@ def by_samples(
         found |= dict(zip(rows, made, strict=True))
     count = max(each.task.amplitudes.count for each in found.values())
     every = [found[i].padded(count) for i in range(len(campaign.sequences))]
+    sequences, base = [each.task for each in every], Model((SurfaceAmplitudes(count),))
+    left = [outline_residuals(each.task, each.flight, base, each.task.contacts.amplitude) for each in every]
     return replace(
         registered,
-        campaign=replace(campaign, sequences=tuple(each.task for each in every), kind=replace(kind, amplitudes=count)),
+        campaign=replace(campaign, sequences=tuple(with_alike_noise(sequences, left)), kind=replace(kind, amplitudes=count)),
         start=CampaignState(tuple(each.flight for each in every), tuple(NONE for _ in every)),
     )
 
 
-def _bare(sequence: SequenceTask, flight: Flight, particle: Particle, surface: Surface) -> OutlineTask:
+def _bare(sequence: SequenceTask, flight: Flight, particle: Particle, surface: Surface, *, kept: NDArray[np.bool_]) -> OutlineTask:
     """The sequence with the samples' contacts at a free flight, with a surface that nothing moves, its outlines' shapes not tabled."""
     none = Amplitudes.none(surface)
     sightings = sequence.task.sightings
@@ -78,7 +84,7 @@ def _bare(sequence: SequenceTask, flight: Flight, particle: Particle, surface: S
         own_px=np.full(len(sightings), own_noise_px(sightings.silhouettes)),
         view_px_m=float(np.median([_px_m(view, particle.body.com_particle) for view in particle.calibrated])),
         deviation=usual_deviation(particle),
-        kept=np.ones(len(sightings), dtype=np.bool_),
+        kept=kept,
     )
 
 
