@@ -115,9 +115,10 @@ class Outlines:
         keys = tuple(key for key in fit.model.keys if key not in self.base.keys)
         if any(sequence.under != keys for sequence in campaign.sequences):
             campaign, state = refitted_surfaces(campaign, fit, self)
-            left = [self.residuals(campaign, i, state.flights[i], fit.model, theta) for i, theta in enumerate(state.theta)]
-            campaign = replace(campaign, sequences=tuple(with_alike_noise(campaign.sequences, left)))
             fit = fit_campaign(campaign, state, fit.model)
+            left = [each.errors for each in fit.equations]
+            campaign = replace(campaign, sequences=tuple(with_alike_noise(campaign.sequences, left)))
+            fit = fit_campaign(campaign, fit.state, fit.model)
         return with_surface_scale(campaign, fit)
 
     def noise_scales(self, campaign: Campaign, equations: Sequence[SequenceEquations]) -> Array | None:

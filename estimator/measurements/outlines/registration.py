@@ -13,6 +13,7 @@ from estimator.data.configuration import Configuration
 from estimator.effects.instrument.surface_amplitudes import SurfaceAmplitudes
 from estimator.effects.link import EffectModel
 from estimator.effects.model import Model
+from estimator.effects.registry import MODELS
 from estimator.fitting.campaigns.campaign import CampaignState, layout_of
 from estimator.fitting.campaigns.registered import Registered
 from estimator.fitting.campaigns.weighing_again import UNFLYABLE
@@ -31,6 +32,8 @@ from estimator.surface.star_surface import SUBDIVISIONS, Surface
 Array = NDArray[np.float64]
 NONE = np.zeros(0)
 """Parameters (0,) of a model without effects."""
+PUSHED = Model((MODELS["uniform_acceleration"],))
+"""Under which surfaces are made first: whatever pushes flights, or measures their times wrong, is to bend no surface."""
 
 
 def by_samples(
@@ -49,11 +52,11 @@ def by_samples(
         rows = [i for i, p in enumerate(campaign.particle) if p == number]
         if not rows:
             continue
-        hull, layout = hull_shape(particle, subdivisions), layout_of(campaign.part(rows), Model())
+        hull, layout = hull_shape(particle, subdivisions), layout_of(campaign.part(rows), PUSHED)
         flights = [replace(registered.start.flights[i], offset_px=0.0) for i in rows]
         both = zip(rows, flights, strict=True)
         bare = [_bare(campaign.sequences[i], flight, particle, hull.surface, kept=right[i]) for i, flight in both]
-        flown = [Flown(task, flight, Model(), NONE, at) for task, flight, at in zip(bare, flights, layout.places, strict=True)]
+        flown = [Flown(task, flight, PUSHED, np.zeros(PUSHED.size), at) for task, flight, at in zip(bare, flights, layout.places, strict=True)]
         try:
             made = about_joint_surface(flown, layout.p, kind)
         except UNFLYABLE:
@@ -61,13 +64,18 @@ def by_samples(
         found |= dict(zip(rows, made, strict=True))
     count = max(each.task.amplitudes.count for each in found.values())
     every = [found[i].padded(count) for i in range(len(campaign.sequences))]
-    sequences, base = [each.task for each in every], Model((SurfaceAmplitudes(count),))
-    left = [outline_residuals(each.task, each.flight, base, each.task.contacts.amplitude) for each in every]
+    sequences, wide = [_as_of_free_flight(each.task) for each in every], Model((SurfaceAmplitudes(count), *PUSHED.effects))
+    left = [outline_residuals(each.task, each.flight, wide, np.concatenate([each.task.contacts.amplitude, each.theta])) for each in every]
     return replace(
         registered,
         campaign=replace(campaign, sequences=tuple(with_alike_noise(sequences, left)), kind=replace(kind, amplitudes=count)),
         start=CampaignState(tuple(each.flight for each in every), tuple(NONE for _ in every)),
     )
+
+
+def _as_of_free_flight(task: OutlineTask) -> OutlineTask:
+    """The task with a surface that free flight is fitted about as it is, unless flights ran away where it was to be made."""
+    return replace(task, under=None if task.under is None else ())
 
 
 def _bare(sequence: SequenceTask, flight: Flight, particle: Particle, surface: Surface, *, kept: NDArray[np.bool_]) -> OutlineTask:
