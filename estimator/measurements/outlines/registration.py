@@ -56,7 +56,8 @@ def by_samples(
         flights = [replace(registered.start.flights[i], offset_px=0.0) for i in rows]
         both = zip(rows, flights, strict=True)
         bare = [_bare(campaign.sequences[i], flight, particle, hull.surface, kept=right[i]) for i, flight in both]
-        flown = [Flown(task, flight, PUSHED, np.zeros(PUSHED.size), at) for task, flight, at in zip(bare, flights, layout.places, strict=True)]
+        still = np.zeros(PUSHED.size)
+        flown = [Flown(task, flight, PUSHED, still, at) for task, flight, at in zip(bare, flights, layout.places, strict=True)]
         try:
             made = about_joint_surface(flown, layout.p, kind)
         except UNFLYABLE:
