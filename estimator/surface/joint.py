@@ -41,9 +41,10 @@ that began with it within thirteen."""
 SETTLED, TURNED = 0.3, 0.6
 """Share of the standard deviations that ends the fit. Samples that change the edge they meet throw it about by as much and more, so that
 every step that turns back shortens all that follow by the second number: their mean is what is looked for."""
-HELD_PX = 1e-4
-"""Standard deviation of an offset that is held. One that is free while the mesh still cuts edges off takes that up and draws the surface
-along: a rendered cut stone ended at -0.033 px, whose samples lie at -0.002 px from its true outlines."""
+HELD = 1e-4
+"""Standard deviation of what is held: of an offset in px, of an effect's parameter in its steps. One that is free while the mesh still cuts
+edges off takes that up and draws the surface along: a rendered cut stone ended at -0.033 px, whose samples lie at -0.002 px from its true
+outlines. Beside a leak of light and defocus that were free a surface ran away."""
 SURFACE_OFF = 3.0
 """How many times further than its covariance says the surface moves a motion: edges are drawn by noise, too, which no covariance about the
 end tells. Over 24 trial flights of 20 to 40 frames with 18 to 60 views it was 3.1 (smooth 2.5, stones 3.0, cut 4.3, jagged 2.4)."""
@@ -87,7 +88,8 @@ class Known:
     """What is known of the p parameters of all recordings beside their samples.
 
     ``body``: the nominal one, whose mass properties lie at ``mass`` (8,); ``information`` (p, p) and ``pull`` (p,): of priors and facts,
-    and their gradient. ``offset`` (k,): where offsets of outlines lie that are held until the mesh follows the edges.
+    and their gradient. ``offset`` (k,): where offsets of outlines lie, and whatever else moves these in pictures, that are held within
+    standard deviations ``within`` (k,) until the mesh follows the edges.
     """
 
     body: Body
@@ -95,12 +97,13 @@ class Known:
     information: Array
     pull: Array
     offset: Index = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    within: Array | float = HELD
 
     @property
     def held(self) -> "Known":
         """With the offsets where they are."""
         information = self.information.copy()
-        information[self.offset, self.offset] += HELD_PX**-2
+        information[self.offset, self.offset] += 1.0 / np.square(self.within)
         return replace(self, information=information)
 
     @property

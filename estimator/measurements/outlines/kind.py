@@ -28,6 +28,7 @@ from estimator.likelihood.rows import (
     weighed,
 )
 from estimator.likelihood.time_shifts import TimeShifts
+from estimator.measurements.outlines.frame_noise import with_alike_noise
 from estimator.measurements.outlines.imagined import SampledPictures
 from estimator.measurements.outlines.maps import outline_floor, outline_maps
 from estimator.measurements.outlines.surface_scale import with_surface_scale
@@ -46,6 +47,8 @@ from estimator.motion.flight import COM, INERTIA, N_PARAMETERS, OFFSET, Flight
 from estimator.particle.particle import Particle
 
 Array = NDArray[np.float64]
+OFF = "its outline is off as a whole from where those beside it are"
+"""Why a picture is not used."""
 
 
 @dataclass(frozen=True)
@@ -115,6 +118,9 @@ class Outlines:
         if any(sequence.under != keys for sequence in campaign.sequences):
             campaign, state = refitted_surfaces(campaign, fit, self)
             fit = fit_campaign(campaign, state, fit.model)
+            left = [each.errors for each in fit.equations]
+            campaign = replace(campaign, sequences=tuple(with_alike_noise(campaign.sequences, left)))
+            fit = fit_campaign(campaign, fit.state, fit.model)
         return with_surface_scale(campaign, fit)
 
     def noise_scales(self, campaign: Campaign, equations: Sequence[SequenceEquations]) -> Array | None:
@@ -182,7 +188,9 @@ class Outlines:
         """Every picture of every camera; they have no tangency errors."""
         sightings = sequence.task.sightings
         whitened = np.sqrt(equations.frames.chi2 / np.maximum(equations.frames.count, 1))
-        return picture_reports(sightings, observation, np.full(len(sightings), np.nan), whitened)
+        off = {(int(c), int(f)) for c, f in zip(sightings.camera[~sequence.kept], sightings.frame[~sequence.kept], strict=True)}
+        reports = picture_reports(sightings, observation, np.full(len(sightings), np.nan), whitened)
+        return tuple(replace(each, used=False, reason=OFF) if (each.camera, each.frame) in off else each for each in reports)
 
     def unmeasured(self, sequence: OutlineTask) -> NDArray[np.int64]:
         """None."""

@@ -1,8 +1,8 @@
 """Is there anything to explain in outlines sample by sample, and where: the mean residuals of sectors, as tangency errors are looked at.
 
-Noise is new in each sector and each frame, and its size is known. Whole frames may scatter by more, as under a trigger that jitters, so
-standard errors are clustered by frame; a bin of few frames says little of that, so its clusters count beside the mean of all bins [Pan,
-Biometrika 88 (2001) 901].
+Noise is new in each sector, alike over a few frames, and its size is known. Whole frames may scatter by more, as under a trigger that
+jitters, so standard errors are clustered by frame; a bin of few frames says little of that, so its clusters count beside the mean of all
+bins [Pan, Biometrika 88 (2001) 901].
 """
 
 from dataclasses import dataclass
@@ -26,7 +26,7 @@ in a third of campaigns."""
 
 def outline_floor(campaign: Campaign, fit: CampaignFit, rng: np.random.Generator) -> NoiseFloor:
     """Judge the residuals of a fit, in standard deviations of the noise, by how those of a sector change from frame to frame."""
-    return floor_between_frames(campaign, fit, rng)
+    return floor_between_frames(campaign, fit, rng, alike=campaign.sequences[0].alike)
 
 
 def outline_maps(campaign: Campaign, fit: CampaignFit) -> tuple[ResidualMap, ...]:
@@ -34,24 +34,27 @@ def outline_maps(campaign: Campaign, fit: CampaignFit) -> tuple[ResidualMap, ...
     errors = [each.errors for each in fit.equations]
     e = np.concatenate([(each.e * np.sqrt(each.variance))[each.seen] for each in errors])
     u = np.concatenate([each.places.normal[:, :, 0][each.seen] for each in errors])
-    shared = _Frames(frames_of(fit), np.concatenate([each.variance[each.seen] for each in errors]))
+    alike = [np.full(int(each.seen.sum()), sequence.alike) for each, sequence in zip(errors, campaign.sequences, strict=True)]
+    shared = _Frames(frames_of(fit), np.concatenate([each.variance[each.seen] for each in errors]), np.concatenate(alike))
     return Mapped(e, u, outline_axes(campaign, fit), shared).maps
 
 
 @dataclass(frozen=True)
 class _Frames:
-    """Residuals (r,) with noise of their own of ``variance`` (r,) px² that share their ``frame``.
+    """Residuals (r,) with noise of their own of ``variance`` (r,) px², ``alike`` (r,) over so many frames, that share their ``frame``.
 
     What comes back in several frames is the body's, whose surface is fitted.
     """
 
     frame: Index
     variance: Array
+    alike: Array
 
     def covariance(self, influence: Array, residual: Array, axis: Axis) -> Array:
         """Covariance (b, b) of means; ``influence`` (b, r) on them of what is left of each ``residual`` (r,) px."""
         del axis
-        own, noise = summed(influence * residual, self.frame), summed(influence**2 * self.variance, self.frame)
+        felt = influence * np.sqrt(self.alike)
+        own, noise = summed(felt * residual, self.frame), summed(felt**2 * self.variance, self.frame)
         there = noise > 0.0
         scatter = max(float(np.mean(own[there] ** 2 / noise[there])), 1.0)
         share = there.sum(axis=1) / (there.sum(axis=1) + LIKE_ALL)

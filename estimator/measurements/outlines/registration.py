@@ -10,15 +10,18 @@ from datasets.observation import CalibratedView
 from estimator.appearance.model_errors import SequenceTask
 from estimator.appearance.sector_shape import sector_shape
 from estimator.data.configuration import Configuration
+from estimator.effects.instrument.surface_amplitudes import SurfaceAmplitudes
 from estimator.effects.link import EffectModel
 from estimator.effects.model import Model
+from estimator.effects.registry import MODELS
 from estimator.fitting.campaigns.campaign import CampaignState, layout_of
 from estimator.fitting.campaigns.registered import Registered
 from estimator.fitting.campaigns.weighing_again import UNFLYABLE
 from estimator.measurements.outlines.contacts import SECTORS, contacts_at
+from estimator.measurements.outlines.frame_noise import whole, with_alike_noise
 from estimator.measurements.outlines.kind import Outlines
 from estimator.measurements.outlines.surfaces import Flown, about_joint_surface, hull_shape, with_surface
-from estimator.measurements.outlines.task import OutlineTask, placed_at
+from estimator.measurements.outlines.task import OutlineTask, outline_residuals, placed_at
 from estimator.motion.flight import Flight
 from estimator.particle.particle import Particle
 from estimator.surface.amplitudes import Amplitudes
@@ -29,6 +32,8 @@ from estimator.surface.star_surface import SUBDIVISIONS, Surface
 Array = NDArray[np.float64]
 NONE = np.zeros(0)
 """Parameters (0,) of a model without effects."""
+PUSHED = (MODELS["uniform_acceleration"],)
+"""Under which surfaces are made first: whatever pushes flights, or measures their times wrong, is to bend no surface."""
 
 
 def by_samples(
@@ -46,15 +51,17 @@ def by_samples(
     """
     campaign = registered.campaign
     possible = tuple(each for each in effects if campaign.kind.why_not(campaign, each) is None and not each.random)
-    kind, free = Outlines(0, possible, configuration.huber, configuration.seed, clocks), Model(clocks)
+    kind, free = Outlines(0, possible, configuration.huber, configuration.seed, clocks), Model((*clocks, *PUSHED))
     found: dict[int, Flown] = {}
+    right = whole(registered)
     for number, particle in enumerate(registered.particles):
         rows = [i for i, p in enumerate(campaign.particle) if p == number]
         if not rows:
             continue
         hull, layout = hull_shape(particle, subdivisions), layout_of(campaign.part(rows), free)
         flights = [replace(registered.start.flights[i], offset_px=0.0) for i in rows]
-        bare = [_bare(campaign.sequences[i], flight, particle, hull.surface) for i, flight in zip(rows, flights, strict=True)]
+        both = zip(rows, flights, strict=True)
+        bare = [_bare(campaign.sequences[i], flight, particle, hull.surface, kept=right[i]) for i, flight in both]
         flown = [Flown(task, flight, free, np.zeros(free.size), at) for task, flight, at in zip(bare, flights, layout.places, strict=True)]
         try:
             made = about_joint_surface(flown, layout.p, kind)
@@ -63,14 +70,21 @@ def by_samples(
         found |= dict(zip(rows, made, strict=True))
     count = max(each.task.amplitudes.count for each in found.values())
     every = [found[i].padded(count) for i in range(len(campaign.sequences))]
+    sequences, wide = [_as_of_free_flight(each.task) for each in every], Model((SurfaceAmplitudes(count), *free.effects))
+    left = [outline_residuals(each.task, each.flight, wide, np.concatenate([each.task.contacts.amplitude, each.theta])) for each in every]
     return replace(
         registered,
-        campaign=replace(campaign, sequences=tuple(each.task for each in every), kind=replace(kind, amplitudes=count)),
+        campaign=replace(campaign, sequences=tuple(with_alike_noise(sequences, left)), kind=replace(kind, amplitudes=count)),
         start=CampaignState(tuple(each.flight for each in every), tuple(NONE for _ in every)),
     )
 
 
-def _bare(sequence: SequenceTask, flight: Flight, particle: Particle, surface: Surface) -> OutlineTask:
+def _as_of_free_flight(task: OutlineTask) -> OutlineTask:
+    """The task with a surface that free flight is fitted about as it is, unless flights ran away where it was to be made."""
+    return replace(task, under=None if task.under is None else ())
+
+
+def _bare(sequence: SequenceTask, flight: Flight, particle: Particle, surface: Surface, *, kept: NDArray[np.bool_]) -> OutlineTask:
     """The sequence with the samples' contacts at a free flight, with a surface that nothing moves, its outlines' shapes not tabled."""
     none = Amplitudes.none(surface)
     sightings = sequence.task.sightings
@@ -84,7 +98,7 @@ def _bare(sequence: SequenceTask, flight: Flight, particle: Particle, surface: S
         own_px=np.full(len(sightings), own_noise_px(sightings.silhouettes)),
         view_px_m=float(np.median([_px_m(view, particle.body.com_particle) for view in particle.calibrated])),
         deviation=usual_deviation(particle),
-        kept=np.ones(len(sightings), dtype=np.bool_),
+        kept=kept,
     )
 
 

@@ -32,7 +32,7 @@ from estimator.measurements.outlines.task import (
 from estimator.motion.flight import COM, INERTIA, N_PARAMETERS, OFFSET, Flight, moved
 from estimator.particle.particle import Particle
 from estimator.surface.amplitudes import Amplitudes, Felt, amplitudes_of
-from estimator.surface.joint import Known, joined
+from estimator.surface.joint import HELD, Known, joined
 from estimator.surface.samples import Samples
 from estimator.surface.shape import Shape, own_noise_px
 from estimator.surface.star_surface import Surface, star_surface
@@ -160,15 +160,19 @@ def _without_amplitudes(campaign: Campaign, fit: CampaignFit, number: int, model
 
 
 def _known(flown: Sequence[Flown], size: int) -> Known:
-    """Priors of the effects' parameters and of the outline offset."""
+    """Priors of the effects' parameters and of the outline offset, and that what moves outlines in pictures is held with that."""
     first = flown[0]
-    precision, pull = np.zeros(size), np.zeros(size)
+    precision, pull, within = np.zeros(size), np.zeros(size), np.full(size, np.inf)
     for each in flown:
         own = each.model.precision_at(each.theta)
         precision[each.place[N_PARAMETERS:]], pull[each.place[N_PARAMETERS:]] = own + _still(each.model), own * each.theta
         offset, held = each.place[OFFSET.start], each.task.task.prior.precision[OFFSET][0]
         precision[offset], pull[offset] = held, held * each.flight.offset_px
-    return Known(first.flight.body, first.place[np.r_[COM, INERTIA]], np.diag(precision), pull, first.place[OFFSET])
+        within[offset] = HELD
+        for _, part in each.model.touching("correct", "shift"):
+            within[each.place[N_PARAMETERS:][part]] = HELD * each.model.steps[part]
+    rows = np.flatnonzero(np.isfinite(within))
+    return Known(first.flight.body, first.place[np.r_[COM, INERTIA]], np.diag(precision), pull, rows, within[rows])
 
 
 def _still(model: Model) -> Array:

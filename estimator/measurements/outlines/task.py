@@ -51,7 +51,8 @@ class OutlineTask(SequenceTask):
     particle's surface; ``own_px`` (n,) noise of each outline's samples; ``view_px_m``: m per px of the calibrated views, in the median;
     ``views_px``: by how much their outlines are drawn too large, as far as the surface knows; ``deviation`` (8,) of mass properties from
     the surface's; ``noise`` over what the outlines show and ``view_noise_px``, effective, of the views; ``kept`` (n,) sightings in use;
-    ``under``: keys of the effects under which the surface was fitted to views and frames, ``None``: it was not.
+    ``alike``: over how many frames noise is alike; ``under``: keys of the effects under which the surface was fitted to views and frames,
+    ``None``: it was not.
     """
 
     particle: Particle = field(kw_only=True)
@@ -65,6 +66,7 @@ class OutlineTask(SequenceTask):
     noise: float = 1.0
     view_noise_px: float = 0.0
     views_px: float = 0.0
+    alike: float = 1.0
     under: tuple[str, ...] | None = None
 
     @property
@@ -75,7 +77,7 @@ class OutlineTask(SequenceTask):
     @property
     def repeats(self) -> Array:
         """Over how many sightings the noise of each sector is alike (k,)."""
-        return np.ones(SECTORS)
+        return np.full(SECTORS, self.alike)
 
 
 @dataclass(frozen=True)

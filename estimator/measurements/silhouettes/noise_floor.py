@@ -41,9 +41,11 @@ def silhouette_floor(campaign: Campaign, fit: CampaignFit, rng: np.random.Genera
     )
 
 
-def floor_between_frames(campaign: Campaign, fit: CampaignFit, rng: np.random.Generator) -> NoiseFloor:
-    """The floor of residuals at places of outlines, whichever they are, where all noise is new in every frame."""
+def floor_between_frames(campaign: Campaign, fit: CampaignFit, rng: np.random.Generator, *, alike: float = 1.0) -> NoiseFloor:
+    """The floor of residuals at places of outlines, whichever they are, whose noise is ``alike`` over so many frames, new in every one."""
+    new = 2.0 / (alike + 1.0)  # 1 - rho, share of the variance that changes from one frame to the next
     sums = [_sums(sequence, each) for sequence, each in zip(campaign.sequences, fit.equations, strict=True)]
+    sums = [replace(each, change=each.change / new) for each in sums]
     return floor_of(sums, _autocorrelation(campaign, fit), rng)
 
 
