@@ -16,7 +16,7 @@ from datasets.trajectory import Trajectory
 from datasets.vocabulary.effects import Stage
 from estimator.data.configuration import configuration_from_dict
 from estimator.diagnosis.adding import Rung, fit_with, ladder
-from estimator.diagnosis.diagnose import ALPHA, Diagnosis, diagnose, diagnosis_at, says_nothing, tested_values
+from estimator.diagnosis.diagnose import ALPHA, Diagnosis, blind_to, diagnose, diagnosis_at, says_nothing, tested_values
 from estimator.diagnosis.explain import Explanation, explain
 from estimator.diagnosis.noise_floor import NoiseFloor, noise_floor
 from estimator.diagnosis.residual_maps import residual_maps, shown
@@ -284,7 +284,9 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told, *, 
     groups = tuple(widened(group, of) for group in groups)
     written = estimated(question, campaign, out, of=of)
     named = [each.key for group in groups for each in group]
-    verdict = _settled(verdict_of_explanation(verdict_of(last, named=named), explanation), written["settled"], explanation)
+    begun = diagnosis_at(explanation.begun)
+    seen = {finding.key for finding in begun.findings} - set(blind_to(begun))
+    verdict = _settled(verdict_of_explanation(verdict_of(last, named=named, seen=seen), explanation), written["settled"], explanation)
     drops = drop_entries(registered.campaign)
     contact = judged(out, drops, campaign.observations, told) if judged is not None and drops and written["settled"] else None
     steps, apart = _step_entries(explanation, campaign)
@@ -306,7 +308,7 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told, *, 
         "names": name_entries(groups),
         "noise_floor": noise_floor_entry(floor, registered.campaign, _sure(last)),
         "maps": [map_entry(each) for each in residual_maps(registered.campaign, explanation.fit)],
-        "begun": diagnosis_entry(diagnosis_at(explanation.begun), names),
+        "begun": diagnosis_entry(begun, names),
         "diagnosis": diagnosis_entry(last, names),
         "steps": steps,
         "ladder": explanation_ladder(explanation, names),
