@@ -54,6 +54,7 @@ from tumble.reports.separation_words import advised
 from tumble.reports.verdict import Verdict, far_off, likely_more, percent, verdict_of
 from tumble.reports.words import rms_word
 from tumble.result_files import estimate_path
+from tumble.tracked_bodies import axes_words
 from tumble.unknowns import law_command, rows_outside_words, unknown_entry, with_unknown
 from tumble.versions import versions
 
@@ -291,7 +292,8 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told, *, 
     contact = judged(out, drops, campaign.observations, told) if judged is not None and drops and written["settled"] else None
     steps, apart = _step_entries(explanation, campaign)
     of_contact = () if contact is None else (contact.sentence,)
-    verdict = replace(verdict, remarks=(*map(names_sentence, groups), *scattered(explanation), *verdict.remarks, *of_contact))
+    axes = axes_words(campaign.observations, explanation.found)
+    verdict = replace(verdict, remarks=(*map(names_sentence, groups), *axes, *scattered(explanation), *verdict.remarks, *of_contact))
     verdict = advised(verdict, apart if explanation.found else [], question.command("explain", ()))
     rest = unknown_entry(registered.campaign, explanation.fit, explanation.left, names, told=told)
     if _a_force(rest):
