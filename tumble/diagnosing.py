@@ -16,7 +16,7 @@ from datasets.trajectory import Trajectory
 from datasets.vocabulary.effects import Stage, begins, in_words
 from estimator.data.configuration import configuration_from_dict
 from estimator.diagnosis.adding import Rung, fit_with, ladder
-from estimator.diagnosis.diagnose import ALPHA, Diagnosis, diagnose, diagnosis_at, says_nothing, tested_values
+from estimator.diagnosis.diagnose import ALPHA, Diagnosis, blind_to, diagnose, diagnosis_at, says_nothing, tested_values
 from estimator.diagnosis.explain import Explanation, explain
 from estimator.diagnosis.noise_floor import NoiseFloor, noise_floor
 from estimator.diagnosis.residual_maps import residual_maps, shown
@@ -54,6 +54,7 @@ from tumble.reports.separation_words import advised
 from tumble.reports.verdict import Verdict, far_off, likely_more, percent, verdict_of
 from tumble.reports.words import rms_word
 from tumble.result_files import estimate_path
+from tumble.tracked_bodies import axes_words
 from tumble.unknowns import law_command, rows_outside_words, unknown_entry, with_unknown
 from tumble.versions import versions
 
@@ -284,12 +285,15 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told, *, 
     groups = tuple(widened(group, of) for group in groups)
     written = estimated(question, campaign, out, of=of)
     named = [each.key for group in groups for each in group]
-    verdict = _settled(verdict_of_explanation(verdict_of(last, named=named), explanation), written["settled"], explanation)
+    begun = diagnosis_at(explanation.begun)
+    seen = {finding.key for finding in begun.findings} - set(blind_to(begun))
+    verdict = _settled(verdict_of_explanation(verdict_of(last, named=named, seen=seen), explanation), written["settled"], explanation)
     drops = drop_entries(registered.campaign)
     contact = judged(out, drops, campaign.observations, told) if judged is not None and drops and written["settled"] else None
     steps, apart = _step_entries(explanation, campaign)
     of_contact = () if contact is None else (contact.sentence,)
-    verdict = replace(verdict, remarks=(*map(names_sentence, groups), *scattered(explanation), *verdict.remarks, *of_contact))
+    axes = axes_words(campaign.observations, explanation.found)
+    verdict = replace(verdict, remarks=(*map(names_sentence, groups), *axes, *scattered(explanation), *verdict.remarks, *of_contact))
     verdict = advised(verdict, apart if explanation.found else [], question.command("explain", ()))
     rest = unknown_entry(registered.campaign, explanation.fit, explanation.left, names, told=told)
     if _a_force(rest):
@@ -306,7 +310,7 @@ def explained(question: Question, campaign: Prepared, out: Path, told: Told, *, 
         "names": name_entries(groups),
         "noise_floor": noise_floor_entry(floor, registered.campaign, _sure(last)),
         "maps": [map_entry(each) for each in residual_maps(registered.campaign, explanation.fit)],
-        "begun": diagnosis_entry(diagnosis_at(explanation.begun), names),
+        "begun": diagnosis_entry(begun, names),
         "diagnosis": diagnosis_entry(last, names),
         "steps": steps,
         "ladder": explanation_ladder(explanation, names),

@@ -1,16 +1,23 @@
-"""The body of a trajectory from a mesh: a closed surface in metres, in the tracked frame, uniformly filled."""
+"""The body of a trajectory: from a mesh, a closed surface in metres, in the tracked frame, uniformly filled; and its axes in words."""
 
+from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from datasets.errors import InputError
+from datasets.observation import Observation
 from datasets.plausibility import FARTHEST_M
+from datasets.trajectory import Trajectory
 from datasets.vocabulary.body import Body
+from estimator.effects.dependence import of_body
+from estimator.effects.registry import MODELS
 from estimator.geometry.visual_hull import HullMesh
 from estimator.particle.mass_properties import body_of, solid_of
 
+ALONG = 1e-6
+"""By how much the cosine between an axis of the body and one of the tracked frame may miss 1 where they are one."""
 INSIDE = 1e-6
 """Of a triangle, by which a point may lie outside and count as inside: rounding at the edges between triangles of one face."""
 
@@ -58,3 +65,21 @@ def read_mesh(path: Path) -> HullMesh:
     if not mesh.is_watertight:
         raise InputError(f"{path}: expected a closed mesh, got one with open edges.")
     return HullMesh(np.asarray(mesh.vertices, dtype=np.float64), np.asarray(mesh.faces, dtype=np.int64))
+
+
+def axes_words(observations: Mapping[str, Observation | Trajectory], found: Collection[str]) -> Iterator[str]:
+    """Which axes of the tracked frame the body's are, whose moments ascend, where values along them are among what was ``found``."""
+    of_axes = [key for key in found if key in MODELS and of_body(MODELS[key])]
+    turns = [each.surroundings.body.R_particle_body for each in observations.values() if isinstance(each, Trajectory)]
+    alike = turns and all(np.allclose(R, turns[0], atol=ALONG) for R in turns)
+    if of_axes and alike and not np.allclose(turns[0], np.eye(3), atol=ALONG):
+        told = ", ".join(f"{k + 1} is {_along(axis)}" for k, axis in enumerate(turns[0].T))
+        yield f"Axes of the body are counted by their moments, the smallest first: of the tracked frame, {told}."
+
+
+def _along(axis: NDArray[np.float64]) -> str:
+    """A direction (3,) as an axis of the tracked frame, or in its coordinates."""
+    k = int(np.argmax(np.abs(axis)))
+    if abs(axis[k]) > 1.0 - ALONG:
+        return f"{'-' if axis[k] < 0.0 else ''}{'xyz'[k]}"
+    return f"({', '.join(f'{x:.3f}' for x in axis)})"

@@ -82,7 +82,10 @@ def unknown_entry(
         "shapes": [_shape_entry(shape, names) for shape in empirical_shapes(campaign, found)],
         "law": None if found.law is None else law_entry(found.law, names),
         "superfluous": list(superfluous(campaign, found)),
-        "sentences": [*_sentences(left, found, superfluous(campaign, found), campaign), *_of_several(campaign, found, names)],
+        "sentences": [
+            *_sentences(left, _shown(campaign, found), superfluous(campaign, found), campaign.kind.unit),
+            *_of_several(campaign, found, names),
+        ],
     }
 
 
@@ -176,11 +179,15 @@ def law_words(terms: Sequence[Term]) -> str:
     return " and ".join(t.words for t in terms)
 
 
-def _sentences(left: Unknown, found: EmpiricalFit, needless: Sequence[str], campaign: Campaign) -> list[str]:
-    """What was found, for people; of curves, those that such measurements show."""
-    unit = campaign.kind.unit
+def _shown(campaign: Campaign, found: EmpiricalFit) -> EmpiricalFit:
+    """The fit with those of its terms that such measurements show: no torque where nothing tells how a body turns."""
+    return replace(found, terms=tuple(each for each in found.terms if campaign.kind.why_not(campaign, each) is None))
+
+
+def _sentences(left: Unknown, found: EmpiricalFit, needless: Sequence[str], unit: str) -> list[str]:
+    """What was found, for people; residuals are in ``unit``."""
     rms = f"held-out RMS {rms_word(unit)}"
-    words = " and ".join(FAMILY_WORDS[each.entry.key] for each in found.terms if campaign.kind.why_not(campaign, each) is None)
+    words = " and ".join(FAMILY_WORDS[effect.entry.key] for effect in found.terms)
     removed = found.removed
     before, after = (f"{each.rms_px:.4f} {unit}" for each in (removed.before, removed.after))
     sits = f"It sits in the {left.stage.value} ({p_words(left.p)})"

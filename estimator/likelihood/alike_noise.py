@@ -100,7 +100,7 @@ def channel_noise(residuals: Sequence[Array], times: Sequence[Array] | None = No
 
 
 def less_explained(residuals: Sequence[Array], times: Sequence[Array], columns: Sequence[Array]) -> tuple[list[Array], Array]:
-    """Residuals (n,) of several sequences less what ``columns`` (n, k) of each explain beside polynomials, and the amplitudes (k,).
+    """The ``residuals`` (n,) of several sequences less what ``columns`` (n, k) of each explain beside polynomials, and amplitudes (k,).
 
     ``times`` (n,) s. Amplitudes are those of all sequences. Columns that are polynomials explain nothing. Rows far off are not asked.
     """

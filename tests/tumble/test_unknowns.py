@@ -106,6 +106,38 @@ def test_a_curve_that_predicts_no_better_is_not_said_to_explain() -> None:
     assert "%" not in said
 
 
+def test_a_law_that_predicts_worse_than_curves_is_told_without_values() -> None:
+    """Of ten shots of a ball a wall was told, with its place, that took 6 % of the excess where curves took 38 %."""
+    _, rest, _ = left()
+    before = SimpleNamespace(rms_px=1.06)
+    law = SimpleNamespace(
+        terms=[SimpleNamespace(words="an attraction along one axis")],
+        removed=SimpleNamespace(before=before, after=SimpleNamespace(rms_px=1.04), share=0.06),
+    )
+    found = SimpleNamespace(
+        terms=[SimpleNamespace(entry=SimpleNamespace(key="force_curve"))],
+        removed=SimpleNamespace(before=before, after=SimpleNamespace(rms_px=0.95), share=0.38, floor_px=0.74),
+        law=law,
+        described=False,
+    )
+    said = _sentences(rest, cast(EmpiricalFit, found), (), "σ")
+    assert said[-1].startswith("No law that was tried describes it: the nearest, an attraction along one axis, brings")
+    assert "simplest law" not in " ".join(said)
+    assert not EmpiricalFit.described.fget(found)  # type: ignore[attr-defined]
+
+
+def test_something_unknown_that_is_not_established_is_suspected() -> None:
+    entry = left()[2]
+    found = Verdict(
+        "found", "The campaign is explained with gravity. Something is left that no effect of the catalogue explains.", (), ("gravity",)
+    )
+    told = with_unknown(found, entry, lambda _effects: "", sure=0.91)
+    assert told.sentence == (
+        "The campaign is explained with gravity. Suspected beside them, though not established: something that no effect of the "
+        "catalogue explains (91.0%)."
+    )
+
+
 def test_a_number_has_the_unknown_among_its_names_once() -> None:
     drag = UnderName((Part("linear_drag", (EFFECTS["linear_drag"].parameters[0],), np.array([0.2]), np.array([0.02])),), 0.497)
     unknown = [UnderName((Part(key, (), np.zeros(0), np.zeros(0)),), 0.25, unknown=True) for key in ("volume_warp", "force_field")]

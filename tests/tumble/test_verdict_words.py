@@ -34,6 +34,17 @@ def test_another_name_of_what_is_in_the_model_is_not_too_little_seen(
     assert told.remarks == (f"Too little data for these, however large within reason: {left}.",)
 
 
+def test_what_is_hidden_by_the_model_is_not_said_to_lack_data(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Lengths show in falling things until gravity is in the model."""
+    monkeypatch.setattr(verdict, "blind_to", lambda _diagnosis: ("length_scale", "steady_wind"))
+    monkeypatch.setattr(verdict, "says_nothing", lambda _diagnosis: False)
+    told = verdict_of(cast(Diagnosis, Nothing()), seen=("length_scale",))
+    assert told.remarks == (
+        "Too little data for these, however large within reason: steady wind.",
+        "These data cannot show these beside what is in the model, however large within reason: length scale.",
+    )
+
+
 def test_the_floor_is_no_higher_than_beside_what_is_unknown() -> None:
     nan = float("nan")
     numbers = np.zeros(0)

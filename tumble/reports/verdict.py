@@ -1,7 +1,7 @@
 """The verdict in words: what is missing, how sure, and what cannot be told apart."""
 
 import math
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass, replace
 
 from datasets.vocabulary.effects import in_words
@@ -36,10 +36,11 @@ def sureness(probability: float) -> str:
     return "likely" if probability < 0.5 else "not established"
 
 
-def verdict_of(diagnosis: Diagnosis, *, named: Collection[str] = ()) -> Verdict:
+def verdict_of(diagnosis: Diagnosis, *, named: Collection[str] = (), seen: Collection[str] = ()) -> Verdict:
     """The verdict on a diagnosis: what the most probable set of effects has that the model lacks.
 
-    ``named``: keys of effects that are told as other names of what is in the model, which these data cannot show beside it.
+    ``named``: keys of effects that are told as other names of what is in the model, which these data cannot show beside it; ``seen``: of
+    those that would have shown before anything was in it.
     """
     n = len(diagnosis.findings)
     if n == 0:
@@ -51,10 +52,10 @@ def verdict_of(diagnosis: Diagnosis, *, named: Collection[str] = ()) -> Verdict:
     if not diagnosis.missing:
         sure = percent(diagnosis.probability)
         if diagnosis.probability < 0.5:
-            return Verdict("judged", f"Nothing is established. {likely_more(diagnosis)}", _blind(diagnosis, named), ())
+            return Verdict("judged", f"Nothing is established. {likely_more(diagnosis)}", tuple(_blind(diagnosis, named, seen)), ())
         sentence = f"Nothing is missing (probability {sure}): with none of {n} further effects is the model more probable."
         needless = (f"The evidence does without: {_listed(diagnosis.superfluous)}.",) if diagnosis.superfluous else ()
-        return Verdict("nothing missing", sentence, (*needless, *_blind(diagnosis, named)), ())
+        return Verdict("nothing missing", sentence, (*needless, *_blind(diagnosis, named, seen)), ())
     opening = f"The model misses something: {sureness(diagnosis.probability)} (nothing missing: {percent(diagnosis.probability)})."
     known = {f.key: f for f in diagnosis.findings}
     named = tuple(key for key in diagnosis.missing if key in known)
@@ -83,10 +84,13 @@ def percent(probability: float) -> str:
     return f"{probability:.1%}" if 1e-3 <= probability <= 0.999 else "< 0.1%" if probability < 0.5 else "> 99.9%"
 
 
-def _blind(diagnosis: Diagnosis, named: Collection[str]) -> tuple[str, ...]:
+def _blind(diagnosis: Diagnosis, named: Collection[str], seen: Collection[str]) -> Iterator[str]:
     """What nothing can be said of, nor is in what was said."""
-    blind = tuple(key for key in blind_to(diagnosis) if key not in named)
-    return (f"Too little data for these, however large within reason: {_listed(blind)}.",) if blind else ()
+    blind = [key for key in blind_to(diagnosis) if key not in named]
+    if never := tuple(key for key in blind if key not in seen):
+        yield f"Too little data for these, however large within reason: {_listed(never)}."
+    if hidden := tuple(key for key in blind if key in seen):
+        yield f"These data cannot show these beside what is in the model, however large within reason: {_listed(hidden)}."
 
 
 def _listed(keys: tuple[str, ...]) -> str:
