@@ -113,6 +113,13 @@ def frame_rate(key: str) -> None:
     np.testing.assert_allclose(fast.poses.R, slow.poses.R, atol=1e-7)
 
 
+def clock_offset(key: str) -> None:
+    """A clock that is late shows the flight's later moments."""
+    late, there = flown(key, 3e-5).poses, predict(flight(), Model(), np.zeros(0), SETTING, TIMES + 3e-5).poses
+    np.testing.assert_allclose(late.centre, there.centre, atol=1e-12)
+    np.testing.assert_allclose(late.R, there.R, atol=1e-9)
+
+
 def dropped_frames(key: str) -> None:
     """A gap of whole frames shows the undisturbed flight's later frames."""
     gap, there = flown(key, 2.0, 30.0).poses, flown(key, 0.0, 30.0).poses
@@ -399,7 +406,7 @@ LAWS: dict[str, Callable[[str], None]] = {
     law.__name__: law
     for law in (
         *(frame_rate, dropped_frames, trigger_jitter, centre_of_mass, inertia_ratios, length_scale, linear_drag, quadratic_drag),
-        *(products_of_inertia, nutation_damping),
+        *(products_of_inertia, nutation_damping, clock_offset),
         *(magnus_lift, spin_damping, radial_distortion, tangential_distortion, principal_point, pixel_aspect, focal_length),
         *(camera_vibration, defocus_growth, motion_blur_threshold, rolling_shutter, outline_offset, view_outline_offset, blooming),
         *(rim_light_leak, saturating_lift, steady_wind, unmeasured_lift, position_distortion, gyroscope_bias, gyroscope_scale),
