@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from datasets.estimate import Estimate
 from datasets.vocabulary.surface_mesh import SurfaceMesh
-from estimator.data.configuration import Configuration
+from estimator.data.configuration import ALWAYS, Configuration
 from estimator.data.fit_task import FitTask
 from estimator.fitting.calibration_share import CalibrationShare, calibration_share
 from estimator.fitting.problem import Fact, M
@@ -22,8 +22,6 @@ from estimator.surface.joint import JointFit, beside_the_surface, joint_fit
 from estimator.surface.told import finer_views, surface_sentence, surface_statistics
 
 OF_TANGENTS = "the estimate is that of tangents."
-ALWAYS = 2
-"""The ``surface_fit`` of who wants it with few views, too."""
 
 
 def left_out(particle: Particle, configuration: Configuration) -> str | None:

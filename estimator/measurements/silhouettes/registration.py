@@ -17,7 +17,7 @@ from datasets.observation import CalibratedView, Observation
 from estimator.appearance.model_errors import SequenceTask
 from estimator.appearance.outline_tables import OutlineTables, with_tables
 from estimator.appearance.rim import Rim, rim_of
-from estimator.data.configuration import Configuration
+from estimator.data.configuration import ALWAYS, Configuration
 from estimator.data.fit_task import FitTask, restricted
 from estimator.data.no_measurement import NoMeasurement
 from estimator.data.views import Views
@@ -42,6 +42,7 @@ from estimator.particle.observed import observed_particle
 from estimator.particle.particle import Particle, views_like
 from estimator.search.candidate_flights import candidate_flights, first_pose
 from estimator.search.clock_alignment import aligned
+from estimator.search.rival_flights import few_views
 
 Array = NDArray[np.float64]
 HOPELESS_COST = 50.0
@@ -92,9 +93,15 @@ def register(
     start = CampaignState(tuple(flight for _, _, flight in flown), tuple(np.zeros(0) for _ in flown))
     left_out = tuple(each for i in range(len(observations)) if isinstance(each := found[i], LeftOut))
     registered = Registered(campaign, start, tuple(p for _, p, _ in particles.values()), left_out)
-    if not configuration.campaign_surface_fit:
+    if not _sampled(registered, configuration):
         return registered
     return by_samples(registered, tuple(catalogue(campaign.cameras).values()), configuration, clocks=clocks)
+
+
+def _sampled(registered: Registered, configuration: Configuration) -> bool:
+    """Whether a campaign is fitted sample by sample: where that is asked for, of particles that many views show or always."""
+    wanted, seen = configuration.campaign_surface_fit, [registered.particles[i] for i in set(registered.campaign.particle)]
+    return bool(seen) and (wanted == ALWAYS or (wanted > 0 and not any(few_views(each) for each in seen)))
 
 
 @dataclass(frozen=True)

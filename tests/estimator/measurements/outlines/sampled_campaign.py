@@ -16,7 +16,7 @@ COARSE = 4
 @cache
 def registered() -> Registered:
     effects = [catalogue()[key] for key in ("linear_drag", "quadratic_drag", "outline_offset", "frame_rate", "radial_distortion")]
-    return by_samples(small_campaign.registered(), effects, Configuration(campaign_surface_fit=1), subdivisions=COARSE)
+    return by_samples(small_campaign.registered(), effects, Configuration(campaign_surface_fit=2), subdivisions=COARSE)
 
 
 @cache

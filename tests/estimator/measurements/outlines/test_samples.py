@@ -31,13 +31,14 @@ from estimator.measurements.outlines.task import (
     with_contacts_at,
     with_sectors,
 )
-from estimator.measurements.silhouettes.registration import register
+from estimator.measurements.silhouettes.registration import _sampled, register
 from estimator.motion.flight import COM, N_PARAMETERS, OFFSET, OMEGA, STEPS, Flight, V, moved
 from estimator.motion.rigid_body import RanAway
 from estimator.surface.amplitudes import Amplitudes
 from estimator.surface.joint import Joined, joined
 from estimator.surface.shape import Shape
 from synth.sequence import build_silhouette_sequence
+from tests.estimator import small_campaign
 
 Array = NDArray[np.float64]
 RECIPE = Recipe(
@@ -148,6 +149,12 @@ def test_amplitudes_are_of_variance_one(fit: CampaignFit, sampled: Registered) -
     assert len(amplitudes) == sampled.campaign.kind.base.size > 20
     assert np.all(fit.state.theta[1] == amplitudes)
     assert 0.05 < np.sqrt(np.mean(amplitudes**2)) < 1.5
+
+
+def test_with_few_views_campaigns_are_fitted_by_samples_where_that_is_always_asked_for(tangents: Registered) -> None:
+    asked = [Configuration(campaign_surface_fit=number) for number in range(3)]
+    assert [_sampled(tangents, each) for each in asked] == [False, True, True]
+    assert [_sampled(small_campaign.registered(), each) for each in asked] == [False, False, True]
 
 
 def test_surfaces_are_fitted_once_under_a_model(sampled: Registered, fit: CampaignFit) -> None:

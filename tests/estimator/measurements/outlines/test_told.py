@@ -26,7 +26,7 @@ def test_estimates_have_no_amplitudes() -> None:
     campaign, fit = registered().campaign, fitted()
     at = considered(campaign, fit, campaign_covariance(campaign, fit), ())
     made = {each.name: each for each in observations()}
-    for number, estimate in enumerate(campaign_estimates(registered(), made, fit, at, Configuration(campaign_surface_fit=1))):
+    for number, estimate in enumerate(campaign_estimates(registered(), made, fit, at, Configuration(campaign_surface_fit=2))):
         assert estimate.parameters == NAMES
         assert estimate.values.shape == (len(NAMES),)
         assert estimate.covariance.shape == (len(NAMES), len(NAMES))
@@ -62,7 +62,7 @@ def test_the_campaign_s_document_has_none_either() -> None:
 
 def test_the_page_says_nothing_of_tangents() -> None:
     """Residuals are in standard deviations of the noise, their maps in pixels."""
-    question = Question(Path("made"), asdict(Configuration(campaign_surface_fit=1)), (), "")
+    question = Question(Path("made"), asdict(Configuration(campaign_surface_fit=2)), (), "")
     found = Prepared(registered(), {each.name: each for each in observations()}, {})
     document = plain(compared(question, found, lambda _: None))
     page = render(document)
