@@ -24,7 +24,7 @@ class Exponent:
     high: float
 
     def __str__(self) -> str:
-        return f"{self.value:+.2f} ({self.low:+.2f} to {self.high:+.2f})"
+        return f"{self.value:+z.2f} ({self.low:+z.2f} to {self.high:+z.2f})"
 
 
 def power_law(rows: pd.DataFrame, y: Array, factors: Sequence[str], group: str) -> tuple[tuple[Exponent, ...], float]:
