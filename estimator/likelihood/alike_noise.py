@@ -42,7 +42,7 @@ SEEN = 1e-6
 LONGEST = 500
 """Rows that are looked at together: longer sequences are cut."""
 FINE = 9
-"""Digits of the times of rows, over half the sequence."""
+"""Digits of the times of rows, over half the piece of a sequence that is looked at together."""
 LAGS = 3
 """Products are taken of a row with itself, the next and the one after."""
 FIRST, FADING = np.linspace(0.0, 0.9, 46), np.linspace(0.0, 0.9, 31)
@@ -79,7 +79,7 @@ def channel_noise(residuals: Sequence[Array], times: Sequence[Array] | None = No
 
     ``times`` (n,) s of each; left out: rows are evenly spaced. ``None`` where polynomials leave nothing of them.
     """
-    parts, at = _parts(residuals), _parts(_spans(residuals, times))
+    parts, at = _parts(residuals), _spans(residuals, times)
     kept = _near(parts, at)
     rows = [_Rows.of(each, u) for each, u in zip(kept, at, strict=True)]
     left = [_projector(each) @ r for r, each in zip(parts, rows, strict=True)]
@@ -104,13 +104,13 @@ def less_explained(residuals: Sequence[Array], times: Sequence[Array], columns: 
 
     ``times`` (n,) s. Amplitudes are those of all sequences. Columns that are polynomials explain nothing. Rows far off are not asked.
     """
-    at = _spans(residuals, times)
-    P = [_projector(_Rows.of(each, u)) for each, u in zip(_near(residuals, at), at, strict=True)]
-    X = np.concatenate([p @ c for p, c in zip(P, columns, strict=True)])
+    parts, at = _parts(residuals), _spans(residuals, times)
+    P = [_projector(_Rows.of(each, u)) for each, u in zip(_near(parts, at), at, strict=True)]
+    X = np.concatenate([p @ c for p, c in zip(P, _parts(columns), strict=True)])
     whole = np.sqrt(np.sum([np.sum(c**2, axis=0) for c in columns], axis=0))
     size = np.linalg.norm(X, axis=0)
     told = size > SEEN * np.maximum(whole, 1e-300)
-    y = np.concatenate([p @ r for p, r in zip(P, residuals, strict=True)])
+    y = np.concatenate([p @ r for p, r in zip(P, parts, strict=True)])
     amplitudes = np.zeros(len(size))
     amplitudes[told] = np.linalg.lstsq(X[:, told] / size[told], y, rcond=SEEN)[0] / size[told]
     return [r - c @ amplitudes for r, c in zip(residuals, columns, strict=True)], amplitudes
@@ -121,7 +121,7 @@ def surprise(residuals: Sequence[Array], times: Sequence[Array], noise: ChannelN
 
     ``times`` (n,) s.
     """
-    parts, at = _parts(residuals), _parts(_spans(residuals, times))
+    parts, at = _parts(residuals), _spans(residuals, times)
     squares, half_log_det, near = 0.0, 0.0, _near(parts, at)
     for r, u, each in zip(parts, at, near, strict=True):
         whitener, design, half = _whitened(_Rows.of(each, u), noise.first, noise.fading)
@@ -134,7 +134,7 @@ def surprise(residuals: Sequence[Array], times: Sequence[Array], noise: ChannelN
 
 @dataclass(frozen=True)
 class _Rows:
-    """Which rows of a sequence are kept, and when they were, from -1 to 1: as bytes, so that what is made of them is made once."""
+    """Which rows of a piece of a sequence are kept, and when they were, -1 to 1: as bytes, so that what is made of them is made once."""
 
     kept: bytes
     at: bytes
@@ -160,8 +160,8 @@ def _parts(rows: Sequence[Array]) -> list[Array]:
 
 
 def _spans(residuals: Sequence[Array], times: Sequence[Array] | None) -> list[Array]:
-    """When rows were, from -1 to 1; rounded, so that evenly spaced sequences of one length share what is made of them."""
-    every = [np.arange(len(r), dtype=np.float64) for r in residuals] if times is None else times
+    """When the rows of each piece were, from -1 to 1; rounded, so that evenly spaced ones of one length share what is made of them."""
+    every = _parts([np.arange(len(r), dtype=np.float64) for r in residuals] if times is None else times)
     return [np.round(2.0 * (t - t[0]) / max(float(t[-1] - t[0]), 1e-300) - 1.0, FINE) if len(t) else t for t in every]
 
 

@@ -89,3 +89,18 @@ def test_what_an_effect_makes_is_taken_off_beside_polynomials_with_one_amplitude
     assert before is not None
     assert after is not None
     assert surprise(less, times, after) < surprise(residuals, times, before) - 20.0
+
+
+def test_polynomials_of_long_sequences_are_those_of_their_pieces() -> None:
+    """A gyroscope writes a hundred thousand rows: what is smooth within one piece is no noise, and no matrix is as large as all rows."""
+    rng = np.random.default_rng(9)
+    pieces, rows = 200, 500
+    times = 1e-3 * np.arange(pieces * rows)
+    smooth = np.tile(200.0 * np.linspace(-1.0, 1.0, rows) ** 5, pieces)
+    shape = np.sin(40.0 * times)[:, None]
+    residuals = rng.normal(size=len(times)) + smooth
+    noise = channel_noise([residuals], [times])
+    assert noise is not None
+    assert noise.sigma == pytest.approx(1.0, rel=0.02)
+    _, amplitudes = less_explained([residuals + 3.0 * shape[:, 0]], [times], [shape])
+    assert amplitudes[0] == pytest.approx(3.0, abs=0.05)
