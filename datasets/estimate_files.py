@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from datasets import measured_entries, state_entries
+from datasets.atomic_files import write_failure
 from datasets.errors import InputError
 from datasets.estimate import Estimate, FrameReport, Status
 from datasets.json_documents import Document, read_document, revived, write_document
@@ -39,10 +40,13 @@ def write_estimate(estimate: Estimate, path: Path) -> None:
 
 
 def _write_surface(estimate: Estimate | None, path: Path) -> None:
-    if estimate is None or estimate.surface is None:
-        path.unlink(missing_ok=True)
-    else:
+    if estimate is not None and estimate.surface is not None:
         write_mesh(path, estimate.surface.vertices, estimate.surface.faces)
+        return
+    try:
+        path.unlink(missing_ok=True)
+    except OSError as error:
+        raise write_failure(path, error) from error
 
 
 def _content(estimate: Estimate) -> Document:

@@ -306,7 +306,7 @@ def _sigma(path: Path, columns: Array | None, stated: float | None, values: Arra
     if columns is not None:
         seen = columns[np.isfinite(values)]
         if np.isnan(seen).any():
-            raise InputError(f"{path}: expected a standard deviation beside every measured value, got an empty cell.")
+            raise InputError(f"{path}: expected a standard deviation beside every measured value, got an empty cell or no column.")
         if (seen <= 0).any():
             raise InputError(f"{path}: expected positive standard deviations, got {seen.min():g}.")
         return columns

@@ -8,7 +8,7 @@ from typing import Any
 
 from datasets.errors import InputError
 from datasets.estimate import Estimate
-from datasets.estimate_files import read_estimate
+from datasets.estimate_files import read_estimate, surface_file
 from datasets.file_digests import file_sha256
 from datasets.json_documents import read_document
 from datasets.observation import Observation
@@ -144,8 +144,9 @@ def _with_pictures(record: Record, observation: Observation) -> Record:
 
 
 def _digests(estimate: Path, folders: Sequence[Path]) -> tuple[tuple[str, str], ...]:
-    """Name and SHA-256 of the estimate and of every file in ``folders``; names are from the folder above each."""
-    files = [(estimate.name, estimate)]
+    """Name and SHA-256 of the estimate, its surfaces and of every file in ``folders``; names are from the folder above each."""
+    surfaces = (surface_file(estimate), surface_file(estimate, companion=True))
+    files = [(path.name, path) for path in (estimate, *surfaces) if path.exists()]
     for folder in folders:
         root = folder.parent.parent
         files += [(str(path.relative_to(root)), path) for path in sorted(folder.rglob("*")) if path.is_file()]

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.errors import InputError
+from datasets.vocabulary.effects import EFFECTS, of_camera, whose
 from estimator.effects.link import EffectModel
 from estimator.fitting.campaigns.campaign import Campaign
 from estimator.fitting.campaigns.facts import Fact
@@ -51,7 +52,18 @@ class Stated:
     @property
     def effect(self) -> str:
         """Key of the effect that it is about."""
-        return "length_scale" if self.name in LENGTHS else self.name.partition(".")[0]
+        return "length_scale" if self.name in LENGTHS else self.parts[0]
+
+    @property
+    def parts(self) -> tuple[str, str]:
+        """Key of the effect and its parameter, empty where none is named; the name of a camera may have dots."""
+        effect, camera = whose(self.name)
+        if not camera:
+            key, _, parameter = self.name.partition(".")
+            return key, parameter
+        name, _, last = camera.rpartition(".")
+        is_parameter = bool(name) and (effect not in EFFECTS or last in EFFECTS[effect].names)
+        return (of_camera(effect, name), last) if is_parameter else (self.name, "")
 
     def refused(self, reason: str) -> InputError:
         """The error that names the statement."""
@@ -168,7 +180,7 @@ def _effect(said: Stated, campaign: Campaign, candidates: Mapping[str, EffectMod
 
 def _parameters(said: Stated, model: EffectModel) -> tuple[str, ...]:
     """The parameters that a statement is about: one, or each where an effect is possible."""
-    key, names, parameter = said.effect, model.entry.sizes, said.name.partition(".")[2]
+    (key, parameter), names = said.parts, model.entry.sizes
     if parameter in names:
         return (parameter,)
     if not parameter and (len(names) == 1 or said.option == "--possible" or key == "gravity"):

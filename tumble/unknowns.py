@@ -249,7 +249,8 @@ def with_unknown(verdict: Verdict, entry: Entry | None, ladder: Callable[[Sequen
         return verdict
     opening = "Something is missing that no effect of the catalogue explains."
     if sure < ESTABLISHED:
-        opening = f"Suspected beside them, though not established: something that no effect of the catalogue explains ({percent(sure)})."
+        beside = " beside them" if verdict.kind == "found" else ""
+        opening = f"Suspected{beside}, though not established: something that no effect of the catalogue explains ({percent(sure)})."
     if verdict.kind == "found":
         opening = f"{verdict.sentence.split(' Something is left')[0].split(' Then nothing')[0]} {opening}"
     kind = verdict.kind if verdict.kind == "found" else "unknown"

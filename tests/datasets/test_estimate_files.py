@@ -150,6 +150,12 @@ def test_a_motion_with_missing_frames(truth, estimate_of, tmp_path):
         read_estimate(path)
 
 
+def test_a_folder_that_cannot_be_is_named(truth, estimate_of, tmp_path):
+    (tmp_path / "taken").write_text("a file, not a folder")
+    with pytest.raises(TumbleError, match=r"cannot be written \(Not a directory\)"):
+        write_estimate(estimate_of(truth, np.zeros(6)), tmp_path / "taken" / "flight.estimate.json")
+
+
 def test_a_full_disk_leaves_the_old_file(truth, estimate_of, tmp_path, monkeypatch):
     path = written(estimate_of(truth, np.zeros(6)), tmp_path)
     before = path.read_bytes()

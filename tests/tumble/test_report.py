@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from datasets.estimate import Estimate, ImpactEstimate, Status
+from datasets.estimate_files import write_estimate
 from datasets.observation import Observation
 from datasets.truth import Truth
 from datasets.vocabulary.outline import Outline
@@ -21,6 +22,7 @@ from tests.tumble.browsing import Tab, opened
 from tests.tumble.made_up import made_up_estimate, small_recipe
 from tumble.cli.estimate import impact_sentence
 from tumble.numbers import with_sigma
+from tumble.reporting import report_item
 from tumble.reports.csv_tables import TABLES
 from tumble.reports.overlay import estimated_outlines, surface_of
 from tumble.reports.page import render, write_page
@@ -58,9 +60,7 @@ def test_the_estimated_outline_lies_on_the_observed_one(sequences: list[tuple[Ob
         np.testing.assert_allclose(found.max(axis=0), seen.points_px.max(axis=0), atol=2.0)
 
 
-def test_the_surface_of_the_fit_is_shown_where_there_is_one(
-    sequences: list[tuple[Observation, Truth]], estimates: list[Estimate]
-) -> None:
+def test_the_surface_of_the_fit_is_shown_where_there_is_one(sequences: list[tuple[Observation, Truth]], estimates: list[Estimate]) -> None:
     observation, truth = sequences[0]
     fitted = replace(estimates[0], surface=SurfaceMesh(truth.mesh_vertices, truth.mesh_faces))
     found = [sequence_payload(Record(e, observation, surface=surface_of(e, observation)), most_frames=1) for e in (fitted, estimates[0])]
@@ -252,3 +252,13 @@ def test_the_embedded_data_is_json(page: Path) -> None:
     assert [known[f"sequence-{k}"]["status"] for k in range(2)] == ["converged", "ambiguous"]
     for name in TABLES:
         assert known[f"csv-{name}"] == (page.parent / f"{name}.csv").read_text(encoding="utf-8")
+
+
+def test_the_surface_that_was_read_is_among_what_was_read(
+    sequences: list[tuple[Observation, Truth]], estimates: list[Estimate], tmp_path: Path
+) -> None:
+    truth = sequences[0][1]
+    path = tmp_path / "flight.estimate.json"
+    write_estimate(replace(estimates[0], surface=SurfaceMesh(truth.mesh_vertices, truth.mesh_faces)), path)
+    payload = {"estimate": str(path), "observations": {}, "truth": None, "particle": None, "most_frames": 1}
+    assert [name for name, _ in report_item(payload)["shown"]["read"]] == ["flight.estimate.json", "flight.surface.ply"]

@@ -140,3 +140,19 @@ def test_a_possible_effect_has_a_deviation_alone(words: str) -> None:
 
 def test_a_quantity_is_a_record() -> None:
     assert quantity("1mm±1um") == Quantity(1e-3, 1e-6, "m")
+
+
+@pytest.mark.parametrize(
+    ("name", "parts"),
+    [
+        ("gravity.g_x", ("gravity", "g_x")),
+        ("principal_point@side.dx", ("principal_point@side", "dx")),
+        ("principal_point@cam.1.dx", ("principal_point@cam.1", "dx")),
+        ("focal_length@cam.1", ("focal_length@cam.1", "")),
+        ("my_lens@side.power", ("my_lens@side", "power")),
+    ],
+)
+def test_names_of_cameras_may_have_dots(name: str, parts: tuple[str, str]) -> None:
+    found = known(f"{name}=0±0.5")
+    assert found.parts == parts
+    assert found.effect == parts[0]

@@ -136,6 +136,8 @@ def test_something_unknown_that_is_not_established_is_suspected() -> None:
         "The campaign is explained with gravity. Suspected beside them, though not established: something that no effect of the "
         "catalogue explains (91.0%)."
     )
+    alone = with_unknown(Verdict("judged", "Nothing is established.", (), ()), entry, lambda _effects: "", sure=0.91)
+    assert alone.sentence == "Suspected, though not established: something that no effect of the catalogue explains (91.0%)."
 
 
 def test_a_number_has_the_unknown_among_its_names_once() -> None:

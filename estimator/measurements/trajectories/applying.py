@@ -4,6 +4,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from datasets.vocabulary.effects import FURTHER_ONLY
 from estimator.effects.dependence import needs_unequal_moments, of_body, of_force
 from estimator.effects.link import EffectModel
 from estimator.effects.model import overrides
@@ -25,7 +26,7 @@ def why_not(effect: EffectModel, tasks: Sequence[TrajectoryTask]) -> str | None:
 
     Each condition is a set of channels, one of which has to be measured. Without an attitude a gyroscope says nothing of the world's axes.
     """
-    if effect.camera is not None:
+    if effect.camera is not None or effect.entry.key in FURTHER_ONLY:
         return "it is a camera's, and trajectories have none"
     measured = frozenset[str]().union(*(task.measured for task in tasks))
     for channels, said in _conditions(effect):

@@ -7,6 +7,7 @@ import pytest
 
 from estimator.effects.choosing import catalogue
 from estimator.effects.model import Model
+from estimator.effects.registry import MODELS
 from estimator.fitting.campaigns.base_model import base_fit
 from estimator.fitting.campaigns.campaign_covariance import campaign_covariance
 from estimator.measurements.trajectories.registering import register_trajectories, task_of
@@ -98,6 +99,7 @@ def test_only_effects_that_apply_are_tried(name: str, not_shown: set[str]) -> No
     gyroscope = {key for key, reason in reasons.items() if reason == "it acts on a gyroscope's readings"}
     assert gyroscope == {"gyroscope_bias", "gyroscope_scale"}
     assert {key for key, reason in reasons.items() if reason is not None} - pictures - gyroscope == not_shown
+    assert kind.why_not(registered.campaign, MODELS["clock_offset"]) == "it is a camera's, and trajectories have none"
 
 
 def test_rows_out_of_use_have_no_say() -> None:
