@@ -157,7 +157,7 @@ class Silhouettes:
         key, camera = whose(effect.entry.key)
         if camera and camera not in campaign.cameras:
             return f"there is no camera {camera}, but {' and '.join(campaign.cameras)}"
-        if key in FURTHER_ONLY and camera in ("", *campaign.cameras[:1]):
+        if key in FURTHER_ONLY and (camera in campaign.cameras[:1] or not _films_beside_another(campaign, camera)):
             return "it is of a further camera against the first one"
         if overrides(effect, "reading"):
             return "it acts on a gyroscope's readings"
@@ -205,6 +205,11 @@ class Silhouettes:
 
 
 SILHOUETTES = Silhouettes()
+
+
+def _films_beside_another(campaign: Campaign, camera: str) -> bool:
+    """Whether a camera is a further one in some recording."""
+    return any(camera in (each.name for each in sequence.task.sightings.cameras[1:]) for sequence in campaign.sequences)
 
 
 def picture_reports(sightings: Sightings, observation: Observation, rms_px: Array, whitened: Array) -> tuple[FrameReport, ...]:

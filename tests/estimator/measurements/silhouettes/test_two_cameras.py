@@ -11,7 +11,7 @@ import pytest
 
 from datasets.observation import Observation
 from datasets.recipes.recipe import EffectRecipe, FurtherHsvRecipe, Recipe
-from estimator.data.configuration import Configuration
+from estimator.data.configuration import ALWAYS, Configuration
 from estimator.diagnosis.diagnose import diagnose
 from estimator.diagnosis.explain import Explanation, explain
 from estimator.effects.choosing import catalogue
@@ -19,6 +19,7 @@ from estimator.effects.registry import MODELS
 from estimator.fitting.campaigns.base_model import base_fit
 from estimator.fitting.campaigns.campaign_covariance import campaign_covariance
 from estimator.fitting.campaigns.registered import Registered
+from estimator.measurements.outlines.kind import Outlines
 from estimator.measurements.silhouettes.registration import register
 from estimator.reports.clock_reporting import clocks_of_campaign
 from synth.frame_outlines import frame_outlines
@@ -105,10 +106,23 @@ def test_what_does_not_apply_says_why() -> None:
     assert campaign.kind.why_not(campaign, lens.of_camera("hsv_2")) is None
     assert campaign.kind.why_not(campaign, lens.of_camera("side")) == "there is no camera side, but hsv and hsv_2"
     assert campaign.kind.why_not(campaign, clock.of_camera("hsv")) == "it is of a further camera against the first one"
+    assert campaign.kind.why_not(campaign, clock.of_camera("hsv_2")) is None
+
+
+def test_cameras_that_film_nothing_together_have_no_clocks_to_compare() -> None:
+    first, second = small_campaign.observations()
+    other = replace(second, cameras=tuple(replace(camera, name="right") for camera in second.cameras))
+    campaign = register([first, other], Configuration()).campaign
+    assert campaign.cameras == ("hsv", "right")
+    assert (
+        campaign.kind.why_not(campaign, catalogue(campaign.cameras)["clock_offset@right"])
+        == "it is of a further camera against the first one"
+    )
 
 
 def test_sample_by_sample_a_campaign_has_the_clocks_too() -> None:
-    found = register(observations(recipe(HIDDEN["focal_length@hsv_2"], second=SECOND)), Configuration(campaign_surface_fit=1))
+    found = register(observations(recipe(HIDDEN["focal_length@hsv_2"], second=SECOND)), Configuration(campaign_surface_fit=ALWAYS))
+    assert isinstance(found.campaign.kind, Outlines)
     begun = base_fit(found.campaign, found.start)
     assert begun.model.keys[1:] == ("uncertain_clock@hsv_2",)
     cameras = found.campaign.cameras
