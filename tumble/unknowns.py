@@ -80,7 +80,7 @@ def unknown_entry(
         "terms": [effect.entry.key for effect in found.terms],
         **_removed_entry(found.removed, names),
         "shapes": [_shape_entry(shape, names) for shape in empirical_shapes(campaign, found)],
-        "law": None if found.law is None else law_entry(found.law, names),
+        "law": law_entry(found.law, names) if found.law is not None and found.described else None,
         "superfluous": list(superfluous(campaign, found)),
         "sentences": [
             *_sentences(left, _shown(campaign, found), superfluous(campaign, found), campaign.kind.unit),
@@ -228,7 +228,7 @@ def _nearest_law(law: LawFit, rms: str, unit: str) -> str:
 def _of_several(campaign: Campaign, found: EmpiricalFit, names: Sequence[str]) -> Iterator[str]:
     """Whose the values of a law are, where there are several particles."""
     particles = len(set(campaign.particle))
-    if found.law is not None and particles > 1:
+    if found.described and particles > 1:
         yield f"Each of the {particles} particles has values of its own in this law; those told are of the particle of {names[0]}."
 
 

@@ -126,6 +126,18 @@ def test_a_law_that_predicts_worse_than_curves_is_told_without_values() -> None:
     assert not EmpiricalFit.described.fget(found)  # type: ignore[attr-defined]
 
 
+def test_a_law_that_does_not_describe_it_is_in_no_document(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nor in the page, or in a plug-in, which are made of documents."""
+    fit, rest, entry = left()
+    assert entry["law"] is not None
+    monkeypatch.setattr(EmpiricalFit, "described", property(lambda _self: False))
+    found = unknown_entry(unknown_campaign("outgassing_thrust").campaign, fit, rest, NAMES)
+    assert found is not None
+    assert found["law"] is None
+    assert found["superfluous"] == []
+    assert "No law that was tried describes it" in found["sentences"][-1]
+
+
 def test_something_unknown_that_is_not_established_is_suspected() -> None:
     entry = left()[2]
     found = Verdict(
