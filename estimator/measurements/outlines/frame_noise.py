@@ -30,17 +30,19 @@ def with_alike_noise(sequences: Sequence[OutlineTask], residuals: Sequence[Outli
 
 
 def whole(registered: Registered) -> list[NDArray[np.bool_]]:
-    """Which sightings (n,) of every sequence of a campaign of tangents are not off as a whole from where their neighbours are."""
+    """Which sightings (n,) of every sequence of a campaign of tangents are not off as a whole from where those of their camera are."""
     return [_whole(registered, number) for number in range(len(registered.campaign.sequences))]
 
 
 def _whole(registered: Registered, number: int) -> NDArray[np.bool_]:
     campaign = registered.campaign
     shifts = campaign.kind.time_shifts(campaign, number, sequence_equations(campaign, number, registered.start, Model()))
-    told = shifts.noise > 0.0
-    kept = np.ones(len(told), dtype=np.bool_)
-    order = np.argsort(campaign.sequences[number].task.sightings.times_s, kind="stable")
-    kept[order] = ~told | (without_outliers(shifts).noise > 0.0)
+    sightings = campaign.sequences[number].task.sightings
+    place = np.argsort(np.argsort(sightings.times_s, kind="stable"))
+    kept = np.ones(len(sightings), dtype=np.bool_)
+    for rows in _cameras(sightings):  # what a lens or a clock is off by is in all pictures of one camera
+        mine = shifts.take(place[rows])
+        kept[rows] = (mine.noise <= 0.0) | (without_outliers(mine).noise > 0.0)
     return kept
 
 
