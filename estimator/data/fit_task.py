@@ -50,6 +50,13 @@ class Sightings:
         return np.array([rows[np.argmin(self.times_s[rows])] if len(rows) else 0 for rows in by_camera], dtype=np.int64)[self.camera]
 
     @cached_property
+    def in_time(self) -> tuple[NDArray[np.int64], ...]:
+        """Those of each camera that has some, by number, in the order of time."""
+        order = np.argsort(self.times_s, kind="stable")
+        each = (order[self.camera[order] == number] for number in range(len(self.cameras)))
+        return tuple(rows for rows in each if len(rows))
+
+    @cached_property
     def furthest_px(self) -> Array:
         """Points (n, a, 2) px of the outlines that lie furthest along :data:`OUTWARD`."""
         outlines = (self.silhouettes.points_px[self.silhouettes.slice_of(i)] for i in range(len(self)))

@@ -131,7 +131,7 @@ def score_tests(campaign: Campaign, fit: CampaignFit, candidates: Candidates) ->
     """Test every candidate against the fit; also the scores of the columns that were kept, for comparing effects with one another."""
     linear = arranged(campaign, candidate_equations(campaign, fit, candidates), fit.model, candidates)
     scores, chosen = efficient_scores(campaign, fit, linear)
-    jitter = jitter_test([campaign.kind.time_shifts(campaign, i, each) for i, each in enumerate(linear.equations)])
+    jitter = jitter_test(campaign.time_shifts(linear.equations))
     return [test_of(scores, candidates, number, chosen, jitter) for number in range(len(candidates.effects))], scores
 
 

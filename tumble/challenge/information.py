@@ -47,7 +47,7 @@ def jitter_information(campaign: Campaign, fit: CampaignFit) -> Array:
     A weighted mean of squares has heavier tails than what the table's effects are tested by, and spreads the wider the more jitter there
     is: kept is the information that a table needs to have the test's own limit at 95%.
     """
-    shifts = [campaign.kind.time_shifts(campaign, i, each) for i, each in enumerate(fit.equations)]
+    shifts = campaign.time_shifts(fit.equations)
     level = ALPHA / len(PICTURED)
     return np.array([[noncentrality(level, 1, FOUND) / jitter_found_with(shifts, level, FOUND) ** 4]])
 

@@ -119,7 +119,7 @@ def linearised(campaign: Campaign, fit: CampaignFit, catalogue: Mapping[str, Eff
     current = np.array([_current(fit, base.size, column, own) for column in scores.columns])
     known = campaign.kind.noise_scales(campaign, equations) is not None
     squares = campaign.kind.squares(equations) if known else None
-    jitter = jitter_test([campaign.kind.time_shifts(campaign, i, each) for i, each in enumerate(equations)])
+    jitter = jitter_test(campaign.time_shifts(equations))
     return Linearised(
         candidates.effects,
         len(own),

@@ -20,6 +20,7 @@ from estimator.fitting.descent import USUAL, Effort, descended
 from estimator.fitting.levenberg_marquardt import NormalEquations
 from estimator.fitting.system import Arrangement, System
 from estimator.likelihood.composite_likelihood import WeighedFrames
+from estimator.likelihood.time_shifts import TimeShifts
 from estimator.motion.flight import LAYOUT, Flight
 
 Array = NDArray[np.float64]
@@ -66,6 +67,10 @@ class Campaign:
     def flights_beside(self, number: int) -> int:
         """How many sequences are of the recording of sequence ``number``, itself among them."""
         return self.recording.count(self.recording[number]) if self.recording else 1
+
+    def time_shifts(self, equations: "Sequence[SequenceEquations]") -> list[TimeShifts]:
+        """Shifts of the sightings' times of each sequence in each camera."""
+        return [shifts for i, each in enumerate(equations) for shifts in self.kind.time_shifts(self, i, each)]
 
     def part(self, rows: Sequence[int]) -> "Campaign":
         """The sequences ``rows`` alone, in that order; a sequence may be there several times."""

@@ -104,8 +104,8 @@ class MeasurementKind(Protocol):
         """How much of the convex hulls of a body's outlines is empty, 0 where there are none."""
         ...
 
-    def time_shifts(self, campaign: "Campaign", number: int, equations: "SequenceEquations") -> "TimeShifts":
-        """Shifts of the sightings' times, in the order of time."""
+    def time_shifts(self, campaign: "Campaign", number: int, equations: "SequenceEquations") -> "tuple[TimeShifts, ...]":
+        """Shifts of the sightings' times, those of each camera in the order of time."""
         ...
 
     def noise_ratio(self, campaign: "Campaign", equations: Sequence["SequenceEquations"]) -> float:

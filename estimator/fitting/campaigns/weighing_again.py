@@ -59,7 +59,7 @@ def _with_random_times(campaign: Campaign, fit: CampaignFit) -> CampaignState:
     places = [part for e, part in zip(fit.model.effects, fit.model.slices, strict=True) if e.random]
     if not places:
         return fit.state
-    sigma = jitter_test([campaign.kind.time_shifts(campaign, i, each) for i, each in enumerate(fit.equations)]).sigma_s
+    sigma = jitter_test(campaign.time_shifts(fit.equations)).sigma_s
     theta = tuple(each.copy() for each in fit.state.theta)
     for each in theta:
         each[places[0]] = sigma

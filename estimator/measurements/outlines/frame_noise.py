@@ -11,7 +11,6 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.data.fit_task import Sightings
 from estimator.effects.model import Model
 from estimator.fitting.campaigns.campaign import sequence_equations
 from estimator.fitting.campaigns.registered import Registered
@@ -20,7 +19,6 @@ from estimator.likelihood.time_shifts import without_outliers
 from estimator.measurements.outlines.task import OutlineResiduals, OutlineTask
 
 Array = NDArray[np.float64]
-Rows = NDArray[np.int64]
 
 
 def with_alike_noise(sequences: Sequence[OutlineTask], residuals: Sequence[OutlineResiduals]) -> list[OutlineTask]:
@@ -38,23 +36,14 @@ def _whole(registered: Registered, number: int) -> NDArray[np.bool_]:
     campaign = registered.campaign
     shifts = campaign.kind.time_shifts(campaign, number, sequence_equations(campaign, number, registered.start, Model()))
     sightings = campaign.sequences[number].task.sightings
-    place = np.argsort(np.argsort(sightings.times_s, kind="stable"))
     kept = np.ones(len(sightings), dtype=np.bool_)
-    for rows in _cameras(sightings):  # what a lens or a clock is off by is in all pictures of one camera
-        mine = shifts.take(place[rows])
+    for rows, mine in zip(sightings.in_time, shifts, strict=True):
         kept[rows] = (mine.noise <= 0.0) | (without_outliers(mine).noise > 0.0)
     return kept
 
 
 def _in_time(sequence: OutlineTask, residuals: OutlineResiduals) -> Iterator[Array]:
     """What is left of each sector of each camera's outlines, in the order of time, where it was seen."""
-    for rows in _cameras(sequence.task.sightings):
+    for rows in sequence.task.sightings.in_time:
         for e, seen in zip(residuals.e[rows].T, residuals.seen[rows].T, strict=True):
             yield e[seen]
-
-
-def _cameras(sightings: Sightings) -> Iterator[Rows]:
-    """Each camera's sightings in the order of time."""
-    order = np.argsort(sightings.times_s, kind="stable")
-    for camera in range(len(sightings.cameras)):
-        yield order[sightings.camera[order] == camera]

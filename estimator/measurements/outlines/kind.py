@@ -147,10 +147,10 @@ class Outlines:
         """Hollows are in the surface."""
         return sequence.hollow
 
-    def time_shifts(self, campaign: Campaign, number: int, equations: SequenceEquations) -> TimeShifts:
-        """From the residuals along the motion, in the order of time."""
-        times = campaign.sequences[number].task.sightings.times_s
-        return shifts_in_time(equations).take(np.argsort(times, kind="stable"))
+    def time_shifts(self, campaign: Campaign, number: int, equations: SequenceEquations) -> tuple[TimeShifts, ...]:
+        """From the residuals along the motion."""
+        found = shifts_in_time(equations)
+        return tuple(found.take(rows) for rows in campaign.sequences[number].task.sightings.in_time)
 
     def noise_ratio(self, campaign: Campaign, equations: Sequence[SequenceEquations]) -> float:
         """One: the noise is found with the fit."""

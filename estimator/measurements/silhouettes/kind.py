@@ -138,18 +138,18 @@ class Silhouettes:
         """Of the outlines that the hull casts."""
         return sequence.hollow
 
-    def time_shifts(self, campaign: Campaign, number: int, equations: SequenceEquations) -> TimeShifts:
+    def time_shifts(self, campaign: Campaign, number: int, equations: SequenceEquations) -> tuple[TimeShifts, ...]:
         """From the residuals, with each silhouette's own noise."""
         sightings = campaign.sequences[number].task.sightings
         found = time_shifts(equations.errors, equations.frames, sightings.silhouettes, floor_px=campaign.floor_px)
-        return found.take(np.argsort(sightings.times_s, kind="stable"))
+        return tuple(found.take(rows) for rows in sightings.in_time)
 
     def noise_ratio(self, campaign: Campaign, equations: Sequence[SequenceEquations]) -> float:
         """From second differences of movements, and from how alike they are.
 
         What moves pictures from frame to frame enters the former, so it is cut at ``MOST_NOISE``.
         """
-        shifts = [self.time_shifts(campaign, i, each) for i, each in enumerate(equations)]
+        shifts = campaign.time_shifts(equations)
         return min(noise_ratio(shifts), MOST_NOISE) * likeness(shifts)
 
     def why_not(self, campaign: Campaign, effect: EffectModel) -> str | None:

@@ -122,9 +122,9 @@ class Trajectories:
         del sequence
         return 0.0
 
-    def time_shifts(self, campaign: Campaign, number: int, equations: SequenceEquations) -> TimeShifts:
+    def time_shifts(self, campaign: Campaign, number: int, equations: SequenceEquations) -> tuple[TimeShifts, ...]:
         """From the residuals along the motion."""
-        return shifts_in_time(equations)
+        return (shifts_in_time(equations),)
 
     def noise_ratio(self, campaign: Campaign, equations: Sequence[SequenceEquations]) -> float:
         """One: the noise is given, or estimated from the rows themselves."""

@@ -19,6 +19,7 @@ from estimator.effects.registry import MODELS
 from estimator.fitting.campaigns.base_model import base_fit
 from estimator.fitting.campaigns.campaign_covariance import campaign_covariance
 from estimator.fitting.campaigns.registered import Registered
+from estimator.likelihood.time_shifts import jitter_test
 from estimator.measurements.outlines.frame_noise import whole
 from estimator.measurements.outlines.kind import Outlines
 from estimator.measurements.silhouettes.registration import register
@@ -136,3 +137,12 @@ def test_outlines_of_a_camera_that_is_off_are_not_off_as_a_whole() -> None:
     second = FurtherHsvRecipe(angle_deg=90.0, offset_sigma_frames=2.0, hidden_offset_frames=(1.9, 1.9))
     found = registered("", second)
     assert max(int((~each).sum()) for each in whole(found)) <= 1  # of 32 in each flight, one in 67 is drawn so
+
+
+@pytest.mark.parametrize(
+    ("effect", "jitters"), [(HIDDEN["focal_length@hsv_2"], False), (EffectRecipe("trigger_jitter", {"sigma": 2e-5}), True)]
+)
+def test_what_a_camera_is_off_by_is_no_jitter(effect: EffectRecipe, jitters: bool) -> None:
+    found = register(observations(recipe(effect, second=FurtherHsvRecipe(angle_deg=90.0))), Configuration())
+    begun = base_fit(found.campaign, found.start)
+    assert (jitter_test(found.campaign.time_shifts(begun.equations)).p < 0.01) == jitters
