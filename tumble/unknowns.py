@@ -8,7 +8,7 @@ import numpy as np
 
 from datasets.observation import Observation
 from datasets.trajectory import Trajectory
-from datasets.vocabulary.effects import Stage
+from datasets.vocabulary.effects import Stage, in_words
 from estimator.diagnosis.diagnose import Unknown
 from estimator.diagnosis.empirical_fit import SUPERFLUOUS, EmpiricalFit, LawFit, Removed, fit_empirical
 from estimator.diagnosis.empirical_shape import Shape, empirical_shapes
@@ -213,7 +213,7 @@ def _sentences(left: Unknown, found: EmpiricalFit, needless: Sequence[str], unit
     if others:
         said.append(f"These data do not rule out: {'; '.join(others)}.")
     if needless:
-        said.append(f"Beside this law nothing is left for {', '.join(key.replace('_', ' ') for key in needless)}: leave it out.")
+        said.append(f"Beside this law nothing is left for {', '.join(map(in_words, needless))}: leave it out.")
     return said
 
 

@@ -21,6 +21,7 @@ from synth.sequence import build_silhouette_sequence
 from tests.estimator.small_campaign import recipe
 from tests.tumble.browsing import opened, serious_findings
 from tumble.cli.main import main
+from tumble.reports.campaign_page import render
 
 DRAG = 4.0
 NAMES = ("cut_stone-0000", "cut_stone-0001")
@@ -242,6 +243,8 @@ def test_the_ladder_and_candidates_are_on_the_page(explained: Path) -> None:
         assert candidate["effect"].replace("_", " ") in text
     assert f"{found['ladder'][0]['held_out']['rms_px']:.4f} px" in text
     assert f"<h2>{found['steps'][0]['added'].replace('_', ' ').capitalize()}" in text
+    found["steps"][0]["added"] = "focal_length@Left_2"
+    assert "<h2>Focal length of camera Left_2" in render(found)
     assert "Probability to be in the model" in text
 
 

@@ -10,6 +10,7 @@ from markupsafe import Markup
 
 from datasets.atomic_files import written_whole
 from datasets.json_documents import revived
+from datasets.vocabulary.effects import begins
 from estimator.reports.misfit_words import p_words
 from tumble.limiting import facts_told
 from tumble.numbers import compact
@@ -40,7 +41,7 @@ def render(document: Mapping[str, Any]) -> str:
     """The page's text."""
     environment = Environment(loader=PackageLoader("tumble.reports"), autoescape=True, undefined=StrictUndefined, trim_blocks=True)
     environment.filters.update(words=names_in_words, value=_value, interval=_interval, p=_p, percent=percent)
-    environment.filters["size"] = _size
+    environment.filters |= {"size": _size, "begins": begins}
     found = {"drops": [], "not_applicable": {}, "begun": None, "facts": [], "limits": None, **revived(dict(document))}
     return environment.get_template("campaign.html.j2").render(
         title=TITLES[found["verb"]],
