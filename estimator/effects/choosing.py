@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.errors import InputError
-from datasets.vocabulary.effects import FURTHER_ONLY, OF_A_CAMERA, Scope, Stage, whose
+from datasets.vocabulary.effects import FURTHER_ONLY, OF, OF_A_CAMERA, Scope, Stage, whose
 from estimator.effects.link import EffectModel
 from estimator.effects.model import overrides
 from estimator.effects.plug_ins import LINKS, is_plug_in, load_plug_in
@@ -98,6 +98,8 @@ def _effect(word: str) -> EffectModel:
     if is_plug_in(word):
         return load_plug_in(word)
     key, camera = whose(word)
+    if OF in word and not camera:
+        raise InputError(f'--effects: "{word}": expected the name of a camera behind {OF}, got none.')
     found = fittable().get(key)
     if found is None:
         near = difflib.get_close_matches(key, fittable(), n=3, cutoff=0.4)

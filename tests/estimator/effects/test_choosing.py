@@ -26,6 +26,7 @@ def test_effects_come_in_the_order_of_the_words() -> None:
         ("./nowhere.py:Wind", ("nowhere.py: expected the Python file of an effect, got nothing",)),
         ("./nowhere.py", ("expected FILE.py:CLASS",)),
         ("gravity@side", ("gravity without a camera", "got camera side")),
+        ("focal_length@", ("the name of a camera behind @",)),
         ("focal_lenth@side", ('unknown effect "focal_lenth"', "did you mean focal_length")),
         ("focal_length@side,focal_length@side", ('"focal_length@side" is there twice',)),
     ],
