@@ -165,13 +165,13 @@ class _Axis:
 
     @property
     def noise(self) -> ChannelNoise | None:
-        """Of the residuals."""
-        return channel_noise(self.residuals, self.times, stated=self.known)
+        """Of the residuals, beside polynomials in the number of a row: stamps may be rounded, rows of a tracker are evenly spaced."""
+        return channel_noise(self.residuals, stated=self.known)
 
     @property
     def surprise(self) -> float:
-        """Minus twice the log likelihood of the residuals under that noise."""
-        noise = self.noise
+        """Minus twice the log likelihood of the residuals beside polynomials in time, which effects of the clock are, too."""
+        noise = channel_noise(self.residuals, self.times, stated=self.known)
         return 0.0 if noise is None else surprise(self.residuals, self.times, noise)
 
 
