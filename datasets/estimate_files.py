@@ -23,7 +23,7 @@ SUFFIXES = (".estimate.json", ".json")
 def surface_file(path: Path, *, companion: bool = False) -> Path:
     """Where the surface of the estimate ``path``, or its companion's, lies: ``flight.estimate.json`` has ``flight.surface.ply``."""
     stem = next((path.name.removesuffix(suffix) for suffix in SUFFIXES if path.name.endswith(suffix)), path.name)
-    return path.with_name(f"{stem}.{'companion.' if companion else ''}surface.ply")
+    return path.with_name(f"{stem}.surface{'.companion' if companion else ''}.ply")
 
 
 def write_estimate(estimate: Estimate, path: Path) -> None:

@@ -17,7 +17,8 @@ SCHEMA = "tumble-run"
 RUN_FILE = "run.json"
 LOCK_FILE = ".tumble-lock"
 NAMES = (
-    *("observation.json", "dataset.json", "truth.json", "case.json", "mesh*.ply", "*.surface.ply", "motion.npz", "*outlines*.npz", "*.tif"),
+    *("observation.json", "dataset.json", "truth.json", "case.json", "mesh*.ply", "motion.npz", "*outlines*.npz", "*.tif"),
+    *("*.surface.ply", "*.surface.companion.ply"),
     *("*.estimate.json", "*.answer.json", "campaign.json", "diagnosis.json", "contact_validation.json", "report.html"),
     *("scores.csv", "scores.json", "impacts.csv", "collisions.csv", "figures.json", "verdict.json", "summary.json"),
     *(

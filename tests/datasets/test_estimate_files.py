@@ -58,9 +58,9 @@ def test_a_surface_lies_beside_its_estimate_and_goes_with_it(truth, estimate_of,
     estimate = replace(plain, surface=SurfaceMesh(truth.mesh_vertices, truth.mesh_faces))
     path = tmp_path / "one.estimate.json"
     write_estimate(replace(estimate, companion=estimate), path)
-    assert {file.name for file in tmp_path.iterdir()} == {"one.estimate.json", "one.surface.ply", "one.companion.surface.ply"}
+    assert {file.name for file in tmp_path.iterdir()} == {"one.estimate.json", "one.surface.ply", "one.surface.companion.ply"}
     assert_equal(replace(estimate, companion=estimate), read_estimate(path))
-    (tmp_path / "one.companion.surface.ply").unlink()
+    (tmp_path / "one.surface.companion.ply").unlink()
     assert_equal(replace(estimate, companion=plain), read_estimate(path))
     write_estimate(plain, path)
     assert [file.name for file in tmp_path.iterdir()] == ["one.estimate.json"]
