@@ -43,7 +43,7 @@ def check_pace(obs: Observation, path: Path) -> None:
         times, where = clock.times_s, f"{path}: at {'$' if clock is obs.clock else f'$.cameras[{number}]'}.clock.times_s"
         _check_interval(times, where)
         boxes = _boxes(recording)
-        seen = np.flatnonzero(np.isfinite(boxes[:, 0]))
+        seen = np.flatnonzero(boxes[:, 2] > 0.0)  # an outline that is a single point tells no size
         if size is None or len(seen) < 2:
             continue
         metres = size / float(np.median(boxes[seen, 2]))

@@ -9,6 +9,7 @@ from datasets.errors import InputError
 from datasets.observation import Observation
 from datasets.observation_files import read_observation, write_observation
 from datasets.vocabulary.clock import Clock
+from datasets.vocabulary.outline import Outline
 from tests.datasets.conftest import square_outline
 
 
@@ -53,3 +54,9 @@ def test_pictures_are_judged_by_the_time_between_them(frame_observation, tmp_pat
 
 def test_without_gravity_nothing_falls(fall, tmp_path):
     write_observation(at(replace(fall, gravity_world=np.zeros(3)), 1e3), tmp_path / "o")
+
+
+def test_outlines_that_are_one_point_tell_no_pace(fall, tmp_path):
+    points = tuple(Outline(np.full((3, 2), 20.0 + 0.4 * k)) for k in range(20))
+    write_observation(replace(fall, recordings=(points,)), tmp_path / "o")
+    assert len(read_observation(tmp_path / "o").clock.times_s) == 20

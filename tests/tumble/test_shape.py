@@ -143,14 +143,18 @@ def test_estimates_are_the_same_with_and_without_what_is_kept(tmp_path: Path) ->
     assert "Orientations are in the frame of" in frame_words(tmp_path / "third")
     bare = replace(read_observation(tmp_path / "one"), views=(), view_recording=())
     write_observation(bare, tmp_path / "bare" / bare.name)
-    (shown,) = collect(tmp_path / "kept", tmp_path / "bare", None, out=tmp_path / "page", executor=Serial(), quiet=True)
+    shutil.copytree(tmp_path / "kept", tmp_path / "of_tangents")
+    (tmp_path / "of_tangents" / "one.surface.ply").unlink()
+    (shown,) = collect(tmp_path / "of_tangents", tmp_path / "bare", None, out=tmp_path / "page", executor=Serial(), quiet=True)
     assert shown.result["shown"]["body"] is not None
     assert any(name.endswith("stone/particle.json") for name, _ in shown.result["shown"]["read"])
     (tmp_path / "stone").rename(tmp_path / "elsewhere")
     shutil.copytree(tmp_path / "one", tmp_path / "own" / bare.name)
-    (shown,) = collect(tmp_path / "kept", tmp_path / "own", None, out=tmp_path / "page", executor=Serial(), quiet=True)
+    (shown,) = collect(tmp_path / "of_tangents", tmp_path / "own", None, out=tmp_path / "page", executor=Serial(), quiet=True)
     assert shown.result["shown"]["cameras"][0]["pictures"]
     assert shown.result["shown"]["body"] is None  # not the body of the observation's own views, which lies in another frame
+    (shown,) = collect(tmp_path / "kept", tmp_path / "own", None, out=tmp_path / "page", executor=Serial(), quiet=True)
+    assert shown.result["shown"]["body"] is not None  # the estimate's own surface lies where its poses have it
     assert read_estimate(tmp_path / "kept" / "one.estimate.json").middle is not None
 
 
