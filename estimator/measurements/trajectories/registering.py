@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import product
 
 import numpy as np
@@ -163,7 +164,7 @@ class _Axis:
     residuals: list[Array]
     times: list[Array]
 
-    @property
+    @cached_property
     def noise(self) -> ChannelNoise | None:
         """Of the residuals, beside polynomials in the number of a row: stamps may be rounded, rows of a tracker are evenly spaced."""
         return channel_noise(self.residuals, stated=self.known)
@@ -218,7 +219,7 @@ def _less_an_effect(campaign: Campaign, fit: CampaignFit, axes: list[_Axis]) -> 
     for effect in model.effects[len(fit.model.effects) :]:
         columns = model.layout.columns([effect.entry.key])
         less = _explained(campaign, free, scales, [j[:, :, columns] for j in J], effect)
-        if less is free:
+        if less is None:
             continue
         spent = len(columns) * float(np.log(sum(len(r) for each in free for r in each.residuals)))
         value = sum(each.surprise for each in less) + spent
@@ -244,8 +245,8 @@ def _shared_effects(campaign: Campaign) -> list[EffectModel]:
     return [each for each, start in zip(shared, starts, strict=True) if len(start) == 1 and not start.any()]
 
 
-def _explained(campaign: Campaign, axes: list[_Axis], scales: list[float], J: Sequence[Array], effect: EffectModel) -> list[_Axis]:
-    """Axes with noise of such ``scales`` less what an effect of derivatives ``J`` (n, c, k) explains; as they are if implausible."""
+def _explained(campaign: Campaign, axes: list[_Axis], scales: list[float], J: Sequence[Array], effect: EffectModel) -> list[_Axis] | None:
+    """Axes with noise of such ``scales`` less what an effect of derivatives ``J`` (n, c, k) explains; ``None``: nothing plausible."""
     residuals, signatures = [], []
     for axis, scale in zip(axes, scales, strict=True):
         for (i, k), r in zip(axis.columns.items(), axis.residuals, strict=True):
@@ -256,7 +257,7 @@ def _explained(campaign: Campaign, axes: list[_Axis], scales: list[float], J: Se
     left, amplitudes = less_explained(residuals, [t for axis in axes for t in axis.times], signatures)
     largest = np.array([BEYOND * max(map(abs, p.plausible)) for p in effect.entry.parameters])
     if not amplitudes.any() or (np.abs(amplitudes) > largest).any():
-        return axes
+        return None
     each = iter(left)
     return [replace(axis, residuals=[next(each) * scale for _ in axis.residuals]) for axis, scale in zip(axes, scales, strict=True)]
 
