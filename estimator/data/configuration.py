@@ -57,7 +57,7 @@ class Configuration:
     keep_out_of_plate: int = 0
     estimate_plate: int = 0
     surface_fit: int = 1
-    campaign_surface_fit: int = 0
+    campaign_surface_fit: int = 1
     seed: int = 0
 
 
