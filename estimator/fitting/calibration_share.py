@@ -7,7 +7,7 @@ added to the flight's covariance. A gravity that is off enters the velocity at a
 differences; the particle's calibrated views, whose cameras are others as a rule, say how well they agree themselves.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -19,6 +19,7 @@ from datasets.observation import Observation
 from datasets.vocabulary.camera import HsvCamera
 from estimator.appearance.flight_errors import flown_in, unbiased_errors
 from estimator.data.fit_task import FitTask
+from estimator.effects.instrument.uncertain_lens import independent_errors
 from estimator.fitting.problem import M
 from estimator.fitting.refinement import Refined
 from estimator.fitting.weighed_tangencies import Linearised
@@ -78,7 +79,7 @@ def errors_of(task: FitTask, motion: Motion, gravity_covariance: Array | None) -
     """
     cameras = enumerate(task.sightings.cameras)
     lenses = [_through(task, motion, (number, column)) for number, camera in cameras for column in _lens_errors(camera)]
-    pulls = [] if gravity_covariance is None else list(_columns(gravity_covariance))
+    pulls = [] if gravity_covariance is None else list(independent_errors(gravity_covariance))
     gravity = np.zeros((3, len(lenses) + len(pulls)))
     gravity[:, len(lenses) :] = np.array(pulls).reshape(-1, 3).T
 
@@ -97,18 +98,8 @@ def _seen_under(task: FitTask, motion: Motion, of: Linearised) -> tuple[Array, A
     return np.where(errors.told[..., :2], errors.error[..., :2], np.nan), within.g
 
 
-def _columns(covariance: Array) -> Iterator[Array]:
-    """Independent errors (n,) each, one standard deviation large, whose squares sum to a covariance (n, n)."""
-    scale = np.sqrt(np.diag(covariance))
-    scale[scale == 0.0] = 1.0
-    values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
-    for value, vector in zip(values, vectors.T, strict=True):
-        if value > 0.0:
-            yield np.sqrt(value) * scale * vector
-
-
 def _lens_errors(camera: HsvCamera) -> Sequence[Array]:
-    return [] if camera.lens_covariance is None else list(_columns(camera.lens_covariance))
+    return [] if camera.lens_covariance is None else list(independent_errors(camera.lens_covariance))
 
 
 def _through(task: FitTask, motion: Motion, error: tuple[int, Array]) -> Other:
@@ -158,12 +149,22 @@ NOT_CONSIDERED = (
     "The stated uncertainty of the camera and of gravity is not in these error bars, only in those of single particles measured one by one."
 )
 
+GRAVITY_NOT_CONSIDERED = NOT_CONSIDERED.replace("the camera and of gravity", "gravity")
+
 
 def with_what_is_missing(estimate: Estimate, observation: Observation) -> Estimate:
     """The estimate; where a calibration's uncertainty is stated and not in its error bars, its message says so."""
     if estimate.middle is None or "calibration" in estimate.statistics or not states_calibration(observation):
         return estimate
     return replace(estimate, message=f"{estimate.message} {NOT_CONSIDERED}".strip())
+
+
+def with_gravity_missing(estimate: Estimate, observation: Observation) -> Estimate:
+    """The estimate of a campaign, which has lenses in its model; where gravity's uncertainty is stated, its message says that it is not."""
+    stated = observation.gravity_covariance
+    if estimate.middle is None or stated is None or not stated.any():
+        return estimate
+    return replace(estimate, message=f"{estimate.message} {GRAVITY_NOT_CONSIDERED}".strip())
 
 
 def states_calibration(observation: Observation) -> bool:

@@ -15,7 +15,7 @@ from datasets.vocabulary.effects import Parameter, Scope
 from estimator.data.configuration import Configuration
 from estimator.data.versions import versions
 from estimator.effects.parameter_values import WithInterval
-from estimator.fitting.calibration_share import with_what_is_missing
+from estimator.fitting.calibration_share import with_gravity_missing
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, fit_campaign
 from estimator.fitting.campaigns.campaign_covariance import CampaignCovariance, campaign_covariance
 from estimator.fitting.campaigns.considered import Considered
@@ -94,7 +94,7 @@ def campaign_estimates(
         own.setdefault(name, []).append(without(estimate, campaign.kind.unmeasured(sequence)))
     for name, each in own.items():
         one, observation = drop_estimate(name, drops[name], each, fit, told) if name in drops else each[0], observations[name]
-        made.append(with_what_is_missing(one, observation) if isinstance(observation, Observation) else one)
+        made.append(with_gravity_missing(one, observation) if isinstance(observation, Observation) else one)
     return tuple(made)
 
 

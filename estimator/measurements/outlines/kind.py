@@ -56,21 +56,21 @@ class Outlines:
     """The kind of :class:`estimator.measurements.outlines.task.OutlineTask`.
 
     ``amplitudes``: how many a particle's surface has, which answers to all ``effects``. ``huber``: standard deviations beyond which a
-    sample's influence stays constant where surfaces are fitted; ``seed`` of random signs there; ``clocks``: those that are stated to be
-    uncertain.
+    sample's influence stays constant where surfaces are fitted; ``seed`` of random signs there; ``stated``: clocks and lenses that are
+    stated to be uncertain.
     """
 
     amplitudes: int
     effects: tuple[EffectModel, ...]
     huber: float
     seed: int
-    clocks: tuple[EffectModel, ...] = ()
+    stated: tuple[EffectModel, ...] = ()
     unit: str = "σ"
 
     @property
     def base(self) -> Model:
         """Free flight of a body whose surface is known up to its amplitudes."""
-        return Model((SurfaceAmplitudes(self.amplitudes), *self.clocks))
+        return Model((SurfaceAmplitudes(self.amplitudes), *self.stated))
 
     def residuals(self, campaign: Campaign, number: int, flight: Flight, model: Model, theta: Array) -> OutlineResiduals:
         """What the surface misses the samples by."""

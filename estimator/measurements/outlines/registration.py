@@ -41,17 +41,17 @@ def by_samples(
     effects: Sequence[EffectModel],
     configuration: Configuration,
     *,
-    clocks: tuple[EffectModel, ...] = (),
+    stated: tuple[EffectModel, ...] = (),
     subdivisions: int = SUBDIVISIONS,
 ) -> Registered:
     """The campaign with every sample of its outlines in use, about the surfaces that views and frames show together in free flights.
 
     About the hulls of the views where flights run away. The surfaces, of so many ``subdivisions``, answer to all ``effects``;
-    ``clocks``: those that are stated to be uncertain.
+    ``stated``: clocks and lenses that are stated to be uncertain.
     """
     campaign = registered.campaign
     possible = tuple(each for each in effects if campaign.kind.why_not(campaign, each) is None and not each.random)
-    kind, free = Outlines(0, possible, configuration.huber, configuration.seed, clocks), Model((*clocks, *PUSHED))
+    kind, free = Outlines(0, possible, configuration.huber, configuration.seed, stated), Model((*stated, *PUSHED))
     found: dict[int, Flown] = {}
     right = whole(registered)
     for number, particle in enumerate(registered.particles):

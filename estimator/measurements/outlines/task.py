@@ -317,11 +317,12 @@ def _met(sequence: OutlineTask, under: tuple[Model, Array], prediction: Predicti
 def _pixels(contacts: Contacts, sightings: Sightings, placed: PoseSet) -> tuple[Array, Array, Array]:
     """The points that samples meet, (s, 3) m in camera axes and (s, 2) px, and focal lengths (n, 2) px."""
     row, lenses = contacts.sighting, [camera.intrinsics for camera in sightings.cameras]
-    focal, middle = (
-        np.array(each)[sightings.camera] for each in ([[c.fx_px, c.fy_px] for c in lenses], [[c.cx_px, c.cy_px] for c in lenses])
-    )
     point = np.einsum("sij,sj->si", placed.R[row], contacts.point) + placed.t[row]
-    return point, point[:, :2] / point[:, 2:] * focal[row] + middle[row], focal
+    pixels = np.empty((len(point), 2))
+    for number, lens in enumerate(lenses):
+        mine = sightings.camera[row] == number
+        pixels[mine] = lens.project(point[mine])
+    return point, pixels, np.array([[c.fx_px, c.fy_px] for c in lenses])[sightings.camera]
 
 
 def _unit(vectors: Array) -> Array:

@@ -39,15 +39,15 @@ MOST_NOISE = 1.5
 
 @dataclass(frozen=True)
 class Silhouettes:
-    """The kind of :class:`estimator.appearance.model_errors.SequenceTask`; ``clocks``: those that are stated to be uncertain."""
+    """The kind of :class:`estimator.appearance.model_errors.SequenceTask`; ``stated``: clocks and lenses that are so uncertain."""
 
     unit: str = "px"
-    clocks: tuple[EffectModel, ...] = ()
+    stated: tuple[EffectModel, ...] = ()
 
     @property
     def base(self) -> Model:
         """Free flight with the instrument's known discrepancy."""
-        return Model((CurvatureBias(), *self.clocks))
+        return Model((CurvatureBias(), *self.stated))
 
     def residuals(self, campaign: Campaign, number: int, flight: Flight, model: Model, theta: Array) -> ModelResiduals:
         """Tangency errors."""

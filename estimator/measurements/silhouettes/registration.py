@@ -23,6 +23,7 @@ from estimator.data.no_measurement import NoMeasurement
 from estimator.data.views import Views
 from estimator.effects.choosing import catalogue
 from estimator.effects.instrument.uncertain_clock import uncertain_clocks
+from estimator.effects.instrument.uncertain_lens import uncertain_lenses
 from estimator.effects.link import Setting
 from estimator.effects.model import Model
 from estimator.fitting.campaigns.campaign import Campaign, CampaignState
@@ -80,13 +81,14 @@ def register(
     right = [(i, each) for i in range(len(observations)) if isinstance(each := found[i], _Found)]
     flown = [(i, *flight) for i, each in right for flight in each.flights]
     clocks = uncertain_clocks((c.name, t) for i, _ in right for c, t in zip(observations[i].cameras, observations[i].clocks, strict=True))
+    stated = (*clocks, *uncertain_lenses(camera for i, _ in right for camera in observations[i].cameras))
     campaign = Campaign(
         sequences=tuple(task for _, task, _ in flown),
         particle=tuple(particles[keys[i]][0] for i, _, _ in flown),
         camera=tuple(cameras.setdefault(repr(observations[i].cameras), len(cameras)) for i, _, _ in flown),
         floor_px=configuration.floor_px,
         body_noise_px=configuration.body_noise_px,
-        kind=replace(SILHOUETTES, clocks=clocks),
+        kind=replace(SILHOUETTES, stated=stated),
         recording=tuple(observations[i].name for i, _, _ in flown) if any(each.has_impacts for _, each in right) else (),
         cameras=tuple(dict.fromkeys(camera.name for i, _ in right for camera in observations[i].cameras)),
     )
@@ -95,7 +97,7 @@ def register(
     registered = Registered(campaign, start, tuple(p for _, p, _ in particles.values()), left_out)
     if not _sampled(registered, configuration):
         return registered
-    return by_samples(registered, tuple(catalogue(campaign.cameras).values()), configuration, clocks=clocks)
+    return by_samples(registered, tuple(catalogue(campaign.cameras).values()), configuration, stated=stated)
 
 
 def _sampled(registered: Registered, configuration: Configuration) -> bool:

@@ -16,7 +16,14 @@ from datasets.vocabulary.camera import HsvCamera
 from estimator import measure as measuring
 from estimator.data.configuration import Configuration
 from estimator.fitting import tasks
-from estimator.fitting.calibration_share import NOT_CONSIDERED, calibration_share, widened, with_what_is_missing
+from estimator.fitting.calibration_share import (
+    GRAVITY_NOT_CONSIDERED,
+    NOT_CONSIDERED,
+    calibration_share,
+    widened,
+    with_gravity_missing,
+    with_what_is_missing,
+)
 from estimator.measuring.free_flight import estimate
 from estimator.motion.piecewise import PiecewiseFlight
 from synth.sequence import build_silhouette_sequence
@@ -169,7 +176,7 @@ def test_a_singular_covariance_rounded_to_six_digits_is_one(seen: Observation, t
 
 
 def test_error_bars_without_it_say_so(seen: Observation, plain: Estimate, stated: Estimate, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Pairs, measured focal lengths and campaigns do not consider a calibration: ``plain`` stands for one of those."""
+    """Pairs and measured focal lengths do not consider a calibration: ``plain`` stands for one of those."""
     told = replace(seen, cameras=(replace(seen.cameras[0], lens_covariance=np.eye(9)),))
     exact = replace(seen, cameras=(replace(seen.cameras[0], lens_covariance=np.zeros((9, 9))),), gravity_covariance=np.zeros((3, 3)))
     assert NOT_CONSIDERED in with_what_is_missing(plain, told).message
@@ -178,3 +185,13 @@ def test_error_bars_without_it_say_so(seen: Observation, plain: Estimate, stated
     assert NOT_CONSIDERED not in with_what_is_missing(replace(plain, middle=None), told).message
     monkeypatch.setattr(measuring, "_measured", lambda *_: plain)
     assert NOT_CONSIDERED in measuring.measure(told, TANGENTS).message
+
+
+def test_error_bars_of_campaigns_lack_gravity_alone(seen: Observation, plain: Estimate) -> None:
+    lens = replace(seen, cameras=(replace(seen.cameras[0], lens_covariance=np.eye(9)),))
+    assert with_gravity_missing(plain, lens) is plain
+    assert with_gravity_missing(plain, replace(seen, gravity_covariance=np.zeros((3, 3)))) is plain
+    stated = replace(seen, gravity_covariance=np.eye(3))
+    assert with_gravity_missing(plain, stated).message.endswith(GRAVITY_NOT_CONSIDERED)
+    assert "camera" not in GRAVITY_NOT_CONSIDERED
+    assert with_gravity_missing(replace(plain, middle=None), stated).message == plain.message

@@ -11,10 +11,12 @@ import pytest
 
 from datasets.observation import Observation
 from datasets.recipes.recipe import EffectRecipe, FurtherHsvRecipe, Recipe
+from datasets.vocabulary.effects import Stage
 from estimator.data.configuration import ALWAYS, Configuration
 from estimator.diagnosis.diagnose import diagnose
 from estimator.diagnosis.explain import Explanation, explain
 from estimator.effects.choosing import catalogue
+from estimator.effects.instrument.uncertain_lens import UncertainLens
 from estimator.effects.registry import MODELS
 from estimator.fitting.campaigns.base_model import base_fit
 from estimator.fitting.campaigns.campaign_covariance import campaign_covariance
@@ -92,6 +94,23 @@ def test_a_clock_that_is_not_known_is_fitted_in_every_recording() -> None:
     told = clocks_of_campaign(found.fit, 1, campaign_covariance(campaign, found.fit))["hsv_2"]
     assert (told["offset_s"], told["offset_s_stated_sigma"]) == (offsets[1], 0.5 * INTERVAL_S)
     assert abs(offsets[1] - true[1]) < 4.0 * told["offset_s_sigma"] < 0.2 * INTERVAL_S
+
+
+@pytest.mark.parametrize("surface_fit", [0, ALWAYS])
+def test_a_lens_that_is_off_by_as_much_as_stated_is_fitted_and_not_named(surface_fit: int) -> None:
+    made = observations(recipe(HIDDEN["focal_length@hsv_2"], second=FurtherHsvRecipe(angle_deg=90.0)))
+    lens = made[0].cameras[1].intrinsics
+    error = 0.01 * np.array([lens.fx_px, lens.fy_px, *(0.0,) * 7])
+    stated = replace(made[0].cameras[1], lens_covariance=np.outer(error, error))
+    found = register([replace(each, cameras=(each.cameras[0], stated)) for each in made], Configuration(campaign_surface_fit=surface_fit))
+    begun = base_fit(found.campaign, found.start)
+    assert begun.model.keys[1:] == ("uncertain_lens@hsv_2",)
+    effect, (amplitude,) = begun.model.effects[1], begun.state.theta[0][begun.model.slices[1]]
+    assert isinstance(effect, UncertainLens)
+    np.testing.assert_allclose(amplitude * effect.errors[0], error, rtol=0.05)
+    assert begun.state.theta[1][begun.model.slices[1]] == amplitude
+    lenses = {key: each for key, each in catalogue(found.campaign.cameras).items() if each.entry.stage is Stage.OPTICS and each.camera}
+    assert diagnose(found.campaign, begun, lenses).missing == ()
 
 
 def test_a_clock_that_is_off_though_stated_as_known_is_found() -> None:
