@@ -169,8 +169,9 @@ def _known(flown: Sequence[Flown], size: int) -> Known:
         offset, held = each.place[OFFSET.start], each.task.task.prior.precision[OFFSET][0]
         precision[offset], pull[offset] = held, held * each.flight.offset_px
         within[offset] = HELD
-        for _, part in each.model.touching("correct", "shift"):
-            within[each.place[N_PARAMETERS:][part]] = HELD * each.model.steps[part]
+        for effect, part in each.model.touching("correct", "shift"):
+            if not effect.instrument:  # a lens has its own prior
+                within[each.place[N_PARAMETERS:][part]] = HELD * each.model.steps[part]
     rows = np.flatnonzero(np.isfinite(within))
     return Known(first.flight.body, first.place[np.r_[COM, INERTIA]], np.diag(precision), pull, rows, within[rows])
 
