@@ -10,7 +10,7 @@ import argparse
 import json
 import secrets
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
@@ -177,22 +177,19 @@ def _chi2(plan: SequencePlan, state: dict[str, Any]) -> tuple[float, float]:
     return v, omega
 
 
-def study(campaigns: int, seed: int, configuration: Configuration) -> list[dict[str, Any]]:
+def study(campaigns: int, seed: int, configuration: Configuration) -> Iterator[dict[str, Any]]:
     """A row per campaign; what does not fly is drawn again."""
-    rows = []
     for number in range(campaigns):
         for attempt in range(ATTEMPTS):
             try:
-                rows.append(solved(drawn(np.random.default_rng([seed, number, attempt])), configuration))
+                row = solved(drawn(np.random.default_rng([seed, number, attempt])), configuration)
                 break
             except InputError as error:
                 print(f"campaign {number + 1}, attempt {attempt + 1}: {error}", flush=True)
-        print(f"{number + 1}: {_told(rows[-1])}", flush=True)
-    return rows
-
-
-def _told(row: dict[str, Any]) -> str:
-    return f"hidden {row['hidden'] or 'nothing'}, found {', '.join(row['found']) or 'nothing'}, {row['cpu_s']:.0f} s"
+        else:
+            continue
+        print(f"{_line(row)} {', '.join(f'{v:.1f}' for v, _ in row['chi2'])}", flush=True)
+        yield row
 
 
 def page_of(rows: Sequence[dict[str, Any]], seed: int, command: str) -> list[str]:
@@ -232,13 +229,15 @@ def main() -> int:
     parser.add_argument("--page", type=Path)
     told = parser.parse_args()
     seed = secrets.randbelow(LARGEST_SEED) if told.seed is None else told.seed
-    rows = study(told.campaigns, seed, Configuration())
+    rows: list[dict[str, Any]] = []
+    for row in study(told.campaigns, seed, Configuration()):
+        rows.append(row)
+        if told.result:
+            with written_whole(told.result) as temporary:
+                temporary.write_text(json.dumps(plain({"seed": seed, "rows": rows}), indent=1) + "\n", encoding="utf-8")
     command = f"python -m scripts.trials.study_one_camera --campaigns {told.campaigns}"
     page = page_of(rows, seed, command)
     print("\n\n".join(page))
-    if told.result:
-        with written_whole(told.result) as temporary:
-            temporary.write_text(json.dumps(plain({"seed": seed, "rows": rows}), indent=1) + "\n", encoding="utf-8")
     if told.page:
         write_page(page, told.page)
     return 0
