@@ -87,8 +87,10 @@ class Observation:
     ``recordings[c]`` belongs to ``cameras[c]`` and has one entry per time of its clock: that is ``clock``, the first camera's, unless
     ``camera_clocks`` has one for every camera, of which the first is ``clock``.
     ``view_recording`` has one entry per view. ``gravity_world`` in m/s². ``mass_kg`` only where it was weighed.
-    ``gravity_covariance`` (3, 3): where it was measured with one. ``plate``: the plate that the particle falls on, where its plane was
-    measured. ``plate_outlines``: where the plate is seen in each camera's background (one per camera, ``None`` where it is not; no entries:
+    ``gravity_covariance`` (3, 3): where it was measured with one. ``sigma_length_scale``: how well the calibration of the views knows
+    lengths, relative, one factor for all: a board that was printed too large makes every particle as much too large.
+    ``plate``: the plate that the particle falls on, where its plane was measured. ``plate_outlines``: where the plate is seen in each
+    camera's background (one per camera, ``None`` where it is not; no entries:
     nowhere); within it no outline can be told.
 
     ``companion``: a second particle. Pictures then show two outlines where the two are apart and one where they are not:
@@ -113,6 +115,7 @@ class Observation:
     companion: Companion | None = None
     further_recordings: tuple[Recording, ...] = ()
     gravity_covariance: Array | None = None
+    sigma_length_scale: float | None = None
     particle: Path | None = None
     made: Made | None = None
     notes: tuple[str, ...] = ()

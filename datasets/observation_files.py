@@ -78,6 +78,8 @@ def write_observation(obs: Observation, folder: Path) -> None:
     }
     if obs.gravity_covariance is not None:
         content["gravity_covariance"] = obs.gravity_covariance
+    if obs.sigma_length_scale is not None:
+        content["sigma_length_scale"] = obs.sigma_length_scale
     if obs.particle is not None:
         content["particle"] = Path(os.path.relpath(obs.particle, folder)).as_posix()
     if obs.plate is not None:
@@ -117,6 +119,7 @@ def read_observation(folder: Path) -> Observation:
         companion=_companion(document["companion"], folder) if "companion" in document else None,
         further_recordings=_further_recordings(document, folder),
         gravity_covariance=_array(document["gravity_covariance"]) if "gravity_covariance" in document else None,
+        sigma_length_scale=document.get("sigma_length_scale"),
         particle=particle,
         made=None if particle is None else made_in(particle),
         camera_clocks=clocks if any("clock" in entry for entry in document["cameras"]) else (),

@@ -1,10 +1,11 @@
-"""What the uncertainty of the camera's calibration, and of measured gravity, adds to that of a flight.
+"""What the uncertainty of the camera's calibration, of lengths, and of measured gravity adds to that of a flight.
 
 A calibration is not estimated again from a flight, it is considered [Schmidt 1966; Bierman 1977, ch. 8]: with ``H`` the normal matrix at
 the fitted flight, ``W`` the weighed derivatives and ``e(p)`` the errors, a lens or a gravity that is off by ``d`` moves the fit by
 ``-H⁻¹ Wᵀ (de/dp) d``. For ``d`` the columns of ``L``, ``L Lᵀ`` the stated covariance, that gives the columns ``A`` whose ``A Aᵀ`` is
-added to the flight's covariance. A gravity that is off enters the velocity at another time directly, too. Derivatives are central
-differences; the particle's calibrated views, whose cameras are others as a rule, say how well they agree themselves.
+added to the flight's covariance. A gravity that is off enters the velocity at another time directly, too. Where lengths of the views are
+off by a factor, the flight is that of a particle of the stated size, with gravity and cameras nearer by it, times the factor. Derivatives
+are central differences; the particle's calibrated views, whose cameras are others as a rule, say how well they agree themselves.
 """
 
 from collections.abc import Callable, Sequence
@@ -29,6 +30,8 @@ from estimator.motion.flight import Motion
 
 Array = NDArray[np.float64]
 Other = Callable[[float], tuple[FitTask, Motion]]
+OF_LENGTHS = ("_m", "_ms")
+"""How labels of parameters end whose unit has a length in it."""
 STEP = 0.01
 """Of the central differences, in standard deviations of the calibration: one of those may move outlines by many times their noise."""
 
@@ -55,39 +58,70 @@ def widened(refined: Refined[M], share: CalibrationShare) -> Refined[M]:
     return replace(refined, covariance=refined.covariance + share.parameters @ share.parameters.T)
 
 
-def calibration_share(motion: Motion, at: Linearised, inverse: Array, gravity_covariance: Array | None) -> CalibrationShare | None:
-    """The share of a calibration in a fitted motion; ``None`` where no uncertainty is stated.
+def calibration_share(motion: Motion, at: Linearised, inverse: Array, stated: Observation) -> CalibrationShare | None:
+    """The share of a calibration in a fitted motion; ``None`` where no uncertainty is ``stated``.
 
-    ``at``: the outlines there; ``inverse`` (p, p) of the normal matrix. ``gravity_covariance`` (3, 3) m²/s⁴, world frame.
+    ``at``: the outlines there; ``inverse`` (p, p) of the normal matrix.
     """
-    others, gravity = errors_of(at.task, motion, gravity_covariance)
-    if not others:
-        return None
+    errors = errors_of(at.task, motion, stated)
     columns = []
-    for other in others:
+    for other in errors.others:
         (high, high_within), (low, low_within) = (_seen_under(*other(sign * STEP), at) for sign in (1.0, -1.0))
         change = np.where(np.isfinite(high - low), high - low, 0.0)
         change_of_gradient = np.einsum("nksp,nks->p", at.frames.weighted, change) + high_within - low_within
         columns.append(-inverse @ change_of_gradient / (2.0 * STEP))
-    return CalibrationShare(np.array(columns).T, gravity)
+    return errors.share(np.array(columns).T) if columns else None
 
 
-def errors_of(task: FitTask, motion: Motion, gravity_covariance: Array | None) -> tuple[list[Other], Array]:
-    """Independent errors of the calibration, each the task and the motion with so many times of it, and what they add to gravity (3, c).
+@dataclass(frozen=True)
+class CalibrationErrors:
+    """Independent errors of a calibration: ``others``, each the task and the motion with so many standard deviations of it.
 
-    ``gravity_covariance`` (3, 3) m²/s⁴, world frame.
+    ``gravity`` (3, c) m/s2 and ``parameters`` (p, c): what they add to gravity and to the motion's parameters directly.
     """
+
+    others: list[Other]
+    gravity: Array
+    parameters: Array
+
+    def share(self, response: Array) -> CalibrationShare:
+        """What they add where the fit answers them with ``response`` (p, c)."""
+        return CalibrationShare(response + self.parameters, self.gravity)
+
+
+def errors_of(task: FitTask, motion: Motion, stated: Observation) -> CalibrationErrors:
+    """The errors that the calibration of the cameras of a task, gravity and lengths may have, as they are ``stated``."""
     cameras = enumerate(task.sightings.cameras)
-    lenses = [_through(task, motion, (number, column)) for number, camera in cameras for column in _lens_errors(camera)]
-    pulls = [] if gravity_covariance is None else list(independent_errors(gravity_covariance))
-    gravity = np.zeros((3, len(lenses) + len(pulls)))
-    gravity[:, len(lenses) :] = np.array(pulls).reshape(-1, 3).T
+    others = [_through(task, motion, (number, column)) for number, camera in cameras for column in _lens_errors(camera)]
+    pulls = [] if stated.gravity_covariance is None else list(independent_errors(stated.gravity_covariance))
+    sigma = stated.sigma_length_scale
+    lenses, count = len(others), len(others) + len(pulls) + (sigma is not None)
+    others += [_pulled(task, motion, pull) for pull in pulls]
+    gravity, parameters = np.zeros((3, count)), np.zeros((len(motion.values), count))
+    gravity[:, lenses : lenses + len(pulls)] = np.array(pulls).reshape(-1, 3).T
+    if sigma is not None:
+        others.append(_larger(task, motion, sigma))
+        parameters[:, -1] = sigma * np.where([label.endswith(OF_LENGTHS) for label in motion.layout.labels], motion.values, 0.0)
+    return CalibrationErrors(others, gravity, parameters)
 
-    def pulled(pull: Array) -> Other:
-        first = motion.first
-        return lambda times: (task, motion.with_first(replace(first, gravity_world=first.gravity_world + times * pull)))
 
-    return [*lenses, *(pulled(pull) for pull in pulls)], gravity
+def _pulled(task: FitTask, motion: Motion, pull: Array) -> Other:
+    """A gravity that is off by so many times a ``pull`` (3,)."""
+    first = motion.first
+    return lambda times: (task, motion.with_first(replace(first, gravity_world=first.gravity_world + times * pull)))
+
+
+def _larger(task: FitTask, motion: Motion, sigma: float) -> Other:
+    """A particle that is larger by so many times ``sigma``, relative, in its own lengths: cameras and gravity are smaller."""
+    first, sightings = motion.first, task.sightings
+
+    def larger(times: float) -> tuple[FitTask, Motion]:
+        factor = 1.0 / (1.0 + times * sigma)
+        cameras = tuple(replace(camera, t_cam_world=factor * camera.t_cam_world) for camera in sightings.cameras)
+        nearer = replace(task, sightings=replace(sightings, cameras=cameras))
+        return nearer, motion.with_first(replace(first, gravity_world=factor * first.gravity_world))
+
+    return larger
 
 
 def _seen_under(task: FitTask, motion: Motion, of: Linearised) -> tuple[Array, Array]:
@@ -146,10 +180,9 @@ def calibration_sentence(shares: dict[str, Any]) -> str:
 
 
 NOT_CONSIDERED = (
-    "The stated uncertainty of the camera and of gravity is not in these error bars, only in those of single particles measured one by one."
+    "The stated uncertainty of the camera, of lengths and of gravity is not in these error bars, only in those of single particles "
+    "measured one by one."
 )
-
-GRAVITY_NOT_CONSIDERED = NOT_CONSIDERED.replace("the camera and of gravity", "gravity")
 
 
 def with_what_is_missing(estimate: Estimate, observation: Observation) -> Estimate:
@@ -159,18 +192,10 @@ def with_what_is_missing(estimate: Estimate, observation: Observation) -> Estima
     return replace(estimate, message=f"{estimate.message} {NOT_CONSIDERED}".strip())
 
 
-def with_gravity_missing(estimate: Estimate, observation: Observation) -> Estimate:
-    """The estimate of a campaign, which has lenses in its model; where gravity's uncertainty is stated, its message says that it is not."""
-    stated = observation.gravity_covariance
-    if estimate.middle is None or stated is None or not stated.any():
-        return estimate
-    return replace(estimate, message=f"{estimate.message} {GRAVITY_NOT_CONSIDERED}".strip())
-
-
 def states_calibration(observation: Observation) -> bool:
     """Whether an observation says that its camera or gravity is not known exactly."""
     stated = (observation.gravity_covariance, *(camera.lens_covariance for camera in observation.cameras))
-    return any(each is not None and bool(each.any()) for each in stated)
+    return observation.sigma_length_scale is not None or any(each is not None and bool(each.any()) for each in stated)
 
 
 def _size(covariance: Array) -> float:

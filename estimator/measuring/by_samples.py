@@ -64,10 +64,9 @@ def share_of(
     refined: Refined[M], joint: JointFit[M] | None, task: FitTask, seen: Seen, configuration: Configuration
 ) -> CalibrationShare | None:
     """What the stated calibration adds to the uncertainty of the motion that has the last word."""
-    gravity = seen.observation.gravity_covariance
     if joint is None:
-        return calibration_share(refined.flight, refined.at, refined.inverse, gravity)
-    return calibration_share_of(seen.particle, joint, task, gravity, huber=configuration.huber)
+        return calibration_share(refined.flight, refined.at, refined.inverse, seen.observation)
+    return calibration_share_of(seen.particle, joint, task, seen.observation, huber=configuration.huber)
 
 
 def with_surface(estimate: Estimate, joint: JointFit[Motion] | None, why_not: str, *, said: str | None = None) -> Estimate:

@@ -75,8 +75,7 @@ def promise_of(
     task = fit_task(observation, particle, sightings, views, configuration)
     base = _flight(observation, inspection, particle)
     spin = TURN_RAD / float(np.ptp(sightings.times_s))
-    pull = observation.gravity_covariance
-    found = [_deviations(task, _turned(base, spin, rng), particle, configuration, gravity_covariance=pull) for _ in range(DRAWS)]
+    found = [_deviations(task, _turned(base, spin, rng), particle, configuration, stated=observation) for _ in range(DRAWS)]
     known = np.array([each for each in found if each is not None])
     if len(known) == 0:
         return None
@@ -124,7 +123,7 @@ def _turned(base: Flight, spin_rads: float, rng: np.random.Generator) -> Flight:
 
 
 def _deviations(
-    task: FitTask, flight: Flight, particle: Particle, configuration: Configuration, *, gravity_covariance: Array | None
+    task: FitTask, flight: Flight, particle: Particle, configuration: Configuration, *, stated: Observation
 ) -> Array | None:
     """Standard deviations (6,) of v and omega of a flight as its own outlines would show it; ``None`` where they do not determine it."""
     imagined = _as_seen(task, flight, particle)
@@ -137,7 +136,7 @@ def _deviations(
         covariance = sandwich(replace(system, told=(replace(at, frames=frames),)))
     except NothingSeen:
         return None
-    share = calibration_share(flight, at, system.solved().shared, gravity_covariance)
+    share = calibration_share(flight, at, system.solved().shared, stated)
     covariance = covariance if share is None else covariance + share.parameters @ share.parameters.T
     R = imagined.sightings.cameras[0].R_cam_world
     v, omega = (R @ covariance[part, part] @ R.T for part in (V, OMEGA))

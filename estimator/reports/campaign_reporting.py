@@ -15,7 +15,6 @@ from datasets.vocabulary.effects import Parameter, Scope
 from estimator.data.configuration import Configuration
 from estimator.data.versions import versions
 from estimator.effects.parameter_values import WithInterval
-from estimator.fitting.calibration_share import with_gravity_missing
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, fit_campaign
 from estimator.fitting.campaigns.campaign_covariance import CampaignCovariance, campaign_covariance
 from estimator.fitting.campaigns.considered import Considered
@@ -84,7 +83,7 @@ def campaign_estimates(
     configuration: Configuration,
 ) -> tuple[Estimate, ...]:
     """One estimate per recording that was measured, in the campaign's order; its uncertainty is widened by what is possible."""
-    campaign, made = registered.campaign, []
+    campaign = registered.campaign
     to_go, drops = left_to_go(registered, fit, at.plain), flights_of(registered.campaign, fit, at)
     told = told_parameters(campaign, fit, at.fitted)
     own: dict[str, list[Estimate]] = {}
@@ -92,10 +91,7 @@ def campaign_estimates(
         what, state = (campaign.kind, sequence, observations[name]), (fit.state.flights[number], fit.state.theta[number])
         estimate = _with_parameters(_estimate(what, state, fit, (number, at, to_go), configuration), told, number)
         own.setdefault(name, []).append(without(estimate, campaign.kind.unmeasured(sequence)))
-    for name, each in own.items():
-        one, observation = drop_estimate(name, drops[name], each, fit, told) if name in drops else each[0], observations[name]
-        made.append(with_gravity_missing(one, observation) if isinstance(observation, Observation) else one)
-    return tuple(made)
+    return tuple(drop_estimate(name, drops[name], each, fit, told) if name in drops else each[0] for name, each in own.items())
 
 
 def _estimate(

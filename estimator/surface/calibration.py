@@ -1,4 +1,4 @@
-"""What the uncertainty of the cameras' calibration, and of measured gravity, moves a joint fit of surface and motion by.
+"""What the uncertainty of the cameras' calibration, of lengths, and of measured gravity moves a joint fit of surface and motion by.
 
 Considered, as of tangents (:mod:`estimator.fitting.calibration_share`): each error of the calibration moves the frames' outlines where
 samples meet them, and the surface answers to that before the motion does.
@@ -9,6 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from datasets.observation import Observation
 from estimator.appearance.flight_errors import flown_in, particle_poses
 from estimator.data.fit_task import FitTask
 from estimator.fitting.calibration_share import STEP, CalibrationShare, Other, errors_of
@@ -24,13 +25,11 @@ Array = NDArray[np.float64]
 
 
 def calibration_share_of(
-    particle: Particle, joint: JointFit[M], task: FitTask, gravity_covariance: Array | None, *, huber: float
+    particle: Particle, joint: JointFit[M], task: FitTask, stated: Observation, *, huber: float
 ) -> CalibrationShare | None:
-    """The share of a calibration in the motion of a joint fit; ``None`` where no uncertainty is stated.
-
-    ``gravity_covariance`` (3, 3) m²/s⁴, world frame.
-    """
-    others, gravity = errors_of(task, joint.motion, gravity_covariance)
+    """The share of a calibration in the motion of a joint fit; ``None`` where no uncertainty is ``stated``."""
+    errors = errors_of(task, joint.motion, stated)
+    others = errors.others
     if not others:
         return None
     fitted, _, about = linearised_end(particle, joint, huber=huber)
@@ -41,7 +40,7 @@ def calibration_share_of(
         gradient -= fitted.solved[:, :-1].T @ (group.J.T @ weighed)
         gradient[group.place] += group.F.T @ weighed
     response = -scaled_inverse(fitted.H + about.information) @ gradient
-    return CalibrationShare(response[frames[0].place], gravity)
+    return errors.share(response[frames[0].place])
 
 
 def _changes(joint: JointFit[M], others: Sequence[Other]) -> Array:

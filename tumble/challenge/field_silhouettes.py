@@ -19,7 +19,7 @@ from synth.plan import SequencePlan
 from synth.sequence import exact_view_outlines, observation_of, plan_sequence
 from synth.silhouette import outline_mesh
 from synth.silhouette.noisy_outline import samples_with_normals
-from tumble.challenge.field_case import FieldCase, FlightPlan, Scene
+from tumble.challenge.field_case import CALIBRATION, FieldCase, FlightPlan, Scene
 from tumble.challenge.field_flights import STATED_S, Flown, nominal_times
 from tumble.challenge.field_noise import far_off, heavy_tailed
 from tumble.challenge.making import neutral
@@ -114,11 +114,24 @@ def observed(case: FieldCase) -> list[Observation]:
         rng = np.random.default_rng([case.seed, number])
         exact = frame_outlines(plan, outline_mesh(plan.vertices, plan.faces))
         frames = messy(exact, noise.sigma["outline"], noise.repeats, noise.outliers, rng)
-        seen = neutral(observation_of(plan, (frames,), views), flight.name, len(views))
+        seen = _with_stated(neutral(observation_of(plan, (frames,), views), flight.name, len(views)), case)
         if noise.rounded:
             seen = replace(seen, clock=replace(seen.clock, times_s=np.round(seen.clock.times_s / STATED_S) * STATED_S))
         found.append(seen)
     return found
+
+
+def _with_stated(seen: Observation, case: FieldCase) -> Observation:
+    """The observation with how sure its calibration is of what the mess has off by no more than that."""
+    sigma = {key: CALIBRATION[key] if key in case.mess else 0.0 for key in CALIBRATION}
+    cameras = []
+    for camera in seen.cameras:
+        lens = camera.intrinsics
+        focal = sigma["focal_length"] * np.array([lens.fx_px, lens.fy_px])
+        covariance = np.zeros((9, 9))
+        covariance[:2, :2], covariance[2, 2], covariance[3, 3] = np.outer(focal, focal), *(sigma["principal_point"] ** 2,) * 2
+        cameras.append(replace(camera, lens_covariance=covariance if covariance.any() else None))
+    return replace(seen, cameras=tuple(cameras), sigma_length_scale=sigma["length_scale"] or None)
 
 
 def messy(exact: Iterable[Array], sigma_px: float, repeats: int, outliers: float, rng: np.random.Generator) -> tuple[Outline, ...]:

@@ -19,7 +19,7 @@ from tumble.commands import command
 from tumble.engine import Outcome, State
 from tumble.importing.gathering import gather
 from tumble.importing.importing import flights_of, import_all, plain_request
-from tumble.importing.request import UNITS_HZ, UNITS_S, Request, frame_range, quantity
+from tumble.importing.request import PARTS, UNITS_HZ, UNITS_S, Request, frame_range, quantity
 from tumble.output_directory import Run, output_directory
 from tumble.read_paths import paths_given
 
@@ -54,6 +54,11 @@ def parser() -> argparse.ArgumentParser:
         "--clock-sigma",
         metavar="TIME",
         help="how well the clocks of further cameras are known against the first one's: 20us (default: exactly)",
+    )
+    verb.add_argument(
+        "--length-sigma",
+        metavar="SHARE",
+        help="how well lengths of the particle's views are known, as the squares of a printed board: 0.1%% (default: exactly)",
     )
     verb.add_argument("--masks", action="store_true", help="the pictures are masks: bright where the particle is")
     verb.add_argument("--dry-run", action="store_true", help="print what the headers say and what is missing; decode and write nothing")
@@ -93,6 +98,7 @@ def request_of(arguments: argparse.Namespace) -> Request:
         bits=arguments.bits,
         stamped=None if arguments.stamps is None else Moment(arguments.stamps),
         masks=arguments.masks,
+        length_sigma=None if arguments.length_sigma is None else quantity("--length-sigma", arguments.length_sigma, PARTS) or None,
         clock_sigma_s=0.0 if arguments.clock_sigma is None else quantity("--clock-sigma", arguments.clock_sigma, UNITS_S),
     )
 
@@ -149,6 +155,7 @@ def _whole_command(arguments: argparse.Namespace) -> str:
             words += [f"--{option}", str(said)]
     words += ["--masks"] if arguments.masks else []
     words += [] if arguments.clock_sigma is None else ["--clock-sigma", arguments.clock_sigma]
+    words += [] if arguments.length_sigma is None else ["--length-sigma", arguments.length_sigma]
     cameras = [str(path) for path in arguments.camera] or ["CAMERA"]
     words += [word for camera in cameras for word in ("--camera", camera)]
     words += ["--particle", str(arguments.particle or "PARTICLE"), f"--gravity={arguments.gravity or 'down'}"]

@@ -82,6 +82,7 @@ def gather(videos: Sequence[Path], request: Request, *, decode: bool = True) -> 
         Value("camera", _lens(c), str(p.resolve()), Origin.GIVEN, f"--camera {p}") for c, p in zip(cameras, request.cameras, strict=True)
     ]
     missing += [] if cameras else [CAMERA]
+    values += [] if request.length_sigma is None else [_lengths(request.length_sigma)]
     particle = None if request.particle is None else _particle(request.particle)
     gravity = None if request.gravity is None else _gravity(request.gravity, cameras)
     values += [] if request.particle is None or particle is None else [_views_value(request.particle, particle)]
@@ -100,6 +101,7 @@ def gather(videos: Sequence[Path], request: Request, *, decode: bool = True) -> 
             view_recording=particle.view_recording,
             mass_kg=particle.mass_kg,
             gravity_covariance=gravity[1],
+            sigma_length_scale=request.length_sigma,
             particle=particle.particle,
             made=particle.made,
         )
@@ -159,6 +161,10 @@ def _particle(path: Path) -> Particle:
 def _views_value(path: Path, particle: Particle) -> Value:
     weighed = "" if particle.mass_kg is None else f", mass {particle.mass_kg:g} kg"
     return Value("particle", f"{len(particle.views)} calibrated views{weighed}", str(path.resolve()), Origin.GIVEN, f"--particle {path}")
+
+
+def _lengths(sigma: float) -> Value:
+    return Value("lengths", f"known to {100.0 * sigma:.3g} %", sigma, Origin.GIVEN, "--length-sigma")
 
 
 def _gravity(said: str, cameras: Sequence[HsvCamera]) -> tuple[Array, Array | None, Value]:

@@ -11,6 +11,7 @@ from datasets.video import Moment, Origin
 
 UNITS_S = {"": 0, "s": 0, "ms": -3, "us": -6, "µs": -6, "ns": -9}
 UNITS_HZ = {"": 0, "Hz": 0, "fps": 0, "kHz": 3, "MHz": 6}
+PARTS = {"": 0, "%": -2}
 """Units and their powers of ten."""
 
 
@@ -20,7 +21,8 @@ class Request:
 
     ``frames``: first picture and the one after the last, counted from 0 in the file. ``background``: ``auto``, ``first:N`` or a file.
     ``cameras``: calibrations, one for all videos or one for each. ``gravity``: ``down``, three numbers or a file. ``masks``: the videos
-    are masks of the particle. ``clock_sigma_s``: standard deviation of what the stamps of further cameras are off those of the first.
+    are masks of the particle. ``clock_sigma_s``: standard deviation of what the stamps of further cameras are off those of the first;
+    ``length_sigma``, relative: that of the lengths of the particle's views.
     """
 
     frames: tuple[int | None, int | None] = (None, None)
@@ -34,6 +36,7 @@ class Request:
     stamped: Moment | None = None
     masks: bool = False
     clock_sigma_s: float = 0.0
+    length_sigma: float | None = None
 
 
 @dataclass(frozen=True)
@@ -78,7 +81,7 @@ def quantity(option: str, text: str, units: Mapping[str, int]) -> float:
     InputError
         Naming the option.
     """
-    found = re.fullmatch(r"\s*([0-9.]+(?:[eE][+-]?[0-9]+)?)\s*([A-Za-zµ]*)\s*", text)
+    found = re.fullmatch(r"\s*([0-9.]+(?:[eE][+-]?[0-9]+)?)\s*([A-Za-zµ%]*)\s*", text)
     try:
         return float(Decimal(found[1]).scaleb(units[found[2]]))  # type: ignore[index]
     except (TypeError, ArithmeticError, KeyError):

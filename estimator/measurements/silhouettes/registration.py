@@ -36,6 +36,7 @@ from estimator.likelihood.time_gaps import longest_stretch
 from estimator.measurements.outlines.registration import by_samples
 from estimator.measurements.silhouettes.flights_of_drops import FreeFlight, free_flights_of
 from estimator.measurements.silhouettes.kind import SILHOUETTES
+from estimator.measurements.silhouettes.stated_facts import stated_facts
 from estimator.motion.flight import Flight
 from estimator.outlines.result import OutlineTrack
 from estimator.outlines.sightings import bias_pairs, pictures_of, tracks_of, usable_sightings
@@ -91,6 +92,7 @@ def register(
         kind=replace(SILHOUETTES, stated=stated),
         recording=tuple(observations[i].name for i, _, _ in flown) if any(each.has_impacts for _, each in right) else (),
         cameras=tuple(dict.fromkeys(camera.name for i, _ in right for camera in observations[i].cameras)),
+        facts=stated_facts([observations[i] for i, _ in right]),
     )
     start = CampaignState(tuple(flight for _, _, flight in flown), tuple(np.zeros(0) for _ in flown))
     left_out = tuple(each for i in range(len(observations)) if isinstance(each := found[i], LeftOut))

@@ -16,14 +16,7 @@ from datasets.vocabulary.camera import HsvCamera
 from estimator import measure as measuring
 from estimator.data.configuration import Configuration
 from estimator.fitting import tasks
-from estimator.fitting.calibration_share import (
-    GRAVITY_NOT_CONSIDERED,
-    NOT_CONSIDERED,
-    calibration_share,
-    widened,
-    with_gravity_missing,
-    with_what_is_missing,
-)
+from estimator.fitting.calibration_share import NOT_CONSIDERED, calibration_share, widened, with_what_is_missing
 from estimator.measuring.free_flight import estimate
 from estimator.motion.piecewise import PiecewiseFlight
 from synth.sequence import build_silhouette_sequence
@@ -111,6 +104,25 @@ def test_they_are_wider_by_as_much_as_a_wrong_gravity_moves_the_estimate(seen: O
         assert added == pytest.approx(abs(there.v_world[0] - without.v_world[0]), abs=0.02 * np.sqrt(without.covariance[0, 0]))
 
 
+def larger(seen: Observation, factor: float) -> Observation:
+    """The same views of a particle that is larger by a factor, seen from as much farther away."""
+    return replace(seen, views=tuple(replace(view, t_cam_particle=factor * view.t_cam_particle) for view in seen.views))
+
+
+def test_they_are_wider_by_as_much_as_a_larger_particle_moves_the_estimate(seen: Observation, plain: Estimate) -> None:
+    """Velocities take the factor, but for what falls: gravity is what it is."""
+    sigma, share = 0.05, 0.1
+    moved = [velocities(larger(seen, 1.0 + sign * share * sigma)) for sign in (1.0, -1.0)]
+    expected = np.abs(moved[0] - moved[1])[:3] / (2.0 * share)
+    stated = estimate(replace(seen, sigma_length_scale=sigma), TANGENTS)
+    assert plain.start is not None
+    assert stated.start is not None
+    added = np.sqrt(np.diag(stated.start.covariance - plain.start.covariance)[:3])
+    noise = np.sqrt(np.diag(plain.start.covariance)[:3])
+    assert np.any(expected > 5.0 * noise)
+    np.testing.assert_allclose(added, expected, atol=0.3 * noise.max(), rtol=0.02)
+
+
 def test_a_flight_without_an_impact_is_widened_as_a_free_one(seen: Observation, monkeypatch: pytest.MonkeyPatch) -> None:
     error = lens_errors(seen)
     stated = replace(seen, cameras=(replace(seen.cameras[0], lens_covariance=np.outer(error, error)),), gravity_covariance=0.1 * np.eye(3))
@@ -120,8 +132,7 @@ def test_a_flight_without_an_impact_is_widened_as_a_free_one(seen: Observation, 
     estimate(stated, TANGENTS)
     (refined,) = found
     free, whole = (
-        calibration_share(flight, refined.at, refined.inverse, stated.gravity_covariance)
-        for flight in (refined.flight, PiecewiseFlight(refined.flight, ()))
+        calibration_share(flight, refined.at, refined.inverse, stated) for flight in (refined.flight, PiecewiseFlight(refined.flight, ()))
     )
     assert free is not None
     assert whole is not None
@@ -130,19 +141,28 @@ def test_a_flight_without_an_impact_is_widened_as_a_free_one(seen: Observation, 
     np.testing.assert_allclose(widened(refined, free).covariance, refined.covariance + free.parameters @ free.parameters.T)
     cameras = tuple(replace(camera, lens_covariance=None) for camera in refined.sightings.cameras)
     unstated = replace(refined.at, task=replace(refined.at.task, sightings=replace(refined.sightings, cameras=cameras)))
-    assert calibration_share(refined.flight, unstated, refined.inverse, None) is None
+    assert calibration_share(refined.flight, unstated, refined.inverse, seen) is None
+
+
+def written(seen: Observation, folder: Path) -> Path:
+    write_observation(seen, folder)
+    return folder
 
 
 def test_it_is_written_and_read(seen: Observation, tmp_path_factory: pytest.TempPathFactory) -> None:
     folder = tmp_path_factory.mktemp("stated")
     spread = np.diag(np.arange(1.0, 10.0))
-    told = replace(seen, cameras=(replace(seen.cameras[0], lens_covariance=spread),), gravity_covariance=np.eye(3))
+    told = replace(
+        seen, cameras=(replace(seen.cameras[0], lens_covariance=spread),), gravity_covariance=np.eye(3), sigma_length_scale=0.002
+    )
     write_observation(told, folder)
     back = read_observation(folder)
     assert back.cameras[0].lens_covariance is not None
     assert back.gravity_covariance is not None
     np.testing.assert_array_equal(back.cameras[0].lens_covariance, spread)
     np.testing.assert_array_equal(back.gravity_covariance, np.eye(3))
+    assert back.sigma_length_scale == told.sigma_length_scale
+    assert read_observation(written(seen, tmp_path_factory.mktemp("unstated"))).sigma_length_scale is None
 
 
 def test_what_is_no_covariance_is_refused(seen: Observation, tmp_path_factory: pytest.TempPathFactory) -> None:
@@ -185,13 +205,3 @@ def test_error_bars_without_it_say_so(seen: Observation, plain: Estimate, stated
     assert NOT_CONSIDERED not in with_what_is_missing(replace(plain, middle=None), told).message
     monkeypatch.setattr(measuring, "_measured", lambda *_: plain)
     assert NOT_CONSIDERED in measuring.measure(told, TANGENTS).message
-
-
-def test_error_bars_of_campaigns_lack_gravity_alone(seen: Observation, plain: Estimate) -> None:
-    lens = replace(seen, cameras=(replace(seen.cameras[0], lens_covariance=np.eye(9)),))
-    assert with_gravity_missing(plain, lens) is plain
-    assert with_gravity_missing(plain, replace(seen, gravity_covariance=np.zeros((3, 3)))) is plain
-    stated = replace(seen, gravity_covariance=np.eye(3))
-    assert with_gravity_missing(plain, stated).message.endswith(GRAVITY_NOT_CONSIDERED)
-    assert "camera" not in GRAVITY_NOT_CONSIDERED
-    assert with_gravity_missing(replace(plain, middle=None), stated).message == plain.message

@@ -12,7 +12,7 @@ from estimator.data.configuration import Configuration
 from estimator.measuring.free_flight import estimate
 from estimator.surface import joint as joint_module
 from synth.sequence import build_silhouette_sequence
-from tests.estimator.fitting.test_calibration_share import RECIPE, lens_errors
+from tests.estimator.fitting.test_calibration_share import RECIPE, larger, lens_errors
 
 SAMPLES = Configuration(surface_fit=2)
 """For there are twelve views."""
@@ -60,3 +60,18 @@ def test_a_lens_that_is_not_known_widens_what_it_moves_most(seen: Observation, p
     added = np.sqrt(np.diag(stated.start.covariance - plain.start.covariance))
     assert added[1] > 2.0 * added[0]
     assert added[1] > 1.5 * np.sqrt(plain.start.covariance[1, 1])
+
+
+def test_it_is_as_much_as_a_larger_particle_moves_the_estimate(seen: Observation, plain: Estimate) -> None:
+    sigma = 0.02
+    stated = estimate(replace(seen, sigma_length_scale=sigma), SAMPLES)
+    high, low = (estimate(larger(seen, 1.0 + sign * sigma), SAMPLES) for sign in (1.0, -1.0))
+    assert stated.middle is not None
+    assert plain.middle is not None
+    assert high.middle is not None
+    assert low.middle is not None
+    added = np.sqrt(np.diag(stated.middle.covariance - plain.middle.covariance)[:3])
+    moved = np.abs(high.middle.v_world - low.middle.v_world) / 2.0
+    noise = np.sqrt(np.diag(plain.middle.covariance)[:3])
+    assert np.any(moved > 5.0 * noise)
+    np.testing.assert_allclose(added, moved, atol=0.4 * noise.max(), rtol=0.05)

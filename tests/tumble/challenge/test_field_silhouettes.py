@@ -61,11 +61,15 @@ def test_files_say_nothing_of_what_is_hidden(root: Path) -> None:
     files = [path for path in (root / "made" / "campaigns").rglob("*") if path.is_file()]
     assert files
     for path in files:
-        content = path.read_bytes().replace(b"gravity_world", b"")
+        content = path.read_bytes().replace(b"gravity_world", b"").replace(b"sigma_length_scale", b"")
         assert [word for word in (*KNOWN, str(case.seed), "cut_stone", "jagged") if word.encode() in content] == []
     seen = read_observation(root / "made" / "campaigns" / case.name / "observations" / case.flights[0].name)
     assert case.scene is not None
     assert (len(seen.clock.times_s), len(seen.views), seen.mass_kg) == (case.flights[0].rows, 6 * case.scene.drops, None)
+    assert (seen.sigma_length_scale is not None) is ("length_scale" in case.mess)
+    stated = seen.cameras[0].lens_covariance
+    assert (stated is not None and stated[0, 0] > 0.0) is ("focal_length" in case.mess)
+    assert (stated is not None and stated[2, 2] > 0.0) is ("principal_point" in case.mess)
 
 
 def test_the_mess_is_below_its_limits(root: Path) -> None:
