@@ -84,8 +84,8 @@ class EmpiricalFit:
 
     @property
     def described(self) -> bool:
-        """Whether a law says all that is known of it: curves of no law, which follow anything, predict no better."""
-        return self.law is not None and self.law.removed.after.rms_px <= self.removed.after.rms_px
+        """Whether a law says all that is known of it: curves of no law, which follow anything, predict no better than by chance."""
+        return self.law is not None and self.law.removed.after.as_well_as(self.removed.after)
 
 
 def fit_empirical(campaign: Campaign, fit: CampaignFit, left: Unknown, *, told: Told = lambda _sentence: None) -> EmpiricalFit:

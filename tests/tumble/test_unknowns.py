@@ -20,7 +20,7 @@ from estimator.effects.choosing import catalogue
 from estimator.effects.plug_ins import load_plug_in
 from estimator.fitting.campaigns.base_model import base_fit
 from estimator.fitting.campaigns.campaign import CampaignFit
-from estimator.fitting.campaigns.held_out import held_out
+from estimator.fitting.campaigns.held_out import HeldOut, held_out
 from estimator.measurements.trajectories.registering import register_trajectories
 from tests.estimator.made_trajectories import Hidden, Tracker, campaign
 from tests.estimator.unknown_campaigns import unknown_campaign
@@ -106,17 +106,30 @@ def test_a_curve_that_predicts_no_better_is_not_said_to_explain() -> None:
     assert "%" not in said
 
 
+def _held_out(*each: float) -> HeldOut:
+    return HeldOut(float(np.sqrt(np.mean(np.square(each)))), np.array(each), 10 * len(each))
+
+
+def test_a_law_is_told_where_curves_predict_better_by_chance_alone() -> None:
+    """Better in one sequence, worse in the next: no reason to keep curves that say nothing."""
+    law, curves = _held_out(1.00, 1.10, 0.95, 1.02), _held_out(1.03, 1.04, 0.97, 1.00)
+    assert law.rms_px > curves.rms_px
+    assert law.as_well_as(curves)
+    assert not _held_out(1.00, 1.10, 0.95, 1.02).as_well_as(_held_out(0.93, 1.04, 0.90, 0.95))
+    assert not _held_out(np.inf, 1.0).as_well_as(_held_out(1.0, 1.0))
+
+
 def test_a_law_that_predicts_worse_than_curves_is_told_without_values() -> None:
     """Of ten shots of a ball a wall was told, with its place, that took 6 % of the excess where curves took 38 %."""
     _, rest, _ = left()
     before = SimpleNamespace(rms_px=1.06)
     law = SimpleNamespace(
         terms=[SimpleNamespace(words="an attraction along one axis")],
-        removed=SimpleNamespace(before=before, after=SimpleNamespace(rms_px=1.04), share=0.06),
+        removed=SimpleNamespace(before=before, after=_held_out(1.04, 1.10, 0.99), share=0.06),
     )
     found = SimpleNamespace(
         terms=[SimpleNamespace(entry=SimpleNamespace(key="force_curve"))],
-        removed=SimpleNamespace(before=before, after=SimpleNamespace(rms_px=0.95), share=0.38, floor_px=0.74),
+        removed=SimpleNamespace(before=before, after=_held_out(0.95, 0.98, 0.93), share=0.38, floor_px=0.74),
         law=law,
         described=False,
     )

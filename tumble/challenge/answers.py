@@ -94,7 +94,7 @@ def unexplained(campaign: Campaign, explained: Explanation) -> dict[str, Any]:
     if left is None or not left.present:
         return {"unknown": False, "stage": "", "p_left": 1.0 if left is None else left.p}
     found = fit_empirical(campaign, explained.fit, left)
-    law = found.law
+    law = found.law if found.described else None
     return {
         "unknown": True,
         "stage": str(left.stage),
