@@ -10,15 +10,15 @@ from datasets.observation import CalibratedView
 from estimator.appearance.model_errors import SequenceTask
 from estimator.appearance.sector_shape import sector_shape
 from estimator.data.configuration import Configuration
+from estimator.effects.empirical.force_curves import ForceCurve, TorqueCurve
 from estimator.effects.instrument.surface_amplitudes import SurfaceAmplitudes
 from estimator.effects.link import EffectModel
 from estimator.effects.model import Model
-from estimator.effects.registry import MODELS
 from estimator.fitting.campaigns.campaign import CampaignState, layout_of
 from estimator.fitting.campaigns.registered import Registered
 from estimator.fitting.campaigns.weighing_again import UNFLYABLE
 from estimator.measurements.outlines.contacts import SECTORS, contacts_at
-from estimator.measurements.outlines.frame_noise import whole, with_alike_noise
+from estimator.measurements.outlines.frame_noise import whole, with_frame_noise
 from estimator.measurements.outlines.kind import Outlines
 from estimator.measurements.outlines.surfaces import Flown, about_joint_surface, hull_shape, with_surface
 from estimator.measurements.outlines.task import OutlineTask, outline_residuals, placed_at
@@ -32,7 +32,7 @@ from estimator.surface.star_surface import SUBDIVISIONS, Surface
 Array = NDArray[np.float64]
 NONE = np.zeros(0)
 """Parameters (0,) of a model without effects."""
-PUSHED = (MODELS["uniform_acceleration"],)
+PUSHED = (ForceCurve(), TorqueCurve())
 """Under which surfaces are made first: whatever pushes flights, or measures their times wrong, is to bend no surface."""
 
 
@@ -74,7 +74,7 @@ def by_samples(
     left = [outline_residuals(each.task, each.flight, wide, np.concatenate([each.task.contacts.amplitude, each.theta])) for each in every]
     return replace(
         registered,
-        campaign=replace(campaign, sequences=tuple(with_alike_noise(sequences, left)), kind=replace(kind, amplitudes=count)),
+        campaign=replace(campaign, sequences=tuple(with_frame_noise(sequences, left)), kind=replace(kind, amplitudes=count)),
         start=CampaignState(tuple(each.flight for each in every), tuple(NONE for _ in every)),
     )
 

@@ -11,7 +11,7 @@ from estimator.effects.choosing import catalogue
 from estimator.effects.model import Model
 from estimator.effects.registry import MODELS
 from estimator.fitting.campaigns.campaign import layout_of
-from estimator.measurements.outlines.frame_noise import whole, with_alike_noise
+from estimator.measurements.outlines.frame_noise import whole, with_frame_noise
 from estimator.measurements.outlines.registration import by_samples
 from estimator.measurements.outlines.surfaces import Flown, _known
 from estimator.measurements.outlines.task import OutlineResiduals, OutlineTask, outline_errors
@@ -36,7 +36,7 @@ def test_noise_is_as_alike_as_it_was_drawn(frames: int) -> None:
         for task, wide in _noise(tasks, rng)
     ]
     left = [replace(residuals(i), e=e) for i, e in enumerate(drawn)]
-    made = with_alike_noise(tasks, left)
+    made = with_frame_noise(tasks, left)
     assert [each.alike for each in made] == pytest.approx([frames] * len(tasks), rel=0.2)
     assert made[0].repeats == pytest.approx(np.full(len(made[0].repeats), made[0].alike))
 
