@@ -10,10 +10,10 @@ from datasets.observation import CalibratedView
 from estimator.appearance.model_errors import SequenceTask
 from estimator.appearance.sector_shape import sector_shape
 from estimator.data.configuration import Configuration
-from estimator.effects.empirical.force_curves import ForceCurve, TorqueCurve
 from estimator.effects.instrument.surface_amplitudes import SurfaceAmplitudes
 from estimator.effects.link import EffectModel
 from estimator.effects.model import Model
+from estimator.effects.registry import MODELS
 from estimator.fitting.campaigns.campaign import CampaignState, layout_of
 from estimator.fitting.campaigns.registered import Registered
 from estimator.fitting.campaigns.weighing_again import UNFLYABLE
@@ -32,7 +32,7 @@ from estimator.surface.star_surface import SUBDIVISIONS, Surface
 Array = NDArray[np.float64]
 NONE = np.zeros(0)
 """Parameters (0,) of a model without effects."""
-PUSHED = (ForceCurve(), TorqueCurve())
+PUSHED = (MODELS["uniform_acceleration"],)
 """Under which surfaces are made first: whatever pushes flights, or measures their times wrong, is to bend no surface."""
 
 
