@@ -128,8 +128,8 @@ def contacts_at(amplitudes: Amplitudes, amplitude: Array, sightings: Sightings, 
 def _met_in_place(surface: Surface, camera: Intrinsics, pose: tuple[Array, Array], samples_px: Array) -> Contact:
     """What samples (s, 2) px meet of a surface at a pose, with the outline shifted onto the one that the surface casts there.
 
-    Of an outline that lies beside it, as where a frame's time is wrong, the samples would meet what they are shifted to: what a jagged body
-    has there is no neighbour of what they show. Residuals at any pose are linear in such a shift, whatever its size.
+    Samples of one that lies beside it, as where a frame's time is wrong, would meet the facets that they happen to lie near, not those that
+    they show. Residuals are linear in such a shift, whatever its size.
     """
     shift = np.zeros(2)
     for _ in range(SHIFTED):

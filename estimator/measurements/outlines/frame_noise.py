@@ -1,8 +1,9 @@
-"""Noise of outlines from frame to frame: over how many it is alike, and which outlines are off as a whole.
+"""Noise of outlines: how large, over how many frames it is alike, and which outlines are off as a whole.
 
-Both as of other measurements. What a free flight leaves of each sector in the order of time is a channel of rows
-(:mod:`estimator.likelihood.alike_noise`): an instrument's noise that does not change within a frame, and what the surface misses, come back
-in the next one. An outline that is shifted as a whole is no noise of samples: its sectors are all off together, each by little.
+Noise is what a pose of its own in every frame leaves: what pushes or turns bodies, or reads their times wrong, is in the poses, whether a
+model has it or not. Of each sector in the order of time that is a channel of rows (:mod:`estimator.likelihood.alike_noise`): an
+instrument's noise that does not change within a frame, and what the surface misses, come back in the next one. An outline that is shifted
+as a whole is no noise of samples: its sectors are all off together, each by little.
 """
 
 from collections.abc import Iterator, Sequence
@@ -20,8 +21,6 @@ from estimator.likelihood.time_shifts import without_outliers
 from estimator.measurements.outlines.task import OutlineResiduals, OutlineTask
 
 Array = NDArray[np.float64]
-POSE, SEEN = 6, 1e-6
-"""Numbers of a pose, and singular value, of directions of length one, from which on outlines show one."""
 
 
 def with_frame_noise(sequences: Sequence[OutlineTask], residuals: Sequence[OutlineResiduals]) -> list[OutlineTask]:
@@ -32,7 +31,7 @@ def with_frame_noise(sequences: Sequence[OutlineTask], residuals: Sequence[Outli
     left = [each.noise * beside_poses(e) for each, e in zip(sequences, residuals, strict=True)]
     noise = channel_noise([part for each in zip(sequences, left, residuals, strict=True) for part in _in_time(*each)])
     alike = 1.0 if noise is None else noise.repeats
-    scales = [_scale(e, of.seen, alike) for e, of in zip(left, residuals, strict=True)]
+    scales = [_scale(e, of, alike) for e, of in zip(left, residuals, strict=True)]
     return [replace(each, alike=alike, noise=scale) for each, scale in zip(sequences, scales, strict=True)]
 
 
@@ -42,18 +41,14 @@ def beside_poses(residuals: OutlineResiduals) -> Array:
     Whatever moves bodies, or reads their times wrong, is in the poses: what is left is noise of outlines, and of their surface.
     """
     weight = residuals.seen / np.sqrt(residuals.variance)
-    by_pose = residuals.met.by_pose * weight[..., None]
-    by_pose /= np.maximum(np.linalg.norm(by_pose, axis=1, keepdims=True), 1e-300)
-    U, size, _ = np.linalg.svd(by_pose, full_matrices=False)
-    U = U * (size > SEEN)[:, None, :]
-    return np.asarray(residuals.e - np.einsum("nkj,nlj,nl->nk", U, U, residuals.e))
+    Q, _ = np.linalg.qr(residuals.met.by_pose * weight[..., None])
+    return np.asarray(residuals.e - np.einsum("nkj,nlj,nl->nk", Q, Q, residuals.e))
 
 
-def _scale(left: Array, seen: NDArray[np.bool_], alike: float) -> float:
-    """Noise over what outlines show by themselves, from what poses leave (n, k) of the sectors that were ``seen`` (n, k)."""
-    far = np.abs(left) / HUBER
-    squares = float(np.sum(left**2 / np.maximum(far, 1.0)))
-    freedom = float(np.sum(np.maximum(seen.sum(axis=1) - POSE, 0)))
+def _scale(left: Array, residuals: OutlineResiduals, alike: float) -> float:
+    """Noise over what outlines show by themselves, from what poses leave (n, k) of ``residuals``."""
+    squares = float(np.sum(left**2 / np.maximum(np.abs(left) / HUBER, 1.0)))
+    freedom = float(np.sum(np.maximum(residuals.seen.sum(axis=1) - residuals.met.by_pose.shape[2], 0)))
     return float(noise_scales(np.asarray(squares / alike), np.asarray(freedom / alike)))
 
 
