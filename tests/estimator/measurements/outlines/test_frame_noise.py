@@ -94,8 +94,10 @@ def _alike(task: OutlineTask) -> tuple[OutlineTask, OutlineTask]:
     return replace(task, alike=1.0), replace(task, alike=3.0)
 
 
-def test_an_outline_off_as_a_whole_is_not_used() -> None:
-    registered, number = small_campaign.registered(), 11
+@pytest.mark.parametrize("number", [0, 1, 11, 29])
+def test_an_outline_off_as_a_whole_is_not_used(number: int) -> None:
+    """At the ends of a flight, too."""
+    registered = small_campaign.registered()
     first = registered.campaign.sequences[0]
     silhouettes = first.task.sightings.silhouettes
     xy = silhouettes.xy.copy()
