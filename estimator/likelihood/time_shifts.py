@@ -29,7 +29,8 @@ INDEPENDENT_DIFFERENCES = 2.0 / DIFFERENCE_VARIANCE
 DIFFERENCE_GAIN = 6.0
 """Variance of a second difference over that of what is differenced: 1 + 4 + 1."""
 NEIGHBOURS = np.array([[1], [1], [0], [1], [1]])
-"""Sightings whose median movement says where the middle one would be: a smooth misfit makes no outliers."""
+"""Sightings whose median movement says where the middle one would be: a smooth misfit makes no outliers. Beyond an end they are mirrored:
+the last one itself would say that it is where it should be."""
 FAR_OFF = 6.0
 """Robust standard deviations from there: one in 10^8 of normal errors, while wrong outlines are off by tens."""
 WIDEST = 8.0
@@ -72,7 +73,7 @@ def without_outliers(shifts: TimeShifts) -> TimeShifts:
     told = shifts.noise > 0.0
     if shifts.still is None or told.sum() <= len(NEIGHBOURS):
         return shifts
-    off = np.abs(shifts.still - median_filter(shifts.still, footprint=NEIGHBOURS, mode="nearest"))
+    off = np.abs(shifts.still - median_filter(shifts.still, footprint=NEIGHBOURS, mode="mirror"))
     far = off.max(axis=1) > FAR_OFF * float(robust_sigma(off[told].ravel()))
     kept = np.where(far, 0.0, 1.0)
     return replace(shifts, tau_s=shifts.tau_s * kept, h=np.where(far, 1e-150, shifts.h), noise=shifts.noise * kept)

@@ -17,14 +17,15 @@ from estimator.data.configuration import Configuration
 from estimator.diagnosis.diagnose import ALPHA
 from estimator.diagnosis.selection.linearised import Linearised, linearised
 from estimator.effects.choosing import catalogue
+from estimator.effects.model import Model
 from estimator.fitting.campaigns.base_model import base_fit
-from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState
+from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState, fit_campaign
 from estimator.fitting.campaigns.registered import Registered
 from estimator.fitting.stable_inverse import stable_inverse
 from estimator.measurements.silhouettes.registration import register
 from estimator.measurements.trajectories.registering import register_trajectories, task_of
 from tumble.challenge.field_case import FieldCase
-from tumble.challenge.field_flights import exact_with_noise, flown, measured, without_effects
+from tumble.challenge.field_flights import STATED_S, exact_with_noise, flown, measured, without_effects
 from tumble.challenge.field_silhouettes import observed
 from tumble.challenge.limits import noncentrality
 
@@ -55,8 +56,19 @@ class Known:
 def known(case: FieldCase) -> Known:
     """Fly a campaign with its noise alone, fit it and look at the information on every effect."""
     registered = registered_case(without_effects(case))
-    fit = base_fit(registered.campaign, registered.start)
+    fit = _fitted(case, registered)
     return Known(registered.campaign, fit, linearised(registered.campaign, fit, catalogue()))
+
+
+def _fitted(case: FieldCase, registered: Registered) -> CampaignFit:
+    """Free flight; in pictures whose stamps are rounded beside random times of that size, which are no noise of outlines."""
+    campaign, start = registered.campaign, registered.start
+    if case.scene is None or not case.noise.rounded:
+        return base_fit(campaign, start)
+    base, jitter = campaign.kind.base, catalogue()["trigger_jitter"]
+    values = np.append(np.zeros(base.size), STATED_S / np.sqrt(12.0))
+    state = CampaignState(start.flights, tuple(values for _ in start.flights))
+    return fit_campaign(campaign, state, Model((*base.effects, jitter)))
 
 
 def registered_case(case: FieldCase) -> Registered:
@@ -116,7 +128,7 @@ def left_of(of: Known, case: FieldCase) -> float:
 def left_in_pictures(of: Known, case: FieldCase) -> float:
     """The same of silhouettes: flown with its noise, what is left beyond what is left of the campaign with its noise alone."""
     registered = registered_case(case)
-    looked = linearised(registered.campaign, base_fit(registered.campaign, registered.start), catalogue())
+    looked = linearised(registered.campaign, _fitted(case, registered), catalogue())
     return max(_left(looked) - _left(of.of), 0.0)
 
 

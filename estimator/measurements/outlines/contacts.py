@@ -16,17 +16,24 @@ from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 from scipy.sparse import csr_array
 
+from datasets.vocabulary.camera import Intrinsics
 from estimator.appearance.sector_shape import sectors_of
 from estimator.data.fit_task import Sightings
 from estimator.geometry.epipolar_tangency import PoseSet
 from estimator.surface.amplitudes import Amplitudes
-from estimator.surface.contact import contact_of
+from estimator.surface.contact import Contact, contact_of
 from estimator.surface.samples import across_of, stacked
+from estimator.surface.star_surface import Surface
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 EVENED = 5
 """Samples whose mean place decides on a sector: a fifth of a sample's own noise is left in it."""
+MOVED_PX = 0.5
+"""Root mean square by which points of the outlines may move before what samples meet is found anew: a radius of 30 px then bends away by
+0.004 px."""
+SHIFTED = 5
+"""Times that what samples meet is found at most, the outline shifted onto the surface's: four shifts. By judgement."""
 SECTORS = 64
 """Of an outline: four to six samples each, within which noise may be alike. By judgement."""
 
@@ -106,7 +113,7 @@ def contacts_at(amplitudes: Amplitudes, amplitude: Array, sightings: Sightings, 
     ends, parts = np.cumsum([0, *counts]), []
     for i, (first, end) in enumerate(zip(ends[:-1].tolist(), ends[1:].tolist(), strict=True)):
         camera = sightings.cameras[int(sightings.camera[i])].intrinsics
-        met = contact_of(surface, camera, placed.R[i], placed.t[i], samples_px[first:end])
+        met = _met_in_place(surface, camera, (placed.R[i], placed.t[i]), samples_px[first:end])
         parts.append((met, across_of(met, camera) @ placed.R[i], np.zeros((end - first, 0))))
     every = stacked(surface, parts, 0.0)
     point = np.concatenate([(met.point - placed.t[i]) @ placed.R[i] for i, (met, _, _) in enumerate(parts)])
@@ -116,6 +123,22 @@ def contacts_at(amplitudes: Amplitudes, amplitude: Array, sightings: Sightings, 
     moved = np.asarray(by_corner @ amplitudes.moves).reshape(len(counts), SECTORS, -1)
     normal = np.concatenate([met.normal for met, _, _ in parts])
     return Contacts(sighting, cell, point, normal, count.reshape(-1, SECTORS), every.by_corner, moved, amplitude, placed)
+
+
+def _met_in_place(surface: Surface, camera: Intrinsics, pose: tuple[Array, Array], samples_px: Array) -> Contact:
+    """What samples (s, 2) px meet of a surface at a pose, with the outline shifted onto the one that the surface casts there.
+
+    Samples of one that lies beside it, as where a frame's time is wrong, would meet the facets that they happen to lie near, not those that
+    they show. Residuals are linear in such a shift, whatever its size.
+    """
+    shift = np.zeros(2)
+    for _ in range(SHIFTED):
+        met = contact_of(surface, camera, *pose, samples_px - shift)
+        step = np.linalg.lstsq(met.normal, met.gap_px, rcond=None)[0]
+        if step @ step < MOVED_PX**2:
+            break
+        shift = shift + step
+    return met
 
 
 def _averaging_of(cell: Index, count: Array) -> csr_array:

@@ -1,8 +1,9 @@
-"""Noise of outlines from frame to frame: over how many it is alike, and which outlines are off as a whole.
+"""Noise of outlines: how large, over how many frames it is alike, and which outlines are off as a whole.
 
-Both as of other measurements. What a free flight leaves of each sector in the order of time is a channel of rows
-(:mod:`estimator.likelihood.alike_noise`): an instrument's noise that does not change within a frame, and what the surface misses, come back
-in the next one. An outline that is shifted as a whole is no noise of samples: its sectors are all off together, each by little.
+Noise is what a pose of its own in every frame leaves: what pushes or turns bodies, or reads their times wrong, is in the poses, whether a
+model has it or not. Of each sector in the order of time that is a channel of rows (:mod:`estimator.likelihood.alike_noise`): an
+instrument's noise that does not change within a frame, and what the surface misses, come back in the next one. An outline that is shifted
+as a whole is no noise of samples: its sectors are all off together, each by little.
 """
 
 from collections.abc import Iterator, Sequence
@@ -15,16 +16,40 @@ from estimator.effects.model import Model
 from estimator.fitting.campaigns.campaign import sequence_equations
 from estimator.fitting.campaigns.registered import Registered
 from estimator.likelihood.alike_noise import channel_noise
+from estimator.likelihood.rows import HUBER, noise_scales
 from estimator.likelihood.time_shifts import without_outliers
 from estimator.measurements.outlines.task import OutlineResiduals, OutlineTask
 
 Array = NDArray[np.float64]
 
 
-def with_alike_noise(sequences: Sequence[OutlineTask], residuals: Sequence[OutlineResiduals]) -> list[OutlineTask]:
-    """Sequences whose noise is as alike from frame to frame as ``residuals`` show, in all of them together."""
-    noise = channel_noise([part for each in zip(sequences, residuals, strict=True) for part in _in_time(*each)])
-    return [replace(each, alike=1.0 if noise is None else noise.repeats) for each in sequences]
+def with_frame_noise(sequences: Sequence[OutlineTask], residuals: Sequence[OutlineResiduals]) -> list[OutlineTask]:
+    """Sequences with the noise that ``residuals`` show beside a pose of its own in every frame: how large, and how alike over frames.
+
+    Its size is each sequence's, its likeness that of all of them together.
+    """
+    left = [each.noise * beside_poses(e) for each, e in zip(sequences, residuals, strict=True)]
+    noise = channel_noise([part for each in zip(sequences, left, residuals, strict=True) for part in _in_time(*each)])
+    alike = 1.0 if noise is None else noise.repeats
+    scales = [_scale(e, of, alike) for e, of in zip(left, residuals, strict=True)]
+    return [replace(each, alike=alike, noise=scale) for each, scale in zip(sequences, scales, strict=True)]
+
+
+def beside_poses(residuals: OutlineResiduals) -> Array:
+    """What is left (n, k) of residuals, in standard deviations, beside the pose that fits each outline best.
+
+    Whatever moves bodies, or reads their times wrong, is in the poses: what is left is noise of outlines, and of their surface.
+    """
+    weight = residuals.seen / np.sqrt(residuals.variance)
+    Q, _ = np.linalg.qr(residuals.met.by_pose * weight[..., None])
+    return np.asarray(residuals.e - np.einsum("nkj,nlj,nl->nk", Q, Q, residuals.e))
+
+
+def _scale(left: Array, residuals: OutlineResiduals, alike: float) -> float:
+    """Noise over what outlines show by themselves, from what poses leave (n, k) of ``residuals``."""
+    squares = float(np.sum(left**2 / np.maximum(np.abs(left) / HUBER, 1.0)))
+    freedom = float(np.sum(np.maximum(residuals.seen.sum(axis=1) - residuals.met.by_pose.shape[2], 0)))
+    return float(noise_scales(np.asarray(squares / alike), np.asarray(freedom / alike)))
 
 
 def whole(registered: Registered) -> list[NDArray[np.bool_]]:
@@ -42,8 +67,8 @@ def _whole(registered: Registered, number: int) -> NDArray[np.bool_]:
     return kept
 
 
-def _in_time(sequence: OutlineTask, residuals: OutlineResiduals) -> Iterator[Array]:
-    """What is left of each sector of each camera's outlines, in the order of time, where it was seen."""
+def _in_time(sequence: OutlineTask, left: Array, residuals: OutlineResiduals) -> Iterator[Array]:
+    """What is ``left`` (n, k) of each sector of each camera's outlines, in the order of time, where it was seen."""
     for rows in sequence.task.sightings.in_time:
-        for e, seen in zip(residuals.e[rows].T, residuals.seen[rows].T, strict=True):
+        for e, seen in zip(left[rows].T, residuals.seen[rows].T, strict=True):
             yield e[seen]

@@ -28,7 +28,7 @@ from estimator.likelihood.rows import (
     weighed,
 )
 from estimator.likelihood.time_shifts import TimeShifts
-from estimator.measurements.outlines.frame_noise import with_alike_noise
+from estimator.measurements.outlines.frame_noise import with_frame_noise
 from estimator.measurements.outlines.imagined import SampledPictures
 from estimator.measurements.outlines.maps import outline_floor, outline_maps
 from estimator.measurements.outlines.surface_scale import with_surface_scale
@@ -119,7 +119,7 @@ class Outlines:
             campaign, state = refitted_surfaces(campaign, fit, self)
             fit = fit_campaign(campaign, state, fit.model)
             left = [each.errors for each in fit.equations]
-            campaign = replace(campaign, sequences=tuple(with_alike_noise(campaign.sequences, left)))
+            campaign = replace(campaign, sequences=tuple(with_frame_noise(campaign.sequences, left)))
             fit = fit_campaign(campaign, fit.state, fit.model)
         return with_surface_scale(campaign, fit)
 

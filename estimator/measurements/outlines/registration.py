@@ -18,7 +18,7 @@ from estimator.fitting.campaigns.campaign import CampaignState, layout_of
 from estimator.fitting.campaigns.registered import Registered
 from estimator.fitting.campaigns.weighing_again import UNFLYABLE
 from estimator.measurements.outlines.contacts import SECTORS, contacts_at
-from estimator.measurements.outlines.frame_noise import whole, with_alike_noise
+from estimator.measurements.outlines.frame_noise import whole, with_frame_noise
 from estimator.measurements.outlines.kind import Outlines
 from estimator.measurements.outlines.surfaces import Flown, about_joint_surface, hull_shape, with_surface
 from estimator.measurements.outlines.task import OutlineTask, outline_residuals, placed_at
@@ -74,7 +74,7 @@ def by_samples(
     left = [outline_residuals(each.task, each.flight, wide, np.concatenate([each.task.contacts.amplitude, each.theta])) for each in every]
     return replace(
         registered,
-        campaign=replace(campaign, sequences=tuple(with_alike_noise(sequences, left)), kind=replace(kind, amplitudes=count)),
+        campaign=replace(campaign, sequences=tuple(with_frame_noise(sequences, left)), kind=replace(kind, amplitudes=count)),
         start=CampaignState(tuple(each.flight for each in every), tuple(NONE for _ in every)),
     )
 

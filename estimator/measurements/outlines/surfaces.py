@@ -19,8 +19,8 @@ from estimator.appearance.model_errors import centres_cam
 from estimator.effects.link import EffectModel
 from estimator.effects.model import Model
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState, layout_of
+from estimator.measurements.outlines.contacts import MOVED_PX
 from estimator.measurements.outlines.task import (
-    MOVED_PX,
     OutlineTask,
     amplitudes_in,
     drawn_too_large_px,

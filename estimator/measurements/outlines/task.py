@@ -32,15 +32,12 @@ from estimator.effects.model import Model, holds_of, overrides
 from estimator.geometry.epipolar_tangency import PoseSet
 from estimator.geometry.outline_shape import OutlineShape
 from estimator.likelihood.rows import Residuals, Rows
-from estimator.measurements.outlines.contacts import SECTORS, Contacts, contacts_at
+from estimator.measurements.outlines.contacts import MOVED_PX, SECTORS, Contacts, contacts_at
 from estimator.motion.flight import N_PARAMETERS, OFFSET, Flight
 from estimator.particle.particle import Particle
 from estimator.surface.amplitudes import Amplitudes
 
 Array = NDArray[np.float64]
-MOVED_PX = 0.5
-"""Root mean square by which points of the outlines may move before what samples meet is found anew: a radius of 30 px then bends away by
-0.004 px."""
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,8 @@ from estimator.effects.choosing import catalogue
 from estimator.effects.model import Model
 from estimator.effects.registry import MODELS
 from estimator.fitting.campaigns.campaign import layout_of
-from estimator.measurements.outlines.frame_noise import whole, with_alike_noise
+from estimator.measurements.outlines import contacts
+from estimator.measurements.outlines.frame_noise import whole, with_frame_noise
 from estimator.measurements.outlines.registration import by_samples
 from estimator.measurements.outlines.surfaces import Flown, _known
 from estimator.measurements.outlines.task import OutlineResiduals, OutlineTask, outline_errors
@@ -21,7 +22,7 @@ from tests.estimator import small_campaign
 from tests.estimator.measurements.outlines import sampled_campaign
 
 Array = NDArray[np.float64]
-OFF_PX, DRAG = 1.5, 4.0
+OFF_PX, DRAG, SHIFT_PX = 1.5, 4.0, np.array([2.4, -1.8])
 
 
 def residuals(number: int) -> OutlineResiduals:
@@ -36,13 +37,48 @@ def test_noise_is_as_alike_as_it_was_drawn(frames: int) -> None:
         for task, wide in _noise(tasks, rng)
     ]
     left = [replace(residuals(i), e=e) for i, e in enumerate(drawn)]
-    made = with_alike_noise(tasks, left)
+    made = with_frame_noise(tasks, left)
     assert [each.alike for each in made] == pytest.approx([frames] * len(tasks), rel=0.2)
     assert made[0].repeats == pytest.approx(np.full(len(made[0].repeats), made[0].alike))
 
 
 def _noise(tasks: tuple[OutlineTask, ...], rng: np.random.Generator) -> list[tuple[OutlineTask, Array]]:
     return [(task, rng.normal(size=(len(task.task.sightings) + 3, len(task.repeats)))) for task in tasks]
+
+
+def test_what_moves_a_body_is_no_noise() -> None:
+    """Poses that are off by ten times the noise, as under a missing force, change neither its size nor its likeness."""
+    rng, tasks = np.random.default_rng(5), sampled_campaign.registered().campaign.sequences
+    left, off = [], []
+    for number, (task, wide) in enumerate(_noise(tasks, rng)):
+        of = residuals(number)
+        e = np.where(of.seen, wide[: len(task.task.sightings)], 0.0)
+        by_pose = of.met.by_pose * (of.seen / np.sqrt(of.variance))[..., None]
+        size = np.linalg.norm(by_pose, axis=1) / np.sqrt(of.seen.sum(axis=1))[:, None]
+        moved = np.einsum("nkj,nj->nk", by_pose, rng.normal(size=size.shape) / size)
+        left.append(replace(of, e=e))
+        off.append(replace(of, e=e + 10.0 * moved))
+    plain, pushed = with_frame_noise(tasks, left), with_frame_noise(tasks, off)
+    assert [each.noise for each in plain] == pytest.approx([task.noise for task in tasks], rel=0.1)
+    assert [each.noise for each in pushed] == pytest.approx([each.noise for each in plain])
+    assert [each.alike for each in pushed] == pytest.approx([each.alike for each in plain])
+
+
+def test_an_outline_beside_the_surfaces_meets_what_it_shows(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Shifted by three pixels, as where a frame's time is wrong, its samples meet the same places within half a pixel."""
+    task = sampled_campaign.registered().campaign.sequences[0]
+    samples = np.concatenate(task.task.sightings.outlines_px)
+    px_m = np.ptp(task.task.sightings.outlines_px[0], axis=0).max() / np.ptp(_met(task, samples), axis=0).max()
+    apart = px_m * np.linalg.norm(_met(task, samples) - _met(task, samples + SHIFT_PX), axis=1)
+    monkeypatch.setattr(contacts, "SHIFTED", 1)
+    unshifted = px_m * np.linalg.norm(_met(task, samples) - _met(task, samples + SHIFT_PX), axis=1)
+    assert np.median(apart) < 0.5 * contacts.MOVED_PX
+    assert np.median(unshifted) > 4.0 * np.median(apart)
+
+
+def _met(task: OutlineTask, samples_px: Array) -> Array:
+    found = contacts.contacts_at(task.amplitudes, task.contacts.amplitude, task.task.sightings, task.contacts.placed, samples_px)
+    return np.asarray(found.point)
 
 
 def test_noise_that_is_alike_says_less() -> None:
@@ -58,8 +94,10 @@ def _alike(task: OutlineTask) -> tuple[OutlineTask, OutlineTask]:
     return replace(task, alike=1.0), replace(task, alike=3.0)
 
 
-def test_an_outline_off_as_a_whole_is_not_used() -> None:
-    registered, number = small_campaign.registered(), 11
+@pytest.mark.parametrize("number", [0, 1, 11, 29])
+def test_an_outline_off_as_a_whole_is_not_used(number: int) -> None:
+    """At the ends of a flight, too."""
+    registered = small_campaign.registered()
     first = registered.campaign.sequences[0]
     silhouettes = first.task.sightings.silhouettes
     xy = silhouettes.xy.copy()
