@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from datasets.vocabulary.camera import Intrinsics
 from estimator.geometry.cast_outline import FINER, Canvas, bounds, contour_generator, drawn_edges
 from estimator.geometry.closed_curves import area
+from estimator.geometry.nearest import nearest
 from estimator.motion.rigid_body import RanAway
 from estimator.surface.star_surface import Surface
 
@@ -80,9 +81,9 @@ def contacts_of(surface: Surface, pictures: Iterable[Picture]) -> list[Contact]:
         samples_px = np.ascontiguousarray(picture.samples_px)
         if not np.all(np.isfinite(samples_px)):
             raise RanAway("samples ran away with their picture")  # nothing is nearest to them, and the search would never end
-        nearest = _nearest(drawn, samples_px, BUCKET / finer)
-        own = rim[edge[nearest]]
-        outward = _outward(drawn, finer, nearest)
+        met = nearest(drawn, samples_px, BUCKET / finer)
+        own = rim[edge[met]]
+        outward = _outward(drawn, finer, met)
         share, normal, gap_px = _met(samples_px, pixels[own], outward)
         first, second = own.T
         point = cam[first] * (1.0 - share)[:, None] + cam[second] * share[:, None]
@@ -110,34 +111,6 @@ def _outward(drawn: Array, finer: int, at: Index) -> Array:
     chord = drawn[(at + finer) % len(drawn)] - drawn[(at - finer) % len(drawn)]
     across = np.column_stack([chord[:, 1], -chord[:, 0]]) * np.sign(area(drawn))
     return np.asarray(across / np.maximum(np.linalg.norm(across, axis=1), LEAST_PX)[:, None])
-
-
-@numba.njit(cache=True)
-def _nearest(drawn, points, size):  # type: ignore[no-untyped-def]
-    """Which (s,) of ``drawn`` points (n, 2) is nearest to each of ``points`` (s, 2), by square buckets of some ``size``."""
-    low_x, low_y = drawn[:, 0].min(), drawn[:, 1].min()
-    wide, high = int((drawn[:, 0].max() - low_x) / size) + 1, int((drawn[:, 1].max() - low_y) / size) + 1
-    head, following = np.full((high, wide), -1, np.int64), np.empty(len(drawn), np.int64)
-    for i in range(len(drawn) - 1, -1, -1):
-        y, x = int((drawn[i, 1] - low_y) / size), int((drawn[i, 0] - low_x) / size)
-        following[i], head[y, x] = head[y, x], i
-    found = np.empty(len(points), np.int64)
-    for k in range(len(points)):
-        x0, y0 = int(np.floor((points[k, 0] - low_x) / size)), int(np.floor((points[k, 1] - low_y) / size))
-        best, at, ring = np.inf, -1, max(0, -x0, -y0, x0 - wide + 1, y0 - high + 1)
-        while at < 0 or (max(ring - 1, 0) * size) ** 2 <= best:
-            for y in range(max(y0 - ring, 0), min(y0 + ring, high - 1) + 1):
-                whole = abs(y - y0) == ring
-                for x in range(x0 - ring, x0 + ring + 1, 1 if whole or ring == 0 else 2 * ring):
-                    i = head[y, x] if 0 <= x < wide else -1
-                    while i >= 0:
-                        far = (drawn[i, 0] - points[k, 0]) ** 2 + (drawn[i, 1] - points[k, 1]) ** 2
-                        if far < best:
-                            best, at = far, i
-                        i = following[i]
-            ring += 1
-        found[k] = at
-    return found
 
 
 @numba.njit(cache=True)

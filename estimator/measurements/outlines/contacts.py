@@ -20,7 +20,7 @@ from estimator.appearance.sector_shape import sectors_of
 from estimator.data.fit_task import Sightings
 from estimator.geometry.epipolar_tangency import PoseSet
 from estimator.surface.amplitudes import Amplitudes
-from estimator.surface.contact import contact_of
+from estimator.surface.contact import Picture, contacts_of
 from estimator.surface.samples import across_of, stacked
 
 Array = NDArray[np.float64]
@@ -87,12 +87,13 @@ class Contacts:
     @cached_property
     def _averaging(self) -> csr_array:
         """The matrix (n * SECTORS, s) that takes means."""
-        return _averaging_of(self.cell, self.count)
+        size = self.count.ravel()
+        return csr_array((1.0 / size[self.cell], (self.cell, np.arange(len(self.cell)))), shape=(len(size), len(self.cell)))
 
     def with_amplitudes(self, amplitudes: Amplitudes, here: Array) -> "Contacts":
         """With what ``amplitudes`` do of which the surface has those that are ``here`` (m,)."""
-        moved = np.asarray(self.by_corner @ amplitudes.moves).reshape(*self.count.shape, -1)
-        return replace(self, by_amplitude=moved, amplitude=here)
+        moved = self.by_corner @ amplitudes.moves if amplitudes.count else np.zeros((self.count.size, 0))
+        return replace(self, by_amplitude=np.asarray(moved).reshape(*self.count.shape, -1), amplitude=here)
 
 
 def contacts_at(amplitudes: Amplitudes, amplitude: Array, sightings: Sightings, placed: PoseSet, samples_px: Array) -> Contacts:
@@ -100,28 +101,19 @@ def contacts_at(amplitudes: Amplitudes, amplitude: Array, sightings: Sightings, 
 
     ``samples_px`` (s, 2) of all outlines, one after the other, in a camera without optical effects.
     """
-    surface = amplitudes.surface_at(amplitude)
+    surface, lenses = amplitudes.surface_at(amplitude), [sightings.cameras[int(k)].intrinsics for k in sightings.camera]
     counts = [len(outline) for outline in sightings.outlines_px]
+    outlines_px = np.split(samples_px, np.cumsum(counts)[:-1])
+    pictures = [Picture(lens, *each) for lens, *each in zip(lenses, placed.R, placed.t, outlines_px, strict=True)]
+    found = contacts_of(surface, pictures)
+    parts = [(met, across_of(met, lens) @ R, np.zeros((len(met.gap_px), 0))) for met, lens, R in zip(found, lenses, placed.R, strict=True)]
+    point = np.concatenate([(met.point - t) @ R for met, R, t in zip(found, placed.R, placed.t, strict=True)])
     sighting = np.repeat(np.arange(len(counts)), counts)
-    ends, parts = np.cumsum([0, *counts]), []
-    for i, (first, end) in enumerate(zip(ends[:-1].tolist(), ends[1:].tolist(), strict=True)):
-        camera = sightings.cameras[int(sightings.camera[i])].intrinsics
-        met = contact_of(surface, camera, placed.R[i], placed.t[i], samples_px[first:end])
-        parts.append((met, across_of(met, camera) @ placed.R[i], np.zeros((end - first, 0))))
-    every = stacked(surface, parts, 0.0)
-    point = np.concatenate([(met.point - placed.t[i]) @ placed.R[i] for i, (met, _, _) in enumerate(parts)])
-    cell = sighting * SECTORS + _sectors(np.split(samples_px, ends[1:-1]))
-    count = np.bincount(cell, minlength=len(counts) * SECTORS).astype(np.float64)
-    by_corner = _averaging_of(cell, count) @ every.by_corner
-    moved = np.asarray(by_corner @ amplitudes.moves).reshape(len(counts), SECTORS, -1)
-    normal = np.concatenate([met.normal for met, _, _ in parts])
-    return Contacts(sighting, cell, point, normal, count.reshape(-1, SECTORS), every.by_corner, moved, amplitude, placed)
-
-
-def _averaging_of(cell: Index, count: Array) -> csr_array:
-    """The matrix (k, s) that takes means of samples in cells (s,), whose ``count`` (k,) is one number for each."""
-    size = count.ravel()
-    return csr_array((1.0 / size[cell], (cell, np.arange(len(cell)))), shape=(len(size), len(cell)))
+    cell = sighting * SECTORS + _sectors(outlines_px)
+    count = np.bincount(cell, minlength=len(counts) * SECTORS).astype(np.float64).reshape(-1, SECTORS)
+    normal, none = np.concatenate([met.normal for met in found]), np.zeros((*count.shape, 0))
+    made = Contacts(sighting, cell, point, normal, count, stacked(surface, parts, 0.0).by_corner, none, amplitude, placed)
+    return made.with_amplitudes(amplitudes, amplitude)
 
 
 def _sectors(outlines_px: Sequence[Array]) -> Index:

@@ -30,6 +30,7 @@ from estimator.effects.instrument.surface_amplitudes import SurfaceAmplitudes
 from estimator.effects.link import EffectModel, Places
 from estimator.effects.model import Model, holds_of, overrides
 from estimator.geometry.epipolar_tangency import PoseSet
+from estimator.geometry.hollows import hollow_share
 from estimator.geometry.outline_shape import OutlineShape
 from estimator.likelihood.rows import Residuals, Rows
 from estimator.measurements.outlines.contacts import SECTORS, Contacts, contacts_at
@@ -190,7 +191,7 @@ def with_sectors(sequence: OutlineTask, prediction: Prediction, centre_cam: Arra
     surface = sequence.amplitudes.surface_at(sequence.contacts.amplitude)
     outlines = cast_outlines(sequence.task, placed, replace(surface.sphere.mesh, vertices=surface.vertices))
     motions = picture_motions(sequence, moving_at(sequence, prediction, centre_cam))
-    return replace(sequence, sectors=sector_shape(outlines, motions, SECTORS), made_at=placed.R)
+    return replace(sequence, sectors=sector_shape(outlines, motions, SECTORS), made_at=placed.R, hollow=hollow_share(outlines))
 
 
 def moved_px(sequence: OutlineTask, placed: PoseSet, amplitude: Array) -> float:
