@@ -69,7 +69,7 @@ def cast_outline(mesh: CastingMesh, camera: Intrinsics, R_cam_particle: Array, t
     drawn = drawn_rim(pixels, rim, finer)
     if len(drawn) < FEWEST_CORNERS:  # seen edge on
         return corners
-    rest = shapely.Polygon(corners).difference(_hollows(drawn, corners).buffer(OPENED_PX))
+    rest = shapely.Polygon(corners).difference(_hollows(drawn, corners).buffer(OPENED_PX, join_style="mitre"))
     return np.asarray(shapely.get_coordinates(largest_part(rest).exterior)[:-1])
 
 

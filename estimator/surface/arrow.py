@@ -57,7 +57,7 @@ class Weighed:
 class Eliminated:
     """The normal equations of the motions alone, ``H`` (p, p) and ``g`` (p,), and what the surface does about them.
 
-    ``half`` (u, p + 1): what the ``factor`` takes to the cross terms with each motion and to the surface's own gradient, ``whole`` rows in it.
+    ``half`` (u, p + 1): what the ``factor`` takes to cross terms with each motion and to the surface's own gradient, ``whole`` rows in it.
     """
 
     H: Float[NDArray[np.float64], "p p"]
@@ -133,7 +133,7 @@ def filled(products: Any) -> Array:
 
 
 def _halves(factor: Factor, by_surface: Array, right: Array) -> tuple[Array, Array]:
-    """What the factor takes to ``right`` (u, r), and that without what rows that bear on the whole surface take of it [Woodbury's identity].
+    """What the factor takes to ``right`` (u, r), and that less what rows that bear on the whole surface take of it [Woodbury's identity].
 
     These rows would fill the factorised matrix: the second's products with the first are those of the inverse with them in it.
     """

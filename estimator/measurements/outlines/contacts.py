@@ -95,6 +95,24 @@ class Contacts:
         moved = self.by_corner @ amplitudes.moves if amplitudes.count else np.zeros((self.count.size, 0))
         return replace(self, by_amplitude=np.asarray(moved).reshape(*self.count.shape, -1), amplitude=here)
 
+    def take(self, rows: Index) -> "Contacts":
+        """Those of the sightings ``rows`` (k,), in ascending order, alone."""
+        number = np.full(len(self.count), -1)
+        number[rows] = np.arange(len(rows))
+        kept = number[self.sighting] >= 0
+        sighting = number[self.sighting[kept]]
+        return Contacts(
+            sighting=sighting,
+            cell=sighting * SECTORS + self.cell[kept] % SECTORS,
+            point=self.point[kept],
+            normal=self.normal[kept],
+            count=self.count[rows],
+            by_sample=csr_array(self.by_sample[kept]),
+            by_amplitude=self.by_amplitude[rows],
+            amplitude=self.amplitude,
+            placed=PoseSet(self.placed.R[rows], self.placed.t[rows]),
+        )
+
 
 def contacts_at(amplitudes: Amplitudes, amplitude: Array, sightings: Sightings, placed: PoseSet, samples_px: Array) -> Contacts:
     """What samples meet of a surface with an ``amplitude`` (m,) at poses of the sightings.

@@ -24,7 +24,7 @@ from estimator.appearance.model_errors import (
 from estimator.appearance.outline_tables import MOST_TURNED_DEG, picture_motions, turned_deg
 from estimator.appearance.prediction import Prediction, predict
 from estimator.appearance.sector_shape import sector_shape
-from estimator.data.fit_task import OUTWARD, Sightings
+from estimator.data.fit_task import OUTWARD, Sightings, restricted
 from estimator.effects.catalogue.segmentation.view_outline_offset import ViewOutlineOffset
 from estimator.effects.instrument.surface_amplitudes import SurfaceAmplitudes
 from estimator.effects.link import EffectModel, Places
@@ -79,6 +79,19 @@ class OutlineTask(SequenceTask):
     def repeats(self) -> Array:
         """Over how many sightings the noise of each sector is alike (k,)."""
         return np.full(SECTORS, self.alike)
+
+    def take(self, rows: NDArray[np.int64]) -> "OutlineTask":
+        """With the sightings ``rows`` (k,), in ascending order, alone."""
+        return replace(
+            self,
+            task=restricted(self.task, rows),
+            shape=self.shape.take(rows),
+            made_at=None if self.made_at is None else self.made_at[rows],
+            contacts=self.contacts.take(rows),
+            own_px=self.own_px[rows],
+            kept=self.kept[rows],
+            sectors=self.sectors.take(rows),
+        )
 
 
 @dataclass(frozen=True)

@@ -32,7 +32,7 @@ from estimator.fitting.tasks import fit_task
 from estimator.geometry.outline_shape import outline_shape
 from estimator.impacts.chains import WEAK_RATIO, Seen
 from estimator.likelihood.time_gaps import longest_stretch
-from estimator.measurements.outlines.registration import by_samples
+from estimator.measurements.outlines.registration import NO_OUTLINE, by_samples
 from estimator.measurements.silhouettes.flights_of_drops import FreeFlight, free_flights_of
 from estimator.measurements.silhouettes.kind import SILHOUETTES
 from estimator.motion.flight import Flight
@@ -47,8 +47,6 @@ from estimator.search.rival_flights import few_views
 Array = NDArray[np.float64]
 HOPELESS_COST = 50.0
 """Cost per pair (1 is expected) of a free flight that no effect explains: one through an impact costs 200."""
-NO_OUTLINE = np.zeros((0, 2))
-"""Of which nothing is tabled yet."""
 
 
 def register(
