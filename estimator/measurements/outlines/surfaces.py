@@ -24,7 +24,9 @@ from estimator.measurements.outlines.task import (
     OutlineTask,
     amplitudes_in,
     drawn_too_large_px,
+    linearised,
     outline_errors,
+    outline_residuals,
     placed_at,
     with_contacts_at,
     with_sectors,
@@ -90,8 +92,9 @@ class Flown:
 
     def samples(self, surface: Surface) -> Samples:
         """Every sample; motions move those of a sector by as much."""
-        task = with_contacts_at(replace(self.task, amplitudes=Amplitudes.none(surface)), self.flight, self.model, self.theta)
-        errors = outline_errors(task, self.flight, self.model, self.theta)
+        at = placed_at(self.task, self.flight, self.model, self.theta)
+        task = with_contacts_at(replace(self.task, amplitudes=Amplitudes.none(surface)), at, self.model, self.theta)
+        errors = linearised(outline_residuals(task, self.flight, self.model, self.theta, at), self.model, self.theta)
         contacts, by_motion = task.contacts, errors.J * np.sqrt(errors.variance)[..., None]
         seen = np.flatnonzero(errors.seen.ravel()[contacts.cell])
         starts = np.searchsorted(contacts.sighting[seen], np.arange(len(contacts.count) + 1))
@@ -214,9 +217,8 @@ def _met(flown: Flown, surface: Surface) -> OutlineTask:
     moves = (surface.vertices - flown.task.amplitudes.surface.vertices).ravel()
     far = np.sqrt(np.mean((flown.task.contacts.by_sample @ moves) ** 2)) > MOVED_PX
     task = replace(flown.task, amplitudes=Amplitudes.none(surface), made_at=None if far else flown.task.made_at)
-    task = with_contacts_at(task, flown.flight, flown.model, flown.theta)
-    prediction, placed = placed_at(task, flown.flight, flown.model, flown.theta)
-    return with_sectors(task, prediction, centres_cam(flown.flight, placed))
+    prediction, placed = at = placed_at(task, flown.flight, flown.model, flown.theta)
+    return with_sectors(with_contacts_at(task, at, flown.model, flown.theta), prediction, centres_cam(flown.flight, placed))
 
 
 def _with_amplitudes(task: OutlineTask, amplitudes: Amplitudes, here: Array) -> OutlineTask:

@@ -44,6 +44,10 @@ MOVED_PX = 0.5
 0.004 px."""
 
 
+Placed = tuple[Prediction, PoseSet]
+"""What is predicted of a sequence, and the poses that its cameras see."""
+
+
 @dataclass(frozen=True)
 class OutlineTask(SequenceTask):
     """A sequence whose outlines are fitted sample by sample.
@@ -122,9 +126,9 @@ def outline_errors(sequence: OutlineTask, flight: Flight, model: Model, theta: A
     return linearised(outline_residuals(sequence, flight, model, theta), model, theta)
 
 
-def outline_residuals(sequence: OutlineTask, flight: Flight, model: Model, theta: Array) -> OutlineResiduals:
-    """Residuals at a flight and effect parameters ``theta`` (q,)."""
-    contacts, (prediction, placed) = sequence.contacts, placed_at(sequence, flight, model, theta)
+def outline_residuals(sequence: OutlineTask, flight: Flight, model: Model, theta: Array, at: Placed | None = None) -> OutlineResiduals:
+    """Residuals at a flight and effect parameters ``theta`` (q,); ``at``: where those place the body, if that is known."""
+    contacts, (prediction, placed) = sequence.contacts, at or placed_at(sequence, flight, model, theta)
     met = _met(sequence, (model, theta), prediction, (placed, centres_cam(flight, placed)))
     e = met.gap + contacts.by_amplitude @ (theta[amplitudes_in(model)] - contacts.amplitude) - flight.offset_px
     e += sequence.views_px * met.view_ratio[:, None]
@@ -168,7 +172,7 @@ def drawn_too_large_px(model: Model, theta: Array) -> float:
     return sum(offsets, start=0.0)
 
 
-def placed_at(sequence: SequenceTask, flight: Flight, model: Model, theta: Array) -> tuple[Prediction, PoseSet]:
+def placed_at(sequence: SequenceTask, flight: Flight, model: Model, theta: Array) -> Placed:
     """The prediction under a model at ``theta`` (q,), and the poses that the cameras see."""
     sightings = sequence.task.sightings
     prediction = predict(flight, model, theta, sequence.setting, sightings.times_s, rows_px=sightings.rows_px, seen=sightings.seen)
@@ -177,18 +181,18 @@ def placed_at(sequence: SequenceTask, flight: Flight, model: Model, theta: Array
 
 def with_contacts(sequence: OutlineTask, flight: Flight, model: Model, theta: Array) -> OutlineTask:
     """The sequence with its contacts and tables made at a flight; as it is where that hardly moves its outlines; ``theta`` (q,)."""
-    prediction, placed = placed_at(sequence, flight, model, theta)
+    prediction, placed = at = placed_at(sequence, flight, model, theta)
     amplitude = theta[amplitudes_in(model)]
     if moved_px(sequence, placed, amplitude) < MOVED_PX:
         return sequence
     if moved_px(sequence, sequence.contacts.placed, amplitude) > MOVED_PX:
         sequence = replace(sequence, made_at=None)  # the surface itself has moved
-    return with_sectors(with_contacts_at(sequence, flight, model, theta), prediction, centres_cam(flight, placed))
+    return with_sectors(with_contacts_at(sequence, at, model, theta), prediction, centres_cam(flight, placed))
 
 
-def with_contacts_at(sequence: OutlineTask, flight: Flight, model: Model, theta: Array) -> OutlineTask:
-    """The sequence with its contacts made at a flight; ``theta`` (q,)."""
-    sightings, (_, placed) = sequence.task.sightings, placed_at(sequence, flight, model, theta)
+def with_contacts_at(sequence: OutlineTask, at: Placed, model: Model, theta: Array) -> OutlineTask:
+    """The sequence with its contacts made where a model at ``theta`` (q,) places the body."""
+    sightings, (_, placed) = sequence.task.sightings, at
     samples = corrected_points(sequence, model, theta, np.concatenate(sightings.outlines_px), sequence.contacts.sighting)
     return replace(sequence, contacts=contacts_at(sequence.amplitudes, theta[amplitudes_in(model)], sightings, placed, samples))
 

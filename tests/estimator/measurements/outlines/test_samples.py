@@ -99,7 +99,7 @@ def test_shapes_of_outlines_are_kept_where_the_surface_hardly_moves(
     flight = sampled.start.flights[0]
     before = sampled.campaign.sequences[0]
     bare = replace(before, amplitudes=Amplitudes.none(before.amplitudes.surface), made_at=None)
-    task = with_contacts_at(bare, flight, Model(), np.zeros(0))
+    task = with_contacts_at(bare, placed_at(bare, flight, Model(), np.zeros(0)), Model(), np.zeros(0))
     task = with_sectors(task, *_placed(task, flight))
     surface = followed[0].sequences[0].amplitudes.surface
     for by_px, kept in ((0.0, True), (10.0, False)):
