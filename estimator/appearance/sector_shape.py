@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, cKDTree
 
-from estimator.geometry.closed_curves import resampled
-from estimator.geometry.nearest import nearest
+from estimator.geometry.closed_curves import nearest, resampled
 from estimator.geometry.outline_shape import (
     ANGLES,
     BLURS_PX,
@@ -33,8 +32,6 @@ Index = NDArray[np.int64]
 STEP_PX, FINE_PX, FEWEST = 1.0, 0.25, 64
 """Distances of the points that are compared, and of those they are compared with, and their least number: samples of recordings are about
 a pixel apart."""
-BUCKET_PX = 2.0
-"""Side of a bucket in which the nearest of those is looked for; any number finds the same."""
 
 
 def sectors_of(points: Array, middle: Array, count: int) -> Index:
@@ -117,7 +114,7 @@ def _sums_of_distances(curve, fine, normal, middle, count):  # type: ignore[no-u
             edge += 1
         share = (along - arc[edge]) / max(arc[edge + 1] - arc[edge], 1e-300)
         even[k] = curve[edge] + share * (curve[(edge + 1) % len(curve)] - curve[edge])
-    met, total, number = nearest(fine, even, BUCKET_PX), np.zeros(count), np.zeros(count, np.int64)
+    met, total, number = nearest(fine, even, STEP_PX), np.zeros(count), np.zeros(count, np.int64)
     for k in range(len(even)):
         off = (even[k] - fine[met[k]]) * normal[met[k]]
         turn = np.arctan2(even[k, 1] - middle[1], even[k, 0] - middle[0]) / (2.0 * np.pi)

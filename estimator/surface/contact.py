@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from datasets.vocabulary.camera import Intrinsics
 from estimator.geometry.cast_outline import FINER, Canvas, bounds, contour_generator, drawn_edges
-from estimator.geometry.nearest import nearest
+from estimator.geometry.closed_curves import nearest
 from estimator.motion.rigid_body import RanAway
 from estimator.surface.star_surface import Surface
 

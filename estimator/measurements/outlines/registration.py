@@ -32,8 +32,6 @@ from estimator.surface.star_surface import SUBDIVISIONS, Surface
 Array = NDArray[np.float64]
 NONE = np.zeros(0)
 """Parameters (0,) of a model without effects."""
-NO_OUTLINE = np.zeros((0, 2))
-"""Of which nothing is tabled yet."""
 PUSHED = (MODELS["uniform_acceleration"],)
 """Under which surfaces are made first: whatever pushes flights, or measures their times wrong, is to bend no surface."""
 
@@ -95,7 +93,7 @@ def _bare(sequence: SequenceTask, flight: Flight, particle: Particle, surface: S
         **{name: getattr(sequence, name) for name in SequenceTask.__dataclass_fields__ if name != "made_at"},
         particle=particle,
         contacts=contacts_at(none, NONE, sightings, placed, np.concatenate(sightings.outlines_px)),
-        sectors=sector_shape([NO_OUTLINE] * len(sightings), np.zeros((len(sightings), 3, 2)), SECTORS),
+        sectors=sector_shape([np.zeros((0, 2))] * len(sightings), np.zeros((len(sightings), 3, 2)), SECTORS),
         amplitudes=none,
         own_px=np.full(len(sightings), own_noise_px(sightings.silhouettes)),
         view_px_m=float(np.median([_px_m(view, particle.body.com_particle) for view in particle.calibrated])),

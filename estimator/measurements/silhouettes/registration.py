@@ -32,7 +32,7 @@ from estimator.fitting.tasks import fit_task
 from estimator.geometry.outline_shape import outline_shape
 from estimator.impacts.chains import WEAK_RATIO, Seen
 from estimator.likelihood.time_gaps import longest_stretch
-from estimator.measurements.outlines.registration import NO_OUTLINE, by_samples
+from estimator.measurements.outlines.registration import by_samples
 from estimator.measurements.silhouettes.flights_of_drops import FreeFlight, free_flights_of
 from estimator.measurements.silhouettes.kind import SILHOUETTES
 from estimator.motion.flight import Flight
@@ -199,7 +199,7 @@ def _sequence(
     )
     tables = OutlineTables(particle, task.views, bias_pairs(observation, configuration), configuration.seed, pictures)
     name = flight_name(observation.name, number) if number else observation.name
-    return SequenceTask(name, task, setting, _rim(particle), outline_shape([NO_OUTLINE] * len(task.sightings)), tables, number=number)
+    return SequenceTask(name, task, setting, _rim(particle), outline_shape([np.zeros((0, 2))] * len(task.sightings)), tables, number=number)
 
 
 def _rim(particle: Particle) -> Rim:
