@@ -7,11 +7,12 @@ surface casts. Near a corner that a blur has cut, points lie inside of both side
 from collections.abc import Sequence
 from functools import cached_property
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, cKDTree
 
-from estimator.geometry.closed_curves import resampled
+from estimator.geometry.closed_curves import nearest, resampled
 from estimator.geometry.outline_shape import (
     ANGLES,
     BLURS_PX,
@@ -50,12 +51,12 @@ class SectorRuler:
         self.middle = resampled(points, STEP_PX, fewest=FEWEST).mean(axis=0)
 
     @cached_property
-    def _fine(self) -> tuple[Array, Array, cKDTree]:
-        """Points of the outline, outward normals there, and a tree that finds the nearest."""
+    def _fine(self) -> tuple[Array, Array]:
+        """Points of the outline, and outward normals there."""
         fine = resampled(self.points, FINE_PX, fewest=FEWEST)
         chord = np.roll(fine, -1, axis=0) - np.roll(fine, 1, axis=0)
         normal = np.column_stack([chord[:, 1], -chord[:, 0]])
-        return fine, normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12), cKDTree(fine)
+        return fine, normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
 
     def plain(self, curve: Array) -> Array:
         """Mean distance (count,) px of the points of a ``curve`` (m, 2) px, positive outside; between neighbours' where there is none."""
@@ -66,34 +67,61 @@ class SectorRuler:
         return self._measured(self.points)
 
     def _measured(self, curve: Array) -> Array:
-        even = resampled(curve, STEP_PX, fewest=FEWEST)
-        fine, normal, tree = self._fine
-        nearest = tree.query(even)[1]
-        off = np.sum((even - fine[nearest]) * normal[nearest], axis=1)
-        return self._means(even, off)
+        return self._between(*_sums_of_distances(np.ascontiguousarray(curve), *self._fine, self.middle, self.count))
 
     noisy = smooth = plain
 
     def _means(self, points: Array, values: Array) -> Array:
         sector = sectors_of(points, self.middle, self.count)
-        number = np.bincount(sector, minlength=self.count)
+        return self._between(np.bincount(sector, values, self.count), np.bincount(sector, minlength=self.count))
+
+    def _between(self, total: Array, number: Index) -> Array:
+        """Means (count,) of so many values as add up to a ``total`` (count,), between neighbours' where there is none."""
         told = np.flatnonzero(number)
-        means = np.bincount(sector, values, self.count)[told] / number[told]
+        means = total[told] / number[told]
         return means if len(told) == self.count else np.asarray(np.interp(np.arange(self.count), told, means, period=self.count))
 
     @cached_property
     def corners(self) -> Index:
         """The corner (count,) of the outline nearest to the middle of each sector's points."""
-        fine, _, _ = self._fine
+        fine, _ = self._fine
         means = np.column_stack([self._means(fine, fine[:, axis]) for axis in range(2)])
         return np.asarray(cKDTree(self.points).query(means)[1])
 
     @cached_property
     def normals(self) -> Array:
         """Mean outward normal (count, 2) of each sector."""
-        fine, normal, _ = self._fine
+        fine, normal = self._fine
         means = np.column_stack([self._means(fine, normal[:, axis]) for axis in range(2)])
         return np.asarray(means / np.maximum(np.linalg.norm(means, axis=1, keepdims=True), 1e-12))
+
+
+@numba.njit(cache=True)
+def _sums_of_distances(curve, fine, normal, middle, count):  # type: ignore[no-untyped-def]
+    """Sums (count,) over sectors about a ``middle`` (2,) of how far points of a ``curve`` (m, 2) px lie outside of an outline, and numbers.
+
+    The curve's points are as :func:`resampled` spaces them; those of the outline are ``fine`` (n, 2) px with outward ``normal`` (n, 2).
+    """
+    arc = np.zeros(len(curve) + 1)
+    for i in range(len(curve)):
+        end = curve[(i + 1) % len(curve)]
+        arc[i + 1] = arc[i] + np.hypot(end[0] - curve[i, 0], end[1] - curve[i, 1])
+    even = np.empty((max(int(np.rint(arc[-1] / STEP_PX)), FEWEST), 2))
+    edge = 0
+    for k in range(len(even)):
+        along = k * (arc[-1] / len(even))
+        while edge < len(curve) - 1 and arc[edge + 1] <= along:
+            edge += 1
+        share = (along - arc[edge]) / max(arc[edge + 1] - arc[edge], 1e-300)
+        even[k] = curve[edge] + share * (curve[(edge + 1) % len(curve)] - curve[edge])
+    met, total, number = nearest(fine, even, STEP_PX), np.zeros(count), np.zeros(count, np.int64)
+    for k in range(len(even)):
+        off = (even[k] - fine[met[k]]) * normal[met[k]]
+        turn = np.arctan2(even[k, 1] - middle[1], even[k, 0] - middle[0]) / (2.0 * np.pi)
+        sector = int(np.floor(turn * count)) % count
+        total[sector] += off[0] + off[1]
+        number[sector] += 1
+    return total, number
 
 
 def sector_shape(polygons: Sequence[Array], motions: Array, count: int) -> OutlineShape:

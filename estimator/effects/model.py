@@ -234,8 +234,9 @@ class ModelForces:
         return self._sum("torque", self._moment(time_s, state, omega))
 
     def _moment(self, time_s: float, state: States, omega: Array) -> Moment:
-        return Moment(time_s - float(self.setting.times_s[0]), state.x, state.v, omega, state.L, rotation_matrices(state.q), self._air())
+        return Moment(time_s - float(self.setting.times_s[0]), state.x, state.v, omega, state.L, rotation_matrices(state.q), self._air)
 
+    @cached_property
     def _air(self) -> Array | None:
         """Velocity of the air (m, 3); ``None`` where it is still."""
         winds = [effect.air(self.theta[:, part]) for effect, part in self.model.touching("air")]

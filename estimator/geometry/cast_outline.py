@@ -69,7 +69,7 @@ def cast_outline(mesh: CastingMesh, camera: Intrinsics, R_cam_particle: Array, t
     drawn = drawn_rim(pixels, rim, finer)
     if len(drawn) < FEWEST_CORNERS:  # seen edge on
         return corners
-    rest = shapely.Polygon(corners).difference(_hollows(drawn, corners).buffer(OPENED_PX))
+    rest = shapely.Polygon(corners).difference(_hollows(drawn, corners).buffer(OPENED_PX, join_style="mitre"))
     return np.asarray(shapely.get_coordinates(largest_part(rest).exterior)[:-1])
 
 
@@ -218,7 +218,7 @@ def _boundary(picture, pixels, rim, corner, finer):  # type: ignore[no-untyped-d
             for axis in range(2):
                 lines[e, end, axis] = np.rint((pixels[rim[e, end], axis] - corner[axis]) * finer)
     _draw(picture, lines, numbers)
-    outer = _traced(picture)
+    outer = _traced(picture, lines[:, :, 1].min())
     points, edge = outer / finer + corner, np.empty(len(outer), np.int64)
     for i in range(len(outer)):
         edge[i] = picture[outer[i, 1], outer[i, 0]] - 1
@@ -227,16 +227,15 @@ def _boundary(picture, pixels, rim, corner, finer):  # type: ignore[no-untyped-d
 
 
 @numba.njit(cache=True)
-def _traced(picture):  # type: ignore[no-untyped-def]
-    """The border (n, 2) around what is drawn, in one piece and not at the picture's edge, from its first pixel on.
+def _traced(picture, y):  # type: ignore[no-untyped-def]
+    """The border (n, 2) around what is drawn, in one piece and not at the picture's edge, from its first pixel on, in row ``y``.
 
     As OpenCV follows it [Suzuki and Abe, CVGIP 30 (1985) 32], which scans the whole picture first.
     """
     step = np.array([[1, 0], [1, -1], [0, -1], [-1, -1], [-1, 0], [-1, 1], [0, 1], [1, 1]])
-    width, number = picture.shape[1], 0
-    while picture.flat[number] == 0:
-        number += 1
-    x, y, side = number % width, number // width, 3
+    x, side = 0, 3
+    while picture[y, x] == 0:
+        x += 1
     first_x, first_y = x, y
     while picture[y + step[side, 1], x + step[side, 0]] == 0:
         side = (side - 1) % 8

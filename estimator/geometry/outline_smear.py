@@ -21,8 +21,8 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 LEVELS = np.array([0.1, 0.3, 0.5, 0.7, 0.9])
 """Shares (L,) of the exposure that are tabled (notebook 23)."""
-INSTANTS = (-0.5, 0.0, 0.5)
-"""Where the eroded outline has to lie in every one, in units of the share."""
+INSTANTS = (-0.5, 0.5)
+"""Where the eroded outline has to lie in each, and where it is in the middle, in units of the share."""
 
 
 def smear_losses(points: Array, motion: Array, outward: Array) -> Array:
@@ -42,9 +42,9 @@ def losses_of_smear(points: Array, motion: Array, reach: Callable[[Array], Array
     moved = np.column_stack([points, np.ones(len(points))]) @ motion
     along = np.abs(np.sum(moved[of[0]] * of[1], axis=1))
     losses, whole = np.zeros((len(along), len(LEVELS))), reach(points)
-    where = np.array(INSTANTS)[:, None, None] * moved
+    where, middle = np.array(INSTANTS)[:, None, None] * moved, manifold3d.CrossSection([points], manifold3d.FillRule.NonZero)
     for i, level in enumerate(LEVELS):
-        first, middle, last = (manifold3d.CrossSection([ring], manifold3d.FillRule.NonZero) for ring in points + level * where)
+        first, last = (manifold3d.CrossSection([ring], manifold3d.FillRule.NonZero) for ring in points + level * where)
         left = (first ^ middle ^ last).to_polygons()
         if not left:
             losses[:, i:] = losses[:, max(i - 1, 0)][:, None]

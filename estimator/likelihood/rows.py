@@ -77,17 +77,15 @@ def weighed(errors: Rows, repeats: Array, jitter_s: float) -> WeighedFrames:
     plain = np.where(errors.seen, 1.0 / repeats, 0.0)
     moved = errors.e - d * _along(plain, d, errors.e) if jitter_s else errors.e
     weight = plain / np.maximum(np.abs(moved) / HUBER, 1.0)
-    J, seen = errors.J.reshape(-1, errors.J.shape[-1]), errors.seen.ravel()
-    lighter = np.flatnonzero(seen & (weight.ravel() != 1.0))
-    W = J.copy() if len(lighter) else J
-    W[lighter] *= weight.ravel()[lighter, None]
+    J, each = errors.J.reshape(-1, errors.J.shape[-1]), weight.reshape(-1, 1)
+    root, W = np.sqrt(each) * J, each * J
+    H = root.T @ root  # of a matrix with itself, which is half the work
     if jitter_s:
         gain = 1.0 / (1.0 + np.sum(weight * d**2, axis=1))
         along = np.einsum("nc,ncp->np", d, W.reshape(errors.J.shape))
-        W = W - ((weight * d)[..., None] * (gain[:, None] * along)[:, None]).reshape(J.shape)
-    few = not jitter_s and 2 * len(lighter) < len(J)  # then most of the product is that of a matrix with itself, which is half the work
-    H = J.T @ J - J[lighter].T @ (J[lighter] - W[lighter]) if few else J.T @ W
-    H = 0.5 * (H + H.T)
+        W -= ((weight * d)[..., None] * (gain[:, None] * along)[:, None]).reshape(J.shape)
+        root = np.sqrt(gain)[:, None] * along
+        H -= root.T @ root
     count = errors.seen.sum(axis=1)
     return WeighedFrames(H, W.T @ errors.e.ravel(), W.reshape(errors.J.shape), weight, None, H, np.sum(errors.e**2, axis=1), count)
 

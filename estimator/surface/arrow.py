@@ -10,13 +10,13 @@ along an outline count as that many fewer.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
-from scipy.sparse.linalg import SuperLU
 
 from estimator.surface.dissection import Factor, factorised
 from estimator.surface.evenness import Believed
@@ -57,15 +57,20 @@ class Weighed:
 class Eliminated:
     """The normal equations of the motions alone, ``H`` (p, p) and ``g`` (p,), and what the surface does about them.
 
-    ``solved`` (u, p + 1): how the surface's unknowns answer to each motion, and by themselves.
+    ``half`` (u, p + 1): what the ``factor`` takes to cross terms with each motion and to the surface's own gradient, ``whole`` rows in it.
     """
 
     H: Float[NDArray[np.float64], "p p"]
     g: Float[NDArray[np.float64], " p"]
-    solved: Float[NDArray[np.float64], "u p1"]
-    factor: Factor | SuperLU
+    half: Float[NDArray[np.float64], "u p1"]
+    factor: Factor
     groups: tuple[Weighed, ...]
     prior: Believed
+
+    @cached_property
+    def solved(self) -> Float[NDArray[np.float64], "u p1"]:
+        """How the surface's unknowns answer to each motion, and by themselves."""
+        return self.factor.backward(self.half)
 
     def of_motions(self, whole: Whole) -> Array:
         """Their normal matrix (p, p), ``whole`` rows in it, were the surface known."""
@@ -87,7 +92,7 @@ class Eliminated:
         return tuple(noise * change for noise, change in zip(noise_px, found, strict=True))
 
     def _unknowns(self, step: Array) -> Array:
-        return np.asarray(-(self.solved[:, -1] + self.solved[:, :-1] @ step))
+        return -self.factor.backward(self.half @ np.append(step, 1.0)[:, None])[:, 0]
 
 
 def weighed(samples: Samples, prior: Believed, noise_px: float, huber: float, place: NDArray[np.int64] | None = None) -> Weighed:
@@ -117,9 +122,9 @@ def eliminated(groups: Sequence[Weighed], prior: Believed, whole: Whole) -> Elim
         gradient += group.J.T @ group.r
         H[np.ix_(group.place, group.place)] += filled(group.F.T @ group.F)
         g[group.place] += group.F.T @ group.r
-    solved = _with_whole(factor, by_surface, np.column_stack([border, gradient]))
-    H, g = H - border.T @ solved[:, :-1], g - border.T @ solved[:, -1]
-    return Eliminated(np.asarray(H), np.asarray(g), solved, factor, tuple(groups), prior)
+    plain, half = _halves(factor, by_surface, np.column_stack([border, gradient]))
+    H, g = H - plain[:, :-1].T @ half[:, :-1], g - plain[:, :-1].T @ half[:, -1]
+    return Eliminated(np.asarray(0.5 * (H + H.T)), np.asarray(g), half, factor, tuple(groups), prior)
 
 
 def filled(products: Any) -> Array:
@@ -127,18 +132,20 @@ def filled(products: Any) -> Array:
     return np.asarray(products.toarray() if hasattr(products, "toarray") else products)
 
 
-def _with_whole(factor: Factor | SuperLU, by_surface: Array, right: Array) -> Array:
-    """Solutions for the factorised matrix plus the rows that bear on the whole surface, which would fill it [Woodbury's identity]."""
-    solved = factor.solve(np.column_stack([right, by_surface]))
-    plain, through = solved[:, : right.shape[1]], solved[:, right.shape[1] :]
-    small = np.eye(by_surface.shape[1]) + by_surface.T @ through
-    return np.asarray(plain - through @ np.linalg.solve(small, by_surface.T @ plain))
+def _halves(factor: Factor, by_surface: Array, right: Array) -> tuple[Array, Array]:
+    """What the factor takes to ``right`` (u, r), and that less what rows that bear on the whole surface take of it [Woodbury's identity].
+
+    These rows would fill the factorised matrix: the second's products with the first are those of the inverse with them in it.
+    """
+    halves = factor.forward(np.column_stack([right, by_surface]))
+    plain, through = halves[:, : right.shape[1]], halves[:, right.shape[1] :]
+    return plain, plain - through @ np.linalg.solve(np.eye(through.shape[1]) + through.T @ through, through.T @ plain)
 
 
-def _taken(factor: Factor | SuperLU, groups: Sequence[csr_array], rng: np.random.Generator) -> list[float]:
+def _taken(factor: Factor, groups: Sequence[csr_array], rng: np.random.Generator) -> list[float]:
     """How many of each group's weighted rows (m, u) the surface's unknowns take up: trace of ``rows A^-1 rows^T``."""
     towards = np.column_stack([rows.T @ rng.choice([-1.0, 1.0], size=(rows.shape[0], PROBES)) for rows in groups])
-    return np.sum(towards * factor.solve(towards), axis=0).reshape(-1, PROBES).mean(axis=1).tolist()
+    return np.sum(factor.forward(towards) ** 2, axis=0).reshape(-1, PROBES).mean(axis=1).tolist()
 
 
 def _noise_of(left: Array, starts: NDArray[np.int64], taken: float) -> float:

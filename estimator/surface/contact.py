@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from datasets.vocabulary.camera import Intrinsics
 from estimator.geometry.cast_outline import FINER, Canvas, bounds, contour_generator, drawn_edges
-from estimator.geometry.closed_curves import area
+from estimator.geometry.closed_curves import nearest
 from estimator.motion.rigid_body import RanAway
 from estimator.surface.star_surface import Surface
 
@@ -80,73 +80,66 @@ def contacts_of(surface: Surface, pictures: Iterable[Picture]) -> list[Contact]:
         samples_px = np.ascontiguousarray(picture.samples_px)
         if not np.all(np.isfinite(samples_px)):
             raise RanAway("samples ran away with their picture")  # nothing is nearest to them, and the search would never end
-        nearest = _nearest(drawn, samples_px, BUCKET / finer)
-        own = rim[edge[nearest]]
-        outward = _outward(drawn, finer, nearest)
-        share, normal, gap_px = _met(samples_px, pixels[own], outward)
-        first, second = own.T
-        point = cam[first] * (1.0 - share)[:, None] + cam[second] * share[:, None]
-        contacts.append(Contact(first, second, share, point, normal, gap_px, outward))
+        at = nearest(drawn, samples_px, BUCKET / finer)
+        outward = _outward(drawn, finer, at)
+        first, second = np.ascontiguousarray(rim[edge[at]].T)
+        contacts.append(Contact(first, second, *_met(samples_px, (first, second), cam, pixels, outward), outward))
     return contacts
 
 
 def _projected(surface: Surface, picture: Picture) -> tuple[Array, Array, Array, Array]:
     """The corners in camera coordinates (n, 3) m and in the picture (n, 2) px, and the least and largest (2,) px of these."""
-    cam = (picture.R_cam_particle @ surface.vertices.T + picture.t_cam_particle[:, None]).T  # numpy is fast along whole axes
-    if not np.all(cam[:, 2] > 0.0):
+    cam, ideal, ahead = _posed(surface.vertices, picture.R_cam_particle, picture.t_cam_particle)
+    if not ahead:
         raise RanAway("a surface ran away behind the camera")
-    pixels = picture.camera.project(cam)
+    pixels = picture.camera.distort(ideal)
     low, high = bounds(pixels)
     if not max(high - low) <= picture.camera.width_px + picture.camera.height_px:
         raise RanAway("a surface ran away out of the picture")
     return cam, pixels, low, high
 
 
-def _outward(drawn: Array, finer: int, at: Index) -> Array:
+@numba.njit(cache=True)
+def _posed(points, R, t):  # type: ignore[no-untyped-def]
+    """Points (n, 3) m in camera coordinates and ideal normalised ones (n, 2), and whether all lie before the camera."""
+    cam, ideal, ahead = np.empty_like(points), np.empty((len(points), 2)), True
+    for i in range(len(points)):
+        for k in range(3):
+            cam[i, k] = R[k, 0] * points[i, 0] + R[k, 1] * points[i, 1] + R[k, 2] * points[i, 2] + t[k]
+        ahead = ahead and cam[i, 2] > 0.0
+        ideal[i, 0], ideal[i, 1] = cam[i, 0] / cam[i, 2], cam[i, 1] / cam[i, 2]
+    return cam, ideal, ahead
+
+
+@numba.njit(cache=True)
+def _outward(drawn, finer, at):  # type: ignore[no-untyped-def]
     """Outward unit normals (s, 2) ``at`` (s,) places of a boundary drawn (n, 2) px in order, over a pixel to both sides.
 
     Those of the edges themselves do not tell: the contour generator of a mesh goes to and fro across the outline.
     """
-    chord = drawn[(at + finer) % len(drawn)] - drawn[(at - finer) % len(drawn)]
-    across = np.column_stack([chord[:, 1], -chord[:, 0]]) * np.sign(area(drawn))
-    return np.asarray(across / np.maximum(np.linalg.norm(across, axis=1), LEAST_PX)[:, None])
+    n, twice = len(drawn), 0.0
+    for i in range(n):
+        twice += drawn[i, 0] * drawn[(i + 1) % n, 1] - drawn[(i + 1) % n, 0] * drawn[i, 1]
+    normal = np.empty((len(at), 2))
+    for k in range(len(at)):
+        after, before = drawn[(at[k] + finer) % n], drawn[(at[k] - finer) % n]
+        x, y = (after[0] - before[0]) * np.sign(twice), (after[1] - before[1]) * np.sign(twice)
+        length = max(np.hypot(x, y), LEAST_PX)
+        normal[k, 0], normal[k, 1] = y / length, -x / length
+    return normal
 
 
 @numba.njit(cache=True)
-def _nearest(drawn, points, size):  # type: ignore[no-untyped-def]
-    """Which (s,) of ``drawn`` points (n, 2) is nearest to each of ``points`` (s, 2), by square buckets of some ``size``."""
-    low_x, low_y = drawn[:, 0].min(), drawn[:, 1].min()
-    wide, high = int((drawn[:, 0].max() - low_x) / size) + 1, int((drawn[:, 1].max() - low_y) / size) + 1
-    head, following = np.full((high, wide), -1, np.int64), np.empty(len(drawn), np.int64)
-    for i in range(len(drawn) - 1, -1, -1):
-        y, x = int((drawn[i, 1] - low_y) / size), int((drawn[i, 0] - low_x) / size)
-        following[i], head[y, x] = head[y, x], i
-    found = np.empty(len(points), np.int64)
-    for k in range(len(points)):
-        x0, y0 = int(np.floor((points[k, 0] - low_x) / size)), int(np.floor((points[k, 1] - low_y) / size))
-        best, at, ring = np.inf, -1, max(0, -x0, -y0, x0 - wide + 1, y0 - high + 1)
-        while at < 0 or (max(ring - 1, 0) * size) ** 2 <= best:
-            for y in range(max(y0 - ring, 0), min(y0 + ring, high - 1) + 1):
-                whole = abs(y - y0) == ring
-                for x in range(x0 - ring, x0 + ring + 1, 1 if whole or ring == 0 else 2 * ring):
-                    i = head[y, x] if 0 <= x < wide else -1
-                    while i >= 0:
-                        far = (drawn[i, 0] - points[k, 0]) ** 2 + (drawn[i, 1] - points[k, 1]) ** 2
-                        if far < best:
-                            best, at = far, i
-                        i = following[i]
-            ring += 1
-        found[k] = at
-    return found
+def _met(samples, ends, cam, pixels, outward):  # type: ignore[no-untyped-def]
+    """Of samples (s, 2) beside edges between ``ends`` (s,), (s,): share (s,) of the way, point (s, 3) m, normal (s, 2) there, gap (s,).
 
-
-@numba.njit(cache=True)
-def _met(points, edges, outward):  # type: ignore[no-untyped-def]
-    """Of points (s, 2) beside their ``edges`` (s, 2, 2): share (s,) of the way along it, normal (s, 2) there, and gap (s,)."""
-    share, normal, gap = np.empty(len(points)), np.empty((len(points), 2)), np.empty(len(points))
-    for k in range(len(points)):
-        x, y = edges[k, 1, 0] - edges[k, 0, 0], edges[k, 1, 1] - edges[k, 0, 1]
-        from_x, from_y = points[k, 0] - edges[k, 0, 0], points[k, 1] - edges[k, 0, 1]
+    ``cam`` (n, 3) m and ``pixels`` (n, 2) of the corners.
+    """
+    share, normal, gap, point = np.empty(len(samples)), np.empty((len(samples), 2)), np.empty(len(samples)), np.empty((len(samples), 3))
+    for k in range(len(samples)):
+        first, second = ends[0][k], ends[1][k]
+        x, y = pixels[second, 0] - pixels[first, 0], pixels[second, 1] - pixels[first, 1]
+        from_x, from_y = samples[k, 0] - pixels[first, 0], samples[k, 1] - pixels[first, 1]
         share[k] = min(max((from_x * x + from_y * y) / max(x * x + y * y, LEAST_PX**2), 0.0), 1.0)
         u, v = from_x - share[k] * x, from_y - share[k] * y
         size = np.hypot(u, v)
@@ -158,4 +151,6 @@ def _met(points, edges, outward):  # type: ignore[no-untyped-def]
             sign = -1.0 if u * outward[k, 0] + v * outward[k, 1] < 0.0 else 1.0
             normal[k, 0], normal[k, 1] = sign * u / size, sign * v / size
         gap[k] = -size if u * normal[k, 0] + v * normal[k, 1] < 0.0 else size
-    return share, normal, gap
+        for axis in range(3):
+            point[k, axis] = cam[first, axis] * (1.0 - share[k]) + cam[second, axis] * share[k]
+    return share, point, normal, gap

@@ -15,8 +15,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 from scipy.linalg.blas import dsyrk, dtrsm
 from scipy.linalg.lapack import dpotrf
-from scipy.sparse import csc_array, csr_array
-from scipy.sparse.linalg import SuperLU, splu
+from scipy.sparse import csr_array
 
 from estimator.fitting.stable_inverse import NothingSeen
 from estimator.surface.star_surface import Sphere
@@ -93,28 +92,36 @@ class Factor:
 
     def solve(self, right: Float[NDArray[np.float64], "u r"]) -> Float[NDArray[np.float64], "u r"]:
         """What the matrix takes to ``right``."""
+        return self.backward(self.forward(right))
+
+    def forward(self, right: Float[NDArray[np.float64], "u r"]) -> Float[NDArray[np.float64], "u r"]:
+        """What the factor takes to ``right``, in the order of elimination."""
         x = np.ascontiguousarray(right[self.order])
         for front in self.fronts:
             own = dtrsm(1.0, front.L, x[front.first : front.end], lower=1)
             x[front.first : front.end] = own
             x[front.rest] -= front.below @ own
+        return x
+
+    def backward(self, half: Float[NDArray[np.float64], "u r"]) -> Float[NDArray[np.float64], "u r"]:
+        """What the transposed factor takes to ``half``, which is in the order of elimination."""
+        x, solved = half.copy(), np.empty_like(half)
         for front in reversed(self.fronts):
             own = x[front.first : front.end] - front.below.T @ x[front.rest]
             x[front.first : front.end] = dtrsm(1.0, front.L, own, lower=1, trans_a=1)
-        solved = np.empty_like(x)
         solved[self.order] = x
         return solved
 
 
-def factorised(A: csr_array, corner: Index, ball: Sphere) -> Factor | SuperLU:
+def factorised(A: csr_array, corner: Index, ball: Sphere) -> Factor:
     """The factor of a symmetric positive definite matrix (u, u) of unknowns that move each one ``corner`` (u,) of a surface.
-
-    Where it joins corners that are more than two edges apart, as means of a campaign's samples do, a general sparse one.
 
     Raises
     ------
     NothingSeen
         Where it is not positive definite.
+    ValueError
+        Where it joins corners that are more than two edges apart.
     """
     blocks, counts = blocks_of(ball), np.bincount(corner, minlength=len(ball.directions))
     eliminated = np.concatenate([block.own for block in blocks])
@@ -133,7 +140,7 @@ def factorised(A: csr_array, corner: Index, ball: Sphere) -> Factor | SuperLU:
         k, b = end - first, len(rest)
         own, below, beyond = (np.zeros(shape, order="F") for shape in ((k, k), (b, k), (b, b)))
         if not _gathered(own, below, (ordered.indptr, ordered.indices, ordered.data), first, local):
-            return _of_any(csc_array(A))
+            raise ValueError("expected a matrix that joins corners at most two edges apart, got one that joins others")
         for child in block.children:
             _added(own, below, beyond, left[child], local[fronts[child].rest])
             left[child] = np.zeros((0, 0))
@@ -143,14 +150,6 @@ def factorised(A: csr_array, corner: Index, ball: Sphere) -> Factor | SuperLU:
         left.append(more)
         first = end
     return Factor(order, tuple(fronts))
-
-
-def _of_any(A: csc_array) -> SuperLU:
-    """Without relaxed supernodes and pivoting, which so sparse a matrix takes three times as long with."""
-    try:
-        return splu(A, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, relax=1, options={"SymmetricMode": True})
-    except RuntimeError as error:
-        raise NothingSeen(f"a surface that is not determined: {error}") from error
 
 
 def _unknowns(begins: Index, counts: Index) -> Index:

@@ -157,13 +157,15 @@ def joined(
     huber: float,
     seed: int,
     first: int = SHARP,
+    end: int = SHARP + MOST_ROUNDS,
     shifted: int = SHARP + MOST_ROUNDS,
     views_px: float = 0.0,
 ) -> Joined[R]:
     """Surface and motions by steps that take all along, from a ``shape`` and what the recordings begin with.
 
     ``known`` says what is known where the recordings are. ``huber``: standard deviations beyond which a sample's influence stays constant;
-    ``seed`` of the random signs; ``first``: the round of :func:`estimator.surface.shape.scale_in` to begin with, 0 for a hull;
+    ``seed`` of the random signs; ``first``: the round of :func:`estimator.surface.shape.scale_in` to begin with, 0 for a hull, and ``end``:
+    the one before which to end;
     ``shifted``: from which on views are free to be shifted in their pictures, by as much as they show; ``views_px``: by how much their
     outlines are drawn too large.
     """
@@ -173,7 +175,7 @@ def joined(
     own = own_noise_px(particle.seen), *(each.own_px for each in recorded)
     noise_px: tuple[float, ...] = (shape.noise_px, *own[1:])
     settled, gain, last = False, 1.0, np.zeros(size)
-    for number in range(first, SHARP + MOST_ROUNDS):
+    for number in range(first, end):
         about, believe, views = known(recorded), believed_in(surface, number), replace(views, free=number >= shifted)
         about = (about if number >= SHARP else about.held).beside(views, sd_px)
         fitted, whole = _linearised(particle, (surface, believe), (views, *recorded), about, noise_px=noise_px, huber=huber)

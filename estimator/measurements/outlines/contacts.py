@@ -21,7 +21,7 @@ from estimator.appearance.sector_shape import sectors_of
 from estimator.data.fit_task import Sightings
 from estimator.geometry.epipolar_tangency import PoseSet
 from estimator.surface.amplitudes import Amplitudes
-from estimator.surface.contact import Contact, contact_of
+from estimator.surface.contact import Contact, Picture, contacts_of
 from estimator.surface.samples import across_of, stacked
 from estimator.surface.star_surface import Surface
 
@@ -94,12 +94,31 @@ class Contacts:
     @cached_property
     def _averaging(self) -> csr_array:
         """The matrix (n * SECTORS, s) that takes means."""
-        return _averaging_of(self.cell, self.count)
+        size = self.count.ravel()
+        return csr_array((1.0 / size[self.cell], (self.cell, np.arange(len(self.cell)))), shape=(len(size), len(self.cell)))
 
     def with_amplitudes(self, amplitudes: Amplitudes, here: Array) -> "Contacts":
         """With what ``amplitudes`` do of which the surface has those that are ``here`` (m,)."""
-        moved = np.asarray(self.by_corner @ amplitudes.moves).reshape(*self.count.shape, -1)
-        return replace(self, by_amplitude=moved, amplitude=here)
+        moved = self.by_corner @ amplitudes.moves if amplitudes.count else np.zeros((self.count.size, 0))
+        return replace(self, by_amplitude=np.asarray(moved).reshape(*self.count.shape, -1), amplitude=here)
+
+    def take(self, rows: Index) -> "Contacts":
+        """Those of the sightings ``rows`` (k,), in ascending order, alone."""
+        number = np.full(len(self.count), -1)
+        number[rows] = np.arange(len(rows))
+        kept = number[self.sighting] >= 0
+        sighting = number[self.sighting[kept]]
+        return Contacts(
+            sighting=sighting,
+            cell=sighting * SECTORS + self.cell[kept] % SECTORS,
+            point=self.point[kept],
+            normal=self.normal[kept],
+            count=self.count[rows],
+            by_sample=csr_array(self.by_sample[kept]),
+            by_amplitude=self.by_amplitude[rows],
+            amplitude=self.amplitude,
+            placed=PoseSet(self.placed.R[rows], self.placed.t[rows]),
+        )
 
 
 def contacts_at(amplitudes: Amplitudes, amplitude: Array, sightings: Sightings, placed: PoseSet, samples_px: Array) -> Contacts:
@@ -107,44 +126,37 @@ def contacts_at(amplitudes: Amplitudes, amplitude: Array, sightings: Sightings, 
 
     ``samples_px`` (s, 2) of all outlines, one after the other, in a camera without optical effects.
     """
-    surface = amplitudes.surface_at(amplitude)
+    surface, lenses = amplitudes.surface_at(amplitude), [sightings.cameras[int(k)].intrinsics for k in sightings.camera]
     counts = [len(outline) for outline in sightings.outlines_px]
+    outlines_px = np.split(samples_px, np.cumsum(counts)[:-1])
+    pictures = [Picture(lens, *each) for lens, *each in zip(lenses, placed.R, placed.t, outlines_px, strict=True)]
+    found = _met_in_place(surface, pictures)
+    parts = [(met, across_of(met, lens) @ R, np.zeros((len(met.gap_px), 0))) for met, lens, R in zip(found, lenses, placed.R, strict=True)]
+    point = np.concatenate([(met.point - t) @ R for met, R, t in zip(found, placed.R, placed.t, strict=True)])
     sighting = np.repeat(np.arange(len(counts)), counts)
-    ends, parts = np.cumsum([0, *counts]), []
-    for i, (first, end) in enumerate(zip(ends[:-1].tolist(), ends[1:].tolist(), strict=True)):
-        camera = sightings.cameras[int(sightings.camera[i])].intrinsics
-        met = _met_in_place(surface, camera, (placed.R[i], placed.t[i]), samples_px[first:end])
-        parts.append((met, across_of(met, camera) @ placed.R[i], np.zeros((end - first, 0))))
-    every = stacked(surface, parts, 0.0)
-    point = np.concatenate([(met.point - placed.t[i]) @ placed.R[i] for i, (met, _, _) in enumerate(parts)])
-    cell = sighting * SECTORS + _sectors(np.split(samples_px, ends[1:-1]))
-    count = np.bincount(cell, minlength=len(counts) * SECTORS).astype(np.float64)
-    by_corner = _averaging_of(cell, count) @ every.by_corner
-    moved = np.asarray(by_corner @ amplitudes.moves).reshape(len(counts), SECTORS, -1)
-    normal = np.concatenate([met.normal for met, _, _ in parts])
-    return Contacts(sighting, cell, point, normal, count.reshape(-1, SECTORS), every.by_corner, moved, amplitude, placed)
+    cell = sighting * SECTORS + _sectors(outlines_px)
+    count = np.bincount(cell, minlength=len(counts) * SECTORS).astype(np.float64).reshape(-1, SECTORS)
+    normal, none = np.concatenate([met.normal for met in found]), np.zeros((*count.shape, 0))
+    made = Contacts(sighting, cell, point, normal, count, stacked(surface, parts, 0.0).by_corner, none, amplitude, placed)
+    return made.with_amplitudes(amplitudes, amplitude)
 
 
-def _met_in_place(surface: Surface, camera: Intrinsics, pose: tuple[Array, Array], samples_px: Array) -> Contact:
-    """What samples (s, 2) px meet of a surface at a pose, with the outline shifted onto the one that the surface casts there.
+def _met_in_place(surface: Surface, pictures: Sequence[Picture]) -> list[Contact]:
+    """What samples meet of a surface, with every outline shifted onto the one that the surface casts there.
 
     Samples of one that lies beside it, as where a frame's time is wrong, would meet the facets that they happen to lie near, not those that
     they show. Residuals are linear in such a shift, whatever its size.
     """
-    shift = np.zeros(2)
-    for _ in range(SHIFTED):
-        met = contact_of(surface, camera, *pose, samples_px - shift)
-        step = np.linalg.lstsq(met.normal, met.gap_px, rcond=None)[0]
-        if step @ step < MOVED_PX**2:
-            break
-        shift = shift + step
-    return met
-
-
-def _averaging_of(cell: Index, count: Array) -> csr_array:
-    """The matrix (k, s) that takes means of samples in cells (s,), whose ``count`` (k,) is one number for each."""
-    size = count.ravel()
-    return csr_array((1.0 / size[cell], (cell, np.arange(len(cell)))), shape=(len(size), len(cell)))
+    placed, found = list(pictures), contacts_of(surface, pictures)
+    beside = range(len(placed))
+    for _ in range(SHIFTED - 1):
+        steps = {i: np.linalg.lstsq(found[i].normal, found[i].gap_px, rcond=None)[0] for i in beside}
+        beside = [i for i, step in steps.items() if step @ step >= MOVED_PX**2]
+        for i in beside:
+            placed[i] = replace(placed[i], samples_px=placed[i].samples_px - steps[i])
+        for i, met in zip(beside, contacts_of(surface, [placed[i] for i in beside]), strict=True):
+            found[i] = met
+    return found
 
 
 def _sectors(outlines_px: Sequence[Array]) -> Index:

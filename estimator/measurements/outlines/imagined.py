@@ -11,15 +11,13 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_array
 
 from datasets.vocabulary.camera import Intrinsics
 from estimator.appearance.model_errors import SequenceTask, cast_outlines, centres_cam
 from estimator.diagnosis.imagined_sequences import Drop, Imagined
 from estimator.fitting.campaigns.campaign import SequenceEquations
 from estimator.geometry.closed_curves import resampled
-from estimator.geometry.epipolar_tangency import PoseSet
-from estimator.measurements.outlines.contacts import SECTORS, Contacts, contacts_at
+from estimator.measurements.outlines.contacts import SECTORS, contacts_at
 from estimator.measurements.outlines.task import OutlineTask, amplitudes_in, outline_residuals, placed_at, with_sectors
 from estimator.measurements.silhouettes.imagined import Pictures, rows_of, thinned
 from estimator.motion.flight import Flight
@@ -68,10 +66,9 @@ class SampledPictures:
         if isinstance(sequence, _Unsampled):
             silhouettes, times = thinned(sequence, most)
             return self._sampled(silhouettes), times
-        few, times = thinned(sequence, most)
-        rows = rows_of(len(sequence.task.sightings), most)
-        contacts, sectors = _taken(few.contacts, rows), few.sectors.take(rows)
-        return replace(few, contacts=contacts, sectors=sectors, own_px=few.own_px[rows], kept=few.kept[rows]), times
+        n = len(sequence.task.sightings)
+        rows = rows_of(n, most)
+        return sequence.take(rows), n / len(rows)
 
     def silent(self, equations: SequenceEquations) -> SequenceEquations:
         """The equations themselves: their noise is stated, and residuals are zero."""
@@ -121,23 +118,3 @@ class SampledPictures:
 
 def _fields(sequence: SequenceTask) -> dict[str, Any]:
     return {name: getattr(sequence, name) for name in SequenceTask.__dataclass_fields__}
-
-
-def _taken(contacts: Contacts, rows: Index) -> Contacts:
-    """The contacts of the sightings ``rows`` (k,), in ascending order, alone."""
-    n = len(contacts.count)
-    number = np.full(n, -1)
-    number[rows] = np.arange(len(rows))
-    kept = number[contacts.sighting] >= 0
-    sighting = number[contacts.sighting[kept]]
-    return Contacts(
-        sighting=sighting,
-        cell=sighting * SECTORS + contacts.cell[kept] % SECTORS,
-        point=contacts.point[kept],
-        normal=contacts.normal[kept],
-        count=contacts.count[rows],
-        by_sample=csr_array(contacts.by_sample[kept]),
-        by_amplitude=contacts.by_amplitude[rows],
-        amplitude=contacts.amplitude,
-        placed=PoseSet(contacts.placed.R[rows], contacts.placed.t[rows]),
-    )

@@ -93,7 +93,7 @@ def _bare(sequence: SequenceTask, flight: Flight, particle: Particle, surface: S
         **{name: getattr(sequence, name) for name in SequenceTask.__dataclass_fields__ if name != "made_at"},
         particle=particle,
         contacts=contacts_at(none, NONE, sightings, placed, np.concatenate(sightings.outlines_px)),
-        sectors=sector_shape([], np.zeros((0, 3, 2)), SECTORS),
+        sectors=sector_shape([np.zeros((0, 2))] * len(sightings), np.zeros((len(sightings), 3, 2)), SECTORS),
         amplitudes=none,
         own_px=np.full(len(sightings), own_noise_px(sightings.silhouettes)),
         view_px_m=float(np.median([_px_m(view, particle.body.com_particle) for view in particle.calibrated])),

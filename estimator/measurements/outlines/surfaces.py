@@ -9,7 +9,7 @@ outlines by as much as their parameters have changed.
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,21 +24,27 @@ from estimator.measurements.outlines.task import (
     OutlineTask,
     amplitudes_in,
     drawn_too_large_px,
+    linearised,
     outline_errors,
+    outline_residuals,
     placed_at,
     with_contacts_at,
     with_sectors,
 )
+from estimator.measurements.silhouettes.imagined import rows_of
 from estimator.motion.flight import COM, INERTIA, N_PARAMETERS, OFFSET, Flight, moved
 from estimator.particle.particle import Particle
 from estimator.surface.amplitudes import Amplitudes, Felt, amplitudes_of
 from estimator.surface.joint import HELD, Known, joined
 from estimator.surface.samples import Samples
-from estimator.surface.shape import Shape, own_noise_px
+from estimator.surface.shape import SHARP, Shape, own_noise_px
 from estimator.surface.star_surface import Surface, star_surface
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
+DRAWN = 20
+"""Outlines of each sequence that edges are drawn with; all of them from then on. v and omega of controls were no further off than with all
+from the start, and a surface takes half the CPU (notebook 66)."""
 
 
 class Asked(Protocol):
@@ -86,13 +92,20 @@ class Flown:
 
     def samples(self, surface: Surface) -> Samples:
         """Every sample; motions move those of a sector by as much."""
-        task = with_contacts_at(replace(self.task, amplitudes=Amplitudes.none(surface)), self.flight, self.model, self.theta)
-        errors = outline_errors(task, self.flight, self.model, self.theta)
+        at = placed_at(self.task, self.flight, self.model, self.theta)
+        task = with_contacts_at(replace(self.task, amplitudes=Amplitudes.none(surface)), at, self.model, self.theta)
+        errors = linearised(outline_residuals(task, self.flight, self.model, self.theta, at), self.model, self.theta)
         contacts, by_motion = task.contacts, errors.J * np.sqrt(errors.variance)[..., None]
         seen = np.flatnonzero(errors.seen.ravel()[contacts.cell])
         starts = np.searchsorted(contacts.sighting[seen], np.arange(len(contacts.count) + 1))
         by_motion = by_motion.reshape(-1, by_motion.shape[-1])[contacts.cell[seen]]
         return Samples(errors.left_px[seen], starts, csr_array(contacts.by_sample[seen]), by_motion)
+
+    @property
+    def few(self) -> "Flown":
+        """With so few outlines as edges are drawn with."""
+        used = np.flatnonzero(self.task.kept)
+        return replace(self, task=self.task.take(used[rows_of(len(used), DRAWN)]))
 
     def moved(self, step: Array) -> "Flown":
         """After a ``step`` (21 + q,)."""
@@ -123,18 +136,16 @@ def refitted_surfaces(campaign: Campaign, fit: CampaignFit, kind: Asked) -> tupl
 
 
 def about_joint_surface(flown: Sequence[Flown], size: int, kind: Asked, *, most: int | None = None) -> list[Flown]:
-    """Sequences of one particle, of ``size`` parameters in all, about the surface that views and frames show together under their model."""
+    """Sequences of one particle, of ``size`` parameters in all, about the surface that views and frames show together under their model.
+
+    Edges are drawn with few frames, and come to rest with all of them.
+    """
     first = flown[0].task
-    found = joined(
-        first.particle,
-        hull_shape(first.particle, first.amplitudes.surface.sphere.subdivisions),
-        flown,
-        partial(_known, size=size),
-        huber=kind.huber,
-        seed=kind.seed,
-        first=0,
-        views_px=first.views_px,
-    )
+    hull, known = hull_shape(first.particle, first.amplitudes.surface.sphere.subdivisions), partial(_known, size=size)
+    asked: dict[str, Any] = {"huber": kind.huber, "seed": kind.seed, "views_px": first.views_px}
+    drawn = joined(first.particle, hull, [each.few for each in flown], known, first=0, end=SHARP, **asked)
+    flown = [replace(each, flight=by.flight, theta=by.theta) for each, by in zip(flown, drawn.recorded, strict=True)]
+    found = joined(first.particle, Shape(drawn.surface, drawn.noise_px[0]), flown, known, **asked)
     noise = [each / own for each, own in zip(found.noise_px[1:], found.outline_noise_px[1:], strict=True)]
     ended = [
         replace(each, task=replace(each.task, noise=by, under=each.model.keys)) for each, by in zip(found.recorded, noise, strict=True)
@@ -207,9 +218,8 @@ def _met(flown: Flown, surface: Surface) -> OutlineTask:
     moves = (surface.vertices - flown.task.amplitudes.surface.vertices).ravel()
     far = np.sqrt(np.mean((flown.task.contacts.by_sample @ moves) ** 2)) > MOVED_PX
     task = replace(flown.task, amplitudes=Amplitudes.none(surface), made_at=None if far else flown.task.made_at)
-    task = with_contacts_at(task, flown.flight, flown.model, flown.theta)
-    prediction, placed = placed_at(task, flown.flight, flown.model, flown.theta)
-    return with_sectors(task, prediction, centres_cam(flown.flight, placed))
+    prediction, placed = at = placed_at(task, flown.flight, flown.model, flown.theta)
+    return with_sectors(with_contacts_at(task, at, flown.model, flown.theta), prediction, centres_cam(flown.flight, placed))
 
 
 def _with_amplitudes(task: OutlineTask, amplitudes: Amplitudes, here: Array) -> OutlineTask:

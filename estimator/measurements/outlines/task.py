@@ -24,12 +24,13 @@ from estimator.appearance.model_errors import (
 from estimator.appearance.outline_tables import MOST_TURNED_DEG, picture_motions, turned_deg
 from estimator.appearance.prediction import Prediction, predict
 from estimator.appearance.sector_shape import sector_shape
-from estimator.data.fit_task import OUTWARD, Sightings
+from estimator.data.fit_task import OUTWARD, Sightings, restricted
 from estimator.effects.catalogue.segmentation.view_outline_offset import ViewOutlineOffset
 from estimator.effects.instrument.surface_amplitudes import SurfaceAmplitudes
 from estimator.effects.link import EffectModel, Places
 from estimator.effects.model import Model, holds_of, overrides
 from estimator.geometry.epipolar_tangency import PoseSet
+from estimator.geometry.hollows import hollow_share
 from estimator.geometry.outline_shape import OutlineShape
 from estimator.likelihood.rows import Residuals, Rows
 from estimator.measurements.outlines.contacts import MOVED_PX, SECTORS, Contacts, contacts_at
@@ -38,6 +39,10 @@ from estimator.particle.particle import Particle
 from estimator.surface.amplitudes import Amplitudes
 
 Array = NDArray[np.float64]
+
+
+Placed = tuple[Prediction, PoseSet]
+"""What is predicted of a sequence, and the poses that its cameras see."""
 
 
 @dataclass(frozen=True)
@@ -76,6 +81,19 @@ class OutlineTask(SequenceTask):
         """Over how many sightings the noise of each sector is alike (k,)."""
         return np.full(SECTORS, self.alike)
 
+    def take(self, rows: NDArray[np.int64]) -> "OutlineTask":
+        """With the sightings ``rows`` (k,), in ascending order, alone."""
+        return replace(
+            self,
+            task=restricted(self.task, rows),
+            shape=self.shape.take(rows),
+            made_at=None if self.made_at is None else self.made_at[rows],
+            contacts=self.contacts.take(rows),
+            own_px=self.own_px[rows],
+            kept=self.kept[rows],
+            sectors=self.sectors.take(rows),
+        )
+
 
 @dataclass(frozen=True)
 class OutlineResiduals(Residuals):
@@ -105,9 +123,9 @@ def outline_errors(sequence: OutlineTask, flight: Flight, model: Model, theta: A
     return linearised(outline_residuals(sequence, flight, model, theta), model, theta)
 
 
-def outline_residuals(sequence: OutlineTask, flight: Flight, model: Model, theta: Array) -> OutlineResiduals:
-    """Residuals at a flight and effect parameters ``theta`` (q,)."""
-    contacts, (prediction, placed) = sequence.contacts, placed_at(sequence, flight, model, theta)
+def outline_residuals(sequence: OutlineTask, flight: Flight, model: Model, theta: Array, at: Placed | None = None) -> OutlineResiduals:
+    """Residuals at a flight and effect parameters ``theta`` (q,); ``at``: where those place the body, if that is known."""
+    contacts, (prediction, placed) = sequence.contacts, at or placed_at(sequence, flight, model, theta)
     met = _met(sequence, (model, theta), prediction, (placed, centres_cam(flight, placed)))
     e = met.gap + contacts.by_amplitude @ (theta[amplitudes_in(model)] - contacts.amplitude) - flight.offset_px
     e += sequence.views_px * met.view_ratio[:, None]
@@ -151,7 +169,7 @@ def drawn_too_large_px(model: Model, theta: Array) -> float:
     return sum(offsets, start=0.0)
 
 
-def placed_at(sequence: SequenceTask, flight: Flight, model: Model, theta: Array) -> tuple[Prediction, PoseSet]:
+def placed_at(sequence: SequenceTask, flight: Flight, model: Model, theta: Array) -> Placed:
     """The prediction under a model at ``theta`` (q,), and the poses that the cameras see."""
     sightings = sequence.task.sightings
     prediction = predict(flight, model, theta, sequence.setting, sightings.times_s, rows_px=sightings.rows_px, seen=sightings.seen)
@@ -160,18 +178,18 @@ def placed_at(sequence: SequenceTask, flight: Flight, model: Model, theta: Array
 
 def with_contacts(sequence: OutlineTask, flight: Flight, model: Model, theta: Array) -> OutlineTask:
     """The sequence with its contacts and tables made at a flight; as it is where that hardly moves its outlines; ``theta`` (q,)."""
-    prediction, placed = placed_at(sequence, flight, model, theta)
+    prediction, placed = at = placed_at(sequence, flight, model, theta)
     amplitude = theta[amplitudes_in(model)]
     if moved_px(sequence, placed, amplitude) < MOVED_PX:
         return sequence
     if moved_px(sequence, sequence.contacts.placed, amplitude) > MOVED_PX:
         sequence = replace(sequence, made_at=None)  # the surface itself has moved
-    return with_sectors(with_contacts_at(sequence, flight, model, theta), prediction, centres_cam(flight, placed))
+    return with_sectors(with_contacts_at(sequence, at, model, theta), prediction, centres_cam(flight, placed))
 
 
-def with_contacts_at(sequence: OutlineTask, flight: Flight, model: Model, theta: Array) -> OutlineTask:
-    """The sequence with its contacts made at a flight; ``theta`` (q,)."""
-    sightings, (_, placed) = sequence.task.sightings, placed_at(sequence, flight, model, theta)
+def with_contacts_at(sequence: OutlineTask, at: Placed, model: Model, theta: Array) -> OutlineTask:
+    """The sequence with its contacts made where a model at ``theta`` (q,) places the body."""
+    sightings, (_, placed) = sequence.task.sightings, at
     samples = corrected_points(sequence, model, theta, np.concatenate(sightings.outlines_px), sequence.contacts.sighting)
     return replace(sequence, contacts=contacts_at(sequence.amplitudes, theta[amplitudes_in(model)], sightings, placed, samples))
 
@@ -187,7 +205,7 @@ def with_sectors(sequence: OutlineTask, prediction: Prediction, centre_cam: Arra
     surface = sequence.amplitudes.surface_at(sequence.contacts.amplitude)
     outlines = cast_outlines(sequence.task, placed, replace(surface.sphere.mesh, vertices=surface.vertices))
     motions = picture_motions(sequence, moving_at(sequence, prediction, centre_cam))
-    return replace(sequence, sectors=sector_shape(outlines, motions, SECTORS), made_at=placed.R)
+    return replace(sequence, sectors=sector_shape(outlines, motions, SECTORS), made_at=placed.R, hollow=hollow_share(outlines))
 
 
 def moved_px(sequence: OutlineTask, placed: PoseSet, amplitude: Array) -> float:

@@ -97,9 +97,22 @@ def register(
     start = CampaignState(tuple(flight for _, _, flight in flown), tuple(np.zeros(0) for _ in flown))
     left_out = tuple(each for i in range(len(observations)) if isinstance(each := found[i], LeftOut))
     registered = Registered(campaign, start, tuple(p for _, p, _ in particles.values()), left_out)
-    if not _sampled(registered, configuration):
-        return registered
-    return by_samples(registered, tuple(catalogue(campaign.cameras).values()), configuration, stated=stated)
+    if _sampled(registered, configuration):
+        return by_samples(registered, tuple(catalogue(campaign.cameras).values()), configuration, stated=stated)
+    return replace(registered, campaign=replace(campaign, sequences=_tabled(registered)))
+
+
+def _tabled(registered: Registered) -> tuple[SequenceTask, ...]:
+    """The sequences with their tables made where they begin, what all of a particle need with the first one's."""
+    sequences, flights = registered.campaign.sequences, registered.start.flights
+    first = [registered.campaign.particle.index(number) for number in sorted(set(registered.campaign.particle))]
+    rest = [i for i in range(len(sequences)) if i not in first]
+
+    def made(i: int) -> SequenceTask:
+        return with_tables(sequences[i], flights[i], Model(), np.zeros(0))
+
+    found = {i: made(i) for i in first} | dict(zip(rest, each_of(made, rest, registered), strict=True))
+    return tuple(found[i] for i in range(len(sequences)))
 
 
 def _sampled(registered: Registered, configuration: Configuration) -> bool:
@@ -176,7 +189,7 @@ def _flown(seen: Seen, task: FitTask, views: Views, configuration: Configuration
 def _sequence(
     flown: FreeFlight, recorded: tuple[Observation, tuple[OutlineTrack, ...]], particle: Particle, configuration: Configuration
 ) -> SequenceTask:
-    """A flight as a sequence, its tables made where it begins."""
+    """A flight as a sequence without tables."""
     number, task, (observation, tracks) = flown.number, flown.task, recorded
     pictures = pictures_of(observation, tracks, task.sightings)
     names = [camera.name for camera in observation.cameras]
@@ -190,8 +203,7 @@ def _sequence(
     )
     tables = OutlineTables(particle, task.views, bias_pairs(observation, configuration), configuration.seed, pictures)
     name = flight_name(observation.name, number) if number else observation.name
-    sequence = SequenceTask(name, task, setting, _rim(particle), outline_shape([]), tables, number=number)
-    return with_tables(sequence, flown.flight, Model(), np.zeros(0))
+    return SequenceTask(name, task, setting, _rim(particle), outline_shape([np.zeros((0, 2))] * len(task.sightings)), tables, number=number)
 
 
 def _rim(particle: Particle) -> Rim:
