@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 from scipy.sparse import csr_array
 
-from datasets.vocabulary.camera import Intrinsics
 from estimator.appearance.sector_shape import sectors_of
 from estimator.data.fit_task import Sightings
 from estimator.geometry.epipolar_tangency import PoseSet
@@ -148,7 +147,7 @@ def _met_in_place(surface: Surface, pictures: Sequence[Picture]) -> list[Contact
     they show. Residuals are linear in such a shift, whatever its size.
     """
     placed, found = list(pictures), contacts_of(surface, pictures)
-    beside = range(len(placed))
+    beside = list(range(len(placed)))
     for _ in range(SHIFTED - 1):
         steps = {i: np.linalg.lstsq(found[i].normal, found[i].gap_px, rcond=None)[0] for i in beside}
         beside = [i for i, step in steps.items() if step @ step >= MOVED_PX**2]
