@@ -73,7 +73,8 @@ class SectorRuler:
 
     def _means(self, points: Array, values: Array) -> Array:
         sector = sectors_of(points, self.middle, self.count)
-        return self._between(np.bincount(sector, values, self.count), np.bincount(sector, minlength=self.count))
+        total = np.bincount(sector, values, self.count).astype(np.float64)
+        return self._between(total, np.bincount(sector, minlength=self.count))
 
     def _between(self, total: Array, number: Index) -> Array:
         """Means (count,) of so many values as add up to a ``total`` (count,), between neighbours' where there is none."""

@@ -83,7 +83,8 @@ def contacts_of(surface: Surface, pictures: Iterable[Picture]) -> list[Contact]:
         at = nearest(drawn, samples_px, BUCKET / finer)
         outward = _outward(drawn, finer, at)
         first, second = np.ascontiguousarray(rim[edge[at]].T)
-        contacts.append(Contact(first, second, *_met(samples_px, (first, second), cam, pixels, outward), outward))
+        share, point, normal, gap_px = _met(samples_px, (first, second), cam, pixels, outward)
+        contacts.append(Contact(first, second, share, point, normal, gap_px, outward))
     return contacts
 
 
