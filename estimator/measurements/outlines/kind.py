@@ -28,7 +28,7 @@ from estimator.likelihood.rows import (
     weighed,
 )
 from estimator.likelihood.time_shifts import TimeShifts
-from estimator.measurements.outlines.frame_noise import with_alike_noise
+from estimator.measurements.outlines.frame_noise import with_frame_noise
 from estimator.measurements.outlines.imagined import SampledPictures
 from estimator.measurements.outlines.maps import outline_floor, outline_maps
 from estimator.measurements.outlines.surface_scale import with_surface_scale
@@ -118,8 +118,8 @@ class Outlines:
         if any(sequence.under != keys for sequence in campaign.sequences):
             campaign, state = refitted_surfaces(campaign, fit, self)
             fit = fit_campaign(campaign, state, fit.model)
-            left = [each.errors for each in fit.equations]
-            campaign = replace(campaign, sequences=tuple(with_alike_noise(campaign.sequences, left)))
+            at = [(flight, fit.model, theta) for flight, theta in zip(fit.state.flights, fit.state.theta, strict=True)]
+            campaign = replace(campaign, sequences=tuple(with_frame_noise(campaign.sequences, at)))
             fit = fit_campaign(campaign, fit.state, fit.model)
         return with_surface_scale(campaign, fit)
 
