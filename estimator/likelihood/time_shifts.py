@@ -79,7 +79,7 @@ def without_outliers(shifts: TimeShifts) -> TimeShifts:
 
 
 def from_neighbours(movements: Array) -> Array:
-    """How far movements (n, c) of sightings in the order of time are from where those beside each would have it, never itself at the ends."""
+    """How far movements (n, c) of sightings in the order of time are from where those beside each would have it."""
     return np.asarray(np.abs(movements - median_filter(movements, footprint=NEIGHBOURS, mode="mirror")))
 
 

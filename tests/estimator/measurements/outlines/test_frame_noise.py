@@ -11,7 +11,7 @@ from estimator.effects.choosing import catalogue
 from estimator.effects.model import Model
 from estimator.effects.registry import MODELS
 from estimator.fitting.campaigns.campaign import layout_of
-from estimator.measurements.outlines.frame_noise import whole, with_alike_noise
+from estimator.measurements.outlines.frame_noise import whole, with_alike_noise, with_frame_noise
 from estimator.measurements.outlines.registration import by_samples
 from estimator.measurements.outlines.surfaces import Flown, _known
 from estimator.measurements.outlines.task import OutlineResiduals, OutlineTask, outline_errors
@@ -22,6 +22,7 @@ from tests.estimator.measurements.outlines import sampled_campaign
 
 Array = NDArray[np.float64]
 OFF_PX, DRAG = 1.5, 4.0
+SLIGHTLY_PX = 0.35
 
 
 def residuals(number: int) -> OutlineResiduals:
@@ -70,6 +71,39 @@ def test_an_outline_off_as_a_whole_is_not_used() -> None:
     kept = [np.flatnonzero(~each).tolist() for each in whole(replace(registered, campaign=campaign))]
     assert kept == [[number], []]
     assert [each.all() for each in whole(registered)] == [True, True]
+
+
+def _task_with_shifts(px: dict[int, tuple[float, float]]) -> OutlineTask:
+    """The first sequence with outlines that are shifted as a whole."""
+    task = sampled_campaign.registered().campaign.sequences[0]
+    sightings = task.task.sightings
+    outlines = tuple(each + px.get(number, (0.0, 0.0)) for number, each in enumerate(sightings.outlines_px))
+    return replace(task, task=replace(task.task, sightings=replace(sightings, outlines_px=outlines)))
+
+
+def _dropped(task: OutlineTask) -> list[int]:
+    fit = sampled_campaign.fitted()
+    made = with_frame_noise([task], [(fit.state.flights[0], fit.model, fit.state.theta[0])])
+    return np.flatnonzero(~made[0].kept).tolist()
+
+
+def test_samples_tell_outlines_that_are_off_by_little_in_any_direction_and_at_the_ends() -> None:
+    """By less than twice the noise of a sample, along the motion, too."""
+    last = len(sampled_campaign.registered().campaign.sequences[0].kept) - 1
+    assert _dropped(_task_with_shifts({})) == []
+    for off in ((SLIGHTLY_PX, 0.0), (-SLIGHTLY_PX, 0.0), (0.0, SLIGHTLY_PX), (0.0, -SLIGHTLY_PX)):
+        assert _dropped(_task_with_shifts({0: off, 11: off, last: off})) == [0, 11, last]
+
+
+def test_an_outline_that_was_set_aside_comes_back_where_it_is_not_off() -> None:
+    task = _task_with_shifts({})
+    assert _dropped(replace(task, kept=np.arange(len(task.kept)) != 7)) == []
+
+
+def test_what_moves_all_outlines_sets_none_aside() -> None:
+    rng = np.random.default_rng(2)
+    drawn = rng.normal(scale=SLIGHTLY_PX, size=(len(sampled_campaign.registered().campaign.sequences[0].kept), 2))
+    assert _dropped(_task_with_shifts({number: (float(x), float(y)) for number, (x, y) in enumerate(drawn)})) == []
 
 
 def test_a_push_that_free_flight_lacks_bends_no_surface() -> None:
