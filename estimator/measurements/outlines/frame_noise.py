@@ -27,7 +27,10 @@ Array = NDArray[np.float64]
 
 
 def with_frame_noise(sequences: Sequence[OutlineTask], at: Sequence[tuple[Flight, Model, Array]]) -> list[OutlineTask]:
-    """Sequences without outlines that are off as a whole where flights, models and parameters (q,) are ``at``, and as alike as they are."""
+    """Sequences without outlines that are off as a whole, their noise as alike as it is.
+
+    ``at``: flight, model and its parameters (q,) of each sequence.
+    """
     every = [replace(each, kept=np.ones_like(each.kept)) for each in sequences]
     left = [outline_residuals(each, *here) for each, here in zip(every, at, strict=True)]
     kept = [replace(each, kept=unshifted(each, seen)) for each, seen in zip(every, left, strict=True)]
