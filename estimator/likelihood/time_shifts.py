@@ -73,10 +73,15 @@ def without_outliers(shifts: TimeShifts) -> TimeShifts:
     told = shifts.noise > 0.0
     if shifts.still is None or told.sum() <= len(NEIGHBOURS):
         return shifts
-    off = np.abs(shifts.still - median_filter(shifts.still, footprint=NEIGHBOURS, mode="mirror"))
+    off = from_neighbours(shifts.still)
     far = off.max(axis=1) > FAR_OFF * float(robust_sigma(off[told].ravel()))
     kept = np.where(far, 0.0, 1.0)
     return replace(shifts, tau_s=shifts.tau_s * kept, h=np.where(far, 1e-150, shifts.h), noise=shifts.noise * kept)
+
+
+def from_neighbours(movements: Array) -> Array:
+    """How far movements (n, c) of sightings in the order of time are from where those beside each would have it."""
+    return np.asarray(np.abs(movements - median_filter(movements, footprint=NEIGHBOURS, mode="mirror")))
 
 
 def _with_an_error(ratio: float, freedom: float) -> float:

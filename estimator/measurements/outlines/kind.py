@@ -118,8 +118,8 @@ class Outlines:
         if any(sequence.under != keys for sequence in campaign.sequences):
             campaign, state = refitted_surfaces(campaign, fit, self)
             fit = fit_campaign(campaign, state, fit.model)
-            left = [each.errors for each in fit.equations]
-            campaign = replace(campaign, sequences=tuple(with_frame_noise(campaign.sequences, left)))
+            at = [(flight, fit.model, theta) for flight, theta in zip(fit.state.flights, fit.state.theta, strict=True)]
+            campaign = replace(campaign, sequences=tuple(with_frame_noise(campaign.sequences, at)))
             fit = fit_campaign(campaign, fit.state, fit.model)
         return with_surface_scale(campaign, fit)
 

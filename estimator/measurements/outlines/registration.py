@@ -21,7 +21,7 @@ from estimator.measurements.outlines.contacts import SECTORS, contacts_at
 from estimator.measurements.outlines.frame_noise import whole, with_frame_noise
 from estimator.measurements.outlines.kind import Outlines
 from estimator.measurements.outlines.surfaces import Flown, about_joint_surface, hull_shape, with_surface
-from estimator.measurements.outlines.task import OutlineTask, outline_residuals, placed_at
+from estimator.measurements.outlines.task import OutlineTask, placed_at
 from estimator.motion.flight import Flight
 from estimator.particle.particle import Particle
 from estimator.surface.amplitudes import Amplitudes
@@ -71,10 +71,10 @@ def by_samples(
     count = max(each.task.amplitudes.count for each in found.values())
     every = [found[i].padded(count) for i in range(len(campaign.sequences))]
     sequences, wide = [_as_of_free_flight(each.task) for each in every], Model((SurfaceAmplitudes(count), *free.effects))
-    left = [outline_residuals(each.task, each.flight, wide, np.concatenate([each.task.contacts.amplitude, each.theta])) for each in every]
+    at = [(each.flight, wide, np.concatenate([each.task.contacts.amplitude, each.theta])) for each in every]
     return replace(
         registered,
-        campaign=replace(campaign, sequences=tuple(with_frame_noise(sequences, left)), kind=replace(kind, amplitudes=count)),
+        campaign=replace(campaign, sequences=tuple(with_frame_noise(sequences, at)), kind=replace(kind, amplitudes=count)),
         start=CampaignState(tuple(each.flight for each in every), tuple(NONE for _ in every)),
     )
 

@@ -132,6 +132,18 @@ def test_an_outline_that_is_off_as_a_whole_is_no_jitter() -> None:
     assert jitter_test([outlier(4.0 * NOISE_S, off=30.0)]).sigma_s == pytest.approx(4.0 * NOISE_S, rel=0.2)
 
 
+@pytest.mark.parametrize("number", [0, 1, 40, 98, 99])
+@pytest.mark.parametrize("off", [30.0, -30.0])
+def test_an_outline_is_off_to_either_side_and_at_the_ends(number: int, off: float) -> None:
+    """One next to an end may take that with it, which has few beside it."""
+    each = outlier(0.0, off=0.0)
+    assert each.still is not None
+    still = each.still.copy()
+    still[number, 2] += off
+    dropped = set(np.flatnonzero(without_outliers(replace(each, still=still)).noise == 0.0).tolist())
+    assert {number} <= dropped <= {number} | ({0} if number == 1 else {99} if number == 98 else set())
+
+
 def test_a_smooth_misfit_makes_no_outliers() -> None:
     each = outlier(0.0, off=0.0)
     for misfit in (np.linspace(0.0, 200.0, 100), 50.0 * np.sin(np.linspace(0.0, 6.0, 100))):

@@ -12,7 +12,7 @@ from estimator.effects.model import Model
 from estimator.effects.registry import MODELS
 from estimator.fitting.campaigns.campaign import layout_of
 from estimator.measurements.outlines import contacts
-from estimator.measurements.outlines.frame_noise import whole, with_frame_noise
+from estimator.measurements.outlines.frame_noise import whole, with_frame_noise, with_noise_beside_poses
 from estimator.measurements.outlines.registration import by_samples
 from estimator.measurements.outlines.surfaces import Flown, _known
 from estimator.measurements.outlines.task import OutlineResiduals, OutlineTask, outline_errors
@@ -23,6 +23,7 @@ from tests.estimator.measurements.outlines import sampled_campaign
 
 Array = NDArray[np.float64]
 OFF_PX, DRAG, SHIFT_PX = 1.5, 4.0, np.array([2.4, -1.8])
+SLIGHTLY_PX = 0.35
 
 
 def residuals(number: int) -> OutlineResiduals:
@@ -37,7 +38,7 @@ def test_noise_is_as_alike_as_it_was_drawn(frames: int) -> None:
         for task, wide in _noise(tasks, rng)
     ]
     left = [replace(residuals(i), e=e) for i, e in enumerate(drawn)]
-    made = with_frame_noise(tasks, left)
+    made = with_noise_beside_poses(tasks, left)
     assert [each.alike for each in made] == pytest.approx([frames] * len(tasks), rel=0.2)
     assert made[0].repeats == pytest.approx(np.full(len(made[0].repeats), made[0].alike))
 
@@ -58,7 +59,7 @@ def test_what_moves_a_body_is_no_noise() -> None:
         moved = np.einsum("nkj,nj->nk", by_pose, rng.normal(size=size.shape) / size)
         left.append(replace(of, e=e))
         off.append(replace(of, e=e + 10.0 * moved))
-    plain, pushed = with_frame_noise(tasks, left), with_frame_noise(tasks, off)
+    plain, pushed = with_noise_beside_poses(tasks, left), with_noise_beside_poses(tasks, off)
     assert [each.noise for each in plain] == pytest.approx([task.noise for task in tasks], rel=0.1)
     assert [each.noise for each in pushed] == pytest.approx([each.noise for each in plain])
     assert [each.alike for each in pushed] == pytest.approx([each.alike for each in plain])
@@ -108,6 +109,39 @@ def test_an_outline_off_as_a_whole_is_not_used(number: int) -> None:
     kept = [np.flatnonzero(~each).tolist() for each in whole(replace(registered, campaign=campaign))]
     assert kept == [[number], []]
     assert [each.all() for each in whole(registered)] == [True, True]
+
+
+def _task_with_shifts(px: dict[int, tuple[float, float]]) -> OutlineTask:
+    """The first sequence with outlines that are shifted as a whole."""
+    task = sampled_campaign.registered().campaign.sequences[0]
+    sightings = task.task.sightings
+    outlines = tuple(each + px.get(number, (0.0, 0.0)) for number, each in enumerate(sightings.outlines_px))
+    return replace(task, task=replace(task.task, sightings=replace(sightings, outlines_px=outlines)))
+
+
+def _dropped(task: OutlineTask) -> list[int]:
+    fit = sampled_campaign.fitted()
+    made = with_frame_noise([task], [(fit.state.flights[0], fit.model, fit.state.theta[0])])
+    return np.flatnonzero(~made[0].kept).tolist()
+
+
+def test_samples_tell_outlines_that_are_off_by_little_in_any_direction_and_at_the_ends() -> None:
+    """By less than twice the noise of a sample, along the motion, too."""
+    last = len(sampled_campaign.registered().campaign.sequences[0].kept) - 1
+    assert _dropped(_task_with_shifts({})) == []
+    for off in ((SLIGHTLY_PX, 0.0), (-SLIGHTLY_PX, 0.0), (0.0, SLIGHTLY_PX), (0.0, -SLIGHTLY_PX)):
+        assert _dropped(_task_with_shifts({0: off, 11: off, last: off})) == [0, 11, last]
+
+
+def test_an_outline_that_was_set_aside_comes_back_where_it_is_not_off() -> None:
+    task = _task_with_shifts({})
+    assert _dropped(replace(task, kept=np.arange(len(task.kept)) != 7)) == []
+
+
+def test_what_moves_all_outlines_sets_none_aside() -> None:
+    rng = np.random.default_rng(2)
+    drawn = rng.normal(scale=SLIGHTLY_PX, size=(len(sampled_campaign.registered().campaign.sequences[0].kept), 2))
+    assert _dropped(_task_with_shifts({number: (float(x), float(y)) for number, (x, y) in enumerate(drawn)})) == []
 
 
 def test_a_push_that_free_flight_lacks_bends_no_surface() -> None:
