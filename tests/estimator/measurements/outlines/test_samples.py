@@ -58,7 +58,7 @@ EFFECTS = (
 
 @pytest.fixture(scope="module")
 def tangents() -> Registered:
-    return register([build_silhouette_sequence(RECIPE, i)[0] for i in range(2)], Configuration())
+    return register([build_silhouette_sequence(RECIPE, i)[0] for i in range(2)], Configuration(campaign_surface_fit=0))
 
 
 @pytest.fixture(scope="module")
