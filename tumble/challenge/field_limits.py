@@ -37,11 +37,12 @@ LEFT_DEGREES = 6
 
 @dataclass(frozen=True)
 class Known:
-    """What a campaign with its noise alone says of every effect."""
+    """What a campaign with its noise alone says of every effect; ``pictures``: whether it was measured in pictures."""
 
     campaign: Campaign
     fit: CampaignFit
     of: Linearised
+    pictures: bool
 
     def entry(self, key: str) -> EffectEntry:
         """The effect with the ranges that are plausible in these measurements."""
@@ -57,7 +58,7 @@ def known(case: FieldCase) -> Known:
     """Fly a campaign with its noise alone, fit it and look at the information on every effect."""
     registered = registered_case(without_effects(case))
     fit = _fitted(case, registered)
-    return Known(registered.campaign, fit, linearised(registered.campaign, fit, catalogue()))
+    return Known(registered.campaign, fit, linearised(registered.campaign, fit, catalogue()), case.scene is not None)
 
 
 def _fitted(case: FieldCase, registered: Registered) -> CampaignFit:
