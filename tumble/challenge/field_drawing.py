@@ -182,7 +182,7 @@ def draw_hidden(of: Known, count: int, rng: np.random.Generator) -> tuple[Effect
 
 def offered_in(of: Known) -> tuple[str, ...]:
     """The effects that may be hidden in such measurements, if they can be seen there."""
-    return HIDDEN_IN_PICTURES if of.in_pictures else HIDDEN
+    return HIDDEN_IN_PICTURES if of.pictures else HIDDEN
 
 
 def _shown(of: Known, together: dict[str, Array]) -> bool:
@@ -224,7 +224,7 @@ def reach(of: Known, key: str, sizes: Array) -> float:
     """What ``sizes`` may be multiplied with before one is no longer plausible."""
     entry = of.entry(key)
     largest = np.array([p.plausible[1] for p in entry.parameters if p.name in entry.sizes])
-    if of.in_pictures:
+    if of.pictures:
         largest = np.minimum(largest, LARGEST.get(key, np.inf)) if key not in RELATIVE_TO_PLAUSIBLE else largest
     return float(np.min(largest / np.maximum(np.abs(sizes), 1e-300)))
 

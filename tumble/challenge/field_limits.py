@@ -37,12 +37,12 @@ LEFT_DEGREES = 6
 
 @dataclass(frozen=True)
 class Known:
-    """What a campaign with its noise alone says of every effect; whether it is one of pictures."""
+    """What a campaign with its noise alone says of every effect; ``pictures``: whether it was measured in pictures."""
 
     campaign: Campaign
     fit: CampaignFit
     of: Linearised
-    in_pictures: bool
+    pictures: bool
 
     def entry(self, key: str) -> EffectEntry:
         """The effect with the ranges that are plausible in these measurements."""

@@ -13,6 +13,7 @@ from datasets.observation import Observation
 from datasets.recipes.recipe import EffectRecipe, FurtherHsvRecipe, Recipe
 from datasets.vocabulary.effects import Stage
 from estimator.data.configuration import ALWAYS, Configuration
+from estimator.diagnosis.adding import fit_with
 from estimator.diagnosis.diagnose import diagnose
 from estimator.diagnosis.explain import Explanation, explain
 from estimator.effects.choosing import catalogue
@@ -147,8 +148,8 @@ def test_sample_by_sample_a_campaign_has_the_clocks_too() -> None:
     begun = base_fit(found.campaign, found.start)
     assert begun.model.keys[1:] == ("uncertain_clock@hsv_2",)
     cameras = found.campaign.cameras
-    tests = diagnose(found.campaign, begun, {key: effect for key, effect in catalogue(cameras).items() if key.startswith("focal_length")})
-    assert tests.missing == ("focal_length@hsv_2",)
+    focal = {key: effect for key, effect in catalogue(cameras).items() if key.startswith("focal_length")}
+    assert diagnose(*fit_with(found.campaign, found.start, ()), focal).missing == ("focal_length@hsv_2",)
 
 
 def test_outlines_of_a_camera_that_is_off_are_not_off_as_a_whole() -> None:
