@@ -5,9 +5,9 @@ model has it or not. Of each sector in the order of time that is a channel of ro
 instrument's noise that does not change within a frame, and what the surface misses, come back in the next one.
 
 An outline that is shifted as a whole is no noise of samples: its sectors are all off together, each by little. Tangents tell the worst of
-them before there is a surface. About one, samples say where every outline is to a small part of a sample's noise: one that is far from where
-those beside it have it, by what outlines of its camera usually are, is not used. A jitter moves all of them, so that none of its pictures is
-far off; one picture alone that comes at another time is not known from one that is shifted along the motion.
+them before there is a surface. About one, samples say where every outline is to a small part of a sample's noise: one that is far from
+where those beside it have it, by what outlines of its camera usually are, is not used. A jitter moves all of them, so that none of its
+pictures is far off; one picture alone that comes at another time is not known from one that is shifted along the motion.
 """
 
 from collections.abc import Iterator, Sequence
