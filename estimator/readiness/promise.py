@@ -122,9 +122,7 @@ def _turned(base: Flight, spin_rads: float, rng: np.random.Generator) -> Flight:
     return Flight(**{**vars(base), "q": q, "omega": spin_rads * axis / np.linalg.norm(axis)})
 
 
-def _deviations(
-    task: FitTask, flight: Flight, particle: Particle, configuration: Configuration, *, stated: Observation
-) -> Array | None:
+def _deviations(task: FitTask, flight: Flight, particle: Particle, configuration: Configuration, *, stated: Observation) -> Array | None:
     """Standard deviations (6,) of v and omega of a flight as its own outlines would show it; ``None`` where they do not determine it."""
     imagined = _as_seen(task, flight, particle)
     if imagined is None:
