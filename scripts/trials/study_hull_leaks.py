@@ -34,7 +34,7 @@ def body_row(family: str, irregularity: float, seed: int) -> dict[str, Any]:
     recipe = replace(RECIPE, seed=seed, particle=ParticleRecipe(family=family, irregularity=irregularity))
     quiet = replace(recipe, noise=replace(recipe.noise, hsv_boundary_px=1e-3, spacing_px=0.25))
     exact, _ = build_silhouette_sequence(quiet, 0)
-    registered = register([build_silhouette_sequence(recipe, 0)[0]], Configuration())
+    registered = register([build_silhouette_sequence(recipe, 0)[0]], Configuration(campaign_surface_fit=0))
     (sequence,), (flight,), (particle,) = registered.campaign.sequences, registered.start.flights, registered.particles
     outlines = seen_outlines(sequence.task, flight, particle.casting_mesh)
     hull = outline_shape(outlines)

@@ -43,7 +43,7 @@ def one_fit(recipe: Recipe, key: str, size: float) -> dict[str, Any]:
     """A campaign with one effect: what its size comes out as, and the standard deviation of noise."""
     name, _ = SIZES[key]
     made = replace(recipe, effects=(EffectRecipe(key, {name: size}),))
-    registered = register([build_silhouette_sequence(made, i)[0] for i in range(SEQUENCES)], Configuration())
+    registered = register([build_silhouette_sequence(made, i)[0] for i in range(SEQUENCES)], Configuration(campaign_surface_fit=0))
     base = registered.campaign.kind.base
     model = Model((*base.effects, MODELS[key]))
     start = CampaignState(registered.start.flights, tuple(np.append(np.zeros(base.size), size) for _ in registered.start.flights))
