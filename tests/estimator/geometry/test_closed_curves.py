@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from estimator.geometry.closed_curves import area, resampled, through, unit_circle
+from estimator.geometry.closed_curves import area, nearest, resampled, through, unit_circle
 
 SQUARE = np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0]])
 
@@ -29,3 +29,11 @@ def test_a_curve_through_points_of_a_circle_is_the_circle() -> None:
     np.testing.assert_array_equal(curve[::4], corners)
     assert np.abs(np.linalg.norm(curve, axis=1) - 10.0).max() < 1e-4
     assert area(curve) == pytest.approx(100.0 * np.pi, rel=(2.0 * np.pi / 240) ** 2 / 5.0)
+
+
+@pytest.mark.parametrize("size", [0.3, 1.0, 50.0])
+def test_the_nearest_point_is_found_whatever_the_buckets(size: float) -> None:
+    rng = np.random.default_rng(3)
+    curve, points = rng.normal(size=(300, 2)), 3.0 * rng.normal(size=(40, 2))
+    far = np.linalg.norm(points[:, None] - curve, axis=2)
+    np.testing.assert_array_equal(nearest(curve, points, size), far.argmin(axis=1))

@@ -249,3 +249,11 @@ def test_outlines_that_are_off_as_a_whole_show_in_every_sector(fit: CampaignFit,
     change = (after.e - before.e) * np.sqrt(before.variance)
     normal = task.contacts.mean(task.contacts.normal)[..., 0]
     assert change[before.seen] == pytest.approx(normal[before.seen], abs=1e-6)
+
+
+def test_some_sightings_alone_have_the_residuals_that_they_have_among_all(fit: CampaignFit, sampled: Registered) -> None:
+    task, at, rows = sampled.campaign.sequences[0], (fit.state.flights[0], fit.model, fit.state.theta[0]), np.array([1, 4, 9])
+    every, some = (outline_errors(each, *at) for each in (task, task.take(rows)))
+    np.testing.assert_array_equal(some.seen, every.seen[rows])
+    np.testing.assert_allclose(some.e, every.e[rows], atol=1e-3)  # flights are integrated from sighting to sighting, further here
+    np.testing.assert_allclose(some.J, every.J[rows], atol=1e-4 * np.abs(every.J).max())
