@@ -196,7 +196,8 @@ def page_of(rows: Sequence[dict[str, Any]], seed: int, command: str) -> list[str
     """The page."""
     hidden, controls = [r for r in rows if r["hidden"]], [r for r in rows if not r["hidden"]]
     chi2, pulls = np.array([c for r in rows for c in r["chi2"]]), np.array([p for r in rows for p in r["pulls"]])
-    inside, held = (chi2 < INSIDE).mean(axis=0), np.mean(np.abs(pulls) < 1.96)
+    inside, held, mean = (chi2 < INSIDE).mean(axis=0), np.mean(np.abs(pulls) < 1.96), chi2.mean(axis=0)
+    clean = np.sum([np.less(c, INSIDE) for r in controls for c in r["chi2"]], axis=0)
     lines = [
         "# Effects of one camera of two",
         f"`{command}`, seed {seed}. {len(rows)} campaigns of three flights before two cameras at a right angle, {len(controls)} of them "
@@ -204,7 +205,8 @@ def page_of(rows: Sequence[dict[str, Any]], seed: int, command: str) -> list[str
         f"Named with its camera: {sum(r['first'] for r in hidden)} of {len(hidden)}, or among the names of what was found "
         f"{sum(r['named'] for r in hidden)}. Campaigns with a false name: {sum(bool(r['false']) for r in hidden)} of {len(hidden)}, of "
         f"controls {sum(bool(r['false']) or r['unknown'] for r in controls)} of {len(controls)}. v inside its 95% ellipsoid "
-        f"{inside[0]:.0%}, ω {inside[1]:.0%}; effects' parameters within 1.96 standard deviations {held:.0%} of {len(pulls)}. "
+        f"{inside[0]:.0%}, ω {inside[1]:.0%}, of controls {clean} of {sum(len(r['chi2']) for r in controls)}; chi-squared in the mean "
+        f"{mean[0]:.1f} and {mean[1]:.1f}, 3 expected; effects' parameters within 1.96 standard deviations {held:.0%} of {len(pulls)}. "
         f"CPU in the median {np.median([r['cpu_s'] for r in rows]):.0f} s, at most {max(r['cpu_s'] for r in rows):.0f} s.",
         "| hidden | values | established | suspected | pulls | CPU, s |\n| --- | --- | --- | --- | --- | --- |\n"
         + "\n".join(_line(row) for row in rows),
