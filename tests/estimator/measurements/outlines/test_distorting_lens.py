@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from estimator.measurements.outlines.task import outline_errors, with_contacts_at
+from estimator.measurements.outlines.task import outline_errors, placed_at, with_contacts_at
 from tests.estimator.measurements.outlines import sampled_campaign
 
 
@@ -19,5 +19,6 @@ def test_a_lens_that_is_stated_to_distort_shows_the_same_body() -> None:
     assert max(np.abs(now - then).max() for now, then in zip(bent, sightings.outlines_px, strict=True)) > 1.0
     seen = replace(sightings, cameras=(replace(camera, intrinsics=lens),), outlines_px=bent)
     distorting = replace(task, task=replace(task.task, sightings=seen))
-    plain, distorted = (outline_errors(with_contacts_at(each, flight, model, theta), flight, model, theta) for each in (task, distorting))
+    met = (with_contacts_at(each, placed_at(each, flight, model, theta), model, theta) for each in (task, distorting))
+    plain, distorted = (outline_errors(each, flight, model, theta) for each in met)
     assert np.sqrt(np.mean((distorted.met.gaps - plain.met.gaps) ** 2)) < 0.1 * np.sqrt(np.mean(plain.met.gaps**2))
