@@ -25,6 +25,8 @@ Array = NDArray[np.float64]
 
 FARTHEST_M = 50.0
 STRONGEST_GRAVITY_MS2 = 300.0
+LEAST_KNOWN_LENGTHS = 0.1
+"""Relative standard deviation of lengths, as the schema has it: more is a share that was meant as per cent."""
 HEAVIEST_KG = 1000.0
 LARGEST_UNDISTORTION_ERROR_PX = 0.01
 UNIT_TOLERANCE = 1e-6
@@ -56,6 +58,9 @@ def check_observation(obs: Observation, path: Path) -> None:
     _check_gravity(obs.gravity_world, path)
     if obs.gravity_covariance is not None:
         check_covariance(obs.gravity_covariance, f"{path}: at $.gravity_covariance")
+    if obs.sigma_length_scale is not None and not 0 < obs.sigma_length_scale <= LEAST_KNOWN_LENGTHS:
+        told = f"expected more than 0 and at most {LEAST_KNOWN_LENGTHS:.0%}, got {100.0 * obs.sigma_length_scale:g}%"
+        raise InputError(f"{path}: at $.sigma_length_scale: how well lengths are known: {told}; 0.1% is 0.001.")
     if obs.mass_kg is not None and not 0 < obs.mass_kg < HEAVIEST_KG:
         raise InputError(f"{path}: at $.mass_kg: expected kilograms below {HEAVIEST_KG:g}, got {obs.mass_kg:g}; is it in grams?")
     times = len(obs.clock.times_s)

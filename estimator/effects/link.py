@@ -53,6 +53,10 @@ class Setting:
         clock = None if camera is None else self.clocks.get(camera)
         return self if clock is None else replace(self, times_s=clock.times_s)
 
+    def take(self, rows: NDArray[np.int64]) -> "Setting":
+        """The same of the sightings ``rows`` (k,) alone."""
+        return self if np.ndim(self.edge_px) == 0 else replace(self, edge_px=np.asarray(self.edge_px)[rows])
+
     def since_start(self, seen: SeenBy, times_s: Array) -> Array:
         """Stamps (n,) s of n sightings counted from the first frame of the camera that shows each."""
         first = [float(self.of_clock(camera.name).times_s[0]) for camera in seen.cameras]

@@ -421,3 +421,21 @@ def test_a_spread_of_clocks_needs_several_cameras(
     write_cine(tmp_path / "left.cine", pictures, how, bits=12)
     assert imported([tmp_path / "left.cine"], known, tmp_path / "out", "--clock-sigma", "50us", "-q") == 2
     assert "expected several cameras of one flight, got one" in capsys.readouterr().err
+
+
+@pytest.mark.usefixtures("blind")
+def test_how_well_lengths_are_known(
+    known: Path, pictures: Pictures, how: Recorded, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A share, in per cent where that is written; what cannot be one leaves no observation behind."""
+    write_cine(tmp_path / "left.cine", pictures, how, bits=12)
+    out = tmp_path / "out"
+    made = out / "observations" / "left"
+    for wrong in ("1", "20%", "0.1mm"):
+        assert imported([tmp_path / "left.cine"], known, out, "--length-sigma", wrong, "-q") == 2
+        assert "expected" in capsys.readouterr().err
+        assert not made.exists()
+    for said, sigma in (("0.1%", 1e-3), ("2e-3", 2e-3), ("0", None)):
+        assert imported([tmp_path / "left.cine"], known, out, "--length-sigma", said, "--force", "-q") == 0
+        assert read_observation(made).sigma_length_scale == (None if sigma is None else pytest.approx(sigma))
+        assert ("lengths" in tomllib.loads((made / "import.toml").read_text())) is (sigma is not None)

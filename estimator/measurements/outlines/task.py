@@ -86,6 +86,7 @@ class OutlineTask(SequenceTask):
         return replace(
             self,
             task=restricted(self.task, rows),
+            setting=self.setting.take(rows),
             shape=self.shape.take(rows),
             made_at=None if self.made_at is None else self.made_at[rows],
             contacts=self.contacts.take(rows),

@@ -136,14 +136,16 @@ def thinned(sequence: Thinned, most: int) -> tuple[Thinned, float]:
     rows = rows_of(n, most)
     if len(rows) == n:
         return sequence, 1.0
-    return replace(sequence, task=restricted(sequence.task, rows), shape=sequence.shape.take(rows)), n / most
+    task, setting = restricted(sequence.task, rows), sequence.setting.take(rows)
+    return replace(sequence, task=task, setting=setting, shape=sequence.shape.take(rows)), n / len(rows)
 
 
 def rows_of(n: int, most: int) -> NDArray[np.int64]:
-    """Numbers of the ``most`` of n sightings that stand for all; all where there are no more.
+    """Numbers of at most ``most`` of n sightings that stand for all, in ascending order; all where there are no more.
 
     One of each stretch of time, at a place that changes from stretch to stretch: evenly spaced ones would be blind to some vibrations.
+    Where stretches are shorter than two sightings, one may be that of two of them: it is there once.
     """
     if n <= most:
         return np.arange(n)
-    return np.floor((np.arange(most) + (np.arange(most) * GOLDEN) % 1.0) * n / most).astype(np.int64)
+    return np.unique(np.floor((np.arange(most) + (np.arange(most) * GOLDEN) % 1.0) * n / most).astype(np.int64))

@@ -12,6 +12,7 @@ from estimator.effects.choosing import catalogue
 from estimator.fitting.campaigns.campaign import SequenceEquations, sequence_equations
 from estimator.measurements.outlines.imagined import SampledPictures
 from estimator.measurements.outlines.task import OutlineTask
+from estimator.measurements.silhouettes.imagined import rows_of
 from estimator.motion.flight import N_PARAMETERS
 from tests.estimator.measurements.outlines.sampled_campaign import fitted, registered
 
@@ -56,6 +57,28 @@ def test_fewer_sightings_have_the_residuals_that_they_had() -> None:
     few, _ = likeness().thinned(whole, FEW)
     rows = [int(np.argmin(np.abs(whole.task.sightings.times_s - t))) for t in few.task.sightings.times_s]
     np.testing.assert_allclose(equations_of(few).errors.e, equations_of(whole).errors.e[rows], atol=1e-3)
+
+
+@pytest.mark.parametrize("most", [FEW, 20, 60])
+def test_sightings_that_stand_for_all_are_there_once(most: int) -> None:
+    for n in range(1, 4 * most):
+        rows = rows_of(n, most)
+        assert np.all(np.diff(rows) > 0)
+        assert 0.65 * min(n, most) <= len(rows) <= most
+        assert 0 <= rows[0] <= rows[-1] < n
+
+
+def test_some_sightings_have_all_their_samples_and_their_own_blur_of_edges() -> None:
+    """Of 30, too, of which most that stand for them are neighbours; pictures have a blur for each sighting."""
+    whole = registered().campaign.sequences[0]
+    n = len(whole.task.sightings)
+    blurred = replace(whole, setting=replace(whole.setting, edge_px=np.linspace(0.5, 1.5, n)))
+    few, times = likeness().thinned(blurred, 20)
+    assert len(few.contacts.sighting) == sum(map(len, few.task.sightings.outlines_px))
+    assert times == n / len(few.task.sightings)
+    rows = np.searchsorted(whole.task.sightings.frame, few.task.sightings.frame)
+    np.testing.assert_array_equal(few.setting.edge_px, np.linspace(0.5, 1.5, n)[rows])
+    assert whole.take(rows).setting.edge_px == whole.setting.edge_px == 0.0
 
 
 def test_more_views_halve_the_variance_of_the_surface() -> None:
