@@ -117,6 +117,13 @@ def test_a_law_is_told_where_curves_predict_better_by_chance_alone() -> None:
     assert law.as_well_as(curves)
     assert not _held_out(1.00, 1.10, 0.95, 1.02).as_well_as(_held_out(0.93, 1.04, 0.90, 0.95))
     assert not _held_out(np.inf, 1.0).as_well_as(_held_out(1.0, 1.0))
+    assert not _held_out(1.1).as_well_as(_held_out(1.0))
+
+
+def test_what_predicts_better_in_all_is_as_good_though_short_sequences_say_otherwise() -> None:
+    """Sequences of 1000, 10 and 10 errors: the short two are worse, alike, and hardly count."""
+    law, curves = (HeldOut(rms, np.array(each), 1020) for rms, each in ((0.902, (0.90, 1.02, 1.01)), (0.911, (0.91, 0.94, 0.94))))
+    assert law.as_well_as(curves)
 
 
 def test_a_law_that_predicts_worse_than_curves_is_told_without_values() -> None:

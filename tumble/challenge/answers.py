@@ -12,7 +12,6 @@ from estimator.diagnosis.score_tests import ScoreTest
 from estimator.diagnosis.selection.names import JOINED, possible_beside, possible_names
 from estimator.diagnosis.selection.testing import tests_beside
 from estimator.effects.choosing import catalogue
-from estimator.effects.instrument.curvature_bias import CurvatureBias
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit
 from estimator.fitting.campaigns.campaign_covariance import CampaignCovariance
 from estimator.fitting.campaigns.considered import Considered, uncertain
@@ -118,7 +117,7 @@ def parameters(campaign: Campaign, fit: CampaignFit, covariance: CampaignCovaria
     """Value and standard deviation of every parameter of every effect that was added; ``is_size``: not merely searched for."""
     rows = []
     for effect, part in zip(fit.model.effects, fit.model.slices, strict=True):
-        if effect.entry.key == CurvatureBias.entry.key:
+        if effect.instrument:
             continue
         groups = sorted(set(campaign.sharing(effect.entry.scope)))
         own = effect.entry.scope.own or len(groups) > 1

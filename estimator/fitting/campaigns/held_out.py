@@ -60,10 +60,10 @@ class HeldOut:
         It may be worse by what is chance from sequence to sequence: one standard error of the difference of squares, as where the simplest
         of several models is chosen [Breiman, Friedman, Olshen and Stone 1984, sec. 3.4.3]. Of one sequence nothing is known of chance.
         """
+        if self.rms_px <= other.rms_px:
+            return True
         worse, n = self.per_sequence_px**2 - other.per_sequence_px**2, len(self.per_sequence_px)
-        if n < 2 or not np.isfinite(worse).all():
-            return self.rms_px <= other.rms_px
-        return bool(worse.mean() <= worse.std(ddof=1) / np.sqrt(n))
+        return bool(n > 1 and np.isfinite(worse).all() and worse.mean() <= worse.std(ddof=1) / np.sqrt(n))
 
 
 def held_out(campaign: Campaign, state: CampaignState, model: Model) -> HeldOut:
