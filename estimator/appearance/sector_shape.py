@@ -67,6 +67,8 @@ class SectorRuler:
         return self._measured(self.points)
 
     def _measured(self, curve: Array) -> Array:
+        if not np.isfinite(curve).all():
+            raise ValueError("expected a curve of numbers, got one that ran away")  # the search for what is nearest would never end
         return self._between(*_sums_of_distances(np.ascontiguousarray(curve), *self._fine, self.middle, self.count))
 
     noisy = smooth = plain

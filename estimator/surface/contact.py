@@ -100,7 +100,7 @@ def _projected(surface: Surface, picture: Picture) -> tuple[Array, Array, Array,
     return cam, pixels, low, high
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def _posed(points, R, t):  # type: ignore[no-untyped-def]
     """Points (n, 3) m in camera coordinates and ideal normalised ones (n, 2), and whether all lie before the camera."""
     cam, ideal, ahead = np.empty_like(points), np.empty((len(points), 2)), True

@@ -28,6 +28,14 @@ def test_a_wider_circle_lies_outside_by_the_difference_of_radii() -> None:
     assert ruler.plain(circle(38.0)) == pytest.approx(-2.0, abs=0.01)
 
 
+def test_a_curve_that_ran_away_is_refused() -> None:
+    """What is nearest to no number would be looked for without end."""
+    curve = circle(41.0)
+    curve[3, 0] = np.nan
+    with pytest.raises(ValueError, match="got one that ran away"):
+        SectorRuler(circle(40.0), SECTORS).plain(curve)
+
+
 def test_a_circle_recedes_by_its_curvature() -> None:
     shape = sector_shape([circle(40.0)], STILL, SECTORS)
     wide = BLURS_PX[BLURS_PX >= 1.0]
