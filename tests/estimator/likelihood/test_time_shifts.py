@@ -5,7 +5,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from estimator.likelihood.time_shifts import TimeShifts, jitter_found_with, jitter_test, likeness, noise_ratio, without_outliers
+from estimator.geometry.robust_scale import robust_sigma
+from estimator.likelihood.time_shifts import (
+    FAR_OFF,
+    TimeShifts,
+    from_neighbours,
+    jitter_found_with,
+    jitter_test,
+    likeness,
+    noise_ratio,
+    without_outliers,
+)
 
 NOISE_S = 2e-6
 
@@ -142,6 +152,15 @@ def test_an_outline_is_off_to_either_side_and_at_the_ends(number: int, off: floa
     still[number, 2] += off
     dropped = set(np.flatnonzero(without_outliers(replace(each, still=still)).noise == 0.0).tolist())
     assert {number} <= dropped <= {number} | ({0} if number == 1 else {99} if number == 98 else set())
+
+
+@pytest.mark.parametrize(("outlines", "share"), [(8, 0.012), (30, 1e-3), (100, 1e-4)])
+def test_few_outlines_with_normal_errors_are_far_off(outlines: int, share: float) -> None:
+    rng, flights, far = np.random.default_rng(1), 1000, 0
+    for _ in range(flights):
+        off = from_neighbours(rng.normal(size=(outlines, 2)))
+        far += int(np.sum((off > FAR_OFF * robust_sigma(off)).any(axis=1)))
+    assert far <= share * flights * outlines
 
 
 def test_a_smooth_misfit_makes_no_outliers() -> None:
