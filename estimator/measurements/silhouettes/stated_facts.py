@@ -24,8 +24,8 @@ def _of_gravity(covariance: NDArray[np.float64]) -> list[Fact]:
     """Along the axes of a covariance (3, 3) m²/s⁴."""
     variances, axes = np.linalg.eigh(covariance)
     sigmas = np.sqrt(np.maximum(variances, EXACT**2 * variances[-1]))
-    words = "gravity along ({:.3f}, {:.3f}, {:.3f}) to {:.2g} m/s2"
+    words = "gravity is off by 0 ± {:.2g} m/s2 along ({:.3f}, {:.3f}, {:.3f})"
     return [
-        Fact(words.format(*axis, sigma), (("gravity", tuple(axis.tolist())),), 0.0, float(sigma))
+        Fact(words.format(sigma, *(np.round(axis, 3) + 0.0)), (("gravity", tuple(axis.tolist())),), 0.0, float(sigma))
         for axis, sigma in zip(axes.T, sigmas, strict=True)
     ]

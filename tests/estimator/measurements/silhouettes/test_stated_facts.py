@@ -43,6 +43,7 @@ def test_facts_of_gravity_say_its_covariance_and_hold_what_is_stated_as_exact(se
     sigmas = np.array([0.0, 0.05, 0.3])
     stated = turned @ np.diag(sigmas**2) @ turned.T
     facts = stated_facts([replace(seen, gravity_covariance=stated)])
+    assert facts[2].words == f"gravity is off by 0 ± 0.3 m/s2 along ({', '.join(f'{each:.3f}' for each in facts[2].weights[0][1])})"
     (possible,) = stated_possible(facts, sampled_campaign.registered().campaign.kind.base, catalogue())
     assert possible.effect.entry.key == "gravity"
     exact = (0.3 * EXACT) ** 2 * np.outer(turned[:, 0], turned[:, 0])
