@@ -65,7 +65,8 @@ def _one_effect(word: str) -> EffectModel:
 
 
 def _sequence(source: Path | None) -> Registered:
-    registered = register([_made_up() if source is None else read_observation(observations_in(source)[0])], Configuration())
+    seen, tangents = _made_up() if source is None else read_observation(observations_in(source)[0]), Configuration(campaign_surface_fit=0)
+    registered = register([seen], tangents)  # contracts are about tangency errors
     if registered.left_out:
         raise InputError(
             f"{registered.left_out[0].name}: cannot be measured, so nothing can be checked on it: {registered.left_out[0].reason}"

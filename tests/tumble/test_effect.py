@@ -1,13 +1,19 @@
 """``tumble effect``: the catalogue, its page, and contracts of an effect of one's own."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+from datasets.observation_files import write_observation
+from datasets.recipes.recipe import RigRecipe
 from datasets.vocabulary.effects import EFFECTS
+from synth.sequence import build_silhouette_sequence
+from tests.estimator import small_campaign
 from tests.tumble.test_campaign_verbs import WIND
 from tumble.cli.main import main
+from tumble.effect_checking import check_effect
 from tumble.effect_pages import COMMAND, catalogue_page
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -32,6 +38,14 @@ def test_list(capsys: pytest.CaptureFixture[str]) -> None:
     assert all(key in out for key in EFFECTS)
     assert main(["effect", "list", "--json"]) == 0
     assert set(json.loads(capsys.readouterr().out)) == set(EFFECTS)
+
+
+def test_an_effect_on_sharpness_is_checked_on_a_recording_of_many_views(tmp_path: Path) -> None:
+    """With more than 16, campaigns are of samples, without the tables of tangents that contracts are tried on."""
+    seen = build_silhouette_sequence(replace(small_campaign.recipe(frames=12), rig=RigRecipe(drops=3)), 0)[0]
+    write_observation(seen, tmp_path / "observations" / "many")
+    assert len(seen.views) > 16
+    assert [each for each in check_effect("defocus_growth", tmp_path) if not each.kept] == []
 
 
 def test_check_a_plug_in(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
