@@ -284,6 +284,7 @@ def campaign_content(campaign: Campaign, fit: CampaignFit, covariance: CampaignC
         "values": value_entries(values),
         "settled": fit.settled,
         "rms_ete_px": rms_px(fit),
+        "unit": campaign.kind.unit,
         "sequences": sequences,
         "covariance": told.covariance.covariance,
     }

@@ -16,7 +16,7 @@ from tumble.limiting import facts_told
 from tumble.output_directory import Run, output_directory
 from tumble.result_files import SUFFIX
 
-SHOWN = ("effects", "values", "settled", "rms_ete_px", "left_out", "facts", "limits")
+SHOWN = ("effects", "values", "settled", "rms_ete_px", "unit", "left_out", "facts", "limits")
 """Parts of ``campaign.json`` that ``--json`` prints."""
 
 

@@ -56,6 +56,7 @@ def test_the_campaign_s_document_has_none_either() -> None:
     content = campaign_content(campaign, fit, campaign_covariance(campaign, fit), ())
     assert content["parameters"] == []
     assert content["effects"] == []
+    assert content["unit"] == "σ"
     assert {len(each["rows"]) for each in content["sequences"]} == {len(NAMES)}
     assert max(row for each in content["sequences"] for row in each["rows"]) == len(content["covariance"]) - 1
 
