@@ -11,9 +11,9 @@ from datasets.observation import Observation
 from datasets.plausibility import FARTHEST_M
 from datasets.trajectory import Trajectory
 from datasets.vocabulary.body import Body
+from datasets.vocabulary.surface_mesh import SurfaceMesh
 from estimator.effects.dependence import of_body
 from estimator.effects.registry import MODELS
-from estimator.geometry.visual_hull import HullMesh
 from estimator.particle.mass_properties import body_of, solid_of
 
 ALONG = 1e-6
@@ -39,7 +39,7 @@ def body_from_mesh(path: Path) -> Body:
     return body_of(read_mesh(path))
 
 
-def read_mesh(path: Path) -> HullMesh:
+def read_mesh(path: Path) -> SurfaceMesh:
     """A closed mesh in metres.
 
     Raises
@@ -64,7 +64,7 @@ def read_mesh(path: Path) -> HullMesh:
     mesh.merge_vertices(merge_tex=True, merge_norm=True)  # a corner with several normals is one point
     if not mesh.is_watertight:
         raise InputError(f"{path}: expected a closed mesh, got one with open edges.")
-    return HullMesh(np.asarray(mesh.vertices, dtype=np.float64), np.asarray(mesh.faces, dtype=np.int64))
+    return SurfaceMesh(np.asarray(mesh.vertices, dtype=np.float64), np.asarray(mesh.faces, dtype=np.int64))
 
 
 def axes_words(observations: Mapping[str, Observation | Trajectory], found: Collection[str]) -> Iterator[str]:

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.errors import InputError
+from datasets.vocabulary.surface_mesh import SurfaceMesh
 from estimator.contact.constants import require_positive
-from estimator.geometry.visual_hull import HullMesh
 from estimator.particle.mass_properties import body_of, solid_of
 
 Array = NDArray[np.float64]
@@ -75,7 +75,7 @@ class SolidHull:
     vertices_body: Array
 
 
-def solid_hull_of(mesh: HullMesh, density_kg_m3: float) -> SolidHull:
+def solid_hull_of(mesh: SurfaceMesh, density_kg_m3: float) -> SolidHull:
     """The solid that fills ``mesh`` uniformly, in the body frame of :func:`body_of`, and its hull's vertices.
 
     Raises
@@ -95,7 +95,7 @@ def solid_hull_of(mesh: HullMesh, density_kg_m3: float) -> SolidHull:
     return SolidHull(solid, (corners - body.com_particle) @ body.R_particle_body)
 
 
-def _enclosed(mesh: HullMesh) -> float:
+def _enclosed(mesh: SurfaceMesh) -> float:
     """Volume (m³) between the faces and the mean vertex; asked before anything divides by it."""
     a, b, c = np.moveaxis((mesh.vertices - mesh.vertices.mean(axis=0))[mesh.faces], 1, 0)
     return float(abs(np.einsum("fi,fi->", a, np.cross(b, c))) / 6.0)

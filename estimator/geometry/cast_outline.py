@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
 from datasets.vocabulary.camera import Intrinsics
+from datasets.vocabulary.surface_mesh import SurfaceMesh
 from estimator.geometry.closed_curves import largest_part, unit_circle
-from estimator.geometry.visual_hull import HullMesh
 
 Array = NDArray[np.float64]
 FINER = 16
@@ -49,7 +49,7 @@ class CastingMesh:
     beside: NDArray[np.int64]
 
 
-def casting_mesh(mesh: HullMesh) -> CastingMesh:
+def casting_mesh(mesh: SurfaceMesh) -> CastingMesh:
     """The mesh with its edges; faces turn the same way round."""
     import trimesh  # noqa: PLC0415 - loads networkx: 0.15 s, of no use to trajectories
 

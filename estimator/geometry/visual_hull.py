@@ -24,8 +24,6 @@ MARGIN_PX = 8
 """Of a mask around an outline."""
 SUBPIXEL_BITS = 6
 """Binary digits of a pixel to which corners of a mask are drawn."""
-HullMesh = SurfaceMesh
-"""A hull's surface, particle frame."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +34,7 @@ class _DistanceImage:
     corner_px: Array
 
 
-def visual_hull(outlines: Sequence[Outline], views: Sequence[CalibratedView], *, resolution: int = 64) -> HullMesh:
+def visual_hull(outlines: Sequence[Outline], views: Sequence[CalibratedView], *, resolution: int = 64) -> SurfaceMesh:
     """Carve a grid of ``resolution``³ voxels with every view that has an outline.
 
     Raises
@@ -61,7 +59,7 @@ def visual_hull(outlines: Sequence[Outline], views: Sequence[CalibratedView], *,
     if volume.max() <= 0.0:
         raise InputError("calibrated views: expected outlines that agree on a body, got an empty visual hull; a view may not belong")
     vertices, faces, _, _ = marching_cubes(volume, 0.0, spacing=(step, step, step), gradient_direction="ascent")
-    return HullMesh(vertices=vertices.astype(np.float64) + centre - radius, faces=faces.astype(np.int64))
+    return SurfaceMesh(vertices=vertices.astype(np.float64) + centre - radius, faces=faces.astype(np.int64))
 
 
 def bounding_ball(outlines: Sequence[Outline], views: Sequence[CalibratedView]) -> tuple[Array, float]:

@@ -23,8 +23,9 @@ from datasets.errors import InputError
 from datasets.observation import CalibratedView
 from datasets.vocabulary.body import Body
 from datasets.vocabulary.outline import Outline
+from datasets.vocabulary.surface_mesh import SurfaceMesh
 from estimator.geometry.hollows import hollow_beyond_noise
-from estimator.geometry.visual_hull import HullMesh, visual_hull
+from estimator.geometry.visual_hull import visual_hull
 from estimator.merging.consistency import LOOP_RAD
 from estimator.particle.exact_hull import exact_hull
 from estimator.particle.mass_properties import body_of, solid_of
@@ -43,7 +44,7 @@ class Solid:
     largest. ``sigmas`` are infinite where views are too few to be halved.
     """
 
-    surface: HullMesh
+    surface: SurfaceMesh
     volume_m3: float
     volume_sigma_m3: float
     excess: float
@@ -53,7 +54,7 @@ class Solid:
 
 
 def solid_figures(
-    outlines: Sequence[Outline], views: Sequence[CalibratedView], rng: np.random.Generator, *, hull: HullMesh | None = None
+    outlines: Sequence[Outline], views: Sequence[CalibratedView], rng: np.random.Generator, *, hull: SurfaceMesh | None = None
 ) -> Solid:
     """The figures of all views together; ``hull``: their exact hull, where it is there already."""
     surface = hull or _hull(outlines, views)
@@ -97,7 +98,7 @@ def _halves(ways: NDArray[np.int64], rng: np.random.Generator) -> list[NDArray[n
     return [np.flatnonzero(np.isin(ways, half)) for order in orders for half in (order[: count // 2], order[count // 2 :])]
 
 
-def _hull(outlines: Sequence[Outline], views: Sequence[CalibratedView]) -> HullMesh:
+def _hull(outlines: Sequence[Outline], views: Sequence[CalibratedView]) -> SurfaceMesh:
     try:
         return exact_hull(outlines, views, tolerance_px=TOLERANCE_PX)
     except InputError:

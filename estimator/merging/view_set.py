@@ -12,15 +12,16 @@ from numpy.typing import NDArray
 from datasets.errors import InputError
 from datasets.observation import CalibratedView
 from datasets.vocabulary.outline import Outline
+from datasets.vocabulary.surface_mesh import SurfaceMesh
 from estimator.data.views import Views
 from estimator.geometry.epipolar_tangency import PoseSet
 from estimator.geometry.silhouettes import Silhouettes, silhouettes
-from estimator.geometry.visual_hull import HullMesh, visual_hull
+from estimator.geometry.visual_hull import visual_hull
 
 Array = NDArray[np.float64]
 MINIMUM_VIEWS = 3
 """Views that make a hull."""
-NO_HULL = HullMesh(np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64))
+NO_HULL = SurfaceMesh(np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64))
 COARSE_RESOLUTION = 48
 """Voxels along an edge of a single set's hull, which only says where the particle is and whether others' outlines lie within it."""
 
@@ -39,7 +40,7 @@ class ViewSet:
     views: tuple[CalibratedView, ...]
     seen: Silhouettes
     poses: PoseSet
-    hull: HullMesh
+    hull: SurfaceMesh
     centre: Array
     numbers: tuple[int, ...]
 

@@ -20,16 +20,17 @@ from numpy.typing import NDArray
 from datasets.errors import InputError
 from datasets.observation import CalibratedView
 from datasets.vocabulary.outline import Outline
+from datasets.vocabulary.surface_mesh import SurfaceMesh
 from estimator.geometry.closed_curves import largest_part
 from estimator.geometry.tangent_hull import smoothed
-from estimator.geometry.visual_hull import HullMesh, bounding_ball
+from estimator.geometry.visual_hull import bounding_ball
 
 Array = NDArray[np.float64]
 REACH = 1.2
 """How far in front of the ball around the body and behind it a cone is cut off, in radii of that ball."""
 
 
-def exact_hull(outlines: Sequence[Outline], views: Sequence[CalibratedView], *, tolerance_px: float) -> HullMesh:
+def exact_hull(outlines: Sequence[Outline], views: Sequence[CalibratedView], *, tolerance_px: float) -> SurfaceMesh:
     """The largest part of what the views' cones have in common; ``tolerance_px``: by how much an outline may be simplified.
 
     Raises
@@ -44,7 +45,7 @@ def exact_hull(outlines: Sequence[Outline], views: Sequence[CalibratedView], *, 
         raise InputError("calibrated views: expected cones that have a body in common, got none; a view may not belong")
     mesh = max(parts, key=lambda part: part.volume()).to_mesh64()
     vertices = np.asarray(mesh.vert_properties[:, :3], dtype=np.float64)
-    return HullMesh(vertices=vertices * radius + centre, faces=np.asarray(mesh.tri_verts, dtype=np.int64))
+    return SurfaceMesh(vertices=vertices * radius + centre, faces=np.asarray(mesh.tri_verts, dtype=np.int64))
 
 
 def _drawn(outline: Outline, tolerance_px: float) -> Float[NDArray[np.float64], "n 2"]:

@@ -23,10 +23,10 @@ from datasets.errors import InputError
 from datasets.observation import CalibratedView
 from datasets.vocabulary.body import Body
 from datasets.vocabulary.outline import Outline
+from datasets.vocabulary.surface_mesh import SurfaceMesh
 from estimator.data.configuration import Configuration
 from estimator.geometry.outline_bias import DrawnBias
 from estimator.geometry.silhouettes import Silhouettes
-from estimator.geometry.visual_hull import HullMesh
 from estimator.poses.pose_starts import StartCatalogue
 
 Array = NDArray[np.float64]
@@ -46,10 +46,10 @@ class MadeOnce:
     ``convex_vertices`` (v, 3) m, particle frame, ``cast_in_views`` (v, 2) px each.
     """
 
-    hull: HullMesh | None = None
+    hull: SurfaceMesh | None = None
     catalogue: StartCatalogue | None = None
     hollow: float | None = None
-    exact_hull: HullMesh | None = None
+    exact_hull: SurfaceMesh | None = None
     convex_vertices: Array | None = None
     cast_in_views: tuple[Array, ...] = ()
     silhouettes: Silhouettes | None = None
@@ -149,13 +149,13 @@ def made_of_arrays(arrays: Mapping[str, NDArray[np.generic]], where: str) -> Mad
         raise InputError(f"{where}: expected the arrays that tumble shape makes, got others ({error}).") from None
 
 
-def _mesh(arrays: Mapping[str, NDArray[np.generic]], name: str) -> HullMesh | None:
+def _mesh(arrays: Mapping[str, NDArray[np.generic]], name: str) -> SurfaceMesh | None:
     if f"{name}_vertices" not in arrays:
         return None
     vertices, faces = _floats(arrays[f"{name}_vertices"]), arrays[f"{name}_faces"].astype(np.int64)
     if faces.size and not 0 <= int(faces.min()) <= int(faces.max()) < len(vertices):
         raise ValueError(f"{name}: faces name vertices that are not there")
-    return HullMesh(vertices, faces)
+    return SurfaceMesh(vertices, faces)
 
 
 def _silhouettes(arrays: Mapping[str, NDArray[np.generic]]) -> Silhouettes | None:

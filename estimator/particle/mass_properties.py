@@ -5,13 +5,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from datasets.vocabulary.body import Body, signed_axes
-from estimator.geometry.visual_hull import HullMesh
+from datasets.vocabulary.surface_mesh import SurfaceMesh
 
 if TYPE_CHECKING:
     import trimesh
 
 
-def body_of(mesh: HullMesh) -> Body:
+def body_of(mesh: SurfaceMesh) -> Body:
     """The rigid body that fills ``mesh`` uniformly; principal moments ascending, axes signed as :func:`signed_axes` says."""
     solid = solid_of(mesh)
     moments, axes = np.linalg.eigh(np.asarray(solid.moment_inertia, dtype=np.float64))
@@ -22,13 +22,13 @@ def body_of(mesh: HullMesh) -> Body:
     )
 
 
-def largest_moment_per_mass(mesh: HullMesh) -> float:
+def largest_moment_per_mass(mesh: SurfaceMesh) -> float:
     """Largest principal moment of inertia over mass (m²) of the uniformly filled ``mesh``."""
     solid = solid_of(mesh)
     return float(np.linalg.eigvalsh(np.asarray(solid.moment_inertia))[2] / solid.volume)
 
 
-def solid_of(mesh: HullMesh) -> "trimesh.Trimesh":
+def solid_of(mesh: SurfaceMesh) -> "trimesh.Trimesh":
     """``mesh`` as a closed surface with its outside outward: volume above 0, inertia at unit density."""
     import trimesh  # noqa: PLC0415 - loads networkx: 0.15 s, of no use to trajectories
 

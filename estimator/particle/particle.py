@@ -14,6 +14,7 @@ from datasets.errors import InputError
 from datasets.observation import CalibratedView, Made
 from datasets.vocabulary.body import Body
 from datasets.vocabulary.outline import Outline
+from datasets.vocabulary.surface_mesh import SurfaceMesh
 from estimator.data.configuration import Configuration
 from estimator.data.views import Views
 from estimator.geometry.cast_outline import CastingMesh, cast_convex, cast_outline, casting_mesh
@@ -22,7 +23,7 @@ from estimator.geometry.hollows import hollow_beyond_noise
 from estimator.geometry.outline_bias import DrawnBias, bias_under, drawn_noise, noise_digest, noise_streams
 from estimator.geometry.silhouettes import Silhouettes, like_silhouettes, silhouettes
 from estimator.geometry.tangent_hull import Likeness
-from estimator.geometry.visual_hull import HullMesh, bounding_ball, visual_hull
+from estimator.geometry.visual_hull import bounding_ball, visual_hull
 from estimator.outlines.pictures.pictured import Pictures, mean_seen
 from estimator.particle.exact_hull import exact_hull
 from estimator.particle.made_once import NOTHING_MADE, MadeOnce, digest_of, made_of_arrays
@@ -99,7 +100,7 @@ class Particle:
     calibrated: tuple[CalibratedView, ...]
     seen: Silhouettes
     poses: PoseSet
-    hull: HullMesh
+    hull: SurfaceMesh
     body: Body
     catalogue: StartCatalogue
     report: ViewReport
@@ -138,7 +139,7 @@ class Particle:
         return hollow_beyond_noise([outline.points_px for outline in self.outlines])
 
     @cached_property
-    def casting_hull(self) -> HullMesh:
+    def casting_hull(self) -> SurfaceMesh:
         """What casts the body's outlines: its exact visual hull where it has hollows (seconds), the carved one where it has none."""
         if self.hollow <= LEAST_HOLLOW:
             return self.hull

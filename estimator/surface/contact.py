@@ -55,14 +55,6 @@ class Picture:
     samples_px: Array
 
 
-def contact_of(surface: Surface, camera: Intrinsics, R_cam_particle: Array, t_cam_particle: Array, samples_px: Array) -> Contact:
-    """What samples of one outline meet, as :func:`contacts_of`.
-
-    ``R_cam_particle`` (3, 3) and ``t_cam_particle`` (3,) m: from the particle's frame to the camera's; ``samples_px`` (s, 2).
-    """
-    return contacts_of(surface, [Picture(camera, R_cam_particle, t_cam_particle, samples_px)])[0]
-
-
 def contacts_of(surface: Surface, pictures: Iterable[Picture]) -> list[Contact]:
     """What the samples of every picture's outline meet of a surface.
 

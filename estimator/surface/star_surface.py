@@ -11,8 +11,9 @@ from scipy.sparse import csr_array, diags_array, eye_array
 
 from datasets.observation import CalibratedView
 from datasets.vocabulary.outline import Outline
+from datasets.vocabulary.surface_mesh import SurfaceMesh
 from estimator.geometry.cast_outline import CastingMesh, casting_mesh
-from estimator.geometry.visual_hull import HullMesh, bounding_ball
+from estimator.geometry.visual_hull import bounding_ball
 from estimator.particle.particle import Particle
 
 Array = NDArray[np.float64]
@@ -48,7 +49,7 @@ def sphere(subdivisions: int = SUBDIVISIONS) -> Sphere:
     from trimesh.creation import icosphere  # noqa: PLC0415 - loads networkx: 0.15 s, of no use where no surface is fitted
 
     ball = icosphere(subdivisions=subdivisions)
-    mesh = casting_mesh(HullMesh(np.asarray(ball.vertices, dtype=np.float64), np.asarray(ball.faces, dtype=np.int64)))
+    mesh = casting_mesh(SurfaceMesh(np.asarray(ball.vertices, dtype=np.float64), np.asarray(ball.faces, dtype=np.int64)))
     both, n = np.concatenate([mesh.ends, mesh.ends[:, ::-1]]), len(mesh.vertices)
     adjacency = csr_array((np.ones(len(both)), (both[:, 0], both[:, 1])), shape=(n, n))
     mean = diags_array(1.0 / adjacency.sum(axis=1)) @ adjacency

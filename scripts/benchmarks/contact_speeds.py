@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from datasets.vocabulary.plate import Plate
+from datasets.vocabulary.surface_mesh import SurfaceMesh
 from estimator.contact.clump_generator import generated_clump
 from estimator.contact.hertz_mindlin import HertzMindlin
 from estimator.contact.solid import BodyState, SolidHull, solid_hull_of
 from estimator.contact.stronge_impulse import StrongeImpulse
 from estimator.contact.support_point import support_point
-from estimator.geometry.visual_hull import HullMesh
 
 Array = NDArray[np.float64]
 FLAT = Plate(np.zeros(3), np.array([0.0, 0.0, 1.0]))
@@ -28,7 +28,7 @@ def stone(rng: np.random.Generator) -> SolidHull:
     points = rng.normal(size=(40, 3))
     points *= 1e-3 * np.array([1.2, 0.9, 0.7]) / np.linalg.norm(points, axis=1, keepdims=True)
     hull = trimesh.convex.convex_hull(points)
-    return solid_hull_of(HullMesh(np.asarray(hull.vertices), np.asarray(hull.faces)), 3515.0)
+    return solid_hull_of(SurfaceMesh(np.asarray(hull.vertices), np.asarray(hull.faces)), 3515.0)
 
 
 def dropped(rng: np.random.Generator) -> BodyState:

@@ -17,6 +17,7 @@ from datasets.recipes.recipe import EffectRecipe, HsvRecipe, MotionRecipe, Parti
 from datasets.vocabulary.body import Body
 from datasets.vocabulary.effects import EFFECTS
 from datasets.vocabulary.state import Motion
+from datasets.vocabulary.surface_mesh import SurfaceMesh
 from estimator.appearance.model_errors import ModelErrors, SequenceTask, model_errors
 from estimator.appearance.outline_tables import shape_at
 from estimator.appearance.prediction import predict
@@ -28,7 +29,6 @@ from estimator.effects.model import Model
 from estimator.effects.registry import MODELS
 from estimator.geometry.cast_outline import casting_mesh
 from estimator.geometry.outline_shape import outline_shape
-from estimator.geometry.visual_hull import HullMesh
 from estimator.motion.flight import Flight
 from synth.frame_outlines import frame_outlines
 from synth.plan import SequencePlan
@@ -139,7 +139,7 @@ def task_of(sequence: Made) -> SequenceTask:
     flight, setting = true_flight(sequence, 0.0), setting_of(sequence)
     made = SequenceTask("exact", task, setting, rim_of(vertices), outline_shape([]))
     prediction = predict(flight, Model(), np.zeros(0), setting, sightings.times_s)
-    _, shape = shape_at(made, flight, prediction, casting_mesh(HullMesh(plan.view_vertices, plan.faces)))
+    _, shape = shape_at(made, flight, prediction, casting_mesh(SurfaceMesh(plan.view_vertices, plan.faces)))
     return replace(made, shape=shape)
 
 

@@ -31,7 +31,7 @@ from datasets.vocabulary.camera import HsvCamera, Intrinsics
 from datasets.vocabulary.clock import Clock
 from datasets.vocabulary.outline import Outline
 from datasets.vocabulary.plate import Plate
-from estimator.geometry.visual_hull import HullMesh
+from datasets.vocabulary.surface_mesh import SurfaceMesh
 from estimator.particle.made_once import MadeOnce, arrays_of
 from estimator.poses.pose_starts import StartCatalogue
 from tests.datasets.conftest import make_estimate, make_truth, square_outline
@@ -92,7 +92,7 @@ def particle(folder: Path) -> None:
     """A particle file with what was made once."""
     intrinsics = Intrinsics(WIDTH, HEIGHT, 600.0, 600.0, 11.5, 9.5)
     views = tuple(CalibratedView(intrinsics, np.eye(3), np.array([0.0, 0.0, 1.2]), k, k) for k in range(2))
-    hull = HullMesh(np.vstack([np.zeros(3), np.eye(3)]), np.array([[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]]))
+    hull = SurfaceMesh(np.vstack([np.zeros(3), np.eye(3)]), np.array([[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]]))
     ring = square_outline(10, 9, 4.0)
     made = MadeOnce(
         hull, StartCatalogue(np.eye(3)[None], np.ones((1, 72)), np.zeros((1, 2))), 0.0, None, hull.vertices, (ring.points_px,) * 2

@@ -12,7 +12,7 @@ import trimesh
 from datasets.estimate import Estimate, FrameReport, Status
 from datasets.vocabulary.body import Body
 from datasets.vocabulary.outline import Outline
-from estimator.geometry.visual_hull import HullMesh
+from datasets.vocabulary.surface_mesh import SurfaceMesh
 from estimator.outlines.result import FrameOutline, FrameStatus, OutlineTrack
 from tumble.reports.body_shape import MOST_FACES, body_shape
 from tumble.reports.csv_tables import TABLES, csv_text
@@ -69,7 +69,7 @@ def test_points_are_packed_within_a_hundredth_of_a_pixel() -> None:
 
 def test_a_fine_hull_is_shown_with_few_faces_and_keeps_its_size() -> None:
     ball = trimesh.creation.icosphere(subdivisions=5, radius=0.002)
-    hull = HullMesh(np.asarray(ball.vertices) + BALL.com_particle, np.asarray(ball.faces, dtype=np.int64))
+    hull = SurfaceMesh(np.asarray(ball.vertices) + BALL.com_particle, np.asarray(ball.faces, dtype=np.int64))
     shown = body_shape(hull, BALL, called="visual hull of the views")
     vertices, faces = unpacked(shown["vertices"]).reshape(-1, 3) * shown["step_mm"], unpacked(shown["faces"]).reshape(-1, 3).astype(int)
     assert len(faces) <= MOST_FACES

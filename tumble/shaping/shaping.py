@@ -11,8 +11,8 @@ from datasets.made_files import Arrays
 from datasets.observation import CalibratedView
 from datasets.particle_files import ParticleFile
 from datasets.vocabulary.outline import Outline
+from datasets.vocabulary.surface_mesh import SurfaceMesh
 from estimator.data.configuration import Configuration
-from estimator.geometry.visual_hull import HullMesh
 from estimator.merging.fitted import MergeSettings
 from estimator.merging.leaving_out import sets_again
 from estimator.merging.merge import Merged, merge
@@ -34,7 +34,7 @@ class Shaped:
     """A particle file with its surface (m), and what is kept beside it: the digest of what it was made from, and the arrays."""
 
     particle: ParticleFile
-    surface: HullMesh
+    surface: SurfaceMesh
     made: tuple[str, Arrays]
 
 

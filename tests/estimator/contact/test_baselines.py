@@ -6,12 +6,12 @@ import trimesh
 
 from datasets.errors import InputError
 from datasets.vocabulary.plate import Plate
+from datasets.vocabulary.surface_mesh import SurfaceMesh
 from estimator.contact.frictionless import Frictionless
 from estimator.contact.solid import BodyState, Solid, solid_hull_of
 from estimator.contact.sphere_equivalent import SphereEquivalent, sphere_of
 from estimator.contact.stronge_impulse import StrongeImpulse
 from estimator.contact.support_point import support_point
-from estimator.geometry.visual_hull import HullMesh
 from scripts.benchmarks.contact_speeds import FLAT, random_contacts
 from tests.estimator.contact.impacts import some_solid
 
@@ -69,7 +69,7 @@ def test_an_edge_that_arrives_flat_has_no_clearance() -> None:
 def test_solid_of_a_box_has_the_volume_integrals_of_a_box() -> None:
     box = trimesh.creation.box(extents=[1e-3, 2e-3, 3e-3])
     box.apply_translation([1e-3, 1e-3, 1e-3])
-    found = solid_hull_of(HullMesh(np.asarray(box.vertices), np.asarray(box.faces)), 3515.0)
+    found = solid_hull_of(SurfaceMesh(np.asarray(box.vertices), np.asarray(box.faces)), 3515.0)
     m = 3515.0 * 6e-9
     assert found.solid.mass_kg == pytest.approx(m)
     np.testing.assert_allclose(np.diag(found.solid.inertia_body), m / 12 * np.array([5.0, 10.0, 13.0]) * 1e-6, rtol=1e-9)
@@ -77,7 +77,7 @@ def test_solid_of_a_box_has_the_volume_integrals_of_a_box() -> None:
 
 
 def test_a_flat_mesh_and_an_impossible_solid_are_refused() -> None:
-    sheet = HullMesh(np.array([[0.0, 0, 0], [1e-3, 0, 0], [0, 1e-3, 0]]), np.array([[0, 1, 2], [0, 2, 1]]))
+    sheet = SurfaceMesh(np.array([[0.0, 0, 0], [1e-3, 0, 0], [0, 1e-3, 0]]), np.array([[0, 1, 2], [0, 2, 1]]))
     with pytest.raises(InputError, match="expected a closed surface with a volume"):
         solid_hull_of(sheet, 3515.0)
     with pytest.raises(InputError, match="mass: expected a finite number above 0 kg, got -1"):

@@ -7,11 +7,11 @@ import pytest
 import trimesh
 
 from datasets.errors import InputError
+from datasets.vocabulary.surface_mesh import SurfaceMesh
 from estimator.contact.clump import Clump, clump_within
 from estimator.contact.clump_generator import directions_around, generated_clump, outline_error
 from estimator.contact.hertz_mindlin import HertzMindlin
 from estimator.contact.solid import BodyState, SolidHull, solid_hull_of
-from estimator.geometry.visual_hull import HullMesh
 from scripts.benchmarks.contact_speeds import FLAT
 
 
@@ -19,7 +19,7 @@ def _stone() -> SolidHull:
     points = np.random.default_rng(4).normal(size=(40, 3))
     points *= 1e-3 * np.array([1.2, 0.9, 0.7]) / np.linalg.norm(points, axis=1, keepdims=True)
     hull = trimesh.convex.convex_hull(points)
-    return solid_hull_of(HullMesh(np.asarray(hull.vertices), np.asarray(hull.faces)), 3515.0)
+    return solid_hull_of(SurfaceMesh(np.asarray(hull.vertices), np.asarray(hull.faces)), 3515.0)
 
 
 def test_more_spheres_come_closer_to_the_outline() -> None:

@@ -5,11 +5,11 @@ import trimesh
 from scipy.spatial.transform import Rotation
 
 from datasets.vocabulary.plate import Plate
+from datasets.vocabulary.surface_mesh import SurfaceMesh
 from estimator.contact.solid import BodyState, SolidHull, solid_hull_of
 from estimator.contact_validation.laws.point_contact import PointContact
 from estimator.contact_validation.measured import MeasuredImpact
 from estimator.contact_validation.next_contacts import shared_by_corners
-from estimator.geometry.visual_hull import HullMesh
 
 SIGMAS = np.concatenate(
     [np.full(3, 1e-5), np.full(3, 1e-3), np.full(3, 1e-3), np.full(3, 0.2), np.full(3, 1.5e-3), np.full(3, 0.5)],
@@ -21,7 +21,7 @@ def stone() -> SolidHull:
     points = np.random.default_rng(3).normal(size=(14, 3))
     points *= 1e-3 * np.array([3.0, 2.4, 1.9]) / np.linalg.norm(points, axis=1, keepdims=True)
     hull = trimesh.convex.convex_hull(points)
-    return solid_hull_of(HullMesh(np.asarray(hull.vertices), np.asarray(hull.faces)), 2650.0)
+    return solid_hull_of(SurfaceMesh(np.asarray(hull.vertices), np.asarray(hull.faces)), 2650.0)
 
 
 def made_impacts(law: PointContact, count: int, seed: int, *, corner_sigma_m: float = 2e-6, noise: float = 1.0) -> list[MeasuredImpact]:

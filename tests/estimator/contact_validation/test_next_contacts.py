@@ -5,6 +5,7 @@ import trimesh
 from scipy.spatial.transform import Rotation
 
 from datasets.vocabulary.plate import Plate
+from datasets.vocabulary.surface_mesh import SurfaceMesh
 from estimator.contact.solid import BodyState, SolidHull, solid_hull_of
 from estimator.contact_validation.contacts import nominal
 from estimator.contact_validation.laws.point_contact import PointContact
@@ -12,7 +13,6 @@ from estimator.contact_validation.measured import MeasuredImpact
 from estimator.contact_validation.next_contacts import TOGETHER_S, next_contacts, shared_by_corners
 from estimator.contact_validation.spread import draws_of, predicted_covariance
 from estimator.contact_validation.validate import Question, single_contacts, validate
-from estimator.geometry.visual_hull import HullMesh
 from tests.estimator.contact_validation.made_impacts import SIGMAS, made_impacts
 
 LAW = PointContact(0.6, 0.15)
@@ -23,7 +23,7 @@ def bar() -> SolidHull:
     """A double pyramid of 6 mm: its two tips lie on its axis."""
     points = np.array([[1.0, 0, 0], [-1, 0, 0], [0, 0.3, 0], [0, -0.3, 0], [0, 0, 0.3], [0, 0, -0.3]]) * HALF_LENGTH_M
     hull = trimesh.convex.convex_hull(points)
-    return solid_hull_of(HullMesh(np.asarray(hull.vertices), np.asarray(hull.faces)), 2650.0)
+    return solid_hull_of(SurfaceMesh(np.asarray(hull.vertices), np.asarray(hull.faces)), 2650.0)
 
 
 def falling(slope_deg: float, corner_sigma_m: float = 1e-6, name: str = "bar-e00-r00") -> MeasuredImpact:

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
 from datasets.vocabulary.camera import Intrinsics
+from datasets.vocabulary.surface_mesh import SurfaceMesh
 from estimator.geometry.cast_outline import SHALLOW_PX, _draw, _traced, cast_outline, casting_mesh, with_hollows_seen
 from estimator.geometry.closed_curves import unit_circle
 from estimator.geometry.outline_shape import outline_shape
-from estimator.geometry.visual_hull import HullMesh
 
 Array = NDArray[np.float64]
 CAMERA = Intrinsics(width_px=400, height_px=400, fx_px=5000.0, fy_px=5000.0, cx_px=200.0, cy_px=200.0)
@@ -23,7 +23,7 @@ DEPTH = np.array([0.0, 0.0, 0.5])
 
 def cast(mesh: trimesh.Trimesh) -> shapely.Polygon:
     return shapely.Polygon(
-        cast_outline(casting_mesh(HullMesh(np.asarray(mesh.vertices), np.asarray(mesh.faces))), CAMERA, np.eye(3), DEPTH)
+        cast_outline(casting_mesh(SurfaceMesh(np.asarray(mesh.vertices), np.asarray(mesh.faces))), CAMERA, np.eye(3), DEPTH)
     )
 
 
@@ -76,7 +76,7 @@ def test_lines_are_drawn_as_opencv_draws_them() -> None:
 
 def test_the_corners_of_a_convex_outline_are_found_on_the_rim_alone() -> None:
     ball = trimesh.creation.icosphere(subdivisions=3, radius=4e-3)
-    mesh = casting_mesh(HullMesh(np.asarray(ball.vertices), np.asarray(ball.faces)))
+    mesh = casting_mesh(SurfaceMesh(np.asarray(ball.vertices), np.asarray(ball.faces)))
     rim_alone = cast_outline(mesh, CAMERA, np.eye(3), DEPTH)
     everything = cast_outline(replace(mesh, ends=mesh.ends[:-1], beside=mesh.beside[:-1]), CAMERA, np.eye(3), DEPTH)
     np.testing.assert_array_equal(rim_alone, everything)

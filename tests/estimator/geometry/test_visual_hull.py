@@ -8,7 +8,8 @@ from scipy.spatial import ConvexHull
 
 from datasets.errors import InputError
 from datasets.vocabulary.outline import Outline
-from estimator.geometry.visual_hull import HullMesh, bounding_ball, visual_hull
+from datasets.vocabulary.surface_mesh import SurfaceMesh
+from estimator.geometry.visual_hull import bounding_ball, visual_hull
 from estimator.particle.mass_properties import body_of, largest_moment_per_mass
 from synth.particles.family import procedural
 from synth.particles.mass_properties import mass_properties
@@ -19,26 +20,26 @@ Array = NDArray[np.float64]
 SEMI_AXES = np.array([3.2e-3, 2.5e-3, 1.9e-3])
 
 
-def solid(mesh: HullMesh) -> trimesh.Trimesh:
+def solid(mesh: SurfaceMesh) -> trimesh.Trimesh:
     return trimesh.Trimesh(mesh.vertices, mesh.faces)
 
 
-def ellipsoid_hull(drops: int, resolution: int = 64) -> HullMesh:
+def ellipsoid_hull(drops: int, resolution: int = 64) -> SurfaceMesh:
     views = rig(drops)
     return visual_hull(ellipsoid_outlines(SEMI_AXES, views), views, resolution=resolution)
 
 
-def ellipsoid_excess(mesh: HullMesh) -> float:
+def ellipsoid_excess(mesh: SurfaceMesh) -> float:
     return solid(mesh).volume / (4.0 / 3.0 * np.pi * np.prod(SEMI_AXES)) - 1.0
 
 
 @pytest.fixture(scope="module")
-def hulls() -> dict[int, HullMesh]:
+def hulls() -> dict[int, SurfaceMesh]:
     """Hulls of the ellipsoid by number of views."""
     return {6 * drops: ellipsoid_hull(drops) for drops in (1, 3, 10)}
 
 
-def test_the_hull_is_closed_and_outward_and_holds_the_body(hulls: dict[int, HullMesh]) -> None:
+def test_the_hull_is_closed_and_outward_and_holds_the_body(hulls: dict[int, SurfaceMesh]) -> None:
     mesh = solid(hulls[60])
     assert mesh.is_watertight
     assert mesh.volume > 0.0
@@ -48,7 +49,7 @@ def test_the_hull_is_closed_and_outward_and_holds_the_body(hulls: dict[int, Hull
     assert reach.max() < 1.02
 
 
-def test_mass_properties_of_an_ellipsoid(hulls: dict[int, HullMesh]) -> None:
+def test_mass_properties_of_an_ellipsoid(hulls: dict[int, SurfaceMesh]) -> None:
     mesh = hulls[60]
     body = body_of(mesh)
     assert 0.0 < ellipsoid_excess(mesh) < 0.012
@@ -60,7 +61,7 @@ def test_mass_properties_of_an_ellipsoid(hulls: dict[int, HullMesh]) -> None:
     assert largest_moment_per_mass(mesh) == pytest.approx(np.sum(SEMI_AXES[:2] ** 2) / 5.0, rel=0.01)
 
 
-def test_the_excess_falls_with_views(hulls: dict[int, HullMesh]) -> None:
+def test_the_excess_falls_with_views(hulls: dict[int, SurfaceMesh]) -> None:
     excess = [ellipsoid_excess(hulls[k]) for k in (6, 18, 60)]
     assert excess[0] > 1.5 * excess[1] > 0.0
     assert excess[1] > 1.5 * excess[2] > 0.0
@@ -86,16 +87,16 @@ def test_a_cut_stone_off_the_origin() -> None:
     assert (vertices @ faces[:, :3].T + faces[:, 3]).max() < 4e-5
 
 
-def test_axes_have_the_signs_that_whoever_made_the_body_gave_them(hulls: dict[int, HullMesh]) -> None:
+def test_axes_have_the_signs_that_whoever_made_the_body_gave_them(hulls: dict[int, SurfaceMesh]) -> None:
     # A centre of mass in body axes means nothing where two sides sign the axes differently.
     mesh = hulls[18]
     whole = mass_properties(mesh.vertices, mesh.faces, 2700.0).body
     np.testing.assert_allclose(body_of(mesh).R_particle_body, whole.R_particle_body, atol=1e-6)
 
 
-def test_mass_properties_do_not_mind_the_mesh_inside_out(hulls: dict[int, HullMesh]) -> None:
+def test_mass_properties_do_not_mind_the_mesh_inside_out(hulls: dict[int, SurfaceMesh]) -> None:
     mesh = hulls[18]
-    inside_out = HullMesh(mesh.vertices, mesh.faces[:, ::-1].copy())
+    inside_out = SurfaceMesh(mesh.vertices, mesh.faces[:, ::-1].copy())
     np.testing.assert_allclose(body_of(inside_out).inertia_ratios, body_of(mesh).inertia_ratios, rtol=1e-9)
     np.testing.assert_allclose(body_of(inside_out).com_particle, body_of(mesh).com_particle, atol=1e-12)
 

@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from datasets.errors import InputError
 from datasets.vocabulary.outline import Outline
+from datasets.vocabulary.surface_mesh import SurfaceMesh
 from estimator.geometry.cast_outline import cast_outline, casting_mesh
-from estimator.geometry.visual_hull import HullMesh, visual_hull
+from estimator.geometry.visual_hull import visual_hull
 from estimator.particle.exact_hull import exact_hull
 from synth.silhouette.exact_outline import exact_outline, outline_mesh
 from tests.estimator.exact import ellipsoid_outlines, rig
@@ -21,7 +22,7 @@ SEMI_AXES = np.array([3.2e-3, 2.5e-3, 1.9e-3])
 SPIKE_M = 2.5e-3
 
 
-def solid(mesh: HullMesh) -> trimesh.Trimesh:
+def solid(mesh: SurfaceMesh) -> trimesh.Trimesh:
     return trimesh.Trimesh(mesh.vertices, mesh.faces, process=False)
 
 

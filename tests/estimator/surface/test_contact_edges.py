@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from datasets.vocabulary.camera import Intrinsics
 from estimator.motion.rotation import rotation_from_vector
-from estimator.surface.contact import contact_of
+from estimator.surface.contact import Contact, Picture, contacts_of
 from estimator.surface.star_surface import Surface, sphere
 
 CAMERA = Intrinsics(width_px=640, height_px=480, fx_px=25000.0, fy_px=25000.0, cx_px=319.5, cy_px=239.5)
@@ -29,10 +29,15 @@ def outline(surface: Surface, R: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.asarray(shapely.get_coordinates(shapely.line_interpolate_point(edge, np.arange(0.0, edge.length, SPACING_PX))))
 
 
+def met_by(surface: Surface, R: NDArray[np.float64], samples_px: NDArray[np.float64]) -> Contact:
+    (met,) = contacts_of(surface, [Picture(CAMERA, R, T, samples_px)])
+    return met
+
+
 @pytest.mark.parametrize("turn", [0.3, 1.1, 2.0])
 def test_samples_of_the_exact_outline_have_no_gap(turn: float) -> None:
     surface, R = bumpy(), rotation_from_vector(np.array([turn, -0.8, 0.5]))
-    gaps = np.abs(contact_of(surface, CAMERA, R, T, outline(surface, R)).gap_px)
+    gaps = np.abs(met_by(surface, R, outline(surface, R)).gap_px)
     assert np.quantile(gaps, 0.99) < 0.25
     assert np.sqrt(np.mean(gaps**2)) < 0.1
 
@@ -47,7 +52,7 @@ def test_samples_know_on_which_side_they_lie(distance_px: float) -> None:
     R = rotation_from_vector(np.array([0.7, -0.8, 0.5]))
     beside = shapely.Polygon(outline(surface, R)).buffer(distance_px).exterior
     samples = shapely.get_coordinates(shapely.line_interpolate_point(beside, np.arange(0.0, beside.length, SPACING_PX)))
-    gaps = contact_of(surface, CAMERA, R, T, samples).gap_px
+    gaps = met_by(surface, R, samples).gap_px
     assert np.all(np.sign(gaps) == np.sign(distance_px))
     assert np.median(gaps) == pytest.approx(distance_px, abs=0.05)
 
@@ -59,7 +64,7 @@ def test_what_noise_draws_turns_normals_less_than_edges() -> None:
     radii = 30.0 * px_m + 0.1 * px_m * np.random.default_rng(2).normal(size=len(ball.directions))
     surface = Surface(ball, np.zeros(3), radii[:, None] * ball.directions)
     samples = outline(surface, R)
-    met = contact_of(surface, CAMERA, R, T, samples)
+    met = met_by(surface, R, samples)
     pixels = CAMERA.project(surface.vertices @ R.T + T)
     along = pixels[met.second] - pixels[met.first]
     around = samples - np.array([CAMERA.cx_px, CAMERA.cy_px])

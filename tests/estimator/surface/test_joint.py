@@ -15,12 +15,12 @@ from datasets.scoring.metrics import COMPONENTS
 from datasets.scoring.score import score
 from datasets.truth import Truth
 from datasets.vocabulary.outline import Outline
+from datasets.vocabulary.surface_mesh import SurfaceMesh
 from estimator.appearance.flight_errors import unbiased_errors
 from estimator.data.configuration import Configuration
 from estimator.data.fit_task import Sightings
 from estimator.fitting.refinement import Refined
 from estimator.fitting.stable_inverse import scaled_inverse
-from estimator.geometry.visual_hull import HullMesh
 from estimator.measuring import by_samples, free_flight
 from estimator.motion.flight import COM, INERTIA, N_PARAMETERS, OFFSET, Flight, Motion, moved, poses
 from estimator.particle.mass_properties import solid_of
@@ -82,9 +82,9 @@ def measured(made: tuple[Observation, Truth]) -> Measured:
 
 
 def test_flat_faces_are_no_pillows_as_the_hull_s_are(made: tuple[Observation, Truth], measured: Measured) -> None:
-    true = solid_of(HullMesh(made[1].mesh_vertices, made[1].mesh_faces)).volume
+    true = solid_of(SurfaceMesh(made[1].mesh_vertices, made[1].mesh_faces)).volume
     surfaces = star_surface(measured.particle, subdivisions=COARSE), measured.joint.surface
-    hull, found = (solid_of(HullMesh(s.vertices, s.sphere.mesh.faces)).volume / true - 1.0 for s in surfaces)
+    hull, found = (solid_of(SurfaceMesh(s.vertices, s.sphere.mesh.faces)).volume / true - 1.0 for s in surfaces)
     assert hull > 0.015
     assert abs(found) < 0.6 * hull
 
@@ -156,9 +156,9 @@ def test_the_surface_is_further_off_than_a_covariance_about_drawn_edges_says(mea
 
 
 def test_frames_carve_the_hull_that_the_fit_begins_with(made: tuple[Observation, Truth], measured: Measured) -> None:
-    true = solid_of(HullMesh(made[1].mesh_vertices, made[1].mesh_faces)).volume
+    true = solid_of(SurfaceMesh(made[1].mesh_vertices, made[1].mesh_faces)).volume
     hulls = (star_surface(measured.particle, further, COARSE) for further in ((), seen_under(measured.flight, measured.sightings)))
-    views, both = (solid_of(HullMesh(s.vertices, s.sphere.mesh.faces)).volume / true - 1.0 for s in hulls)
+    views, both = (solid_of(SurfaceMesh(s.vertices, s.sphere.mesh.faces)).volume / true - 1.0 for s in hulls)
     assert abs(both) < 0.8 * views
 
 

@@ -8,11 +8,11 @@ from numpy.typing import NDArray
 
 from datasets.vocabulary.body import Body
 from datasets.vocabulary.camera import Intrinsics
-from estimator.geometry.visual_hull import HullMesh
+from datasets.vocabulary.surface_mesh import SurfaceMesh
 from estimator.motion.rigid_body import RanAway
 from estimator.motion.rotation import rotation_from_vector
 from estimator.particle.mass_properties import body_of
-from estimator.surface.contact import contact_of
+from estimator.surface.contact import Contact, Picture, contacts_of
 from estimator.surface.mass import mass_response
 from estimator.surface.star_surface import Surface, sphere
 
@@ -35,6 +35,11 @@ def outline(surface: Surface, out_px: float, count: int = 90) -> NDArray[np.floa
     return np.asarray(pixels[np.argmax(pixels @ u.T, axis=0)] + out_px * u)
 
 
+def met_by(surface: Surface, samples_px: NDArray[np.float64]) -> Contact:
+    (met,) = contacts_of(surface, [Picture(CAMERA, R, T, samples_px)])
+    return met
+
+
 def test_a_ball_is_perfectly_smooth() -> None:
     ball = sphere(3)
     np.testing.assert_allclose(ball.laplacian @ np.ones(len(ball.directions)), 0.0, atol=1e-12)
@@ -44,7 +49,7 @@ def test_a_ball_is_perfectly_smooth() -> None:
 @pytest.mark.parametrize("out_px", [-0.8, 0.5, 2.0])
 def test_samples_lie_as_far_from_the_outline_as_they_were_put(out_px: float) -> None:
     surface = ellipsoid()
-    met = contact_of(surface, CAMERA, R, T, outline(surface, out_px))
+    met = met_by(surface, outline(surface, out_px))
     np.testing.assert_allclose(met.gap_px, out_px, atol=0.05 if out_px < 0 else 0.01)
 
 
@@ -53,7 +58,7 @@ def test_samples_that_are_no_numbers_are_refused_where_the_search_for_the_neares
     samples = outline(surface, 0.5)
     samples[7, 1] = np.nan
     with pytest.raises(RanAway, match="samples ran away"):
-        contact_of(surface, CAMERA, R, T, samples)
+        met_by(surface, samples)
 
 
 def test_a_surface_that_reaches_the_camera_itself_ran_away() -> None:
@@ -65,13 +70,13 @@ def test_a_surface_that_reaches_the_camera_itself_ran_away() -> None:
 def test_a_sample_s_distance_changes_with_the_radii_as_its_contact_says() -> None:
     surface = ellipsoid()
     samples = outline(surface, 0.7)
-    met = contact_of(surface, CAMERA, R, T, samples)
+    met = met_by(surface, samples)
     grown_m = 1e-6
     along = surface.sphere.directions @ R.T
     point = along[met.first] * (1.0 - met.share)[:, None] + along[met.second] * met.share[:, None]
     x, y, z = met.point.T
     moved = CAMERA.fx_px * np.column_stack([point[:, 0] / z - x * point[:, 2] / z**2, point[:, 1] / z - y * point[:, 2] / z**2])
-    after = contact_of(surface.moved(grown_m * surface.sphere.directions), CAMERA, R, T, samples)
+    after = met_by(surface.moved(grown_m * surface.sphere.directions), samples)
     expected = -grown_m * np.sum(moved * met.normal, axis=1)
     np.testing.assert_allclose(after.gap_px - met.gap_px, expected, atol=2e-4)
     assert np.abs(expected).min() > 5e-3
@@ -84,13 +89,13 @@ def test_mass_properties_are_those_of_the_solid_and_follow_its_corners() -> None
     step = 1e-6 * np.random.default_rng(1).normal(size=surface.vertices.shape)
     up, down = (mass_response(surface.moved(sign * step), nominal).values for sign in (1.0, -1.0))
     np.testing.assert_allclose(step.ravel() @ response.by_corner, 0.5 * (up - down), rtol=0.03, atol=0.02 * np.abs(up - down).max())
-    own = body_of(HullMesh(surface.vertices, surface.sphere.mesh.faces))
+    own = body_of(SurfaceMesh(surface.vertices, surface.sphere.mesh.faces))
     at_home = mass_response(surface, own).values
     np.testing.assert_allclose(at_home, 0.0, atol=1e-9)
 
 
 def test_a_larger_ellipsoid_has_the_same_ratios() -> None:
     surface = ellipsoid()
-    own = body_of(HullMesh(surface.vertices, surface.sphere.mesh.faces))
+    own = body_of(SurfaceMesh(surface.vertices, surface.sphere.mesh.faces))
     larger = replace(surface, vertices=1.1 * surface.vertices)
     np.testing.assert_allclose(mass_response(larger, own).values, 0.0, atol=1e-9)
