@@ -64,7 +64,7 @@ def test_samples_that_are_no_numbers_are_refused_where_the_search_for_the_neares
 def test_a_surface_that_reaches_the_camera_itself_ran_away() -> None:
     surface = ellipsoid()
     with pytest.raises(RanAway, match="behind the camera"):
-        contact_of(surface, CAMERA, np.eye(3), -surface.vertices[0], outline(surface, 0.5))
+        contacts_of(surface, [Picture(CAMERA, np.eye(3), -surface.vertices[0], outline(surface, 0.5))])
 
 
 def test_a_sample_s_distance_changes_with_the_radii_as_its_contact_says() -> None:

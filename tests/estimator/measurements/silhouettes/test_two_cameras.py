@@ -111,7 +111,7 @@ def test_a_lens_that_is_off_by_as_much_as_stated_is_fitted_and_not_named(surface
     np.testing.assert_allclose(amplitude * effect.errors[0], error, rtol=0.05)
     assert begun.state.theta[1][begun.model.slices[1]] == amplitude
     lenses = {key: each for key, each in catalogue(found.campaign.cameras).items() if each.entry.stage is Stage.OPTICS and each.camera}
-    assert diagnose(found.campaign, begun, lenses).missing == ()
+    assert diagnose(*fit_with(found.campaign, found.start, ()), lenses).missing == ()
 
 
 def test_a_clock_that_is_off_though_stated_as_known_is_found() -> None:
