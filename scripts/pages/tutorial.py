@@ -66,12 +66,17 @@ STEPS = (
 )
 
 PICTURES = (
-    ("compare", "drag-compare", "#maps .maps", 2),
-    ("ladder", "drag-ladder", "#ladder", 0),
-    ("explain", "vent-explain", "#verdict", 0),
-    ("vent_ladder", "vent-ladder", "#ladder", 0),
+    ("compare", "drag-compare", "#maps .maps", ("along y, over time", "along v, over time")),
+    ("ladder", "drag-ladder", "#ladder", ()),
+    ("explain", "vent-explain", "#verdict", ()),
+    ("vent_ladder", "vent-ladder", "#ladder", ()),
 )
-"""Name, folder of the report, region of it, and how many figures of the region (0: the region itself)."""
+"""Name, folder of the report, region of it, and titles of the figures of the region that are shown (none: all of it)."""
+KEEP = """([region, titles]) => {
+  const figures = [...document.querySelectorAll("figure")].filter(e => titles.includes(e.querySelector("h3")?.textContent));
+  if (figures.length !== titles.length) throw new Error(`expected figures ${titles}, got ${figures.length} of them`);
+  document.querySelector(region).replaceChildren(...figures);
+}"""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -170,12 +175,10 @@ def take_pictures(work: Path) -> None:
     """
     IMAGES.mkdir(parents=True, exist_ok=True)
     with tab(WIDTH_PX) as shown_in:
-        for name, folder, region, figures in PICTURES:
+        for name, folder, region, titles in PICTURES:
             shown_in.goto((work / folder / "report.html").resolve().as_uri())
-            if figures:
-                shown_in.evaluate(
-                    "([region, n]) => [...document.querySelector(region).children].slice(n).forEach(e => e.remove())", [region, figures]
-                )
+            if titles:
+                shown_in.evaluate(KEEP, [region, list(titles)])
             shown_in.locator(region).first.screenshot(path=IMAGES / f"{name}.png")
 
 
