@@ -105,7 +105,7 @@ def _estimate(
     setting = sequence.setting
     times = setting.times_s
     frames = fit.equations[number].frames
-    status, message = _judged(fit, frames.mean_square, to_go)
+    status, message = _judged(fit, kind.misses(sequence, frames.mean_square), to_go)
     clocks = clocks_of_campaign(fit, number, wide.plain)
     told: dict[str, Any] = {
         "frames": kind.frame_reports(sequence, observation, fit.equations[number]),
@@ -184,11 +184,11 @@ def settled_fit(registered: Registered, fit: CampaignFit) -> CampaignFit:
     return fit
 
 
-def _judged(fit: CampaignFit, mean_square: float, to_go: float) -> tuple[Status, str]:
+def _judged(fit: CampaignFit, misses: float, to_go: float) -> tuple[Status, str]:
     if not to_go < MOST_TO_GO:
         return Status.NO_CONVERGENCE, f"the campaign's fit did not settle: its next step would be {to_go:.1f} standard deviations."
-    if mean_square > MOST_MEAN_SQUARE:
-        return Status.NO_CONVERGENCE, f"the fit misses the measurement by {np.sqrt(mean_square):.1f} times their noise."
+    if misses**2 > MOST_MEAN_SQUARE:
+        return Status.NO_CONVERGENCE, f"the fit misses what was measured by {misses:.1f} times its noise."
     effects = ", ".join(e.entry.title for e in fit.model.effects if not e.instrument)
     return Status.CONVERGED, f"converged, fitted jointly with its campaign; effects in the model: {effects or 'none'}."
 

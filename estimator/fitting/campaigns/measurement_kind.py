@@ -88,6 +88,10 @@ class MeasurementKind(Protocol):
         """The sequence's noise over what its model says."""
         ...
 
+    def misses(self, sequence: Any, mean_square: float) -> float:
+        """How many times the noise that measurements show without a fit the residuals are, of whose whitened squares this is the mean."""
+        ...
+
     def with_noise(self, sequence: Any, noise: float) -> Any:
         """The sequence with noise ``noise`` times what its model says."""
         ...

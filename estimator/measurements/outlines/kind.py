@@ -131,6 +131,10 @@ class Outlines:
         """As it is in the sequence's standard deviations."""
         return sequence.noise
 
+    def misses(self, sequence: OutlineTask, mean_square: float) -> float:
+        """Outlines show their noise by themselves; what a fit takes for noise may be more."""
+        return sequence.noise * float(np.sqrt(mean_square))
+
     def with_noise(self, sequence: OutlineTask, noise: float) -> OutlineTask:
         """With larger standard deviations."""
         return replace(sequence, noise=noise)

@@ -120,6 +120,11 @@ class Silhouettes:
         del sequence
         return 1.0
 
+    def misses(self, sequence: SequenceTask, mean_square: float) -> float:
+        """Outlines show their noise."""
+        del sequence
+        return float(np.sqrt(mean_square))
+
     def with_noise(self, sequence: SequenceTask, noise: float) -> SequenceTask:
         """Nothing to scale."""
         del noise

@@ -105,6 +105,11 @@ class Trajectories:
         """As it is in the sequence's standard deviations."""
         return sequence.noise
 
+    def misses(self, sequence: TrajectoryTask, mean_square: float) -> float:
+        """Nothing but a fit shows their noise."""
+        del sequence
+        return float(np.sqrt(mean_square))
+
     def with_noise(self, sequence: TrajectoryTask, noise: float) -> TrajectoryTask:
         """With larger standard deviations."""
         return sequence.with_noise(noise)

@@ -1,11 +1,12 @@
 """What is told of outlines sample by sample: no amplitudes of the surface, mass properties with it, and no tangency errors."""
 
 import re
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
 
+from datasets.estimate import Status
 from datasets.json_documents import plain
 from estimator.data.configuration import Configuration
 from estimator.fitting.campaigns.campaign_covariance import campaign_covariance
@@ -36,6 +37,18 @@ def test_estimates_have_no_amplitudes() -> None:
         np.testing.assert_allclose(estimate.values[INERTIA], flight.inertia + body.inertia, atol=1e-12)
         assert 0.1 < estimate.statistics["rms_px"] < 0.3
         assert rms_ete_px(estimate) is None
+
+
+def test_a_flight_whose_residuals_are_many_times_the_outlines_noise_is_no_measurement() -> None:
+    """A fit takes them for noise, so that they are as large as that; a recording stretched by 15 % was called converged."""
+    found, fit = registered(), fitted()
+    first, *others = found.campaign.sequences
+    campaign = replace(found.campaign, sequences=(replace(first, noise=8.0), *others))
+    at = considered(campaign, fit, campaign_covariance(campaign, fit), ())
+    made = {each.name: each for each in observations()}
+    estimates = campaign_estimates(replace(found, campaign=campaign), made, fit, at, Configuration(campaign_surface_fit=2))
+    assert [each.status for each in estimates] == [Status.NO_CONVERGENCE, Status.CONVERGED]
+    assert re.search(r"the fit misses what was measured by [78]\.\d times its noise", estimates[0].message)
 
 
 def test_the_covariance_of_mass_properties_is_that_with_the_surface() -> None:
