@@ -116,10 +116,8 @@ def of_estimate(estimate: Estimate) -> Record:
         "left out": {reason: reasons.count(reason) for reason in sorted(set(reasons))},
         "impacts": len(estimate.impacts),
     }
-    errors = [frame.rms_ete_px for frame in estimate.frames if frame.used and np.isfinite(frame.rms_ete_px)]
+    errors = [frame.rms_ete_px for frame in estimate.frames if frame.used]
     figures = {"rms": float(np.sqrt(np.mean(np.square(errors))))} if any(errors) else {}
-    if "rms_px" in estimate.statistics:  # by samples frames have no tangency errors
-        figures["rms"] = estimate.statistics["rms_px"]
     figures |= {key: estimate.statistics[key] for key in STATISTICS if key in estimate.statistics}
     record = Record(facts, dict(_measured(estimate)), figures)
     return record if estimate.companion is None else joined({"first": record, "second": of_estimate(estimate.companion)})
