@@ -7,7 +7,6 @@ surface casts. Near a corner that a blur has cut, points lie inside of both side
 from collections.abc import Sequence
 from functools import cached_property
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, cKDTree
@@ -69,20 +68,19 @@ class SectorRuler:
     def _measured(self, curve: Array) -> Array:
         if not np.isfinite(curve).all():
             raise ValueError("expected a curve of numbers, got one that ran away")  # the search for what is nearest would never end
-        return self._between(*_sums_of_distances(np.ascontiguousarray(curve), *self._fine, self.middle, self.count))
+        even, (fine, normal) = resampled(curve, STEP_PX, fewest=FEWEST), self._fine
+        met = nearest(fine, even, STEP_PX)
+        return self._means(even, np.asarray(np.sum((even - fine[met]) * normal[met], axis=1)))
 
     noisy = smooth = plain
 
     def _means(self, points: Array, values: Array) -> Array:
+        """Means (count,) over the sectors of points, between neighbours' where there is none."""
         sector = sectors_of(points, self.middle, self.count)
-        total = np.bincount(sector, values, self.count).astype(np.float64)
-        return self._between(total, np.bincount(sector, minlength=self.count))
-
-    def _between(self, total: Array, number: Index) -> Array:
-        """Means (count,) of so many values as add up to a ``total`` (count,), between neighbours' where there is none."""
+        number = np.bincount(sector, minlength=self.count)
         told = np.flatnonzero(number)
-        means = total[told] / number[told]
-        return means if len(told) == self.count else np.asarray(np.interp(np.arange(self.count), told, means, period=self.count))
+        means = np.bincount(sector, values, self.count)[told] / number[told]
+        return np.asarray(np.interp(np.arange(self.count), told, means, period=self.count))
 
     @cached_property
     def corners(self) -> Index:
@@ -97,34 +95,6 @@ class SectorRuler:
         fine, normal = self._fine
         means = np.column_stack([self._means(fine, normal[:, axis]) for axis in range(2)])
         return np.asarray(means / np.maximum(np.linalg.norm(means, axis=1, keepdims=True), 1e-12))
-
-
-@numba.njit(cache=True)
-def _sums_of_distances(curve, fine, normal, middle, count):  # type: ignore[no-untyped-def]
-    """Sums (count,) over sectors about a ``middle`` (2,) of how far points of a ``curve`` (m, 2) px lie outside of an outline, and numbers.
-
-    The curve's points are as :func:`resampled` spaces them; those of the outline are ``fine`` (n, 2) px with outward ``normal`` (n, 2).
-    """
-    arc = np.zeros(len(curve) + 1)
-    for i in range(len(curve)):
-        end = curve[(i + 1) % len(curve)]
-        arc[i + 1] = arc[i] + np.hypot(end[0] - curve[i, 0], end[1] - curve[i, 1])
-    even = np.empty((max(int(np.rint(arc[-1] / STEP_PX)), FEWEST), 2))
-    edge = 0
-    for k in range(len(even)):
-        along = k * (arc[-1] / len(even))
-        while edge < len(curve) - 1 and arc[edge + 1] <= along:
-            edge += 1
-        share = (along - arc[edge]) / max(arc[edge + 1] - arc[edge], 1e-300)
-        even[k] = curve[edge] + share * (curve[(edge + 1) % len(curve)] - curve[edge])
-    met, total, number = nearest(fine, even, STEP_PX), np.zeros(count), np.zeros(count, np.int64)
-    for k in range(len(even)):
-        off = (even[k] - fine[met[k]]) * normal[met[k]]
-        turn = np.arctan2(even[k, 1] - middle[1], even[k, 0] - middle[0]) / (2.0 * np.pi)
-        sector = int(np.floor(turn * count)) % count
-        total[sector] += off[0] + off[1]
-        number[sector] += 1
-    return total, number
 
 
 def sector_shape(polygons: Sequence[Array], motions: Array, count: int) -> OutlineShape:

@@ -46,6 +46,11 @@ class Fact:
         return abs(self.value) / self.sigma
 
 
+def length_fact(sigma: float) -> Fact:
+    """What a calibration says of lengths: right within a standard deviation ``sigma`` of their scale."""
+    return Fact(f"sigma_length_scale = {sigma:g}", (("length_scale", (1.0,)),), 0.0, sigma)
+
+
 def stated_rows(facts: tuple[Fact, ...], model: Model, layout: Arrangement) -> tuple[Array, Array]:
     """Rows (r, p) and right-hand side (r,) of facts about the p shared parameters of a model, over their standard deviations.
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from datasets.observation import Observation
-from estimator.fitting.campaigns.facts import Fact
+from estimator.fitting.campaigns.facts import Fact, length_fact
 
 EXACT = 1e-3
 """Standard deviation, in that of the most uncertain direction of gravity, of a direction that is stated as exact."""
@@ -16,7 +16,7 @@ def stated_facts(observations: Sequence[Observation]) -> tuple[Fact, ...]:
     """Of the views' lengths and of gravity; where recordings are stated differently, the most uncertain counts."""
     lengths = [each.sigma_length_scale for each in observations if each.sigma_length_scale is not None]
     pulls = [each.gravity_covariance for each in observations if each.gravity_covariance is not None and each.gravity_covariance.any()]
-    found = [Fact(f"sigma_length_scale = {max(lengths):g}", (("length_scale", (1.0,)),), 0.0, max(lengths))] if lengths else []
+    found = [length_fact(max(lengths))] if lengths else []
     return (*found, *(_of_gravity(max(pulls, key=np.trace)) if pulls else ()))
 
 

@@ -17,7 +17,7 @@ from estimator.effects.model import Model
 from estimator.effects.registry import MODELS
 from estimator.fitting.campaigns.base_model import base_fit
 from estimator.fitting.campaigns.campaign import Campaign, CampaignFit, CampaignState, sequence_equations
-from estimator.fitting.campaigns.facts import Fact
+from estimator.fitting.campaigns.facts import Fact, length_fact
 from estimator.fitting.campaigns.registered import Registered
 from estimator.likelihood.alike_noise import ChannelNoise, channel_noise, less_explained, surprise
 from estimator.measurements.trajectories.kind import Trajectories
@@ -73,7 +73,7 @@ def _stated_lengths(trajectories: Sequence[Trajectory]) -> tuple[Fact, ...]:
     if len(said) > 1:
         known = ", ".join("nothing" if each is None else f"{each:g}" for each in sorted(said, key=lambda each: each or 0.0))
         raise InputError(f"{trajectories[0].name}: expected one sigma_length_scale for all trajectories of a campaign, got {known}.")
-    return tuple(Fact(f"sigma_length_scale = {s:g}", (("length_scale", (1.0,)),), 0.0, s) for s in said if s is not None)
+    return tuple(length_fact(s) for s in said if s is not None)
 
 
 def _in_one_volume(tasks: Sequence[TrajectoryTask]) -> list[TrajectoryTask]:
