@@ -69,6 +69,8 @@ FAR = 4.0
 Told = Callable[[str], None]
 VelocityErrors = Callable[[CampaignFit, Prepared], dict[str, Any]]
 NOTHING_MORE = "Then nothing more is missing."
+EXPLAINED, PART_EXPLAINED = "The campaign is explained with", "Part of what the campaign shows is explained with"
+STAND_IN = "a name may stand in for something that the catalogue lacks."
 
 
 @dataclass(frozen=True)
@@ -219,8 +221,11 @@ def _beyond_noise(verdict: Verdict, floor: NoiseFloor, campaign: Prepared, at: t
         return verdict
     told = floor_sentence(floor, campaign.registered.campaign.kind.unit, at)
     if verdict.kind == "found":
-        left = verdict.sentence.replace(NOTHING_MORE, "Residuals are still larger than noise, and no known effect is behind it.")
-        return verdict if left == verdict.sentence else replace(verdict, sentence=left, remarks=(told, *verdict.remarks))
+        if NOTHING_MORE not in verdict.sentence:
+            return verdict
+        left = f"Residuals are still {floor.reduced**0.5:.1f} times the noise, and no known effect is behind it: {STAND_IN}"
+        sentence = verdict.sentence.replace(EXPLAINED, PART_EXPLAINED).replace(NOTHING_MORE, left)
+        return replace(verdict, sentence=sentence, remarks=(told, *verdict.remarks))
     if verdict.kind == "says nothing":
         return far_off(verdict, (told, *checks(campaign.observations)))
     more = "" if verdict.kind == "nothing missing" else f" {verdict.sentence}"
@@ -443,7 +448,7 @@ def verdict_of_explanation(last: Verdict, explanation: Explanation) -> Verdict:
     sure = [step.added for step in explanation.steps if step.established]
     rest = [step for step in explanation.steps if not step.established]
     suspected = [f"{in_words(step.added)} or something in its place ({percent(step.sure)})" for step in rest]
-    sentence = f"The campaign is explained with {', '.join(map(in_words, sure)) or 'nothing that is established'}."
+    sentence = f"{EXPLAINED} {', '.join(map(in_words, sure)) or 'nothing that is established'}."
     sentence += f" Suspected, and in the model, though not established: {', '.join(suspected)}." if suspected else ""
     if explanation.left is not None and explanation.left.present:
         return Verdict("found", f"{sentence} Something is left that no effect of the catalogue explains.", last.remarks, found)

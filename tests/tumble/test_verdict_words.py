@@ -72,8 +72,9 @@ def test_what_is_beyond_noise_is_not_called_nothing() -> None:
     assert [remark[:5] for remark in short.remarks] == ["The r", "Check", "a rem"]
     unknown = Verdict("found", "Explained with drag. Something is missing that no effect of the catalogue explains.", (), ("linear_drag",))
     assert _beyond_noise(unknown, floor, campaign, at) is unknown
-    found = Verdict("found", "Explained with drag. Then nothing more is missing.", (), ("linear_drag",))
+    found = Verdict("found", "The campaign is explained with drag. Then nothing more is missing.", (), ("linear_drag",))
     assert _beyond_noise(found, quiet, campaign, at) is found
     assert _beyond_noise(found, floor, campaign, at).sentence == (
-        "Explained with drag. Residuals are still larger than noise, and no known effect is behind it."
+        "Part of what the campaign shows is explained with drag. Residuals are still 5.0 times the noise, and no known effect is behind it: "
+        "a name may stand in for something that the catalogue lacks."
     )
