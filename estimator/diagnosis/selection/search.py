@@ -154,7 +154,8 @@ def _pairs(trial: Trial, n: range) -> Iterator[Set]:
 
 
 def _best(trial: Trial, sets: set[Set]) -> set[Set]:
-    return set(sorted(sets, key=trial.log_posterior, reverse=True)[:BEAM])
+    """The most probable ones; among equals always the same ones, or beams of equals would take turns for ever."""
+    return set(sorted(sets, key=lambda each: (-trial.log_posterior(each), each))[:BEAM])
 
 
 def _neighbours(members: Set, n: range) -> Iterator[Set]:

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from itertools import combinations
+from types import SimpleNamespace
 from typing import Any, cast
 
 import numpy as np
@@ -119,3 +120,23 @@ def test_a_set_that_refits_refused_is_as_probable_as_they_say() -> None:
     assert told.best == ()
     assert told.probability(0) == pytest.approx(np.exp(-5.0) / (2.0 + np.exp(-5.0)))
     assert told.probability(1) == pytest.approx(1.0 / (2.0 + np.exp(-5.0)))
+
+
+class Equals:
+    """Evidence in whole nats, drawn by set: many sets are as probable as others."""
+
+    def __init__(self, effects: int, levels: int, seed: int) -> None:
+        self.of, self.known = SimpleNamespace(effects=range(effects)), dict[tuple[int, ...], float]()
+        self._rng, self._levels = np.random.default_rng(seed), levels
+
+    def log_evidence(self, members: tuple[int, ...]) -> float:
+        if members not in self.known:
+            self.known[members] = float(3 * len(members) + self._rng.integers(self._levels))
+        return self.known[members]
+
+
+@pytest.mark.timeout(60)
+@pytest.mark.parametrize(("levels", "seed"), [(2, 2), (4, 3), (1, 0)])
+def test_sets_that_are_as_probable_do_not_take_turns_for_ever(levels: int, seed: int) -> None:
+    made = Trial(cast(Any, Equals(9, levels, seed)), frozenset())
+    assert made.log_posterior(searched(made).best) == max(map(made.log_posterior, made.evidence.known))
