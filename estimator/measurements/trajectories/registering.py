@@ -46,11 +46,12 @@ def register_trajectories(trajectories: Sequence[Trajectory], *, told: Callable[
     Raises
     ------
     InputError
-        Where trajectories of one particle contradict one another.
+        Where trajectories of one particle contradict one another, or nothing tells how a body spins that has a gyroscope.
     """
     tasks, flights = [], []
     for trajectory in trajectories:
         task = task_of(trajectory)
+        _refuse_a_ball_whose_spin_is_not_read(task)
         tasks.append(task)
         flights.append(first_flight(task, trajectory.surroundings.body))
         told(trajectory.name)
@@ -65,6 +66,18 @@ def register_trajectories(trajectories: Sequence[Trajectory], *, told: Callable[
             fit = base_fit(campaign, state)
             campaign, state = replace(campaign, sequences=_with_noise(campaign, fit, stated)), CampaignState(fit.state.flights, state.theta)
     return Registered(campaign, state, (), ())
+
+
+def _refuse_a_ball_whose_spin_is_not_read(task: TrajectoryTask) -> None:
+    """Refuse a gyroscope without one of its axes on a ball, whose other readings do not depend on that spin: it may be anything."""
+    unread = ~task.seen("gyro").any(axis=0)
+    if task.gyro is None or not unread.any() or task.measured & {"theta", "omega"} or np.ptp(task.setting.inertia_ratios) > 0.0:
+        return
+    axes = ", ".join(f"gyro_{axis}" for axis, missing in zip("xyz", unread, strict=True) if missing)
+    raise InputError(
+        f"{task.name}: expected inertia_ratios of a body whose {axes} is not read in any row, got those of a ball, whose spin about that "
+        "axis nothing tells. State them (a thin disc has [0.5, 0.5, 1.0]), or leave out the gyroscope."
+    )
 
 
 def _stated_lengths(trajectories: Sequence[Trajectory]) -> tuple[Fact, ...]:

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
+from datasets.errors import InputError
 from datasets.trajectory import Surroundings, Trajectory
 from datasets.vocabulary.body import Body
 from estimator.diagnosis.adding import fit_with
@@ -71,6 +72,15 @@ def test_an_axis_that_a_gyroscope_never_reads_starts_at_rest() -> None:
     blind = replace(each, gyro=np.column_stack([each.gyro[:, :2], np.full(len(each.gyro), np.nan)]))
     flight = first_flight(task_of(blind), blind.surroundings.body)
     np.testing.assert_allclose(flight.omega, [*each.gyro[60, :2], 0.0], atol=0.1)
+
+
+def test_a_ball_whose_spin_nothing_tells_is_refused() -> None:
+    """Its readings along two axes are the same whatever the spin about the third: the fit ran away, at no end of steps."""
+    (each,) = gyro_rows(4, 0.0, (1.0, 1.0, 1.0), sequences=1)
+    assert each.gyro is not None
+    blind = replace(each, gyro=np.column_stack([each.gyro[:, :2], np.full(len(each.gyro), np.nan)]))
+    with pytest.raises(InputError, match="expected inertia_ratios of a body whose gyro_z is not read in any row, got those of a ball"):
+        register_trajectories([blind])
 
 
 @pytest.mark.parametrize(
