@@ -107,8 +107,9 @@ class Factor:
         """What the transposed factor takes to ``half``, which is in the order of elimination."""
         x, solved = half.copy(), np.empty_like(half)
         for front in reversed(self.fronts):
-            own = x[front.first : front.end] - front.below.T @ x[front.rest]
-            x[front.first : front.end] = dtrsm(1.0, front.L, own, lower=1, trans_a=1)
+            own = x[front.first : front.end]
+            own -= front.below.T @ x[front.rest]
+            dtrsm(1.0, front.L, own.T, side=1, lower=1, overwrite_b=1)
         solved[self.order] = x
         return solved
 
